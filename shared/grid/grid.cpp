@@ -1,0 +1,59 @@
+#include "shared/grid/grid.h"
+
+#include <algorithm>
+
+namespace isosplat {
+namespace {
+
+int32_t divide_up(int32_t a, int32_t b) {
+  return (a + b - 1) / b;
+}
+
+Index3 cells_at(Index3 voxels, uint32_t level) {
+  Index3 cells{voxels.x - 1, voxels.y - 1, voxels.z - 1};
+  for (uint32_t l = 0; l < level; ++l) {
+    cells = {divide_up(cells.x, 2), divide_up(cells.y, 2), divide_up(cells.z, 2)};
+  }
+  return cells;
+}
+
+Vec3d rotate(const std::array<double, 9>& m, Vec3d v) {
+  return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,
+          m[6] * v.x + m[7] * v.y + m[8] * v.z};
+}
+
+}  // namespace
+
+Vec3d VolumeGrid::world(Vec3d index) const {
+  return origin +
+         rotate(direction, {index.x * spacing.x, index.y * spacing.y, index.z * spacing.z});
+}
+
+Vec3d VolumeGrid::world_gradient(Vec3d index_gradient) const {
+  return rotate(direction, {index_gradient.x / spacing.x, index_gradient.y / spacing.y,
+                            index_gradient.z / spacing.z});
+}
+
+uint32_t level_count(Index3 voxels) {
+  uint32_t levels = 1;
+  for (;; ++levels) {
+    const Index3 cells = cells_at(voxels, levels - 1);
+    if (std::max({cells.x, cells.y, cells.z}) <= kCoarsestCells) return levels;
+  }
+}
+
+LevelGrid level_grid(Index3 voxels, uint32_t level) {
+  const Index3 cells = cells_at(voxels, level);
+  return {level,
+          cells,
+          {divide_up(cells.x, kBlockCells), divide_up(cells.y, kBlockCells),
+           divide_up(cells.z, kBlockCells)}};
+}
+
+Index3 block_cells(const LevelGrid& level, Index3 block) {
+  return {std::min(kBlockCells, level.cells.x - block.x * kBlockCells),
+          std::min(kBlockCells, level.cells.y - block.y * kBlockCells),
+          std::min(kBlockCells, level.cells.z - block.z * kBlockCells)};
+}
+
+}  // namespace isosplat

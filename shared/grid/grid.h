@@ -1,0 +1,89 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "shared/base/vec3.h"
+
+namespace isosplat {
+
+/// A voxel as the store holds it: integers up to 16 bits exactly, everything else quantised.
+using Code = uint16_t;
+
+/// The code of a voxel without a value (NaN, infinity); only where ValueMapping::has_missing.
+inline constexpr Code kMissingCode = 65535;
+
+/// How codes stand for the volume's values: value = offset + scale · code.
+///
+/// Everything between the store and the GPU works on codes; an isovalue is turned into a code once,
+/// by isocode(). For integer volumes of up to 16 bits the scale is 1 and nothing is lost; others
+/// are quantised, with an error of at most max_error.
+struct ValueMapping {
+  double offset = 0;
+  double scale = 1;
+  double max_error = 0;      ///< in value units; 0: lossless
+  uint8_t bits = 16;         ///< 8: all codes are < 256; otherwise 16
+  bool has_missing = false;  ///< kMissingCode marks voxels without a value
+
+  double value(double code) const { return offset + scale * code; }
+
+  /// The isovalue as a code, in single precision: what the CPU and the GPU compare codes with.
+  float isocode(double isovalue) const { return static_cast<float>((isovalue - offset) / scale); }
+};
+
+/// Where a volume's voxels are: world = origin + direction · (spacing ∘ index), right-handed, in
+/// the units of the file's header (millimetres for medical images, in LPS orientation).
+struct VolumeGrid {
+  Index3 voxels;                                               ///< voxels along each axis, ≥ 2
+  Vec3d spacing{1, 1, 1};                                      ///< > 0
+  Vec3d origin{0, 0, 0};                                       ///< the centre of voxel (0, 0, 0)
+  std::array<double, 9> direction{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major, orthonormal
+
+  /// The world position of a point given in level-0 voxel units.
+  Vec3d world(Vec3d index) const;
+
+  /// A gradient with respect to world position, from one with respect to voxel index.
+  Vec3d world_gradient(Vec3d index_gradient) const;
+};
+
+/// Cells along each axis of a block, at every level.
+inline constexpr int32_t kBlockCells = 64;
+
+/// The coarsest level is the first whose longest axis has at most this many cells.
+inline constexpr int32_t kCoarsestCells = 16;
+
+/// No axis may have more voxels than this, so that every index fits in 32 bits with room to spare.
+inline constexpr int32_t kMaxVoxelsPerAxis = 1 << 20;
+
+/// The cells and blocks of one level. Level 0 is the volume. A cell of level l covers 2^l cells of
+/// level 0 along each axis; where the volume's cell count is not a multiple of that, the last cell
+/// reaches beyond the volume, whose last voxel is repeated there.
+struct LevelGrid {
+  uint32_t level = 0;
+  Index3 cells;   ///< along each axis, ≥ 1; there is one more voxel than cells
+  Index3 blocks;  ///< along each axis: ⌈cells / kBlockCells⌉
+
+  uint64_t block_count() const {
+    return static_cast<uint64_t>(blocks.x) * static_cast<uint64_t>(blocks.y) *
+           static_cast<uint64_t>(blocks.z);
+  }
+};
+
+/// The number of levels of a volume, ≥ 1.
+uint32_t level_count(Index3 voxels);
+
+/// The given level of a volume with these voxels. Requires level < level_count(voxels).
+LevelGrid level_grid(Index3 voxels, uint32_t level);
+
+/// A block's place: its level, and its index along each axis in blocks of that level.
+struct BlockKey {
+  uint32_t level = 0;
+  Index3 index;
+
+  friend constexpr bool operator==(const BlockKey&, const BlockKey&) = default;
+};
+
+/// The cells that a block has: kBlockCells along each axis, fewer in the last block of an axis.
+Index3 block_cells(const LevelGrid& level, Index3 block);
+
+}  // namespace isosplat

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "shared/grid/grid.h"
+
+namespace isosplat {
+
+/// The codes of a cell's eight voxels. Corner i lies at (i & 1, i >> 1 & 1, i >> 2 & 1).
+using CellCorners = std::array<Code, 8>;
+
+/// The codes between which a cell's values lie.
+struct CellInterval {
+  Code min = 0;
+  Code max = 0;
+
+  friend constexpr bool operator==(const CellInterval&, const CellInterval&) = default;
+};
+
+/// The interval of a cell of level 0: that of its corners. (At coarser levels it is the union of
+/// the intervals of the cells below, so that nothing thin vanishes.)
+inline CellInterval corner_interval(const CellCorners& corners) {
+  const auto [min, max] = std::minmax_element(corners.begin(), corners.end());
+  return {*min, *max};
+}
+
+/// Whether the isosurface crosses the cell: min ≤ isovalue < max. The half-open interval gives
+/// voxels that equal the isovalue to exactly one side.
+inline bool is_active(CellInterval interval, float isocode) {
+  return static_cast<float>(interval.min) <= isocode && isocode < static_cast<float>(interval.max);
+}
+
+}  // namespace isosplat

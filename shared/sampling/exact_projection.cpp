@@ -1,0 +1,107 @@
+#include "shared/sampling/exact_projection.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace isosplat {
+namespace {
+
+/// A t³ + B t² + C t + D, in double precision: the corners are exact, the cubic's terms are not.
+struct Cubic {
+  double a, b, c, d;
+  double operator()(double t) const { return ((a * t + b) * t + c) * t + d; }
+};
+
+Cubic along_ray(const Trilinear& f, Vec3f o, Vec3f r, float isovalue) {
+  const auto& k = f.coefficient;
+  const double ox = o.x, oy = o.y, oz = o.z, rx = r.x, ry = r.y, rz = r.z;
+  return {
+      k[7] * rx * ry * rz,
+      k[3] * rx * ry + k[5] * rx * rz + k[6] * ry * rz +
+          k[7] * (ox * ry * rz + rx * oy * rz + rx * ry * oz),
+      k[1] * rx + k[2] * ry + k[4] * rz + k[3] * (ox * ry + rx * oy) + k[5] * (ox * rz + rx * oz) +
+          k[6] * (oy * rz + ry * oz) + k[7] * (ox * oy * rz + ox * ry * oz + rx * oy * oz),
+      k[0] + k[1] * ox + k[2] * oy + k[4] * oz + k[3] * ox * oy + k[5] * ox * oz + k[6] * oy * oz +
+          k[7] * ox * oy * oz - static_cast<double>(isovalue),
+  };
+}
+
+/// The part of the ray that is inside the unit cell, as t₀ ≤ t₁; nothing where it misses.
+std::optional<std::pair<double, double>> clip_to_cell(Vec3f origin, Vec3f direction) {
+  double t0 = -HUGE_VAL, t1 = HUGE_VAL;
+  const float o[3] = {origin.x, origin.y, origin.z}, d[3] = {direction.x, direction.y, direction.z};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (d[axis] == 0) {
+      if (o[axis] < 0 || o[axis] > 1) return std::nullopt;
+      continue;
+    }
+    double enter = (0.0 - o[axis]) / d[axis], leave = (1.0 - o[axis]) / d[axis];
+    if (enter > leave) std::swap(enter, leave);
+    t0 = std::max(t0, enter);
+    t1 = std::min(t1, leave);
+  }
+  if (!(t0 <= t1) || !std::isfinite(t0) || !std::isfinite(t1)) return std::nullopt;
+  return std::pair{t0, t1};
+}
+
+/// The root in [lo, hi], where the cubic is monotonic; nothing where it keeps its sign.
+std::optional<double> bracketed_root(const Cubic& f, double lo, double hi) {
+  double f_lo = f(lo), f_hi = f(hi);
+  if (f_lo == 0) return lo;
+  if (f_hi == 0) return hi;
+  if ((f_lo < 0) == (f_hi < 0)) return std::nullopt;
+  // Regula falsi with the Illinois modification: superlinear, and never leaves the bracket.
+  for (int i = 0; i < 60 && hi - lo > 1e-14 * (std::abs(lo) + std::abs(hi)); ++i) {
+    const double t = std::clamp((lo * f_hi - hi * f_lo) / (f_hi - f_lo), lo, hi);
+    const double f_t = f(t);
+    if (f_t == 0) return t;
+    if ((f_t < 0) == (f_lo < 0)) {
+      lo = t, f_lo = f_t, f_hi *= 0.5;
+    } else {
+      hi = t, f_hi = f_t, f_lo *= 0.5;
+    }
+  }
+  return 0.5 * (lo + hi);
+}
+
+}  // namespace
+
+std::optional<float> nearest_root_in_cell(const Trilinear& f, Vec3f origin, Vec3f direction,
+                                          float isovalue) {
+  const auto inside = clip_to_cell(origin, direction);
+  if (!inside) return std::nullopt;
+  const auto [t0, t1] = *inside;
+  const Cubic cubic = along_ray(f, origin, direction, isovalue);
+
+  // Between its extrema the cubic is monotonic: at most one root in each part.
+  double bounds[4] = {t0, t1, t1, t1};
+  int parts = 1;
+  const double a = 3 * cubic.a, b = 2 * cubic.b, c = cubic.c;
+  const double discriminant = b * b - 4 * a * c;
+  if (discriminant > 0) {
+    const double q = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
+    double extrema[2] = {a != 0 ? q / a : t1, q != 0 ? c / q : t1};
+    if (extrema[0] > extrema[1]) std::swap(extrema[0], extrema[1]);
+    for (const double t : extrema) {
+      if (t > t0 && t < t1) bounds[parts++] = t;
+    }
+  }
+  bounds[parts] = t1;
+
+  std::optional<double> nearest;
+  for (int i = 0; i < parts; ++i) {
+    const auto root = bracketed_root(cubic, bounds[i], bounds[i + 1]);
+    if (root && (!nearest || std::abs(*root) < std::abs(*nearest))) nearest = root;
+  }
+  if (!nearest) return std::nullopt;
+  return static_cast<float>(*nearest);
+}
+
+std::optional<Vec3f> project_exactly(const Trilinear& f, Vec3f origin, Vec3f direction,
+                                     float isovalue) {
+  const auto t = nearest_root_in_cell(f, origin, direction, isovalue);
+  if (!t) return std::nullopt;
+  return origin + direction * *t;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+
+#include "shared/sampling/cell.h"
+
+namespace isosplat {
+
+/// A sample as the GPU reads it: the cell's place, interval and corners in 16 bytes. Value,
+/// gradient and everything else is computed from the corners in the vertex shader.
+///
+///   word 0   bits  0–5   x of the cell in its block        word 1   bits  0–15  interval min, code
+///                  6–11  y                                          bits 16–31  interval max, code
+///                 12–17  z                                 word 2   low 8 bits of corners 0 to 3
+///                 18–20  octant of a subdivided cell       word 3   low 8 bits of corners 4 to 7
+///                 21     1: the sample stands for that octant only
+///                 22–29  ninth bits of corners 0 to 7      (corner i is byte i & 3 of its word)
+///                 30–31  0
+///
+/// A corner is held as q = (clamp(corner, min, max) − min) >> shift, nine bits, where
+/// shift = max(0, bit_width(max − min) − 9). It is read back as min + (q << shift) + (1 << shift >>
+/// 1). That is exact for spans below 512 codes, so always for 8-bit volumes, and within 1/512 of
+/// the cell's span otherwise. min and max are always exact: the same cells are active on every
+/// side.
+struct PackedSample {
+  uint32_t word[4];
+
+  friend constexpr bool operator==(const PackedSample&, const PackedSample&) = default;
+};
+static_assert(sizeof(PackedSample) == 16);
+
+/// What a PackedSample holds.
+struct UnpackedSample {
+  Index3 cell;                   ///< in the block
+  int octant = -1;               ///< −1: the sample stands for the whole cell
+  CellInterval interval;         ///< of the whole cell
+  std::array<float, 8> corners;  ///< of the whole cell, codes
+};
+
+/// The shift by which corners of a cell with this interval are packed, 0 to 7.
+int corner_shift(CellInterval interval);
+
+/// Packs a cell. `cell` is in its block, each 0 to 63; `octant` −1 or 0 to 7.
+PackedSample pack_sample(Index3 cell, CellInterval interval, const CellCorners& corners,
+                         int octant = -1);
+
+UnpackedSample unpack_sample(const PackedSample& packed);
+
+}  // namespace isosplat

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "shared/sampling/trilinear.h"
+
+namespace isosplat {
+
+/// A point of a cell from which the isosurface can be reached (paper, section 4). Positions and
+/// gradients are in cell units of the sample's level: x, y, z ∈ [0, 1] inside the cell. VolumeGrid
+/// takes them to the world.
+struct Sample {
+  Vec3f position;         ///< in the cell
+  float value = 0;        ///< the trilinear interpolant there, in codes
+  Vec3f gradient;         ///< codes per cell
+  CellInterval interval;  ///< of the sample's cell, or of its part of a subdivided cell
+};
+
+/// The sample at the cell's centre.
+inline Sample centre_sample(const CellCorners& corners, CellInterval interval) {
+  const Vec3f centre{0.5f, 0.5f, 0.5f};
+  const auto [value, gradient] = Trilinear(corners).at(centre);
+  return {centre, value, gradient, interval};
+}
+
+}  // namespace isosplat

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "shared/sampling/sample.h"
+
+namespace isosplat {
+
+/// Into how many parts a cell is cut along each axis before a sample is placed at each part's
+/// centre (paper, section 4): 1 where one sample represents the isosurface in the cell.
+struct Subdivision {
+  int32_t x = 1, y = 1, z = 1;
+};
+
+/// The subdivision that evens out anisotropic spacing: along each axis, how often the smallest
+/// spacing fits, at most `limit` (≥ 1).
+Subdivision anisotropic_subdivision(Vec3d spacing, int32_t limit);
+
+/// Samples at the centres of the parts of one cell, x fastest. The interval of each is that of its
+/// part's eight corners, rounded outwards to codes, so that the parts' active tests together miss
+/// nothing of the cell's isosurface. Appends x · y · z samples to `samples`.
+void subdivide_cell(const CellCorners& corners, Subdivision parts, std::vector<Sample>& samples);
+
+}  // namespace isosplat
