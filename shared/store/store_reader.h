@@ -1,0 +1,109 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "shared/base/status.h"
+#include "shared/sampling/cell.h"
+
+namespace isosplat {
+
+/// A store's head always ends within this many bytes of the file's start: one read opens a store.
+inline constexpr size_t kMaxHeadBytes = 64 * 1024;
+
+/// What a store says of its volume.
+struct StoreInfo {
+  VolumeGrid grid;
+  ValueMapping mapping;
+  CellInterval range;   ///< of all voxels that have a value, as codes
+  uint32_t levels = 0;  ///< level_count(grid.voxels)
+  uint64_t chunk_count = 0;
+  uint64_t missing_voxels = 0;  ///< voxels without a value
+  uint64_t file_bytes = 0;
+  std::array<uint8_t, 16> content_id{};  ///< hash of all content: two stores with it are the same
+  std::string metadata;  ///< JSON text for people and pages: name, histogram, … (FORMAT.md)
+};
+
+/// A chunk: the cells of one block that are active for some isocode in [slab_begin, slab_end).
+struct ChunkRef {
+  BlockKey block;
+  uint32_t slab = 0;  ///< index within the block, ascending by isovalue
+  Code slab_begin = 0;
+  uint32_t slab_end = 0;  ///< up to 65536
+  uint64_t offset = 0;    ///< in the file
+  uint32_t bytes = 0;
+  uint32_t cells = 0;     ///< that it decodes to
+  uint32_t checksum = 0;  ///< low 32 bits of XXH3-64 of its bytes
+};
+
+/// A directory page: a run of blocks of one level. The head lists all of them.
+struct PageRef {
+  uint32_t level = 0;
+  Index3 first_block;     ///< the box of blocks that it describes,
+  Index3 end_block;       ///< half-open
+  CellInterval interval;  ///< of all cells of these blocks: no isovalue outside needs the page
+  uint64_t offset = 0;    ///< in the file
+  uint32_t bytes = 0;
+};
+
+/// A block, as its page describes it. Blocks without a single cell that can be active have no slab.
+struct BlockRef {
+  BlockKey key;
+  CellInterval interval;  ///< of all its cells
+  uint32_t slab_count = 0;
+};
+
+/// Answers "which chunks" from a store's head and the pages added so far. It reads nothing itself:
+/// the caller brings the bytes, from a file, a socket or a fetch. All bytes are taken as hostile;
+/// what has been accepted is consistent. Copies what it keeps.
+class StoreReader {
+ public:
+  /// `head`: the file's first min(kMaxHeadBytes, file size) bytes; more is ignored.
+  /// Errors: not_a_store, unsupported_version, truncated, checksum_mismatch, malformed_header.
+  static Result<StoreReader> open(std::span<const std::byte> head);
+
+  StoreReader(StoreReader&&) noexcept;
+  StoreReader& operator=(StoreReader&&) noexcept;
+  ~StoreReader();
+
+  const StoreInfo& info() const;
+
+  std::span<const PageRef> pages() const;
+  bool is_resident(uint32_t page) const;
+
+  /// The page that describes a block. The block must exist (invalid blocks: not_found).
+  Result<uint32_t> page_of(BlockKey block) const;
+
+  /// Adds the bytes of pages()[page]. Adding a page again is harmless.
+  /// Errors: not_found, truncated, checksum_mismatch, malformed_page.
+  Result<void> add_page(uint32_t page, std::span<const std::byte> bytes);
+
+  /// Errors: not_found, page_not_resident.
+  Result<BlockRef> block(BlockKey key) const;
+
+  /// The chunk by its place. Errors: not_found, page_not_resident.
+  Result<ChunkRef> chunk(BlockKey block, uint32_t slab) const;
+
+  /// The one chunk that holds every cell of the block that is active for `isocode`; nothing where
+  /// none is. Errors: not_found, page_not_resident.
+  Result<std::optional<ChunkRef>> chunk_for(BlockKey block, float isocode) const;
+
+  /// Every chunk of a level whose slab meets [low, high] (isocodes), in file order. Fails with
+  /// page_not_resident when a page whose interval meets the range is missing; `missing_pages`
+  /// names them.
+  Result<std::vector<ChunkRef>> chunks_for(uint32_t level, float low, float high) const;
+  std::vector<uint32_t> missing_pages(uint32_t level, float low, float high) const;
+
+ private:
+  struct State;
+  explicit StoreReader(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace isosplat
