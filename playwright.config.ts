@@ -1,0 +1,36 @@
+import { defineConfig } from "@playwright/test";
+
+/**
+ * Tests that run in Debian's Chromium: tests/browser/*.browser.ts. Each starts the real server on a
+ * free port. WebGL is drawn by llvmpipe, which gives the pixels of native EGL; Chromium falls back
+ * to another renderer silently, so picture tests assert UNMASKED_RENDERER_WEBGL.
+ */
+export default defineConfig({
+  testDir: "tests/browser",
+  testMatch: "**/*.browser.ts",
+  outputDir: "build/test-results/browser",
+  workers: 1,
+  fullyParallel: false,
+  forbidOnly: Boolean(process.env.CI),
+  timeout: 60_000,
+  expect: { timeout: 20_000 },
+  reporter: [["list"], ["json", { outputFile: "build/test-results/browser.json" }]],
+  use: {
+    browserName: "chromium",
+    trace: "retain-on-failure",
+    screenshot: "only-on-failure",
+    launchOptions: {
+      executablePath: process.env.ISOSPLAT_CHROMIUM ?? "/usr/bin/chromium",
+      args: [
+        "--no-sandbox",
+        "--use-gl=angle",
+        "--use-angle=gles-egl",
+        "--ignore-gpu-blocklist",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--no-first-run",
+      ],
+    },
+  },
+});

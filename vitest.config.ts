@@ -1,0 +1,11 @@
+import { defineConfig } from "vitest/config";
+
+/** Tests that run in Node: tests/web/*.spec.ts. Those in a browser belong to Playwright. */
+export default defineConfig({
+  test: {
+    environment: "node",
+    include: ["tests/web/**/*.spec.ts"],
+    testTimeout: 30_000,
+    passWithNoTests: true,
+  },
+});
