@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "shared/base/status.h"
+#include "shared/sampling/cell.h"
+#include "shared/sampling/packed_sample.h"
+
+namespace isosplat {
+
+/// What is known of a chunk before its bytes are read: the directory says all of it. Encoder and
+/// decoder must be given the same, except for the cell count, which only the decoder needs.
+struct ChunkShape {
+  Index3 block_cells;          ///< of its block, each 1 to kBlockCells
+  uint32_t slab_begin = 0;     ///< the slab's first isocode
+  uint32_t slab_end = 0;       ///< one beyond its last, > slab_begin, ≤ 65536
+  uint32_t cell_count = 0;     ///< cells that the chunk holds, ≥ 1
+  bool has_intervals = false;  ///< levels ≥ 1: the cells' intervals go beyond their corners'
+};
+
+/// A block of one level, to be encoded. Borrowed for the call.
+struct BlockView {
+  Index3 cells;                  ///< each 1 to kBlockCells
+  const Code* voxels = nullptr;  ///< (cells.x + 1)(cells.y + 1)(cells.z + 1), x fastest
+  /// One per cell, x fastest. Level 0: the range of the cell's corners; coarser levels: the true
+  /// interval. Cells with min ≥ max (such as those with a missing corner) are never active.
+  const CellInterval* intervals = nullptr;
+  bool has_intervals = false;  ///< levels ≥ 1: the intervals are coded, not taken from the corners
+};
+
+/// The cells of a chunk in raster order (x fastest): three arrays of one length.
+struct DecodedCells {
+  std::vector<uint32_t> cell;  ///< place in the block, x | y << 6 | z << 12
+  std::vector<CellCorners> corners;
+  std::vector<CellInterval> interval;
+};
+
+/// Encodes chunks (layout: CHUNK.md). Deterministic: the same bytes on every machine. Keeps scratch
+/// memory between calls, so use one per thread.
+class ChunkEncoder {
+ public:
+  ChunkEncoder();
+  ChunkEncoder(ChunkEncoder&&) noexcept;
+  ChunkEncoder& operator=(ChunkEncoder&&) noexcept;
+  ~ChunkEncoder();
+
+  /// Appends to `out` the chunk of every cell that is active for some isocode in
+  /// [slab_begin, slab_end), i.e. max(min, slab_begin) < min(max, slab_end). Returns the number of
+  /// those cells; where there is none, nothing is appended.
+  uint32_t encode(const BlockView& block, uint32_t slab_begin, uint32_t slab_end,
+                  std::vector<std::byte>& out);
+
+ private:
+  struct Scratch;
+  std::unique_ptr<Scratch> scratch_;
+};
+
+/// Decodes chunks. The bytes may be anything: a call yields exactly shape.cell_count cells, or an
+/// error. Keeps scratch memory between calls (about 2 MB), so use one per thread.
+///
+/// Errors of both calls: truncated (the bytes end too early), malformed_chunk (anything else),
+/// invalid_argument (the shape breaks its own limits).
+class ChunkDecoder {
+ public:
+  ChunkDecoder();
+  ChunkDecoder(ChunkDecoder&&) noexcept;
+  ChunkDecoder& operator=(ChunkDecoder&&) noexcept;
+  ~ChunkDecoder();
+
+  /// Replaces the content of `out`.
+  Result<void> decode(std::span<const std::byte> bytes, const ChunkShape& shape, DecodedCells& out);
+
+  /// The same cells as decode(), each through pack_sample(); the fast way to the GPU. Replaces the
+  /// content of `out`.
+  Result<void> decode_packed(std::span<const std::byte> bytes, const ChunkShape& shape,
+                             std::vector<PackedSample>& out);
+
+ private:
+  struct Scratch;
+  std::unique_ptr<Scratch> scratch_;
+};
+
+}  // namespace isosplat
