@@ -1,0 +1,3 @@
+export { StreamSession } from "./session.ts";
+export type { Source } from "./source.ts";
+export * from "./types.ts";

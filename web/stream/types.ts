@@ -1,0 +1,148 @@
+/** What the viewer and the page see of streaming. Values and isovalues are in the volume's units. */
+
+export type Triple = [number, number, number];
+
+/** What a store says of its volume. */
+export interface StoreInfo {
+  /** Voxels along x, y, z. */
+  voxels: Triple;
+  /** Size of a cell of level 0, in the units of the volume's header. */
+  spacing: Triple;
+  /** World position of the centre of voxel (0, 0, 0). */
+  origin: Triple;
+  /** Row-major, orthonormal: world = origin + direction · (spacing ∘ index). */
+  direction: number[];
+  /** value = offset + scale · code. */
+  mapping: { offset: number; scale: number; maxError: number; bits: 8 | 16; hasMissing: boolean };
+  /** The smallest and largest value of the volume. */
+  range: [number, number];
+  /** The same as codes. */
+  codeRange: [number, number];
+  /** Levels of detail; level 0 is the volume itself, level `levels − 1` the coarsest. */
+  levels: number;
+  chunkCount: number;
+  missingVoxels: number;
+  fileBytes: number;
+  /** 32 hex digits: two stores with the same id hold the same content. */
+  contentId: string;
+  metadata: StoreMetadata;
+}
+
+/** Free text for people and pages; every field may be missing. */
+export interface StoreMetadata {
+  name?: string;
+  title?: string;
+  units?: string;
+  source?: Record<string, unknown>;
+  histogram?: { low: number; high: number; counts: number[] };
+  suggested_isovalues?: number[];
+  [key: string]: unknown;
+}
+
+/** Where a chunk's cells are: its level, and its block's index in blocks of 64³ cells of it. */
+export interface ChunkPlace {
+  level: number;
+  block: Triple;
+}
+
+/** What is looked at. Give it to `StreamSession.update` whenever it changes. */
+export interface ViewState {
+  /** World to clip space (projection · view), 16 numbers, column-major as WebGL takes them. */
+  viewProjection: ArrayLike<number>;
+  /** Drawing size in device pixels. */
+  viewport: { width: number; height: number };
+  /** The isovalues shown, in values. */
+  isovalues: readonly number[];
+  /** True while the camera moves: coarser data is asked for then. A moving isovalue is noticed. */
+  moving: boolean;
+}
+
+/** What there is to do, and what has been done. All counts are exact for what is known so far. */
+export interface Progress {
+  /**
+   * opening: the first surface is on its way. refining: finer data is on its way. waiting: the
+   * isovalue or the camera moves, finer data is asked for when it rests. offline: the source cannot
+   * be reached, and is tried again. complete: nothing is left to fetch for this view.
+   */
+  state: "opening" | "refining" | "waiting" | "offline" | "complete";
+  /** Chunks wanted for this view that are not there yet, and their bytes. */
+  chunksToGo: number;
+  bytesToGo: number;
+  /** Since the session was opened: payload received, requests made. */
+  bytesFetched: number;
+  requests: number;
+  /** Chunks held, and their samples. */
+  chunksResident: number;
+  samplesResident: number;
+  /** Most samples that may be resident. */
+  sampleBudget: number;
+  /** Finest and coarsest level drawn now; −1 where nothing is drawn. */
+  finestLevel: number;
+  coarsestLevel: number;
+  /** The budget keeps this view coarser than the screen could show. */
+  limitedByBudget: boolean;
+  /** The view shows all that it can: nothing is wanted, loading, or failed. */
+  complete: boolean;
+}
+
+export type StreamErrorKind =
+  /** The source cannot be reached, or answers 5xx or 429; it is tried again. */
+  | "unreachable"
+  /** 404 and the like: the volume is not there (any more). */
+  | "not-found"
+  /** A static host that ignores Range. */
+  | "range-unsupported"
+  /** Bytes that differ from what the store's directory states, twice. */
+  | "corrupt"
+  /** Not a store, or one of a newer version. */
+  | "bad-store"
+  | "internal";
+
+/** Something went wrong. `message` says what was expected, what was found, and the remedy. */
+export class StreamError extends Error {
+  readonly kind: StreamErrorKind;
+  /** The session goes on and tries again by itself. */
+  readonly retrying: boolean;
+  constructor(kind: StreamErrorKind, message: string, retrying = false, cause?: unknown) {
+    super(message, cause === undefined ? undefined : { cause });
+    this.name = "StreamError";
+    this.kind = kind;
+    this.retrying = retrying;
+  }
+}
+
+/**
+ * What a session tells its viewer. All calls come from `update` or from a task of their own, never
+ * from inside another event.
+ */
+export interface StreamEvents {
+  /**
+   * A chunk has arrived: put it on the GPU under this id. `samples`: PackedSample, 4 words each;
+   * the viewer owns the array. At most a few per frame.
+   */
+  samples(id: number, place: ChunkPlace, samples: Uint32Array): void;
+  /** The chunk with this id is no longer needed: free it. Never one that is visible. */
+  drop(id: number): void;
+  /**
+   * Draw exactly these chunks from now on. `regions` has two words per id (low, high): bit
+   * (x >> 4) + 4·(y >> 4) + 16·(z >> 4) of the 64 says whether the block's cells (x, y, z) of that
+   * region are to be drawn; the others are drawn by finer chunks. Arrays are the viewer's.
+   */
+  visible(ids: Float64Array, regions: Uint32Array): void;
+  progress(progress: Progress): void;
+  error(error: StreamError): void;
+}
+
+export interface StreamOptions {
+  events: StreamEvents;
+  /** Most samples (16 bytes each, on the GPU) held at a time. Default: by device class. */
+  sampleBudget?: number;
+  /** Size in pixels up to which a cell is not refined further. Default 1. */
+  targetCellPixels?: number;
+  /** The same while the camera moves. Default 3. */
+  movingCellPixels?: number;
+  /** The isovalues of the first view: their surface comes first. Default: the suggested one. */
+  firstIsovalues?: readonly number[];
+  /** Ends opening and closes the session. */
+  signal?: AbortSignal;
+}
