@@ -1,0 +1,81 @@
+#include "shared/render/camera.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace isosplat {
+namespace {
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+}  // namespace
+
+CameraFrame camera_frame(const Camera& camera) {
+  const double azimuth = camera.azimuth * kDegree, elevation = camera.elevation * kDegree;
+  const Vec3d back{std::sin(azimuth) * std::cos(elevation),
+                   -std::cos(azimuth) * std::cos(elevation), std::sin(elevation)};
+  // Right does not depend on the elevation, so that the view is defined at the poles as well.
+  const Vec3d level_right{std::cos(azimuth), std::sin(azimuth), 0};
+  const Vec3d level_up = cross(back, level_right);
+  const double c = std::cos(camera.roll * kDegree), s = std::sin(camera.roll * kDegree);
+  return {camera.target + back * camera.distance, level_right * c + level_up * s,
+          level_up * c - level_right * s, back * -1.0,
+          std::tan(std::clamp(camera.field_of_view, 1.0, 120.0) / 2 * kDegree)};
+}
+
+BoundingSphere bounding_sphere(const VolumeGrid& grid) {
+  const Vec3d last{grid.voxels.x - 1.0, grid.voxels.y - 1.0, grid.voxels.z - 1.0};
+  const Vec3d diagonal{last.x * grid.spacing.x, last.y * grid.spacing.y, last.z * grid.spacing.z};
+  return {grid.world(last * 0.5), 0.5 * length(diagonal)};
+}
+
+Camera default_camera(const VolumeGrid& grid) {
+  const auto [centre, radius] = bounding_sphere(grid);
+  Camera camera;
+  camera.target = centre;
+  camera.distance = radius / std::sin(camera.field_of_view / 2 * kDegree);
+  return camera;
+}
+
+Camera orbited(Camera camera, double right_degrees, double up_degrees) {
+  camera.azimuth = std::remainder(camera.azimuth - right_degrees, 360.0);
+  camera.elevation = std::clamp(camera.elevation + up_degrees, -90.0, 90.0);
+  return camera;
+}
+
+Camera panned(Camera camera, double right_px, double down_px, double image_height_px) {
+  const CameraFrame frame = camera_frame(camera);
+  const double world_per_px =
+      2 * camera.distance * frame.tan_half_field_of_view / std::max(image_height_px, 1.0);
+  camera.target =
+      camera.target - frame.right * (right_px * world_per_px) + frame.up * (down_px * world_per_px);
+  return camera;
+}
+
+Camera zoomed(Camera camera, double factor, double volume_radius) {
+  camera.distance = std::clamp(camera.distance * factor, 1e-4 * volume_radius, 1e2 * volume_radius);
+  return camera;
+}
+
+Projection projection(const Camera& camera, BoundingSphere scene, Vec3d origin, int width,
+                      int height) {
+  const CameraFrame frame = camera_frame(camera);
+  const double centre_depth = dot(scene.centre - frame.eye, frame.forward);
+  const double radius = 1.01 * scene.radius;  // coarse cells reach a little beyond the volume
+  const double far_plane = std::max(centre_depth + radius, 1e-3 * radius);
+  // A near plane at the eye has no depth precision: a thousandth of the volume is near enough.
+  const double near_plane = std::max(centre_depth - radius, 5e-4 * far_plane);
+  const double sy = 1 / frame.tan_half_field_of_view, sx = sy * height / width;
+  const double a = (far_plane + near_plane) / (far_plane - near_plane);
+  const double b = -2 * far_plane * near_plane / (far_plane - near_plane);
+  const Vec3d r = frame.right * sx, u = frame.up * sy, f = frame.forward;
+  const Vec3d shift = origin - frame.eye;
+  return {{r.x, u.x, a * f.x, f.x,  //
+           r.y, u.y, a * f.y, f.y,  //
+           r.z, u.z, a * f.z, f.z,  //
+           dot(r, shift), dot(u, shift), a * dot(f, shift) + b, dot(f, shift)},
+          near_plane,
+          far_plane};
+}
+
+}  // namespace isosplat

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+
+#include "shared/grid/grid.h"
+
+namespace isosplat {
+
+/// A perspective camera that orbits a target. These numbers are the view: a URL stores them, the
+/// command line takes them. World frame of the volume (LPS for medical images: x to the patient's
+/// left, y to the back, z up). Angles in degrees.
+struct Camera {
+  Vec3d target;               ///< world: what the camera looks at, and orbits
+  double distance = 1;        ///< from the eye to the target, world units, > 0
+  double azimuth = 30;        ///< 0: the eye is in front (−y); 90: at the left (+x)
+  double elevation = 20;      ///< −90 … 90; 90: the eye is above (+z)
+  double roll = 0;            ///< about the viewing direction, clockwise as seen
+  double field_of_view = 30;  ///< vertical, 1 … 120
+
+  friend constexpr bool operator==(const Camera&, const Camera&) = default;
+};
+
+/// The camera's axes and place in the world. The axes are orthonormal: right × up = −forward.
+struct CameraFrame {
+  Vec3d eye, right, up, forward;
+  double tan_half_field_of_view = 1;
+};
+
+CameraFrame camera_frame(const Camera& camera);
+
+/// The view a volume is first seen in: from the front left, slightly above, all of it in sight at
+/// any aspect ratio ≥ 1.
+Camera default_camera(const VolumeGrid& grid);
+
+/// The smallest sphere about the volume's box, in the world.
+struct BoundingSphere {
+  Vec3d centre;
+  double radius = 0;
+};
+BoundingSphere bounding_sphere(const VolumeGrid& grid);
+
+/// Moves the eye about the target, as by a pointer dragged that far: degrees to the right, and
+/// upwards. The elevation stops at the poles.
+Camera orbited(Camera camera, double right_degrees, double up_degrees);
+
+/// Shifts target and eye in the image plane so that the target's plane follows a pointer that moves
+/// by so many pixels (y down) in an image of the given height.
+Camera panned(Camera camera, double right_px, double down_px, double image_height_px);
+
+/// Multiplies the distance; < 1 comes closer. Stays within [10⁻⁴, 10²] of the volume's radius.
+Camera zoomed(Camera camera, double factor, double volume_radius);
+
+/// A 4×4 matrix, column by column, as OpenGL reads it.
+using Matrix4d = std::array<double, 16>;
+
+/// Clip space from positions relative to `origin` (world). Near and far planes enclose the sphere
+/// as tightly as they can without leaving it out, which is what depth precision wants.
+struct Projection {
+  Matrix4d clip_from_world;  ///< of position − origin
+  double near_plane = 0, far_plane = 0;
+};
+Projection projection(const Camera& camera, BoundingSphere scene, Vec3d origin, int width,
+                      int height);
+
+}  // namespace isosplat

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+/// The renderer for JavaScript: the exports of the module `isosplat-view`. One view per module
+/// instance; call every function on the thread that owns the canvas. Memory that a function reads
+/// is the caller's (malloc, free are exported); pointers need hold only during the call, and any
+/// call may grow the heap, so re-read HEAPU8 after it. Functions that return int32_t return a
+/// Status (0: ok); isosplat_view_error() then says what went wrong.
+extern "C" {
+
+/// Makes a WebGL 2 context on the canvas with this CSS selector (UTF-8, null-terminated) and the
+/// renderer on it. antialias off, alpha on, premultiplied.
+int32_t isosplat_view_create(const char* canvas_selector);
+void isosplat_view_destroy();
+
+/// The last error's message, UTF-8, null-terminated; valid until the next call.
+const char* isosplat_view_error();
+
+/// grid: voxels x y z, spacing x y z, origin x y z, direction row by row (9): 18 numbers.
+/// mapping: offset, scale.
+int32_t isosplat_view_set_volume(const double* grid, const double* mapping);
+
+/// samples: count × 16 bytes, as a chunk decoder yields them (PackedSample). id: the caller's.
+int32_t isosplat_view_add_chunk(uint32_t id, uint32_t level, int32_t block_x, int32_t block_y,
+                                int32_t block_z, const void* samples, uint32_t count);
+void isosplat_view_remove_chunk(uint32_t id);
+void isosplat_view_set_visible(const uint32_t* ids, uint32_t count);
+
+/// surfaces: count × (isovalue, red, green, blue, opacity), colours sRGB 0 … 1.
+void isosplat_view_set_isosurfaces(const double* surfaces, uint32_t count);
+
+/// SplatKind: 0 quad, 1 ellipse, 2 blended, 3 exact.
+void isosplat_view_set_kind(int32_t kind);
+
+/// ColourBy: 0 isosurface, 1 isovalue, 2 gradient, 3 depth, 4 level, 5 projection error.
+/// ColourMap: 0 viridis, 1 magma, 2 cividis, 3 turbo. low, high: the range of values mapped.
+void isosplat_view_set_colouring(int32_t colour_by, int32_t colour_map, double low, double high);
+
+/// Background sRGB and alpha, 0 … 1.
+void isosplat_view_set_background(float red, float green, float blue, float alpha);
+void isosplat_view_set_lighting(float ambient, float specular, float eye_dome);
+
+/// box: low x y z, high x y z as fractions of the volume. planes: count × (normal x y z, offset).
+void isosplat_view_set_clipping(const double* box, const double* planes, uint32_t count);
+
+/// camera, here and below: target x y z, distance, azimuth, elevation, roll, field of view (8
+/// numbers, see Camera). The functions that change one write it back to the same place.
+void isosplat_view_set_camera(const double* camera);
+void isosplat_view_default_camera(double* camera);
+void isosplat_view_orbit(double* camera, double right_degrees, double up_degrees);
+void isosplat_view_pan(double* camera, double right_px, double down_px, double image_height_px);
+void isosplat_view_zoom(double* camera, double factor);
+
+/// 1 if a draw of this size would change the picture.
+int32_t isosplat_view_needs_redraw(int32_t width, int32_t height);
+
+/// Draws to the canvas, whose width and height in pixels these are. statistics (may be null)
+/// receives 8 numbers: samples drawn, samples resident, GPU bytes, chunks drawn, chunks culled,
+/// draw calls, kind drawn, 0.
+int32_t isosplat_view_draw(int32_t width, int32_t height, double* statistics);
+
+/// limits receives 4 numbers: largest point size, largest texture size, float targets (0, 1), float
+/// blending (0, 1). Returns GL_RENDERER, valid until the next call.
+const char* isosplat_view_limits(double* limits);
+
+/// Call on the canvas's webglcontextlost (after preventDefault) and webglcontextrestored. All
+/// chunks are gone: add them again after the latter.
+void isosplat_view_context_lost();
+int32_t isosplat_view_context_restored();
+}

@@ -1,0 +1,71 @@
+#include "shared/render/camera.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace isosplat {
+namespace {
+
+VolumeGrid grid() {
+  VolumeGrid g;
+  g.voxels = {65, 33, 17};
+  g.spacing = {1, 2, 4};
+  g.origin = {1000, -2000, 300};
+  return g;
+}
+
+Vec3d transformed(const Matrix4d& m, Vec3d p) {
+  const double w = m[3] * p.x + m[7] * p.y + m[11] * p.z + m[15];
+  return {(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12]) / w,
+          (m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13]) / w,
+          (m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]) / w};
+}
+
+TEST(Camera, LooksFromTheFrontAtAzimuthZero) {
+  Camera camera;
+  camera.azimuth = camera.elevation = 0;
+  camera.distance = 5;
+  const CameraFrame frame = camera_frame(camera);
+  EXPECT_NEAR(frame.eye.y, -5, 1e-12);
+  EXPECT_NEAR(frame.right.x, 1, 1e-12);
+  EXPECT_NEAR(frame.up.z, 1, 1e-12);
+}
+
+TEST(Camera, DefaultShowsTheWholeVolumeWithinTheDepthRange) {
+  const VolumeGrid g = grid();
+  const Camera camera = default_camera(g);
+  const BoundingSphere sphere = bounding_sphere(g);
+  const Projection p = projection(camera, sphere, sphere.centre, 640, 480);
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d at =
+        g.world({corner & 1 ? 64.0 : 0.0, corner & 2 ? 32.0 : 0.0, corner & 4 ? 16.0 : 0.0}) -
+        sphere.centre;
+    const Vec3d ndc = transformed(p.clip_from_world, at);
+    EXPECT_LT(std::abs(ndc.x), 1) << corner;
+    EXPECT_LT(std::abs(ndc.y), 1) << corner;
+    EXPECT_LE(std::abs(ndc.z), 1) << corner;
+  }
+}
+
+TEST(Camera, PanningKeepsTheTargetUnderThePointer) {
+  const VolumeGrid g = grid();
+  const Camera before = default_camera(g);
+  const Camera after = panned(before, 30, -12, 480);
+  const BoundingSphere sphere = bounding_sphere(g);
+  const Projection p = projection(after, sphere, {}, 640, 480);
+  const Vec3d ndc = transformed(p.clip_from_world, before.target);
+  EXPECT_NEAR(ndc.x * 320, 30, 1e-6);
+  EXPECT_NEAR(ndc.y * 240, 12, 1e-6);
+}
+
+TEST(Camera, OrbitStopsAtThePoles) {
+  Camera camera;
+  EXPECT_EQ(orbited(camera, 0, 500).elevation, 90);
+  const CameraFrame top = camera_frame(orbited(camera, 0, 500));
+  EXPECT_NEAR(length(top.right), 1, 1e-12);
+  EXPECT_NEAR(dot(top.right, top.up), 0, 1e-12);
+}
+
+}  // namespace
+}  // namespace isosplat
