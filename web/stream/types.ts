@@ -117,7 +117,7 @@ export class StreamError extends Error {
  */
 export interface StreamEvents {
   /**
-   * A chunk has arrived: put it on the GPU under this id. `samples`: PackedSample, 4 words each;
+   * A chunk has arrived: put it on the GPU under this id (below 2^32). `samples`: PackedSample, 4 words each;
    * the viewer owns the array. At most a few per frame.
    */
   samples(id: number, place: ChunkPlace, samples: Uint32Array): void;
@@ -128,7 +128,7 @@ export interface StreamEvents {
    * (x >> 4) + 4·(y >> 4) + 16·(z >> 4) of the 64 says whether the block's cells (x, y, z) of that
    * region are to be drawn; the others are drawn by finer chunks. Arrays are the viewer's.
    */
-  visible(ids: Float64Array, regions: Uint32Array): void;
+  visible(ids: Uint32Array, regions: Uint32Array): void;
   progress(progress: Progress): void;
   error(error: StreamError): void;
 }
