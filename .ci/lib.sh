@@ -1,0 +1,87 @@
+#!/usr/bin/env bash
+# shellcheck disable=SC2034  # variables are used by the scripts that source this
+# Shared by the scripts of this folder: where things are, and how a step is shown. Sourced by bash.
+
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+root=$PWD
+logs=build/logs
+results=build/test-results
+jobs=$(nproc)
+mkdir -p "$logs"
+
+# The Node that runs npm comes first: Debian's emscripten brings an older one as /usr/bin/node.
+if [[ -n ${npm_node_execpath:-} ]]; then PATH=$(dirname "$npm_node_execpath"):$PATH; fi
+PATH=$root/node_modules/.bin:$PATH
+export PATH
+# Emscripten finds the acorn package of Debian here.
+export NODE_PATH=/usr/share/nodejs
+
+if [[ -t 1 ]]; then
+  live=1 green=$'\e[32m' red=$'\e[31m' dim=$'\e[2m' bold=$'\e[1m' plain=$'\e[0m'
+else
+  live='' green='' red='' dim='' bold='' plain=''
+fi
+
+child=
+# Ctrl-C and SIGTERM end the step that runs, then the script.
+interrupted() {
+  trap '' INT TERM
+  if [[ -n $child ]]; then
+    kill -TERM "$child" 2>/dev/null || true
+    wait "$child" 2>/dev/null || true
+  fi
+  printf '\n%s\n' "Stopped."
+  exit 130
+}
+trap interrupted INT TERM
+
+seconds_since() {
+  printf '%d.%d s' $(((${EPOCHREALTIME/./} - $1) / 1000000)) \
+    $(((${EPOCHREALTIME/./} - $1) / 100000 % 10))
+}
+
+# step LABEL HINT COMMAND…: runs a command with its output in a log, and shows the label, the time,
+# and on a terminal the last line of the log. A command that fails ends the script with what failed,
+# the log's last lines and path, and the hint of what to do.
+step() {
+  local label=$1 hint=$2 begin=${EPOCHREALTIME/./} status=0
+  shift 2
+  local name=${label,,}
+  local log=$logs/${name//[^a-z0-9]/-}.log
+  if [[ -n $live ]]; then
+    "$@" >"$log" 2>&1 </dev/null &
+    child=$!
+    while kill -0 "$child" 2>/dev/null; do
+      local last
+      last=$(tail -c 400 "$log" 2>/dev/null | tr '\r' '\n' | sed '/^[[:space:]]*$/d' | tail -n 1) || true
+      printf '\r\e[K  %s %s %s' "$label" "$dim$(seconds_since "$begin")$plain" "$dim${last:0:60}$plain"
+      sleep 0.2
+    done
+    printf '\r\e[K'
+  else
+    printf '  %s …\n' "$label"
+    "$@" >"$log" 2>&1 </dev/null &
+    child=$!
+  fi
+  wait "$child" || status=$?
+  child=
+  if ((status == 0)); then
+    printf '%s✓%s %s %s\n' "$green" "$plain" "$label" "$dim$(seconds_since "$begin")$plain"
+    return 0
+  fi
+  printf '%s✗ %s failed%s after %s (exit status %d). The end of %s:\n\n' \
+    "$red" "$label" "$plain" "$(seconds_since "$begin")" "$status" "$log"
+  tail -n "${STEP_TAIL:-25}" "$log" | sed 's/^/    /'
+  printf '\n%sWhat to do:%s %s\n' "$bold" "$plain" "$hint"
+  return "$status"
+}
+
+# fingerprint FILE…: changes when one of the files (folders: any file below) changes.
+fingerprint() {
+  find "$@" -type f -printf '%p %s %T@\n' 2>/dev/null | LC_ALL=C sort | sha256sum | cut -d ' ' -f 1
+}
+
+# is_current STAMP FINGERPRINT: whether the stamp file holds the fingerprint.
+is_current() { [[ -f $1 && $(<"$1") == "$2" ]]; }
