@@ -73,7 +73,7 @@ step() {
   fi
   printf '%s✗ %s failed%s after %s (exit status %d). The end of %s:\n\n' \
     "$red" "$label" "$plain" "$(seconds_since "$begin")" "$status" "$log"
-  tail -n "${STEP_TAIL:-25}" "$log" | sed 's/^/    /'
+  tail -n "${STEP_TAIL:-25}" "$log" | cut -c -400 | sed 's/^/    /'
   printf '\n%sWhat to do:%s %s\n' "$bold" "$plain" "$hint"
   return "$status"
 }
