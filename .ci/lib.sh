@@ -80,7 +80,7 @@ step() {
 
 # fingerprint FILE…: changes when one of the files (folders: any file below) changes.
 fingerprint() {
-  find "$@" -type f -printf '%p %s %T@\n' 2>/dev/null | LC_ALL=C sort | sha256sum | cut -d ' ' -f 1
+  { find "$@" -type f -printf '%p %s %T@\n' 2>/dev/null || true; } | LC_ALL=C sort | sha256sum | cut -d ' ' -f 1
 }
 
 # is_current STAMP FINGERPRINT: whether the stamp file holds the fingerprint.

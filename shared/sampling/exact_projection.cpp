@@ -10,6 +10,7 @@ namespace {
 struct Cubic {
   double a, b, c, d;
   double operator()(double t) const { return ((a * t + b) * t + c) * t + d; }
+  double derivative(double t) const { return (3 * a * t + 2 * b) * t + c; }
 };
 
 Cubic along_ray(const Trilinear& f, Vec3f o, Vec3f r, float isovalue) {
@@ -44,30 +45,33 @@ std::optional<std::pair<double, double>> clip_to_cell(Vec3f origin, Vec3f direct
   return std::pair{t0, t1};
 }
 
-/// The root in [lo, hi], where the cubic is monotonic; nothing where it keeps its sign.
+/// The root in [lo, hi], where the cubic is monotonic; nothing where it keeps its sign. Newton's
+/// steps, and halving where they leave the bracket or do not halve the residual: at an inflection
+/// the derivative vanishes, where Newton and regula falsi both crawl.
 std::optional<double> bracketed_root(const Cubic& f, double lo, double hi) {
-  double f_lo = f(lo), f_hi = f(hi);
+  const double f_lo = f(lo), f_hi = f(hi);
   if (f_lo == 0) return lo;
   if (f_hi == 0) return hi;
-  if ((f_lo < 0) == (f_hi < 0)) return std::nullopt;
-  // Regula falsi with the Illinois modification: superlinear, and never leaves the bracket.
-  for (int i = 0; i < 60 && hi - lo > 1e-14 * (std::abs(lo) + std::abs(hi)); ++i) {
-    const double t = std::clamp((lo * f_hi - hi * f_lo) / (f_hi - f_lo), lo, hi);
+  if (!(f_lo < 0) == !(f_hi < 0)) return std::nullopt;
+  const bool rising = f_lo < 0;
+  const double tolerance = 1e-12 * std::max(std::abs(lo), std::abs(hi));
+  double t = lo + (hi - lo) * (f_lo / (f_lo - f_hi)), previous = HUGE_VAL;
+  for (int i = 0; i < 128; ++i) {
     const double f_t = f(t);
     if (f_t == 0) return t;
-    if ((f_t < 0) == (f_lo < 0)) {
-      lo = t, f_lo = f_t, f_hi *= 0.5;
-    } else {
-      hi = t, f_hi = f_t, f_lo *= 0.5;
-    }
+    ((f_t < 0) == rising ? lo : hi) = t;
+    double next = t - f_t / f.derivative(t);
+    if (!(next > lo && next < hi) || std::abs(f_t) > 0.5 * previous) next = 0.5 * (lo + hi);
+    if (std::abs(next - t) <= tolerance) return next;
+    previous = std::abs(f_t);
+    t = next;
   }
-  return 0.5 * (lo + hi);
+  return t;
 }
 
-}  // namespace
-
-std::optional<float> nearest_root_in_cell(const Trilinear& f, Vec3f origin, Vec3f direction,
-                                          float isovalue) {
+/// The nearest root as documented, in double precision.
+std::optional<double> nearest_root(const Trilinear& f, Vec3f origin, Vec3f direction,
+                                   float isovalue) {
   const auto inside = clip_to_cell(origin, direction);
   if (!inside) return std::nullopt;
   const auto [t0, t1] = *inside;
@@ -93,15 +97,25 @@ std::optional<float> nearest_root_in_cell(const Trilinear& f, Vec3f origin, Vec3
     const auto root = bracketed_root(cubic, bounds[i], bounds[i + 1]);
     if (root && (!nearest || std::abs(*root) < std::abs(*nearest))) nearest = root;
   }
-  if (!nearest) return std::nullopt;
-  return static_cast<float>(*nearest);
+  return nearest;
+}
+
+}  // namespace
+
+std::optional<float> nearest_root_in_cell(const Trilinear& f, Vec3f origin, Vec3f direction,
+                                          float isovalue) {
+  const auto t = nearest_root(f, origin, direction, isovalue);
+  if (!t) return std::nullopt;
+  return static_cast<float>(*t);
 }
 
 std::optional<Vec3f> project_exactly(const Trilinear& f, Vec3f origin, Vec3f direction,
                                      float isovalue) {
-  const auto t = nearest_root_in_cell(f, origin, direction, isovalue);
+  const auto t = nearest_root(f, origin, direction, isovalue);
   if (!t) return std::nullopt;
-  return origin + direction * *t;
+  // In double precision: a short direction makes t too large for a float.
+  const auto at = [t](float o, float d) { return static_cast<float>(o + d * *t); };
+  return Vec3f{at(origin.x, direction.x), at(origin.y, direction.y), at(origin.z, direction.z)};
 }
 
 }  // namespace isosplat

@@ -5,6 +5,7 @@
 namespace isosplat {
 
 int corner_shift(CellInterval interval) {
+  if (interval.min >= interval.max) return 0;
   const auto span = static_cast<uint32_t>(interval.max - interval.min);
   return std::max(0, static_cast<int>(std::bit_width(span)) - 9);
 }

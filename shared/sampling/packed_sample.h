@@ -40,10 +40,12 @@ struct UnpackedSample {
 /// The shift by which corners of a cell with this interval are packed, 0 to 7.
 int corner_shift(CellInterval interval);
 
-/// Packs a cell. `cell` is in its block, each 0 to 63; `octant` −1 or 0 to 7.
+/// Packs a cell. `cell` is in its block, each 0 to 63; `octant` −1 or 0 to 7. The interval is not
+/// empty: min ≤ max.
 PackedSample pack_sample(Index3 cell, CellInterval interval, const CellCorners& corners,
                          int octant = -1);
 
+/// Any 16 bytes unpack to something, without a fault.
 UnpackedSample unpack_sample(const PackedSample& packed);
 
 }  // namespace isosplat

@@ -16,9 +16,14 @@ struct Subdivision {
 /// spacing fits, at most `limit` (≥ 1).
 Subdivision anisotropic_subdivision(Vec3d spacing, int32_t limit);
 
+/// The subdivision by which no part's interval is wider than `width` codes: the smallest power of
+/// two along all axes that does it, at most `limit` (≥ 1).
+Subdivision interval_subdivision(const CellCorners& corners, float width, int32_t limit);
+
 /// Samples at the centres of the parts of one cell, x fastest. The interval of each is that of its
-/// part's eight corners, rounded outwards to codes, so that the parts' active tests together miss
-/// nothing of the cell's isosurface. Appends x · y · z samples to `samples`.
+/// part's eight corners, rounded outwards to codes within the cell's interval: the parts' active
+/// tests together miss nothing of the cell's isosurface, and none holds where the cell's does not.
+/// Appends x · y · z samples to `samples`.
 void subdivide_cell(const CellCorners& corners, Subdivision parts, std::vector<Sample>& samples);
 
 }  // namespace isosplat

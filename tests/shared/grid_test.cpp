@@ -1,0 +1,112 @@
+#include "shared/grid/grid.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace isosplat {
+namespace {
+
+TEST(Levels, HalveTheCellsUntilTheCoarsestIsSmall) {
+  EXPECT_EQ(level_count({2, 2, 2}), 1u);
+  EXPECT_EQ(level_count({17, 17, 17}), 1u);
+  EXPECT_EQ(level_count({18, 2, 2}), 2u);
+  EXPECT_EQ(level_count({33, 33, 33}), 2u);
+  EXPECT_EQ(level_count({256, 256, 128}), 5u);
+  EXPECT_EQ(level_count({kMaxVoxelsPerAxis, 2, 2}), 17u);
+}
+
+TEST(Levels, CoverTheVolumeWithLessThanOneCellOfOverhang) {
+  for (const Index3 voxels : {Index3{2, 2, 2}, Index3{65, 64, 63}, Index3{66, 129, 2},
+                              Index3{301, 324, 56}, Index3{1000, 3, 17}}) {
+    const uint32_t levels = level_count(voxels);
+    for (uint32_t l = 0; l < levels; ++l) {
+      const LevelGrid grid = level_grid(voxels, l);
+      EXPECT_EQ(grid.level, l);
+      for (const auto& [v, c, b] : {std::tuple{voxels.x, grid.cells.x, grid.blocks.x},
+                                    std::tuple{voxels.y, grid.cells.y, grid.blocks.y},
+                                    std::tuple{voxels.z, grid.cells.z, grid.blocks.z}}) {
+        EXPECT_GE(c << l, v - 1);
+        EXPECT_LT((c - 1) << l, v - 1);
+        EXPECT_GE(b * kBlockCells, c);
+        EXPECT_LT((b - 1) * kBlockCells, c);
+      }
+    }
+    const Index3 coarsest = level_grid(voxels, levels - 1).cells;
+    EXPECT_LE(std::max({coarsest.x, coarsest.y, coarsest.z}), kCoarsestCells);
+  }
+}
+
+TEST(Blocks, PartitionTheCellsOfALevel) {
+  for (const Index3 voxels :
+       {Index3{2, 2, 2}, Index3{65, 64, 63}, Index3{66, 129, 2}, Index3{130, 200, 65}}) {
+    const LevelGrid grid = level_grid(voxels, 0);
+    int64_t sum = 0;
+    uint64_t count = 0;
+    for (int32_t z = 0; z < grid.blocks.z; ++z) {
+      for (int32_t y = 0; y < grid.blocks.y; ++y) {
+        for (int32_t x = 0; x < grid.blocks.x; ++x, ++count) {
+          const Index3 cells = block_cells(grid, {x, y, z});
+          for (const int32_t c : {cells.x, cells.y, cells.z}) {
+            EXPECT_GE(c, 1);
+            EXPECT_LE(c, kBlockCells);
+          }
+          sum += int64_t{cells.x} * cells.y * cells.z;
+        }
+      }
+    }
+    EXPECT_EQ(count, grid.block_count());
+    EXPECT_EQ(sum, int64_t{voxels.x - 1} * (voxels.y - 1) * (voxels.z - 1));
+  }
+}
+
+TEST(Blocks, OfThinVolumesAreThin) {
+  EXPECT_EQ(block_cells(level_grid({65, 66, 67}, 0), {0, 1, 1}), (Index3{64, 1, 2}));
+}
+
+TEST(VolumeGrid, MapsVoxelsToTheWorld) {
+  VolumeGrid grid;
+  grid.voxels = {10, 20, 30};
+  grid.spacing = {2, 3, 5};
+  grid.origin = {-7, 11, 13};
+  EXPECT_EQ(grid.world({0, 0, 0}), grid.origin);
+  EXPECT_EQ(grid.world({1, 1, 1}), (Vec3d{-5, 14, 18}));
+  EXPECT_EQ(grid.world({0.5, 0, 0}), (Vec3d{-6, 11, 13}));
+
+  // x → y, y → z, z → x: the columns are the world directions of the voxel axes.
+  grid.direction = {0, 0, 1, 1, 0, 0, 0, 1, 0};
+  EXPECT_EQ(grid.world({1, 0, 0}), (Vec3d{-7, 13, 13}));
+  EXPECT_EQ(grid.world({0, 1, 0}), (Vec3d{-7, 11, 16}));
+  EXPECT_EQ(grid.world({0, 0, 1}), (Vec3d{-2, 11, 13}));
+}
+
+// The gradient of a function is what its differences along world axes say, whatever the spacing
+// and direction.
+TEST(VolumeGrid, GradientsFollowTheWorld) {
+  VolumeGrid grid;
+  grid.voxels = {10, 10, 10};
+  grid.spacing = {0.5, 2, 3};
+  grid.origin = {1, 2, 3};
+  const double s = std::sin(0.3), c = std::cos(0.3);
+  grid.direction = {c, -s, 0, s, c, 0, 0, 0, 1};
+  const Vec3d slope{3, -4, 5};  // f(world) = slope · world
+  const auto f = [&](Vec3d index) { return dot(slope, grid.world(index)); };
+  const Vec3d index_gradient{f({1, 0, 0}) - f({0, 0, 0}), f({0, 1, 0}) - f({0, 0, 0}),
+                             f({0, 0, 1}) - f({0, 0, 0})};
+  const Vec3d gradient = grid.world_gradient(index_gradient);
+  EXPECT_NEAR(gradient.x, slope.x, 1e-12);
+  EXPECT_NEAR(gradient.y, slope.y, 1e-12);
+  EXPECT_NEAR(gradient.z, slope.z, 1e-12);
+}
+
+TEST(ValueMapping, TurnsIsovaluesIntoCodesAndBack) {
+  EXPECT_EQ((ValueMapping{.offset = -32768}.isocode(1000.5)), 33768.5f);
+  const ValueMapping mapping{.offset = -1.5, .scale = 1.0 / 1024};
+  EXPECT_EQ(mapping.isocode(-1.5), 0.0f);
+  EXPECT_EQ(mapping.isocode(0), 1536.0f);
+  EXPECT_EQ(mapping.value(1536), 0.0);
+}
+
+}  // namespace
+}  // namespace isosplat
