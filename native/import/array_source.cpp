@@ -1,0 +1,103 @@
+#include "native/import/array_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace isosplat {
+namespace {
+
+class ArraySource : public VolumeSource {
+ public:
+  ArraySource(ArrayVolume volume, Orientation orientation, std::unique_ptr<ByteReader> reader)
+      : volume_(std::move(volume)),
+        reverse_rows_(orientation.reverse_rows),
+        reader_(std::move(reader)) {
+    header_ = {orientation.grid, read_type(volume_.stored), volume_.format, volume_.name};
+  }
+
+  const VolumeHeader& header() const override { return header_; }
+
+  Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
+    const auto nx = static_cast<size_t>(volume_.voxels.x);
+    const auto ny = static_cast<size_t>(volume_.voxels.y);
+    const size_t stored_slice = nx * ny * stored_bytes(volume_.stored.type);
+    const size_t slice = nx * ny * voxel_bytes(header_.type);
+    if (first < 0 || count < 1 || int64_t{first} + count > volume_.voxels.z ||
+        out.size() != slice * static_cast<size_t>(count)) {
+      return fail(Status::invalid_argument, "slices outside the volume were asked for");
+    }
+    const uint64_t offset = volume_.offset + static_cast<uint64_t>(first) * stored_slice;
+    if (decodes_in_place(volume_.stored)) {
+      if (auto r = reader_->read(offset, out); !r) return r;
+      decode_in_place(volume_.stored, out);
+    } else {
+      scratch_.resize(stored_slice);
+      for (size_t z = 0; z < static_cast<size_t>(count); ++z) {
+        if (auto r = reader_->read(offset + z * stored_slice, scratch_); !r) return r;
+        decode(volume_.stored, scratch_, header_.type, out.subspan(z * slice, slice));
+      }
+    }
+    if (reverse_rows_) {
+      for (size_t z = 0; z < static_cast<size_t>(count); ++z) {
+        reverse_rows(out.subspan(z * slice, slice), nx * voxel_bytes(header_.type));
+      }
+    }
+    return {};
+  }
+
+  uint64_t resident_bytes() const override { return 0; }
+
+ private:
+  ArrayVolume volume_;
+  bool reverse_rows_;
+  std::unique_ptr<ByteReader> reader_;
+  VolumeHeader header_;
+  std::vector<std::byte> scratch_;  ///< one stored slice, where voxels change their type
+};
+
+}  // namespace
+
+Result<std::unique_ptr<VolumeSource>> make_array_source(ArrayVolume volume,
+                                                        std::unique_ptr<ByteReader> reader,
+                                                        std::vector<std::string>& notes) {
+  auto orientation = orient(volume.voxels, volume.geometry);
+  if (!orientation) {
+    return fail(orientation.error().status, volume.path + ": " + orientation.error().message);
+  }
+  const uint64_t needed = volume_bytes(volume.voxels, stored_bytes(volume.stored.type));
+  const uint64_t limit = reader->size_limit();
+  uint64_t skipped = 0;
+  if (__builtin_mul_overflow(needed, volume.time_step, &skipped) ||
+      __builtin_add_overflow(volume.offset, skipped, &volume.offset)) {
+    volume.offset = std::numeric_limits<uint64_t>::max();
+  }
+  if (volume.offset > limit || needed > limit - volume.offset) {
+    const uint64_t found = limit - std::min(limit, volume.offset);
+    return fail(
+        Status::truncated,
+        fmt::format("{}: expected {} bytes of voxels ({} × {} × {}, {} bytes each), found {}{}: "
+                    "the file is incomplete, or its header is wrong; copy or download it again",
+                    volume.path, needed, volume.voxels.x, volume.voxels.y, volume.voxels.z,
+                    stored_bytes(volume.stored.type), volume.plain ? "" : "at most ", found));
+  }
+  for (std::string& note : orientation->notes) notes.push_back(std::move(note));
+  return std::make_unique<ArraySource>(std::move(volume), std::move(*orientation),
+                                       std::move(reader));
+}
+
+void reverse_rows(std::span<std::byte> slice, size_t row_bytes) {
+  const size_t rows = slice.size() / row_bytes;
+  for (size_t y = 0; y < rows / 2; ++y) {
+    std::byte* a = slice.data() + y * row_bytes;
+    std::swap_ranges(a, a + row_bytes, slice.data() + (rows - 1 - y) * row_bytes);
+  }
+}
+
+uint64_t volume_bytes(Vec3<int64_t> voxels, size_t voxel_bytes) {
+  return static_cast<uint64_t>(voxels.x) * static_cast<uint64_t>(voxels.y) *
+         static_cast<uint64_t>(voxels.z) * voxel_bytes;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,234 @@
+#include "native/import/byte_reader.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace isosplat {
+namespace {
+
+/// A file descriptor and the size that the file had when it was opened.
+class File {
+ public:
+  static Result<File> open(const std::filesystem::path& path) {
+    const auto size = size_of_file(path);
+    if (!size) return tl::unexpected(size.error());
+    File file;
+    file.path_ = path;
+    file.size_ = *size;
+    file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file.descriptor_ < 0) {
+      return fail(Status::io_error,
+                  fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
+    }
+    return file;
+  }
+
+  File(File&& other) noexcept
+      : path_(std::move(other.path_)),
+        size_(other.size_),
+        descriptor_(std::exchange(other.descriptor_, -1)) {}
+  File& operator=(File&&) = delete;
+  ~File() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+
+  uint64_t size() const { return size_; }
+  const std::filesystem::path& path() const { return path_; }
+
+  /// Reads up to out.size() bytes; fewer only at the end of the file.
+  Result<size_t> read_some(uint64_t offset, std::span<std::byte> out) const {
+    size_t done = 0;
+    while (done < out.size()) {
+      const ssize_t got = ::pread(descriptor_, out.data() + done, out.size() - done,
+                                  static_cast<off_t>(offset + done));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) {
+        return fail(Status::io_error,
+                    fmt::format("{}: cannot be read at byte {}: {}", path_.string(), offset + done,
+                                std::strerror(errno)));
+      }
+      if (got == 0) break;
+      done += static_cast<size_t>(got);
+    }
+    return done;
+  }
+
+ private:
+  File() = default;
+  std::filesystem::path path_;
+  uint64_t size_ = 0;
+  int descriptor_ = -1;
+};
+
+tl::unexpected<Error> ends_early(const std::filesystem::path& path, uint64_t needed, uint64_t found,
+                                 const char* what) {
+  return fail(Status::truncated,
+              fmt::format("{}: expected at least {} bytes {}, found {}: the file is incomplete, or "
+                          "its header is wrong; copy or download it again",
+                          path.string(), needed, what, found));
+}
+
+class PlainReader : public ByteReader {
+ public:
+  explicit PlainReader(File file) : file_(std::move(file)) {}
+
+  Result<void> read(uint64_t offset, std::span<std::byte> out) override {
+    const auto got = file_.read_some(offset, out);
+    if (!got) return tl::unexpected(got.error());
+    if (*got < out.size()) return ends_early(file_.path(), offset + out.size(), offset + *got, "");
+    return {};
+  }
+
+  uint64_t size_limit() const override { return file_.size(); }
+
+ private:
+  File file_;
+};
+
+class DeflatedReader : public ByteReader {
+ public:
+  DeflatedReader(File file, uint64_t start) : file_(std::move(file)), start_(start) {}
+  ~DeflatedReader() override { stop(); }
+
+  Result<void> read(uint64_t offset, std::span<std::byte> out) override {
+    if (!running_ || offset < position_) {
+      if (auto begun = begin(); !begun) return begun;
+    }
+    while (position_ < offset) {
+      const auto skip = std::min<uint64_t>(offset - position_, skipped_.size());
+      if (auto r = expand(std::span(skipped_).first(static_cast<size_t>(skip))); !r) return r;
+    }
+    return expand(out);
+  }
+
+  uint64_t size_limit() const override {
+    const uint64_t bytes = file_.size() - std::min(start_, file_.size());
+    return bytes > std::numeric_limits<uint64_t>::max() / 1040 ? bytes : bytes * 1040;
+  }
+
+ private:
+  Result<void> begin() {
+    stop();
+    stream_ = z_stream{};
+    if (inflateInit2(&stream_, 15 + 32) != Z_OK) {  // 32: gzip or zlib, as found
+      return fail(Status::out_of_memory, "zlib could not be started: not enough memory");
+    }
+    running_ = true;
+    ended_member_ = false;
+    position_ = 0;
+    input_offset_ = start_;
+    return {};
+  }
+
+  void stop() {
+    if (running_) inflateEnd(&stream_);
+    running_ = false;
+  }
+
+  Result<void> damaged(const char* reason) {
+    return fail(Status::malformed_volume,
+                fmt::format("{}: the compressed data is damaged near byte {} ({}): copy or "
+                            "download the file again",
+                            file_.path().string(), input_offset_ - stream_.avail_in, reason));
+  }
+
+  Result<void> expand(std::span<std::byte> out) {
+    size_t done = 0;
+    while (done < out.size()) {
+      if (stream_.avail_in == 0) {
+        const auto got = file_.read_some(input_offset_, input_);
+        if (!got) return tl::unexpected(got.error());
+        if (*got == 0) {
+          return ends_early(file_.path(), position_ + (out.size() - done), position_,
+                            "after decompression");
+        }
+        input_offset_ += *got;
+        stream_.next_in = reinterpret_cast<Bytef*>(input_.data());
+        stream_.avail_in = static_cast<uInt>(*got);
+      }
+      const size_t room = std::min<size_t>(out.size() - done, 1u << 30);
+      stream_.next_out = reinterpret_cast<Bytef*>(out.data() + done);
+      stream_.avail_out = static_cast<uInt>(room);
+      const int status = inflate(&stream_, Z_NO_FLUSH);
+      const size_t made = room - stream_.avail_out;
+      done += made;
+      position_ += made;
+      if (status == Z_STREAM_END) {
+        inflateReset(&stream_);  // another member may follow
+        ended_member_ = true;
+      } else if (status == Z_DATA_ERROR && ended_member_ && made == 0) {
+        // What follows the last member is not gzip data: the data ends here.
+        return ends_early(file_.path(), position_ + (out.size() - done), position_,
+                          "after decompression");
+      } else if (status != Z_OK && status != Z_BUF_ERROR) {
+        return damaged(stream_.msg ? stream_.msg : "not gzip data");
+      } else if (made > 0) {
+        ended_member_ = false;
+      }
+    }
+    return {};
+  }
+
+  File file_;
+  uint64_t start_;
+  z_stream stream_{};
+  bool running_ = false;
+  bool ended_member_ = false;
+  uint64_t position_ = 0;      ///< expanded bytes handed out since the beginning
+  uint64_t input_offset_ = 0;  ///< in the file, of the next bytes to be read
+  std::array<std::byte, 64 * 1024> input_;
+  std::array<std::byte, 16 * 1024> skipped_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<ByteReader>> open_plain(const std::filesystem::path& path) {
+  auto file = File::open(path);
+  if (!file) return tl::unexpected(file.error());
+  return std::make_unique<PlainReader>(std::move(*file));
+}
+
+Result<std::unique_ptr<ByteReader>> open_deflated(const std::filesystem::path& path,
+                                                  uint64_t start) {
+  auto file = File::open(path);
+  if (!file) return tl::unexpected(file.error());
+  return std::make_unique<DeflatedReader>(std::move(*file), start);
+}
+
+bool is_gzip(const std::filesystem::path& path) {
+  auto reader = open_plain(path);
+  std::array<std::byte, 2> magic{};
+  return reader && (*reader)->read(0, magic) && magic[0] == std::byte{0x1f} &&
+         magic[1] == std::byte{0x8b};
+}
+
+Result<uint64_t> size_of_file(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) {
+    return fail(Status::io_error,
+                fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
+  }
+  if (!S_ISREG(status.st_mode)) {
+    return fail(Status::io_error,
+                fmt::format("{}: expected a file, found {}", path.string(),
+                            S_ISDIR(status.st_mode) ? "a folder" : "a device or socket"));
+  }
+  if (status.st_size == 0) {
+    return fail(Status::malformed_volume,
+                fmt::format("{}: the file is empty: copy or download it again", path.string()));
+  }
+  return static_cast<uint64_t>(status.st_size);
+}
+
+}  // namespace isosplat

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+
+#include "shared/base/status.h"
+
+namespace isosplat {
+
+/// Bytes that can be read at any offset: a file, or what a compressed file expands to. One thread
+/// at a time.
+class ByteReader {
+ public:
+  virtual ~ByteReader() = default;
+
+  /// Reads out.size() bytes from `offset`. Errors: truncated where the bytes end before, io_error,
+  /// malformed_volume where compressed data is damaged.
+  virtual Result<void> read(uint64_t offset, std::span<std::byte> out) = 0;
+
+  /// No more bytes than this can come: exact for plain files, an upper bound for compressed ones
+  /// (deflate expands at most 1032 times).
+  virtual uint64_t size_limit() const = 0;
+};
+
+/// A file as it is. Errors: io_error.
+Result<std::unique_ptr<ByteReader>> open_plain(const std::filesystem::path& path);
+
+/// What the gzip or zlib data from `start` in a file expands to, several gzip members one after the
+/// other included. Streams: reading forwards is fast, reading backwards starts again from the
+/// beginning. Holds about 100 KB. Errors: io_error.
+Result<std::unique_ptr<ByteReader>> open_deflated(const std::filesystem::path& path,
+                                                  uint64_t start = 0);
+
+/// Whether a file begins with gzip's magic number.
+bool is_gzip(const std::filesystem::path& path);
+
+/// The size of a regular file. Errors: io_error with the system's reason, and for an empty file
+/// malformed_volume.
+Result<uint64_t> size_of_file(const std::filesystem::path& path);
+
+}  // namespace isosplat

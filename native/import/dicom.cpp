@@ -1,0 +1,251 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "native/import/array_source.h"
+#include "native/import/formats.h"
+#include "native/import/slice_files.h"
+
+// DICOM: a folder with a file per slice, or one file with several frames. ITK (GDCM) finds the
+// series, decodes the slices and applies the rescaling to physical values (Hounsfield units, say);
+// which slice lies where is computed here from their positions.
+namespace isosplat {
+namespace {
+
+struct Slice {
+  std::string file;
+  HeaderGeometry geometry;
+  int64_t width = 0, height = 0;
+  StoredType type = StoredType::u8;
+  double along = 0;  ///< position along the normal of the slices
+};
+
+Vec3d column(const std::array<double, 9>& m, size_t index) {
+  return {m[index], m[3 + index], m[6 + index]};
+}
+
+/// One type that holds the values of all slices: rescaling can differ from slice to slice.
+VoxelType common_type(const std::vector<Slice>& slices) {
+  const VoxelType first = read_type({slices[0].type, false, 1, 0});
+  bool same = true, integers = true;
+  for (const Slice& slice : slices) {
+    const VoxelType type = read_type({slice.type, false, 1, 0});
+    same = same && type == first;
+    integers =
+        integers && type != VoxelType::f32 && type != VoxelType::f64 && type != VoxelType::u32;
+  }
+  return same ? first : integers ? VoxelType::i32 : VoxelType::f64;
+}
+
+class DicomSource : public VolumeSource {
+ public:
+  DicomSource(VolumeHeader header, std::vector<Slice> slices, bool reverse)
+      : header_(std::move(header)), slices_(std::move(slices)), reverse_(reverse) {}
+
+  const VolumeHeader& header() const override { return header_; }
+
+  Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
+    const Index3 n = header_.grid.voxels;
+    const size_t pixels = static_cast<size_t>(n.x) * static_cast<size_t>(n.y);
+    const size_t bytes = pixels * voxel_bytes(header_.type);
+    if (first < 0 || count < 1 || int64_t{first} + count > n.z ||
+        out.size() != bytes * static_cast<size_t>(count)) {
+      return fail(Status::invalid_argument, "slices outside the volume were asked for");
+    }
+    for (int32_t i = 0; i < count; ++i) {
+      const Slice& slice = slices_[static_cast<size_t>(first + i)];
+      auto to = out.subspan(static_cast<size_t>(i) * bytes, bytes);
+      auto reader = ItkReader::open(ItkFormat::dicom, slice.file);
+      if (!reader) return tl::unexpected(reader.error());
+      const ItkHeader& info = reader->header();
+      if (info.sizes.size() < 2 || info.sizes[0] != n.x || info.sizes[1] != n.y ||
+          info.type != slice.type || info.components != 1) {
+        return fail(
+            Status::malformed_volume,
+            fmt::format("{}: the file has changed while it was read: start again", slice.file));
+      }
+      scratch_.resize(pixels * stored_bytes(slice.type));
+      if (auto read = reader->read_all(scratch_); !read) return read;
+      decode({slice.type, false, 1, 0}, scratch_, header_.type, to);
+      if (reverse_) reverse_rows(to, static_cast<size_t>(n.x) * voxel_bytes(header_.type));
+    }
+    return {};
+  }
+
+  uint64_t resident_bytes() const override { return 0; }
+
+ private:
+  VolumeHeader header_;
+  std::vector<Slice> slices_;
+  bool reverse_;
+  std::vector<std::byte> scratch_;
+};
+
+Result<std::vector<Slice>> read_slice_headers(const std::vector<std::string>& files) {
+  std::vector<Slice> slices;
+  for (const std::string& file : files) {
+    const auto reader = ItkReader::open(ItkFormat::dicom, file);
+    if (!reader) return tl::unexpected(reader.error());
+    const ItkHeader& info = reader->header();
+    if (info.components != 1) return not_scalar(file, info.components);
+    if (!info.has_known_type) return unknown_type(file, "unknown");
+    Slice slice{file,
+                info.geometry,
+                info.sizes.empty() ? 0 : info.sizes[0],
+                info.sizes.size() < 2 ? 0 : info.sizes[1],
+                info.type,
+                0};
+    if (!slices.empty() && (slice.width != slices[0].width || slice.height != slices[0].height)) {
+      return fail(
+          Status::malformed_volume,
+          fmt::format("{}: expected a slice of {} × {} voxels as in {}, found {} × {}: take "
+                      "the odd slice out of the folder",
+                      file, slices[0].width, slices[0].height, slices[0].file, slice.width,
+                      slice.height));
+    }
+    slices.push_back(std::move(slice));
+  }
+  return slices;
+}
+
+/// Orders slices along their normal, and takes one time step of them. Returns what a person should
+/// know.
+Result<std::vector<std::string>> arrange(const std::filesystem::path& path,
+                                         std::vector<Slice>& slices, const ImportOptions& options) {
+  std::vector<std::string> notes;
+  const auto& direction = slices[0].geometry.direction;
+  const Vec3d normal = cross(column(direction, 0), column(direction, 1));
+  for (Slice& slice : slices) slice.along = dot(slice.geometry.origin, normal);
+  std::sort(slices.begin(), slices.end(),
+            [](const Slice& a, const Slice& b) { return natural_order(a.file, b.file); });
+  const auto [nearest, farthest] =
+      std::minmax_element(slices.begin(), slices.end(),
+                          [](const Slice& a, const Slice& b) { return a.along < b.along; });
+  const double extent = farthest->along - nearest->along;
+  const double tolerance = 1e-3 * extent / static_cast<double>(slices.size());
+  if (!(extent > 1e-6)) {
+    notes.push_back(
+        "the slices do not say where they are: they are taken in the order of their "
+        "names");
+    if (options.time_step.value_or(0) != 0) {
+      return fail(
+          Status::invalid_argument,
+          fmt::format("{}: the series has no time steps: leave --time-step away", path.string()));
+    }
+    return notes;
+  }
+  std::stable_sort(slices.begin(), slices.end(),
+                   [](const Slice& a, const Slice& b) { return a.along < b.along; });
+
+  // Slices at the same place are time steps (or echoes, …), in the order of their names.
+  std::vector<std::vector<Slice>> places;
+  for (Slice& slice : slices) {
+    if (places.empty() || slice.along - places.back()[0].along > tolerance) places.emplace_back();
+    places.back().push_back(std::move(slice));
+  }
+  size_t steps = places[0].size();
+  bool even = true;
+  for (const auto& place : places) {
+    even = even && place.size() == steps;
+    steps = std::min(steps, place.size());
+  }
+  if (!even) {
+    notes.push_back("some slices lie at the same place as others: the first of each are taken");
+    steps = 1;
+  }
+  const auto step =
+      choose_time_step(path,
+                       {slices[0].width, slices[0].height, static_cast<int64_t>(places.size()),
+                        static_cast<int64_t>(steps)},
+                       options);
+  if (!step) return tl::unexpected(step.error());
+  slices.clear();
+  for (auto& place : places) slices.push_back(std::move(place[static_cast<size_t>(*step)]));
+
+  double least = extent, most = 0;
+  for (size_t i = 1; i < slices.size(); ++i) {
+    const double gap = slices[i].along - slices[i - 1].along;
+    least = std::min(least, gap);
+    most = std::max(most, gap);
+  }
+  if (most > 1.2 * least) {
+    notes.push_back(
+        fmt::format("slices are missing or unevenly spaced: the gaps between them are "
+                    "{:.3g} to {:.3g} mm; their mean is taken",
+                    least, most));
+  }
+  return notes;
+}
+
+}  // namespace
+
+Result<OpenVolume> open_dicom_file(const std::filesystem::path& path,
+                                   const ImportOptions& options) {
+  auto reader = ItkReader::open(ItkFormat::dicom, path);
+  if (!reader) return tl::unexpected(reader.error());
+  const auto& sizes = reader->header().sizes;
+  if (sizes.size() < 3 || sizes[2] < 2) {
+    return fail(Status::no_cells,
+                fmt::format("{}: expected a volume, found a single DICOM slice: give the folder "
+                            "that holds the series",
+                            path.string()));
+  }
+  return open_whole(std::move(*reader), "DICOM", path, options);
+}
+
+Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
+                                     const ImportOptions& options) {
+  auto series = list_dicom_series(path);
+  if (!series) return tl::unexpected(series.error());
+  if (series->empty()) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected a folder with a DICOM series or TIFF slices, found "
+                            "neither: give the folder that holds the slices themselves",
+                            path.string()));
+  }
+  OpenVolume volume;
+  const auto& files = (*series)[0].files;
+  if (series->size() > 1) {
+    volume.notes.push_back(fmt::format(
+        "the folder holds {} DICOM series: the largest, {} with {} files, is taken; for another, "
+        "put its files into a folder of their own",
+        series->size(), (*series)[0].id, files.size()));
+  }
+  if (files.size() == 1) {
+    auto single = open_dicom_file(files[0], options);
+    if (single) {
+      single->notes.insert(single->notes.begin(), volume.notes.begin(), volume.notes.end());
+    }
+    return single;
+  }
+  auto slices = read_slice_headers(files);
+  if (!slices) return tl::unexpected(slices.error());
+  auto notes = arrange(path, *slices, options);
+  if (!notes) return tl::unexpected(notes.error());
+  volume.notes.insert(volume.notes.end(), notes->begin(), notes->end());
+
+  // The third axis runs from the first slice to the last.
+  HeaderGeometry geometry = slices->front().geometry;
+  const auto count = static_cast<int64_t>(slices->size());
+  const Vec3d path_through = slices->back().geometry.origin - slices->front().geometry.origin;
+  const double distance = length(path_through);
+  if (count > 1 && distance > 1e-6) {
+    geometry.spacing.z = distance / static_cast<double>(count - 1);
+    geometry.direction[2] = path_through.x / distance;
+    geometry.direction[5] = path_through.y / distance;
+    geometry.direction[8] = path_through.z / distance;
+  }
+  if (options.spacing) geometry.spacing = *options.spacing;
+  auto orientation = orient({slices->front().width, slices->front().height, count}, geometry);
+  if (!orientation) {
+    return fail(orientation.error().status, path.string() + ": " + orientation.error().message);
+  }
+  for (std::string& note : orientation->notes) volume.notes.push_back(std::move(note));
+  VolumeHeader header{orientation->grid, common_type(*slices), "DICOM", volume_name(path)};
+  volume.source = std::make_unique<DicomSource>(std::move(header), std::move(*slices),
+                                                orientation->reverse_rows);
+  return volume;
+}
+
+}  // namespace isosplat

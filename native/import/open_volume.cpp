@@ -1,0 +1,179 @@
+#include "native/import/open_volume.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "native/import/byte_reader.h"
+#include "native/import/formats.h"
+#include "native/import/header_text.h"
+#include "native/import/slice_files.h"
+
+namespace isosplat {
+namespace {
+
+using Opener = Result<OpenVolume> (*)(const std::filesystem::path&, const ImportOptions&);
+
+/// Which reader a file's first bytes ask for; null where they say nothing.
+Opener opener_for(std::string_view beginning) {
+  using namespace std::string_view_literals;
+  if (beginning.starts_with("NRRD000")) return open_nrrd;
+  if (beginning.starts_with("# vtk DataFile")) return open_vtk_legacy;
+  if (beginning.starts_with("II*\0"sv) || beginning.starts_with("MM\0*"sv) ||
+      beginning.starts_with("II+\0"sv) || beginning.starts_with("MM\0+"sv)) {
+    return open_tiff_file;
+  }
+  if (beginning.size() > 132 && beginning.substr(128, 4) == "DICM") return open_dicom_file;
+  if (beginning.size() > 348 && beginning.substr(344, 4) == "n+1\0"sv) return open_nifti;
+  const std::string_view text = beginning.substr(0, std::min<size_t>(beginning.size(), 4096));
+  if (text.find("ElementDataFile") != text.npos || text.find("NDims") != text.npos) {
+    return open_meta_image;
+  }
+  return nullptr;
+}
+
+struct Known {
+  std::string_view suffix;
+  std::string_view what;
+};
+
+/// Files that people may well try, with what they are.
+constexpr Known kNotRead[] = {
+    {".vti", "VTK's XML format"},
+    {".vtu", "an unstructured VTK grid"},
+    {".vtr", "a rectilinear VTK grid"},
+    {".vts", "a curvilinear VTK grid"},
+    {".vtp", "a VTK mesh"},
+    {".vthb", "a VTK AMR hierarchy"},
+    {".h5", "HDF5"},
+    {".hdf5", "HDF5"},
+    {".mnc", "MINC"},
+    {".mgz", "FreeSurfer's format"},
+    {".mrc", "MRC"},
+    {".png", "a single image"},
+    {".jpg", "a single image"},
+    {".jpeg", "a single image"},
+    {".zip", "an archive"},
+    {".tar", "an archive"},
+    {".img", "one half of a pair"},
+    {".hdr", "one half of a pair"},
+    {".npy", "a NumPy array"},
+    {".stl", "a mesh"},
+    {".ply", "a mesh or point cloud"},
+    {".obj", "a mesh"},
+};
+
+tl::unexpected<Error> unsupported(const std::filesystem::path& path) {
+  const std::string extension = lower_case(path.extension().string());
+  std::string found = "found none of their signatures in the file";
+  for (const Known& known : kNotRead) {
+    if (known.suffix == extension) found = fmt::format("found {} ({})", extension, known.what);
+  }
+  return fail(Status::unsupported_format,
+              fmt::format("{}: expected NRRD, MetaImage, NIfTI, DICOM, TIFF or legacy VTK, {}: "
+                          "convert it (ParaView, 3D Slicer and ITK-SNAP write NRRD), or give "
+                          "--dims and --type if it holds raw voxels",
+                          path.string(), found));
+}
+
+Result<OpenVolume> open_folder(const std::filesystem::path& path, const ImportOptions& options) {
+  if (!files_of_folder(path, {".tif", ".tiff"}).empty()) return open_tiff_folder(path, options);
+  if (files_of_folder(path, {}).empty()) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected a folder with DICOM or TIFF slices, found no file in it",
+                            path.string()));
+  }
+  return open_dicom_folder(path, options);
+}
+
+}  // namespace
+
+Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options) {
+  std::error_code error;
+  const bool raw_options =
+      options.dims || options.type || options.big_endian || options.skip_bytes > 0;
+  if (std::filesystem::is_directory(path, error)) {
+    if (raw_options) {
+      return fail(Status::invalid_argument,
+                  fmt::format("{}: --dims, --type, --endian and --skip-bytes are for raw files, "
+                              "this is a folder: leave them away",
+                              path.string()));
+    }
+    return open_folder(path, options);
+  }
+  const auto beginning = read_beginning(path, 4096);
+  if (!beginning) return tl::unexpected(beginning.error());
+  if (beginning->empty()) return tl::unexpected(size_of_file(path).error());
+  Opener opener = opener_for(*beginning);
+  const std::string name = lower_case(path.filename().string());
+  if (!opener && name.ends_with(".nii.gz")) opener = open_nifti;
+  if (!opener && name.ends_with(".nii")) opener = open_nifti;
+  if (opener && raw_options) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: --dims, --type, --endian and --skip-bytes are for raw files, this "
+                            "one has a header: leave them away",
+                            path.string()));
+  }
+  if (!opener && (options.dims || options.type || raw_name_is_complete(path) ||
+                  name.ends_with(".raw") || name.ends_with(".raw.gz"))) {
+    opener = open_raw;
+  }
+  if (!opener) return unsupported(path);
+  return opener(path, options);
+}
+
+std::string volume_name(const std::filesystem::path& path) {
+  std::filesystem::path file = path.filename();
+  if (file.empty()) file = path.parent_path().filename();  // "folder/"
+  if (lower_case(file.extension().string()) == ".gz") file = file.stem();
+  const std::string stem = file.stem().string();
+  return stem.empty() ? "volume" : stem;
+}
+
+Result<uint64_t> choose_time_step(const std::filesystem::path& path,
+                                  const std::vector<int64_t>& sizes, const ImportOptions& options) {
+  size_t axes = sizes.size();
+  while (axes > 3 && sizes[axes - 1] == 1) --axes;
+  if (axes < 3) {
+    return fail(Status::no_cells,
+                fmt::format("{}: expected a volume with three axes, found an image with {}: give "
+                            "the folder of all slices, or the file that holds them all",
+                            path.string(), axes));
+  }
+  if (axes > 4) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected three axes, or four with time, found {}: save one "
+                            "volume of it on its own",
+                            path.string(), axes));
+  }
+  const int64_t steps = axes == 4 ? sizes[3] : 1;
+  if (axes == 4 && !options.time_step) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected one volume, found {} time steps: choose one with "
+                            "--time-step 0 to --time-step {}",
+                            path.string(), steps, steps - 1));
+  }
+  const int64_t step = options.time_step.value_or(0);
+  if (step < 0 || step >= steps) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected a --time-step from 0 to {}, found {}: choose another",
+                            path.string(), steps - 1, step));
+  }
+  return static_cast<uint64_t>(step);
+}
+
+tl::unexpected<Error> not_scalar(const std::filesystem::path& path, int components) {
+  return fail(Status::unsupported_type,
+              fmt::format("{}: expected one number per voxel, found {} (colours or vectors): save "
+                          "one channel, or the magnitude, as a volume of its own",
+                          path.string(), components));
+}
+
+tl::unexpected<Error> unknown_type(const std::filesystem::path& path, std::string_view type) {
+  return fail(Status::unsupported_type,
+              fmt::format("{}: expected voxels of type u8, i8, u16, i16, u32, i32, f32 or f64, "
+                          "found {}: convert the volume to one of them",
+                          path.string(), type));
+}
+
+}  // namespace isosplat

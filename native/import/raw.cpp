@@ -1,0 +1,130 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <regex>
+
+#include "native/import/array_source.h"
+#include "native/import/formats.h"
+#include "native/import/header_text.h"
+
+namespace isosplat {
+namespace {
+
+struct RawLayout {
+  Vec3<int64_t> dims;
+  VoxelType type;
+};
+
+/// Dims and type as many archives write them into names: foot_256x256x256_uint8.raw.
+std::optional<RawLayout> layout_in_name(const std::filesystem::path& path) {
+  static const std::regex kDims(R"((\d{1,7})x(\d{1,7})x(\d{1,7}))");
+  static const std::regex kType(
+      R"((?:^|[_.\-])(u?int(?:8|16|32)|float(?:32|64)?|double|[ui](?:8|16|32)|f(?:32|64))(?=$|[_.\-]))");
+  const std::string name = lower_case(path.filename().string());
+  std::smatch dims, type;
+  if (!std::regex_search(name, dims, kDims) || !std::regex_search(name, type, kType)) {
+    return std::nullopt;
+  }
+  const auto voxel_type = voxel_type_of(type[1].str());
+  if (!voxel_type) return std::nullopt;
+  return RawLayout{
+      {*whole_number(dims[1].str()), *whole_number(dims[2].str()), *whole_number(dims[3].str())},
+      *voxel_type};
+}
+
+StoredType stored_type(VoxelType type) {
+  constexpr StoredType kTypes[] = {StoredType::u8,  StoredType::i8,  StoredType::u16,
+                                   StoredType::i16, StoredType::u32, StoredType::i32,
+                                   StoredType::f32, StoredType::f64};
+  return kTypes[static_cast<size_t>(type)];
+}
+
+}  // namespace
+
+std::optional<VoxelType> voxel_type_of(std::string_view name) {
+  struct Name {
+    std::string_view text;
+    VoxelType type;
+  };
+  static constexpr Name kNames[] = {
+      {"u8", VoxelType::u8},   {"uint8", VoxelType::u8},    {"uchar", VoxelType::u8},
+      {"i8", VoxelType::i8},   {"int8", VoxelType::i8},     {"char", VoxelType::i8},
+      {"u16", VoxelType::u16}, {"uint16", VoxelType::u16},  {"ushort", VoxelType::u16},
+      {"i16", VoxelType::i16}, {"int16", VoxelType::i16},   {"short", VoxelType::i16},
+      {"u32", VoxelType::u32}, {"uint32", VoxelType::u32},  {"uint", VoxelType::u32},
+      {"i32", VoxelType::i32}, {"int32", VoxelType::i32},   {"int", VoxelType::i32},
+      {"f32", VoxelType::f32}, {"float32", VoxelType::f32}, {"float", VoxelType::f32},
+      {"f64", VoxelType::f64}, {"float64", VoxelType::f64}, {"double", VoxelType::f64},
+  };
+  const std::string lower = lower_case(name);
+  for (const Name& known : kNames) {
+    if (known.text == lower) return known.type;
+  }
+  return std::nullopt;
+}
+
+bool raw_name_is_complete(const std::filesystem::path& path) {
+  return layout_in_name(path).has_value();
+}
+
+Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptions& options) {
+  OpenVolume volume;
+  const auto named = layout_in_name(path);
+  if ((!options.dims && !named) || (!options.type && !named)) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: a raw file does not say how its voxels lie: give --dims and "
+                            "--type, for example --dims 256x256x128 --type u8",
+                            path.string()));
+  }
+  if (options.time_step.value_or(0) != 0) {
+    return fail(
+        Status::invalid_argument,
+        fmt::format("{}: raw files have no time steps: give --skip-bytes instead", path.string()));
+  }
+  ArrayVolume array;
+  array.voxels = options.dims ? *options.dims : named->dims;
+  const VoxelType type = options.type ? *options.type : named->type;
+  if (!options.dims || !options.type) {
+    volume.notes.push_back(fmt::format("dims {}x{}x{} and type {} are taken from the file's name",
+                                       array.voxels.x, array.voxels.y, array.voxels.z,
+                                       voxel_type_name(type)));
+  }
+  array.format = "raw";
+  array.name = volume_name(path);
+  array.path = path.string();
+  if (options.spacing) array.geometry.spacing = *options.spacing;
+  array.stored.type = stored_type(type);
+  array.stored.big_endian = options.big_endian;
+  array.offset = options.skip_bytes;
+  array.plain = !is_gzip(path);
+  auto bytes = array.plain ? open_plain(path) : open_deflated(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+
+  // Nothing else tells whether dims and type are right: the size has to match exactly.
+  const uint64_t found = (*bytes)->size_limit();
+  const auto shape = array.voxels;
+  if (array.plain && shape.x > 0 && shape.y > 0 && shape.z > 0 && shape.x <= kMaxVoxelsPerAxis &&
+      shape.y <= kMaxVoxelsPerAxis && shape.z <= kMaxVoxelsPerAxis) {
+    const uint64_t expected = volume_bytes(shape, voxel_bytes(type));
+    if (array.offset > found || found - array.offset != expected) {
+      std::string hint;
+      for (const size_t bytes_per_voxel : {1, 2, 4, 8}) {
+        if (array.offset <= found && volume_bytes(shape, bytes_per_voxel) == found - array.offset) {
+          hint = fmt::format(" (voxels of {} bytes would fit)", bytes_per_voxel);
+        }
+      }
+      return fail(found < expected ? Status::truncated : Status::malformed_volume,
+                  fmt::format("{}: expected {} bytes for {} × {} × {} voxels of type {} after {} "
+                              "skipped, found a file of {} bytes{}: correct --dims, --type or "
+                              "--skip-bytes",
+                              path.string(), expected, shape.x, shape.y, shape.z,
+                              voxel_type_name(type), array.offset, found, hint));
+    }
+  }
+  auto source = make_array_source(std::move(array), std::move(*bytes), volume.notes);
+  if (!source) return tl::unexpected(source.error());
+  volume.source = std::move(*source);
+  return volume;
+}
+
+}  // namespace isosplat

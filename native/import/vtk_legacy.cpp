@@ -1,0 +1,88 @@
+#include <fmt/format.h>
+
+#include "native/import/array_source.h"
+#include "native/import/formats.h"
+#include "native/import/header_text.h"
+
+// Legacy VTK files with structured points. ITK reads geometry and type, and text files; binary
+// voxels (always big-endian) are streamed from here.
+namespace isosplat {
+namespace {
+
+struct VtkLayout {
+  bool structured_points = false;
+  std::string dataset = "nothing";
+  std::optional<uint64_t> binary_offset;  ///< of the first voxel
+};
+
+VtkLayout find_layout(std::string_view text) {
+  VtkLayout layout;
+  const size_t size = text.size();
+  std::string_view rest = text;
+  take_line(rest);  // the version
+  take_line(rest);  // a title, perhaps empty
+  bool coding_seen = false, binary = false, scalars = false;
+  for (int line_number = 3; line_number < 200; ++line_number) {
+    const auto line = take_line(rest);
+    if (!line) break;
+    const auto parts = words(*line);
+    if (parts.empty()) continue;
+    const std::string key = lower_case(parts[0]);
+    if (!coding_seen) binary = key == "binary";
+    coding_seen = true;
+    if (key == "dataset" && parts.size() > 1) {
+      layout.dataset = lower_case(parts[1]);
+      layout.structured_points = layout.dataset == "structured_points";
+    }
+    if (key == "scalars") scalars = true;
+    if (key == "lookup_table") {
+      if (binary && scalars) layout.binary_offset = size - rest.size();
+      break;
+    }
+  }
+  return layout;
+}
+
+}  // namespace
+
+Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
+                                   const ImportOptions& options) {
+  const auto text = read_beginning(path);
+  if (!text) return tl::unexpected(text.error());
+  const VtkLayout layout = find_layout(*text);
+  if (!layout.structured_points) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected DATASET STRUCTURED_POINTS, found {}: only regular grids "
+                            "are volumes; resample it to an image (in ParaView: Resample To "
+                            "Image)",
+                            path.string(), layout.dataset));
+  }
+  auto reader = ItkReader::open(ItkFormat::vtk, path);
+  if (!reader) return tl::unexpected(reader.error());
+  const ItkHeader& info = reader->header();
+  if (!layout.binary_offset) return open_whole(std::move(*reader), "VTK", path, options);
+  if (info.components != 1) return not_scalar(path, info.components);
+  if (!info.has_known_type) return unknown_type(path, "unknown");
+  const auto step = choose_time_step(path, info.sizes, options);
+  if (!step) return tl::unexpected(step.error());
+
+  OpenVolume volume;
+  ArrayVolume array;
+  array.format = "VTK";
+  array.name = volume_name(path);
+  array.path = path.string();
+  array.voxels = {info.sizes[0], info.sizes[1], info.sizes[2]};
+  array.geometry = info.geometry;
+  if (options.spacing) array.geometry.spacing = *options.spacing;
+  array.stored.type = info.type;
+  array.stored.big_endian = true;
+  array.offset = *layout.binary_offset;
+  auto bytes = open_plain(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  auto source = make_array_source(std::move(array), std::move(*bytes), volume.notes);
+  if (!source) return tl::unexpected(source.error());
+  volume.source = std::move(*source);
+  return volume;
+}
+
+}  // namespace isosplat

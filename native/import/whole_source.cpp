@@ -1,0 +1,116 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <new>
+
+#include "native/import/array_source.h"
+#include "native/import/formats.h"
+
+namespace isosplat {
+namespace {
+
+class WholeSource : public VolumeSource {
+ public:
+  WholeSource(ItkReader reader, VolumeHeader header, bool reverse, std::string path, uint64_t bytes,
+              uint64_t skipped)
+      : reader_(std::move(reader)),
+        header_(std::move(header)),
+        reverse_(reverse),
+        path_(std::move(path)),
+        bytes_(bytes),
+        skipped_(skipped) {}
+
+  const VolumeHeader& header() const override { return header_; }
+
+  Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
+    const Index3 n = header_.grid.voxels;
+    const size_t row = static_cast<size_t>(n.x) * voxel_bytes(header_.type);
+    const size_t slice = static_cast<size_t>(n.y) * row;
+    if (first < 0 || count < 1 || int64_t{first} + count > n.z ||
+        out.size() != slice * static_cast<size_t>(count)) {
+      return fail(Status::invalid_argument, "slices outside the volume were asked for");
+    }
+    if (voxels_.empty()) {
+      if (auto r = read_all(); !r) return r;
+    }
+    const StoredVoxels stored{reader_.header().type, false, 1, 0};
+    const size_t stored_slice =
+        static_cast<size_t>(n.x) * static_cast<size_t>(n.y) * stored_bytes(stored.type);
+    const auto from = std::span(voxels_).subspan(
+        static_cast<size_t>(skipped_) + static_cast<size_t>(first) * stored_slice,
+        static_cast<size_t>(count) * stored_slice);
+    decode(stored, from, header_.type, out);
+    for (int32_t z = 0; reverse_ && z < count; ++z) {
+      reverse_rows(out.subspan(static_cast<size_t>(z) * slice, slice), row);
+    }
+    return {};
+  }
+
+  uint64_t resident_bytes() const override { return bytes_; }
+
+ private:
+  Result<void> read_all() {
+    try {
+      voxels_.resize(static_cast<size_t>(bytes_));
+    } catch (const std::bad_alloc&) {
+      return fail(Status::out_of_memory,
+                  fmt::format("{}: this format can only be read whole, which needs {} bytes of "
+                              "memory: save the volume as uncompressed NRRD, which is streamed",
+                              path_, bytes_));
+    }
+    auto read = reader_.read_all(voxels_);
+    if (!read) voxels_.clear();
+    return read;
+  }
+
+  ItkReader reader_;
+  VolumeHeader header_;
+  bool reverse_;
+  std::string path_;
+  uint64_t bytes_;    ///< of all voxels of all time steps
+  uint64_t skipped_;  ///< of the time steps before the one wanted
+  std::vector<std::byte> voxels_;
+};
+
+}  // namespace
+
+Result<OpenVolume> open_whole(ItkReader reader, std::string format,
+                              const std::filesystem::path& path, const ImportOptions& options) {
+  const ItkHeader& header = reader.header();
+  if (header.components != 1) return not_scalar(path, header.components);
+  if (!header.has_known_type) return unknown_type(path, "unknown");
+  const auto step = choose_time_step(path, header.sizes, options);
+  if (!step) return tl::unexpected(step.error());
+
+  OpenVolume volume;
+  HeaderGeometry geometry = header.geometry;
+  if (options.spacing) geometry.spacing = *options.spacing;
+  const Vec3<int64_t> voxels{header.sizes[0], header.sizes[1], header.sizes[2]};
+  auto orientation = orient(voxels, geometry);
+  if (!orientation) {
+    return fail(orientation.error().status, path.string() + ": " + orientation.error().message);
+  }
+  volume.notes = std::move(orientation->notes);
+  const uint64_t step_bytes = volume_bytes(voxels, stored_bytes(header.type));
+  const uint64_t steps = header.sizes.size() > 3 ? static_cast<uint64_t>(header.sizes[3]) : 1;
+
+  const auto file = size_of_file(path);
+  if (!file) return tl::unexpected(file.error());
+  // No coding that ITK reads whole comes near this: text needs two bytes a voxel, JPEG-LS and
+  // deflate stay below 1 : 1100.
+  if (step_bytes / 4096 > *file / steps + 1) {
+    return fail(Status::truncated,
+                fmt::format("{}: the header promises {} bytes of voxels, the file has {} bytes: "
+                            "the file is incomplete, or its header is wrong; copy or download it "
+                            "again",
+                            path.string(), step_bytes, *file));
+  }
+  VolumeHeader volume_header{orientation->grid, read_type({header.type, false, 1, 0}),
+                             std::move(format), volume_name(path)};
+  volume.source = std::make_unique<WholeSource>(std::move(reader), std::move(volume_header),
+                                                orientation->reverse_rows, path.string(),
+                                                step_bytes * steps, step_bytes * *step);
+  return volume;
+}
+
+}  // namespace isosplat
