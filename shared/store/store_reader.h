@@ -30,6 +30,25 @@ struct StoreInfo {
   std::string metadata;  ///< JSON text for people and pages: name, histogram, … (FORMAT.md)
 };
 
+/// One level's part of the file. The chunks of the levels follow each other, finest first, and are
+/// followed by the pages, coarsest level first: the coarse levels' chunks and pages lie together.
+struct LevelRef {
+  LevelGrid grid;
+  CellInterval interval;  ///< of all its cells
+  uint64_t chunks_offset = 0;
+  uint64_t chunks_bytes = 0;
+  uint64_t chunk_count = 0;
+  uint32_t first_page = 0;  ///< its pages are pages()[first_page, first_page + page_count)
+  uint32_t page_count = 0;
+};
+
+/// Everything of the levels from first_level on, chunks and pages, as one run of bytes.
+struct CoarseRange {
+  uint32_t first_level = 0;
+  uint64_t offset = 0;
+  uint64_t bytes = 0;
+};
+
 /// A chunk: the cells of one block that are active for some isocode in [slab_begin, slab_end).
 struct ChunkRef {
   BlockKey block;
@@ -38,11 +57,12 @@ struct ChunkRef {
   uint32_t slab_end = 0;  ///< up to 65536
   uint64_t offset = 0;    ///< in the file
   uint32_t bytes = 0;
-  uint32_t cells = 0;     ///< that it decodes to
+  uint32_t cells = 0;     ///< that it decodes to; 0 only where bytes is 0 (a gap between values)
   uint32_t checksum = 0;  ///< low 32 bits of XXH3-64 of its bytes
 };
 
-/// A directory page: a run of blocks of one level. The head lists all of them.
+/// A directory page: a box of blocks of one level. The head lists all of them, coarsest level
+/// first.
 struct PageRef {
   uint32_t level = 0;
   Index3 first_block;     ///< the box of blocks that it describes,
@@ -50,6 +70,7 @@ struct PageRef {
   CellInterval interval;  ///< of all cells of these blocks: no isovalue outside needs the page
   uint64_t offset = 0;    ///< in the file
   uint32_t bytes = 0;
+  uint32_t checksum = 0;  ///< low 32 bits of XXH3-64 of its bytes
 };
 
 /// A block, as its page describes it. Blocks without a single cell that can be active have no slab.
@@ -74,6 +95,13 @@ class StoreReader {
 
   const StoreInfo& info() const;
 
+  /// info().levels entries.
+  std::span<const LevelRef> levels() const;
+
+  /// The coarse end of the file: as many of the coarsest levels as fit in max_bytes with their
+  /// pages, at least the coarsest one. One read of it makes these levels complete.
+  CoarseRange coarse_range(uint64_t max_bytes) const;
+
   std::span<const PageRef> pages() const;
   bool is_resident(uint32_t page) const;
 
@@ -94,7 +122,7 @@ class StoreReader {
   /// none is. Errors: not_found, page_not_resident.
   Result<std::optional<ChunkRef>> chunk_for(BlockKey block, float isocode) const;
 
-  /// Every chunk of a level whose slab meets [low, high] (isocodes), in file order. Fails with
+  /// Every chunk of a level whose slab meets [low, high] (isocodes), page by page. Fails with
   /// page_not_resident when a page whose interval meets the range is missing; `missing_pages`
   /// names them.
   Result<std::vector<ChunkRef>> chunks_for(uint32_t level, float low, float high) const;

@@ -1,0 +1,145 @@
+#include "shared/store/directory_page.h"
+
+#include "shared/store/byte_order.h"
+#include "shared/store/checksum.h"
+#include "shared/store/format.h"
+
+namespace isosplat {
+namespace {
+
+constexpr const char* kRemedy = ": rebuild the store, or fetch it again";
+
+std::string name_of(const PageRef& page) {
+  return "page of level " + std::to_string(page.level) + " from block " +
+         std::to_string(page.first_block.x) + "." + std::to_string(page.first_block.y) + "." +
+         std::to_string(page.first_block.z);
+}
+
+bool is_within(CellInterval inner, CellInterval outer) {
+  return outer.min <= inner.min && inner.max <= outer.max;
+}
+
+}  // namespace
+
+Result<DirectoryPage> parse_page(std::span<const std::byte> bytes, const PageRef& page,
+                                 const LevelRef& level) {
+  const auto malformed = [&](const std::string& what) {
+    return fail(Status::malformed_page, name_of(page) + ": " + what + kRemedy);
+  };
+  if (bytes.size() < page.bytes) {
+    return fail(Status::truncated, name_of(page) + ": expected " + std::to_string(page.bytes) +
+                                       " bytes, found " + std::to_string(bytes.size()) + kRemedy);
+  }
+  bytes = bytes.first(page.bytes);
+  if (checksum32(bytes) != page.checksum) {
+    return fail(Status::checksum_mismatch,
+                name_of(page) + ": its checksum differs from the recorded one" + kRemedy);
+  }
+  const Index3 box = page.end_block - page.first_block;
+  const uint64_t block_count =
+      static_cast<uint64_t>(box.x) * static_cast<uint64_t>(box.y) * static_cast<uint64_t>(box.z);
+  if (bytes.size() < kPageHeadBytes) return malformed("it is too short for its own head");
+  FieldReader field(bytes.data());
+  const uint32_t blocks_found = field.u32();
+  const uint64_t chunk_count = field.u32();
+  if (blocks_found != block_count) {
+    return malformed("expected " + std::to_string(block_count) + " blocks, found " +
+                     std::to_string(blocks_found));
+  }
+  if (bytes.size() !=
+      kPageHeadBytes + block_count * kBlockRecordBytes + chunk_count * kChunkRecordBytes) {
+    return malformed(std::to_string(chunk_count) + " chunks do not fill its " +
+                     std::to_string(bytes.size()) + " bytes");
+  }
+  DirectoryPage result;
+  result.blocks.resize(block_count);
+  result.chunks.resize(chunk_count);
+  uint64_t first_chunk = 0;
+  for (auto& block : result.blocks) {
+    block.offset = field.u48();
+    block.interval = {field.u16(), field.u16()};
+    block.slab_count = field.u16();
+    block.first_chunk = static_cast<uint32_t>(first_chunk);
+    first_chunk += block.slab_count;
+  }
+  if (first_chunk != chunk_count) {
+    return malformed("its blocks have " + std::to_string(first_chunk) + " slabs, its chunks are " +
+                     std::to_string(chunk_count));
+  }
+  for (auto& chunk : result.chunks) {
+    chunk.checksum = field.u32();
+    chunk.bytes = field.u24();
+    chunk.cells = field.u24();
+    chunk.slab_end = field.u16();
+  }
+
+  uint64_t end = level.chunks_offset;  // of the chunks seen so far
+  for (size_t i = 0; i < block_count; ++i) {
+    const auto& block = result.blocks[i];
+    const auto n = static_cast<int32_t>(i);
+    const Index3 key = page.first_block + Index3{n % box.x, n / box.x % box.y, n / box.x / box.y};
+    const std::string where = "block " + std::to_string(key.x) + "." + std::to_string(key.y) +
+                              "." + std::to_string(key.z);
+    if (block.slab_count == 0) {
+      if (block.interval.min != block.interval.max || block.offset != 0) {
+        return malformed(where + " has cells, but no slab");
+      }
+      continue;
+    }
+    if (block.interval.min >= block.interval.max || !is_within(block.interval, page.interval)) {
+      return malformed(where + ": its interval leaves that of the page");
+    }
+    if (block.offset < end) return malformed(where + ": its chunks overlap those before");
+    end = block.offset;
+    const Index3 size = block_cells(level.grid, key);
+    const auto most = static_cast<uint32_t>(size.x * size.y * size.z);
+    uint32_t slab_begin = block.interval.min;
+    for (uint32_t s = 0; s < block.slab_count; ++s) {
+      const auto& chunk = result.chunks[block.first_chunk + s];
+      if (chunk.slab_end <= slab_begin) {
+        return malformed(where + ": slab " + std::to_string(s) + " ends at " +
+                         std::to_string(chunk.slab_end) + ", where it begins or before");
+      }
+      slab_begin = chunk.slab_end;
+      if (chunk.cells > most || (chunk.cells == 0) != (chunk.bytes == 0)) {
+        return malformed(where + ": slab " + std::to_string(s) + " announces " +
+                         std::to_string(chunk.cells) + " cells in " +
+                         std::to_string(chunk.bytes) + " bytes");
+      }
+      end += chunk.bytes;
+    }
+    if (slab_begin != block.interval.max) {
+      return malformed(where + ": expected its slabs to end at " +
+                       std::to_string(block.interval.max) + ", found " +
+                       std::to_string(slab_begin));
+    }
+    if (end > level.chunks_offset + level.chunks_bytes) {
+      return malformed(where + ": its chunks lie outside its level's");
+    }
+  }
+  return result;
+}
+
+std::vector<std::byte> write_page(const DirectoryPage& page) {
+  std::vector<std::byte> out;
+  out.reserve(kPageHeadBytes + page.blocks.size() * kBlockRecordBytes +
+              page.chunks.size() * kChunkRecordBytes);
+  FieldWriter to(out);
+  to.field(4, page.blocks.size());
+  to.field(4, page.chunks.size());
+  for (const auto& block : page.blocks) {
+    to.field(6, block.offset);
+    to.field(2, block.interval.min);
+    to.field(2, block.interval.max);
+    to.field(2, block.slab_count);
+  }
+  for (const auto& chunk : page.chunks) {
+    to.field(4, chunk.checksum);
+    to.field(3, chunk.bytes);
+    to.field(3, chunk.cells);
+    to.field(2, chunk.slab_end);
+  }
+  return out;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,220 @@
+#include "shared/store/store_reader.h"
+
+#include <algorithm>
+
+#include "shared/store/directory_page.h"
+#include "shared/store/format.h"
+#include "shared/store/head.h"
+
+namespace isosplat {
+namespace {
+
+bool meets(CellInterval interval, float low, float high) {
+  return static_cast<float>(interval.min) <= high && low < static_cast<float>(interval.max);
+}
+
+bool is_inside(Index3 index, Index3 end) {
+  return index.x >= 0 && index.y >= 0 && index.z >= 0 && index.x < end.x && index.y < end.y &&
+         index.z < end.z;
+}
+
+std::string name_of(BlockKey key) {
+  return "block " + std::to_string(key.index.x) + "." + std::to_string(key.index.y) + "." +
+         std::to_string(key.index.z) + " of level " + std::to_string(key.level);
+}
+
+}  // namespace
+
+struct StoreReader::State {
+  StoreHead head;
+  std::vector<std::unique_ptr<DirectoryPage>> pages;  ///< null: not resident
+
+  struct Place {
+    const DirectoryPage* page;
+    const DirectoryPage::Block* block;
+  };
+
+  Result<uint32_t> page_of(BlockKey key) const {
+    if (key.level >= head.info.levels ||
+        !is_inside(key.index, head.levels[key.level].grid.blocks)) {
+      return fail(Status::not_found, name_of(key) + " does not exist");
+    }
+    const LevelRef& level = head.levels[key.level];
+    const Index3 boxes = pages_of_level(level.grid.blocks, head.page_log2);
+    const Index3 box{key.index.x >> head.page_log2, key.index.y >> head.page_log2,
+                     key.index.z >> head.page_log2};
+    return level.first_page + static_cast<uint32_t>((box.z * boxes.y + box.y) * boxes.x + box.x);
+  }
+
+  Result<Place> find(BlockKey key) const {
+    const auto number = page_of(key);
+    if (!number) return tl::unexpected(number.error());
+    const DirectoryPage* page = pages[*number].get();
+    if (!page) {
+      return fail(Status::page_not_resident,
+                  name_of(key) + ": add page " + std::to_string(*number) + " first");
+    }
+    const PageRef& ref = head.pages[*number];
+    const Index3 at = key.index - ref.first_block, box = ref.end_block - ref.first_block;
+    return Place{page, &page->blocks[static_cast<size_t>((at.z * box.y + at.y) * box.x + at.x)]};
+  }
+
+  /// Calls visit(ChunkRef) for the slabs of a block, ascending, until it returns false.
+  template <class Visit>
+  static void visit_slabs(const DirectoryPage& page, const DirectoryPage::Block& block,
+                          BlockKey key, Visit visit) {
+    uint64_t offset = block.offset;
+    uint32_t begin = block.interval.min;
+    for (uint32_t s = 0; s < block.slab_count; ++s) {
+      const auto& chunk = page.chunks[block.first_chunk + s];
+      if (!visit(ChunkRef{key, s, static_cast<Code>(begin), chunk.slab_end, offset, chunk.bytes,
+                          chunk.cells, chunk.checksum})) {
+        return;
+      }
+      begin = chunk.slab_end;
+      offset += chunk.bytes;
+    }
+  }
+};
+
+StoreReader::StoreReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
+StoreReader::StoreReader(StoreReader&&) noexcept = default;
+StoreReader& StoreReader::operator=(StoreReader&&) noexcept = default;
+StoreReader::~StoreReader() = default;
+
+Result<StoreReader> StoreReader::open(std::span<const std::byte> bytes) {
+  auto head = parse_head(bytes.first(std::min(bytes.size(), kMaxHeadBytes)));
+  if (!head) return tl::unexpected(head.error());
+  auto state = std::make_unique<State>();
+  state->head = std::move(*head);
+  state->pages.resize(state->head.pages.size());
+  return StoreReader(std::move(state));
+}
+
+const StoreInfo& StoreReader::info() const {
+  return state_->head.info;
+}
+
+std::span<const LevelRef> StoreReader::levels() const {
+  return state_->head.levels;
+}
+
+std::span<const PageRef> StoreReader::pages() const {
+  return state_->head.pages;
+}
+
+CoarseRange StoreReader::coarse_range(uint64_t max_bytes) const {
+  const StoreHead& head = state_->head;
+  CoarseRange range;
+  for (auto l = static_cast<uint32_t>(head.levels.size()); l-- > 0;) {
+    const LevelRef& level = head.levels[l];
+    const PageRef& last_page = head.pages[level.first_page + level.page_count - 1];
+    const uint64_t bytes = last_page.offset + last_page.bytes - level.chunks_offset;
+    if (bytes > max_bytes && l + 1 < head.levels.size()) break;
+    range = {l, level.chunks_offset, bytes};
+  }
+  return range;
+}
+
+bool StoreReader::is_resident(uint32_t page) const {
+  return page < state_->pages.size() && state_->pages[page];
+}
+
+Result<uint32_t> StoreReader::page_of(BlockKey block) const {
+  return state_->page_of(block);
+}
+
+Result<void> StoreReader::add_page(uint32_t page, std::span<const std::byte> bytes) {
+  if (page >= state_->pages.size()) {
+    return fail(Status::not_found, "page " + std::to_string(page) + " does not exist: the store has " +
+                                       std::to_string(state_->pages.size()));
+  }
+  const PageRef& ref = state_->head.pages[page];
+  auto parsed = parse_page(bytes, ref, state_->head.levels[ref.level]);
+  if (!parsed) return tl::unexpected(parsed.error());
+  state_->pages[page] = std::make_unique<DirectoryPage>(std::move(*parsed));
+  return {};
+}
+
+Result<BlockRef> StoreReader::block(BlockKey key) const {
+  const auto place = state_->find(key);
+  if (!place) return tl::unexpected(place.error());
+  return BlockRef{key, place->block->interval, place->block->slab_count};
+}
+
+Result<ChunkRef> StoreReader::chunk(BlockKey key, uint32_t slab) const {
+  const auto place = state_->find(key);
+  if (!place) return tl::unexpected(place.error());
+  if (slab >= place->block->slab_count) {
+    return fail(Status::not_found, name_of(key) + " has " +
+                                       std::to_string(place->block->slab_count) +
+                                       " slabs, not slab " + std::to_string(slab));
+  }
+  ChunkRef found;
+  State::visit_slabs(*place->page, *place->block, key, [&](const ChunkRef& chunk) {
+    found = chunk;
+    return chunk.slab < slab;
+  });
+  return found;
+}
+
+Result<std::optional<ChunkRef>> StoreReader::chunk_for(BlockKey key, float isocode) const {
+  const auto place = state_->find(key);
+  if (!place) return tl::unexpected(place.error());
+  std::optional<ChunkRef> found;
+  if (!is_active(place->block->interval, isocode)) return found;
+  State::visit_slabs(*place->page, *place->block, key, [&](const ChunkRef& chunk) {
+    if (isocode >= static_cast<float>(chunk.slab_end)) return true;
+    if (chunk.cells > 0) found = chunk;
+    return false;
+  });
+  return found;
+}
+
+Result<std::vector<ChunkRef>> StoreReader::chunks_for(uint32_t level, float low,
+                                                      float high) const {
+  const StoreHead& head = state_->head;
+  if (level >= head.info.levels) {
+    return fail(Status::not_found, "level " + std::to_string(level) +
+                                       " does not exist: the store has " +
+                                       std::to_string(head.info.levels));
+  }
+  std::vector<ChunkRef> found;
+  const LevelRef& of_level = head.levels[level];
+  for (uint32_t i = of_level.first_page; i < of_level.first_page + of_level.page_count; ++i) {
+    const PageRef& ref = head.pages[i];
+    if (!meets(ref.interval, low, high)) continue;
+    const DirectoryPage* page = state_->pages[i].get();
+    if (!page) {
+      return fail(Status::page_not_resident, "add page " + std::to_string(i) + " first");
+    }
+    size_t n = 0;
+    for (int32_t z = ref.first_block.z; z < ref.end_block.z; ++z) {
+      for (int32_t y = ref.first_block.y; y < ref.end_block.y; ++y) {
+        for (int32_t x = ref.first_block.x; x < ref.end_block.x; ++x, ++n) {
+          const auto& block = page->blocks[n];
+          if (!meets(block.interval, low, high)) continue;
+          State::visit_slabs(*page, block, {level, {x, y, z}}, [&](const ChunkRef& chunk) {
+            if (static_cast<float>(chunk.slab_begin) > high) return false;
+            if (low < static_cast<float>(chunk.slab_end) && chunk.cells > 0) found.push_back(chunk);
+            return true;
+          });
+        }
+      }
+    }
+  }
+  return found;
+}
+
+std::vector<uint32_t> StoreReader::missing_pages(uint32_t level, float low, float high) const {
+  const StoreHead& head = state_->head;
+  std::vector<uint32_t> missing;
+  if (level >= head.info.levels) return missing;
+  const LevelRef& of_level = head.levels[level];
+  for (uint32_t i = of_level.first_page; i < of_level.first_page + of_level.page_count; ++i) {
+    if (!state_->pages[i] && meets(head.pages[i].interval, low, high)) missing.push_back(i);
+  }
+  return missing;
+}
+
+}  // namespace isosplat

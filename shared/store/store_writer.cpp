@@ -1,0 +1,195 @@
+#include "shared/store/store_writer.h"
+
+#include <algorithm>
+
+#include "shared/store/checksum.h"
+#include "shared/store/directory_page.h"
+#include "shared/store/format.h"
+#include "shared/store/head.h"
+
+namespace isosplat {
+
+Result<void> MemorySink::write(uint64_t offset, std::span<const std::byte> data) {
+  if (bytes.size() < offset + data.size()) bytes.resize(offset + data.size());
+  std::copy(data.begin(), data.end(), bytes.begin() + static_cast<std::ptrdiff_t>(offset));
+  return {};
+}
+
+struct StoreWriter::State {
+  ByteSink* sink = nullptr;
+  StoreHead head;
+  ContentHash content;  ///< of everything after the head
+  uint64_t offset = 0;  ///< where the next bytes go
+  uint32_t level = 0;   ///< of the next block
+  uint64_t next_block = 0;
+  std::vector<DirectoryPage> levels;  ///< per level: all its blocks as one page
+
+  Result<void> append(std::span<const std::byte> bytes) {
+    if (bytes.empty()) return {};
+    if (auto written = sink->write(offset, bytes); !written) return written;
+    content.add(bytes);
+    offset += bytes.size();
+    return {};
+  }
+
+  /// The part of a level's directory that one page holds.
+  DirectoryPage cut_page(const PageRef& ref) const {
+    const DirectoryPage& all = levels[ref.level];
+    const Index3 blocks = head.levels[ref.level].grid.blocks;
+    DirectoryPage page;
+    for (int32_t z = ref.first_block.z; z < ref.end_block.z; ++z) {
+      for (int32_t y = ref.first_block.y; y < ref.end_block.y; ++y) {
+        for (int32_t x = ref.first_block.x; x < ref.end_block.x; ++x) {
+          const auto n = (static_cast<size_t>(z) * static_cast<size_t>(blocks.y) +
+                          static_cast<size_t>(y)) *
+                             static_cast<size_t>(blocks.x) +
+                         static_cast<size_t>(x);
+          const auto& block = all.blocks[n];
+          page.blocks.push_back(block);
+          const auto first = all.chunks.begin() + block.first_chunk;
+          page.chunks.insert(page.chunks.end(), first, first + block.slab_count);
+        }
+      }
+    }
+    return page;
+  }
+};
+
+StoreWriter::StoreWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+StoreWriter::StoreWriter(StoreWriter&&) noexcept = default;
+StoreWriter& StoreWriter::operator=(StoreWriter&&) noexcept = default;
+StoreWriter::~StoreWriter() = default;
+
+Result<StoreWriter> StoreWriter::create(Index3 voxels, size_t metadata_limit, ByteSink& sink) {
+  const auto page_log2 = choose_page_log2(voxels);
+  if (!page_log2) return tl::unexpected(page_log2.error());
+  if (metadata_limit > kMaxMetadataBytes) {
+    return fail(Status::invalid_argument, "metadata: expected at most " +
+                                              std::to_string(kMaxMetadataBytes) + " bytes, found " +
+                                              std::to_string(metadata_limit));
+  }
+  auto state = std::make_unique<State>();
+  state->sink = &sink;
+  StoreHead& head = state->head;
+  head.page_log2 = *page_log2;
+  head.head_bytes = static_cast<uint32_t>(head_bytes_for(voxels, *page_log2, metadata_limit));
+  head.pages = list_pages(voxels, *page_log2);
+  head.info.levels = level_count(voxels);
+  for (uint32_t l = 0; l < head.info.levels; ++l) {
+    LevelRef level;
+    level.grid = level_grid(voxels, l);
+    for (uint32_t i = 0; i < head.pages.size(); ++i) {
+      if (head.pages[i].level != l) continue;
+      if (level.page_count++ == 0) level.first_page = i;
+    }
+    head.levels.push_back(level);
+  }
+  state->levels.resize(head.info.levels);
+  state->offset = head.head_bytes;
+  head.levels[0].chunks_offset = state->offset;
+  return StoreWriter(std::move(state));
+}
+
+uint64_t StoreWriter::bytes_written() const {
+  return state_->offset;
+}
+
+uint64_t StoreWriter::level_bytes(uint32_t level) const {
+  return state_->head.levels[level].chunks_bytes;
+}
+
+Result<void> StoreWriter::add_block(CellInterval interval, std::span<const SlabChunk> slabs,
+                                    std::span<const std::byte> bytes) {
+  State& state = *state_;
+  const auto invalid = [&](const char* what) {
+    return fail(Status::invalid_argument, "block " + std::to_string(state.next_block) +
+                                              " of level " + std::to_string(state.level) + ": " +
+                                              what);
+  };
+  if (state.level >= state.head.info.levels) return invalid("there are no more blocks");
+  LevelRef& level = state.head.levels[state.level];
+  DirectoryPage& directory = state.levels[state.level];
+
+  DirectoryPage::Block block{};
+  if (!slabs.empty()) {
+    block = {state.offset, interval, static_cast<uint32_t>(directory.chunks.size()),
+             static_cast<uint32_t>(slabs.size())};
+    uint32_t begin = interval.min;
+    size_t at = 0;
+    for (const SlabChunk& slab : slabs) {
+      if (slab.slab_end <= begin || slab.slab_end > interval.max) {
+        return invalid("its slabs do not ascend within its interval");
+      }
+      begin = slab.slab_end;
+      if ((slab.cells == 0) != (slab.bytes == 0) || bytes.size() - at < slab.bytes) {
+        return invalid("its chunks' bytes are not those given");
+      }
+      if (slab.bytes > kMaxChunkBytes) {
+        return fail(Status::volume_too_large, "a chunk has " + std::to_string(slab.bytes) +
+                                                  " bytes, more than the format can hold");
+      }
+      directory.chunks.push_back({checksum32(bytes.subspan(at, slab.bytes)), slab.bytes,
+                                  slab.cells, static_cast<uint16_t>(slab.slab_end)});
+      at += slab.bytes;
+      level.chunk_count += slab.cells > 0;
+    }
+    if (begin != interval.max || at != bytes.size()) {
+      return invalid("its slabs do not end where its interval or its bytes do");
+    }
+    if (auto appended = state.append(bytes); !appended) return appended;
+    level.chunks_bytes += bytes.size();
+    if (level.interval.min == level.interval.max) level.interval = interval;
+    level.interval.min = std::min(level.interval.min, interval.min);
+    level.interval.max = std::max(level.interval.max, interval.max);
+  }
+  directory.blocks.push_back(block);
+
+  if (++state.next_block == level.grid.block_count()) {
+    state.next_block = 0;
+    if (++state.level < state.head.info.levels) {
+      state.head.levels[state.level].chunks_offset = state.offset;
+    }
+  }
+  return {};
+}
+
+Result<StoreInfo> StoreWriter::finish(const StoreInfo& info) {
+  State& state = *state_;
+  StoreHead& head = state.head;
+  if (state.level != head.info.levels) {
+    return fail(Status::invalid_argument, "blocks of level " + std::to_string(state.level) +
+                                              " are missing");
+  }
+  for (PageRef& ref : head.pages) {
+    const DirectoryPage page = state.cut_page(ref);
+    ref.interval = {};
+    for (const auto& block : page.blocks) {
+      if (block.slab_count == 0) continue;
+      if (ref.interval.min == ref.interval.max) ref.interval = block.interval;
+      ref.interval.min = std::min(ref.interval.min, block.interval.min);
+      ref.interval.max = std::max(ref.interval.max, block.interval.max);
+    }
+    const std::vector<std::byte> bytes = write_page(page);
+    ref.offset = state.offset;
+    ref.bytes = static_cast<uint32_t>(bytes.size());
+    ref.checksum = checksum32(bytes);
+    if (auto appended = state.append(bytes); !appended) return tl::unexpected(appended.error());
+  }
+  head.info = info;
+  head.info.levels = static_cast<uint32_t>(head.levels.size());
+  head.info.chunk_count = 0;
+  for (const LevelRef& level : head.levels) head.info.chunk_count += level.chunk_count;
+  head.info.file_bytes = state.offset;
+  head.info.content_id = {};
+  auto bytes = write_head(head);
+  if (!bytes) return tl::unexpected(bytes.error());
+  state.content.add(std::span(*bytes).first(head.head_bytes - kHeadChecksumBytes));
+  head.info.content_id = state.content.digest();
+  bytes = write_head(head);
+  if (auto written = state.sink->write(0, *bytes); !written) {
+    return tl::unexpected(written.error());
+  }
+  return head.info;
+}
+
+}  // namespace isosplat
