@@ -36,18 +36,18 @@ Result<DirectoryPage> parse_page(std::span<const std::byte> bytes, const PageRef
                 name_of(page) + ": its checksum differs from the recorded one" + kRemedy);
   }
   const Index3 box = page.end_block - page.first_block;
-  const uint64_t block_count =
-      static_cast<uint64_t>(box.x) * static_cast<uint64_t>(box.y) * static_cast<uint64_t>(box.z);
+  const auto block_count = static_cast<size_t>(box.x * box.y * box.z);  // at most 32³
   if (bytes.size() < kPageHeadBytes) return malformed("it is too short for its own head");
   FieldReader field(bytes.data());
   const uint32_t blocks_found = field.u32();
-  const uint64_t chunk_count = field.u32();
+  const size_t chunk_count = field.u32();
   if (blocks_found != block_count) {
     return malformed("expected " + std::to_string(block_count) + " blocks, found " +
                      std::to_string(blocks_found));
   }
-  if (bytes.size() !=
-      kPageHeadBytes + block_count * kBlockRecordBytes + chunk_count * kChunkRecordBytes) {
+  const size_t block_end = kPageHeadBytes + block_count * kBlockRecordBytes;
+  if (bytes.size() < block_end || (bytes.size() - block_end) % kChunkRecordBytes != 0 ||
+      (bytes.size() - block_end) / kChunkRecordBytes != chunk_count) {
     return malformed(std::to_string(chunk_count) + " chunks do not fill its " +
                      std::to_string(bytes.size()) + " bytes");
   }

@@ -34,9 +34,9 @@ Result<Sections> find_sections(std::span<const std::byte> body, uint32_t count) 
       return malformed("section " + std::to_string(i) + " begins beyond the head's end");
     }
     const auto tag = static_cast<uint32_t>(read_le(body.data() + at, 4));
-    const size_t bytes = read_le(body.data() + at + 4, 4);
+    const auto bytes = static_cast<size_t>(read_le(body.data() + at + 4, 4));
     at += kSectionHeadBytes;
-    if (body.size() - at < padded_to_8(bytes)) {
+    if (bytes > body.size() - at || padded_to_8(bytes) > body.size() - at) {
       return malformed("section " + std::to_string(i) + " announces " + std::to_string(bytes) +
                        " bytes, the head has " + std::to_string(body.size() - at));
     }
@@ -138,7 +138,7 @@ Result<void> parse_levels(std::span<const std::byte> payload, StoreHead& head) {
                      " along each axis");
   }
   info.levels = levels;
-  uint64_t offset = head.head_bytes;
+  uint64_t offset = head.info.head_bytes;
   for (uint32_t l = 0; l < levels; ++l) {
     LevelRef level;
     level.grid = level_grid(info.grid.voxels, l);
@@ -236,7 +236,7 @@ std::vector<PageRef> list_pages(Index3 voxels, uint32_t page_log2) {
 size_t head_bytes_for(Index3 voxels, uint32_t page_log2, size_t metadata_bytes) {
   const size_t levels = kLevelSectionHeadBytes + level_count(voxels) * kLevelRecordBytes;
   return kFixedHeadBytes + 4 * kSectionHeadBytes + kVolumeSectionBytes + padded_to_8(levels) +
-         padded_to_8(total_pages(voxels, page_log2) * kPageRecordBytes) +
+         padded_to_8(static_cast<size_t>(total_pages(voxels, page_log2)) * kPageRecordBytes) +
          padded_to_8(metadata_bytes) + kHeadChecksumBytes;
 }
 
@@ -261,24 +261,24 @@ Result<StoreHead> parse_head(std::span<const std::byte> bytes) {
                     ": open it with a newer Isosplat, or rebuild it with this one");
   }
   StoreHead head;
-  head.head_bytes = field.u32();
+  head.info.head_bytes = field.u32();
   head.info.file_bytes = field.u64();
   const uint32_t section_count = field.u32();
-  if (head.head_bytes < kFixedHeadBytes + kHeadChecksumBytes || head.head_bytes % 8 != 0 ||
-      head.head_bytes > kMaxHeadBytes) {
+  if (head.info.head_bytes < kFixedHeadBytes + kHeadChecksumBytes || head.info.head_bytes % 8 != 0 ||
+      head.info.head_bytes > kMaxHeadBytes) {
     return malformed("bytes of the head: expected a multiple of 8 up to " +
-                     std::to_string(kMaxHeadBytes) + ", found " + std::to_string(head.head_bytes));
+                     std::to_string(kMaxHeadBytes) + ", found " + std::to_string(head.info.head_bytes));
   }
-  if (bytes.size() < head.head_bytes) {
-    return fail(Status::truncated, "head: expected " + std::to_string(head.head_bytes) +
+  if (bytes.size() < head.info.head_bytes) {
+    return fail(Status::truncated, "head: expected " + std::to_string(head.info.head_bytes) +
                                        " bytes, found " + std::to_string(bytes.size()) + kRemedy);
   }
-  const size_t hashed = head.head_bytes - kHeadChecksumBytes;
+  const size_t hashed = head.info.head_bytes - kHeadChecksumBytes;
   if (checksum64(bytes.first(hashed)) != read_le(bytes.data() + hashed, 8)) {
     return fail(Status::checksum_mismatch,
                 std::string("head: its checksum differs from the recorded one") + kRemedy);
   }
-  if (head.info.file_bytes < head.head_bytes || head.info.file_bytes > kMaxFileBytes) {
+  if (head.info.file_bytes < head.info.head_bytes || head.info.file_bytes > kMaxFileBytes) {
     return malformed("bytes of the file: found " + std::to_string(head.info.file_bytes));
   }
   std::transform(bytes.begin() + kContentIdOffset, bytes.begin() + kContentIdOffset + 16,
@@ -307,19 +307,19 @@ Result<StoreHead> parse_head(std::span<const std::byte> bytes) {
 Result<std::vector<std::byte>> write_head(const StoreHead& head) {
   const StoreInfo& info = head.info;
   const size_t needed = head_bytes_for(info.grid.voxels, head.page_log2, info.metadata.size());
-  if (needed > head.head_bytes || head.head_bytes % 8 != 0 || head.head_bytes > kMaxHeadBytes ||
+  if (needed > head.info.head_bytes || head.info.head_bytes % 8 != 0 || head.info.head_bytes > kMaxHeadBytes ||
       info.metadata.size() > kMaxMetadataBytes) {
     return fail(Status::invalid_argument,
                 "metadata: " + std::to_string(info.metadata.size()) +
-                    " bytes do not fit in a head of " + std::to_string(head.head_bytes));
+                    " bytes do not fit in a head of " + std::to_string(head.info.head_bytes));
   }
   std::vector<std::byte> out;
-  out.reserve(head.head_bytes);
+  out.reserve(head.info.head_bytes);
   FieldWriter to(out);
   for (uint8_t byte : kStoreMagic) to.field(1, byte);
   to.field(2, kStoreMajor);
   to.field(2, kStoreMinor);
-  to.field(4, head.head_bytes);
+  to.field(4, head.info.head_bytes);
   to.field(8, info.file_bytes);
   to.field(4, 4);  // sections
   to.field(4, 0);
@@ -372,7 +372,7 @@ Result<std::vector<std::byte>> write_head(const StoreHead& head) {
   const auto* text = reinterpret_cast<const std::byte*>(info.metadata.data());
   out.insert(out.end(), text, text + info.metadata.size());
 
-  const size_t hashed = head.head_bytes - kHeadChecksumBytes;
+  const size_t hashed = head.info.head_bytes - kHeadChecksumBytes;
   out.resize(hashed);
   to.field(8, checksum64(std::span(out).first(hashed)));
   return out;

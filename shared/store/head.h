@@ -11,7 +11,6 @@ namespace isosplat {
 /// dimensions demand, they tile the file, and no offset leaves it.
 struct StoreHead {
   StoreInfo info;
-  uint32_t head_bytes = 0;
   uint32_t page_log2 = 0;  ///< a page describes 2^page_log2 blocks along each axis
   std::vector<LevelRef> levels;
   std::vector<PageRef> pages;
@@ -20,7 +19,7 @@ struct StoreHead {
 /// Errors: as StoreReader::open.
 Result<StoreHead> parse_head(std::span<const std::byte> bytes);
 
-/// The bytes of a head: exactly head.head_bytes of them, with their checksum, padded with zeros.
+/// The bytes of a head: exactly info.head_bytes of them, with their checksum, padded with zeros.
 /// Writes info.content_id as it is. Errors: invalid_argument where they do not fit.
 Result<std::vector<std::byte>> write_head(const StoreHead& head);
 

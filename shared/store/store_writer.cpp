@@ -10,8 +10,9 @@
 namespace isosplat {
 
 Result<void> MemorySink::write(uint64_t offset, std::span<const std::byte> data) {
-  if (bytes.size() < offset + data.size()) bytes.resize(offset + data.size());
-  std::copy(data.begin(), data.end(), bytes.begin() + static_cast<std::ptrdiff_t>(offset));
+  const auto at = static_cast<size_t>(offset);
+  if (bytes.size() < at + data.size()) bytes.resize(at + data.size());
+  std::copy(data.begin(), data.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
   return {};
 }
 
@@ -72,7 +73,7 @@ Result<StoreWriter> StoreWriter::create(Index3 voxels, size_t metadata_limit, By
   state->sink = &sink;
   StoreHead& head = state->head;
   head.page_log2 = *page_log2;
-  head.head_bytes = static_cast<uint32_t>(head_bytes_for(voxels, *page_log2, metadata_limit));
+  head.info.head_bytes = static_cast<uint32_t>(head_bytes_for(voxels, *page_log2, metadata_limit));
   head.pages = list_pages(voxels, *page_log2);
   head.info.levels = level_count(voxels);
   for (uint32_t l = 0; l < head.info.levels; ++l) {
@@ -85,7 +86,7 @@ Result<StoreWriter> StoreWriter::create(Index3 voxels, size_t metadata_limit, By
     head.levels.push_back(level);
   }
   state->levels.resize(head.info.levels);
-  state->offset = head.head_bytes;
+  state->offset = head.info.head_bytes;
   head.levels[0].chunks_offset = state->offset;
   return StoreWriter(std::move(state));
 }
@@ -175,7 +176,9 @@ Result<StoreInfo> StoreWriter::finish(const StoreInfo& info) {
     ref.checksum = checksum32(bytes);
     if (auto appended = state.append(bytes); !appended) return tl::unexpected(appended.error());
   }
+  const uint32_t head_bytes = head.info.head_bytes;
   head.info = info;
+  head.info.head_bytes = head_bytes;
   head.info.levels = static_cast<uint32_t>(head.levels.size());
   head.info.chunk_count = 0;
   for (const LevelRef& level : head.levels) head.info.chunk_count += level.chunk_count;
@@ -183,7 +186,7 @@ Result<StoreInfo> StoreWriter::finish(const StoreInfo& info) {
   head.info.content_id = {};
   auto bytes = write_head(head);
   if (!bytes) return tl::unexpected(bytes.error());
-  state.content.add(std::span(*bytes).first(head.head_bytes - kHeadChecksumBytes));
+  state.content.add(std::span(*bytes).first(head_bytes - kHeadChecksumBytes));
   head.info.content_id = state.content.digest();
   bytes = write_head(head);
   if (auto written = state.sink->write(0, *bytes); !written) {

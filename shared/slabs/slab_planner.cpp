@@ -1,0 +1,89 @@
+#include "shared/slabs/slab_planner.h"
+
+#include <algorithm>
+
+namespace isosplat {
+
+SlabPlanner::SlabPlanner() : minima_(65536), maxima_(65536) {}
+
+void SlabPlanner::count(std::span<const CellInterval> intervals) {
+  // Only the range that the last block touched is dirty.
+  std::fill(minima_.begin() + interval_.min, minima_.begin() + interval_.max + 1, 0);
+  std::fill(maxima_.begin() + interval_.min, maxima_.begin() + interval_.max + 1, 0);
+  Code low = 65535, high = 0;
+  uint32_t cells = 0;
+  for (const CellInterval interval : intervals) {
+    if (interval.min >= interval.max) continue;
+    ++minima_[interval.min];
+    ++maxima_[interval.max];
+    low = std::min(low, interval.min);
+    high = std::max(high, interval.max);
+    ++cells;
+  }
+  cells_ = cells;
+  interval_ = cells > 0 ? CellInterval{low, high} : CellInterval{};
+}
+
+std::span<const uint32_t> SlabPlanner::minima() const {
+  return std::span(minima_).subspan(interval_.min, interval_.max - interval_.min + 1u);
+}
+
+std::span<const uint32_t> SlabPlanner::maxima() const {
+  return std::span(maxima_).subspan(interval_.min, interval_.max - interval_.min + 1u);
+}
+
+void SlabPlanner::choose_candidates(uint32_t most) {
+  const uint32_t low = interval_.min, high = interval_.max;
+  // A third of the candidates evenly spaced, the others where as many cells begin or end between
+  // any two: where nothing begins or ends, moving a cut changes nothing but the shares.
+  const bool take_all = high - low < most;
+  const uint32_t step = std::max(1u, (high - low) / std::max(1u, most / 3));
+  const uint32_t quantum = std::max(1u, 2 * cells_ / std::max(1u, most - most / 3));
+  candidates_.clear();
+  uint32_t ended = 0, begun = 0, since = 0;
+  for (uint32_t code = low; code <= high; ++code) {
+    // A cell of [min, max) is active in [.., code) iff min < code, and in [code, ..) iff max > code.
+    ended += maxima_[code];
+    since += maxima_[code] + minima_[code];
+    if (code == low || code == high || take_all || since >= quantum || (code - low) % step == 0) {
+      candidates_.push_back({code, ended, cells_ - begun});
+      since = 0;
+    }
+    begun += minima_[code];
+  }
+}
+
+const std::vector<uint32_t>& SlabPlanner::plan(const SlabOptions& options) {
+  ends_.clear();
+  if (cells_ == 0) return ends_;
+  choose_candidates(options.max_candidates);
+  const size_t n = candidates_.size();
+  cost_.assign(n, 0);
+  from_.assign(n, 0);
+  const double per_code = 1 / options.isovalue_range;
+  const double fixed = options.lambda * options.overhead_cells;
+  for (size_t j = 1; j < n; ++j) {
+    const Candidate end = candidates_[j];
+    const double remaining = static_cast<double>(cells_ - end.not_begun);
+    double best = 0;
+    uint32_t best_from = 0;
+    for (size_t i = 0; i < j; ++i) {
+      const double cells = remaining - static_cast<double>(candidates_[i].ended);
+      const double share = static_cast<double>(end.code - candidates_[i].code) * per_code;
+      const double cost = cost_[i] + (share + options.lambda) * cells + (cells > 0 ? fixed : 0);
+      if (i == 0 || cost < best) {
+        best = cost;
+        best_from = static_cast<uint32_t>(i);
+      }
+    }
+    cost_[j] = best;
+    from_[j] = best_from;
+  }
+  for (auto j = static_cast<uint32_t>(n - 1); j > 0; j = from_[j]) {
+    ends_.push_back(candidates_[j].code);
+  }
+  std::reverse(ends_.begin(), ends_.end());
+  return ends_;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "shared/sampling/cell.h"
+
+namespace isosplat {
+
+/// How a block's value range is cut into slabs. A cell is stored in every slab in which it is
+/// active for some isovalue, and a query fetches the whole slab that its isovalue lies in: few cuts
+/// make fetches large, many make the store large.
+struct SlabOptions {
+  /// The one dial: how much a byte stored weighs against a byte fetched by a random isovalue.
+  double lambda = 0.05;
+  /// What a chunk costs beside its cells, as a number of cells: directory record, framing, and the
+  /// statistics that its entropy coder has yet to learn.
+  double overhead_cells = 500;
+  /// The codes that isovalues are drawn from, evenly: the volume's range.
+  double isovalue_range = 256;
+  /// At most about this many places are considered for a cut; all, where there are no more.
+  uint32_t max_candidates = 128;
+};
+
+/// Cuts the value range of a block where it is cheapest, by a dynamic programme with an exact
+/// answer. Between candidates t₀ < t₁ < …, N − #(max ≤ tᵢ) − #(min ≥ tⱼ) cells are active somewhere
+/// in [tᵢ, tⱼ): two look-ups in cumulative counts. Such a slab costs
+/// ((tⱼ − tᵢ) / isovalue_range + λ) · cells + λ · overhead.
+///
+/// Keeps about 1 MB of scratch memory: one per thread.
+class SlabPlanner {
+ public:
+  SlabPlanner();
+
+  /// Counts the minima and maxima of a block's cells. Cells with min ≥ max are never active, and
+  /// are left out.
+  void count(std::span<const CellInterval> intervals);
+
+  /// The union of the counted intervals; {0, 0} where there is none.
+  CellInterval interval() const { return interval_; }
+
+  /// Cells that are active for some isovalue.
+  uint32_t cells() const { return cells_; }
+
+  /// Cells whose minimum (maximum) is the code `interval().min + i`, for i up to the interval's
+  /// length inclusive.
+  std::span<const uint32_t> minima() const;
+  std::span<const uint32_t> maxima() const;
+
+  /// The ends of the slabs, ascending; the last is interval().max. Empty where cells() is 0.
+  const std::vector<uint32_t>& plan(const SlabOptions& options);
+
+ private:
+  void choose_candidates(uint32_t most);
+
+  std::vector<uint32_t> minima_, maxima_;  // per code
+  CellInterval interval_;
+  uint32_t cells_ = 0;
+  struct Candidate {
+    uint32_t code;
+    uint32_t ended;      // cells with max ≤ code
+    uint32_t not_begun;  // cells with min ≥ code
+  };
+  std::vector<Candidate> candidates_;
+  std::vector<double> cost_;
+  std::vector<uint32_t> from_;
+  std::vector<uint32_t> ends_;
+};
+
+}  // namespace isosplat
