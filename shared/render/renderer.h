@@ -35,6 +35,12 @@ enum class ColourBy : uint8_t {
 enum class ColourMap : uint8_t { viridis, magma, cividis, turbo };
 inline constexpr int kColourMaps = 4;
 
+/// What becomes of a sample whose projection leads further than Δd = ½ √(sx² + sy² + sz²).
+enum class Displaced : uint8_t {
+  clamp,  ///< it is moved that far and no further, and not out of its cell: closes all holes
+  drop,   ///< it is not drawn (paper, section 3.2); coarse levels clamp nevertheless
+};
+
 inline constexpr int kMaxIsosurfaces = 8;
 inline constexpr int kMaxClipPlanes = 6;
 
@@ -63,6 +69,7 @@ struct RenderSettings {
   float eye_dome = 0.5f;  ///< strength of eye-dome lighting, 0: none
   float splat_scale = 1;  ///< multiplies the footprint; 1 closes all holes
   bool projected = true;  ///< false draws samples where they were generated (paper, figure 4)
+  Displaced displaced = Displaced::clamp;
   std::vector<ClipPlane> clip_planes;  ///< at most kMaxClipPlanes; more are ignored
   Vec3d clip_box_low{0, 0, 0}, clip_box_high{1, 1, 1};  ///< fractions of the volume's extent
 
@@ -76,7 +83,8 @@ struct ChunkPlace {
 
 /// What a draw did. Kept by the renderer until the next draw.
 struct FrameStatistics {
-  uint64_t samples_drawn = 0;  ///< sent to the vertex shader, once for each isosurface
+  uint64_t samples_drawn =
+      0;  ///< of chunks drawn: sent to the vertex shader, once for each isosurface
   uint64_t samples_resident = 0;
   uint64_t gpu_bytes = 0;  ///< buffers and targets that the renderer holds
   uint32_t chunks_drawn = 0;

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "native/headless/image.h"
+#include "shared/render/renderer.h"
+
+namespace isosplat {
+
+/// Draws the renderer's current view into a picture. A context must be current.
+/// Errors: as Renderer::draw. `statistics` may be null.
+Result<Image> draw_image(Renderer& renderer, int width, int height,
+                         FrameStatistics* statistics = nullptr);
+
+}  // namespace isosplat

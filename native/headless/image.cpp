@@ -1,0 +1,54 @@
+#include "native/headless/image.h"
+
+#include <png.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+namespace isosplat {
+
+Result<void> write_png(const std::string& path, const Image& image) {
+  bool opaque = true;
+  for (size_t i = 3; i < image.rgba.size(); i += 4) opaque = opaque && image.rgba[i] == 255;
+  std::vector<uint8_t> rgb;
+  if (opaque) {
+    rgb.reserve(image.rgba.size() / 4 * 3);
+    for (size_t i = 0; i < image.rgba.size(); i += 4) {
+      rgb.insert(rgb.end(), &image.rgba[i], &image.rgba[i] + 3);
+    }
+  }
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = opaque ? PNG_FORMAT_RGB : PNG_FORMAT_RGBA;
+  const std::string temporary = path + ".part";
+  const auto refuse = [&](const std::string& why) {
+    std::remove(temporary.c_str());
+    return fail(Status::io_error, path + ": cannot write the picture (" + why + ")");
+  };
+  if (!png_image_write_to_file(&png, temporary.c_str(), 0, opaque ? rgb.data() : image.rgba.data(),
+                               0, nullptr)) {
+    return refuse(errno ? std::strerror(errno) : png.message);
+  }
+  if (std::rename(temporary.c_str(), path.c_str()) != 0) return refuse(std::strerror(errno));
+  return {};
+}
+
+Result<Image> read_png(const std::string& path) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  if (!png_image_begin_read_from_file(&png, path.c_str())) {
+    return fail(Status::io_error, path + ": cannot read the picture (" + png.message + ")");
+  }
+  png.format = PNG_FORMAT_RGBA;
+  Image image{static_cast<int>(png.width), static_cast<int>(png.height), {}};
+  image.rgba.resize(PNG_IMAGE_SIZE(png));
+  if (!png_image_finish_read(&png, nullptr, image.rgba.data(), 0, nullptr)) {
+    return fail(Status::io_error, path + ": cannot read the picture (" + png.message + ")");
+  }
+  return image;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "shared/base/status.h"
+
+namespace isosplat {
+
+/// An RGBA picture, 8 bits each, sRGB, alpha not premultiplied, rows from the top.
+struct Image {
+  int width = 0, height = 0;
+  std::vector<uint8_t> rgba;
+
+  const uint8_t* at(int x, int y) const {
+    return &rgba[4 * (size_t(y) * size_t(width) + size_t(x))];
+  }
+};
+
+/// Writes a PNG: RGB where every pixel is opaque, RGBA otherwise. It appears under its name only
+/// when it is whole. Errors: io_error.
+Result<void> write_png(const std::string& path, const Image& image);
+
+/// Reads an 8-bit PNG of any kind. Errors: io_error.
+Result<Image> read_png(const std::string& path);
+
+}  // namespace isosplat

@@ -1,0 +1,122 @@
+#include "shared/render/frame.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shared/render/shader_constants.h"
+
+namespace isosplat {
+namespace {
+
+std::array<float, 4> floats(Vec3d v, double w) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z),
+          static_cast<float>(w)};
+}
+
+/// The world vector in the volume's axes.
+Vec3d to_axes(const VolumeGrid& grid, Vec3d v) {
+  const auto& d = grid.direction;
+  return {d[0] * v.x + d[3] * v.y + d[6] * v.z, d[1] * v.x + d[4] * v.y + d[7] * v.z,
+          d[2] * v.x + d[5] * v.y + d[8] * v.z};
+}
+
+double reach(Vec3d normal, Vec3d half) {
+  return std::abs(normal.x) * half.x + std::abs(normal.y) * half.y + std::abs(normal.z) * half.z;
+}
+
+}  // namespace
+
+Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camera& camera,
+             int width, int height, float guard_px, float max_point_px)
+    : camera_(camera_frame(camera)) {
+  unit_ = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
+  spacing_ = grid.spacing * (1 / unit_);
+  const BoundingSphere sphere = bounding_sphere(grid);
+  const Projection to_clip = projection(camera, sphere, sphere.centre, width, height);
+  mesh_clip_ = to_clip.clip_from_world;
+  right_ = to_axes(grid, camera_.right);
+  up_ = to_axes(grid, camera_.up);
+  forward_ = to_axes(grid, camera_.forward);
+  eye_ = to_axes(grid, camera_.eye - grid.origin) * (1 / unit_);
+
+  const double near_plane = to_clip.near_plane / unit_, far_plane = to_clip.far_plane / unit_;
+  const double tangent = camera_.tan_half_field_of_view;
+  const double focal_px = 0.5 * height / tangent;
+  block_.right = floats(right_, 0);
+  block_.up = floats(up_, 0);
+  block_.forward = floats(forward_, 0);
+  block_.depth = floats({(far_plane + near_plane) / (far_plane - near_plane),
+                         -2 * far_plane * near_plane / (far_plane - near_plane), near_plane},
+                        far_plane);
+  block_.image = floats({double(width), double(height), width / (width + 2.0 * guard_px)},
+                        height / (height + 2.0 * guard_px));
+  block_.lens = floats({focal_px, 1 / focal_px, double(max_point_px)}, settings.splat_scale);
+  block_.spacing = floats(spacing_, 0);
+
+  int planes = 0;
+  const auto add = [&](Vec3d normal, double offset) {
+    if (planes < MAX_CLIP_PLANES) {
+      block_.clip_plane[static_cast<size_t>(planes++)] = floats(normal, offset);
+    }
+  };
+  for (size_t i = 0; i < settings.clip_planes.size() && i < kMaxClipPlanes; ++i) {
+    const ClipPlane& plane = settings.clip_planes[i];
+    add(to_axes(grid, plane.normal), (plane.offset - dot(plane.normal, camera_.eye)) / unit_);
+  }
+  const Vec3d extent{(grid.voxels.x - 1) * spacing_.x, (grid.voxels.y - 1) * spacing_.y,
+                     (grid.voxels.z - 1) * spacing_.z};
+  const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
+  if (low.x > 0) add({1, 0, 0}, low.x * extent.x - eye_.x);
+  if (low.y > 0) add({0, 1, 0}, low.y * extent.y - eye_.y);
+  if (low.z > 0) add({0, 0, 1}, low.z * extent.z - eye_.z);
+  if (high.x < 1) add({-1, 0, 0}, eye_.x - high.x * extent.x);
+  if (high.y < 1) add({0, -1, 0}, eye_.y - high.y * extent.y);
+  if (high.z < 1) add({0, 0, -1}, eye_.z - high.z * extent.z);
+  block_.switches = {planes, settings.projected ? 1 : 0,
+                     settings.displaced == Displaced::drop ? 1 : 0, 0};
+
+  // Frustum sides point inwards, and need not be of unit length.
+  const double half_width = tangent * width / height;
+  const auto side = [](Vec3d n, double w) { return std::array<double, 4>{n.x, n.y, n.z, w}; };
+  sides_ = {side(right_ + forward_ * half_width, 0), side(right_ * -1.0 + forward_ * half_width, 0),
+            side(up_ + forward_ * tangent, 0), side(up_ * -1.0 + forward_ * tangent, 0),
+            side(forward_, near_plane)};
+}
+
+Frame::Box Frame::box(Vec3d low_cell, Vec3d high_cell) const {
+  const Vec3d half = (high_cell - low_cell) * 0.5, centre = (high_cell + low_cell) * 0.5;
+  return {Vec3d{centre.x * spacing_.x, centre.y * spacing_.y, centre.z * spacing_.z} - eye_,
+          {half.x * spacing_.x, half.y * spacing_.y, half.z * spacing_.z}};
+}
+
+bool Frame::may_see(const Box& box) const {
+  for (const auto& s : sides_) {
+    const Vec3d n{s[0], s[1], s[2]};
+    if (dot(n, box.centre) + reach(n, box.half) < s[3]) return false;
+  }
+  for (int i = 0; i < block_.switches[0]; ++i) {
+    const auto& p = block_.clip_plane[static_cast<size_t>(i)];
+    const Vec3d n{p[0], p[1], p[2]};
+    if (dot(n, box.centre) + reach(n, box.half) < p[3]) return false;
+  }
+  return true;
+}
+
+double Frame::nearest(const Box& box) const {
+  return dot(forward_, box.centre) - reach(forward_, box.half);
+}
+
+std::array<float, 16> Frame::mesh_clip() const {
+  std::array<float, 16> result;
+  for (size_t i = 0; i < 16; ++i) result[i] = static_cast<float>(mesh_clip_[i]);
+  return result;
+}
+
+std::array<float, 9> Frame::mesh_view() const {
+  const Vec3d r = camera_.right, u = camera_.up, f = camera_.forward;
+  return {static_cast<float>(r.x), static_cast<float>(u.x), static_cast<float>(-f.x),
+          static_cast<float>(r.y), static_cast<float>(u.y), static_cast<float>(-f.y),
+          static_cast<float>(r.z), static_cast<float>(u.z), static_cast<float>(-f.z)};
+}
+
+}  // namespace isosplat

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <GLES3/gl3.h>
+
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+#include "shared/base/status.h"
+
+namespace isosplat {
+
+/// A linked GL program. Movable; owns the GL object unless forgotten after a context loss.
+class GlProgram {
+ public:
+  GlProgram() = default;
+  GlProgram(GlProgram&& other) noexcept : name_(other.name_) { other.name_ = 0; }
+  GlProgram& operator=(GlProgram&& other) noexcept;
+  ~GlProgram();
+
+  /// Compiles and links. Each shader is the concatenation of the named files
+  /// (shared/render/shaders) after `defines` (whole lines) and shader_constants.h. Errors:
+  /// gl_error, with the driver's log.
+  static Result<GlProgram> link(std::string_view defines,
+                                std::initializer_list<std::string_view> vertex_files,
+                                std::initializer_list<std::string_view> fragment_files);
+
+  GLuint name() const { return name_; }
+  GLint uniform(const char* name) const { return glGetUniformLocation(name_, name); }
+  explicit operator bool() const { return name_ != 0; }
+
+  /// The context that owned the program is gone: there is nothing to delete.
+  void forget() { name_ = 0; }
+
+ private:
+  GLuint name_ = 0;
+};
+
+/// A whole shader's text: version, precision, defines, constants, files.
+std::string shader_text(std::string_view defines, std::initializer_list<std::string_view> files);
+
+}  // namespace isosplat

@@ -1,0 +1,93 @@
+#include "shared/render/sample_buffers.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace isosplat {
+
+Result<SampleRange> SampleBuffers::add(std::span<const PackedSample> samples) {
+  const auto count = static_cast<uint32_t>(samples.size());
+  if (count == 0) return SampleRange{};
+  uint32_t index = 0;
+  std::map<uint32_t, uint32_t>::iterator run;
+  for (; index < buffers_.size(); ++index) {
+    auto& free = buffers_[index].free;
+    run = std::find_if(free.begin(), free.end(), [&](const auto& r) { return r.second >= count; });
+    if (run != free.end()) break;
+  }
+  if (index == buffers_.size()) {
+    Buffer made;
+    made.capacity = std::max(count, kBufferSamples);
+    while (glGetError() != GL_NO_ERROR) {
+    }
+    glGenBuffers(1, &made.buffer);
+    glGenVertexArrays(1, &made.vertex_array);
+    glBindVertexArray(made.vertex_array);
+    glBindBuffer(GL_ARRAY_BUFFER, made.buffer);
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(made.capacity * sizeof(PackedSample)),
+                 nullptr, GL_STATIC_DRAW);
+    if (glGetError() != GL_NO_ERROR) {
+      glDeleteVertexArrays(1, &made.vertex_array);
+      glDeleteBuffers(1, &made.buffer);
+      return fail(Status::out_of_memory, "the GPU has no room for another " +
+                                             std::to_string(made.capacity) +
+                                             " samples: remove chunks, or lower the sample budget");
+    }
+    glEnableVertexAttribArray(0);
+    glVertexAttribIPointer(0, 4, GL_UNSIGNED_INT, sizeof(PackedSample), nullptr);
+    glBindVertexArray(0);
+    made.free[0] = made.capacity;
+    buffers_.push_back(std::move(made));
+    run = buffers_.back().free.begin();
+  }
+  Buffer& buffer = buffers_[index];
+  const SampleRange range{index, run->first, count};
+  const uint32_t left = run->second - count;
+  buffer.free.erase(run);
+  if (left) buffer.free[range.first + count] = left;
+  glBindBuffer(GL_ARRAY_BUFFER, buffer.buffer);
+  glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(range.first * sizeof(PackedSample)),
+                  static_cast<GLsizeiptr>(samples.size_bytes()), samples.data());
+  samples_ += count;
+  return range;
+}
+
+void SampleBuffers::remove(const SampleRange& range) {
+  if (range.count == 0 || range.buffer >= buffers_.size()) return;
+  auto& free = buffers_[range.buffer].free;
+  auto run = free.emplace(range.first, range.count).first;
+  if (const auto next = std::next(run);
+      next != free.end() && run->first + run->second == next->first) {
+    run->second += next->second;
+    free.erase(next);
+  }
+  if (run != free.begin()) {
+    const auto previous = std::prev(run);
+    if (previous->first + previous->second == run->first) {
+      previous->second += run->second;
+      free.erase(run);
+    }
+  }
+  samples_ -= range.count;
+}
+
+uint64_t SampleBuffers::bytes() const {
+  uint64_t sum = 0;
+  for (const Buffer& buffer : buffers_) sum += uint64_t{buffer.capacity} * sizeof(PackedSample);
+  return sum;
+}
+
+void SampleBuffers::release() {
+  for (Buffer& buffer : buffers_) {
+    glDeleteVertexArrays(1, &buffer.vertex_array);
+    glDeleteBuffers(1, &buffer.buffer);
+  }
+  forget();
+}
+
+void SampleBuffers::forget() {
+  buffers_.clear();
+  samples_ = 0;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,90 @@
+// Surface pixels of all layers become the picture: light, colour, and layers over each other by
+// depth. A layer holds the nearest surface of one translucent isosurface, or of all opaque ones, so
+// at most nine are sorted at each pixel, and the result does not depend on the order of drawing.
+uniform highp usampler2DArray u_surfaces;
+uniform highp sampler2DArray u_depths;
+uniform sampler2D u_colour_map;
+uniform int u_layers;
+uniform int u_colour_by;           // 0: the isosurface's colour; 1: the map at the scalar; 2: at depth
+uniform vec4 u_colour[MAX_ISOSURFACES];  // linear; w: opacity
+uniform vec4 u_background;         // linear, alpha
+uniform vec4 u_light;              // x ambient, y specular, z eye-dome strength, w eye-dome radius px
+layout(location = 0) out vec4 o_colour;
+
+float distance_of(float depth) { return u_depth.y / (2.0 * depth - 1.0 - u_depth.x); }
+
+float depth_at(ivec2 at, int layer) {
+  return texelFetch(u_depths, ivec3(clamp(at, ivec2(0), ivec2(u_image.xy) - 1), layer), 0).x;
+}
+
+// Eye-dome lighting (Boucheny 2009): darkens what lies behind its neighbours in the image.
+const ivec2 kAround[8] = ivec2[8](ivec2(1, 0), ivec2(2, 2), ivec2(0, 1), ivec2(-2, 2), ivec2(-1, 0),
+                                  ivec2(-2, -2), ivec2(0, -1), ivec2(2, -2));
+float eye_dome(ivec2 at, int layer, float z) {
+  float sum = 0.0, here = log2(z);
+  for (int i = 0; i < 8; ++i) {
+    float depth = depth_at(at + kAround[i] * int(u_light.w), layer);
+    if (depth < 1.0) sum += max(0.0, here - log2(distance_of(depth)));
+  }
+  return exp2(-u_light.z * 24.0 * min(sum, 0.1));
+}
+
+vec3 to_linear(vec3 c) { return pow(c, vec3(2.2)); }
+
+vec4 shade(ivec2 at, int layer, float depth) {
+  uvec4 bits = texelFetch(u_surfaces, ivec3(at, layer), 0);
+  uint isosurface = bits.w >> ISOSURFACE_SHIFT;
+  float coverage = float(bits.w & uint(COVERAGE_MAX)) / COVERAGE_MAX;
+  float z = distance_of(depth);
+  vec3 to_eye = normalize(vec3((0.5 * u_image.xy - gl_FragCoord.xy) * u_lens.y, 1.0));
+  vec3 n = decode_normal(bits.xy);
+  if (dot(n, to_eye) < 0.0) n = -n;
+
+  vec4 base = u_colour[isosurface];
+  float scalar = float(bits.z) / 65535.0;
+  if (u_colour_by == 2) scalar = (z - u_depth.z) / (u_depth.w - u_depth.z);
+  if (u_colour_by != 0) {
+    base.rgb = to_linear(texture(u_colour_map, vec2((scalar * 255.0 + 0.5) / 256.0, 0.5)).rgb);
+  }
+  // The headlight leaves nothing black; the key light, from the upper left, tells shapes apart.
+  const vec3 key = vec3(-0.408, 0.577, 0.707);
+  float diffuse = 0.45 * max(dot(n, to_eye), 0.0) + 0.55 * max(dot(n, key), 0.0);
+  vec3 halfway = normalize(key + to_eye);
+  float highlight = u_light.y * pow(max(dot(n, halfway), 0.0), 40.0);
+  float occlusion = u_light.z > 0.0 ? eye_dome(at, layer, z) : 1.0;
+  vec3 lit = occlusion * (base.rgb * (u_light.x + (1.0 - u_light.x) * diffuse) + highlight);
+  return vec4(lit, base.a * coverage);
+}
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  vec3 sum = vec3(0.0);
+  float through = 1.0;
+  float last = -1.0;
+  int last_layer = -1;
+  for (int step = 0; step < MAX_LAYERS; ++step) {
+    if (step >= u_layers || through < 0.002) break;
+    float nearest = 1.0;
+    int layer = -1;
+    for (int i = 0; i < MAX_LAYERS; ++i) {
+      if (i >= u_layers) break;
+      float depth = depth_at(at, i);
+      bool behind = depth > last || (depth == last && i > last_layer);
+      if (behind && depth < nearest) {
+        nearest = depth;
+        layer = i;
+      }
+    }
+    if (layer < 0) break;
+    vec4 colour = shade(at, layer, nearest);
+    sum += through * colour.a * colour.rgb;
+    through *= 1.0 - colour.a;
+    last = nearest;
+    last_layer = layer;
+  }
+  // Premultiplied by alpha in the picture's own coding, as canvases want it.
+  float alpha = 1.0 - through + through * u_background.a;
+  vec3 colour = sum + through * u_background.a * u_background.rgb;
+  vec3 straight = alpha > 0.0 ? colour / alpha : vec3(0.0);
+  o_colour = vec4(pow(clamp(straight, 0.0, 1.0), vec3(1.0 / 2.2)) * alpha, alpha);
+}

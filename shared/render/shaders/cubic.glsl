@@ -1,0 +1,70 @@
+// A ray against a cell's trilinear surface, in cell units: repeats what
+// shared/sampling/exact_projection.cpp does, and is tested against it by value.
+
+// The part of the ray inside of the cell enlarged by `margin`; empty (x > y) where it misses.
+vec2 ray_in_cell(vec3 origin, vec3 direction, float margin) {
+  direction += vec3(equal(direction, vec3(0.0))) * 1e-9;
+  vec3 one = (-margin - origin) / direction, other = (1.0 + margin - origin) / direction;
+  vec3 enter = min(one, other), leave = max(one, other);
+  return vec2(max(max(enter.x, enter.y), enter.z), min(min(leave.x, leave.y), leave.z));
+}
+
+// Coefficients of the cubic f(o + t r), t^3 first (paper, equations 2 and 3).
+vec4 cubic_along(Trilinear f, vec3 o, vec3 r) {
+  float c1 = f.a.y, c2 = f.a.z, c3 = f.a.w, c4 = f.b.x, c5 = f.b.y, c6 = f.b.z, c7 = f.b.w;
+  float xy = r.x * r.y, xz = r.x * r.z, yz = r.y * r.z;
+  vec4 at = value_and_gradient(f, o);
+  return vec4(c7 * xy * r.z,
+              c3 * xy + c5 * xz + c6 * yz + c7 * (o.x * yz + o.y * xz + o.z * xy),
+              dot(at.yzw, r), at.x);
+}
+
+float cubic(vec4 k, float t) { return ((k.x * t + k.y) * t + k.z) * t + k.w; }
+
+// The least root in [0, end]; negative where there is none. Between its extrema the cubic is
+// monotonic: the first part whose ends have different signs holds the root. As in the active test,
+// zero counts as below.
+float first_root(vec4 k, float end) {
+  float a = 3.0 * k.x, b = k.y, c = k.z;  // a t^2 + 2 b t + c
+  float discriminant = b * b - a * c;
+  float e0 = end, e1 = end;
+  if (discriminant > 0.0) {
+    float q = -(b + (b < 0.0 ? -1.0 : 1.0) * sqrt(discriminant));
+    float r0 = a != 0.0 ? q / a : end, r1 = q != 0.0 ? c / q : end;
+    e0 = clamp(min(r0, r1), 0.0, end);
+    e1 = clamp(max(r0, r1), 0.0, end);
+  }
+  float low = 0.0, high = end, f_low = k.w, f_high;
+  float f0 = cubic(k, e0), f1 = cubic(k, e1);
+  bool above = f_low > 0.0;
+  if ((f0 > 0.0) != above) {
+    high = e0;
+    f_high = f0;
+  } else if ((f1 > 0.0) != above) {
+    low = e0;
+    f_low = f0;
+    high = e1;
+    f_high = f1;
+  } else {
+    low = e1;
+    f_low = f1;
+    f_high = cubic(k, end);
+    if ((f_high > 0.0) == above) return -1.0;
+  }
+  // Regula falsi with the Illinois modification: never leaves the bracket.
+  float t = low;
+  for (int i = 0; i < 8; ++i) {
+    t = clamp((low * f_high - high * f_low) / (f_high - f_low), low, high);
+    float f_t = cubic(k, t);
+    if ((f_t > 0.0) == (f_low > 0.0)) {
+      low = t;
+      f_low = f_t;
+      f_high *= 0.5;
+    } else {
+      high = t;
+      f_high = f_t;
+      f_low *= 0.5;
+    }
+  }
+  return t;
+}

@@ -1,0 +1,27 @@
+// The pixel's ray, from a point beside a cell's centre: positions relative to the centre keep their
+// precision however far the eye is.
+struct Ray {
+  vec3 origin;     // on the plane through the centre that faces the camera, minus the centre
+  vec3 direction;  // one unit along the view
+};
+
+Ray pixel_ray(vec4 centre, vec2 centre_px) {
+  vec2 offset = (gl_FragCoord.xy - centre_px) * u_lens.y;
+  vec3 across = u_right.xyz * offset.x + u_up.xyz * offset.y;
+  return Ray(across * centre.w, centre.xyz / centre.w + across);
+}
+
+#ifdef CLIPPED
+// Cuts the part of the ray (between.x, between.y) to what the clip planes keep.
+vec2 clip_ray(Ray ray, vec3 centre, vec2 between) {
+  for (int i = 0; i < u_switches.x; ++i) {
+    float inside = dot(u_clip_plane[i].xyz, ray.origin + centre) - u_clip_plane[i].w;
+    float along = dot(u_clip_plane[i].xyz, ray.direction);
+    float t = -inside / along;
+    if (along > 0.0) between.x = max(between.x, t);
+    else if (along < 0.0) between.y = min(between.y, t);
+    else if (inside < 0.0) between.y = between.x - 1.0;
+  }
+  return between;
+}
+#endif

@@ -1,0 +1,178 @@
+// One sample becomes one splat: a point (attribute), or, where points cannot be that large, two
+// triangles that fetch the sample by gl_VertexID (PULLED).
+#ifdef PULLED
+uniform highp usampler2D u_samples;
+#else
+layout(location = 0) in uvec4 a_sample;
+#endif
+
+uniform vec4 u_block;           // xyz: the block's corner 0; w: cells of level 0 per cell (2^level)
+uniform float u_isocode;
+uniform uint u_isosurface;
+uniform vec3 u_scalar;          // weights of 1, gradient length, projection error
+
+#if KIND == KIND_QUAD
+flat out uvec4 v_pixel;
+#else
+flat out vec4 v_centre;         // of the cell; w: distance along the view
+flat out vec2 v_centre_px;
+flat out vec3 v_size;           // of the cell
+flat out vec4 v_a, v_b;         // the trilinear interpolant minus the isocode, in spans
+flat out vec4 v_plane;          // tangent plane: dot(xyz, position - centre) = w
+flat out vec4 v_sample;         // projected sample - centre; w: its footprint, 1 or less
+flat out float v_scalar;
+flat out float v_span;
+#endif
+
+// Half the extent in px of a box with half sizes h about e, and never less than the truth.
+vec2 half_extent_px(vec3 e, vec3 h, float z) {
+  vec3 right = u_right.xyz - u_forward.xyz * (dot(e, u_right.xyz) / z);
+  vec3 up = u_up.xyz - u_forward.xyz * (dot(e, u_up.xyz) / z);
+  float nearest = max(z - dot(abs(u_forward.xyz), h), u_depth.z);
+  return vec2(dot(abs(right), h), dot(abs(up), h)) * (u_lens.x / nearest);
+}
+
+vec2 to_px(vec3 e, float z) {
+  return 0.5 * u_image.xy + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_lens.x / z);
+}
+
+void drop() {
+  gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  gl_PointSize = 1.0;
+}
+
+void main() {
+#ifdef PULLED
+  int index = gl_VertexID / 6, corner = gl_VertexID - index * 6;
+  uvec4 packed_sample = texelFetch(
+      u_samples, ivec2(index % SAMPLE_TEXTURE_WIDTH, index / SAMPLE_TEXTURE_WIDTH), 0);
+#else
+  uvec4 packed_sample = a_sample;
+#endif
+#if KIND == KIND_QUAD
+  v_pixel = uvec4(0u);
+#else
+  v_centre = v_a = v_b = v_plane = v_sample = vec4(0.0);
+  v_centre_px = vec2(0.0);
+  v_size = vec3(1.0);
+  v_scalar = v_span = 0.0;
+#endif
+  Cell cell = octant_of(unpack_sample(packed_sample), packed_sample);
+  if (!is_active(cell.interval, u_isocode)) {
+    drop();
+    return;
+  }
+
+  vec3 size = u_spacing.xyz * (u_block.w * cell.size);
+  vec3 centre = u_block.xyz + (cell.low + 0.5 * cell.size) * u_block.w * u_spacing.xyz;
+
+  // Corners are rounded where the interval is wide, and coarse cells reach beyond their corners:
+  // go for the nearest value that they have.
+  vec4 least = min(cell.lower, cell.upper), most = max(cell.lower, cell.upper);
+  float low = min(min(least.x, least.y), min(least.z, least.w));
+  float high = max(max(most.x, most.y), max(most.z, most.w));
+  float isocode = clamp(u_isocode, low, high);
+  float footprint = u_block.w > 1.0 && isocode != u_isocode ? THIN_FOOTPRINT : 1.0;
+
+  Trilinear f = trilinear(cell.lower, cell.upper);
+  vec4 at = value_and_gradient(f, vec3(0.5));
+  vec3 gradient = at.yzw / size;
+  vec3 displacement = vec3(0.0);
+  if (u_switches.y != 0) {
+    displacement = newton_step(at.x, gradient, isocode);
+    float threshold = 0.5 * length(size), distance = length(displacement);
+    if (distance > threshold) {
+      if (u_switches.z != 0 && u_block.w == 1.0) {
+        drop();
+        return;
+      }
+      displacement *= threshold / distance;
+    }
+    displacement = clamp(displacement, -0.5 * size, 0.5 * size);
+#if KIND != KIND_QUAD
+    // A second step, from where the first one led: the gradient there is the surface's.
+    at = value_and_gradient(f, displacement / size + 0.5);
+    gradient = at.yzw / size;
+    displacement = clamp(displacement + newton_step(at.x, gradient, isocode), -0.5 * size,
+                         0.5 * size);
+    at = value_and_gradient(f, displacement / size + 0.5);
+    gradient = at.yzw / size;
+#endif
+  }
+  float steepness = length(gradient);
+  vec3 normal = steepness > 0.0 ? gradient / steepness : -u_forward.xyz;
+  float error = 0.0;
+  if (u_scalar.z != 0.0) {
+    vec4 there = value_and_gradient(f, displacement / size + 0.5);
+    error = abs(there.x - u_isocode) / max(length(there.yzw), 1e-6);
+  }
+  float scalar = dot(u_scalar, vec3(1.0, steepness, error));
+
+  vec3 position = centre + displacement;
+#if KIND == KIND_QUAD
+#ifdef CLIPPED
+  for (int i = 0; i < u_switches.x; ++i) {
+    if (dot(u_clip_plane[i].xyz, position) < u_clip_plane[i].w) {
+      drop();
+      return;
+    }
+  }
+#endif
+  float z = dot(position, u_forward.xyz);
+  if (z < u_depth.z) {
+    drop();
+    return;
+  }
+  vec2 centre_px = to_px(position, z);
+  vec2 half_px = half_extent_px(position, 0.5 * size * footprint * u_lens.w, z);
+  half_px = vec2(max(half_px.x, half_px.y));
+  v_pixel = encode_surface(to_view(normal), scalar, u_isosurface, 1.0);
+  float ndc_z = u_depth.x + u_depth.y / z;
+#else
+  float z = max(dot(centre, u_forward.xyz), u_depth.z);
+  float reach = dot(abs(u_forward.xyz), 0.5 * size);
+  if (dot(centre, u_forward.xyz) + reach < u_depth.z) {
+    drop();
+    return;
+  }
+#if KIND == KIND_EXACT
+  vec3 half_box = (0.5 + EXACT_MARGIN_CELLS) * size;
+  if (footprint < 1.0) half_box *= footprint;
+  float pad_px = 0.51;
+#else
+  vec3 half_box = (0.5 + PLANE_MARGIN_CELLS) * size * footprint;
+  float pad_px = 0.51 + PLANE_MARGIN_PX;
+#endif
+  vec3 middle = footprint < 1.0 ? position : centre;
+  float middle_z = max(dot(middle, u_forward.xyz), u_depth.z);
+  vec2 centre_px = to_px(middle, middle_z);
+  vec2 half_px = half_extent_px(middle, half_box * u_lens.w, middle_z) + pad_px;
+  v_centre = vec4(centre, z);
+  v_centre_px = to_px(centre, z);
+  v_size = size;
+  v_span = max(high - low, 1e-6);
+  v_a = f.a / v_span;
+  v_b = f.b / v_span;
+  v_a.x = (f.a.x - isocode) / v_span;
+  v_plane = vec4(normal, dot(normal, displacement));
+  v_sample = vec4(displacement, footprint);
+  v_scalar = dot(u_scalar.xz, vec2(1.0, error));
+  float ndc_z = 0.0;
+#endif
+
+  // Splats wholly outside of the image cost nothing.
+  if (any(lessThan(centre_px + half_px, vec2(0.0))) ||
+      any(greaterThan(centre_px - half_px, u_image.xy))) {
+    drop();
+    return;
+  }
+#ifdef PULLED
+  vec2 sign_of_corner = vec2(corner == 1 || corner == 2 || corner == 4 ? 1.0 : -1.0,
+                             corner == 2 || corner == 4 || corner == 5 ? 1.0 : -1.0);
+  centre_px += sign_of_corner * half_px;
+  gl_Position = vec4(2.0 * centre_px / u_image.xy - 1.0, ndc_z, 1.0);
+#else
+  gl_Position = vec4((2.0 * centre_px / u_image.xy - 1.0) * u_image.zw, ndc_z, 1.0);
+  gl_PointSize = clamp(2.0 * max(half_px.x, half_px.y), 1.0, u_lens.z);
+#endif
+}

@@ -1,0 +1,93 @@
+#include "shared/render/surface_targets.h"
+
+#include <algorithm>
+#include <string>
+
+namespace isosplat {
+namespace {
+
+void nearest_and_clamped(GLenum target) {
+  glTexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+}
+
+Result<void> check_complete(const char* what) {
+  const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
+  if (status == GL_FRAMEBUFFER_COMPLETE) return {};
+  return fail(Status::gl_error, std::string("the framebuffer for ") + what +
+                                    " is not complete (status " + std::to_string(status) +
+                                    "): a smaller image may fit");
+}
+
+}  // namespace
+
+Result<void> SurfaceTargets::prepare(int width, int height, int layers, bool blended,
+                                     bool float_blend) {
+  if (width != width_ || height != height_ || layers > layers_) {
+    release();
+    width_ = width;
+    height_ = height;
+    layers_ = layers;
+    glGenTextures(1, &surfaces_);
+    glBindTexture(GL_TEXTURE_2D_ARRAY, surfaces_);
+    glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_RGBA16UI, width, height, layers);
+    nearest_and_clamped(GL_TEXTURE_2D_ARRAY);
+    glGenTextures(1, &depths_);
+    glBindTexture(GL_TEXTURE_2D_ARRAY, depths_);
+    glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_DEPTH_COMPONENT24, width, height, layers);
+    nearest_and_clamped(GL_TEXTURE_2D_ARRAY);
+    framebuffers_.resize(static_cast<size_t>(layers));
+    glGenFramebuffers(layers, framebuffers_.data());
+    for (int layer = 0; layer < layers; ++layer) {
+      glBindFramebuffer(GL_FRAMEBUFFER, layer_framebuffer(layer));
+      glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, surfaces_, 0, layer);
+      glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depths_, 0, layer);
+      if (auto ok = check_complete("surfaces"); !ok) return ok;
+    }
+    bytes_ = uint64_t(width) * uint64_t(height) * uint64_t(layers) * 12;
+  }
+  if (blended && !sums_framebuffer_) {
+    glGenFramebuffers(1, &sums_framebuffer_);
+    glBindFramebuffer(GL_FRAMEBUFFER, sums_framebuffer_);
+    glGenTextures(2, sums_);
+    for (int i = 0; i < 2; ++i) {
+      glBindTexture(GL_TEXTURE_2D, sums_[i]);
+      glTexStorage2D(GL_TEXTURE_2D, 1, float_blend ? GL_RGBA32F : GL_RGBA16F, width, height);
+      nearest_and_clamped(GL_TEXTURE_2D);
+      glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i),
+                             GL_TEXTURE_2D, sums_[i], 0);
+    }
+    glGenRenderbuffers(1, &sums_depth_);
+    glBindRenderbuffer(GL_RENDERBUFFER, sums_depth_);
+    glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, width, height);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, sums_depth_);
+    const GLenum both[2] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    glDrawBuffers(2, both);
+    if (auto ok = check_complete("blending"); !ok) return ok;
+    bytes_ += uint64_t(width) * uint64_t(height) * (float_blend ? 36u : 20u);
+  }
+  return {};
+}
+
+void SurfaceTargets::release() {
+  if (surfaces_) glDeleteTextures(1, &surfaces_);
+  if (depths_) glDeleteTextures(1, &depths_);
+  if (!framebuffers_.empty()) {
+    glDeleteFramebuffers(static_cast<GLsizei>(framebuffers_.size()), framebuffers_.data());
+  }
+  if (sums_framebuffer_) glDeleteFramebuffers(1, &sums_framebuffer_);
+  if (sums_[0]) glDeleteTextures(2, sums_);
+  if (sums_depth_) glDeleteRenderbuffers(1, &sums_depth_);
+  forget();
+}
+
+void SurfaceTargets::forget() {
+  width_ = height_ = layers_ = 0;
+  surfaces_ = depths_ = sums_framebuffer_ = sums_[0] = sums_[1] = sums_depth_ = 0;
+  framebuffers_.clear();
+  bytes_ = 0;
+}
+
+}  // namespace isosplat

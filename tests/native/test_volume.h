@@ -1,0 +1,121 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "shared/render/renderer.h"
+#include "shared/sampling/packed_sample.h"
+
+namespace isosplat {
+
+/// A volume in memory, and its samples packed as chunk decoders would yield them: for tests and
+/// benchmarks of drawing, which need no store.
+struct TestVolume {
+  VolumeGrid grid;
+  ValueMapping mapping;
+  std::vector<Code> codes;  // x fastest
+
+  Code at(int32_t x, int32_t y, int32_t z) const {
+    return codes[size_t(x) +
+                 size_t(grid.voxels.x) * (size_t(y) + size_t(grid.voxels.y) * size_t(z))];
+  }
+};
+
+/// A volume of this many voxels whose codes are f at each voxel index, rounded and clamped.
+inline TestVolume sampled_volume(Index3 voxels, Vec3d spacing,
+                                 const std::function<double(Vec3d)>& f) {
+  TestVolume volume;
+  volume.grid.voxels = voxels;
+  volume.grid.spacing = spacing;
+  volume.codes.reserve(size_t(voxels.x) * size_t(voxels.y) * size_t(voxels.z));
+  for (int32_t z = 0; z < voxels.z; ++z) {
+    for (int32_t y = 0; y < voxels.y; ++y) {
+      for (int32_t x = 0; x < voxels.x; ++x) {
+        const double code = f({double(x), double(y), double(z)});
+        volume.codes.push_back(static_cast<Code>(std::clamp(code + 0.5, 0.0, 65534.0)));
+      }
+    }
+  }
+  return volume;
+}
+
+/// Distance from the volume's centre in world units × 100: a sphere at isovalue 100 r.
+inline TestVolume sphere_volume(Index3 voxels, Vec3d spacing = {1, 1, 1}) {
+  const Vec3d centre{0.5 * (voxels.x - 1), 0.5 * (voxels.y - 1), 0.5 * (voxels.z - 1)};
+  return sampled_volume(voxels, spacing, [=](Vec3d p) {
+    const Vec3d d = p - centre;
+    return 100 * length(Vec3d{d.x * spacing.x, d.y * spacing.y, d.z * spacing.z});
+  });
+}
+
+/// The corners of the cell of `step` voxels at (x, y, z); the last voxel is repeated beyond the
+/// end.
+inline CellCorners corners_at(const TestVolume& volume, int32_t x, int32_t y, int32_t z,
+                              int32_t step = 1) {
+  const Index3 n = volume.grid.voxels;
+  const int32_t x1 = std::min(x + step, n.x - 1), y1 = std::min(y + step, n.y - 1),
+                z1 = std::min(z + step, n.z - 1);
+  return {volume.at(x, y, z),  volume.at(x1, y, z),  volume.at(x, y1, z),  volume.at(x1, y1, z),
+          volume.at(x, y, z1), volume.at(x1, y, z1), volume.at(x, y1, z1), volume.at(x1, y1, z1)};
+}
+
+/// The samples of a block that are active for some isocode in [low, high].
+inline std::vector<PackedSample> block_samples(const TestVolume& volume, BlockKey block, double low,
+                                               double high) {
+  std::vector<PackedSample> samples;
+  const LevelGrid level = level_grid(volume.grid.voxels, block.level);
+  const Index3 cells = block_cells(level, block.index);
+  const int32_t step = 1 << block.level;
+  const Index3 n = volume.grid.voxels;
+  for (int32_t z = 0; z < cells.z; ++z) {
+    for (int32_t y = 0; y < cells.y; ++y) {
+      for (int32_t x = 0; x < cells.x; ++x) {
+        const int32_t x0 = (block.index.x * kBlockCells + x) * step;
+        const int32_t y0 = (block.index.y * kBlockCells + y) * step;
+        const int32_t z0 = (block.index.z * kBlockCells + z) * step;
+        const CellCorners corners = corners_at(volume, x0, y0, z0, step);
+        CellInterval interval = corner_interval(corners);
+        for (int32_t k = z0; step > 1 && k <= std::min(z0 + step, n.z - 1); ++k) {
+          for (int32_t j = y0; j <= std::min(y0 + step, n.y - 1); ++j) {
+            for (int32_t i = x0; i <= std::min(x0 + step, n.x - 1); ++i) {
+              interval.min = std::min(interval.min, volume.at(i, j, k));
+              interval.max = std::max(interval.max, volume.at(i, j, k));
+            }
+          }
+        }
+        if (interval.min <= high && low < interval.max && interval.min < interval.max) {
+          samples.push_back(pack_sample({x, y, z}, interval, corners));
+        }
+      }
+    }
+  }
+  return samples;
+}
+
+/// Hands a level's chunks to the renderer and makes them visible; returns the samples added.
+inline uint64_t show_volume(Renderer& renderer, const TestVolume& volume, double isovalue_low,
+                            double isovalue_high, uint32_t level = 0) {
+  renderer.set_volume(volume.grid, volume.mapping);
+  const LevelGrid grid = level_grid(volume.grid.voxels, level);
+  std::vector<uint64_t> ids;
+  uint64_t count = 0;
+  for (int32_t z = 0; z < grid.blocks.z; ++z) {
+    for (int32_t y = 0; y < grid.blocks.y; ++y) {
+      for (int32_t x = 0; x < grid.blocks.x; ++x) {
+        const BlockKey block{level, {x, y, z}};
+        const auto samples = block_samples(volume, block, volume.mapping.isocode(isovalue_low),
+                                           volume.mapping.isocode(isovalue_high));
+        if (!renderer.add_chunk(ids.size(), {block}, samples)) return 0;
+        ids.push_back(ids.size());
+        count += samples.size();
+      }
+    }
+  }
+  renderer.set_visible(ids);
+  return count;
+}
+
+}  // namespace isosplat
