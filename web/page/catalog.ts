@@ -1,0 +1,193 @@
+import { html, nothing, render, type TemplateResult } from "lit";
+import { brand, problemCard, themeButton } from "./chrome.ts";
+import { formatBytes, formatCount, formatDims, formatType, formatValue } from "./format.ts";
+import { type Problem, problemOf } from "./problems.ts";
+import { onTheme } from "./theme.ts";
+import { thumbnail } from "./thumbnails.ts";
+import { ApiError, fetchVolumes, type VolumeEntry, withBackoff } from "./volumes_api.ts";
+
+/** The list of volumes that the server offers, and a way to open a store from elsewhere. */
+export class Catalog {
+  readonly #root: HTMLElement;
+  #volumes: VolumeEntry[] | null = null;
+  #problem: Problem | null = null;
+  #filter = "";
+  #loading = new AbortController();
+
+  constructor(root: HTMLElement) {
+    this.#root = root;
+    document.title = "Isosplat";
+    onTheme(() => this.#render());
+    void this.#load();
+  }
+
+  async #load(): Promise<void> {
+    this.#loading.abort();
+    this.#loading = new AbortController();
+    const { signal } = this.#loading;
+    this.#problem = null;
+    this.#render();
+    try {
+      this.#volumes = await withBackoff(fetchVolumes, signal, (error) => {
+        this.#problem = problemOf(error, "the list of volumes");
+        this.#render();
+      });
+      this.#problem = null;
+    } catch (error) {
+      if (signal.aborted) return;
+      this.#problem = problemOf(error, "the list of volumes");
+      if (error instanceof ApiError && !error.retry) {
+        this.#problem = {
+          ...this.#problem,
+          title: "There is no list of volumes here",
+          text: "This host serves the page, but no volumes. Open a store by its address below.",
+        };
+      }
+    }
+    this.#render();
+  }
+
+  #render(): void {
+    const volumes = this.#volumes;
+    const shown = volumes?.filter((volume) => matches(volume, this.#filter));
+    render(
+      html`<div class="catalog">
+        <header class="bar">${brand()}<span class="bar-space"></span>${themeButton()}</header>
+        <main class="catalog-main">
+          <div class="catalog-head">
+            <div>
+              <h1>Volumes</h1>
+              <p class="quiet">
+                ${volumes ? summary(volumes) : "Isosurfaces, streamed: only what the view needs."}
+              </p>
+            </div>
+            ${
+              volumes && volumes.length > 6
+                ? html`<wa-input
+                    class="catalog-filter"
+                    size="s"
+                    type="search"
+                    placeholder="Filter"
+                    aria-label="Filter the volumes by name"
+                    @input=${(event: Event) => {
+                      this.#filter = (event.target as HTMLInputElement).value;
+                      this.#render();
+                    }}
+                  ></wa-input>`
+                : nothing
+            }
+          </div>
+          ${this.#problem ? problemCard(this.#problem, { retry: () => void this.#load() }) : nothing}
+          ${volumes || this.#problem ? nothing : skeleton()}
+          ${
+            volumes?.length === 0
+              ? html`<p class="empty">
+                  This server has no volumes yet. Make a store with
+                  <code>isosplat build VOLUME</code> and put it into the folder that is served.
+                </p>`
+              : nothing
+          }
+          ${
+            shown && volumes && volumes.length > 0 && shown.length === 0
+              ? html`<p class="empty">No volume is called “${this.#filter}”.</p>`
+              : nothing
+          }
+          <ul class="cards">
+            ${shown?.map((volume) => html`<li>${card(volume)}</li>`)}
+          </ul>
+          ${openByAddress()}
+        </main>
+      </div>`,
+      this.#root,
+    );
+  }
+}
+
+function matches(volume: VolumeEntry, filter: string): boolean {
+  const text = `${volume.name} ${volume.title ?? ""}`.toLowerCase();
+  return text.includes(filter.trim().toLowerCase());
+}
+
+function summary(volumes: readonly VolumeEntry[]): string {
+  const bytes = volumes.reduce((sum, volume) => sum + (volume.fileBytes ?? 0), 0);
+  const count = volumes.length === 1 ? "1 volume" : `${volumes.length} volumes`;
+  return bytes > 0 ? `${count}, ${formatBytes(bytes)} on the server` : count;
+}
+
+function card(volume: VolumeEntry): TemplateResult {
+  const title = volume.title || volume.name;
+  if (volume.error) {
+    return html`<div class="card broken">
+      <div class="card-picture"><span class="quiet">cannot be read</span></div>
+      <h2>${title}</h2>
+      <p class="card-facts">${volume.error.message}</p>
+    </div>`;
+  }
+  const voxels = volume.voxels?.reduce((product, n) => product * n, 1);
+  const picture = volume.contentId ? thumbnail(volume.contentId) : null;
+  return html`<a class="card" href="?volume=${encodeURIComponent(volume.name)}">
+    <div class="card-picture">
+      ${picture ? html`<img src=${picture} alt="" loading="lazy" />` : sparkline(volume)}
+    </div>
+    <h2>${title}</h2>
+    <p class="card-facts">
+      ${volume.voxels ? html`<span>${formatDims(volume.voxels)}</span>` : nothing}
+      ${volume.type ? html`<span>${formatType(volume.type)}</span>` : nothing}
+      ${volume.fileBytes ? html`<span>${formatBytes(volume.fileBytes)}</span>` : nothing}
+    </p>
+    <p class="card-facts quiet">
+      ${voxels ? html`<span>${formatCount(voxels)} voxels</span>` : nothing}
+      ${
+        volume.range
+          ? html`<span>${formatValue(volume.range[0])} to ${formatValue(volume.range[1])}${volume.units ? ` ${volume.units}` : ""}</span>`
+          : nothing
+      }
+    </p>
+  </a>`;
+}
+
+/** How often each value occurs, logarithmic: the volume's fingerprint until it has been looked at. */
+function sparkline(volume: VolumeEntry): TemplateResult | typeof nothing {
+  const counts = volume.histogram?.counts;
+  if (!counts || counts.length === 0) return nothing;
+  const most = Math.log1p(Math.max(1, ...counts));
+  const points = counts.map((count, i) => {
+    const x = (100 * (i + 0.5)) / counts.length;
+    return `${x.toFixed(2)} ${(40 - (36 * Math.log1p(Math.max(0, count))) / most).toFixed(2)}`;
+  });
+  return html`<svg class="sparkline" viewBox="0 0 100 40" preserveAspectRatio="none" aria-hidden="true">
+    <path d="M0 40 L${points.join(" L")} L100 40Z" />
+  </svg>`;
+}
+
+function skeleton(): TemplateResult {
+  return html`<ul class="cards" aria-busy="true" aria-label="Loading the volumes">
+    ${[0, 1, 2, 3, 4, 5].map(() => html`<li class="card ghost"><div class="card-picture"></div></li>`)}
+  </ul>`;
+}
+
+function openByAddress(): TemplateResult {
+  const open = (event: Event) => {
+    event.preventDefault();
+    const input = (event.currentTarget as HTMLFormElement).querySelector("wa-input");
+    const address = (input as unknown as HTMLInputElement | null)?.value.trim();
+    if (address) location.search = `?src=${encodeURIComponent(address)}`;
+  };
+  return html`<section class="by-address">
+    <h2>Open a store from elsewhere</h2>
+    <p class="quiet">
+      The address of an .isosplat file on any host that serves parts of files (HTTP Range) and allows
+      other sites to read it (CORS).
+    </p>
+    <form @submit=${open}>
+      <wa-input
+        size="s"
+        type="url"
+        name="src"
+        placeholder="https://example.org/head.isosplat"
+        aria-label="Address of a store"
+      ></wa-input>
+      <wa-button type="submit" size="s" appearance="filled">Open</wa-button>
+    </form>
+  </section>`;
+}

@@ -1,0 +1,88 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { type IconName, icon } from "./icons.ts";
+import type { Problem } from "./problems.ts";
+import { theme, toggleTheme } from "./theme.ts";
+
+/** Parts that every surface of the page has: the mark, the theme switch, messages. */
+
+export function brand(): TemplateResult {
+  return html`<a class="brand" href="./" aria-label="Isosplat: all volumes">
+    <svg viewBox="0 0 32 32" aria-hidden="true" class="mark">
+      <path d="M16 2.5 27.7 9.2v13.6L16 29.5 4.3 22.8V9.2Z" class="mark-cell" />
+      <path d="M4.3 20.5C9 14 12.5 23 17.5 17.5S23 8 27.7 11.5V22.8L16 29.5 4.3 22.8Z" class="mark-surface" />
+    </svg>
+    <span class="wordmark">Isosplat</span>
+  </a>`;
+}
+
+export interface IconAction {
+  icon: IconName;
+  label: string;
+  action: () => void;
+  /** Left out where the window is narrow. */
+  isMinor?: boolean;
+}
+
+export function iconButton({ icon: name, label, action, isMinor }: IconAction): TemplateResult {
+  return html`<wa-button
+    class=${isMinor ? "icon-button minor" : "icon-button"}
+    appearance="plain"
+    size="s"
+    title=${label}
+    @click=${action}
+    ><span class="visually-hidden">${label}</span>${icon(name)}</wa-button
+  >`;
+}
+
+export function themeButton(): TemplateResult {
+  const isDark = theme() === "dark";
+  return iconButton({
+    icon: isDark ? "sun" : "moon",
+    label: isDark ? "Light theme" : "Dark theme",
+    action: toggleTheme,
+  });
+}
+
+export interface ProblemActions {
+  retry: () => void;
+  /** What else the visitor can go to, when the list of volumes is at hand. */
+  names?: readonly string[];
+}
+
+export function problemCard(problem: Problem, actions: ProblemActions): TemplateResult {
+  return html`<section class="problem" role="alert">
+    <div class="problem-icon">${icon(problem.icon)}</div>
+    <h2>${problem.title}</h2>
+    <p>${problem.text}</p>
+    ${
+      actions.names && actions.names.length > 0
+        ? html`<nav class="problem-names" aria-label="Volumes on this server">
+            ${actions.names.map(
+              (name) =>
+                html`<a class="chip" href="?volume=${encodeURIComponent(name)}">${name}</a>`,
+            )}
+          </nav>`
+        : nothing
+    }
+    <div class="problem-actions">
+      ${
+        problem.canRetry
+          ? html`<wa-button variant="brand" size="s" @click=${actions.retry}>Try again</wa-button>`
+          : nothing
+      }
+      ${
+        problem.offersVolumes
+          ? html`<wa-button appearance="outlined" size="s" href="./">All volumes</wa-button>`
+          : nothing
+      }
+    </div>
+    ${
+      problem.detail
+        ? html`<details class="problem-detail">
+            <summary>Details</summary>
+            <code>${problem.detail}</code>
+          </details>`
+        : nothing
+    }
+  </section>`;
+}

@@ -1,0 +1,38 @@
+import { html, render } from "lit";
+
+const rows: [string, string][] = [
+  ["Drag, one finger, arrow keys", "Turn"],
+  ["Right drag, Shift drag, two fingers, Shift + arrows", "Move"],
+  ["Wheel, pinch, + and −", "Zoom"],
+  ["[ and ]", "Lower or higher isovalue; with Shift in small steps"],
+  ["R", "Back to the first view"],
+  ["C", "Copy a link to this view"],
+  ["S", "Save a picture"],
+  ["F", "Show or hide the controls"],
+  ["T", "Dark or light theme"],
+  ["?", "This help"],
+];
+
+let dialog: (HTMLElement & { open: boolean }) | null = null;
+
+export function showHelp(): void {
+  if (!dialog) {
+    const holder = document.createElement("div");
+    document.body.append(holder);
+    render(
+      html`<wa-dialog label="Keys and gestures" light-dismiss class="help">
+        <table>
+          <tbody>
+            ${rows.map(([keys, effect]) => html`<tr><th scope="row">${keys}</th><td>${effect}</td></tr>`)}
+          </tbody>
+        </table>
+        <p class="quiet">
+          The address of this page always holds the whole view: volume, isovalues, camera, colours.
+        </p>
+      </wa-dialog>`,
+      holder,
+    );
+    dialog = holder.firstElementChild as typeof dialog;
+  }
+  if (dialog) dialog.open = true;
+}

@@ -1,0 +1,49 @@
+import type { TemplateResult } from "lit";
+import { html } from "lit";
+import {
+  ArrowLeft,
+  Camera,
+  Check,
+  ChevronDown,
+  ChevronUp,
+  CircleAlert,
+  CircleQuestionMark,
+  CloudOff,
+  createElement,
+  type IconNode,
+  Link,
+  Maximize,
+  Moon,
+  Plus,
+  RotateCcw,
+  SearchX,
+  Sun,
+  Trash,
+} from "lucide";
+
+const icons = {
+  alert: CircleAlert,
+  back: ArrowLeft,
+  camera: Camera,
+  check: Check,
+  down: ChevronDown,
+  help: CircleQuestionMark,
+  link: Link,
+  maximize: Maximize,
+  moon: Moon,
+  missing: SearchX,
+  offline: CloudOff,
+  plus: Plus,
+  reset: RotateCcw,
+  sun: Sun,
+  trash: Trash,
+  up: ChevronUp,
+} satisfies Record<string, IconNode>;
+
+export type IconName = keyof typeof icons;
+
+/** An icon without a name of its own: what it stands for is said by the control it is in. */
+export function icon(name: IconName): TemplateResult {
+  const svg = createElement(icons[name], { "aria-hidden": "true", class: "icon" });
+  return html`${svg}`;
+}

@@ -1,0 +1,363 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { live } from "lit/directives/live.js";
+import type { StoreInfo, Triple } from "../stream/types.ts";
+import type { ClipBox, Look, Surface } from "../viewer/types.ts";
+import { formatBytes, formatCount, formatDims, formatType, formatValue } from "./format.ts";
+import { icon } from "./icons.ts";
+import type { IsovalueScale } from "./isovalue_scale.ts";
+import { mostSurfaces } from "./url_state.ts";
+
+export interface PanelState {
+  info: StoreInfo;
+  scale: IsovalueScale;
+  surfaces: readonly Surface[];
+  /** Index of the surface that the slider moves. */
+  active: number;
+  look: Look;
+  /** The background follows the theme. */
+  isThemeBackground: boolean;
+  clip: ClipBox;
+}
+
+export interface PanelActions {
+  /** From the slider: snapped to the scale. `isDone`: the thumb was let go. */
+  slide(value: number): void;
+  /** From the number field: taken as it is, within the range. */
+  enter(value: number): void;
+  activate(index: number): void;
+  changeSurface(index: number, change: Partial<Surface>): void;
+  addSurface(): void;
+  removeSurface(index: number): void;
+  changeLook(change: Partial<Look>): void;
+  followTheme(): void;
+  changeClip(clip: ClipBox): void;
+  /** The histogram's pointer events. */
+  histogramPointer(event: PointerEvent): void;
+}
+
+type ValueElement = HTMLElement & { value: string };
+type RangeElement = HTMLElement & { minValue: number; maxValue: number };
+
+export function isovalueSection(state: PanelState, actions: PanelActions): TemplateResult {
+  const { scale, info } = state;
+  const isovalue = state.surfaces[state.active]?.isovalue ?? scale.low;
+  const units = info.metadata.units;
+  const suggestions = info.metadata.suggested_isovalues ?? [];
+  const entered = (event: Event) => {
+    const field = event.currentTarget as ValueElement;
+    const value = Number(field.value);
+    if (field.value.trim() !== "" && Number.isFinite(value)) actions.enter(value);
+    else field.value = formatValue(isovalue);
+  };
+  return html`<section class="section isovalue" aria-label="Isovalue">
+    <div class="section-head">
+      <h2 id="isovalue-label">Isovalue${units ? html` <span class="quiet">${units}</span>` : nothing}</h2>
+      <wa-number-input
+        class="isovalue-field"
+        size="s"
+        without-steppers
+        step="any"
+        .min=${scale.low}
+        .max=${scale.high}
+        inputmode="decimal"
+        aria-labelledby="isovalue-label"
+        title="Isovalue"
+        .value=${live(formatValue(isovalue))}
+        @change=${entered}
+      ></wa-number-input>
+    </div>
+    <div class="histogram-box">
+      <canvas
+        class="histogram"
+        id="histogram"
+        role="img"
+        aria-label="Histogram of the volume's values, logarithmic"
+        @pointerdown=${actions.histogramPointer}
+        @pointermove=${actions.histogramPointer}
+      ></canvas>
+      <wa-slider
+        class="isovalue-slider"
+        size="s"
+        aria-label="Isovalue"
+        .min=${scale.low}
+        .max=${scale.high}
+        .step=${scale.step}
+        .value=${isovalue}
+        .valueFormatter=${(value: number) => `${formatValue(value)}${units ? ` ${units}` : ""}`}
+        @input=${(event: Event) => actions.slide(Number((event.currentTarget as ValueElement).value))}
+      ></wa-slider>
+      <div class="histogram-ends" aria-hidden="true">
+        <span>${formatValue(scale.low)}</span><span>${formatValue(scale.high)}</span>
+      </div>
+    </div>
+    ${
+      suggestions.length > 0
+        ? html`<div class="chips" role="group" aria-label="Suggested isovalues">
+            ${suggestions.slice(0, 6).map(
+              (value) => html`<button
+                class="chip"
+                type="button"
+                aria-pressed=${value === isovalue}
+                @click=${() => actions.enter(value)}
+              >
+                ${formatValue(value)}
+              </button>`,
+            )}
+          </div>`
+        : nothing
+    }
+  </section>`;
+}
+
+export function surfacesSection(state: PanelState, actions: PanelActions): TemplateResult {
+  const { surfaces } = state;
+  return html`<section class="section" aria-labelledby="surfaces-label">
+    <div class="section-head">
+      <h2 id="surfaces-label">Surfaces</h2>
+      <wa-button
+        class="icon-button"
+        appearance="plain"
+        size="s"
+        title="Add a surface"
+        ?disabled=${surfaces.length >= mostSurfaces}
+        @click=${actions.addSurface}
+        ><span class="visually-hidden">Add a surface</span>${icon("plus")}</wa-button
+      >
+    </div>
+    <ul class="surfaces">
+      ${surfaces.map((surface, index) => surfaceRow(surface, index, state, actions))}
+    </ul>
+  </section>`;
+}
+
+function surfaceRow(
+  surface: Surface,
+  index: number,
+  state: PanelState,
+  actions: PanelActions,
+): TemplateResult {
+  const isActive = index === state.active;
+  const name = `surface ${index + 1}`;
+  return html`<li class=${isActive ? "surface active" : "surface"}>
+    <input
+      type="color"
+      class="swatch"
+      aria-label=${`Colour of ${name}`}
+      .value=${surface.colour}
+      @input=${(event: Event) =>
+        actions.changeSurface(index, { colour: (event.target as HTMLInputElement).value })}
+    />
+    <button
+      class="surface-value"
+      type="button"
+      aria-pressed=${isActive}
+      title="Move this surface with the slider"
+      @click=${() => actions.activate(index)}
+    >
+      ${formatValue(surface.isovalue)}
+    </button>
+    <wa-slider
+      class="opacity"
+      size="xs"
+      aria-label=${`Opacity of ${name}`}
+      title="Opacity"
+      min="0.05"
+      max="1"
+      step="0.05"
+      .value=${surface.opacity}
+      .valueFormatter=${(value: number) => `${Math.round(value * 100)} %`}
+      @input=${(event: Event) =>
+        actions.changeSurface(index, {
+          opacity: Number((event.currentTarget as ValueElement).value),
+        })}
+    ></wa-slider>
+    <span class="opacity-value">${Math.round(surface.opacity * 100)} %</span>
+    <wa-button
+      class="icon-button"
+      appearance="plain"
+      size="xs"
+      title="Remove"
+      ?disabled=${state.surfaces.length === 1}
+      @click=${() => actions.removeSurface(index)}
+      ><span class="visually-hidden">Remove ${name}</span>${icon("trash")}</wa-button
+    >
+  </li>`;
+}
+
+interface Choice {
+  value: string;
+  label: string;
+}
+
+function select(
+  label: string,
+  value: string,
+  choices: readonly Choice[],
+  changed: (value: string) => void,
+): TemplateResult {
+  return html`<wa-select
+    size="s"
+    label=${label}
+    .value=${value}
+    @change=${(event: Event) => changed((event.currentTarget as ValueElement).value)}
+  >
+    ${choices.map((choice) => html`<wa-option value=${choice.value}>${choice.label}</wa-option>`)}
+  </wa-select>`;
+}
+
+const kinds: Choice[] = [
+  { value: "automatic", label: "Automatic" },
+  { value: "quad", label: "Squares, fastest" },
+  { value: "ellipse", label: "Ellipses" },
+  { value: "blended", label: "Blended, smooth edges" },
+  { value: "exact", label: "Exact surface" },
+];
+const quantities: Choice[] = [
+  { value: "isosurface", label: "One per surface" },
+  { value: "isovalue", label: "Isovalue" },
+  { value: "gradient", label: "Gradient" },
+  { value: "depth", label: "Distance" },
+  { value: "level", label: "Level of detail" },
+  { value: "projection-error", label: "Projection error" },
+];
+const maps: Choice[] = [
+  { value: "viridis", label: "Viridis" },
+  { value: "magma", label: "Magma" },
+  { value: "cividis", label: "Cividis" },
+  { value: "turbo", label: "Turbo" },
+];
+const backgrounds = [
+  { colour: "#ffffff", label: "White" },
+  { colour: "#7d838c", label: "Grey" },
+  { colour: "#000000", label: "Black" },
+];
+
+export function appearanceSection(state: PanelState, actions: PanelActions): TemplateResult {
+  const { look } = state;
+  const isPreset = backgrounds.some((preset) => preset.colour === look.background);
+  const isCustom = !state.isThemeBackground && !isPreset;
+  return html`<wa-details class="section" appearance="plain" summary="Appearance">
+    <div class="fields">
+      ${select("Splats", look.kind, kinds, (kind) => actions.changeLook({ kind: kind as Look["kind"] }))}
+      ${select("Colour", look.colourBy, quantities, (by) =>
+        actions.changeLook({ colourBy: by as Look["colourBy"] }),
+      )}
+      ${
+        look.colourBy === "isosurface"
+          ? nothing
+          : select("Colour map", look.colourMap, maps, (map) =>
+              actions.changeLook({ colourMap: map as Look["colourMap"] }),
+            )
+      }
+      <div class="field">
+        <span class="field-label" id="background-label">Background</span>
+        <div class="swatches" role="group" aria-labelledby="background-label">
+          <button
+            type="button"
+            class="chip"
+            aria-pressed=${state.isThemeBackground}
+            @click=${actions.followTheme}
+          >
+            Theme
+          </button>
+          ${backgrounds.map(
+            (preset) => html`<button
+              type="button"
+              class="swatch"
+              style=${`background:${preset.colour}`}
+              title=${preset.label}
+              aria-label=${preset.label}
+              aria-pressed=${!state.isThemeBackground && preset.colour === look.background}
+              @click=${() => actions.changeLook({ background: preset.colour })}
+            ></button>`,
+          )}
+          <input
+            type="color"
+            class=${isCustom ? "swatch chosen" : "swatch"}
+            title="Another colour"
+            aria-label="Background colour"
+            .value=${look.background}
+            @input=${(event: Event) =>
+              actions.changeLook({ background: (event.target as HTMLInputElement).value })}
+          />
+        </div>
+      </div>
+      <wa-slider
+        size="s"
+        label="Edge shading"
+        min="0"
+        max="1"
+        step="0.05"
+        .value=${look.eyeDome}
+        .valueFormatter=${(value: number) => `${Math.round(value * 100)} %`}
+        @input=${(event: Event) =>
+          actions.changeLook({ eyeDome: Number((event.currentTarget as ValueElement).value) })}
+      ></wa-slider>
+    </div>
+  </wa-details>`;
+}
+
+export function clippingSection(state: PanelState, actions: PanelActions): TemplateResult {
+  const { clip } = state;
+  const isCut = clip.low.some((v) => v > 0) || clip.high.some((v) => v < 1);
+  const change = (axis: number) => (event: Event) => {
+    const slider = event.currentTarget as RangeElement;
+    const low = [...clip.low] as Triple;
+    const high = [...clip.high] as Triple;
+    // An empty box would show nothing, and could not be told from an empty surface.
+    low[axis] = Math.min(slider.minValue, 0.99);
+    high[axis] = Math.max(slider.maxValue, (low[axis] ?? 0) + 0.01);
+    actions.changeClip({ low, high });
+  };
+  return html`<wa-details class="section" appearance="plain" summary="Clipping box">
+    <div class="fields">
+      ${["x", "y", "z"].map(
+        (axis, i) => html`<wa-slider
+          range
+          size="s"
+          label=${axis}
+          min="0"
+          max="1"
+          step="0.01"
+          .minValue=${clip.low[i] ?? 0}
+          .maxValue=${clip.high[i] ?? 1}
+          .valueFormatter=${(value: number) => `${Math.round(value * 100)} %`}
+          @input=${change(i)}
+        ></wa-slider>`,
+      )}
+      <wa-button
+        size="s"
+        appearance="outlined"
+        ?disabled=${!isCut}
+        @click=${() => actions.changeClip({ low: [0, 0, 0], high: [1, 1, 1] })}
+        >Show the whole volume</wa-button
+      >
+    </div>
+  </wa-details>`;
+}
+
+export function volumeSection({ info }: PanelState): TemplateResult {
+  const source = info.metadata.source ?? {};
+  const type = typeof source.type === "string" ? source.type : `${info.mapping.bits} bit`;
+  const rows: [string, string][] = [
+    [
+      "Voxels",
+      `${formatDims(info.voxels)} (${formatCount(info.voxels.reduce((p, n) => p * n, 1))})`,
+    ],
+    ["Spacing", info.spacing.map(formatValue).join(" × ")],
+    ["Type", formatType(type)],
+    ["Values", `${formatValue(info.range[0])} to ${formatValue(info.range[1])}`],
+    ["Levels of detail", String(info.levels)],
+    ["Store", `${formatBytes(info.fileBytes)} in ${formatCount(info.chunkCount)} chunks`],
+    ["Content", `${info.contentId.slice(0, 12)}…`],
+  ];
+  if (info.mapping.maxError > 0) {
+    rows.splice(4, 0, ["Stored to within", formatValue(info.mapping.maxError)]);
+  }
+  if (info.missingVoxels > 0) rows.splice(4, 0, ["Missing", formatCount(info.missingVoxels)]);
+  return html`<wa-details class="section" appearance="plain" summary="About this volume">
+    <dl class="facts">
+      ${rows.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}
+    </dl>
+  </wa-details>`;
+}

@@ -1,0 +1,109 @@
+import type { Progress } from "../stream/types.ts";
+import type { FrameReport } from "../viewer/types.ts";
+import { formatBytes, formatCount } from "./format.ts";
+
+const everyMs = 200;
+
+/** What is drawn, what it cost, and what is to go. Text only, a few times a second. */
+export class StatusLine {
+  readonly element = document.createElement("div");
+  readonly #samples = this.#add("samples", "Samples drawn in the last frame");
+  readonly #bytes = this.#add("bytes", "Payload fetched since the volume was opened");
+  readonly #level = this.#add("level", "Level of detail shown; 0 is the volume itself");
+  readonly #frames = this.#add("frames", "Frames per second while the view moves");
+  readonly #state = this.#add("state", "What is left to fetch for this view");
+  readonly #bar = document.createElement("div");
+  #progress: Progress | null = null;
+  #frame: FrameReport | null = null;
+  #timer = 0;
+  #mostToGo = 0;
+
+  constructor() {
+    this.element.className = "status";
+    this.element.setAttribute("role", "group");
+    this.element.setAttribute("aria-label", "Status");
+    this.#state.setAttribute("role", "status");
+    this.#bar.className = "progress";
+    this.element.append(this.#bar);
+  }
+
+  progress(progress: Progress): void {
+    this.#progress = progress;
+    this.#schedule();
+  }
+
+  frame(frame: FrameReport): void {
+    this.#frame = frame;
+    this.#schedule();
+  }
+
+  clear(): void {
+    this.#progress = null;
+    this.#frame = null;
+    this.#schedule();
+  }
+
+  #add(name: string, title: string): HTMLElement {
+    const span = document.createElement("span");
+    span.className = `status-${name}`;
+    span.title = title;
+    this.element.append(span);
+    return span;
+  }
+
+  #schedule(): void {
+    if (this.#timer === 0) {
+      this.#timer = setTimeout(() => {
+        this.#timer = 0;
+        this.#write();
+      }, everyMs) as unknown as number;
+    }
+  }
+
+  #write(): void {
+    const progress = this.#progress;
+    const frame = this.#frame;
+    set(this.#samples, frame ? `${formatCount(frame.samplesDrawn)} samples` : "");
+    set(
+      this.#frames,
+      frame && frame.framesPerSecond > 0 ? `${Math.round(frame.framesPerSecond)} fps` : "",
+    );
+    set(this.#bytes, progress ? `${formatBytes(progress.bytesFetched)} fetched` : "");
+    set(this.#level, progress ? levelText(progress) : "");
+    set(this.#state, progress ? stateText(progress) : "");
+    this.element.dataset.state = progress?.state ?? "none";
+
+    const toGo = progress?.bytesToGo ?? 0;
+    this.#mostToGo = toGo === 0 ? 0 : Math.max(this.#mostToGo, toGo);
+    const done = this.#mostToGo === 0 ? 1 : 1 - toGo / this.#mostToGo;
+    this.#bar.style.setProperty("--done", String(done));
+  }
+}
+
+/** Screen readers speak up when the text changes, so it is left alone when it has not. */
+function set(element: HTMLElement, text: string): void {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+export function levelText({ finestLevel, coarsestLevel }: Progress): string {
+  if (finestLevel < 0) return "";
+  if (coarsestLevel === 0) return "full resolution";
+  if (finestLevel === coarsestLevel) return `level ${finestLevel}`;
+  return `levels ${finestLevel}–${coarsestLevel}`;
+}
+
+export function stateText(progress: Progress): string {
+  const toGo = progress.bytesToGo > 0 ? `${formatBytes(progress.bytesToGo)} to go` : "";
+  switch (progress.state) {
+    case "complete":
+      return progress.limitedByBudget ? "complete within the memory budget" : "complete";
+    case "opening":
+      return "opening";
+    case "offline":
+      return "offline, trying again";
+    case "waiting":
+      return "";
+    case "refining":
+      return toGo || "refining";
+  }
+}

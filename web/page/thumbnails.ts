@@ -1,0 +1,40 @@
+/**
+ * Pictures of volumes that this browser has looked at, for their cards. Kept in local storage, the
+ * oldest thrown away first; where there is no storage, cards show the histogram.
+ */
+const prefix = "isosplat-picture-";
+const orderKey = "isosplat-pictures";
+const mostPictures = 40;
+const width = 360;
+const height = 225;
+
+export function thumbnail(contentId: string): string | null {
+  try {
+    return localStorage.getItem(prefix + contentId);
+  } catch {
+    return null;
+  }
+}
+
+/** Takes the picture: a WebP of a few KB, from the middle of the view. */
+export async function keepThumbnail(contentId: string, picture: Blob): Promise<void> {
+  const bitmap = await createImageBitmap(picture);
+  const canvas = document.createElement("canvas");
+  canvas.width = width;
+  canvas.height = height;
+  const scale = Math.max(width / bitmap.width, height / bitmap.height);
+  const w = bitmap.width * scale;
+  const h = bitmap.height * scale;
+  canvas.getContext("2d")?.drawImage(bitmap, (width - w) / 2, (height - h) / 2, w, h);
+  bitmap.close();
+  const data = canvas.toDataURL("image/webp", 0.8);
+  try {
+    const order = (localStorage.getItem(orderKey) ?? "").split(" ").filter(Boolean);
+    const next = [contentId, ...order.filter((id) => id !== contentId)];
+    for (const old of next.splice(mostPictures)) localStorage.removeItem(prefix + old);
+    localStorage.setItem(prefix + contentId, data);
+    localStorage.setItem(orderKey, next.join(" "));
+  } catch {
+    // Full or switched off: the card shows the histogram.
+  }
+}

@@ -1,0 +1,142 @@
+import {
+  type Camera,
+  type ClipBox,
+  type Colouring,
+  type ColourMap,
+  colourings,
+  colourMaps,
+  type SplatKind,
+  splatKinds,
+} from "../viewer/types.ts";
+
+/**
+ * What the address says of the view. What is missing is the page's choice; what cannot be read is
+ * treated as missing, so that an old or mistyped link still opens the volume.
+ *
+ *   volume=engine                  a volume of this server, or
+ *   src=https://…/engine.isosplat  a store on any host with Range
+ *   isovalue=60.5,180              one for each isosurface
+ *   colour=d9ccb3,c65b4e  opacity=1,0.4
+ *   camera=azimuth,elevation,distance,x,y,z[,roll[,field of view]]
+ *   kind=exact  colour-by=gradient  map=magma  background=ffffff  shade=0.5
+ *   clip=x0,x1,y0,y1,z0,z1         fractions of the volume's extent
+ */
+export interface UrlState {
+  volume?: string;
+  src?: string;
+  isovalues?: number[];
+  colours?: string[];
+  opacities?: number[];
+  camera?: Camera;
+  kind?: SplatKind | "automatic";
+  colourBy?: Colouring;
+  colourMap?: ColourMap;
+  background?: string;
+  eyeDome?: number;
+  clip?: ClipBox;
+}
+
+/** Most isosurfaces that a view can have (shared/render/renderer.h, kMaxIsosurfaces). */
+export const mostSurfaces = 8;
+
+function numbers(text: string | null): number[] | undefined {
+  if (text === null || text.trim() === "") return undefined;
+  const values = text.split(",").map((part) => (part.trim() === "" ? Number.NaN : Number(part)));
+  return values.every(Number.isFinite) ? values : undefined;
+}
+
+function colour(text: string | null): string | undefined {
+  const match = /^#?([0-9a-f]{6})$/i.exec(text ?? "");
+  return match?.[1] ? `#${match[1].toLowerCase()}` : undefined;
+}
+
+function oneOf<T extends string>(text: string | null, values: readonly T[]): T | undefined {
+  return values.find((value) => value === text);
+}
+
+function readCamera(text: string | null): Camera | undefined {
+  const n = numbers(text);
+  if (!n || n.length < 6 || n.length > 8) return undefined;
+  const [azimuth = 0, elevation = 0, distance = 0, x = 0, y = 0, z = 0, roll = 0, view = 30] = n;
+  if (!(distance > 0) || Math.abs(elevation) > 90 || !(view >= 1 && view <= 120)) return undefined;
+  return { azimuth, elevation, distance, target: [x, y, z], roll, fieldOfView: view };
+}
+
+function readClip(text: string | null): ClipBox | undefined {
+  const n = numbers(text);
+  if (n?.length !== 6 || n.some((value) => value < 0 || value > 1)) return undefined;
+  const [x0 = 0, x1 = 1, y0 = 0, y1 = 1, z0 = 0, z1 = 1] = n;
+  if (x0 >= x1 || y0 >= y1 || z0 >= z1) return undefined;
+  return { low: [x0, y0, z0], high: [x1, y1, z1] };
+}
+
+export function readUrl(search: string): UrlState {
+  const query = new URLSearchParams(search);
+  const state: UrlState = {};
+  const volume = query.get("volume");
+  if (volume) state.volume = volume;
+  const src = query.get("src");
+  if (src) state.src = src;
+
+  const isovalues = numbers(query.get("isovalue"));
+  if (isovalues) state.isovalues = isovalues.slice(0, mostSurfaces);
+  const colours = query.get("colour")?.split(",").map(colour);
+  if (colours?.every((c) => c !== undefined)) state.colours = colours;
+  const opacities = numbers(query.get("opacity"));
+  if (opacities?.every((o) => o >= 0 && o <= 1)) state.opacities = opacities;
+
+  const camera = readCamera(query.get("camera"));
+  if (camera) state.camera = camera;
+  const kind = oneOf(query.get("kind"), ["automatic", ...splatKinds] as const);
+  if (kind) state.kind = kind;
+  const colourBy = oneOf(query.get("colour-by"), colourings);
+  if (colourBy) state.colourBy = colourBy;
+  const colourMap = oneOf(query.get("map"), colourMaps);
+  if (colourMap) state.colourMap = colourMap;
+  const background = colour(query.get("background"));
+  if (background) state.background = background;
+  const shade = numbers(query.get("shade"));
+  if (shade?.length === 1 && shade[0] !== undefined && shade[0] >= 0 && shade[0] <= 1) {
+    state.eyeDome = shade[0];
+  }
+  const clip = readClip(query.get("clip"));
+  if (clip) state.clip = clip;
+  return state;
+}
+
+/** Enough digits that the view is the same to a fraction of a pixel. */
+function short(value: number): string {
+  return String(Number(value.toPrecision(7)));
+}
+
+/** The query, with its question mark. Commas stay readable; everything else is escaped. */
+export function writeUrl(state: UrlState): string {
+  const parts: string[] = [];
+  const add = (name: string, value: string | undefined) => {
+    if (value !== undefined)
+      parts.push(`${name}=${encodeURIComponent(value).replace(/%2C/g, ",")}`);
+  };
+  add("volume", state.volume);
+  add("src", state.src);
+  add("isovalue", state.isovalues?.map(short).join(","));
+  add("colour", state.colours?.map((c) => c.slice(1)).join(","));
+  add("opacity", state.opacities?.map(short).join(","));
+  if (state.camera) {
+    const c = state.camera;
+    const n = [c.azimuth, c.elevation, c.distance, ...c.target];
+    if (c.roll !== 0 || c.fieldOfView !== 30) n.push(c.roll);
+    if (c.fieldOfView !== 30) n.push(c.fieldOfView);
+    add("camera", n.map(short).join(","));
+  }
+  add("kind", state.kind);
+  add("colour-by", state.colourBy);
+  add("map", state.colourMap);
+  add("background", state.background?.slice(1));
+  add("shade", state.eyeDome === undefined ? undefined : short(state.eyeDome));
+  if (state.clip) {
+    const { low, high } = state.clip;
+    const n = [low[0], high[0], low[1], high[1], low[2], high[2]];
+    add("clip", n.map(short).join(","));
+  }
+  return parts.length === 0 ? "" : `?${parts.join("&")}`;
+}

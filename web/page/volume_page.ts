@@ -1,0 +1,559 @@
+import { html, nothing, render } from "lit";
+import { type Source, type StoreInfo, StreamError } from "../stream/index.ts";
+import {
+  type Camera,
+  type ClipBox,
+  defaultLook,
+  handleCameraKey,
+  type Look,
+  type Surface,
+  Viewer,
+  wholeVolume,
+} from "../viewer/index.ts";
+import { brand, iconButton, problemCard, themeButton } from "./chrome.ts";
+import { formatDims, formatType, formatValue } from "./format.ts";
+import { showHelp } from "./help.ts";
+import { drawHistogram, valueAt } from "./histogram.ts";
+import { icon } from "./icons.ts";
+import { fallbackIsovalue, type IsovalueScale, isovalueScale, snapped } from "./isovalue_scale.ts";
+import {
+  appearanceSection,
+  clippingSection,
+  isovalueSection,
+  type PanelActions,
+  type PanelState,
+  surfacesSection,
+  volumeSection,
+} from "./panel.ts";
+import { type Problem, problemOf } from "./problems.ts";
+import { StatusLine } from "./status_line.ts";
+import { onTheme, theme, toggleTheme } from "./theme.ts";
+import { keepThumbnail } from "./thumbnails.ts";
+import { readUrl, type UrlState, writeUrl } from "./url_state.ts";
+import { fetchVolumes } from "./volumes_api.ts";
+
+/** Bone, flesh, and colours that stay apart beside them. */
+const surfaceColours = [
+  "#d9ccb3",
+  "#c8553d",
+  "#4f86c6",
+  "#6a994e",
+  "#9d6bb3",
+  "#e0a030",
+  "#3d9c93",
+  "#8a8f98",
+];
+const themeBackground = { light: "#eef0f3", dark: "#15181d" };
+const urlEveryMs = 300;
+const toastMs = 2500;
+
+export interface Target {
+  /** The volume's name or the store's address. */
+  name: string;
+  source: () => Source;
+}
+
+/** One volume: its picture, and everything that changes it. Owns the viewer and the address. */
+export class VolumePage {
+  readonly #root: HTMLElement;
+  readonly #target: Target;
+  readonly #canvas = document.createElement("canvas");
+  readonly #status = new StatusLine();
+  readonly #viewer: Viewer;
+  readonly #url: UrlState;
+
+  #info: StoreInfo | null = null;
+  #scale: IsovalueScale = { low: 0, high: 1, step: 0.01 };
+  #surfaces: Surface[] = [];
+  #active = 0;
+  #look: Look;
+  #isThemeBackground: boolean;
+  #clip: ClipBox;
+  #camera: Camera | null = null;
+
+  #problem: Problem | null = null;
+  #names: string[] = [];
+  #banner = "";
+  #toast = "";
+  #toastTimer = 0;
+  #isSheetOpen = false;
+  #isPanelHidden = false;
+  #hasPicture = false;
+  #keptThumbnail = "";
+  #renderHandle = 0;
+  #urlTimer = 0;
+
+  constructor(root: HTMLElement, target: Target) {
+    this.#root = root;
+    this.#target = target;
+    this.#url = readUrl(location.search);
+    this.#isThemeBackground = this.#url.background === undefined;
+    this.#look = {
+      kind: this.#url.kind ?? defaultLook.kind,
+      colourBy: this.#url.colourBy ?? defaultLook.colourBy,
+      colourMap: this.#url.colourMap ?? defaultLook.colourMap,
+      eyeDome: this.#url.eyeDome ?? defaultLook.eyeDome,
+      background: this.#url.background ?? themeBackground[theme()],
+    };
+    this.#clip = this.#url.clip ?? wholeVolume;
+
+    this.#canvas.className = "view";
+    this.#canvas.id = "view";
+    this.#canvas.tabIndex = 0;
+    this.#canvas.setAttribute("role", "application");
+    this.#canvas.setAttribute("aria-roledescription", "3D view");
+    this.#viewer = new Viewer(this.#canvas);
+    this.#listen();
+    this.#renderNow();
+    void this.#open();
+  }
+
+  #listen(): void {
+    const viewer = this.#viewer;
+    viewer.on("progress", (progress) => {
+      this.#status.progress(progress);
+      const banner =
+        progress.state === "offline"
+          ? "The server does not answer. What is here stays; the rest is tried again."
+          : "";
+      if (banner !== this.#banner) {
+        this.#banner = banner;
+        this.#render();
+      }
+      if (progress.complete) this.#keepThumbnail();
+    });
+    viewer.on("frame", (frame) => {
+      this.#status.frame(frame);
+      if (!this.#hasPicture && frame.samplesDrawn > 0) {
+        this.#hasPicture = true;
+        this.#render();
+      }
+    });
+    viewer.on("camera", (camera) => {
+      this.#camera = camera;
+      this.#writeUrlSoon();
+    });
+    viewer.on("error", (error) => {
+      if (error instanceof StreamError && error.retrying) return;
+      this.#fail(error);
+    });
+    viewer.on("context", (state) => {
+      this.#banner =
+        state === "lost" ? "The graphics card was taken away. Waiting to get it back." : "";
+      this.#render();
+    });
+    onTheme(() => {
+      if (this.#isThemeBackground) this.#setBackground(themeBackground[theme()]);
+      this.#renderNow();
+    });
+    window.addEventListener("keydown", (event) => this.#onKey(event));
+    window.addEventListener("resize", () => this.#render());
+  }
+
+  async #open(): Promise<void> {
+    this.#problem = null;
+    this.#hasPicture = false;
+    this.#status.clear();
+    document.title = `${this.#target.name} · Isosplat`;
+    this.#render();
+    const { isovalues } = this.#url;
+    if (this.#surfaces.length === 0 && isovalues) this.#surfaces = this.#surfacesOf(isovalues);
+    this.#viewer.setLook(this.#look);
+    this.#viewer.setClip(this.#clip);
+    try {
+      const camera = this.#camera ?? this.#url.camera;
+      const info = await this.#viewer.open(this.#target.source(), {
+        ...(this.#surfaces.length > 0 ? { surfaces: this.#surfaces } : {}),
+        ...(camera ? { camera } : {}),
+      });
+      this.#opened(info);
+    } catch (error) {
+      if (error instanceof DOMException && error.name === "AbortError") return;
+      this.#fail(error);
+    }
+  }
+
+  #opened(info: StoreInfo): void {
+    this.#info = info;
+    this.#scale = isovalueScale(info.range, info.mapping.scale);
+    document.title = `${this.#title()} · Isosplat`;
+    if (this.#surfaces.length === 0) {
+      const first = info.metadata.suggested_isovalues?.[0] ?? fallbackIsovalue(this.#scale);
+      this.#surfaces = this.#surfacesOf([first]);
+      this.#viewer.setSurfaces(this.#surfaces);
+    }
+    this.#writeUrlSoon();
+    this.#render();
+  }
+
+  #surfacesOf(isovalues: readonly number[]): Surface[] {
+    return isovalues.map((isovalue, i) => ({
+      isovalue,
+      colour: this.#url.colours?.[i] ?? surfaceColours[i % surfaceColours.length] ?? "#d9ccb3",
+      opacity: this.#url.opacities?.[i] ?? 1,
+    }));
+  }
+
+  #title(): string {
+    return this.#info?.metadata.title || this.#info?.metadata.name || this.#target.name;
+  }
+
+  #fail(error: unknown): void {
+    this.#problem = problemOf(error, this.#target.name);
+    this.#render();
+    if (error instanceof StreamError && error.kind === "not-found" && this.#url.volume) {
+      fetchVolumes()
+        .then((volumes) => {
+          this.#names = volumes.filter((volume) => !volume.error).map((volume) => volume.name);
+          this.#render();
+        })
+        .catch(() => {}); // the message stands without the list
+    }
+  }
+
+  // ---- What the controls do ----
+
+  #setSurfaces(surfaces: Surface[]): void {
+    this.#surfaces = surfaces;
+    this.#viewer.setSurfaces(surfaces);
+    this.#writeUrlSoon();
+    this.#render();
+  }
+
+  #changeSurface(index: number, change: Partial<Surface>): void {
+    this.#setSurfaces(this.#surfaces.map((s, i) => (i === index ? { ...s, ...change } : s)));
+  }
+
+  #setIsovalue(isovalue: number): void {
+    const { low, high } = this.#scale;
+    const inside = Math.max(low, Math.min(high, isovalue));
+    if (this.#surfaces[this.#active]?.isovalue === inside) this.#render();
+    else this.#changeSurface(this.#active, { isovalue: inside });
+  }
+
+  #setBackground(background: string): void {
+    this.#changeLook({ background });
+  }
+
+  #changeLook(change: Partial<Look>): void {
+    this.#look = { ...this.#look, ...change };
+    this.#viewer.setLook(change);
+    this.#writeUrlSoon();
+    this.#render();
+  }
+
+  readonly #actions: PanelActions = {
+    slide: (value) => this.#setIsovalue(snapped(value, this.#scale)),
+    enter: (value) => this.#setIsovalue(value),
+    activate: (index) => {
+      this.#active = index;
+      this.#render();
+    },
+    changeSurface: (index, change) => this.#changeSurface(index, change),
+    addSurface: () => this.#addSurface(),
+    removeSurface: (index) => {
+      const left = this.#surfaces.filter((_, i) => i !== index);
+      const wasBefore = index < this.#active ? 1 : 0;
+      this.#active = Math.min(this.#active - wasBefore, left.length - 1);
+      this.#setSurfaces(left);
+    },
+    changeLook: (change) => {
+      if (change.background !== undefined) this.#isThemeBackground = false;
+      this.#changeLook(change);
+    },
+    followTheme: () => {
+      this.#isThemeBackground = true;
+      this.#setBackground(themeBackground[theme()]);
+    },
+    changeClip: (clip) => {
+      this.#clip = clip;
+      this.#viewer.setClip(clip);
+      this.#writeUrlSoon();
+      this.#render();
+    },
+    histogramPointer: (event) => this.#histogramPointer(event),
+  };
+
+  /** At the suggestion that is farthest from what is shown; what is shown becomes translucent. */
+  #addSurface(): void {
+    const { low, high } = this.#scale;
+    const shown = this.#surfaces.map((surface) => surface.isovalue);
+    const suggested = this.#info?.metadata.suggested_isovalues ?? [];
+    const away = (value: number) => Math.min(...shown.map((other) => Math.abs(other - value)));
+    const candidates = [...suggested, low + 0.25 * (high - low), low + 0.6 * (high - low)];
+    const isovalue = candidates.reduce((best, value) => (away(value) > away(best) ? value : best));
+    const used = new Set(this.#surfaces.map((surface) => surface.colour));
+    const colour = surfaceColours.find((c) => !used.has(c)) ?? "#8a8f98";
+    const added = { isovalue: snapped(isovalue, this.#scale), colour, opacity: 1 };
+    // The lower one usually encloses the higher one, and would hide it.
+    const dimmed = this.#surfaces.map((surface) =>
+      surface.isovalue < added.isovalue && surface.opacity === 1
+        ? { ...surface, opacity: 0.4 }
+        : surface,
+    );
+    if (dimmed.every((surface) => surface.isovalue > added.isovalue)) added.opacity = 0.4;
+    this.#active = dimmed.length;
+    this.#setSurfaces([...dimmed, added]);
+  }
+
+  #histogramPointer(event: PointerEvent): void {
+    const canvas = event.currentTarget as HTMLElement;
+    if (event.type === "pointerdown" && event.button === 0)
+      canvas.setPointerCapture(event.pointerId);
+    if (!canvas.hasPointerCapture(event.pointerId)) return;
+    this.#setIsovalue(snapped(valueAt(event.offsetX, canvas, this.#scale), this.#scale));
+  }
+
+  #onKey(event: KeyboardEvent): void {
+    if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
+    const origin = event.composedPath()[0];
+    const isField =
+      origin instanceof HTMLElement &&
+      (origin.matches("input, textarea, select, [role=slider], [role=combobox]") ||
+        origin.isContentEditable);
+    const isText = isField && !origin.matches("[role=slider], [type=color]");
+    if (isText || document.querySelector("wa-dialog[open]")) return;
+    const isPlain = origin === document.body || origin === this.#canvas;
+    if (isPlain && handleCameraKey(event, this.#viewer)) {
+      event.preventDefault();
+      return;
+    }
+    const { low, high, step } = this.#scale;
+    const coarse = Math.max(step, (high - low) / 100);
+    const keys: Record<string, () => void> = {
+      "[": () => this.#step(-coarse),
+      "]": () => this.#step(coarse),
+      "{": () => this.#step(-step),
+      "}": () => this.#step(step),
+      "?": showHelp,
+      c: () => void this.#copyLink(),
+      s: () => void this.#saveScreenshot(),
+      t: toggleTheme,
+      f: () => this.#togglePanel(),
+      r: () => this.#viewer.reset(),
+    };
+    const action = keys[event.key];
+    if (action) {
+      action();
+      event.preventDefault();
+    }
+  }
+
+  #step(by: number): void {
+    const isovalue = this.#surfaces[this.#active]?.isovalue;
+    if (isovalue !== undefined) this.#setIsovalue(snapped(isovalue + by, this.#scale));
+  }
+
+  #togglePanel(): void {
+    this.#isPanelHidden = !this.#isPanelHidden;
+    this.#render();
+  }
+
+  async #copyLink(): Promise<void> {
+    this.#writeUrl();
+    try {
+      await navigator.clipboard.writeText(location.href);
+      this.#say("Link copied");
+    } catch {
+      this.#say("The browser keeps the clipboard to itself: copy the address bar instead");
+    }
+  }
+
+  async #saveScreenshot(): Promise<void> {
+    try {
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(await this.#viewer.screenshot());
+      const isovalues = this.#surfaces.map((surface) => formatValue(surface.isovalue)).join("-");
+      link.download = `${this.#title().replace(/[^\w.-]+/g, "-")}-${isovalues}.png`;
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+      this.#say("Picture saved");
+    } catch (error) {
+      this.#say(error instanceof Error ? error.message : "There is no picture yet");
+    }
+  }
+
+  #keepThumbnail(): void {
+    const id = this.#info?.contentId;
+    if (!id || this.#keptThumbnail === id || !this.#hasPicture) return;
+    this.#keptThumbnail = id;
+    const keep = () =>
+      this.#viewer
+        .screenshot()
+        .then((picture) => keepThumbnail(id, picture))
+        .catch(() => {}); // the card shows the histogram instead
+    // When nothing else is to be done; Safari has no idle callback.
+    if ("requestIdleCallback" in window) requestIdleCallback(keep, { timeout: 5000 });
+    else setTimeout(keep, 1000);
+  }
+
+  #say(toast: string): void {
+    this.#toast = toast;
+    clearTimeout(this.#toastTimer);
+    this.#toastTimer = setTimeout(() => {
+      this.#toast = "";
+      this.#render();
+    }, toastMs) as unknown as number;
+    this.#render();
+  }
+
+  // ---- The address ----
+
+  #writeUrlSoon(): void {
+    if (this.#urlTimer !== 0) return;
+    // Browsers limit replaceState to about 100 calls in 30 s.
+    this.#urlTimer = setTimeout(() => this.#writeUrl(), urlEveryMs) as unknown as number;
+  }
+
+  #writeUrl(): void {
+    clearTimeout(this.#urlTimer);
+    this.#urlTimer = 0;
+    if (!this.#info) return;
+    const surfaces = this.#surfaces;
+    const state: UrlState = { isovalues: surfaces.map((surface) => surface.isovalue) };
+    if (this.#url.volume) state.volume = this.#url.volume;
+    else if (this.#url.src) state.src = this.#url.src;
+    if (surfaces.some((surface, i) => surface.colour !== surfaceColours[i])) {
+      state.colours = surfaces.map((surface) => surface.colour);
+    }
+    if (surfaces.some((surface) => surface.opacity !== 1)) {
+      state.opacities = surfaces.map((surface) => surface.opacity);
+    }
+    const camera = this.#camera ?? this.#url.camera;
+    if (camera) state.camera = camera;
+    if (this.#look.kind !== defaultLook.kind) state.kind = this.#look.kind;
+    if (this.#look.colourBy !== defaultLook.colourBy) state.colourBy = this.#look.colourBy;
+    if (this.#look.colourMap !== defaultLook.colourMap) state.colourMap = this.#look.colourMap;
+    if (this.#look.eyeDome !== defaultLook.eyeDome) state.eyeDome = this.#look.eyeDome;
+    if (!this.#isThemeBackground) state.background = this.#look.background;
+    const { low, high } = this.#clip;
+    if (low.some((v) => v !== 0) || high.some((v) => v !== 1)) state.clip = this.#clip;
+    const address = `${location.pathname}${writeUrl(state)}`;
+    if (address !== `${location.pathname}${location.search}`) {
+      history.replaceState(null, "", address);
+    }
+  }
+
+  // ---- The page ----
+
+  #render(): void {
+    if (this.#renderHandle === 0) {
+      this.#renderHandle = requestAnimationFrame(() => this.#renderNow());
+    }
+  }
+
+  #renderNow(): void {
+    cancelAnimationFrame(this.#renderHandle);
+    this.#renderHandle = 0;
+    const info = this.#info;
+    const isovalues = this.#surfaces.map((surface) => formatValue(surface.isovalue)).join(", ");
+    this.#canvas.setAttribute(
+      "aria-label",
+      `Isosurface of ${this.#title()} at ${isovalues}. Arrow keys turn it, plus and minus zoom.`,
+    );
+    const classes = `volume${this.#isSheetOpen ? " sheet-open" : ""}${
+      this.#isPanelHidden ? " panel-hidden" : ""
+    }`;
+    render(
+      html`<div class=${classes}>
+        <header class="bar">
+          ${brand()}
+          <h1 class="volume-title">
+            <span class="volume-name">${this.#title()}</span>
+            ${info ? html`<span class="quiet volume-facts">${facts(info)}</span>` : nothing}
+          </h1>
+          <span class="bar-space"></span>
+          ${iconButton({
+            icon: "reset",
+            label: "Back to the first view",
+            action: () => this.#viewer.reset(),
+            isMinor: true,
+          })}
+          ${iconButton({ icon: "camera", label: "Save a picture", action: () => void this.#saveScreenshot() })}
+          ${iconButton({ icon: "link", label: "Copy a link to this view", action: () => void this.#copyLink() })}
+          ${iconButton({ icon: "help", label: "Keys and gestures", action: showHelp, isMinor: true })}
+          ${themeButton()}
+        </header>
+        <main class="stage" style=${`background:${this.#look.background}`}>
+          ${this.#canvas}
+          ${
+            this.#banner
+              ? html`<div class="banner" role="status"><wa-spinner></wa-spinner>${this.#banner}</div>`
+              : nothing
+          }
+          ${
+            this.#problem
+              ? html`<div class="cover">
+                  ${problemCard(this.#problem, { retry: () => this.#retry(), names: this.#names })}
+                </div>`
+              : this.#hasPicture
+                ? nothing
+                : html`<div class="opening" aria-hidden="true"><wa-spinner></wa-spinner></div>`
+          }
+          ${this.#toast ? html`<div class="toast" role="status">${icon("check")}${this.#toast}</div>` : nothing}
+          ${this.#status.element}
+        </main>
+        ${info ? this.#panel(info) : html`<aside class="panel" aria-hidden="true"></aside>`}
+      </div>`,
+      this.#root,
+    );
+    this.#drawHistogram();
+  }
+
+  #panel(info: StoreInfo) {
+    const state: PanelState = {
+      info,
+      scale: this.#scale,
+      surfaces: this.#surfaces,
+      active: this.#active,
+      look: this.#look,
+      isThemeBackground: this.#isThemeBackground,
+      clip: this.#clip,
+    };
+    const label = this.#isSheetOpen ? "Fewer controls" : "More controls";
+    return html`<aside class="panel" aria-label="Controls">
+      <button
+        class="sheet-handle"
+        type="button"
+        aria-expanded=${this.#isSheetOpen}
+        aria-controls="more-controls"
+        @click=${() => {
+          this.#isSheetOpen = !this.#isSheetOpen;
+          this.#render();
+        }}
+      >
+        <span class="visually-hidden">${label}</span>${icon(this.#isSheetOpen ? "down" : "up")}
+      </button>
+      ${isovalueSection(state, this.#actions)}
+      <div class="more" id="more-controls">
+        ${surfacesSection(state, this.#actions)} ${appearanceSection(state, this.#actions)}
+        ${clippingSection(state, this.#actions)} ${volumeSection(state)}
+      </div>
+    </aside>`;
+  }
+
+  #drawHistogram(): void {
+    const canvas = this.#root.querySelector<HTMLCanvasElement>("#histogram");
+    if (!canvas || !this.#info) return;
+    drawHistogram(canvas, {
+      scale: this.#scale,
+      histogram: this.#info.metadata.histogram,
+      suggestions: this.#info.metadata.suggested_isovalues ?? [],
+      marks: this.#surfaces.map((surface, i) => ({
+        value: surface.isovalue,
+        colour: surface.colour,
+        isActive: i === this.#active,
+      })),
+    });
+  }
+
+  #retry(): void {
+    void this.#open();
+  }
+}
+
+function facts(info: StoreInfo): string {
+  const type = info.metadata.source?.type;
+  const typeText = formatType(typeof type === "string" ? type : `${info.mapping.bits} bit`);
+  return `${formatDims(info.voxels)}, ${typeText}`;
+}

@@ -1,0 +1,44 @@
+/**
+ * Draws on demand. `request` asks for one frame; the callback says whether another is to follow. A
+ * view that stands still costs nothing.
+ */
+export class FrameLoop {
+  readonly #draw: (now: number) => boolean;
+  #handle = 0;
+  #lastFrame = 0;
+  /** Milliseconds between the last frames of a run, newest last. */
+  readonly #intervals: number[] = [];
+
+  constructor(draw: (now: number) => boolean) {
+    this.#draw = draw;
+  }
+
+  request(): void {
+    if (this.#handle === 0) this.#handle = requestAnimationFrame(this.#frame);
+  }
+
+  stop(): void {
+    cancelAnimationFrame(this.#handle);
+    this.#handle = 0;
+  }
+
+  /** Of the last frames that followed one another; 0 when there were none. */
+  get framesPerSecond(): number {
+    if (this.#intervals.length < 2) return 0;
+    const sum = this.#intervals.reduce((total, interval) => total + interval, 0);
+    return (1000 * this.#intervals.length) / sum;
+  }
+
+  readonly #frame = (now: number): void => {
+    this.#handle = 0;
+    const interval = now - this.#lastFrame;
+    this.#lastFrame = now;
+    // A longer pause means that nothing was asked for in between: another run begins.
+    if (interval > 1000) this.#intervals.length = 0;
+    else {
+      this.#intervals.push(interval);
+      if (this.#intervals.length > 30) this.#intervals.shift();
+    }
+    if (this.#draw(now)) this.request();
+  };
+}

@@ -1,0 +1,79 @@
+import type { Triple } from "../stream/types.ts";
+
+/** A view of the volume; the numbers of shared/render/camera.h. Angles in degrees. */
+export interface Camera {
+  /** World: what the camera looks at, and orbits. */
+  target: Triple;
+  /** From the eye to the target, world units. */
+  distance: number;
+  /** 0: the eye is in front (−y); 90: at +x. */
+  azimuth: number;
+  /** −90 … 90; 90: the eye is above (+z). */
+  elevation: number;
+  roll: number;
+  /** Vertical. */
+  fieldOfView: number;
+}
+
+/** One isosurface: isovalue in the volume's values, colour as #rrggbb (sRGB), opacity 0 … 1. */
+export interface Surface {
+  isovalue: number;
+  colour: string;
+  opacity: number;
+}
+
+export const splatKinds = ["quad", "ellipse", "blended", "exact"] as const;
+/** What a sample is drawn as (shared/render/renderer.h, SplatKind). */
+export type SplatKind = (typeof splatKinds)[number];
+
+export const colourings = [
+  "isosurface",
+  "isovalue",
+  "gradient",
+  "depth",
+  "level",
+  "projection-error",
+] as const;
+/** What decides a pixel's colour (shared/render/renderer.h, ColourBy). */
+export type Colouring = (typeof colourings)[number];
+
+export const colourMaps = ["viridis", "magma", "cividis", "turbo"] as const;
+export type ColourMap = (typeof colourMaps)[number];
+
+/** How the surfaces look. */
+export interface Look {
+  /** automatic: fast splats while something moves, exact ones when it rests. */
+  kind: SplatKind | "automatic";
+  colourBy: Colouring;
+  colourMap: ColourMap;
+  /** #rrggbb, sRGB. */
+  background: string;
+  /** Strength of eye-dome lighting, 0 … 1. */
+  eyeDome: number;
+}
+
+/** The part of the volume that is shown: fractions of its extent along x, y, z. */
+export interface ClipBox {
+  low: Triple;
+  high: Triple;
+}
+
+/** What was drawn last. */
+export interface FrameReport {
+  samplesDrawn: number;
+  samplesResident: number;
+  gpuBytes: number;
+  kind: SplatKind;
+  /** Frames per second while frames follow one another; 0 when the view stands still. */
+  framesPerSecond: number;
+}
+
+export const defaultLook: Look = {
+  kind: "automatic",
+  colourBy: "isosurface",
+  colourMap: "viridis",
+  background: "#ffffff",
+  eyeDome: 0.5,
+};
+
+export const wholeVolume: ClipBox = { low: [0, 0, 0], high: [1, 1, 1] };

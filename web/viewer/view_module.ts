@@ -1,0 +1,290 @@
+import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
+import type { Camera, ClipBox, Look, SplatKind, Surface } from "./types.ts";
+import { colourings, colourMaps, splatKinds } from "./types.ts";
+
+/** What Emscripten's factory yields: the exports of shared/wasm/view_api.h and the heap. */
+interface Exports {
+  HEAPU8: Uint8Array;
+  HEAPF64: Float64Array;
+  HEAPU32: Uint32Array;
+  _malloc(bytes: number): number;
+  _free(pointer: number): void;
+  _isosplat_view_create(selector: number): number;
+  _isosplat_view_destroy(): void;
+  _isosplat_view_error(): number;
+  _isosplat_view_set_volume(grid: number, mapping: number): number;
+  _isosplat_view_add_chunk(
+    id: number,
+    level: number,
+    x: number,
+    y: number,
+    z: number,
+    samples: number,
+    count: number,
+  ): number;
+  _isosplat_view_remove_chunk(id: number): void;
+  _isosplat_view_set_visible(ids: number, regions: number, count: number): void;
+  _isosplat_view_set_isosurfaces(surfaces: number, count: number): void;
+  _isosplat_view_set_kind(kind: number): void;
+  _isosplat_view_set_colouring(by: number, map: number, low: number, high: number): void;
+  _isosplat_view_set_background(red: number, green: number, blue: number, alpha: number): void;
+  _isosplat_view_set_lighting(ambient: number, specular: number, eyeDome: number): void;
+  _isosplat_view_set_clipping(box: number, planes: number, count: number): void;
+  _isosplat_view_set_camera(camera: number): void;
+  _isosplat_view_default_camera(camera: number): void;
+  _isosplat_view_orbit(camera: number, right: number, up: number): void;
+  _isosplat_view_pan(camera: number, right: number, down: number, height: number): void;
+  _isosplat_view_zoom(camera: number, factor: number): void;
+  _isosplat_view_projection(camera: number, width: number, height: number, matrix: number): void;
+  _isosplat_view_needs_redraw(width: number, height: number): number;
+  _isosplat_view_draw(width: number, height: number, statistics: number): number;
+  _isosplat_view_limits(limits: number): number;
+  _isosplat_view_context_lost(): void;
+  _isosplat_view_context_restored(): number;
+}
+
+type Factory = (options: object) => Promise<unknown>;
+
+/** The renderer failed. `message` is the core's. */
+export class ViewError extends Error {
+  override readonly name = "ViewError";
+}
+
+export interface DrawStatistics {
+  samplesDrawn: number;
+  samplesResident: number;
+  gpuBytes: number;
+  chunksDrawn: number;
+  chunksCulled: number;
+  drawCalls: number;
+  kind: SplatKind;
+}
+
+/** #rrggbb → 0 … 1. */
+export function colourChannels(colour: string): [number, number, number] {
+  const value = Number.parseInt(colour.slice(1), 16);
+  return [(value >> 16) / 255, ((value >> 8) & 255) / 255, (value & 255) / 255];
+}
+
+let canvasNumber = 0;
+
+/**
+ * The C++ renderer (shared/render) on one canvas, through the C functions of shared/wasm/view_api.h.
+ * One instance a canvas; each is a WebAssembly instance of its own.
+ */
+export class ViewModule {
+  readonly #exports: Exports;
+  /** Room for the arrays that the functions take: 64 doubles. */
+  readonly #scratch: number;
+  /** Room for bulk data, grown as needed. */
+  #bulk = 0;
+  #bulkBytes = 0;
+  #destroyed = false;
+
+  private constructor(exports: Exports) {
+    this.#exports = exports;
+    this.#scratch = exports._malloc(64 * 8);
+  }
+
+  /**
+   * Loads the module and makes a WebGL 2 context on the canvas. Rejects with a ViewError when there
+   * is none to be had.
+   */
+  static async create(canvas: HTMLCanvasElement): Promise<ViewModule> {
+    const [{ default: factory }, { default: wasmUrl }] = await Promise.all([
+      import("@wasm/isosplat-view.js"),
+      import("@wasm/isosplat-view.wasm?url"),
+    ]);
+    const exports = (await (factory as Factory)({
+      locateFile: (file: string) => (file.endsWith(".wasm") ? wasmUrl : file),
+    })) as Exports;
+    const view = new ViewModule(exports);
+    // The C side finds its canvas by selector.
+    canvas.id ||= `isosplat-canvas-${++canvasNumber}`;
+    const selector = view.#text(`#${CSS.escape(canvas.id)}`);
+    try {
+      view.#check(exports._isosplat_view_create(selector));
+    } finally {
+      exports._free(selector);
+    }
+    return view;
+  }
+
+  /** For the parts of the core that share this instance. */
+  get exports(): unknown {
+    return this.#exports;
+  }
+
+  destroy(): void {
+    if (this.#destroyed) return;
+    this.#destroyed = true;
+    this.#exports._isosplat_view_destroy();
+  }
+
+  setVolume(info: StoreInfo): void {
+    const { voxels, spacing, origin, direction, mapping } = info;
+    this.#doubles([...voxels, ...spacing, ...origin, ...direction, mapping.offset, mapping.scale]);
+    this.#check(this.#exports._isosplat_view_set_volume(this.#scratch, this.#scratch + 18 * 8));
+  }
+
+  /** samples: PackedSample, 4 words each. */
+  addChunk(id: number, place: ChunkPlace, samples: Uint32Array): void {
+    const [x, y, z] = place.block;
+    const pointer = this.#reserve(samples.byteLength);
+    this.#exports.HEAPU32.set(samples, pointer >> 2);
+    this.#check(
+      this.#exports._isosplat_view_add_chunk(id, place.level, x, y, z, pointer, samples.length / 4),
+    );
+  }
+
+  removeChunk(id: number): void {
+    this.#exports._isosplat_view_remove_chunk(id);
+  }
+
+  /** ids: one a chunk; regions: two words a chunk, see StreamEvents.visible. */
+  setVisible(ids: ArrayLike<number>, regions: ArrayLike<number>): void {
+    const pointer = this.#reserve(ids.length * 12);
+    this.#exports.HEAPU32.set(ids, pointer >> 2);
+    this.#exports.HEAPU32.set(regions, (pointer >> 2) + ids.length);
+    this.#exports._isosplat_view_set_visible(pointer, pointer + ids.length * 4, ids.length);
+  }
+
+  setSurfaces(surfaces: readonly Surface[]): void {
+    this.#doubles(surfaces.flatMap((s) => [s.isovalue, ...colourChannels(s.colour), s.opacity]));
+    this.#exports._isosplat_view_set_isosurfaces(this.#scratch, surfaces.length);
+  }
+
+  setKind(kind: SplatKind): void {
+    this.#exports._isosplat_view_set_kind(splatKinds.indexOf(kind));
+  }
+
+  /** range: of the quantity that the colour map shows. */
+  setLook(look: Look, range: readonly [number, number]): void {
+    this.#exports._isosplat_view_set_colouring(
+      colourings.indexOf(look.colourBy),
+      colourMaps.indexOf(look.colourMap),
+      range[0],
+      range[1],
+    );
+    this.#exports._isosplat_view_set_background(...colourChannels(look.background), 1);
+    this.#exports._isosplat_view_set_lighting(0.25, 0.15, look.eyeDome);
+  }
+
+  setClip(clip: ClipBox): void {
+    this.#doubles([...clip.low, ...clip.high]);
+    this.#exports._isosplat_view_set_clipping(this.#scratch, 0, 0);
+  }
+
+  setCamera(camera: Camera): void {
+    this.#putCamera(camera);
+    this.#exports._isosplat_view_set_camera(this.#scratch);
+  }
+
+  defaultCamera(): Camera {
+    this.#exports._isosplat_view_default_camera(this.#scratch);
+    return this.#takeCamera();
+  }
+
+  orbited(camera: Camera, rightDegrees: number, upDegrees: number): Camera {
+    this.#putCamera(camera);
+    this.#exports._isosplat_view_orbit(this.#scratch, rightDegrees, upDegrees);
+    return this.#takeCamera();
+  }
+
+  panned(camera: Camera, rightPx: number, downPx: number, imageHeightPx: number): Camera {
+    this.#putCamera(camera);
+    this.#exports._isosplat_view_pan(this.#scratch, rightPx, downPx, imageHeightPx);
+    return this.#takeCamera();
+  }
+
+  zoomed(camera: Camera, factor: number): Camera {
+    this.#putCamera(camera);
+    this.#exports._isosplat_view_zoom(this.#scratch, factor);
+    return this.#takeCamera();
+  }
+
+  /** World to clip space, column by column. The array is the caller's. */
+  viewProjection(camera: Camera, width: number, height: number): Float64Array {
+    this.#putCamera(camera);
+    const matrix = this.#scratch + 8 * 8;
+    this.#exports._isosplat_view_projection(this.#scratch, width, height, matrix);
+    return this.#exports.HEAPF64.slice(matrix >> 3, (matrix >> 3) + 16);
+  }
+
+  needsRedraw(width: number, height: number): boolean {
+    return this.#exports._isosplat_view_needs_redraw(width, height) !== 0;
+  }
+
+  draw(width: number, height: number): DrawStatistics {
+    this.#check(this.#exports._isosplat_view_draw(width, height, this.#scratch));
+    const at = this.#scratch >> 3;
+    const n = this.#exports.HEAPF64;
+    return {
+      samplesDrawn: n[at] ?? 0,
+      samplesResident: n[at + 1] ?? 0,
+      gpuBytes: n[at + 2] ?? 0,
+      chunksDrawn: n[at + 3] ?? 0,
+      chunksCulled: n[at + 4] ?? 0,
+      drawCalls: n[at + 5] ?? 0,
+      kind: splatKinds[n[at + 6] ?? 0] ?? "quad",
+    };
+  }
+
+  /** GL_RENDERER. */
+  rendererName(): string {
+    return this.#read(this.#exports._isosplat_view_limits(this.#scratch));
+  }
+
+  contextLost(): void {
+    this.#exports._isosplat_view_context_lost();
+  }
+
+  contextRestored(): void {
+    this.#check(this.#exports._isosplat_view_context_restored());
+  }
+
+  #check(status: number): void {
+    if (status !== 0) throw new ViewError(this.#read(this.#exports._isosplat_view_error()));
+  }
+
+  #doubles(values: readonly number[]): void {
+    this.#exports.HEAPF64.set(values, this.#scratch >> 3);
+  }
+
+  #putCamera(c: Camera): void {
+    this.#doubles([...c.target, c.distance, c.azimuth, c.elevation, c.roll, c.fieldOfView]);
+  }
+
+  #takeCamera(): Camera {
+    const at = this.#scratch >> 3;
+    const [x = 0, y = 0, z = 0, distance = 1, azimuth = 0, elevation = 0, roll = 0, view = 30] =
+      this.#exports.HEAPF64.subarray(at, at + 8);
+    return { target: [x, y, z], distance, azimuth, elevation, roll, fieldOfView: view };
+  }
+
+  /** A block of at least so many bytes, 8-byte-aligned, valid until the next call of this. */
+  #reserve(bytes: number): number {
+    if (bytes > this.#bulkBytes) {
+      this.#exports._free(this.#bulk);
+      this.#bulkBytes = Math.max(bytes, 1 << 16);
+      this.#bulk = this.#exports._malloc(this.#bulkBytes);
+      if (this.#bulk === 0) {
+        this.#bulkBytes = 0;
+        throw new ViewError(`out of memory: ${bytes} bytes for a chunk's samples`);
+      }
+    }
+    return this.#bulk;
+  }
+
+  #text(text: string): number {
+    const bytes = new TextEncoder().encode(`${text}\0`);
+    const pointer = this.#exports._malloc(bytes.length);
+    this.#exports.HEAPU8.set(bytes, pointer);
+    return pointer;
+  }
+
+  #read(pointer: number): string {
+    const heap = this.#exports.HEAPU8;
+    return new TextDecoder().decode(heap.subarray(pointer, heap.indexOf(0, pointer)));
+  }
+}

@@ -1,0 +1,403 @@
+import type { Core } from "../core/index.ts";
+import { loadCore } from "../core/index.ts";
+import {
+  type Progress,
+  type Source,
+  type StoreInfo,
+  StreamError,
+  StreamSession,
+} from "../stream/index.ts";
+import { attachControls, type CameraActions } from "./controls.ts";
+import { Emitter } from "./emitter.ts";
+import { FrameLoop } from "./frame_loop.ts";
+import {
+  type Camera,
+  type ClipBox,
+  defaultLook,
+  type FrameReport,
+  type Look,
+  type SplatKind,
+  type Surface,
+  wholeVolume,
+} from "./types.ts";
+import { ViewError, ViewModule } from "./view_module.ts";
+
+export interface ViewerEvents {
+  /** A volume is open; its first surface is on its way. */
+  opened: StoreInfo;
+  /** Streaming went on; see Progress. */
+  progress: Progress;
+  /** A frame was drawn. */
+  frame: FrameReport;
+  /** The camera moved, by a gesture or by a call. */
+  camera: Camera;
+  /** A StreamError that says `retrying` needs no action; after any other the picture stays as it is. */
+  error: StreamError | ViewError;
+  /** The browser took the GPU away, and gave it back. */
+  context: "lost" | "restored";
+}
+
+export interface ViewerOptions {
+  /** Most samples (16 bytes each) held on the GPU. Default: by device class. */
+  sampleBudget?: number;
+  /** Device pixels per CSS pixel, at most. Default 2. */
+  maxPixelRatio?: number;
+  /** Mouse, touch and keys on the canvas. Default true. */
+  controls?: boolean;
+}
+
+export interface OpenOptions {
+  /** The isosurfaces of the first view. Default: the volume's first suggestion. */
+  surfaces?: readonly Surface[];
+  camera?: Camera;
+  signal?: AbortSignal;
+}
+
+/** The view rests when nothing has moved or arrived for so long (ms). */
+const restAfter = 220;
+/** Below this frame rate a moving view falls back to the fastest splats. */
+const slowFrames = 20;
+
+/**
+ * A volume on a canvas: streams what the view needs, and draws when something has changed. Knows
+ * nothing of the page around it.
+ *
+ *   const viewer = new Viewer(canvas);
+ *   await viewer.open(serverSource("/", "engine"));
+ *   viewer.setIsovalues([60.5]);
+ */
+export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
+  readonly canvas: HTMLCanvasElement;
+  readonly #options: ViewerOptions;
+  readonly #loop: FrameLoop;
+  readonly #cleanup: (() => void)[] = [];
+  #parts: Promise<{ view: ViewModule; core: Core }> | null = null;
+  #view: ViewModule | null = null;
+  #session: StreamSession | null = null;
+  #opening: AbortController | null = null;
+  #source: Source | null = null;
+  #info: StoreInfo | null = null;
+
+  #camera: Camera | null = null;
+  #surfaces: Surface[] = [];
+  #look: Look = { ...defaultLook };
+  #clip: ClipBox = wholeVolume;
+  #lastMotion = Number.NEGATIVE_INFINITY;
+  #lastArrival = Number.NEGATIVE_INFINITY;
+  #restTimer = 0;
+  #contextLost = false;
+  #isSlow = false;
+  #disposed = false;
+
+  constructor(canvas: HTMLCanvasElement, options: ViewerOptions = {}) {
+    super();
+    this.canvas = canvas;
+    this.#options = options;
+    this.#loop = new FrameLoop((now) => this.#frame(now));
+
+    const observer = new ResizeObserver(() => this.#loop.request());
+    observer.observe(canvas);
+    this.#cleanup.push(() => observer.disconnect());
+    if (options.controls !== false) this.#cleanup.push(attachControls(canvas, this));
+
+    const lost = (event: Event) => this.#onContextLost(event);
+    const restored = () => this.#onContextRestored();
+    canvas.addEventListener("webglcontextlost", lost);
+    canvas.addEventListener("webglcontextrestored", restored);
+    this.#cleanup.push(() => {
+      canvas.removeEventListener("webglcontextlost", lost);
+      canvas.removeEventListener("webglcontextrestored", restored);
+    });
+  }
+
+  /**
+   * Shows another volume in place of the present one. Resolves when its head is read; the surface
+   * follows. Rejects with a StreamError, a ViewError (no WebGL 2), or the signal's reason.
+   */
+  async open(source: Source, options: OpenOptions = {}): Promise<StoreInfo> {
+    this.close();
+    const opening = new AbortController();
+    this.#opening = opening;
+    const abort = () => opening.abort(options.signal?.reason);
+    if (options.signal?.aborted) abort();
+    options.signal?.addEventListener("abort", abort, { once: true });
+    opening.signal.addEventListener("abort", () =>
+      options.signal?.removeEventListener("abort", abort),
+    );
+    const { view, core } = await this.#loadParts();
+    opening.signal.throwIfAborted();
+    if (options.surfaces) this.#surfaces = [...options.surfaces];
+    const firstIsovalues = this.#surfaces.map((surface) => surface.isovalue);
+    const session = await StreamSession.open(source, core, {
+      events: {
+        samples: (id, place, samples) => {
+          if (this.#contextLost) return;
+          this.#guard(() => view.addChunk(id, place, samples));
+        },
+        drop: (id) => view.removeChunk(id),
+        visible: (ids, regions) => {
+          view.setVisible(ids, regions);
+          this.#lastArrival = performance.now();
+          this.#loop.request();
+        },
+        progress: (progress) => this.emit("progress", progress),
+        error: (error) => this.emit("error", error),
+      },
+      signal: opening.signal,
+      ...(firstIsovalues.length > 0 && options.surfaces ? { firstIsovalues } : {}),
+      ...(this.#options.sampleBudget ? { sampleBudget: this.#options.sampleBudget } : {}),
+    });
+    if (opening.signal.aborted) {
+      session.close();
+      opening.signal.throwIfAborted();
+    }
+    this.#session = session;
+    this.#source = source;
+    this.#info = session.info;
+    view.setVolume(session.info);
+    this.#camera = options.camera ?? view.defaultCamera();
+    this.#applySettings();
+    this.emit("opened", session.info);
+    this.#loop.request();
+    return session.info;
+  }
+
+  /** Lets go of the volume: its requests, its memory on CPU and GPU. The canvas keeps its picture. */
+  close(): void {
+    this.#opening?.abort(new DOMException("another volume is opened", "AbortError"));
+    this.#opening = null;
+    this.#session?.close();
+    this.#session = null;
+    this.#source = null;
+    this.#info = null;
+  }
+
+  /** Closes the volume and frees everything. The viewer must not be used afterwards. */
+  dispose(): void {
+    if (this.#disposed) return;
+    this.#disposed = true;
+    this.close();
+    this.#loop.stop();
+    clearTimeout(this.#restTimer);
+    for (const clean of this.#cleanup) clean();
+    this.#view?.destroy();
+    this.removeListeners();
+  }
+
+  get info(): StoreInfo | null {
+    return this.#info;
+  }
+
+  get surfaces(): readonly Surface[] {
+    return this.#surfaces;
+  }
+
+  /** Shows these isosurfaces. What is resident is drawn in the next frame. */
+  setSurfaces(surfaces: readonly Surface[]): void {
+    this.#surfaces = [...surfaces];
+    this.#view?.setSurfaces(this.#surfaces);
+    this.#moved();
+  }
+
+  /** Changes the isovalues and keeps the surfaces' colours; more isovalues take the first's. */
+  setIsovalues(isovalues: readonly number[]): void {
+    const first = this.#surfaces[0] ?? { isovalue: 0, colour: "#d9ccb3", opacity: 1 };
+    this.setSurfaces(
+      isovalues.map((isovalue, i) => ({ ...(this.#surfaces[i] ?? first), isovalue })),
+    );
+  }
+
+  get look(): Readonly<Look> {
+    return this.#look;
+  }
+
+  setLook(change: Partial<Look>): void {
+    this.#look = { ...this.#look, ...change };
+    this.#applySettings();
+    this.#loop.request();
+  }
+
+  get clip(): ClipBox {
+    return this.#clip;
+  }
+
+  setClip(clip: ClipBox): void {
+    this.#clip = clip;
+    this.#view?.setClip(clip);
+    this.#moved();
+  }
+
+  /** Null until a volume is open. */
+  get camera(): Camera | null {
+    return this.#camera;
+  }
+
+  setCamera(camera: Camera): void {
+    this.#camera = camera;
+    this.emit("camera", camera);
+    this.#moved();
+  }
+
+  /** Back to the view a volume is first seen in. */
+  reset(): void {
+    if (this.#view && this.#info) this.setCamera(this.#view.defaultCamera());
+  }
+
+  orbit(rightDegrees: number, upDegrees: number): void {
+    if (this.#view && this.#camera) {
+      this.setCamera(this.#view.orbited(this.#camera, rightDegrees, upDegrees));
+    }
+  }
+
+  pan(rightPx: number, downPx: number): void {
+    if (this.#view && this.#camera) {
+      const height = Math.max(this.canvas.clientHeight, 1);
+      this.setCamera(this.#view.panned(this.#camera, rightPx, downPx, height));
+    }
+  }
+
+  zoom(factor: number, at: { x: number; y: number } = { x: 0, y: 0 }): void {
+    if (!this.#view || !this.#camera) return;
+    const before = this.#camera;
+    const zoomed = this.#view.zoomed(before, factor);
+    // What is under the pointer stays there.
+    const keep = 1 - before.distance / zoomed.distance;
+    const height = Math.max(this.canvas.clientHeight, 1);
+    this.setCamera(this.#view.panned(zoomed, at.x * keep, at.y * keep, height));
+  }
+
+  /** The picture as it is, at the canvas's resolution. */
+  async screenshot(): Promise<Blob> {
+    const view = this.#view;
+    if (!view || this.#contextLost) throw new ViewError("nothing is drawn yet");
+    view.setKind(this.#restingKind());
+    view.draw(this.canvas.width, this.canvas.height);
+    // In the same task: afterwards the browser may have cleared the drawing buffer.
+    return new Promise((resolve, reject) =>
+      this.canvas.toBlob((blob) => {
+        if (blob) resolve(blob);
+        else reject(new ViewError("the browser made no picture of the canvas"));
+      }, "image/png"),
+    );
+  }
+
+  #loadParts(): Promise<{ view: ViewModule; core: Core }> {
+    this.#parts ??= ViewModule.create(this.canvas).then(async (view) => {
+      if (this.#disposed) view.destroy();
+      this.#view = view;
+      return { view, core: await loadCore({ module: view.exports }) };
+    });
+    // A failure is not kept: the next open tries again.
+    this.#parts.catch(() => {
+      this.#parts = null;
+    });
+    return this.#parts;
+  }
+
+  #applySettings(): void {
+    const view = this.#view;
+    if (!view) return;
+    view.setSurfaces(this.#surfaces);
+    view.setClip(this.#clip);
+    view.setLook(this.#look, this.#colourRange());
+  }
+
+  /** What the ends of the colour map stand for. */
+  #colourRange(): [number, number] {
+    const info = this.#info;
+    if (!info) return [0, 1];
+    const [low, high] = info.range;
+    if (this.#look.colourBy !== "gradient") return [low, high];
+    // Half of the range across one cell is a sharp edge.
+    return [0, (0.5 * (high - low)) / Math.min(...info.spacing)];
+  }
+
+  #moved(): void {
+    this.#lastMotion = performance.now();
+    this.#loop.request();
+  }
+
+  #restingKind(): SplatKind {
+    return this.#look.kind === "automatic" ? "exact" : this.#look.kind;
+  }
+
+  #kind(isResting: boolean): SplatKind {
+    if (this.#look.kind !== "automatic") return this.#look.kind;
+    if (isResting) return "exact";
+    return this.#isSlow ? "quad" : "ellipse";
+  }
+
+  #fitCanvas(): void {
+    const ratio = Math.min(devicePixelRatio, this.#options.maxPixelRatio ?? 2);
+    const width = Math.max(1, Math.round(this.canvas.clientWidth * ratio));
+    const height = Math.max(1, Math.round(this.canvas.clientHeight * ratio));
+    if (this.canvas.width !== width) this.canvas.width = width;
+    if (this.canvas.height !== height) this.canvas.height = height;
+  }
+
+  /** Answers whether another frame is to follow at once. */
+  #frame(now: number): boolean {
+    const view = this.#view;
+    const camera = this.#camera;
+    if (!view || !camera || !this.#session || this.#contextLost) return false;
+    this.#fitCanvas();
+    const { width, height } = this.canvas;
+    const quietSince = Math.max(this.#lastMotion, this.#lastArrival);
+    const isMoving = now - this.#lastMotion < restAfter;
+    const isResting = now - quietSince >= restAfter;
+
+    view.setCamera(camera);
+    view.setKind(this.#kind(isResting));
+    this.#session.update({
+      viewProjection: view.viewProjection(camera, width, height),
+      viewport: { width, height },
+      isovalues: this.#surfaces.map((surface) => surface.isovalue),
+      moving: isMoving,
+    });
+    if (view.needsRedraw(width, height)) {
+      this.#guard(() => {
+        const drawn = view.draw(width, height);
+        const framesPerSecond = this.#loop.framesPerSecond;
+        if (framesPerSecond > 0) this.#isSlow = framesPerSecond < slowFrames;
+        this.emit("frame", { ...drawn, framesPerSecond });
+      });
+    }
+    // Once more when it has come to rest: for the finer splats, and so that streaming refines.
+    clearTimeout(this.#restTimer);
+    if (!isResting) {
+      const wait = Math.max(0, quietSince + restAfter - now) + 1;
+      this.#restTimer = setTimeout(() => this.#loop.request(), wait) as unknown as number;
+    }
+    return false;
+  }
+
+  #guard(action: () => void): void {
+    try {
+      action();
+    } catch (error) {
+      if (this.#contextLost || this.canvas.getContext("webgl2")?.isContextLost()) return;
+      this.emit("error", error instanceof ViewError ? error : new ViewError(String(error)));
+    }
+  }
+
+  #onContextLost(event: Event): void {
+    event.preventDefault(); // asks the browser to restore it
+    this.#contextLost = true;
+    this.#view?.contextLost();
+    this.emit("context", "lost");
+  }
+
+  /** The chunks went with the context. They are read again, mostly from the browser's cache. */
+  #onContextRestored(): void {
+    const source = this.#source;
+    this.#contextLost = false;
+    this.#guard(() => this.#view?.contextRestored());
+    this.emit("context", "restored");
+    if (!source) return;
+    const options: OpenOptions = { surfaces: this.#surfaces };
+    if (this.#camera) options.camera = this.#camera;
+    this.open(source, options).catch((error: unknown) => {
+      if (error instanceof StreamError || error instanceof ViewError) this.emit("error", error);
+    });
+  }
+}
