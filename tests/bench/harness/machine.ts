@@ -1,0 +1,46 @@
+import { execFileSync } from "node:child_process";
+import { readFileSync } from "node:fs";
+import { cpus, loadavg, totalmem } from "node:os";
+import { join } from "node:path";
+import { root } from "./paths.ts";
+
+export interface Machine {
+  /** Names machines whose figures may be compared: processor, cores, memory. */
+  name: string;
+  /** The project's version, from package.json. */
+  version: string;
+  /** Short commit; ends in "+" where files differ from it. */
+  commit: string;
+  /** What may spoil timings here and now, in words. */
+  warnings: string[];
+}
+
+function git(...args: string[]): string {
+  try {
+    return execFileSync("git", args, { cwd: root, encoding: "utf8" }).trim();
+  } catch {
+    return "";
+  }
+}
+
+/** What runs the benchmarks, and what may spoil them. */
+export function inspectMachine(): Machine {
+  const cores = cpus();
+  const gib = Math.round(totalmem() / 2 ** 30);
+  const model = (cores[0]?.model ?? "unknown processor").replace(/\s+/g, " ").trim();
+  const { version } = JSON.parse(readFileSync(join(root, "package.json"), "utf8")) as {
+    version: string;
+  };
+  const dirty = git("status", "--porcelain", "--untracked-files=no") !== "";
+  const warnings: string[] = [];
+  const load = loadavg()[0] ?? 0;
+  if (load > 0.5)
+    warnings.push(`load is ${load.toFixed(2)}: something else runs; ratios hold, times do not`);
+  if (cores.length < 2) warnings.push("one core: figures for two threads mean nothing");
+  return {
+    name: `${model}, ${cores.length} cores, ${gib} GiB`,
+    version,
+    commit: git("rev-parse", "--short", "HEAD") + (dirty ? "+" : ""),
+    warnings,
+  };
+}

@@ -1,0 +1,69 @@
+#!/usr/bin/python3
+"""VTK's Flying Edges as a peer: loads a raw volume once, then extracts what it is asked for.
+
+    flying_edges.py FILE X Y Z u8|i16|u16|f32 THREADS
+
+Each line of standard input is an isovalue. Answered by one line of JSON: seconds (of the filter
+alone, warm), triangles, and the bytes of the mesh with normals (points, normals, connectivity).
+"""
+
+import json
+import sys
+import time
+
+from vtkmodules.vtkCommonCore import vtkSMPTools
+from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
+from vtkmodules.vtkIOImage import vtkImageReader2
+
+
+def main():
+    path, x, y, z, kind, threads = sys.argv[1:7]
+    vtkSMPTools.SetBackend("TBB")
+    vtkSMPTools.Initialize(int(threads))
+
+    reader = vtkImageReader2()
+    reader.SetFileName(path)
+    reader.SetFileDimensionality(3)
+    reader.SetDataExtent(0, int(x) - 1, 0, int(y) - 1, 0, int(z) - 1)
+    getattr(
+        reader,
+        {
+            "u8": "SetDataScalarTypeToUnsignedChar",
+            "i16": "SetDataScalarTypeToShort",
+            "u16": "SetDataScalarTypeToUnsignedShort",
+            "f32": "SetDataScalarTypeToFloat",
+        }[kind],
+    )()
+    reader.SetDataByteOrderToLittleEndian()
+    reader.Update()
+
+    edges = vtkFlyingEdges3D()
+    edges.SetInputData(reader.GetOutput())
+    edges.ComputeNormalsOn()
+    edges.ComputeGradientsOff()
+    edges.ComputeScalarsOff()
+    print(json.dumps({"backend": vtkSMPTools.GetBackend()}), flush=True)
+    for line in sys.stdin:
+        edges.SetValue(0, float(line))
+        edges.Modified()
+        begin = time.perf_counter()
+        edges.Update()
+        seconds = time.perf_counter() - begin
+        mesh = edges.GetOutput()
+        size = lambda array: array.GetNumberOfValues() * array.GetDataTypeSize() if array else 0
+        arrays = [
+            mesh.GetPoints().GetData(),
+            mesh.GetPointData().GetNormals(),
+            mesh.GetPolys().GetConnectivityArray(),
+            mesh.GetPolys().GetOffsetsArray(),
+        ]
+        answer = {
+            "seconds": seconds,
+            "triangles": mesh.GetNumberOfPolys(),
+            "points": mesh.GetNumberOfPoints(),
+            "bytes": sum(size(array) for array in arrays),
+        }
+        print(json.dumps(answer), flush=True)
+
+
+main()

@@ -1,0 +1,77 @@
+// npm run bench [-- NAME… | --list | --checksums]
+//
+// Runs the benchmarks of this folder (NAME.bench.ts), prints a table, and adds rows to
+// results/NAME.csv. Inputs that are absent are skipped by name; ones that differ from their
+// checksum are an error.
+import { existsSync, readdirSync } from "node:fs";
+import { join, relative } from "node:path";
+import { Bench, type Benchmark } from "./harness/benchmark.ts";
+import { inspectMachine } from "./harness/machine.ts";
+import { isosplat, root } from "./harness/paths.ts";
+import { formatTable, reached, saveResults } from "./harness/results.ts";
+import { printChecksums } from "./harness/volumes.ts";
+
+const folder = join(root, "tests/bench");
+const known = readdirSync(folder)
+  .filter((file) => file.endsWith(".bench.ts"))
+  .map((file) => file.slice(0, -".bench.ts".length))
+  .sort();
+
+async function load(name: string): Promise<Benchmark> {
+  return ((await import(`./${name}.bench.ts`)) as { default: Benchmark }).default;
+}
+
+async function runOne(name: string): Promise<boolean> {
+  const benchmark = await load(name);
+  console.log(`\n${name}: ${benchmark.title}`);
+  const bench = new Bench();
+  const end = () => {
+    bench.close();
+    process.exit(130);
+  };
+  process.once("SIGINT", end).once("SIGTERM", end);
+  let failed = false;
+  try {
+    await benchmark.run(bench);
+  } catch (error) {
+    failed = true;
+    console.error(`\n${name} failed: ${error instanceof Error ? error.message : error}`);
+  } finally {
+    bench.close();
+    process.off("SIGINT", end).off("SIGTERM", end);
+  }
+  if (bench.figures.length > 0) {
+    console.log(`\n${formatTable(bench.figures)}\n`);
+    console.log(`  added to ${relative(root, saveResults(name, machine, bench.figures))}`);
+  }
+  for (const line of bench.skipped) console.log(`  skipped ${line}`);
+  const missed = bench.figures.filter((figure) => reached(figure) === false).length;
+  if (missed > 0) console.log(`  ${missed} of ${bench.figures.length} figures missed their mark`);
+  return !failed;
+}
+
+const args = process.argv.slice(2);
+if (args.includes("--checksums")) {
+  printChecksums();
+  process.exit(0);
+}
+if (args.includes("--list")) {
+  for (const name of known) console.log(`${name.padEnd(12)} ${(await load(name)).title}`);
+  process.exit(0);
+}
+const unknown = args.filter((name) => !known.includes(name));
+if (unknown.length > 0) {
+  console.error(`No benchmark ${unknown.join(", ")}. There are: ${known.join(", ")}`);
+  process.exit(2);
+}
+if (!existsSync(isosplat)) {
+  console.error(`${relative(root, isosplat)} is not built. Run: npm run build`);
+  process.exit(1);
+}
+
+const machine = inspectMachine();
+console.log(`Isosplat ${machine.version} (${machine.commit}) on ${machine.name}`);
+for (const warning of machine.warnings) console.log(`  warning: ${warning}`);
+let ok = true;
+for (const name of args.length > 0 ? args : known) ok = (await runOne(name)) && ok;
+process.exit(ok ? 0 : 1);
