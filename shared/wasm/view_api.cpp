@@ -62,6 +62,13 @@ void write_camera(const Camera& camera, double* c) {
   std::copy_n(numbers, 8, c);
 }
 
+/// A context offers what was asked for since it was made or restored, and nothing else.
+void enable_extensions() {
+  for (const char* extension : {"EXT_color_buffer_float", "EXT_float_blend"}) {
+    emscripten_webgl_enable_extension(view().context, extension);
+  }
+}
+
 void apply_settings() {
   if (view().renderer) view().renderer->set_settings(view().settings);
 }
@@ -80,7 +87,7 @@ int32_t isosplat_view_create(const char* canvas_selector) {
   attributes.antialias = false;
   attributes.depth = attributes.stencil = false;
   attributes.powerPreference = EM_WEBGL_POWER_PREFERENCE_HIGH_PERFORMANCE;
-  attributes.enableExtensionsByDefault = true;  // float targets and blending among them
+  attributes.enableExtensionsByDefault = false;
   v.context = emscripten_webgl_create_context(canvas_selector, &attributes);
   if (v.context <= 0) {
     v.context = 0;
@@ -89,6 +96,7 @@ int32_t isosplat_view_create(const char* canvas_selector) {
                    "a current browser"});
   }
   emscripten_webgl_make_context_current(v.context);
+  enable_extensions();
   auto renderer = Renderer::create();
   if (!renderer) {
     emscripten_webgl_destroy_context(v.context);
@@ -264,6 +272,7 @@ void isosplat_view_context_lost() {
 int32_t isosplat_view_context_restored() {
   Renderer* renderer = current();
   if (!renderer) return no_view();
+  enable_extensions();
   const auto restored = renderer->context_restored();
   return restored ? 0 : report(restored.error());
 }

@@ -1,0 +1,165 @@
+// The view module in Chromium against the native renderer, picture by picture: both run on
+// llvmpipe, so almost every pixel is the same. Threshold: at most 0.1 % of pixels differ by more
+// than 2 of 255 in any channel.
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { createServer, type Server } from "node:http";
+import type { AddressInfo } from "node:net";
+import { tmpdir } from "node:os";
+import { extname, join } from "node:path";
+import { expect, test } from "@playwright/test";
+
+const modules = "build/wasm/web";
+const fixture = "build/release/tests/native/isosplat_render_fixture";
+const types: Record<string, string> = {
+  ".js": "text/javascript",
+  ".wasm": "application/wasm",
+  ".html": "text/html",
+};
+const kinds = ["quad", "ellipse", "blended", "exact"];
+
+let folder = "";
+let server: Server;
+let origin = "";
+let camera: number[] = [];
+
+test.beforeAll(async () => {
+  folder = mkdtempSync(join(tmpdir(), "isosplat-render-"));
+  const printed = execFileSync(fixture, [folder], { encoding: "utf8" });
+  const [x, y, z, distance] = printed.trim().split(" ").map(Number);
+  camera = [x, y, z, distance, 30, 20, 0, 30];
+  server = createServer((request, response) => {
+    const path = request.url ?? "/";
+    if (path === "/") {
+      response.setHeader("Content-Type", "text/html");
+      response.end(
+        '<link rel="icon" href="data:,"><canvas id="view" width="256" height="256"></canvas>',
+      );
+      return;
+    }
+    const root = path.startsWith("/fixture/") ? folder : modules;
+    try {
+      const bytes = readFileSync(join(root, path.replace("/fixture/", "/")));
+      response.setHeader("Content-Type", types[extname(path)] ?? "application/octet-stream");
+      response.end(bytes);
+    } catch {
+      response.statusCode = 404;
+      response.end();
+    }
+  });
+  await new Promise<void>((resolve) => server.listen(0, "127.0.0.1", resolve));
+  origin = `http://127.0.0.1:${(server.address() as AddressInfo).port}`;
+});
+
+test.afterAll(() => {
+  server.close();
+  rmSync(folder, { recursive: true });
+});
+
+test("draws what the native renderer draws, before and after a lost context", async ({ page }) => {
+  const messages: string[] = [];
+  page.on("console", (message) => messages.push(message.text()));
+  await page.goto(origin);
+  const result = await page.evaluate(
+    async ([cameraNumbers, kindCount]) => {
+      const { default: create } = await import(`${location.origin}/isosplat-view.js`);
+      const m = await create({ locateFile: (f: string) => `${location.origin}/${f}` });
+      const canvas = document.querySelector("canvas") as HTMLCanvasElement;
+      const check = (status: number) => {
+        if (status !== 0) throw new Error(m.UTF8ToString(m._isosplat_view_error()));
+      };
+      const doubles = (values: number[]) => {
+        const at = m._malloc(8 * values.length);
+        m.HEAPF64.set(values, at / 8);
+        return at;
+      };
+      check(m._isosplat_view_create(m.stringToNewUTF8("#view")));
+      const gl = canvas.getContext("webgl2") as WebGL2RenderingContext;
+      const debug = gl.getExtension("WEBGL_debug_renderer_info");
+      const renderer = String(gl.getParameter(debug?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER));
+      const limits = doubles([0, 0, 0, 0]);
+      m._isosplat_view_limits(limits);
+      const floatTargets = m.HEAPF64[limits / 8 + 2];
+      const samples = new Uint8Array(await (await fetch("/fixture/samples.bin")).arrayBuffer());
+      const grid = [60, 50, 30, 1, 1.25, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1];
+      check(m._isosplat_view_set_volume(doubles(grid), doubles([0, 1])));
+      const add = () => {
+        const at = m._malloc(samples.length);
+        m.HEAPU8.set(samples, at);
+        check(m._isosplat_view_add_chunk(7, 0, 0, 0, 0, at, samples.length / 16));
+        m._free(at);
+        const ids = m._malloc(4);
+        m.HEAPU32[ids / 4] = 7;
+        m._isosplat_view_set_visible(ids, 1);
+        m._free(ids);
+      };
+      add();
+      m._isosplat_view_set_camera(doubles(cameraNumbers as number[]));
+      const surfaces = [1500.5, 0.9, 0.3, 0.2, 1, 2500, 0.85, 0.8, 0.7, 0.4];
+      m._isosplat_view_set_isosurfaces(doubles(surfaces), 2);
+      m._isosplat_view_set_clipping(doubles([0, 0, 0, 0.8, 1, 1]), 0, 0);
+
+      const pixels = new Uint8Array(4 * 256 * 256);
+      const differing = async () => {
+        const shares: number[] = [];
+        for (let kind = 0; kind < (kindCount as number); ++kind) {
+          m._isosplat_view_set_kind(kind);
+          check(m._isosplat_view_draw(256, 256, 0));
+          gl.readPixels(0, 0, 256, 256, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+          const native = new Uint8Array(await (await fetch(`/fixture/${kind}.rgba`)).arrayBuffer());
+          let count = 0;
+          for (let y = 0; y < 256; ++y) {
+            for (let x = 0; x < 256; ++x) {
+              const a = 4 * (256 * y + x);
+              const b = 4 * (256 * (255 - y) + x);
+              if ([0, 1, 2, 3].some((c) => Math.abs(pixels[a + c] - native[b + c]) > 2)) ++count;
+            }
+          }
+          shares.push(count / 65536);
+        }
+        return shares;
+      };
+      const before = await differing();
+      const redrawWhenStill = m._isosplat_view_needs_redraw(256, 256);
+
+      const lose = gl.getExtension("WEBGL_lose_context") as WEBGL_lose_context;
+      const event = (name: string) =>
+        new Promise<void>((resolve) =>
+          canvas.addEventListener(
+            name,
+            (e) => {
+              e.preventDefault();
+              resolve();
+            },
+            { once: true },
+          ),
+        );
+      const lost = event("webglcontextlost");
+      lose.loseContext();
+      await lost;
+      m._isosplat_view_context_lost();
+      const statusWhileLost = m._isosplat_view_draw(256, 256, 0);
+      const restored = event("webglcontextrestored");
+      await new Promise((resolve) => setTimeout(resolve, 50));
+      lose.restoreContext();
+      await restored;
+      check(m._isosplat_view_context_restored());
+      add();
+      const after = await differing();
+      const error = gl.getError();
+      m._isosplat_view_destroy();
+      return { before, after, redrawWhenStill, statusWhileLost, renderer, floatTargets, error };
+    },
+    [camera, kinds.length] as const,
+  );
+  expect(result.renderer).toContain("llvmpipe");
+  expect(result.floatTargets).toBe(1);
+  expect(result.error).toBe(0);
+  for (const [kind, name] of kinds.entries()) {
+    expect(result.before[kind], name).toBeLessThan(0.001);
+    expect(result.after[kind], `${name}, context restored`).toBeLessThan(0.001);
+  }
+  expect(result.redrawWhenStill).toBe(0);
+  expect(result.statusWhileLost).not.toBe(0);
+  expect(messages).toEqual([]);
+});

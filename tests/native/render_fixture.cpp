@@ -1,0 +1,49 @@
+// Writes what the browser's picture test draws again: samples of a small anisotropic volume, and
+// native pictures of it by every kind.  isosplat_render_fixture FOLDER
+#include <cstdio>
+#include <fstream>
+
+#include "native/headless/draw_image.h"
+#include "native/headless/egl_context.h"
+#include "tests/native/test_volume.h"
+
+int main(int argc, char** argv) {
+  using namespace isosplat;
+  if (argc != 2) return 2;
+  const std::string folder = argv[1];
+  const auto context = EglContext::create();
+  auto renderer = context ? Renderer::create()
+                          : Result<std::unique_ptr<Renderer>>(tl::unexpected(context.error()));
+  if (!renderer) {
+    std::fprintf(stderr, "%s\n", renderer.error().message.c_str());
+    return 1;
+  }
+  const TestVolume volume = sphere_volume({60, 50, 30}, {1, 1.25, 2});
+  const auto samples = block_samples(volume, {0, {0, 0, 0}}, 1500, 2500);
+  std::ofstream(folder + "/samples.bin", std::ios::binary)
+      .write(reinterpret_cast<const char*>(samples.data()),
+             static_cast<std::streamsize>(samples.size() * sizeof(PackedSample)));
+  (*renderer)->set_volume(volume.grid, volume.mapping);
+  const uint64_t id = 7;
+  if (!(*renderer)->add_chunk(id, {{0, {0, 0, 0}}}, samples)) return 1;
+  (*renderer)->set_visible({&id, 1});
+  Camera camera = default_camera(volume.grid);
+  camera.distance *= 0.6;
+  (*renderer)->set_camera(camera);
+  RenderSettings settings;
+  settings.isosurfaces = {{1500.5, {0.9f, 0.3f, 0.2f}, 1}, {2500, {0.85f, 0.8f, 0.7f}, 0.4f}};
+  settings.clip_box_high.x = 0.8;
+  for (int kind = 0; kind < 4; ++kind) {
+    settings.kind = static_cast<SplatKind>(kind);
+    (*renderer)->set_settings(settings);
+    const auto image = draw_image(**renderer, 256, 256);
+    if (!image) return 1;
+    std::ofstream(folder + "/" + std::to_string(kind) + ".rgba", std::ios::binary)
+        .write(reinterpret_cast<const char*>(image->rgba.data()),
+               static_cast<std::streamsize>(image->rgba.size()));
+    if (!write_png(folder + "/" + std::to_string(kind) + ".png", *image)) return 1;
+  }
+  std::printf("%.17g %.17g %.17g %.17g\n", camera.target.x, camera.target.y, camera.target.z,
+              camera.distance);
+  return 0;
+}
