@@ -233,6 +233,13 @@ void isosplat_view_zoom(double* camera, double factor) {
   write_camera(zoomed(read_camera(camera), factor, bounding_sphere(view().grid).radius), camera);
 }
 
+void isosplat_view_projection(const double* camera, int32_t width, int32_t height,
+                              double* clip_from_world) {
+  const Projection projected = projection(read_camera(camera), bounding_sphere(view().grid),
+                                          {0, 0, 0}, std::max(width, 1), std::max(height, 1));
+  std::copy(projected.clip_from_world.begin(), projected.clip_from_world.end(), clip_from_world);
+}
+
 int32_t isosplat_view_needs_redraw(int32_t width, int32_t height) {
   return view().renderer && view().renderer->needs_redraw(width, height);
 }

@@ -53,6 +53,11 @@ void isosplat_view_orbit(double* camera, double right_degrees, double up_degrees
 void isosplat_view_pan(double* camera, double right_px, double down_px, double image_height_px);
 void isosplat_view_zoom(double* camera, double factor);
 
+/// What draw() will use for a picture of this size: clip space from world, 16 numbers, column by
+/// column. For choosing what to fetch.
+void isosplat_view_projection(const double* camera, int32_t width, int32_t height,
+                              double* clip_from_world);
+
 /// 1 if a draw of this size would change the picture.
 int32_t isosplat_view_needs_redraw(int32_t width, int32_t height);
 
