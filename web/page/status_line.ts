@@ -1,6 +1,7 @@
 import type { Progress } from "../stream/types.ts";
 import type { FrameReport } from "../viewer/types.ts";
 import { formatBytes, formatCount } from "./format.ts";
+import { levelText, stateText } from "./status_text.ts";
 
 const everyMs = 200;
 
@@ -83,27 +84,4 @@ export class StatusLine {
 /** Screen readers speak up when the text changes, so it is left alone when it has not. */
 function set(element: HTMLElement, text: string): void {
   if (element.textContent !== text) element.textContent = text;
-}
-
-export function levelText({ finestLevel, coarsestLevel }: Progress): string {
-  if (finestLevel < 0) return "";
-  if (coarsestLevel === 0) return "full resolution";
-  if (finestLevel === coarsestLevel) return `level ${finestLevel}`;
-  return `levels ${finestLevel}–${coarsestLevel}`;
-}
-
-export function stateText(progress: Progress): string {
-  const toGo = progress.bytesToGo > 0 ? `${formatBytes(progress.bytesToGo)} to go` : "";
-  switch (progress.state) {
-    case "complete":
-      return progress.limitedByBudget ? "complete within the memory budget" : "complete";
-    case "opening":
-      return "opening";
-    case "offline":
-      return "offline, trying again";
-    case "waiting":
-      return "";
-    case "refining":
-      return toGo || "refining";
-  }
 }

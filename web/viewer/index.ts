@@ -1,4 +1,4 @@
 export { type CameraActions, handleCameraKey } from "./controls.ts";
 export * from "./types.ts";
-export { ViewError } from "./view_module.ts";
+export { compiledView, ViewError } from "./view_module.ts";
 export { type OpenOptions, Viewer, type ViewerEvents, type ViewerOptions } from "./viewer.ts";

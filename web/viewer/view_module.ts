@@ -1,3 +1,4 @@
+import wasmUrl from "@wasm/isosplat-view.wasm?url";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
 import type { Camera, ClipBox, Look, SplatKind, Surface } from "./types.ts";
 import { colourings, colourMaps, splatKinds } from "./types.ts";
@@ -67,6 +68,42 @@ export function colourChannels(colour: string): [number, number, number] {
 }
 
 let canvasNumber = 0;
+let compiled: Promise<WebAssembly.Module> | null = null;
+
+/** The module's code, fetched and compiled once. Call it early to have it sooner. */
+export function compiledView(): Promise<WebAssembly.Module> {
+  compiled ??= compile();
+  // A failure is not kept: the next call tries again.
+  compiled.catch(() => {
+    compiled = null;
+  });
+  return compiled;
+}
+
+async function compile(): Promise<WebAssembly.Module> {
+  const response = await fetch(wasmUrl);
+  if (!response.ok) {
+    throw new ViewError(`expected the renderer at ${wasmUrl}, found status ${response.status}`);
+  }
+  // Static hosts that do not know .wasm send another type, which streaming refuses.
+  const isTyped = response.headers.get("content-type")?.startsWith("application/wasm");
+  if (isTyped) return WebAssembly.compileStreaming(response);
+  return WebAssembly.compile(await response.arrayBuffer());
+}
+
+/** Emscripten's own way does not say when it fails. */
+function instantiate(factory: Factory, wasm: WebAssembly.Module): Promise<Exports> {
+  return new Promise((resolve, reject) => {
+    const instantiateWasm = (
+      imports: WebAssembly.Imports,
+      receive: (instance: WebAssembly.Instance, module: WebAssembly.Module) => void,
+    ) => {
+      WebAssembly.instantiate(wasm, imports).then((instance) => receive(instance, wasm), reject);
+      return {};
+    };
+    factory({ instantiateWasm }).then((exports) => resolve(exports as Exports), reject);
+  });
+}
 
 /**
  * The C++ renderer (shared/render) on one canvas, through the C functions of shared/wasm/view_api.h.
@@ -91,13 +128,11 @@ export class ViewModule {
    * is none to be had.
    */
   static async create(canvas: HTMLCanvasElement): Promise<ViewModule> {
-    const [{ default: factory }, { default: wasmUrl }] = await Promise.all([
+    const [{ default: factory }, wasm] = await Promise.all([
       import("@wasm/isosplat-view.js"),
-      import("@wasm/isosplat-view.wasm?url"),
+      compiledView(),
     ]);
-    const exports = (await (factory as Factory)({
-      locateFile: (file: string) => (file.endsWith(".wasm") ? wasmUrl : file),
-    })) as Exports;
+    const exports = await instantiate(factory as Factory, wasm);
     const view = new ViewModule(exports);
     // The C side finds its canvas by selector.
     canvas.id ||= `isosplat-canvas-${++canvasNumber}`;

@@ -1,0 +1,88 @@
+import { describe, expect, it } from "vitest";
+import { formatBytes, formatCount, formatValue } from "../../web/page/format.ts";
+import { isovalueScale, roundStep, snapped } from "../../web/page/isovalue_scale.ts";
+import { levelText, stateText } from "../../web/page/status_text.ts";
+import type { Progress } from "../../web/stream/types.ts";
+
+describe("numbers for people", () => {
+  it("has three digits and a unit", () => {
+    expect([0, 999, 1000, 12_345, 999_499, 999_500, 1.2345e9].map(formatCount)).toEqual([
+      "0",
+      "999",
+      "1.00 k",
+      "12.3 k",
+      "999 k",
+      "1.00 M",
+      "1.23 G",
+    ]);
+    expect([0, 523_000, 6.0e6].map(formatBytes)).toEqual(["0 B", "523 KB", "6.00 MB"]);
+  });
+
+  it("writes isovalues without noise", () => {
+    expect([60.5, 0.1 + 0.2, -1024, 1e-7, Number.NaN].map(formatValue)).toEqual([
+      "60.5",
+      "0.3",
+      "-1024",
+      "1e-7",
+      "–",
+    ]);
+  });
+});
+
+describe("the isovalue scale", () => {
+  it("steps by halves through 8 bit", () => {
+    const scale = isovalueScale([0, 255], 1);
+    expect(scale).toEqual({ low: 0, high: 255, step: 0.5 });
+    expect(snapped(60.4, scale)).toBe(60.5);
+    expect(snapped(-3, scale)).toBe(0);
+    expect(snapped(300, scale)).toBe(255);
+  });
+
+  it("steps by round numbers through anything else", () => {
+    expect(isovalueScale([-1024, 3071], 1).step).toBe(2);
+    expect(isovalueScale([0, 1], 1 / 65534).step).toBe(0.0005);
+    expect([0.0037, 0.1, 7, 250].map(roundStep)).toEqual([0.002, 0.1, 5, 200]);
+  });
+
+  it("stays within a range that is no multiple of the step", () => {
+    const scale = isovalueScale([-0.51, 0.777], 2e-5);
+    expect(snapped(1, scale)).toBe(0.777);
+    expect(snapped(-1, scale)).toBe(-0.51);
+  });
+
+  it("survives a volume of one value", () => {
+    const scale = isovalueScale([5, 5], 1);
+    expect(scale.high).toBeGreaterThan(scale.low);
+    expect(snapped(5, scale)).toBe(5);
+  });
+});
+
+describe("the status line", () => {
+  const progress: Progress = {
+    state: "refining",
+    chunksToGo: 3,
+    bytesToGo: 120_000,
+    bytesFetched: 5,
+    requests: 1,
+    chunksResident: 0,
+    samplesResident: 0,
+    sampleBudget: 1e6,
+    finestLevel: 0,
+    coarsestLevel: 2,
+    limitedByBudget: false,
+    complete: false,
+  };
+
+  it("says what is to go, and when it is complete", () => {
+    expect(stateText(progress)).toBe("120 KB to go");
+    expect(stateText({ ...progress, state: "complete" })).toBe("complete");
+    expect(stateText({ ...progress, state: "offline" })).toContain("trying again");
+  });
+
+  it("says which levels are shown", () => {
+    expect(levelText(progress)).toBe("levels 0–2");
+    expect(levelText({ ...progress, coarsestLevel: 0 })).toBe("full resolution");
+    expect(levelText({ ...progress, finestLevel: 2 })).toBe("level 2");
+    expect(levelText({ ...progress, finestLevel: -1 })).toBe("");
+  });
+});

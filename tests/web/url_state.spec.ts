@@ -1,0 +1,78 @@
+import { describe, expect, it } from "vitest";
+import { readUrl, type UrlState, writeUrl } from "../../web/page/url_state.ts";
+
+const everything: UrlState = {
+  volume: "engine",
+  isovalues: [60.5, 180],
+  colours: ["#d9ccb3", "#c8553d"],
+  opacities: [0.4, 1],
+  camera: {
+    azimuth: 30.25,
+    elevation: -12.5,
+    distance: 512.125,
+    target: [127.5, -3, 0.5],
+    roll: 5,
+    fieldOfView: 45,
+  },
+  kind: "exact",
+  colourBy: "projection-error",
+  colourMap: "magma",
+  background: "#102030",
+  eyeDome: 0.25,
+  clip: { low: [0, 0.25, 0], high: [1, 1, 0.5] },
+};
+
+describe("the address of a view", () => {
+  it("is read as it was written", () => {
+    expect(readUrl(writeUrl(everything))).toEqual(everything);
+  });
+
+  it("keeps what a person would type", () => {
+    expect(readUrl("?volume=engine&isovalue=60.5")).toEqual({
+      volume: "engine",
+      isovalues: [60.5],
+    });
+    expect(writeUrl({ volume: "engine", isovalues: [60.5, 70] })).toBe(
+      "?volume=engine&isovalue=60.5,70",
+    );
+  });
+
+  it("leaves out roll and field of view where they are the usual ones", () => {
+    const camera = { ...everything.camera, roll: 0, fieldOfView: 30 } as UrlState["camera"];
+    const text = writeUrl({ camera } as UrlState);
+    expect(text).toBe("?camera=30.25,-12.5,512.125,127.5,-3,0.5");
+    expect(readUrl(text).camera).toEqual(camera);
+  });
+
+  it("carries a store's address with its own query", () => {
+    const src = "https://example.org/a b.isosplat?x=1&y=2#z";
+    expect(readUrl(writeUrl({ src })).src).toBe(src);
+  });
+
+  it.each([
+    ["isovalue=abc", "isovalues"],
+    ["isovalue=", "isovalues"],
+    ["isovalue=1,,2", "isovalues"],
+    ["isovalue=NaN", "isovalues"],
+    ["isovalue=Infinity", "isovalues"],
+    ["colour=red", "colours"],
+    ["opacity=2", "opacities"],
+    ["camera=1,2,3", "camera"],
+    ["camera=1,2,-3,0,0,0", "camera"],
+    ["camera=1,200,3,0,0,0", "camera"],
+    ["kind=triangles", "kind"],
+    ["colour-by=taste", "colourBy"],
+    ["map=rainbow", "colourMap"],
+    ["background=javascript:x", "background"],
+    ["shade=7", "eyeDome"],
+    ["clip=0,1,0,1,0.5,0.5", "clip"],
+    ["clip=0,1,0,1,0,2", "clip"],
+  ])("takes %s as missing", (query, key) => {
+    expect(readUrl(`?${query}`)).not.toHaveProperty(key);
+  });
+
+  it("takes no more isosurfaces than can be drawn", () => {
+    const many = Array.from({ length: 20 }, (_, i) => i).join(",");
+    expect(readUrl(`?isovalue=${many}`).isovalues).toHaveLength(8);
+  });
+});
