@@ -1,0 +1,36 @@
+#pragma once
+
+#include <unordered_map>
+#include <vector>
+
+#include "shared/select/selector.h"
+
+namespace isosplat {
+
+/// The chunks that have come up so far, by handle, and which of them are resident.
+class ChunkTable {
+ public:
+  ChunkHandle handle_of(const ChunkRef& chunk);
+
+  bool contains(ChunkHandle handle) const { return handle < chunks_.size(); }
+  const ChunkRef& chunk(ChunkHandle handle) const { return chunks_[handle]; }
+  bool is_resident(ChunkHandle handle) const { return resident_[handle]; }
+  void set_resident(ChunkHandle handle, bool resident);
+
+  /// Whether a chunk of a finer block that lies within this block is resident.
+  bool any_resident_below(BlockKey block) const { return below_.contains(pack(block)); }
+
+  /// A block's key in 47 bits: kMaxVoxelsPerAxis allows 2^14 blocks along an axis, and 17 levels.
+  static uint64_t pack(BlockKey block) {
+    return static_cast<uint64_t>(block.level) << 42 | static_cast<uint64_t>(block.index.z) << 28 |
+           static_cast<uint64_t>(block.index.y) << 14 | static_cast<uint64_t>(block.index.x);
+  }
+
+ private:
+  std::vector<ChunkRef> chunks_;
+  std::vector<bool> resident_;
+  std::unordered_map<uint64_t, ChunkHandle> handles_;  ///< by packed block and slab
+  std::unordered_map<uint64_t, uint32_t> below_;       ///< resident chunks of finer blocks, if any
+};
+
+}  // namespace isosplat
