@@ -1,16 +1,36 @@
-/** The core in WebAssembly, for Node and browsers. */
-export interface Core {
-  close(): void;
-}
+/**
+ * The core in WebAssembly, for Node and browsers:
+ *
+ *     const core = await loadCore({ wasmBinary: readFileSync("build/wasm/web/isosplat-core.wasm") });
+ *     const store = core.openStore(bytes.subarray(0, 65536));
+ *     for (const page of store.missingPages(0, isovalue)) store.addPage(page, …);
+ *     for (const chunk of store.chunksFor(0, isovalue)) {
+ *       const points = store.project(chunk, bytes.subarray(chunk.offset, …), isovalue);
+ *     }
+ *     store.close();
+ */
+import { Core } from "./core.ts";
+import type { CoreModule } from "./module.ts";
+
+export * from "./core.ts";
+export type { CoreModule } from "./module.ts";
+export type { Chunk, Page } from "./records.ts";
 
 /** Where the core's functions come from: its own module, or a larger one that contains it. */
 export interface CoreOptions {
   /** The bytes of isosplat-core.wasm (Node). */
   wasmBinary?: Uint8Array;
-  /** The address of isosplat-core.wasm (browser). Default: beside the module. */
+  /** The address of isosplat-core.wasm (browser). Default: beside its module, as Vite places it. */
   url?: string;
-  /** An instance that exports the core's functions, such as isosplat-view. */
-  module?: unknown;
+  /** An instance that has the core's functions already, such as that of isosplat-view. */
+  module?: CoreModule;
 }
 
-export declare function loadCore(options?: CoreOptions): Promise<Core>;
+export async function loadCore(options: CoreOptions = {}): Promise<Core> {
+  if (options.module) return new Core(options.module);
+  const { default: createModule } = await import("../../build/wasm/web/isosplat-core.js");
+  if (options.wasmBinary) return new Core(await createModule({ wasmBinary: options.wasmBinary }));
+  const url =
+    options.url ?? new URL("../../build/wasm/web/isosplat-core.wasm", import.meta.url).href;
+  return new Core(await createModule({ locateFile: () => url }));
+}

@@ -1,0 +1,214 @@
+import { afterEach, beforeAll, expect, test } from "vitest";
+import { type Chunk, type Core, CoreError, type Store } from "../../web/core/index.ts";
+import { code, core as load, offset, openWhole, storeBytes, voxels } from "./fixture.ts";
+
+let core: Core;
+let file: Uint8Array;
+const open: Store[] = [];
+
+beforeAll(async () => {
+  core = await load();
+  file = storeBytes();
+});
+
+afterEach(() => {
+  for (const store of open.splice(0)) store.close();
+});
+
+function whole(): Store {
+  const store = openWhole(core, file);
+  open.push(store);
+  return store;
+}
+
+function bytesOf(chunk: Chunk): Uint8Array {
+  return file.subarray(chunk.offset, chunk.offset + chunk.bytes);
+}
+
+test("the head says what the volume is", () => {
+  const { info } = whole();
+  expect(info.voxels).toEqual(voxels);
+  expect(info.spacing).toEqual([1, 1, 1.5]);
+  expect(info.origin).toEqual([-10, 20, 30]);
+  expect(info.mapping).toEqual({
+    offset,
+    scale: 1,
+    maxError: 0,
+    bits: 16,
+    hasMissing: false,
+  });
+  expect(info.fileBytes).toBe(file.length);
+  expect(info.contentId).toMatch(/^[0-9a-f]{32}$/);
+  expect(info.metadata.name).toBe("test");
+  expect(info.levels).toBe(5);
+});
+
+test("pages that are missing are named, and chunks need them", () => {
+  const store = core.openStore(file.subarray(0, 65536));
+  open.push(store);
+  const missing = store.missingPages(0, 100.5);
+  expect(missing.length).toBeGreaterThan(0);
+  expect(() => store.chunksFor(0, 100.5)).toThrow(/page_not_resident/);
+  for (const index of missing) {
+    const page = store.pages()[index];
+    if (!page) throw new Error("no such page");
+    store.addPage(index, file.subarray(page.offset, page.offset + page.bytes));
+  }
+  expect(store.missingPages(0, 100.5)).toEqual([]);
+  expect(store.chunksFor(0, 100.5).length).toBeGreaterThan(0);
+});
+
+test("the chunks of an isovalue hold exactly its active cells, once each", () => {
+  const store = whole();
+  for (const isovalue of [-100, -99.5, 0, 100.5, 420.25, 506, 1000]) {
+    const isocode = isovalue - offset;
+    const active = new Set<number>();
+    let repeated = 0;
+    for (const chunk of store.chunksFor(0, isovalue)) {
+      const samples = store.decodeSamples(chunk, bytesOf(chunk));
+      const packed = store.decodePacked(chunk, bytesOf(chunk));
+      expect(samples.count).toBe(chunk.cells);
+      expect(packed.length).toBe(4 * chunk.cells);
+      for (let i = 0; i < samples.count; ++i) {
+        const low = (samples.intervals[2 * i] ?? 0) - offset;
+        const high = (samples.intervals[2 * i + 1] ?? 0) - offset;
+        if (!(low <= isocode && isocode < high)) continue;
+        const [x, y, z] = cellOf(samples.positions, i);
+        const cell = (z * voxels[1] + y) * voxels[0] + x;
+        if (active.has(cell)) ++repeated;
+        active.add(cell);
+      }
+    }
+    expect(repeated).toBe(0);
+    expect(active.size).toBe(countActive(isocode));
+  }
+});
+
+/** The cell of a sample at its centre. */
+function cellOf(positions: Float32Array, i: number): [number, number, number] {
+  const at = (axis: number): number => positions[3 * i + axis] ?? 0;
+  return [
+    Math.round(at(0) + 10 - 0.5),
+    Math.round(at(1) - 20 - 0.5),
+    Math.round((at(2) - 30) / 1.5 - 0.5),
+  ];
+}
+
+function countActive(isocode: number): number {
+  const [nx, ny, nz] = voxels;
+  let count = 0;
+  for (let z = 0; z + 1 < nz; ++z) {
+    for (let y = 0; y + 1 < ny; ++y) {
+      for (let x = 0; x + 1 < nx; ++x) {
+        let [low, high] = [Infinity, -Infinity];
+        for (let i = 0; i < 8; ++i) {
+          const value = code(x + (i & 1), y + ((i >> 1) & 1), z + (i >> 2));
+          low = Math.min(low, value);
+          high = Math.max(high, value);
+        }
+        if (low <= isocode && isocode < high) ++count;
+      }
+    }
+  }
+  return count;
+}
+
+test("samples carry the trilinear value and gradient at the cell's centre", () => {
+  const store = whole();
+  const [chunk] = store.chunksFor(0, 200.5);
+  if (!chunk) throw new Error("no chunk");
+  const samples = store.decodeSamples(chunk, bytesOf(chunk));
+  for (let i = 0; i < samples.count; i += 97) {
+    const [x, y, z] = cellOf(samples.positions, i);
+    const corner = (c: number): number =>
+      code(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2)) + offset;
+    const sum = (weight: (c: number) => number): number =>
+      [0, 1, 2, 3, 4, 5, 6, 7].reduce((total, c) => total + weight(c) * corner(c), 0);
+    expect(samples.values[i]).toBeCloseTo(
+      sum(() => 1 / 8),
+      3,
+    );
+    for (const axis of [0, 1, 2]) {
+      const slope = sum((c) => ((c >> axis) & 1 ? 1 : -1) / 4) / (axis === 2 ? 1.5 : 1);
+      expect(samples.gradients[3 * i + axis]).toBeCloseTo(slope, 3);
+    }
+  }
+});
+
+test("exactly projected points lie on the trilinear surface", () => {
+  const store = whole();
+  const isovalue = 310.5;
+  const [chunk] = store.chunksFor(0, isovalue);
+  if (!chunk) throw new Error("no chunk");
+  const exact = store.project(chunk, bytesOf(chunk), isovalue, { exact: true });
+  const newton = store.project(chunk, bytesOf(chunk), isovalue);
+  expect(exact.count).toBeGreaterThan(100);
+  expect(newton.count).toBeGreaterThan(100);
+  let onSurface = 0;
+  for (let i = 0; i < exact.count; ++i) {
+    const [px = 0, py = 0, pz = 0] = exact.positions.subarray(3 * i, 3 * i + 3);
+    if (Math.abs(trilinear(px + 10, py - 20, (pz - 30) / 1.5) + offset - isovalue) < 0.05) {
+      ++onSurface;
+    }
+    const [nx = 0, ny = 0, nz = 0] = exact.normals.subarray(3 * i, 3 * i + 3);
+    expect(Math.hypot(nx, ny, nz)).toBeCloseTo(1, 4);
+  }
+  // The others' gradient rays leave the cell before they meet the surface.
+  expect(onSurface / exact.count).toBeGreaterThan(0.7);
+});
+
+function trilinear(x: number, y: number, z: number): number {
+  const [i, j, k] = [Math.floor(x), Math.floor(y), Math.floor(z)];
+  const f = [x - i, y - j, z - k];
+  let value = 0;
+  for (let c = 0; c < 8; ++c) {
+    const weight = f.reduce((w, v, axis) => w * ((c >> axis) & 1 ? v : 1 - v), 1);
+    value += weight * code(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
+  }
+  return value;
+}
+
+test("errors carry the status' name and say what was expected", () => {
+  const failure = (run: () => unknown): CoreError => {
+    try {
+      run();
+    } catch (error) {
+      if (error instanceof CoreError) return error;
+    }
+    throw new Error("expected a CoreError");
+  };
+  expect(failure(() => core.openStore(new Uint8Array(100))).status).toBe("not_a_store");
+  expect(failure(() => core.openStore(file.subarray(0, 40))).status).toBe("truncated");
+  const flipped = file.slice(0, 65536);
+  flipped[60] = (flipped[60] ?? 0) ^ 1;
+  expect(failure(() => core.openStore(flipped)).status).toBe("checksum_mismatch");
+  const store = whole();
+  expect(failure(() => store.chunksFor(9, 0)).status).toBe("not_found");
+  expect(failure(() => store.setResident(1e6, true)).status).toBe("not_found");
+  const [chunk] = store.chunksFor(1, 100.5);
+  if (!chunk) throw new Error("no chunk");
+  const short = bytesOf(chunk).subarray(0, 10);
+  const error = failure(() => store.decodePacked(chunk, short));
+  expect(["truncated", "malformed_chunk"]).toContain(error.status);
+  expect(error.message.length).toBeGreaterThan(20);
+});
+
+test("a chunk's checksum is the directory's", () => {
+  const store = whole();
+  for (const chunk of store.chunksFor(2, 100.5)) {
+    expect(core.checksum(bytesOf(chunk))).toBe(chunk.checksum);
+  }
+});
+
+test("stores that are closed give their memory back", () => {
+  const openAndClose = (): number => {
+    const store = openWhole(core, file);
+    for (const chunk of store.chunksFor(1, 100.5)) store.decodeSamples(chunk, bytesOf(chunk));
+    store.close();
+    return core.heapBytes;
+  };
+  for (let i = 0; i < 3; ++i) openAndClose();
+  const before = openAndClose();
+  for (let i = 0; i < 50; ++i) openAndClose();
+  expect(openAndClose()).toBe(before);
+});

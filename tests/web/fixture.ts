@@ -1,0 +1,42 @@
+/** What the tests in Node share: the core, and the store that write_store_fixture.cpp makes. */
+import { existsSync, readFileSync } from "node:fs";
+import { type Core, loadCore, type Store } from "../../web/core/index.ts";
+
+const built = new URL("../../build/", import.meta.url);
+
+export function wasmBinary(): Uint8Array {
+  return readFileSync(new URL("wasm/web/isosplat-core.wasm", built));
+}
+
+export async function core(): Promise<Core> {
+  return loadCore({ wasmBinary: wasmBinary() });
+}
+
+/** From the first preset in which the tests were built. */
+export function storeBytes(): Uint8Array {
+  for (const preset of ["release", "debug", "sanitizers"]) {
+    const file = new URL(`${preset}/tests/shared/fixture.isosplat`, built);
+    if (existsSync(file)) return new Uint8Array(readFileSync(file));
+  }
+  throw new Error("build/release/tests/shared/fixture.isosplat is missing: npm run build");
+}
+
+export const voxels = [150, 131, 70] as const;
+/** The fixture's values are its codes less 100. */
+export const offset = -100;
+
+/** The code of a voxel, by the formula of tests/shared/store_fixture.h. */
+export function code(x: number, y: number, z: number): number {
+  const [dx, dy, dz] = [2 * x - voxels[0], 2 * y - voxels[1], 2 * z - voxels[2]];
+  const fall = Math.trunc((600 * (dx * dx + dy * dy + dz * dz)) / (70 * 70 * 2));
+  const hash = Math.imul(x * 31 + y * 17 + z * 7, 2654435761) >>> 29;
+  return Math.max(0, 600 - fall) + hash;
+}
+
+export function openWhole(core: Core, bytes: Uint8Array): Store {
+  const store = core.openStore(bytes.subarray(0, 65536));
+  for (const page of store.pages()) {
+    store.addPage(page.index, bytes.subarray(page.offset, page.offset + page.bytes));
+  }
+  return store;
+}

@@ -1,0 +1,383 @@
+import type { StoreInfo, Triple } from "../stream/types.ts";
+import type { CoreModule } from "./module.ts";
+import { type Chunk, type Page, readChunks, readInfo, readPages, readWords } from "./records.ts";
+
+/** A call into the core failed. `status` is the name in shared/base/status.h. */
+export class CoreError extends Error {
+  readonly status: string;
+  constructor(status: string, message: string) {
+    super(`${status}: ${message}`);
+    this.name = "CoreError";
+    this.status = status;
+  }
+}
+
+/** What a chunk's decoding needs to know beside its bytes. */
+export type ChunkShape = Pick<Chunk, "level" | "blockCells" | "slabBegin" | "slabEnd" | "cells">;
+
+/** The samples at the centres of a chunk's cells; arrays of three per sample are x, y, z. */
+export interface Samples {
+  count: number;
+  /** World positions. */
+  positions: Float32Array;
+  /** In the volume's values. */
+  values: Float32Array;
+  /** Values per world unit. */
+  gradients: Float32Array;
+  /** Lowest and highest value of each cell, two per sample. */
+  intervals: Float32Array;
+}
+
+/** Points of an isosurface, x, y, z each; normals of unit length, towards smaller values. */
+export interface Points {
+  count: number;
+  positions: Float32Array;
+  normals: Float32Array;
+}
+
+/** What is looked at, for Store.select. */
+export interface CoreView {
+  /** World to clip space, 16 numbers, column-major. */
+  viewProjection: ArrayLike<number>;
+  width: number;
+  height: number;
+  isovalues: readonly number[];
+  loadCellPixels: number;
+  drawCellPixels: number;
+  cellBudget: number;
+  /** Only expected: leaves no trace in what later selections hold on to. */
+  ahead?: boolean;
+}
+
+/** What a view needs (Selection in shared/select/selector.h). */
+export interface CoreSelection {
+  /** Chunks and directory pages to fetch, the most needed first. */
+  load: Chunk[];
+  pages: number[];
+  /** Resident chunks to draw, and two words of regions for each. */
+  drawn: Uint32Array;
+  regions: Uint32Array;
+  /** Resident chunks that the view needs, drawn yet or not. */
+  keep: Uint32Array;
+  finestLevel: number;
+  coarsestLevel: number;
+  limitedByBudget: boolean;
+}
+
+/** The end of the file that holds the coarsest levels, chunks and pages. */
+export interface CoarseRange {
+  firstLevel: number;
+  offset: number;
+  bytes: number;
+}
+
+/** The core's functions in one WebAssembly instance. Make stores with it, or decode chunks. */
+export class Core {
+  readonly #module: CoreModule;
+  #decoder = 0;
+
+  constructor(module: CoreModule) {
+    this.#module = module;
+  }
+
+  /** Opens a store from its first min(64 KiB, file size) bytes. Close it to free its memory. */
+  openStore(head: Uint8Array): Store {
+    const calls = new Calls(this.#module);
+    try {
+      calls.withBytes(head, (at) =>
+        calls.check(this.#module._isosplat_core_open(calls.core, at, head.length)),
+      );
+      return new Store(this.#module, calls);
+    } catch (error) {
+      calls.close();
+      throw error;
+    }
+  }
+
+  /** What a chunk's directory entry records of its bytes. */
+  checksum(bytes: Uint8Array): number {
+    const at = copyIn(this.#module, bytes);
+    try {
+      return this.#module._isosplat_core_checksum(at, bytes.length) >>> 0;
+    } finally {
+      this.#module._free(at);
+    }
+  }
+
+  /** Decodes a chunk for the GPU: PackedSample, four words each. Needs no open store. */
+  decodePacked(shape: ChunkShape, bytes: Uint8Array): Uint32Array {
+    this.#decoder ||= this.#module._isosplat_core_create();
+    const calls = new Calls(this.#module, this.#decoder);
+    return calls.decodePacked(shape, bytes);
+  }
+
+  /** What the instance has taken from the system so far; it is never given back, but reused. */
+  get heapBytes(): number {
+    return this.#module.HEAPU8.length;
+  }
+
+  /** Frees the decoder. Stores are closed on their own. */
+  close(): void {
+    if (this.#decoder) this.#module._isosplat_core_destroy(this.#decoder);
+    this.#decoder = 0;
+  }
+}
+
+/** An open store: its directory, as far as it has been added, and what it answers. */
+export class Store {
+  readonly info: StoreInfo;
+  readonly #module: CoreModule;
+  readonly #calls: Calls;
+
+  /** @internal */
+  constructor(module: CoreModule, calls: Calls) {
+    this.#module = module;
+    this.#calls = calls;
+    calls.check(module._isosplat_core_info(calls.core));
+    this.info = readInfo(calls.result(0), calls.result(1), calls.result(2));
+  }
+
+  /** The isovalue as the store's codes, in single precision. */
+  isocode(isovalue: number): number {
+    const { offset, scale } = this.info.mapping;
+    return Math.fround((isovalue - offset) / scale);
+  }
+
+  /** The levels that fit, with their pages, in so many bytes; at least the coarsest one. */
+  coarseRange(maxBytes: number): CoarseRange {
+    this.#calls.check(this.#module._isosplat_core_coarse_range(this.#calls.core, maxBytes));
+    const [firstLevel = 0, offset = 0, bytes = 0] = new Float64Array(
+      this.#calls.result(0).slice().buffer,
+    );
+    return { firstLevel, offset, bytes };
+  }
+
+  pages(): Page[] {
+    this.#calls.check(this.#module._isosplat_core_pages(this.#calls.core));
+    return readPages(this.#calls.result(0));
+  }
+
+  addPage(page: number, bytes: Uint8Array): void {
+    this.#calls.withBytes(bytes, (at) =>
+      this.#calls.check(
+        this.#module._isosplat_core_add_page(this.#calls.core, page, at, bytes.length),
+      ),
+    );
+  }
+
+  /** The pages that `chunksFor` of the same arguments still needs. */
+  missingPages(level: number, low: number, high = low): number[] {
+    const [from, to] = [this.isocode(low), this.isocode(high)];
+    this.#calls.check(this.#module._isosplat_core_missing_pages(this.#calls.core, level, from, to));
+    return Array.from(readWords(this.#calls.result(0)));
+  }
+
+  /**
+   * The chunks of a level that hold every active cell of an isovalue, or of all isovalues from
+   * `low` to `high`, in file order.
+   */
+  chunksFor(level: number, low: number, high = low): Chunk[] {
+    const [from, to] = [this.isocode(low), this.isocode(high)];
+    this.#calls.check(this.#module._isosplat_core_chunks_for(this.#calls.core, level, from, to));
+    return readChunks(this.#calls.result(0));
+  }
+
+  decodePacked(shape: ChunkShape, bytes: Uint8Array): Uint32Array {
+    return this.#calls.decodePacked(shape, bytes);
+  }
+
+  /** Decodes a chunk to samples in the world, as typed arrays that the caller owns. */
+  decodeSamples(chunk: ChunkShape & { block: Triple }, bytes: Uint8Array): Samples {
+    const calls = this.#calls;
+    calls.withChunk(chunk, bytes, (at, shape, block) =>
+      calls.check(
+        this.#module._isosplat_core_decode_samples(calls.core, at, bytes.length, shape, block),
+      ),
+    );
+    const values = calls.floats(1);
+    return {
+      count: values.length,
+      positions: calls.floats(0),
+      values,
+      gradients: calls.floats(2),
+      intervals: calls.floats(3),
+    };
+  }
+
+  /**
+   * Projects a chunk's active samples onto an isosurface. `exact`: to the trilinear surface along
+   * the gradient instead of by one Newton step.
+   */
+  project(
+    chunk: ChunkShape & { block: Triple },
+    bytes: Uint8Array,
+    isovalue: number,
+    options: { exact?: boolean } = {},
+  ): Points {
+    const calls = this.#calls;
+    const isocode = this.isocode(isovalue);
+    const exact = options.exact ? 1 : 0;
+    calls.withChunk(chunk, bytes, (at, shape, block) =>
+      calls.check(
+        this.#module._isosplat_core_project(
+          calls.core,
+          at,
+          bytes.length,
+          shape,
+          block,
+          isocode,
+          exact,
+        ),
+      ),
+    );
+    const positions = calls.floats(0);
+    return { count: positions.length / 3, positions, normals: calls.floats(1) };
+  }
+
+  /** Which chunks to load and to draw for a view. */
+  select(view: CoreView): CoreSelection {
+    const calls = this.#calls;
+    const numbers = new Float64Array(22);
+    numbers.set(Array.from({ length: 16 }, (_, i) => view.viewProjection[i] ?? 0));
+    numbers.set(
+      [
+        view.width,
+        view.height,
+        view.loadCellPixels,
+        view.drawCellPixels,
+        view.cellBudget,
+        view.ahead ? 1 : 0,
+      ],
+      16,
+    );
+    const isocodes = Float32Array.from(view.isovalues, (isovalue) => this.isocode(isovalue));
+    calls.withBytes(asBytes(numbers), (numbersAt) =>
+      calls.withBytes(asBytes(isocodes), (isocodesAt) =>
+        calls.check(
+          this.#module._isosplat_core_select(calls.core, numbersAt, isocodesAt, isocodes.length),
+        ),
+      ),
+    );
+    const draw = readWords(calls.result(2));
+    const count = draw.length / 3;
+    const drawn = new Uint32Array(count);
+    const regions = new Uint32Array(2 * count);
+    for (let i = 0; i < count; ++i) {
+      drawn[i] = draw[3 * i] ?? 0;
+      regions[2 * i] = draw[3 * i + 1] ?? 0;
+      regions[2 * i + 1] = draw[3 * i + 2] ?? 0;
+    }
+    const keep = readWords(calls.result(3));
+    return {
+      load: readChunks(calls.result(0)),
+      pages: Array.from(readWords(calls.result(1))),
+      drawn,
+      regions,
+      keep: keep.slice(3),
+      finestLevel: (keep[0] ?? 0) | 0,
+      coarsestLevel: (keep[1] ?? 0) | 0,
+      limitedByBudget: keep[2] === 1,
+    };
+  }
+
+  /** Says that a chunk has been decoded and may be drawn, or no longer may. */
+  setResident(handle: number, resident: boolean): void {
+    this.#calls.check(
+      this.#module._isosplat_core_set_resident(this.#calls.core, handle, resident ? 1 : 0),
+    );
+  }
+
+  /** Frees everything. The store must not be used afterwards. */
+  close(): void {
+    this.#calls.close();
+  }
+}
+
+/** Calls with memory: what goes in is freed in `finally`, what comes out is read anew each time. */
+class Calls {
+  readonly module: CoreModule;
+  core: number;
+
+  constructor(module: CoreModule, core = module._isosplat_core_create()) {
+    this.module = module;
+    this.core = core;
+  }
+
+  check(status: number): void {
+    if (status === 0) return;
+    throw new CoreError(
+      text(this.module, this.module._isosplat_core_status_name(status)),
+      text(this.module, this.module._isosplat_core_error(this.core)),
+    );
+  }
+
+  /** A result buffer, valid until the next call. */
+  result(buffer: number): Uint8Array {
+    const at = this.module._isosplat_core_result(this.core, buffer);
+    const bytes = this.module._isosplat_core_result_bytes(this.core, buffer);
+    return this.module.HEAPU8.subarray(at, at + bytes);
+  }
+
+  /** A result buffer of floats, copied. */
+  floats(buffer: number): Float32Array {
+    return new Float32Array(this.result(buffer).slice().buffer);
+  }
+
+  withBytes(bytes: Uint8Array, use: (at: number) => void): void {
+    const at = copyIn(this.module, bytes);
+    try {
+      use(at);
+    } finally {
+      this.module._free(at);
+    }
+  }
+
+  withChunk(
+    chunk: ChunkShape & { block?: Triple },
+    bytes: Uint8Array,
+    use: (at: number, shape: number, block: number) => void,
+  ): void {
+    const words = Uint32Array.from([
+      ...chunk.blockCells,
+      chunk.slabBegin,
+      chunk.slabEnd,
+      chunk.cells,
+      chunk.level,
+      ...(chunk.block ?? [0, 0, 0]),
+    ]);
+    this.withBytes(bytes, (at) =>
+      this.withBytes(asBytes(words), (shape) => use(at, shape, shape + 28)),
+    );
+  }
+
+  decodePacked(shape: ChunkShape, bytes: Uint8Array): Uint32Array {
+    this.withChunk(shape, bytes, (at, words) =>
+      this.check(this.module._isosplat_core_decode_packed(this.core, at, bytes.length, words)),
+    );
+    return new Uint32Array(this.result(0).slice().buffer);
+  }
+
+  close(): void {
+    if (this.core) this.module._isosplat_core_destroy(this.core);
+    this.core = 0;
+  }
+}
+
+function asBytes(array: Float64Array | Float32Array | Uint32Array): Uint8Array {
+  return new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
+}
+
+function copyIn(module: CoreModule, bytes: Uint8Array): number {
+  // One byte more, so that nothing is asked of malloc(0).
+  const at = module._malloc(bytes.length + 1);
+  if (at === 0) {
+    throw new CoreError("out_of_memory", `no room for ${bytes.length} bytes in the core's memory`);
+  }
+  module.HEAPU8.set(bytes, at);
+  return at;
+}
+
+function text(module: CoreModule, at: number): string {
+  const end = module.HEAPU8.indexOf(0, at);
+  return new TextDecoder().decode(module.HEAPU8.slice(at, end));
+}

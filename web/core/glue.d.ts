@@ -1,0 +1,10 @@
+/** The module that Emscripten writes beside isosplat-core.wasm. */
+declare module "*/isosplat-core.js" {
+  import type { CoreModule } from "./module.ts";
+
+  const createModule: (options: {
+    wasmBinary?: Uint8Array;
+    locateFile?: (file: string) => string;
+  }) => Promise<CoreModule>;
+  export default createModule;
+}

@@ -1,0 +1,43 @@
+/**
+ * The exports of shared/wasm/core_api.h, which says what each means: of the module isosplat-core,
+ * and of isosplat-view, which contains them.
+ */
+export interface CoreModule {
+  /** Valid until the next call into the module: a growing heap replaces it. */
+  HEAPU8: Uint8Array;
+  _malloc(bytes: number): number;
+  _free(pointer: number): void;
+  _isosplat_core_create(): number;
+  _isosplat_core_destroy(core: number): void;
+  _isosplat_core_error(core: number): number;
+  _isosplat_core_status_name(status: number): number;
+  _isosplat_core_result(core: number, buffer: number): number;
+  _isosplat_core_result_bytes(core: number, buffer: number): number;
+  _isosplat_core_open(core: number, head: number, bytes: number): number;
+  _isosplat_core_info(core: number): number;
+  _isosplat_core_coarse_range(core: number, maxBytes: number): number;
+  _isosplat_core_pages(core: number): number;
+  _isosplat_core_add_page(core: number, page: number, data: number, bytes: number): number;
+  _isosplat_core_missing_pages(core: number, level: number, low: number, high: number): number;
+  _isosplat_core_chunks_for(core: number, level: number, low: number, high: number): number;
+  _isosplat_core_checksum(data: number, bytes: number): number;
+  _isosplat_core_decode_packed(core: number, data: number, bytes: number, shape: number): number;
+  _isosplat_core_decode_samples(
+    core: number,
+    data: number,
+    bytes: number,
+    shape: number,
+    block: number,
+  ): number;
+  _isosplat_core_project(
+    core: number,
+    data: number,
+    bytes: number,
+    shape: number,
+    block: number,
+    isocode: number,
+    exact: number,
+  ): number;
+  _isosplat_core_select(core: number, view: number, isocodes: number, count: number): number;
+  _isosplat_core_set_resident(core: number, handle: number, resident: number): number;
+}
