@@ -28,8 +28,11 @@ export interface Source {
   /** Requests made and payload bytes received so far. */
   readonly requests: number;
   readonly bytesReceived: number;
-  /** The store's head: the first bytes of the file. */
-  head(signal: AbortSignal): Promise<Uint8Array>;
+  /**
+   * The store's head: the first bytes of the file. `whole`: as many as a head may have, where fewer
+   * turned out too few.
+   */
+  head(signal: AbortSignal, whole?: boolean): Promise<Uint8Array>;
   /** A stretch of the file, handed on in order as it arrives (pages, the coarse end). */
   range(
     offset: number,
@@ -51,6 +54,8 @@ export interface Source {
     signal: AbortSignal,
     arrived: (chunk: C, bytes: Uint8Array) => void,
   ): Promise<void>;
+  /** From now on every request goes past the caches: they hold wrong bytes. */
+  distrustCaches(): void;
   /**
    * How to cut a list of wanted chunks, in order of need, into calls of `chunks`: the first group
    * is asked for next. A source that pays by request makes groups large.

@@ -1,0 +1,141 @@
+import type { Chunk, CoarseRange, Store } from "../core/index.ts";
+import type { Backoff } from "./backoff.ts";
+import type { Source } from "./source.ts";
+import { joined } from "./transfer.ts";
+import { StreamError } from "./types.ts";
+
+/** What the first surface may take at most; the coarsest level alone may take more. */
+const firstBytes = 64 * 1024;
+/** What is held for every isovalue at most, so that a moving slider always has a surface. */
+const mostBytes = 256 * 1024;
+/** The coarse levels may take this share of the samples that the budget allows. */
+const budgetShare = 1 / 3;
+
+/** A chunk of the coarse end with its bytes. */
+export interface CoarseChunk {
+  chunk: Chunk;
+  bytes: Uint8Array;
+}
+
+/**
+ * Fetches the coarse end of the store, for every isovalue: the coarsest levels first, in one
+ * request, then those above them that still fit. In the file a level's chunks lie before those of
+ * the coarser levels, and its pages after theirs, so the second step is two stretches around the
+ * first.
+ */
+export class CoarseEnd {
+  readonly #source: Source;
+  readonly #store: Store;
+  readonly #backoff: Backoff;
+
+  constructor(source: Source, store: Store, backoff: Backoff) {
+    this.#source = source;
+    this.#store = store;
+    this.#backoff = backoff;
+  }
+
+  /**
+   * `arrived` is called twice at most: with the chunks of the coarsest levels, and with the others.
+   * `sampleBudget` limits how much of the end is fetched. Resolves with the finest of its levels.
+   */
+  async load(
+    sampleBudget: number,
+    signal: AbortSignal,
+    arrived: (chunks: CoarseChunk[]) => void,
+  ): Promise<number> {
+    const first = this.#store.coarseRange(firstBytes);
+    const firstPart = await this.#fetch(first.offset, first.bytes, signal);
+    const coarsest = this.#chunks(first.firstLevel, this.#store.info.levels, [firstPart]);
+    arrived(coarsest);
+    const all = this.#store.coarseRange(mostBytes);
+    if (all.firstLevel === first.firstLevel) return all.firstLevel;
+
+    // The pages say how many samples a level has, and with that, whether the budget has room.
+    const pagesAt = first.offset + first.bytes;
+    const pages = await this.#fetch(pagesAt, all.offset + all.bytes - pagesAt, signal);
+    this.#addPages(pages);
+    let samples = countSamples(coarsest.map(({ chunk }) => chunk));
+    let finest = first.firstLevel;
+    while (finest > all.firstLevel) {
+      samples += countSamples(this.#store.chunksFor(finest - 1, ...this.#everyIsovalue()));
+      if (samples > sampleBudget * budgetShare) break;
+      --finest;
+    }
+    if (finest === first.firstLevel) return finest;
+    const wanted: CoarseRange = { ...all, firstLevel: finest };
+    const from = Math.min(
+      ...this.#store.chunksFor(finest, ...this.#everyIsovalue()).map((chunk) => chunk.offset),
+      first.offset,
+    );
+    if (from < first.offset) {
+      const part = await this.#fetch(from, first.offset - from, signal);
+      arrived(this.#chunks(wanted.firstLevel, first.firstLevel, [part]));
+    }
+    return finest;
+  }
+
+  /** Fetches a stretch whole; a fault in its middle costs what has not arrived. */
+  async #fetch(offset: number, bytes: number, signal: AbortSignal): Promise<Part> {
+    const parts: Uint8Array[] = [];
+    let have = 0;
+    if (bytes > 0) {
+      await this.#backoff.retry(signal, () =>
+        this.#source.range(offset + have, bytes - have, signal, (part) => {
+          parts.push(part);
+          have += part.length;
+        }),
+      );
+    }
+    return { offset, bytes: joined(parts) };
+  }
+
+  #everyIsovalue(): [number, number] {
+    const [low, high] = this.#store.info.range;
+    return [low, high];
+  }
+
+  /** Adds the pages that lie in the part. */
+  #addPages(part: Part): void {
+    for (const page of this.#store.pages()) {
+      const at = page.offset - part.offset;
+      if (page.resident || at < 0 || at + page.bytes > part.bytes.length) continue;
+      this.#store.addPage(page.index, part.bytes.subarray(at, at + page.bytes));
+    }
+  }
+
+  /** The chunks of levels [from, to) that lie in the parts, the coarsest first. */
+  #chunks(from: number, to: number, parts: readonly Part[]): CoarseChunk[] {
+    for (const part of parts) this.#addPages(part);
+    const result: CoarseChunk[] = [];
+    for (let level = to - 1; level >= from; --level) {
+      for (const chunk of this.#store.chunksFor(level, ...this.#everyIsovalue())) {
+        for (const part of parts) {
+          const at = chunk.offset - part.offset;
+          if (at < 0 || at + chunk.bytes > part.bytes.length) continue;
+          result.push({ chunk, bytes: part.bytes.slice(at, at + chunk.bytes) });
+        }
+      }
+    }
+    return result;
+  }
+}
+
+interface Part {
+  offset: number;
+  bytes: Uint8Array;
+}
+
+function countSamples(chunks: readonly Chunk[]): number {
+  return chunks.reduce((samples, chunk) => samples + chunk.cells, 0);
+}
+
+/** The bytes of the directory are not what the head states. */
+export function badDirectory(error: unknown): StreamError {
+  const message = error instanceof Error ? error.message : String(error);
+  return new StreamError(
+    "bad-store",
+    `the store's directory cannot be read: ${message}. Rebuild the store, or copy it again`,
+    false,
+    error,
+  );
+}

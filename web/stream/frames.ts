@@ -1,0 +1,92 @@
+import type { ChunkPlaceInFile } from "./source.ts";
+import { TransferError } from "./transfer.ts";
+
+const headerBytes = 48;
+const alignment = 16;
+
+/**
+ * Cuts an answer of many chunks into them while it arrives. Frames come in the order asked for
+ * (server/HTTP.md):
+ *
+ *     byte  0        4        8       12       16       20       24       28
+ *          +--------+--------+--------+--------+--------+--------+--------+--------+
+ *          | bytes  | status | level  |   x    |   y    |   z    |  slab  | cells  |
+ *          +--------+--------+--------+--------+--------+--------+--------+--------+
+ *       32 | begin  |  end   |checksum|   0    | 48: the chunk's bytes, padded to 16
+ *          +--------+--------+--------+--------+
+ */
+export class FrameReader<C extends ChunkPlaceInFile> {
+  readonly #chunks: readonly C[];
+  readonly #arrived: (chunk: C, bytes: Uint8Array) => void;
+  #next = 0;
+  #frame = new Uint8Array(headerBytes);
+  #have = 0;
+
+  constructor(chunks: readonly C[], arrived: (chunk: C, bytes: Uint8Array) => void) {
+    this.#chunks = chunks;
+    this.#arrived = arrived;
+  }
+
+  add(part: Uint8Array): void {
+    let at = 0;
+    while (at < part.length) {
+      const taken = part.subarray(at, at + this.#frame.length - this.#have);
+      this.#frame.set(taken, this.#have);
+      this.#have += taken.length;
+      at += taken.length;
+      if (this.#have === headerBytes) this.#readHeader();
+      if (this.#have === this.#frame.length) this.#finishFrame();
+    }
+  }
+
+  /** The answer is over: every chunk has to have come. */
+  end(): void {
+    if (this.#next < this.#chunks.length) {
+      throw new TransferError(
+        "unreachable",
+        `expected ${this.#chunks.length} chunks, found ${this.#next}: the answer broke off`,
+        true,
+      );
+    }
+  }
+
+  #readHeader(): void {
+    const chunk = this.#chunks[this.#next];
+    const header = new DataView(this.#frame.buffer);
+    const word = (i: number): number => header.getUint32(4 * i, true);
+    const status = word(1);
+    if (status !== 0) {
+      throw new TransferError(
+        "unreachable",
+        `the server cannot read chunk ${word(2)}/${word(3)}.${word(4)}.${word(5)}/${word(6)} ` +
+          `(status ${status})`,
+        true,
+      );
+    }
+    const isAsked =
+      chunk !== undefined &&
+      word(0) === chunk.bytes &&
+      word(2) === chunk.level &&
+      chunk.block.every((index, axis) => word(3 + axis) === index) &&
+      word(6) === chunk.slab;
+    if (!isAsked) {
+      throw new TransferError(
+        "unreachable",
+        "the answer's chunks are not those asked for: the server may have been replaced",
+        true,
+      );
+    }
+    const padded = Math.ceil(chunk.bytes / alignment) * alignment;
+    const frame = new Uint8Array(headerBytes + padded);
+    frame.set(this.#frame);
+    this.#frame = frame;
+  }
+
+  #finishFrame(): void {
+    const chunk = this.#chunks[this.#next++];
+    const frame = this.#frame;
+    this.#frame = new Uint8Array(headerBytes);
+    this.#have = 0;
+    if (chunk) this.#arrived(chunk, frame.slice(headerBytes, headerBytes + chunk.bytes));
+  }
+}

@@ -1,0 +1,121 @@
+import { FileSource } from "./file_source.ts";
+import { FrameReader } from "./frames.ts";
+import type { ChunkPlaceInFile } from "./source.ts";
+import { transfer, transferWhole } from "./transfer.ts";
+import { StreamError } from "./types.ts";
+
+/** A batch is cut here: so much is on its way at a time, so often the order of need is looked at. */
+const batchBytes = 192 * 1024;
+/** Keeps the batch's URL below 2 KB. */
+const batchChunks = 96;
+
+export interface ServerSourceOptions {
+  /** The server's address. Default: that of the page. */
+  base?: string;
+  /** The volume's name on the server. */
+  volume: string;
+  /** Of the content, where it is known already: saves one request. */
+  contentId?: string;
+}
+
+/**
+ * A volume of an Isosplat server (server/HTTP.md). Every URL but the volume's own names its content
+ * and never changes meaning. Over HTTP/1.1 many chunks travel as one streamed answer; over HTTP/2
+ * and later each has a request of its own, which costs nothing there and is cached on its own.
+ */
+export class ServerSource extends FileSource {
+  override get concurrency(): number {
+    return this.#multiplexed ? 16 : 2;
+  }
+  readonly #volumeUrl: string;
+  #contentUrl: string | undefined;
+  #multiplexed = false;
+
+  constructor(options: ServerSourceOptions) {
+    super(options.volume);
+    const page = typeof location === "undefined" ? undefined : location.href;
+    const base = new URL(options.base ?? ".", page).href.replace(/\/*$/, "/");
+    this.#volumeUrl = `${base}v1/volumes/${encodeURIComponent(options.volume)}`;
+    if (options.contentId) this.#contentUrl = `${this.#volumeUrl}/${options.contentId}`;
+  }
+
+  override async head(signal: AbortSignal): Promise<Uint8Array> {
+    if (!this.#contentUrl) {
+      const answer = await transferWhole(this.#volumeUrl, {}, this.traffic, signal);
+      this.#contentUrl = `${this.#volumeUrl}/${contentIdOf(answer, this.#volumeUrl)}`;
+    }
+    const url = `${this.#contentUrl}/head`;
+    const head = await transferWhole(url, { fresh: this.fresh }, this.traffic, signal);
+    this.#multiplexed = isMultiplexed(url);
+    return head;
+  }
+
+  override async chunks<C extends ChunkPlaceInFile>(
+    chunks: readonly C[],
+    signal: AbortSignal,
+    arrived: (chunk: C, bytes: Uint8Array) => void,
+  ): Promise<void> {
+    const options = { fresh: this.fresh };
+    if (this.#multiplexed || chunks.length === 1) {
+      await Promise.all(
+        chunks.map(async (chunk) => {
+          const url = `${this.#contentUrl}/chunks/${place(chunk)}`;
+          arrived(chunk, await transferWhole(url, options, this.traffic, signal));
+        }),
+      );
+      return;
+    }
+    const url = `${this.#contentUrl}/batch?chunks=${chunks.map(place).join(",")}`;
+    const frames = new FrameReader(chunks, arrived);
+    await transfer(url, options, this.traffic, signal, (part) => frames.add(part));
+    frames.end();
+  }
+
+  override group<C extends ChunkPlaceInFile>(chunks: readonly C[]): C[][] {
+    if (this.#multiplexed) return chunks.map((chunk) => [chunk]);
+    const groups: C[][] = [];
+    let bytes = 0;
+    for (const chunk of chunks) {
+      const last = groups.at(-1);
+      if (last && bytes + chunk.bytes <= batchBytes && last.length < batchChunks) {
+        last.push(chunk);
+        bytes += chunk.bytes;
+      } else {
+        groups.push([chunk]);
+        bytes = chunk.bytes;
+      }
+    }
+    return groups;
+  }
+
+  protected override fileUrl(): string {
+    return `${this.#contentUrl}/file`;
+  }
+}
+
+function place(chunk: ChunkPlaceInFile): string {
+  return `${chunk.level}/${chunk.block.join(".")}/${chunk.slab}`;
+}
+
+function contentIdOf(answer: Uint8Array, url: string): string {
+  try {
+    const volume = JSON.parse(new TextDecoder().decode(answer)) as Record<string, unknown>;
+    const id = volume.contentId ?? volume.content_id ?? volume.content;
+    if (typeof id === "string" && /^[0-9a-f]{32}$/.test(id)) return id;
+  } catch {
+    // Not JSON: told below.
+  }
+  throw new StreamError(
+    "bad-store",
+    `${url}: expected the volume's description with its content id, found something else: ` +
+      "is it an Isosplat server?",
+  );
+}
+
+/** Whether one connection carries many requests at a time, as the browser found it. */
+function isMultiplexed(url: string): boolean {
+  if (typeof performance === "undefined" || typeof window === "undefined") return false;
+  const [entry] = performance.getEntriesByName(url, "resource").slice(-1);
+  const protocol = (entry as PerformanceResourceTiming | undefined)?.nextHopProtocol ?? "";
+  return protocol === "h2" || protocol === "h3";
+}

@@ -1,0 +1,128 @@
+import { CoreError } from "../core/index.ts";
+import type { WorkerAnswer, WorkerRequest } from "./decode_worker.ts";
+import type { DecodeJob, Decoder } from "./decoder.ts";
+
+/** Jobs that a worker is given ahead, so that it never waits for the main thread. */
+const jobsAhead = 2;
+/** A worker that dies takes its instance with it; more often than this, something is wrong. */
+const mostRespawns = 3;
+
+interface Task {
+  id: number;
+  job: DecodeJob;
+  bytes: Uint8Array;
+  resolve(samples: Uint32Array): void;
+  reject(reason: unknown): void;
+}
+
+interface Member {
+  worker: Worker;
+  tasks: Map<number, Task>;
+}
+
+/** As many workers as help: the main thread and the browser need a core too. */
+export function defaultWorkerCount(): number {
+  const cores = typeof navigator === "undefined" ? 2 : (navigator.hardwareConcurrency ?? 2);
+  return Math.min(4, Math.max(1, cores - 1));
+}
+
+/** Decodes in module workers. Buffers are transferred both ways; nothing is shared. */
+export class WorkerPool implements Decoder {
+  readonly #members: Member[] = [];
+  readonly #waiting: Task[] = [];
+  #nextId = 0;
+  #respawns = 0;
+  #closed = false;
+
+  constructor(workers = defaultWorkerCount()) {
+    for (let i = 0; i < workers; ++i) this.#members.push(this.#spawn());
+  }
+
+  decode(job: DecodeJob, bytes: Uint8Array, signal: AbortSignal): Promise<Uint32Array> {
+    if (signal.aborted) return Promise.reject(signal.reason);
+    if (this.#members.length === 0) {
+      return Promise.reject(new CoreError("internal", "no decoding worker is left"));
+    }
+    return new Promise((resolve, reject) => {
+      const { level, blockCells, slabBegin, slabEnd, cells, checksum } = job;
+      const task: Task = {
+        id: this.#nextId++,
+        job: { level, blockCells, slabBegin, slabEnd, cells, checksum },
+        bytes,
+        resolve,
+        reject,
+      };
+      // What a worker has begun is worth finishing; what waits is taken back.
+      signal.addEventListener(
+        "abort",
+        () => {
+          const at = this.#waiting.indexOf(task);
+          if (at >= 0) this.#waiting.splice(at, 1);
+          reject(signal.reason);
+        },
+        { once: true },
+      );
+      this.#waiting.push(task);
+      this.#feed();
+    });
+  }
+
+  close(): void {
+    this.#closed = true;
+    const reason = new DOMException("the decoder was closed", "AbortError");
+    for (const { worker, tasks } of this.#members) {
+      worker.terminate();
+      for (const task of tasks.values()) task.reject(reason);
+    }
+    for (const task of this.#waiting) task.reject(reason);
+    this.#members.length = 0;
+    this.#waiting.length = 0;
+  }
+
+  #spawn(): Member {
+    const worker = new Worker(new URL("./decode_worker.ts", import.meta.url), { type: "module" });
+    const member: Member = { worker, tasks: new Map() };
+    worker.onmessage = ({ data }: MessageEvent<WorkerAnswer>) => {
+      const task = member.tasks.get(data.id);
+      member.tasks.delete(data.id);
+      this.#feed();
+      if ("samples" in data) task?.resolve(data.samples);
+      else task?.reject(new CoreError(data.status, data.message));
+    };
+    worker.onerror = (event) => {
+      event.preventDefault();
+      this.#replace(member, event.message || "the decoding worker could not be started");
+    };
+    return member;
+  }
+
+  #replace(member: Member, message: string): void {
+    if (this.#closed) return;
+    member.worker.terminate();
+    const at = this.#members.indexOf(member);
+    if (at < 0) return;
+    this.#members.splice(at, 1);
+    for (const task of member.tasks.values()) task.reject(new CoreError("internal", message));
+    if (++this.#respawns <= mostRespawns) this.#members.push(this.#spawn());
+    if (this.#members.length === 0) {
+      for (const task of this.#waiting.splice(0)) {
+        task.reject(new CoreError("internal", message));
+      }
+    }
+    this.#feed();
+  }
+
+  #feed(): void {
+    for (const member of this.#members) {
+      while (member.tasks.size < jobsAhead) {
+        const task = this.#waiting.shift();
+        if (!task) return;
+        member.tasks.set(task.id, task);
+        const request: WorkerRequest = { id: task.id, job: task.job, bytes: task.bytes };
+        const whole = task.bytes.byteLength === task.bytes.buffer.byteLength;
+        const transfer = whole ? [task.bytes.buffer as ArrayBuffer] : [];
+        member.worker.postMessage(request, transfer);
+      }
+    }
+  }
+}
