@@ -42,7 +42,8 @@ void SlabPlanner::choose_candidates(uint32_t most) {
   candidates_.clear();
   uint32_t ended = 0, begun = 0, since = 0;
   for (uint32_t code = low; code <= high; ++code) {
-    // A cell of [min, max) is active in [.., code) iff min < code, and in [code, ..) iff max > code.
+    // A cell of [min, max) is active in [.., code) iff min < code, and in [code, ..) iff max >
+    // code.
     ended += maxima_[code];
     since += maxima_[code] + minima_[code];
     if (code == low || code == high || take_all || since >= quantum || (code - low) % step == 0) {

@@ -78,8 +78,8 @@ Result<DirectoryPage> parse_page(std::span<const std::byte> bytes, const PageRef
     const auto& block = result.blocks[i];
     const auto n = static_cast<int32_t>(i);
     const Index3 key = page.first_block + Index3{n % box.x, n / box.x % box.y, n / box.x / box.y};
-    const std::string where = "block " + std::to_string(key.x) + "." + std::to_string(key.y) +
-                              "." + std::to_string(key.z);
+    const std::string where = "block " + std::to_string(key.x) + "." + std::to_string(key.y) + "." +
+                              std::to_string(key.z);
     if (block.slab_count == 0) {
       if (block.interval.min != block.interval.max || block.offset != 0) {
         return malformed(where + " has cells, but no slab");
@@ -103,8 +103,8 @@ Result<DirectoryPage> parse_page(std::span<const std::byte> bytes, const PageRef
       slab_begin = chunk.slab_end;
       if (chunk.cells > most || (chunk.cells == 0) != (chunk.bytes == 0)) {
         return malformed(where + ": slab " + std::to_string(s) + " announces " +
-                         std::to_string(chunk.cells) + " cells in " +
-                         std::to_string(chunk.bytes) + " bytes");
+                         std::to_string(chunk.cells) + " cells in " + std::to_string(chunk.bytes) +
+                         " bytes");
       }
       end += chunk.bytes;
     }

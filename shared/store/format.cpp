@@ -30,8 +30,8 @@ uint64_t total_pages(Index3 voxels, uint32_t page_log2) {
   uint64_t pages = 0;
   for (uint32_t level = 0; level < level_count(voxels); ++level) {
     const Index3 box = pages_of_level(level_grid(voxels, level).blocks, page_log2);
-    pages += static_cast<uint64_t>(box.x) * static_cast<uint64_t>(box.y) *
-             static_cast<uint64_t>(box.z);
+    pages +=
+        static_cast<uint64_t>(box.x) * static_cast<uint64_t>(box.y) * static_cast<uint64_t>(box.z);
   }
   return pages;
 }
@@ -43,8 +43,8 @@ Result<uint32_t> choose_page_log2(Index3 voxels) {
   }
   return fail(Status::volume_too_large,
               "expected at most " + std::to_string(kMaxPages) + " directory pages, found " +
-                  std::to_string(total_pages(voxels, kMaxPageLog2)) + " for " +
-                  dimensions(voxels) + " voxels: cut the volume into parts");
+                  std::to_string(total_pages(voxels, kMaxPageLog2)) + " for " + dimensions(voxels) +
+                  " voxels: cut the volume into parts");
 }
 
 }  // namespace isosplat

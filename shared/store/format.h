@@ -38,9 +38,13 @@ inline constexpr uint32_t kPagesTag = section_tag('P', 'A', 'G', 'E');
 inline constexpr uint32_t kMetadataTag = section_tag('M', 'E', 'T', 'A');
 
 /// A section whose tag starts with a small letter may be skipped by a reader that does not know it.
-constexpr bool is_optional_section(uint32_t tag) { return (tag & 0x20) != 0; }
+constexpr bool is_optional_section(uint32_t tag) {
+  return (tag & 0x20) != 0;
+}
 
-constexpr size_t padded_to_8(size_t bytes) { return (bytes + 7) / 8 * 8; }
+constexpr size_t padded_to_8(size_t bytes) {
+  return (bytes + 7) / 8 * 8;
+}
 
 inline constexpr uint32_t kMaxPages = 3500;
 inline constexpr size_t kMaxMetadataBytes = 16 * 1024;

@@ -73,8 +73,8 @@ Result<void> parse_volume(std::span<const std::byte> payload, StoreInfo& info) {
   for (uint32_t& n : voxels) {
     n = field.u32();
     if (n < 2 || n > static_cast<uint32_t>(kMaxVoxelsPerAxis)) {
-      return malformed("voxels along an axis: expected 2 to " +
-                       std::to_string(kMaxVoxelsPerAxis) + ", found " + std::to_string(n));
+      return malformed("voxels along an axis: expected 2 to " + std::to_string(kMaxVoxelsPerAxis) +
+                       ", found " + std::to_string(n));
     }
   }
   info.grid.voxels = {static_cast<int32_t>(voxels[0]), static_cast<int32_t>(voxels[1]),
@@ -195,14 +195,14 @@ Result<void> parse_pages(std::span<const std::byte> payload, StoreHead& head) {
     }
     offset += page.bytes;
   }
-  if (offset != head.info.file_bytes) return differs("bytes of the file", offset, head.info.file_bytes);
+  if (offset != head.info.file_bytes)
+    return differs("bytes of the file", offset, head.info.file_bytes);
   for (LevelRef& level : head.levels) {
     const auto of_level = [&](const PageRef& page) { return page.level == level.grid.level; };
     const auto first = std::find_if(head.pages.begin(), head.pages.end(), of_level);
     const auto count = static_cast<uint32_t>(std::count_if(first, head.pages.end(), of_level));
     if (count != level.page_count) {
-      return differs("pages of level " + std::to_string(level.grid.level), count,
-                     level.page_count);
+      return differs("pages of level " + std::to_string(level.grid.level), count, level.page_count);
     }
     level.first_page = static_cast<uint32_t>(first - head.pages.begin());
   }
@@ -264,10 +264,11 @@ Result<StoreHead> parse_head(std::span<const std::byte> bytes) {
   head.info.head_bytes = field.u32();
   head.info.file_bytes = field.u64();
   const uint32_t section_count = field.u32();
-  if (head.info.head_bytes < kFixedHeadBytes + kHeadChecksumBytes || head.info.head_bytes % 8 != 0 ||
-      head.info.head_bytes > kMaxHeadBytes) {
+  if (head.info.head_bytes < kFixedHeadBytes + kHeadChecksumBytes ||
+      head.info.head_bytes % 8 != 0 || head.info.head_bytes > kMaxHeadBytes) {
     return malformed("bytes of the head: expected a multiple of 8 up to " +
-                     std::to_string(kMaxHeadBytes) + ", found " + std::to_string(head.info.head_bytes));
+                     std::to_string(kMaxHeadBytes) + ", found " +
+                     std::to_string(head.info.head_bytes));
   }
   if (bytes.size() < head.info.head_bytes) {
     return fail(Status::truncated, "head: expected " + std::to_string(head.info.head_bytes) +
@@ -307,11 +308,11 @@ Result<StoreHead> parse_head(std::span<const std::byte> bytes) {
 Result<std::vector<std::byte>> write_head(const StoreHead& head) {
   const StoreInfo& info = head.info;
   const size_t needed = head_bytes_for(info.grid.voxels, head.page_log2, info.metadata.size());
-  if (needed > head.info.head_bytes || head.info.head_bytes % 8 != 0 || head.info.head_bytes > kMaxHeadBytes ||
-      info.metadata.size() > kMaxMetadataBytes) {
-    return fail(Status::invalid_argument,
-                "metadata: " + std::to_string(info.metadata.size()) +
-                    " bytes do not fit in a head of " + std::to_string(head.info.head_bytes));
+  if (needed > head.info.head_bytes || head.info.head_bytes % 8 != 0 ||
+      head.info.head_bytes > kMaxHeadBytes || info.metadata.size() > kMaxMetadataBytes) {
+    return fail(Status::invalid_argument, "metadata: " + std::to_string(info.metadata.size()) +
+                                              " bytes do not fit in a head of " +
+                                              std::to_string(head.info.head_bytes));
   }
   std::vector<std::byte> out;
   out.reserve(head.info.head_bytes);

@@ -126,7 +126,8 @@ Result<uint32_t> StoreReader::page_of(BlockKey block) const {
 
 Result<void> StoreReader::add_page(uint32_t page, std::span<const std::byte> bytes) {
   if (page >= state_->pages.size()) {
-    return fail(Status::not_found, "page " + std::to_string(page) + " does not exist: the store has " +
+    return fail(Status::not_found, "page " + std::to_string(page) +
+                                       " does not exist: the store has " +
                                        std::to_string(state_->pages.size()));
   }
   const PageRef& ref = state_->head.pages[page];
@@ -171,8 +172,7 @@ Result<std::optional<ChunkRef>> StoreReader::chunk_for(BlockKey key, float isoco
   return found;
 }
 
-Result<std::vector<ChunkRef>> StoreReader::chunks_for(uint32_t level, float low,
-                                                      float high) const {
+Result<std::vector<ChunkRef>> StoreReader::chunks_for(uint32_t level, float low, float high) const {
   const StoreHead& head = state_->head;
   if (level >= head.info.levels) {
     return fail(Status::not_found, "level " + std::to_string(level) +

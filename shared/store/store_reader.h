@@ -26,7 +26,7 @@ struct StoreInfo {
   uint64_t chunk_count = 0;
   uint64_t missing_voxels = 0;  ///< voxels without a value
   uint64_t file_bytes = 0;
-  uint32_t head_bytes = 0;  ///< where the head ends; the chunks follow
+  uint32_t head_bytes = 0;               ///< where the head ends; the chunks follow
   std::array<uint8_t, 16> content_id{};  ///< hash of all content: two stores with it are the same
   std::string metadata;  ///< JSON text for people and pages: name, histogram, … (FORMAT.md)
 };

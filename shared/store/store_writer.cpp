@@ -41,10 +41,10 @@ struct StoreWriter::State {
     for (int32_t z = ref.first_block.z; z < ref.end_block.z; ++z) {
       for (int32_t y = ref.first_block.y; y < ref.end_block.y; ++y) {
         for (int32_t x = ref.first_block.x; x < ref.end_block.x; ++x) {
-          const auto n = (static_cast<size_t>(z) * static_cast<size_t>(blocks.y) +
-                          static_cast<size_t>(y)) *
-                             static_cast<size_t>(blocks.x) +
-                         static_cast<size_t>(x);
+          const auto n =
+              (static_cast<size_t>(z) * static_cast<size_t>(blocks.y) + static_cast<size_t>(y)) *
+                  static_cast<size_t>(blocks.x) +
+              static_cast<size_t>(x);
           const auto& block = all.blocks[n];
           page.blocks.push_back(block);
           const auto first = all.chunks.begin() + block.first_chunk;
@@ -129,8 +129,8 @@ Result<void> StoreWriter::add_block(CellInterval interval, std::span<const SlabC
         return fail(Status::volume_too_large, "a chunk has " + std::to_string(slab.bytes) +
                                                   " bytes, more than the format can hold");
       }
-      directory.chunks.push_back({checksum32(bytes.subspan(at, slab.bytes)), slab.bytes,
-                                  slab.cells, static_cast<uint16_t>(slab.slab_end)});
+      directory.chunks.push_back({checksum32(bytes.subspan(at, slab.bytes)), slab.bytes, slab.cells,
+                                  static_cast<uint16_t>(slab.slab_end)});
       at += slab.bytes;
       level.chunk_count += slab.cells > 0;
     }
@@ -158,8 +158,8 @@ Result<StoreInfo> StoreWriter::finish(const StoreInfo& info) {
   State& state = *state_;
   StoreHead& head = state.head;
   if (state.level != head.info.levels) {
-    return fail(Status::invalid_argument, "blocks of level " + std::to_string(state.level) +
-                                              " are missing");
+    return fail(Status::invalid_argument,
+                "blocks of level " + std::to_string(state.level) + " are missing");
   }
   for (PageRef& ref : head.pages) {
     const DirectoryPage page = state.cut_page(ref);

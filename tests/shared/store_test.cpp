@@ -41,8 +41,8 @@ Written random_store(Index3 voxels, uint32_t seed, const std::string& metadata =
       const CellInterval interval{static_cast<Code>(10 + random() % 50),
                                   static_cast<Code>(100 + random() % 100)};
       for (uint32_t end = interval.min; end < interval.max;) {
-        end = std::min<uint32_t>(end + 1 + uint32_t(random() % 40), interval.max);
-        const uint32_t size = random() % 8 == 0 ? 0 : 1 + uint32_t(random() % 20);
+        end = std::min<uint32_t>(end + 1 + random() % 40, interval.max);
+        const uint32_t size = random() % 8 == 0 ? 0 : 1 + random() % 20;
         slabs.push_back({end, size ? 1 : 0u, size});
         for (uint32_t i = 0; i < size; ++i) bytes.push_back(static_cast<std::byte>(random()));
       }
@@ -231,7 +231,7 @@ TEST(Store, LyingHeadsAreRefused) {
   // have any value (a spacing, the metadata), or it is malformed; nothing else, and no crash.
   std::mt19937 random(10);
   for (size_t at = 8; at < store.info.head_bytes - 8; ++at) {
-    for (const int value : {0x00, 0x01, 0x7f, 0x80, 0xff}) {
+    for (const uint8_t value : {0x00, 0x01, 0x7f, 0x80, 0xff}) {
       auto bytes = store.bytes;
       bytes[at] = static_cast<std::byte>(value);
       if (at >= 12 && at < 16) continue;
@@ -239,8 +239,7 @@ TEST(Store, LyingHeadsAreRefused) {
       const auto reader = StoreReader::open(bytes);
       if (reader) continue;
       const Status status = reader.error().status;
-      EXPECT_TRUE(status == Status::malformed_header ||
-                  (status == Status::unsupported_version))
+      EXPECT_TRUE(status == Status::malformed_header || (status == Status::unsupported_version))
           << at << " " << status_name(status);
     }
   }
@@ -293,18 +292,16 @@ TEST(Store, LyingPagesAreRefused) {
   for (uint32_t p = 0; p < head->pages.size(); ++p) {
     const PageRef& page = head->pages[p];
     for (size_t at = 0; at < page.bytes; ++at) {
-      for (const int flip : {0x01, 0x10, 0x80, 0xff}) {
+      for (const uint8_t flip : {0x01, 0x10, 0x80, 0xff}) {
         auto bytes = store.bytes;
         bytes[page.offset + at] ^= static_cast<std::byte>(flip);
         StoreHead changed = *head;
-        changed.pages[p].checksum =
-            checksum32(std::span(bytes).subspan(page.offset, page.bytes));
+        changed.pages[p].checksum = checksum32(std::span(bytes).subspan(page.offset, page.bytes));
         const auto resealed = write_head(changed);
         ASSERT_TRUE(resealed);
         auto reader = StoreReader::open(*resealed);
         ASSERT_TRUE(reader);
-        const auto added =
-            reader->add_page(p, std::span(bytes).subspan(page.offset, page.bytes));
+        const auto added = reader->add_page(p, std::span(bytes).subspan(page.offset, page.bytes));
         if (added) {
           ++accepted;  // a checksum, an offset, a size, a slab's end: consistent in themselves
         } else {
@@ -324,8 +321,7 @@ TEST(Store, SizesBeyondTheFormatAreRefused) {
             Status::volume_too_large);
   EXPECT_EQ(StoreWriter::create({1 << 20, 1 << 20, 1 << 20}, 0, sink).error().status,
             Status::volume_too_large);
-  EXPECT_EQ(StoreWriter::create({5, 5, 5}, 1 << 20, sink).error().status,
-            Status::invalid_argument);
+  EXPECT_EQ(StoreWriter::create({5, 5, 5}, 1 << 20, sink).error().status, Status::invalid_argument);
   for (const Index3 voxels : {Index3{2, 2, 2}, Index3{8192, 8192, 8192}, Index3{1 << 20, 64, 2}}) {
     const auto log2 = choose_page_log2(voxels);
     ASSERT_TRUE(log2);
@@ -338,13 +334,11 @@ TEST(Store, WriterRefusesWhatReadersWould) {
   auto writer = StoreWriter::create({10, 10, 10}, 100, sink);
   const auto bytes = as_bytes("abc");
   const SlabChunk backwards[] = {{20, 1, 1}, {15, 1, 2}};
-  EXPECT_EQ(writer->add_block({10, 20}, backwards, bytes).error().status,
-            Status::invalid_argument);
+  EXPECT_EQ(writer->add_block({10, 20}, backwards, bytes).error().status, Status::invalid_argument);
   const SlabChunk gap[] = {{15, 1, 3}};
-  EXPECT_EQ(StoreWriter::create({10, 10, 10}, 100, sink)->add_block({10, 20}, gap, bytes)
-                .error()
-                .status,
-            Status::invalid_argument);
+  EXPECT_EQ(
+      StoreWriter::create({10, 10, 10}, 100, sink)->add_block({10, 20}, gap, bytes).error().status,
+      Status::invalid_argument);
   EXPECT_EQ(StoreWriter::create({10, 10, 10}, 100, sink)->finish({}).error().status,
             Status::invalid_argument);
 }

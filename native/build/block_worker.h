@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "native/build/block_gather.h"
+#include "native/build/layer.h"
+#include "native/build/statistics.h"
+#include "shared/codec/chunk_codec.h"
+#include "shared/slabs/slab_planner.h"
+#include "shared/store/store_writer.h"
+
+namespace isosplat {
+
+/// What a block adds to the store.
+struct EncodedBlock {
+  CellInterval interval;
+  std::vector<SlabChunk> slabs;
+  std::vector<std::byte> bytes;
+};
+
+/// Everything that is done to one block: its cells, its part of the coarser level, its slabs, its
+/// chunks. One per thread.
+class BlockWorker {
+ public:
+  /// Works on a block of the layer. Writes its part of `coarser`, where that has memory.
+  void work(const Layer& layer, Index3 block, const CoarserLayer& coarser,
+            const SlabOptions& options, EncodedBlock& out);
+
+  VolumeStatistics statistics;  ///< of the blocks of level 0, and of the codes given to it
+
+ private:
+  GatheredBlock block_;
+  SlabPlanner planner_;
+  ChunkEncoder encoder_;
+};
+
+}  // namespace isosplat

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "shared/grid/grid.h"
+
+namespace isosplat {
+
+/// The part of one level that a layer of blocks needs, in memory: slices of voxels and, at coarser
+/// levels, of cell intervals, each slice x fastest. Codes are bytes where the volume has 8 bits,
+/// else 16-bit numbers; an interval is two codes, min and max.
+struct Layer {
+  LevelGrid grid;
+  uint8_t bits = 16;
+  bool has_missing = false;
+  const std::byte* voxels = nullptr;  ///< from slice first_voxel_slice on
+  int32_t first_voxel_slice = 0;
+  const std::byte* intervals = nullptr;  ///< from slice first_cell_slice on; null at level 0
+  int32_t first_cell_slice = 0;
+};
+
+/// Where the part of the next level that lies over a layer goes, in the same form.
+struct CoarserLayer {
+  LevelGrid grid;
+  std::byte* voxels = nullptr;  ///< null: there is no coarser level
+  int32_t first_voxel_slice = 0;
+  std::byte* intervals = nullptr;
+  int32_t first_cell_slice = 0;
+};
+
+/// Bytes of one slice of a level's voxels and cell intervals.
+inline size_t voxel_slice_bytes(const LevelGrid& grid, uint8_t bits) {
+  return static_cast<size_t>(grid.cells.x + 1) * static_cast<size_t>(grid.cells.y + 1) * bits / 8;
+}
+inline size_t interval_slice_bytes(const LevelGrid& grid, uint8_t bits) {
+  return static_cast<size_t>(grid.cells.x) * static_cast<size_t>(grid.cells.y) * bits / 4;
+}
+
+}  // namespace isosplat

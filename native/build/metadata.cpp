@@ -1,0 +1,71 @@
+#include "native/build/metadata.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "shared/store/format.h"
+
+namespace isosplat {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr uint32_t kBins = 256;
+constexpr size_t kMaxSuggestions = 5;
+constexpr size_t kMaxText = 512;
+
+/// Text of a file name or header: JSON must be UTF-8, and the head is small.
+std::string clean(const std::string& text) {
+  const std::string dumped =
+      Json(text.substr(0, kMaxText)).dump(-1, ' ', true, Json::error_handler_t::ignore);
+  return Json::parse(dumped).get<std::string>();
+}
+
+size_t text_bytes(const std::string& text) {
+  return Json(clean(text)).dump(-1, ' ', true).size();
+}
+
+Json bins(const StoreInfo& info, const std::vector<uint64_t>& counts) {
+  // Bins are of codes: the first begins half a code below the least, as the last ends above.
+  return {{"low", info.mapping.value(info.range.min - 0.5)},
+          {"high", info.mapping.value(info.range.max + 0.5)},
+          {"counts", counts}};
+}
+
+}  // namespace
+
+size_t metadata_limit(const VolumeHeader& header, const BuildOptions& options) {
+  const Index3 n = header.grid.voxels;
+  const double voxels = static_cast<double>(n.x) * n.y * n.z;
+  const auto digits = std::to_string(static_cast<uint64_t>(voxels)).size();
+  const std::string& title = options.title.empty() ? header.name : options.title;
+  const size_t text = text_bytes(header.name) + text_bytes(title) + text_bytes(header.format) +
+                      text_bytes(options.value_units);
+  return std::min(kMaxMetadataBytes, 640 + text + 2 * kBins * (digits + 1));
+}
+
+std::string metadata_json(const VolumeHeader& header, const BuildOptions& options,
+                          const StoreInfo& info, const VolumeStatistics& statistics) {
+  Json json;
+  json["name"] = clean(header.name);
+  json["title"] = clean(options.title.empty() ? header.name : options.title);
+  json["source"] = {{"format", clean(header.format)}, {"type", voxel_type_name(header.type)}};
+  if (!options.value_units.empty()) json["units"] = clean(options.value_units);
+  Json suggested = Json::array();
+  for (const double isocode : statistics.suggest(info.range, kMaxSuggestions)) {
+    suggested.push_back(info.mapping.value(isocode));
+  }
+  json["suggested_isovalues"] = std::move(suggested);
+  json["histogram"] = bins(info, statistics.histogram(info.range, kBins));
+  json["active_cells"] = bins(info, statistics.active_cells(info.range, kBins));
+  std::string text = json.dump(-1, ' ', true);
+  const size_t limit = metadata_limit(header, options);
+  for (const char* expendable : {"active_cells", "histogram", "units", "title"}) {
+    if (text.size() <= limit) break;
+    json.erase(expendable);
+    text = json.dump(-1, ' ', true);
+  }
+  return text.size() <= limit ? text : "{}";
+}
+
+}  // namespace isosplat
