@@ -41,8 +41,8 @@ Written random_store(Index3 voxels, uint32_t seed, const std::string& metadata =
       const CellInterval interval{static_cast<Code>(10 + random() % 50),
                                   static_cast<Code>(100 + random() % 100)};
       for (uint32_t end = interval.min; end < interval.max;) {
-        end = std::min<uint32_t>(end + 1 + random() % 40, interval.max);
-        const uint32_t size = random() % 8 == 0 ? 0 : 1 + random() % 20;
+        end = std::min<uint32_t>(end + 1 + uint32_t(random() % 40), interval.max);
+        const uint32_t size = random() % 8 == 0 ? 0 : 1 + uint32_t(random() % 20);
         slabs.push_back({end, size ? 1 : 0u, size});
         for (uint32_t i = 0; i < size; ++i) bytes.push_back(static_cast<std::byte>(random()));
       }
@@ -231,7 +231,7 @@ TEST(Store, LyingHeadsAreRefused) {
   // have any value (a spacing, the metadata), or it is malformed; nothing else, and no crash.
   std::mt19937 random(10);
   for (size_t at = 8; at < store.info.head_bytes - 8; ++at) {
-    for (const uint8_t value : {0x00, 0x01, 0x7f, 0x80, 0xff}) {
+    for (const int value : {0x00, 0x01, 0x7f, 0x80, 0xff}) {
       auto bytes = store.bytes;
       bytes[at] = static_cast<std::byte>(value);
       if (at >= 12 && at < 16) continue;
@@ -292,7 +292,7 @@ TEST(Store, LyingPagesAreRefused) {
   for (uint32_t p = 0; p < head->pages.size(); ++p) {
     const PageRef& page = head->pages[p];
     for (size_t at = 0; at < page.bytes; ++at) {
-      for (const uint8_t flip : {0x01, 0x10, 0x80, 0xff}) {
+      for (const int flip : {0x01, 0x10, 0x80, 0xff}) {
         auto bytes = store.bytes;
         bytes[page.offset + at] ^= static_cast<std::byte>(flip);
         StoreHead changed = *head;

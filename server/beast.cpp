@@ -1,0 +1,3 @@
+// The code of Asio and Beast that is not a template, compiled once (…_SEPARATE_COMPILATION).
+#include <boost/asio/impl/src.hpp>
+#include <boost/beast/src.hpp>

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "server/message.h"
+#include "server/router.h"
+#include "server/store_file.h"
+#include "server/target.h"
+
+namespace isosplat {
+
+/// Answers what lies below /v1/volumes/{name}/{content}: bytes that never change under their URL.
+/// `rest`: the segments after {content}; `query`: as in Target.
+Response content_answer(const Request& request, std::shared_ptr<const StoreFile> store,
+                        std::span<const std::string> rest, const Target& target,
+                        const RouterLimits& limits);
+
+}  // namespace isosplat

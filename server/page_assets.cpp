@@ -1,0 +1,208 @@
+#include "server/page_assets.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+namespace isosplat {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct MimeType {
+  std::string_view extension;
+  std::string_view name;
+  bool compresses;
+};
+
+constexpr auto kMimeTypes = std::to_array<MimeType>({
+    {".html", "text/html; charset=utf-8", true},
+    {".js", "text/javascript; charset=utf-8", true},
+    {".mjs", "text/javascript; charset=utf-8", true},
+    {".css", "text/css; charset=utf-8", true},
+    {".wasm", "application/wasm", true},
+    {".json", "application/json", true},
+    {".map", "application/json", true},
+    {".webmanifest", "application/manifest+json", true},
+    {".svg", "image/svg+xml", true},
+    {".txt", "text/plain; charset=utf-8", true},
+    {".png", "image/png", false},
+    {".jpg", "image/jpeg", false},
+    {".webp", "image/webp", false},
+    {".avif", "image/avif", false},
+    {".ico", "image/x-icon", true},
+    {".woff2", "font/woff2", false},
+    {".woff", "font/woff", false},
+});
+constexpr MimeType kUnknownType{"", "application/octet-stream", false};
+
+const MimeType& mime_type(const std::string& path) {
+  const auto found = std::ranges::find_if(
+      kMimeTypes, [&](const MimeType& type) { return path.ends_with(type.extension); });
+  return found == kMimeTypes.end() ? kUnknownType : *found;
+}
+
+/// Vite names what never changes "assets/NAME-HASH.EXTENSION", with a hash of at least 8 letters,
+/// digits, "-" and "_".
+bool has_hashed_name(std::string_view path) {
+  constexpr size_t kHashLength = 8;
+  if (!path.starts_with("/assets/")) return false;
+  const std::string_view file = path.substr(path.rfind('/') + 1);
+  const size_t dot = file.find('.');
+  if (dot == std::string_view::npos || dot < kHashLength + 2) return false;
+  const std::string_view hash = file.substr(dot - kHashLength, kHashLength);
+  const auto is_hash_character = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+  };
+  return file[dot - kHashLength - 1] == '-' && std::ranges::all_of(hash, is_hash_character);
+}
+
+std::string etag_of(const std::string& bytes) {
+  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+  std::array<char, 35> text{};
+  std::snprintf(text.data(), text.size(), "\"%016llx%016llx\"",
+                static_cast<unsigned long long>(hash.high64),
+                static_cast<unsigned long long>(hash.low64));
+  return std::string(text.data(), 34);
+}
+
+std::string gzipped(const std::string& bytes) {
+  z_stream stream{};
+  constexpr int kGzipFormat = 16;
+  if (deflateInit2(&stream, 9, Z_DEFLATED, MAX_WBITS + kGzipFormat, 9, Z_DEFAULT_STRATEGY) !=
+      Z_OK) {
+    return {};
+  }
+  std::string out(deflateBound(&stream, bytes.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  const int result = deflate(&stream, Z_FINISH);
+  out.resize(result == Z_STREAM_END ? stream.total_out : 0);
+  deflateEnd(&stream);
+  return out;
+}
+
+Result<std::string> read_file(const fs::path& path, uint64_t most_bytes) {
+  std::ifstream file(path, std::ios::binary);
+  std::error_code error;
+  const uint64_t size = fs::file_size(path, error);
+  if (!file || error) return fail(Status::io_error, path.string() + ": cannot read");
+  if (size > most_bytes) {
+    return fail(Status::invalid_argument,
+                path.string() +
+                    ": the page's files exceed the limit held in memory: serve a "
+                    "folder that holds the built page only");
+  }
+  std::string bytes(size, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(size));
+  if (file.gcount() != static_cast<std::streamsize>(size)) {
+    return fail(Status::io_error, path.string() + ": changed while it was read");
+  }
+  return bytes;
+}
+
+/// Every regular file below root, by its path from there with "/" in front.
+std::map<std::string, fs::path> files_below(const fs::path& root, const PageAssets::Log& log,
+                                            std::error_code& error) {
+  constexpr size_t kMostFiles = 10'000;
+  std::map<std::string, fs::path> files;
+  const fs::path real_root = fs::canonical(root, error);
+  if (error) return files;
+  fs::recursive_directory_iterator entry(real_root, error);
+  for (size_t seen = 0; !error && seen < kMostFiles && entry != fs::recursive_directory_iterator();
+       ++seen, entry.increment(error)) {
+    std::error_code ignored;
+    if (!entry->is_regular_file(ignored)) continue;
+    const fs::path real = fs::canonical(entry->path(), ignored);
+    const auto [root_end, where] = std::ranges::mismatch(real_root, real);
+    if (ignored || root_end != real_root.end()) {
+      if (log) log("page: " + entry->path().string() + " leads outside the folder: left out");
+      continue;
+    }
+    std::string path = "/";
+    path += entry->path().lexically_relative(real_root).generic_string();
+    files.emplace(std::move(path), entry->path());
+  }
+  return files;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const PageAssets>> PageAssets::load(const fs::path& root,
+                                                           uint64_t most_bytes, const Log& log) {
+  std::error_code error;
+  const std::map<std::string, fs::path> files = files_below(root, log, error);
+  if (error) {
+    return fail(Status::io_error, "page folder " + root.string() + ": " + error.message());
+  }
+  auto page = std::make_shared<PageAssets>();
+  uint64_t left = most_bytes;
+  const auto variant = [&](Encoding encoding, std::string bytes) {
+    left -= std::min<uint64_t>(left, bytes.size());
+    std::string etag = etag_of(bytes);
+    return AssetVariant{encoding, std::move(bytes), std::move(etag)};
+  };
+  for (const auto& [path, file] : files) {
+    const auto is_variant_of = [&](std::string_view extension) {
+      return path.ends_with(extension) &&
+             files.contains(path.substr(0, path.size() - extension.size()));
+    };
+    if (is_variant_of(".gz") || is_variant_of(".br")) continue;
+    Result<std::string> bytes = read_file(file, left);
+    if (!bytes) return tl::unexpected(bytes.error());
+    const MimeType& type = mime_type(path);
+    Asset asset{type.name, has_hashed_name(path), {}};
+    asset.variants.push_back(variant(Encoding::identity, std::move(*bytes)));
+    for (const auto& [extension, encoding] :
+         {std::pair{".gz", Encoding::gzip}, std::pair{".br", Encoding::brotli}}) {
+      const auto encoded = files.find(path + extension);
+      if (encoded == files.end()) continue;
+      Result<std::string> encoded_bytes = read_file(encoded->second, left);
+      if (!encoded_bytes) return tl::unexpected(encoded_bytes.error());
+      asset.variants.push_back(variant(encoding, std::move(*encoded_bytes)));
+    }
+    if (type.compresses && !files.contains(path + ".gz")) {
+      const std::string& plain = asset.variants.front().bytes;
+      std::string small = gzipped(plain);
+      if (!small.empty() && small.size() < plain.size()) {
+        asset.variants.push_back(variant(Encoding::gzip, std::move(small)));
+      }
+    }
+    std::ranges::stable_sort(asset.variants, {},
+                             [](const AssetVariant& item) { return item.bytes.size(); });
+    page->assets_.emplace(path, std::move(asset));
+  }
+  return page;
+}
+
+const Asset* PageAssets::find(std::string_view path) const {
+  auto found = assets_.find(path);
+  if (found == assets_.end() && path.ends_with('/')) {
+    found = assets_.find(std::string(path) + "index.html");
+  }
+  return found == assets_.end() ? nullptr : &found->second;
+}
+
+uint64_t PageAssets::signature(const fs::path& root) {
+  std::error_code error;
+  std::string text;
+  for (const auto& [path, file] : files_below(root, {}, error)) {
+    std::error_code ignored;
+    text += path + ' ' + std::to_string(fs::file_size(file, ignored)) + ' ' +
+            std::to_string(fs::last_write_time(file, ignored).time_since_epoch().count()) + '\n';
+  }
+  return XXH3_64bits(text.data(), text.size());
+}
+
+}  // namespace isosplat

@@ -1,0 +1,137 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <shared_mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "shared/base/status.h"
+#include "shared/store/store_reader.h"
+
+namespace isosplat {
+
+/// What one query for chunks may select.
+struct ChunkBudget {
+  uint64_t bytes = UINT64_MAX;
+  uint64_t chunks = UINT64_MAX;
+};
+
+struct ChunkSelection {
+  std::vector<ChunkRef> chunks;
+  uint64_t bytes = 0;        ///< of all chunks; where over_budget, of those met until then
+  uint64_t count = 0;        ///< of all chunks; where over_budget, of those met until then
+  bool over_budget = false;  ///< `chunks` is empty: the selection is larger than the budget
+};
+
+/// Which file lies at a path. A build writes a new file and renames it, so that another identity
+/// under the same path means another store.
+struct FileIdentity {
+  uint64_t device = 0;
+  uint64_t inode = 0;
+  uint64_t bytes = 0;
+  int64_t modified_ns = 0;
+
+  friend bool operator==(const FileIdentity&, const FileIdentity&) = default;
+};
+
+/// Errors: io_error.
+Result<FileIdentity> file_identity(const std::filesystem::path& path);
+
+/// A store on disk behind StoreReader: opens it, reads the head, loads directory pages when they
+/// are needed, and reads chunks. All functions may be called from any thread at a time.
+///
+/// It keeps the file open, so a store that was replaced (by rename) goes on to be read whole by
+/// those who hold it. A file changed in place is refused: every read checks.
+class StoreFile {
+ public:
+  /// `directory_bytes`: encoded pages kept at a time; beyond it all are dropped and loaded anew.
+  /// Errors: those of StoreReader::open, truncated (the file is shorter than its head says), and
+  /// io_error. Messages begin with the path.
+  static Result<std::shared_ptr<StoreFile>> open(const std::filesystem::path& path,
+                                                 uint64_t directory_bytes = uint64_t{256} << 20);
+  ~StoreFile();
+  StoreFile(const StoreFile&) = delete;
+  StoreFile& operator=(const StoreFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  const StoreInfo& info() const { return info_; }
+  const FileIdentity& identity() const { return identity_; }
+
+  /// info().content_id in lower-case hexadecimal, 32 digits.
+  const std::string& content() const { return content_; }
+
+  std::span<const PageRef> pages() const { return pages_; }
+
+  /// The bytes of the head, for StoreReader::open.
+  std::span<const std::byte> head() const { return head_; }
+
+  /// The bytes of a page, its checksum compared. Errors: not_found, io_error, truncated,
+  /// checksum_mismatch.
+  Result<std::vector<std::byte>> read_page(uint32_t page) const;
+
+  /// As StoreReader's functions of these names; pages are loaded as needed. Errors: theirs but
+  /// page_not_resident, and those of read_page.
+  Result<BlockRef> block(BlockKey key) const;
+  Result<ChunkRef> chunk(BlockKey block, uint32_t slab) const;
+  Result<std::optional<ChunkRef>> chunk_for(BlockKey block, float isocode) const;
+
+  /// Every chunk of a level whose slab meets [low, high] (isocodes), in file order. Stops counting
+  /// when the budget is exceeded, so that the work is bounded by the budget and the level's pages.
+  Result<ChunkSelection> chunks_for(uint32_t level, float low, float high,
+                                    const ChunkBudget& budget = {}) const;
+
+  /// The same for the blocks named, in that order, slabs ascending. Errors also: not_found.
+  Result<ChunkSelection> chunks_for(std::span<const BlockKey> blocks, float low, float high,
+                                    const ChunkBudget& budget = {}) const;
+
+  /// Appends the chunk's bytes, checked against its checksum; nothing on failure. Errors: io_error,
+  /// truncated, checksum_mismatch.
+  Result<void> read_chunk(const ChunkRef& chunk, std::vector<std::byte>& out) const;
+
+  /// Fills `out` with the file's bytes at `offset`, unchecked. Errors: io_error, truncated.
+  Result<void> read(uint64_t offset, std::span<std::byte> out) const;
+
+  /// Whether the file that is held open was written to since it was opened. Errors: io_error.
+  Result<void> check_unchanged() const;
+
+ private:
+  StoreFile(std::filesystem::path path, int descriptor, FileIdentity identity,
+            std::vector<std::byte> head, StoreReader reader, uint64_t directory_bytes);
+
+  Error at(Error error) const;
+
+  /// Reads page bytes and compares them with those of an earlier load.
+  Result<std::vector<std::byte>> load_page(uint32_t page) const;
+
+  /// Requires the lock, exclusive.
+  Result<void> make_resident(std::span<const uint32_t> pages) const;
+
+  /// Calls `look_up` with the reader, the pages loaded that it misses.
+  template <class LookUp>
+  auto with_pages(std::span<const uint32_t> pages, LookUp look_up) const
+      -> decltype(look_up(std::declval<const StoreReader&>()));
+
+  /// Visits the chunks of one block that meet [low, high].
+  Result<void> select(BlockKey key, float low, float high, const ChunkBudget& budget,
+                      ChunkSelection& selection, const StoreReader& reader) const;
+
+  std::filesystem::path path_;
+  int descriptor_;
+  FileIdentity identity_;
+  std::vector<std::byte> head_;
+  StoreInfo info_;
+  std::vector<PageRef> pages_;
+  std::string content_;
+  uint64_t directory_bytes_;
+
+  mutable std::shared_mutex mutex_;
+  mutable StoreReader reader_;           // guarded by mutex_
+  mutable uint64_t resident_bytes_ = 0;  // guarded by mutex_
+};
+
+}  // namespace isosplat

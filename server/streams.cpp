@@ -1,0 +1,73 @@
+#include "server/streams.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace isosplat {
+namespace {
+
+void append_u32(std::vector<std::byte>& out, uint32_t value) {
+  for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<std::byte>(value >> shift));
+}
+
+/// byte  0        4        8       12       16       20       24       28
+///      +--------+--------+--------+--------+--------+--------+--------+--------+
+///      | bytes  | status | level  |   x    |   y    |   z    |  slab  | cells  |
+///      +--------+--------+--------+--------+--------+--------+--------+--------+
+///   32 | begin  |  end   |checksum|   0    | 48: the chunk's bytes, padded with 0 to 16
+///      +--------+--------+--------+--------+
+void append_frame_header(std::vector<std::byte>& out, const ChunkRef& chunk, Status status) {
+  const bool good = status == Status::ok;
+  const auto& index = chunk.block.index;
+  for (const uint32_t value :
+       {good ? chunk.bytes : 0, static_cast<uint32_t>(status), chunk.block.level,
+        static_cast<uint32_t>(index.x), static_cast<uint32_t>(index.y),
+        static_cast<uint32_t>(index.z), chunk.slab, chunk.cells,
+        static_cast<uint32_t>(chunk.slab_begin), chunk.slab_end, chunk.checksum, uint32_t{0}}) {
+    append_u32(out, value);
+  }
+}
+
+}  // namespace
+
+FrameStream::FrameStream(std::shared_ptr<const StoreFile> store, std::vector<ChunkRef> chunks)
+    : store_(std::move(store)), chunks_(std::move(chunks)) {
+  for (const ChunkRef& chunk : chunks_) size_ += frame_bytes(chunk.bytes);
+}
+
+BodyStream::Step FrameStream::next(std::vector<std::byte>& out, Error& error) {
+  while (position_ < chunks_.size()) {
+    const ChunkRef& chunk = chunks_[position_];
+    const size_t begin = out.size();
+    append_frame_header(out, chunk, Status::ok);
+    if (Result<void> read = store_->read_chunk(chunk, out); !read) {
+      out.resize(begin);
+      append_frame_header(out, chunk, read.error().status);
+      error = std::move(read.error());
+      return Step::broken;
+    }
+    out.resize(begin + frame_bytes(chunk.bytes), std::byte{0});
+    ++position_;
+    if (out.size() >= kPieceBytes) break;
+  }
+  return position_ == chunks_.size() ? Step::last : Step::more;
+}
+
+FileStream::FileStream(std::shared_ptr<const StoreFile> store, uint64_t offset, uint64_t bytes)
+    : store_(std::move(store)), offset_(offset), end_(offset + bytes), size_(bytes) {}
+
+BodyStream::Step FileStream::next(std::vector<std::byte>& out, Error& error) {
+  const size_t begin = out.size();
+  const size_t length = std::min<uint64_t>(kPieceBytes, end_ - offset_);
+  out.resize(begin + length);
+  if (Result<void> read = store_->read(offset_, std::span(out).subspan(begin)); !read) {
+    out.resize(begin);
+    error = std::move(read.error());
+    return Step::broken;
+  }
+  offset_ += length;
+  return offset_ == end_ ? Step::last : Step::more;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,202 @@
+#include "server/target.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace isosplat {
+namespace {
+
+/// At most this much of what a client sent comes back in a message.
+std::string quoted(std::string_view text) {
+  constexpr size_t kLongest = 40;
+  std::string result = "\"";
+  result += text.substr(0, kLongest);
+  result += text.size() > kLongest ? "…\"" : "\"";
+  return result;
+}
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+/// `slash`: what an escaped "/" does. In a path it would change the segments; in a query it is what
+/// encodeURIComponent makes of "0/1.2.3/4".
+enum class EscapedSlash { refused, allowed };
+
+Result<std::string> decode(std::string_view raw, EscapedSlash slash) {
+  std::string text;
+  text.reserve(raw.size());
+  for (size_t i = 0; i < raw.size(); ++i) {
+    if (raw[i] != '%') {
+      text += raw[i];
+      continue;
+    }
+    const int high = i + 2 < raw.size() ? hex_digit(raw[i + 1]) : -1;
+    const int low = i + 2 < raw.size() ? hex_digit(raw[i + 2]) : -1;
+    if (high < 0 || low < 0) {
+      return fail(Status::invalid_argument,
+                  "target: expected two hexadecimal digits after \"%\": escape \"%\" as \"%25\"");
+    }
+    const char c = static_cast<char>(high * 16 + low);
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == '\\' ||
+        (c == '/' && slash == EscapedSlash::refused)) {
+      return fail(Status::invalid_argument,
+                  "target: an escape stands for a control character, \"/\" or \"\\\", which no "
+                  "name here holds");
+    }
+    text += c;
+    i += 2;
+  }
+  return text;
+}
+
+/// Characters that RFC 3986 lets a path or query hold, and those that browsers send as they are.
+bool is_target_character(char c) {
+  return c > 0x20 && c < 0x7f && c != '#' && c != '\\' && c != '"' && c != '<' && c != '>';
+}
+
+template <class Item, class Parse>
+Result<std::vector<Item>> parse_list(std::string_view text, const char* what, Parse parse) {
+  std::vector<Item> items;
+  while (true) {
+    const size_t comma = text.find(',');
+    const std::string_view item = text.substr(0, comma);
+    const std::optional<Item> parsed = parse(item);
+    if (!parsed) {
+      return fail(Status::invalid_argument, std::string("expected a list of ") + what +
+                                                " separated by commas, found " + quoted(item));
+    }
+    items.push_back(*parsed);
+    if (comma == std::string_view::npos) return items;
+    text.remove_prefix(comma + 1);
+  }
+}
+
+}  // namespace
+
+std::string Target::path() const {
+  std::string result;
+  for (const std::string& segment : segments) result += '/' + segment;
+  return result;
+}
+
+Result<Target> parse_target(std::string_view raw) {
+  for (const char c : raw) {
+    if (!is_target_character(c)) {
+      return fail(Status::invalid_argument,
+                  "target: holds a character that must be escaped with \"%\"");
+    }
+  }
+  for (const std::string_view scheme : {"http://", "https://"}) {
+    if (!raw.starts_with(scheme)) continue;
+    raw.remove_prefix(scheme.size());
+    raw.remove_prefix(std::min(raw.find_first_of("/?"), raw.size()));
+    if (raw.empty()) raw = "/";
+    break;
+  }
+  if (!raw.starts_with('/')) {
+    return fail(Status::invalid_argument, "target: expected a path that begins with \"/\"");
+  }
+
+  Target target;
+  const size_t mark = raw.find('?');
+  std::string_view path = raw.substr(1, mark == std::string_view::npos ? mark : mark - 1);
+  while (true) {
+    const size_t slash = path.find('/');
+    Result<std::string> segment = decode(path.substr(0, slash), EscapedSlash::refused);
+    if (!segment) return tl::unexpected(segment.error());
+    if (*segment == "." || *segment == "..") {
+      return fail(Status::invalid_argument,
+                  "target: holds a \".\" or \"..\" segment: ask for the path that is meant");
+    }
+    target.segments.push_back(std::move(*segment));
+    if (slash == std::string_view::npos) break;
+    path.remove_prefix(slash + 1);
+  }
+
+  if (mark == std::string_view::npos) return target;
+  std::string_view query = raw.substr(mark + 1);
+  while (!query.empty()) {
+    const size_t end = std::min(query.find('&'), query.size());
+    const std::string_view item = query.substr(0, end);
+    query.remove_prefix(std::min(end + 1, query.size()));
+    if (item.empty()) continue;
+    const size_t equals = std::min(item.find('='), item.size());
+    Result<std::string> key = decode(item.substr(0, equals), EscapedSlash::allowed);
+    if (!key) return tl::unexpected(key.error());
+    Result<std::string> value =
+        decode(item.substr(std::min(equals + 1, item.size())), EscapedSlash::allowed);
+    if (!value) return tl::unexpected(value.error());
+    target.query.emplace_back(std::move(*key), std::move(*value));
+  }
+  return target;
+}
+
+std::optional<uint32_t> parse_index(std::string_view text, uint32_t max) {
+  if (text.empty() || text.size() > 10 || (text[0] == '0' && text.size() > 1)) return std::nullopt;
+  uint64_t value = 0;
+  for (const char c : text) {
+    if (c < '0' || c > '9') return std::nullopt;
+    value = value * 10 + static_cast<uint64_t>(c - '0');
+  }
+  if (value > max) return std::nullopt;
+  return static_cast<uint32_t>(value);
+}
+
+std::optional<Index3> parse_block(std::string_view text) {
+  const size_t first = text.find('.');
+  if (first == std::string_view::npos) return std::nullopt;
+  const size_t second = text.find('.', first + 1);
+  if (second == std::string_view::npos) return std::nullopt;
+  const auto x = parse_index(text.substr(0, first), kMaxVoxelsPerAxis);
+  const auto y = parse_index(text.substr(first + 1, second - first - 1), kMaxVoxelsPerAxis);
+  const auto z = parse_index(text.substr(second + 1), kMaxVoxelsPerAxis);
+  if (!x || !y || !z) return std::nullopt;
+  return Index3{static_cast<int32_t>(*x), static_cast<int32_t>(*y), static_cast<int32_t>(*z)};
+}
+
+std::optional<double> parse_value(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  if (!std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+std::optional<ValueRange> parse_value_range(std::string_view text) {
+  const size_t dots = text.find("..");
+  if (dots == std::string_view::npos) {
+    const auto value = parse_value(text);
+    if (!value) return std::nullopt;
+    return ValueRange{*value, *value};
+  }
+  const auto low = parse_value(text.substr(0, dots));
+  const auto high = parse_value(text.substr(dots + 2));
+  if (!low || !high || !(*low <= *high)) return std::nullopt;
+  return ValueRange{*low, *high};
+}
+
+Result<std::vector<Index3>> parse_blocks(std::string_view text) {
+  return parse_list<Index3>(text, "blocks x.y.z", parse_block);
+}
+
+Result<std::vector<ChunkPlace>> parse_chunks(std::string_view text) {
+  const auto parse = [](std::string_view item) -> std::optional<ChunkPlace> {
+    const size_t first = item.find('/');
+    if (first == std::string_view::npos) return std::nullopt;
+    const size_t second = item.find('/', first + 1);
+    if (second == std::string_view::npos) return std::nullopt;
+    const auto level = parse_index(item.substr(0, first), 31);
+    const auto block = parse_block(item.substr(first + 1, second - first - 1));
+    const auto slab = parse_index(item.substr(second + 1), 65535);
+    if (!level || !block || !slab) return std::nullopt;
+    return ChunkPlace{BlockKey{*level, *block}, *slab};
+  };
+  return parse_list<ChunkPlace>(text, "chunks level/x.y.z/slab", parse);
+}
+
+}  // namespace isosplat

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace isosplat::test {
+
+/// An answer as it came over the socket.
+struct Answer {
+  int status = 0;                                   ///< 0: none came
+  std::multimap<std::string, std::string> headers;  ///< names in lower case
+  std::string body;
+  bool complete = false;  ///< the body has as many bytes as were announced
+
+  /// The field's value; "" where it is missing, "(repeated)" where it came twice.
+  std::string header(const std::string& name) const;
+};
+
+/// A client that sends bytes as they are given, so that tests can send what no client would.
+class Client {
+ public:
+  explicit Client(uint16_t port);
+  ~Client();
+  Client(Client&& other) noexcept;
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  /// False where the server has closed the connection.
+  bool send(std::string_view bytes);
+
+  /// The next answer. `to_head`: it answers HEAD, so no body follows.
+  Answer receive(bool to_head = false);
+
+  /// send() of a request with these further header lines ("Name: value\r\n"), then receive().
+  Answer request(std::string_view method, std::string_view target, std::string_view headers = {});
+
+  /// Whether the server closes within the time; bytes that come before that are dropped.
+  bool is_closed_within(std::chrono::milliseconds time);
+
+  /// Reads up to so many bytes of what comes next; fewer at the end.
+  std::string read(size_t bytes);
+
+  /// Bytes that the kernel may hold for this client: little, to make a slow reader.
+  void set_receive_buffer(int bytes);
+
+ private:
+  bool fill();
+  int socket_ = -1;
+  std::string received_;
+};
+
+/// One request on a connection of its own.
+Answer get(uint16_t port, std::string_view target, std::string_view headers = {});
+
+}  // namespace isosplat::test

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "shared/store/store_reader.h"
+
+namespace isosplat::test {
+
+/// A chunk that a test store holds.
+struct KnownChunk {
+  BlockKey block;
+  uint32_t slab = 0;
+  uint32_t slab_begin = 0;
+  uint32_t slab_end = 0;
+  uint32_t cells = 0;  ///< 0: a gap, without bytes
+  std::vector<std::byte> bytes;
+};
+
+/// A store with chunks of random bytes (a server never decodes them), and what it holds.
+struct KnownStore {
+  std::vector<std::byte> file;
+  StoreInfo info;
+  std::string content;             ///< hexadecimal content id
+  std::vector<KnownChunk> chunks;  ///< in file order
+
+  const KnownChunk& at(BlockKey block, uint32_t slab) const;
+
+  /// By brute force: every chunk of the level with bytes whose slab meets [low, high] (isocodes).
+  std::vector<const KnownChunk*> meeting(uint32_t level, float low, float high) const;
+};
+
+/// The same seed and dimensions give the same store. `largest_chunk`: bytes.
+KnownStore make_store(uint32_t seed, Index3 voxels = {200, 140, 70}, uint32_t largest_chunk = 3000);
+
+/// A folder of its own that is removed at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Writes a new file and renames it to `path`, as a build does.
+void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
+void write_file(const std::filesystem::path& path, std::string_view text);
+
+}  // namespace isosplat::test
