@@ -1,0 +1,120 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "shared/codec/bit_stream.h"
+#include "shared/codec/lattice.h"
+#include "shared/codec/predictor_fit.h"
+#include "shared/codec/residual_model.h"
+
+namespace isosplat {
+
+/// What a chunk's bits begin with (CHUNK.md has the layout).
+struct ChunkHeader {
+  bool wide = false;  ///< codes may exceed 255
+  LevelMap levels;
+  uint32_t fitted = 0;  ///< bit per class: its weights differ from the default ones
+  int32_t taps[kClasses][kTaps];
+  uint8_t model[kContexts] = {};  ///< kNoModel where the context is not used
+};
+
+inline constexpr int kHeaderVersion = 0;
+inline constexpr int kHeaderVersionBits = 2;
+inline constexpr uint8_t kNoModel = 255;
+
+/// A weight's difference from the default one, folded, in Rice code: the upper part in unary (at
+/// most kMaxUnary ones, then a zero; without the zero, the whole in kPlainWeightBits), then the
+/// lower bits.
+inline constexpr uint32_t kMaxUnary = 12;
+inline constexpr int kPlainWeightBits = 13;
+
+inline void write_header(const ChunkHeader& header, bool has_intervals, BitWriter& bits) {
+  bits.put(kHeaderVersion, kHeaderVersionBits);
+  bits.put(header.wide, 1);
+  bits.put(static_cast<uint32_t>(header.levels.base), 4);
+  bits.put(static_cast<uint32_t>(header.levels.merge), 3);
+  for (int group = 0; group < (has_intervals ? kGroups : 2); ++group) {
+    for (int level = 0; level < header.levels.levels(); ++level) {
+      const uint8_t model = header.model[group * kLevels + level];
+      bits.put(model != kNoModel, 1);
+      if (model != kNoModel) bits.put(model, kModelBits);
+    }
+  }
+  bits.put(header.fitted != 0, 1);
+  if (!header.fitted) return;
+  bits.put(header.fitted, kClasses);
+
+  const auto for_each_difference = [&](auto f) {
+    for (int c = 0; c < kClasses; ++c) {
+      if (!(header.fitted >> c & 1)) continue;
+      for (int i = 0; i < kTaps; ++i) {
+        if (i != kImpliedTap) f(fold(header.taps[c][i] - kDefaultWeights[c][i]));
+      }
+    }
+  };
+  uint32_t best = 0, best_cost = ~0u;
+  for (uint32_t low = 0; low < 8; ++low) {
+    uint32_t cost = 0;
+    for_each_difference([&](uint32_t u) {
+      cost += (u >> low) < kMaxUnary ? (u >> low) + 1 + low : kMaxUnary + kPlainWeightBits;
+    });
+    if (cost < best_cost) best_cost = cost, best = low;
+  }
+  bits.put(best, 3);
+  for_each_difference([&](uint32_t u) {
+    const uint32_t high = u >> best;
+    if (high < kMaxUnary) {
+      bits.put((2u << high) - 2, static_cast<int>(high + 1));
+      bits.put(u & ((1u << best) - 1), static_cast<int>(best));
+    } else {
+      bits.put((1u << kMaxUnary) - 1, kMaxUnary);
+      bits.put(u, kPlainWeightBits);
+    }
+  });
+}
+
+/// Returns false where the header is none that write_header() can write. Reads at most 1,300 bytes.
+inline bool read_header(BitReader& bits, bool has_intervals, ChunkHeader& header) {
+  if (bits.get(kHeaderVersionBits) != kHeaderVersion) return false;
+  header.wide = bits.get(1) != 0;
+  header.levels.base = static_cast<int32_t>(bits.get(4));
+  header.levels.merge = static_cast<int32_t>(bits.get(3));
+  if (header.levels.merge > 4) return false;
+  std::fill_n(header.model, kContexts, kNoModel);
+  for (int group = 0; group < (has_intervals ? kGroups : 2); ++group) {
+    for (int level = 0; level < header.levels.levels(); ++level) {
+      if (!bits.get(1)) continue;
+      const uint32_t model = bits.get(kModelBits);
+      if (model >= kModels) return false;
+      header.model[group * kLevels + level] = static_cast<uint8_t>(model);
+    }
+  }
+  for (int c = 0; c < kClasses; ++c) {
+    for (int i = 0; i < kTaps; ++i) header.taps[c][i] = kDefaultWeights[c][i];
+  }
+  header.fitted = 0;
+  if (!bits.get(1)) return true;
+  header.fitted = bits.get(kClasses);
+  if (!header.fitted) return false;
+  const uint32_t low = bits.get(3);
+  for (int c = 0; c < kClasses; ++c) {
+    if (!(header.fitted >> c & 1)) continue;
+    int32_t rest = 1 << kWeightBits;
+    for (int i = 0; i < kTaps; ++i) {
+      if (i == kImpliedTap) continue;
+      uint32_t high = 0;
+      while (high < kMaxUnary && bits.get(1)) ++high;
+      const uint32_t u =
+          high < kMaxUnary ? high << low | bits.get(low) : bits.get(kPlainWeightBits);
+      const int32_t weight = kDefaultWeights[c][i] + unfold(u);
+      if (std::abs(weight) > kMaxWeight) return false;
+      header.taps[c][i] = weight;
+      rest -= weight;
+    }
+    header.taps[c][kImpliedTap] = rest;
+  }
+  return true;
+}
+
+}  // namespace isosplat

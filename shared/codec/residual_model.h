@@ -1,0 +1,101 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "shared/codec/chunk_tables.h"
+#include "shared/sampling/cell.h"
+
+namespace isosplat {
+
+/// A residual r is coded as u = −2r (r ≤ 0) or 2r − 1 (r > 0), below 2^17.
+inline uint32_t fold(int32_t residual) {
+  return static_cast<uint32_t>(residual > 0 ? 2 * residual - 1 : -2 * residual);
+}
+inline int32_t unfold(uint32_t folded) {
+  const auto half = static_cast<int32_t>((folded + 1) >> 1);
+  return (folded & 1) ? half : -half;
+}
+
+/// Its low k bits are raw; the rest, u >> k, is a token and raw bits: 0–15 are themselves, token
+/// t ≥ 16 stands for [2^(t − 12), 2^(t − 11)) with t − 12 raw bits.
+struct Token {
+  uint32_t token;
+  uint32_t raw_bits;
+};
+inline Token token_of(uint32_t q) {
+  if (q < 16) return {q, 0};
+  const auto bits = static_cast<uint32_t>(31 - __builtin_clz(q));
+  return {bits + 12, bits};
+}
+inline uint32_t token_bits(uint32_t token) {
+  return token < 16 ? 0 : token - 12;
+}
+inline uint32_t token_base(uint32_t token) {
+  return token < 16 ? token : 1u << (token - 12);
+}
+
+/// A context's model: one of the token distributions of chunk_tables.h, and k. The distributions
+/// are two runs of 27: for k = 0 the first 23, ever broader; for k ≥ 1 the last four.
+inline constexpr uint32_t kPlainShapes = 23;
+inline constexpr uint32_t kShiftedShapes = 4;
+inline constexpr uint32_t kMaxShift = 13;
+inline constexpr uint32_t kModelsPerRun = kPlainShapes + kShiftedShapes * kMaxShift;
+inline constexpr uint32_t kModels = 2 * kModelsPerRun;
+inline constexpr int kModelBits = 8;
+
+struct Model {
+  uint32_t shape;
+  uint32_t shift;  ///< k
+};
+/// model < kModels
+inline Model model_of(uint32_t model) {
+  const uint32_t run = model / kModelsPerRun, i = model % kModelsPerRun;
+  if (i < kPlainShapes) return {run * 27 + i, 0};
+  return {run * 27 + kPlainShapes + (i - kPlainShapes) % kShiftedShapes,
+          1 + (i - kPlainShapes) / kShiftedShapes};
+}
+
+/// How busy the surroundings are, in half octaves.
+inline int32_t half_octave(uint32_t energy) {
+  const uint32_t e = energy + 2;
+  const int32_t bits = 31 - __builtin_clz(e);
+  return 2 * bits + static_cast<int32_t>(e >> (bits - 1) & 1) - 2;
+}
+
+/// A residual's context: its group and the level of its energy. Chunks of few cells merge levels.
+inline constexpr int32_t kLevels = 12;
+enum ContextGroup : int32_t {
+  kEnclosed = 0,     ///< a lattice point whose neighbours at y − 1 and z − 1 are points
+  kExposed = 1,      ///< another lattice point
+  kIntervalMin = 2,  ///< how far a cell's interval begins below its least corner
+  kIntervalMax = 3,  ///< and ends above its greatest
+};
+inline constexpr int32_t kGroups = 4;
+inline constexpr int32_t kContexts = kGroups * kLevels;
+
+/// How a chunk maps energies to levels.
+struct LevelMap {
+  int32_t base = 0;   ///< 0 to 15: half octaves below count as level 0
+  int32_t merge = 0;  ///< 0 to 4: 2^merge levels share one model
+
+  int32_t level_of_octave(int32_t octave) const {
+    return std::clamp(octave - base, 0, kLevels - 1) >> merge;
+  }
+  int32_t level(int32_t energy) const {
+    return level_of_octave(half_octave(static_cast<uint32_t>(energy)));
+  }
+  int32_t levels() const { return ((kLevels - 1) >> merge) + 1; }
+};
+
+/// The energy of both residuals of a cell's interval; `before` is the sum of the magnitudes of the
+/// two of the cell coded before, at most 65535 (0 for the first).
+inline int32_t interval_energy_of(CellInterval corners, int32_t before) {
+  return 2 * (corners.max - corners.min) + before;
+}
+
+inline int32_t group_of_class(uint32_t point_class) {
+  return (point_class & 6) == 6 ? kEnclosed : kExposed;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,327 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+
+#include "shared/sampling/cell.h"
+#include "shared/sampling/packed_sample.h"
+
+#if defined(__SSE4_1__)
+#include <smmintrin.h>
+#define ISOSPLAT_CODEC_SIMD 1
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
+#define ISOSPLAT_CODEC_SIMD 1
+#else
+#define ISOSPLAT_CODEC_SIMD 0
+#endif
+
+/// The codec's inner operations, twice: ScalarOps says what they are; VectorOps are the same bit
+/// for bit with 128-bit vectors (SSE4.1, WASM SIMD), where there are any.
+namespace isosplat {
+
+/// Two sums of products over the neighbours of a lattice point; see lattice.h.
+struct Sums {
+  int32_t prediction;
+  int32_t energy;
+};
+
+/// Four rows of lattice values and two of energies, each from x − 1 on: x − 1, x, x + 1 (and x + 2,
+/// which has weight 0).
+struct TapPointers {
+  const int16_t* up;
+  const int16_t* back;
+  const int16_t* back_down;
+  const int16_t* back_up;
+  const int16_t* energy_up;
+  const int16_t* energy_back;
+};
+
+struct ScalarOps {
+  /// How many of the 16 ascending starts are ≤ slot, less one. starts[0] is 0.
+  static uint32_t find_quad(const uint16_t* starts, uint32_t slot) {
+    uint32_t quad = 0;
+    for (int i = 1; i < 16; ++i) quad += starts[i] <= slot;
+    return quad;
+  }
+
+  /// weights: four for each row, in the order up, back, back_down, back_up.
+  static Sums sum_taps(const TapPointers& taps, const int16_t* weights) {
+    Sums sums{0, 0};
+    for (int i = 0; i < 3; ++i) {
+      sums.prediction += taps.up[i] * weights[i] + taps.back[i] * weights[4 + i] +
+                         taps.back_down[i] * weights[8 + i] + taps.back_up[i] * weights[12 + i];
+      sums.energy += (taps.energy_up[i] + taps.energy_back[i]) * (i == 1 ? 2 : 1);
+    }
+    return sums;
+  }
+
+  /// Bits of the cells with max(min, begin) < min(max, end), of up to 64.
+  static uint64_t active_cells(const CellInterval* cells, int32_t count, uint32_t begin,
+                               uint32_t end) {
+    uint64_t bits = 0;
+    for (int32_t i = 0; i < count; ++i) {
+      const bool active =
+          std::max<uint32_t>(cells[i].min, begin) < std::min<uint32_t>(cells[i].max, end);
+      bits |= static_cast<uint64_t>(active) << i;
+    }
+    return bits;
+  }
+
+  /// A cell's corners, from its four rows of lattice values at x: codes less 32768.
+  static CellCorners corners(const int16_t* r00, const int16_t* r10, const int16_t* r01,
+                             const int16_t* r11) {
+    const auto code = [](int16_t value) { return static_cast<Code>(value ^ -0x8000); };
+    return {code(r00[0]), code(r00[1]), code(r10[0]), code(r10[1]),
+            code(r01[0]), code(r01[1]), code(r11[0]), code(r11[1])};
+  }
+
+  static PackedSample pack(uint32_t place, const int16_t* r00, const int16_t* r10,
+                           const int16_t* r01, const int16_t* r11, const CellInterval* interval) {
+    const CellCorners c = corners(r00, r10, r01, r11);
+    const Index3 cell{static_cast<int32_t>(place & 63), static_cast<int32_t>(place >> 6 & 63),
+                      static_cast<int32_t>(place >> 12)};
+    return pack_sample(cell, interval ? *interval : corner_interval(c), c);
+  }
+};
+
+#if ISOSPLAT_CODEC_SIMD
+
+#if defined(__SSE4_1__)
+namespace simd {
+using V = __m128i;
+inline V load(const void* p) {
+  return _mm_loadu_si128(static_cast<const V*>(p));
+}
+inline V load_two_halves(const void* low, const void* high) {
+  return _mm_unpacklo_epi64(_mm_loadl_epi64(static_cast<const V*>(low)),
+                            _mm_loadl_epi64(static_cast<const V*>(high)));
+}
+inline V set4(int32_t a, int32_t b, int32_t c, int32_t d) {
+  return _mm_setr_epi32(a, b, c, d);
+}
+inline V splat16(uint32_t v) {
+  return _mm_set1_epi16(static_cast<int16_t>(v));
+}
+inline V splat32(uint32_t v) {
+  return _mm_set1_epi32(static_cast<int32_t>(v));
+}
+inline V multiply_add_pairs(V a, V b) {
+  return _mm_madd_epi16(a, b);
+}
+inline V add32(V a, V b) {
+  return _mm_add_epi32(a, b);
+}
+inline V sub16(V a, V b) {
+  return _mm_sub_epi16(a, b);
+}
+inline V xor_(V a, V b) {
+  return _mm_xor_si128(a, b);
+}
+inline V and_(V a, V b) {
+  return _mm_and_si128(a, b);
+}
+inline V min_u16(V a, V b) {
+  return _mm_min_epu16(a, b);
+}
+inline V max_u16(V a, V b) {
+  return _mm_max_epu16(a, b);
+}
+inline V greater_s16(V a, V b) {
+  return _mm_cmpgt_epi16(a, b);
+}
+inline V greater_s32(V a, V b) {
+  return _mm_cmpgt_epi32(a, b);
+}
+inline V shift_right_u16(V a, uint32_t n) {
+  return _mm_srl_epi16(a, _mm_cvtsi32_si128(static_cast<int32_t>(n)));
+}
+inline V high_halves(V a) {
+  return _mm_srli_epi32(a, 16);
+}
+/// Signed 16 to signed 8 bits, saturating: 0 and −1 stay what they are.
+inline V narrow_s(V a, V b) {
+  return _mm_packs_epi16(a, b);
+}
+/// 16 to 8 bits of lanes that are below 256.
+inline V narrow_u(V a, V b) {
+  return _mm_packus_epi16(a, b);
+}
+inline uint32_t sign_bits8(V a) {
+  return static_cast<uint32_t>(_mm_movemask_epi8(a));
+}
+inline uint32_t sign_bits32(V a) {
+  return static_cast<uint32_t>(_mm_movemask_ps(_mm_castsi128_ps(a)));
+}
+/// {a0 + a1 + a2 + a3, b0 + b1 + b2 + b3}
+inline Sums sum_lanes(V a, V b) {
+  const V pairs = _mm_add_epi32(_mm_unpacklo_epi32(a, b), _mm_unpackhi_epi32(a, b));
+  const V sums = _mm_add_epi32(pairs, _mm_shuffle_epi32(pairs, 0x4e));
+  return {_mm_cvtsi128_si32(sums), _mm_extract_epi32(sums, 1)};
+}
+/// The least and the greatest of eight.
+inline CellInterval range_u16(V a) {
+  const V low = _mm_minpos_epu16(a);
+  const V high = _mm_minpos_epu16(_mm_xor_si128(a, _mm_set1_epi16(-1)));
+  return {static_cast<Code>(_mm_cvtsi128_si32(low)), static_cast<Code>(~_mm_cvtsi128_si32(high))};
+}
+inline uint32_t lane32(V a, bool second) {
+  return static_cast<uint32_t>(second ? _mm_extract_epi32(a, 1) : _mm_cvtsi128_si32(a));
+}
+}  // namespace simd
+#else
+namespace simd {
+using V = v128_t;
+inline V load(const void* p) {
+  return wasm_v128_load(p);
+}
+inline V load_two_halves(const void* low, const void* high) {
+  return wasm_v128_load64_lane(high, wasm_v128_load64_zero(low), 1);
+}
+inline V set4(int32_t a, int32_t b, int32_t c, int32_t d) {
+  return wasm_i32x4_make(a, b, c, d);
+}
+inline V splat16(uint32_t v) {
+  return wasm_i16x8_splat(static_cast<int16_t>(v));
+}
+inline V splat32(uint32_t v) {
+  return wasm_i32x4_splat(static_cast<int32_t>(v));
+}
+inline V multiply_add_pairs(V a, V b) {
+  return wasm_i32x4_dot_i16x8(a, b);
+}
+inline V add32(V a, V b) {
+  return wasm_i32x4_add(a, b);
+}
+inline V sub16(V a, V b) {
+  return wasm_i16x8_sub(a, b);
+}
+inline V xor_(V a, V b) {
+  return wasm_v128_xor(a, b);
+}
+inline V and_(V a, V b) {
+  return wasm_v128_and(a, b);
+}
+inline V min_u16(V a, V b) {
+  return wasm_u16x8_min(a, b);
+}
+inline V max_u16(V a, V b) {
+  return wasm_u16x8_max(a, b);
+}
+inline V greater_s16(V a, V b) {
+  return wasm_i16x8_gt(a, b);
+}
+inline V greater_s32(V a, V b) {
+  return wasm_i32x4_gt(a, b);
+}
+inline V shift_right_u16(V a, uint32_t n) {
+  return wasm_u16x8_shr(a, n);
+}
+inline V high_halves(V a) {
+  return wasm_u32x4_shr(a, 16);
+}
+inline V narrow_s(V a, V b) {
+  return wasm_i8x16_narrow_i16x8(a, b);
+}
+inline V narrow_u(V a, V b) {
+  return wasm_u8x16_narrow_i16x8(a, b);
+}
+inline uint32_t sign_bits8(V a) {
+  return wasm_i8x16_bitmask(a);
+}
+inline uint32_t sign_bits32(V a) {
+  return wasm_i32x4_bitmask(a);
+}
+inline Sums sum_lanes(V a, V b) {
+  const V pairs =
+      wasm_i32x4_add(wasm_i32x4_shuffle(a, b, 0, 4, 1, 5), wasm_i32x4_shuffle(a, b, 2, 6, 3, 7));
+  const V sums = wasm_i32x4_add(pairs, wasm_i32x4_shuffle(pairs, pairs, 2, 3, 0, 1));
+  return {wasm_i32x4_extract_lane(sums, 0), wasm_i32x4_extract_lane(sums, 1)};
+}
+inline CellInterval range_u16(V a) {
+  // Least in lane 0 by halving; the greatest is the least of the complement.
+  const V b = wasm_v128_not(a);
+  V m = wasm_u16x8_min(wasm_i64x2_shuffle(a, b, 0, 2), wasm_i64x2_shuffle(a, b, 1, 3));
+  m = wasm_u16x8_min(m, wasm_i32x4_shuffle(m, m, 1, 0, 3, 2));
+  m = wasm_u16x8_min(m, wasm_u32x4_shr(m, 16));
+  return {static_cast<Code>(wasm_u16x8_extract_lane(m, 0)),
+          static_cast<Code>(~wasm_u16x8_extract_lane(m, 4))};
+}
+inline uint32_t lane32(V a, bool second) {
+  return static_cast<uint32_t>(second ? wasm_i32x4_extract_lane(a, 1)
+                                      : wasm_i32x4_extract_lane(a, 0));
+}
+}  // namespace simd
+#endif
+
+struct VectorOps {
+  static uint32_t find_quad(const uint16_t* starts, uint32_t slot) {
+    using namespace simd;
+    const V s = splat16(slot);
+    const V beyond = narrow_s(greater_s16(load(starts), s), greater_s16(load(starts + 8), s));
+    return 15 - static_cast<uint32_t>(__builtin_popcount(sign_bits8(beyond)));
+  }
+
+  static Sums sum_taps(const TapPointers& taps, const int16_t* weights) {
+    using namespace simd;
+    const V near = multiply_add_pairs(load_two_halves(taps.up, taps.back), load(weights));
+    const V far =
+        multiply_add_pairs(load_two_halves(taps.back_down, taps.back_up), load(weights + 8));
+    const V energy = multiply_add_pairs(load_two_halves(taps.energy_up, taps.energy_back),
+                                        set4(1 | 2 << 16, 1, 1 | 2 << 16, 1));
+    return sum_lanes(add32(near, far), energy);
+  }
+
+  static uint64_t active_cells(const CellInterval* cells, int32_t count, uint32_t begin,
+                               uint32_t end) {
+    using namespace simd;
+    static_assert(sizeof(CellInterval) == 4);
+    // In each lane: the lesser half is max(min, begin), the upper min(max, end). An end of 65536
+    // may count as 65535: a cell with min 65535 has no greater max.
+    const V low = splat32(begin), high = splat32(0xffff | std::min(end, 65535u) << 16);
+    uint64_t bits = 0;
+    int32_t i = 0;
+    for (; i + 4 <= count; i += 4) {
+      const V clipped = min_u16(max_u16(load(cells + i), low), high);
+      const V active = greater_s32(high_halves(clipped), and_(clipped, splat32(0xffff)));
+      bits |= static_cast<uint64_t>(sign_bits32(active)) << i;
+    }
+    if (i < count) bits |= ScalarOps::active_cells(cells + i, count - i, begin, end) << i;
+    return bits;
+  }
+
+  static PackedSample pack(uint32_t place, const int16_t* r00, const int16_t* r10,
+                           const int16_t* r01, const int16_t* r11, const CellInterval* interval) {
+    using namespace simd;
+    int32_t rows[4];
+    std::memcpy(&rows[0], r00, 4);
+    std::memcpy(&rows[1], r10, 4);
+    std::memcpy(&rows[2], r01, 4);
+    std::memcpy(&rows[3], r11, 4);
+    V corners = xor_(set4(rows[0], rows[1], rows[2], rows[3]), splat16(0x8000));
+    CellInterval range;
+    if (interval) {
+      range = *interval;
+      corners = max_u16(min_u16(corners, splat16(range.max)), splat16(range.min));
+    } else {
+      range = range_u16(corners);
+    }
+    const int shift = corner_shift(range);
+    const V q = shift_right_u16(sub16(corners, splat16(range.min)), static_cast<uint32_t>(shift));
+    const V ninth = greater_s16(q, splat16(255));
+    const V low = and_(q, splat16(255));
+    const V bytes = narrow_u(low, low);
+    PackedSample packed;
+    packed.word[0] = place | (sign_bits8(narrow_s(ninth, ninth)) & 255) << 22;
+    packed.word[1] = range.min | static_cast<uint32_t>(range.max) << 16;
+    packed.word[2] = lane32(bytes, false);
+    packed.word[3] = lane32(bytes, true);
+    return packed;
+  }
+};
+#else
+using VectorOps = ScalarOps;
+#endif
+
+}  // namespace isosplat
