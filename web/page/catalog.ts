@@ -1,6 +1,7 @@
 import { html, nothing, render, type TemplateResult } from "lit";
 import { brand, problemCard, themeButton } from "./chrome.ts";
 import { formatBytes, formatCount, formatDims, formatType, formatValue } from "./format.ts";
+import { icon } from "./icons.ts";
 import { type Problem, problemOf } from "./problems.ts";
 import { onTheme } from "./theme.ts";
 import { thumbnail } from "./thumbnails.ts";
@@ -118,7 +119,7 @@ function card(volume: VolumeEntry): TemplateResult {
   const title = volume.title || volume.name;
   if (volume.error) {
     return html`<div class="card broken">
-      <div class="card-picture"><span class="quiet">cannot be read</span></div>
+      <div class="card-picture">${icon("alert")}</div>
       <h2>${title}</h2>
       <p class="card-facts">${volume.error.message}</p>
     </div>`;
@@ -152,7 +153,7 @@ function sparkline(volume: VolumeEntry): TemplateResult | typeof nothing {
   if (!counts || counts.length === 0) return nothing;
   const most = Math.log1p(Math.max(1, ...counts));
   const points = counts.map((count, i) => {
-    const x = (100 * (i + 0.5)) / counts.length;
+    const x = (100 * i) / Math.max(1, counts.length - 1);
     return `${x.toFixed(2)} ${(40 - (36 * Math.log1p(Math.max(0, count))) / most).toFixed(2)}`;
   });
   return html`<svg class="sparkline" viewBox="0 0 100 40" preserveAspectRatio="none" aria-hidden="true">

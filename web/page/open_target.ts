@@ -1,8 +1,15 @@
-import type { Source } from "../stream/index.ts";
+import { FileSource } from "../stream/file_source.ts";
+import { ServerSource } from "../stream/server_source.ts";
 import type { Target } from "./volume_page.ts";
 
-/** Where the address of the page points. */
+/** Where the address of the page points: a volume of its server, or a store on any host. */
 export function openTarget(volume: string | undefined, src: string | undefined): Target {
-  const name = volume ?? src ?? "";
-  return { name, source: () => ({ name }) as Source };
+  if (volume !== undefined) return { name: volume, source: () => new ServerSource({ volume }) };
+  const address = new URL(src ?? "", location.href).href;
+  return { name: fileName(address), source: () => new FileSource(address) };
+}
+
+function fileName(address: string): string {
+  const path = new URL(address).pathname;
+  return decodeURIComponent(path.slice(path.lastIndexOf("/") + 1)) || address;
 }

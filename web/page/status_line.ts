@@ -54,10 +54,10 @@ export class StatusLine {
 
   #schedule(): void {
     if (this.#timer === 0) {
-      this.#timer = setTimeout(() => {
+      this.#timer = window.setTimeout(() => {
         this.#timer = 0;
         this.#write();
-      }, everyMs) as unknown as number;
+      }, everyMs);
     }
   }
 

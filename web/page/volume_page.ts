@@ -27,24 +27,14 @@ import {
 } from "./panel.ts";
 import { type Problem, problemOf } from "./problems.ts";
 import { StatusLine } from "./status_line.ts";
+import { surfacesAt, withAddedSurface } from "./surfaces.ts";
 import { onTheme, theme, toggleTheme } from "./theme.ts";
 import { keepThumbnail } from "./thumbnails.ts";
-import { readUrl, type UrlState, writeUrl } from "./url_state.ts";
+import { readUrl, type UrlState } from "./url_state.ts";
+import { AddressBar } from "./view_address.ts";
 import { fetchVolumes } from "./volumes_api.ts";
 
-/** Bone, flesh, and colours that stay apart beside them. */
-const surfaceColours = [
-  "#d9ccb3",
-  "#c8553d",
-  "#4f86c6",
-  "#6a994e",
-  "#9d6bb3",
-  "#e0a030",
-  "#3d9c93",
-  "#8a8f98",
-];
 const themeBackground = { light: "#eef0f3", dark: "#15181d" };
-const urlEveryMs = 300;
 const toastMs = 2500;
 
 export interface Target {
@@ -81,7 +71,19 @@ export class VolumePage {
   #hasPicture = false;
   #keptThumbnail = "";
   #renderHandle = 0;
-  #urlTimer = 0;
+  readonly #address = new AddressBar(() =>
+    this.#info
+      ? {
+          volume: this.#url.volume,
+          src: this.#url.src,
+          surfaces: this.#surfaces,
+          look: this.#look,
+          isThemeBackground: this.#isThemeBackground,
+          clip: this.#clip,
+          camera: this.#camera ?? this.#url.camera,
+        }
+      : null,
+  );
 
   constructor(root: HTMLElement, target: Target) {
     this.#root = root;
@@ -131,7 +133,7 @@ export class VolumePage {
     });
     viewer.on("camera", (camera) => {
       this.#camera = camera;
-      this.#writeUrlSoon();
+      this.#address.changed();
     });
     viewer.on("error", (error) => {
       if (error instanceof StreamError && error.retrying) return;
@@ -157,7 +159,8 @@ export class VolumePage {
     document.title = `${this.#target.name} · Isosplat`;
     this.#render();
     const { isovalues } = this.#url;
-    if (this.#surfaces.length === 0 && isovalues) this.#surfaces = this.#surfacesOf(isovalues);
+    if (this.#surfaces.length === 0 && isovalues)
+      this.#surfaces = surfacesAt(isovalues, this.#url.colours, this.#url.opacities);
     this.#viewer.setLook(this.#look);
     this.#viewer.setClip(this.#clip);
     try {
@@ -179,19 +182,11 @@ export class VolumePage {
     document.title = `${this.#title()} · Isosplat`;
     if (this.#surfaces.length === 0) {
       const first = info.metadata.suggested_isovalues?.[0] ?? fallbackIsovalue(this.#scale);
-      this.#surfaces = this.#surfacesOf([first]);
+      this.#surfaces = surfacesAt([first], this.#url.colours, this.#url.opacities);
       this.#viewer.setSurfaces(this.#surfaces);
     }
-    this.#writeUrlSoon();
+    this.#address.changed();
     this.#render();
-  }
-
-  #surfacesOf(isovalues: readonly number[]): Surface[] {
-    return isovalues.map((isovalue, i) => ({
-      isovalue,
-      colour: this.#url.colours?.[i] ?? surfaceColours[i % surfaceColours.length] ?? "#d9ccb3",
-      opacity: this.#url.opacities?.[i] ?? 1,
-    }));
   }
 
   #title(): string {
@@ -216,7 +211,7 @@ export class VolumePage {
   #setSurfaces(surfaces: Surface[]): void {
     this.#surfaces = surfaces;
     this.#viewer.setSurfaces(surfaces);
-    this.#writeUrlSoon();
+    this.#address.changed();
     this.#render();
   }
 
@@ -238,7 +233,7 @@ export class VolumePage {
   #changeLook(change: Partial<Look>): void {
     this.#look = { ...this.#look, ...change };
     this.#viewer.setLook(change);
-    this.#writeUrlSoon();
+    this.#address.changed();
     this.#render();
   }
 
@@ -250,7 +245,11 @@ export class VolumePage {
       this.#render();
     },
     changeSurface: (index, change) => this.#changeSurface(index, change),
-    addSurface: () => this.#addSurface(),
+    addSurface: () => {
+      const suggestions = this.#info?.metadata.suggested_isovalues ?? [];
+      this.#active = this.#surfaces.length;
+      this.#setSurfaces(withAddedSurface(this.#surfaces, suggestions, this.#scale));
+    },
     removeSurface: (index) => {
       const left = this.#surfaces.filter((_, i) => i !== index);
       const wasBefore = index < this.#active ? 1 : 0;
@@ -268,33 +267,11 @@ export class VolumePage {
     changeClip: (clip) => {
       this.#clip = clip;
       this.#viewer.setClip(clip);
-      this.#writeUrlSoon();
+      this.#address.changed();
       this.#render();
     },
     histogramPointer: (event) => this.#histogramPointer(event),
   };
-
-  /** At the suggestion that is farthest from what is shown; what is shown becomes translucent. */
-  #addSurface(): void {
-    const { low, high } = this.#scale;
-    const shown = this.#surfaces.map((surface) => surface.isovalue);
-    const suggested = this.#info?.metadata.suggested_isovalues ?? [];
-    const away = (value: number) => Math.min(...shown.map((other) => Math.abs(other - value)));
-    const candidates = [...suggested, low + 0.25 * (high - low), low + 0.6 * (high - low)];
-    const isovalue = candidates.reduce((best, value) => (away(value) > away(best) ? value : best));
-    const used = new Set(this.#surfaces.map((surface) => surface.colour));
-    const colour = surfaceColours.find((c) => !used.has(c)) ?? "#8a8f98";
-    const added = { isovalue: snapped(isovalue, this.#scale), colour, opacity: 1 };
-    // The lower one usually encloses the higher one, and would hide it.
-    const dimmed = this.#surfaces.map((surface) =>
-      surface.isovalue < added.isovalue && surface.opacity === 1
-        ? { ...surface, opacity: 0.4 }
-        : surface,
-    );
-    if (dimmed.every((surface) => surface.isovalue > added.isovalue)) added.opacity = 0.4;
-    this.#active = dimmed.length;
-    this.#setSurfaces([...dimmed, added]);
-  }
 
   #histogramPointer(event: PointerEvent): void {
     const canvas = event.currentTarget as HTMLElement;
@@ -306,15 +283,10 @@ export class VolumePage {
 
   #onKey(event: KeyboardEvent): void {
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
-    const origin = event.composedPath()[0];
-    const isField =
-      origin instanceof HTMLElement &&
-      (origin.matches("input, textarea, select, [role=slider], [role=combobox]") ||
-        origin.isContentEditable);
-    const isText = isField && !origin.matches("[role=slider], [type=color]");
-    if (isText || document.querySelector("wa-dialog[open]")) return;
-    const isPlain = origin === document.body || origin === this.#canvas;
-    if (isPlain && handleCameraKey(event, this.#viewer)) {
+    if (document.querySelector("wa-dialog[open]")) return;
+    const focus = focusOf(event, this.#canvas);
+    if (focus === "text") return;
+    if (focus === "none" && handleCameraKey(event, this.#viewer)) {
       event.preventDefault();
       return;
     }
@@ -350,7 +322,7 @@ export class VolumePage {
   }
 
   async #copyLink(): Promise<void> {
-    this.#writeUrl();
+    this.#address.write();
     try {
       await navigator.clipboard.writeText(location.href);
       this.#say("Link copied");
@@ -390,48 +362,11 @@ export class VolumePage {
   #say(toast: string): void {
     this.#toast = toast;
     clearTimeout(this.#toastTimer);
-    this.#toastTimer = setTimeout(() => {
+    this.#toastTimer = window.setTimeout(() => {
       this.#toast = "";
       this.#render();
-    }, toastMs) as unknown as number;
+    }, toastMs);
     this.#render();
-  }
-
-  // ---- The address ----
-
-  #writeUrlSoon(): void {
-    if (this.#urlTimer !== 0) return;
-    // Browsers limit replaceState to about 100 calls in 30 s.
-    this.#urlTimer = setTimeout(() => this.#writeUrl(), urlEveryMs) as unknown as number;
-  }
-
-  #writeUrl(): void {
-    clearTimeout(this.#urlTimer);
-    this.#urlTimer = 0;
-    if (!this.#info) return;
-    const surfaces = this.#surfaces;
-    const state: UrlState = { isovalues: surfaces.map((surface) => surface.isovalue) };
-    if (this.#url.volume) state.volume = this.#url.volume;
-    else if (this.#url.src) state.src = this.#url.src;
-    if (surfaces.some((surface, i) => surface.colour !== surfaceColours[i])) {
-      state.colours = surfaces.map((surface) => surface.colour);
-    }
-    if (surfaces.some((surface) => surface.opacity !== 1)) {
-      state.opacities = surfaces.map((surface) => surface.opacity);
-    }
-    const camera = this.#camera ?? this.#url.camera;
-    if (camera) state.camera = camera;
-    if (this.#look.kind !== defaultLook.kind) state.kind = this.#look.kind;
-    if (this.#look.colourBy !== defaultLook.colourBy) state.colourBy = this.#look.colourBy;
-    if (this.#look.colourMap !== defaultLook.colourMap) state.colourMap = this.#look.colourMap;
-    if (this.#look.eyeDome !== defaultLook.eyeDome) state.eyeDome = this.#look.eyeDome;
-    if (!this.#isThemeBackground) state.background = this.#look.background;
-    const { low, high } = this.#clip;
-    if (low.some((v) => v !== 0) || high.some((v) => v !== 1)) state.clip = this.#clip;
-    const address = `${location.pathname}${writeUrl(state)}`;
-    if (address !== `${location.pathname}${location.search}`) {
-      history.replaceState(null, "", address);
-    }
   }
 
   // ---- The page ----
@@ -451,8 +386,9 @@ export class VolumePage {
       "aria-label",
       `Isosurface of ${this.#title()} at ${isovalues}. Arrow keys turn it, plus and minus zoom.`,
     );
+    const isPanelHidden = this.#isPanelHidden || (this.#problem !== null && !info);
     const classes = `volume${this.#isSheetOpen ? " sheet-open" : ""}${
-      this.#isPanelHidden ? " panel-hidden" : ""
+      isPanelHidden ? " panel-hidden" : ""
     }`;
     render(
       html`<div class=${classes}>
@@ -556,4 +492,14 @@ function facts(info: StoreInfo): string {
   const type = info.metadata.source?.type;
   const typeText = formatType(typeof type === "string" ? type : `${info.mapping.bits} bit`);
   return `${formatDims(info.voxels)}, ${typeText}`;
+}
+
+/** What a key would go to: text fields take all keys, other controls some, the page the rest. */
+function focusOf(event: KeyboardEvent, canvas: HTMLElement): "text" | "control" | "none" {
+  const origin = event.composedPath()[0];
+  if (!(origin instanceof HTMLElement) || origin === document.body || origin === canvas)
+    return "none";
+  const isField = origin.matches("input, textarea, select, [role=combobox], [role=listbox]");
+  if ((isField && !origin.matches("[type=color]")) || origin.isContentEditable) return "text";
+  return "control";
 }

@@ -1,10 +1,11 @@
 import wasmUrl from "@wasm/isosplat-view.wasm?url";
+import type { CoreModule } from "../core/index.ts";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
 import type { Camera, ClipBox, Look, SplatKind, Surface } from "./types.ts";
 import { colourings, colourMaps, splatKinds } from "./types.ts";
 
 /** What Emscripten's factory yields: the exports of shared/wasm/view_api.h and the heap. */
-interface Exports {
+interface Exports extends CoreModule {
   HEAPU8: Uint8Array;
   HEAPF64: Float64Array;
   HEAPU32: Uint32Array;
@@ -146,7 +147,7 @@ export class ViewModule {
   }
 
   /** For the parts of the core that share this instance. */
-  get exports(): unknown {
+  get exports(): CoreModule {
     return this.#exports;
   }
 

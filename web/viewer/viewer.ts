@@ -366,7 +366,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     clearTimeout(this.#restTimer);
     if (!isResting) {
       const wait = Math.max(0, quietSince + restAfter - now) + 1;
-      this.#restTimer = setTimeout(() => this.#loop.request(), wait) as unknown as number;
+      this.#restTimer = window.setTimeout(() => this.#loop.request(), wait);
     }
     return false;
   }

@@ -1,0 +1,68 @@
+import {
+  type Camera,
+  type ClipBox,
+  defaultLook,
+  type Look,
+  type Surface,
+} from "../viewer/types.ts";
+import { surfaceColours } from "./surfaces.ts";
+import { type UrlState, writeUrl } from "./url_state.ts";
+
+/** Browsers limit replaceState to about 100 calls in 30 s. */
+const everyMs = 300;
+
+export interface AddressedView {
+  volume: string | undefined;
+  src: string | undefined;
+  surfaces: readonly Surface[];
+  look: Look;
+  isThemeBackground: boolean;
+  clip: ClipBox;
+  camera: Camera | undefined;
+}
+
+/** The address of a view: only what differs from what the page would choose by itself. */
+export function addressOf(view: AddressedView): UrlState {
+  const { surfaces, look, clip } = view;
+  const state: UrlState = { isovalues: surfaces.map((surface) => surface.isovalue) };
+  if (view.volume) state.volume = view.volume;
+  else if (view.src) state.src = view.src;
+  if (surfaces.some((surface, i) => surface.colour !== surfaceColours[i])) {
+    state.colours = surfaces.map((surface) => surface.colour);
+  }
+  if (surfaces.some((surface) => surface.opacity !== 1)) {
+    state.opacities = surfaces.map((surface) => surface.opacity);
+  }
+  if (view.camera) state.camera = view.camera;
+  if (look.kind !== defaultLook.kind) state.kind = look.kind;
+  if (look.colourBy !== defaultLook.colourBy) state.colourBy = look.colourBy;
+  if (look.colourMap !== defaultLook.colourMap) state.colourMap = look.colourMap;
+  if (look.eyeDome !== defaultLook.eyeDome) state.eyeDome = look.eyeDome;
+  if (!view.isThemeBackground) state.background = look.background;
+  if (clip.low.some((v) => v !== 0) || clip.high.some((v) => v !== 1)) state.clip = clip;
+  return state;
+}
+
+/** Keeps the address bar up to date, without a new entry in the history for each change. */
+export class AddressBar {
+  readonly #view: () => AddressedView | null;
+  #timer = 0;
+
+  /** `view`: what is shown now; null while nothing is. */
+  constructor(view: () => AddressedView | null) {
+    this.#view = view;
+  }
+
+  changed(): void {
+    if (this.#timer === 0) this.#timer = window.setTimeout(() => this.write(), everyMs);
+  }
+
+  write(): void {
+    clearTimeout(this.#timer);
+    this.#timer = 0;
+    const view = this.#view();
+    if (!view) return;
+    const query = writeUrl(addressOf(view));
+    if (query !== location.search) history.replaceState(null, "", location.pathname + query);
+  }
+}
