@@ -21,8 +21,8 @@ interface Entry {
   rank: number;
   /** Times that its bytes were not what the directory states. */
   refused: number;
-  /** Failed entries are tried again then (Date.now()). */
-  retryAt: number;
+  /** A failed entry that may be there after the pause. */
+  comesBack: boolean;
 }
 
 interface Group {
@@ -82,7 +82,7 @@ export class ChunkQueue {
       const entry = this.#entries.get(chunk.handle);
       if (entry) entry.rank = rank;
       else {
-        const fresh: Entry = { chunk, state: "queued", rank, refused: 0, retryAt: 0 };
+        const fresh: Entry = { chunk, state: "queued", rank, refused: 0, comesBack: false };
         this.#entries.set(chunk.handle, fresh);
       }
     });
@@ -139,7 +139,7 @@ export class ChunkQueue {
 
   #mayAsk(entry: Entry): boolean {
     if (entry.rank === Number.POSITIVE_INFINITY) return false;
-    if (entry.state === "failed" && entry.retryAt <= Date.now()) entry.state = "queued";
+    if (entry.state === "failed" && entry.comesBack) entry.state = "queued";
     return entry.state === "queued";
   }
 
@@ -197,16 +197,18 @@ export class ChunkQueue {
         if (entry.rank === Number.POSITIVE_INFINITY) this.#entries.delete(entry.chunk.handle);
       } else if (!reason.retrying) {
         entry.state = "failed";
-        entry.retryAt = Date.now() + missingPause;
+        entry.comesBack = true;
       }
     }
     if (wasAborted || this.#closing.signal.aborted) return;
     if (reason.retrying) {
       this.#backoff.failed(reason);
     } else {
-      // Others would meet the same fate: nothing is asked for until the pause is over.
+      // Others would meet the same fate: nothing is asked for until the pause is over. What was
+      // under way beside it is part of the same failure.
+      const isFirst = !this.#backoff.waiting;
       this.#backoff.pause(missingPause);
-      this.#events.error(reason);
+      if (isFirst) this.#events.error(reason);
     }
   }
 
@@ -243,7 +245,7 @@ export class ChunkQueue {
       return;
     }
     entry.state = "failed";
-    entry.retryAt = Number.POSITIVE_INFINITY;
+    entry.comesBack = false;
     const message = error instanceof Error ? error.message : String(error);
     this.#events.error(
       new StreamError(

@@ -34,6 +34,11 @@ export class CoarseEnd {
     this.#backoff = backoff;
   }
 
+  /** The finest level that `load` may come to. */
+  get finestLevel(): number {
+    return this.#store.coarseRange(mostBytes).firstLevel;
+  }
+
   /**
    * `arrived` is called twice at most: with the chunks of the coarsest levels, and with the others.
    * `sampleBudget` limits how much of the end is fetched. Resolves with the finest of its levels.

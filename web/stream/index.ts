@@ -1,3 +1,7 @@
+export { InlineDecoder } from "./decoder.ts";
+export { FileSource } from "./file_source.ts";
+export { ServerSource, type ServerSourceOptions } from "./server_source.ts";
 export { StreamSession } from "./session.ts";
 export type { Source } from "./source.ts";
 export * from "./types.ts";
+export { WorkerPool } from "./worker_pool.ts";

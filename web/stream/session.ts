@@ -1,25 +1,357 @@
-import type { Core } from "../core/index.ts";
+import { type Chunk, type Core, CoreError, type CoreSelection, type Store } from "../core/index.ts";
+import { Backoff } from "./backoff.ts";
+import { ChunkQueue } from "./chunk_queue.ts";
+import { badDirectory, CoarseEnd } from "./coarse_end.ts";
+import type { Decoder } from "./decoder.ts";
+import { Deliveries } from "./deliveries.ts";
+import { defaultSampleBudget } from "./device.ts";
+import { Motion } from "./motion.ts";
+import { PageLoader } from "./page_loader.ts";
+import { Residency } from "./residency.ts";
 import type { Source } from "./source.ts";
-import type { StoreInfo, StreamOptions, ViewState } from "./types.ts";
+import {
+  type Progress,
+  type StoreInfo,
+  StreamError,
+  type StreamEvents,
+  type StreamOptions,
+  type ViewState,
+} from "./types.ts";
+import { WorkerPool } from "./worker_pool.ts";
 
-/** One open volume: fetches, decodes and keeps what the current view needs. */
+/**
+ * The refined view may take this share of what the budget leaves beside the coarse levels: while
+ * finer chunks replace coarser ones, both are held.
+ */
+const targetShare = 0.75;
+/** While the isovalue moves, at most so much is fetched ahead at a time. */
+const aheadBytes = 160 * 1024;
+
+/** Progress is told at most so often, unless its state changes (ms). */
+const progressInterval = 60;
+
+/** One open volume: fetches, decodes and keeps what the current view needs. See README.md. */
 export class StreamSession {
+  readonly info: StoreInfo;
+  readonly source: Source;
+  readonly #store: Store;
+  readonly #events: StreamEvents;
+  readonly #decoder: Decoder;
+  readonly #ownsDecoder: boolean;
+  readonly #backoff: Backoff;
+  readonly #queue: ChunkQueue;
+  readonly #coarseEnd: CoarseEnd;
+  readonly #pages: PageLoader;
+  readonly #deliveries: Deliveries;
+  readonly #residency: Residency;
+  readonly #motion: Motion;
+  readonly #targetPixels: number;
+  readonly #movingPixels: number;
+  readonly #firstIsovalues: readonly number[];
+  readonly #closing = new AbortController();
+
+  #view: ViewState | undefined;
+  #selection: CoreSelection | undefined;
+  /** The finest level of the coarse end, and whether that is still on its way. */
+  readonly #coarse: { finestLevel: number; loading: boolean };
+  #visible: Uint32Array = new Uint32Array();
+  #regions: Uint32Array = new Uint32Array();
+  #told = { text: "", state: "", at: 0 };
+  #tellTimer: ReturnType<typeof setTimeout> | undefined;
+
   private constructor(
-    readonly info: StoreInfo,
-    readonly source: Source,
-  ) {}
+    source: Source,
+    store: Store,
+    backoff: Backoff,
+    options: StreamOptions & { decoder?: Decoder },
+  ) {
+    this.source = source;
+    this.info = store.info;
+    this.#store = store;
+    this.#events = options.events;
+    this.#ownsDecoder = !options.decoder;
+    this.#decoder = options.decoder ?? new WorkerPool();
+    this.#backoff = backoff;
+    this.#targetPixels = options.targetCellPixels ?? 1;
+    this.#movingPixels = options.movingCellPixels ?? 3;
+    this.#firstIsovalues =
+      options.firstIsovalues ?? (this.info.metadata.suggested_isovalues ?? []).slice(0, 1);
+    this.#coarseEnd = new CoarseEnd(source, store, backoff);
+    this.#coarse = { finestLevel: this.#coarseEnd.finestLevel, loading: true };
+    this.#residency = new Residency(store, options.sampleBudget ?? defaultSampleBudget(), (id) =>
+      this.#events.drop(id),
+    );
+    this.#deliveries = new Deliveries(
+      (chunk, samples, pinned) => {
+        this.#events.samples(chunk.handle, chunk, samples);
+        this.#residency.add(chunk.handle, samples.length / 4, pinned);
+      },
+      () => this.#select(),
+    );
+    this.#motion = new Motion(() => this.#select());
+    this.#queue = new ChunkQueue(source, this.#decoder, backoff, {
+      admit: (chunk) => this.#residency.reserve(chunk),
+      decoded: (chunk, samples) => this.#deliveries.add(chunk, samples, false),
+      released: (chunk) => this.#residency.release(chunk.handle),
+      error: (error) => this.#report(error),
+      changed: () => this.#tell(),
+    });
+    this.#pages = new PageLoader(source, store, backoff, this.#closing.signal, {
+      added: () => this.#select(),
+      error: (error) => this.#report(error),
+    });
+  }
 
   /** Reads the store's head and starts to fetch the coarse levels. Rejects with a StreamError. */
-  static open(source: Source, core: Core, options: StreamOptions): Promise<StreamSession> {
-    void [source, core, options];
-    return Promise.reject(new Error("not built yet"));
+  static async open(
+    source: Source,
+    core: Core,
+    options: StreamOptions & { decoder?: Decoder },
+  ): Promise<StreamSession> {
+    const signal = options.signal ?? new AbortController().signal;
+    const backoff = new Backoff((error) => options.events.error(error));
+    try {
+      const store = await openStore(source, core, backoff, signal);
+      signal.throwIfAborted();
+      const session = new StreamSession(source, store, backoff, options);
+      signal.addEventListener("abort", () => session.close(), { once: true });
+      void session.#loadCoarse();
+      return session;
+    } catch (error) {
+      backoff.close();
+      throw error;
+    }
   }
 
   /** What is looked at now. Cheap when nothing has changed; call it once per frame at most. */
   update(view: ViewState): void {
-    void view;
+    if (this.#closing.signal.aborted) return;
+    if (!this.#motion.changed(view)) return;
+    this.#view = {
+      ...view,
+      viewProjection: Array.from(view.viewProjection),
+      isovalues: [...view.isovalues],
+    };
+    this.#select();
   }
 
-  /** Cancels what is under way, drops every chunk, and frees all memory. No event follows. */
-  close(): void {}
+  /** Tries again at once what waits for its next try. */
+  retry(): void {
+    this.#backoff.wake();
+  }
+
+  /** Cancels what is under way, drops every chunk (`drop`), and frees all memory. No event follows. */
+  close(): void {
+    if (this.#closing.signal.aborted) return;
+    this.#closing.abort(new DOMException("the volume was closed", "AbortError"));
+    this.#motion.close();
+    clearTimeout(this.#tellTimer);
+    this.#queue.close();
+    this.#deliveries.close();
+    this.#backoff.close();
+    if (this.#ownsDecoder) this.#decoder.close();
+    this.#residency.dropAll();
+    this.#store.close();
+  }
+
+  /** The coarse end, for every isovalue, the first view's isovalues before the others. */
+  async #loadCoarse(): Promise<void> {
+    const { signal } = this.#closing;
+    const decoding: Promise<void>[] = [];
+    const isocodes = this.#firstIsovalues.map((isovalue) => this.#store.isocode(isovalue));
+    const isFirst = ({ slabBegin, slabEnd }: Chunk): boolean =>
+      isocodes.some((isocode) => slabBegin <= isocode && isocode < slabEnd);
+    try {
+      const finest = await this.#coarseEnd.load(this.#residency.budget, signal, (chunks) => {
+        const urgent = chunks.filter(({ chunk }) => isFirst(chunk));
+        const others = chunks.filter(({ chunk }) => !isFirst(chunk));
+        for (const { chunk, bytes } of [...urgent, ...others]) {
+          decoding.push(this.#decodeCoarse(chunk, bytes));
+        }
+        this.#select();
+      });
+      this.#coarse.finestLevel = finest;
+      await Promise.all(decoding);
+    } catch (error) {
+      if (signal.aborted) return;
+      this.#report(error instanceof StreamError ? error : badDirectory(error));
+    }
+    // What is missing of it now has failed, and is asked for as any other chunk.
+    this.#coarse.loading = false;
+    this.#select();
+  }
+
+  async #decodeCoarse(chunk: Chunk, bytes: Uint8Array): Promise<void> {
+    if (this.#residency.has(chunk.handle)) return;
+    try {
+      const samples = await this.#decoder.decode(chunk, bytes, this.#closing.signal);
+      this.#deliveries.add(chunk, samples, true);
+    } catch (error) {
+      if (error instanceof CoreError && error.status === "checksum_mismatch") {
+        this.source.distrustCaches();
+      }
+    }
+  }
+
+  /** What the view needs now: draws what is there, asks for what is not. */
+  #select(): void {
+    const view = this.#view;
+    if (!view || this.#closing.signal.aborted) return;
+    const left = this.#residency.budget - this.#residency.pinnedSamples;
+    const asked = {
+      viewProjection: view.viewProjection,
+      width: view.viewport.width,
+      height: view.viewport.height,
+      loadCellPixels: this.#motion.cameraMoves ? this.#movingPixels : this.#targetPixels,
+      drawCellPixels: this.#targetPixels,
+      cellBudget: Math.max(0, left * targetShare) + this.#residency.pinnedSamples,
+    };
+    try {
+      const selection = this.#store.select({ ...asked, isovalues: view.isovalues });
+      this.#selection = selection;
+      this.#residency.use(selection.drawn, selection.keep, this.#visible);
+      this.#show(selection);
+      this.#pages.need(this.#pagesToFetch(selection));
+      const needed = selection.load.filter((chunk) => this.#isToBeFetched(chunk));
+      if (this.#motion.isovalueMoves) {
+        const ahead = this.#ahead(asked);
+        const underway = new Set([...this.#queue.underway()].map((chunk) => chunk.handle));
+        this.#queue.need([...needed.filter((chunk) => underway.has(chunk.handle)), ...ahead]);
+      } else {
+        this.#queue.need(needed);
+      }
+    } catch (error) {
+      this.#report(new StreamError("internal", `selection: ${String(error)}`, false, error));
+    }
+    this.#tell();
+  }
+
+  /** The first chunks for where the isovalue is going, when it goes slowly enough to use them. */
+  #ahead(asked: Omit<Parameters<Store["select"]>[0], "isovalues">): Chunk[] {
+    const [low, high] = this.info.range;
+    const isovalues = this.#motion.isovaluesAhead(high - low);
+    if (!isovalues) return [];
+    const next = this.#store.select({
+      ...asked,
+      isovalues,
+      loadCellPixels: this.#movingPixels,
+      ahead: true,
+    });
+    const now = this.#selection ? this.#pagesToFetch(this.#selection) : [];
+    this.#pages.need([...now, ...this.#pagesToFetch(next)]);
+    const chunks: Chunk[] = [];
+    let bytes = 0;
+    for (const chunk of next.load) {
+      if (!this.#isToBeFetched(chunk)) continue;
+      bytes += chunk.bytes;
+      if (bytes > aheadBytes) break;
+      chunks.push(chunk);
+    }
+    return chunks;
+  }
+
+  #isToBeFetched(chunk: Chunk): boolean {
+    return !this.#comesAnyway(chunk.level) && !this.#deliveries.has(chunk.handle);
+  }
+
+  #pagesToFetch(selection: CoreSelection): number[] {
+    return selection.pages.filter((page) => !this.#comesAnyway(this.#pages.level(page)));
+  }
+
+  /** The coarse end brings it. */
+  #comesAnyway(level: number): boolean {
+    return this.#coarse.loading && level >= this.#coarse.finestLevel;
+  }
+
+  #show(selection: CoreSelection): void {
+    if (same(selection.drawn, this.#visible) && same(selection.regions, this.#regions)) return;
+    this.#visible = selection.drawn;
+    this.#regions = selection.regions;
+    this.#events.visible(selection.drawn.slice(), selection.regions.slice());
+  }
+
+  #report(error: StreamError): void {
+    this.#events.error(error);
+    this.#tell();
+  }
+
+  /** Tells progress: a new state at once, new numbers now and then. */
+  #tell(): void {
+    if (this.#closing.signal.aborted) return;
+    const progress = this.#progress();
+    const text = JSON.stringify(progress);
+    if (text === this.#told.text) return;
+    const now = performance.now();
+    if (progress.state === this.#told.state && now - this.#told.at < progressInterval) {
+      this.#tellTimer ??= setTimeout(() => {
+        this.#tellTimer = undefined;
+        this.#tell();
+      }, progressInterval);
+      return;
+    }
+    this.#told = { text, state: progress.state, at: now };
+    this.#events.progress(progress);
+  }
+
+  #progress(): Progress {
+    const selection = this.#selection;
+    const load = selection?.load ?? [];
+    const nothingToGo =
+      selection !== undefined &&
+      load.length === 0 &&
+      selection.pages.length === 0 &&
+      !this.#coarse.loading &&
+      this.#deliveries.empty;
+    const isDrawn = (selection?.finestLevel ?? -1) >= 0;
+    const isFailed = (chunk: Chunk): boolean => this.#queue.state(chunk.handle) === "failed";
+    const moves = this.#motion.isovalueMoves || this.#motion.cameraMoves;
+    let state: Progress["state"] = "refining";
+    if (this.#backoff.offline) state = "offline";
+    else if (nothingToGo && !moves) state = "complete";
+    else if (!isDrawn && this.#coarse.loading) state = "opening";
+    else if (moves) state = "waiting";
+    else if (load.length > 0 && load.every(isFailed)) state = "incomplete";
+    return {
+      state,
+      chunksToGo: load.length,
+      bytesToGo: load.reduce((bytes, chunk) => bytes + chunk.bytes, 0),
+      bytesFetched: this.source.bytesReceived,
+      requests: this.source.requests,
+      chunksResident: this.#residency.chunks,
+      samplesResident: this.#residency.samples,
+      sampleBudget: this.#residency.budget,
+      finestLevel: selection?.finestLevel ?? -1,
+      coarsestLevel: selection?.coarsestLevel ?? -1,
+      limitedByBudget: (selection?.limitedByBudget ?? false) || this.#queue.full,
+      complete: state === "complete",
+    };
+  }
+}
+
+/** Fetches the head and opens it; a head that turns out longer than expected is fetched whole. */
+async function openStore(
+  source: Source,
+  core: Core,
+  backoff: Backoff,
+  signal: AbortSignal,
+): Promise<Store> {
+  for (let attempt = 0; ; ++attempt) {
+    const whole = attempt > 0;
+    const head = await backoff.retry(signal, () => source.head(signal, whole));
+    try {
+      return core.openStore(head);
+    } catch (error) {
+      const status = error instanceof CoreError ? error.status : "internal";
+      if (attempt === 0 && (status === "truncated" || status === "checksum_mismatch")) {
+        if (status === "checksum_mismatch") source.distrustCaches();
+        continue;
+      }
+      const message = error instanceof Error ? error.message : String(error);
+      throw new StreamError("bad-store", `${source.name}: ${message}`, false, error);
+    }
+  }
+}
+
+function same(a: Uint32Array, b: Uint32Array): boolean {
+  return a.length === b.length && a.every((word, i) => word === b[i]);
 }

@@ -62,9 +62,10 @@ export interface Progress {
   /**
    * opening: the first surface is on its way. refining: finer data is on its way. waiting: the
    * isovalue or the camera moves, finer data is asked for when it rests. offline: the source cannot
-   * be reached, and is tried again. complete: nothing is left to fetch for this view.
+   * be reached, and is tried again. incomplete: what is still wanted has failed (see `error`), and
+   * coarser data is shown in its place. complete: nothing is left to fetch for this view.
    */
-  state: "opening" | "refining" | "waiting" | "offline" | "complete";
+  state: "opening" | "refining" | "waiting" | "offline" | "incomplete" | "complete";
   /** Chunks wanted for this view that are not there yet, and their bytes. */
   chunksToGo: number;
   bytesToGo: number;
@@ -81,7 +82,7 @@ export interface Progress {
   coarsestLevel: number;
   /** The budget keeps this view coarser than the screen could show. */
   limitedByBudget: boolean;
-  /** The view shows all that it can: nothing is wanted, loading, or failed. */
+  /** `state` is complete: nothing is wanted, loading, or failed. */
   complete: boolean;
 }
 
@@ -143,6 +144,6 @@ export interface StreamOptions {
   movingCellPixels?: number;
   /** The isovalues of the first view: their surface comes first. Default: the suggested one. */
   firstIsovalues?: readonly number[];
-  /** Ends opening and closes the session. */
+  /** Ends opening and closes the session, as `close` does. */
   signal?: AbortSignal;
 }

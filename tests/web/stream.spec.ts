@@ -1,0 +1,287 @@
+import { afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
+import type { Core } from "../../web/core/index.ts";
+import { FileSource, ServerSource, type Source, StreamError } from "../../web/stream/index.ts";
+import { FakeServer } from "./fake_server.ts";
+import { core as load, openWhole, storeBytes } from "./fixture.ts";
+import { Harness, view } from "./stream_harness.ts";
+
+let core: Core;
+let file: Uint8Array;
+let server: FakeServer;
+let harness: Harness;
+
+beforeAll(async () => {
+  core = await load();
+  file = storeBytes();
+});
+
+beforeEach(async () => {
+  server = new FakeServer(file, openWhole(core, file));
+  await server.start();
+  harness = new Harness();
+});
+
+afterEach(async () => {
+  harness.close();
+  await server.stop();
+});
+
+const sources: [string, () => Source][] = [
+  ["the server's batches", () => new ServerSource({ base: server.url, volume: "test" })],
+  ["a static file", () => new FileSource(`${server.url}/store.isosplat`)],
+];
+
+describe.each(sources)("from %s", (_, source) => {
+  test("a view completes, and every chunk is fetched once", async () => {
+    const session = await harness.open(source(), core, { firstIsovalues: [100.5] });
+    session.update(view(100.5));
+    await harness.complete();
+    expect(harness.errors).toEqual([]);
+    expect(harness.progress?.finestLevel).toBe(0);
+    expect(new Set(server.chunksSent).size).toBe(server.chunksSent.length);
+    expect([...harness.delivered.values()].every((times) => times === 1)).toBe(true);
+    expect(harness.progress?.bytesFetched).toBe(server.bytesSent);
+    expect(harness.progress?.requests).toBe(server.asked.length);
+  });
+
+  test("the first surface takes few requests and bytes", async () => {
+    const session = await harness.open(source(), core, { firstIsovalues: [100.5] });
+    session.update(view(100.5));
+    let requests = 0;
+    await harness.until(() => {
+      if (harness.visible.length > 0) requests ||= server.asked.length;
+      return requests > 0;
+    });
+    expect(requests).toBeLessThanOrEqual(6);
+  });
+
+  test("any isovalue has a surface without a request once the coarse end is there", async () => {
+    const session = await harness.open(source(), core, { firstIsovalues: [100.5] });
+    session.update(view(100.5));
+    await harness.complete();
+    const before = server.asked.length;
+    // A moving slider: each change follows the last at once.
+    for (let isovalue = -99; isovalue < 500; isovalue += 20) {
+      session.update(view(isovalue));
+      expect(harness.visible.length).toBeGreaterThan(0);
+    }
+    expect(server.asked.length - before).toBeLessThanOrEqual(2);
+    await harness.complete();
+  });
+
+  test("an isovalue within resident slabs asks for nothing", async () => {
+    const session = await harness.open(source(), core, { firstIsovalues: [100.5] });
+    session.update(view(100.5));
+    await harness.complete();
+    const before = server.asked.length;
+    session.update(view(101.5));
+    await harness.complete();
+    expect(harness.progress?.finestLevel).toBe(0);
+    expect(server.asked.length).toBe(before);
+  });
+
+  test("an isovalue beyond the range is complete with nothing to draw", async () => {
+    const session = await harness.open(source(), core);
+    session.update(view(5000));
+    await harness.complete();
+    expect(harness.visible).toEqual([]);
+    session.update(view(100.5));
+    await harness.complete();
+    expect(harness.visible.length).toBeGreaterThan(0);
+  });
+
+  test("the budget holds at all times, and limits what is shown", async () => {
+    const sampleBudget = 150_000;
+    const session = await harness.open(source(), core, { sampleBudget });
+    for (const isovalue of [100.5, 300.5, 0.5, 450.5, 100.5]) {
+      session.update(view(isovalue));
+      await harness.until(() => harness.visible.length > 0 && harness.progress?.complete === true);
+      if (isovalue < 300) expect(harness.progress?.limitedByBudget).toBe(true);
+    }
+    expect(harness.mostResident).toBeLessThanOrEqual(sampleBudget);
+    expect(harness.progress?.samplesResident).toBe(harness.samples);
+  });
+
+  test("answers that come slowly, late and out of order are put together", async () => {
+    server.fault = (_path, number) =>
+      number % 3 === 0
+        ? { kind: "delay", milliseconds: 30 + (number % 5) * 20 }
+        : { kind: "drip", bytes: 1000 * (number % 7) + 777 };
+    const session = await harness.open(source(), core);
+    session.update(view(300.5));
+    await harness.complete();
+    expect(harness.errors).toEqual([]);
+    expect([...harness.delivered.values()].every((times) => times === 1)).toBe(true);
+  });
+
+  test("broken connections and 5xx are tried again, without a word where it helps", async () => {
+    const faults = [
+      { kind: "reset" } as const,
+      { kind: "status", status: 500 } as const,
+      { kind: "truncate", bytes: 30_000 } as const,
+      undefined,
+    ];
+    let seen = 0;
+    server.fault = () => faults[seen++ % faults.length];
+    const session = await harness.open(source(), core);
+    session.update(view(300.5));
+    await harness.until(() => harness.progress?.complete === true, 25_000);
+    expect(harness.errors.filter(({ retrying }) => !retrying)).toEqual([]);
+  });
+
+  test("429 is waited out for as long as the server says", async () => {
+    const session = await harness.open(source(), core);
+    let refusedAt = 0;
+    let triedAt = 0;
+    server.fault = () => {
+      if (refusedAt === 0) {
+        refusedAt = Date.now();
+        return { kind: "status", status: 429, retryAfter: 1 };
+      }
+      triedAt ||= Date.now();
+      return undefined;
+    };
+    session.update(view(300.5));
+    await harness.complete();
+    if (refusedAt > 0 && triedAt > 0) expect(triedAt - refusedAt).toBeGreaterThan(900);
+  });
+
+  test("a server that goes away is reported once, and streaming goes on when it is back", async () => {
+    const session = await harness.open(source(), core);
+    session.update(view(100.5));
+    await harness.complete();
+    await server.stop();
+    session.update(view(300.5));
+    await harness.until(() => harness.errors.length > 0);
+    expect(harness.errors[0]?.kind).toBe("unreachable");
+    expect(harness.errors[0]?.retrying).toBe(true);
+    expect(harness.progress?.state).toBe("offline");
+    expect(harness.visible.length).toBeGreaterThan(0);
+    await server.start();
+    session.retry();
+    await harness.complete();
+    expect(harness.errors.length).toBe(1);
+  });
+
+  test("a flipped bit is fetched again once", async () => {
+    const session = await harness.open(source(), core);
+    session.update(view(100.5));
+    await harness.complete();
+    let corrupted = false;
+    server.fault = () => {
+      if (corrupted) return undefined;
+      corrupted = true;
+      return { kind: "corrupt", at: 60 };
+    };
+    session.update(view(300.5));
+    await harness.complete();
+    expect(corrupted).toBe(true);
+    expect(harness.errors).toEqual([]);
+  });
+
+  test("bits that stay flipped are reported, and the coarser level is shown", async () => {
+    const session = await harness.open(source(), core);
+    session.update(view(100.5));
+    await harness.complete();
+    server.fault = () => ({ kind: "corrupt", at: 60 });
+    session.update(view(300.5));
+    await harness.until(() => harness.progress?.state === "incomplete");
+    expect(harness.errors.length).toBeGreaterThan(0);
+    expect(harness.errors.every(({ kind }) => kind === "corrupt")).toBe(true);
+    expect(harness.errors[0]?.message).toMatch(/checksum.*expected 0x.*found 0x/);
+    expect(harness.visible.length).toBeGreaterThan(0);
+  });
+
+  test("404 is reported, and not asked again and again", async () => {
+    const session = await harness.open(source(), core);
+    session.update(view(100.5));
+    await harness.complete();
+    server.fault = () => ({ kind: "status", status: 404 });
+    const before = server.asked.length;
+    session.update(view(300.5));
+    await harness.until(() => harness.errors.length > 0);
+    await new Promise((resolve) => setTimeout(resolve, 300));
+    expect(harness.errors[0]?.kind).toBe("not-found");
+    expect(harness.errors[0]?.message).toContain("so it was asked");
+    expect(harness.errors.length).toBe(1);
+    expect(harness.progress?.state).toBe("incomplete");
+    expect(server.asked.length - before).toBeLessThanOrEqual(6);
+    server.fault = () => undefined;
+    session.retry();
+    await harness.complete();
+  });
+
+  test("what is no longer needed is cancelled", async () => {
+    const session = await harness.open(source(), core);
+    session.update(view(100.5));
+    await harness.complete();
+    server.fault = () => ({ kind: "drip", bytes: 500 });
+    const before = server.bytesSent;
+    session.update(view(300.5));
+    await harness.until(() => server.asked.length > 0 && server.bytesSent > before);
+    // Far away, the resident coarse levels are fine enough.
+    session.update(view(300.5, 30));
+    await harness.complete();
+    const total = server.bytesSent;
+    await new Promise((resolve) => setTimeout(resolve, 100));
+    expect(server.bytesSent - total).toBeLessThan(50_000);
+  });
+
+  test("a volume that is closed releases everything, and no event follows", async () => {
+    const session = await harness.open(source(), core);
+    session.update(view(100.5));
+    await harness.until(() => harness.visible.length > 0);
+    harness.close();
+    expect(harness.resident.size).toBe(0);
+    await new Promise((resolve) => setTimeout(resolve, 50));
+    expect(harness.resident.size).toBe(0);
+    session.update(view(300.5));
+  });
+
+  test("volumes opened one after the other do not add up in the core's memory", async () => {
+    const openOne = async (): Promise<number> => {
+      const each = new Harness();
+      const session = await each.open(source(), core);
+      session.update(view(100.5));
+      await each.complete();
+      each.close();
+      expect(each.resident.size).toBe(0);
+      return core.heapBytes;
+    };
+    await openOne();
+    await openOne();
+    const before = await openOne();
+    for (let i = 0; i < 3; ++i) await openOne();
+    expect(await openOne()).toBe(before);
+  });
+
+  test("opening can be ended, and fails in words", async () => {
+    server.fault = () => ({ kind: "delay", milliseconds: 2000 });
+    const ending = new AbortController();
+    const opened = harness.open(source(), core, { signal: ending.signal });
+    setTimeout(() => ending.abort(new Error("enough")), 50);
+    await expect(opened).rejects.toThrow("enough");
+    server.fault = () => ({ kind: "status", status: 404 });
+    await expect(new Harness().open(source(), core)).rejects.toBeInstanceOf(StreamError);
+  });
+});
+
+test("a host without Range is told from others, with the remedy", async () => {
+  server.ignoresRange = true;
+  const source = new FileSource(`${server.url}/store.isosplat`);
+  const error = await harness.open(source, core).catch((reason: unknown) => reason);
+  expect(error).toBeInstanceOf(StreamError);
+  expect((error as StreamError).kind).toBe("range-unsupported");
+  expect((error as StreamError).message).toContain("supports HTTP Range");
+});
+
+test("bytes that are no store are refused in words", async () => {
+  const other = new FakeServer(new Uint8Array(70_000), openWhole(core, file));
+  await other.start();
+  try {
+    const source = new FileSource(`${other.url}/store.isosplat`);
+    await expect(harness.open(source, core)).rejects.toMatchObject({ kind: "bad-store" });
+  } finally {
+    await other.stop();
+  }
+});

@@ -1,0 +1,118 @@
+/** A viewer that draws nothing, and checks that streaming keeps its promises. */
+import { expect } from "vitest";
+import type { Core } from "../../web/core/index.ts";
+import {
+  type ChunkPlace,
+  InlineDecoder,
+  type Progress,
+  type Source,
+  type StreamError,
+  StreamSession,
+  type ViewState,
+} from "../../web/stream/index.ts";
+import { offset } from "./fixture.ts";
+
+/** Looks at the fixture's volume from the front; `distance` in volume sizes from its centre. */
+export function view(isovalue: number, distance = 1.5, size = 768): ViewState {
+  const centre = [-10 + 74.5, 20 + 65, 30 + 51.75];
+  const eye = distance * 150;
+  const focal = 1 / Math.tan(((45 / 180) * Math.PI) / 2);
+  const [near, far] = [1, 5000];
+  // Columns of projection · view: x to the right, z up, looking along +y.
+  const depth = (far + near) / (far - near);
+  const shift = (2 * far * near) / (far - near);
+  const [cx = 0, cy = 0, cz = 0] = centre;
+  const y0 = cy - eye;
+  return {
+    viewProjection: [
+      ...[focal, 0, 0, 0],
+      ...[0, 0, depth, 1],
+      ...[0, focal, 0, 0],
+      ...[-focal * cx, -focal * cz, -depth * y0 - shift, -y0],
+    ],
+    viewport: { width: size, height: size },
+    isovalues: [isovalue],
+    moving: false,
+  };
+}
+
+export class Harness {
+  readonly resident = new Map<number, { place: ChunkPlace; samples: number }>();
+  readonly delivered = new Map<number, number>();
+  readonly errors: StreamError[] = [];
+  visible: number[] = [];
+  progress: Progress | undefined;
+  mostResident = 0;
+  session: StreamSession | undefined;
+
+  async open(
+    source: Source,
+    core: Core,
+    options: { sampleBudget?: number; firstIsovalues?: number[]; signal?: AbortSignal } = {},
+  ): Promise<StreamSession> {
+    this.session = await StreamSession.open(source, core, {
+      decoder: new InlineDecoder(core),
+      ...options,
+      events: {
+        samples: (id, place, samples) => {
+          expect(this.resident.has(id)).toBe(false);
+          expect(samples.length % 4).toBe(0);
+          this.resident.set(id, {
+            place: { level: place.level, block: place.block },
+            samples: samples.length / 4,
+          });
+          this.delivered.set(id, (this.delivered.get(id) ?? 0) + 1);
+          this.mostResident = Math.max(this.mostResident, this.samples);
+        },
+        drop: (id) => {
+          expect(this.resident.delete(id)).toBe(true);
+          if (!this.closed) expect(this.visible).not.toContain(id);
+        },
+        visible: (ids, regions) => {
+          expect(regions.length).toBe(2 * ids.length);
+          for (const id of ids) expect(this.resident.has(id)).toBe(true);
+          this.visible = [...ids];
+        },
+        progress: (progress) => {
+          expect(this.closed).toBe(false);
+          this.progress = progress;
+        },
+        error: (error) => {
+          this.errors.push(error);
+        },
+      },
+    });
+    return this.session;
+  }
+
+  closed = false;
+  close(): void {
+    this.closed = true;
+    this.session?.close();
+  }
+
+  get samples(): number {
+    return [...this.resident.values()].reduce((sum, { samples }) => sum + samples, 0);
+  }
+
+  /** Waits until something holds. */
+  async until(what: () => boolean, milliseconds = 10_000): Promise<void> {
+    const end = Date.now() + milliseconds;
+    while (!what()) {
+      if (Date.now() > end) {
+        const errors = this.errors.map(({ message }) => message).join("; ");
+        throw new Error(`waited in vain: ${JSON.stringify(this.progress)} ${errors}`);
+      }
+      await new Promise((resolve) => setTimeout(resolve, 5));
+    }
+  }
+
+  complete(): Promise<void> {
+    return this.until(() => this.progress?.complete === true);
+  }
+}
+
+/** The isocode of an isovalue of the fixture. */
+export function isocodeOf(isovalue: number): number {
+  return isovalue - offset;
+}

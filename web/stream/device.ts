@@ -1,0 +1,14 @@
+/**
+ * Most samples (16 bytes each) that a device of this kind can be asked to hold: 32 MB of GPU memory
+ * where little is to be had, up to 384 MB.
+ */
+export function defaultSampleBudget(): number {
+  if (typeof navigator === "undefined") return 8_000_000;
+  // Chromium tells up to 8 GB; others tell nothing.
+  const { deviceMemory } = navigator as { deviceMemory?: number };
+  const isHandheld =
+    typeof matchMedia === "function" && matchMedia("(pointer: coarse) and (hover: none)").matches;
+  if (deviceMemory !== undefined && deviceMemory <= 2) return 2_000_000;
+  if (isHandheld) return 4_000_000;
+  return deviceMemory === undefined || deviceMemory >= 8 ? 24_000_000 : 12_000_000;
+}

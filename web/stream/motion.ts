@@ -1,0 +1,102 @@
+import type { ViewState } from "./types.ts";
+
+/** A change that follows another within this time is part of a movement (ms). */
+const movementGap = 180;
+/** Prefetched is where the isovalue will be after this time (s) … */
+const lookAhead = 0.4;
+/** … unless it crosses more than this share of the range until then: it would never be used. */
+const largestLeap = 0.08;
+/** Prefetches are this far apart (ms). */
+const aheadInterval = 250;
+
+/** What moves: the camera, the isovalue, or nothing, told from the views that come in. */
+export class Motion {
+  readonly #rested: () => void;
+  #view: ViewState | undefined;
+  #cameraChanged = Number.NEGATIVE_INFINITY;
+  #isovalueChanged = Number.NEGATIVE_INFINITY;
+  #isovalueMoves = false;
+  #cameraMoves = false;
+  /** Isovalues per second, for each isovalue. */
+  #speed: number[] = [];
+  #lastAhead = Number.NEGATIVE_INFINITY;
+  #timer: ReturnType<typeof setTimeout> | undefined;
+
+  /** `rested` is called when a movement is over. */
+  constructor(rested: () => void) {
+    this.#rested = rested;
+  }
+
+  /** The isovalue follows a slider that is being moved. A single change is no movement. */
+  get isovalueMoves(): boolean {
+    return this.#isovalueMoves;
+  }
+
+  get cameraMoves(): boolean {
+    return this.#cameraMoves;
+  }
+
+  /** Takes in the next view; answers whether anything about it is new. */
+  changed(view: ViewState): boolean {
+    const before = this.#view;
+    this.#view = {
+      ...view,
+      viewProjection: Array.from(view.viewProjection),
+      isovalues: [...view.isovalues],
+    };
+    if (!before) return true;
+    const now = performance.now();
+    const cameraMoved = !sameNumbers(before.viewProjection, view.viewProjection);
+    const isovaluesMoved = !sameNumbers(before.isovalues, view.isovalues);
+    if (cameraMoved) this.#cameraChanged = now;
+    const wasMoving = this.#cameraMoves;
+    this.#cameraMoves = view.moving && now - this.#cameraChanged < movementGap;
+    if (isovaluesMoved) {
+      const gap = now - this.#isovalueChanged;
+      this.#isovalueMoves = gap < movementGap;
+      this.#isovalueChanged = now;
+      this.#speed = view.isovalues.map((isovalue, i) => {
+        const was = before.isovalues[i] ?? isovalue;
+        return this.#isovalueMoves ? ((isovalue - was) / Math.max(gap, 1)) * 1000 : 0;
+      });
+    }
+    if (this.#isovalueMoves || this.#cameraMoves) this.#watch();
+    const resized =
+      before.viewport.width !== view.viewport.width ||
+      before.viewport.height !== view.viewport.height;
+    return cameraMoved || isovaluesMoved || resized || wasMoving !== this.#cameraMoves;
+  }
+
+  /**
+   * Where the isovalues will be soon, if it is time to prefetch and worth it. `range`: the volume's
+   * whole range of values.
+   */
+  isovaluesAhead(range: number): number[] | undefined {
+    const now = performance.now();
+    const fastest = Math.max(0, ...this.#speed.map(Math.abs)) * lookAhead;
+    if (fastest === 0 || fastest > largestLeap * range) return undefined;
+    if (now - this.#lastAhead < aheadInterval) return undefined;
+    this.#lastAhead = now;
+    return this.#view?.isovalues.map((v, i) => v + (this.#speed[i] ?? 0) * lookAhead);
+  }
+
+  close(): void {
+    clearTimeout(this.#timer);
+  }
+
+  #watch(): void {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => {
+      this.#isovalueMoves = false;
+      this.#cameraMoves = false;
+      this.#speed = [];
+      this.#rested();
+    }, movementGap);
+  }
+}
+
+function sameNumbers(a: ArrayLike<number>, b: ArrayLike<number>): boolean {
+  if (a.length !== b.length) return false;
+  for (let i = 0; i < a.length; ++i) if (a[i] !== b[i]) return false;
+  return true;
+}

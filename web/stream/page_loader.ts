@@ -1,0 +1,93 @@
+import type { Page, Store } from "../core/index.ts";
+import type { Backoff } from "./backoff.ts";
+import { badDirectory } from "./coarse_end.ts";
+import type { Source } from "./source.ts";
+import { StreamError } from "./types.ts";
+
+/** Of so many pages one request is made. */
+const mostTogether = 32;
+
+/** Fetches directory pages, the most needed first, one request at a time. */
+export class PageLoader {
+  readonly #source: Source;
+  readonly #store: Store;
+  readonly #backoff: Backoff;
+  readonly #signal: AbortSignal;
+  readonly #events: { added(): void; error(error: StreamError): void };
+  readonly #places: Page[];
+  readonly #failed = new Set<number>();
+  readonly #refused = new Set<number>();
+  #needed: readonly number[] = [];
+  #loading = false;
+
+  constructor(
+    source: Source,
+    store: Store,
+    backoff: Backoff,
+    signal: AbortSignal,
+    events: { added(): void; error(error: StreamError): void },
+  ) {
+    this.#source = source;
+    this.#store = store;
+    this.#backoff = backoff;
+    this.#signal = signal;
+    this.#events = events;
+    this.#places = store.pages();
+  }
+
+  /** The level that a page describes. */
+  level(page: number): number {
+    return this.#places[page]?.level ?? 0;
+  }
+
+  /** The pages that are missing now, in order of need. */
+  need(pages: readonly number[]): void {
+    this.#needed = pages;
+    if (!this.#loading && this.#next().length > 0) void this.#load();
+  }
+
+  #next(): Page[] {
+    const pages: Page[] = [];
+    for (const index of this.#needed) {
+      const place = this.#places[index];
+      if (place && !place.resident && !this.#failed.has(index)) pages.push(place);
+      if (pages.length === mostTogether) break;
+    }
+    return pages;
+  }
+
+  async #load(): Promise<void> {
+    this.#loading = true;
+    for (let pages = this.#next(); pages.length > 0; pages = this.#next()) {
+      try {
+        await this.#backoff.retry(this.#signal, async () => {
+          const missing = pages.filter((page) => !page.resident);
+          await this.#source.pages(missing, this.#signal, (index, bytes) => {
+            this.#add(index, bytes);
+          });
+        });
+      } catch (error) {
+        if (this.#signal.aborted) return;
+        for (const page of pages) if (!page.resident) this.#failed.add(page.index);
+        this.#events.error(error instanceof StreamError ? error : badDirectory(error));
+      }
+      this.#events.added();
+    }
+    this.#loading = false;
+  }
+
+  /** Bytes that are not the page's are fetched once more, past the caches. */
+  #add(index: number, bytes: Uint8Array): void {
+    const page = this.#places[index];
+    if (this.#signal.aborted || !page) return;
+    try {
+      this.#store.addPage(index, bytes);
+      page.resident = true;
+    } catch (error) {
+      if (this.#refused.has(index)) throw badDirectory(error);
+      this.#refused.add(index);
+      this.#source.distrustCaches();
+      throw new StreamError("corrupt", `directory page ${index}: ${String(error)}`, true, error);
+    }
+  }
+}
