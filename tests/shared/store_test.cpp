@@ -109,7 +109,7 @@ TEST(Store, EveryBlockAnswersForEveryIsovalue) {
   EXPECT_FALSE(reader->missing_pages(0, 0, 65535).empty());
   add_all_pages(*reader, store.bytes);
   EXPECT_TRUE(reader->missing_pages(0, 0, 65535).empty());
-  uint64_t chunks = 0, bytes = 0;
+  uint64_t chunks = 0;
   for (const LevelRef& level : reader->levels()) {
     for (int32_t z = 0; z < level.grid.blocks.z; ++z) {
       for (int32_t y = 0; y < level.grid.blocks.y; ++y) {
@@ -124,7 +124,6 @@ TEST(Store, EveryBlockAnswersForEveryIsovalue) {
             begin = chunk.slab_end;
             if (chunk.bytes == 0) continue;
             ++chunks;
-            bytes += chunk.bytes;
             EXPECT_EQ(checksum32(std::span(store.bytes).subspan(chunk.offset, chunk.bytes)),
                       chunk.checksum);
           }
