@@ -91,20 +91,24 @@ Result<Target> parse_target(std::string_view raw) {
                   "target: holds a character that must be escaped with \"%\"");
     }
   }
+  bool is_absolute = false;
   for (const std::string_view scheme : {"http://", "https://"}) {
     if (!raw.starts_with(scheme)) continue;
     raw.remove_prefix(scheme.size());
     raw.remove_prefix(std::min(raw.find_first_of("/?"), raw.size()));
-    if (raw.empty()) raw = "/";
+    is_absolute = true;
     break;
   }
-  if (!raw.starts_with('/')) {
+  if (raw.starts_with('/')) {
+    raw.remove_prefix(1);
+  } else if (!is_absolute) {
     return fail(Status::invalid_argument, "target: expected a path that begins with \"/\"");
   }
 
   Target target;
-  const size_t mark = raw.find('?');
-  std::string_view path = raw.substr(1, mark == std::string_view::npos ? mark : mark - 1);
+  const size_t mark = std::min(raw.find('?'), raw.size());
+  std::string_view path = raw.substr(0, mark);
+  std::string_view query = raw.substr(std::min(mark + 1, raw.size()));
   while (true) {
     const size_t slash = path.find('/');
     Result<std::string> segment = decode(path.substr(0, slash), EscapedSlash::refused);
@@ -118,8 +122,6 @@ Result<Target> parse_target(std::string_view raw) {
     path.remove_prefix(slash + 1);
   }
 
-  if (mark == std::string_view::npos) return target;
-  std::string_view query = raw.substr(mark + 1);
   while (!query.empty()) {
     const size_t end = std::min(query.find('&'), query.size());
     const std::string_view item = query.substr(0, end);

@@ -1,0 +1,166 @@
+// Stores that come, change, break and go while the server runs; and StoreFile itself.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "server/store_file.h"
+#include "tests/server/server_fixture.h"
+
+namespace isosplat::test {
+namespace {
+
+using Json = nlohmann::json;
+
+class Stores : public ServerTest {
+ protected:
+  Json volume(const std::string& name) {
+    const Json list = Json::parse(get(port(), "/v1/volumes").body);
+    for (const Json& item : list["volumes"]) {
+      if (item["name"] == name) return item;
+    }
+    return nullptr;
+  }
+};
+
+TEST_F(Stores, ANewStoreAppears) {
+  start();
+  EXPECT_TRUE(volume("beta").is_null());
+  const KnownStore beta = make_store(2);
+  write_file(folder.path() / "beta.isosplat", beta.file);
+  EXPECT_TRUE(eventually([&] { return !volume("beta").is_null(); }));
+  EXPECT_EQ(volume("beta")["contentId"], beta.content);
+}
+
+TEST_F(Stores, AReplacedStoreHasOtherUrls) {
+  start();
+  const std::string old_url = content("head");
+  EXPECT_EQ(get(port(), old_url).status, 200);
+  const KnownStore other = make_store(3);
+  write_file(folder.path() / "alpha.isosplat", other.file);
+  EXPECT_TRUE(eventually([&] { return volume("alpha")["contentId"] == other.content; }));
+  const Answer answer = get(port(), old_url);
+  EXPECT_EQ(answer.status, 404);
+  EXPECT_NE(answer.body.find(other.content), std::string::npos);
+  EXPECT_EQ(get(port(), "/v1/volumes/alpha/" + other.content + "/file").body, text_of(other.file));
+}
+
+TEST_F(Stores, ARemovedStoreIsGone) {
+  start();
+  std::filesystem::remove(folder.path() / "alpha.isosplat");
+  EXPECT_TRUE(eventually([&] { return volume("alpha").is_null(); }));
+  EXPECT_EQ(get(port(), content("head")).status, 404);
+  EXPECT_TRUE(log_mentions("alpha is gone"));
+}
+
+TEST_F(Stores, AStoreOverwrittenInPlaceIsNeverMixed) {
+  options.scan_interval = std::chrono::hours(1);
+  start();
+  const KnownChunk& chunk = alpha.chunks.front();
+  EXPECT_EQ(get(port(), content("chunks/" + place_of(chunk))).status, 200);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  std::ofstream(folder.path() / "alpha.isosplat", std::ios::binary | std::ios::app) << "more";
+  for (const std::string& rest :
+       {"chunks/" + place_of(chunk), std::string("file"), std::string("pages/0")}) {
+    const Answer answer = get(port(), content(rest));
+    EXPECT_EQ(answer.status, 500) << rest;
+    EXPECT_NE(answer.body.find("written to"), std::string::npos) << answer.body;
+  }
+}
+
+TEST_F(Stores, BrokenStoresAreListedWithTheirError) {
+  const auto cut = [&](size_t bytes) {
+    return std::span<const std::byte>(alpha.file).first(bytes);
+  };
+  write_file(folder.path() / "empty.isosplat", cut(0));
+  write_file(folder.path() / "half.isosplat", cut(alpha.file.size() / 2));
+  write_file(folder.path() / "magic.isosplat", cut(6));
+  write_file(folder.path() / "text.isosplat",
+             std::string_view("this is not a store at all ......"));
+  std::filesystem::create_directory(folder.path() / "folder.isosplat");
+  std::filesystem::create_symlink("nowhere", folder.path() / "dangling.isosplat");
+  write_file(folder.path() / "other.txt", std::string_view("ignored"));
+  write_file(folder.path() / ".hidden.isosplat", std::string_view("ignored"));
+  start();
+  EXPECT_EQ(volume("alpha")["contentId"], alpha.content);
+  EXPECT_EQ(volume("half")["error"]["status"], "truncated");
+  EXPECT_EQ(volume("text")["error"]["status"], "not_a_store");
+  EXPECT_EQ(volume("folder")["error"]["status"], "not_a_store");
+  EXPECT_EQ(volume("dangling")["error"]["status"], "io_error");
+  for (const char* name : {"empty", "magic", "half", "text", "folder", "dangling"}) {
+    EXPECT_FALSE(volume(name)["error"]["message"].get<std::string>().empty()) << name;
+    EXPECT_TRUE(log_mentions(std::string("volume ") + name + " is not served")) << name;
+    EXPECT_EQ(get(port(), std::string("/v1/volumes/") + name).status, 500);
+    EXPECT_EQ(get(port(), std::string("/v1/volumes/") + name + "/x/head").status, 500);
+  }
+  EXPECT_EQ(Json::parse(get(port(), "/v1/volumes").body)["volumes"].size(), 7u);
+  EXPECT_EQ(Json::parse(get(port(), "/healthz").body)["broken"], 6);
+  // Repaired, it is served.
+  write_file(folder.path() / "half.isosplat", alpha.file);
+  EXPECT_TRUE(eventually([&] { return volume("half")["contentId"] == alpha.content; }));
+}
+
+TEST_F(Stores, NamesAreUniqueAndSafe) {
+  TemporaryFolder second;
+  write_file(second.path() / "alpha.isosplat", make_store(4).file);
+  write_file(folder.path() / "My Scan.isosplat", make_store(5).file);
+  write_file(folder.path() / "My  Scan.isosplat", make_store(6).file);
+  options.stores = {folder.path() / "alpha.isosplat", folder.path(), second.path()};
+  start();
+  std::vector<std::string> names;
+  for (const Server::Volume& item : server->volumes()) {
+    names.push_back(item.name);
+    EXPECT_EQ(item.error, "");
+    EXPECT_EQ(get(port(), "/v1/volumes/" + item.name).status, 200);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"My-Scan", "My-Scan-2", "alpha", "alpha-2"}));
+}
+
+TEST_F(Stores, AReaderKeepsAReplacedStore) {
+  const auto path = folder.path() / "alpha.isosplat";
+  const auto store = StoreFile::open(path);
+  ASSERT_TRUE(store) << store.error().message;
+  write_file(path, make_store(3).file);
+  std::vector<std::byte> bytes(alpha.file.size());
+  ASSERT_TRUE((*store)->read(0, bytes));
+  EXPECT_EQ(bytes, alpha.file);
+  EXPECT_FALSE(*file_identity(path) == (*store)->identity());
+}
+
+TEST_F(Stores, EveryTruncationIsRefusedAtOpening) {
+  const auto path = folder.path() / "cut.isosplat";
+  for (size_t bytes = 0; bytes < alpha.file.size(); bytes += 1 + bytes / 16) {
+    write_file(path, std::span<const std::byte>(alpha.file).first(bytes));
+    const auto store = StoreFile::open(path);
+    ASSERT_FALSE(store) << bytes;
+    EXPECT_NE(store.error().message.find("cut.isosplat"), std::string::npos);
+  }
+}
+
+TEST_F(Stores, ManyThreadsOnOneStoreFile) {
+  const auto store = StoreFile::open(folder.path() / "alpha.isosplat", 1);
+  ASSERT_TRUE(store);
+  std::atomic<int> wrong{0};
+  std::vector<std::thread> threads;
+  for (size_t thread = 0; thread < 4; ++thread) {
+    threads.emplace_back([&, thread] {
+      std::vector<std::byte> bytes;
+      for (size_t i = 0; i < 500; ++i) {
+        const KnownChunk& known = alpha.chunks[(i * 13 + thread * 31) % alpha.chunks.size()];
+        bytes.clear();
+        const auto chunk = (*store)->chunk(known.block, known.slab);
+        if (!chunk || !(*store)->read_chunk(*chunk, bytes) || bytes != known.bytes) ++wrong;
+        const auto code = static_cast<float>(known.slab_begin);
+        const auto found = (*store)->chunk_for(known.block, code);
+        if (!found || found->has_value() != (known.cells > 0)) ++wrong;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+}  // namespace
+}  // namespace isosplat::test
