@@ -19,6 +19,8 @@ export function stateText(progress: Progress): string {
       return "opening";
     case "offline":
       return "offline, trying again";
+    case "incomplete":
+      return "parts are missing";
     case "waiting":
       return "";
     case "refining":

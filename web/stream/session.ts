@@ -204,7 +204,7 @@ export class StreamSession {
       height: view.viewport.height,
       loadCellPixels: this.#motion.cameraMoves ? this.#movingPixels : this.#targetPixels,
       drawCellPixels: this.#targetPixels,
-      cellBudget: Math.max(0, left * targetShare) + this.#residency.pinnedSamples,
+      cellBudget: Math.max(0, left * targetShare),
     };
     try {
       const selection = this.#store.select({ ...asked, isovalues: view.isovalues });
