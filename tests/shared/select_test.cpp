@@ -1,0 +1,397 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <random>
+#include <set>
+
+#include "shared/select/selector.h"
+#include "tests/shared/store_fixture.h"
+
+namespace isosplat {
+namespace {
+
+constexpr Index3 kVoxels{300, 200, 150};
+
+/// A volume with empty stretches: two rough balls of different size, each below isocode 600.
+Code two_balls(int32_t x, int32_t y, int32_t z) {
+  const auto ball = [&](int32_t cx, int32_t cy, int32_t cz, int32_t radius) {
+    const int32_t dx = x - cx, dy = y - cy, dz = z - cz;
+    return 600 - 600 * (dx * dx + dy * dy + dz * dz) / (radius * radius);
+  };
+  const int32_t hash =
+      static_cast<int32_t>(static_cast<uint32_t>(x * 31 + y * 17 + z * 7) * 2654435761u >> 29);
+  return static_cast<Code>(std::max({0, ball(70, 80, 70, 60), ball(240, 130, 90, 25)}) + hash);
+}
+
+/// A camera on a sphere around the volume's centre.
+View view_from(double distance, double azimuth, double elevation, float isocode,
+               double pixels = 512) {
+  const VolumeGrid grid{kVoxels, {1, 1, 1.5}, {-10, 20, 30}};
+  const Vec3d centre = grid.world({150, 100, 75});
+  const Vec3d out{std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+                  std::sin(elevation)};
+  const Vec3d eye = centre + out * distance;
+  const Vec3d right{-std::sin(azimuth), std::cos(azimuth), 0};
+  const Vec3d up = cross(out, right);
+  const double focal = 1 / std::tan(std::numbers::pi / 8);
+  const double near = 0.5, far = 5000;
+  const double a = (far + near) / (near - far), b = 2 * far * near / (near - far);
+  const Vec3d rows[3] = {right, up, out};
+  View view;
+  for (size_t row = 0; row < 4; ++row) {
+    const Vec3d axis = row < 3 ? rows[row] : out * -1.0;
+    const double scale = row < 2 ? focal : row == 2 ? a : 1;
+    const double shift = -dot(axis, eye) * scale + (row == 2 ? b : 0);
+    view.view_projection[row] = axis.x * scale;
+    view.view_projection[4 + row] = axis.y * scale;
+    view.view_projection[8 + row] = axis.z * scale;
+    view.view_projection[12 + row] = shift;
+  }
+  view.width_px = view.height_px = pixels;
+  view.isocodes = {isocode};
+  return view;
+}
+
+class SelectTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    levels_ = new std::vector<fixture::Level>(fixture::make_levels(kVoxels, two_balls));
+    bytes_ = new std::vector<std::byte>(fixture::make_store(*levels_, 40));
+  }
+  static void TearDownTestSuite() {
+    delete levels_;
+    delete bytes_;
+  }
+
+  StoreReader open() const { return fixture::open_store(*bytes_); }
+
+  static bool in_frustum(const View& view, Vec3d world) {
+    double clip[4];
+    for (size_t row = 0; row < 4; ++row) {
+      clip[row] = view.view_projection[row] * world.x + view.view_projection[4 + row] * world.y +
+                  view.view_projection[8 + row] * world.z + view.view_projection[12 + row];
+    }
+    return std::abs(clip[0]) <= clip[3] && std::abs(clip[1]) <= clip[3] &&
+           std::abs(clip[2]) <= clip[3];
+  }
+
+  /// How often each active cell of level 0 is drawn, by itself or by a coarser cell over it.
+  /// Cells outside of the frustum are left out.
+  static std::map<int, int> coverage(const StoreReader& store, const Selector& selector,
+                                     const View& view, const Selection& selection) {
+    std::map<std::tuple<uint32_t, int, int, int>, uint64_t> regions;
+    for (const DrawnChunk& chunk : selection.draw) {
+      const BlockKey key = selector.chunk(chunk.handle)->block;
+      regions[{key.level, key.index.x, key.index.y, key.index.z}] |= chunk.regions;
+    }
+    std::map<int, int> times;
+    const fixture::Level& finest = (*levels_)[0];
+    for (int32_t z = 0; z < finest.grid.cells.z; ++z) {
+      for (int32_t y = 0; y < finest.grid.cells.y; ++y) {
+        for (int32_t x = 0; x < finest.grid.cells.x; ++x) {
+          if (!is_active(finest.intervals[finest.cell(x, y, z)], view.isocodes[0])) continue;
+          if (!in_frustum(view, store.info().grid.world({x + 0.5, y + 0.5, z + 0.5}))) continue;
+          int count = 0;
+          for (uint32_t l = 0; l < levels_->size(); ++l) {
+            const Index3 c{x >> l, y >> l, z >> l};
+            const auto found = regions.find({l, c.x >> 6, c.y >> 6, c.z >> 6});
+            if (found == regions.end()) continue;
+            const int32_t region = (c.x >> 4 & 3) + 4 * (c.y >> 4 & 3) + 16 * (c.z >> 4 & 3);
+            count += static_cast<int>(found->second >> region & 1);
+          }
+          ++times[count];
+        }
+      }
+    }
+    return times;
+  }
+
+  /// Makes everything of the coarsest levels resident, as a client does when it opens a store.
+  void load_coarse(const StoreReader& store, Selector& selector, uint32_t from) const {
+    for (uint32_t l = from; l < store.info().levels; ++l) {
+      const std::vector<ChunkRef> chunks = *store.chunks_for(l, 0, 65535);
+      for (const ChunkRef& chunk : chunks) {
+        ASSERT_TRUE(selector.set_resident(selector.handle_of(chunk), true));
+      }
+    }
+  }
+
+  static std::vector<fixture::Level>* levels_;
+  static std::vector<std::byte>* bytes_;
+};
+std::vector<fixture::Level>* SelectTest::levels_ = nullptr;
+std::vector<std::byte>* SelectTest::bytes_ = nullptr;
+
+TEST_F(SelectTest, NeverLeavesAHoleNorDrawsTwiceWhileLoading) {
+  const StoreReader store = open();
+  std::mt19937 random(7);
+  for (const float isocode : {100.5f, 340.25f, 20.0f}) {
+    Selector selector(store);
+    load_coarse(store, selector, 2);
+    for (const double distance : {900.0, 320.0, 120.0, 400.0}) {
+      const View view = view_from(distance, 0.4 + distance, 0.3, isocode);
+      for (int step = 0;; ++step) {
+        const Selection selection = *selector.select(view);
+        const auto times = coverage(store, selector, view, selection);
+        ASSERT_FALSE(times.empty());
+        for (const auto& [count, cells] : times) {
+          ASSERT_EQ(count, 1) << cells << " cells at step " << step << ", distance " << distance;
+        }
+        if (selection.complete()) break;
+        ASSERT_LT(step, 500);
+        // Chunks come in any order.
+        const size_t arrived = random() % selection.load.size();
+        ASSERT_TRUE(selector.set_resident(selection.load[arrived], true));
+      }
+    }
+  }
+}
+
+TEST_F(SelectTest, StaysWholeWhileChunksAreEvicted) {
+  const StoreReader store = open();
+  std::mt19937 random(11);
+  Selector selector(store);
+  load_coarse(store, selector, 2);
+  std::vector<ChunkHandle> resident;
+  for (int step = 0; step < 60; ++step) {
+    const View view = view_from(150 + 50 * (step % 7), 0.2 * step, 0.3,
+                                100.5f + static_cast<float>(20 * (step / 20)));
+    const Selection selection = *selector.select(view);
+    for (const ChunkHandle handle : selection.load) {
+      if (random() % 2) continue;
+      ASSERT_TRUE(selector.set_resident(handle, true));
+      if (selector.chunk(handle)->block.level < 2) resident.push_back(handle);
+    }
+    for (size_t i = 0; i < resident.size(); ++i) {
+      if (random() % 3) continue;
+      ASSERT_TRUE(selector.set_resident(resident[i], false));
+      resident[i--] = resident.back();
+      resident.pop_back();
+    }
+    const Selection now = *selector.select(view);
+    for (const auto& [count, cells] : coverage(store, selector, view, now)) {
+      ASSERT_EQ(count, 1) << cells << " cells at step " << step;
+    }
+  }
+}
+
+TEST_F(SelectTest, ComesDownToTheErrorBound) {
+  const StoreReader store = open();
+  for (const double distance : {2000.0, 700.0, 250.0}) {
+    for (const double target : {1.0, 3.0}) {
+      View view = view_from(distance, 1.1, -0.4, 100.5f);
+      view.load_cell_px = view.draw_cell_px = target;
+      Selector selector(store);
+      for (int step = 0; step < 20; ++step) {
+        const Selection selection = *selector.select(view);
+        for (const ChunkHandle handle : selection.load) {
+          ASSERT_TRUE(selector.set_resident(handle, true));
+        }
+      }
+      const Selection selection = *selector.select(view);
+      ASSERT_TRUE(selection.complete());
+      const ScreenProjection projection(store.info().grid, view);
+      for (const DrawnChunk& drawn : selection.draw) {
+        const BlockKey key = selector.chunk(drawn.handle)->block;
+        const auto footprint =
+            projection.footprint(level_grid(store.info().grid.voxels, key.level), key.index);
+        EXPECT_FALSE(footprint.outside);
+        if (key.level > 0) {
+          EXPECT_LE(footprint.cell_px, target);
+        }
+      }
+    }
+  }
+}
+
+TEST_F(SelectTest, CellSizeOnScreenIsThatOfTheProjection) {
+  const StoreReader store = open();
+  const View view = view_from(500, 0, 0, 100.5f, 1000);
+  const ScreenProjection projection(store.info().grid, view);
+  const LevelGrid coarsest = level_grid(kVoxels, store.info().levels - 1);
+  // Seen along −x: the block's nearest corner is a cell beyond the volume's high x.
+  const double cell = std::ldexp(1.0, static_cast<int>(coarsest.level));
+  const double nearest = 500 + 150 - (coarsest.cells.x + 1) * cell;
+  const double focal_px = 500 / std::tan(std::numbers::pi / 8);
+  EXPECT_NEAR(projection.footprint(coarsest, {0, 0, 0}).cell_px, cell * 1.5 * focal_px / nearest,
+              1e-6);
+}
+
+TEST_F(SelectTest, AsksOnlyForActiveBlocksInSight) {
+  const StoreReader store = open();
+  const View view = view_from(160, 2.0, 0.2, 340.25f);
+  Selector selector(store);
+  for (int step = 0; step < 30; ++step) {
+    const Selection selection = *selector.select(view);
+    for (const ChunkHandle handle : selection.load) {
+      const ChunkRef chunk = *selector.chunk(handle);
+      const auto needed = store.chunk_for(chunk.block, 340.25f);
+      ASSERT_TRUE(needed && *needed);
+      EXPECT_EQ((*needed)->slab, chunk.slab);
+      const ScreenProjection projection(store.info().grid, view);
+      EXPECT_FALSE(
+          projection.footprint(level_grid(kVoxels, chunk.block.level), chunk.block.index).outside);
+      ASSERT_TRUE(selector.set_resident(handle, true));
+    }
+  }
+  // Away from the volume there is nothing to see.
+  View away = view;
+  away.view_projection[3] = away.view_projection[7] = away.view_projection[11] = 0;
+  away.view_projection[15] = -1;
+  const Selection selection = *Selector(store).select(away);
+  EXPECT_TRUE(selection.complete());
+  EXPECT_TRUE(selection.draw.empty());
+}
+
+TEST_F(SelectTest, LargerBudgetRefinesASuperset) {
+  const StoreReader store = open();
+  const View view = view_from(260, 0.7, 0.5, 100.5f);
+  const auto leaves = [&](uint64_t budget) {
+    View limited = view;
+    limited.cell_budget = budget;
+    Selector selector(store);
+    for (int step = 0; step < 30; ++step) {
+      const Selection selection = *selector.select(limited);
+      EXPECT_LE(selection.target_cells, std::max<uint64_t>(budget, 5000));
+      for (const ChunkHandle handle : selection.load) (void)selector.set_resident(handle, true);
+    }
+    const Selection selection = *selector.select(limited);
+    EXPECT_TRUE(selection.complete());
+    std::set<std::tuple<uint32_t, int, int, int>> blocks;
+    for (const DrawnChunk& drawn : selection.draw) {
+      const BlockKey key = selector.chunk(drawn.handle)->block;
+      blocks.insert({key.level, key.index.x, key.index.y, key.index.z});
+    }
+    return std::pair{blocks, selection.limited_by_budget};
+  };
+  std::set<std::tuple<uint32_t, int, int, int>> before;
+  for (uint64_t budget = 1000; budget < 4'000'000; budget = budget * 3 / 2) {
+    const auto [blocks, limited] = leaves(budget);
+    // Every block drawn with the smaller budget is drawn, or finer blocks in its place.
+    for (auto [level, x, y, z] : blocks) {
+      bool found = before.empty();
+      for (uint32_t up = level; up < store.info().levels && !found; ++up) {
+        found = before.contains({up, x >> (up - level), y >> (up - level), z >> (up - level)});
+      }
+      EXPECT_TRUE(found) << "level " << level << " budget " << budget;
+    }
+    if (blocks.size() > 8 && !limited) break;
+    before = blocks;
+  }
+}
+
+TEST_F(SelectTest, ATremblingViewChangesNothing) {
+  const StoreReader store = open();
+  Selector selector(store);
+  for (int step = 0; step < 30; ++step) {
+    const Selection selection = *selector.select(view_from(300, 0.7, 0.5, 100.5f));
+    for (const ChunkHandle handle : selection.load) {
+      ASSERT_TRUE(selector.set_resident(handle, true));
+    }
+  }
+  const Selection still = *selector.select(view_from(300, 0.7, 0.5, 100.5f));
+  for (int step = 0; step < 50; ++step) {
+    const double tremble = 1 + 0.02 * (step % 3);
+    const Selection selection = *selector.select(view_from(300 * tremble, 0.7, 0.5, 100.5f));
+    EXPECT_TRUE(selection.complete());
+    EXPECT_EQ(selection.draw, still.draw);
+  }
+}
+
+TEST_F(SelectTest, FinerDataStaysWhileTheCameraMovesAndNothingCoarserIsAskedFor) {
+  const StoreReader store = open();
+  Selector selector(store);
+  View view = view_from(300, 0.7, 0.5, 100.5f);
+  for (int step = 0; step < 30; ++step) {
+    const Selection selection = *selector.select(view);
+    for (const ChunkHandle handle : selection.load) {
+      ASSERT_TRUE(selector.set_resident(handle, true));
+    }
+  }
+  const Selection still = *selector.select(view);
+  view.load_cell_px = 8;
+  const Selection moving = *selector.select(view);
+  EXPECT_TRUE(moving.load.empty());
+  EXPECT_EQ(moving.draw, still.draw);
+}
+
+TEST_F(SelectTest, NamesMissingPagesAndGoesOnWithout) {
+  StoreReader store = *StoreReader::open(std::span(*bytes_).first(kMaxHeadBytes));
+  const View view = view_from(200, 0.7, 0.5, 100.5f);
+  Selector selector(store);
+  for (int step = 0; step < 100; ++step) {
+    const Selection selection = *selector.select(view);
+    if (selection.complete()) break;
+    if (!selection.pages.empty()) {
+      const PageRef page = store.pages()[selection.pages[0]];
+      ASSERT_FALSE(store.is_resident(selection.pages[0]));
+      ASSERT_TRUE(
+          store.add_page(selection.pages[0], std::span(*bytes_).subspan(page.offset, page.bytes)));
+    }
+    for (const ChunkHandle handle : selection.load) {
+      ASSERT_TRUE(selector.set_resident(handle, true));
+    }
+  }
+  const Selection selection = *selector.select(view);
+  EXPECT_TRUE(selection.complete());
+  EXPECT_EQ(selection.finest_drawn_level, 0);
+}
+
+TEST_F(SelectTest, SeveralIsovaluesAreCoveredTogether) {
+  const StoreReader store = open();
+  Selector selector(store);
+  load_coarse(store, selector, 2);
+  View view = view_from(320, 0.7, 0.5, 100.5f);
+  view.isocodes = {100.5f, 400.5f};
+  std::mt19937 random(3);
+  for (int step = 0; step < 500; ++step) {
+    const Selection selection = *selector.select(view);
+    for (const float isocode : {100.5f, 400.5f}) {
+      View one = view;
+      one.isocodes = {isocode};
+      for (const auto& [count, cells] : coverage(store, selector, one, selection)) {
+        ASSERT_EQ(count, 1) << cells << " cells of " << isocode << " at step " << step;
+      }
+    }
+    if (selection.complete()) return;
+    ASSERT_TRUE(selector.set_resident(selection.load[random() % selection.load.size()], true));
+  }
+  FAIL() << "never complete";
+}
+
+TEST_F(SelectTest, LooksAheadWithoutATrace) {
+  const StoreReader store = open();
+  Selector selector(store), other(store);
+  const View view = view_from(300, 0.7, 0.5, 100.5f);
+  const View ahead = view_from(100, 0.1, 0.5, 300.5f);
+  (void)*selector.select(view);
+  (void)*other.select(view);
+  EXPECT_FALSE(other.select_ahead(ahead)->load.empty());
+  std::vector<BlockKey> first, second;
+  const Selection after = *selector.select(view), other_after = *other.select(view);
+  for (const ChunkHandle handle : after.load) first.push_back(selector.chunk(handle)->block);
+  for (const ChunkHandle handle : other_after.load) second.push_back(other.chunk(handle)->block);
+  EXPECT_EQ(first, second);
+}
+
+TEST_F(SelectTest, RefusesViewsThatAreNone) {
+  const StoreReader store = open();
+  Selector selector(store);
+  View view = view_from(300, 0, 0, 100.5f);
+  view.view_projection[5] = NAN;
+  EXPECT_EQ(selector.select(view).error().status, Status::invalid_argument);
+  view = view_from(300, 0, 0, 100.5f);
+  view.isocodes.clear();
+  EXPECT_EQ(selector.select(view).error().status, Status::invalid_argument);
+  view.isocodes.assign(65, 1.0f);
+  EXPECT_EQ(selector.select(view).error().status, Status::invalid_argument);
+  view = view_from(300, 0, 0, 100.5f);
+  view.width_px = 0;
+  EXPECT_EQ(selector.select(view).error().status, Status::invalid_argument);
+  EXPECT_EQ(selector.set_resident(99, true).error().status, Status::not_found);
+}
+
+}  // namespace
+}  // namespace isosplat
