@@ -294,6 +294,7 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
   if (auto found = find_range(); !found) return tl::unexpected(found.error());
   mapping_ = choose_mapping(header_.type, range_);
   slab_options_.lambda = options_.lambda;
+  slab_options_.overhead_cells = options_.overhead_cells;
   if (!range_.is_empty) {
     slab_options_.isovalue_range =
         1.0 + code_of(mapping_, range_.max) - code_of(mapping_, range_.min);

@@ -1,0 +1,118 @@
+// Builds a store from a volume that is in memory, and prints what it took and what it holds as one
+// line of JSON: isosplat_build_bench VOLUME [--u8 LOW HIGH] [--lambda L] [--overhead N] [--threads N]
+// [--runs N] [isovalue…].
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+
+#include "native/build/array_source.h"
+#include "native/import/open_volume.h"
+#include "shared/store/store_reader.h"
+
+namespace isosplat {
+namespace {
+
+/// A volume that was read once, so that reading costs what the page cache costs.
+class HeldVolume : public VolumeSource {
+ public:
+  VolumeHeader header_;
+  std::vector<std::byte> voxels;
+  const VolumeHeader& header() const override { return header_; }
+  Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
+    const size_t slice = out.size() / static_cast<size_t>(count);
+    std::memcpy(out.data(), voxels.data() + slice * static_cast<size_t>(first), out.size());
+    return {};
+  }
+  uint64_t resident_bytes() const override { return 0; }
+};
+
+/// 16-bit voxels as 8 bits: [low, high] to [0, 255].
+void squeeze(HeldVolume& volume, double low, double high) {
+  const auto* from = reinterpret_cast<const int16_t*>(volume.voxels.data());
+  std::vector<std::byte> to(volume.voxels.size() / 2);
+  for (size_t i = 0; i < to.size(); ++i) {
+    const double v = std::clamp((from[i] - low) / (high - low) * 255, 0.0, 255.0);
+    to[i] = static_cast<std::byte>(v);
+  }
+  volume.voxels = std::move(to);
+  volume.header_.type = VoxelType::u8;
+}
+
+int run(int count, char** arguments) {
+  BuildOptions options;
+  std::vector<double> isovalues;
+  int runs = 1;
+  double low = 0, high = 0;
+  for (int i = 2; i < count; ++i) {
+    const std::string option = arguments[i];
+    const auto next = [&] { return std::atof(arguments[++i]); };
+    if (option == "--lambda") options.lambda = next();
+    else if (option == "--overhead") options.overhead_cells = next();
+    else if (option == "--threads") options.threads = static_cast<unsigned>(next());
+    else if (option == "--runs") runs = static_cast<int>(next());
+    else if (option == "--u8") low = next(), high = next();
+    else isovalues.push_back(std::atof(option.c_str()));
+  }
+  auto opened = open_volume(arguments[1], {});
+  if (!opened) return std::fprintf(stderr, "%s\n", opened.error().message.c_str()), 1;
+  VolumeSource& source = *opened->source;
+  HeldVolume volume;
+  volume.header_ = source.header();
+  const Index3 n = volume.header_.grid.voxels;
+  volume.voxels.resize(static_cast<size_t>(n.x) * static_cast<size_t>(n.y) *
+                       static_cast<size_t>(n.z) * voxel_bytes(volume.header_.type));
+  if (auto read = source.read_slices(0, n.z, volume.voxels); !read) {
+    return std::fprintf(stderr, "%s\n", read.error().message.c_str()), 1;
+  }
+  if (low < high) squeeze(volume, low, high);
+  std::vector<double> seconds;
+  MemorySink sink;
+  BuildReport report;
+  for (int i = 0; i < runs; ++i) {
+    sink.bytes.clear();
+    auto built = build_store(volume, sink, options);
+    if (!built) return std::fprintf(stderr, "%s\n", built.error().message.c_str()), 1;
+    report = *built;
+    seconds.push_back(report.seconds);
+  }
+  std::sort(seconds.begin(), seconds.end());
+  auto reader = StoreReader::open(sink.bytes);
+  for (uint32_t i = 0; i < reader->pages().size(); ++i) {
+    const PageRef page = reader->pages()[i];
+    (void)reader->add_page(i, std::span(sink.bytes).subspan(page.offset, page.bytes));
+  }
+  const double voxels = static_cast<double>(n.x) * n.y * n.z;
+  std::printf("{\"raw_bytes\": %zu, \"store_bytes\": %zu, \"ratio\": %.4f, ", volume.voxels.size(),
+              sink.bytes.size(),
+              static_cast<double>(sink.bytes.size()) / static_cast<double>(volume.voxels.size()));
+  std::printf("\"level_0_bytes\": %llu, \"chunks\": %llu, ",
+              static_cast<unsigned long long>(reader->levels()[0].chunks_bytes),
+              static_cast<unsigned long long>(reader->info().chunk_count));
+  std::printf("\"megavoxels_per_second\": %.1f", voxels / 1e6 / seconds[seconds.size() / 2]);
+  for (const double isovalue : isovalues) {
+    const float isocode = reader->info().mapping.isocode(isovalue);
+    size_t bytes = 0, cells = 0, chunks = 0;
+    const auto found = reader->chunks_for(0, isocode, isocode);
+    for (const ChunkRef& chunk : *found) {
+      bytes += chunk.bytes;
+      cells += chunk.cells;
+      ++chunks;
+    }
+    std::printf(", \"isovalue_%g\": {\"bytes\": %zu, \"cells\": %zu, \"chunks\": %zu}", isovalue,
+                bytes, cells, chunks);
+  }
+  std::printf("}\n");
+  return 0;
+}
+
+}  // namespace
+}  // namespace isosplat
+
+int main(int count, char** arguments) {
+  if (count < 2) return 2;
+  return isosplat::run(count, arguments);
+}
