@@ -89,10 +89,19 @@ int run(int count, char** arguments) {
   std::printf("{\"raw_bytes\": %zu, \"store_bytes\": %zu, \"ratio\": %.4f, ", volume.voxels.size(),
               sink.bytes.size(),
               static_cast<double>(sink.bytes.size()) / static_cast<double>(volume.voxels.size()));
-  std::printf("\"level_0_bytes\": %llu, \"chunks\": %llu, ",
-              static_cast<unsigned long long>(reader->levels()[0].chunks_bytes),
-              static_cast<unsigned long long>(reader->info().chunk_count));
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  std::printf("\"user_seconds\": %.3f, ", static_cast<double>(usage.ru_utime.tv_sec) +
+                                             static_cast<double>(usage.ru_utime.tv_usec) * 1e-6);
   std::printf("\"megavoxels_per_second\": %.1f", voxels / 1e6 / seconds[seconds.size() / 2]);
+  for (const LevelRef& level : reader->levels()) {
+    size_t cells = 0;
+    const auto all = reader->chunks_for(level.grid.level, 0, 65535);
+    for (const ChunkRef& chunk : *all) cells += chunk.cells;
+    std::printf(", \"level_%u\": {\"bytes\": %llu, \"cells\": %zu, \"chunks\": %zu}",
+                level.grid.level, static_cast<unsigned long long>(level.chunks_bytes), cells,
+                all->size());
+  }
   for (const double isovalue : isovalues) {
     const float isocode = reader->info().mapping.isocode(isovalue);
     size_t bytes = 0, cells = 0, chunks = 0;
