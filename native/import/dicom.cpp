@@ -15,11 +15,14 @@ namespace {
 
 struct Slice {
   std::string file;
-  HeaderGeometry geometry;
-  int64_t width = 0, height = 0;
-  StoredType type = StoredType::u8;
+  ItkHeader header;
   double along = 0;  ///< position along the normal of the slices
 };
+
+bool same_size(const ItkHeader& a, const ItkHeader& b) {
+  return a.sizes.size() >= 2 && b.sizes.size() >= 2 && a.sizes[0] == b.sizes[0] &&
+         a.sizes[1] == b.sizes[1];
+}
 
 Vec3d column(const std::array<double, 9>& m, size_t index) {
   return {m[index], m[3 + index], m[6 + index]};
@@ -27,10 +30,10 @@ Vec3d column(const std::array<double, 9>& m, size_t index) {
 
 /// One type that holds the values of all slices: rescaling can differ from slice to slice.
 VoxelType common_type(const std::vector<Slice>& slices) {
-  const VoxelType first = read_type({slices[0].type, false, 1, 0});
+  const VoxelType first = read_type({slices[0].header.type, false, 1, 0});
   bool same = true, integers = true;
   for (const Slice& slice : slices) {
-    const VoxelType type = read_type({slice.type, false, 1, 0});
+    const VoxelType type = read_type({slice.header.type, false, 1, 0});
     same = same && type == first;
     integers =
         integers && type != VoxelType::f32 && type != VoxelType::f64 && type != VoxelType::u32;
@@ -53,22 +56,14 @@ class DicomSource : public VolumeSource {
         out.size() != bytes * static_cast<size_t>(count)) {
       return fail(Status::invalid_argument, "slices outside the volume were asked for");
     }
-    for (int32_t i = 0; i < count; ++i) {
-      const Slice& slice = slices_[static_cast<size_t>(first + i)];
-      auto to = out.subspan(static_cast<size_t>(i) * bytes, bytes);
-      auto reader = ItkReader::open(ItkFormat::dicom, slice.file);
-      if (!reader) return tl::unexpected(reader.error());
-      const ItkHeader& info = reader->header();
-      if (info.sizes.size() < 2 || info.sizes[0] != n.x || info.sizes[1] != n.y ||
-          info.type != slice.type || info.components != 1) {
-        return fail(
-            Status::malformed_volume,
-            fmt::format("{}: the file has changed while it was read: start again", slice.file));
-      }
-      scratch_.resize(pixels * stored_bytes(slice.type));
-      if (auto read = reader->read_all(scratch_); !read) return read;
-      decode({slice.type, false, 1, 0}, scratch_, header_.type, to);
-      if (reverse_) reverse_rows(to, static_cast<size_t>(n.x) * voxel_bytes(header_.type));
+    // A batch of slices is decoded by one child process; a batch is what a few MB hold.
+    const auto batch = static_cast<int32_t>(std::clamp<size_t>((size_t{16} << 20) / bytes, 1, 64));
+    for (int32_t i = 0; i < count; i += batch) {
+      const int32_t some = std::min(batch, count - i);
+      auto read = read_batch(
+          std::span(slices_).subspan(static_cast<size_t>(first + i), static_cast<size_t>(some)),
+          out.subspan(static_cast<size_t>(i) * bytes, static_cast<size_t>(some) * bytes));
+      if (!read) return read;
     }
     return {};
   }
@@ -76,6 +71,31 @@ class DicomSource : public VolumeSource {
   uint64_t resident_bytes() const override { return 0; }
 
  private:
+  Result<void> read_batch(std::span<const Slice> slices, std::span<std::byte> out) {
+    std::vector<std::string> files;
+    std::vector<ItkHeader> headers;
+    uint64_t bytes = 0;
+    for (const Slice& slice : slices) {
+      files.push_back(slice.file);
+      headers.push_back(slice.header);
+      bytes += itk_bytes(slice.header);
+    }
+    scratch_.resize(static_cast<size_t>(bytes));
+    auto read = read_itk_voxels(ItkFormat::dicom, files, headers, scratch_);
+    if (!read) return read;
+    const size_t slice_bytes = out.size() / slices.size();
+    const size_t row = static_cast<size_t>(header_.grid.voxels.x) * voxel_bytes(header_.type);
+    size_t at = 0;
+    for (size_t i = 0; i < slices.size(); ++i) {
+      const auto stored = std::span(scratch_).subspan(at, itk_bytes(headers[i]));
+      at += stored.size();
+      const auto to = out.subspan(i * slice_bytes, slice_bytes);
+      decode({headers[i].type, false, 1, 0}, stored, header_.type, to);
+      if (reverse_) reverse_rows(to, row);
+    }
+    return {};
+  }
+
   VolumeHeader header_;
   std::vector<Slice> slices_;
   bool reverse_;
@@ -83,28 +103,22 @@ class DicomSource : public VolumeSource {
 };
 
 Result<std::vector<Slice>> read_slice_headers(const std::vector<std::string>& files) {
+  const auto headers = read_itk_headers(ItkFormat::dicom, files);
+  if (!headers) return tl::unexpected(headers.error());
   std::vector<Slice> slices;
-  for (const std::string& file : files) {
-    const auto reader = ItkReader::open(ItkFormat::dicom, file);
-    if (!reader) return tl::unexpected(reader.error());
-    const ItkHeader& info = reader->header();
-    if (info.components != 1) return not_scalar(file, info.components);
-    if (!info.has_known_type) return unknown_type(file, "unknown");
-    Slice slice{file,
-                info.geometry,
-                info.sizes.empty() ? 0 : info.sizes[0],
-                info.sizes.size() < 2 ? 0 : info.sizes[1],
-                info.type,
-                0};
-    if (!slices.empty() && (slice.width != slices[0].width || slice.height != slices[0].height)) {
-      return fail(
-          Status::malformed_volume,
-          fmt::format("{}: expected a slice of {} × {} voxels as in {}, found {} × {}: take "
-                      "the odd slice out of the folder",
-                      file, slices[0].width, slices[0].height, slices[0].file, slice.width,
-                      slice.height));
+  for (size_t i = 0; i < files.size(); ++i) {
+    const ItkHeader& info = (*headers)[i];
+    if (info.components != 1) return not_scalar(files[i], info.components);
+    if (!info.has_known_type) return unknown_type(files[i], "unknown");
+    const auto& sizes = info.sizes;
+    if (sizes.size() < 2 || (sizes.size() > 2 && sizes[2] != 1) ||
+        !same_size(info, headers->front())) {
+      return fail(Status::malformed_volume,
+                  fmt::format("{}: expected a single slice of the same size as {}, found another "
+                              "size or several frames: take the odd file out of the folder",
+                              files[i], files[0]));
     }
-    slices.push_back(std::move(slice));
+    slices.push_back({files[i], info, 0});
   }
   return slices;
 }
@@ -114,9 +128,9 @@ Result<std::vector<Slice>> read_slice_headers(const std::vector<std::string>& fi
 Result<std::vector<std::string>> arrange(const std::filesystem::path& path,
                                          std::vector<Slice>& slices, const ImportOptions& options) {
   std::vector<std::string> notes;
-  const auto& direction = slices[0].geometry.direction;
+  const auto& direction = slices[0].header.geometry.direction;
   const Vec3d normal = cross(column(direction, 0), column(direction, 1));
-  for (Slice& slice : slices) slice.along = dot(slice.geometry.origin, normal);
+  for (Slice& slice : slices) slice.along = dot(slice.header.geometry.origin, normal);
   std::sort(slices.begin(), slices.end(),
             [](const Slice& a, const Slice& b) { return natural_order(a.file, b.file); });
   const auto [nearest, farthest] =
@@ -138,6 +152,8 @@ Result<std::vector<std::string>> arrange(const std::filesystem::path& path,
   std::stable_sort(slices.begin(), slices.end(),
                    [](const Slice& a, const Slice& b) { return a.along < b.along; });
 
+  const std::vector<int64_t> sizes = slices[0].header.sizes;
+
   // Slices at the same place are time steps (or echoes, …), in the order of their names.
   std::vector<std::vector<Slice>> places;
   for (Slice& slice : slices) {
@@ -154,11 +170,9 @@ Result<std::vector<std::string>> arrange(const std::filesystem::path& path,
     notes.push_back("some slices lie at the same place as others: the first of each are taken");
     steps = 1;
   }
-  const auto step =
-      choose_time_step(path,
-                       {slices[0].width, slices[0].height, static_cast<int64_t>(places.size()),
-                        static_cast<int64_t>(steps)},
-                       options);
+  const auto step = choose_time_step(
+      path, {sizes[0], sizes[1], static_cast<int64_t>(places.size()), static_cast<int64_t>(steps)},
+      options);
   if (!step) return tl::unexpected(step.error());
   slices.clear();
   for (auto& place : places) slices.push_back(std::move(place[static_cast<size_t>(*step)]));
@@ -182,16 +196,16 @@ Result<std::vector<std::string>> arrange(const std::filesystem::path& path,
 
 Result<OpenVolume> open_dicom_file(const std::filesystem::path& path,
                                    const ImportOptions& options) {
-  auto reader = ItkReader::open(ItkFormat::dicom, path);
-  if (!reader) return tl::unexpected(reader.error());
-  const auto& sizes = reader->header().sizes;
+  const auto header = read_itk_header(ItkFormat::dicom, path);
+  if (!header) return tl::unexpected(header.error());
+  const auto& sizes = header->sizes;
   if (sizes.size() < 3 || sizes[2] < 2) {
     return fail(Status::no_cells,
                 fmt::format("{}: expected a volume, found a single DICOM slice: give the folder "
                             "that holds the series",
                             path.string()));
   }
-  return open_whole(std::move(*reader), "DICOM", path, options);
+  return open_whole(ItkFormat::dicom, *header, "DICOM", path, options);
 }
 
 Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
@@ -226,9 +240,10 @@ Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
   volume.notes.insert(volume.notes.end(), notes->begin(), notes->end());
 
   // The third axis runs from the first slice to the last.
-  HeaderGeometry geometry = slices->front().geometry;
+  HeaderGeometry geometry = slices->front().header.geometry;
   const auto count = static_cast<int64_t>(slices->size());
-  const Vec3d path_through = slices->back().geometry.origin - slices->front().geometry.origin;
+  const Vec3d path_through =
+      slices->back().header.geometry.origin - slices->front().header.geometry.origin;
   const double distance = length(path_through);
   if (count > 1 && distance > 1e-6) {
     geometry.spacing.z = distance / static_cast<double>(count - 1);
@@ -237,7 +252,8 @@ Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
     geometry.direction[8] = path_through.z / distance;
   }
   if (options.spacing) geometry.spacing = *options.spacing;
-  auto orientation = orient({slices->front().width, slices->front().height, count}, geometry);
+  auto orientation =
+      orient({slices->front().header.sizes[0], slices->front().header.sizes[1], count}, geometry);
   if (!orientation) {
     return fail(orientation.error().status, path.string() + ": " + orientation.error().message);
   }

@@ -25,8 +25,10 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
 bool raw_name_is_complete(const std::filesystem::path& path);
 
 /// A volume that only ITK can take from its file, held whole once the first slice is asked for.
-Result<OpenVolume> open_whole(ItkReader reader, std::string format,
-                              const std::filesystem::path& path, const ImportOptions& options);
+/// `elsewhere`: the voxels are in other files, so that the size of this one says nothing.
+Result<OpenVolume> open_whole(ItkFormat itk_format, const ItkHeader& header, std::string format,
+                              const std::filesystem::path& path, const ImportOptions& options,
+                              bool elsewhere = false);
 
 /// A name without folder and suffixes: "a/b.nii.gz" → "b".
 std::string volume_name(const std::filesystem::path& path);

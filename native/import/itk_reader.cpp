@@ -1,7 +1,6 @@
 #include "native/import/itk_reader.h"
 
 #include <fmt/format.h>
-#include <gdcmTrace.h>
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>
 #include <itkMetaImageIO.h>
@@ -10,39 +9,13 @@
 #include <itkVTKImageIO.h>
 
 #include <algorithm>
-#include <iostream>
-#include <streambuf>
+#include <cstring>
+#include <type_traits>
+
+#include "native/import/isolated.h"
 
 namespace isosplat {
 namespace {
-
-/// Drops what is written to std::cout and std::cerr while it lives: ITK and the libraries below it
-/// print warnings there, and the errors that they also throw.
-class Silence {
- public:
-  Silence() : cout_(std::cout.rdbuf(&nothing_)), cerr_(std::cerr.rdbuf(&nothing_)) {
-    itk::Object::SetGlobalWarningDisplay(false);
-    gdcm::Trace::DebugOff();
-    gdcm::Trace::WarningOff();
-    gdcm::Trace::ErrorOff();
-  }
-  ~Silence() {
-    std::cout.rdbuf(cout_);
-    std::cerr.rdbuf(cerr_);
-    std::cout.clear();
-    std::cerr.clear();
-  }
-  Silence(const Silence&) = delete;
-
- private:
-  class Nothing : public std::streambuf {
-    int overflow(int c) override { return c; }
-    std::streamsize xsputn(const char*, std::streamsize count) override { return count; }
-  };
-  Nothing nothing_;
-  std::streambuf* cout_;
-  std::streambuf* cerr_;
-};
 
 /// ITK's description without the source location and object address before it, on one line.
 std::string one_line(std::string text) {
@@ -57,28 +30,29 @@ std::string one_line(std::string text) {
   return text;
 }
 
+/// Calls work(), which may throw, in a child process.
 template <class Work>
-Result<void> guarded(const std::filesystem::path& path, const Work& work) {
-  const auto refused = [&](const char* why) {
-    return fail(Status::malformed_volume,
-                fmt::format("{}: cannot be read: {}: the file is damaged, or of a kind that its "
-                            "reader does not know; export it again, as NRRD for example",
-                            path.string(), one_line(why)));
-  };
-  try {
-    const Silence silence;
-    work();
-    return {};
-  } catch (const itk::ExceptionObject& e) {
-    return refused(e.GetDescription());
-  } catch (const std::bad_alloc&) {
-    return fail(Status::out_of_memory,
-                path.string() + ": its reader ran out of memory: the header may be wrong");
-  } catch (const std::exception& e) {
-    return refused(e.what());
-  } catch (...) {
-    return refused("its reader failed without a reason");
-  }
+Result<std::string> guarded(const std::filesystem::path& path, const Work& work) {
+  return run_isolated(path, [&]() -> Result<std::string> {
+    const auto refused = [&](const char* why) {
+      return fail(Status::malformed_volume,
+                  fmt::format("{}: cannot be read: {}: the file is damaged, or of a kind that its "
+                              "reader does not know; export it again, as NRRD for example",
+                              path.string(), one_line(why)));
+    };
+    try {
+      return work();
+    } catch (const itk::ExceptionObject& e) {
+      return refused(e.GetDescription());
+    } catch (const std::bad_alloc&) {
+      return fail(Status::out_of_memory,
+                  path.string() + ": its reader ran out of memory: the header may be wrong");
+    } catch (const std::exception& e) {
+      return refused(e.what());
+    } catch (...) {
+      return refused("its reader failed without a reason");
+    }
+  });
 }
 
 itk::ImageIOBase::Pointer make_io(ItkFormat format) {
@@ -165,62 +139,154 @@ ItkHeader read_header(const itk::ImageIOBase& io) {
   return header;
 }
 
+/// An ItkHeader as it comes back from the child process.
+struct HeaderRecord {
+  static constexpr size_t kMaxAxes = 8;
+  int64_t sizes[kMaxAxes];
+  uint32_t axes;
+  HeaderGeometry geometry;
+  StoredType type;
+  bool has_known_type;
+  int components;
+};
+static_assert(std::is_trivially_copyable_v<HeaderRecord>);
+
+HeaderRecord to_record(const ItkHeader& header) {
+  HeaderRecord record{};
+  record.axes =
+      static_cast<uint32_t>(std::min<size_t>(header.sizes.size(), HeaderRecord::kMaxAxes));
+  std::copy_n(header.sizes.begin(), record.axes, record.sizes);
+  record.geometry = header.geometry;
+  record.type = header.type;
+  record.has_known_type = header.has_known_type;
+  record.components = header.components;
+  return record;
+}
+
+ItkHeader from_record(const HeaderRecord& record) {
+  ItkHeader header;
+  header.sizes.assign(record.sizes, record.sizes + record.axes);
+  header.geometry = record.geometry;
+  header.type = record.type;
+  header.has_known_type = record.has_known_type;
+  header.components = record.components;
+  return header;
+}
+
+itk::ImageIOBase::Pointer open_io(ItkFormat format, const std::string& file) {
+  auto io = make_io(format);
+  io->SetFileName(file);
+  io->ReadImageInformation();
+  return io;
+}
+
 }  // namespace
 
-struct ItkReader::State {
-  std::filesystem::path path;
-  itk::ImageIOBase::Pointer io;
-  ItkHeader header;
-};
+Result<ItkHeader> read_itk_header(ItkFormat format, const std::filesystem::path& path) {
+  const std::string file = path.string();
+  auto headers = read_itk_headers(format, std::span(&file, 1));
+  if (!headers) return tl::unexpected(headers.error());
+  return std::move(headers->front());
+}
 
-ItkReader::ItkReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
-ItkReader::ItkReader(ItkReader&&) noexcept = default;
-ItkReader::~ItkReader() = default;
+Result<std::vector<ItkHeader>> read_itk_headers(ItkFormat format,
+                                                std::span<const std::string> files) {
+  std::vector<HeaderRecord> records(files.size());
+  auto shared = SharedBytes::allocate(records.size() * sizeof(HeaderRecord));
+  if (!shared) return tl::unexpected(shared.error());
+  std::memset(shared->bytes().data(), 0xff, shared->bytes().size());  // "not read yet"
+  auto done = guarded(files.front(), [&]() -> Result<std::string> {
+    for (size_t i = 0; i < files.size(); ++i) {
+      const HeaderRecord record = to_record(read_header(*open_io(format, files[i])));
+      std::memcpy(shared->bytes().data() + i * sizeof record, &record, sizeof record);
+    }
+    return std::string();
+  });
+  std::memcpy(records.data(), shared->bytes().data(), shared->bytes().size());
+  std::vector<ItkHeader> headers;
+  for (size_t i = 0; i < files.size(); ++i) {
+    if (records[i].axes > HeaderRecord::kMaxAxes) {
+      // The file that failed is this one, not the first, which the message names.
+      std::string message = done ? std::string() : done.error().message;
+      if (message.starts_with(files.front())) message.erase(0, files.front().size());
+      return fail(done ? Status::malformed_volume : done.error().status, files[i] + message);
+    }
+    headers.push_back(from_record(records[i]));
+  }
+  if (!done) return tl::unexpected(done.error());
+  return headers;
+}
 
-Result<ItkReader> ItkReader::open(ItkFormat format, const std::filesystem::path& path) {
-  auto state = std::make_unique<State>();
-  state->path = path;
-  auto done = guarded(path, [&] {
-    state->io = make_io(format);
-    state->io->SetFileName(path.string());
-    state->io->ReadImageInformation();
-    state->header = read_header(*state->io);
+Result<void> read_itk_voxels(ItkFormat format, std::span<const std::string> files,
+                             std::span<const ItkHeader> headers, std::span<std::byte> out) {
+  auto shared = SharedBytes::allocate(out.size());
+  if (!shared) return tl::unexpected(shared.error());
+  auto done = guarded(files.front(), [&]() -> Result<std::string> {
+    std::byte* to = shared->bytes().data();
+    for (size_t i = 0; i < files.size(); ++i) {
+      const auto io = open_io(format, files[i]);
+      const auto axes = static_cast<unsigned>(headers[i].sizes.size());
+      itk::ImageIORegion region(axes);
+      for (unsigned axis = 0; axis < axes; ++axis) {
+        region.SetSize(axis,
+                       static_cast<itk::ImageIORegion::SizeValueType>(headers[i].sizes[axis]));
+        region.SetIndex(axis, 0);
+      }
+      io->SetIORegion(region);
+      if (static_cast<uint64_t>(io->GetImageSizeInBytes()) != itk_bytes(headers[i])) {
+        return fail(Status::malformed_volume,
+                    fmt::format("{}: its header and its voxels disagree about the size, or it has "
+                                "changed while it was read: start again",
+                                files[i]));
+      }
+      io->Read(to);
+      to += itk_bytes(headers[i]);
+    }
+    return std::string();
   });
   if (!done) return tl::unexpected(done.error());
-  return ItkReader(std::move(state));
+  std::copy(shared->bytes().begin(), shared->bytes().end(), out.begin());
+  return {};
 }
 
-const ItkHeader& ItkReader::header() const {
-  return state_->header;
-}
-
-Result<void> ItkReader::read_all(std::span<std::byte> out) {
-  return guarded(state_->path, [&] {
-    const auto& sizes = state_->header.sizes;
-    itk::ImageIORegion region(static_cast<unsigned>(sizes.size()));
-    for (unsigned axis = 0; axis < sizes.size(); ++axis) {
-      region.SetSize(axis, static_cast<itk::ImageIORegion::SizeValueType>(sizes[axis]));
-      region.SetIndex(axis, 0);
-    }
-    state_->io->SetIORegion(region);
-    if (static_cast<uint64_t>(state_->io->GetImageSizeInBytes()) != out.size()) {
-      throw std::runtime_error("the header and the data disagree about the size");
-    }
-    state_->io->Read(out.data());
-  });
+uint64_t itk_bytes(const ItkHeader& header) {
+  uint64_t bytes = stored_bytes(header.type) * static_cast<uint64_t>(header.components);
+  for (const int64_t size : header.sizes) {
+    if (size < 0 || __builtin_mul_overflow(bytes, static_cast<uint64_t>(size), &bytes)) return 0;
+  }
+  return bytes;
 }
 
 Result<std::vector<DicomSeries>> list_dicom_series(const std::filesystem::path& folder) {
-  std::vector<DicomSeries> all;
-  auto done = guarded(folder, [&] {
+  // Answer: each series' id and files as zero-terminated strings, an empty one after each series.
+  const auto answer = guarded(folder, [&]() -> Result<std::string> {
     auto names = itk::GDCMSeriesFileNames::New();
     names->SetUseSeriesDetails(true);
     names->SetInputDirectory(folder.string());
+    std::string text;
     for (const std::string& id : names->GetSeriesUIDs()) {
-      all.push_back({id, names->GetFileNames(id)});
+      text.append(id).push_back('\0');
+      for (const std::string& file : names->GetFileNames(id)) text.append(file).push_back('\0');
+      text.push_back('\0');
     }
+    return text;
   });
-  if (!done) return tl::unexpected(done.error());
+  if (!answer) return tl::unexpected(answer.error());
+  std::vector<DicomSeries> all;
+  bool inside = false;
+  for (size_t at = 0; at < answer->size();) {
+    const std::string text(answer->c_str() + at);
+    at += text.size() + 1;
+    if (text.empty()) {
+      inside = false;
+    } else if (!inside) {
+      all.push_back({text, {}});
+      inside = true;
+    } else {
+      all.back().files.push_back(text);
+    }
+  }
+  std::erase_if(all, [](const DicomSeries& series) { return series.files.empty(); });
   std::stable_sort(all.begin(), all.end(), [](const DicomSeries& a, const DicomSeries& b) {
     return a.files.size() > b.files.size();
   });

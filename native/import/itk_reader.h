@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +9,8 @@
 #include "native/import/orientation.h"
 #include "native/import/stored_voxels.h"
 
+// What is read through ITK's ImageIO. ITK and the libraries below it throw, print and, on damaged
+// files, abort: everything runs in a child process (isolated.h), and comes back as an Error.
 namespace isosplat {
 
 /// The formats that ITK reads for us.
@@ -20,32 +21,25 @@ struct ItkHeader {
   std::vector<int64_t> sizes;  ///< voxels along each axis of space (and time), fastest first
   HeaderGeometry geometry;     ///< of the first three axes
   StoredType type = StoredType::u8;
-  int components = 1;  ///< numbers per voxel
-
+  int components = 1;          ///< numbers per voxel
   bool has_known_type = true;  ///< false: the file's type is none of StoredType
 };
 
-/// One file opened by ITK's ImageIO. All that ITK throws becomes an Error; what it prints is
-/// dropped. Not for several threads at a time, as ITK's readers silence global streams.
-class ItkReader {
- public:
-  /// Reads the header. Errors: malformed_volume with ITK's reason, io_error.
-  static Result<ItkReader> open(ItkFormat format, const std::filesystem::path& path);
+/// Reads the header of a file. Errors: malformed_volume with ITK's reason, io_error.
+Result<ItkHeader> read_itk_header(ItkFormat format, const std::filesystem::path& path);
 
-  ItkReader(ItkReader&&) noexcept;
-  ~ItkReader();
+/// Reads the headers of several files, in their order. Errors: those of the first that fails.
+Result<std::vector<ItkHeader>> read_itk_headers(ItkFormat format,
+                                                std::span<const std::string> files);
 
-  const ItkHeader& header() const;
+/// Reads all voxels (of all time steps) of files one after the other, native-endian. `headers` are
+/// those that read_itk_headers gave; `out` has exactly the bytes that they add up to. Errors:
+/// malformed_volume, out_of_memory.
+Result<void> read_itk_voxels(ItkFormat format, std::span<const std::string> files,
+                             std::span<const ItkHeader> headers, std::span<std::byte> out);
 
-  /// Reads all voxels of all time steps, native-endian. `out` has exactly as many bytes as the
-  /// header's sizes × components × stored_bytes(type). Errors: malformed_volume.
-  Result<void> read_all(std::span<std::byte> out);
-
- private:
-  struct State;
-  explicit ItkReader(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
-};
+/// Bytes of all voxels of a file. Zero where the sizes are not possible.
+uint64_t itk_bytes(const ItkHeader& header);
 
 /// The files of one DICOM series, unsorted.
 struct DicomSeries {

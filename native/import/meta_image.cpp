@@ -78,12 +78,14 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
     }
   }
 
-  auto reader = ItkReader::open(ItkFormat::meta_image, path);
-  if (!reader) return tl::unexpected(reader.error());
-  const ItkHeader& info = reader->header();
+  const auto itk_header = read_itk_header(ItkFormat::meta_image, path);
+  if (!itk_header) return tl::unexpected(itk_header.error());
+  const ItkHeader& info = *itk_header;
   const std::string binary = header->field("BinaryData");
   const bool text = !binary.empty() && !header->is_true("BinaryData");
-  if (several_files || text) return open_whole(std::move(*reader), "MetaImage", path, options);
+  if (several_files || text) {
+    return open_whole(ItkFormat::meta_image, info, "MetaImage", path, options, several_files);
+  }
   if (info.components != 1) return not_scalar(path, info.components);
   if (!info.has_known_type) return unknown_type(path, header->field("ElementType"));
   const auto step = choose_time_step(path, info.sizes, options);

@@ -108,8 +108,8 @@ Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOpt
   const auto step = choose_time_step(path, sizes, options);
   if (!step) return tl::unexpected(step.error());
 
-  auto reader = ItkReader::open(ItkFormat::nifti, path);
-  if (!reader) return tl::unexpected(reader.error());
+  const auto itk_header = read_itk_header(ItkFormat::nifti, path);
+  if (!itk_header) return tl::unexpected(itk_header.error());
 
   OpenVolume volume;
   ArrayVolume array;
@@ -117,7 +117,7 @@ Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOpt
   array.name = volume_name(path);
   array.path = path.string();
   array.voxels = {sizes[0], sizes[1], sizes[2]};
-  array.geometry = reader->header().geometry;
+  array.geometry = itk_header->geometry;
   if (options.spacing) array.geometry.spacing = *options.spacing;
   array.stored.type = *type;
   array.stored.big_endian = fields.big_endian();

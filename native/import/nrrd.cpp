@@ -17,6 +17,7 @@ namespace {
 struct NrrdHeader {
   std::map<std::string, std::string> fields;  ///< names in lower case, without spaces
   uint64_t data_offset = 0;                   ///< of what follows the header in its file
+  std::string geometry_lines;                 ///< all lines but those that say where the data is
 
   std::string_view field(std::string_view name) const {
     const auto found = fields.find(std::string(name));
@@ -55,6 +56,9 @@ Result<NrrdHeader> read_header(const std::filesystem::path& path) {
     name.erase(std::remove(name.begin(), name.end(), ' '), name.end());
     const std::string_view value = trimmed(line->substr(colon + 1));
     header.fields[name] = std::string(value);
+    if (name != "datafile" && name != "encoding" && !name.ends_with("skip")) {
+      header.geometry_lines.append(*line).push_back('\n');
+    }
     if (name == "datafile" && lower_case(value).starts_with("list")) break;
   }
   header.data_offset = beginning->size() - rest.size();
@@ -121,7 +125,6 @@ bool is_component_kind(std::string_view kind) {
 struct DataFile {
   std::filesystem::path path;
   uint64_t offset = 0;
-  bool replaced = false;  ///< it is not the file that the header names
 };
 
 Result<DataFile> find_data_file(const std::filesystem::path& path, const NrrdHeader& header,
@@ -138,7 +141,7 @@ Result<DataFile> find_data_file(const std::filesystem::path& path, const NrrdHea
       notes.push_back(fmt::format("{} is missing; {} is read instead", data.filename().string(),
                                   compressed.filename().string()));
       deflated = true;
-      return DataFile{compressed, 0, true};
+      return DataFile{compressed, 0};
     }
     return fail(Status::io_error,
                 fmt::format("{}: the data file that it names is missing: expected {}: put it "
@@ -148,31 +151,24 @@ Result<DataFile> find_data_file(const std::filesystem::path& path, const NrrdHea
   return DataFile{data, 0};
 }
 
-/// ITK opens the data file even where it only reads the header: this gives it a copy of the header
-/// that needs none.
-Result<ItkReader> read_geometry_without_data(const std::filesystem::path& path,
-                                             const NrrdHeader& header) {
-  std::string text = "NRRD0004\n";
-  for (const auto& [name, value] : header.fields) {
-    if (name == "datafile" || name == "encoding" || name.ends_with("skip")) continue;
-    std::string spaced = name;
-    for (const char* words : {"space directions", "space origin", "space dimension"}) {
-      std::string joined = words;
-      joined.erase(joined.find(' '), 1);
-      if (joined == name) spaced = words;
-    }
-    text += spaced + ": " + value + "\n";
-  }
-  text += "encoding: raw\n\n";
+/// The geometry, by ITK, which would open the data file even to read the header alone, and stumble
+/// over one that is missing: it gets a copy of the header that needs none.
+Result<HeaderGeometry> read_geometry(const std::filesystem::path& path, const NrrdHeader& header) {
+  const std::string text = "NRRD0005\n" + header.geometry_lines + "encoding: raw\n\n";
   const int memory = ::memfd_create("nrrd-header", MFD_CLOEXEC);
   if (memory < 0 ||
       ::write(memory, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
     if (memory >= 0) ::close(memory);
-    return fail(Status::io_error, path.string() + ": no memory for a copy of its header");
+    return fail(Status::out_of_memory, path.string() + ": no memory for a copy of its header");
   }
-  auto reader = ItkReader::open(ItkFormat::nrrd, fmt::format("/proc/self/fd/{}", memory));
+  auto itk_header = read_itk_header(ItkFormat::nrrd, fmt::format("/proc/self/fd/{}", memory));
   ::close(memory);
-  return reader;
+  if (!itk_header) {  // name the file, not the copy
+    std::string message = itk_header.error().message;
+    if (const auto colon = message.find(": "); colon != message.npos) message.erase(0, colon);
+    return fail(itk_header.error().status, path.string() + message);
+  }
+  return itk_header->geometry;
 }
 
 /// The offset after `lines` lines of a file. Errors: truncated.
@@ -214,30 +210,30 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
   bool deflated = encoding == "gzip" || encoding == "gz";
   const bool raw = encoding == "raw";
   OpenVolume volume;
-  auto data = find_data_file(path, *header, deflated, volume.notes);
-  if (!data) return tl::unexpected(data.error());
   if (encoding == "bzip2" || encoding == "bz2") {
     return fail(Status::unsupported_format,
                 fmt::format("{}: bzip2-compressed NRRD is not read: save it with encoding gzip or "
                             "raw",
                             path.string()));
   }
-
-  auto reader = data->replaced ? read_geometry_without_data(path, *header)
-                               : ItkReader::open(ItkFormat::nrrd, path);
-  if (!reader) return tl::unexpected(reader.error());
-  const std::string list = lower_case(header->field("datafile"));
-  const bool several_files = list.starts_with("list") || list.find('%') != list.npos;
+  const std::string named = lower_case(header->field("datafile"));
+  const bool several_files = named.starts_with("list") || named.find('%') != named.npos;
   if (several_files || (!deflated && !raw)) {
-    return open_whole(std::move(*reader), "NRRD", path, options);
+    const auto whole = read_itk_header(ItkFormat::nrrd, path);
+    if (!whole) return tl::unexpected(whole.error());
+    return open_whole(ItkFormat::nrrd, *whole, "NRRD", path, options, several_files);
   }
+  auto data = find_data_file(path, *header, deflated, volume.notes);
+  if (!data) return tl::unexpected(data.error());
+  const auto geometry = read_geometry(path, *header);
+  if (!geometry) return tl::unexpected(geometry.error());
 
   ArrayVolume array;
   array.format = "NRRD";
   array.name = volume_name(path);
   array.path = path.string();
   array.voxels = {(*sizes)[0], (*sizes)[1], (*sizes)[2]};
-  array.geometry = reader->header().geometry;
+  array.geometry = *geometry;
   if (options.spacing) array.geometry.spacing = *options.spacing;
   array.stored.type = *type;
   const std::string endian = lower_case(header->field("endian"));

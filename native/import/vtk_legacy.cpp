@@ -57,10 +57,10 @@ Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
                             "Image)",
                             path.string(), layout.dataset));
   }
-  auto reader = ItkReader::open(ItkFormat::vtk, path);
-  if (!reader) return tl::unexpected(reader.error());
-  const ItkHeader& info = reader->header();
-  if (!layout.binary_offset) return open_whole(std::move(*reader), "VTK", path, options);
+  const auto itk_header = read_itk_header(ItkFormat::vtk, path);
+  if (!itk_header) return tl::unexpected(itk_header.error());
+  const ItkHeader& info = *itk_header;
+  if (!layout.binary_offset) return open_whole(ItkFormat::vtk, info, "VTK", path, options);
   if (info.components != 1) return not_scalar(path, info.components);
   if (!info.has_known_type) return unknown_type(path, "unknown");
   const auto step = choose_time_step(path, info.sizes, options);

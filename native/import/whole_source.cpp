@@ -11,9 +11,10 @@ namespace {
 
 class WholeSource : public VolumeSource {
  public:
-  WholeSource(ItkReader reader, VolumeHeader header, bool reverse, std::string path, uint64_t bytes,
-              uint64_t skipped)
-      : reader_(std::move(reader)),
+  WholeSource(ItkFormat format, ItkHeader itk_header, VolumeHeader header, bool reverse,
+              std::string path, uint64_t bytes, uint64_t skipped)
+      : format_(format),
+        itk_header_(std::move(itk_header)),
         header_(std::move(header)),
         reverse_(reverse),
         path_(std::move(path)),
@@ -33,7 +34,7 @@ class WholeSource : public VolumeSource {
     if (voxels_.empty()) {
       if (auto r = read_all(); !r) return r;
     }
-    const StoredVoxels stored{reader_.header().type, false, 1, 0};
+    const StoredVoxels stored{itk_header_.type, false, 1, 0};
     const size_t stored_slice =
         static_cast<size_t>(n.x) * static_cast<size_t>(n.y) * stored_bytes(stored.type);
     const auto from = std::span(voxels_).subspan(
@@ -58,12 +59,13 @@ class WholeSource : public VolumeSource {
                               "memory: save the volume as uncompressed NRRD, which is streamed",
                               path_, bytes_));
     }
-    auto read = reader_.read_all(voxels_);
+    auto read = read_itk_voxels(format_, std::span(&path_, 1), std::span(&itk_header_, 1), voxels_);
     if (!read) voxels_.clear();
     return read;
   }
 
-  ItkReader reader_;
+  ItkFormat format_;
+  ItkHeader itk_header_;
   VolumeHeader header_;
   bool reverse_;
   std::string path_;
@@ -74,9 +76,9 @@ class WholeSource : public VolumeSource {
 
 }  // namespace
 
-Result<OpenVolume> open_whole(ItkReader reader, std::string format,
-                              const std::filesystem::path& path, const ImportOptions& options) {
-  const ItkHeader& header = reader.header();
+Result<OpenVolume> open_whole(ItkFormat itk_format, const ItkHeader& header, std::string format,
+                              const std::filesystem::path& path, const ImportOptions& options,
+                              bool elsewhere) {
   if (header.components != 1) return not_scalar(path, header.components);
   if (!header.has_known_type) return unknown_type(path, "unknown");
   const auto step = choose_time_step(path, header.sizes, options);
@@ -93,21 +95,28 @@ Result<OpenVolume> open_whole(ItkReader reader, std::string format,
   volume.notes = std::move(orientation->notes);
   const uint64_t step_bytes = volume_bytes(voxels, stored_bytes(header.type));
   const uint64_t steps = header.sizes.size() > 3 ? static_cast<uint64_t>(header.sizes[3]) : 1;
+  if (itk_bytes(header) != step_bytes * steps) {
+    return fail(Status::malformed_volume,
+                path.string() + ": the header's sizes are not possible: export the volume again");
+  }
 
   const auto file = size_of_file(path);
   if (!file) return tl::unexpected(file.error());
   // No coding that ITK reads whole comes near this: text needs two bytes a voxel, JPEG-LS and
   // deflate stay below 1 : 1100.
-  if (step_bytes / 4096 > *file / steps + 1) {
+  if (!elsewhere && step_bytes / 4096 > *file / steps + 1) {
     return fail(Status::truncated,
                 fmt::format("{}: the header promises {} bytes of voxels, the file has {} bytes: "
                             "the file is incomplete, or its header is wrong; copy or download it "
                             "again",
                             path.string(), step_bytes, *file));
   }
+  volume.notes.push_back(
+      fmt::format("this file can only be read whole, which takes {} MB of memory",
+                  step_bytes * steps / 1000000));
   VolumeHeader volume_header{orientation->grid, read_type({header.type, false, 1, 0}),
                              std::move(format), volume_name(path)};
-  volume.source = std::make_unique<WholeSource>(std::move(reader), std::move(volume_header),
+  volume.source = std::make_unique<WholeSource>(itk_format, header, std::move(volume_header),
                                                 orientation->reverse_rows, path.string(),
                                                 step_bytes * steps, step_bytes * *step);
   return volume;

@@ -1,0 +1,155 @@
+#include "native/import/isolated.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+namespace isosplat {
+namespace {
+
+/// An answer on its way through the pipe: this, then the text.
+struct AnswerHead {
+  uint32_t status;  ///< ok: the text is the answer; otherwise the error's message
+  uint32_t whole = kWhole;
+
+  static constexpr uint32_t kWhole = 0x600d600d;
+};
+
+bool write_all(int descriptor, const void* data, size_t size) {
+  const char* from = static_cast<const char*>(data);
+  while (size > 0) {
+    const ssize_t done = ::write(descriptor, from, size);
+    if (done < 0 && errno == EINTR) continue;
+    if (done <= 0) return false;
+    from += done;
+    size -= static_cast<size_t>(done);
+  }
+  return true;
+}
+
+std::string read_to_end(int descriptor) {
+  std::string text;
+  std::array<char, 16 * 1024> buffer;
+  for (;;) {
+    const ssize_t got = ::read(descriptor, buffer.data(), buffer.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return text;
+    text.append(buffer.data(), static_cast<size_t>(got));
+  }
+}
+
+/// Address space that this process has mapped, in bytes.
+uint64_t mapped_bytes() {
+  unsigned long long pages = 0;
+  if (FILE* statm = std::fopen("/proc/self/statm", "re")) {
+    if (std::fscanf(statm, "%llu", &pages) != 1) pages = 0;
+    std::fclose(statm);
+  }
+  return pages * static_cast<uint64_t>(::sysconf(_SC_PAGESIZE));
+}
+
+/// A damaged length must not make a reader ask for all memory there is: a child may map 512 MiB and
+/// 64 times the file, beyond what it has from its parent.
+void limit_memory(const std::filesystem::path& path) {
+#ifndef __SANITIZE_ADDRESS__
+  std::error_code error;
+  const uint64_t file = std::filesystem::file_size(path, error);
+  const uint64_t allowed = mapped_bytes() + (uint64_t{512} << 20) + (error ? 0 : 64 * file);
+  const rlimit memory{allowed, allowed};
+  setrlimit(RLIMIT_AS, &memory);
+#else
+  static_cast<void>(path);  // its shadow memory is larger than any limit
+#endif
+}
+
+[[noreturn]] void run_child(const std::filesystem::path& path, int answer_to,
+                            const std::function<Result<std::string>()>& work) {
+  const rlimit no_core{0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+  limit_memory(path);
+  const rlimit processor{1800, 1800};
+  setrlimit(RLIMIT_CPU, &processor);
+  const int nowhere = ::open("/dev/null", O_RDWR);
+  if (nowhere >= 0) {
+    for (const int descriptor : {0, 1, 2}) ::dup2(nowhere, descriptor);
+  }
+  auto answer = work();
+  const std::string& text = answer ? *answer : answer.error().message;
+  const AnswerHead head{static_cast<uint32_t>(answer ? Status::ok : answer.error().status)};
+  const bool sent =
+      write_all(answer_to, text.data(), text.size()) && write_all(answer_to, &head, sizeof head);
+  ::_exit(sent ? 0 : 1);
+}
+
+}  // namespace
+
+Result<std::string> run_isolated(const std::filesystem::path& path,
+                                 const std::function<Result<std::string>()>& work) {
+  const auto not_started = [&] {
+    return fail(Status::io_error, fmt::format("{}: no process could be started to read it: {}",
+                                              path.string(), std::strerror(errno)));
+  };
+  int pipe_ends[2];
+  if (::pipe2(pipe_ends, O_CLOEXEC) != 0) return not_started();
+  const pid_t child = ::fork();
+  if (child < 0) {
+    ::close(pipe_ends[0]);
+    ::close(pipe_ends[1]);
+    return not_started();
+  }
+  if (child == 0) run_child(path, pipe_ends[1], work);
+
+  ::close(pipe_ends[1]);
+  std::string text = read_to_end(pipe_ends[0]);
+  ::close(pipe_ends[0]);
+  int ended = 0;
+  while (::waitpid(child, &ended, 0) < 0 && errno == EINTR) {
+  }
+  AnswerHead head{};
+  if (text.size() >= sizeof head) {
+    std::memcpy(&head, text.data() + text.size() - sizeof head, sizeof head);
+  }
+  if (text.size() < sizeof head || head.whole != AnswerHead::kWhole) {
+    return fail(Status::malformed_volume,
+                fmt::format("{}: its reader gave up on it ({}): the file is damaged; copy or "
+                            "export it again",
+                            path.string(),
+                            WIFSIGNALED(ended) ? strsignal(WTERMSIG(ended)) : "no reason given"));
+  }
+  text.resize(text.size() - sizeof head);
+  const auto status = static_cast<Status>(head.status);
+  if (status != Status::ok) return fail(status, std::move(text));
+  return text;
+}
+
+Result<SharedBytes> SharedBytes::allocate(size_t size) {
+  void* memory =
+      size == 0 ? nullptr
+                : ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) {
+    return fail(Status::out_of_memory, fmt::format("{} bytes of memory could not be had", size));
+  }
+  return SharedBytes(std::span(static_cast<std::byte*>(memory), size));
+}
+
+SharedBytes::SharedBytes(SharedBytes&& other) noexcept : bytes_(std::exchange(other.bytes_, {})) {}
+
+SharedBytes& SharedBytes::operator=(SharedBytes&& other) noexcept {
+  std::swap(bytes_, other.bytes_);
+  return *this;
+}
+
+SharedBytes::~SharedBytes() {
+  if (!bytes_.empty()) ::munmap(bytes_.data(), bytes_.size());
+}
+
+}  // namespace isosplat

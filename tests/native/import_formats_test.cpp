@@ -1,0 +1,500 @@
+#include <tiffio.h>
+
+#include <cmath>
+
+#include "tests/native/volume_files.h"
+
+namespace isosplat {
+namespace {
+
+using test::byte_swapped;
+using test::bytes_of;
+using test::deflated;
+using test::nrrd_header;
+using test::pattern;
+using test::pattern_voxels;
+using test::read_all;
+using test::TempFolder;
+using test::write_file;
+
+constexpr Index3 kSize{5, 4, 3};
+
+OpenVolume open(const std::filesystem::path& path, const ImportOptions& options = {}) {
+  auto volume = open_volume(path, options);
+  EXPECT_TRUE(volume) << volume.error().message;
+  return volume ? std::move(*volume) : OpenVolume{};
+}
+
+/// The volume has the pattern's voxels, all at once and slice by slice, backwards too.
+void expect_pattern(OpenVolume& volume, VoxelType type, double scale = 1, double offset = 0) {
+  ASSERT_TRUE(volume.source);
+  const VolumeHeader& header = volume.source->header();
+  EXPECT_EQ(header.grid.voxels, kSize);
+  ASSERT_STREQ(voxel_type_name(header.type), voxel_type_name(type));
+  const auto all = read_all(*volume.source);
+  EXPECT_EQ(all, pattern_voxels<double>(kSize, scale, offset));
+  const size_t slice = static_cast<size_t>(kSize.x * kSize.y) * voxel_bytes(type);
+  std::vector<std::byte> whole(3 * slice), one(slice);
+  ASSERT_TRUE(volume.source->read_slices(0, 3, whole));
+  for (int32_t z = 2; z >= 0; --z) {
+    ASSERT_TRUE(volume.source->read_slices(z, 1, one));
+    EXPECT_TRUE(std::equal(one.begin(), one.end(), whole.begin() + z * static_cast<int>(slice)));
+  }
+  EXPECT_FALSE(volume.source->read_slices(2, 2, whole));
+}
+
+TEST(ImportNrrd, ReadsEveryTypeInBothByteOrders) {
+  const TempFolder folder;
+  const auto check = [&]<class T>(T, const char* name, VoxelType type) {
+    for (const bool big : {false, true}) {
+      for (const bool gzip : {false, true}) {
+        auto voxels = pattern_voxels<T>(kSize, sizeof(T) == 1 ? 0.25 : 1);
+        if (big != (std::endian::native == std::endian::big)) voxels = byte_swapped(voxels);
+        const std::string data = bytes_of(voxels);
+        write_file(folder / "v.nrrd",
+                   nrrd_header(kSize, name,
+                               fmt::format("endian: {}\nencoding: {}\n\n", big ? "big" : "little",
+                                           gzip ? "gzip" : "raw")) +
+                       (gzip ? deflated(data) : data));
+        auto volume = open(folder / "v.nrrd");
+        ASSERT_TRUE(volume.source);
+        EXPECT_EQ(volume.source->header().type, type) << name;
+        EXPECT_EQ(volume.source->resident_bytes(), 0u);
+        std::vector<double> expected;
+        for (const T v : pattern_voxels<T>(kSize, sizeof(T) == 1 ? 0.25 : 1)) {
+          expected.push_back(static_cast<double>(v));
+        }
+        EXPECT_EQ(read_all(*volume.source), expected) << name << big << gzip;
+      }
+    }
+  };
+  check(uint8_t{}, "uchar", VoxelType::u8);
+  check(int8_t{}, "signed char", VoxelType::i8);
+  check(uint16_t{}, "unsigned short", VoxelType::u16);
+  check(int16_t{}, "int16", VoxelType::i16);
+  check(uint32_t{}, "uint32_t", VoxelType::u32);
+  check(int32_t{}, "int", VoxelType::i32);
+  check(float{}, "float", VoxelType::f32);
+  check(double{}, "double", VoxelType::f64);
+  check(int64_t{}, "int64", VoxelType::f64);
+  check(uint64_t{}, "uint64", VoxelType::f64);
+}
+
+TEST(ImportNrrd, ReadsDetachedDataWithSkips) {
+  const TempFolder folder;
+  const std::string data = bytes_of(pattern_voxels<int16_t>(kSize));
+  write_file(folder / "data.bin", "line one\nline two\n??" + data);
+  write_file(folder / "v.nhdr",
+             nrrd_header(kSize, "short",
+                         "spacings: 0.5 0.75 2\nendian: little\nencoding: raw\nline skip: 2\n"
+                         "byte skip: 2\ndata file: data.bin"));
+  auto volume = open(folder / "v.nhdr");
+  expect_pattern(volume, VoxelType::i16);
+  EXPECT_EQ(volume.source->header().grid.spacing, (Vec3d{0.5, 0.75, 2}));
+  EXPECT_EQ(volume.source->header().name, "v");
+  EXPECT_EQ(volume.source->header().format, "NRRD");
+
+  write_file(folder / "w.nhdr", nrrd_header(kSize, "short",
+                                            "endian: little\nencoding: raw\nbyte skip: -1\n"
+                                            "data file: ./data.bin\n"));
+  auto from_end = open(folder / "w.nhdr");
+  expect_pattern(from_end, VoxelType::i16);
+}
+
+TEST(ImportNrrd, TakesACompressedFileInPlaceOfAMissingOne) {
+  const TempFolder folder;
+  write_file(folder / "v.raw.gz", deflated(bytes_of(pattern_voxels<uint8_t>(kSize))));
+  write_file(folder / "v.nhdr",
+             nrrd_header(kSize, "uint8",
+                         "space: lps\nspace directions: (2,0,0) (0,3,0) (0,0,4)\n"
+                         "space origin: (1,2,3)\nencoding: raw\ndata file: v.raw\n"));
+  auto volume = open(folder / "v.nhdr");
+  expect_pattern(volume, VoxelType::u8);
+  ASSERT_EQ(volume.notes.size(), 1u);
+  EXPECT_NE(volume.notes[0].find("v.raw.gz"), std::string::npos);
+  EXPECT_EQ(volume.source->header().grid.spacing, (Vec3d{2, 3, 4}));
+  EXPECT_EQ(volume.source->header().grid.origin, (Vec3d{1, 2, 3}));
+}
+
+TEST(ImportNrrd, ReadsText) {
+  const TempFolder folder;
+  std::string text;
+  for (const int v : pattern_voxels<int>(kSize)) text += fmt::format("{} ", v);
+  write_file(folder / "v.nrrd", nrrd_header(kSize, "short", "encoding: ascii\n\n") + text);
+  auto volume = open(folder / "v.nrrd");
+  expect_pattern(volume, VoxelType::i16);
+  EXPECT_EQ(volume.source->resident_bytes(), 120u);
+}
+
+TEST(ImportNrrd, ReadsGzipMembersOneAfterTheOther) {
+  const TempFolder folder;
+  const std::string data = bytes_of(pattern_voxels<uint8_t>(kSize));
+  write_file(folder / "v.nrrd", nrrd_header(kSize, "uint8", "encoding: gzip\n\n") +
+                                    deflated(data.substr(0, 17)) + deflated(data.substr(17)) +
+                                    "trailing");
+  auto volume = open(folder / "v.nrrd");
+  expect_pattern(volume, VoxelType::u8);
+}
+
+TEST(ImportNrrd, ChoosesATimeStep) {
+  const TempFolder folder;
+  std::string data;
+  for (int t = 0; t < 3; ++t) {
+    data += bytes_of(pattern_voxels<int16_t>(kSize, 1, 1000 * t));
+  }
+  write_file(folder / "v.nrrd",
+             "NRRD0004\ntype: short\ndimension: 4\nspace: lps\nsizes: 5 4 3 3\n"
+             "space directions: (1,0,0) (0,2,0) (0,0,3) none\nkinds: domain domain domain list\n"
+             "endian: little\nencoding: raw\n\n" +
+                 data);
+  ImportOptions options;
+  options.time_step = 2;
+  auto volume = open(folder / "v.nrrd", options);
+  expect_pattern(volume, VoxelType::i16, 1, 2000);
+  EXPECT_EQ(volume.source->header().grid.spacing, (Vec3d{1, 2, 3}));
+
+  const auto none = open_volume(folder / "v.nrrd", {});
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message.find("3 time steps: choose one with --time-step 0 to"),
+            std::string::npos)
+      << none.error().message;
+  options.time_step = 3;
+  EXPECT_FALSE(open_volume(folder / "v.nrrd", options));
+}
+
+TEST(ImportMetaImage, ReadsLocalDetachedCompressedAndSkipped) {
+  const TempFolder folder;
+  const auto header = [&](const std::string& more) {
+    return "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 5 4 3\n"
+           "ElementSpacing = 0.5 0.5 2\nOffset = 1 2 3\nElementType = MET_SHORT\n" +
+           more;
+  };
+  const std::string data = bytes_of(pattern_voxels<int16_t>(kSize));
+  const std::string swapped = bytes_of(byte_swapped(pattern_voxels<int16_t>(kSize)));
+  write_file(folder / "a.mha", header("ElementDataFile = LOCAL\n") + data);
+  write_file(folder / "b.mhd", header("BinaryDataByteOrderMSB = True\nElementDataFile = b.raw\n"));
+  write_file(folder / "b.raw", swapped);
+  write_file(folder / "c.mha",
+             header("CompressedData = True\nElementDataFile = LOCAL\n") + deflated(data, 15));
+  write_file(folder / "d.mhd", header("HeaderSize = -1\nElementDataFile = d.raw"));
+  write_file(folder / "d.raw", "anything at all" + data);
+  write_file(folder / "e.mhd", header("HeaderSize = 7\nElementDataFile = e.raw\n"));
+  write_file(folder / "e.raw", "1234567" + data);
+  for (const char* name : {"a.mha", "b.mhd", "c.mha", "d.mhd", "e.mhd"}) {
+    SCOPED_TRACE(name);
+    auto volume = open(folder / name);
+    expect_pattern(volume, VoxelType::i16);
+    EXPECT_EQ(volume.source->header().grid.spacing, (Vec3d{0.5, 0.5, 2}));
+    EXPECT_EQ(volume.source->header().grid.origin, (Vec3d{1, 2, 3}));
+    EXPECT_EQ(volume.source->resident_bytes(), 0u);
+  }
+}
+
+TEST(ImportNifti, ReadsPlainAndCompressedAndScaled) {
+  const TempFolder folder;
+  test::NiftiFile file;
+  file.sizes = {5, 4, 3};
+  file.voxels = bytes_of(pattern_voxels<int16_t>(kSize));
+  write_file(folder / "a.nii", file.bytes());
+  write_file(folder / "b.nii.gz", deflated(file.bytes()));
+  for (const char* name : {"a.nii", "b.nii.gz"}) {
+    auto volume = open(folder / name);
+    expect_pattern(volume, VoxelType::i16);
+    EXPECT_EQ(volume.source->header().name, std::string(name).substr(0, 1));
+  }
+  file.slope = 0.5f;
+  file.intercept = -100;
+  write_file(folder / "c.nii", file.bytes());
+  auto scaled = open(folder / "c.nii");
+  expect_pattern(scaled, VoxelType::f32, 0.5, -100);
+
+  file.slope = 0;
+  file.sizes = {5, 4, 3, 2};
+  file.voxels += bytes_of(pattern_voxels<int16_t>(kSize, -1));
+  write_file(folder / "d.nii", file.bytes());
+  ImportOptions options;
+  options.time_step = 1;
+  auto second = open(folder / "d.nii", options);
+  expect_pattern(second, VoxelType::i16, -1);
+}
+
+TEST(ImportNifti, TurnsRasIntoLps) {
+  const TempFolder folder;
+  test::NiftiFile file;
+  file.sizes = {5, 4, 3};
+  file.rows = {{{2, 0, 0, 10}, {0, 3, 0, 20}, {0, 0, 4, 30}}};
+  file.voxels = bytes_of(pattern_voxels<int16_t>(kSize));
+  write_file(folder / "a.nii", file.bytes());
+  auto volume = open(folder / "a.nii");
+  const VolumeGrid& grid = volume.source->header().grid;
+  EXPECT_EQ(grid.spacing, (Vec3d{2, 3, 4}));
+  EXPECT_EQ(grid.world({1, 1, 1}), (Vec3d{-12, -23, 34}));
+}
+
+TEST(ImportVtk, ReadsBinaryAndText) {
+  const TempFolder folder;
+  const std::string header =
+      "# vtk DataFile Version 3.0\na title\n{}\nDATASET STRUCTURED_POINTS\nDIMENSIONS 5 4 3\n"
+      "SPACING 0.5 1 2\nORIGIN 1 2 3\nPOINT_DATA 60\nSCALARS density short 1\n"
+      "LOOKUP_TABLE default\n";
+  write_file(folder / "a.vtk", fmt::format(fmt::runtime(header), "BINARY") +
+                                   bytes_of(byte_swapped(pattern_voxels<int16_t>(kSize))));
+  std::string text;
+  for (const int v : pattern_voxels<int>(kSize)) text += fmt::format("{}\n", v);
+  write_file(folder / "b.vtk", fmt::format(fmt::runtime(header), "ASCII") + text);
+  for (const char* name : {"a.vtk", "b.vtk"}) {
+    SCOPED_TRACE(name);
+    auto volume = open(folder / name);
+    expect_pattern(volume, VoxelType::i16);
+    EXPECT_EQ(volume.source->header().grid.spacing, (Vec3d{0.5, 1, 2}));
+    EXPECT_EQ(volume.source->header().grid.origin, (Vec3d{1, 2, 3}));
+    EXPECT_EQ(volume.source->resident_bytes(), name[0] == 'a' ? 0u : 120u);
+  }
+}
+
+struct TiffPage {
+  std::vector<uint16_t> voxels;
+  uint16_t photometric = PHOTOMETRIC_MINISBLACK;
+  bool tiled = false;
+  uint16_t compression = COMPRESSION_NONE;
+  std::string description;
+  float resolution = 0;
+};
+
+/// Pages of 5 × 4 voxels.
+void write_tiff(const std::filesystem::path& path, const std::vector<TiffPage>& pages,
+                const char* mode) {
+  TIFF* tiff = TIFFOpen(path.c_str(), mode);
+  ASSERT_TRUE(tiff);
+  for (const TiffPage& page : pages) {
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, 5);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, 4);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 16);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, page.photometric);
+    TIFFSetField(tiff, TIFFTAG_COMPRESSION, page.compression);
+    if (!page.description.empty()) {
+      TIFFSetField(tiff, TIFFTAG_IMAGEDESCRIPTION, page.description.c_str());
+    }
+    if (page.resolution > 0) {
+      TIFFSetField(tiff, TIFFTAG_XRESOLUTION, static_cast<double>(page.resolution));
+      TIFFSetField(tiff, TIFFTAG_YRESOLUTION, static_cast<double>(page.resolution));
+    }
+    if (page.tiled) {
+      TIFFSetField(tiff, TIFFTAG_TILEWIDTH, 16);
+      TIFFSetField(tiff, TIFFTAG_TILELENGTH, 16);
+      std::vector<uint16_t> tile(256, 77);
+      for (size_t y = 0; y < 4; ++y) {
+        for (size_t x = 0; x < 5; ++x) tile[16 * y + x] = page.voxels[5 * y + x];
+      }
+      TIFFWriteTile(tiff, tile.data(), 0, 0, 0, 0);
+    } else {
+      TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 3);  // the last strip is short
+      auto voxels = page.voxels;
+      for (uint32_t y = 0; y < 4; ++y) TIFFWriteScanline(tiff, &voxels[5 * y], y);
+    }
+    TIFFWriteDirectory(tiff);
+  }
+  TIFFClose(tiff);
+}
+
+std::vector<TiffPage> pattern_pages(const TiffPage& like) {
+  const auto voxels = pattern_voxels<uint16_t>(kSize);
+  std::vector<TiffPage> pages(3, like);
+  for (int z = 0; z < 3; ++z) {
+    pages[static_cast<size_t>(z)].voxels.assign(voxels.begin() + 20 * z,
+                                                voxels.begin() + 20 * z + 20);
+  }
+  return pages;
+}
+
+TEST(ImportTiff, ReadsPagesStripsTilesAndBothByteOrders) {
+  const TempFolder folder;
+  write_tiff(folder / "strips.tif", pattern_pages({}), "wl");
+  write_tiff(folder / "big_endian.tif", pattern_pages({}), "wb");
+  write_tiff(folder / "big_tiff.tif", pattern_pages({}), "w8");
+  TiffPage page;
+  page.tiled = true;
+  write_tiff(folder / "tiles.tif", pattern_pages(page), "wl");
+  page.tiled = false;
+  page.compression = COMPRESSION_LZW;
+  write_tiff(folder / "lzw.tif", pattern_pages(page), "wl");
+  for (const char* name :
+       {"strips.tif", "big_endian.tif", "big_tiff.tif", "tiles.tif", "lzw.tif"}) {
+    SCOPED_TRACE(name);
+    auto volume = open(folder / name);
+    expect_pattern(volume, VoxelType::u16);
+    EXPECT_EQ(volume.notes.size(), 1u) << "the unknown spacing";
+    EXPECT_EQ(volume.source->resident_bytes(), 0u);
+  }
+  page = {};
+  page.photometric = PHOTOMETRIC_MINISWHITE;
+  write_tiff(folder / "white.tif", pattern_pages(page), "wl");
+  auto white = open(folder / "white.tif");
+  expect_pattern(white, VoxelType::u16, -1, 65535);
+}
+
+TEST(ImportTiff, ReadsAFolderInTheOrderOfItsNumbers) {
+  const TempFolder folder;
+  const auto pages = pattern_pages({});
+  for (size_t z = 0; z < 3; ++z) {
+    write_tiff(folder / fmt::format("slice_{}.tif", z * 6 + 3), {pages[z]}, "wl");  // 3, 9, 15
+  }
+  write_file(folder / "notes.txt", "not a slice");
+  ImportOptions options;
+  options.spacing = Vec3d{1, 1, 2};
+  auto volume = open(folder.path(), options);
+  expect_pattern(volume, VoxelType::u16);
+  EXPECT_EQ(volume.source->header().grid.spacing, (Vec3d{1, 1, 2}));
+  EXPECT_TRUE(volume.notes.empty());
+}
+
+TEST(ImportTiff, TakesTheSpacingThatImageJWrites) {
+  const TempFolder folder;
+  TiffPage page;
+  page.description = "ImageJ=1.53t\nimages=3\nslices=3\nunit=micron\nspacing=2.5\nloop=false\n";
+  page.resolution = 4;
+  write_tiff(folder / "stack.tif", pattern_pages(page), "wl");
+  auto volume = open(folder / "stack.tif");
+  EXPECT_EQ(volume.source->header().grid.spacing, (Vec3d{0.25, 0.25, 2.5}));
+  EXPECT_TRUE(volume.notes.empty());
+}
+
+TEST(ImportRaw, TakesOptionsOrTheName) {
+  const TempFolder folder;
+  write_file(folder / "v.raw", "hd" + bytes_of(byte_swapped(pattern_voxels<int16_t>(kSize))));
+  ImportOptions options;
+  options.dims = {5, 4, 3};
+  options.type = VoxelType::i16;
+  options.big_endian = true;
+  options.skip_bytes = 2;
+  options.spacing = Vec3d{1, 2, 3};
+  auto volume = open(folder / "v.raw", options);
+  expect_pattern(volume, VoxelType::i16);
+  EXPECT_EQ(volume.source->header().grid.spacing, (Vec3d{1, 2, 3}));
+
+  write_file(folder / "foot_5x4x3_uint8.raw", bytes_of(pattern_voxels<uint8_t>(kSize)));
+  auto named = open(folder / "foot_5x4x3_uint8.raw");
+  expect_pattern(named, VoxelType::u8);
+  EXPECT_EQ(named.notes.size(), 1u);
+
+  write_file(folder / "zipped.raw.gz", deflated(bytes_of(pattern_voxels<uint8_t>(kSize))));
+  options = {};
+  options.dims = {5, 4, 3};
+  options.type = VoxelType::u8;
+  auto zipped = open(folder / "zipped.raw.gz", options);
+  expect_pattern(zipped, VoxelType::u8);
+}
+
+/// Writes a series with the pattern: slice z lies at z · 2.5 along `step`.
+void write_series(const TempFolder& folder, const std::string& series, int slices, Vec3d step,
+                  double offset = 0, const std::string& suffix = "") {
+  for (int z = 0; z < slices; ++z) {
+    test::DicomSliceFile file;
+    file.series = series;
+    file.width = 5;
+    file.height = 4;
+    file.spacing_x = 0.5;
+    file.spacing_y = 0.75;
+    file.intercept = -1000;
+    file.instance = z + 1;
+    file.position = step * (2.5 * z);
+    const auto voxels = pattern_voxels<uint16_t>(kSize, 1, offset);
+    file.pixels.assign(voxels.begin() + 20 * z, voxels.begin() + 20 * z + 20);
+    // Names in reverse: the positions decide.
+    write_file(folder / fmt::format("{}_{}{}.dcm", series, 9 - z, suffix), file.bytes());
+  }
+}
+
+TEST(ImportDicom, SortsByPositionAndRescales) {
+  const TempFolder folder;
+  write_series(folder, "1.2.9", 3, {0, 0, 1});
+  auto volume = open(folder.path());
+  expect_pattern(volume, VoxelType::i16, 1, -1000);
+  EXPECT_EQ(volume.source->header().grid.spacing, (Vec3d{0.5, 0.75, 2.5}));
+  EXPECT_EQ(volume.source->header().format, "DICOM");
+}
+
+TEST(ImportDicom, TakesTheLargestSeriesAndSaysSo) {
+  const TempFolder folder;
+  write_series(folder, "1.2.8", 2, {0, 0, 1}, 500);
+  write_series(folder, "1.2.9", 3, {0, 0, 1});
+  auto volume = open(folder.path());
+  expect_pattern(volume, VoxelType::i16, 1, -1000);
+  ASSERT_FALSE(volume.notes.empty());
+  EXPECT_NE(volume.notes[0].find("2 DICOM series"), std::string::npos);
+}
+
+TEST(ImportDicom, AsksForATimeStepWhereSlicesShareTheirPlaces) {
+  const TempFolder folder;
+  write_series(folder, "1.2.9", 3, {0, 0, 1}, 0, "_a");
+  write_series(folder, "1.2.9", 3, {0, 0, 1}, 200, "_b");
+  const auto none = open_volume(folder.path(), {});
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message.find("--time-step"), std::string::npos) << none.error().message;
+  ImportOptions options;
+  options.time_step = 1;
+  auto second = open(folder.path(), options);
+  expect_pattern(second, VoxelType::i16, 1, -800);
+}
+
+TEST(ImportDicom, ASingleSliceAsksForItsFolder) {
+  const TempFolder folder;
+  write_series(folder, "1.2.9", 1, {0, 0, 1});
+  const auto slice = open_volume(folder / "1.2.9_9.dcm", {});
+  ASSERT_FALSE(slice);
+  EXPECT_NE(slice.error().message.find("give the folder"), std::string::npos);
+}
+
+TEST(Import, ReadsTheRealVolumes) {
+  ISOSPLAT_NEEDS_VOLUMES(volumes);
+  struct Expected {
+    const char* name;
+    Index3 voxels;
+    VoxelType type;
+    Vec3d spacing;
+    double low, high;
+  };
+  const Expected all[] = {
+      {"fuel.nhdr", {64, 64, 64}, VoxelType::u8, {1, 1, 1}, 0, 255},
+      {"engine.nhdr", {256, 256, 128}, VoxelType::u8, {1, 1, 1}, 0, 255},
+      {"aneurysm.nhdr", {256, 256, 256}, VoxelType::u8, {1, 1, 1}, 0, 255},
+      {"lobster.nhdr", {301, 324, 56}, VoxelType::u8, {1, 1, 1.4}, 0, 255},
+      {"BostonTeapot.nhdr", {256, 256, 178}, VoxelType::u8, {1, 1, 1}, 0, 255},
+      {"statueLeg.nhdr", {341, 341, 93}, VoxelType::u8, {1, 1, 4}, 0, 250},
+      {"hydrogenAtom.nhdr", {128, 128, 128}, VoxelType::u8, {1, 1, 1}, 0, 250},
+      {"neghip.nhdr", {64, 64, 64}, VoxelType::u8, {1, 1, 1}, 0, 255},
+      {"nucleon.nhdr", {41, 41, 41}, VoxelType::u8, {1, 1, 1}, 0, 249},
+      {"marschnerlobb.nhdr", {41, 41, 41}, VoxelType::u8, {1, 1, 1}, 0, 255},
+      {"shockwave.nhdr", {64, 64, 512}, VoxelType::u8, {1, 1, 1}, 0, 255},
+      {"fetal_atlas_f32.nrrd",
+       {117, 159, 126},
+       VoxelType::f32,
+       {0.859375, 0.859375, 0.859375},
+       0,
+       710.678},
+      {"eun_brain.nii.gz", {256, 190, 151}, VoxelType::u8, {1, 1, 1}, 0, 180},
+      {"mni152.nii.gz", {193, 229, 193}, VoxelType::i16, {1, 1, 1}, 0, 1570},
+      {"iron_protein.vtk", {68, 68, 68}, VoxelType::u8, {1, 1, 1}, 0, 255},
+      {"cthead_tif", {256, 256, 99}, VoxelType::u16, {1, 1, 2}, 0, 3272},
+      {"mr_t1_dicom", {274, 384, 384}, VoxelType::i16, {0.7, 0.667, 0.667}, 0, 278},
+  };
+  for (const Expected& expected : all) {
+    SCOPED_TRACE(expected.name);
+    ImportOptions options;
+    if (std::string(expected.name) == "cthead_tif") options.spacing = Vec3d{1, 1, 2};
+    auto volume = open(volumes / expected.name, options);
+    if (!volume.source) continue;
+    const VolumeHeader& header = volume.source->header();
+    EXPECT_EQ(header.grid.voxels, expected.voxels);
+    EXPECT_STREQ(voxel_type_name(header.type), voxel_type_name(expected.type));
+    EXPECT_NEAR(length(header.grid.spacing - expected.spacing), 0, 1e-3);
+    const auto values = read_all(*volume.source);
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    EXPECT_EQ(*low, expected.low);
+    EXPECT_NEAR(*high, expected.high, 1e-3);
+  }
+}
+
+}  // namespace
+}  // namespace isosplat

@@ -1,0 +1,213 @@
+#pragma once
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <bit>
+#include <cstring>
+
+#include "native/import/open_volume.h"
+#include "tests/native/test_files.h"
+
+// Small volume files of every format, written byte by byte.
+namespace isosplat::test {
+
+/// The value at (x, y, z) of the volumes that these tests write: different everywhere up to 9³.
+inline int pattern(int64_t x, int64_t y, int64_t z) {
+  return static_cast<int>(x + 9 * y + 81 * z);
+}
+
+template <class T>
+std::vector<T> pattern_voxels(Index3 n, double scale = 1, double offset = 0) {
+  std::vector<T> values;
+  for (int32_t z = 0; z < n.z; ++z) {
+    for (int32_t y = 0; y < n.y; ++y) {
+      for (int32_t x = 0; x < n.x; ++x) {
+        values.push_back(static_cast<T>(pattern(x, y, z) * scale + offset));
+      }
+    }
+  }
+  return values;
+}
+
+template <class T>
+std::vector<T> byte_swapped(std::vector<T> values) {
+  for (T& value : values) {
+    auto* bytes = reinterpret_cast<unsigned char*>(&value);
+    std::reverse(bytes, bytes + sizeof(T));
+  }
+  return values;
+}
+
+/// windowBits: 31 for gzip, 15 for zlib.
+inline std::string deflated(const std::string& text, int window_bits = 31) {
+  z_stream stream{};
+  deflateInit2(&stream, 6, Z_DEFLATED, window_bits, 8, Z_DEFAULT_STRATEGY);
+  std::string out(deflateBound(&stream, text.size()) + 64, '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
+  stream.avail_in = static_cast<uInt>(text.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  deflate(&stream, Z_FINISH);
+  out.resize(stream.total_out);
+  deflateEnd(&stream);
+  return out;
+}
+
+inline std::string nrrd_header(Index3 n, const std::string& type, const std::string& more) {
+  return fmt::format("NRRD0004\ntype: {}\ndimension: 3\nsizes: {} {} {}\n{}", type, n.x, n.y, n.z,
+                     more);
+}
+
+/// All voxels of an open volume, as doubles, x fastest.
+inline std::vector<double> read_all(VolumeSource& source) {
+  const VolumeHeader& header = source.header();
+  const Index3 n = header.grid.voxels;
+  const size_t count =
+      static_cast<size_t>(n.x) * static_cast<size_t>(n.y) * static_cast<size_t>(n.z);
+  std::vector<std::byte> bytes(count * voxel_bytes(header.type));
+  const auto read = source.read_slices(0, n.z, bytes);
+  EXPECT_TRUE(read) << read.error().message;
+  std::vector<double> values(count);
+  const auto convert = [&]<class T>(T) {
+    for (size_t i = 0; i < count; ++i) {
+      T value;
+      std::memcpy(&value, bytes.data() + i * sizeof(T), sizeof(T));
+      values[i] = static_cast<double>(value);
+    }
+  };
+  switch (header.type) {
+    case VoxelType::u8:
+      convert(uint8_t{});
+      break;
+    case VoxelType::i8:
+      convert(int8_t{});
+      break;
+    case VoxelType::u16:
+      convert(uint16_t{});
+      break;
+    case VoxelType::i16:
+      convert(int16_t{});
+      break;
+    case VoxelType::u32:
+      convert(uint32_t{});
+      break;
+    case VoxelType::i32:
+      convert(int32_t{});
+      break;
+    case VoxelType::f32:
+      convert(float{});
+      break;
+    case VoxelType::f64:
+      convert(double{});
+      break;
+  }
+  return values;
+}
+
+/// Explicit little-endian DICOM with what a CT or MR slice needs.
+struct DicomSliceFile {
+  std::string series = "1.2.3.4";
+  std::string frame = "1";
+  Vec3d position{0, 0, 0};
+  Vec3d row{1, 0, 0};
+  Vec3d column{0, 1, 0};
+  double spacing_x = 1, spacing_y = 1;
+  int instance = 1;
+  double slope = 1, intercept = 0;
+  int width = 4, height = 3;
+  std::vector<uint16_t> pixels;
+
+  std::string bytes() const {
+    std::string meta = element(2, 1, "OB", std::string("\0\1", 2)) +
+                       element(2, 2, "UI", "1.2.840.10008.5.1.4.1.1.2") +
+                       element(2, 3, "UI", uid()) + element(2, 16, "UI", "1.2.840.10008.1.2.1");
+    const auto length = static_cast<uint32_t>(meta.size());
+    std::string length_bytes(reinterpret_cast<const char*>(&length), 4);
+    return std::string(128, '\0') + "DICM" + element(2, 0, "UL", length_bytes) + meta +
+           element(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.2") + element(8, 0x18, "UI", uid()) +
+           element(8, 0x60, "CS", "CT") + element(0x20, 0xd, "UI", "1.2.3") +
+           element(0x20, 0xe, "UI", series) + element(0x20, 0x13, "IS", std::to_string(instance)) +
+           element(0x20, 0x32, "DS",
+                   fmt::format("{}\\{}\\{}", position.x, position.y, position.z)) +
+           element(0x20, 0x37, "DS",
+                   fmt::format("{}\\{}\\{}\\{}\\{}\\{}", row.x, row.y, row.z, column.x, column.y,
+                               column.z)) +
+           element(0x20, 0x52, "UI", frame) + element(0x28, 2, "US", u16(1)) +
+           element(0x28, 4, "CS", "MONOCHROME2") +
+           element(0x28, 0x10, "US", u16(static_cast<uint16_t>(height))) +
+           element(0x28, 0x11, "US", u16(static_cast<uint16_t>(width))) +
+           element(0x28, 0x30, "DS", fmt::format("{}\\{}", spacing_y, spacing_x)) +
+           element(0x28, 0x100, "US", u16(16)) + element(0x28, 0x101, "US", u16(12)) +
+           element(0x28, 0x102, "US", u16(11)) + element(0x28, 0x103, "US", u16(0)) +
+           element(0x28, 0x1052, "DS", fmt::format("{}", intercept)) +
+           element(0x28, 0x1053, "DS", fmt::format("{}", slope)) +
+           element(0x7fe0, 0x10, "OW", bytes_of(pixels));
+  }
+
+ private:
+  std::string uid() const { return fmt::format("{}.{}", series, instance); }
+
+  static std::string u16(uint16_t value) {
+    return {static_cast<char>(value & 255), static_cast<char>(value >> 8)};
+  }
+
+  static std::string element(uint16_t group, uint16_t tag, const std::string& kind,
+                             std::string value) {
+    if (value.size() % 2) value += kind == "UI" ? '\0' : ' ';
+    std::string out = u16(group) + u16(tag) + kind;
+    if (kind == "OB" || kind == "OW") {
+      const auto length = static_cast<uint32_t>(value.size());
+      out += std::string("\0\0", 2) + std::string(reinterpret_cast<const char*>(&length), 4);
+    } else {
+      out += u16(static_cast<uint16_t>(value.size()));
+    }
+    return out + value;
+  }
+};
+
+/// A NIfTI-1 file in one piece.
+struct NiftiFile {
+  std::vector<int16_t> sizes;
+  int16_t data_type = 4;
+  int16_t bits = 16;
+  float slope = 0, intercept = 0;
+  std::array<std::array<float, 4>, 3> rows{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};  ///< RAS
+  std::string voxels;
+
+  std::string bytes() const {
+    std::string h(352, '\0');
+    put(h, 0, int32_t{348});
+    put(h, 40, static_cast<int16_t>(sizes.size()));
+    for (size_t i = 0; i < 7; ++i) {
+      put(h, 42 + 2 * i, i < sizes.size() ? sizes[i] : int16_t{1});
+    }
+    put(h, 70, data_type);
+    put(h, 72, bits);
+    put(h, 76, 1.0f);
+    for (size_t axis = 0; axis < 3; ++axis) {
+      float squared = 0;
+      for (size_t row = 0; row < 3; ++row) squared += rows[row][axis] * rows[row][axis];
+      put(h, 80 + 4 * axis, std::sqrt(squared));
+    }
+    put(h, 92, 1.0f);
+    put(h, 108, 352.0f);
+    put(h, 112, slope);
+    put(h, 116, intercept);
+    h[123] = 2;               // millimetres
+    put(h, 254, int16_t{1});  // sform: scanner coordinates
+    for (size_t row = 0; row < 3; ++row) {
+      for (size_t i = 0; i < 4; ++i) put(h, 280 + 16 * row + 4 * i, rows[row][i]);
+    }
+    std::memcpy(&h[344], "n+1", 4);
+    return h + voxels;
+  }
+
+ private:
+  template <class T>
+  static void put(std::string& header, size_t offset, T value) {
+    std::memcpy(&header[offset], &value, sizeof(T));
+  }
+};
+
+}  // namespace isosplat::test
