@@ -1,7 +1,32 @@
 import { fileURLToPath } from "node:url";
-import { defineConfig } from "vite";
+import { brotliCompressSync, constants } from "node:zlib";
+import { defineConfig, type Plugin } from "vite";
 
 const here = (path: string) => fileURLToPath(new URL(path, import.meta.url));
+
+/** Writes F.br beside every F that shrinks by it: a fifth fewer bytes than what gzip would send. */
+function compressed(): Plugin {
+  return {
+    name: "isosplat-compressed",
+    apply: "build",
+    enforce: "post",
+    generateBundle: {
+      order: "post",
+      handler(_options, bundle) {
+        for (const file of Object.values(bundle)) {
+          if (!/\.(js|css|wasm|svg|html)$/.test(file.fileName)) continue;
+          const source = file.type === "chunk" ? file.code : file.source;
+          const bytes = typeof source === "string" ? Buffer.from(source) : source;
+          const params = { [constants.BROTLI_PARAM_QUALITY]: 11 };
+          const packed = brotliCompressSync(bytes, { params });
+          if (packed.length < 0.95 * bytes.length) {
+            this.emitFile({ type: "asset", fileName: `${file.fileName}.br`, source: packed });
+          }
+        }
+      },
+    },
+  };
+}
 
 /**
  * The page. `npm run build:page` writes build/page, which the server hands out; `npm run dev` serves
@@ -11,15 +36,14 @@ export default defineConfig({
   root: here("web"),
   // Relative addresses: the page works at any path of any static host.
   base: "./",
+  plugins: [compressed()],
   resolve: { alias: { "@wasm": here("build/wasm/web") } },
   build: {
     outDir: here("build/page"),
     emptyOutDir: true,
     target: "es2022",
     assetsInlineLimit: 0,
-    // Preloading is done by hand in index.html, so that the first surface does not wait.
     modulePreload: { polyfill: false },
-    reportCompressedSize: true,
   },
   worker: { format: "es" },
   server: {

@@ -1,0 +1,46 @@
+import { type ChildProcess, spawn } from "node:child_process";
+import { existsSync } from "node:fs";
+
+export const program = process.env.ISOSPLAT ?? "build/release/native/cli/isosplat";
+export const demoFolder = process.env.ISOSPLAT_DEMO ?? "build/demo";
+
+/** A running `isosplat serve`, on a port of its own. */
+export interface RunningServer {
+  /** With a slash at the end. */
+  url: string;
+  /** Ends it and waits. Harmless when it has ended. */
+  stop(): Promise<void>;
+}
+
+/** Serves stores (files or folders) and the page. `port` 0: any free one. */
+export async function serve(stores: readonly string[], port = 0): Promise<RunningServer> {
+  if (!existsSync(program)) throw new Error(`${program} is missing: run .ci/build release`);
+  const options = ["serve", ...stores, "--port", String(port), "--web-root", "build/page"];
+  const child = spawn(program, options, { stdio: ["ignore", "pipe", "pipe"] });
+  const url = await addressOf(child);
+  return { url, stop: () => ended(child) };
+}
+
+function addressOf(child: ChildProcess): Promise<string> {
+  return new Promise((resolve, reject) => {
+    let said = "";
+    const listen = (data: Buffer) => {
+      said += data.toString();
+      const address = /http:\/\/(?:localhost|127\.0\.0\.1):(\d+)/.exec(said);
+      if (address) resolve(`http://127.0.0.1:${address[1]}/`);
+    };
+    child.stdout?.on("data", listen);
+    child.stderr?.on("data", listen);
+    child.on("exit", (code) => reject(new Error(`the server ended with status ${code}: ${said}`)));
+    child.on("error", reject);
+  });
+}
+
+function ended(child: ChildProcess): Promise<void> {
+  if (child.exitCode !== null || child.signalCode !== null) return Promise.resolve();
+  return new Promise((resolve) => {
+    child.on("exit", () => resolve());
+    child.kill("SIGTERM");
+    setTimeout(() => child.kill("SIGKILL"), 3000).unref();
+  });
+}
