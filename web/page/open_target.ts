@@ -1,5 +1,4 @@
-import { FileSource } from "../stream/file_source.ts";
-import { ServerSource } from "../stream/server_source.ts";
+import { FileSource, ServerSource } from "../stream/index.ts";
 import type { Target } from "./volume_page.ts";
 
 /** Where the address of the page points: a volume of its server, or a store on any host. */

@@ -7,6 +7,7 @@ import {
   handleCameraKey,
   type Look,
   type Surface,
+  type ViewError,
   Viewer,
   wholeVolume,
 } from "../viewer/index.ts";
@@ -37,6 +38,22 @@ import { fetchVolumes } from "./volumes_api.ts";
 const themeBackground = { light: "#eef0f3", dark: "#15181d" };
 const toastMs = 2500;
 
+/** A message beside the picture, which stays. */
+interface Banner {
+  text: string;
+  /** It goes on by itself; otherwise "Try again" is offered. */
+  isWaiting: boolean;
+}
+
+const offlineBanner: Banner = {
+  text: "The server does not answer. What is here stays; the rest is tried again.",
+  isWaiting: true,
+};
+const contextLostBanner: Banner = {
+  text: "The browser took the graphics card away. Waiting to get it back.",
+  isWaiting: true,
+};
+
 export interface Target {
   /** The volume's name or the store's address. */
   name: string;
@@ -63,7 +80,7 @@ export class VolumePage {
 
   #problem: Problem | null = null;
   #names: string[] = [];
-  #banner = "";
+  #banner: Banner | null = null;
   #toast = "";
   #toastTimer = 0;
   #isSheetOpen = false;
@@ -114,14 +131,8 @@ export class VolumePage {
     const viewer = this.#viewer;
     viewer.on("progress", (progress) => {
       this.#status.progress(progress);
-      const banner =
-        progress.state === "offline"
-          ? "The server does not answer. What is here stays; the rest is tried again."
-          : "";
-      if (banner !== this.#banner) {
-        this.#banner = banner;
-        this.#render();
-      }
+      if (progress.state === "offline") this.#showBanner(offlineBanner);
+      else if (this.#banner === offlineBanner) this.#showBanner(null);
       if (progress.complete) this.#keepThumbnail();
     });
     viewer.on("frame", (frame) => {
@@ -136,13 +147,10 @@ export class VolumePage {
       this.#address.changed();
     });
     viewer.on("error", (error) => {
-      if (error instanceof StreamError && error.retrying) return;
-      this.#fail(error);
+      this.#failed(error);
     });
     viewer.on("context", (state) => {
-      this.#banner =
-        state === "lost" ? "The graphics card was taken away. Waiting to get it back." : "";
-      this.#render();
+      this.#showBanner(state === "lost" ? contextLostBanner : null);
     });
     onTheme(() => {
       if (this.#isThemeBackground) this.#setBackground(themeBackground[theme()]);
@@ -154,6 +162,7 @@ export class VolumePage {
 
   async #open(): Promise<void> {
     this.#problem = null;
+    this.#banner = null;
     this.#hasPicture = false;
     this.#status.clear();
     document.title = `${this.#target.name} · Isosplat`;
@@ -178,6 +187,7 @@ export class VolumePage {
 
   #opened(info: StoreInfo): void {
     this.#info = info;
+    this.#problem = null;
     this.#scale = isovalueScale(info.range, info.mapping.scale);
     document.title = `${this.#title()} · Isosplat`;
     if (this.#surfaces.length === 0) {
@@ -191,6 +201,27 @@ export class VolumePage {
 
   #title(): string {
     return this.#info?.metadata.title || this.#info?.metadata.name || this.#target.name;
+  }
+
+  /** An error that the viewer tells of while it goes on. */
+  #failed(error: StreamError | ViewError): void {
+    const isOpen = this.#info !== null;
+    if (error instanceof StreamError && error.retrying) {
+      // Once open, progress says so; before, there is nothing else to see.
+      if (!isOpen) this.#fail(error);
+    } else if (error instanceof StreamError && isOpen) {
+      // What is drawn stays: the message goes beside it.
+      const { title, text } = problemOf(error, this.#target.name);
+      this.#showBanner({ text: `${title}. ${text}`, isWaiting: false });
+    } else {
+      this.#fail(error);
+    }
+  }
+
+  #showBanner(banner: Banner | null): void {
+    if (banner === this.#banner) return;
+    this.#banner = banner;
+    this.#render();
   }
 
   #fail(error: unknown): void {
@@ -412,11 +443,7 @@ export class VolumePage {
         </header>
         <main class="stage" style=${`background:${this.#look.background}`}>
           ${this.#canvas}
-          ${
-            this.#banner
-              ? html`<div class="banner" role="status"><wa-spinner></wa-spinner>${this.#banner}</div>`
-              : nothing
-          }
+          ${this.#banner ? this.#bannerPart(this.#banner) : nothing}
           ${
             this.#problem
               ? html`<div class="cover">
@@ -434,6 +461,20 @@ export class VolumePage {
       this.#root,
     );
     this.#drawHistogram();
+  }
+
+  #bannerPart({ text, isWaiting }: Banner) {
+    return html`<div class="banner" role="status">
+      ${isWaiting ? html`<wa-spinner></wa-spinner>` : icon("alert")}
+      <span>${text}</span>
+      ${
+        isWaiting
+          ? nothing
+          : html`<wa-button size="s" appearance="outlined" @click=${() => this.#retry()}
+              >Try again</wa-button
+            >`
+      }
+    </div>`;
   }
 
   #panel(info: StoreInfo) {

@@ -162,6 +162,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return session.info;
   }
 
+  /** Asks at once for what waits for its next try, and again for what has failed. */
+  retry(): void {
+    this.#session?.retry();
+  }
+
   /** Lets go of the volume: its requests, its memory on CPU and GPU. The canvas keeps its picture. */
   close(): void {
     this.#opening?.abort(new DOMException("another volume is opened", "AbortError"));

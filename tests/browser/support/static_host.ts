@@ -39,7 +39,7 @@ export async function staticHost(options: StaticHostOptions): Promise<StaticHost
       response.writeHead(file ? 204 : 404).end();
       return;
     }
-    let bytes = readFileSync(file);
+    let bytes: Buffer = readFileSync(file);
     if (options.change) bytes = options.change(name, bytes);
     response.setHeader("Content-Type", types[extname(file)] ?? "application/octet-stream");
     const range = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? "");

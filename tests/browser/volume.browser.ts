@@ -1,0 +1,228 @@
+// One volume in the page, from the real server: opened, scrubbed, turned, restored from its
+// address, and compared with the native renderer's picture.
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { expect, type Page, test } from "@playwright/test";
+import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
+import { atRest, compare, complete, rendererName, savedPicture } from "./support/view.ts";
+
+let server: RunningServer;
+test.beforeAll(async () => {
+  server = await serve([demoFolder]);
+});
+test.afterAll(() => server.stop());
+
+test.use({ viewport: { width: 1000, height: 600 } });
+
+const isovalue = (page: Page) =>
+  page.locator(".isovalue-slider").evaluate((slider) => (slider as HTMLInputElement).value);
+
+/** Requests for data, from now on. */
+function countRequests(page: Page): { count: () => number } {
+  let count = 0;
+  page.on("request", (request) => {
+    if (request.url().includes("/v1/")) ++count;
+  });
+  return { count: () => count };
+}
+
+test("lists the volumes, and opens one", async ({ page }) => {
+  await page.goto(server.url);
+  const cards = page.locator("a.card");
+  await expect(cards).toHaveCount(3);
+  const bucky = page.getByRole("link", { name: /bucky/i });
+  await expect(bucky).toContainText("128 × 128 × 128");
+  await expect(bucky).toContainText("8 bit");
+  await bucky.click();
+  await complete(page);
+  expect(await rendererName(page)).toContain("llvmpipe");
+  await expect(page).toHaveURL(/volume=bucky.*isovalue=/);
+  await expect(page.locator(".status-samples")).toHaveText(/samples/);
+  await expect(page.locator(".status-bytes")).toHaveText(/fetched/);
+  await expect(page.locator(".status-level")).toHaveText(/full resolution|level/);
+});
+
+test("draws the native renderer's picture", async ({ page }) => {
+  const camera = "40,25,330,63.5,63.5,63.5";
+  const view = `isovalue=100.5&camera=${camera}&kind=ellipse&background=ffffff`;
+  await page.goto(`${server.url}?volume=bucky&${view}`);
+  await complete(page);
+  await atRest(page);
+  const ours = await savedPicture(page);
+  const { width, height } = await compare(page, ours, ours);
+
+  const folder = mkdtempSync(join(tmpdir(), "isosplat-picture-"));
+  try {
+    const out = join(folder, "native.png");
+    const store = join(demoFolder, "bucky.isosplat");
+    execFileSync(program, [
+      ...["render", store, "--isovalue", "100.5", "-o", out],
+      ...["--size", `${width}x${height}`, "--camera", camera],
+      ...["--kind", "ellipse", "--background", "ffffff"],
+    ]);
+    const difference = await compare(page, ours, readFileSync(out));
+    expect(difference.covered).toBeGreaterThan(0.1);
+    expect(difference.differing).toBeLessThan(0.002);
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+});
+
+test("a moved slider shows another surface, without a request where its chunks are there", async ({
+  page,
+}) => {
+  await page.goto(`${server.url}?volume=bucky&isovalue=100&kind=quad&background=ffffff`);
+  await complete(page);
+  await atRest(page);
+  const before = await savedPicture(page);
+  const slider = page.locator(".isovalue-slider");
+  const requests = countRequests(page);
+
+  await slider.locator("[role=slider]").press("ArrowRight");
+  await slider.locator("[role=slider]").press("ArrowRight");
+  expect(await isovalue(page)).toBe(101);
+  await complete(page);
+  await atRest(page);
+  expect(requests.count()).toBe(0);
+  const near = await compare(page, before, await savedPicture(page));
+  expect(near.differing).toBeGreaterThan(0.001);
+
+  // Over the whole range: there is a surface all the way, and few requests.
+  const box = await page.locator("#histogram").boundingBox();
+  if (!box) throw new Error("no histogram");
+  await page.mouse.move(box.x + 0.1 * box.width, box.y + 30);
+  await page.mouse.down();
+  for (let step = 1; step <= 20; ++step) {
+    await page.mouse.move(box.x + (0.1 + 0.035 * step) * box.width, box.y + 30);
+    await page.waitForTimeout(25);
+    const samples = await page.locator(".status-samples").textContent();
+    expect(samples).not.toMatch(/^0 /);
+  }
+  await page.mouse.up();
+  await complete(page);
+  expect(await isovalue(page)).toBeGreaterThan(190);
+  expect(requests.count()).toBeLessThan(30);
+});
+
+test("the address holds the whole view", async ({ page, context }) => {
+  await page.goto(`${server.url}?volume=bucky&isovalue=90.5`);
+  await complete(page);
+  const canvas = page.getByRole("application");
+  await canvas.focus();
+  for (const key of ["ArrowLeft", "ArrowUp", "+", "+", "Shift+ArrowRight", "]"]) {
+    await page.keyboard.press(key);
+  }
+  await complete(page);
+  await expect(page).toHaveURL(/camera=.*/);
+  await atRest(page);
+  const url = page.url();
+  expect(url).not.toContain("isovalue=90.5");
+  const picture = await savedPicture(page);
+
+  const other = await context.newPage();
+  await other.goto(url);
+  await complete(other);
+  await atRest(other);
+  expect(other.url()).toBe(url);
+  const difference = await compare(other, picture, await savedPicture(other));
+  expect(difference.covered).toBeGreaterThan(0.05);
+  expect(difference.differing).toBeLessThan(0.001);
+});
+
+test("mouse and keys turn, move, zoom and reset the view", async ({ page }) => {
+  await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+  await complete(page);
+  const camera = async () => {
+    await page.waitForTimeout(350);
+    const text = new URL(page.url()).searchParams.get("camera") ?? "";
+    return text.split(",").map(Number);
+  };
+  const box = await page.getByRole("application").boundingBox();
+  if (!box) throw new Error("no canvas");
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 60, y + 20, { steps: 3 });
+  await page.mouse.up();
+  const turned = await camera();
+  expect(turned).toHaveLength(6);
+
+  await page.mouse.wheel(0, -300);
+  const zoomed = await camera();
+  expect(zoomed[2]).toBeLessThan(0.9 * (turned[2] ?? 0));
+  expect(zoomed[0]).toBeCloseTo(turned[0] ?? 0, 3);
+
+  await page.mouse.down({ button: "right" });
+  await page.mouse.move(x + 50, y, { steps: 2 });
+  await page.mouse.up({ button: "right" });
+  const moved = await camera();
+  expect(moved[2]).toBeCloseTo(zoomed[2] ?? 0, 3);
+  expect(moved.slice(3)).not.toEqual(zoomed.slice(3));
+
+  await page.keyboard.press("r");
+  const reset = await camera();
+  expect(reset[2]).toBeGreaterThan(zoomed[2] ?? 0);
+  await page.keyboard.press("ArrowRight");
+  expect((await camera())[0]).not.toBeCloseTo(reset[0] ?? 0, 3);
+});
+
+test("shows several surfaces, colours and a clipping box, and keeps them in the address", async ({
+  page,
+}) => {
+  await page.goto(`${server.url}?volume=bucky&isovalue=60.5`);
+  await complete(page);
+  await page.getByRole("button", { name: "Add a surface" }).click();
+  await expect(page.locator(".surface")).toHaveCount(2);
+  await expect(page).toHaveURL(/isovalue=60.5,[\d.]+&opacity=0.4,1/);
+  await complete(page);
+
+  await page.getByRole("button", { name: "Appearance" }).click();
+  await page.getByRole("combobox", { name: "Colour" }).click();
+  await page.getByRole("option", { name: "Gradient" }).click();
+  await expect(page).toHaveURL(/colour-by=gradient/);
+
+  await page.getByRole("button", { name: "Remove surface 2" }).click();
+  await expect(page.locator(".surface")).toHaveCount(1);
+});
+
+test("a still view draws nothing", async ({ page }) => {
+  await page.addInitScript(() => {
+    const counted = window as unknown as { frames: number };
+    counted.frames = 0;
+    const ask = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = (callback) => {
+      ++counted.frames;
+      return ask(callback);
+    };
+  });
+  await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+  await complete(page);
+  await page.waitForTimeout(1500);
+  const frames = () => page.evaluate(() => (window as unknown as { frames: number }).frames);
+  const before = await frames();
+  await page.waitForTimeout(1500);
+  expect((await frames()) - before).toBe(0);
+});
+
+test("comes back from a lost context", async ({ page }) => {
+  await page.goto(`${server.url}?volume=bucky&isovalue=100&background=ffffff&kind=ellipse`);
+  await complete(page);
+  await atRest(page);
+  const before = await savedPicture(page);
+  await page.evaluate(async () => {
+    const gl = document.querySelector<HTMLCanvasElement>("#view")?.getContext("webgl2");
+    const extension = gl?.getExtension("WEBGL_lose_context");
+    extension?.loseContext();
+    await new Promise((resolve) => setTimeout(resolve, 300));
+    extension?.restoreContext();
+  });
+  await page.waitForTimeout(500);
+  await complete(page);
+  await atRest(page);
+  const difference = await compare(page, before, await savedPicture(page));
+  expect(difference.covered).toBeGreaterThan(0.05);
+  expect(difference.differing).toBeLessThan(0.001);
+});
