@@ -26,7 +26,7 @@ let camera: number[] = [];
 test.beforeAll(async () => {
   folder = mkdtempSync(join(tmpdir(), "isosplat-render-"));
   const printed = execFileSync(fixture, [folder], { encoding: "utf8" });
-  const [x, y, z, distance] = printed.trim().split(" ").map(Number);
+  const [x = 0, y = 0, z = 0, distance = 1] = printed.trim().split(" ").map(Number);
   camera = [x, y, z, distance, 30, 20, 0, 30];
   server = createServer((request, response) => {
     const path = request.url ?? "/";
@@ -112,7 +112,10 @@ test("draws what the native renderer draws, before and after a lost context", as
             for (let x = 0; x < 256; ++x) {
               const a = 4 * (256 * y + x);
               const b = 4 * (256 * (255 - y) + x);
-              if ([0, 1, 2, 3].some((c) => Math.abs(pixels[a + c] - native[b + c]) > 2)) ++count;
+              if (
+                [0, 1, 2, 3].some((c) => Math.abs((pixels[a + c] ?? 0) - (native[b + c] ?? 0)) > 2)
+              )
+                ++count;
             }
           }
           shares.push(count / 65536);

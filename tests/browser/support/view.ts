@@ -59,7 +59,9 @@ export function compare(page: Page, a: Buffer, b: Buffer): Promise<PictureDiffer
       );
       if (!first || !second) throw new Error("two pictures are needed");
       if (first.width !== second.width || first.height !== second.height) {
-        throw new Error(`sizes differ: ${first.width}×${first.height}, ${second.width}×${second.height}`);
+        throw new Error(
+          `sizes differ: ${first.width}×${first.height}, ${second.width}×${second.height}`,
+        );
       }
       let differing = 0;
       let covered = 0;
