@@ -37,7 +37,7 @@ enum Pass { pass_quad, pass_ellipse, pass_exact, pass_visibility, pass_accumulat
 
 struct SplatProgram {
   GlProgram program;
-  GLint block = -1, isocode = -1, isosurface = -1, scalar = -1;
+  GLint block = -1, isocode = -1, isosurface = -1, scalar = -1, regions = -1;
 };
 
 struct Chunk {
@@ -52,6 +52,7 @@ struct DrawItem {
   const Chunk* chunk;
   double nearest;
   std::array<float, 4> block;
+  std::array<GLuint, 2> regions;
   bool pulled;  // its splats may be larger than points can be
 };
 
@@ -129,7 +130,7 @@ struct Renderer::State {
   Camera camera;
 
   std::unordered_map<uint64_t, Chunk> chunks;
-  std::vector<uint64_t> visible;
+  std::vector<VisibleChunk> visible;
   SampleBuffers buffers;
 
   SurfaceTargets targets;
@@ -151,6 +152,10 @@ struct Renderer::State {
   void forget_gl_objects();
   void release_gl_objects();
   Result<SplatProgram*> splat_program(Pass pass, bool pulled, bool clipped);
+  bool is_visible(uint64_t id) const {
+    return std::any_of(visible.begin(), visible.end(),
+                       [id](const VisibleChunk& chunk) { return chunk.id == id; });
+  }
   void collect_items(const Frame& frame);
   Result<void> draw_splats(Pass pass, const Frame& frame, int isosurface);
   Result<void> draw_isosurface(SplatKind kind, const Frame& frame, int isosurface, int layer);
@@ -278,6 +283,7 @@ Result<SplatProgram*> Renderer::State::splat_program(Pass pass, bool pulled, boo
   splat.isocode = program.uniform("u_isocode");
   splat.isosurface = program.uniform("u_isosurface");
   splat.scalar = program.uniform("u_scalar");
+  splat.regions = program.uniform("u_regions");
   if (pulled) {
     glUseProgram(program.name());
     glUniform1i(program.uniform("u_samples"), 0);
@@ -290,7 +296,7 @@ void Renderer::State::collect_items(const Frame& frame) {
   items.clear();
   const float limit_px = limits.offered.max_point_size;
   const auto& lens = frame.block().lens;
-  for (const uint64_t id : visible) {
+  for (const auto& [id, regions] : visible) {
     const auto found = chunks.find(id);
     if (found == chunks.end() || found->second.range.count == 0) continue;
     const Chunk& chunk = found->second;
@@ -311,6 +317,7 @@ void Renderer::State::collect_items(const Frame& frame) {
                      nearest,
                      {static_cast<float>(corner.x), static_cast<float>(corner.y),
                       static_cast<float>(corner.z), static_cast<float>(level_scale)},
+                     {static_cast<GLuint>(regions), static_cast<GLuint>(regions >> 32)},
                      largest_px > double(limit_px)});
   }
   std::sort(items.begin(), items.end(),
@@ -398,6 +405,7 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
       glUniform3fv(current->scalar, 1, scalar_weights(frame, surface, level).data());
     }
     glUniform4fv(current->block, 1, item.block.data());
+    glUniform2uiv(current->regions, 1, item.regions.data());
     const auto count = static_cast<GLsizei>(chunk.range.count);
     if (item.pulled) {
       load_samples(chunk.range);
@@ -654,7 +662,7 @@ Result<void> Renderer::add_chunk(uint64_t id, ChunkPlace place,
   chunk.low = Vec3d{double(at.x), double(at.y), double(at.z)} * (cell * kBlockCells);
   chunk.high = chunk.low + Vec3d{double(cells.x), double(cells.y), double(cells.z)} * cell;
   s.chunks.emplace(id, chunk);
-  if (std::find(s.visible.begin(), s.visible.end(), id) != s.visible.end()) s.dirty = true;
+  if (s.is_visible(id)) s.dirty = true;
   return {};
 }
 
@@ -664,14 +672,21 @@ void Renderer::remove_chunk(uint64_t id) {
   if (found == s.chunks.end()) return;
   s.buffers.remove(found->second.range);
   s.chunks.erase(found);
-  if (std::find(s.visible.begin(), s.visible.end(), id) != s.visible.end()) s.dirty = true;
+  if (s.is_visible(id)) s.dirty = true;
+}
+
+void Renderer::set_visible(std::span<const VisibleChunk> chunks) {
+  const auto& visible = state_->visible;
+  if (std::equal(chunks.begin(), chunks.end(), visible.begin(), visible.end())) return;
+  state_->visible.assign(chunks.begin(), chunks.end());
+  state_->dirty = true;
 }
 
 void Renderer::set_visible(std::span<const uint64_t> ids) {
-  const auto& visible = state_->visible;
-  if (std::equal(ids.begin(), ids.end(), visible.begin(), visible.end())) return;
-  state_->visible.assign(ids.begin(), ids.end());
-  state_->dirty = true;
+  std::vector<VisibleChunk> chunks(ids.size());
+  std::transform(ids.begin(), ids.end(), chunks.begin(),
+                 [](uint64_t id) { return VisibleChunk{id}; });
+  set_visible(chunks);
 }
 
 void Renderer::set_settings(const RenderSettings& settings) {

@@ -81,6 +81,16 @@ struct ChunkPlace {
   BlockKey block;
 };
 
+/// A chunk that is drawn, wholly or in part.
+struct VisibleChunk {
+  uint64_t id = 0;
+  /// Bit (x >> 4) + 4·(y >> 4) + 16·(z >> 4) says whether the block's cells (x, y, z) of that
+  /// region are drawn. Where a level's finer blocks are there in part, they draw the rest.
+  uint64_t regions = ~uint64_t{0};
+
+  friend constexpr bool operator==(const VisibleChunk&, const VisibleChunk&) = default;
+};
+
 /// What a draw did. Kept by the renderer until the next draw.
 struct FrameStatistics {
   uint64_t samples_drawn =
@@ -140,7 +150,8 @@ class Renderer {
 
   /// The chunks that draw() considers, from now on. Unknown ids are ignored. The caller sees to it
   /// that no part of the volume is covered by two levels at once.
-  void set_visible(std::span<const uint64_t> ids);
+  void set_visible(std::span<const VisibleChunk> chunks);
+  void set_visible(std::span<const uint64_t> ids);  ///< wholly
 
   void set_settings(const RenderSettings& settings);
   const RenderSettings& settings() const;

@@ -20,7 +20,7 @@ struct View {
   RenderSettings settings;
   VolumeGrid grid{{2, 2, 2}};
   std::string text;  // what a const char* of ours points to
-  std::vector<uint64_t> ids;
+  std::vector<VisibleChunk> visible;
 };
 
 View& view() {
@@ -156,10 +156,14 @@ void isosplat_view_remove_chunk(uint32_t id) {
   if (Renderer* renderer = current()) renderer->remove_chunk(id);
 }
 
-void isosplat_view_set_visible(const uint32_t* ids, uint32_t count) {
+void isosplat_view_set_visible(const uint32_t* ids, const uint32_t* regions, uint32_t count) {
   View& v = view();
-  v.ids.assign(ids, ids + count);
-  if (v.renderer) v.renderer->set_visible(v.ids);
+  v.visible.resize(count);
+  for (uint32_t i = 0; i < count; ++i) {
+    v.visible[i] = {ids[i]};
+    if (regions) v.visible[i].regions = regions[2 * i] | uint64_t{regions[2 * i + 1]} << 32;
+  }
+  if (v.renderer) v.renderer->set_visible(std::span<const VisibleChunk>(v.visible));
 }
 
 void isosplat_view_set_isosurfaces(const double* surfaces, uint32_t count) {

@@ -26,7 +26,10 @@ int32_t isosplat_view_set_volume(const double* grid, const double* mapping);
 int32_t isosplat_view_add_chunk(uint32_t id, uint32_t level, int32_t block_x, int32_t block_y,
                                 int32_t block_z, const void* samples, uint32_t count);
 void isosplat_view_remove_chunk(uint32_t id);
-void isosplat_view_set_visible(const uint32_t* ids, uint32_t count);
+
+/// Draws exactly these chunks from now on. regions: two words per id (low, high), see VisibleChunk;
+/// null: all of each.
+void isosplat_view_set_visible(const uint32_t* ids, const uint32_t* regions, uint32_t count);
 
 /// surfaces: count × (isovalue, red, green, blue, opacity), colours sRGB 0 … 1.
 void isosplat_view_set_isosurfaces(const double* surfaces, uint32_t count);

@@ -90,7 +90,7 @@ test("draws what the native renderer draws, before and after a lost context", as
         m._free(at);
         const ids = m._malloc(4);
         m.HEAPU32[ids / 4] = 7;
-        m._isosplat_view_set_visible(ids, 1);
+        m._isosplat_view_set_visible(ids, 0, 1);
         m._free(ids);
       };
       add();

@@ -25,7 +25,7 @@ interface Exports extends CoreModule {
     count: number,
   ): number;
   _isosplat_view_remove_chunk(id: number): void;
-  _isosplat_view_set_visible(ids: number, count: number): void;
+  _isosplat_view_set_visible(ids: number, regions: number, count: number): void;
   _isosplat_view_set_isosurfaces(surfaces: number, count: number): void;
   _isosplat_view_set_kind(kind: number): void;
   _isosplat_view_set_colouring(by: number, map: number, low: number, high: number): void;
@@ -182,7 +182,7 @@ export class ViewModule {
     const pointer = this.#reserve(ids.length * 12);
     this.#exports.HEAPU32.set(ids, pointer >> 2);
     this.#exports.HEAPU32.set(regions, (pointer >> 2) + ids.length);
-    this.#exports._isosplat_view_set_visible(pointer, ids.length);
+    this.#exports._isosplat_view_set_visible(pointer, pointer + ids.length * 4, ids.length);
   }
 
   setSurfaces(surfaces: readonly Surface[]): void {

@@ -7,6 +7,7 @@ layout(location = 0) in uvec4 a_sample;
 #endif
 
 uniform vec4 u_block;           // xyz: the block's corner 0; w: cells of level 0 per cell (2^level)
+uniform uvec2 u_regions;         // a bit for each 16³ cells of the block: whether they are drawn
 uniform float u_isocode;
 uniform uint u_isosurface;
 uniform vec3 u_scalar;          // weights of 1, gradient length, projection error
@@ -41,6 +42,13 @@ void drop() {
   gl_PointSize = 1.0;
 }
 
+/// low: the cell's (or octant's) low corner in the block, 0 to 64.
+bool is_drawn(vec3 low) {
+  uvec3 region = uvec3(low) >> 4;
+  uint bit = region.x + 4u * region.y + 16u * region.z;
+  return ((bit < 32u ? u_regions.x : u_regions.y) >> (bit & 31u) & 1u) != 0u;
+}
+
 void main() {
 #ifdef PULLED
   int index = gl_VertexID / 6, corner = gl_VertexID - index * 6;
@@ -58,7 +66,7 @@ void main() {
   v_scalar = v_span = 0.0;
 #endif
   Cell cell = octant_of(unpack_sample(packed_sample), packed_sample);
-  if (!is_active(cell.interval, u_isocode)) {
+  if (!is_active(cell.interval, u_isocode) || !is_drawn(cell.low)) {
     drop();
     return;
   }
