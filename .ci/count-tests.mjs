@@ -47,7 +47,7 @@ function count(name) {
 
 const sum = { passed: 0, failed: 0, skipped: 0 };
 console.log(
-  `\n${"suite".padEnd(12)}${"passed".padStart(8)}${"failed".padStart(8)}${"skipped".padStart(9)}`,
+  `\n${"suite".padEnd(18)}${"passed".padStart(8)}${"failed".padStart(8)}${"skipped".padStart(9)}`,
 );
 for (const file of readdirSync(folder)
   .filter((entry) => entry.endsWith(".status"))
@@ -67,7 +67,7 @@ for (const file of readdirSync(folder)
   for (const key of Object.keys(sum)) sum[key] += counted[key];
   const { passed, failed, skipped } = counted;
   console.log(
-    `${name.padEnd(12)}${String(passed).padStart(8)}${String(failed).padStart(8)}${String(skipped).padStart(9)}${note}`,
+    `${name.padEnd(18)}${String(passed).padStart(8)}${String(failed).padStart(8)}${String(skipped).padStart(9)}${note}`,
   );
 }
 console.log(`\n${sum.passed} passed, ${sum.failed} failed, ${sum.skipped} skipped`);
