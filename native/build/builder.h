@@ -18,9 +18,9 @@ struct BuildProgress {
 };
 
 struct BuildOptions {
-  std::string title;        ///< for people; empty: the source's name
-  std::string value_units;  ///< "HU", …; empty: unknown
-  double lambda = 0.05;     ///< bytes stored against bytes fetched: SlabOptions::lambda
+  std::string title;            ///< for people; empty: the source's name
+  std::string value_units;      ///< "HU", …; empty: unknown
+  double lambda = 0.05;         ///< bytes stored against bytes fetched: SlabOptions::lambda
   double overhead_cells = 500;  ///< SlabOptions::overhead_cells
   /// Most memory that the build may take, in bytes, with what the source holds itself.
   uint64_t memory_bytes = uint64_t{1} << 30;

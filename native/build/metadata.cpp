@@ -1,6 +1,9 @@
 #include "native/build/metadata.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "shared/store/format.h"
@@ -23,6 +26,20 @@ std::string clean(const std::string& text) {
 
 size_t text_bytes(const std::string& text) {
   return Json(clean(text)).dump(-1, ' ', true).size();
+}
+
+/// A value that reads well: midway between two integers where voxels are integers, so that no voxel
+/// equals it; otherwise rounded to three digits of the volume's range.
+double round_isovalue(double value, const StoreInfo& info) {
+  if (info.mapping.scale == 1 && info.mapping.max_error == 0) return std::floor(value) + 0.5;
+  const double range = info.mapping.value(info.range.max) - info.mapping.value(info.range.min);
+  if (!(range > 0)) return value;
+  // Through text: a multiple of a power of ten as a product has digits that nobody wants to see.
+  const int decimals = 2 - static_cast<int>(std::floor(std::log10(range)));
+  if (decimals > 30 || decimals < 0) return value;
+  char text[400];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  return std::atof(text);
 }
 
 Json bins(const StoreInfo& info, const std::vector<uint64_t>& counts) {
@@ -53,7 +70,7 @@ std::string metadata_json(const VolumeHeader& header, const BuildOptions& option
   if (!options.value_units.empty()) json["units"] = clean(options.value_units);
   Json suggested = Json::array();
   for (const double isocode : statistics.suggest(info.range, kMaxSuggestions)) {
-    suggested.push_back(info.mapping.value(isocode));
+    suggested.push_back(round_isovalue(info.mapping.value(isocode), info));
   }
   json["suggested_isovalues"] = std::move(suggested);
   json["histogram"] = bins(info, statistics.histogram(info.range, kBins));

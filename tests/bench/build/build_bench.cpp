@@ -1,5 +1,6 @@
 // Builds a store from a volume that is in memory, and prints what it took and what it holds as one
-// line of JSON: isosplat_build_bench VOLUME [--u8 LOW HIGH] [--lambda L] [--overhead N] [--threads N]
+// line of JSON: isosplat_build_bench VOLUME [--u8 LOW HIGH] [--lambda L] [--overhead N] [--threads
+// N]
 // [--runs N] [isovalue…].
 #include <sys/resource.h>
 
@@ -50,12 +51,18 @@ int run(int count, char** arguments) {
   for (int i = 2; i < count; ++i) {
     const std::string option = arguments[i];
     const auto next = [&] { return std::atof(arguments[++i]); };
-    if (option == "--lambda") options.lambda = next();
-    else if (option == "--overhead") options.overhead_cells = next();
-    else if (option == "--threads") options.threads = static_cast<unsigned>(next());
-    else if (option == "--runs") runs = static_cast<int>(next());
-    else if (option == "--u8") low = next(), high = next();
-    else isovalues.push_back(std::atof(option.c_str()));
+    if (option == "--lambda")
+      options.lambda = next();
+    else if (option == "--overhead")
+      options.overhead_cells = next();
+    else if (option == "--threads")
+      options.threads = static_cast<unsigned>(next());
+    else if (option == "--runs")
+      runs = static_cast<int>(next());
+    else if (option == "--u8")
+      low = next(), high = next();
+    else
+      isovalues.push_back(std::atof(option.c_str()));
   }
   auto opened = open_volume(arguments[1], {});
   if (!opened) return std::fprintf(stderr, "%s\n", opened.error().message.c_str()), 1;
@@ -92,7 +99,7 @@ int run(int count, char** arguments) {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   std::printf("\"user_seconds\": %.3f, ", static_cast<double>(usage.ru_utime.tv_sec) +
-                                             static_cast<double>(usage.ru_utime.tv_usec) * 1e-6);
+                                              static_cast<double>(usage.ru_utime.tv_usec) * 1e-6);
   std::printf("\"megavoxels_per_second\": %.1f", voxels / 1e6 / seconds[seconds.size() / 2]);
   for (const LevelRef& level : reader->levels()) {
     size_t cells = 0;

@@ -1,0 +1,158 @@
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <random>
+#include <set>
+
+#include "native/build/array_source.h"
+#include "native/build/output_file.h"
+#include "native/build/verify.h"
+#include "tests/native/temporary_folder.h"
+
+namespace isosplat {
+namespace {
+
+VolumeGrid grid_of(Index3 voxels) {
+  VolumeGrid grid;
+  grid.voxels = voxels;
+  return grid;
+}
+
+std::vector<uint8_t> noise(Index3 n, uint32_t seed) {
+  std::mt19937 random(seed);
+  std::vector<uint8_t> voxels(static_cast<size_t>(n.x) * static_cast<size_t>(n.y) *
+                              static_cast<size_t>(n.z));
+  for (auto& v : voxels) v = static_cast<uint8_t>(random());
+  return voxels;
+}
+
+std::string content(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::set<std::string> names_in(const std::filesystem::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    names.insert(entry.path().filename().string());
+  }
+  return names;
+}
+
+/// A source that stops the world in the middle.
+class InterruptedSource : public ArraySource<uint8_t> {
+ public:
+  using ArraySource::ArraySource;
+  std::function<Result<void>()> interrupt;
+  Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
+    if (++calls_ > 2) {
+      if (auto result = interrupt(); !result) return result;
+    }
+    return ArraySource::read_slices(first, count, out);
+  }
+
+ private:
+  int calls_ = 0;
+};
+
+const Index3 kSize{80, 80, 200};
+
+TEST(BuildFile, AppearsWholeAndAlone) {
+  const TemporaryFolder folder;
+  const auto target = folder.path() / "volume.isosplat";
+  const auto voxels = noise(kSize, 1);
+  const auto report = build_store_file<uint8_t>(grid_of(kSize), voxels, target);
+  ASSERT_TRUE(report) << report.error().message;
+  EXPECT_EQ(names_in(folder.path()), std::set<std::string>{"volume.isosplat"});
+  EXPECT_EQ(std::filesystem::file_size(target), report->info.file_bytes);
+  const auto verified = verify_store_file(target);
+  EXPECT_TRUE(verified) << verified.error().message;
+  EXPECT_EQ(verified->info.content_id, report->info.content_id);
+}
+
+TEST(BuildFile, AFailedBuildLeavesTheOldStoreAndNothingElse) {
+  const TemporaryFolder folder;
+  const auto target = folder.path() / "volume.isosplat";
+  std::ofstream(target) << "old";
+  const auto voxels = noise(kSize, 1);
+  InterruptedSource source(grid_of(kSize), voxels);
+  source.interrupt = [] { return fail(Status::io_error, "cannot read"); };
+  const auto report = build_store_file(source, target, {});
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().message, "cannot read");
+  EXPECT_EQ(content(target), "old");
+  EXPECT_EQ(names_in(folder.path()), std::set<std::string>{"volume.isosplat"});
+}
+
+TEST(BuildFile, AKilledBuildLeavesTheOldStoreAndTheNextCleansUp) {
+  const TemporaryFolder folder;
+  const auto target = folder.path() / "volume.isosplat";
+  std::ofstream(target) << "old";
+  const auto voxels = noise(kSize, 1);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    InterruptedSource source(grid_of(kSize), voxels);
+    source.interrupt = []() -> Result<void> {
+      ::raise(SIGKILL);
+      return {};
+    };
+    BuildOptions options;
+    options.threads = 1;
+    (void)build_store_file(source, target, options);
+    ::_exit(0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(content(target), "old");
+  EXPECT_EQ(names_in(folder.path()).size(), 2u);  // and the dead build's temporary
+  // A live build's temporary, and other files, are left alone.
+  auto live = OutputFile::create(target);
+  ASSERT_TRUE(live);
+  std::ofstream(folder.path() / ".other.isosplat.building-123456") << "other";
+  EXPECT_EQ(names_in(folder.path()).size(), 3u);
+  ASSERT_TRUE(build_store_file<uint8_t>(grid_of(kSize), voxels, target));
+  EXPECT_EQ(names_in(folder.path()),
+            (std::set<std::string>{"volume.isosplat", ".other.isosplat.building-123456",
+                                   live->temporary_path().filename().string()}));
+  EXPECT_TRUE(verify_store_file(target));
+}
+
+TEST(BuildFile, AFullDiskIsOneClearError) {
+  const TemporaryFolder folder;
+  const auto target = folder.path() / "volume.isosplat";
+  std::ofstream(target) << "old";
+  const auto voxels = noise(kSize, 1);
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit little{100000, before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &little);
+  const auto report = build_store_file<uint8_t>(grid_of(kSize), voxels, target);
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().status, Status::io_error);
+  EXPECT_NE(report.error().message.find("free some space"), std::string::npos);
+  EXPECT_EQ(content(target), "old");
+  EXPECT_EQ(names_in(folder.path()), std::set<std::string>{"volume.isosplat"});
+}
+
+TEST(BuildFile, TargetsThatCannotBeAreRefused) {
+  const TemporaryFolder folder;
+  const auto voxels = noise({4, 4, 4}, 1);
+  EXPECT_EQ(build_store_file<uint8_t>(grid_of({4, 4, 4}), voxels, folder.path()).error().status,
+            Status::invalid_argument);
+  EXPECT_EQ(build_store_file<uint8_t>(grid_of({4, 4, 4}), voxels, "/dev/null").error().status,
+            Status::invalid_argument);
+  EXPECT_EQ(build_store_file<uint8_t>(grid_of({4, 4, 4}), voxels, folder.path() / "no" / "where")
+                .error()
+                .status,
+            Status::io_error);
+}
+
+}  // namespace
+}  // namespace isosplat
