@@ -53,7 +53,7 @@ struct DrawItem {
   double nearest;
   std::array<float, 4> block;
   std::array<GLuint, 2> regions;
-  bool pulled;  // its splats may be larger than points can be
+  float largest_px;  // no splat of it is larger
 };
 
 struct Limits {
@@ -93,7 +93,8 @@ Limits ask_limits() {
 }
 
 Vec3f to_linear(Vec3f c) {
-  const auto f = [](float v) { return std::pow(std::clamp(v, 0.0f, 1.0f), 2.2f); };
+  // As compose.frag.glsl.
+  const auto f = [](float v) { return std::clamp(v, 0.0f, 1.0f) * std::clamp(v, 0.0f, 1.0f); };
   return {f(c.x), f(c.y), f(c.z)};
 }
 
@@ -135,7 +136,8 @@ struct Renderer::State {
 
   SurfaceTargets targets;
   SplatProgram splat_programs[kPasses][2][2];  // [pass][pulled][clipped]
-  GlProgram normalise_program, compose_program, read_program, mesh_program;
+  GlProgram normalise_program, read_program, mesh_program;
+  GlProgram compose_programs[2];  // one layer, several
   GLuint frame_buffer = 0, empty_vertex_array = 0, colour_map = 0;
   int colour_map_loaded = -1;
   GLuint sample_texture = 0;
@@ -172,18 +174,21 @@ Result<void> Renderer::State::make_gl_objects() {
   auto normalise = GlProgram::link("", {"image.vert.glsl"},
                                    {"frame.glsl", "surface_pixel.glsl", "normalise.frag.glsl"});
   if (!normalise) return tl::unexpected(normalise.error());
-  auto compose = GlProgram::link("", {"image.vert.glsl"},
-                                 {"frame.glsl", "surface_pixel.glsl", "compose.frag.glsl"});
-  if (!compose) return tl::unexpected(compose.error());
+  for (int several = 0; several < 2; ++several) {
+    auto compose = GlProgram::link(several ? "" : "#define ONE_LAYER\n", {"image.vert.glsl"},
+                                   {"frame.glsl", "surface_pixel.glsl", "compose.frag.glsl"});
+    if (!compose) return tl::unexpected(compose.error());
+    compose_programs[several] = std::move(*compose);
+  }
   auto read = GlProgram::link("", {"image.vert.glsl"}, {"frame.glsl", "read.frag.glsl"});
   if (!read) return tl::unexpected(read.error());
   auto mesh = GlProgram::link("", {"mesh.vert.glsl"}, {"surface_pixel.glsl", "mesh.frag.glsl"});
   if (!mesh) return tl::unexpected(mesh.error());
   normalise_program = std::move(*normalise);
-  compose_program = std::move(*compose);
   read_program = std::move(*read);
   mesh_program = std::move(*mesh);
-  for (const GlProgram* program : {&normalise_program, &compose_program, &read_program}) {
+  for (const GlProgram* program :
+       {&normalise_program, &compose_programs[0], &compose_programs[1], &read_program}) {
     glUseProgram(program->name());
     glUniformBlockBinding(program->name(), glGetUniformBlockIndex(program->name(), "Frame"),
                           kFrameBinding);
@@ -191,13 +196,15 @@ Result<void> Renderer::State::make_gl_objects() {
   glUseProgram(normalise_program.name());
   glUniform1i(normalise_program.uniform("u_normals"), 0);
   glUniform1i(normalise_program.uniform("u_sums"), 1);
-  for (const GlProgram* program : {&compose_program, &read_program}) {
+  for (const GlProgram* program : {&compose_programs[0], &compose_programs[1], &read_program}) {
     glUseProgram(program->name());
     glUniform1i(program->uniform("u_surfaces"), 0);
     glUniform1i(program->uniform("u_depths"), 1);
   }
-  glUseProgram(compose_program.name());
-  glUniform1i(compose_program.uniform("u_colour_map"), 2);
+  for (const GlProgram& program : compose_programs) {
+    glUseProgram(program.name());
+    glUniform1i(program.uniform("u_colour_map"), 2);
+  }
 
   glGenBuffers(1, &frame_buffer);
   glBindBuffer(GL_UNIFORM_BUFFER, frame_buffer);
@@ -223,7 +230,8 @@ void Renderer::State::forget_gl_objects() {
       }
     }
   }
-  for (GlProgram* program : {&normalise_program, &compose_program, &read_program, &mesh_program}) {
+  for (GlProgram* program : {&normalise_program, &compose_programs[0], &compose_programs[1],
+                             &read_program, &mesh_program}) {
     program->forget();
   }
   frame_buffer = empty_vertex_array = colour_map = sample_texture = 0;
@@ -265,14 +273,13 @@ Result<SplatProgram*> Renderer::State::splat_program(Pass pass, bool pulled, boo
   Result<GlProgram> linked;
   if (pass == pass_quad) {
     linked = GlProgram::link(defines, vertex, {"quad.frag.glsl"});
-  } else if (pass == pass_exact) {
+  } else if (pass == pass_ellipse) {
+    linked =
+        GlProgram::link(defines, vertex, {"frame.glsl", "surface_pixel.glsl", "ellipse.frag.glsl"});
+  } else {
     linked = GlProgram::link(defines, vertex,
                              {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",
-                              "cubic.glsl", "exact.frag.glsl"});
-  } else {
-    linked = GlProgram::link(
-        defines, vertex,
-        {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl", "ellipse.frag.glsl"});
+                              "cubic.glsl", "ray_cast.frag.glsl"});
   }
   if (!linked) return tl::unexpected(linked.error());
   splat.program = std::move(*linked);
@@ -294,7 +301,6 @@ Result<SplatProgram*> Renderer::State::splat_program(Pass pass, bool pulled, boo
 /// Visible chunks inside the frustum and the clip planes, the nearest first.
 void Renderer::State::collect_items(const Frame& frame) {
   items.clear();
-  const float limit_px = limits.offered.max_point_size;
   const auto& lens = frame.block().lens;
   for (const auto& [id, regions] : visible) {
     const auto found = chunks.find(id);
@@ -318,7 +324,7 @@ void Renderer::State::collect_items(const Frame& frame) {
                      {static_cast<float>(corner.x), static_cast<float>(corner.y),
                       static_cast<float>(corner.z), static_cast<float>(level_scale)},
                      {static_cast<GLuint>(regions), static_cast<GLuint>(regions >> 32)},
-                     largest_px > double(limit_px)});
+                     static_cast<float>(largest_px)});
   }
   std::sort(items.begin(), items.end(),
             [](const DrawItem& a, const DrawItem& b) { return a.nearest < b.nearest; });
@@ -385,7 +391,10 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
   for (const DrawItem& item : items) {
     const Chunk& chunk = *item.chunk;
     if (!is_active(chunk.interval, isocode)) continue;
-    const auto program = splat_program(pass, item.pulled, frame.clipped());
+    const bool pulled = item.largest_px > limits.offered.max_point_size;
+    const Pass chosen =
+        pass == pass_quad && item.largest_px > float(QUAD_MAX_PX) ? pass_ellipse : pass;
+    const auto program = splat_program(chosen, pulled, frame.clipped());
     if (!program) return tl::unexpected(program.error());
     if (*program != current) {
       current = *program;
@@ -393,7 +402,7 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
       glUniform1f(current->isocode, isocode);
       glUniform1ui(current->isosurface, static_cast<GLuint>(isosurface));
       level = buffer = ~0u;
-      if (item.pulled) {
+      if (pulled) {
         glViewport(0, 0, width, height);
         glBindVertexArray(empty_vertex_array);
       } else {
@@ -407,7 +416,7 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
     glUniform4fv(current->block, 1, item.block.data());
     glUniform2uiv(current->regions, 1, item.regions.data());
     const auto count = static_cast<GLsizei>(chunk.range.count);
-    if (item.pulled) {
+    if (pulled) {
       load_samples(chunk.range);
       glDrawArrays(GL_TRIANGLES, 0, 6 * count);
     } else {
@@ -553,13 +562,14 @@ Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint fram
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   glViewport(0, 0, width, height);
   glDisable(GL_DEPTH_TEST);
+  const GlProgram& compose_program = compose_programs[layers > 1];
   glUseProgram(compose_program.name());
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D_ARRAY, targets.surfaces());
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D_ARRAY, targets.depths());
   load_colour_map();
-  glUniform1i(compose_program.uniform("u_layers"), layers);
+  if (layers > 1) glUniform1i(compose_program.uniform("u_layers"), layers);
   glUniform1i(compose_program.uniform("u_colour_by"), settings.colour_by == ColourBy::isosurface ? 0
                                                       : settings.colour_by == ColourBy::depth    ? 2
                                                                                               : 1);

@@ -17,10 +17,21 @@
 // Width of the texture from which large splats fetch their samples.
 #define SAMPLE_TEXTURE_WIDTH 1024
 
-// A tangent-plane splat reaches this far beyond its cell's box, in cells and in pixels: enough for
-// neighbours whose planes differ to overlap (measured: tests/bench/fidelity).
-#define PLANE_MARGIN_CELLS 0.15
-#define PLANE_MARGIN_PX 0.4
+// Side of a square, in the extents of its cell's box on the image, and how far behind the sample
+// it is drawn, in extents of the box along the view (measured: tests/bench/render).
+#define QUAD_FOOTPRINT 0.85
+#define QUAD_SETBACK 0.25
+
+// Squares of a chunk that may be larger than this, in px, are drawn as ellipses: their blocks would
+// show, and there are few of them.
+#define QUAD_MAX_PX 16.0
+
+// Radius of a disc in cells, and how far it reaches beyond its cell's box; the cosine below which a
+// disc counts as seen from its edge; and px by which all are enlarged.
+#define ELLIPSE_RADIUS 0.87
+#define ELLIPSE_MARGIN_CELLS 0.12
+#define ELLIPSE_LEAST_FACING 0.1
+#define ELLIPSE_LEAST_PX 0.35
 
 // A ray-cast splat accepts roots this far outside of its cell, in cells: neighbours then overlap
 // by more than single precision and packed corners can part them.
@@ -30,11 +41,12 @@
 // something thinner than a cell: their splats are scaled by this.
 #define THIN_FOOTPRINT 0.5
 
+// A blended splat reaches this far beyond its cell, in cells, so that neighbours' normals blend.
+#define BLEND_MARGIN_CELLS 0.2
+
 // Fragments of the blended kind this far behind the foremost, in cells, still belong to it.
 #define BLEND_DEPTH_CELLS 1.0
 
-// Fall-off of a blended splat's weight with the squared distance from its centre, in cells.
-#define BLEND_FALLOFF 3.0
 
 // Bits of a surface pixel's fourth channel.
 #define COVERAGE_MAX 4095.0

@@ -4,7 +4,9 @@
 uniform highp usampler2DArray u_surfaces;
 uniform highp sampler2DArray u_depths;
 uniform sampler2D u_colour_map;
+#ifndef ONE_LAYER
 uniform int u_layers;
+#endif
 uniform int u_colour_by;           // 0: the isosurface's colour; 1: the map at the scalar; 2: at depth
 uniform vec4 u_colour[MAX_ISOSURFACES];  // linear; w: opacity
 uniform vec4 u_background;         // linear, alpha
@@ -22,14 +24,21 @@ const ivec2 kAround[8] = ivec2[8](ivec2(1, 0), ivec2(2, 2), ivec2(0, 1), ivec2(-
                                   ivec2(-2, -2), ivec2(0, -1), ivec2(2, -2));
 float eye_dome(ivec2 at, int layer, float z) {
   float sum = 0.0, here = log2(z);
-  for (int i = 0; i < 8; ++i) {
+  for (int i = u_light.z > 0.0 ? 0 : 8; i < 8; ++i) {
     float depth = depth_at(at + kAround[i] * int(u_light.w), layer);
     if (depth < 1.0) sum += max(0.0, here - log2(distance_of(depth)));
   }
   return exp2(-u_light.z * 24.0 * min(sum, 0.1));
 }
 
-vec3 to_linear(vec3 c) { return pow(c, vec3(2.2)); }
+// Light is added up in linear colours; a gamma of 2 is close enough to sRGB, and cheap.
+vec3 to_linear(vec3 c) { return c * c; }
+vec3 from_linear(vec3 c) { return sqrt(c); }
+
+float to_the_40th(float x) {
+  float x2 = x * x, x4 = x2 * x2, x8 = x4 * x4, x16 = x8 * x8;
+  return x16 * x16 * x8;
+}
 
 vec4 shade(ivec2 at, int layer, float depth) {
   uvec4 bits = texelFetch(u_surfaces, ivec3(at, layer), 0);
@@ -42,16 +51,16 @@ vec4 shade(ivec2 at, int layer, float depth) {
 
   vec4 base = u_colour[isosurface];
   float scalar = float(bits.z) / 65535.0;
-  if (u_colour_by == 2) scalar = (z - u_depth.z) / (u_depth.w - u_depth.z);
-  if (u_colour_by != 0) {
+  for (int turn = u_colour_by == 0 ? 1 : 0; turn < 1; ++turn) {
+    if (u_colour_by == 2) scalar = (z - u_depth.z) / (u_depth.w - u_depth.z);
     base.rgb = to_linear(texture(u_colour_map, vec2((scalar * 255.0 + 0.5) / 256.0, 0.5)).rgb);
   }
   // The headlight leaves nothing black; the key light, from the upper left, tells shapes apart.
   const vec3 key = vec3(-0.408, 0.577, 0.707);
   float diffuse = 0.45 * max(dot(n, to_eye), 0.0) + 0.55 * max(dot(n, key), 0.0);
   vec3 halfway = normalize(key + to_eye);
-  float highlight = u_light.y * pow(max(dot(n, halfway), 0.0), 40.0);
-  float occlusion = u_light.z > 0.0 ? eye_dome(at, layer, z) : 1.0;
+  float highlight = u_light.y * to_the_40th(max(dot(n, halfway), 0.0));
+  float occlusion = eye_dome(at, layer, z);
   vec3 lit = occlusion * (base.rgb * (u_light.x + (1.0 - u_light.x) * diffuse) + highlight);
   return vec4(lit, base.a * coverage);
 }
@@ -60,10 +69,20 @@ void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   vec3 sum = vec3(0.0);
   float through = 1.0;
+#ifdef ONE_LAYER
+  float depth = depth_at(at, 0);
+  // A loop that runs once or never: software renderers skip loops, but not branches, where no pixel
+  // of a group needs them.
+  for (int turn = depth < 1.0 ? 0 : 1; turn < 1; ++turn) {
+    vec4 colour = shade(at, 0, depth);
+    sum = colour.a * colour.rgb;
+    through = 1.0 - colour.a;
+  }
+#else
   float last = -1.0;
   int last_layer = -1;
-  for (int step = 0; step < MAX_LAYERS; ++step) {
-    if (step >= u_layers || through < 0.002) break;
+  for (int turn = 0; turn < MAX_LAYERS; ++turn) {
+    if (turn >= u_layers || through < 0.002) break;
     float nearest = 1.0;
     int layer = -1;
     for (int i = 0; i < MAX_LAYERS; ++i) {
@@ -82,9 +101,10 @@ void main() {
     last = nearest;
     last_layer = layer;
   }
+#endif
   // Premultiplied by alpha in the picture's own coding, as canvases want it.
   float alpha = 1.0 - through + through * u_background.a;
   vec3 colour = sum + through * u_background.a * u_background.rgb;
   vec3 straight = alpha > 0.0 ? colour / alpha : vec3(0.0);
-  o_colour = vec4(pow(clamp(straight, 0.0, 1.0), vec3(1.0 / 2.2)) * alpha, alpha);
+  o_colour = vec4(from_linear(clamp(straight, 0.0, 1.0)) * alpha, alpha);
 }

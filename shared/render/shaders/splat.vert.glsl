@@ -14,6 +14,12 @@ uniform vec3 u_scalar;          // weights of 1, gradient length, projection err
 
 #if KIND == KIND_QUAD
 flat out uvec4 v_pixel;
+#elif KIND == KIND_ELLIPSE
+flat out vec2 v_centre_px;
+flat out vec3 v_distance;       // along the view: at the centre, and per px to the right and up
+flat out vec3 v_place, v_place_x, v_place_y;  // in the cell, from its centre, in cells; likewise
+flat out vec3 v_gradient, v_gradient_x, v_gradient_y;  // in the camera's frame, likewise
+flat out float v_scalar;
 #else
 flat out vec4 v_centre;         // of the cell; w: distance along the view
 flat out vec2 v_centre_px;
@@ -59,6 +65,10 @@ void main() {
 #endif
 #if KIND == KIND_QUAD
   v_pixel = uvec4(0u);
+#elif KIND == KIND_ELLIPSE
+  v_centre_px = vec2(0.0);
+  v_distance = v_place = v_place_x = v_place_y = v_gradient = v_gradient_x = v_gradient_y = vec3(0.0);
+  v_scalar = 0.0;
 #else
   v_centre = v_a = v_b = v_plane = v_sample = vec4(0.0);
   v_centre_px = vec2(0.0);
@@ -117,7 +127,7 @@ void main() {
   float scalar = dot(u_scalar, vec3(1.0, steepness, error));
 
   vec3 position = centre + displacement;
-#if KIND == KIND_QUAD
+#if KIND == KIND_QUAD || KIND == KIND_ELLIPSE
 #ifdef CLIPPED
   for (int i = 0; i < u_switches.x; ++i) {
     if (dot(u_clip_plane[i].xyz, position) < u_clip_plane[i].w) {
@@ -132,10 +142,48 @@ void main() {
     return;
   }
   vec2 centre_px = to_px(position, z);
-  vec2 half_px = half_extent_px(position, 0.5 * size * footprint * u_lens.w, z);
+#endif
+#if KIND == KIND_QUAD
+  vec2 half_px =
+      half_extent_px(position, 0.5 * QUAD_FOOTPRINT * size * footprint * u_lens.w, z);
   half_px = vec2(max(half_px.x, half_px.y));
   v_pixel = encode_surface(to_view(normal), scalar, u_isosurface, 1.0);
-  float ndc_z = u_depth.x + u_depth.y / z;
+  // Of overlapping squares the nearest is seen, which brings the surface forward: put it back.
+  float back = z + QUAD_SETBACK * dot(abs(u_forward.xyz), size);
+  float ndc_z = u_depth.x + u_depth.y / back;
+#elif KIND == KIND_ELLIPSE
+  // The disc in the tangent plane that the cell's shape scales. One px to the right, or up, moves
+  // the hit in the plane by across_x, or across_y.
+  vec3 to_hit = position / z;
+  float facing = dot(normal, to_hit);
+  facing = facing < 0.0 ? min(facing, -ELLIPSE_LEAST_FACING) : max(facing, ELLIPSE_LEAST_FACING);
+  vec2 slope = -vec2(dot(normal, u_right.xyz), dot(normal, u_up.xyz)) / facing;
+  float px = z * u_lens.y;  // size of a pixel there
+  vec3 across_x = px * (u_right.xyz + to_hit * slope.x);
+  vec3 across_y = px * (u_up.xyz + to_hit * slope.y);
+  vec3 x = across_x / size, y = across_y / size;
+  // The part of the disc inside of its cell's box, a little enlarged. Its bounds on the image: the
+  // disc's, or the box's.
+  vec3 form = vec3(dot(x, x), dot(x, y), dot(y, y)) /
+              (ELLIPSE_RADIUS * ELLIPSE_RADIUS * footprint * footprint * u_lens.w * u_lens.w);
+  float determinant = max(form.x * form.z - form.y * form.y, 1e-12);
+  vec2 half_px = sqrt(form.zx / determinant) + ELLIPSE_LEAST_PX + 0.5;
+  v_centre_px = centre_px;
+  v_place = displacement / size;
+  v_place_x = x;
+  v_place_y = y;
+  if (footprint < 1.0) v_place *= 0.0;
+  v_distance = vec3(z, px * slope);
+  // The second derivatives of a trilinear function: mixed ones only.
+  vec3 p = displacement / size + 0.5;
+  float xy = f.a.w + p.z * f.b.w, xz = f.b.y + p.y * f.b.w, yz = f.b.z + p.x * f.b.w;
+  mat3 hessian = mat3(0.0, xy, xz, xy, 0.0, yz, xz, yz, 0.0);
+  v_gradient = to_view(normal);
+  float per = 1.0 / max(steepness, 1e-6);
+  v_gradient_x = to_view((hessian * x) / size) * per;
+  v_gradient_y = to_view((hessian * y) / size) * per;
+  v_scalar = scalar;
+  float ndc_z = 0.0;
 #else
   float z = max(dot(centre, u_forward.xyz), u_depth.z);
   float reach = dot(abs(u_forward.xyz), 0.5 * size);
@@ -145,12 +193,12 @@ void main() {
   }
 #if KIND == KIND_EXACT
   vec3 half_box = (0.5 + EXACT_MARGIN_CELLS) * size;
-  if (footprint < 1.0) half_box *= footprint;
   float pad_px = 0.51;
 #else
-  vec3 half_box = (0.5 + PLANE_MARGIN_CELLS) * size * footprint;
-  float pad_px = 0.51 + PLANE_MARGIN_PX;
+  vec3 half_box = (0.5 + BLEND_MARGIN_CELLS) * size;
+  float pad_px = 1.01;
 #endif
+  half_box *= footprint;
   vec3 middle = footprint < 1.0 ? position : centre;
   float middle_z = max(dot(middle, u_forward.xyz), u_depth.z);
   vec2 centre_px = to_px(middle, middle_z);

@@ -1,0 +1,106 @@
+// Where the pixel's ray meets the cell's trilinear isosurface first. Kinds: exact; blended in two
+// passes, VISIBILITY (depth only) and accumulation.
+flat in vec4 v_centre;
+flat in vec2 v_centre_px;
+flat in vec3 v_size;
+flat in vec4 v_a, v_b;
+flat in vec4 v_plane;
+flat in vec4 v_sample;
+flat in float v_scalar;
+flat in float v_span;
+
+uniform uint u_isosurface;
+uniform vec3 u_scalar;
+
+#if KIND == KIND_EXACT
+layout(location = 0) out uvec4 o_pixel;
+#elif !defined(VISIBILITY)
+layout(location = 0) out vec4 o_normal;  // normal x weight; coverage
+layout(location = 1) out vec4 o_sums;    // weight x (1, depth, scalar); unused
+#endif
+
+#if KIND == KIND_BLENDED && !defined(VISIBILITY)
+// How much of the pixel a surface covers that its ray just misses: by the closest approach, `t`, in
+// pixels. Always less than a half, so that outlines stay where they are.
+float near_miss(Trilinear f, vec4 k, vec3 origin, vec3 direction, float end, float z, out float t) {
+  t = extremum(k, 0.0, end);
+  if (t < 0.0) return 0.0;
+  vec4 there = value_and_gradient(f, origin + t * direction);
+  return 0.499 - abs(there.x) / (length(there.yzw / v_size) * (z + t) * u_lens.y);
+}
+#endif
+
+void main() {
+  Ray ray = pixel_ray(v_centre, v_centre_px);
+  float t, coverage = 1.0;
+  if (v_sample.w < 1.0) {
+    // Thin structure in a coarse cell: the corners know no surface; a small piece of plane.
+    t = (v_plane.w - dot(v_plane.xyz, ray.origin)) / dot(v_plane.xyz, ray.direction);
+    vec3 inside = abs((ray.origin + t * ray.direction - v_sample.xyz) / v_size);
+    if (!(max(max(inside.x, inside.y), inside.z) <= 0.5 * v_sample.w)) discard;
+#ifdef CLIPPED
+    vec2 between = clip_ray(ray, v_centre.xyz, vec2(t - 1.0, t + 1.0));
+    if (t < between.x || t > between.y) discard;
+#endif
+  } else {
+    vec3 origin = ray.origin / v_size + 0.5, direction = ray.direction / v_size;
+    Trilinear f = Trilinear(v_a, v_b);
+    vec2 between = ray_in_cell(origin, direction, EXACT_MARGIN_CELLS);
+    between.x = max(between.x, u_depth.z - v_centre.w);
+#ifdef CLIPPED
+    between = clip_ray(ray, v_centre.xyz, between);
+#endif
+    t = -1.0;
+    if (between.x <= between.y) {
+      vec3 enter = origin + between.x * direction;
+      vec4 k = cubic_along(f, enter, direction);
+      t = first_root(k, between.y - between.x);
+#if KIND == KIND_BLENDED && !defined(VISIBILITY)
+      if (t < 0.0) {
+        float closest;
+        coverage = near_miss(f, k, enter, direction, between.y - between.x,
+                             v_centre.w + between.x, closest);
+        if (coverage > 0.0) t = closest;
+      }
+#endif
+    }
+#if KIND == KIND_BLENDED && !defined(VISIBILITY)
+    if (t < 0.0) {
+      // Beyond its cell a splat covers nothing, but lends its normal to its neighbours.
+      coverage = 0.0;
+      between = ray_in_cell(origin, direction, BLEND_MARGIN_CELLS);
+      between.x = max(between.x, u_depth.z - v_centre.w);
+#ifdef CLIPPED
+      between = clip_ray(ray, v_centre.xyz, between);
+#endif
+      if (!(between.x <= between.y)) discard;
+      vec4 k = cubic_along(f, origin + between.x * direction, direction);
+      t = first_root(k, between.y - between.x);
+    }
+#endif
+    if (t < 0.0) discard;
+    t += between.x;
+  }
+#ifdef VISIBILITY
+  gl_FragDepth =
+      window_depth(v_centre.w + t + BLEND_DEPTH_CELLS * min(min(v_size.x, v_size.y), v_size.z));
+#else
+  vec3 p = (ray.origin + t * ray.direction) / v_size + 0.5;
+  vec3 gradient = value_and_gradient(Trilinear(v_a, v_b), p).yzw / v_size;
+  float steepness = length(gradient);
+  vec3 normal = to_view(steepness > 0.0 ? gradient / steepness : v_plane.xyz);
+  gl_FragDepth = window_depth(v_centre.w + t);
+  float scalar = v_scalar + u_scalar.y * steepness * v_span;
+#if KIND == KIND_EXACT
+  o_pixel = encode_surface(normal, scalar, u_isosurface, 1.0);
+#else
+  // Full weight inside of the cell, none where the splat ends.
+  vec3 place = abs(ray.origin + t * ray.direction) / v_size;
+  vec3 beyond = max(place - 0.5 + BLEND_MARGIN_CELLS, 0.0) / (2.0 * BLEND_MARGIN_CELLS);
+  vec3 fade = 1.0 - min(beyond, 1.0);
+  float weight = max(fade.x * fade.y * fade.z, 1e-4) * max(coverage, coverage == 0.0 ? 1.0 : 0.1);
+  o_normal = vec4(normal * weight, coverage);
+  o_sums = vec4(weight * vec3(1.0, v_centre.w + t, scalar), 0.0);
+#endif
+#endif
+}

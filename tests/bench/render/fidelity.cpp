@@ -1,0 +1,222 @@
+// How true pictures are: each kind, and a triangle mesh drawn by the same renderer, against the ray
+// caster.  isosplat_fidelity VOLUME ISOVALUE [--mesh FILE] [--size PX] [--pictures FOLDER]
+// Prints a line of JSON for each view and kind.
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <thread>
+
+#include "native/headless/draw_image.h"
+#include "native/headless/egl_context.h"
+#include "native/headless/ray_caster.h"
+#include "tests/bench/render/volume.h"
+
+namespace isosplat {
+namespace {
+
+constexpr double kDegrees = 180 / 3.14159265358979323846;
+
+/// What the ray caster sees.
+struct Reference {
+  std::vector<std::optional<RayCaster::Hit>> hits;
+  std::vector<char> deep;  // a hit at least 2 px from silhouettes and depth edges
+  int count = 0;
+};
+
+Reference cast_reference(const RayCaster& caster, const Camera& camera, int size, double isocode,
+                         double cell) {
+  Reference reference;
+  const size_t n = size_t(size);
+  reference.hits.resize(n * n);
+  const unsigned threads = std::max(1u, std::thread::hardware_concurrency());
+  std::vector<std::thread> pool;
+  for (unsigned thread = 0; thread < threads; ++thread) {
+    pool.emplace_back([&, thread] {
+      for (int y = static_cast<int>(thread); y < size; y += static_cast<int>(threads)) {
+        for (int x = 0; x < size; ++x) {
+          reference.hits[size_t(y) * n + size_t(x)] =
+              caster.cast(camera, size, size, x, y, isocode);
+        }
+      }
+    });
+  }
+  for (std::thread& thread : pool) thread.join();
+
+  // An edge: a neighbour that is background, or more than two cells nearer or farther.
+  std::vector<char> edge(n * n);
+  for (int y = 0; y < size; ++y) {
+    for (int x = 0; x < size; ++x) {
+      const size_t i = size_t(y) * n + size_t(x);
+      const auto& here = reference.hits[i];
+      reference.count += here.has_value();
+      if (!here) {
+        edge[i] = 1;
+        continue;
+      }
+      const auto check = [&](size_t j) {
+        const auto& there = reference.hits[j];
+        if (!there || std::abs(there->depth - here->depth) > 2 * cell) edge[i] = 1;
+      };
+      if (x > 0) check(i - 1);
+      if (x + 1 < size) check(i + 1);
+      if (y > 0) check(i - n);
+      if (y + 1 < size) check(i + n);
+    }
+  }
+  reference.deep.assign(n * n, 0);
+  for (int y = 2; y < size - 2; ++y) {
+    for (int x = 2; x < size - 2; ++x) {
+      bool deep = true;
+      for (int j = -2; j <= 2; ++j) {
+        for (int i = -2; i <= 2; ++i) {
+          deep = deep && !edge[size_t(y + j) * n + size_t(x + i)];
+        }
+      }
+      reference.deep[size_t(y) * n + size_t(x)] = deep;
+    }
+  }
+  return reference;
+}
+
+void compare(Renderer& renderer, const Reference& reference, double cell, const char* view,
+             const char* kind, const FrameStatistics& statistics) {
+  const auto pixels = renderer.read_surface();
+  if (!pixels) return;
+  const CameraFrame frame = camera_frame(renderer.camera());
+  double depth = 0, depth_all = 0, normal = 0;
+  int holes = 0, differing = 0, both = 0, deep = 0;
+  for (size_t i = 0; i < pixels->size(); ++i) {
+    const auto& truth = reference.hits[i];
+    const auto& ours = (*pixels)[i];
+    const bool covered = ours.hit && ours.coverage >= 0.5f;
+    differing += truth.has_value() != covered;
+    const double error = truth && covered ? std::abs(double(ours.depth) - truth->depth) / cell : 0;
+    if (truth && covered) {
+      ++both;
+      depth_all += std::min(error, 10.0);
+    }
+    if (!reference.deep[i]) continue;
+    if (!covered || (double(ours.depth) - truth->depth) / cell > 2) {
+      ++holes;
+      continue;
+    }
+    ++deep;
+    depth += error;
+    const Vec3d n = frame.right * double(ours.normal.x) + frame.up * double(ours.normal.y) -
+                    frame.forward * double(ours.normal.z);
+    if (truth->gradient > 0) {
+      normal += std::acos(std::min(1.0, std::abs(dot(n, truth->normal)))) * kDegrees;
+    }
+  }
+  std::printf(
+      "{\"view\":\"%s\",\"kind\":\"%s\",\"reference\":%d,\"deep\":%d,\"holes\":%d,"
+      "\"silhouette\":%.6f,\"depth\":%.6f,\"depth_all\":%.6f,\"normal\":%.5f,\"samples\":%llu}\n",
+      view, kind, reference.count, deep, holes, double(differing) / std::max(1, reference.count),
+      depth / std::max(1, deep), depth_all / std::max(1, both), normal / std::max(1, deep),
+      static_cast<unsigned long long>(statistics.samples_drawn));
+  std::fflush(stdout);
+}
+
+int run(int argc, char** argv) {
+  if (argc < 3) {
+    std::fprintf(stderr, "usage: isosplat_fidelity VOLUME ISOVALUE [--mesh FILE] [--size PX]\n");
+    return 2;
+  }
+  std::string mesh, pictures, only;
+  int size = 1024;
+  bool drop = false;
+  float scale = 1;
+  for (int i = 3; i < argc; ++i) {
+    const auto next = [&] { return i + 1 < argc ? argv[++i] : ""; };
+    if (!std::strcmp(argv[i], "--mesh"))
+      mesh = next();
+    else if (!std::strcmp(argv[i], "--size"))
+      size = std::atoi(next());
+    else if (!std::strcmp(argv[i], "--pictures"))
+      pictures = next();
+    else if (!std::strcmp(argv[i], "--kind"))
+      only = next();
+    else if (!std::strcmp(argv[i], "--scale"))
+      scale = static_cast<float>(std::atof(next()));
+    else if (!std::strcmp(argv[i], "--drop"))
+      drop = true;
+  }
+  const TestVolume volume = load_volume(argv[1]);
+  const double isovalue = std::atof(argv[2]);
+  const double isocode = (isovalue - volume.mapping.offset) / volume.mapping.scale;
+  const RayCaster caster(volume.grid, volume.codes, volume.mapping.has_missing);
+  const Vec3d s = volume.grid.spacing;
+  const double cell = std::min({s.x, s.y, s.z});
+
+  const auto context = EglContext::create();
+  auto created = context ? Renderer::create()
+                         : Result<std::unique_ptr<Renderer>>(tl::unexpected(context.error()));
+  if (!created) {
+    std::fprintf(stderr, "%s\n", created.error().message.c_str());
+    return 1;
+  }
+  Renderer& renderer = **created;
+  show_volume(renderer, volume, isovalue, isovalue);
+
+  // Two views of the whole, and one so near that a cell covers about 20 pixels.
+  Camera front = default_camera(volume.grid);
+  front.distance *= 0.7;
+  Camera back = front;
+  back.azimuth = 160;
+  back.elevation = -25;
+  Camera close = front;
+  for (int ring = 0; ring < size / 2; ring += 8) {
+    const int at = size / 2 + ring;
+    const auto hit = caster.cast(front, size, size, at, at, isocode);
+    if (!hit) continue;
+    const CameraFrame frame = camera_frame(front);
+    const double px = 2 * frame.tan_half_field_of_view / size * (at + 0.5 - 0.5 * size);
+    close.target = frame.eye + (frame.forward + frame.right * px + frame.up * px) * hit->depth;
+    close.distance = cell * size / (2 * frame.tan_half_field_of_view) / 20;
+    break;
+  }
+
+  const std::pair<const char*, Camera> views[] = {
+      {"front", front}, {"back", back}, {"close", close}};
+  constexpr const char* kKinds[] = {"quad", "ellipse", "blended", "exact"};
+  for (const auto& [name, camera] : views) {
+    renderer.set_camera(camera);
+    const Reference reference = cast_reference(caster, camera, size, isocode, cell);
+    RenderSettings settings;
+    settings.isosurfaces = {{isovalue, {0.85f, 0.8f, 0.7f}, 1}};
+    settings.splat_scale = scale;
+    settings.displaced = drop ? Displaced::drop : Displaced::clamp;
+    const auto draw = [&](const char* kind) {
+      if (!only.empty() && only != kind) return;
+      renderer.set_settings(settings);
+      FrameStatistics statistics;
+      const auto image = draw_image(renderer, size, size, &statistics);
+      if (!image) {
+        std::fprintf(stderr, "%s\n", image.error().message.c_str());
+        std::exit(1);
+      }
+      compare(renderer, reference, cell, name, kind, statistics);
+      if (!pictures.empty()) {
+        (void)write_png(pictures + "/" + name + "-" + kind + ".png", *image);
+      }
+    };
+    for (int kind = 0; kind < 4; ++kind) {
+      settings.kind = static_cast<SplatKind>(kind);
+      draw(kKinds[kind]);
+    }
+    if (!mesh.empty()) {
+      show_mesh(renderer, volume.grid, mesh);
+      draw("mesh");
+      (void)renderer.set_mesh({}, {});
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace isosplat
+
+int main(int argc, char** argv) {
+  return isosplat::run(argc, argv);
+}

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "tests/native/test_volume.h"
+
+namespace isosplat {
+
+/// A volume file as codes in memory. Prints what is wrong and exits with 1 where it cannot be read,
+/// or is of a type that would be quantised.
+TestVolume load_volume(const std::string& path);
+
+/// A mesh file of tests/bench/peers/flying_edges_mesh.py, handed to the renderer; returns the
+/// number of triangles.
+uint64_t show_mesh(Renderer& renderer, const VolumeGrid& grid, const std::string& path);
+
+}  // namespace isosplat
