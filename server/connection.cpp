@@ -8,15 +8,12 @@
 #include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/rate_policy.hpp>
-#include <boost/beast/http/empty_body.hpp>
-#include <boost/beast/http/error.hpp>
-#include <boost/beast/http/parser.hpp>
-#include <boost/beast/http/read.hpp>
 #include <ctime>
 #include <optional>
 #include <span>
 #include <utility>
 
+#include "server/request_parser.h"
 #include "server/streams.h"
 
 namespace isosplat {
@@ -24,12 +21,10 @@ namespace {
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
-namespace http = boost::beast::http;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
 
 using Stream = beast::basic_stream<tcp, Executor, beast::unlimited_rate_policy>;
-using Parser = http::request_parser<http::empty_body>;
 using Clock = std::chrono::steady_clock;
 
 template <class T>
@@ -83,70 +78,6 @@ std::string header_block(const Response& response, bool close, bool http_1_0) {
   return text;
 }
 
-Response bad_request(std::string_view message) {
-  Response response = error_response(400, "bad_request", message);
-  response.close = true;
-  return response;
-}
-
-Method method_of(http::verb verb) {
-  switch (verb) {
-    case http::verb::get:
-      return Method::get;
-    case http::verb::head:
-      return Method::head;
-    case http::verb::options:
-      return Method::options;
-    default:
-      return Method::other;
-  }
-}
-
-/// What makes a request unsafe to answer on a connection that goes on: two readers could see its
-/// end in two places. Beast takes all of these.
-std::optional<Response> unsafe_request(const http::request<http::empty_body>& message) {
-  if (message.find(http::field::transfer_encoding) != message.end()) {
-    return bad_request("Transfer-Encoding: expected a request without a body");
-  }
-  const auto lengths = message.equal_range(http::field::content_length);
-  for (auto length = lengths.first; length != lengths.second; ++length) {
-    if (length->value() != "0" || length != lengths.first) {
-      return bad_request("Content-Length: expected a request without a body");
-    }
-  }
-  const size_t hosts = message.count(http::field::host);
-  if (hosts > 1 || (hosts == 0 && message.version() >= 11)) {
-    return bad_request("Host: expected exactly one, found " + std::to_string(hosts));
-  }
-  return std::nullopt;
-}
-
-/// The answer to bytes that are not a request; nothing where the client is not worth one.
-std::optional<Response> parse_error_response(const error_code& error, const Parser& parser,
-                                             const ServerLimits& limits) {
-  Response response;
-  if (error == http::error::header_limit || error == http::error::buffer_overflow) {
-    if (parser.get().target().empty()) {
-      response = error_response(
-          414, "target_too_long",
-          "expected a target of at most " + std::to_string(limits.target_bytes) + " bytes");
-    } else {
-      response = error_response(
-          431, "header_too_large",
-          "expected a header of at most " + std::to_string(limits.header_bytes) + " bytes");
-    }
-  } else if (error == http::error::bad_version) {
-    response = error_response(505, "version_not_supported", "expected HTTP/1.1");
-  } else if (error.category() == http::make_error_code(http::error::bad_method).category() &&
-             error != http::error::end_of_stream && error != http::error::partial_message) {
-    response = bad_request("expected an HTTP/1.1 request: " + error.message());
-  } else {
-    return std::nullopt;
-  }
-  response.close = true;
-  return response;
-}
-
 std::string log_escaped(std::string_view text) {
   constexpr char kDigits[] = "0123456789abcdef";
   std::string result;
@@ -175,6 +106,7 @@ struct Connection::State {
   Awaitable<bool> write(std::span<const std::byte> first, std::span<const std::byte> second);
   Awaitable<bool> write_response(Response& response, bool close, bool http_1_0, bool head);
   Awaitable<bool> wait_for_request();
+  Awaitable<HeaderScan> read_header();
   Awaitable<bool> answer_next();
   Awaitable<void> linger();
   void write_access_log(std::string_view method, std::string_view target, const Response& response,
@@ -183,8 +115,8 @@ struct Connection::State {
 
 Connection::Connection(Socket socket, std::string address, const ConnectionShared& shared)
     : state_(new State{Stream(std::move(socket)), std::move(address), shared,
-                       // Room for a header of the largest size and what follows it.
-                       beast::flat_buffer(shared.limits.header_bytes + 4096)}) {}
+                       // Room for a header of the largest size and the read that follows it.
+                       beast::flat_buffer(shared.limits.header_bytes + 8192)}) {}
 
 Connection::~Connection() = default;
 
@@ -227,39 +159,48 @@ Awaitable<bool> Connection::State::wait_for_request() {
   co_return true;
 }
 
-Awaitable<bool> Connection::State::answer_next() {
-  Parser parser;
-  parser.header_limit(static_cast<uint32_t>(shared.limits.header_bytes));
-  parser.body_limit(boost::none);
+/// The state partial where the connection ended before the header did.
+Awaitable<HeaderScan> Connection::State::read_header() {
+  constexpr size_t kReadBytes = 4096;
   stream.expires_after(shared.limits.request_time);
-  const auto [error, bytes] = co_await http::async_read_header(stream, buffer, parser, kAwait);
-  const Clock::time_point begin = Clock::now();
-  const http::request<http::empty_body>& message = parser.get();
-
-  Response response;
-  if (error) {
-    std::optional<Response> answer = parse_error_response(error, parser, shared.limits);
-    if (!answer) co_return false;
-    response = std::move(*answer);
-  } else if (std::optional<Response> answer = unsafe_request(message)) {
-    response = std::move(*answer);
-  } else {
-    Request request;
-    request.method = method_of(message.method());
-    request.target = message.target();
-    request.accept_encoding = message[http::field::accept_encoding];
-    request.if_match = message[http::field::if_match];
-    request.if_none_match = message[http::field::if_none_match];
-    request.if_range = message[http::field::if_range];
-    request.range = message[http::field::range];
-    response = shared.router.answer(request);
+  size_t scanned = 0;
+  while (true) {
+    std::string_view received(static_cast<const char*>(buffer.data().data()), buffer.size());
+    // Empty lines before a request are passed over (RFC 9112, 2.2).
+    while (scanned == 0 && received.starts_with("\r\n")) {
+      buffer.consume(2);
+      received.remove_prefix(2);
+    }
+    if (received != "\r") {  // may become an empty line
+      HeaderScan scan =
+          scan_header(received, scanned, shared.limits.header_bytes, shared.limits.target_bytes);
+      if (scan.state != HeaderScan::State::partial) co_return scan;
+      scanned = received.size();
+    }
+    const auto [error, bytes] = co_await stream.async_read_some(buffer.prepare(kReadBytes), kAwait);
+    if (error) co_return HeaderScan{};
+    buffer.commit(bytes);
   }
+}
+
+Awaitable<bool> Connection::State::answer_next() {
+  HeaderScan header = co_await read_header();
+  if (header.state == HeaderScan::State::partial) co_return false;
+  const Clock::time_point begin = Clock::now();
+  RequestParser parser;
+  std::optional<Response> refusal = std::move(header.answer);
+  if (!refusal) {
+    refusal = parser.parse({static_cast<const char*>(buffer.data().data()), header.bytes});
+    buffer.consume(header.bytes);
+  }
+  const Request request = parser.request();
+  Response response = refusal ? std::move(*refusal) : shared.router.answer(request);
   if (!response.fault.empty() && shared.log) shared.log(response.fault);
 
-  const bool close = error || response.close || !message.keep_alive() || shared.stopping;
-  const bool is_head = !error && message.method() == http::verb::head;
-  const bool sent = co_await write_response(response, close, message.version() < 11, is_head);
-  write_access_log(message.method_string(), message.target(), response, begin);
+  const bool close = response.close || !parser.keep_alive() || shared.stopping;
+  const bool sent = co_await write_response(response, close, parser.is_http_1_0(),
+                                            request.method == Method::head);
+  write_access_log(parser.method_text(), request.target, response, begin);
   if (!sent) co_return false;
   if (close) co_await linger();
   co_return !close;

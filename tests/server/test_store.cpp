@@ -2,8 +2,10 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <random>
 #include <stdexcept>
@@ -67,7 +69,10 @@ KnownStore make_store(uint32_t seed, Index3 voxels, uint32_t largest_chunk) {
               const Index3 cells = block_cells(grid, {x, y, z});
               chunk.cells = number(1, static_cast<uint32_t>(cells.x * cells.y * cells.z));
               chunk.bytes.resize(number(1, largest_chunk));
-              for (std::byte& byte : chunk.bytes) byte = static_cast<std::byte>(random());
+              for (size_t i = 0; i < chunk.bytes.size(); i += 4) {
+                const auto four = static_cast<uint32_t>(random());
+                std::memcpy(&chunk.bytes[i], &four, std::min<size_t>(4, chunk.bytes.size() - i));
+              }
             }
             bytes.insert(bytes.end(), chunk.bytes.begin(), chunk.bytes.end());
             slabs.push_back({end, chunk.cells, static_cast<uint32_t>(chunk.bytes.size())});

@@ -1,0 +1,147 @@
+#include "server/request_parser.h"
+
+#include <boost/asio/buffer.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/error.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <limits>
+#include <string>
+
+namespace isosplat {
+namespace {
+
+namespace asio = boost::asio;
+namespace http = boost::beast::http;
+
+Response closing(int status, std::string_view name, std::string_view message) {
+  Response response = error_response(status, name, message);
+  response.close = true;
+  return response;
+}
+
+Response bad_request(std::string_view message) {
+  return closing(400, "bad_request", message);
+}
+
+Method method_of(http::verb verb) {
+  switch (verb) {
+    case http::verb::get:
+      return Method::get;
+    case http::verb::head:
+      return Method::head;
+    case http::verb::options:
+      return Method::options;
+    default:
+      return Method::other;
+  }
+}
+
+/// Whether the request line ends in a version "HTTP/d.d".
+bool names_a_version(std::string_view header) {
+  constexpr std::string_view kForm = "HTTP/d.d";
+  const std::string_view line = header.substr(0, header.find("\r\n"));
+  if (line.size() < kForm.size()) return false;
+  const std::string_view version = line.substr(line.size() - kForm.size());
+  for (size_t i = 0; i < kForm.size(); ++i) {
+    const char c = version[i];
+    if (kForm[i] == 'd' ? c < '0' || c > '9' : c != kForm[i]) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+HeaderScan scan_header(std::string_view received, size_t scanned, size_t most_bytes,
+                       size_t most_target_bytes) {
+  using State = HeaderScan::State;
+  if (received.empty()) return {};
+  // A TLS greeting, say: its end would never be seen.
+  const auto is_letter = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); };
+  if (!is_letter(received.front())) {
+    return {State::refused, 0, bad_request("expected an HTTP/1.1 request")};
+  }
+  for (size_t at = scanned; (at = received.find('\n', at)) != std::string_view::npos; ++at) {
+    if (received[at - 1] != '\r') {
+      return {State::refused, 0, bad_request("expected lines that end in CR LF")};
+    }
+    if (at >= 3 && received.substr(at - 3, 4) == "\r\n\r\n") {
+      if (at + 1 > most_bytes) break;
+      return {State::complete, at + 1, std::nullopt};
+    }
+  }
+  if (received.size() <= most_bytes) return {};
+  if (received.substr(0, most_bytes).find('\n') == std::string_view::npos) {
+    return {
+        State::refused, 0,
+        closing(414, "target_too_long",
+                "expected a target of at most " + std::to_string(most_target_bytes) + " bytes")};
+  }
+  return {State::refused, 0,
+          closing(431, "header_too_large",
+                  "expected a header of at most " + std::to_string(most_bytes) + " bytes")};
+}
+
+struct RequestParser::State {
+  http::request_parser<http::empty_body> parser;
+};
+
+RequestParser::RequestParser() : state_(std::make_unique<State>()) {
+  state_->parser.header_limit(std::numeric_limits<uint32_t>::max());
+  state_->parser.body_limit(boost::none);
+}
+
+RequestParser::~RequestParser() = default;
+
+std::optional<Response> RequestParser::parse(std::string_view header) {
+  auto& parser = state_->parser;
+  boost::system::error_code error;
+  parser.put(asio::buffer(header.data(), header.size()), error);
+  if (error == http::error::bad_version && names_a_version(header)) {
+    return closing(505, "version_not_supported", "expected HTTP/1.1");
+  }
+  if (error) return bad_request("expected an HTTP/1.1 request: " + error.message());
+  if (!parser.is_header_done()) return bad_request("expected an HTTP/1.1 request");
+
+  const auto& message = parser.get();
+  if (message.find(http::field::transfer_encoding) != message.end()) {
+    return bad_request("Transfer-Encoding: expected a request without a body");
+  }
+  const auto lengths = message.equal_range(http::field::content_length);
+  for (auto length = lengths.first; length != lengths.second; ++length) {
+    if (length->value() != "0" || length != lengths.first) {
+      return bad_request("Content-Length: expected a request without a body");
+    }
+  }
+  const size_t hosts = message.count(http::field::host);
+  if (hosts > 1 || (hosts == 0 && message.version() >= 11)) {
+    return bad_request("Host: expected exactly one, found " + std::to_string(hosts));
+  }
+  return std::nullopt;
+}
+
+Request RequestParser::request() const {
+  const auto& message = state_->parser.get();
+  Request request;
+  request.method = method_of(message.method());
+  request.target = message.target();
+  request.accept_encoding = message[http::field::accept_encoding];
+  request.if_match = message[http::field::if_match];
+  request.if_none_match = message[http::field::if_none_match];
+  request.if_range = message[http::field::if_range];
+  request.range = message[http::field::range];
+  return request;
+}
+
+std::string_view RequestParser::method_text() const {
+  return state_->parser.get().method_string();
+}
+
+bool RequestParser::keep_alive() const {
+  return state_->parser.get().keep_alive();
+}
+
+bool RequestParser::is_http_1_0() const {
+  return state_->parser.get().version() < 11;
+}
+
+}  // namespace isosplat

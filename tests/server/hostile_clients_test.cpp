@@ -1,0 +1,294 @@
+// Requests that no good client sends, and clients that take their time.
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "tests/server/server_fixture.h"
+
+namespace isosplat::test {
+namespace {
+
+using std::chrono::milliseconds;
+
+class HostileClients : public ServerTest {
+ protected:
+  /// Sends the bytes; the one answer must have the status, and the connection must close after it.
+  /// A request hidden in a body must not be answered.
+  void expect_refused(const std::string& bytes, int status) {
+    Client client(port());
+    client.send(bytes);
+    const Answer answer = client.receive();
+    EXPECT_EQ(answer.status, status) << bytes.substr(0, 200);
+    EXPECT_EQ(answer.header("connection"), "close") << bytes.substr(0, 200);
+    EXPECT_EQ(client.receive().status, 0) << "a second answer to " << bytes.substr(0, 200);
+  }
+
+  static std::string get_with(const std::string& headers, const std::string& body = "") {
+    return "GET /healthz HTTP/1.1\r\nHost: x\r\n" + headers + "\r\n" + body;
+  }
+};
+
+TEST_F(HostileClients, BodiesAreRefusedAndTheConnectionCloses) {
+  start();
+  const std::string hidden = "GET /v1/volumes HTTP/1.1\r\nHost: x\r\n\r\n";
+  const std::string length = std::to_string(hidden.size());
+  for (const std::string& headers : {
+           std::string("Transfer-Encoding: chunked\r\n"),
+           std::string("Transfer-Encoding: identity\r\n"),
+           std::string("Transfer-Encoding: chunked\r\nContent-Length: 0\r\n"),
+           std::string("Content-Length: 0\r\nTransfer-Encoding: chunked\r\n"),
+           std::string("Transfer-Encoding: xchunked\r\n"),
+           std::string("Transfer-Encoding:\tchunked\r\n"),
+           std::string("transfer-encoding: chunked, identity\r\n"),
+           std::string("Transfer-Encoding:\r\n chunked\r\n"),
+           std::string("Transfer-Encoding: \r\n"),
+           "Content-Length: " + length + "\r\n",
+           "Content-Length: 0\r\nContent-Length: " + length + "\r\n",
+           "Content-Length: " + length + "\r\nContent-Length: 0\r\n",
+           std::string("Content-Length: 0\r\nContent-Length: 0\r\n"),
+           std::string("Content-Length: 00\r\n"),
+           std::string("Content-Length: +0\r\n"),
+           std::string("Content-Length: -1\r\n"),
+           std::string("Content-Length: 0x0\r\n"),
+           std::string("Content-Length: 0, 0\r\n"),
+           std::string("Content-Length: \r\n"),
+           std::string("Content-Length: 18446744073709551616\r\n"),
+           std::string("Content-Length : 5\r\n"),
+           std::string("Transfer-Encoding : chunked\r\n"),
+       }) {
+    expect_refused(get_with(headers, hidden), 400);
+    expect_refused("POST /healthz HTTP/1.1\r\nHost: x\r\n" + headers + "\r\n" + hidden, 400);
+  }
+  Client client(port());
+  EXPECT_EQ(client.request("GET", "/healthz", "Content-Length: 0\r\n").status, 200);
+  EXPECT_EQ(client.request("GET", "/healthz").status, 200) << "no body was announced";
+}
+
+TEST_F(HostileClients, WhatIsNotARequest) {
+  start();
+  for (const char* bytes : {
+           "\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03 tls hello\r\n\r\n",
+           "GET\r\n\r\n",
+           "GET /\r\n\r\n",
+           "GET / HTTP/1.1 x\r\n\r\n",
+           "GET  / HTTP/1.1\r\n\r\n",
+           "GET / HTTTP/1.1\r\n\r\n",
+           "G@T / HTTP/1.1\r\n\r\n",
+           " GET / HTTP/1.1\r\n\r\n",
+           "GET / HTTP/1.1\r\nHost x\r\n\r\n",
+           "GET / HTTP/1.1\r\n: x\r\n\r\n",
+           "GET / HTTP/1.1\r\nHo st: x\r\n\r\n",
+           "GET / HTTP/1.1\r\nHost: a\x01b\r\n\r\n",
+           "GET / HTTP/1.1\r\nHost: a\r\nX: a\rb\r\n\r\n",
+           "GET /\x01 HTTP/1.1\r\nHost: a\r\n\r\n",
+           "GET / HTTP/1.1\nHost: a\n\n",
+           "GET / HTTP/1.1\r\nHost: a\nX: y\r\n\r\n",
+           "GET / HTTP/1.1\r\nHost: a\r\n\n",
+           "\r\r\nGET / HTTP/1.1\r\nHost: a\r\n\r\n",
+           "GET / HTTP/1.1\r\n\r\n",
+           "GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n",
+           "GET / HTTP/1.1\r\nHost: a\r\nHost: a\r\n\r\n",
+       }) {
+    expect_refused(bytes, 400);
+  }
+  for (const char* bytes :
+       {"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", "GET / HTTP/0.9\r\n\r\n",
+        "GET / HTTP/3.0\r\nHost: a\r\n\r\n", "GET / HTTP/1.2\r\nHost: a\r\n\r\n"}) {
+    expect_refused(bytes, 505);
+  }
+}
+
+TEST_F(HostileClients, NothingSentComesBackInAHeader) {
+  start();
+  for (const char* target : {"/%0d%0aX-Evil:1", "/v1/volumes/%0aX-Evil:1", "/v1/volumes/x%20y",
+                             "/evil", "/v1/volumes/alpha/evil/head"}) {
+    const Answer answer = get(port(), target, "Origin: evil\r\nX-Evil: evil\r\n");
+    for (const auto& [name, value] : answer.headers) {
+      EXPECT_EQ(name.find("evil"), std::string::npos);
+      EXPECT_EQ(value.find("evil"), std::string::npos) << name << ": " << value;
+    }
+  }
+}
+
+TEST_F(HostileClients, LongTargetsAndHeaders) {
+  start();
+  Client client(port());
+  EXPECT_EQ(client.request("GET", "/" + std::string(8 * 1024 - 1, 'a')).status, 404);
+  EXPECT_EQ(client.request("GET", "/" + std::string(8 * 1024, 'a')).status, 414);
+  EXPECT_EQ(client.request("GET", "/healthz").status, 200) << "the connection stays";
+  expect_refused("GET /" + std::string(40'000, 'a') + " HTTP/1.1\r\nHost: a\r\n\r\n", 414);
+  expect_refused(get_with("X: " + std::string(17'000, 'a') + "\r\n"), 431);
+  expect_refused(get_with("X: " + std::string(400'000, 'a') + "\r\n"), 431);
+  std::string many;
+  for (int i = 0; i < 4000; ++i) many += "A: b\r\n";
+  expect_refused(get_with(many), 431);
+  EXPECT_EQ(get(port(), "/healthz", "X: " + std::string(15'000, 'a') + "\r\n").status, 200);
+}
+
+TEST_F(HostileClients, PipelinedRequestsAreAnsweredInOrder) {
+  start();
+  Client client(port());
+  std::string requests;
+  for (size_t i = 0; i < 50; ++i) {
+    requests +=
+        "GET " + content("chunks/" + place_of(alpha.chunks[i])) + " HTTP/1.1\r\nHost: x\r\n\r\n";
+  }
+  client.send(requests);
+  for (size_t i = 0; i < 50; ++i) {
+    EXPECT_EQ(client.receive().body, text_of(alpha.chunks[i].bytes)) << i;
+  }
+}
+
+TEST_F(HostileClients, RequestsInSmallPieces) {
+  start();
+  Client client(port());
+  for (const char c : get_with("")) {
+    client.send(std::string(1, c));
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+  EXPECT_EQ(client.receive().status, 200);
+}
+
+TEST_F(HostileClients, EmptyLinesBeforeARequestArePassedOver) {
+  start();
+  Client client(port());
+  client.send("\r\n\r\n" + get_with("") + "\r\n" + get_with(""));
+  EXPECT_EQ(client.receive().status, 200);
+  EXPECT_EQ(client.receive().status, 200);
+  client.send("\r");
+  std::this_thread::sleep_for(milliseconds(20));
+  client.send("\n" + get_with(""));
+  EXPECT_EQ(client.receive().status, 200);
+}
+
+TEST_F(HostileClients, KeepAliveAndClose) {
+  start();
+  Client old(port());
+  old.send("GET /healthz HTTP/1.0\r\n\r\n");
+  EXPECT_EQ(old.receive().header("connection"), "close");
+  EXPECT_TRUE(old.is_closed_within(milliseconds(5000)));
+  Client old_kept(port());
+  old_kept.send("GET /healthz HTTP/1.0\r\nConnection: keep-alive\r\n\r\n");
+  EXPECT_EQ(old_kept.receive().header("connection"), "keep-alive");
+  EXPECT_EQ(old_kept.request("GET", "/healthz").status, 200);
+  Client closing(port());
+  EXPECT_EQ(closing.request("GET", "/healthz", "Connection: close\r\n").header("connection"),
+            "close");
+  EXPECT_TRUE(closing.is_closed_within(milliseconds(5000)));
+}
+
+TEST_F(HostileClients, HalfARequestIsDisconnected) {
+  options.limits.request_time = milliseconds(200);
+  start();
+  Client client(port());
+  client.send("GET /healthz HT");
+  EXPECT_TRUE(client.is_closed_within(milliseconds(5000)));
+  // The time is for the whole header: a byte now and then does not prolong it.
+  Client slow(port());
+  slow.send("GET /healthz HTTP/1.1\r\n");
+  const auto begin = std::chrono::steady_clock::now();
+  while (std::chrono::steady_clock::now() - begin < std::chrono::seconds(10)) {
+    slow.send("X: y\r\n");
+    if (slow.is_closed_within(milliseconds(50))) break;
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+  EXPECT_EQ(get(port(), "/healthz").status, 200);
+}
+
+TEST_F(HostileClients, IdleConnectionsAreDisconnected) {
+  options.limits.idle_time = milliseconds(200);
+  start();
+  Client silent(port());
+  EXPECT_TRUE(silent.is_closed_within(milliseconds(5000)));
+  Client client(port());
+  EXPECT_EQ(client.request("GET", "/healthz").status, 200);
+  EXPECT_TRUE(client.is_closed_within(milliseconds(5000)));
+}
+
+TEST_F(HostileClients, AClientThatDoesNotReadIsDisconnected) {
+  const KnownStore large = make_store(3, {128, 128, 128}, 2'000'000);
+  write_file(folder.path() / "large.isosplat", large.file);
+  options.limits.write_time = milliseconds(300);
+  start();
+  Client client(port());
+  client.set_receive_buffer(64 * 1024);
+  client.send("GET /v1/volumes/large/" + large.content + "/file HTTP/1.1\r\nHost: x\r\n\r\n");
+  std::this_thread::sleep_for(milliseconds(1500));
+  const Answer answer = client.receive();
+  EXPECT_EQ(answer.status, 200);
+  EXPECT_FALSE(answer.complete);
+  // One that reads slowly, but reads, gets everything: the time is for each piece.
+  Client patient(port());
+  patient.set_receive_buffer(256 * 1024);
+  patient.send("GET /v1/volumes/large/" + large.content +
+               "/file HTTP/1.1\r\nHost: x\r\nRange: bytes=0-1999999\r\n\r\n");
+  std::string all;
+  while (all.size() < 2'000'000) {
+    const std::string part = patient.read(100'000);
+    if (part.empty()) break;
+    all += part;
+    std::this_thread::sleep_for(milliseconds(30));
+  }
+  EXPECT_GE(all.size(), 2'000'000u);
+}
+
+TEST_F(HostileClients, ConnectionsAreLimited) {
+  options.limits.connections = 4;
+  start();
+  std::vector<Client> clients;
+  for (int i = 0; i < 4; ++i) {
+    clients.emplace_back(port());
+    EXPECT_EQ(clients.back().request("GET", "/healthz").status, 200);
+  }
+  Client refused(port());
+  const Answer answer = refused.receive();
+  EXPECT_EQ(answer.status, 503);
+  EXPECT_EQ(answer.header("retry-after"), "1");
+  EXPECT_EQ(answer.header("access-control-allow-origin"), "*");
+  EXPECT_TRUE(refused.is_closed_within(milliseconds(5000)));
+  clients.pop_back();
+  EXPECT_TRUE(eventually([&] { return get(port(), "/healthz").status == 200; }));
+}
+
+TEST_F(HostileClients, ConnectionsOfOneAddressAreLimited) {
+  options.limits.connections_per_address = 2;
+  start();
+  Client first(port());
+  Client second(port());
+  EXPECT_EQ(first.request("GET", "/healthz").status, 200);
+  EXPECT_EQ(second.request("GET", "/healthz").status, 200);
+  Client third(port());
+  const Answer answer = third.request("GET", "/healthz");
+  EXPECT_EQ(answer.status, 429);
+  EXPECT_EQ(answer.header("retry-after"), "1");
+}
+
+TEST_F(HostileClients, ManyConnections) {
+  options.limits.connections = 600;
+  options.limits.connections_per_address = 0;
+  start();
+  std::vector<Client> clients;
+  for (int i = 0; i < 400; ++i) clients.emplace_back(port());
+  for (Client& client : clients) client.send(get_with(""));
+  for (Client& client : clients) EXPECT_EQ(client.receive().status, 200);
+  for (Client& client : clients) EXPECT_EQ(client.request("GET", "/healthz").status, 200);
+}
+
+TEST_F(HostileClients, ConnectionsThatEndEarlyAreForgotten) {
+  options.limits.connections = 8;
+  const KnownStore large = make_store(3, {128, 128, 128}, 1'000'000);
+  write_file(folder.path() / "large.isosplat", large.file);
+  start();
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_TRUE(eventually([&] {
+      Client client(port());
+      client.send("GET /v1/volumes/large/" + large.content + "/file HTTP/1.1\r\nHost: x\r\n\r\n");
+      return client.read(12) == "HTTP/1.1 200";
+    }));
+  }
+  EXPECT_TRUE(eventually([&] { return get(port(), "/healthz").status == 200; }));
+}
+
+}  // namespace
+}  // namespace isosplat::test
