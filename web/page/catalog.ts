@@ -65,11 +65,11 @@ export class Catalog {
             ${
               volumes && volumes.length > 6
                 ? html`<wa-input
-                    class="catalog-filter"
+                    class="catalog-filter no-label"
                     size="s"
                     type="search"
                     placeholder="Filter"
-                    aria-label="Filter the volumes by name"
+                    label="Filter the volumes by name"
                     @input=${(event: Event) => {
                       this.#filter = (event.target as HTMLInputElement).value;
                       this.#render();
@@ -182,11 +182,12 @@ function openByAddress(): TemplateResult {
     </p>
     <form @submit=${open}>
       <wa-input
+        class="no-label"
         size="s"
         type="url"
         name="src"
         placeholder="https://example.org/head.isosplat"
-        aria-label="Address of a store"
+        label="Address of a store"
       ></wa-input>
       <wa-button type="submit" size="s" appearance="filled">Open</wa-button>
     </form>

@@ -51,17 +51,16 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
   };
   return html`<section class="section isovalue" aria-label="Isovalue">
     <div class="section-head">
-      <h2 id="isovalue-label">Isovalue${units ? html` <span class="quiet">${units}</span>` : nothing}</h2>
+      <h2>Isovalue${units ? html` <span class="quiet">${units}</span>` : nothing}</h2>
       <wa-number-input
-        class="isovalue-field"
+        class="isovalue-field no-label"
         size="s"
         without-steppers
         step="any"
         .min=${scale.low}
         .max=${scale.high}
         inputmode="decimal"
-        aria-labelledby="isovalue-label"
-        title="Isovalue"
+        label="Isovalue"
         .value=${live(formatValue(isovalue))}
         @change=${entered}
       ></wa-number-input>
@@ -76,9 +75,9 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
         @pointermove=${actions.histogramPointer}
       ></canvas>
       <wa-slider
-        class="isovalue-slider"
+        class="isovalue-slider no-label"
         size="s"
-        aria-label="Isovalue"
+        label="Isovalue"
         .min=${scale.low}
         .max=${scale.high}
         .step=${scale.step}
@@ -157,9 +156,9 @@ function surfaceRow(
       ${formatValue(surface.isovalue)}
     </button>
     <wa-slider
-      class="opacity"
+      class="opacity no-label"
       size="xs"
-      aria-label=${`Opacity of ${name}`}
+      label=${`Opacity of ${name}`}
       title="Opacity"
       min="0.05"
       max="1"

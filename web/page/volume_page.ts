@@ -41,6 +41,8 @@ const toastMs = 2500;
 /** A message beside the picture, which stays. */
 interface Banner {
   text: string;
+  /** For a report; shown on hovering. */
+  detail?: string;
   /** It goes on by itself; otherwise "Try again" is offered. */
   isWaiting: boolean;
 }
@@ -211,8 +213,10 @@ export class VolumePage {
       if (!isOpen) this.#fail(error);
     } else if (error instanceof StreamError && isOpen) {
       // What is drawn stays: the message goes beside it.
-      const { title, text } = problemOf(error, this.#target.name);
-      this.#showBanner({ text: `${title}. ${text}`, isWaiting: false });
+      // Its head was read, so it is a store: what cannot be read now is damaged.
+      const kind = error.kind === "bad-store" ? "corrupt" : error.kind;
+      const { title, text } = problemOf(new StreamError(kind, error.message), this.#target.name);
+      this.#showBanner({ text: `${title}. ${text}`, detail: error.message, isWaiting: false });
     } else {
       this.#fail(error);
     }
@@ -463,10 +467,10 @@ export class VolumePage {
     this.#drawHistogram();
   }
 
-  #bannerPart({ text, isWaiting }: Banner) {
+  #bannerPart({ text, detail, isWaiting }: Banner) {
     return html`<div class="banner" role="status">
       ${isWaiting ? html`<wa-spinner></wa-spinner>` : icon("alert")}
-      <span>${text}</span>
+      <span title=${detail ?? nothing}>${text}</span>
       ${
         isWaiting
           ? nothing

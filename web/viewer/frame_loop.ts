@@ -1,3 +1,6 @@
+/** Milliseconds after a frame within which the next one belongs to the same run. */
+const sameRun = 40;
+
 /**
  * Draws on demand. `request` asks for one frame; the callback says whether another is to follow. A
  * view that stands still costs nothing.
@@ -6,6 +9,7 @@ export class FrameLoop {
   readonly #draw: (now: number) => boolean;
   #handle = 0;
   #lastFrame = 0;
+  #askedAt = 0;
   /** Milliseconds between the last frames of a run, newest last. */
   readonly #intervals: number[] = [];
 
@@ -14,7 +18,9 @@ export class FrameLoop {
   }
 
   request(): void {
-    if (this.#handle === 0) this.#handle = requestAnimationFrame(this.#frame);
+    if (this.#handle !== 0) return;
+    this.#askedAt = performance.now();
+    this.#handle = requestAnimationFrame(this.#frame);
   }
 
   stop(): void {
@@ -22,7 +28,7 @@ export class FrameLoop {
     this.#handle = 0;
   }
 
-  /** Of the last frames that followed one another; 0 when there were none. */
+  /** Of the last frames that followed one another; 0 while there were none. */
   get framesPerSecond(): number {
     if (this.#intervals.length < 2) return 0;
     const sum = this.#intervals.reduce((total, interval) => total + interval, 0);
@@ -31,11 +37,12 @@ export class FrameLoop {
 
   readonly #frame = (now: number): void => {
     this.#handle = 0;
-    const interval = now - this.#lastFrame;
+    const before = this.#lastFrame;
+    const interval = now - before;
     this.#lastFrame = now;
-    // A longer pause means that nothing was asked for in between: another run begins.
-    if (interval > 1000) this.#intervals.length = 0;
-    else {
+    // Asked for soon after the last frame: one run. Later, it was not waited for, as when a chunk
+    // arrives now and then; that says nothing of how fast frames can be.
+    if (this.#askedAt - before < sameRun && interval < 1000) {
       this.#intervals.push(interval);
       if (this.#intervals.length > 30) this.#intervals.shift();
     }

@@ -1,0 +1,123 @@
+// What the page says when something is missing, gone, or not what it should be, and the way on.
+import { copyFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { expect, test } from "@playwright/test";
+import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+import { staticHost } from "./support/static_host.ts";
+import { complete } from "./support/view.ts";
+
+const store = "bucky.isosplat";
+let server: RunningServer;
+test.beforeAll(async () => {
+  server = await serve([demoFolder]);
+});
+test.afterAll(() => server.stop());
+test.use({ viewport: { width: 800, height: 500 } });
+
+test("the list cannot be had, and then it can", async ({ page }) => {
+  let isGone = true;
+  await page.route("**/v1/volumes", (route) => (isGone ? route.abort() : route.continue()));
+  await page.goto(server.url);
+  await expect(page.getByRole("alert")).toContainText("The server cannot be reached");
+  isGone = false;
+  await page.getByRole("button", { name: "Try again" }).click();
+  await expect(page.getByRole("link", { name: /bucky/i })).toBeVisible();
+  await expect(page.getByRole("alert")).toHaveCount(0);
+});
+
+test("an unknown volume: those that are there are named", async ({ page }) => {
+  await page.goto(`${server.url}?volume=nothing-of-this-name`);
+  const message = page.getByRole("alert");
+  await expect(message).toContainText("No such volume");
+  await expect(message).toContainText("nothing-of-this-name");
+  await message.getByRole("link", { name: "bucky" }).click();
+  await complete(page);
+});
+
+test("no WebGL 2", async ({ page }) => {
+  await page.addInitScript(() => {
+    HTMLCanvasElement.prototype.getContext = () => null;
+  });
+  await page.goto(`${server.url}?volume=bucky`);
+  await expect(page.getByRole("alert")).toContainText("no WebGL 2");
+  await expect(page.getByRole("button", { name: "Try again" })).toBeVisible();
+});
+
+test("the server goes away and comes back", async ({ page }) => {
+  const own = await serve([demoFolder]);
+  const port = Number(new URL(own.url).port);
+  // Nothing is shown yet, then something is, then more is wanted: the server is gone twice.
+  await page.goto(`${own.url}?volume=mandelbulb&isovalue=60`);
+  await complete(page);
+  await own.stop();
+  await page.evaluate(() => {
+    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
+    if (!slider) return;
+    slider.value = "200";
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+  });
+  await expect(page.locator(".banner")).toContainText("The server does not answer");
+  await expect(page.locator(".status-samples")).toHaveText(/samples/);
+  const again = await serve([demoFolder], port);
+  try {
+    await complete(page);
+    await expect(page.locator(".banner")).toHaveCount(0);
+  } finally {
+    await again.stop();
+  }
+});
+
+test("a store on a static host that answers Range, without any server", async ({ page }) => {
+  const host = await staticHost({ folders: ["build/page", demoFolder], range: true });
+  try {
+    await page.goto(host.url);
+    await expect(page.getByRole("alert")).toContainText("no list of volumes");
+    await page.getByRole("textbox", { name: "Address of a store" }).fill(host.url + store);
+    await page.getByRole("button", { name: "Open" }).click();
+    await complete(page);
+    await expect(page.locator(".volume-name")).toContainText(/bucky/i);
+    await expect(page).toHaveURL(/src=http.*isovalue=/);
+  } finally {
+    await host.stop();
+  }
+});
+
+test("a static host without Range", async ({ page }) => {
+  const host = await staticHost({ folders: [demoFolder], range: false });
+  try {
+    await page.goto(`${server.url}?src=${encodeURIComponent(host.url + store)}`);
+    const message = page.getByRole("alert");
+    await expect(message).toContainText("does not serve parts of files");
+    await expect(message).toContainText("Range");
+  } finally {
+    await host.stop();
+  }
+});
+
+test("a file that is no store, a missing one, and a damaged one", async ({ page }) => {
+  const folder = mkdtempSync(join(tmpdir(), "isosplat-stores-"));
+  writeFileSync(join(folder, "text.isosplat"), "This is not a store. ".repeat(5000));
+  copyFileSync(join(demoFolder, store), join(folder, "good.isosplat"));
+  const damaged = readFileSync(join(demoFolder, store));
+  // Every chunk of the file, and none of its head.
+  for (let i = 70_000; i < damaged.length; i += 1000) damaged[i] = (damaged[i] ?? 0) ^ 0x55;
+  writeFileSync(join(folder, "damaged.isosplat"), damaged);
+  const host = await staticHost({ folders: [folder], range: true });
+  const open = (name: string) =>
+    page.goto(`${server.url}?src=${encodeURIComponent(host.url + name)}`);
+  try {
+    await open("text.isosplat");
+    await expect(page.getByRole("alert")).toContainText("not a store");
+    await expect(page.getByRole("link", { name: "All volumes", exact: true })).toBeVisible();
+    await open("missing.isosplat");
+    await expect(page.getByRole("alert")).toContainText("No such volume");
+    await open("damaged.isosplat");
+    await expect(page.locator(".banner, [role=alert]").first()).toContainText("damaged");
+    await open("good.isosplat");
+    await complete(page);
+  } finally {
+    await host.stop();
+    rmSync(folder, { recursive: true });
+  }
+});

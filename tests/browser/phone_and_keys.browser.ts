@@ -1,0 +1,175 @@
+// The page in a phone's window, by touch, by keyboard, in both themes.
+import { expect, type Page, test } from "@playwright/test";
+import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+import { complete } from "./support/view.ts";
+
+let server: RunningServer;
+test.beforeAll(async () => {
+  server = await serve([demoFolder]);
+});
+test.afterAll(() => server.stop());
+
+const cameraOf = async (page: Page) => {
+  await page.waitForTimeout(350);
+  const text = new URL(page.url()).searchParams.get("camera") ?? "";
+  return text.split(",").map(Number);
+};
+
+test.describe("a phone", () => {
+  test.use({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
+
+  test("shows picture and slider, and the rest in a sheet", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    expect(wide).toBeLessThanOrEqual(390);
+    const stage = await page.locator(".stage").boundingBox();
+    expect(stage?.height).toBeGreaterThan(400);
+    await expect(page.locator(".isovalue-slider")).toBeInViewport();
+    await expect(page.locator(".surface")).toBeHidden();
+    const more = page.getByRole("button", { name: "More controls" });
+    await expect(more).toHaveAttribute("aria-expanded", "false");
+    await more.tap();
+    await expect(page.locator(".surface")).toBeVisible();
+    await page.getByRole("button", { name: "Fewer controls" }).tap();
+    await expect(page.locator(".surface")).toBeHidden();
+  });
+
+  test("one finger turns, two pinch and move", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    const touch = await page.context().newCDPSession(page);
+    const gesture = async (steps: [number, number][][]) => {
+      for (const [i, points] of steps.entries()) {
+        const touchPoints = points.map(([x, y], id) => ({ x, y, id }));
+        await touch.send("Input.dispatchTouchEvent", {
+          type: i === 0 ? "touchStart" : "touchMove",
+          touchPoints,
+        });
+      }
+      await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+    };
+    await gesture([[[150, 300]], [[190, 310]], [[230, 320]]]);
+    const turned = await cameraOf(page);
+    expect(turned).toHaveLength(6);
+    await gesture([
+      [
+        [180, 300],
+        [210, 300],
+      ],
+      [
+        [160, 300],
+        [230, 300],
+      ],
+      [
+        [140, 300],
+        [250, 300],
+      ],
+    ]);
+    const pinched = await cameraOf(page);
+    expect(pinched[2]).toBeLessThan(0.6 * (turned[2] ?? 0));
+    expect(pinched[0]).toBeCloseTo(turned[0] ?? 0, 3);
+    await gesture([
+      [
+        [150, 300],
+        [230, 300],
+      ],
+      [
+        [150, 340],
+        [230, 340],
+      ],
+    ]);
+    const moved = await cameraOf(page);
+    expect(moved[2]).toBeCloseTo(pinched[2] ?? 0, 0);
+    expect(moved.slice(3)).not.toEqual(pinched.slice(3));
+  });
+
+  test("lists volumes without scrolling sideways", async ({ page }) => {
+    await page.goto(server.url);
+    await expect(page.locator("a.card").first()).toBeVisible();
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    expect(wide).toBeLessThanOrEqual(390);
+  });
+});
+
+test.describe("a desk", () => {
+  test.use({ viewport: { width: 1000, height: 640 } });
+
+  test("everything is reached and named by keyboard", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    await page.waitForFunction(() => !document.querySelector(":not(:defined)"));
+    const names: string[] = [];
+    for (let i = 0; i < 24; ++i) {
+      await page.keyboard.press("Tab");
+      names.push(
+        await page.evaluate(() => {
+          const host = document.activeElement;
+          const inner = host?.shadowRoot?.activeElement ?? host;
+          const label = (element: Element | null | undefined) =>
+            element?.getAttribute("aria-label") ?? element?.getAttribute("title") ?? "";
+          return label(inner) || label(host) || (host?.textContent ?? "").trim();
+        }),
+      );
+    }
+    const all = names.join("|");
+    for (const name of [
+      "Save a picture",
+      "Copy a link",
+      "Isosurface of",
+      "Isovalue",
+      "Add a surface",
+    ]) {
+      expect(all).toContain(name);
+    }
+    expect(names.slice(0, 12).filter((name) => name === "")).toEqual([]);
+  });
+
+  test("help opens with ? and closes with Escape; keys do nothing behind it", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    await page.keyboard.press("?");
+    await expect(page.getByRole("dialog", { name: "Keys and gestures" })).toBeVisible();
+    await page.keyboard.press("]");
+    await page.keyboard.press("Escape");
+    await expect(page.getByRole("dialog")).toBeHidden();
+    await expect(page).toHaveURL(/isovalue=100(&|$)/);
+    await page.keyboard.press("]");
+    await expect(page).toHaveURL(/isovalue=102.5/);
+  });
+
+  test("a typed isovalue is taken as it is, and nonsense is not", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    const field = page.locator(".isovalue-field").getByLabel("Isovalue");
+    await field.fill("77.25");
+    await field.press("Enter");
+    await expect(page).toHaveURL(/isovalue=77.25/);
+    await field.fill("");
+    await field.press("Enter");
+    await expect(field).toHaveValue("77.25");
+    await field.fill("100000");
+    await field.press("Enter");
+    await expect(page).toHaveURL(/isovalue=247/);
+  });
+
+  test("copies a link to the view", async ({ page, context }) => {
+    await context.grantPermissions(["clipboard-read", "clipboard-write"]);
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    await page.getByRole("button", { name: "Copy a link to this view" }).click();
+    await expect(page.locator(".toast")).toHaveText(/Link copied/);
+    expect(await page.evaluate(() => navigator.clipboard.readText())).toBe(page.url());
+  });
+
+  test("follows the system's theme until the visitor chooses", async ({ page }) => {
+    await page.emulateMedia({ colorScheme: "dark" });
+    await page.goto(server.url);
+    await expect(page.locator("html")).toHaveClass(/wa-dark/);
+    await page.getByRole("button", { name: "Light theme" }).click();
+    await expect(page.locator("html")).toHaveClass(/wa-light/);
+    await page.reload();
+    await expect(page.locator("html")).toHaveClass(/wa-light/);
+    await expect(page.locator("html")).not.toHaveClass(/wa-dark/);
+  });
+});
