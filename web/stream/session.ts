@@ -265,9 +265,16 @@ export class StreamSession {
 
   #show(selection: CoreSelection): void {
     if (same(selection.drawn, this.#visible) && same(selection.regions, this.#regions)) return;
+    if (this.#visible.length === 0) this.#mark("isosplat:surface");
     this.#visible = selection.drawn;
     this.#regions = selection.regions;
     this.#events.visible(selection.drawn.slice(), selection.regions.slice());
+  }
+
+  /** On the browser's timeline, for benchmarks and for whoever looks there: see README.md. */
+  #mark(name: string): void {
+    const { bytesReceived, requests } = this.source;
+    performance.mark?.(name, { detail: { volume: this.source.name, bytesReceived, requests } });
   }
 
   #report(error: StreamError): void {
@@ -289,6 +296,7 @@ export class StreamSession {
       }, progressInterval);
       return;
     }
+    if (progress.complete && this.#told.state !== "complete") this.#mark("isosplat:complete");
     this.#told = { text, state: progress.state, at: now };
     this.#events.progress(progress);
   }

@@ -1,0 +1,139 @@
+/** A visit to the real page in Chromium, over a throttled network, with what it took. */
+import { type Browser, type BrowserContext, type CDPSession, chromium, type Page } from "@playwright/test";
+
+export interface Link {
+  name: string;
+  megabitsPerSecond: number;
+  latencyMs: number;
+}
+
+export const links: Link[] = [
+  { name: "20 Mbit/s, 40 ms", megabitsPerSecond: 20, latencyMs: 40 },
+  { name: "5 Mbit/s, 150 ms", megabitsPerSecond: 5, latencyMs: 150 },
+];
+
+/** What was on the wire between two moments. Bytes as the network sends them, headers included. */
+export interface Wire {
+  bytes: number;
+  requests: number;
+}
+
+export function launch(): Promise<Browser> {
+  return chromium.launch({
+    executablePath: process.env.ISOSPLAT_CHROMIUM ?? "/usr/bin/chromium",
+    args: [
+      "--no-sandbox",
+      "--use-gl=angle",
+      "--use-angle=gles-egl",
+      "--ignore-gpu-blocklist",
+      "--disable-background-networking",
+      "--disable-component-update",
+      "--disable-sync",
+      "--no-first-run",
+    ],
+  });
+}
+
+/** A page in a profile of its own: nothing is cached but what this visitor has fetched. */
+export class Visitor {
+  readonly page: Page;
+  readonly #context: BrowserContext;
+  readonly #cdp: CDPSession;
+  /** Requests by whether they are for the volume's data. */
+  readonly data: Wire = { bytes: 0, requests: 0 };
+  readonly other: Wire = { bytes: 0, requests: 0 };
+  readonly urls: string[] = [];
+
+  private constructor(context: BrowserContext, page: Page, cdp: CDPSession) {
+    this.#context = context;
+    this.page = page;
+    this.#cdp = cdp;
+  }
+
+  static async arrive(browser: Browser, link?: Link): Promise<Visitor> {
+    const context = await browser.newContext({ viewport: { width: 1024, height: 768 } });
+    const page = await context.newPage();
+    const cdp = await context.newCDPSession(page);
+    const visitor = new Visitor(context, page, cdp);
+    await visitor.#watch();
+    if (link) {
+      await cdp.send("Network.emulateNetworkConditions", {
+        offline: false,
+        latency: link.latencyMs,
+        downloadThroughput: (link.megabitsPerSecond * 1e6) / 8,
+        uploadThroughput: (link.megabitsPerSecond * 1e6) / 8,
+      });
+    }
+    // The marks of web/stream, with the time at which the frame after them has been handed over.
+    await page.addInitScript(() => {
+      const seen: { name: string; at: number; shown: number }[] = [];
+      (globalThis as unknown as { visit: typeof seen }).visit = seen;
+      new PerformanceObserver((list) => {
+        for (const { name, startTime } of list.getEntries()) {
+          if (!name.startsWith("isosplat:")) continue;
+          const entry = { name, at: startTime, shown: 0 };
+          seen.push(entry);
+          requestAnimationFrame(() =>
+            requestAnimationFrame(() => {
+              entry.shown = performance.now();
+            }),
+          );
+        }
+      }).observe({ type: "mark", buffered: true });
+    });
+    return visitor;
+  }
+
+  async #watch(): Promise<void> {
+    const isData = new Map<string, boolean>();
+    const cached = new Set<string>();
+    await this.#cdp.send("Network.enable");
+    this.#cdp.on("Network.requestWillBeSent", ({ requestId, request }) => {
+      if (!request.url.startsWith("http")) return;
+      isData.set(requestId, /\/v1\/|\.isosplat/.test(request.url));
+      this.urls.push(request.url);
+    });
+    this.#cdp.on("Network.requestServedFromCache", ({ requestId }) => cached.add(requestId));
+    this.#cdp.on("Network.responseReceived", ({ requestId, response }) => {
+      if (response.fromDiskCache) cached.add(requestId);
+      const wire = this.#wire(isData.get(requestId));
+      if (wire && !cached.has(requestId)) ++wire.requests;
+    });
+    // encodedDataLength of dataReceived is 0 for some answers; loadingFinished has the whole.
+    const partial = new Map<string, number>();
+    this.#cdp.on("Network.dataReceived", ({ requestId, encodedDataLength }) => {
+      const wire = this.#wire(isData.get(requestId));
+      if (!wire || cached.has(requestId)) return;
+      wire.bytes += encodedDataLength;
+      partial.set(requestId, (partial.get(requestId) ?? 0) + encodedDataLength);
+    });
+    this.#cdp.on("Network.loadingFinished", ({ requestId, encodedDataLength }) => {
+      const wire = this.#wire(isData.get(requestId));
+      if (!wire || cached.has(requestId)) return;
+      wire.bytes += encodedDataLength - (partial.get(requestId) ?? 0);
+    });
+  }
+
+  #wire(isData: boolean | undefined): Wire | undefined {
+    return isData === undefined ? undefined : isData ? this.data : this.other;
+  }
+
+  /** Waits for a mark of web/stream; `shown` is when its frame was handed over, ms. */
+  async mark(name: string, count = 1, timeout = 180_000): Promise<{ at: number; shown: number }> {
+    const handle = await this.page.waitForFunction(
+      ({ name, count }) => {
+        const seen = (
+          globalThis as unknown as { visit: { name: string; at: number; shown: number }[] }
+        ).visit.filter((entry) => entry.name === name && entry.shown > 0);
+        return seen[count - 1];
+      },
+      { name, count },
+      { timeout, polling: 20 },
+    );
+    return (await handle.jsonValue()) as { at: number; shown: number };
+  }
+
+  async leave(): Promise<void> {
+    await this.#context.close();
+  }
+}
