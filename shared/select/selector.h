@@ -43,9 +43,9 @@ struct Selection {
 ///
 /// What is drawn never has a hole, and nothing is drawn twice: a region is drawn by a coarser chunk
 /// until all finer chunks of the region are resident. A block without a cell that is active counts
-/// as there. A coarse chunk can leave regions of blocks up to two levels below it to them; so that
-/// finer blocks come in one by one, every second level between what is there and what is wanted is
-/// fetched on the way (1/16 of the bytes of the one below).
+/// as there. A coarse chunk can leave regions of blocks up to two levels below it to them. So that
+/// finer blocks come in few at a time, a level three above what is wanted is fetched on the way,
+/// where nothing as fine is there yet.
 class Selector {
  public:
   /// `store` must outlive the selector.

@@ -73,7 +73,7 @@ export class StreamSession {
     this.#decoder = options.decoder ?? new WorkerPool();
     this.#backoff = backoff;
     this.#targetPixels = options.targetCellPixels ?? 1;
-    this.#movingPixels = options.movingCellPixels ?? 3;
+    this.#movingPixels = options.movingCellPixels ?? 5;
     this.#firstIsovalues =
       options.firstIsovalues ?? (this.info.metadata.suggested_isovalues ?? []).slice(0, 1);
     this.#coarseEnd = new CoarseEnd(source, store, backoff);

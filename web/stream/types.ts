@@ -140,7 +140,7 @@ export interface StreamOptions {
   sampleBudget?: number;
   /** Size in pixels up to which a cell is not refined further. Default 1. */
   targetCellPixels?: number;
-  /** The same while the camera moves. Default 3. */
+  /** The same while the camera moves. Default 5: levels in between cost much, and are soon in vain. */
   movingCellPixels?: number;
   /** The isovalues of the first view: their surface comes first. Default: the suggested one. */
   firstIsovalues?: readonly number[];
