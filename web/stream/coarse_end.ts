@@ -1,4 +1,4 @@
-import type { Chunk, CoarseRange, Store } from "../core/index.ts";
+import type { Chunk, Store } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
 import type { Source } from "./source.ts";
 import { joined } from "./transfer.ts";
@@ -6,6 +6,11 @@ import { StreamError } from "./types.ts";
 
 /** What the first surface may take at most; the coarsest level alone may take more. */
 const firstBytes = 64 * 1024;
+/**
+ * The pages of the finer levels follow those of the coarse end: so much of them comes with the first
+ * request, and saves up to one round trip for each level.
+ */
+const pageBytes = 40 * 1024;
 /** What is held for every isovalue at most, so that a moving slider always has a surface. */
 const mostBytes = 256 * 1024;
 /** The coarse levels may take this share of the samples that the budget allows. */
@@ -49,16 +54,17 @@ export class CoarseEnd {
     arrived: (chunks: CoarseChunk[]) => void,
   ): Promise<number> {
     const first = this.#store.coarseRange(firstBytes);
-    const firstPart = await this.#fetch(first.offset, first.bytes, signal);
-    const coarsest = this.#chunks(first.firstLevel, this.#store.info.levels, [firstPart]);
+    const firstEnd = first.offset + first.bytes;
+    const pagesEnd = this.#pagesEnd(firstEnd + pageBytes);
+    const firstPart = await this.#fetch(first.offset, pagesEnd - first.offset, signal);
+    const coarsest = this.#chunks(first.firstLevel, this.#store.info.levels, firstPart);
     arrived(coarsest);
     const all = this.#store.coarseRange(mostBytes);
     if (all.firstLevel === first.firstLevel) return all.firstLevel;
 
     // The pages say how many samples a level has, and with that, whether the budget has room.
-    const pagesAt = first.offset + first.bytes;
-    const pages = await this.#fetch(pagesAt, all.offset + all.bytes - pagesAt, signal);
-    this.#addPages(pages);
+    const missing = all.offset + all.bytes - pagesEnd;
+    if (missing > 0) this.#addPages(await this.#fetch(pagesEnd, missing, signal));
     let samples = countSamples(coarsest.map(({ chunk }) => chunk));
     let finest = first.firstLevel;
     while (finest > all.firstLevel) {
@@ -67,16 +73,21 @@ export class CoarseEnd {
       --finest;
     }
     if (finest === first.firstLevel) return finest;
-    const wanted: CoarseRange = { ...all, firstLevel: finest };
     const from = Math.min(
       ...this.#store.chunksFor(finest, ...this.#everyIsovalue()).map((chunk) => chunk.offset),
       first.offset,
     );
     if (from < first.offset) {
       const part = await this.#fetch(from, first.offset - from, signal);
-      arrived(this.#chunks(wanted.firstLevel, first.firstLevel, [part]));
+      arrived(this.#chunks(finest, first.firstLevel, part));
     }
     return finest;
+  }
+
+  /** Where the last page ends that lies before this place in the file. */
+  #pagesEnd(before: number): number {
+    const ends = this.#store.pages().map((page) => page.offset + page.bytes);
+    return Math.max(...ends.filter((end) => end <= before));
   }
 
   /** Fetches a stretch whole; a fault in its middle costs what has not arrived. */
@@ -108,17 +119,15 @@ export class CoarseEnd {
     }
   }
 
-  /** The chunks of levels [from, to) that lie in the parts, the coarsest first. */
-  #chunks(from: number, to: number, parts: readonly Part[]): CoarseChunk[] {
-    for (const part of parts) this.#addPages(part);
+  /** The chunks of levels [from, to) that lie in the part, the coarsest first. */
+  #chunks(from: number, to: number, part: Part): CoarseChunk[] {
+    this.#addPages(part);
     const result: CoarseChunk[] = [];
     for (let level = to - 1; level >= from; --level) {
       for (const chunk of this.#store.chunksFor(level, ...this.#everyIsovalue())) {
-        for (const part of parts) {
-          const at = chunk.offset - part.offset;
-          if (at < 0 || at + chunk.bytes > part.bytes.length) continue;
-          result.push({ chunk, bytes: part.bytes.slice(at, at + chunk.bytes) });
-        }
+        const at = chunk.offset - part.offset;
+        if (at < 0 || at + chunk.bytes > part.bytes.length) continue;
+        result.push({ chunk, bytes: part.bytes.slice(at, at + chunk.bytes) });
       }
     }
     return result;

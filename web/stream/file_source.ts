@@ -50,6 +50,7 @@ export class FileSource implements Source {
   readonly name: string;
   protected readonly traffic = new Traffic();
   #fresh = false;
+  #warm: Promise<Uint8Array> | undefined;
 
   constructor(url: string) {
     this.name = url;
@@ -79,7 +80,24 @@ export class FileSource implements Source {
     return this.name;
   }
 
+  warm(): void {
+    this.#warm ??= this.fetchHead(new AbortController().signal, false);
+    // A failure is met again, and told, when the head is asked for.
+    this.#warm.catch(() => {});
+  }
+
   async head(signal: AbortSignal, whole = false): Promise<Uint8Array> {
+    const warm = this.#warm;
+    this.#warm = undefined;
+    if (warm && !whole) {
+      const head = await warm.catch(() => undefined);
+      signal.throwIfAborted();
+      if (head) return head;
+    }
+    return this.fetchHead(signal, whole);
+  }
+
+  protected async fetchHead(signal: AbortSignal, whole: boolean): Promise<Uint8Array> {
     const last = (whole ? 64 * 1024 : firstHeadBytes) - 1;
     const options = { range: [0, last] as const, fresh: this.fresh };
     return transferWhole(this.fileUrl(), options, this.traffic, signal);

@@ -39,7 +39,7 @@ export class ServerSource extends FileSource {
     if (options.contentId) this.#contentUrl = `${this.#volumeUrl}/${options.contentId}`;
   }
 
-  override async head(signal: AbortSignal): Promise<Uint8Array> {
+  protected override async fetchHead(signal: AbortSignal): Promise<Uint8Array> {
     if (!this.#contentUrl) {
       const answer = await transferWhole(this.#volumeUrl, {}, this.traffic, signal);
       this.#contentUrl = `${this.#volumeUrl}/${contentIdOf(answer, this.#volumeUrl)}`;

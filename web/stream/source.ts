@@ -28,6 +28,8 @@ export interface Source {
   /** Requests made and payload bytes received so far. */
   readonly requests: number;
   readonly bytesReceived: number;
+  /** Begins to fetch what `head` will be asked for: for while the program itself is loading. */
+  warm(): void;
   /**
    * The store's head: the first bytes of the file. `whole`: as many as a head may have, where fewer
    * turned out too few.

@@ -45,23 +45,26 @@ export class WorkerPool implements Decoder {
     }
     return new Promise((resolve, reject) => {
       const { level, blockCells, slabBegin, slabEnd, cells, checksum } = job;
+      // What a worker has begun is worth finishing; what waits is taken back.
+      const aborted = (): void => {
+        const at = this.#waiting.indexOf(task);
+        if (at >= 0) this.#waiting.splice(at, 1);
+        reject(signal.reason);
+      };
       const task: Task = {
         id: this.#nextId++,
         job: { level, blockCells, slabBegin, slabEnd, cells, checksum },
         bytes,
-        resolve,
-        reject,
-      };
-      // What a worker has begun is worth finishing; what waits is taken back.
-      signal.addEventListener(
-        "abort",
-        () => {
-          const at = this.#waiting.indexOf(task);
-          if (at >= 0) this.#waiting.splice(at, 1);
-          reject(signal.reason);
+        resolve: (samples) => {
+          signal.removeEventListener("abort", aborted);
+          resolve(samples);
         },
-        { once: true },
-      );
+        reject: (reason) => {
+          signal.removeEventListener("abort", aborted);
+          reject(reason);
+        },
+      };
+      signal.addEventListener("abort", aborted, { once: true });
       this.#waiting.push(task);
       this.#feed();
     });

@@ -6,6 +6,7 @@ import {
   type StoreInfo,
   StreamError,
   StreamSession,
+  WorkerPool,
 } from "../stream/index.ts";
 import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";
@@ -76,6 +77,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #session: StreamSession | null = null;
   #opening: AbortController | null = null;
   #source: Source | null = null;
+  #decoder: WorkerPool | null = null;
   #info: StoreInfo | null = null;
 
   #camera: Camera | null = null;
@@ -124,6 +126,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     opening.signal.addEventListener("abort", () =>
       options.signal?.removeEventListener("abort", abort),
     );
+    // Workers and the store's head load beside the renderer.
+    source.warm();
+    this.#decoder ??= new WorkerPool();
+    const decoder = this.#decoder;
     const { view, core } = await this.#loadParts();
     opening.signal.throwIfAborted();
     if (options.surfaces) this.#surfaces = [...options.surfaces];
@@ -144,6 +150,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         error: (error) => this.emit("error", error),
       },
       signal: opening.signal,
+      decoder,
       ...(firstIsovalues.length > 0 && options.surfaces ? { firstIsovalues } : {}),
       ...(this.#options.sampleBudget ? { sampleBudget: this.#options.sampleBudget } : {}),
     });
@@ -184,6 +191,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.close();
     this.#loop.stop();
     clearTimeout(this.#restTimer);
+    this.#decoder?.close();
     for (const clean of this.#cleanup) clean();
     this.#view?.destroy();
     this.removeListeners();
