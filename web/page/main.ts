@@ -1,12 +1,12 @@
 import "./style.css";
-import { render } from "lit";
 import { compiledView } from "../viewer/index.ts";
-import { problemCard } from "./chrome.ts";
 import { openTarget } from "./open_target.ts";
-import { hasWebGl2, noWebGl2 } from "./problems.ts";
 import { startTheme } from "./theme.ts";
 import { readUrl } from "./url_state.ts";
 import { VolumePage } from "./volume_page.ts";
+
+/** Milliseconds after which the controls come even without a picture. */
+const latestControls = 2000;
 
 const root = document.querySelector<HTMLElement>("#page");
 if (!root) throw new Error("index.html has no #page");
@@ -21,12 +21,11 @@ startTheme();
 if (!isOpening) {
   const { Catalog } = await import("./catalog.ts");
   new Catalog(root);
-} else if (hasWebGl2()) {
-  new VolumePage(root, openTarget(volume, src));
 } else {
-  render(problemCard(noWebGl2, { retry: () => location.reload() }), root);
+  // The controls' code is a few times the size of the rest: the first surface goes first.
+  const page = new VolumePage(root, openTarget(volume, src));
+  await Promise.race([page.firstSight, new Promise((late) => setTimeout(late, latestControls))]);
 }
 
-// The controls come in beside the picture: the first surface does not wait for them. Should they
-// not come, the picture and the keyboard work without.
+// Should the controls not come, the picture and the keyboard work without.
 await import("./components.ts");

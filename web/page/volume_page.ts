@@ -104,6 +104,10 @@ export class VolumePage {
       : null,
   );
 
+  /** Resolves when there is something to see: a surface, or what went wrong. */
+  readonly firstSight: Promise<void>;
+  #seen = () => {};
+
   constructor(root: HTMLElement, target: Target) {
     this.#root = root;
     this.#target = target;
@@ -126,6 +130,9 @@ export class VolumePage {
     this.#viewer = new Viewer(this.#canvas);
     this.#listen();
     this.#renderNow();
+    this.firstSight = new Promise((resolve) => {
+      this.#seen = resolve;
+    });
     void this.#open();
   }
 
@@ -141,6 +148,7 @@ export class VolumePage {
       this.#status.frame(frame);
       if (!this.#hasPicture && frame.samplesDrawn > 0) {
         this.#hasPicture = true;
+        this.#seen();
         this.#render();
       }
     });
@@ -229,6 +237,7 @@ export class VolumePage {
   }
 
   #fail(error: unknown): void {
+    this.#seen();
     this.#problem = problemOf(error, this.#target.name);
     this.#render();
     if (error instanceof StreamError && error.kind === "not-found" && this.#url.volume) {

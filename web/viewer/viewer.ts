@@ -138,11 +138,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       events: {
         samples: (id, place, samples) => {
           if (this.#contextLost) return;
-          this.#guard(() => view.addChunk(id, place, samples));
+          this.#guard((view) => view.addChunk(id, place, samples));
         },
-        drop: (id) => view.removeChunk(id),
+        drop: (id) => this.#guard((view) => view.removeChunk(id)),
         visible: (ids, regions) => {
-          view.setVisible(ids, regions);
+          this.#guard((view) => view.setVisible(ids, regions));
           this.#lastArrival = performance.now();
           this.#loop.request();
         },
@@ -368,7 +368,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       moving: isMoving,
     });
     if (view.needsRedraw(width, height)) {
-      this.#guard(() => {
+      this.#guard((view) => {
         const drawn = view.draw(width, height);
         const framesPerSecond = this.#loop.framesPerSecond;
         if (framesPerSecond > 0) this.#isSlow = framesPerSecond < slowFrames;
@@ -384,11 +384,18 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return false;
   }
 
-  #guard(action: () => void): void {
+  /** Does what may fail in the renderer. A context that is lost is no error: it comes back. */
+  #guard(action: (view: ViewModule) => void): void {
+    if (!this.#view) return;
     try {
-      action();
+      action(this.#view);
     } catch (error) {
       if (this.#contextLost || this.canvas.getContext("webgl2")?.isContextLost()) return;
+      if (!(error instanceof ViewError)) {
+        // The instance has aborted, and cannot go on: the next open makes another.
+        this.#view = null;
+        this.#parts = null;
+      }
       this.emit("error", error instanceof ViewError ? error : new ViewError(String(error)));
     }
   }
@@ -404,7 +411,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #onContextRestored(): void {
     const source = this.#source;
     this.#contextLost = false;
-    this.#guard(() => this.#view?.contextRestored());
+    this.#guard((view) => view.contextRestored());
     this.emit("context", "restored");
     if (!source) return;
     const options: OpenOptions = { surfaces: this.#surfaces };
