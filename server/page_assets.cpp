@@ -153,7 +153,9 @@ Result<std::shared_ptr<const PageAssets>> PageAssets::load(const fs::path& root,
     std::string etag = etag_of(bytes);
     return AssetVariant{encoding, std::move(bytes), std::move(etag)};
   };
-  for (const auto& [path, file] : files) {
+  for (const auto& listed : files) {
+    const std::string& path = listed.first;
+    const fs::path& file = listed.second;
     const auto is_variant_of = [&](std::string_view extension) {
       return path.ends_with(extension) &&
              files.contains(path.substr(0, path.size() - extension.size()));

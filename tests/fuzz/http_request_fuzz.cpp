@@ -1,0 +1,85 @@
+// Bytes from a client: the end of the header, the request, its target, and the answer's body.
+//
+// The input is a request as it comes over a socket. One that begins with "~" is a target's rest
+// below a volume's content instead, so that the fuzzer need not guess a content id.
+
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "server/request_parser.h"
+#include "server/router.h"
+#include "tests/server/test_store.h"
+
+namespace {
+
+using namespace isosplat;
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+/// A store with its router, made once.
+struct Site {
+  Site() {
+    test::write_file(folder.path() / "a.isosplat", store.file);
+    catalog.scan();
+  }
+  test::TemporaryFolder folder;
+  test::KnownStore store = test::make_store(1, {70, 40, 40}, 200);
+  Catalog catalog{{folder.path()}, 1 << 20, [](std::string_view) {}};
+  Router router{catalog, {.query_bytes = 5000, .query_chunks = 50, .target_bytes = 8192}};
+};
+
+void answer(const Site& site, const Request& request) {
+  Response response = site.router.answer(request);
+  require(reason_phrase(response.status) != "Unknown");
+  require(response.headers.empty() || response.headers.ends_with("\r\n"));
+  require(response.headers.find("\r\n\r\n") == std::string::npos);
+  if (!response.stream) return;
+  std::vector<std::byte> body;
+  Error error;
+  BodyStream::Step step = BodyStream::Step::more;
+  while (response.body_size() > 0 && step == BodyStream::Step::more) {
+    step = response.stream->next(body, error);
+  }
+  require(step != BodyStream::Step::broken);
+  require(body.size() == response.body_size());
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  static const Site site;
+  const std::string_view input(reinterpret_cast<const char*>(data), size);
+  if (input.starts_with('~')) {
+    const std::string target =
+        "/v1/volumes/a/" + site.store.content + "/" + std::string(input.substr(1));
+    Request request;
+    request.method = Method::get;
+    request.target = target;
+    answer(site, request);
+    return 0;
+  }
+
+  // In two pieces, as a socket may bring it: the scan must find the same.
+  constexpr size_t kMostBytes = 4096;
+  const HeaderScan whole = scan_header(input, 0, kMostBytes, 1024);
+  const HeaderScan first = scan_header(input.substr(0, size / 2), 0, kMostBytes, 1024);
+  if (first.state == HeaderScan::State::partial) {
+    const HeaderScan second = scan_header(input, size / 2, kMostBytes, 1024);
+    require(second.state == whole.state && second.bytes == whole.bytes);
+  }
+  if (whole.state != HeaderScan::State::complete) return 0;
+  require(whole.bytes <= kMostBytes && whole.bytes <= size);
+  RequestParser parser;
+  const std::optional<Response> refused = parser.parse(input.substr(0, whole.bytes));
+  if (refused) {
+    require(refused->close && refused->status >= 400);
+  } else {
+    answer(site, parser.request());
+  }
+  return 0;
+}
