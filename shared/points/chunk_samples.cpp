@@ -1,4 +1,4 @@
-#include "shared/wasm/chunk_samples.h"
+#include "shared/points/chunk_samples.h"
 
 #include <cmath>
 

@@ -1,0 +1,90 @@
+#include <fmt/format.h>
+
+#include "native/cli/building.h"
+#include "native/cli/command.h"
+#include "native/cli/options.h"
+#include "native/cli/terminal.h"
+
+namespace isosplat::cli {
+namespace {
+
+struct BuildCall {
+  std::string volume, store;
+  VolumeFlags volume_flags;
+  BuildFlags build_flags;
+  bool quiet = false;
+};
+
+/// "scan.nii.gz" and "scan/" give "scan.isosplat", in the folder that one is in.
+std::filesystem::path default_store(const std::filesystem::path& volume) {
+  std::filesystem::path name = volume;
+  if (!name.has_filename()) name = name.parent_path();
+  const std::filesystem::path folder = name.parent_path();
+  std::string stem = name.filename().string();
+  for (const char* suffix :
+       {".gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd", ".vtk", ".tif", ".tiff", ".dcm", ".raw"}) {
+    const std::string_view ending(suffix);
+    if (stem.size() > ending.size() && stem.ends_with(ending)) {
+      stem.resize(stem.size() - ending.size());
+    }
+  }
+  return folder / (stem + ".isosplat");
+}
+
+int run(const BuildCall& call) {
+  const auto import_options = call.volume_flags.options();
+  if (!import_options) return report(import_options.error());
+  const auto build_options = call.build_flags.options();
+  if (!build_options) return report(build_options.error());
+  const std::filesystem::path store =
+      call.store.empty() ? default_store(call.volume) : std::filesystem::path(call.store);
+  std::error_code error;
+  if (std::filesystem::equivalent(call.volume, store, error)) {
+    return report({Status::invalid_argument,
+                   fmt::format("{}: is the volume itself: give another name with -o", call.store)});
+  }
+  const auto built = build_with_progress(call.volume, *import_options, store, *build_options);
+  if (!built) return report(built.error());
+  if (call.quiet) return kSuccess;
+  const StoreInfo& info = built->info;
+  const Index3 n = info.grid.voxels;
+  const double voxels = static_cast<double>(n.x) * n.y * n.z;
+  fmt::print(
+      "{}: {} × {} × {} voxels, {} ({:.2f} × the voxels), {} chunks, built in {} "
+      "({:.0f} million voxels/s)\n",
+      store.string(), n.x, n.y, n.z, in_bytes(info.file_bytes),
+      static_cast<double>(info.file_bytes) / static_cast<double>(built->raw_bytes),
+      with_commas(info.chunk_count), in_seconds(built->seconds),
+      voxels / std::max(built->seconds, 1e-9) / 1e6);
+  if (info.missing_voxels > 0) {
+    fmt::print("{} voxels are not a number or infinite: cells that touch them are left empty\n",
+               with_commas(info.missing_voxels));
+  }
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_build_command(CLI::App& program, int& exit_code) {
+  CLI::App* command = program.add_subcommand("build", "Turn a volume into a store");
+  auto call = std::make_shared<BuildCall>();
+  command
+      ->add_option("volume", call->volume,
+                   "NRRD, MetaImage, NIfTI, VTK, TIFF or raw file, or a folder of DICOM or TIFF "
+                   "slices")
+      ->required();
+  command->add_option("-o,--output", call->store,
+                      "The store (default: beside the volume, with its name and .isosplat)");
+  command->add_flag("-q,--quiet", call->quiet, "Print nothing on success");
+  call->build_flags.add_to(*command);
+  call->volume_flags.add_to(*command);
+  command->footer(
+      examples("  isosplat build head.nii.gz\n"
+               "  isosplat build scans/ct -o ct.isosplat --units HU\n"
+               "  isosplat build foot.raw --dims 256x256x256 --type u8 --spacing 1,1,1.5\n"
+               "  isosplat build huge.nrrd --memory 4G --threads 8\n"
+               "The store appears under its name only when it is whole."));
+  command->callback([call, &exit_code] { exit_code = run(*call); });
+}
+
+}  // namespace isosplat::cli

@@ -1,0 +1,42 @@
+#include "native/cli/building.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstring>
+#include <fstream>
+
+#include "native/cli/terminal.h"
+#include "shared/store/format.h"
+
+namespace isosplat::cli {
+
+Result<BuildReport> build_with_progress(const std::filesystem::path& volume,
+                                        const ImportOptions& import_options,
+                                        const std::filesystem::path& store, BuildOptions options) {
+  auto opened = open_volume(volume, import_options);
+  if (!opened) return tl::unexpected(opened.error());
+  for (const std::string& text : opened->notes) note(text);
+  ProgressLine line(fmt::format("Building {}", store.filename().string()));
+  options.progress = [&](const BuildProgress& progress) {
+    std::string detail = progress.phase;
+    if (progress.voxels_per_second > 0) {
+      detail += fmt::format(", {:.0f} million voxels/s", progress.voxels_per_second / 1e6);
+    }
+    if (progress.seconds_left > 0) {
+      detail += fmt::format(", {} left", in_seconds(progress.seconds_left));
+    }
+    line.show(progress.fraction, detail);
+  };
+  return build_store_file(*opened->source, store, options);
+}
+
+bool is_store(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  std::array<char, kStoreMagic.size()> beginning{};
+  std::ifstream(path, std::ios::binary).read(beginning.data(), beginning.size());
+  return std::memcmp(beginning.data(), kStoreMagic.data(), kStoreMagic.size()) == 0;
+}
+
+}  // namespace isosplat::cli

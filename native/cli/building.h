@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+
+#include "native/build/builder.h"
+#include "native/import/open_volume.h"
+
+namespace isosplat::cli {
+
+/// Opens a volume and builds its store, with notes and progress on stderr. Errors: those of
+/// open_volume and build_store_file.
+Result<BuildReport> build_with_progress(const std::filesystem::path& volume,
+                                        const ImportOptions& import_options,
+                                        const std::filesystem::path& store, BuildOptions options);
+
+/// Whether a file begins as a store does.
+bool is_store(const std::filesystem::path& path);
+
+}  // namespace isosplat::cli

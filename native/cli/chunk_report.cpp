@@ -1,0 +1,85 @@
+#include "native/cli/chunk_report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "native/extract/extract.h"
+
+namespace isosplat::cli {
+namespace {
+
+std::array<uint32_t, 7> quantiles(std::vector<uint32_t> values) {
+  std::array<uint32_t, 7> result{};
+  if (values.empty()) return result;
+  std::sort(values.begin(), values.end());
+  for (size_t i = 0; i < result.size(); ++i) {
+    const double at = ChunkReport::kQuantiles[i] * static_cast<double>(values.size() - 1);
+    result[i] = values[static_cast<size_t>(std::lround(at))];
+  }
+  return result;
+}
+
+Result<ChunkReport::Level> report_level(const StoreFile& store, uint32_t level) {
+  ChunkReport::Level result;
+  std::vector<uint32_t> sizes, slabs;
+  const Index3 blocks = level_grid(store.info().grid.voxels, level).blocks;
+  for (int32_t z = 0; z < blocks.z; ++z) {
+    for (int32_t y = 0; y < blocks.y; ++y) {
+      for (int32_t x = 0; x < blocks.x; ++x) {
+        const BlockKey key{level, {x, y, z}};
+        const auto block = store.block(key);
+        if (!block) return tl::unexpected(block.error());
+        if (block->slab_count == 0) {
+          ++result.empty_blocks;
+          continue;
+        }
+        ++result.blocks;
+        slabs.push_back(block->slab_count);
+        for (uint32_t slab = 0; slab < block->slab_count; ++slab) {
+          const auto chunk = store.chunk(key, slab);
+          if (!chunk) return tl::unexpected(chunk.error());
+          if (chunk->cells == 0) continue;
+          ++result.chunks;
+          result.bytes += chunk->bytes;
+          result.cells += chunk->cells;
+          sizes.push_back(chunk->bytes);
+        }
+      }
+    }
+  }
+  result.chunk_bytes = quantiles(std::move(sizes));
+  result.block_slabs = quantiles(std::move(slabs));
+  return result;
+}
+
+}  // namespace
+
+Result<ChunkReport> report_chunks(const StoreFile& store, const std::vector<double>& isovalues) {
+  ChunkReport report;
+  for (uint32_t level = 0; level < store.info().levels; ++level) {
+    auto one = report_level(store, level);
+    if (!one) return tl::unexpected(one.error());
+    report.levels.push_back(*one);
+  }
+  for (const double isovalue : isovalues) {
+    const auto chunks = extract_samples(store, isovalue);
+    if (!chunks) return tl::unexpected(chunks.error());
+    ChunkReport::Query query;
+    query.isovalue = isovalue;
+    const float isocode = store.info().mapping.isocode(isovalue);
+    for (const ChunkSamples& chunk : *chunks) {
+      ++query.chunks;
+      query.bytes += chunk.chunk.bytes;
+      query.fetched_cells += chunk.samples.size();
+      for (const PackedSample& sample : chunk.samples) {
+        const CellInterval interval{static_cast<Code>(sample.word[1] & 0xffff),
+                                    static_cast<Code>(sample.word[1] >> 16)};
+        query.active_cells += is_active(interval, isocode);
+      }
+    }
+    report.queries.push_back(query);
+  }
+  return report;
+}
+
+}  // namespace isosplat::cli

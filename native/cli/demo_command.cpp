@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+
+#include <thread>
+
+#include "native/build/output_file.h"
+#include "native/cli/command.h"
+#include "native/cli/options.h"
+#include "native/cli/terminal.h"
+#include "native/demo/demo_volumes.h"
+
+namespace isosplat::cli {
+namespace {
+
+struct DemoCall {
+  std::string folder, output;
+  std::vector<std::string> names;
+};
+
+Result<void> write(const DemoVolume& volume, const std::filesystem::path& path) {
+  auto file = OutputFile::create(path);
+  if (!file) return tl::unexpected(file.error());
+  const std::string header = demo_nrrd_header(volume);
+  auto written = file->write(0, std::as_bytes(std::span(header)));
+  if (written) written = file->write(header.size(), std::as_bytes(std::span(volume.values)));
+  if (!written) return written;
+  return file->publish();
+}
+
+int run(const DemoCall& call) {
+  const std::filesystem::path folder = !call.output.empty()   ? call.output
+                                       : !call.folder.empty() ? call.folder
+                                                              : ".";
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    return report({Status::io_error, fmt::format("{}: the folder cannot be made: {}",
+                                                 folder.string(), error.message())});
+  }
+  std::vector<std::string> names = call.names;
+  if (names.empty()) names.assign(demo_names().begin(), demo_names().end());
+  for (const std::string& name : names) {
+    const auto volume = make_demo(name, std::max(1u, std::thread::hardware_concurrency()));
+    if (!volume) {
+      return report({Status::invalid_argument, volume.error().message});
+    }
+    const std::filesystem::path path = folder / (name + ".nrrd");
+    if (auto written = write(*volume, path); !written) return report(written.error());
+    fmt::print("{}: {}, {} × {} × {} voxels\n", path.string(), volume->title, volume->voxels.x,
+               volume->voxels.y, volume->voxels.z);
+  }
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_demo_command(CLI::App& program, int& exit_code) {
+  CLI::App* command = program.add_subcommand("demo", "Generate volumes to try Isosplat with");
+  auto call = std::make_shared<DemoCall>();
+  command->add_option("folder", call->folder, "Where to write them (default: here)");
+  command->add_option("-o,--output", call->output, "The same")->excludes("folder");
+  command->add_option("--only", call->names, "Only these: bucky, marschner_lobb, mandelbulb")
+      ->delimiter(',');
+  command->footer(
+      examples("  isosplat demo volumes\n"
+               "  isosplat demo --only mandelbulb && isosplat view mandelbulb.nrrd\n"
+               "The volumes are the same bytes on every machine."));
+  command->callback([call, &exit_code] { exit_code = run(*call); });
+}
+
+}  // namespace isosplat::cli

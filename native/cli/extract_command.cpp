@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+
+#include "native/cli/command.h"
+#include "native/cli/options.h"
+#include "native/cli/terminal.h"
+#include "native/extract/extract.h"
+#include "native/extract/ply_file.h"
+
+namespace isosplat::cli {
+namespace {
+
+struct ExtractCall {
+  std::string store, output;
+  double isovalue = 0;
+  uint32_t level = 0;
+  unsigned threads = 0;
+  bool exact = false;
+};
+
+int run(const ExtractCall& call) {
+  const auto store = StoreFile::open(call.store);
+  if (!store) return report(store.error());
+  const std::filesystem::path path = call.output.empty()
+                                         ? std::filesystem::path(call.store).stem().string() +
+                                               fmt::format("_{}.ply", call.isovalue)
+                                         : call.output;
+  auto file = PlyFile::create(
+      path,
+      fmt::format("isosurface {} of {}, level {}, by isosplat " ISOSPLAT_VERSION, call.isovalue,
+                  std::filesystem::path(call.store).filename().string(), call.level));
+  if (!file) return report(file.error());
+  const auto points = extract_points(**store, call.isovalue, call.exact, {call.level, call.threads},
+                                     [&](const PointArrays& some) { return file->append(some); });
+  if (!points) return report(points.error());
+  if (auto published = file->publish(); !published) return report(published.error());
+  fmt::print("{}: {} points with normals, {}\n", path.string(), with_commas(*points),
+             in_bytes(file->bytes()));
+  if (*points == 0) {
+    const StoreInfo& info = (*store)->info();
+    note(fmt::format("no isosurface at {}: the volume's values are {} to {}", call.isovalue,
+                     info.mapping.value(info.range.min), info.mapping.value(info.range.max)));
+  }
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_extract_command(CLI::App& program, int& exit_code) {
+  CLI::App* command =
+      program.add_subcommand("extract", "Write an isosurface as points with normals (PLY)");
+  auto call = std::make_shared<ExtractCall>();
+  command->add_option("store", call->store, "A store file")->required();
+  command->add_option("-i,--isovalue", call->isovalue, "The isovalue, in the volume's values")
+      ->required();
+  command->add_option("-o,--output", call->output,
+                      "The PLY file (default: the store's name and the isovalue, here)");
+  command->add_option("--level", call->level, "0 is the finest; each further one halves each axis")
+      ->capture_default_str();
+  command->add_flag("--exact", call->exact,
+                    "Put points exactly on the trilinear surface where it is met in the cell");
+  command->add_option("--threads", call->threads, "Threads (0: one per core)")
+      ->capture_default_str();
+  command->footer(
+      examples("  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
+               "  isosplat extract head.isosplat -i -300 --exact --level 1\n"
+               "MeshLab and CloudCompare open the file; positions are in the volume's world."));
+  command->callback([call, &exit_code] { exit_code = run(*call); });
+}
+
+}  // namespace isosplat::cli

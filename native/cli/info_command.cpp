@@ -1,0 +1,300 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "native/cli/building.h"
+#include "native/cli/chunk_report.h"
+#include "native/cli/command.h"
+#include "native/cli/histogram_text.h"
+#include "native/cli/options.h"
+#include "native/cli/terminal.h"
+#include "native/cli/volume_scan.h"
+
+namespace isosplat::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct InfoCall {
+  std::string path;
+  VolumeFlags volume_flags;
+  bool json = false, chunks = false;
+};
+
+Json to_json(Vec3d v) {
+  return {v.x, v.y, v.z};
+}
+
+Json to_json(Index3 v) {
+  return {v.x, v.y, v.z};
+}
+
+Json grid_json(const VolumeGrid& grid) {
+  Json levels = Json::array();
+  for (uint32_t level = 0; level < level_count(grid.voxels); ++level) {
+    const LevelGrid one = level_grid(grid.voxels, level);
+    levels.push_back({{"cells", to_json(one.cells)}, {"blocks", to_json(one.blocks)}});
+  }
+  return {{"voxels", to_json(grid.voxels)},
+          {"spacing", to_json(grid.spacing)},
+          {"origin", to_json(grid.origin)},
+          {"direction", grid.direction},
+          {"levels", std::move(levels)}};
+}
+
+std::string triple(Vec3d v) {
+  return fmt::format("{:.6g} × {:.6g} × {:.6g}", v.x, v.y, v.z);
+}
+
+void print_line(std::string_view label, std::string_view text) {
+  fmt::print("{:<14}{}\n", label, text);
+}
+
+void print_grid(const VolumeGrid& grid) {
+  const Index3 n = grid.voxels;
+  print_line("dims", fmt::format("{} × {} × {} voxels", n.x, n.y, n.z));
+  print_line("spacing", triple(grid.spacing));
+  print_line("origin", triple(grid.origin));
+  const std::array<double, 9> identity{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  if (grid.direction != identity) {
+    std::string text;
+    for (size_t i = 0; i < 9; ++i) {
+      text += fmt::format("{}{:.4g}", i == 0 ? "" : i % 3 == 0 ? " | " : " ", grid.direction[i]);
+    }
+    print_line("direction", text);
+  }
+}
+
+void print_levels(const VolumeGrid& grid) {
+  uint64_t blocks = 0;
+  const uint32_t levels = level_count(grid.voxels);
+  for (uint32_t level = 0; level < levels; ++level) {
+    blocks += level_grid(grid.voxels, level).block_count();
+  }
+  print_line("levels", fmt::format("{} with {} blocks", levels, with_commas(blocks)));
+}
+
+// Volumes -----------------------------------------------------------------------------------------
+
+int run_volume(const InfoCall& call) {
+  const auto options = call.volume_flags.options();
+  if (!options) return report(options.error());
+  auto opened = open_volume(call.path, *options);
+  if (!opened) return report(opened.error());
+  const VolumeHeader& header = opened->source->header();
+  if (call.chunks) note("--chunks is for stores: this is a volume");
+  const auto scan = scan_volume(*opened->source);
+  if (!scan) return report(scan.error());
+  const VolumeGrid& grid = header.grid;
+  const uint64_t bytes = static_cast<uint64_t>(grid.voxels.x) *
+                         static_cast<uint64_t>(grid.voxels.y) *
+                         static_cast<uint64_t>(grid.voxels.z) * voxel_bytes(header.type);
+  if (call.json) {
+    Json json = {{"kind", "volume"},        {"name", header.name},
+                 {"format", header.format}, {"type", voxel_type_name(header.type)},
+                 {"bytes", bytes},          {"residentBytes", opened->source->resident_bytes()}};
+    json.update(grid_json(grid));
+    json["range"] = {scan->low, scan->high};
+    json["nonFinite"] = scan->non_finite;
+    json["histogram"] = {{"low", scan->low}, {"high", scan->high}, {"counts", scan->histogram}};
+    json["notes"] = opened->notes;
+    fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+    return kSuccess;
+  }
+  for (const std::string& text : opened->notes) note(text);
+  print_line("volume", fmt::format("{} ({})", header.name, header.format));
+  print_grid(grid);
+  print_line("type", fmt::format("{}, {}", voxel_type_name(header.type), in_bytes(bytes)));
+  print_line("range", fmt::format("{:.8g} to {:.8g}", scan->low, scan->high));
+  print_line("non-finite", with_commas(scan->non_finite) + " voxels");
+  print_levels(grid);
+  const uint64_t resident = opened->source->resident_bytes();
+  print_line("memory", resident == 0 ? "streamed: never held whole"
+                                     : in_bytes(resident) + ": can only be read whole");
+  fmt::print("histogram (bars are logarithmic)\n{}",
+             histogram_text(scan->low, scan->high, scan->histogram, 16));
+  return kSuccess;
+}
+
+// Stores ------------------------------------------------------------------------------------------
+
+/// A number of metadata, which may be anything.
+double number_at(const Json& json, const char* key, double otherwise) {
+  const auto found = json.find(key);
+  return found != json.end() && found->is_number() ? found->get<double>() : otherwise;
+}
+
+std::string text_at(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+std::vector<double> numbers_at(const Json& json, const char* key) {
+  std::vector<double> numbers;
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_array()) return numbers;
+  for (const Json& item : *found) {
+    if (item.is_number()) numbers.push_back(item.get<double>());
+  }
+  return numbers;
+}
+
+Json member(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  return found != json.end() && found->is_object() ? *found : Json::object();
+}
+
+Json chunks_json(const ChunkReport& chunks) {
+  Json levels = Json::array(), queries = Json::array();
+  for (const auto& level : chunks.levels) {
+    levels.push_back({{"blocks", level.blocks},
+                      {"emptyBlocks", level.empty_blocks},
+                      {"chunks", level.chunks},
+                      {"bytes", level.bytes},
+                      {"cells", level.cells},
+                      {"chunkBytes", level.chunk_bytes},
+                      {"blockSlabs", level.block_slabs}});
+  }
+  for (const auto& query : chunks.queries) {
+    queries.push_back({{"isovalue", query.isovalue},
+                       {"chunks", query.chunks},
+                       {"bytes", query.bytes},
+                       {"fetchedCells", query.fetched_cells},
+                       {"activeCells", query.active_cells}});
+  }
+  return {{"quantiles", ChunkReport::kQuantiles},
+          {"levels", std::move(levels)},
+          {"queries", std::move(queries)}};
+}
+
+void print_chunks(const ChunkReport& chunks) {
+  fmt::print("\nchunks by level (sizes in bytes at the quantiles 0, 5, 25, 50, 75, 95, 100 %)\n");
+  fmt::print("  {:>5} {:>8} {:>8} {:>12} {:>12}  {:<44} slabs per block\n", "level", "blocks",
+             "chunks", "bytes", "bytes/cell", "chunk size");
+  for (size_t i = 0; i < chunks.levels.size(); ++i) {
+    const auto& level = chunks.levels[i];
+    std::string sizes, slabs;
+    for (const uint32_t size : level.chunk_bytes) sizes += fmt::format("{} ", size);
+    for (const uint32_t count : level.block_slabs) slabs += fmt::format("{} ", count);
+    fmt::print(
+        "  {:>5} {:>8} {:>8} {:>12} {:>12.2f}  {:<44} {}\n", i, level.blocks, level.chunks,
+        level.bytes,
+        level.cells > 0 ? static_cast<double>(level.bytes) / static_cast<double>(level.cells) : 0.0,
+        sizes, slabs);
+  }
+  fmt::print("\nwhat an isovalue takes at level 0\n  {:>12} {:>8} {:>12} {:>14} {:>14} {:>10}\n",
+             "isovalue", "chunks", "bytes", "cells fetched", "active cells", "ratio");
+  for (const auto& query : chunks.queries) {
+    fmt::print("  {:>12.6g} {:>8} {:>12} {:>14} {:>14} {:>10.2f}\n", query.isovalue, query.chunks,
+               query.bytes, query.fetched_cells, query.active_cells,
+               query.active_cells > 0 ? static_cast<double>(query.fetched_cells) /
+                                            static_cast<double>(query.active_cells)
+                                      : 0.0);
+  }
+}
+
+/// The isovalues to look at: the suggested ones, and some evenly spaced between voxel values.
+std::vector<double> isovalues_of(const StoreInfo& info, const std::vector<double>& suggested) {
+  std::vector<double> isovalues = suggested;
+  for (int i = 1; i < 8; ++i) {
+    const double code = info.range.min + (info.range.max - info.range.min) * i / 8.0;
+    isovalues.push_back(info.mapping.value(std::floor(code) + 0.5));
+  }
+  std::sort(isovalues.begin(), isovalues.end());
+  isovalues.erase(std::unique(isovalues.begin(), isovalues.end()), isovalues.end());
+  return isovalues;
+}
+
+int run_store(const InfoCall& call) {
+  const auto opened = StoreFile::open(call.path);
+  if (!opened) return report(opened.error());
+  const StoreFile& store = **opened;
+  const StoreInfo& info = store.info();
+  Json metadata = Json::parse(info.metadata, nullptr, false);
+  if (!metadata.is_object()) metadata = Json::object();
+  const auto suggested = numbers_at(metadata, "suggested_isovalues");
+  const Json source = member(metadata, "source");
+  const double low = info.mapping.value(info.range.min), high = info.mapping.value(info.range.max);
+
+  std::optional<ChunkReport> chunks;
+  if (call.chunks) {
+    auto reported = report_chunks(store, isovalues_of(info, suggested));
+    if (!reported) return report(reported.error());
+    chunks = std::move(*reported);
+  }
+  if (call.json) {
+    Json json = {{"kind", "store"}, {"contentId", store.content()}, {"fileBytes", info.file_bytes}};
+    json.update(grid_json(info.grid));
+    json["range"] = {low, high};
+    json["mapping"] = {{"offset", info.mapping.offset},
+                       {"scale", info.mapping.scale},
+                       {"maxError", info.mapping.max_error},
+                       {"bits", info.mapping.bits}};
+    json["nonFinite"] = info.missing_voxels;
+    json["chunks"] = info.chunk_count;
+    json["pages"] = store.pages().size();
+    json["metadata"] = metadata;
+    if (chunks) json["chunkReport"] = chunks_json(*chunks);
+    fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+    return kSuccess;
+  }
+  const std::string title = text_at(metadata, "title"), units = text_at(metadata, "units");
+  print_line("store", title.empty() ? text_at(metadata, "name") : title);
+  print_line("content", store.content());
+  print_grid(info.grid);
+  const std::string type = text_at(source, "type"), format = text_at(source, "format");
+  print_line("type", type.empty() ? "unknown"
+                                  : fmt::format("{}{}", type,
+                                                format.empty() ? "" : " (from " + format + ")"));
+  print_line("range",
+             fmt::format("{:.8g} to {:.8g}{}{}", low, high, units.empty() ? "" : " ", units));
+  print_line("exactness", info.mapping.max_error > 0
+                              ? fmt::format("within {:.3g}", info.mapping.max_error)
+                              : "lossless");
+  print_line("non-finite", with_commas(info.missing_voxels) + " voxels");
+  print_levels(info.grid);
+  print_line("chunks", fmt::format("{} in {} directory pages", with_commas(info.chunk_count),
+                                   with_commas(store.pages().size())));
+  const Index3 n = info.grid.voxels;
+  print_line("size", fmt::format("{} ({:.2f} bytes per voxel)", in_bytes(info.file_bytes),
+                                 static_cast<double>(info.file_bytes) /
+                                     (static_cast<double>(n.x) * n.y * n.z)));
+  if (!suggested.empty()) {
+    std::string text;
+    for (const double isovalue : suggested) text += fmt::format("{:.6g}  ", isovalue);
+    print_line("try isovalues", text);
+  }
+  const Json histogram = member(metadata, "histogram");
+  const auto counts = numbers_at(histogram, "counts");
+  if (!counts.empty()) {
+    fmt::print("histogram (bars are logarithmic)\n{}",
+               histogram_text(number_at(histogram, "low", low), number_at(histogram, "high", high),
+                              counts, 16));
+  }
+  if (chunks) print_chunks(*chunks);
+  return kSuccess;
+}
+
+int run(const InfoCall& call) {
+  return is_store(call.path) || call.path.ends_with(".isosplat") ? run_store(call)
+                                                                 : run_volume(call);
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& program, int& exit_code) {
+  CLI::App* command = program.add_subcommand("info", "Say what a store or a volume holds");
+  auto call = std::make_shared<InfoCall>();
+  command->add_option("path", call->path, "A store, or a volume as for build")->required();
+  command->add_flag("--json", call->json, "As JSON");
+  command->add_flag("--chunks", call->chunks,
+                    "Stores: chunk sizes, slabs per block, and what isovalues take");
+  call->volume_flags.add_to(*command);
+  command->footer(
+      examples("  isosplat info engine.isosplat\n"
+               "  isosplat info engine.isosplat --chunks\n"
+               "  isosplat info head.nii.gz --json\n"));
+  command->callback([call, &exit_code] { exit_code = run(*call); });
+}
+
+}  // namespace isosplat::cli

@@ -1,0 +1,62 @@
+#include <fmt/format.h>
+
+#include <csignal>
+
+#include "native/cli/command.h"
+
+namespace {
+
+/// CLI11 explains a wrong call over several lines, help included; here it is one, as every error.
+int usage_error(const CLI::App& program, const CLI::ParseError& error) {
+  std::string message = error.what();
+  for (char& c : message) {
+    if (c == '\n') c = ' ';
+  }
+  std::string command = "isosplat";
+  for (const CLI::App* chosen : program.get_subcommands()) command += " " + chosen->get_name();
+  fmt::print(stderr, "isosplat: {}; see {} --help\n", message, command);
+  return isosplat::cli::kUsage;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // A file that grows beyond a limit is an error with a message, as a full disk is.
+  std::signal(SIGXFSZ, SIG_IGN);
+
+  CLI::App program(
+      "Isosplat turns volumes into stores that any isovalue can be read from at once, and shows "
+      "their isosurfaces in a browser.",
+      "isosplat");
+  program.set_version_flag("--version", "isosplat " ISOSPLAT_VERSION);
+  program.require_subcommand(1);
+  program.footer(
+      "Examples:\n"
+      "  isosplat view head.nii.gz           look at a volume\n"
+      "  isosplat build scan/ -o scan.isosplat\n"
+      "                                      turn a DICOM folder into a store\n"
+      "  isosplat serve stores/              show all stores of a folder\n"
+      "  isosplat COMMAND --help             the options of a command, with examples");
+
+  int exit_code = isosplat::cli::kSuccess;
+  isosplat::cli::add_build_command(program, exit_code);
+  isosplat::cli::add_info_command(program, exit_code);
+  isosplat::cli::add_serve_command(program, exit_code);
+  isosplat::cli::add_view_command(program, exit_code);
+  isosplat::cli::add_extract_command(program, exit_code);
+  isosplat::cli::add_verify_command(program, exit_code);
+  isosplat::cli::add_demo_command(program, exit_code);
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
+    return usage_error(program, error);
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "isosplat: out of memory: close other programs, or give less --memory\n");
+    return isosplat::cli::kFailure;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "isosplat: {}\n", error.what());
+    return isosplat::cli::kFailure;
+  }
+  return exit_code;
+}

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "native/build/builder.h"
+#include "native/import/open_volume.h"
+
+// Options that several subcommands share.
+namespace isosplat::cli {
+
+/// The options that say how a volume is to be read.
+class VolumeFlags {
+ public:
+  void add_to(CLI::App& command);
+
+  /// Errors: invalid_argument.
+  Result<ImportOptions> options() const;
+
+  /// Everything given, as text: for the key of a cached store.
+  std::string key() const;
+
+ private:
+  std::string dims_, type_, spacing_, endian_;
+  uint64_t skip_bytes_ = 0;
+  int64_t time_step_ = -1;
+};
+
+/// The options that say how a store is built.
+class BuildFlags {
+ public:
+  void add_to(CLI::App& command);
+
+  /// Errors: invalid_argument.
+  Result<BuildOptions> options() const;
+
+  std::string key() const;
+
+ private:
+  std::string title_, units_, memory_ = "1G";
+  std::string temporary_folder_;
+  double lambda_ = BuildOptions{}.lambda;
+  unsigned threads_ = 0;
+};
+
+/// "512M", "1.5G", "1000000": bytes, with binary units. Nothing for anything else.
+std::optional<uint64_t> parse_bytes(const std::string& text);
+
+/// Three numbers separated by "x", "," or ":". Nothing for anything else.
+std::optional<Vec3d> parse_triple(const std::string& text);
+
+/// The examples at the end of a subcommand's --help.
+std::string examples(const std::string& lines);
+
+}  // namespace isosplat::cli

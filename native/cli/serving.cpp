@@ -1,0 +1,51 @@
+#include "native/cli/serving.h"
+
+#include <fmt/format.h>
+
+#include "native/cli/command.h"
+#include "native/cli/terminal.h"
+
+namespace isosplat::cli {
+
+std::filesystem::path find_page(const std::string& given) {
+  if (!given.empty()) return given;
+  std::error_code error;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (error) return {};
+  // build/release/native/cli/isosplat → build/page; bin/isosplat → share/isosplat/page
+  for (const char* relative : {"../../../page", "../share/isosplat/page"}) {
+    const auto folder = (program.parent_path() / relative).lexically_normal();
+    if (std::filesystem::exists(folder / "index.html", error)) return folder;
+  }
+  return {};
+}
+
+int serve_until_stopped(ServerOptions options, const std::string& volume) {
+  if (options.web_root.empty()) {
+    note("the page has not been built, so only the data is served: npm run build makes it");
+  }
+  options.handle_signals = true;
+  if (!options.log) {
+    options.log = [](std::string_view line) { fmt::print(stderr, "{}\n", line); };
+  }
+  auto server = Server::start(std::move(options));
+  if (!server) return report(server.error());
+  for (const Server::Volume& served : (*server)->volumes()) {
+    if (served.error.empty()) {
+      fmt::print("  {} ({})\n", served.name, served.path.string());
+    } else {
+      fmt::print(stderr, "isosplat: {}\n", served.error);
+    }
+  }
+  std::string url = (*server)->url();
+  if (!volume.empty()) {
+    if (!url.ends_with('/')) url += '/';
+    url += "?volume=" + volume;
+  }
+  fmt::print("Isosplat is ready: {}   (Ctrl-C stops)\n", url);
+  std::fflush(stdout);
+  (*server)->wait();
+  return kSuccess;
+}
+
+}  // namespace isosplat::cli

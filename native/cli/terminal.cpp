@@ -1,0 +1,97 @@
+#include "native/cli/terminal.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "native/cli/command.h"
+
+namespace isosplat::cli {
+
+int report(const Error& error) {
+  std::string line =
+      error.message.empty() ? std::string(status_cause(error.status)) : error.message;
+  for (char& c : line) {
+    if (static_cast<unsigned char>(c) < ' ') c = ' ';
+  }
+  fmt::print(stderr, "isosplat: {}\n", line);
+  return error.status == Status::invalid_argument ? kUsage : kFailure;
+}
+
+void note(std::string_view text) {
+  fmt::print(stderr, "note: {}\n", text);
+}
+
+std::string in_bytes(uint64_t bytes) {
+  if (bytes < 1000) return fmt::format("{} bytes", bytes);
+  auto value = static_cast<double>(bytes);
+  const char* unit = "";
+  for (const char* next : {"kB", "MB", "GB", "TB"}) {
+    if (value < 999.5) break;
+    value /= 1000;
+    unit = next;
+  }
+  return fmt::format("{:.3g} {}", value, unit);
+}
+
+std::string in_seconds(double seconds) {
+  if (seconds < 60) return fmt::format("{:.1f} s", seconds);
+  const auto whole = static_cast<int64_t>(seconds + 0.5);
+  if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole / 60 % 60);
+}
+
+std::string with_commas(uint64_t number) {
+  std::string text = std::to_string(number);
+  for (size_t at = text.size(); at > 3;) text.insert(at -= 3, 1, ',');
+  return text;
+}
+
+ProgressLine::ProgressLine(std::string label)
+    : label_(std::move(label)), terminal_(::isatty(STDERR_FILENO) == 1) {}
+
+ProgressLine::~ProgressLine() {
+  clear();
+}
+
+void ProgressLine::show(double fraction, std::string_view detail) {
+  fraction = std::clamp(fraction, 0.0, 1.0);
+  if (!terminal_) {
+    const int tenth = static_cast<int>(fraction * 10);
+    if (tenth == tenth_) return;
+    tenth_ = tenth;
+    fmt::print(stderr, "{}: {} %, {}\n", label_, 10 * tenth, detail);
+    return;
+  }
+  const auto now = std::chrono::steady_clock::now();
+  if (drawn_ && now - last_ < std::chrono::milliseconds(100)) return;
+  last_ = now;
+  drawn_ = true;
+  winsize size{};
+  const int columns =
+      ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+  constexpr int kBar = 24;
+  const int filled = static_cast<int>(std::lround(fraction * kBar));
+  std::string bar;
+  for (int i = 0; i < kBar; ++i) bar += i < filled ? "█" : "░";
+  std::string rest = fmt::format(" {:3.0f} % {}", 100 * fraction, detail);
+  const auto room = static_cast<size_t>(std::max(0, columns - kBar - 2));
+  std::string label = label_ + " ";
+  if (label.size() + rest.size() > room) rest.resize(room > label.size() ? room - label.size() : 0);
+  fmt::print(stderr, "\r\033[K{}{}{}", label, bar, rest);
+  std::fflush(stderr);
+}
+
+void ProgressLine::clear() {
+  if (drawn_) {
+    fmt::print(stderr, "\r\033[K");
+    std::fflush(stderr);
+  }
+  drawn_ = false;
+}
+
+}  // namespace isosplat::cli

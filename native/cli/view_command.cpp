@@ -1,0 +1,143 @@
+#include <fmt/format.h>
+#include <sys/stat.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "native/cli/building.h"
+#include "native/cli/command.h"
+#include "native/cli/options.h"
+#include "native/cli/serving.h"
+#include "native/cli/terminal.h"
+#include "native/import/slice_files.h"
+#include "server/catalog.h"
+
+namespace isosplat::cli {
+namespace {
+
+struct ViewCall {
+  std::string volume, host = "127.0.0.1", web_root;
+  uint16_t port = 8080;
+  bool rebuild = false;
+  VolumeFlags volume_flags;
+  BuildFlags build_flags;
+};
+
+/// A file's path, size and time of change, as text.
+std::string identity(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return path.string() + "\n";
+  return fmt::format("{}\n{}\n{}.{:09}\n", path.string(), status.st_size, status.st_mtim.tv_sec,
+                     status.st_mtim.tv_nsec);
+}
+
+/// Every file that a volume consists of: a folder's files, or a file with those of the same stem
+/// beside it (detached headers).
+std::string volume_identity(const std::filesystem::path& volume) {
+  std::error_code error;
+  std::filesystem::path whole = std::filesystem::canonical(volume, error);
+  if (error) whole = volume;
+  if (std::filesystem::is_directory(whole, error)) {
+    std::string text = whole.string() + "\n";
+    for (const auto& file : files_of_folder(whole, {})) text += identity(file);
+    return text;
+  }
+  std::string text = identity(whole);
+  const std::string extension = whole.extension().string();
+  if (extension == ".nhdr" || extension == ".mhd") {
+    for (const auto& file : files_of_folder(whole.parent_path(), {})) {
+      if (file.filename().string().starts_with(whole.stem().string() + ".")) text += identity(file);
+    }
+  }
+  return text;
+}
+
+Result<std::filesystem::path> cache_folder() {
+  const char* cache = std::getenv("XDG_CACHE_HOME");
+  const char* home = std::getenv("HOME");
+  std::filesystem::path folder;
+  if (cache && *cache == '/') {
+    folder = std::filesystem::path(cache) / "isosplat";
+  } else if (home && *home) {
+    folder = std::filesystem::path(home) / ".cache" / "isosplat";
+  } else {
+    return fail(Status::io_error,
+                "no cache folder is known: set XDG_CACHE_HOME, or use isosplat build and serve");
+  }
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    return fail(
+        Status::io_error,
+        fmt::format("{}: the cache folder cannot be made: {}: set XDG_CACHE_HOME to another",
+                    folder.string(), error.message()));
+  }
+  return folder;
+}
+
+/// The store of the volume: itself, or the cached one, built where it is not there yet.
+Result<std::filesystem::path> store_of(const ViewCall& call) {
+  if (is_store(call.volume)) return std::filesystem::path(call.volume);
+  const auto import_options = call.volume_flags.options();
+  if (!import_options) return tl::unexpected(import_options.error());
+  const auto build_options = call.build_flags.options();
+  if (!build_options) return tl::unexpected(build_options.error());
+  std::error_code error;
+  if (!std::filesystem::exists(call.volume, error)) {
+    return fail(Status::io_error,
+                fmt::format("{}: expected a volume, found nothing: check the path", call.volume));
+  }
+  const auto folder = cache_folder();
+  if (!folder) return tl::unexpected(folder.error());
+  const std::string key = volume_identity(call.volume) + call.volume_flags.key() + "\n" +
+                          call.build_flags.key() + "\n" ISOSPLAT_VERSION;
+  const XXH128_hash_t hash = XXH3_128bits(key.data(), key.size());
+  std::filesystem::path name = call.volume;
+  if (!name.has_filename()) name = name.parent_path();
+  const auto store =
+      *folder / fmt::format("{}-{:016x}.isosplat", url_name(name), hash.low64 ^ hash.high64);
+  if (!call.rebuild && std::filesystem::exists(store, error)) {
+    note(fmt::format("{} was built before; --rebuild builds it anew", store.string()));
+    return store;
+  }
+  auto built = build_with_progress(call.volume, *import_options, store, *build_options);
+  if (!built) return tl::unexpected(built.error());
+  return store;
+}
+
+int run(const ViewCall& call) {
+  const auto store = store_of(call);
+  if (!store) return report(store.error());
+  ServerOptions options;
+  options.host = call.host;
+  options.port = call.port;
+  options.stores = {*store};
+  options.web_root = find_page(call.web_root);
+  return serve_until_stopped(std::move(options), url_name(*store));
+}
+
+}  // namespace
+
+void add_view_command(CLI::App& program, int& exit_code) {
+  CLI::App* command =
+      program.add_subcommand("view", "Look at a volume: build its store if needed, and serve it");
+  auto call = std::make_shared<ViewCall>();
+  command->add_option("volume", call->volume, "A volume as for build, or a store")->required();
+  command->add_option("--port", call->port, "Port (0: any that is free)")->capture_default_str();
+  command->add_option("--host", call->host, "Address")->capture_default_str();
+  command->add_option("--web-root", call->web_root, "Folder with the built page");
+  command->add_flag("--rebuild", call->rebuild, "Build the store even if there is one");
+  call->build_flags.add_to(*command);
+  call->volume_flags.add_to(*command);
+  command->footer(
+      examples("  isosplat view head.nii.gz\n"
+               "  isosplat view scans/ct --port 0\n"
+               "  isosplat view engine.isosplat\n"
+               "Stores are kept in $XDG_CACHE_HOME/isosplat (~/.cache/isosplat), and "
+               "built anew when the volume has changed."));
+  command->callback([call, &exit_code] { exit_code = run(*call); });
+}
+
+}  // namespace isosplat::cli

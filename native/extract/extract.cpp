@@ -1,0 +1,141 @@
+#include "native/extract/extract.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+namespace isosplat {
+namespace {
+
+ChunkShape shape_of(const StoreInfo& info, const ChunkRef& chunk) {
+  const LevelGrid level = level_grid(info.grid.voxels, chunk.block.level);
+  return {block_cells(level, chunk.block.index), chunk.slab_begin, chunk.slab_end, chunk.cells,
+          chunk.block.level > 0};
+}
+
+Result<std::vector<ChunkRef>> chunks_of(const StoreFile& store, double isovalue,
+                                        const ExtractOptions& options) {
+  const StoreInfo& info = store.info();
+  if (options.level >= info.levels) {
+    return fail(Status::not_found,
+                fmt::format("{}: expected a level from 0 to {}, found {}: choose another",
+                            store.path().string(), info.levels - 1, options.level));
+  }
+  if (!std::isfinite(isovalue)) {
+    return fail(Status::invalid_argument,
+                fmt::format("expected a finite isovalue, found {}: choose another", isovalue));
+  }
+  const float isocode = info.mapping.isocode(isovalue);
+  auto selection = store.chunks_for(options.level, isocode, isocode);
+  if (!selection) return tl::unexpected(selection.error());
+  std::erase_if(selection->chunks, [](const ChunkRef& chunk) { return chunk.cells == 0; });
+  return std::move(selection->chunks);
+}
+
+/// The first error of several threads.
+class FirstError {
+ public:
+  void set(Error error) {
+    const std::scoped_lock lock(mutex_);
+    if (!failed_.exchange(true)) error_ = std::move(error);
+  }
+  bool failed() const { return failed_; }
+  tl::unexpected<Error> get() { return tl::unexpected(std::move(error_)); }
+
+ private:
+  std::mutex mutex_;
+  std::atomic<bool> failed_{false};
+  Error error_;
+};
+
+Error name_chunk(Error error, const StoreFile& store, const ChunkRef& chunk) {
+  const Index3 at = chunk.block.index;
+  if (!error.message.starts_with(store.path().string())) {
+    error.message = fmt::format("{}: chunk {}/{}.{}.{}/{}: {}", store.path().string(),
+                                chunk.block.level, at.x, at.y, at.z, chunk.slab, error.message);
+  }
+  return error;
+}
+
+/// Calls work(decoder, bytes, index) for each chunk in [first, end), on several threads, with the
+/// chunk's bytes, which are checked.
+template <class Work>
+Result<void> for_each_chunk(const StoreFile& store, std::span<const ChunkRef> chunks,
+                            unsigned threads, const Work& work) {
+  std::atomic<size_t> next{0};
+  FirstError error;
+  const auto run = [&] {
+    ChunkDecoder decoder;
+    std::vector<std::byte> bytes;
+    while (!error.failed()) {
+      const size_t i = next.fetch_add(1);
+      if (i >= chunks.size()) return;
+      bytes.clear();
+      Result<void> done = store.read_chunk(chunks[i], bytes);
+      if (done) done = work(decoder, bytes, i);
+      if (!done) error.set(name_chunk(std::move(done.error()), store, chunks[i]));
+    }
+  };
+  if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
+  {
+    std::vector<std::jthread> helpers;
+    for (unsigned t = 1; t < threads && t < chunks.size(); ++t) helpers.emplace_back(run);
+    run();
+  }
+  if (error.failed()) return error.get();
+  return {};
+}
+
+}  // namespace
+
+Result<std::vector<ChunkSamples>> extract_samples(const StoreFile& store, double isovalue,
+                                                  const ExtractOptions& options) {
+  const auto chunks = chunks_of(store, isovalue, options);
+  if (!chunks) return tl::unexpected(chunks.error());
+  std::vector<ChunkSamples> result(chunks->size());
+  auto done =
+      for_each_chunk(store, *chunks, options.threads,
+                     [&](ChunkDecoder& decoder, std::span<const std::byte> bytes, size_t i) {
+                       result[i].chunk = (*chunks)[i];
+                       return decoder.decode_packed(bytes, shape_of(store.info(), (*chunks)[i]),
+                                                    result[i].samples);
+                     });
+  if (!done) return tl::unexpected(done.error());
+  return result;
+}
+
+Result<uint64_t> extract_points(const StoreFile& store, double isovalue, bool exact,
+                                const ExtractOptions& options,
+                                const std::function<Result<void>(const PointArrays&)>& take) {
+  const auto chunks = chunks_of(store, isovalue, options);
+  if (!chunks) return tl::unexpected(chunks.error());
+  const StoreInfo& info = store.info();
+  const float isocode = info.mapping.isocode(isovalue);
+  constexpr size_t kAtATime = 64;
+  uint64_t count = 0;
+  std::vector<PointArrays> points(kAtATime);
+  for (size_t first = 0; first < chunks->size(); first += kAtATime) {
+    const auto some = std::span(*chunks).subspan(first, std::min(kAtATime, chunks->size() - first));
+    auto done = for_each_chunk(
+        store, some, options.threads,
+        [&](ChunkDecoder& decoder, std::span<const std::byte> bytes, size_t i) -> Result<void> {
+          DecodedCells cells;
+          auto decoded = decoder.decode(bytes, shape_of(info, some[i]), cells);
+          if (!decoded) return decoded;
+          points[i] =
+              project_samples(cells, {&info.grid, &info.mapping, some[i].block}, isocode, exact);
+          return {};
+        });
+    if (!done) return tl::unexpected(done.error());
+    for (size_t i = 0; i < some.size(); ++i) {
+      count += points[i].positions.size();
+      if (auto taken = take(points[i]); !taken) return tl::unexpected(taken.error());
+    }
+  }
+  return count;
+}
+
+}  // namespace isosplat
