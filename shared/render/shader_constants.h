@@ -47,7 +47,6 @@
 // Fragments of the blended kind this far behind the foremost, in cells, still belong to it.
 #define BLEND_DEPTH_CELLS 1.0
 
-
 // Bits of a surface pixel's fourth channel.
 #define COVERAGE_MAX 4095.0
 #define ISOSURFACE_SHIFT 12

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "shared/codec/chunk_codec.h"
+#include "shared/points/chunk_samples.h"
 #include "shared/select/selector.h"
 #include "shared/store/store_reader.h"
-#include "shared/points/chunk_samples.h"
 
 #define XXH_INLINE_ALL
 #include "xxhash.h"

@@ -1,0 +1,89 @@
+// Chunks that are hostile: any bytes give exactly the cells that the directory promises, or an
+// error; both ways of decoding agree.
+#include <cstdlib>
+
+#include "shared/codec/chunk_codec.h"
+#include "tests/fuzz/edits.h"
+#include "tests/shared/store_fixture.h"
+
+namespace isosplat {
+namespace {
+
+struct ValidChunk {
+  ChunkShape shape;
+  std::vector<std::byte> bytes;
+};
+
+/// Chunks of two levels, of smooth and of rough data, thin and wide slabs.
+std::vector<ValidChunk> make_chunks() {
+  constexpr Index3 kVoxels{14, 11, 8};
+  std::vector<ValidChunk> chunks;
+  ChunkEncoder encoder;
+  for (const int scale : {1, 200}) {
+    const auto levels = fixture::make_levels(kVoxels, [&](int32_t x, int32_t y, int32_t z) {
+      return static_cast<Code>(scale * fixture::rough_ball(kVoxels, x, y, z) % 65535);
+    });
+    for (const fixture::Level& level : levels) {
+      const bool has_intervals = level.grid.level > 0;
+      const BlockView view{level.grid.cells, level.voxels.data(), level.intervals.data(),
+                           has_intervals};
+      for (const auto& [begin, end] : {std::pair{0u, 65536u}, std::pair{40u, 60u}}) {
+        ValidChunk chunk;
+        const uint32_t cells = encoder.encode(view, begin, end, chunk.bytes);
+        if (cells == 0) continue;
+        chunk.shape = {level.grid.cells, begin, end, cells, has_intervals};
+        chunks.push_back(std::move(chunk));
+      }
+    }
+  }
+  return chunks;
+}
+
+void decode(std::span<const std::byte> bytes, const ChunkShape& shape) {
+  static ChunkDecoder decoder;
+  static DecodedCells cells;
+  static std::vector<PackedSample> samples;
+  const auto decoded = decoder.decode(bytes, shape, cells);
+  const auto packed = decoder.decode_packed(bytes, shape, samples);
+  if (decoded.has_value() != packed.has_value()) std::abort();
+  if (!decoded) return;
+  if (cells.cell.size() != shape.cell_count || cells.corners.size() != shape.cell_count ||
+      cells.interval.size() != shape.cell_count || samples.size() != shape.cell_count) {
+    std::abort();
+  }
+  for (size_t i = 0; i < shape.cell_count; ++i) {
+    const uint32_t cell = cells.cell[i];
+    const Index3 place{int32_t(cell & 63), int32_t(cell >> 6 & 63), int32_t(cell >> 12)};
+    if (place.x >= shape.block_cells.x || place.y >= shape.block_cells.y ||
+        place.z >= shape.block_cells.z) {
+      std::abort();
+    }
+    if (samples[i] != pack_sample(place, cells.interval[i], cells.corners[i])) std::abort();
+  }
+}
+
+}  // namespace
+}  // namespace isosplat
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace isosplat;
+  static const std::vector<ValidChunk> chunks = make_chunks();
+  fuzz::Input input(data, size);
+  const uint32_t which = input.number(1);
+  if (which & 0x80) {
+    ChunkShape shape;
+    shape.block_cells = {int32_t(input.number(1) % 65), int32_t(input.number(1) % 65),
+                         int32_t(input.number(1) % 65)};
+    shape.slab_begin = input.number(2);
+    shape.slab_end = input.number(3) % 65537;
+    shape.cell_count = input.number(3) % 300000;
+    shape.has_intervals = which & 1;
+    decode(input.rest(), shape);
+    return 0;
+  }
+  ValidChunk chunk = chunks[(which & 0x3f) % chunks.size()];
+  if (which & 0x40) chunk.bytes.resize(chunk.bytes.size() - input.number(2) % chunk.bytes.size());
+  edit(chunk.bytes, input);
+  decode(chunk.bytes, chunk.shape);
+  return 0;
+}
