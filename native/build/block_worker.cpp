@@ -1,8 +1,33 @@
 #include "native/build/block_worker.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "native/build/coarsen.h"
 
 namespace isosplat {
+namespace {
+
+/// A cell of a coarser level takes two to three times the bytes of one of level 0, for its
+/// interval; and coarse chunks are few, so that fetching one whole costs little.
+constexpr double kCoarseLambdaFactor = 4;
+
+/// Where few cells of a block are ever active, copies of them are cheap: λ shrinks with the share
+/// of active cells to this power. Measured (level 0, whole store; bytes for an isovalue) at λ =
+/// 0.1: aneurysm 0.10 × and 214 KB with 0, 0.19 × and 187 KB with 0.75, 0.23 × and 186 KB with 1;
+/// engine, whose cells are all active, stays as it is.
+constexpr double kOccupancyPower = 0.75;
+
+}  // namespace
+
+SlabOptions BlockWorker::options_for(const SlabOptions& options, uint32_t level) const {
+  SlabOptions result = options;
+  const double occupancy = static_cast<double>(planner_.cells()) /
+                           static_cast<double>(std::max<size_t>(1, block_.intervals.size()));
+  result.lambda *= std::pow(occupancy, kOccupancyPower);
+  if (level > 0) result.lambda *= kCoarseLambdaFactor;
+  return result;
+}
 
 void BlockWorker::work(const Layer& layer, Index3 block, const CoarserLayer& coarser,
                        const SlabOptions& options, EncodedBlock& out) {
@@ -14,7 +39,7 @@ void BlockWorker::work(const Layer& layer, Index3 block, const CoarserLayer& coa
   const BlockView view{block_.cells, block_.voxels.data(), block_.intervals.data(),
                        layer.grid.level > 0};
   uint32_t begin = out.interval.min;
-  for (const uint32_t end : planner_.plan(options)) {
+  for (const uint32_t end : planner_.plan(options_for(options, layer.grid.level))) {
     const size_t before = out.bytes.size();
     const uint32_t cells = encoder_.encode(view, begin, end, out.bytes);
     out.slabs.push_back({end, cells, static_cast<uint32_t>(out.bytes.size() - before)});

@@ -29,6 +29,8 @@ class BlockWorker {
   VolumeStatistics statistics;  ///< of the blocks of level 0, and of the codes given to it
 
  private:
+  SlabOptions options_for(const SlabOptions& options, uint32_t level) const;
+
   GatheredBlock block_;
   SlabPlanner planner_;
   ChunkEncoder encoder_;

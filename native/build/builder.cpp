@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -73,6 +74,7 @@ class Builder {
 
  private:
   Result<void> find_range();
+  Result<void> guess_isovalues();
   Result<void> read_codes(int32_t first, int32_t count, std::byte* to);
   Result<void> build_level(uint32_t level, StoreWriter& writer);
   Result<void> build_layer(const Layer& layer, int32_t z, const CoarserLayer& coarser,
@@ -93,6 +95,7 @@ class Builder {
   ValueRange range_;
   ValueMapping mapping_;
   SlabOptions slab_options_;
+  std::vector<double> isovalue_distribution_;
   std::vector<BlockWorker> workers_;
   std::vector<std::byte> staging_;
   std::vector<std::optional<WaitingLevel>> waiting_;  // per level
@@ -126,6 +129,45 @@ Result<void> Builder::find_range() {
            static_cast<uint64_t>(count) * static_cast<uint64_t>(n.x) * static_cast<uint64_t>(n.y));
   }
   for (const ValueRange& range : ranges) range_.include(range);
+  return {};
+}
+
+/// Where isovalues are likely: anywhere in the volume's range, but less so where voxels crowd.
+/// There lie air and the insides of things, whose noise nobody wants to see, and whose cells would
+/// be cut into many slabs otherwise; and somewhat less so where there are hardly any. A few slices
+/// tell where. Against an even distribution: bunny 4.83 for 5.11 MB at 1000.5 and 0.532 for 0.525 ×
+/// raw, engine 402 for 411 KB at 60.5 and 0.637 for 0.646 × raw.
+Result<void> Builder::guess_isovalues() {
+  constexpr int32_t kSlices = 24;
+  constexpr uint32_t kBins = 256;
+  const Index3 n = header_.grid.voxels;
+  const size_t slice = source_slice_bytes(), voxels = slice / voxel_bytes(header_.type);
+  const uint32_t low = range_.is_empty ? 0 : code_of(mapping_, range_.min);
+  const uint32_t high = range_.is_empty ? 0 : code_of(mapping_, range_.max);
+  std::vector<std::byte> raw(slice), codes(voxels * mapping_.bits / 8);
+  VolumeStatistics sample;
+  const int32_t count = std::min(kSlices, n.z);
+  for (int32_t i = 0; i < count; ++i) {
+    const auto z = static_cast<int32_t>((2 * int64_t{i} + 1) * n.z / (2 * count));
+    if (auto read = source_.read_slices(z, 1, raw); !read) return read;
+    encode_values(header_.type, mapping_, raw, codes.data());
+    sample.add_codes(codes.data(), voxels, mapping_.bits, mapping_.has_missing);
+  }
+  const auto range = CellInterval{static_cast<Code>(low), static_cast<Code>(high)};
+  const std::vector<uint64_t> histogram = sample.histogram(range, kBins);
+  const double mean = static_cast<double>(voxels) * count / kBins;
+  const double width = (high - low + 1.0) / kBins;
+  isovalue_distribution_.resize(65537);
+  double sum = 0;
+  for (uint32_t code = 0; code <= 65536; ++code) {
+    isovalue_distribution_[code] = sum;
+    if (code < low || code > high) continue;
+    const auto bin = std::min(static_cast<uint32_t>((code - low + 0.5) / width), kBins - 1);
+    const double crowd = static_cast<double>(histogram[bin]) / mean;
+    sum += std::pow(crowd + 0.01, 0.25) / std::pow(1 + crowd, 1.25);
+  }
+  for (double& share : isovalue_distribution_) share /= sum > 0 ? sum : 1;
+  slab_options_.isovalue_distribution = isovalue_distribution_;
   return {};
 }
 
@@ -295,10 +337,7 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
   mapping_ = choose_mapping(header_.type, range_);
   slab_options_.lambda = options_.lambda;
   slab_options_.overhead_cells = options_.overhead_cells;
-  if (!range_.is_empty) {
-    slab_options_.isovalue_range =
-        1.0 + code_of(mapping_, range_.max) - code_of(mapping_, range_.min);
-  }
+  if (auto sampled = guess_isovalues(); !sampled) return tl::unexpected(sampled.error());
   encoding_start_ = Clock::now();
   for (uint32_t l = 0; l < levels; ++l) {
     if (auto built = build_level(l, *writer); !built) return tl::unexpected(built.error());

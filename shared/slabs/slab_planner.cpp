@@ -47,7 +47,7 @@ void SlabPlanner::choose_candidates(uint32_t most) {
     ended += maxima_[code];
     since += maxima_[code] + minima_[code];
     if (code == low || code == high || take_all || since >= quantum || (code - low) % step == 0) {
-      candidates_.push_back({code, ended, cells_ - begun});
+      candidates_.push_back({code, ended, cells_ - begun, 0});
       since = 0;
     }
     begun += minima_[code];
@@ -61,7 +61,11 @@ const std::vector<uint32_t>& SlabPlanner::plan(const SlabOptions& options) {
   const size_t n = candidates_.size();
   cost_.assign(n, 0);
   from_.assign(n, 0);
-  const double per_code = 1 / options.isovalue_range;
+  for (Candidate& candidate : candidates_) {
+    candidate.likely = options.isovalue_distribution.empty()
+                           ? candidate.code / 65536.0
+                           : options.isovalue_distribution[candidate.code];
+  }
   const double fixed = options.lambda * options.overhead_cells;
   for (size_t j = 1; j < n; ++j) {
     const Candidate end = candidates_[j];
@@ -70,7 +74,7 @@ const std::vector<uint32_t>& SlabPlanner::plan(const SlabOptions& options) {
     uint32_t best_from = 0;
     for (size_t i = 0; i < j; ++i) {
       const double cells = remaining - static_cast<double>(candidates_[i].ended);
-      const double share = static_cast<double>(end.code - candidates_[i].code) * per_code;
+      const double share = end.likely - candidates_[i].likely;
       const double cost = cost_[i] + (share + options.lambda) * cells + (cells > 0 ? fixed : 0);
       if (i == 0 || cost < best) {
         best = cost;
