@@ -1,4 +1,4 @@
-import { html, nothing, render } from "lit";
+import { render } from "lit";
 import { type Source, type StoreInfo, StreamError } from "../stream/index.ts";
 import {
   type Camera,
@@ -11,21 +11,11 @@ import {
   Viewer,
   wholeVolume,
 } from "../viewer/index.ts";
-import { brand, iconButton, problemCard, themeButton } from "./chrome.ts";
-import { formatDims, formatType, formatValue } from "./format.ts";
+import { formatValue } from "./format.ts";
 import { showHelp } from "./help.ts";
 import { drawHistogram, valueAt } from "./histogram.ts";
-import { icon } from "./icons.ts";
 import { fallbackIsovalue, type IsovalueScale, isovalueScale, snapped } from "./isovalue_scale.ts";
-import {
-  appearanceSection,
-  clippingSection,
-  isovalueSection,
-  type PanelActions,
-  type PanelState,
-  surfacesSection,
-  volumeSection,
-} from "./panel.ts";
+import type { PanelState } from "./panel.ts";
 import { type Problem, problemOf } from "./problems.ts";
 import { StatusLine } from "./status_line.ts";
 import { surfacesAt, withAddedSurface } from "./surfaces.ts";
@@ -33,19 +23,16 @@ import { onTheme, theme, toggleTheme } from "./theme.ts";
 import { keepThumbnail } from "./thumbnails.ts";
 import { readUrl, type UrlState } from "./url_state.ts";
 import { AddressBar } from "./view_address.ts";
+import {
+  type Banner,
+  type LayoutActions,
+  type LayoutState,
+  volumeLayout,
+} from "./volume_layout.ts";
 import { fetchVolumes } from "./volumes_api.ts";
 
 const themeBackground = { light: "#eef0f3", dark: "#15181d" };
 const toastMs = 2500;
-
-/** A message beside the picture, which stays. */
-interface Banner {
-  text: string;
-  /** For a report; shown on hovering. */
-  detail?: string;
-  /** It goes on by itself; otherwise "Try again" is offered. */
-  isWaiting: boolean;
-}
 
 const offlineBanner: Banner = {
   text: "The server does not answer. What is here stays; the rest is tried again.",
@@ -281,7 +268,15 @@ export class VolumePage {
     this.#render();
   }
 
-  readonly #actions: PanelActions = {
+  readonly #actions: LayoutActions = {
+    retry: () => void this.#open(),
+    reset: () => this.#viewer.reset(),
+    savePicture: () => void this.#saveScreenshot(),
+    copyLink: () => void this.#copyLink(),
+    toggleSheet: () => {
+      this.#isSheetOpen = !this.#isSheetOpen;
+      this.#render();
+    },
     slide: (value) => this.#setIsovalue(snapped(value, this.#scale)),
     enter: (value) => this.#setIsovalue(value),
     activate: (index) => {
@@ -430,68 +425,26 @@ export class VolumePage {
       "aria-label",
       `Isosurface of ${this.#title()} at ${isovalues}. Arrow keys turn it, plus and minus zoom.`,
     );
-    const isPanelHidden = this.#isPanelHidden || (this.#problem !== null && !info);
-    const classes = `volume${this.#isSheetOpen ? " sheet-open" : ""}${
-      isPanelHidden ? " panel-hidden" : ""
-    }`;
-    render(
-      html`<div class=${classes}>
-        <header class="bar">
-          ${brand()}
-          <h1 class="volume-title">
-            <span class="volume-name">${this.#title()}</span>
-            ${info ? html`<span class="quiet volume-facts">${facts(info)}</span>` : nothing}
-          </h1>
-          <span class="bar-space"></span>
-          ${iconButton({
-            icon: "reset",
-            label: "Back to the first view",
-            action: () => this.#viewer.reset(),
-            isMinor: true,
-          })}
-          ${iconButton({ icon: "camera", label: "Save a picture", action: () => void this.#saveScreenshot() })}
-          ${iconButton({ icon: "link", label: "Copy a link to this view", action: () => void this.#copyLink() })}
-          ${iconButton({ icon: "help", label: "Keys and gestures", action: showHelp, isMinor: true })}
-          ${themeButton()}
-        </header>
-        <main class="stage" style=${`background:${this.#look.background}`}>
-          ${this.#canvas}
-          ${this.#banner ? this.#bannerPart(this.#banner) : nothing}
-          ${
-            this.#problem
-              ? html`<div class="cover">
-                  ${problemCard(this.#problem, { retry: () => this.#retry(), names: this.#names })}
-                </div>`
-              : this.#hasPicture
-                ? nothing
-                : html`<div class="opening" aria-hidden="true"><wa-spinner></wa-spinner></div>`
-          }
-          ${this.#toast ? html`<div class="toast" role="status">${icon("check")}${this.#toast}</div>` : nothing}
-          ${this.#status.element}
-        </main>
-        ${info ? this.#panel(info) : html`<aside class="panel" aria-hidden="true"></aside>`}
-      </div>`,
-      this.#root,
-    );
+    const layout: LayoutState = {
+      title: this.#title(),
+      panel: info ? this.#panelState(info) : null,
+      background: this.#look.background,
+      problem: this.#problem,
+      names: this.#names,
+      banner: this.#banner,
+      toast: this.#toast,
+      hasPicture: this.#hasPicture,
+      isSheetOpen: this.#isSheetOpen,
+      isPanelHidden: this.#isPanelHidden,
+      canvas: this.#canvas,
+      status: this.#status.element,
+    };
+    render(volumeLayout(layout, this.#actions), this.#root);
     this.#drawHistogram();
   }
 
-  #bannerPart({ text, detail, isWaiting }: Banner) {
-    return html`<div class="banner" role="status">
-      ${isWaiting ? html`<wa-spinner></wa-spinner>` : icon("alert")}
-      <span title=${detail ?? nothing}>${text}</span>
-      ${
-        isWaiting
-          ? nothing
-          : html`<wa-button size="s" appearance="outlined" @click=${() => this.#retry()}
-              >Try again</wa-button
-            >`
-      }
-    </div>`;
-  }
-
-  #panel(info: StoreInfo) {
-    const state: PanelState = {
+  #panelState(info: StoreInfo): PanelState {
+    return {
       info,
       scale: this.#scale,
       surfaces: this.#surfaces,
@@ -500,26 +453,6 @@ export class VolumePage {
       isThemeBackground: this.#isThemeBackground,
       clip: this.#clip,
     };
-    const label = this.#isSheetOpen ? "Fewer controls" : "More controls";
-    return html`<aside class="panel" aria-label="Controls">
-      <button
-        class="sheet-handle"
-        type="button"
-        aria-expanded=${this.#isSheetOpen}
-        aria-controls="more-controls"
-        @click=${() => {
-          this.#isSheetOpen = !this.#isSheetOpen;
-          this.#render();
-        }}
-      >
-        <span class="visually-hidden">${label}</span>${icon(this.#isSheetOpen ? "down" : "up")}
-      </button>
-      ${isovalueSection(state, this.#actions)}
-      <div class="more" id="more-controls">
-        ${surfacesSection(state, this.#actions)} ${appearanceSection(state, this.#actions)}
-        ${clippingSection(state, this.#actions)} ${volumeSection(state)}
-      </div>
-    </aside>`;
   }
 
   #drawHistogram(): void {
@@ -536,16 +469,6 @@ export class VolumePage {
       })),
     });
   }
-
-  #retry(): void {
-    void this.#open();
-  }
-}
-
-function facts(info: StoreInfo): string {
-  const type = info.metadata.source?.type;
-  const typeText = formatType(typeof type === "string" ? type : `${info.mapping.bits} bit`);
-  return `${formatDims(info.voxels)}, ${typeText}`;
 }
 
 /** What a key would go to: text fields take all keys, other controls some, the page the rest. */

@@ -1,0 +1,149 @@
+import { html, nothing, type TemplateResult } from "lit";
+import type { StoreInfo } from "../stream/index.ts";
+import { brand, iconButton, problemCard, themeButton } from "./chrome.ts";
+import { formatDims, formatType } from "./format.ts";
+import { showHelp } from "./help.ts";
+import { icon } from "./icons.ts";
+import {
+  appearanceSection,
+  clippingSection,
+  isovalueSection,
+  type PanelActions,
+  type PanelState,
+  surfacesSection,
+  volumeSection,
+} from "./panel.ts";
+import type { Problem } from "./problems.ts";
+
+/** A message beside the picture, which stays. */
+export interface Banner {
+  text: string;
+  /** For a report; shown on hovering. */
+  detail?: string;
+  /** It goes on by itself; otherwise "Try again" is offered. */
+  isWaiting: boolean;
+}
+
+export interface LayoutState {
+  title: string;
+  /** Null until the volume is open: there is nothing to control then. */
+  panel: PanelState | null;
+  background: string;
+  problem: Problem | null;
+  /** Other volumes that can be gone to instead. */
+  names: readonly string[];
+  banner: Banner | null;
+  toast: string;
+  hasPicture: boolean;
+  isSheetOpen: boolean;
+  isPanelHidden: boolean;
+  canvas: HTMLElement;
+  status: HTMLElement;
+}
+
+export interface LayoutActions extends PanelActions {
+  retry(): void;
+  reset(): void;
+  savePicture(): void;
+  copyLink(): void;
+  toggleSheet(): void;
+}
+
+/** One volume: bar, stage with what lies over it, and panel. */
+export function volumeLayout(state: LayoutState, actions: LayoutActions): TemplateResult {
+  const { panel } = state;
+  const isPanelHidden = state.isPanelHidden || (state.problem !== null && !panel);
+  const classes = `volume${state.isSheetOpen ? " sheet-open" : ""}${
+    isPanelHidden ? " panel-hidden" : ""
+  }`;
+  return html`<div class=${classes}>
+    ${bar(state, actions)}
+    <main class="stage" style=${`background:${state.background}`}>
+      ${state.canvas} ${state.banner ? bannerPart(state.banner, actions) : nothing}
+      ${cover(state, actions)}
+      ${state.toast ? html`<div class="toast" role="status">${icon("check")}${state.toast}</div>` : nothing}
+      ${state.status}
+    </main>
+    ${
+      panel
+        ? panelPart(panel, state.isSheetOpen, actions)
+        : html`<aside class="panel" aria-hidden="true"></aside>`
+    }
+  </div>`;
+}
+
+function bar({ title, panel }: LayoutState, actions: LayoutActions): TemplateResult {
+  return html`<header class="bar">
+    ${brand()}
+    <h1 class="volume-title">
+      <span class="volume-name">${title}</span>
+      ${panel ? html`<span class="quiet volume-facts">${facts(panel.info)}</span>` : nothing}
+    </h1>
+    <span class="bar-space"></span>
+    ${iconButton({
+      icon: "reset",
+      label: "Back to the first view",
+      action: actions.reset,
+      isMinor: true,
+    })}
+    ${iconButton({ icon: "camera", label: "Save a picture", action: actions.savePicture })}
+    ${iconButton({ icon: "link", label: "Copy a link to this view", action: actions.copyLink })}
+    ${iconButton({ icon: "help", label: "Keys and gestures", action: showHelp, isMinor: true })}
+    ${themeButton()}
+  </header>`;
+}
+
+/** What lies over the picture while there is none. */
+function cover(state: LayoutState, actions: LayoutActions): TemplateResult | typeof nothing {
+  if (state.problem) {
+    return html`<div class="cover">
+      ${problemCard(state.problem, { retry: actions.retry, names: state.names })}
+    </div>`;
+  }
+  if (state.hasPicture) return nothing;
+  return html`<div class="opening" aria-hidden="true"><wa-spinner></wa-spinner></div>`;
+}
+
+function bannerPart({ text, detail, isWaiting }: Banner, actions: LayoutActions): TemplateResult {
+  return html`<div class="banner" role="status">
+    ${isWaiting ? html`<wa-spinner></wa-spinner>` : icon("alert")}
+    <span title=${detail ?? nothing}>${text}</span>
+    ${
+      isWaiting
+        ? nothing
+        : html`<wa-button size="s" appearance="outlined" @click=${actions.retry}
+            >Try again</wa-button
+          >`
+    }
+  </div>`;
+}
+
+function panelPart(
+  state: PanelState,
+  isSheetOpen: boolean,
+  actions: LayoutActions,
+): TemplateResult {
+  return html`<aside class="panel" aria-label="Controls">
+    <button
+      class="sheet-handle"
+      type="button"
+      aria-expanded=${isSheetOpen}
+      aria-controls="more-controls"
+      @click=${actions.toggleSheet}
+    >
+      <span class="visually-hidden">${isSheetOpen ? "Fewer controls" : "More controls"}</span>
+      ${icon(isSheetOpen ? "down" : "up")}
+    </button>
+    ${isovalueSection(state, actions)}
+    <div class="more" id="more-controls">
+      ${surfacesSection(state, actions)} ${appearanceSection(state, actions)}
+      ${clippingSection(state, actions)} ${volumeSection(state)}
+    </div>
+  </aside>`;
+}
+
+function facts(info: StoreInfo): string {
+  const type = info.metadata.source?.type;
+  const typeText = formatType(typeof type === "string" ? type : `${info.mapping.bits} bit`);
+  return `${formatDims(info.voxels)}, ${typeText}`;
+}
