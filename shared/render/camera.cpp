@@ -30,10 +30,22 @@ BoundingSphere bounding_sphere(const VolumeGrid& grid) {
 }
 
 Camera default_camera(const VolumeGrid& grid) {
-  const auto [centre, radius] = bounding_sphere(grid);
   Camera camera;
-  camera.target = centre;
-  camera.distance = radius / std::sin(camera.field_of_view / 2 * kDegree);
+  camera.target = bounding_sphere(grid).centre;
+  const CameraFrame frame = camera_frame(camera);
+  double distance = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3d corner =
+        grid.world({i & 1 ? grid.voxels.x - 1.0 : 0.0, i & 2 ? grid.voxels.y - 1.0 : 0.0,
+                    i & 4 ? grid.voxels.z - 1.0 : 0.0}) -
+        camera.target;
+    const double aside =
+        std::max(std::abs(dot(corner, frame.right)), std::abs(dot(corner, frame.up)));
+    distance =
+        std::max(distance, aside / frame.tan_half_field_of_view - dot(corner, frame.forward));
+  }
+  constexpr double kMargin = 1.04;
+  if (distance > 0) camera.distance = kMargin * distance;
   return camera;
 }
 

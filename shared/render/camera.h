@@ -28,8 +28,8 @@ struct CameraFrame {
 
 CameraFrame camera_frame(const Camera& camera);
 
-/// The view a volume is first seen in: from the front left, slightly above, all of it in sight at
-/// any aspect ratio ≥ 1.
+/// The view a volume is first seen in: from the front left, slightly above, as near as all of it is
+/// in sight at any aspect ratio (width / height) ≥ 1.
 Camera default_camera(const VolumeGrid& grid);
 
 /// The smallest sphere about the volume's box, in the world.

@@ -15,7 +15,6 @@ export interface HistogramContent {
   marks: readonly HistogramMark[];
 }
 
-const barGap = 0;
 const markHead = 5;
 
 /**
@@ -39,7 +38,8 @@ export function drawHistogram(canvas: HTMLCanvasElement, content: HistogramConte
   const top = markHead + 2;
 
   if (histogram) {
-    const { low, high, counts } = histogram;
+    const { low, high } = histogram;
+    const counts = withoutGaps(histogram.counts);
     const most = Math.max(1, ...counts);
     const binWidth = (high - low) / counts.length;
     const bars = new Path2D();
@@ -48,7 +48,7 @@ export function drawHistogram(canvas: HTMLCanvasElement, content: HistogramConte
       const left = place(low + i * binWidth);
       const right = place(low + (i + 1) * binWidth);
       const tall = (Math.log1p(count) / Math.log1p(most)) * (height - top);
-      bars.rect(left, height - tall, Math.max(right - left - barGap, 0.75), tall);
+      bars.rect(left, height - tall, Math.max(right - left, 0.75), tall);
     });
     context.fillStyle = style.color;
     context.fill(bars);
@@ -89,6 +89,18 @@ export function drawHistogram(canvas: HTMLCanvasElement, content: HistogramConte
     context.fill();
     if (mark.isActive) context.stroke();
   }
+}
+
+/**
+ * Whole numbers that are fewer than the bins leave single bins empty, which says nothing of the
+ * volume: they are filled from their neighbours.
+ */
+export function withoutGaps(counts: readonly number[]): number[] {
+  return counts.map((count, i) => {
+    const before = counts[i - 1] ?? 0;
+    const after = counts[i + 1] ?? 0;
+    return count === 0 && before > 0 && after > 0 ? (before + after) / 2 : count;
+  });
 }
 
 /** The value under a pointer at this offset from the canvas's left edge. */

@@ -162,7 +162,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#source = source;
     this.#info = session.info;
     view.setVolume(session.info);
-    this.#camera = options.camera ?? view.defaultCamera();
+    this.#camera = options.camera ?? this.#firstCamera(view);
     this.#applySettings();
     this.emit("opened", session.info);
     this.#loop.request();
@@ -253,7 +253,15 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /** Back to the view a volume is first seen in. */
   reset(): void {
-    if (this.#view && this.#info) this.setCamera(this.#view.defaultCamera());
+    if (this.#view && this.#info) this.setCamera(this.#firstCamera(this.#view));
+  }
+
+  /** The core's is for images at least as wide as they are high. */
+  #firstCamera(view: ViewModule): Camera {
+    const camera = view.defaultCamera();
+    const { clientWidth, clientHeight } = this.canvas;
+    const aspect = Math.min(1, Math.max(clientWidth, 1) / Math.max(clientHeight, 1));
+    return { ...camera, distance: camera.distance / aspect };
   }
 
   orbit(rightDegrees: number, upDegrees: number): void {
