@@ -1,5 +1,12 @@
 /** A visit to the real page in Chromium, over a throttled network, with what it took. */
-import { type Browser, type BrowserContext, type CDPSession, chromium, type Page } from "@playwright/test";
+import { get } from "node:http";
+import {
+  type Browser,
+  type BrowserContext,
+  type CDPSession,
+  chromium,
+  type Page,
+} from "@playwright/test";
 
 export interface Link {
   name: string;
@@ -34,6 +41,21 @@ export function launch(): Promise<Browser> {
   });
 }
 
+/** The size of an answer as it travels. */
+function bytesOnTheWire(url: string): Promise<number> {
+  return new Promise((resolve, reject) => {
+    const headers = { "Accept-Encoding": "gzip, deflate, br" };
+    get(url, { headers }, (answer) => {
+      let bytes = answer.rawHeaders.join(": ").length;
+      answer.on("data", (part: Buffer) => {
+        bytes += part.length;
+      });
+      answer.on("end", () => resolve(bytes));
+      answer.on("error", reject);
+    }).on("error", reject);
+  });
+}
+
 /** A page in a profile of its own: nothing is cached but what this visitor has fetched. */
 export class Visitor {
   readonly page: Page;
@@ -43,6 +65,7 @@ export class Visitor {
   readonly data: Wire = { bytes: 0, requests: 0 };
   readonly other: Wire = { bytes: 0, requests: 0 };
   readonly urls: string[] = [];
+  #pageUrl = "";
 
   private constructor(context: BrowserContext, page: Page, cdp: CDPSession) {
     this.#context = context;
@@ -90,6 +113,7 @@ export class Visitor {
     await this.#cdp.send("Network.enable");
     this.#cdp.on("Network.requestWillBeSent", ({ requestId, request }) => {
       if (!request.url.startsWith("http")) return;
+      if (!this.#pageUrl) this.#pageUrl = new URL("/", request.url).href;
       isData.set(requestId, /\/v1\/|\.isosplat/.test(request.url));
       this.urls.push(request.url);
     });
@@ -131,6 +155,49 @@ export class Visitor {
       { timeout, polling: 20 },
     );
     return (await handle.jsonValue()) as { at: number; shown: number };
+  }
+
+  /** What a mark says of the payload until then. */
+  async markDetail(name: string): Promise<{ bytesReceived: number; requests: number }> {
+    return this.page.evaluate((name) => {
+      const [mark] = performance.getEntriesByName(name, "mark");
+      return (mark as PerformanceMark).detail;
+    }, name);
+  }
+
+  /** The volume's data leaves the browser's cache, what the page is made of stays. */
+  async forgetData(): Promise<void> {
+    await this.page.goto("about:blank");
+    await this.#cdp.send("Network.clearBrowserCache");
+    // The cache can only be emptied as a whole: the page is fetched once more, unseen.
+    const before = this.page.context().pages().length;
+    const again = await this.page.context().newPage();
+    await again.goto(this.#pageUrl);
+    await again.waitForLoadState("networkidle");
+    await again.close();
+    if (this.page.context().pages().length !== before) throw new Error("a page was left open");
+  }
+
+  /**
+   * Bytes on the wire of everything that the page has loaded but the volume: of workers too, whose
+   * requests the browser does not show, so those are asked for once more, as it does.
+   */
+  async programBytes(): Promise<number> {
+    const seen = new Set(this.urls.map((url) => new URL(url).pathname));
+    let bytes = this.other.bytes;
+    const text = await this.page.evaluate(async () => {
+      const texts: string[] = [];
+      for (const { name } of performance.getEntriesByType("resource")) {
+        if (name.endsWith(".js")) texts.push(await (await fetch(name)).text());
+      }
+      return texts.join("\n");
+    });
+    const assets = text.matchAll(/[\w-]*isosplat-core-[\w-]+\.(?:js|wasm)/g);
+    for (const file of new Set([...assets].map(([name]) => name))) {
+      const path = `/assets/${file}`;
+      if (!seen.has(path)) bytes += await bytesOnTheWire(new URL(path, this.#pageUrl).href);
+    }
+    return bytes;
   }
 
   async leave(): Promise<void> {

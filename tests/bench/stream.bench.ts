@@ -1,0 +1,175 @@
+import { existsSync } from "node:fs";
+import type { Browser } from "@playwright/test";
+import type { Bench, Benchmark } from "./harness/benchmark.ts";
+import { buildStore, serve } from "./stream/serving.ts";
+import { type Link, launch, links, Visitor } from "./stream/visit.ts";
+
+interface Case {
+  name: string;
+  isovalue: number;
+  /** MB until the default view is complete. */
+  reach?: number;
+}
+
+/** From an empty profile, and again with the page in the browser's cache but not the volume. */
+async function visits(
+  bench: Bench,
+  browser: Browser,
+  url: string,
+  { name, isovalue, reach }: Case,
+  link: Link,
+  runs: number,
+): Promise<void> {
+  const what = `${name} ${isovalue}, ${link.name}`;
+  const at = `${url}?volume=${name}&isovalue=${isovalue}`;
+  const cold: number[] = [];
+  const warm: number[] = [];
+  const complete: number[] = [];
+  const wire = { first: 0, firstRequests: 0, all: 0, requests: 0 };
+  for (let run = 0; run < runs; ++run) {
+    const visitor = await Visitor.arrive(browser, link);
+    try {
+      await visitor.page.goto(at);
+      cold.push((await visitor.mark("isosplat:surface")).shown / 1000);
+      await visitor.mark("isosplat:complete");
+      // The volume's bytes are fetched anew, the page's are not.
+      await visitor.forgetData();
+      const before = { ...visitor.data };
+      await visitor.page.goto(at);
+      const first = await visitor.mark("isosplat:surface");
+      warm.push(first.shown / 1000);
+      complete.push((await visitor.mark("isosplat:complete")).shown / 1000);
+      const detail = await visitor.markDetail("isosplat:surface");
+      wire.first = detail.bytesReceived / 1000;
+      wire.firstRequests = detail.requests;
+      wire.all = (visitor.data.bytes - before.bytes) / 1e6;
+      wire.requests = visitor.data.requests - before.requests;
+    } finally {
+      await visitor.leave();
+    }
+  }
+  const isEngine20 = name === "engine" && link.megabitsPerSecond === 20;
+  bench.report(
+    what,
+    "first surface, nothing cached",
+    "s",
+    cold,
+    isEngine20 ? { atMost: 1 } : undefined,
+  );
+  bench.report(
+    what,
+    "first surface, page cached",
+    "s",
+    warm,
+    isEngine20 ? { atMost: 0.5 } : undefined,
+  );
+  bench.report(what, "complete, page cached", "s", complete);
+  bench.report(what, "until the first surface", "KB", wire.first, { atMost: 150 });
+  bench.report(what, "until the first surface", "requests", wire.firstRequests, { atMost: 6 });
+  bench.report(what, "until complete", "MB", wire.all, reach ? { atMost: reach } : undefined);
+  bench.report(what, "until complete", "requests", wire.requests);
+}
+
+/** The slider is dragged over the whole range in 5 s. */
+async function drag(bench: Bench, browser: Browser, url: string, name: string): Promise<void> {
+  const visitor = await Visitor.arrive(browser, links[0]);
+  try {
+    await visitor.page.goto(`${url}?volume=${name}`);
+    await visitor.mark("isosplat:complete");
+    const before = visitor.data.requests;
+    const urlsBefore = visitor.urls.length;
+    await visitor.page.evaluate(async () => {
+      const { viewer } = globalThis as unknown as {
+        viewer?: { info: { range: [number, number] }; setIsovalues(values: number[]): void };
+      };
+      const slider = document.querySelector<HTMLInputElement>(".isovalue input[type=range]");
+      const begin = performance.now();
+      for (;;) {
+        const t = (performance.now() - begin) / 5000;
+        if (t >= 1) return;
+        if (viewer) {
+          const [low, high] = viewer.info.range;
+          viewer.setIsovalues([low + t * (high - low)]);
+        } else if (slider) {
+          slider.value = String(Number(slider.min) + t * (Number(slider.max) - Number(slider.min)));
+          slider.dispatchEvent(new Event("input", { bubbles: true }));
+        } else throw new Error("no slider");
+        await new Promise((resolve) => requestAnimationFrame(resolve));
+      }
+    });
+    bench.report(
+      `${name}, dragged over the range in 5 s`,
+      "requests",
+      "1/s",
+      (visitor.data.requests - before) / 5,
+      {
+        atMost: 10,
+      },
+    );
+    const chunks = visitor.urls.slice(urlsBefore).flatMap((address) => {
+      const [, list] = /batch\?chunks=(.*)/.exec(decodeURIComponent(address)) ?? [];
+      return list?.split(",") ?? [];
+    });
+    const repeated = chunks.length - new Set(chunks).size;
+    bench.report(`${name}, dragged over the range in 5 s`, "chunks asked for twice", "", repeated, {
+      atMost: 0,
+    });
+  } finally {
+    await visitor.leave();
+  }
+}
+
+export default {
+  title: "streaming: the page in Chromium, over throttled links",
+  async run(bench) {
+    const cases: Case[] = [];
+    const stores: string[] = [];
+    const add = async (file: string, found: Case): Promise<string | undefined> => {
+      const volume = bench.volume(file);
+      if (!volume) return undefined;
+      stores.push(await buildStore(bench, volume, found.name));
+      cases.push(found);
+      return volume;
+    };
+    const engine = await add("engine.nhdr", { name: "engine", isovalue: 60.5, reach: 0.6 });
+    await add("bunny_ct_i16.nrrd", { name: "bunny_ct_i16", isovalue: 1000.5, reach: 3.5 });
+    // A generated volume of 1024³, as a store: building one takes minutes.
+    const large = process.env.ISOSPLAT_BENCH_LARGE_STORE;
+    if (large && existsSync(large)) {
+      stores.push(large);
+      const isovalue = Number(process.env.ISOSPLAT_BENCH_LARGE_ISOVALUE ?? 226.5);
+      const name = large.replace(/^.*\//, "").replace(/\.isosplat$/, "");
+      cases.push({ name, isovalue, reach: 4 });
+    } else {
+      bench.skip("a volume of 1024³", "ISOSPLAT_BENCH_LARGE_STORE names no store");
+    }
+    if (stores.length === 0) return;
+    const url = await serve(bench, stores);
+    const browser = await launch();
+    try {
+      const runs = Math.max(1, Math.min(bench.runs, 5));
+      const page = await Visitor.arrive(browser);
+      await page.page.goto(`${url}?volume=${cases[0]?.name}`);
+      await page.mark("isosplat:surface");
+      bench.report(
+        "the page, nothing cached",
+        "over the wire",
+        "KB",
+        (await page.programBytes()) / 1000,
+        {
+          atMost: 350,
+        },
+      );
+      await page.leave();
+      for (const link of links) {
+        for (const each of cases) {
+          bench.say(`${each.name}, ${link.name}`);
+          await visits(bench, browser, url, each, link, runs);
+        }
+      }
+      if (engine) await drag(bench, browser, url, "engine");
+    } finally {
+      await browser.close();
+    }
+  },
+} satisfies Benchmark;
