@@ -79,21 +79,13 @@ async function drag(bench: Bench, browser: Browser, url: string, name: string): 
     const before = visitor.data.requests;
     const urlsBefore = visitor.urls.length;
     await visitor.page.evaluate(async () => {
-      const { viewer } = globalThis as unknown as {
-        viewer?: { info: { range: [number, number] }; setIsovalues(values: number[]): void };
-      };
-      const slider = document.querySelector<HTMLInputElement>(".isovalue input[type=range]");
+      type Slider = HTMLElement & { value: number; min: number; max: number };
+      const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+      if (!slider) throw new Error("the page has no isovalue slider");
       const begin = performance.now();
-      for (;;) {
-        const t = (performance.now() - begin) / 5000;
-        if (t >= 1) return;
-        if (viewer) {
-          const [low, high] = viewer.info.range;
-          viewer.setIsovalues([low + t * (high - low)]);
-        } else if (slider) {
-          slider.value = String(Number(slider.min) + t * (Number(slider.max) - Number(slider.min)));
-          slider.dispatchEvent(new Event("input", { bubbles: true }));
-        } else throw new Error("no slider");
+      for (let t = 0; t < 1; t = (performance.now() - begin) / 5000) {
+        slider.value = slider.min + t * (slider.max - slider.min);
+        slider.dispatchEvent(new Event("input", { bubbles: true }));
         await new Promise((resolve) => requestAnimationFrame(resolve));
       }
     });

@@ -4,8 +4,12 @@ import type { ChunkPlaceInFile } from "./source.ts";
 import { transfer, transferWhole } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
-/** A batch is cut here: so much is on its way at a time, so often the order of need is looked at. */
-const batchBytes = 192 * 1024;
+/**
+ * A batch takes about so long (ms): so often is the order of need looked at. As many bytes as that
+ * takes are asked for together, as far as the last batches tell, within these limits.
+ */
+const batchTime = 250;
+const [fewestBatchBytes, mostBatchBytes] = [128 * 1024, 1024 * 1024];
 /** Keeps the batch's URL below 2 KB. */
 const batchChunks = 96;
 
@@ -30,6 +34,7 @@ export class ServerSource extends FileSource {
   readonly #volumeUrl: string;
   #contentUrl: string | undefined;
   #multiplexed = false;
+  #batchBytes = 192 * 1024;
 
   constructor(options: ServerSourceOptions) {
     super(options.volume);
@@ -67,8 +72,16 @@ export class ServerSource extends FileSource {
     }
     const url = `${this.#contentUrl}/batch?chunks=${chunks.map(place).join(",")}`;
     const frames = new FrameReader(chunks, arrived);
+    const begin = performance.now();
     await transfer(url, options, this.traffic, signal, (part) => frames.add(part));
     frames.end();
+    const bytes = chunks.reduce((sum, chunk) => sum + chunk.bytes, 0);
+    const fitting = (bytes * batchTime) / Math.max(1, performance.now() - begin);
+    // A small batch tells of the round trip, not of the link.
+    if (bytes >= fewestBatchBytes / 2 || fitting > this.#batchBytes) {
+      const next = (this.#batchBytes + fitting) / 2;
+      this.#batchBytes = Math.min(mostBatchBytes, Math.max(fewestBatchBytes, next));
+    }
   }
 
   override group<C extends ChunkPlaceInFile>(chunks: readonly C[]): C[][] {
@@ -77,7 +90,7 @@ export class ServerSource extends FileSource {
     let bytes = 0;
     for (const chunk of chunks) {
       const last = groups.at(-1);
-      if (last && bytes + chunk.bytes <= batchBytes && last.length < batchChunks) {
+      if (last && bytes + chunk.bytes <= this.#batchBytes && last.length < batchChunks) {
         last.push(chunk);
         bytes += chunk.bytes;
       } else {

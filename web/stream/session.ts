@@ -54,6 +54,8 @@ export class StreamSession {
   #selection: CoreSelection | undefined;
   /** The finest level of the coarse end, and whether that is still on its way. */
   readonly #coarse: { finestLevel: number; loading: boolean };
+  /** Until the first surface is there, nothing finer competes with it for the link. */
+  #awaitsSurface = true;
   #visible: Uint32Array = new Uint32Array();
   #regions: Uint32Array = new Uint32Array();
   #told = { text: "", state: "", at: 0 };
@@ -165,9 +167,10 @@ export class StreamSession {
       const finest = await this.#coarseEnd.load(this.#residency.budget, signal, (chunks) => {
         const urgent = chunks.filter(({ chunk }) => isFirst(chunk));
         const others = chunks.filter(({ chunk }) => !isFirst(chunk));
-        for (const { chunk, bytes } of [...urgent, ...others]) {
-          decoding.push(this.#decodeCoarse(chunk, bytes));
-        }
+        const first = urgent.map(({ chunk, bytes }) => this.#decodeCoarse(chunk, bytes));
+        decoding.push(...first);
+        for (const { chunk, bytes } of others) decoding.push(this.#decodeCoarse(chunk, bytes));
+        void Promise.all(first).then(() => this.#surfaceArrived());
         this.#select();
       });
       this.#coarse.finestLevel = finest;
@@ -178,6 +181,11 @@ export class StreamSession {
     }
     // What is missing of it now has failed, and is asked for as any other chunk.
     this.#coarse.loading = false;
+    this.#surfaceArrived();
+  }
+
+  #surfaceArrived(): void {
+    this.#awaitsSurface = false;
     this.#select();
   }
 
@@ -251,7 +259,9 @@ export class StreamSession {
   }
 
   #isToBeFetched(chunk: Chunk): boolean {
-    return !this.#comesAnyway(chunk.level) && !this.#deliveries.has(chunk.handle);
+    return (
+      !this.#awaitsSurface && !this.#comesAnyway(chunk.level) && !this.#deliveries.has(chunk.handle)
+    );
   }
 
   #pagesToFetch(selection: CoreSelection): number[] {
