@@ -178,7 +178,7 @@ struct Server::State {
                          options.limits.target_bytes}),
         admission(options.limits.connections, options.limits.connections_per_address),
         shared{router, options.limits, stopping, {}, {}} {
-    if (options.log) shared.log = [this](std::string_view line) { log(line); };
+    if (options.log) shared.log = [this](std::string_view line) { log_fault(line); };
     if (options.access_log) {
       shared.access_log = [this](std::string_view line) {
         const std::lock_guard lock(log_mutex);
@@ -200,6 +200,18 @@ struct Server::State {
     options.log(line);
   }
 
+  /// Faults come as often as clients ask for what is broken: a few lines a second say it.
+  void log_fault(std::string_view line) {
+    constexpr uint32_t kLinesPerSecond = 10;
+    const auto second = std::chrono::floor<std::chrono::seconds>(std::chrono::steady_clock::now());
+    const std::lock_guard lock(log_mutex);
+    if (second != fault_second) {
+      fault_second = second;
+      faults_this_second = 0;
+    }
+    if (++faults_this_second <= kLinesPerSecond) options.log(line);
+  }
+
   Result<void> load_page();
   Result<void> bind();
   void run();
@@ -211,6 +223,9 @@ struct Server::State {
 
   const ServerOptions options;
   std::mutex log_mutex;
+  std::chrono::time_point<std::chrono::steady_clock, std::chrono::seconds>
+      fault_second;                 // guarded by log_mutex
+  uint32_t faults_this_second = 0;  // guarded by log_mutex
   std::atomic<bool> stopping{false};
   Catalog catalog;
   Router router;

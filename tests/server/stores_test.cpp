@@ -102,6 +102,38 @@ TEST_F(Stores, BrokenStoresAreListedWithTheirError) {
   EXPECT_TRUE(eventually([&] { return volume("half")["contentId"] == alpha.content; }));
 }
 
+TEST_F(Stores, MetadataIsTakenAsHostile) {
+  const std::vector<std::string> texts = {
+      "not JSON",
+      "[1,2,3]",
+      "\"text\"",
+      "{\"title\":1,\"units\":null,\"source\":[],\"histogram\":\"no\"}",
+      "{\"histogram\":{\"low\":\"x\",\"high\":1,\"counts\":[1]}}",
+      "{\"histogram\":{\"low\":0,\"high\":1,\"counts\":[]}}",
+      "{\"histogram\":{\"low\":0,\"high\":1,\"counts\":[1,\"x\"]}}",
+      "{\"histogram\":{\"low\":0,\"high\":1,\"counts\":[[[]]]}}",
+      "{\"title\":\"\xff\"}",
+      "{\"title\":\"<script>\\u0000\"}",
+      "{\"x\":" + std::string(4000, '[') + std::string(4000, ']') + "}",
+      std::string(8000, '['),
+      std::string(8000, '{'),
+  };
+  for (size_t i = 0; i < texts.size(); ++i) {
+    write_file(folder.path() / ("m" + std::to_string(i) + ".isosplat"),
+               make_store(1, {5, 5, 5}, 10, texts[i]).file);
+  }
+  start();
+  for (size_t i = 0; i < texts.size(); ++i) {
+    const std::string name = "m" + std::to_string(i);
+    const Json listed = volume(name);
+    EXPECT_TRUE(listed.contains("contentId")) << listed;
+    EXPECT_FALSE(listed.contains("histogram")) << listed;
+    const Answer answer = get(port(), "/v1/volumes/" + name);
+    EXPECT_EQ(answer.status, 200);
+    EXPECT_TRUE(Json::parse(answer.body)["metadata"].is_object()) << answer.body;
+  }
+}
+
 TEST_F(Stores, NamesAreUniqueAndSafe) {
   TemporaryFolder second;
   write_file(second.path() / "alpha.isosplat", make_store(4).file);

@@ -41,14 +41,15 @@ std::vector<const KnownChunk*> KnownStore::meeting(uint32_t level, float low, fl
   return found;
 }
 
-KnownStore make_store(uint32_t seed, Index3 voxels, uint32_t largest_chunk) {
+KnownStore make_store(uint32_t seed, Index3 voxels, uint32_t largest_chunk,
+                      std::string_view metadata) {
   std::mt19937 random(seed);
   const auto number = [&](uint32_t low, uint32_t high) {
     return low + static_cast<uint32_t>(random() % (high - low + 1));
   };
   MemorySink sink;
   KnownStore store;
-  StoreWriter writer = required(StoreWriter::create(voxels, 4096, sink));
+  StoreWriter writer = required(StoreWriter::create(voxels, 8192, sink));
   for (uint32_t level = 0; level < level_count(voxels); ++level) {
     const LevelGrid grid = level_grid(voxels, level);
     for (int32_t z = 0; z < grid.blocks.z; ++z) {
@@ -98,6 +99,7 @@ KnownStore make_store(uint32_t seed, Index3 voxels, uint32_t largest_chunk) {
     info.metadata += std::to_string(i);
   }
   info.metadata += "]}}";
+  if (!metadata.empty()) info.metadata = metadata;
   store.info = required(writer.finish(info));
   for (const uint8_t byte : store.info.content_id) {
     char digits[3];

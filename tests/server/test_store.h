@@ -3,7 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "shared/store/store_reader.h"
@@ -33,8 +35,10 @@ struct KnownStore {
   std::vector<const KnownChunk*> meeting(uint32_t level, float low, float high) const;
 };
 
-/// The same seed and dimensions give the same store. `largest_chunk`: bytes.
-KnownStore make_store(uint32_t seed, Index3 voxels = {200, 140, 70}, uint32_t largest_chunk = 3000);
+/// The same arguments give the same store. `largest_chunk`: bytes. `metadata`: "" for a title, a
+/// source and a histogram.
+KnownStore make_store(uint32_t seed, Index3 voxels = {200, 140, 70}, uint32_t largest_chunk = 3000,
+                      std::string_view metadata = "");
 
 /// A folder of its own that is removed at the end.
 class TemporaryFolder {

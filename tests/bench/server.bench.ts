@@ -1,0 +1,146 @@
+// Requests a second of the server's chunk route, beside nginx with the same bytes as files.
+import { spawnSync } from "node:child_process";
+import { mkdirSync, writeFileSync } from "node:fs";
+import { createServer } from "node:net";
+import { join } from "node:path";
+import type { Bench, Benchmark } from "./harness/benchmark.ts";
+
+interface Load {
+  requestsPerSecond: number;
+  p99Ms: number;
+}
+
+async function freePort(): Promise<number> {
+  const server = createServer();
+  await new Promise<void>((resolve) => server.listen(0, "127.0.0.1", resolve));
+  const address = server.address();
+  await new Promise((resolve) => server.close(resolve));
+  if (address === null || typeof address === "string") throw new Error("no free port");
+  return address.port;
+}
+
+async function untilItAnswers(url: string): Promise<void> {
+  for (let attempt = 0; attempt < 200; ++attempt) {
+    try {
+      if ((await fetch(url)).ok) return;
+    } catch {
+      // Not yet.
+    }
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+  throw new Error(`${url} does not answer`);
+}
+
+const nginxConfiguration = (folder: string, port: number) => `
+daemon off; worker_processes 2; pid ${folder}/nginx.pid; error_log ${folder}/nginx.log;
+events { worker_connections 1024; }
+http {
+  access_log off; sendfile on; tcp_nopush on; keepalive_requests 1000000;
+  client_body_temp_path ${folder}/t1; proxy_temp_path ${folder}/t2; fastcgi_temp_path ${folder}/t3;
+  uwsgi_temp_path ${folder}/t4; scgi_temp_path ${folder}/t5;
+  server { listen 127.0.0.1:${port}; root ${folder}/files; add_header Cache-Control immutable; }
+}`;
+
+function load(wrk: string, url: string): Load {
+  const run = spawnSync(wrk, ["-t2", "-c64", "-d3s", "--latency", url], { encoding: "utf8" });
+  const rate = run.stdout.match(/Requests\/sec:\s+([\d.]+)/)?.[1];
+  const [, p99, unit] = run.stdout.match(/99%\s+([\d.]+)(us|ms|s)/) ?? [];
+  const failures = run.stdout.match(/Non-2xx|Socket errors/);
+  if (!rate || !p99 || !unit || failures) throw new Error(`wrk ${url}:\n${run.stdout}${run.stderr}`);
+  return {
+    requestsPerSecond: Number(rate),
+    p99Ms: Number(p99) * { us: 0.001, ms: 1, s: 1000 }[unit as "us" | "ms" | "s"],
+  };
+}
+
+/** A chunk of the level with about so many bytes, from the frames of a range query. */
+async function chunkNear(content: string, bytes: number): Promise<{ url: string; body: Buffer }> {
+  const answer = await fetch(`${content}/chunks?isovalue=-1e9..1e9&level=0`);
+  if (!answer.ok) throw new Error(await answer.text());
+  const frames = Buffer.from(await answer.arrayBuffer());
+  let best: { url: string; body: Buffer } | undefined;
+  for (let at = 0; at < frames.length; ) {
+    const field = (i: number) => frames.readUInt32LE(at + 4 * i);
+    const body = frames.subarray(at + 48, at + 48 + field(0));
+    const place = `${field(2)}/${field(3)}.${field(4)}.${field(5)}/${field(6)}`;
+    if (!best || Math.abs(body.length - bytes) < Math.abs(best.body.length - bytes)) {
+      best = { url: `${content}/chunks/${place}`, body };
+    }
+    at += 48 + Math.ceil(field(0) / 16) * 16;
+  }
+  if (!best) throw new Error("the store has no chunk");
+  return best;
+}
+
+async function run(bench: Bench): Promise<void> {
+  const wrk = bench.program("wrk");
+  const nginx = bench.program("nginx");
+  if (!wrk) return;
+  await bench.command(bench.isosplat, ["demo", bench.folder, "--only", "bucky"]);
+  const volumes = spawnSync("sh", ["-c", `ls ${bench.folder}/bucky*`], { encoding: "utf8" });
+  const volume = volumes.stdout.split("\n")[0] ?? "";
+  await bench.command(bench.isosplat, ["build", volume, "-o", join(bench.folder, "bucky.isosplat")]);
+
+  const port = await freePort();
+  bench.start(bench.isosplat, [
+    ...["serve", join(bench.folder, "bucky.isosplat"), "--port", String(port), "--threads", "2"],
+  ]);
+  const base = `http://127.0.0.1:${port}`;
+  await untilItAnswers(`${base}/healthz`);
+  const info = (await (await fetch(`${base}/v1/volumes/bucky`)).json()) as { contentId: string };
+  const content = `${base}/v1/volumes/bucky/${info.contentId}`;
+
+  const nginxPort = await freePort();
+  if (nginx) {
+    mkdirSync(join(bench.folder, "files"));
+    const configuration = join(bench.folder, "nginx.conf");
+    writeFileSync(configuration, nginxConfiguration(bench.folder, nginxPort));
+    writeFileSync(join(bench.folder, "files/ready"), "ready");
+    bench.start(nginx, ["-c", configuration, "-e", join(bench.folder, "nginx.log")]);
+    await untilItAnswers(`http://127.0.0.1:${nginxPort}/ready`);
+  }
+
+  for (const wanted of [4096, 65536]) {
+    const chunk = await chunkNear(content, wanted);
+    const what = `chunk of ${chunk.body.length} bytes`;
+    writeFileSync(join(bench.folder, "files", `${wanted}`), chunk.body);
+    const ours: Load[] = [];
+    const theirs: Load[] = [];
+    const both = await bench.interleave(
+      {
+        isosplat: () => {
+          ours.push(load(wrk, chunk.url));
+          return ours.at(-1)?.requestsPerSecond ?? 0;
+        },
+        nginx: () => {
+          if (!nginx) return 0;
+          theirs.push(load(wrk, `http://127.0.0.1:${nginxPort}/${wanted}`));
+          return theirs.at(-1)?.requestsPerSecond ?? 0;
+        },
+      },
+      Math.min(bench.runs, 5),
+    );
+    bench.report(`${what}, isosplat`, "rate", "requests/s", both.isosplat);
+    bench.report(
+      `${what}, isosplat`,
+      "99th percentile",
+      "ms",
+      ours.slice(1).map((run) => run.p99Ms),
+    );
+    if (!nginx) continue;
+    bench.report(`${what}, nginx`, "rate", "requests/s", both.nginx);
+    bench.report(
+      `${what}, nginx`,
+      "99th percentile",
+      "ms",
+      theirs.slice(1).map((run) => run.p99Ms),
+    );
+    const ratios = both.isosplat.map((rate, i) => rate / (both.nginx[i] ?? Number.NaN));
+    bench.report(what, "rate, ratio to nginx", "", ratios, { atLeast: 0.8 });
+  }
+}
+
+export default {
+  title: "requests a second, beside nginx",
+  run,
+} satisfies Benchmark;
