@@ -142,8 +142,8 @@ Result<void> Builder::guess_isovalues() {
   constexpr uint32_t kBins = 256;
   const Index3 n = header_.grid.voxels;
   const size_t slice = source_slice_bytes(), voxels = slice / voxel_bytes(header_.type);
-  const uint32_t low = range_.is_empty ? 0 : code_of(mapping_, range_.min);
-  const uint32_t high = range_.is_empty ? 0 : code_of(mapping_, range_.max);
+  CellInterval range;
+  if (!range_.is_empty) range = {code_of(mapping_, range_.min), code_of(mapping_, range_.max)};
   std::vector<std::byte> raw(slice), codes(voxels * mapping_.bits / 8);
   VolumeStatistics sample;
   const int32_t count = std::min(kSlices, n.z);
@@ -153,20 +153,18 @@ Result<void> Builder::guess_isovalues() {
     encode_values(header_.type, mapping_, raw, codes.data());
     sample.add_codes(codes.data(), voxels, mapping_.bits, mapping_.has_missing);
   }
-  const auto range = CellInterval{static_cast<Code>(low), static_cast<Code>(high)};
-  const std::vector<uint64_t> histogram = sample.histogram(range, kBins);
-  const double mean = static_cast<double>(voxels) * count / kBins;
-  const double width = (high - low + 1.0) / kBins;
+  const CodeBins bins = CodeBins::over(range, kBins);
+  const std::vector<uint64_t> histogram = sample.histogram(bins);
+  const double mean = static_cast<double>(voxels) * count / bins.count;
   isovalue_distribution_.resize(65537);
   double sum = 0;
   for (uint32_t code = 0; code <= 65536; ++code) {
     isovalue_distribution_[code] = sum;
-    if (code < low || code > high) continue;
-    const auto bin = std::min(static_cast<uint32_t>((code - low + 0.5) / width), kBins - 1);
-    const double crowd = static_cast<double>(histogram[bin]) / mean;
+    if (code < range.min || code > range.max) continue;
+    const double crowd = static_cast<double>(histogram[(code - bins.first) / bins.width]) / mean;
     sum += std::pow(crowd + 0.01, 0.25) / std::pow(1 + crowd, 1.25);
   }
-  for (double& share : isovalue_distribution_) share /= sum > 0 ? sum : 1;
+  for (double& share : isovalue_distribution_) share /= sum;
   slab_options_.isovalue_distribution = isovalue_distribution_;
   return {};
 }

@@ -42,10 +42,10 @@ double round_isovalue(double value, const StoreInfo& info) {
   return std::atof(text);
 }
 
-Json bins(const StoreInfo& info, const std::vector<uint64_t>& counts) {
+Json bins(const StoreInfo& info, const CodeBins& bins, const std::vector<uint64_t>& counts) {
   // Bins are of codes: the first begins half a code below the least, as the last ends above.
-  return {{"low", info.mapping.value(info.range.min - 0.5)},
-          {"high", info.mapping.value(info.range.max + 0.5)},
+  return {{"low", info.mapping.value(bins.first - 0.5)},
+          {"high", info.mapping.value(bins.first + double{1} * bins.width * bins.count - 0.5)},
           {"counts", counts}};
 }
 
@@ -63,6 +63,7 @@ size_t metadata_limit(const VolumeHeader& header, const BuildOptions& options) {
 
 std::string metadata_json(const VolumeHeader& header, const BuildOptions& options,
                           const StoreInfo& info, const VolumeStatistics& statistics) {
+  const CodeBins code_bins = CodeBins::over(info.range, kBins);
   Json json;
   json["name"] = clean(header.name);
   json["title"] = clean(options.title.empty() ? header.name : options.title);
@@ -73,8 +74,8 @@ std::string metadata_json(const VolumeHeader& header, const BuildOptions& option
     suggested.push_back(round_isovalue(info.mapping.value(isocode), info));
   }
   json["suggested_isovalues"] = std::move(suggested);
-  json["histogram"] = bins(info, statistics.histogram(info.range, kBins));
-  json["active_cells"] = bins(info, statistics.active_cells(info.range, kBins));
+  json["histogram"] = bins(info, code_bins, statistics.histogram(code_bins));
+  json["active_cells"] = bins(info, code_bins, statistics.active_cells(code_bins));
   std::string text = json.dump(-1, ' ', true);
   const size_t limit = metadata_limit(header, options);
   for (const char* expendable : {"active_cells", "histogram", "units", "title"}) {

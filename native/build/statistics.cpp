@@ -31,10 +31,6 @@ void count_codes(const T* codes, size_t count, std::vector<uint64_t>& into) {
   }
 }
 
-double bin_width(CellInterval range, uint32_t bins) {
-  return (range.max - range.min + 1.0) / bins;
-}
-
 }  // namespace
 
 VolumeStatistics::VolumeStatistics()
@@ -94,27 +90,24 @@ CellInterval VolumeStatistics::range() const {
   return {static_cast<Code>(first - voxels_.begin()), static_cast<Code>(voxels_.rend() - last - 1)};
 }
 
-std::vector<uint64_t> VolumeStatistics::histogram(CellInterval range, uint32_t bins) const {
-  std::vector<uint64_t> counts(bins);
-  const double width = bin_width(range, bins);
-  for (uint32_t code = range.min; code <= range.max; ++code) {
-    const auto bin = static_cast<uint32_t>((code - range.min + 0.5) / width);
-    counts[std::min(bin, bins - 1)] += voxels_[code];
+std::vector<uint64_t> VolumeStatistics::histogram(const CodeBins& bins) const {
+  std::vector<uint64_t> counts(bins.count);
+  const auto end = std::min<size_t>(kCodes, bins.first + size_t{bins.width} * bins.count);
+  for (size_t code = bins.first; code < end; ++code) {
+    counts[(code - bins.first) / bins.width] += voxels_[code];
   }
   return counts;
 }
 
-std::vector<uint64_t> VolumeStatistics::active_cells(CellInterval range, uint32_t bins) const {
-  std::vector<uint64_t> active(bins);
-  const double width = bin_width(range, bins);
+std::vector<uint64_t> VolumeStatistics::active_cells(const CodeBins& bins) const {
+  std::vector<uint64_t> active(bins.count);
   uint64_t running = 0;
-  uint32_t code = range.min;
-  for (uint32_t bin = 0; bin < bins; ++bin) {
+  size_t code = bins.first;
+  for (uint32_t bin = 0; bin < bins.count; ++bin) {
     // The middle of the bin, whose first code begins half a code before it.
-    const double isocode = range.min - 0.5 + (bin + 0.5) * width;
-    for (; code <= range.max && code <= isocode; ++code) {
-      running += minima_[code];
-      running -= maxima_[code];
+    const double isocode = bins.first - 0.5 + (bin + 0.5) * bins.width;
+    for (; code < kCodes && static_cast<double>(code) <= isocode; ++code) {
+      running += minima_[code] - maxima_[code];
     }
     active[bin] = running;
   }

@@ -12,6 +12,21 @@
 
 namespace isosplat {
 
+/// Bins of equally many codes: bin i has the codes from first + i · width on.
+struct CodeBins {
+  uint32_t first = 0;
+  uint32_t width = 1;
+  uint32_t count = 1;
+
+  /// The fewest codes per bin with which `most` bins cover the range: one per bin if they are few.
+  /// Whole numbers, since bins of 19 and 20 codes in turn would show a comb that is not there.
+  static CodeBins over(CellInterval range, uint32_t most) {
+    const uint32_t codes = range.max - range.min + 1u;
+    const uint32_t width = (codes + most - 1) / most;
+    return {range.min, width, (codes + width - 1) / width};
+  }
+};
+
 /// What the build learns of a volume on its way: how often each code occurs, and how many cells of
 /// level 0 are active at each isovalue, and how steep they are. Sums of integers, so that the
 /// result does not depend on who adds what.
@@ -32,11 +47,11 @@ class VolumeStatistics {
   /// Of all voxels with a value; {0, 0} where there is none.
   CellInterval range() const;
 
-  /// Voxels by value: `bins` equal bins over [range().min, range().max] in codes.
-  std::vector<uint64_t> histogram(CellInterval range, uint32_t bins) const;
+  /// Voxels in each bin.
+  std::vector<uint64_t> histogram(const CodeBins& bins) const;
 
   /// Active cells of level 0 at the middle of each bin.
-  std::vector<uint64_t> active_cells(CellInterval range, uint32_t bins) const;
+  std::vector<uint64_t> active_cells(const CodeBins& bins) const;
 
   /// Isocodes, strongest first, at which the isosurface is steep for its size: peaks of the mean
   /// span of the active cells. At most `most`.
