@@ -141,6 +141,47 @@ TEST(BuildFile, AFullDiskIsOneClearError) {
   EXPECT_EQ(names_in(folder.path()), std::set<std::string>{"volume.isosplat"});
 }
 
+/// Slices that nobody holds: a ramp, much of it flat.
+class ComputedSource : public VolumeSource {
+ public:
+  explicit ComputedSource(Index3 n) : header_{grid_of(n), VoxelType::u8, "computed", "ramp"} {}
+  const VolumeHeader& header() const override { return header_; }
+  Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
+    const size_t slice = out.size() / static_cast<size_t>(count);
+    for (size_t i = 0; i < out.size(); ++i) {
+      const size_t z = static_cast<size_t>(first) + i / slice;
+      out[i] = static_cast<std::byte>(std::min<size_t>(255, (i % slice / 4096 + z) / 8));
+    }
+    return {};
+  }
+  uint64_t resident_bytes() const override { return 0; }
+
+ private:
+  VolumeHeader header_;
+};
+
+TEST(BuildFile, StaysWithinItsMemory) {
+#if defined(__SANITIZE_ADDRESS__)
+  GTEST_SKIP() << "sanitizers need memory of their own";
+#endif
+  const TemporaryFolder folder;
+  ComputedSource source({900, 900, 70});
+  BuildOptions options;
+  options.threads = 2;
+  options.memory_bytes = least_memory(source, options);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const auto report = build_store_file(source, folder.path() / "ramp.isosplat", options);
+    ::_exit(report && report->uses_temporary_files ? 0 : 1);
+  }
+  int status = 0;
+  rusage usage{};
+  ::wait4(child, &status, 0, &usage);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  EXPECT_LE(static_cast<uint64_t>(usage.ru_maxrss) * 1024, options.memory_bytes);
+  EXPECT_GE(static_cast<uint64_t>(usage.ru_maxrss) * 1024, options.memory_bytes / 4);
+}
+
 TEST(BuildFile, TargetsThatCannotBeAreRefused) {
   const TemporaryFolder folder;
   const auto voxels = noise({4, 4, 4}, 1);
