@@ -15,20 +15,10 @@ struct BuildCall {
   bool quiet = false;
 };
 
-/// "scan.nii.gz" and "scan/" give "scan.isosplat", in the folder that one is in.
+/// Beside the volume.
 std::filesystem::path default_store(const std::filesystem::path& volume) {
-  std::filesystem::path name = volume;
-  if (!name.has_filename()) name = name.parent_path();
-  const std::filesystem::path folder = name.parent_path();
-  std::string stem = name.filename().string();
-  for (const char* suffix :
-       {".gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd", ".vtk", ".tif", ".tiff", ".dcm", ".raw"}) {
-    const std::string_view ending(suffix);
-    if (stem.size() > ending.size() && stem.ends_with(ending)) {
-      stem.resize(stem.size() - ending.size());
-    }
-  }
-  return folder / (stem + ".isosplat");
+  const auto whole = volume.has_filename() ? volume : volume.parent_path();
+  return whole.parent_path() / (store_stem(volume) + ".isosplat");
 }
 
 int run(const BuildCall& call) {

@@ -18,6 +18,7 @@ Result<BuildReport> build_with_progress(const std::filesystem::path& volume,
   if (!opened) return tl::unexpected(opened.error());
   for (const std::string& text : opened->notes) note(text);
   ProgressLine line(fmt::format("Building {}", store.filename().string()));
+  line.show(0, "opened");
   options.progress = [&](const BuildProgress& progress) {
     std::string detail = progress.phase;
     if (progress.voxels_per_second > 0) {
@@ -29,6 +30,18 @@ Result<BuildReport> build_with_progress(const std::filesystem::path& volume,
     line.show(progress.fraction, detail);
   };
   return build_store_file(*opened->source, store, options);
+}
+
+std::string store_stem(const std::filesystem::path& volume) {
+  const auto name = volume.has_filename() ? volume : volume.parent_path();
+  std::string stem = name.filename().string();
+  for (const std::string_view suffix :
+       {".gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd", ".vtk", ".tif", ".tiff", ".dcm", ".raw"}) {
+    if (stem.size() > suffix.size() && stem.ends_with(suffix)) {
+      stem.resize(stem.size() - suffix.size());
+    }
+  }
+  return stem;
 }
 
 bool is_store(const std::filesystem::path& path) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "native/build/builder.h"
 #include "native/import/open_volume.h"
@@ -12,6 +13,10 @@ namespace isosplat::cli {
 Result<BuildReport> build_with_progress(const std::filesystem::path& volume,
                                         const ImportOptions& import_options,
                                         const std::filesystem::path& store, BuildOptions options);
+
+/// What a volume's store is called, without folder and extension: "scan" for "a/scan.nii.gz" and
+/// for "a/scan/".
+std::string store_stem(const std::filesystem::path& volume);
 
 /// Whether a file begins as a store does.
 bool is_store(const std::filesystem::path& path);

@@ -24,7 +24,9 @@ int run(const VerifyCall& call) {
     const auto verified = verify_store_file(path, options);
     line.clear();
     if (!verified) {
-      exit_code = report(verified.error());
+      Error error = verified.error();
+      if (!error.message.starts_with(path)) error.message = path + ": " + error.message;
+      exit_code = report(error);
       continue;
     }
     fmt::print("{}: sound: {} chunks with {} cells, {}\n", path, with_commas(verified->chunks),

@@ -94,10 +94,9 @@ Result<std::filesystem::path> store_of(const ViewCall& call) {
   const std::string key = volume_identity(call.volume) + call.volume_flags.key() + "\n" +
                           call.build_flags.key() + "\n" ISOSPLAT_VERSION;
   const XXH128_hash_t hash = XXH3_128bits(key.data(), key.size());
-  std::filesystem::path name = call.volume;
-  if (!name.has_filename()) name = name.parent_path();
   const auto store =
-      *folder / fmt::format("{}-{:016x}.isosplat", url_name(name), hash.low64 ^ hash.high64);
+      *folder / fmt::format("{}-{:016x}.isosplat", url_name(store_stem(call.volume) + ".isosplat"),
+                            hash.low64 ^ hash.high64);
   if (!call.rebuild && std::filesystem::exists(store, error)) {
     note(fmt::format("{} was built before; --rebuild builds it anew", store.string()));
     return store;

@@ -1,0 +1,111 @@
+import { type ChildProcess, spawn } from "node:child_process";
+import { existsSync } from "node:fs";
+import { join } from "node:path";
+import { createInterface } from "node:readline";
+import type { Bench, Benchmark } from "./harness/benchmark.ts";
+import { FlyingEdges, type Mesh, readNrrd } from "./harness/flying_edges.ts";
+import { root } from "./harness/paths.ts";
+
+const threads = 2;
+const cases = [
+  { file: "engine.nhdr", isovalue: 60.5 },
+  { file: "bonsai.nhdr", isovalue: 40.5 },
+  { file: "bunny_ct_i16.nrrd", isovalue: 1000.5 },
+];
+
+interface Extraction {
+  seconds: number;
+  chunks: number;
+  samples: number;
+  /** As the GPU takes them. */
+  bytes: number;
+  /** From the store. */
+  read: number;
+}
+
+/** An open store in a process of its own that extracts what it is asked for. */
+class StoreExtractor {
+  readonly #child: ChildProcess;
+  readonly #lines: AsyncIterator<string>;
+
+  constructor(program: string, store: string) {
+    const child = spawn(program, [store, String(threads)], { stdio: ["pipe", "pipe", "inherit"] });
+    this.#child = child;
+    this.#lines = createInterface({ input: child.stdout })[Symbol.asyncIterator]();
+  }
+
+  async extract(isovalue: number): Promise<Extraction> {
+    this.#child.stdin?.write(`${isovalue}\n`);
+    const { value, done } = await this.#lines.next();
+    if (done) throw new Error("isosplat_extract_bench ended");
+    return JSON.parse(value) as Extraction;
+  }
+
+  close(): void {
+    this.#child.kill();
+  }
+}
+
+function median(values: number[]): number {
+  const sorted = [...values].sort((a, b) => a - b);
+  return sorted[Math.floor(sorted.length / 2)] ?? 0;
+}
+
+async function runCase(bench: Bench, program: string, python: string | undefined, index: number) {
+  const { file, isovalue } = cases[index] as (typeof cases)[number];
+  const volume = bench.volume(file);
+  if (!volume) return;
+  const what = `${file.replace(/\..*/, "")} ${isovalue}`;
+  const store = `${bench.folder}/${index}.isosplat`;
+  bench.say(`building the store of ${file}`);
+  await bench.command(bench.isosplat, ["build", volume, "-o", store, "--quiet"]);
+  const ours = new StoreExtractor(program, store);
+  const peer = python
+    ? await FlyingEdges.open(python, readNrrd(volume), threads, bench.folder)
+    : undefined;
+  try {
+    let extraction: Extraction | undefined;
+    let mesh: Mesh | undefined;
+    // Both wake up after the other: the first of two extractions in a row warms, the second counts.
+    const runs = await bench.interleave(
+      {
+        isosplat: async () => {
+          await ours.extract(isovalue);
+          extraction = await ours.extract(isovalue);
+          return 1000 * extraction.seconds;
+        },
+        vtk: async () => {
+          if (!peer) return 0;
+          await peer.extract(isovalue);
+          mesh = await peer.extract(isovalue);
+          return 1000 * mesh.seconds;
+        },
+      },
+      3 * bench.runs,
+    );
+    if (!extraction) return;
+    bench.report(what, "Isosplat, 2 threads", "ms", runs.isosplat);
+    bench.report(what, "samples decoded", "", extraction.samples);
+    bench.report(what, "output", "MB", extraction.bytes / 1e6);
+    bench.report(what, "read from the store", "KB", extraction.read / 1e3);
+    if (!mesh) return;
+    bench.report(what, "Flying Edges, 2 threads (TBB)", "ms", runs.vtk);
+    bench.report(what, "its triangles", "", mesh.triangles);
+    bench.report(what, "its output", "MB", mesh.bytes / 1e6);
+    bench.report(what, "faster by", "×", median(runs.vtk) / median(runs.isosplat), { atLeast: 3 });
+    bench.report(what, "output, of its", "×", extraction.bytes / mesh.bytes, { atMost: 1 / 3 });
+  } finally {
+    ours.close();
+    peer?.close();
+  }
+}
+
+export default {
+  title: "extraction beside VTK's Flying Edges: look-up and decoding until samples can be drawn",
+  async run(bench) {
+    const program = join(root, "build/release/tests/bench/extract/isosplat_extract_bench");
+    if (!existsSync(program)) throw new Error(`${program} is not built. Run: npm run build`);
+    const python = bench.pythonWithVtk();
+    for (let i = 0; i < cases.length; ++i) await runCase(bench, program, python, i);
+  },
+} satisfies Benchmark;

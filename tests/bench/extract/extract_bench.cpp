@@ -1,0 +1,50 @@
+// Extracts what it is asked for from an open store, as the peer beside it does:
+// isosplat_extract_bench STORE THREADS. Each line of standard input is an isovalue; answered by one
+// line of JSON: seconds from the directory look-up to samples that the GPU can take, and how many.
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+
+#include "native/extract/extract.h"
+
+namespace {
+
+int run(const char* path, unsigned threads) {
+  const auto store = isosplat::StoreFile::open(path);
+  if (!store) {
+    std::fprintf(stderr, "%s\n", store.error().message.c_str());
+    return 1;
+  }
+  char line[64];
+  while (std::fgets(line, sizeof line, stdin)) {
+    const double isovalue = std::atof(line);
+    const auto begin = std::chrono::steady_clock::now();
+    const auto chunks = isosplat::extract_samples(**store, isovalue, {0, threads});
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    if (!chunks) {
+      std::fprintf(stderr, "%s\n", chunks.error().message.c_str());
+      return 1;
+    }
+    size_t samples = 0, fetched = 0;
+    for (const auto& chunk : *chunks) {
+      samples += chunk.samples.size();
+      fetched += chunk.chunk.bytes;
+    }
+    std::printf(
+        "{\"seconds\": %.9f, \"chunks\": %zu, \"samples\": %zu, \"bytes\": %zu, \"read\": %zu}\n",
+        seconds.count(), chunks->size(), samples, samples * sizeof(isosplat::PackedSample),
+        fetched);
+    std::fflush(stdout);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  if (count != 3) {
+    std::fprintf(stderr, "usage: isosplat_extract_bench STORE THREADS\n");
+    return 2;
+  }
+  return run(arguments[1], static_cast<unsigned>(std::atoi(arguments[2])));
+}

@@ -1,0 +1,393 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/native/test_files.h"
+
+// The program itself: exit codes, messages, and the files that it leaves behind.
+namespace isosplat {
+namespace {
+
+using test::read_file;
+using test::TempFolder;
+using test::write_file;
+
+struct Ended {
+  int exit_code = -1;  ///< −1: it was killed
+  std::string out, err;
+};
+
+struct Call {
+  std::vector<std::string> arguments;
+  uint64_t file_limit = 0;                  ///< most bytes of a file that it may write; 0: any
+  std::chrono::milliseconds kill_after{0};  ///< 0: never
+  int kill_signal = SIGKILL;
+  std::string cache{};  ///< XDG_CACHE_HOME
+};
+
+pid_t start(const Call& call, const std::string& out, const std::string& err) {
+  const pid_t child = fork();
+  if (child != 0) return child;
+  const auto redirect = [](const std::string& path, int to) {
+    dup2(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), to);
+  };
+  redirect(out, 1);
+  redirect(err, 2);
+  if (call.file_limit > 0) {
+    const rlimit limit{call.file_limit, call.file_limit};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  if (!call.cache.empty()) setenv("XDG_CACHE_HOME", call.cache.c_str(), 1);
+  std::vector<char*> arguments;
+  std::string program = ISOSPLAT_PROGRAM;
+  arguments.push_back(program.data());
+  std::vector<std::string> copies = call.arguments;
+  for (std::string& argument : copies) arguments.push_back(argument.data());
+  arguments.push_back(nullptr);
+  execv(program.c_str(), arguments.data());
+  _exit(127);
+}
+
+Ended run(const Call& call) {
+  const TempFolder folder;
+  const pid_t child = start(call, folder / "out", folder / "err");
+  if (call.kill_after.count() > 0) {
+    std::this_thread::sleep_for(call.kill_after);
+    kill(child, call.kill_signal);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / "out"),
+          read_file(folder / "err")};
+}
+
+Ended run(std::vector<std::string> arguments) {
+  return run(Call{.arguments = std::move(arguments)});
+}
+
+/// A ball in a cube of n³ voxels, as raw bytes: value 200 − distance from the centre · 300 / n.
+std::string ball(int n) {
+  std::string voxels;
+  for (int z = 0; z < n; ++z) {
+    for (int y = 0; y < n; ++y) {
+      for (int x = 0; x < n; ++x) {
+        const double half = (n - 1) / 2.0;
+        const double r = std::hypot(x - half, y - half, z - half);
+        voxels.push_back(static_cast<char>(std::max(0.0, 200 - r * 300 / n)));
+      }
+    }
+  }
+  return voxels;
+}
+
+std::string write_ball(const TempFolder& folder, int n, const std::string& name = "ball") {
+  const std::string path = folder / (name + ".nrrd");
+  write_file(path, fmt::format("NRRD0004\ntype: uint8\ndimension: 3\nsizes: {} {} {}\n"
+                               "spacings: 1 1 2\nencoding: raw\n\n",
+                               n, n, n) +
+                       ball(n));
+  return path;
+}
+
+size_t lines(const std::string& text) {
+  return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+TEST(Cli, HelpShowsExamplesForEveryCommand) {
+  const Ended program = run({"--help"});
+  EXPECT_EQ(program.exit_code, 0);
+  for (const char* command : {"build", "info", "serve", "view", "extract", "verify", "demo"}) {
+    EXPECT_NE(program.out.find(command), std::string::npos);
+    const Ended help = run({command, "--help"});
+    EXPECT_EQ(help.exit_code, 0);
+    EXPECT_NE(help.out.find(fmt::format("Examples:\n  isosplat {}", command)), std::string::npos)
+        << help.out;
+  }
+  EXPECT_EQ(run({"--version"}).exit_code, 0);
+}
+
+TEST(Cli, WrongCallsEndWithTwoAndOneLine) {
+  const TempFolder folder;
+  const std::string volume = write_ball(folder, 8);
+  const std::vector<std::vector<std::string>> calls = {
+      {},
+      {"frobnicate"},
+      {"build"},
+      {"build", volume, "--memory", "lots"},
+      {"build", volume, "--lambda", "-1"},
+      {"build", volume, "--spacing", "1,2"},
+      {"build", volume, "--dims", "8x8x8", "--type", "u8"},
+      {"build", volume, "--time-step", "3"},
+      {"build", volume, "-o", volume},
+      {"extract", "x.isosplat"},
+      {"serve", "--port", "70000", "x"},
+      {"demo", folder.path(), "--only", "teapot"},
+  };
+  for (const auto& call : calls) {
+    const Ended ended = run(call);
+    EXPECT_EQ(ended.exit_code, 2) << (call.empty() ? "" : call[0]) << ended.err;
+    EXPECT_EQ(lines(ended.err), 1u) << ended.err;
+    EXPECT_TRUE(ended.err.starts_with("isosplat: ")) << ended.err;
+    EXPECT_EQ(ended.out, "");
+  }
+  EXPECT_EQ(folder.files(), std::vector<std::string>{"ball.nrrd"});
+}
+
+TEST(Cli, FailuresEndWithOneAndOneLine) {
+  const TempFolder folder;
+  write_file(folder / "empty.nrrd", "");
+  write_file(folder / "text.nrrd", "not a volume");
+  write_file(folder / "short.nrrd",
+             "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 99 99 99\nencoding: raw\n\nabc");
+  write_file(folder / "broken.isosplat", "\x89ISOS\r\n\x1a and nothing more");
+  const std::string not_there = folder / "not_there";
+  const std::vector<std::vector<std::string>> calls = {
+      {"build", folder / "empty.nrrd"},
+      {"build", folder / "text.nrrd"},
+      {"build", folder / "short.nrrd"},
+      {"build", not_there},
+      {"info", not_there},
+      {"info", folder / "short.nrrd"},
+      {"info", folder / "broken.isosplat"},
+      {"verify", folder / "broken.isosplat"},
+      {"verify", not_there},
+      {"extract", folder / "broken.isosplat", "-i", "3"},
+      {"serve", not_there},
+      {"view", not_there},
+      {"demo", folder / "text.nrrd" / "below"},
+  };
+  for (const auto& call : calls) {
+    const Ended ended = run(call);
+    EXPECT_EQ(ended.exit_code, 1) << call[0] << ended.err;
+    EXPECT_EQ(lines(ended.err), 1u) << ended.err;
+    EXPECT_TRUE(ended.err.starts_with("isosplat: ")) << ended.err;
+  }
+  EXPECT_EQ(folder.files(),
+            (std::vector<std::string>{"broken.isosplat", "empty.nrrd", "short.nrrd", "text.nrrd"}));
+}
+
+TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
+  const TempFolder folder;
+  const std::string volume = write_ball(folder, 40), store = folder / "ball.isosplat";
+  const Ended built = run({"build", volume, "--name", "A ball", "--units", "HU"});
+  EXPECT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_NE(built.out.find("40 × 40 × 40 voxels"), std::string::npos) << built.out;
+  EXPECT_NE(built.err.find("Building ball.isosplat: "), std::string::npos) << "plain progress";
+  EXPECT_EQ(built.err.find('\r'), std::string::npos) << "no bar without a terminal";
+  EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.nrrd"}));
+
+  const Ended verified = run({"verify", store});
+  EXPECT_EQ(verified.exit_code, 0) << verified.err;
+  EXPECT_NE(verified.out.find("sound"), std::string::npos);
+
+  const Ended info = run({"info", store, "--chunks"});
+  EXPECT_EQ(info.exit_code, 0);
+  for (const char* part : {"A ball", "40 × 40 × 40", "1 × 1 × 2", "HU", "lossless", "histogram",
+                           "slabs per block", "active cells"}) {
+    EXPECT_NE(info.out.find(part), std::string::npos) << part << "\n" << info.out;
+  }
+  const auto json = nlohmann::json::parse(run({"info", store, "--json", "--chunks"}).out);
+  EXPECT_EQ(json["kind"], "store");
+  EXPECT_EQ(json["voxels"], (nlohmann::json{40, 40, 40}));
+  EXPECT_EQ(json["metadata"]["title"], "A ball");
+  EXPECT_GT(json["chunkReport"]["levels"][0]["chunks"], 0);
+  const auto of_volume = nlohmann::json::parse(run({"info", volume, "--json"}).out);
+  EXPECT_EQ(of_volume["kind"], "volume");
+  EXPECT_EQ(of_volume["range"], json["range"]);
+  EXPECT_EQ(of_volume["spacing"], (nlohmann::json{1.0, 1.0, 2.0}));
+
+  for (const bool exact : {false, true}) {
+    const std::string ply = folder / "ball.ply";
+    std::vector<std::string> arguments{"extract", store, "--isovalue", "100.5", "-o", ply};
+    if (exact) arguments.push_back("--exact");
+    const Ended extracted = run(arguments);
+    ASSERT_EQ(extracted.exit_code, 0) << extracted.err;
+    const std::string bytes = read_file(ply);
+    const size_t end = bytes.find("end_header\n") + 11;
+    const size_t count = std::stoull(bytes.substr(bytes.find("vertex ") + 7, 20));
+    ASSERT_GT(count, 1000u);
+    ASSERT_EQ(bytes.size(), end + 24 * count);
+    double worst = 0;
+    for (size_t i = 0; i < count; ++i) {
+      float v[6];
+      std::memcpy(v, bytes.data() + end + 24 * i, 24);
+      const double x = v[0] - 19.5, y = v[1] - 19.5, z = v[2] / 2 - 19.5;
+      worst = std::max(worst, std::abs(std::hypot(x, y, z) - 99.5 * 40 / 300));
+      EXPECT_NEAR(std::hypot(v[3], v[4], v[5]), 1, 1e-5);
+      EXPECT_GT(v[3] * x + v[4] * y + v[5] * z, 0) << "normals point towards smaller values";
+    }
+    // The values are whole numbers, 7.5 of them to a voxel.
+    EXPECT_LT(worst, exact ? 0.25 : 0.3);
+  }
+  const Ended below = run({"extract", store, "-i", "-3.5", "-o", folder / "none.ply"});
+  EXPECT_EQ(below.exit_code, 0) << below.err;
+  EXPECT_NE(below.err.find("no isosurface"), std::string::npos);
+  EXPECT_EQ(run({"extract", store, "-i", "5", "--level", "9", "-o", folder / "x.ply"}).exit_code,
+            1);
+  EXPECT_EQ(folder.files(),
+            (std::vector<std::string>{"ball.isosplat", "ball.nrrd", "ball.ply", "none.ply"}));
+}
+
+TEST(Cli, ReadsRawVolumesAndReportsWhatIsNotFinite) {
+  const TempFolder folder;
+  std::vector<float> values(20 * 20 * 20, 1);
+  for (size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i % 400);
+  values[4000] = std::nanf("");
+  values[4001] = INFINITY;
+  write_file(folder / "v.raw", test::bytes_of(values));
+  const std::vector<std::string> how{"--dims", "20x20x20", "--type", "f32"};
+  std::vector<std::string> build{"build", folder / "v.raw"}, info{"info", folder / "v.raw"};
+  build.insert(build.end(), how.begin(), how.end());
+  info.insert(info.end(), how.begin(), how.end());
+  const Ended built = run(build);
+  EXPECT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_NE(built.out.find("2 voxels are not a number or infinite"), std::string::npos);
+  EXPECT_NE(run(info).out.find("2 voxels"), std::string::npos);
+  EXPECT_NE(run({"info", folder / "v.isosplat"}).out.find("within"), std::string::npos);
+  EXPECT_EQ(run({"verify", folder / "v.isosplat"}).exit_code, 0);
+}
+
+TEST(Cli, AFullDiskLeavesTheOldStoreAndNothingElse) {
+  const TempFolder folder;
+  const std::string volume = write_ball(folder, 70), store = folder / "ball.isosplat";
+  write_file(store, "an older store");
+  const Ended full = run(Call{.arguments = {"build", volume}, .file_limit = 40000});
+  EXPECT_EQ(full.exit_code, 1);
+  EXPECT_NE(full.err.find("free some space"), std::string::npos) << full.err;
+  EXPECT_EQ(read_file(store), "an older store");
+  EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.nrrd"}));
+
+  ASSERT_EQ(run({"build", volume}).exit_code, 0);
+  const Ended ply = run(Call{.arguments = {"extract", store, "-i", "100.5", "-o", folder / "p.ply"},
+                             .file_limit = 4000});
+  EXPECT_EQ(ply.exit_code, 1);
+  const Ended demo =
+      run(Call{.arguments = {"demo", folder.path(), "--only", "bucky"}, .file_limit = 4000});
+  EXPECT_EQ(demo.exit_code, 1);
+  EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.nrrd"}));
+}
+
+TEST(Cli, AKilledBuildLeavesTheOldStoreAndCanBeRepeated) {
+  const TempFolder folder;
+  const std::string volume = write_ball(folder, 150), store = folder / "ball.isosplat";
+  ASSERT_EQ(run({"build", volume}).exit_code, 0);
+  const std::string whole = read_file(store);
+  int killed = 0;
+  for (const int milliseconds : {5, 20, 40, 60, 80, 120, 160}) {
+    for (const int signal : {SIGKILL, SIGTERM}) {
+      write_file(store, "an older store");
+      const Ended ended = run(Call{.arguments = {"build", volume},
+                                   .kill_after = std::chrono::milliseconds(milliseconds),
+                                   .kill_signal = signal});
+      const std::string left = read_file(store);
+      killed += ended.exit_code == -1;
+      EXPECT_TRUE(left == "an older store" || left == whole) << milliseconds;
+    }
+  }
+  EXPECT_GT(killed, 0);
+  ASSERT_EQ(run({"build", volume}).exit_code, 0);
+  EXPECT_EQ(read_file(store), whole) << "the same input gives the same bytes";
+  EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.nrrd"}))
+      << "the next build removes what the killed ones left";
+}
+
+TEST(Cli, TooLittleMemoryIsSaidBeforeAnythingIsWritten) {
+  const TempFolder folder;
+  const std::string volume = write_ball(folder, 100);
+  const Ended ended = run({"build", volume, "--memory", "1M"});
+  EXPECT_EQ(ended.exit_code, 1);
+  EXPECT_EQ(lines(ended.err), 1u) << ended.err;
+  EXPECT_NE(ended.err.find("--memory"), std::string::npos) << ended.err;
+  EXPECT_EQ(folder.files(), std::vector<std::string>{"ball.nrrd"});
+}
+
+TEST(Cli, DemoVolumesBuildAndVerify) {
+  const TempFolder folder;
+  const Ended demo = run({"demo", folder / "new" / "folder", "--only", "bucky,marschner_lobb"});
+  EXPECT_EQ(demo.exit_code, 0) << demo.err;
+  EXPECT_EQ(lines(demo.out), 2u);
+  for (const char* name : {"bucky", "marschner_lobb"}) {
+    const std::string volume = folder / "new" / "folder" / (std::string(name) + ".nrrd");
+    EXPECT_EQ(run({"build", volume, "-q", "-o", folder / "s.isosplat"}).exit_code, 0);
+    EXPECT_EQ(run({"verify", folder / "s.isosplat"}).exit_code, 0);
+  }
+}
+
+/// Starts the program, waits for the line that says it is ready, stops it by SIGTERM, and returns
+/// what it printed.
+Ended serve_and_stop(const Call& call) {
+  const TempFolder folder;
+  const pid_t child = start(call, folder / "out", folder / "err");
+  bool ready = false;
+  for (int i = 0; i < 600 && !ready; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    ready = read_file(folder / "out").find("Isosplat is ready: http://") != std::string::npos;
+    int status = 0;
+    if (!ready && waitpid(child, &status, WNOHANG) == child) {
+      return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / "out"),
+              read_file(folder / "err")};
+    }
+  }
+  kill(child, SIGTERM);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return {ready && WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / "out"),
+          read_file(folder / "err")};
+}
+
+TEST(Cli, ServesUntilItIsStopped) {
+  const TempFolder folder;
+  ASSERT_EQ(run({"build", write_ball(folder, 20)}).exit_code, 0);
+  const Ended served = serve_and_stop(Call{.arguments = {"serve", folder.path(), "--port", "0"}});
+  EXPECT_EQ(served.exit_code, 0) << served.err;
+  EXPECT_NE(served.out.find("ball ("), std::string::npos) << served.out;
+}
+
+TEST(Cli, ViewBuildsOnceIntoTheCache) {
+  const TempFolder folder, cache;
+  const std::string volume = write_ball(folder, 20);
+  const Call call{.arguments = {"view", volume, "--port", "0"}, .cache = cache.path()};
+  const Ended first = serve_and_stop(call);
+  EXPECT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_NE(first.out.find("?volume=ball"), std::string::npos) << first.out;
+  EXPECT_NE(first.err.find("Building"), std::string::npos);
+  const Ended second = serve_and_stop(call);
+  EXPECT_EQ(second.err.find("Building"), std::string::npos) << second.err;
+
+  write_file(volume, read_file(volume) + " ");  // another size
+  EXPECT_NE(serve_and_stop(call).err.find("Building"), std::string::npos);
+  const Call other{.arguments = {"view", volume, "--port", "0", "--spacing", "1,1,3"},
+                   .cache = cache.path()};
+  EXPECT_NE(serve_and_stop(other).err.find("Building"), std::string::npos);
+  size_t stores = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(cache / "isosplat")) {
+    stores += entry.path().extension() == ".isosplat";
+  }
+  EXPECT_EQ(stores, 3u);
+  EXPECT_EQ(folder.files(), std::vector<std::string>{"ball.nrrd"}) << "nothing beside the volume";
+}
+
+TEST(Cli, RealVolumesBuildAndVerify) {
+  ISOSPLAT_NEEDS_VOLUMES(volumes);
+  const TempFolder folder;
+  for (const char* name :
+       {"fuel.nhdr", "lobster.nhdr", "iron_protein.vtk", "fetal_atlas_f32.nrrd", "cthead_tif"}) {
+    SCOPED_TRACE(name);
+    const Ended built = run({"build", volumes / name, "-o", folder / "v.isosplat", "-q"});
+    EXPECT_EQ(built.exit_code, 0) << built.err;
+    const Ended verified = run({"verify", folder / "v.isosplat"});
+    EXPECT_EQ(verified.exit_code, 0) << verified.err;
+  }
+}
+
+}  // namespace
+}  // namespace isosplat
