@@ -2,6 +2,7 @@
 import { spawnSync } from "node:child_process";
 import { mkdirSync, writeFileSync } from "node:fs";
 import { createServer } from "node:net";
+import { userInfo } from "node:os";
 import { join } from "node:path";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
 
@@ -31,8 +32,9 @@ async function untilItAnswers(url: string): Promise<void> {
   throw new Error(`${url} does not answer`);
 }
 
+/** As the user who runs it: another could not read the folder. */
 const nginxConfiguration = (folder: string, port: number) => `
-daemon off; worker_processes 2; pid ${folder}/nginx.pid; error_log ${folder}/nginx.log;
+user ${userInfo().username}; daemon off; worker_processes 2; pid ${folder}/nginx.pid; error_log ${folder}/nginx.log;
 events { worker_connections 1024; }
 http {
   access_log off; sendfile on; tcp_nopush on; keepalive_requests 1000000;
@@ -46,7 +48,8 @@ function load(wrk: string, url: string): Load {
   const rate = run.stdout.match(/Requests\/sec:\s+([\d.]+)/)?.[1];
   const [, p99, unit] = run.stdout.match(/99%\s+([\d.]+)(us|ms|s)/) ?? [];
   const failures = run.stdout.match(/Non-2xx|Socket errors/);
-  if (!rate || !p99 || !unit || failures) throw new Error(`wrk ${url}:\n${run.stdout}${run.stderr}`);
+  if (!rate || !p99 || !unit || failures)
+    throw new Error(`wrk ${url}:\n${run.stdout}${run.stderr}`);
   return {
     requestsPerSecond: Number(rate),
     p99Ms: Number(p99) * { us: 0.001, ms: 1, s: 1000 }[unit as "us" | "ms" | "s"],
@@ -77,22 +80,19 @@ async function run(bench: Bench): Promise<void> {
   const nginx = bench.program("nginx");
   if (!wrk) return;
   await bench.command(bench.isosplat, ["demo", bench.folder, "--only", "bucky"]);
-  const volumes = spawnSync("sh", ["-c", `ls ${bench.folder}/bucky*`], { encoding: "utf8" });
-  const volume = volumes.stdout.split("\n")[0] ?? "";
-  await bench.command(bench.isosplat, ["build", volume, "-o", join(bench.folder, "bucky.isosplat")]);
+  const store = join(bench.folder, "bucky.isosplat");
+  await bench.command(bench.isosplat, ["build", join(bench.folder, "bucky.nrrd"), "-o", store]);
 
   const port = await freePort();
-  bench.start(bench.isosplat, [
-    ...["serve", join(bench.folder, "bucky.isosplat"), "--port", String(port), "--threads", "2"],
-  ]);
+  bench.start(bench.isosplat, ["serve", store, "--port", String(port), "--threads", "2"]);
   const base = `http://127.0.0.1:${port}`;
   await untilItAnswers(`${base}/healthz`);
   const info = (await (await fetch(`${base}/v1/volumes/bucky`)).json()) as { contentId: string };
   const content = `${base}/v1/volumes/bucky/${info.contentId}`;
 
   const nginxPort = await freePort();
+  mkdirSync(join(bench.folder, "files"));
   if (nginx) {
-    mkdirSync(join(bench.folder, "files"));
     const configuration = join(bench.folder, "nginx.conf");
     writeFileSync(configuration, nginxConfiguration(bench.folder, nginxPort));
     writeFileSync(join(bench.folder, "files/ready"), "ready");

@@ -197,7 +197,7 @@ TEST_F(HostileClients, HalfARequestIsDisconnected) {
 }
 
 TEST_F(HostileClients, IdleConnectionsAreDisconnected) {
-  options.limits.idle_time = milliseconds(200);
+  options.limits.idle_time = milliseconds(700);
   start();
   Client silent(port());
   EXPECT_TRUE(silent.is_closed_within(milliseconds(5000)));
@@ -209,12 +209,12 @@ TEST_F(HostileClients, IdleConnectionsAreDisconnected) {
 TEST_F(HostileClients, AClientThatDoesNotReadIsDisconnected) {
   const KnownStore large = make_store(3, {128, 128, 128}, 2'000'000);
   write_file(folder.path() / "large.isosplat", large.file);
-  options.limits.write_time = milliseconds(300);
+  options.limits.write_time = milliseconds(1000);
   start();
   Client client(port());
   client.set_receive_buffer(64 * 1024);
   client.send("GET /v1/volumes/large/" + large.content + "/file HTTP/1.1\r\nHost: x\r\n\r\n");
-  std::this_thread::sleep_for(milliseconds(1500));
+  std::this_thread::sleep_for(milliseconds(3000));
   const Answer answer = client.receive();
   EXPECT_EQ(answer.status, 200);
   EXPECT_FALSE(answer.complete);

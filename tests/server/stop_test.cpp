@@ -43,7 +43,7 @@ class Stop : public ServerTest {
 };
 
 TEST_F(Stop, AnswersInFlightEndAndIdleConnectionsClose) {
-  options.limits.stop_time = seconds(20);
+  options.limits.stop_time = seconds(60);
   start_with_large_store();
   Client idle(port());
   EXPECT_EQ(idle.request("GET", "/healthz").status, 200);
@@ -60,6 +60,7 @@ TEST_F(Stop, AnswersInFlightEndAndIdleConnectionsClose) {
 
 TEST_F(Stop, ASignalDuringATransfer) {
   options.handle_signals = true;
+  options.limits.stop_time = seconds(60);
   start_with_large_store();
   Client client = reader();
   const std::string begin = client.read(12);
