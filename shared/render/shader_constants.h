@@ -19,19 +19,19 @@
 
 // Side of a square, in the extents of its cell's box on the image, and how far behind the sample
 // it is drawn, in extents of the box along the view (measured: tests/bench/render).
-#define QUAD_FOOTPRINT 0.85
-#define QUAD_SETBACK 0.25
+#define QUAD_FOOTPRINT 0.87
+#define QUAD_SETBACK 0.28
 
-// Squares of a chunk that may be larger than this, in px, are drawn as ellipses: their blocks would
-// show, and there are few of them.
-#define QUAD_MAX_PX 16.0
+// A chunk whose squares or ellipses may be larger than this, in px, is ray cast instead: what is
+// approximate would show, and so few splats that are so large fit on the screen.
+#define LARGE_SPLAT_PX 24.0
 
 // Radius of a disc in cells, and how far it reaches beyond its cell's box; the cosine below which a
 // disc counts as seen from its edge; and px by which all are enlarged.
 #define ELLIPSE_RADIUS 0.87
-#define ELLIPSE_MARGIN_CELLS 0.12
+#define ELLIPSE_MARGIN_CELLS 0.2
 #define ELLIPSE_LEAST_FACING 0.1
-#define ELLIPSE_LEAST_PX 0.35
+#define ELLIPSE_LEAST_PX 0.12
 
 // A ray-cast splat accepts roots this far outside of its cell, in cells: neighbours then overlap
 // by more than single precision and packed corners can part them.

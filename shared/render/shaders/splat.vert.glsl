@@ -18,6 +18,8 @@ flat out uvec4 v_pixel;
 flat out vec2 v_centre_px;
 flat out vec3 v_distance;       // along the view: at the centre, and per px to the right and up
 flat out vec3 v_place, v_place_x, v_place_y;  // in the cell, from its centre, in cells; likewise
+flat out vec3 v_along;          // that place per unit along the view
+flat out vec3 v_bend;           // how far the surface leaves the plane: along the view, per xy, xz, yz
 flat out vec3 v_gradient, v_gradient_x, v_gradient_y;  // in the camera's frame, likewise
 flat out float v_scalar;
 #else
@@ -67,7 +69,7 @@ void main() {
   v_pixel = uvec4(0u);
 #elif KIND == KIND_ELLIPSE
   v_centre_px = vec2(0.0);
-  v_distance = v_place = v_place_x = v_place_y = v_gradient = v_gradient_x = v_gradient_y = vec3(0.0);
+  v_distance = v_along = v_bend = v_place = v_place_x = v_place_y = v_gradient = v_gradient_x = v_gradient_y = vec3(0.0);
   v_scalar = 0.0;
 #else
   v_centre = v_a = v_b = v_plane = v_sample = vec4(0.0);
@@ -108,11 +110,13 @@ void main() {
     }
     displacement = clamp(displacement, -0.5 * size, 0.5 * size);
 #if KIND != KIND_QUAD
-    // A second step, from where the first one led: the gradient there is the surface's.
-    at = value_and_gradient(f, displacement / size + 0.5);
-    gradient = at.yzw / size;
-    displacement = clamp(displacement + newton_step(at.x, gradient, isocode), -0.5 * size,
-                         0.5 * size);
+    // Further steps, from where the first one led: the gradient there is the surface's.
+    for (int i = 0; i < 2; ++i) {
+      at = value_and_gradient(f, displacement / size + 0.5);
+      gradient = at.yzw / size;
+      displacement =
+          clamp(displacement + newton_step(at.x, gradient, isocode), -0.5 * size, 0.5 * size);
+    }
     at = value_and_gradient(f, displacement / size + 0.5);
     gradient = at.yzw / size;
 #endif
@@ -183,6 +187,9 @@ void main() {
   v_gradient_x = to_view((hessian * x) / size) * per;
   v_gradient_y = to_view((hessian * y) / size) * per;
   v_scalar = scalar;
+  v_along = to_hit / size;
+  v_bend = -vec3(xy, xz, yz) * (per / facing);
+  if (footprint < 1.0) v_bend = vec3(0.0);
   float ndc_z = 0.0;
 #else
   float z = max(dot(centre, u_forward.xyz), u_depth.z);

@@ -1,0 +1,246 @@
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "native/cli/command.h"
+#include "native/cli/options.h"
+#include "native/cli/terminal.h"
+#include "native/headless/draw_image.h"
+#include "native/headless/egl_context.h"
+#include "native/headless/store_scene.h"
+
+namespace isosplat::cli {
+namespace {
+
+struct RenderCall {
+  std::string store, output = "out.png";
+  std::vector<double> isovalues;
+  std::string size = "1024x1024";
+  std::string kind = "blended";
+  std::vector<std::string> colours;
+  std::vector<double> opacities;
+  std::string background = "ffffff";
+  std::string colour_by = "isosurface", colour_map = "viridis";
+  std::vector<double> colour_range;
+  std::vector<double> target, clip_box;
+  double azimuth = 30, elevation = 20, roll = 0, field_of_view = 30;
+  double distance = 0, zoom = 1;
+  double eye_dome = RenderSettings{}.eye_dome;
+  int level = -1;
+  uint64_t samples = uint64_t{64} << 20;
+  int turntable = 0;
+};
+
+// Told apart by people with any colour vision (Okabe and Ito 2008), the first two for bone and
+// skin.
+constexpr Vec3f kColours[kMaxIsosurfaces] = {
+    {0.90f, 0.85f, 0.74f}, {0.84f, 0.55f, 0.42f}, {0.34f, 0.71f, 0.91f}, {0.00f, 0.62f, 0.45f},
+    {0.94f, 0.89f, 0.26f}, {0.00f, 0.45f, 0.70f}, {0.84f, 0.37f, 0.00f}, {0.80f, 0.47f, 0.65f}};
+
+/// "rrggbb" or "rrggbbaa", with or without "#".
+std::optional<std::array<float, 4>> parse_colour(std::string_view text) {
+  if (text == "transparent") return std::array<float, 4>{1, 1, 1, 0};
+  if (!text.empty() && text[0] == '#') text.remove_prefix(1);
+  if (text.size() != 6 && text.size() != 8) return std::nullopt;
+  std::array<float, 4> colour{0, 0, 0, 1};
+  for (size_t i = 0; 2 * i < text.size(); ++i) {
+    int value = 0;
+    const auto [end, error] =
+        std::from_chars(text.data() + 2 * i, text.data() + 2 * i + 2, value, 16);
+    if (error != std::errc{} || end != text.data() + 2 * i + 2) return std::nullopt;
+    colour[i] = static_cast<float>(value) / 255;
+  }
+  return colour;
+}
+
+Result<RenderSettings> settings_of(const RenderCall& call) {
+  RenderSettings settings;
+  settings.kind = call.kind == "quad"      ? SplatKind::quad
+                  : call.kind == "ellipse" ? SplatKind::ellipse
+                  : call.kind == "exact"   ? SplatKind::exact
+                                           : SplatKind::blended;
+  if (call.isovalues.size() > kMaxIsosurfaces) {
+    return fail(Status::invalid_argument,
+                fmt::format("--isovalue: at most {} at a time", kMaxIsosurfaces));
+  }
+  for (size_t i = 0; i < call.isovalues.size(); ++i) {
+    Isosurface surface{call.isovalues[i], kColours[i], 1};
+    if (i < call.colours.size()) {
+      const auto colour = parse_colour(call.colours[i]);
+      if (!colour) {
+        return fail(Status::invalid_argument,
+                    fmt::format("--colour {}: expected rrggbb, as d6a08c", call.colours[i]));
+      }
+      surface.colour = {(*colour)[0], (*colour)[1], (*colour)[2]};
+      surface.opacity = (*colour)[3];
+    }
+    if (i < call.opacities.size()) surface.opacity = static_cast<float>(call.opacities[i]);
+    settings.isosurfaces.push_back(surface);
+  }
+  const auto background = parse_colour(call.background);
+  if (!background) {
+    return fail(Status::invalid_argument,
+                fmt::format("--background {}: expected rrggbb or transparent", call.background));
+  }
+  settings.background = *background;
+  constexpr std::array kColourBy = {"isosurface", "isovalue", "gradient",
+                                    "depth",      "level",    "error"};
+  constexpr std::array kMaps = {"viridis", "magma", "cividis", "turbo"};
+  for (size_t i = 0; i < kColourBy.size(); ++i) {
+    if (call.colour_by == kColourBy[i]) settings.colour_by = static_cast<ColourBy>(i);
+  }
+  for (size_t i = 0; i < kMaps.size(); ++i) {
+    if (call.colour_map == kMaps[i]) settings.colour_map = static_cast<ColourMap>(i);
+  }
+  if (call.colour_range.size() == 2) {
+    settings.colour_low = call.colour_range[0];
+    settings.colour_high = call.colour_range[1];
+  }
+  if (call.clip_box.size() == 6) {
+    settings.clip_box_low = {call.clip_box[0], call.clip_box[1], call.clip_box[2]};
+    settings.clip_box_high = {call.clip_box[3], call.clip_box[4], call.clip_box[5]};
+  }
+  settings.eye_dome = static_cast<float>(call.eye_dome);
+  return settings;
+}
+
+Camera camera_of(const RenderCall& call, const VolumeGrid& grid) {
+  Camera camera = default_camera(grid);
+  const double default_distance = camera.distance * std::sin(camera.field_of_view / 2 / 57.29578);
+  camera.azimuth = call.azimuth;
+  camera.elevation = call.elevation;
+  camera.roll = call.roll;
+  camera.field_of_view = call.field_of_view;
+  camera.distance = call.distance > 0
+                        ? call.distance
+                        : default_distance / std::sin(call.field_of_view / 2 / 57.29578);
+  camera.distance /= call.zoom;
+  if (call.target.size() == 3) camera.target = {call.target[0], call.target[1], call.target[2]};
+  return camera;
+}
+
+int run(const RenderCall& call) {
+  int width = 0, height = 0;
+  if (const auto parsed = std::sscanf(call.size.c_str(), "%dx%d", &width, &height); parsed == 1) {
+    height = width;
+  }
+  if (width < 1 || height < 1) {
+    return report({Status::invalid_argument,
+                   fmt::format("--size {}: expected WIDTHxHEIGHT in pixels", call.size)});
+  }
+  auto settings = settings_of(call);
+  if (!settings) return report(settings.error());
+  const auto store = StoreFile::open(call.store);
+  if (!store) return report(store.error());
+  if (settings->colour_by == ColourBy::isovalue && call.colour_range.size() != 2) {
+    const StoreInfo& info = (*store)->info();
+    settings->colour_low = info.mapping.value(info.range.min);
+    settings->colour_high = info.mapping.value(info.range.max);
+  }
+  const auto context = EglContext::create();
+  if (!context) return report(context.error());
+  auto renderer = Renderer::create();
+  if (!renderer) return report(renderer.error());
+  const auto scene =
+      show_store(**renderer, **store, call.isovalues,
+                 call.level < 0 ? std::nullopt : std::optional(static_cast<uint32_t>(call.level)),
+                 call.samples);
+  if (!scene) return report(scene.error());
+  if (scene->samples == 0) note("no isosurface at these isovalues: the picture is empty");
+  if (call.level < 0 && scene->level > 0) {
+    note(fmt::format("level {} is drawn: finer ones have more than {} samples (see --samples)",
+                     scene->level, call.samples));
+  }
+  (*renderer)->set_settings(*settings);
+
+  Camera camera = camera_of(call, (*store)->info().grid);
+  const int frames = std::max(1, call.turntable);
+  const std::filesystem::path output = call.output;
+  FrameStatistics statistics;
+  for (int frame = 0; frame < frames; ++frame) {
+    (*renderer)->set_camera(camera);
+    const auto image = draw_image(**renderer, width, height, &statistics);
+    if (!image) return report(image.error());
+    std::filesystem::path path = output;
+    if (call.turntable > 0) {
+      path.replace_filename(
+          fmt::format("{}-{:03}{}", output.stem().string(), frame, output.extension().string()));
+    }
+    if (const auto written = write_png(path.string(), *image); !written) {
+      return report(written.error());
+    }
+    camera.azimuth += 360.0 / frames;
+  }
+  fmt::print("{}: {} × {}{}, {} samples of level {}, {}\n", output.string(), width, height,
+             frames > 1 ? fmt::format(", {} frames", frames) : "",
+             with_commas(statistics.samples_drawn), scene->level, (*renderer)->limits().renderer);
+  if (statistics.kind != settings->kind) {
+    note("this OpenGL has no float targets: ellipses were drawn instead of blended splats");
+  }
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& program, int& exit_code) {
+  CLI::App* command =
+      program.add_subcommand("render", "Draw isosurfaces of a store into a picture (PNG)");
+  auto call = std::make_shared<RenderCall>();
+  command->add_option("store", call->store, "A store file")->required();
+  command->add_option("-i,--isovalue", call->isovalues, "One isovalue or several: 60.5,180.5")
+      ->delimiter(',')
+      ->required();
+  command->add_option("-o,--output", call->output, "The PNG file")->capture_default_str();
+  command->add_option("--size", call->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
+  command->add_option("--kind", call->kind, "What samples are drawn as")
+      ->check(CLI::IsMember({"quad", "ellipse", "blended", "exact"}))
+      ->capture_default_str();
+  command->add_option("--colour,--color", call->colours, "rrggbb or rrggbbaa for each isovalue")
+      ->delimiter(',');
+  command->add_option("--opacity", call->opacities, "0 to 1, for each isovalue")->delimiter(',');
+  command->add_option("--background", call->background, "rrggbb, rrggbbaa or transparent")
+      ->capture_default_str();
+  command->add_option("--colour-by,--color-by", call->colour_by, "What decides the colour")
+      ->check(CLI::IsMember({"isosurface", "isovalue", "gradient", "depth", "level", "error"}))
+      ->capture_default_str();
+  command->add_option("--colour-map,--color-map", call->colour_map, "The colours for --colour-by")
+      ->check(CLI::IsMember({"viridis", "magma", "cividis", "turbo"}))
+      ->capture_default_str();
+  command->add_option("--range", call->colour_range, "LOW,HIGH: the values that the map spans")
+      ->delimiter(',')
+      ->expected(2);
+  command->add_option("--azimuth", call->azimuth, "Degrees: 0 from the front, 90 from the left")
+      ->capture_default_str();
+  command->add_option("--elevation", call->elevation, "Degrees above the horizon")
+      ->capture_default_str();
+  command->add_option("--roll", call->roll, "Degrees about the line of sight")
+      ->capture_default_str();
+  command->add_option("--field-of-view", call->field_of_view, "Degrees, vertical")
+      ->check(CLI::Range(1.0, 120.0))
+      ->capture_default_str();
+  command->add_option("--distance", call->distance,
+                      "From the eye to the target in world units (0: all is in sight)");
+  command->add_option("--zoom", call->zoom, "Divides the distance")->check(CLI::PositiveNumber);
+  command->add_option("--target", call->target, "X,Y,Z in world units: what the camera looks at")
+      ->delimiter(',')
+      ->expected(3);
+  command
+      ->add_option("--clip-box", call->clip_box,
+                   "X0,Y0,Z0,X1,Y1,Z1 as fractions of the volume: what lies inside is drawn")
+      ->delimiter(',')
+      ->expected(6);
+  command->add_option("--eye-dome", call->eye_dome, "Strength of eye-dome lighting, 0 to 1")
+      ->capture_default_str();
+  command->add_option("--level", call->level, "0 is the finest (default: by --samples)");
+  command->add_option("--samples", call->samples, "Draws the finest level with at most that many")
+      ->capture_default_str();
+  command->add_option("--turntable", call->turntable,
+                      "N pictures all around: OUTPUT-000.png, OUTPUT-001.png, …");
+  command->footer(examples(
+      "  isosplat render engine.isosplat --isovalue 60.5 -o engine.png\n"
+      "  isosplat render head.isosplat -i 1150,500 --opacity 1,0.35 --zoom 1.4 -o head.png\n"
+      "  isosplat render bunny.isosplat -i 1000 --turntable 36 --background transparent"));
+  command->callback([call, &exit_code] { exit_code = run(*call); });
+}
+
+}  // namespace isosplat::cli

@@ -1,0 +1,77 @@
+#include "native/headless/store_scene.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "shared/codec/chunk_codec.h"
+
+namespace isosplat {
+namespace {
+
+/// The chunks of a level that any of the isovalues needs, each once.
+Result<std::vector<ChunkRef>> chunks_at(const StoreFile& store, std::span<const double> isovalues,
+                                        uint32_t level) {
+  std::vector<ChunkRef> chunks;
+  for (const double isovalue : isovalues) {
+    const float isocode = store.info().mapping.isocode(isovalue);
+    auto some = store.chunks_for(level, isocode, isocode);
+    if (!some) return tl::unexpected(some.error());
+    chunks.insert(chunks.end(), some->chunks.begin(), some->chunks.end());
+  }
+  const auto key = [](const ChunkRef& chunk) { return chunk.offset; };
+  std::sort(chunks.begin(), chunks.end(),
+            [&](const ChunkRef& a, const ChunkRef& b) { return key(a) < key(b); });
+  chunks.erase(std::unique(chunks.begin(), chunks.end(),
+                           [&](const ChunkRef& a, const ChunkRef& b) { return key(a) == key(b); }),
+               chunks.end());
+  return chunks;
+}
+
+}  // namespace
+
+Result<StoreScene> show_store(Renderer& renderer, const StoreFile& store,
+                              std::span<const double> isovalues, std::optional<uint32_t> level,
+                              uint64_t sample_budget) {
+  const StoreInfo& info = store.info();
+  if (level && *level >= info.levels) {
+    return fail(Status::not_found, store.path().string() + ": level " + std::to_string(*level) +
+                                       " does not exist: the coarsest is " +
+                                       std::to_string(info.levels - 1));
+  }
+  StoreScene scene;
+  scene.level = level.value_or(0);
+  std::vector<ChunkRef> chunks;
+  for (;; ++scene.level) {
+    auto found = chunks_at(store, isovalues, scene.level);
+    if (!found) return tl::unexpected(found.error());
+    chunks = std::move(*found);
+    scene.samples = 0;
+    for (const ChunkRef& chunk : chunks) scene.samples += chunk.cells;
+    if (level || scene.samples <= sample_budget || scene.level + 1 == info.levels) break;
+  }
+
+  renderer.set_volume(info.grid, info.mapping);
+  const LevelGrid grid = level_grid(info.grid.voxels, scene.level);
+  ChunkDecoder decoder;
+  std::vector<std::byte> bytes;
+  std::vector<PackedSample> samples;
+  std::vector<uint64_t> ids;
+  for (const ChunkRef& chunk : chunks) {
+    bytes.clear();
+    if (auto read = store.read_chunk(chunk, bytes); !read) return tl::unexpected(read.error());
+    const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.slab_begin, chunk.slab_end,
+                           chunk.cells, scene.level > 0};
+    if (auto decoded = decoder.decode_packed(bytes, shape, samples); !decoded) {
+      return tl::unexpected(decoded.error());
+    }
+    if (auto added = renderer.add_chunk(chunk.offset, {chunk.block}, samples); !added) {
+      return tl::unexpected(added.error());
+    }
+    ids.push_back(chunk.offset);
+  }
+  renderer.set_visible(ids);
+  scene.chunks = chunks.size();
+  return scene;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+
+#include "server/store_file.h"
+#include "shared/render/renderer.h"
+
+namespace isosplat {
+
+/// What show_store put on the GPU.
+struct StoreScene {
+  uint32_t level = 0;
+  uint64_t chunks = 0;
+  uint64_t samples = 0;
+};
+
+/// Hands the renderer the chunks of a store that the isovalues need at one level, and makes them
+/// visible. Without a level: the finest whose samples number at most `sample_budget`.
+/// Errors: not_found (no such level), those of StoreFile, ChunkDecoder and Renderer::add_chunk.
+Result<StoreScene> show_store(Renderer& renderer, const StoreFile& store,
+                              std::span<const double> isovalues, std::optional<uint32_t> level,
+                              uint64_t sample_budget);
+
+}  // namespace isosplat
