@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
   isosplat::cli::add_serve_command(program, exit_code);
   isosplat::cli::add_view_command(program, exit_code);
   isosplat::cli::add_extract_command(program, exit_code);
+  isosplat::cli::add_render_command(program, exit_code);
   isosplat::cli::add_verify_command(program, exit_code);
   isosplat::cli::add_demo_command(program, exit_code);
   try {
