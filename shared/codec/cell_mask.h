@@ -18,6 +18,21 @@ struct CellMask {
   void clear() { std::memset(bits, 0, sizeof bits); }
   uint64_t& row(int32_t y, int32_t z) { return bits[z + 1][y + 1]; }
   uint64_t row(int32_t y, int32_t z) const { return bits[z + 1][y + 1]; }
+
+  /// The cells of brick (x, y, z), in bricks: bit x + 4 y + 16 z.
+  uint64_t brick(int32_t x, int32_t y, int32_t z) const {
+    uint64_t word = 0;
+    for (int i = 0; i < 16; ++i) {
+      word |= (row(4 * y + (i & 3), 4 * z + (i >> 2)) >> (4 * x) & 15) << (4 * i);
+    }
+    return word;
+  }
+  /// Adds the cells of a brick.
+  void set_brick(int32_t x, int32_t y, int32_t z, uint64_t word) {
+    for (int i = 0; i < 16; ++i) {
+      row(4 * y + (i & 3), 4 * z + (i >> 2)) |= (word >> (4 * i) & 15) << (4 * x);
+    }
+  }
 };
 
 /// The bits of the mask's rows that stand for cells of the block.
@@ -31,19 +46,18 @@ inline uint64_t valid_cells(int32_t cells_x) {
 ///   bits 0–3  the quad at z − 1        bits 4, 5  (x − 1, y), (x − 1, y + 1)
 ///                                      bits 6, 7  (x, y − 1), (x + 1, y − 1)
 ///
-/// Start of each quad's slots, from the frequencies in chunk_tables.h.
-struct QuadStarts {
-  uint16_t brick[256][16];
-  uint16_t cell[256][16];
+/// The slots of each quad, of kQuadTotal, by context.
+struct QuadSlots {
+  uint16_t start[256][16];
+  uint16_t frequency[256][16];
 
-  QuadStarts() {
+  QuadSlots() {
     for (int context = 0; context < 256; ++context) {
-      uint32_t in_bricks = 0, in_cells = 0;
+      read_distribution(kQuadTable[context], 16, kQuadTotal, frequency[context]);
+      uint32_t next = 0;
       for (int quad = 0; quad < 16; ++quad) {
-        brick[context][quad] = static_cast<uint16_t>(in_bricks);
-        cell[context][quad] = static_cast<uint16_t>(in_cells);
-        in_bricks += kBrickQuads[context][quad];
-        in_cells += kCellQuads[context][quad];
+        start[context][quad] = static_cast<uint16_t>(next);
+        next += frequency[context][quad];
       }
     }
   }
@@ -72,10 +86,49 @@ inline BrickMask bricks_of(const CellMask& mask, Index3 cells) {
   return bricks;
 }
 
+/// Codes a brick's quads; see code_mask(). left, above, below: the words of the bricks before it
+/// along x, y, z; old: its own, where it is encoded.
+template <class Coder>
+inline uint64_t code_brick(Coder& coder, int32_t slices, bool two_x, bool two_y, uint64_t left,
+                           uint64_t above, uint64_t below, uint64_t old) {
+  const auto quad_of = [](uint64_t slice) {
+    return static_cast<uint32_t>((slice & 3) | (slice >> 2 & 12));
+  };
+  const auto right_of = [](uint32_t quad) { return (quad >> 1 & 1) | (quad >> 2 & 2); };
+  uint64_t word = 0;
+  below >>= 48;
+  above >>= 12;
+  for (int32_t z = 0; z < slices; ++z) {
+    const auto up = static_cast<uint32_t>(above & 15), side = static_cast<uint32_t>(left);
+    uint32_t q1 = 0, q2 = 0, q3 = 0;
+    const uint32_t q0 = coder.quad(
+        quad_of(below) | (side << 1 & 16) | (side >> 2 & 32) | (up & 3) << 6, quad_of(old));
+    if (two_x) {
+      q1 = coder.quad(quad_of(below >> 2) | right_of(q0) << 4 | up >> 2 << 6, quad_of(old >> 2));
+    }
+    if (two_y) {
+      q2 = coder.quad(quad_of(below >> 8) | (side >> 7 & 16) | (side >> 10 & 32) | q0 >> 2 << 6,
+                      quad_of(old >> 8));
+      if (two_x) {
+        q3 =
+            coder.quad(quad_of(below >> 10) | right_of(q2) << 4 | q1 >> 2 << 6, quad_of(old >> 10));
+      }
+    }
+    below = (q0 & 3) | (q1 & 3) << 2 | q0 >> 2 << 4 | q1 >> 2 << 6 | (q2 & 3) << 8 |
+            (q3 & 3) << 10 | q2 >> 2 << 12 | q3 >> 2 << 14;
+    word |= below << (16 * z);
+    above >>= 16;
+    left >>= 16;
+    old >>= 16;
+  }
+  return word;
+}
+
 /// Codes the bricks, then the cells of each brick that holds any, all in raster order. One text for
-/// both directions: `coder.brick(context, quad)` and `coder.cell(context, quad)` return the quad,
+/// both directions: `coder.quad(context, quad)` returns the quad,
 /// as given (encoder) or as decoded (decoder, where the masks are clear before); coder.good() may
-/// stop it after each brick. Returns whether the bits outside the block are zero, and good() held.
+/// stop it after each brick; Coder::kDecodes tells the directions apart. Returns whether the bits
+/// outside the block are zero, and good() held.
 template <class Coder>
 bool code_mask(Index3 cells, BrickMask& bricks, CellMask& mask, Coder& coder) {
   const Index3 across{(cells.x + 3) / 4, (cells.y + 3) / 4, (cells.z + 3) / 4};
@@ -88,7 +141,7 @@ bool code_mask(Index3 cells, BrickMask& bricks, CellMask& mask, Coder& coder) {
         const uint32_t context = pair(y, z - 1) | pair(y + 1, z - 1) << 2 |
                                  (bricks.row(y, z) >> x & 1) << 4 |
                                  (bricks.row(y + 1, z) >> x & 1) << 5 | pair(y - 1, z) << 6;
-        const uint32_t quad = coder.brick(context, pair(y, z) | pair(y + 1, z) << 2);
+        const uint32_t quad = coder.quad(context, pair(y, z) | pair(y + 1, z) << 2);
         bricks.row(y, z) |= (quad & 3) << (x + 1);
         bricks.row(y + 1, z) |= (quad >> 2) << (x + 1);
       }
@@ -100,37 +153,23 @@ bool code_mask(Index3 cells, BrickMask& bricks, CellMask& mask, Coder& coder) {
     }
   }
 
-  for (int32_t brick_z = 0; brick_z < across.z; ++brick_z) {
-    for (int32_t brick_y = 0; brick_y < across.y; ++brick_y) {
-      const int32_t y = brick_y * 4;
-      for (uint32_t row = bricks.row(brick_y, brick_z) >> 1; row; row &= row - 1) {
-        const int32_t x = 4 * __builtin_ctz(row);
-        uint32_t below[4];
-        for (int i = 0; i < 4; ++i) below[i] = mask.row(y + i, brick_z * 4 - 1) >> x & 15;
-        for (int32_t z = brick_z * 4; z < brick_z * 4 + 4 && z < cells.z; ++z) {
-          uint32_t old[4], now[4] = {};
-          for (int i = 0; i < 4; ++i) old[i] = static_cast<uint32_t>(mask.row(y + i, z) >> x & 15);
-          uint32_t above = static_cast<uint32_t>(mask.row(y - 1, z) >> x & 15);
-          for (int j = 0; j < 4 && y + j < cells.y; j += 2) {
-            uint32_t left0 = static_cast<uint32_t>(mask.row(y + j, z) << 1 >> x & 1);
-            uint32_t left1 = static_cast<uint32_t>(mask.row(y + j + 1, z) << 1 >> x & 1);
-            for (int i = 0; i < 4 && x + i < cells.x; i += 2) {
-              const uint32_t context = (below[j] >> i & 3) | (below[j + 1] >> i & 3) << 2 |
-                                       left0 << 4 | left1 << 5 | (above >> i & 3) << 6;
-              const uint32_t quad =
-                  coder.cell(context, (old[j] >> i & 3) | (old[j + 1] >> i & 3) << 2);
-              now[j] |= (quad & 3) << i;
-              now[j + 1] |= (quad >> 2) << i;
-              left0 = quad >> 1 & 1;
-              left1 = quad >> 3 & 1;
-            }
-            above = now[j + 1];
-          }
-          for (int i = 0; i < 4; ++i) {
-            mask.row(y + i, z) |= static_cast<uint64_t>(now[i]) << x;
-            below[i] = now[i];
-          }
-        }
+  // A brick as a word: bit x + 4 y + 16 z. Two planes of bricks, with zeros before the first.
+  constexpr int32_t kPadded = BrickMask::kAcross + 1;
+  uint64_t words[2][kPadded][kPadded] = {};
+  for (int32_t z = 0; z < across.z; ++z) {
+    auto &current = words[z & 1], &previous = words[~z & 1];
+    std::memset(current, 0, sizeof current);
+    const int32_t slices = cells.z - 4 * z < 4 ? cells.z - 4 * z : 4;
+    for (int32_t y = 0; y < across.y; ++y) {
+      const bool two_y = 4 * y + 2 < cells.y;
+      for (uint32_t row = bricks.row(y, z) >> 1; row; row &= row - 1) {
+        const int32_t x = __builtin_ctz(row);
+        const bool two_x = 4 * x + 2 < cells.x;
+        const uint64_t old = Coder::kDecodes ? 0 : mask.brick(x, y, z);
+        const uint64_t word = code_brick(coder, slices, two_x, two_y, current[y + 1][x],
+                                         current[y][x + 1], previous[y + 1][x + 1], old);
+        current[y + 1][x + 1] = word;
+        if (Coder::kDecodes) mask.set_brick(x, y, z, word);
         if (!coder.good()) return false;
       }
     }

@@ -9,22 +9,30 @@
 namespace isosplat {
 namespace {
 
-/// Bytes before and after the copy of a chunk that may be read: more than a row of the lattice, a
-/// slice's row of intervals or the header can take, so that bounds are checked once for each.
+/// Bytes before and after the copy of a chunk that may be read: more than kBatch points, a row of
+/// intervals or the header can take, so that bounds are checked once for each.
 constexpr size_t kSlack = 2048;
+
+/// Points between two looks at the bounds.
+constexpr int32_t kBatch = 256;
 
 constexpr size_t kSmallestChunk = 4 * kRansStates + 1;
 
-/// A slot of a token distribution: frequency | start << 11 | token << 22.
+/// A token distribution: the token of each slot, and frequency | start << 16 of each token. Two
+/// small tables, because many are in use at once and the cache is to hold them all.
 struct TokenTable {
   bool built = false;
-  uint32_t slot[2048];
+  uint8_t token[2048];
+  uint32_t range[kTokens];
 
-  void build(const uint16_t* frequencies) {
+  void build(uint32_t shape) {
+    uint16_t frequencies[kTokens];
+    read_distribution(kTokenTable[shape], kTokens, kTokenTotal, frequencies);
     uint32_t start = 0;
-    for (uint32_t token = 0; token < kTokens; ++token) {
-      const uint32_t frequency = frequencies[token];
-      std::fill_n(slot + start, frequency, frequency | start << 11 | token << 22);
+    for (uint32_t t = 0; t < kTokens; ++t) {
+      const uint32_t frequency = frequencies[t];
+      std::fill_n(token + start, frequency, static_cast<uint8_t>(t));
+      range[t] = frequency | start << 16;
       start += frequency;
     }
     built = true;
@@ -33,7 +41,7 @@ struct TokenTable {
 
 /// What a context decodes with.
 struct ContextModel {
-  const uint32_t* slots = nullptr;
+  const TokenTable* table = nullptr;
   uint32_t shift = 0;
 };
 
@@ -41,41 +49,35 @@ struct Found {
   uint32_t start, frequency, symbol;
 };
 
-/// Both ends of a chunk.
+/// A chunk from both its ends.
 struct Streams {
-  RansDecoder rans;
   BitReader bits;
-  const uint8_t* end;
+  RansDecoder rans;
 
-  /// Whether all that was read so far is in the chunk.
-  bool within() const { return rans.position() + bits.bytes_read() <= end; }
+  /// Whether what was read from one end has not been read from the other.
+  bool within() const { return bits.position() <= rans.position(); }
 
   int32_t residual(const ContextModel& model) {
     const uint32_t token = rans.get<11>([&](uint32_t slot) {
-      const uint32_t entry = model.slots[slot];
-      return Found{entry >> 11 & 0x7ff, entry & 0x7ff, entry >> 22};
+      const uint32_t found = model.table->token[slot], range = model.table->range[found];
+      return Found{range >> 16, range & 0xffff, found};
     });
-    const uint32_t raw_bits = token_bits(token) + model.shift;
-    return unfold((token_base(token) << model.shift) + bits.get(raw_bits));
+    const uint32_t info = kTokenInfo.info[token];
+    return unfold(((info & 0xffffff) << model.shift) + bits.get((info >> 24) + model.shift));
   }
 };
 
 template <class Ops>
 struct MaskDecoder {
-  const QuadStarts& starts;
-  Streams& streams;
+  static constexpr bool kDecodes = true;
+  const QuadSlots& slots;
+  Streams streams;
 
-  uint32_t quad(const uint16_t* quad_starts, const uint16_t* frequencies) {
+  uint32_t quad(uint32_t context, uint32_t) {
     return streams.rans.get<12>([&](uint32_t slot) {
-      const uint32_t found = Ops::find_quad(quad_starts, slot);
-      return Found{quad_starts[found], frequencies[found], found};
+      const uint32_t found = Ops::find_quad(slots.start[context], slot);
+      return Found{slots.start[context][found], slots.frequency[context][found], found};
     });
-  }
-  uint32_t brick(uint32_t context, uint64_t) {
-    return quad(starts.brick[context], kBrickQuads[context]);
-  }
-  uint32_t cell(uint32_t context, uint64_t) {
-    return quad(starts.cell[context], kCellQuads[context]);
   }
   bool good() const { return streams.within(); }
 };
@@ -91,21 +93,23 @@ tl::unexpected<Error> malformed(const char* what) {
 }  // namespace
 
 struct ChunkDecoder::Scratch {
-  QuadStarts quad_starts;
+  QuadSlots quad_slots;
   TokenTable tables[kShapes];
   std::vector<uint8_t> bytes;
 
   CellMask mask;
-  PointPlane plane[2];  // by z & 1, as are
-  ValueRow value[2][kLatticeAcross];
-  EnergyRow energy[2][kLatticeAcross];
-  ValueRow last_value;  // of the last row of an earlier plane
-  EnergyRow last_energy;
+  PointPlane plane[2];  // by z & 1, as is
+  Row row[2][kLatticeAcross];
+  Row last_row;  // the last of an earlier plane
+  Energies energies;
+  PlanePoints points;
+  int32_t residuals[PlanePoints::kMost];  // of `points`
   ChunkHeader header;
   Predictor predictor;
-  ContextModel models[kContexts];
+  ContextModel models[kGroups][kOctaves];  // by half octave
+  const ContextModel* class_models[kClasses];
 
-  Scratch() : value{}, energy{}, last_value{}, last_energy{} {}
+  Scratch() : row{}, last_row{} {}
 
   /// Calls emit(place, the four rows of values from the cell's corner 0, 2, 4, 6 on, interval) for
   /// each cell in raster order; interval is null where it is that of the corners.
@@ -113,64 +117,62 @@ struct ChunkDecoder::Scratch {
   Result<void> decode(std::span<const std::byte> chunk, const ChunkShape& shape, Emit emit);
 
   template <class Ops>
-  void decode_row(Streams& streams, int32_t cells_y, int32_t cells_x, int32_t y, int32_t z,
-                  RowPointers& last);
+  void decode_row(Index3 cells, int32_t y, int32_t z, const Row*& last);
+  void decode_residuals(Streams& streams, int32_t from, int32_t to);
   bool set_models();
 };
 
 /// Returns false where a context's model is missing that a level can lead to.
 bool ChunkDecoder::Scratch::set_models() {
-  const TokenTable* any = nullptr;
+  ContextModel of_context[kContexts] = {};
+  ContextModel any;
   for (int c = 0; c < kContexts; ++c) {
-    models[c] = {};
     if (header.model[c] == kNoModel) continue;
     const Model model = model_of(header.model[c]);
     TokenTable& table = tables[model.shape];
-    if (!table.built) table.build(kTokenShapes[model.shape]);
-    models[c] = {table.slot, model.shift};
-    any = &table;
+    if (!table.built) table.build(model.shape);
+    any = of_context[c] = {&table, model.shift};
   }
-  if (!any) return false;
-  // A context that the encoder did not meet may be met in a malformed chunk: any table will do.
-  for (ContextModel& model : models) {
-    if (!model.slots) model.slots = any->slot;
+  if (!any.table) return false;
+  // A context that the encoder did not meet may be met in a malformed chunk: any model will do.
+  for (int group = 0; group < kGroups; ++group) {
+    for (int octave = 0; octave < kOctaves; ++octave) {
+      const ContextModel& model =
+          of_context[group * kLevels + header.levels.level_of_octave(octave)];
+      models[group][octave] = model.table ? model : any;
+    }
   }
-  for (int c = 0; c < kClasses; ++c) predictor.classes[c].set(header.taps[c]);
-  predictor.greatest = header.wide ? 32767 : 255 - 32768;
+  for (uint32_t c = 0; c < kClasses; ++c) class_models[c] = models[group_of_class(c)];
+  predictor.set(header.taps, header.wide);
   return true;
 }
 
-template <class Ops>
-void ChunkDecoder::Scratch::decode_row(Streams& streams, int32_t cells_y, int32_t cells_x,
-                                       int32_t y, int32_t z, RowPointers& last) {
-  const PointPlane &current = plane[z & 1], &previous = plane[~z & 1];
-  const auto row_of = [&](int back, int32_t row_y) {
-    return RowPointers{value[(z - back) & 1][row_y].at + kRowPad,
-                       energy[(z - back) & 1][row_y].at + kRowPad};
-  };
-  const Neighbours n = neighbours_of(current, previous, y, cells_y, row_of, last);
-  int16_t* const values = value[z & 1][y].at + kRowPad;
-  int16_t* const energies = energy[z & 1][y].at + kRowPad;
-  fill_values(n, values);
-  fill_energies(n, energies);
-  for (int word = 0; word < 2; ++word) {
-    const ClassBits classes = class_bits(current, previous, y, word);
-    for (uint64_t bits = current.points[y].word[word]; bits; bits &= bits - 1) {
-      const int bit = __builtin_ctzll(bits), x = 64 * word + bit;
-      const uint32_t point_class = classes.at(bit);
-      const ClassWeights& weights = predictor.classes[point_class];
-      const Sums sums = Ops::sum_taps(taps_at(n, x), weights.rows);
-      const ContextModel& model =
-          models[group_of_class(point_class) * kLevels + header.levels.level(sums.energy)];
-      const int32_t residual = streams.residual(model);
-      values[x] =
-          static_cast<int16_t>(predictor.predict(weights, sums.prediction, values + x) + residual);
-      energies[x] = static_cast<int16_t>(std::min(std::abs(residual), kMaxEnergy));
-    }
+void ChunkDecoder::Scratch::decode_residuals(Streams& streams, int32_t from, int32_t to) {
+  Streams local = streams;
+  for (int32_t i = from; i < to; ++i) {
+    residuals[i] = local.residual(class_models[points.point_class[i]][points.octave[i]]);
   }
-  pad_row(values, cells_x);
-  pad_row(energies, cells_x);
-  last = {values, energies};
+  streams = local;
+}
+
+template <class Ops>
+void ChunkDecoder::Scratch::decode_row(Index3 cells, int32_t y, int32_t z, const Row*& last) {
+  const PointPlane &current = plane[z & 1], &previous = plane[~z & 1];
+  const auto row_at = [&](int back, int32_t row_y) { return &row[(z - back) & 1][row_y]; };
+  const Neighbours n = neighbours_of(current, previous, y, cells.y, row_at, last);
+  Row& own = row[z & 1][y];
+  fill_values(n, own);
+
+  int16_t* const values = own.value + kRowPad;
+  for (int32_t i = points.first[y]; i < points.first[y + 1]; ++i) {
+    const int32_t x = points.x[i], residual = residuals[i];
+    const ClassWeights& weights = predictor.classes[points.point_class[i]];
+    const int32_t sum = Ops::sum_taps(taps_at(n, x), weights.rows);
+    values[x] = static_cast<int16_t>(predictor.predict(weights, sum, values + x) + residual);
+    energies.set(x, y, residual);
+  }
+  pad_row(own, cells.x);
+  last = &own;
 }
 
 template <class Ops, class Emit>
@@ -191,8 +193,7 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
   std::memcpy(bytes.data() + kSlack, chunk.data(), chunk.size());
   std::memset(bytes.data() + kSlack + chunk.size(), 0, kSlack);
   const uint8_t* const begin = bytes.data() + kSlack;
-  const uint8_t* const end = begin + chunk.size();
-  Streams streams{RansDecoder(begin), BitReader(end), end};
+  Streams streams{BitReader(begin), RansDecoder(begin + chunk.size())};
 
   if (!streams.rans.starts_well()) return malformed("a coder state is outside its limits");
   if (!read_header(streams.bits, shape.has_intervals, header)) return malformed("bad header");
@@ -201,8 +202,10 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
 
   mask.clear();
   BrickMask bricks;
-  MaskDecoder<Ops> mask_decoder{quad_starts, streams};
-  if (!code_mask(cells, bricks, mask, mask_decoder)) {
+  MaskDecoder<Ops> mask_decoder{quad_slots, streams};
+  const bool mask_is_good = code_mask(cells, bricks, mask, mask_decoder);
+  streams = mask_decoder.streams;
+  if (!mask_is_good) {
     return streams.within() ? malformed("cells outside the block") : truncated();
   }
   uint32_t count = 0;
@@ -213,30 +216,32 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
   }
   if (count != shape.cell_count) return malformed("holds another number of cells than stated");
 
-  set_first_row(shape.slab_begin, shape.slab_end, last_value, last_energy);
-  RowPointers last{last_value.at + kRowPad, last_energy.at + kRowPad};
+  energies.reset();
+  set_first_row(shape.slab_begin, shape.slab_end, last_row);
+  const Row* last = &last_row;
   plane[1].clear();  // there is none before z = 0
   int32_t interval_energy = 0;
   for (int32_t z = 0; z <= cells.z; ++z) {
     if (plane[z & 1].set(mask, cells, z) == 0) continue;
-    for (int32_t y = 0; y <= cells.y; ++y) {
-      if (!plane[z & 1].points[y].any()) continue;
-      decode_row<Ops>(streams, cells.y, cells.x, y, z, last);
+    points.set<Ops>(plane[z & 1], plane[~z & 1], energies, cells.y);
+    const int32_t in_plane = points.first[cells.y + 1];
+    for (int32_t i = 0; i < in_plane; i += kBatch) {
+      decode_residuals(streams, i, std::min(i + kBatch, in_plane));
       if (!streams.within()) return truncated();
     }
-    // The next plane but one takes this one's place: keep its last row.
-    if (last.value != last_value.at + kRowPad) {
-      std::memcpy(last_value.at, last.value - kRowPad, sizeof last_value);
-      std::memcpy(last_energy.at, last.energy - kRowPad, sizeof last_energy);
-      last = {last_value.at + kRowPad, last_energy.at + kRowPad};
+    for (int32_t y = 0; y <= cells.y; ++y) {
+      if (points.first[y] != points.first[y + 1]) decode_row<Ops>(cells, y, z, last);
     }
+    // The next plane but one takes this one's place: keep its last row.
+    if (last != &last_row) last_row = *last;
+    last = &last_row;
     if (z == 0) continue;
 
     for (int32_t y = 0; y < cells.y; ++y) {
-      const int16_t* const r00 = value[~z & 1][y].at + kRowPad;
-      const int16_t* const r10 = value[~z & 1][y + 1].at + kRowPad;
-      const int16_t* const r01 = value[z & 1][y].at + kRowPad;
-      const int16_t* const r11 = value[z & 1][y + 1].at + kRowPad;
+      const int16_t* const r00 = row[~z & 1][y].value + kRowPad;
+      const int16_t* const r10 = row[~z & 1][y + 1].value + kRowPad;
+      const int16_t* const r01 = row[z & 1][y].value + kRowPad;
+      const int16_t* const r11 = row[z & 1][y + 1].value + kRowPad;
       const auto row_place = static_cast<uint32_t>(y << 6 | (z - 1) << 12);
       for (uint64_t bits = mask.row(y, z - 1); bits; bits &= bits - 1) {
         const auto x = static_cast<uint32_t>(__builtin_ctzll(bits));
@@ -245,13 +250,14 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
           continue;
         }
         const CellInterval range =
-            corner_interval(ScalarOps::corners(r00 + x, r10 + x, r01 + x, r11 + x));
-        const int32_t level = header.levels.level(interval_energy_of(range, interval_energy));
-        const int32_t below = streams.residual(models[kIntervalMin * kLevels + level]);
-        const int32_t beyond = streams.residual(models[kIntervalMax * kLevels + level]);
-        interval_energy = std::min(std::abs(below) + std::abs(beyond), 65535);
-        const CellInterval interval{static_cast<Code>(range.min - below),
-                                    static_cast<Code>(range.max + beyond)};
+            header.shifted(corner_interval(ScalarOps::corners(r00 + x, r10 + x, r01 + x, r11 + x)));
+        const int32_t octave = interval_octave(range, interval_energy);
+        const int32_t below = streams.residual(models[kIntervalMin][octave]);
+        const int32_t beyond = streams.residual(models[kIntervalMax][octave]);
+        interval_energy = interval_energy_of(below, beyond);
+        const auto min = static_cast<uint32_t>(range.min - below) << header.interval_shift;
+        const auto end = static_cast<uint32_t>(range.max + beyond + 1) << header.interval_shift;
+        const CellInterval interval{static_cast<Code>(min), static_cast<Code>(end - 1)};
         if (interval.min >= interval.max) return malformed("a cell's interval is empty");
         emit(row_place | x, r00 + x, r10 + x, r01 + x, r11 + x, &interval);
       }
@@ -261,7 +267,7 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
   if (!streams.rans.ends_well() || !streams.bits.padding_is_zero()) {
     return malformed("the coder does not end where it began");
   }
-  if (streams.rans.position() + streams.bits.bytes_read() != end) {
+  if (streams.bits.position() != streams.rans.position()) {
     return malformed("bytes are left over");
   }
   return {};
@@ -289,7 +295,6 @@ Result<void> ChunkDecoder::decode(std::span<const std::byte> bytes, const ChunkS
 
 Result<void> ChunkDecoder::decode_packed(std::span<const std::byte> bytes, const ChunkShape& shape,
                                          std::vector<PackedSample>& out) {
-  out.clear();
   // Cells are emitted only once their number is known to be cell_count, and that to be possible.
   constexpr uint32_t kMostCells = kBlockCells * kBlockCells * kBlockCells;
   out.resize(std::min(shape.cell_count, kMostCells));

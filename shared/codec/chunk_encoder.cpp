@@ -8,11 +8,14 @@
 namespace isosplat {
 namespace {
 
-/// Points that the predictor is fitted to, at most about so many.
+/// Points that the predictor is fitted to, at most about twice so many.
 constexpr uint32_t kFitSamples = 4096;
 
 /// Chunks with fewer residuals than these merge 16, 8, 4, 2 levels.
 constexpr uint32_t kMergeBelow[] = {64, 160, 400, 1000};
+
+/// A header has fewer bits than this.
+constexpr size_t kMostHeaderBits = 16384;
 
 /// −log2(frequency / 2048) in 1/256 bit, by integers, so that it is the same everywhere.
 uint32_t cost_of(uint32_t frequency) {
@@ -28,35 +31,41 @@ uint32_t cost_of(uint32_t frequency) {
 }
 
 struct MaskEncoder {
-  const QuadStarts& starts;
+  static constexpr bool kDecodes = false;
+  const QuadSlots& slots;
   RansEncoder& rans;
 
-  uint32_t brick(uint32_t context, uint64_t quad) {
-    rans.put(starts.brick[context][quad], kBrickQuads[context][quad], 12);
-    return static_cast<uint32_t>(quad);
-  }
-  uint32_t cell(uint32_t context, uint64_t quad) {
-    rans.put(starts.cell[context][quad], kCellQuads[context][quad], 12);
-    return static_cast<uint32_t>(quad);
+  uint32_t quad(uint32_t context, uint32_t value) {
+    rans.put(slots.start[context][value], slots.frequency[context][value], 12);
+    return value;
   }
   bool good() const { return true; }
 };
 
+/// A residual to be coded: folded | half octave << 18 | group << 24, later folded | context << 24.
+uint32_t pending(int32_t residual, int32_t octave, int32_t group) {
+  return fold(residual) | static_cast<uint32_t>(octave) << 18 | static_cast<uint32_t>(group) << 24;
+}
+constexpr uint32_t kFoldedMask = (1u << 18) - 1;
+
 }  // namespace
 
 struct ChunkEncoder::Scratch {
-  QuadStarts quad_starts;
+  QuadSlots quad_slots;
+  uint16_t token_frequency[kShapes][kTokens];
   uint16_t token_start[kShapes][kTokens];
   uint32_t token_cost[kShapes][kTokens];
 
   CellMask mask;
-  PointPlane plane[kLatticeAcross];
-  ValueRow value[kLatticeAcross][kLatticeAcross];  // by z, y
-  EnergyRow energy[2][kLatticeAcross];             // by z & 1, y
-  ValueRow first_value;                            // what stands in for rows before the first
-  EnergyRow first_energy;
+  const PointPlane nothing = {};  // stands for the plane before the first
+  PointPlane planes[kLatticeAcross];
+  Row rows[kLatticeAcross][kLatticeAcross];  // by z, y
+  Row first_row;                             // stands for the rows before the first
+  Energies energies;
+  PlanePoints points;
   PredictorFit fit;
-  std::vector<uint32_t> residuals;  // folded | half octave << 18 | group << 24
+  std::vector<uint32_t> residuals;
+  size_t residual_count = 0;
   RansEncoder rans;
   BitWriter bit_writer;
 
@@ -65,16 +74,22 @@ struct ChunkEncoder::Scratch {
   template <class F>
   void for_each_row(Index3 cells, F f);
   void set_values(const BlockView& block, ChunkHeader& header);
-  void fit_predictor(const BlockView& block, uint32_t points, ChunkHeader& header);
+  void fit_predictor(Index3 cells, uint32_t point_count, ChunkHeader& header);
+  void set_interval_shift(const BlockView& block, ChunkHeader& header) const;
+  void add_intervals(const BlockView& block, const ChunkHeader& header, int32_t z,
+                     int32_t& interval_energy);
   void set_residuals(const BlockView& block, const ChunkHeader& header);
   void choose_models(ChunkHeader& header);
+  void put_residuals(const ChunkHeader& header);
+  const PointPlane& before(int32_t z) const { return z > 0 ? planes[z - 1] : nothing; }
 };
 
-ChunkEncoder::Scratch::Scratch() : value{}, energy{}, first_value{}, first_energy{} {
+ChunkEncoder::Scratch::Scratch() : rows{}, first_row{} {
   for (int shape = 0; shape < kShapes; ++shape) {
+    read_distribution(kTokenTable[shape], kTokens, kTokenTotal, token_frequency[shape]);
     uint32_t start = 0;
     for (int token = 0; token < kTokens; ++token) {
-      const uint32_t frequency = kTokenShapes[shape][token];
+      const uint32_t frequency = token_frequency[shape][token];
       token_start[shape][token] = static_cast<uint16_t>(start);
       token_cost[shape][token] = cost_of(frequency);
       start += frequency;
@@ -86,10 +101,10 @@ ChunkEncoder::Scratch::Scratch() : value{}, energy{}, first_value{}, first_energ
 uint32_t ChunkEncoder::Scratch::set_mask(const BlockView& block, uint32_t begin, uint32_t end) {
   mask.clear();
   uint32_t count = 0;
-  const CellInterval* row = block.intervals;
+  const CellInterval* intervals = block.intervals;
   for (int32_t z = 0; z < block.cells.z; ++z) {
-    for (int32_t y = 0; y < block.cells.y; ++y, row += block.cells.x) {
-      const uint64_t bits = VectorOps::active_cells(row, block.cells.x, begin, end);
+    for (int32_t y = 0; y < block.cells.y; ++y, intervals += block.cells.x) {
+      const uint64_t bits = VectorOps::active_cells(intervals, block.cells.x, begin, end);
       mask.row(y, z) = bits;
       count += static_cast<uint32_t>(__builtin_popcountll(bits));
     }
@@ -97,29 +112,16 @@ uint32_t ChunkEncoder::Scratch::set_mask(const BlockView& block, uint32_t begin,
   return count;
 }
 
-/// Calls f(y, z, neighbours) for each row that has points, in coding order. Energies are those of
-/// the planes z and z − 1 only.
+/// Calls f(y, z, neighbours) for each row that has points, in coding order.
 template <class F>
 void ChunkEncoder::Scratch::for_each_row(Index3 cells, F f) {
-  const PointPlane nothing = {};
-  RowPointers last{first_value.at + kRowPad, first_energy.at + kRowPad};
-  EnergyRow carried;
+  const Row* last = &first_row;
   for (int32_t z = 0; z <= cells.z; ++z) {
-    bool any = false;
     for (int32_t y = 0; y <= cells.y; ++y) {
-      if (!plane[z].points[y].any()) continue;
-      const auto row = [&](int back, int32_t row_y) {
-        return RowPointers{value[z - back][row_y].at + kRowPad,
-                           energy[(z - back) & 1][row_y].at + kRowPad};
-      };
-      f(y, z, neighbours_of(plane[z], z > 0 ? plane[z - 1] : nothing, y, cells.y, row, last));
-      last = row(0, y);
-      any = true;
-    }
-    // The energies of this plane make room for those of the next but one.
-    if (any) {
-      carried = *reinterpret_cast<const EnergyRow*>(last.energy - kRowPad);
-      last.energy = carried.at + kRowPad;
+      if (!planes[z].points[y].any()) continue;
+      const auto row_at = [&](int back, int32_t row_y) { return &rows[z - back][row_y]; };
+      f(y, z, neighbours_of(planes[z], before(z), y, cells.y, row_at, last));
+      last = &rows[z][y];
     }
   }
 }
@@ -128,46 +130,44 @@ void ChunkEncoder::Scratch::set_values(const BlockView& block, ChunkHeader& head
   const Index3 cells = block.cells;
   uint32_t all = 0;
   for_each_row(cells, [&](int32_t y, int32_t z, const Neighbours& neighbours) {
-    int16_t* row = value[z][y].at + kRowPad;
-    fill_values(neighbours, row);
+    fill_values(neighbours, rows[z][y]);
+    int16_t* const values = rows[z][y].value + kRowPad;
     const Code* voxels = block.voxels + (size_t(z) * (cells.y + 1) + y) * (cells.x + 1);
     for (int word = 0; word < 2; ++word) {
-      for (uint64_t bits = plane[z].points[y].word[word]; bits; bits &= bits - 1) {
+      for (uint64_t bits = planes[z].points[y].word[word]; bits; bits &= bits - 1) {
         const int x = 64 * word + __builtin_ctzll(bits);
-        row[x] = static_cast<int16_t>(voxels[x] ^ 0x8000);
+        values[x] = static_cast<int16_t>(voxels[x] ^ 0x8000);
         all |= voxels[x];
       }
     }
-    pad_row(row, cells.x);
+    pad_row(rows[z][y], cells.x);
   });
   header.wide = all > 255;
 }
 
-void ChunkEncoder::Scratch::fit_predictor(const BlockView& block, uint32_t points,
-                                          ChunkHeader& header) {
-  const uint32_t stride = std::max(1u, points / kFitSamples);
+void ChunkEncoder::Scratch::fit_predictor(Index3 cells, uint32_t point_count, ChunkHeader& header) {
+  const uint32_t stride = std::max(1u, point_count / kFitSamples);
   uint32_t skip = stride / 2;
   fit.clear();
-  const PointPlane nothing = {};
-  for_each_row(block.cells, [&](int32_t y, int32_t z, const Neighbours& n) {
-    const uint32_t in_row = plane[z].points[y].count();
+  for_each_row(cells, [&](int32_t y, int32_t z, const Neighbours& n) {
+    const uint32_t in_row = planes[z].points[y].count();
     if (skip >= in_row) {
       skip -= in_row;
       return;
     }
-    const int16_t* row = value[z][y].at + kRowPad;
+    const int16_t* values = rows[z][y].value + kRowPad;
     for (int word = 0; word < 2; ++word) {
-      const ClassBits classes = class_bits(plane[z], z > 0 ? plane[z - 1] : nothing, y, word);
-      for (uint64_t bits = plane[z].points[y].word[word]; bits; bits &= bits - 1) {
+      const ClassBits classes = class_bits(planes[z], before(z), y, word);
+      for (uint64_t bits = planes[z].points[y].word[word]; bits; bits &= bits - 1) {
         if (skip--) continue;
         skip = stride - 1;
         const int bit = __builtin_ctzll(bits), x = 64 * word + bit;
-        const int16_t *up = n.up.value + x, *back = n.back.value + x;
-        const int16_t *down = n.back_down.value + x, *corner = n.back_up.value + x;
-        const int32_t taps[kTaps] = {up[-1],    up[0],     up[1],      back[-1],  back[0],
-                                     back[1],   down[-1],  down[0],    down[1],   corner[-1],
-                                     corner[0], corner[1], row[x - 1], row[x - 2]};
-        fit.add(classes.at(bit), taps, row[x]);
+        const TapPointers t = taps_at(n, x);
+        const int32_t taps[kTaps] = {t.up[0],        t.up[1],      t.up[2],        t.back[0],
+                                     t.back[1],      t.back[2],    t.back_down[0], t.back_down[1],
+                                     t.back_down[2], t.back_up[0], t.back_up[1],   t.back_up[2],
+                                     values[x - 1],  values[x - 2]};
+        fit.add(VectorOps::class_at(classes.words, bit), taps, values[x]);
       }
     }
   });
@@ -176,93 +176,108 @@ void ChunkEncoder::Scratch::fit_predictor(const BlockView& block, uint32_t point
   std::copy_n(&weights.taps[0][0], kClasses * kTaps, &header.taps[0][0]);
 }
 
+/// Finds how many low bits all the cells' intervals leave unused: zeros in min and ones in max.
+void ChunkEncoder::Scratch::set_interval_shift(const BlockView& block, ChunkHeader& header) const {
+  uint32_t used = 1u << kMaxIntervalShift;
+  const CellInterval* intervals = block.intervals;
+  for (int32_t z = 0; z < block.cells.z; ++z) {
+    for (int32_t y = 0; y < block.cells.y; ++y, intervals += block.cells.x) {
+      for (uint64_t bits = mask.row(y, z); bits; bits &= bits - 1) {
+        const CellInterval interval = intervals[__builtin_ctzll(bits)];
+        used |= interval.min | ~uint32_t{interval.max};
+      }
+    }
+  }
+  header.interval_shift = __builtin_ctz(used);
+}
+
+void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const ChunkHeader& header,
+                                          int32_t z, int32_t& interval_energy) {
+  for (int32_t y = 0; y < block.cells.y; ++y) {
+    const CellInterval* intervals =
+        block.intervals + (size_t(z) * block.cells.y + y) * block.cells.x;
+    for (uint64_t bits = mask.row(y, z); bits; bits &= bits - 1) {
+      const int x = __builtin_ctzll(bits), at = kRowPad + x;
+      const CellInterval range = header.shifted(corner_interval(
+          ScalarOps::corners(rows[z][y].value + at, rows[z][y + 1].value + at,
+                             rows[z + 1][y].value + at, rows[z + 1][y + 1].value + at)));
+      const CellInterval interval = header.shifted(intervals[x]);
+      const int32_t below = range.min - interval.min, beyond = interval.max - range.max;
+      const int32_t octave = interval_octave(range, interval_energy);
+      residuals[residual_count++] = pending(below, octave, kIntervalMin);
+      residuals[residual_count++] = pending(beyond, octave, kIntervalMax);
+      interval_energy = interval_energy_of(below, beyond);
+    }
+  }
+}
+
 void ChunkEncoder::Scratch::set_residuals(const BlockView& block, const ChunkHeader& header) {
   const Index3 cells = block.cells;
   Predictor predictor;
-  predictor.greatest = header.wide ? 32767 : 255 - 32768;
-  for (int c = 0; c < kClasses; ++c) predictor.classes[c].set(header.taps[c]);
-  const auto add = [&](int32_t residual, int32_t group, int32_t octave) {
-    residuals.push_back(fold(residual) | static_cast<uint32_t>(octave) << 18 |
-                        static_cast<uint32_t>(group) << 24);
+  predictor.set(header.taps, header.wide);
+  residual_count = 0;
+  energies.reset();
+  int32_t done_z = -1, interval_energy = 0;
+  // The intervals of slice z − 1 come after the points of plane z.
+  const auto finish_plane = [&](int32_t z) {
+    if (block.has_intervals && z > 0) add_intervals(block, header, z - 1, interval_energy);
   };
-
-  residuals.clear();
-  const PointPlane nothing = {};
-  int32_t interval_z = 0;  // intervals of slice z come after the points of plane z + 1
-  int32_t interval_energy = 0;
-  const auto add_intervals = [&](int32_t end_z) {
-    for (; block.has_intervals && interval_z < end_z; ++interval_z) {
-      const int32_t z = interval_z;
-      for (int32_t y = 0; y < cells.y; ++y) {
-        for (uint64_t bits = mask.row(y, z); bits; bits &= bits - 1) {
-          const int x = __builtin_ctzll(bits);
-          const CellInterval range = corner_interval(ScalarOps::corners(
-              value[z][y].at + kRowPad + x, value[z][y + 1].at + kRowPad + x,
-              value[z + 1][y].at + kRowPad + x, value[z + 1][y + 1].at + kRowPad + x));
-          const CellInterval interval = block.intervals[(size_t(z) * cells.y + y) * cells.x + x];
-          const int32_t octave =
-              half_octave(static_cast<uint32_t>(interval_energy_of(range, interval_energy)));
-          const int32_t below = range.min - interval.min, beyond = interval.max - range.max;
-          add(below, kIntervalMin, octave);
-          add(beyond, kIntervalMax, octave);
-          interval_energy = std::min(std::abs(below) + std::abs(beyond), 65535);
-        }
-      }
-    }
-  };
-
   for_each_row(cells, [&](int32_t y, int32_t z, const Neighbours& n) {
-    add_intervals(z - 1);
-    int16_t* energies = energy[z & 1][y].at + kRowPad;
-    fill_energies(n, energies);
-    const int16_t* row = value[z][y].at + kRowPad;
-    for (int word = 0; word < 2; ++word) {
-      const ClassBits classes = class_bits(plane[z], z > 0 ? plane[z - 1] : nothing, y, word);
-      for (uint64_t bits = plane[z].points[y].word[word]; bits; bits &= bits - 1) {
-        const int bit = __builtin_ctzll(bits), x = 64 * word + bit;
-        const uint32_t point_class = classes.at(bit);
-        const ClassWeights& weights = predictor.classes[point_class];
-        const Sums sums = VectorOps::sum_taps(taps_at(n, x), weights.rows);
-        const int32_t residual = row[x] - predictor.predict(weights, sums.prediction, row + x);
-        add(residual, group_of_class(point_class), half_octave(static_cast<uint32_t>(sums.energy)));
-        energies[x] = static_cast<int16_t>(std::min(std::abs(residual), kMaxEnergy));
-      }
+    if (z != done_z) {
+      while (done_z < z) finish_plane(done_z++);
+      points.set<VectorOps>(planes[z], before(z), energies, cells.y);
     }
-    pad_row(energies, cells.x);
+    const int16_t* const values = rows[z][y].value + kRowPad;
+    for (int32_t i = points.first[y]; i < points.first[y + 1]; ++i) {
+      const int32_t x = points.x[i];
+      const ClassWeights& weights = predictor.classes[points.point_class[i]];
+      const int32_t sum = VectorOps::sum_taps(taps_at(n, x), weights.rows);
+      const int32_t residual = values[x] - predictor.predict(weights, sum, values + x);
+      residuals[residual_count++] =
+          pending(residual, points.octave[i], group_of_class(points.point_class[i]));
+      energies.set(x, y, residual);
+    }
   });
-  add_intervals(cells.z);
+  while (done_z <= cells.z) finish_plane(done_z++);
 }
 
 /// Chooses where levels begin, and each context's model: the shift by the mean, the shape by its
-/// cost. Replaces the half octave and group of each residual by its context << 24.
+/// cost. Replaces the half octave and group of each residual by its context.
 void ChunkEncoder::Scratch::choose_models(ChunkHeader& header) {
+  const std::span<uint32_t> all(residuals.data(), residual_count);
   std::array<uint32_t, 64> octaves{};
-  for (const uint32_t r : residuals) ++octaves[r >> 18 & 63];
-  const size_t few = residuals.size() / 16;
+  for (const uint32_t r : all) ++octaves[r >> 18 & 63];
+  const size_t few = all.size() / 16;
   size_t below = 0;
   header.levels.base = 0;
   while (header.levels.base < 15 && (below += octaves[header.levels.base]) <= few) {
     ++header.levels.base;
   }
 
+  uint32_t context_of[kGroups][64];
+  for (int32_t group = 0; group < kGroups; ++group) {
+    for (int32_t octave = 0; octave < 64; ++octave) {
+      context_of[group][octave] =
+          static_cast<uint32_t>(group * kLevels + header.levels.level_of_octave(octave));
+    }
+  }
   std::array<uint64_t, kContexts> sum{};
   std::array<uint32_t, kContexts> count{};
-  for (uint32_t& r : residuals) {
-    const auto octave = static_cast<int32_t>(r >> 18 & 63), group = static_cast<int32_t>(r >> 24);
-    const auto context =
-        static_cast<uint32_t>(group * kLevels + header.levels.level_of_octave(octave));
-    r = (r & 0x3ffff) | context << 24;
-    sum[context] += r & 0x3ffff;
+  for (uint32_t& r : all) {
+    const uint32_t context = context_of[r >> 24][r >> 18 & 63];
+    r = (r & kFoldedMask) | context << 24;
+    sum[context] += r & kFoldedMask;
     ++count[context];
   }
   std::array<uint32_t, kContexts> shift{};
   for (int c = 0; c < kContexts; ++c) {
-    while (shift[c] < kMaxShift && sum[c] * 8 > uint64_t{count[c]} * 72 << shift[c]) ++shift[c];
+    // A mean of nine is where the broadest plain distribution ends.
+    while (shift[c] < kMaxShift && sum[c] > uint64_t{count[c]} * 9 << shift[c]) ++shift[c];
   }
   std::array<std::array<uint32_t, kTokens>, kContexts> histogram{};
-  for (const uint32_t r : residuals) {
+  for (const uint32_t r : all) {
     const uint32_t c = r >> 24;
-    ++histogram[c][token_of((r & 0x3ffff) >> shift[c]).token];
+    ++histogram[c][token_of((r & kFoldedMask) >> shift[c]).token];
   }
   for (int c = 0; c < kContexts; ++c) {
     header.model[c] = kNoModel;
@@ -279,6 +294,21 @@ void ChunkEncoder::Scratch::choose_models(ChunkHeader& header) {
   }
 }
 
+void ChunkEncoder::Scratch::put_residuals(const ChunkHeader& header) {
+  std::array<Model, kContexts> models{};
+  for (int c = 0; c < kContexts; ++c) {
+    if (header.model[c] != kNoModel) models[c] = model_of(header.model[c]);
+  }
+  for (size_t i = 0; i < residual_count; ++i) {
+    const Model model = models[residuals[i] >> 24];
+    const uint32_t folded = residuals[i] & kFoldedMask;
+    const Token token = token_of(folded >> model.shift);
+    rans.put(token_start[model.shape][token.token], token_frequency[model.shape][token.token], 11);
+    const uint32_t raw_bits = token.raw_bits + model.shift;
+    bit_writer.put(folded & ((1u << raw_bits) - 1), raw_bits);
+  }
+}
+
 ChunkEncoder::ChunkEncoder() : scratch_(std::make_unique<Scratch>()) {}
 ChunkEncoder::ChunkEncoder(ChunkEncoder&&) noexcept = default;
 ChunkEncoder& ChunkEncoder::operator=(ChunkEncoder&&) noexcept = default;
@@ -290,38 +320,33 @@ uint32_t ChunkEncoder::encode(const BlockView& block, uint32_t slab_begin, uint3
   const uint32_t count = s.set_mask(block, slab_begin, slab_end);
   if (count == 0) return 0;
 
-  s.rans.clear();
+  uint32_t point_count = 0;
+  for (int32_t z = 0; z <= block.cells.z; ++z) {
+    point_count += s.planes[z].set(s.mask, block.cells, z);
+  }
+  const size_t most_residuals = point_count + (block.has_intervals ? 2 * size_t{count} : 0);
+  if (s.residuals.size() < most_residuals) s.residuals.resize(most_residuals);
+  // At most a quad for each of the 2×2 cells of the grid, and as many again for bricks.
+  s.rans.begin(most_residuals + kBlockCells * kBlockCells * kBlockCells / 2);
+  s.bit_writer.begin(kMostHeaderBits + most_residuals * 32);
+
   BrickMask bricks = bricks_of(s.mask, block.cells);
-  MaskEncoder mask_encoder{s.quad_starts, s.rans};
+  MaskEncoder mask_encoder{s.quad_slots, s.rans};
   code_mask(block.cells, bricks, s.mask, mask_encoder);
 
-  uint32_t points = 0;
-  for (int32_t z = 0; z <= block.cells.z; ++z) points += s.plane[z].set(s.mask, block.cells, z);
-  set_first_row(slab_begin, slab_end, s.first_value, s.first_energy);
-
   ChunkHeader header;
+  set_first_row(slab_begin, slab_end, s.first_row);
   s.set_values(block, header);
-  s.fit_predictor(block, points, header);
-  for (const uint32_t below : kMergeBelow) header.levels.merge += points < below;
+  s.fit_predictor(block.cells, point_count, header);
+  if (block.has_intervals) s.set_interval_shift(block, header);
+  for (const uint32_t below : kMergeBelow) header.levels.merge += point_count < below;
   s.set_residuals(block, header);
   s.choose_models(header);
 
-  s.bit_writer.clear();
   write_header(header, block.has_intervals, s.bit_writer);
-  std::array<Model, kContexts> models{};
-  for (int c = 0; c < kContexts; ++c) {
-    if (header.model[c] != kNoModel) models[c] = model_of(header.model[c]);
-  }
-  for (const uint32_t r : s.residuals) {
-    const Model model = models[r >> 24];
-    const uint32_t folded = r & 0x3ffff;
-    const Token token = token_of(folded >> model.shift);
-    s.rans.put(s.token_start[model.shape][token.token], kTokenShapes[model.shape][token.token], 11);
-    const uint32_t raw_bits = token.raw_bits + model.shift;
-    s.bit_writer.put(folded & ((1u << raw_bits) - 1), static_cast<int>(raw_bits));
-  }
-  s.rans.finish(out);
+  s.put_residuals(header);
   s.bit_writer.finish(out);
+  s.rans.finish(out);
   return count;
 }
 

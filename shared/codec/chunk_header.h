@@ -10,13 +10,21 @@
 
 namespace isosplat {
 
+inline constexpr int32_t kMaxIntervalShift = 7;
+
 /// What a chunk's bits begin with (CHUNK.md has the layout).
 struct ChunkHeader {
-  bool wide = false;  ///< codes may exceed 255
+  bool wide = false;           ///< codes may exceed 255
+  int32_t interval_shift = 0;  ///< low bits that no interval uses; 0 to kMaxIntervalShift
   LevelMap levels;
   uint32_t fitted = 0;  ///< bit per class: its weights differ from the default ones
   int32_t taps[kClasses][kTaps];
   uint8_t model[kContexts] = {};  ///< kNoModel where the context is not used
+
+  CellInterval shifted(CellInterval interval) const {
+    return {static_cast<Code>(interval.min >> interval_shift),
+            static_cast<Code>(interval.max >> interval_shift)};
+  }
 };
 
 inline constexpr int kHeaderVersion = 0;
@@ -32,6 +40,7 @@ inline constexpr int kPlainWeightBits = 13;
 inline void write_header(const ChunkHeader& header, bool has_intervals, BitWriter& bits) {
   bits.put(kHeaderVersion, kHeaderVersionBits);
   bits.put(header.wide, 1);
+  if (has_intervals) bits.put(static_cast<uint32_t>(header.interval_shift), 3);
   bits.put(static_cast<uint32_t>(header.levels.base), 4);
   bits.put(static_cast<uint32_t>(header.levels.merge), 3);
   for (int group = 0; group < (has_intervals ? kGroups : 2); ++group) {
@@ -65,8 +74,8 @@ inline void write_header(const ChunkHeader& header, bool has_intervals, BitWrite
   for_each_difference([&](uint32_t u) {
     const uint32_t high = u >> best;
     if (high < kMaxUnary) {
-      bits.put((2u << high) - 2, static_cast<int>(high + 1));
-      bits.put(u & ((1u << best) - 1), static_cast<int>(best));
+      bits.put((1u << high) - 1, high + 1);
+      bits.put(u & ((1u << best) - 1), best);
     } else {
       bits.put((1u << kMaxUnary) - 1, kMaxUnary);
       bits.put(u, kPlainWeightBits);
@@ -78,6 +87,7 @@ inline void write_header(const ChunkHeader& header, bool has_intervals, BitWrite
 inline bool read_header(BitReader& bits, bool has_intervals, ChunkHeader& header) {
   if (bits.get(kHeaderVersionBits) != kHeaderVersion) return false;
   header.wide = bits.get(1) != 0;
+  header.interval_shift = has_intervals ? static_cast<int32_t>(bits.get(3)) : 0;
   header.levels.base = static_cast<int32_t>(bits.get(4));
   header.levels.merge = static_cast<int32_t>(bits.get(3));
   if (header.levels.merge > 4) return false;

@@ -1,22 +1,41 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace isosplat {
 
-/// Frequencies, of 4096, of the sixteen values of a quad of cells by its context (cell_mask.h):
-/// where a quad's bits stand for 4³ cells each, and where they stand for one.
-extern const uint16_t kBrickQuads[256][16];
-extern const uint16_t kCellQuads[256][16];
+/// Distributions are written with one letter for each symbol: letter c (A = 0, … Z = 25, a = 26, …)
+/// stands for the frequency ⌊2^(c/4)⌋. The most frequent symbol (the first of equal ones) has what
+/// the others leave of the total instead.
+inline constexpr uint32_t kQuadTotal = 4096;
+inline constexpr uint32_t kTokenTotal = 2048;
+inline void read_distribution(const char* letters, size_t symbols, uint32_t total,
+                              uint16_t* frequencies) {
+  static constexpr uint32_t kQuarters[4] = {65536, 77935, 92681, 110217};  // 2^(16 + i/4)
+  uint32_t rest = total;
+  size_t most = 0;
+  for (size_t i = 0; i < symbols; ++i) {
+    const auto code =
+        static_cast<uint32_t>(letters[i] <= 'Z' ? letters[i] - 'A' : letters[i] - 'a' + 26);
+    frequencies[i] = static_cast<uint16_t>(kQuarters[code & 3] << (code >> 2) >> 16);
+    rest -= frequencies[i];
+    if (frequencies[i] > frequencies[most]) most = i;
+  }
+  frequencies[most] = static_cast<uint16_t>(frequencies[most] + rest);
+}
+
+/// Distributions of the sixteen values of a quad by its context (cell_mask.h); total 4096.
+extern const char kQuadTable[256][17];
+
+/// Distributions of the 29 tokens of a residual (residual_model.h); total 2048.
+inline constexpr int kTokens = 29;
+inline constexpr int kShapes = 54;
+extern const char kTokenTable[kShapes][kTokens + 1];
 
 /// Weights, in 1/128, of a corner's predictor by its class; their order is that of lattice.h.
 inline constexpr int kTaps = 14;
 inline constexpr int kClasses = 16;
 extern const int16_t kDefaultWeights[kClasses][kTaps];
-
-/// Frequencies, of 2048, of the 29 tokens of a residual (residual_model.h).
-inline constexpr int kTokens = 29;
-inline constexpr int kShapes = 54;
-extern const uint16_t kTokenShapes[kShapes][kTokens];
 
 }  // namespace isosplat

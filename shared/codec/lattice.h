@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 
 #include "shared/codec/cell_mask.h"
@@ -19,15 +21,9 @@ inline constexpr int32_t kRowPad = 8;
 inline constexpr int32_t kRowSize = 80;
 
 /// A row's values, as code − 32768 so that they fit signed arithmetic.
-struct ValueRow {
-  int16_t at[kRowSize];
+struct Row {
+  int16_t value[kRowSize];
 };
-
-/// How far each point of a row was from its prediction, at most kMaxEnergy.
-struct EnergyRow {
-  int16_t at[kRowSize];
-};
-inline constexpr int32_t kMaxEnergy = 4095;  // eight of them fit in 15 bits
 
 /// Which points a row has: bits 0–63 and point 64.
 struct PointMask {
@@ -67,24 +63,18 @@ struct PointPlane {
   }
 };
 
-/// A row's values and energies.
-struct RowPointers {
-  const int16_t* value;
-  const int16_t* energy;
-};
-
 /// The rows that stand for those around row (y, z): (y − 1, z), (y, z − 1), (y + 1, z − 1) and
 /// (y − 1, z − 1).
 struct Neighbours {
-  RowPointers up, back, back_down, back_up;
+  const Row *up, *back, *back_down, *back_up;
 };
 
 /// A neighbouring row without a point has no values: another stands in, the same on both sides.
 /// `current`, `previous`: the planes z and z − 1 (without points where z = 0); `row(plane, y)` the
 /// rows' data (plane 0 current, 1 previous); `last` the row coded most recently.
-template <class Row>
+template <class RowAt>
 Neighbours neighbours_of(const PointPlane& current, const PointPlane& previous, int32_t y,
-                         int32_t last_y, Row row, RowPointers last) {
+                         int32_t last_y, RowAt row, const Row* last) {
   const bool up = y > 0 && current.points[y - 1].any();
   const bool back = previous.points[y].any();
   const bool back_up = y > 0 && previous.points[y - 1].any();
@@ -103,53 +93,102 @@ Neighbours neighbours_of(const PointPlane& current, const PointPlane& previous, 
   return n;
 }
 
-/// Fills a row before its points are set: up + back − back_up, kept between up and back.
-inline void fill_values(const Neighbours& n, int16_t* row) {
-  row[-1] = row[-2] = n.up.value[0];
+/// Fills a row's values before its points are set: up + back − back_up, kept between up and back.
+inline void fill_values(const Neighbours& n, Row& to) {
+  int16_t* __restrict row = to.value + kRowPad;
+  const int16_t* __restrict up = n.up->value + kRowPad;
+  const int16_t* __restrict back = n.back->value + kRowPad;
+  const int16_t* __restrict back_up = n.back_up->value + kRowPad;
+  row[-1] = row[-2] = up[0];
   for (int x = 0; x < kBlockCells + kRowPad; ++x) {
-    const int16_t up = n.up.value[x], back = n.back.value[x];
-    const int16_t low = std::min(up, back), high = std::max(up, back);
-    const int16_t middle = std::min(std::max(n.back_up.value[x], low), high);
+    const int16_t low = std::min(up[x], back[x]), high = std::max(up[x], back[x]);
+    const int16_t middle = std::min(std::max(back_up[x], low), high);
     row[x] = static_cast<int16_t>(low + high - middle);
   }
 }
 
-inline void fill_energies(const Neighbours& n, int16_t* row) {
-  row[-1] = n.up.energy[0];
-  for (int x = 0; x < kBlockCells + kRowPad; ++x) {
-    row[x] = static_cast<int16_t>((n.up.energy[x] + n.back.energy[x]) >> 1);
-  }
-}
-
 /// What stands in for the rows before the first one: the middle of the slab.
-inline void set_first_row(uint32_t slab_begin, uint32_t slab_end, ValueRow& value,
-                          EnergyRow& energy) {
+inline void set_first_row(uint32_t slab_begin, uint32_t slab_end, Row& row) {
   const auto middle = static_cast<int32_t>((slab_begin + slab_end) / 2);
-  std::fill_n(value.at, kRowSize, static_cast<int16_t>(std::min(middle, 65535) - 32768));
-  std::fill_n(energy.at, kRowSize, int16_t{4});
+  std::fill_n(row.value, kRowSize, static_cast<int16_t>(std::min(middle, 65535) - 32768));
 }
 
 /// After a row's points are set: the points beyond the block repeat the last one.
-inline void pad_row(int16_t* row, int32_t last_x) {
-  row[last_x + 1] = row[last_x + 2] = row[last_x];
+inline void pad_row(Row& row, int32_t last_x) {
+  int16_t* last = row.value + kRowPad + last_x;
+  last[1] = last[2] = last[0];
 }
+
+/// How far the last point at each (x, y), whatever its z, was from its prediction: at most
+/// kMaxEnergy; kFirstEnergy where there was none yet. The contexts of a plane's points are drawn
+/// from the planes before alone, so that a whole plane's residuals decode in one loop.
+inline constexpr int32_t kMaxEnergy = 4095;
+inline constexpr int16_t kFirstEnergy = 4;
+struct Energies {
+  static constexpr int32_t kStride = 72;
+  int16_t values[kLatticeAcross + 2][kStride];
+
+  void reset() { std::fill_n(&values[0][0], sizeof values / sizeof(int16_t), kFirstEnergy); }
+  void set(int32_t x, int32_t y, int32_t residual) {
+    const int32_t magnitude = residual < 0 ? -residual : residual;
+    values[y + 1][x + 1] = static_cast<int16_t>(magnitude < kMaxEnergy ? magnitude : kMaxEnergy);
+  }
+  /// The one at (x − 1, y − 1).
+  const int16_t* around(int32_t x, int32_t y) const { return &values[y][x]; }
+};
 
 /// A point's class says which of its neighbours are points too: bit 0 (x − 1, y, z),
 /// 1 (x, y − 1, z), 2 (x, y, z − 1), 3 (x, y − 1, z − 1).
 struct ClassBits {
-  uint64_t left, up, back, back_up;
-
-  uint32_t at(int bit) const {
-    return static_cast<uint32_t>((left >> bit & 1) | (up >> bit & 1) << 1 | (back >> bit & 1) << 2 |
-                                 (back_up >> bit & 1) << 3);
-  }
+  uint64_t words[4];
 };
 
 inline ClassBits class_bits(const PointPlane& current, const PointPlane& previous, int32_t y,
                             int word) {
-  return {current.points[y].shifted_up().word[word], y > 0 ? current.points[y - 1].word[word] : 0,
-          previous.points[y].word[word], y > 0 ? previous.points[y - 1].word[word] : 0};
+  return {{current.points[y].shifted_up().word[word], y > 0 ? current.points[y - 1].word[word] : 0,
+           previous.points[y].word[word], y > 0 ? previous.points[y - 1].word[word] : 0}};
 }
+
+/// The points of a plane, in coding order, and what their contexts need.
+struct PlanePoints {
+  static constexpr int32_t kMost = kLatticeAcross * kLatticeAcross;
+  int32_t first[kLatticeAcross + 1];  ///< of each row; the last is the number of points
+  uint8_t x[kMost + 8];
+  uint8_t point_class[kMost];
+  uint8_t octave[kMost];
+
+  template <class Ops>
+  void set(const PointPlane& current, const PointPlane& previous, const Energies& energies,
+           int32_t last_y) {
+    int32_t count = 0;
+    for (int32_t y = 0; y <= last_y; ++y) {
+      first[y] = count;
+      const PointMask points = current.points[y];
+      // Eight at a time, whether there are so many or not: cheaper than a branch for each.
+      uint8_t* to = x + count;
+      for (uint64_t bits = points.word[0]; bits; to += 8) {
+        for (int i = 0; i < 8; ++i) {
+          to[i] = static_cast<uint8_t>(std::countr_zero(bits));
+          bits &= bits - 1;
+        }
+      }
+      count += __builtin_popcountll(points.word[0]);
+      x[count] = 64;
+      count += static_cast<int32_t>(points.word[1]);
+    }
+    first[last_y + 1] = count;
+    for (int32_t y = 0; y <= last_y; ++y) {
+      if (first[y] == first[y + 1]) continue;
+      const ClassBits classes[2] = {class_bits(current, previous, y, 0),
+                                    class_bits(current, previous, y, 1)};
+      for (int32_t i = first[y]; i < first[y + 1]; ++i) {
+        point_class[i] = static_cast<uint8_t>(Ops::class_at(classes[x[i] >> 6].words, x[i] & 63));
+        octave[i] =
+            static_cast<uint8_t>(Ops::octave_at(energies.around(x[i], y), Energies::kStride));
+      }
+    }
+  }
+};
 
 /// The classes' predictors: weights in 1/128 of 14 neighbours (taps), in the order
 ///
@@ -162,7 +201,7 @@ inline constexpr int kImpliedTap = 1;
 inline constexpr int kWeightBits = 7;
 inline constexpr int32_t kMaxWeight = 1023;
 
-struct ClassWeights {
+struct alignas(16) ClassWeights {
   int16_t rows[16] = {};  ///< taps 0–11, each three followed by a zero
   int32_t left = 0;
   int32_t left2 = 0;
@@ -178,6 +217,11 @@ struct Predictor {
   ClassWeights classes[kClasses];
   int32_t greatest = 32767;  ///< of a prediction, less 32768; the least is −32768
 
+  void set(const int32_t (*taps)[kTaps], bool wide) {
+    for (int c = 0; c < kClasses; ++c) classes[c].set(taps[c]);
+    greatest = wide ? 32767 : 255 - 32768;
+  }
+
   /// `row` points at x in the row itself.
   int32_t predict(const ClassWeights& weights, int32_t sum, const int16_t* row) const {
     const int32_t scaled = sum + weights.left * row[-1] + weights.left2 * row[-2];
@@ -186,8 +230,8 @@ struct Predictor {
 };
 
 inline TapPointers taps_at(const Neighbours& n, int32_t x) {
-  return {n.up.value + x - 1,      n.back.value + x - 1, n.back_down.value + x - 1,
-          n.back_up.value + x - 1, n.up.energy + x - 1,  n.back.energy + x - 1};
+  const int32_t i = kRowPad + x - 1;
+  return {n.up->value + i, n.back->value + i, n.back_down->value + i, n.back_up->value + i};
 }
 
 }  // namespace isosplat

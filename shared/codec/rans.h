@@ -9,29 +9,33 @@
 namespace isosplat {
 
 /// Four interleaved range asymmetric coders (rANS; J. Duda, "Asymmetric numeral systems", 2013)
-/// over one run of little-endian 16-bit words: symbol n belongs to state n mod 4. Each state is in
-/// [2^16, 2^32) between symbols, so one word refills it.
+/// over one run of little-endian 16-bit words, which is read backwards: symbol n belongs to state
+/// n mod 4. Each state is in [2^16, 2^32) between symbols, so one word refills it.
 inline constexpr int kRansStates = 4;
 inline constexpr uint32_t kRansLow = 1u << 16;
 
 /// Takes symbols in the order in which they will be decoded.
 class RansEncoder {
  public:
-  void clear() { symbols_.clear(); }
+  /// Starts anew, for at most so many symbols.
+  void begin(size_t most_symbols) {
+    if (symbols_.size() < most_symbols) symbols_.resize(most_symbols);
+    count_ = 0;
+  }
 
   /// A symbol that has `frequency` of the 2^scale_bits slots, from `start`. frequency ≥ 1,
   /// scale_bits ≤ 12.
   void put(uint32_t start, uint32_t frequency, uint32_t scale_bits) {
-    symbols_.push_back(start | frequency << 12 | scale_bits << 25);
+    symbols_[count_++] = start | frequency << 12 | scale_bits << 25;
   }
 
-  /// Appends the four states and the words to `out`.
+  /// Appends the words, the last one first, and the four states, state 0 last.
   void finish(std::vector<std::byte>& out) {
-    // rANS encodes backwards: the last symbol first, words from the end.
+    // rANS encodes backwards, from the last symbol to the first.
     words_.clear();
     std::array<uint32_t, kRansStates> state;
     state.fill(kRansLow);
-    for (size_t i = symbols_.size(); i-- > 0;) {
+    for (size_t i = count_; i-- > 0;) {
       const uint32_t start = symbols_[i] & 0xfff, frequency = symbols_[i] >> 12 & 0x1fff;
       const uint32_t scale_bits = symbols_[i] >> 25;
       uint32_t& x = state[i % kRansStates];
@@ -42,45 +46,53 @@ class RansEncoder {
       const uint32_t quotient = x / frequency;
       x = (quotient << scale_bits) + (x - quotient * frequency) + start;
     }
-    for (const uint32_t x : state) {
-      for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<std::byte>(x >> shift));
+    for (size_t i = kRansStates; i-- > 0;) {
+      words_.push_back(static_cast<uint16_t>(state[i]));
+      words_.push_back(static_cast<uint16_t>(state[i] >> 16));
     }
     const size_t at = out.size();
     out.resize(at + words_.size() * 2);
     std::byte* to = out.data() + at;
-    for (size_t i = words_.size(); i-- > 0; to += 2) {
-      to[0] = static_cast<std::byte>(words_[i]);
-      to[1] = static_cast<std::byte>(words_[i] >> 8);
+    for (const uint16_t word : words_) {
+      *to++ = static_cast<std::byte>(word);
+      *to++ = static_cast<std::byte>(word >> 8);
     }
   }
 
  private:
   std::vector<uint32_t> symbols_;  ///< start | frequency << 12 | scale bits << 25
   std::vector<uint16_t> words_;
+  size_t count_ = 0;
 };
 
-/// Does not check bounds: 2 bytes at position() must be readable for each symbol, and the caller
-/// looks at position() often enough.
+/// Does not check bounds: 2 bytes before position() must be readable for each symbol, and the
+/// caller looks at position() often enough. Made to live in registers: copy it into a local
+/// variable around a loop.
 class RansDecoder {
  public:
-  /// 16 bytes at `bytes` must be readable.
-  explicit RansDecoder(const uint8_t* bytes) : at_(bytes + 4 * kRansStates) {
-    std::memcpy(state_.data(), bytes, 4 * kRansStates);
+  /// 16 bytes before `end` must be readable.
+  explicit RansDecoder(const uint8_t* end) : at_(end - 4 * kRansStates) {
+    std::memcpy(&next_, end - 4, 4);
+    std::memcpy(&second_, end - 8, 4);
+    std::memcpy(&third_, end - 12, 4);
+    std::memcpy(&fourth_, end - 16, 4);
   }
 
   /// Decodes one symbol. `find(slot)` returns {start, frequency, symbol}.
   template <uint32_t kScaleBits, class Find>
   uint32_t get(Find find) {
-    uint32_t& state = state_[turn_++ % kRansStates];
-    uint32_t x = state;
-    const uint32_t slot = x & ((1u << kScaleBits) - 1);
+    const uint32_t slot = next_ & ((1u << kScaleBits) - 1);
     const auto found = find(slot);
-    x = found.frequency * (x >> kScaleBits) + slot - found.start;
+    const uint32_t x = found.frequency * (next_ >> kScaleBits) + slot - found.start;
     uint16_t word;
-    std::memcpy(&word, at_, 2);
-    const bool low = x < kRansLow;
-    state = low ? x << 16 | word : x;
-    at_ += low ? 2 : 0;
+    std::memcpy(&word, at_ - 2, 2);
+    // Whether a word is needed is close to random: arithmetic, not a branch.
+    const uint32_t low = x < kRansLow;
+    next_ = second_;
+    second_ = third_;
+    third_ = fourth_;
+    fourth_ = x << (low << 4) | (word & (0 - low));
+    at_ -= low << 1;
     return found.symbol;
   }
 
@@ -88,22 +100,17 @@ class RansDecoder {
 
   /// All states lie where a decoder can be, so that x ≥ 2^16 holds from the first symbol on.
   bool starts_well() const {
-    bool good = true;
-    for (const uint32_t x : state_) good &= x >= kRansLow;
-    return good;
+    return next_ >= kRansLow && second_ >= kRansLow && third_ >= kRansLow && fourth_ >= kRansLow;
   }
 
   /// All states are back where the encoder began.
   bool ends_well() const {
-    bool good = true;
-    for (const uint32_t x : state_) good &= x == kRansLow;
-    return good;
+    return next_ == kRansLow && second_ == kRansLow && third_ == kRansLow && fourth_ == kRansLow;
   }
 
  private:
   const uint8_t* at_;
-  std::array<uint32_t, kRansStates> state_;
-  uint32_t turn_ = 0;
+  uint32_t next_, second_, third_, fourth_;  ///< the states, in the order of their turns
 };
 
 }  // namespace isosplat

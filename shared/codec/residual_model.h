@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "shared/codec/chunk_tables.h"
+#include "shared/codec/simd.h"
 #include "shared/sampling/cell.h"
 
 namespace isosplat {
@@ -28,12 +29,16 @@ inline Token token_of(uint32_t q) {
   const auto bits = static_cast<uint32_t>(31 - __builtin_clz(q));
   return {bits + 12, bits};
 }
-inline uint32_t token_bits(uint32_t token) {
-  return token < 16 ? 0 : token - 12;
-}
-inline uint32_t token_base(uint32_t token) {
-  return token < 16 ? token : 1u << (token - 12);
-}
+
+/// The least q of each token, and how many raw bits follow: base | bits << 24.
+struct TokenInfo {
+  uint32_t info[kTokens];
+
+  constexpr TokenInfo() : info{} {
+    for (uint32_t t = 0; t < kTokens; ++t) info[t] = t < 16 ? t : 1u << (t - 12) | (t - 12) << 24;
+  }
+};
+inline constexpr TokenInfo kTokenInfo;
 
 /// A context's model: one of the token distributions of chunk_tables.h, and k. The distributions
 /// are two runs of 27: for k = 0 the first 23, ever broader; for k ≥ 1 the last four.
@@ -56,13 +61,6 @@ inline Model model_of(uint32_t model) {
           1 + (i - kPlainShapes) / kShiftedShapes};
 }
 
-/// How busy the surroundings are, in half octaves.
-inline int32_t half_octave(uint32_t energy) {
-  const uint32_t e = energy + 2;
-  const int32_t bits = 31 - __builtin_clz(e);
-  return 2 * bits + static_cast<int32_t>(e >> (bits - 1) & 1) - 2;
-}
-
 /// A residual's context: its group and the level of its energy. Chunks of few cells merge levels.
 inline constexpr int32_t kLevels = 12;
 enum ContextGroup : int32_t {
@@ -82,16 +80,16 @@ struct LevelMap {
   int32_t level_of_octave(int32_t octave) const {
     return std::clamp(octave - base, 0, kLevels - 1) >> merge;
   }
-  int32_t level(int32_t energy) const {
-    return level_of_octave(half_octave(static_cast<uint32_t>(energy)));
-  }
   int32_t levels() const { return ((kLevels - 1) >> merge) + 1; }
 };
 
-/// The energy of both residuals of a cell's interval; `before` is the sum of the magnitudes of the
-/// two of the cell coded before, at most 65535 (0 for the first).
-inline int32_t interval_energy_of(CellInterval corners, int32_t before) {
-  return 2 * (corners.max - corners.min) + before;
+/// The octave of both residuals of a cell's interval. `before` is interval_energy_of() the cell
+/// coded before it, 0 for the first.
+inline int32_t interval_octave(CellInterval corners, int32_t before) {
+  return half_octave(static_cast<uint32_t>(2 * (corners.max - corners.min) + before));
+}
+inline int32_t interval_energy_of(int32_t below, int32_t beyond) {
+  return std::min((below < 0 ? -below : below) + (beyond < 0 ? -beyond : beyond), 65535);
 }
 
 inline int32_t group_of_class(uint32_t point_class) {

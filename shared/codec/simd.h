@@ -21,22 +21,23 @@
 /// for bit with 128-bit vectors (SSE4.1, WASM SIMD), where there are any.
 namespace isosplat {
 
-/// Two sums of products over the neighbours of a lattice point; see lattice.h.
-struct Sums {
-  int32_t prediction;
-  int32_t energy;
-};
-
-/// Four rows of lattice values and two of energies, each from x − 1 on: x − 1, x, x + 1 (and x + 2,
-/// which has weight 0).
+/// Four rows of lattice values, each from x − 1 on: x − 1, x, x + 1 (and x + 2, which has weight
+/// 0).
 struct TapPointers {
   const int16_t* up;
   const int16_t* back;
   const int16_t* back_down;
   const int16_t* back_up;
-  const int16_t* energy_up;
-  const int16_t* energy_back;
 };
+
+/// How busy the surroundings are, in half octaves: below kOctaves for an energy below 2^20. Equal
+/// to the upper bits of energy + 2 as a single-precision number.
+inline constexpr int kOctaves = 40;
+inline int32_t half_octave(uint32_t energy) {
+  const uint32_t e = energy + 2;
+  const int32_t bits = 31 - __builtin_clz(e);
+  return 2 * bits + static_cast<int32_t>(e >> (bits - 1) & 1) - 2;
+}
 
 struct ScalarOps {
   /// How many of the 16 ascending starts are ≤ slot, less one. starts[0] is 0.
@@ -46,15 +47,31 @@ struct ScalarOps {
     return quad;
   }
 
-  /// weights: four for each row, in the order up, back, back_down, back_up.
-  static Sums sum_taps(const TapPointers& taps, const int16_t* weights) {
-    Sums sums{0, 0};
+  /// Sum of products. weights: four for each row, in the order up, back, back_down, back_up.
+  static int32_t sum_taps(const TapPointers& taps, const int16_t* weights) {
+    int32_t sum = 0;
     for (int i = 0; i < 3; ++i) {
-      sums.prediction += taps.up[i] * weights[i] + taps.back[i] * weights[4 + i] +
-                         taps.back_down[i] * weights[8 + i] + taps.back_up[i] * weights[12 + i];
-      sums.energy += (taps.energy_up[i] + taps.energy_back[i]) * (i == 1 ? 2 : 1);
+      sum += taps.up[i] * weights[i] + taps.back[i] * weights[4 + i] +
+             taps.back_down[i] * weights[8 + i] + taps.back_up[i] * weights[12 + i];
     }
-    return sums;
+    return sum;
+  }
+
+  /// half_octave() of the energies around a point: nine, from `above` the first one on, weighted
+  /// 1 2 1, 2 4 2, 1 2 1.
+  static int32_t octave_at(const int16_t* above, int32_t stride) {
+    int32_t energy = 0;
+    for (int y = 0; y < 3; ++y) {
+      for (int x = 0; x < 3; ++x) energy += above[y * stride + x] << ((x == 1) + (y == 1));
+    }
+    return half_octave(static_cast<uint32_t>(energy));
+  }
+
+  /// Bit `bit` of four words, as the bits of a number.
+  static uint32_t class_at(const uint64_t* words, int bit) {
+    uint32_t point_class = 0;
+    for (int i = 0; i < 4; ++i) point_class |= static_cast<uint32_t>(words[i] >> bit & 1) << i;
+    return point_class;
   }
 
   /// Bits of the cells with max(min, begin) < min(max, end), of up to 64.
@@ -77,8 +94,10 @@ struct ScalarOps {
             code(r01[0]), code(r01[1]), code(r11[0]), code(r11[1])};
   }
 
-  static PackedSample pack(uint32_t place, const int16_t* r00, const int16_t* r10,
-                           const int16_t* r01, const int16_t* r11, const CellInterval* interval) {
+  __attribute__((always_inline)) static PackedSample pack(uint32_t place, const int16_t* r00,
+                                                          const int16_t* r10, const int16_t* r01,
+                                                          const int16_t* r11,
+                                                          const CellInterval* interval) {
     const CellCorners c = corners(r00, r10, r01, r11);
     const Index3 cell{static_cast<int32_t>(place & 63), static_cast<int32_t>(place >> 6 & 63),
                       static_cast<int32_t>(place >> 12)};
@@ -154,11 +173,20 @@ inline uint32_t sign_bits8(V a) {
 inline uint32_t sign_bits32(V a) {
   return static_cast<uint32_t>(_mm_movemask_ps(_mm_castsi128_ps(a)));
 }
-/// {a0 + a1 + a2 + a3, b0 + b1 + b2 + b3}
-inline Sums sum_lanes(V a, V b) {
-  const V pairs = _mm_add_epi32(_mm_unpacklo_epi32(a, b), _mm_unpackhi_epi32(a, b));
-  const V sums = _mm_add_epi32(pairs, _mm_shuffle_epi32(pairs, 0x4e));
-  return {_mm_cvtsi128_si32(sums), _mm_extract_epi32(sums, 1)};
+inline int32_t sum_lanes(V a) {
+  const V pairs = _mm_add_epi32(a, _mm_shuffle_epi32(a, 0x4e));
+  return _mm_cvtsi128_si32(_mm_add_epi32(pairs, _mm_shuffle_epi32(pairs, 0xb1)));
+}
+inline int32_t octave_of_lanes(V a) {
+  const V pairs = _mm_add_epi32(a, _mm_shuffle_epi32(a, 0x4e));
+  const V sums = _mm_add_epi32(pairs, _mm_shuffle_epi32(pairs, 0xb1));
+  return _mm_cvtsi128_si32(_mm_srli_epi32(_mm_castps_si128(_mm_cvtepi32_ps(sums)), 22)) - 256;
+}
+inline uint32_t class_at(const uint64_t* words, int bit) {
+  const V left = _mm_cvtsi32_si128(63 - bit);
+  const V a = _mm_sll_epi64(load(words), left), b = _mm_sll_epi64(load(words + 2), left);
+  return static_cast<uint32_t>(_mm_movemask_pd(_mm_castsi128_pd(a)) |
+                               _mm_movemask_pd(_mm_castsi128_pd(b)) << 2);
 }
 /// The least and the greatest of eight.
 inline CellInterval range_u16(V a) {
@@ -233,11 +261,21 @@ inline uint32_t sign_bits8(V a) {
 inline uint32_t sign_bits32(V a) {
   return wasm_i32x4_bitmask(a);
 }
-inline Sums sum_lanes(V a, V b) {
-  const V pairs =
-      wasm_i32x4_add(wasm_i32x4_shuffle(a, b, 0, 4, 1, 5), wasm_i32x4_shuffle(a, b, 2, 6, 3, 7));
-  const V sums = wasm_i32x4_add(pairs, wasm_i32x4_shuffle(pairs, pairs, 2, 3, 0, 1));
-  return {wasm_i32x4_extract_lane(sums, 0), wasm_i32x4_extract_lane(sums, 1)};
+inline V add_lanes(V a) {
+  const V pairs = wasm_i32x4_add(a, wasm_i32x4_shuffle(a, a, 2, 3, 0, 1));
+  return wasm_i32x4_add(pairs, wasm_i32x4_shuffle(pairs, pairs, 1, 0, 3, 2));
+}
+inline int32_t sum_lanes(V a) {
+  return wasm_i32x4_extract_lane(add_lanes(a), 0);
+}
+inline int32_t octave_of_lanes(V a) {
+  return wasm_i32x4_extract_lane(wasm_u32x4_shr(wasm_f32x4_convert_i32x4(add_lanes(a)), 22), 0) -
+         256;
+}
+inline uint32_t class_at(const uint64_t* words, int bit) {
+  const auto left = static_cast<uint32_t>(63 - bit);
+  return wasm_i64x2_bitmask(wasm_i64x2_shl(load(words), left)) |
+         wasm_i64x2_bitmask(wasm_i64x2_shl(load(words + 2), left)) << 2;
 }
 inline CellInterval range_u16(V a) {
   // Least in lane 0 by halving; the greatest is the least of the complement.
@@ -263,15 +301,24 @@ struct VectorOps {
     return 15 - static_cast<uint32_t>(__builtin_popcount(sign_bits8(beyond)));
   }
 
-  static Sums sum_taps(const TapPointers& taps, const int16_t* weights) {
+  static int32_t sum_taps(const TapPointers& taps, const int16_t* weights) {
     using namespace simd;
     const V near = multiply_add_pairs(load_two_halves(taps.up, taps.back), load(weights));
     const V far =
         multiply_add_pairs(load_two_halves(taps.back_down, taps.back_up), load(weights + 8));
-    const V energy = multiply_add_pairs(load_two_halves(taps.energy_up, taps.energy_back),
-                                        set4(1 | 2 << 16, 1, 1 | 2 << 16, 1));
-    return sum_lanes(add32(near, far), energy);
+    return sum_lanes(add32(near, far));
   }
+
+  static int32_t octave_at(const int16_t* above, int32_t stride) {
+    using namespace simd;
+    const V outer = multiply_add_pairs(load_two_halves(above, above + 2 * stride),
+                                       set4(1 | 2 << 16, 1, 1 | 2 << 16, 1));
+    const V middle = multiply_add_pairs(load_two_halves(above + stride, above + stride),
+                                        set4(2 | 4 << 16, 2, 0, 0));
+    return octave_of_lanes(add32(add32(outer, middle), set4(2, 0, 0, 0)));
+  }
+
+  static uint32_t class_at(const uint64_t* words, int bit) { return simd::class_at(words, bit); }
 
   static uint64_t active_cells(const CellInterval* cells, int32_t count, uint32_t begin,
                                uint32_t end) {
@@ -291,8 +338,10 @@ struct VectorOps {
     return bits;
   }
 
-  static PackedSample pack(uint32_t place, const int16_t* r00, const int16_t* r10,
-                           const int16_t* r01, const int16_t* r11, const CellInterval* interval) {
+  __attribute__((always_inline)) static PackedSample pack(uint32_t place, const int16_t* r00,
+                                                          const int16_t* r10, const int16_t* r01,
+                                                          const int16_t* r11,
+                                                          const CellInterval* interval) {
     using namespace simd;
     int32_t rows[4];
     std::memcpy(&rows[0], r00, 4);
@@ -307,8 +356,10 @@ struct VectorOps {
     } else {
       range = range_u16(corners);
     }
-    const int shift = corner_shift(range);
-    const V q = shift_right_u16(sub16(corners, splat16(range.min)), static_cast<uint32_t>(shift));
+    // corner_shift(): the bits beyond nine.
+    const auto span = static_cast<uint32_t>(range.max - range.min);
+    const auto shift = static_cast<uint32_t>(23 - __builtin_clz(span | 511));
+    const V q = shift_right_u16(sub16(corners, splat16(range.min)), shift);
     const V ninth = greater_s16(q, splat16(255));
     const V low = and_(q, splat16(255));
     const V bytes = narrow_u(low, low);
