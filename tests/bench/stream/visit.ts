@@ -64,7 +64,10 @@ export class Visitor {
   /** Requests by whether they are for the volume's data. */
   readonly data: Wire = { bytes: 0, requests: 0 };
   readonly other: Wire = { bytes: 0, requests: 0 };
+  /** Of the volume's data, in the order they were asked for. */
   readonly urls: string[] = [];
+  /** Of everything else. */
+  readonly otherUrls: string[] = [];
   #pageUrl = "";
 
   private constructor(context: BrowserContext, page: Page, cdp: CDPSession) {
@@ -114,8 +117,9 @@ export class Visitor {
     this.#cdp.on("Network.requestWillBeSent", ({ requestId, request }) => {
       if (!request.url.startsWith("http")) return;
       if (!this.#pageUrl) this.#pageUrl = new URL("/", request.url).href;
-      isData.set(requestId, /\/v1\/|\.isosplat/.test(request.url));
-      this.urls.push(request.url);
+      const isOfVolume = /\/v1\/|\.isosplat/.test(request.url);
+      isData.set(requestId, isOfVolume);
+      (isOfVolume ? this.urls : this.otherUrls).push(request.url);
     });
     this.#cdp.on("Network.requestServedFromCache", ({ requestId }) => cached.add(requestId));
     this.#cdp.on("Network.responseReceived", ({ requestId, response }) => {
@@ -183,7 +187,7 @@ export class Visitor {
    * requests the browser does not show, so those are asked for once more, as it does.
    */
   async programBytes(): Promise<number> {
-    const seen = new Set(this.urls.map((url) => new URL(url).pathname));
+    const seen = new Set(this.otherUrls.map((url) => new URL(url).pathname));
     let bytes = this.other.bytes;
     const text = await this.page.evaluate(async () => {
       const texts: string[] = [];

@@ -1,0 +1,132 @@
+/** A scripted session on the real page and server: what is asked for, and what it weighs. */
+import { type ChildProcess, spawn } from "node:child_process";
+import { once } from "node:events";
+import { existsSync, statSync } from "node:fs";
+import { fileURLToPath } from "node:url";
+import { expect, test } from "@playwright/test";
+import { Visitor } from "../bench/stream/visit.ts";
+
+const built = (path: string): string =>
+  fileURLToPath(new URL(`../../build/${path}`, import.meta.url));
+const store = built("release/tests/shared/fixture.isosplat");
+
+let server: ChildProcess;
+let url: string;
+
+test.beforeAll(async () => {
+  if (!existsSync(store)) throw new Error(`${store} is missing: npm run build -- release`);
+  server = spawn(
+    built("release/native/cli/isosplat"),
+    ["serve", store, "--port", "0", "--web-root", built("page")],
+    { stdio: ["ignore", "pipe", "ignore"] },
+  );
+  let text = "";
+  while (!/http:\/\/\S+/.test(text)) {
+    const output = server.stdout;
+    if (!output) throw new Error("the server has no output");
+    text += String((await once(output, "data"))[0]);
+  }
+  url = /http:\/\/[^\s/]+\//.exec(text)?.[0] ?? "";
+});
+
+test.afterAll(async () => {
+  const ended = once(server, "exit");
+  server.kill("SIGTERM");
+  await ended;
+});
+
+/** The chunks that a list of addresses asks for. */
+function chunksOf(urls: readonly string[]): string[] {
+  return urls.flatMap((address) => {
+    const text = decodeURIComponent(address);
+    const single = /\/chunks\/(\d+\/[\d.]+\/\d+)$/.exec(text)?.[1];
+    return single ? [single] : (/batch\?chunks=(.*)$/.exec(text)?.[1]?.split(",") ?? []);
+  });
+}
+
+type Slider = HTMLElement & { value: number };
+
+test("a session asks for little, in few requests, and for nothing twice", async ({ browser }) => {
+  const visitor = await Visitor.arrive(browser);
+  const { page } = visitor;
+  const problems: string[] = [];
+  page.on("pageerror", (error) => problems.push(String(error)));
+  await page.goto(`${url}?volume=fixture&isovalue=100.5`);
+
+  await visitor.mark("isosplat:surface");
+  const first = await visitor.markDetail("isosplat:surface");
+  expect(first.requests).toBeLessThanOrEqual(6);
+  expect(first.bytesReceived).toBeLessThanOrEqual(150_000);
+
+  await visitor.mark("isosplat:complete");
+  const complete = await visitor.markDetail("isosplat:complete");
+  expect(visitor.data.bytes).toBeGreaterThan(complete.bytesReceived);
+  expect(visitor.data.bytes).toBeLessThan(complete.bytesReceived * 1.1 + 10_000);
+  expect(complete.bytesReceived).toBeLessThan(0.35 * statSync(store).size);
+  expect(complete.requests).toBeLessThanOrEqual(16);
+
+  // Within the resident slabs: nothing.
+  const before = visitor.urls.length;
+  await page.evaluate(() => {
+    const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+    if (!slider) throw new Error("no slider");
+    slider.value = 101.5;
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+  });
+  await page.waitForTimeout(800);
+  expect(visitor.urls.slice(before)).toEqual([]);
+
+  // Dragged over the range in 3 s: at most ten requests a second.
+  await page.evaluate(async () => {
+    const slider = document.querySelector<Slider & { min: number; max: number }>(
+      "wa-slider.isovalue-slider",
+    );
+    if (!slider) throw new Error("no slider");
+    const begin = performance.now();
+    for (let t = 0; t < 1; t = (performance.now() - begin) / 3000) {
+      slider.value = slider.min + t * (slider.max - slider.min);
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+      await new Promise((resolve) => requestAnimationFrame(resolve));
+    }
+  });
+  expect(visitor.urls.length - before).toBeLessThanOrEqual(30);
+
+  const asked = chunksOf(visitor.urls);
+  expect(asked.length).toBeGreaterThan(0);
+  expect(new Set(asked).size).toBe(asked.length);
+  expect(problems).toEqual([]);
+  await visitor.leave();
+});
+
+test("a reload is served by the browser's cache", async ({ browser }) => {
+  const visitor = await Visitor.arrive(browser);
+  const address = `${url}?volume=fixture&isovalue=100.5`;
+  await visitor.page.goto(address);
+  await visitor.mark("isosplat:complete");
+  const before = { ...visitor.data };
+  await visitor.page.goto("about:blank");
+  await visitor.page.goto(address);
+  await visitor.mark("isosplat:complete");
+  // What the volume is now, is asked; its content is known.
+  expect(visitor.data.requests - before.requests).toBeLessThanOrEqual(2);
+  expect(visitor.data.bytes - before.bytes).toBeLessThan(10_000);
+  await visitor.leave();
+});
+
+test("offline, then online: the coarse surface stays, and is refined", async ({ browser }) => {
+  const visitor = await Visitor.arrive(browser);
+  const { page } = visitor;
+  await page.goto(`${url}?volume=fixture&isovalue=100.5`);
+  await visitor.mark("isosplat:complete");
+  await page.context().setOffline(true);
+  await page.evaluate(() => {
+    const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+    if (!slider) throw new Error("no slider");
+    slider.value = 400.5;
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+  });
+  await expect(page.locator(".status")).toHaveAttribute("data-state", "offline");
+  await page.context().setOffline(false);
+  await visitor.mark("isosplat:complete", 2);
+  await visitor.leave();
+});
