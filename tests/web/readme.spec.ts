@@ -1,0 +1,104 @@
+import { execFileSync, spawn } from "node:child_process";
+import { existsSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { gzipSync } from "node:zlib";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+
+const root = fileURLToPath(new URL("../..", import.meta.url));
+const binaries = join(root, "build/release/native/cli");
+
+/** A NIfTI file of 24³ bytes, a ball: what the README calls head.nii.gz. */
+function head(): Buffer {
+  const size = 24;
+  const file = Buffer.alloc(352 + size ** 3);
+  file.writeInt32LE(348, 0);
+  [3, size, size, size, 1, 1, 1, 1].forEach((n, i) => {
+    file.writeInt16LE(n, 40 + 2 * i);
+  });
+  file.writeInt16LE(2, 70); // unsigned bytes
+  file.writeInt16LE(8, 72);
+  for (let i = 0; i < 4; ++i) file.writeFloatLE(1, 76 + 4 * i);
+  file.writeFloatLE(352, 108);
+  file.writeFloatLE(1, 112);
+  file.write("n+1\0", 344, "latin1");
+  for (let i = 0; i < size ** 3; ++i) {
+    const x = (i % size) - 11.5;
+    const y = (Math.floor(i / size) % size) - 11.5;
+    const z = Math.floor(i / size ** 2) - 11.5;
+    file[352 + i] = Math.max(0, 200 - 14 * Math.hypot(x, y, z));
+  }
+  return gzipSync(file);
+}
+
+const readme = readFileSync(join(root, "README.md"), "utf8");
+const commands = [...readme.matchAll(/^isosplat ([^#\n]*)/gm)].map((match) =>
+  (match[1] ?? "").trim().split(/\s+/),
+);
+
+describe("the README's commands", () => {
+  let folder = "";
+  beforeAll(() => {
+    folder = mkdtempSync(join(tmpdir(), "isosplat-readme-"));
+    writeFileSync(join(folder, "head.nii.gz"), head());
+  });
+  afterAll(() => rmSync(folder, { recursive: true, force: true }));
+
+  const env = { ...process.env, XDG_CACHE_HOME: "" };
+  const program = join(binaries, "isosplat");
+  const finite = commands.filter(([name]) => name !== "view" && name !== "serve");
+  const serving = commands.filter(([name]) => name === "view" || name === "serve");
+
+  it("are there", () => {
+    expect(finite.map(([name]) => name)).toEqual(["build", "info", "extract", "render"]);
+    expect(serving.map(([name]) => name)).toEqual(["view", "serve"]);
+  });
+
+  it.each(finite.map((args) => [args.join(" "), args] as const))("isosplat %s", (_, args) => {
+    const printed = execFileSync(program, args, { cwd: folder, encoding: "utf8", env });
+    const output = args[args.indexOf("-o") + 1];
+    if (args.includes("-o") && output) {
+      expect(statSync(join(folder, output)).size).toBeGreaterThan(1000);
+    } else {
+      expect(printed).toContain("24");
+    }
+  });
+
+  it.each(serving.map((args) => [args.join(" "), args] as const))(
+    "isosplat %s",
+    async (_, args) => {
+      env.XDG_CACHE_HOME = join(folder, "cache");
+      const child = spawn(program, [...args, "--port", "0"], { cwd: folder, env });
+      let printed = "";
+      const url = await new Promise<string>((resolve, reject) => {
+        const listen = (data: Buffer) => {
+          printed += data.toString();
+          const found = printed.match(/http:\/\/[^\s"]+/)?.[0];
+          if (found) resolve(found);
+        };
+        child.stdout.on("data", listen);
+        child.stderr.on("data", listen);
+        child.on("error", reject);
+      child.on("close", (code) => reject(new Error(`exit status ${code}: ${printed}`)));
+      });
+      const answer = await fetch(new URL("/v1/volumes", url));
+      const { volumes } = (await answer.json()) as { volumes: { voxels: number[] }[] };
+      expect(volumes.map(({ voxels }) => voxels)).toEqual([[24, 24, 24]]);
+      const ended = new Promise((resolve) => child.on("close", resolve));
+      child.kill("SIGTERM");
+      expect(await ended).toBe(0);
+    },
+  );
+});
+
+describe("documents", () => {
+  const documents = execFileSync("git", ["ls-files", "*.md"], { cwd: root, encoding: "utf8" });
+  it.each(documents.trim().split("\n"))("%s links to files that exist", (name) => {
+    const text = readFileSync(join(root, name), "utf8").replace(/```[\s\S]*?```/g, "");
+    const links = [...text.matchAll(/\]\((?!https?:|#)([^)#\s]+)/g)].map((match) => match[1] ?? "");
+    for (const link of links) {
+      expect(existsSync(join(root, dirname(name), link)), `${name}: ${link}`).toBe(true);
+    }
+  });
+});
