@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "native/build/coarsen.h"
+#include "native/build/round_intervals.h"
 
 namespace isosplat {
 namespace {
@@ -32,6 +33,7 @@ SlabOptions BlockWorker::options_for(const SlabOptions& options, uint32_t level)
 void BlockWorker::work(const Layer& layer, Index3 block, const CoarserLayer& coarser,
                        const SlabOptions& options, EncodedBlock& out) {
   gather_block(layer, block, block_);
+  if (layer.grid.level > 0) round_intervals(block_);
   if (coarser.voxels) coarsen_block(layer, block_, coarser);
   planner_.count(block_.intervals);
   if (layer.grid.level == 0) statistics.add_block(planner_, block_.intervals);

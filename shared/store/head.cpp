@@ -160,9 +160,13 @@ Result<void> parse_levels(std::span<const std::byte> payload, StoreHead& head) {
       return malformed(name + ": " + std::to_string(level.chunk_count) + " chunks in " +
                        std::to_string(level.chunks_bytes) + " bytes");
     }
-    if (level.interval.min > level.interval.max || level.interval.max > info.range.max ||
-        (level.interval.min < info.range.min && level.interval.min < level.interval.max)) {
-      return malformed(name + ": its interval leaves the volume's range");
+    // Coarse intervals may be rounded outwards, beyond the volume's range.
+    const CellInterval most =
+        l == 0 ? info.range : CellInterval{0, info.mapping.bits == 8 ? Code{255} : Code{65535}};
+    if (level.interval.min > level.interval.max ||
+        (level.interval.min < level.interval.max &&
+         (level.interval.min < most.min || level.interval.max > most.max))) {
+      return malformed(name + ": its interval leaves the range of the voxels");
     }
     info.chunk_count += level.chunk_count;
     head.levels.push_back(level);

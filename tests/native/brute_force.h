@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -112,6 +113,32 @@ inline PlainLevel plain_coarser(const PlainLevel& fine) {
   return level;
 }
 
+/// What the builder does to the intervals of each block of a coarse level: see round_intervals.h.
+inline void round_plainly(PlainLevel& level) {
+  for_each_cell({(level.cells.x + 63) / 64, (level.cells.y + 63) / 64, (level.cells.z + 63) / 64},
+                [&](int32_t bx, int32_t by, int32_t bz) {
+                  std::vector<CellInterval*> active;
+                  for_each_cell({64, 64, 64}, [&](int32_t i, int32_t j, int32_t k) {
+                    const Index3 at{bx * 64 + i, by * 64 + j, bz * 64 + k};
+                    if (at.x >= level.cells.x || at.y >= level.cells.y || at.z >= level.cells.z)
+                      return;
+                    CellInterval& interval = level.intervals[level.cell_at(at.x, at.y, at.z)];
+                    if (interval.min < interval.max) active.push_back(&interval);
+                  });
+                  int quantum = 1;
+                  for (int next = 2; next <= 128; next *= 2) {
+                    const auto wide = std::count_if(
+                        active.begin(), active.end(),
+                        [&](const CellInterval* c) { return c->max - c->min >= 4 * next; });
+                    if (5 * static_cast<size_t>(wide) >= 4 * active.size()) quantum = next;
+                  }
+                  for (CellInterval* c : active) {
+                    c->min = static_cast<Code>(c->min / quantum * quantum);
+                    c->max = static_cast<Code>(c->max / quantum * quantum + quantum - 1);
+                  }
+                });
+}
+
 /// A reader of a whole store in memory, with all pages.
 inline StoreReader open_whole(std::span<const std::byte> store) {
   auto reader = StoreReader::open(store);
@@ -147,6 +174,7 @@ void expect_store_of(std::span<const std::byte> store, Index3 n, const std::vect
     if (l > 0) {
       finer = std::move(level);
       level = plain_coarser(finer);
+      round_plainly(level);
     }
     const LevelGrid grid = level_grid(n, l);
     ASSERT_EQ(grid.cells, level.cells);
