@@ -255,6 +255,24 @@ describe.each(sources)("from %s", (_, source) => {
     expect(await openOne()).toBe(before);
   });
 
+  test("long use does not grow the core's memory, nor the samples held beyond the budget", async () => {
+    const sampleBudget = 120_000;
+    const session = await harness.open(source(), core, { sampleBudget });
+    const use = async (): Promise<number> => {
+      for (let step = 0; step < 8; ++step) {
+        session.update(view(-50 + 65 * step, 1.2 + (step % 3)));
+        await harness.complete();
+      }
+      return core.heapBytes;
+    };
+    await use();
+    const before = await use();
+    for (let round = 0; round < 2; ++round) await use();
+    expect(core.heapBytes).toBe(before);
+    expect(harness.mostResident).toBeLessThanOrEqual(sampleBudget);
+    expect(harness.errors).toEqual([]);
+  }, 60_000);
+
   test("opening can be ended, and fails in words", async () => {
     server.fault = () => ({ kind: "delay", milliseconds: 2000 });
     const ending = new AbortController();
