@@ -44,7 +44,11 @@ interface Report {
 }
 
 /** 2048×2048×1024 bytes, built by the program itself with 1 GiB. */
-async function buildLarge(bench: Bench, tool: string, bunnyRate: number | undefined): Promise<void> {
+async function buildLarge(
+  bench: Bench,
+  tool: string,
+  bunnyRate: number | undefined,
+): Promise<void> {
   if (process.env.ISOSPLAT_BENCH_LARGE !== "1") {
     bench.skip("2048×2048×1024", "takes minutes and 8 GB of disk; set ISOSPLAT_BENCH_LARGE=1");
     return;

@@ -3,6 +3,7 @@ import type { Browser } from "@playwright/test";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
 import { buildStore, serve } from "./stream/serving.ts";
 import { type Link, launch, links, Visitor } from "./stream/visit.ts";
+import { measureVtk, servePeer } from "./stream/vtk_js.ts";
 
 interface Case {
   name: string;
@@ -159,7 +160,16 @@ export default {
           await visits(bench, browser, url, each, link, runs);
         }
       }
-      if (engine) await drag(bench, browser, url, "engine");
+      if (!engine) return;
+      await drag(bench, browser, url, "engine");
+      const peer = await servePeer(bench, engine);
+      if (!peer) return;
+      try {
+        bench.say("vtk.js");
+        for (const link of links) await measureVtk(bench, browser, peer, link, Math.min(runs, 3));
+      } finally {
+        peer.server.close();
+      }
     } finally {
       await browser.close();
     }

@@ -96,7 +96,7 @@ export class Visitor {
       (globalThis as unknown as { visit: typeof seen }).visit = seen;
       new PerformanceObserver((list) => {
         for (const { name, startTime } of list.getEntries()) {
-          if (!name.startsWith("isosplat:")) continue;
+          if (!/^(isosplat|vtk):/.test(name)) continue;
           const entry = { name, at: startTime, shown: 0 };
           seen.push(entry);
           requestAnimationFrame(() =>
@@ -159,6 +159,14 @@ export class Visitor {
       { timeout, polling: 20 },
     );
     return (await handle.jsonValue()) as { at: number; shown: number };
+  }
+
+  /** Bytes that the page's answer with this ending took on the wire. */
+  async bytesOf(ending: string): Promise<number> {
+    return this.page.evaluate((ending) => {
+      const all = performance.getEntriesByType("resource") as PerformanceResourceTiming[];
+      return all.find(({ name }) => new URL(name).pathname.endsWith(ending))?.transferSize ?? 0;
+    }, ending);
   }
 
   /** What a mark says of the payload until then. */
