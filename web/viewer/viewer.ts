@@ -11,6 +11,8 @@ import {
 import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";
 import { FrameLoop } from "./frame_loop.ts";
+import { GpuTimer } from "./gpu_timer.ts";
+import { SplatChoice } from "./splat_choice.ts";
 import {
   type Camera,
   type ClipBox,
@@ -56,8 +58,6 @@ export interface OpenOptions {
 
 /** The view rests when nothing has moved or arrived for so long (ms). */
 const restAfter = 220;
-/** Below this frame rate a moving view falls back to the fastest splats. */
-const slowFrames = 20;
 
 /**
  * A volume on a canvas: streams what the view needs, and draws when something has changed. Knows
@@ -88,7 +88,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #lastArrival = Number.NEGATIVE_INFINITY;
   #restTimer = 0;
   #contextLost = false;
-  #isSlow = false;
+  readonly #choice = new SplatChoice();
+  #timer: GpuTimer | null = null;
   #disposed = false;
 
   constructor(canvas: HTMLCanvasElement, options: ViewerOptions = {}) {
@@ -291,7 +292,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   async screenshot(): Promise<Blob> {
     const view = this.#view;
     if (!view || this.#contextLost) throw new ViewError("nothing is drawn yet");
-    view.setKind(this.#restingKind());
+    view.setKind(this.#kind(true));
     view.draw(this.canvas.width, this.canvas.height);
     // In the same task: afterwards the browser may have cleared the drawing buffer.
     return new Promise((resolve, reject) =>
@@ -306,6 +307,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#parts ??= ViewModule.create(this.canvas).then(async (view) => {
       if (this.#disposed) view.destroy();
       this.#view = view;
+      const gl = this.canvas.getContext("webgl2");
+      this.#timer = gl && new GpuTimer(gl);
       return { view, core: await loadCore({ module: view.exports }) };
     });
     // A failure is not kept: the next open tries again.
@@ -338,14 +341,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#loop.request();
   }
 
-  #restingKind(): SplatKind {
-    return this.#look.kind === "automatic" ? "exact" : this.#look.kind;
-  }
-
   #kind(isResting: boolean): SplatKind {
     if (this.#look.kind !== "automatic") return this.#look.kind;
-    if (isResting) return "exact";
-    return this.#isSlow ? "quad" : "ellipse";
+    return this.#choice.kind(isResting, this.#camera?.distance ?? 1);
   }
 
   #fitCanvas(): void {
@@ -377,10 +375,12 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     });
     if (view.needsRedraw(width, height)) {
       this.#guard((view) => {
+        const startedAt = performance.now();
         const drawn = view.draw(width, height);
-        const framesPerSecond = this.#loop.framesPerSecond;
-        if (framesPerSecond > 0) this.#isSlow = framesPerSecond < slowFrames;
-        this.emit("frame", { ...drawn, framesPerSecond });
+        this.#timer?.measure(startedAt, (milliseconds) =>
+          this.#choice.measured(drawn.kind, milliseconds, camera.distance),
+        );
+        this.emit("frame", { ...drawn, framesPerSecond: this.#loop.framesPerSecond });
       });
     }
     // Once more when it has come to rest: for the finer splats, and so that streaming refines.
