@@ -29,6 +29,7 @@ struct RenderCall {
   int level = -1;
   uint64_t samples = uint64_t{64} << 20;
   int turntable = 0;
+  bool unprojected = false;
 };
 
 // Told apart by people with any colour vision (Okabe and Ito 2008), the first two for bone and
@@ -100,6 +101,7 @@ Result<RenderSettings> settings_of(const RenderCall& call) {
     settings.clip_box_low = {call.clip_box[0], call.clip_box[1], call.clip_box[2]};
     settings.clip_box_high = {call.clip_box[3], call.clip_box[4], call.clip_box[5]};
   }
+  settings.projected = !call.unprojected;
   settings.eye_dome = static_cast<float>(call.eye_dome);
   return settings;
 }
@@ -236,6 +238,8 @@ void add_render_command(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   command->add_option("--turntable", call->turntable,
                       "N pictures all around: OUTPUT-000.png, OUTPUT-001.png, …");
+  command->add_flag("--unprojected", call->unprojected,
+                    "Leaves samples where they were generated (quads and ellipses)");
   command->footer(examples(
       "  isosplat render engine.isosplat --isovalue 60.5 -o engine.png\n"
       "  isosplat render head.isosplat -i 1150,500 --opacity 1,0.35 --zoom 1.4 -o head.png\n"

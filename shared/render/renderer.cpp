@@ -75,14 +75,14 @@ bool has_extension(std::string_view name) {
   return false;
 }
 
-Limits ask_limits() {
+Limits ask_limits(float largest_wanted) {
   Limits limits;
   GLfloat point_sizes[2] = {1, 1};
   glGetFloatv(GL_ALIASED_POINT_SIZE_RANGE, point_sizes);
   GLint viewport[2] = {0, 0};
   glGetIntegerv(GL_MAX_VIEWPORT_DIMS, viewport);
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &limits.offered.max_texture_size);
-  limits.offered.max_point_size = std::min(point_sizes[1], 2 * kMaxGuardPx);
+  limits.offered.max_point_size = std::min({point_sizes[1], 2 * kMaxGuardPx, largest_wanted});
   limits.offered.float_targets = has_extension("EXT_color_buffer_float");
   limits.offered.float_blend = has_extension("EXT_float_blend");
   if (const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER))) {
@@ -120,6 +120,7 @@ bool operator==(const RenderSettings& a, const RenderSettings& b) {
 }
 
 struct Renderer::State {
+  float max_point_size = 1;
   Limits limits;
   bool lost = false;
   bool dirty = true;
@@ -170,7 +171,7 @@ struct Renderer::State {
 };
 
 Result<void> Renderer::State::make_gl_objects() {
-  limits = ask_limits();
+  limits = ask_limits(max_point_size);
   auto normalise = GlProgram::link("", {"image.vert.glsl"},
                                    {"frame.glsl", "surface_pixel.glsl", "normalise.frag.glsl"});
   if (!normalise) return tl::unexpected(normalise.error());
@@ -623,8 +624,9 @@ Renderer::~Renderer() {
   }
 }
 
-Result<std::unique_ptr<Renderer>> Renderer::create() {
+Result<std::unique_ptr<Renderer>> Renderer::create(float max_point_size) {
   auto state = std::make_unique<State>();
+  state->max_point_size = max_point_size;
   if (auto ok = state->make_gl_objects(); !ok) return tl::unexpected(ok.error());
   return std::unique_ptr<Renderer>(new Renderer(std::move(state)));
 }

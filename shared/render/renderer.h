@@ -129,8 +129,9 @@ struct MeshVertex {
 /// call context_restored() and add the chunks again; volume, settings and camera are kept.
 class Renderer {
  public:
-  /// Compiles the shaders that every picture needs. Errors: gl_error.
-  static Result<std::unique_ptr<Renderer>> create();
+  /// Compiles the shaders that every picture needs. `max_point_size`: draws no larger points even
+  /// where the GL can (for tests of the other way). Errors: gl_error.
+  static Result<std::unique_ptr<Renderer>> create(float max_point_size = 1024);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;

@@ -51,9 +51,10 @@ float first_root(vec4 k, float end) {
     f_high = cubic(k, end);
     if ((f_high > 0.0) == above) return -1.0;
   }
-  // Regula falsi with the Illinois modification: never leaves the bracket.
+  // Regula falsi with the Illinois modification never leaves the bracket; a Newton step then doubles
+  // the digits.
   float t = low;
-  for (int i = 0; i < 8; ++i) {
+  for (int i = 0; i < 7; ++i) {
     t = clamp((low * f_high - high * f_low) / (f_high - f_low), low, high);
     float f_t = cubic(k, t);
     if ((f_t > 0.0) == (f_low > 0.0)) {
@@ -66,7 +67,8 @@ float first_root(vec4 k, float end) {
       f_low *= 0.5;
     }
   }
-  return t;
+  float slope = (3.0 * k.x * t + 2.0 * k.y) * t + k.z;
+  return slope != 0.0 ? clamp(t - cubic(k, t) / slope, low, high) : t;
 }
 
 // The first extremum in (from, end) of a cubic; negative where there is none.

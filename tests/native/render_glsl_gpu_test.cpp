@@ -1,0 +1,207 @@
+// GLSL functions that repeat a formula of the C++, compared by value.
+#include <GLES3/gl3.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "native/headless/egl_context.h"
+#include "shared/render/gl_program.h"
+#include "shared/sampling/exact_projection.h"
+#include "shared/sampling/packed_sample.h"
+#include "shared/sampling/projection.h"
+#include "shared/sampling/trilinear.h"
+
+namespace isosplat {
+namespace {
+
+constexpr int kSamples = 1024;
+
+GLuint compile(GLenum stage, const std::string& text) {
+  const GLuint shader = glCreateShader(stage);
+  const char* pointer = text.c_str();
+  glShaderSource(shader, 1, &pointer, nullptr);
+  glCompileShader(shader);
+  GLint done = 0;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &done);
+  char log[2048] = "";
+  glGetShaderInfoLog(shader, sizeof(log), nullptr, log);
+  EXPECT_TRUE(done) << log;
+  return shader;
+}
+
+/// Runs `body` (which sets o_words[0] … [3] as bits of floats) once for each sample.
+std::vector<std::array<std::array<float, 4>, 4>> run_shader(
+    const std::vector<PackedSample>& samples, const std::string& body) {
+  const std::string fragment =
+      shader_text("", {"cell.glsl", "cubic.glsl"}) +
+      "uniform highp usampler2D u_samples;\n"
+      "layout(location = 0) out vec4 o_0;\nlayout(location = 1) out vec4 o_1;\n"
+      "layout(location = 2) out vec4 o_2;\nlayout(location = 3) out vec4 o_3;\n"
+      "void main() {\n"
+      "  uvec4 bits = texelFetch(u_samples, ivec2(gl_FragCoord.xy), 0);\n" +
+      body + "}\n";
+  const GLuint program = glCreateProgram();
+  glAttachShader(program, compile(GL_VERTEX_SHADER, shader_text("", {"image.vert.glsl"})));
+  glAttachShader(program, compile(GL_FRAGMENT_SHADER, fragment));
+  glLinkProgram(program);
+  glUseProgram(program);
+  GLuint vertex_array = 0, framebuffer = 0, textures[5];
+  glGenVertexArrays(1, &vertex_array);
+  glBindVertexArray(vertex_array);
+  glGenFramebuffers(1, &framebuffer);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glGenTextures(5, textures);
+  const GLenum buffers[4] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2,
+                             GL_COLOR_ATTACHMENT3};
+  for (int i = 0; i < 4; ++i) {
+    glBindTexture(GL_TEXTURE_2D, textures[i]);
+    glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, kSamples, 1);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, buffers[i], GL_TEXTURE_2D, textures[i], 0);
+  }
+  glDrawBuffers(4, buffers);
+  EXPECT_EQ(glCheckFramebufferStatus(GL_FRAMEBUFFER), GLenum{GL_FRAMEBUFFER_COMPLETE});
+  glBindTexture(GL_TEXTURE_2D, textures[4]);
+  glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32UI, kSamples, 1);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kSamples, 1, GL_RGBA_INTEGER, GL_UNSIGNED_INT,
+                  samples.data());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glViewport(0, 0, kSamples, 1);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  std::vector<std::array<std::array<float, 4>, 4>> result(kSamples);
+  std::vector<std::array<float, 4>> row(kSamples);
+  for (size_t i = 0; i < 4; ++i) {
+    glReadBuffer(buffers[i]);
+    glReadPixels(0, 0, kSamples, 1, GL_RGBA, GL_FLOAT, row.data());
+    for (size_t j = 0; j < kSamples; ++j) result[j][i] = row[j];
+  }
+  EXPECT_EQ(glGetError(), GLenum{GL_NO_ERROR});
+  glDeleteTextures(5, textures);
+  glDeleteFramebuffers(1, &framebuffer);
+  glDeleteVertexArrays(1, &vertex_array);
+  glDeleteProgram(program);
+  return result;
+}
+
+class RenderGlslGpu : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto context = EglContext::create();
+    ASSERT_TRUE(context) << context.error().message;
+    context_ = std::move(*context);
+    // Spans of every size that has a corner shift of its own, 0 to 7.
+    std::mt19937 random(1);
+    for (int i = 0; i < kSamples; ++i) {
+      const uint32_t span = 1u << (2 + i % 15);
+      const uint32_t base = random() % (65537 - span);
+      CellCorners corners;
+      for (Code& corner : corners) corner = static_cast<Code>(base + random() % span);
+      const auto axis = [&] { return static_cast<int32_t>(random() % 64); };
+      const Index3 cell{axis(), axis(), axis()};
+      samples_.push_back(pack_sample(cell, corner_interval(corners), corners));
+    }
+  }
+  void TearDown() override { context_.reset(); }
+
+  std::unique_ptr<EglContext> context_;
+  std::vector<PackedSample> samples_;
+};
+
+TEST_F(RenderGlslGpu, UnpacksExactly) {
+  const auto found = run_shader(samples_,
+                                "Cell cell = unpack_sample(bits);\n"
+                                "o_0 = vec4(cell.low, cell.size);\no_1 = cell.lower;\n"
+                                "o_2 = cell.upper;\no_3 = vec4(cell.interval, 0.0, 0.0);\n");
+  for (size_t i = 0; i < kSamples; ++i) {
+    const UnpackedSample truth = unpack_sample(samples_[i]);
+    const auto& o = found[i];
+    EXPECT_EQ(o[0], (std::array<float, 4>{float(truth.cell.x), float(truth.cell.y),
+                                          float(truth.cell.z), 1}));
+    for (size_t c = 0; c < 4; ++c) {
+      EXPECT_EQ(o[1][c], truth.corners[c]);
+      EXPECT_EQ(o[2][c], truth.corners[4 + c]);
+    }
+    EXPECT_EQ(o[3][0], float(truth.interval.min));
+    EXPECT_EQ(o[3][1], float(truth.interval.max));
+  }
+}
+
+// Relative to the cell's span: value and gradient to 10⁻⁵, the Newton step to 10⁻⁴ of a cell where
+// it is at most a cell long.
+TEST_F(RenderGlslGpu, InterpolatesAndProjectsAsTheCoreDoes) {
+  const auto found = run_shader(
+      samples_,
+      "Cell cell = unpack_sample(bits);\n"
+      "Trilinear f = trilinear(cell.lower, cell.upper);\n"
+      "o_0 = value_and_gradient(f, vec3(0.5));\n"
+      "o_1 = value_and_gradient(f, vec3(0.25, 0.75, 0.1));\n"
+      "vec3 size = vec3(1.0, 1.5, 2.0);\n"
+      "float isocode = mix(cell.interval.x, cell.interval.y, 0.3);\n"
+      "o_2 = vec4(newton_step(o_0.x, o_0.yzw / size, isocode), isocode);\no_3 = vec4(0.0);\n");
+  for (size_t i = 0; i < kSamples; ++i) {
+    const UnpackedSample sample = unpack_sample(samples_[i]);
+    const Trilinear f(sample.corners);
+    const float span = float(sample.interval.max - sample.interval.min);
+    if (span == 0) continue;
+    int row = 0;
+    for (const Vec3f p : {Vec3f{0.5f, 0.5f, 0.5f}, Vec3f{0.25f, 0.75f, 0.1f}}) {
+      const auto [value, gradient] = f.at(p);
+      const auto& o = found[i][size_t(row++)];
+      const float tolerance = 1e-5f * span + 1e-6f * value;
+      EXPECT_NEAR(o[0], value, tolerance);
+      EXPECT_NEAR(o[1], gradient.x, tolerance);
+      EXPECT_NEAR(o[2], gradient.y, tolerance);
+      EXPECT_NEAR(o[3], gradient.z, tolerance);
+    }
+    const auto [value, gradient] = f.at({0.5f, 0.5f, 0.5f});
+    const Vec3f scaled{gradient.x, gradient.y / 1.5f, gradient.z / 2};
+    const auto to = project({}, value, scaled, found[i][2][3]);
+    if (!to || length(*to) > 1) continue;
+    EXPECT_NEAR(found[i][2][0], to->x, 1e-4f + 1e-5f * value / span);
+    EXPECT_NEAR(found[i][2][1], to->y, 1e-4f + 1e-5f * value / span);
+    EXPECT_NEAR(found[i][2][2], to->z, 1e-4f + 1e-5f * value / span);
+  }
+}
+
+// Rays from a face of the cell: the least root is that of the core's cubic, to 10⁻³ of a cell, and
+// one is found if and only if the core finds one, but for rays that graze the surface.
+TEST_F(RenderGlslGpu, FindsTheRootsThatTheCoreFinds) {
+  const auto found = run_shader(
+      samples_,
+      "Cell cell = unpack_sample(bits);\n"
+      "float span = max(cell.interval.y - cell.interval.x, 1.0);\n"
+      "Trilinear f = trilinear((cell.lower - cell.interval.x) / span - 0.4,\n"
+      "                        (cell.upper - cell.interval.x) / span - 0.4);\n"
+      "vec3 origin = vec3(cell.low.xy / 63.0, 0.0), direction = vec3(0.5 - origin.xy, 0.8);\n"
+      "vec2 between = ray_in_cell(origin, direction, 0.0);\n"
+      "o_0 = vec4(between, first_root(cubic_along(f, origin, direction), between.y), 0.0);\n"
+      "o_1 = o_2 = o_3 = vec4(0.0);\n");
+  int roots = 0, disagreements = 0;
+  for (size_t i = 0; i < kSamples; ++i) {
+    const UnpackedSample sample = unpack_sample(samples_[i]);
+    const float span = std::max(float(sample.interval.max - sample.interval.min), 1.0f);
+    std::array<float, 8> corners;
+    for (size_t c = 0; c < 8; ++c) {
+      corners[c] = (sample.corners[c] - float(sample.interval.min)) / span;
+    }
+    const Vec3f origin{float(sample.cell.x) / 63, float(sample.cell.y) / 63, 0};
+    const Vec3f direction{0.5f - origin.x, 0.5f - origin.y, 0.8f};
+    // From the face inwards, the root nearest to the origin is the least.
+    const auto truth = nearest_root_in_cell(Trilinear(corners), origin, direction, 0.4f);
+    const float ours = found[i][0][2];
+    if (truth.has_value() != (ours >= 0)) {
+      ++disagreements;
+      continue;
+    }
+    if (!truth) continue;
+    ++roots;
+    disagreements += std::abs(ours - *truth) > 1e-3f;
+  }
+  EXPECT_GT(roots, 300);
+  EXPECT_LE(disagreements, 5);
+}
+
+}  // namespace
+}  // namespace isosplat
