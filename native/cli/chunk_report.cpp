@@ -61,13 +61,15 @@ Result<ChunkReport> report_chunks(const StoreFile& store, const std::vector<doub
     if (!one) return tl::unexpected(one.error());
     report.levels.push_back(*one);
   }
+  std::vector<ChunkSamples> chunks;
   for (const double isovalue : isovalues) {
-    const auto chunks = extract_samples(store, isovalue);
-    if (!chunks) return tl::unexpected(chunks.error());
+    if (auto done = extract_samples(store, isovalue, {}, chunks); !done) {
+      return tl::unexpected(done.error());
+    }
     ChunkReport::Query query;
     query.isovalue = isovalue;
     const float isocode = store.info().mapping.isocode(isovalue);
-    for (const ChunkSamples& chunk : *chunks) {
+    for (const ChunkSamples& chunk : chunks) {
       ++query.chunks;
       query.bytes += chunk.chunk.bytes;
       query.fetched_cells += chunk.samples.size();

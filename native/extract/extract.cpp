@@ -91,11 +91,14 @@ Result<void> for_each_chunk(const StoreFile& store, std::span<const ChunkRef> ch
 
 }  // namespace
 
-Result<std::vector<ChunkSamples>> extract_samples(const StoreFile& store, double isovalue,
-                                                  const ExtractOptions& options) {
+Result<void> extract_samples(const StoreFile& store, double isovalue, const ExtractOptions& options,
+                             std::vector<ChunkSamples>& result) {
   const auto chunks = chunks_of(store, isovalue, options);
-  if (!chunks) return tl::unexpected(chunks.error());
-  std::vector<ChunkSamples> result(chunks->size());
+  if (!chunks) {
+    result.clear();
+    return tl::unexpected(chunks.error());
+  }
+  result.resize(chunks->size());
   auto done =
       for_each_chunk(store, *chunks, options.threads,
                      [&](ChunkDecoder& decoder, std::span<const std::byte> bytes, size_t i) {
@@ -103,8 +106,8 @@ Result<std::vector<ChunkSamples>> extract_samples(const StoreFile& store, double
                        return decoder.decode_packed(bytes, shape_of(store.info(), (*chunks)[i]),
                                                     result[i].samples);
                      });
-  if (!done) return tl::unexpected(done.error());
-  return result;
+  if (!done) result.clear();
+  return done;
 }
 
 Result<uint64_t> extract_points(const StoreFile& store, double isovalue, bool exact,

@@ -22,10 +22,11 @@ struct ChunkSamples {
 
 /// Everything that is to be drawn for an isovalue at one level: for each block that the isosurface
 /// may cross its one chunk, decoded. Chunks hold some cells beside the active ones, which the
-/// vertex shader drops. In file order. Errors: not_found (no such level), invalid_argument (the
-/// isovalue is not a number), and those of StoreFile and ChunkDecoder.
-Result<std::vector<ChunkSamples>> extract_samples(const StoreFile& store, double isovalue,
-                                                  const ExtractOptions& options = {});
+/// vertex shader drops. In file order. Replaces the content of `result`, and uses its memory again:
+/// pass the same one for the next isovalue. Errors: not_found (no such level), invalid_argument
+/// (the isovalue is not a number), and those of StoreFile and ChunkDecoder; `result` is then empty.
+Result<void> extract_samples(const StoreFile& store, double isovalue, const ExtractOptions& options,
+                             std::vector<ChunkSamples>& result);
 
 /// Points on the isosurface, one for each active cell, with unit normals towards smaller values.
 /// Hands them to `take` chunk by chunk in file order, from the calling thread; at most a few chunks

@@ -379,12 +379,15 @@ TEST(Cli, ViewBuildsOnceIntoTheCache) {
 TEST(Cli, RealVolumesBuildAndVerify) {
   ISOSPLAT_NEEDS_VOLUMES(volumes);
   const TempFolder folder;
-  for (const char* name :
-       {"fuel.nhdr", "lobster.nhdr", "iron_protein.vtk", "fetal_atlas_f32.nrrd", "cthead_tif"}) {
+  for (const char* name : {"fuel.nhdr", "engine.nhdr", "aneurysm.nhdr", "lobster.nhdr",
+                           "statueLeg.nhdr", "neghip.nhdr", "mni152.nii.gz", "mr_t1_dicom",
+                           "cthead_tif", "iron_protein.vtk", "fetal_atlas_f32.nrrd"}) {
     SCOPED_TRACE(name);
-    const Ended built = run({"build", volumes / name, "-o", folder / "v.isosplat", "-q"});
+    const std::string store = folder / "v.isosplat";
+    const Ended built = run({"build", volumes / name, "-o", store, "-q"});
     EXPECT_EQ(built.exit_code, 0) << built.err;
-    const Ended verified = run({"verify", folder / "v.isosplat"});
+    if (std::filesystem::file_size(store) > 4'000'000) continue;  // the others take long
+    const Ended verified = run({"verify", store});
     EXPECT_EQ(verified.exit_code, 0) << verified.err;
   }
 }

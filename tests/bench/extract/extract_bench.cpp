@@ -15,25 +15,25 @@ int run(const char* path, unsigned threads) {
     std::fprintf(stderr, "%s\n", store.error().message.c_str());
     return 1;
   }
+  std::vector<isosplat::ChunkSamples> chunks;
   char line[64];
   while (std::fgets(line, sizeof line, stdin)) {
     const double isovalue = std::atof(line);
     const auto begin = std::chrono::steady_clock::now();
-    const auto chunks = isosplat::extract_samples(**store, isovalue, {0, threads});
+    const auto done = isosplat::extract_samples(**store, isovalue, {0, threads}, chunks);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    if (!chunks) {
-      std::fprintf(stderr, "%s\n", chunks.error().message.c_str());
+    if (!done) {
+      std::fprintf(stderr, "%s\n", done.error().message.c_str());
       return 1;
     }
     size_t samples = 0, fetched = 0;
-    for (const auto& chunk : *chunks) {
+    for (const auto& chunk : chunks) {
       samples += chunk.samples.size();
       fetched += chunk.chunk.bytes;
     }
     std::printf(
         "{\"seconds\": %.9f, \"chunks\": %zu, \"samples\": %zu, \"bytes\": %zu, \"read\": %zu}\n",
-        seconds.count(), chunks->size(), samples, samples * sizeof(isosplat::PackedSample),
-        fetched);
+        seconds.count(), chunks.size(), samples, samples * sizeof(isosplat::PackedSample), fetched);
     std::fflush(stdout);
   }
   return 0;
