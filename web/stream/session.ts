@@ -85,6 +85,7 @@ export class StreamSession {
     );
     this.#deliveries = new Deliveries(
       (chunk, samples, pinned) => {
+        if (this.#residency.has(chunk.handle)) return this.#residency.release(chunk.handle);
         this.#events.samples(chunk.handle, chunk, samples);
         this.#residency.add(chunk.handle, samples.length / 4, pinned);
       },
