@@ -77,6 +77,23 @@ class SelectTest : public testing::Test {
            std::abs(clip[2]) <= clip[3];
   }
 
+  /// The active cells of level 0.
+  static const std::vector<Index3>& active_cells(float isocode) {
+    static std::map<float, std::vector<Index3>> known;
+    const auto [place, added] = known.try_emplace(isocode);
+    const fixture::Level& finest = (*levels_)[0];
+    for (int32_t z = 0; added && z < finest.grid.cells.z; ++z) {
+      for (int32_t y = 0; y < finest.grid.cells.y; ++y) {
+        for (int32_t x = 0; x < finest.grid.cells.x; ++x) {
+          if (is_active(finest.intervals[finest.cell(x, y, z)], isocode)) {
+            place->second.push_back({x, y, z});
+          }
+        }
+      }
+    }
+    return place->second;
+  }
+
   /// How often each active cell of level 0 is drawn, by itself or by a coarser cell over it.
   /// Cells outside of the frustum are left out.
   static std::map<int, int> coverage(const StoreReader& store, const Selector& selector,
@@ -87,23 +104,18 @@ class SelectTest : public testing::Test {
       regions[{key.level, key.index.x, key.index.y, key.index.z}] |= chunk.regions;
     }
     std::map<int, int> times;
-    const fixture::Level& finest = (*levels_)[0];
-    for (int32_t z = 0; z < finest.grid.cells.z; ++z) {
-      for (int32_t y = 0; y < finest.grid.cells.y; ++y) {
-        for (int32_t x = 0; x < finest.grid.cells.x; ++x) {
-          if (!is_active(finest.intervals[finest.cell(x, y, z)], view.isocodes[0])) continue;
-          if (!in_frustum(view, store.info().grid.world({x + 0.5, y + 0.5, z + 0.5}))) continue;
-          int count = 0;
-          for (uint32_t l = 0; l < levels_->size(); ++l) {
-            const Index3 c{x >> l, y >> l, z >> l};
-            const auto found = regions.find({l, c.x >> 6, c.y >> 6, c.z >> 6});
-            if (found == regions.end()) continue;
-            const int32_t region = (c.x >> 4 & 3) + 4 * (c.y >> 4 & 3) + 16 * (c.z >> 4 & 3);
-            count += static_cast<int>(found->second >> region & 1);
-          }
-          ++times[count];
-        }
+    for (const Index3 cell : active_cells(view.isocodes[0])) {
+      const Vec3d centre{cell.x + 0.5, cell.y + 0.5, cell.z + 0.5};
+      if (!in_frustum(view, store.info().grid.world(centre))) continue;
+      int count = 0;
+      for (uint32_t l = 0; l < levels_->size(); ++l) {
+        const Index3 c{cell.x >> l, cell.y >> l, cell.z >> l};
+        const auto found = regions.find({l, c.x >> 6, c.y >> 6, c.z >> 6});
+        if (found == regions.end()) continue;
+        const int32_t region = (c.x >> 4 & 3) + 4 * (c.y >> 4 & 3) + 16 * (c.z >> 4 & 3);
+        count += static_cast<int>(found->second >> region & 1);
       }
+      ++times[count];
     }
     return times;
   }
