@@ -1,7 +1,13 @@
 #include "server/conditions.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <limits>
+#include <optional>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
 
 namespace isosplat {
 namespace {
@@ -37,6 +43,15 @@ std::optional<uint64_t> parse_position(std::string_view text) {
 }
 
 }  // namespace
+
+std::string etag_for(std::string_view bytes) {
+  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "\"%016llx%016llx\"",
+                static_cast<unsigned long long>(hash.high64),
+                static_cast<unsigned long long>(hash.low64));
+  return text.data();
+}
 
 bool names_etag(std::string_view field, std::string_view etag, bool weak) {
   field = trimmed(field);

@@ -2,9 +2,13 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace isosplat {
+
+/// A strong ETag, with its quotes, that differs for other bytes.
+std::string etag_for(std::string_view bytes);
 
 /// Whether an If-None-Match or If-Match field names `etag` (with its quotes): by weak comparison
 /// where `weak`, else strong. "*" names every one. A malformed list names none.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <fstream>
 #include <system_error>
 #include <utility>
@@ -64,15 +63,6 @@ bool has_hashed_name(std::string_view path) {
            c == '-';
   };
   return file[dot - kHashLength - 1] == '-' && std::ranges::all_of(hash, is_hash_character);
-}
-
-std::string etag_of(const std::string& bytes) {
-  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
-  std::array<char, 35> text{};
-  std::snprintf(text.data(), text.size(), "\"%016llx%016llx\"",
-                static_cast<unsigned long long>(hash.high64),
-                static_cast<unsigned long long>(hash.low64));
-  return std::string(text.data(), 34);
 }
 
 std::string gzipped(const std::string& bytes) {
@@ -150,7 +140,7 @@ Result<std::shared_ptr<const PageAssets>> PageAssets::load(const fs::path& root,
   uint64_t left = most_bytes;
   const auto variant = [&](Encoding encoding, std::string bytes) {
     left -= std::min<uint64_t>(left, bytes.size());
-    std::string etag = etag_of(bytes);
+    std::string etag = etag_for(bytes);
     return AssetVariant{encoding, std::move(bytes), std::move(etag)};
   };
   for (const auto& listed : files) {

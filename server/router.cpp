@@ -1,16 +1,11 @@
 #include "server/router.h"
 
-#include <array>
-#include <cstdio>
 #include <span>
 #include <utility>
 
 #include "server/conditions.h"
 #include "server/content_routes.h"
 #include "server/volume_json.h"
-
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 namespace isosplat {
 namespace {
@@ -52,16 +47,11 @@ Response options_answer(bool is_data) {
 
 /// JSON that may change at any time: revalidated on each use.
 Response changing_json(const Request& request, std::string text) {
-  const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
-  std::array<char, 35> etag{};
-  std::snprintf(etag.data(), etag.size(), "\"%016llx%016llx\"",
-                static_cast<unsigned long long>(hash.high64),
-                static_cast<unsigned long long>(hash.low64));
+  const std::string etag = etag_for(text);
   Response response;
-  response.set("ETag", etag.data());
+  response.set("ETag", etag);
   response.set("Cache-Control", "no-cache");
-  if (!request.if_none_match.empty() &&
-      names_etag(request.if_none_match, etag.data(), /*weak=*/true)) {
+  if (!request.if_none_match.empty() && names_etag(request.if_none_match, etag, /*weak=*/true)) {
     response.status = 304;
     return response;
   }
