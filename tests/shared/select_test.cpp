@@ -340,7 +340,8 @@ TEST_F(SelectTest, NamesMissingPagesAndGoesOnWithout) {
       const PageRef page = store.pages()[selection.pages[0]];
       ASSERT_FALSE(store.is_resident(selection.pages[0]));
       ASSERT_TRUE(
-          store.add_page(selection.pages[0], std::span(*bytes_).subspan(page.offset, page.bytes)));
+          store.add_page(selection.pages[0],
+                         std::span(*bytes_).subspan(static_cast<size_t>(page.offset), page.bytes)));
     }
     for (const ChunkHandle handle : selection.load) {
       ASSERT_TRUE(selector.set_resident(handle, true));

@@ -142,7 +142,7 @@ inline StoreReader open_store(std::span<const std::byte> bytes) {
   auto reader = StoreReader::open(bytes.first(std::min(bytes.size(), kMaxHeadBytes)));
   for (uint32_t i = 0; i < reader->pages().size(); ++i) {
     const PageRef& page = reader->pages()[i];
-    (void)reader->add_page(i, bytes.subspan(page.offset, page.bytes));
+    (void)reader->add_page(i, bytes.subspan(static_cast<size_t>(page.offset), page.bytes));
   }
   return std::move(*reader);
 }
