@@ -393,7 +393,7 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
     const Chunk& chunk = *item.chunk;
     if (!is_active(chunk.interval, isocode)) continue;
     const bool pulled = item.largest_px > limits.offered.max_point_size;
-    const bool large = item.largest_px > float(LARGE_SPLAT_PX);
+    const bool large = settings.projected && item.largest_px > float(LARGE_SPLAT_PX);
     const Pass chosen = large && (pass == pass_quad || pass == pass_ellipse) ? pass_exact : pass;
     const auto program = splat_program(chosen, pulled, frame.clipped());
     if (!program) return tl::unexpected(program.error());

@@ -32,6 +32,7 @@ def main():
         }[kind],
     )()
     reader.SetDataByteOrderToLittleEndian()
+    reader.FileLowerLeftOn()  # else rows are taken from the top
 
     edges = vtkFlyingEdges3D()
     edges.SetInputConnection(reader.GetOutputPort())

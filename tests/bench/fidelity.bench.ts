@@ -1,0 +1,70 @@
+// How true the pictures are, against a ray caster of the trilinear field in double precision.
+// Holes: pixels at least 2 px from the reference's outlines and depth edges where ours is background
+// or more than 2 cells behind. Depth and normal errors: means over the same pixels. Cells: the
+// smallest spacing. The marks are those of the project; "mesh" is VTK's Flying Edges mesh with its
+// normals, drawn by the same renderer.
+import type { Benchmark } from "./harness/benchmark.ts";
+import { flyingEdgesMesh, renderProgram } from "./harness/render.ts";
+import type { Reach } from "./harness/results.ts";
+
+const cases: [string, number][] = [
+  ["fuel.nhdr", 20.5],
+  ["engine.nhdr", 60.5],
+  ["engine.nhdr", 180.5],
+  ["bonsai.nhdr", 40.5],
+  ["aneurysm.nhdr", 40.5],
+  ["lobster.nhdr", 40.5],
+  ["statueLeg.nhdr", 60.5],
+  ["bunny_ct_i16.nrrd", 1000.5],
+];
+
+interface Row {
+  view: string;
+  kind: string;
+  holes: number;
+  silhouette: number;
+  depth: number;
+  normal: number;
+}
+
+const silhouette: Record<string, number> = {
+  quad: 0.03,
+  ellipse: 0.015,
+  blended: 0.01,
+  exact: 0.002,
+};
+const depth: Record<string, number> = { quad: 0.35, ellipse: 0.2, blended: 0.2, exact: 0.01 };
+
+export default {
+  title: "fidelity of pictures, 1024², three views",
+  async run(bench) {
+    for (const [name, isovalue] of cases) {
+      const volume = bench.volume(name);
+      if (!volume) continue;
+      const mesh = await flyingEdgesMesh(bench, volume, isovalue);
+      const options = mesh ? ["--mesh", mesh] : [];
+      const program = renderProgram("isosplat_fidelity");
+      const { stdout } = await bench.command(program, [volume, String(isovalue), ...options]);
+      const rows = stdout
+        .trim()
+        .split("\n")
+        .map((line) => JSON.parse(line) as Row);
+      for (const row of rows) {
+        const what = `${name.replace(/\..*/, "")} ${isovalue}, ${row.view}, ${row.kind}`;
+        const most = (limit: number | undefined): Reach | undefined =>
+          limit === undefined ? undefined : { atMost: limit };
+        const ofMesh = rows.find((r) => r.view === row.view && r.kind === "mesh")?.normal;
+        const normal = {
+          ellipse: ofMesh && 1.2 * ofMesh,
+          blended: ofMesh,
+          exact: 1,
+        }[row.kind];
+        const ours = row.kind !== "mesh";
+        bench.report(what, "holes", "px", row.holes, ours ? { atMost: 0 } : undefined);
+        bench.report(what, "outline", "of area", row.silhouette, most(silhouette[row.kind]));
+        bench.report(what, "depth error", "cells", row.depth, most(depth[row.kind]));
+        bench.report(what, "normal error", "°", row.normal, most(normal));
+      }
+    }
+  },
+} satisfies Benchmark;

@@ -1,0 +1,29 @@
+import { readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import type { Bench } from "./benchmark.ts";
+import { readNrrd } from "./flying_edges.ts";
+import { root } from "./paths.ts";
+
+/** A program of tests/bench/render. */
+export const renderProgram = (name: string) =>
+  join(root, `build/release/tests/bench/render/${name}`);
+
+/** Writes VTK's Flying Edges mesh of an isovalue; returns the file, or undefined without VTK. */
+export async function flyingEdgesMesh(
+  bench: Bench,
+  volume: string,
+  isovalue: number,
+): Promise<string | undefined> {
+  const python = bench.pythonWithVtk();
+  if (!python) return undefined;
+  const { voxels, type, data } = readNrrd(volume);
+  const header = readFileSync(volume).subarray(0, 4096).toString("latin1");
+  const spacing = header.match(/^spacings:[ \t]*(.*?)\r?$/m)?.[1]?.split(/\s+/) ?? ["1", "1", "1"];
+  const raw = join(bench.folder, "mesh.raw");
+  const mesh = join(bench.folder, `mesh-${isovalue}.bin`);
+  writeFileSync(raw, data);
+  const script = join(root, "tests/bench/peers/flying_edges_mesh.py");
+  const numbers = [...voxels.map(String), type, ...spacing, String(isovalue)];
+  await bench.command(python, [script, raw, ...numbers, mesh]);
+  return mesh;
+}
