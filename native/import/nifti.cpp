@@ -69,6 +69,28 @@ std::optional<StoredType> type_of(int16_t code) {
   }
 }
 
+/// The geometry of the header's affine transform ("sform"), which may be oblique: ITK refuses
+/// those. Nothing where the header has none.
+std::optional<HeaderGeometry> affine_geometry(const Fields& fields) {
+  if (fields.get<int16_t>(254) <= 0) return std::nullopt;
+  HeaderGeometry geometry;
+  double* const spacing[] = {&geometry.spacing.x, &geometry.spacing.y, &geometry.spacing.z};
+  double* const origin[] = {&geometry.origin.x, &geometry.origin.y, &geometry.origin.z};
+  for (size_t row = 0; row < 3; ++row) {
+    const double sign = row < 2 ? -1 : 1;  // RAS → LPS
+    for (size_t axis = 0; axis < 4; ++axis) {
+      const double value = sign * static_cast<double>(fields.get<float>(280 + 16 * row + 4 * axis));
+      if (!std::isfinite(value)) return std::nullopt;
+      (axis < 3 ? geometry.direction[3 * row + axis] : *origin[row]) = value;
+    }
+  }
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const auto& d = geometry.direction;
+    *spacing[axis] = std::hypot(d[axis], d[3 + axis], d[6 + axis]);
+  }
+  return geometry;
+}
+
 }  // namespace
 
 Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOptions& options) {
@@ -108,8 +130,14 @@ Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOpt
   const auto step = choose_time_step(path, sizes, options);
   if (!step) return tl::unexpected(step.error());
 
-  const auto itk_header = read_itk_header(ItkFormat::nifti, path);
-  if (!itk_header) return tl::unexpected(itk_header.error());
+  HeaderGeometry geometry;
+  if (const auto itk_header = read_itk_header(ItkFormat::nifti, path)) {
+    geometry = itk_header->geometry;
+  } else if (const auto affine = affine_geometry(fields)) {
+    geometry = *affine;
+  } else {
+    return tl::unexpected(itk_header.error());
+  }
 
   OpenVolume volume;
   ArrayVolume array;
@@ -117,7 +145,7 @@ Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOpt
   array.name = volume_name(path);
   array.path = path.string();
   array.voxels = {sizes[0], sizes[1], sizes[2]};
-  array.geometry = itk_header->geometry;
+  array.geometry = geometry;
   if (options.spacing) array.geometry.spacing = *options.spacing;
   array.stored.type = *type;
   array.stored.big_endian = fields.big_endian();

@@ -231,6 +231,23 @@ TEST(ImportNifti, TurnsRasIntoLps) {
   EXPECT_EQ(grid.world({1, 1, 1}), (Vec3d{-12, -23, 34}));
 }
 
+TEST(ImportNifti, MakesObliqueAxesPerpendicular) {
+  const TempFolder folder;
+  test::NiftiFile file;
+  file.sizes = {5, 4, 3};
+  file.rows = {{{2, 0.4f, 0, 10}, {0, 3, 0, 20}, {0, 0, 4, 30}}};
+  file.voxels = bytes_of(pattern_voxels<int16_t>(kSize));
+  write_file(folder / "a.nii", file.bytes());
+  auto volume = open(folder / "a.nii");
+  expect_pattern(volume, VoxelType::i16);
+  ASSERT_EQ(volume.notes.size(), 1u);
+  EXPECT_NE(volume.notes[0].find("not perpendicular"), std::string::npos);
+  const VolumeGrid& grid = volume.source->header().grid;
+  EXPECT_NEAR(grid.spacing.x, 2, 1e-6);
+  EXPECT_NEAR(grid.spacing.z, 4, 1e-6);
+  EXPECT_EQ(grid.origin, (Vec3d{-10, -20, 30}));
+}
+
 TEST(ImportVtk, ReadsBinaryAndText) {
   const TempFolder folder;
   const std::string header =
