@@ -23,6 +23,7 @@ struct RenderCall {
   std::string colour_by = "isosurface", colour_map = "viridis";
   std::vector<double> colour_range;
   std::vector<double> target, clip_box;
+  std::vector<double> camera;  // azimuth, elevation, distance, x, y, z, roll, field of view
   double azimuth = 30, elevation = 20, roll = 0, field_of_view = 30;
   double distance = 0, zoom = 1;
   double eye_dome = RenderSettings{}.eye_dome;
@@ -106,8 +107,12 @@ Result<RenderSettings> settings_of(const RenderCall& call) {
   return settings;
 }
 
-Camera camera_of(const RenderCall& call, const VolumeGrid& grid) {
-  Camera camera = default_camera(grid);
+Camera camera_of(const RenderCall& call, const VolumeGrid& grid, double aspect) {
+  if (const auto& c = call.camera; c.size() >= 6) {
+    return {{c[3], c[4], c[5]},      c[2], c[0], c[1], c.size() > 6 ? c[6] : 0,
+            c.size() > 7 ? c[7] : 30};
+  }
+  Camera camera = default_camera(grid, aspect);
   const double default_distance = camera.distance * std::sin(camera.field_of_view / 2 / 57.29578);
   camera.azimuth = call.azimuth;
   camera.elevation = call.elevation;
@@ -155,7 +160,7 @@ int run(const RenderCall& call) {
   }
   (*renderer)->set_settings(*settings);
 
-  Camera camera = camera_of(call, (*store)->info().grid);
+  Camera camera = camera_of(call, (*store)->info().grid, double(width) / height);
   const int frames = std::max(1, call.turntable);
   const std::filesystem::path output = call.output;
   FrameStatistics statistics;
@@ -223,6 +228,12 @@ void add_render_command(CLI::App& program, int& exit_code) {
   command->add_option("--distance", call->distance,
                       "From the eye to the target in world units (0: all is in sight)");
   command->add_option("--zoom", call->zoom, "Divides the distance")->check(CLI::PositiveNumber);
+  command
+      ->add_option("--camera", call->camera,
+                   "AZIMUTH,ELEVATION,DISTANCE,X,Y,Z[,ROLL[,VIEW]]: all of it, as the page's "
+                   "address has it")
+      ->delimiter(',')
+      ->expected(6, 8);
   command->add_option("--target", call->target, "X,Y,Z in world units: what the camera looks at")
       ->delimiter(',')
       ->expected(3);

@@ -29,7 +29,7 @@ BoundingSphere bounding_sphere(const VolumeGrid& grid) {
   return {grid.world(last * 0.5), 0.5 * length(diagonal)};
 }
 
-Camera default_camera(const VolumeGrid& grid) {
+Camera default_camera(const VolumeGrid& grid, double aspect) {
   Camera camera;
   camera.target = bounding_sphere(grid).centre;
   const CameraFrame frame = camera_frame(camera);
@@ -39,8 +39,8 @@ Camera default_camera(const VolumeGrid& grid) {
         grid.world({i & 1 ? grid.voxels.x - 1.0 : 0.0, i & 2 ? grid.voxels.y - 1.0 : 0.0,
                     i & 4 ? grid.voxels.z - 1.0 : 0.0}) -
         camera.target;
-    const double aside =
-        std::max(std::abs(dot(corner, frame.right)), std::abs(dot(corner, frame.up)));
+    const double aside = std::max(std::abs(dot(corner, frame.right)) / std::max(aspect, 1e-3),
+                                  std::abs(dot(corner, frame.up)));
     distance =
         std::max(distance, aside / frame.tan_half_field_of_view - dot(corner, frame.forward));
   }

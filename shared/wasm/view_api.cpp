@@ -221,8 +221,8 @@ void isosplat_view_set_camera(const double* camera) {
   if (view().renderer) view().renderer->set_camera(read_camera(camera));
 }
 
-void isosplat_view_default_camera(double* camera) {
-  write_camera(default_camera(view().grid), camera);
+void isosplat_view_default_camera(double* camera, double aspect) {
+  write_camera(default_camera(view().grid, aspect), camera);
 }
 
 void isosplat_view_orbit(double* camera, double right_degrees, double up_degrees) {

@@ -51,7 +51,8 @@ void isosplat_view_set_clipping(const double* box, const double* planes, uint32_
 /// camera, here and below: target x y z, distance, azimuth, elevation, roll, field of view (8
 /// numbers, see Camera). The functions that change one write it back to the same place.
 void isosplat_view_set_camera(const double* camera);
-void isosplat_view_default_camera(double* camera);
+/// aspect: the image's width / height.
+void isosplat_view_default_camera(double* camera, double aspect);
 void isosplat_view_orbit(double* camera, double right_degrees, double up_degrees);
 void isosplat_view_pan(double* camera, double right_px, double down_px, double image_height_px);
 void isosplat_view_zoom(double* camera, double factor);

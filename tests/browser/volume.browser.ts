@@ -60,7 +60,7 @@ test("draws the native renderer's picture", async ({ page }) => {
     execFileSync(program, [
       ...["render", store, "--isovalue", "100.5", "-o", out],
       ...["--size", `${width}x${height}`, "--camera", camera],
-      ...["--kind", "ellipse", "--background", "ffffff"],
+      ...["--kind", "ellipse", "--background", "ffffff", "--colour", "d9ccb3", "--level", "0"],
     ]);
     const difference = await compare(page, ours, readFileSync(out));
     expect(difference.covered).toBeGreaterThan(0.1);

@@ -33,7 +33,7 @@ interface Exports extends CoreModule {
   _isosplat_view_set_lighting(ambient: number, specular: number, eyeDome: number): void;
   _isosplat_view_set_clipping(box: number, planes: number, count: number): void;
   _isosplat_view_set_camera(camera: number): void;
-  _isosplat_view_default_camera(camera: number): void;
+  _isosplat_view_default_camera(camera: number, aspect: number): void;
   _isosplat_view_orbit(camera: number, right: number, up: number): void;
   _isosplat_view_pan(camera: number, right: number, down: number, height: number): void;
   _isosplat_view_zoom(camera: number, factor: number): void;
@@ -216,8 +216,9 @@ export class ViewModule {
     this.#exports._isosplat_view_set_camera(this.#scratch);
   }
 
-  defaultCamera(): Camera {
-    this.#exports._isosplat_view_default_camera(this.#scratch);
+  /** `aspect`: the image's width / height. */
+  defaultCamera(aspect: number): Camera {
+    this.#exports._isosplat_view_default_camera(this.#scratch, aspect);
     return this.#takeCamera();
   }
 

@@ -257,12 +257,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (this.#view && this.#info) this.setCamera(this.#firstCamera(this.#view));
   }
 
-  /** The core's is for images at least as wide as they are high. */
   #firstCamera(view: ViewModule): Camera {
-    const camera = view.defaultCamera();
     const { clientWidth, clientHeight } = this.canvas;
-    const aspect = Math.min(1, Math.max(clientWidth, 1) / Math.max(clientHeight, 1));
-    return { ...camera, distance: camera.distance / aspect };
+    return view.defaultCamera(Math.max(clientWidth, 1) / Math.max(clientHeight, 1));
   }
 
   orbit(rightDegrees: number, upDegrees: number): void {
