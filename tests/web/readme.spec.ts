@@ -80,7 +80,7 @@ describe("the README's commands", () => {
         child.stdout.on("data", listen);
         child.stderr.on("data", listen);
         child.on("error", reject);
-      child.on("close", (code) => reject(new Error(`exit status ${code}: ${printed}`)));
+        child.on("close", (code) => reject(new Error(`exit status ${code}: ${printed}`)));
       });
       const answer = await fetch(new URL("/v1/volumes", url));
       const { volumes } = (await answer.json()) as { volumes: { voxels: number[] }[] };
