@@ -7,12 +7,13 @@ import { StreamError } from "./types.ts";
 /** What the first surface may take at most; the coarsest level alone may take more. */
 const firstBytes = 64 * 1024;
 /**
- * The pages of the finer levels follow those of the coarse end: so much of them comes with the first
- * request, and saves up to one round trip for each level.
+ * The pages of the finer levels follow those of the coarse end: as many as fit in so much come with
+ * the first request, and save up to one round trip for each level. With a head of 64 KB that makes
+ * 144 KB until the first surface.
  */
-const pageBytes = 40 * 1024;
+const firstBytesWithPages = 80 * 1024;
 /** What is held for every isovalue at most, so that a moving slider always has a surface. */
-const mostBytes = 256 * 1024;
+const mostBytes = 160 * 1024;
 /** The coarse levels may take this share of the samples that the budget allows. */
 const budgetShare = 1 / 3;
 
@@ -46,19 +47,20 @@ export class CoarseEnd {
 
   /**
    * `arrived` is called twice at most: with the chunks of the coarsest levels, and with the others.
+   * The others are asked for when the promise that it returns for the first is resolved.
    * `sampleBudget` limits how much of the end is fetched. Resolves with the finest of its levels.
    */
   async load(
     sampleBudget: number,
     signal: AbortSignal,
-    arrived: (chunks: CoarseChunk[]) => void,
+    arrived: (chunks: CoarseChunk[]) => Promise<void>,
   ): Promise<number> {
     const first = this.#store.coarseRange(firstBytes);
     const firstEnd = first.offset + first.bytes;
-    const pagesEnd = this.#pagesEnd(firstEnd + pageBytes);
+    const pagesEnd = this.#pagesEnd(Math.max(firstEnd, first.offset + firstBytesWithPages));
     const firstPart = await this.#fetch(first.offset, pagesEnd - first.offset, signal);
     const coarsest = this.#chunks(first.firstLevel, this.#store.info.levels, firstPart);
-    arrived(coarsest);
+    await arrived(coarsest);
     const all = this.#store.coarseRange(mostBytes);
     if (all.firstLevel === first.firstLevel) return all.firstLevel;
 
@@ -79,7 +81,7 @@ export class CoarseEnd {
     );
     if (from < first.offset) {
       const part = await this.#fetch(from, first.offset - from, signal);
-      arrived(this.#chunks(finest, first.firstLevel, part));
+      await arrived(this.#chunks(finest, first.firstLevel, part));
     }
     return finest;
   }

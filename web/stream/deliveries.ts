@@ -20,6 +20,7 @@ export class Deliveries {
   readonly #waiting: Delivery[] = [];
   readonly #handles = new Set<number>();
   #scheduled: (() => void) | undefined;
+  #whenEmpty: (() => void)[] = [];
   #closed = false;
 
   /** `delivered` is called once after those of a frame. */
@@ -33,6 +34,12 @@ export class Deliveries {
 
   get empty(): boolean {
     return this.#waiting.length === 0;
+  }
+
+  /** Resolves when everything added so far has been handed on. */
+  handedOn(): Promise<void> {
+    if (this.empty || this.#closed) return Promise.resolve();
+    return new Promise((resolve) => this.#whenEmpty.push(resolve));
   }
 
   has(handle: number): boolean {
@@ -51,6 +58,7 @@ export class Deliveries {
     this.#scheduled?.();
     this.#waiting.length = 0;
     this.#handles.clear();
+    for (const resolve of this.#whenEmpty.splice(0)) resolve();
   }
 
   #frame(): void {
@@ -71,6 +79,7 @@ export class Deliveries {
     }
     if (this.#waiting.length > 0) this.#scheduled = nextFrame(() => this.#frame());
     this.#delivered();
+    if (this.empty) for (const resolve of this.#whenEmpty.splice(0)) resolve();
   }
 }
 

@@ -171,8 +171,10 @@ export class StreamSession {
         const first = urgent.map(({ chunk, bytes }) => this.#decodeCoarse(chunk, bytes));
         decoding.push(...first);
         for (const { chunk, bytes } of others) decoding.push(this.#decodeCoarse(chunk, bytes));
-        void Promise.all(first).then(() => this.#surfaceArrived());
         this.#select();
+        return Promise.all(first)
+          .then(() => this.#deliveries.handedOn())
+          .then(() => this.#surfaceArrived());
       });
       this.#coarse.finestLevel = finest;
       await Promise.all(decoding);
