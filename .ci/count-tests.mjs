@@ -9,7 +9,7 @@ const folder = process.argv[2];
 
 function countJunit(text) {
   const attribute = (name) =>
-    Number(text.match(new RegExp(`<testsuite[^>]*? ${name}="(\\d+)"`))?.[1] ?? 0);
+    Number(text.match(new RegExp(`<testsuite[^>]*?\\s${name}="(\\d+)"`))?.[1] ?? 0);
   const failed = attribute("failures");
   const skipped = attribute("skipped") + attribute("disabled");
   return { passed: attribute("tests") - failed - skipped, failed, skipped };
