@@ -106,8 +106,14 @@ test.describe("a desk", () => {
         await page.evaluate(() => {
           const host = document.activeElement;
           const inner = host?.shadowRoot?.activeElement ?? host;
-          const label = (element: Element | null | undefined) =>
-            element?.getAttribute("aria-label") ?? element?.getAttribute("title") ?? "";
+          const label = (element: Element | null | undefined) => {
+            const id = element?.getAttribute("aria-labelledby") ?? "";
+            const root = element?.getRootNode() as Document | ShadowRoot | undefined;
+            const by =
+              (element as HTMLInputElement | null)?.labels?.[0] ?? root?.getElementById(id);
+            const attribute = element?.getAttribute("aria-label") ?? element?.getAttribute("label");
+            return attribute || by?.textContent?.trim() || element?.getAttribute("title") || "";
+          };
           return label(inner) || label(host) || (host?.textContent ?? "").trim();
         }),
       );
