@@ -48,7 +48,7 @@ std::string read_to_end(int descriptor) {
 }
 
 /// Address space that this process has mapped, in bytes.
-uint64_t mapped_bytes() {
+[[maybe_unused]] uint64_t mapped_bytes() {
   unsigned long long pages = 0;
   if (FILE* statm = std::fopen("/proc/self/statm", "re")) {
     if (std::fscanf(statm, "%llu", &pages) != 1) pages = 0;

@@ -2,8 +2,8 @@ import { readFileSync } from "node:fs";
 import { expect, type Page } from "@playwright/test";
 
 /** Waits until the page says that nothing is left to fetch for its view. */
-export async function complete(page: Page): Promise<void> {
-  await expect(page.locator(".status-state")).toHaveText(/^complete/, { timeout: 30_000 });
+export async function complete(page: Page, timeout = 30_000): Promise<void> {
+  await expect(page.locator(".status-state")).toHaveText(/^complete/, { timeout });
 }
 
 /** Waits until two frames in a row have passed, and the view has come to rest. */

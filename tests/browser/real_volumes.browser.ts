@@ -1,0 +1,59 @@
+// Real volumes, each through the whole way: built by the program, served, drawn by the page.
+// Skipped where the folder of volumes (ISOSPLAT_VOLUMES, ../shared/volumes) is absent.
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { expect, test } from "@playwright/test";
+import { volumesFolder } from "../bench/harness/volumes.ts";
+import { program, type RunningServer, serve } from "./support/server.ts";
+import { atRest, compare, complete, savedPicture } from "./support/view.ts";
+
+const volumes = [
+  { name: "fuel", file: "fuel.nhdr" },
+  { name: "engine", file: "engine.nhdr" },
+  { name: "aneurysm", file: "aneurysm.nhdr" },
+  { name: "lobster", file: "lobster.nhdr" },
+  { name: "statueLeg", file: "statueLeg.nhdr" },
+  { name: "mni152", file: "mni152.nii.gz" },
+  { name: "mr_t1_dicom", file: "mr_t1_dicom" },
+  { name: "cthead_tif", file: "cthead_tif", options: ["--spacing", "1,1,2"] },
+  { name: "iron_protein", file: "iron_protein.vtk" },
+  { name: "fetal_atlas_f32", file: "fetal_atlas_f32.nrrd" },
+];
+
+test.skip(!existsSync(volumesFolder), `no real volumes in ${volumesFolder}`);
+test.use({ viewport: { width: 800, height: 480 } });
+
+let folder: string;
+let server: RunningServer;
+test.beforeAll(async () => {
+  test.setTimeout(300_000);
+  folder = mkdtempSync(join(tmpdir(), "isosplat-volumes-"));
+  for (const { name, file, options = [] } of volumes) {
+    const store = join(folder, `${name}.isosplat`);
+    execFileSync(program, ["build", join(volumesFolder, file), "-o", store, ...options], {
+      stdio: "pipe",
+    });
+  }
+  server = await serve([folder]);
+});
+test.afterAll(async () => {
+  await server?.stop();
+  if (folder) rmSync(folder, { recursive: true });
+});
+
+for (const { name } of volumes) {
+  test(`${name} opens`, async ({ page }) => {
+    test.setTimeout(120_000);
+    const problems: string[] = [];
+    page.on("pageerror", (error) => problems.push(String(error)));
+    await page.goto(`${server.url}?volume=${name}&kind=ellipse&background=ffffff`);
+    await complete(page, 100_000);
+    await atRest(page);
+    const picture = await savedPicture(page);
+    const { covered } = await compare(page, picture, picture);
+    expect(covered).toBeGreaterThan(0.01);
+    expect(problems).toEqual([]);
+  });
+}
