@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <array>
 
 #include "shared/codec/chunk_codec.h"
 #include "shared/codec/chunk_header.h"
 #include "shared/codec/rans.h"
+#include "shared/codec/residual_encoder.h"
 
 namespace isosplat {
 namespace {
@@ -17,44 +17,22 @@ constexpr uint32_t kMergeBelow[] = {64, 160, 400, 1000};
 /// A header has fewer bits than this.
 constexpr size_t kMostHeaderBits = 16384;
 
-/// −log2(frequency / 2048) in 1/256 bit, by integers, so that it is the same everywhere.
-uint32_t cost_of(uint32_t frequency) {
-  uint64_t x = uint64_t{frequency} << 32;
-  uint32_t log = 0;
-  while (x >= uint64_t{2} << 32) x >>= 1, log += 256;
-  for (uint32_t bit = 128; bit; bit >>= 1) {
-    const uint64_t root = x >> 16;
-    x = root * root;
-    if (x >= uint64_t{2} << 32) x >>= 1, log += bit;
-  }
-  return 11 * 256 - log;
-}
-
 struct MaskEncoder {
   static constexpr bool kDecodes = false;
-  const QuadSlots& slots;
+  const RansSymbol (*symbols)[16];
   RansEncoder& rans;
 
   uint32_t quad(uint32_t context, uint32_t value) {
-    rans.put(slots.start[context][value], slots.frequency[context][value], 12);
+    rans.put(symbols[context][value]);
     return value;
   }
   bool good() const { return true; }
 };
 
-/// A residual to be coded: folded | half octave << 18 | group << 24, later folded | context << 24.
-uint32_t pending(int32_t residual, int32_t octave, int32_t group) {
-  return fold(residual) | static_cast<uint32_t>(octave) << 18 | static_cast<uint32_t>(group) << 24;
-}
-constexpr uint32_t kFoldedMask = (1u << 18) - 1;
-
 }  // namespace
 
 struct ChunkEncoder::Scratch {
-  QuadSlots quad_slots;
-  uint16_t token_frequency[kShapes][kTokens];
-  uint16_t token_start[kShapes][kTokens];
-  uint32_t token_cost[kShapes][kTokens];
+  RansSymbol quad_symbols[256][16];
 
   CellMask mask;
   const PointPlane nothing = {};  // stands for the plane before the first
@@ -64,8 +42,7 @@ struct ChunkEncoder::Scratch {
   Energies energies;
   PlanePoints points;
   PredictorFit fit;
-  std::vector<uint32_t> residuals;
-  size_t residual_count = 0;
+  ResidualEncoder residuals;
   RansEncoder rans;
   BitWriter bit_writer;
 
@@ -79,20 +56,15 @@ struct ChunkEncoder::Scratch {
   void add_intervals(const BlockView& block, const ChunkHeader& header, int32_t z,
                      int32_t& interval_energy);
   void set_residuals(const BlockView& block, const ChunkHeader& header);
-  void choose_models(ChunkHeader& header);
-  void put_residuals(const ChunkHeader& header);
   const PointPlane& before(int32_t z) const { return z > 0 ? planes[z - 1] : nothing; }
 };
 
 ChunkEncoder::Scratch::Scratch() : rows{}, first_row{} {
-  for (int shape = 0; shape < kShapes; ++shape) {
-    read_distribution(kTokenTable[shape], kTokens, kTokenTotal, token_frequency[shape]);
-    uint32_t start = 0;
-    for (int token = 0; token < kTokens; ++token) {
-      const uint32_t frequency = token_frequency[shape][token];
-      token_start[shape][token] = static_cast<uint16_t>(start);
-      token_cost[shape][token] = cost_of(frequency);
-      start += frequency;
+  const QuadSlots slots;
+  for (int context = 0; context < 256; ++context) {
+    for (int quad = 0; quad < 16; ++quad) {
+      quad_symbols[context][quad] =
+          RansSymbol(slots.start[context][quad], slots.frequency[context][quad], 12);
     }
   }
 }
@@ -203,9 +175,9 @@ void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const ChunkHea
                              rows[z + 1][y].value + at, rows[z + 1][y + 1].value + at)));
       const CellInterval interval = header.shifted(intervals[x]);
       const int32_t below = range.min - interval.min, beyond = interval.max - range.max;
-      const int32_t octave = interval_octave(range, interval_energy);
-      residuals[residual_count++] = pending(below, octave, kIntervalMin);
-      residuals[residual_count++] = pending(beyond, octave, kIntervalMax);
+      const auto octave = static_cast<uint32_t>(interval_octave(range, interval_energy));
+      residuals.add(fold(below), octave, kIntervalMin);
+      residuals.add(fold(beyond), octave, kIntervalMax);
       interval_energy = interval_energy_of(below, beyond);
     }
   }
@@ -215,7 +187,6 @@ void ChunkEncoder::Scratch::set_residuals(const BlockView& block, const ChunkHea
   const Index3 cells = block.cells;
   Predictor predictor;
   predictor.set(header.taps, header.wide);
-  residual_count = 0;
   energies.reset();
   int32_t done_z = -1, interval_energy = 0;
   // The intervals of slice z − 1 come after the points of plane z.
@@ -233,80 +204,11 @@ void ChunkEncoder::Scratch::set_residuals(const BlockView& block, const ChunkHea
       const ClassWeights& weights = predictor.classes[points.point_class[i]];
       const int32_t sum = VectorOps::sum_taps(taps_at(n, x), weights.rows);
       const int32_t residual = values[x] - predictor.predict(weights, sum, values + x);
-      residuals[residual_count++] =
-          pending(residual, points.octave[i], group_of_class(points.point_class[i]));
+      residuals.add(fold(residual), points.octave[i], group_of_class(points.point_class[i]));
       energies.set(x, y, residual);
     }
   });
   while (done_z <= cells.z) finish_plane(done_z++);
-}
-
-/// Chooses where levels begin, and each context's model: the shift by the mean, the shape by its
-/// cost. Replaces the half octave and group of each residual by its context.
-void ChunkEncoder::Scratch::choose_models(ChunkHeader& header) {
-  const std::span<uint32_t> all(residuals.data(), residual_count);
-  std::array<uint32_t, 64> octaves{};
-  for (const uint32_t r : all) ++octaves[r >> 18 & 63];
-  const size_t few = all.size() / 16;
-  size_t below = 0;
-  header.levels.base = 0;
-  while (header.levels.base < 15 && (below += octaves[header.levels.base]) <= few) {
-    ++header.levels.base;
-  }
-
-  uint32_t context_of[kGroups][64];
-  for (int32_t group = 0; group < kGroups; ++group) {
-    for (int32_t octave = 0; octave < 64; ++octave) {
-      context_of[group][octave] =
-          static_cast<uint32_t>(group * kLevels + header.levels.level_of_octave(octave));
-    }
-  }
-  std::array<uint64_t, kContexts> sum{};
-  std::array<uint32_t, kContexts> count{};
-  for (uint32_t& r : all) {
-    const uint32_t context = context_of[r >> 24][r >> 18 & 63];
-    r = (r & kFoldedMask) | context << 24;
-    sum[context] += r & kFoldedMask;
-    ++count[context];
-  }
-  std::array<uint32_t, kContexts> shift{};
-  for (int c = 0; c < kContexts; ++c) {
-    // A mean of nine is where the broadest plain distribution ends.
-    while (shift[c] < kMaxShift && sum[c] > uint64_t{count[c]} * 9 << shift[c]) ++shift[c];
-  }
-  std::array<std::array<uint32_t, kTokens>, kContexts> histogram{};
-  for (const uint32_t r : all) {
-    const uint32_t c = r >> 24;
-    ++histogram[c][token_of((r & kFoldedMask) >> shift[c]).token];
-  }
-  for (int c = 0; c < kContexts; ++c) {
-    header.model[c] = kNoModel;
-    uint64_t best = ~uint64_t{0};
-    for (uint32_t m = 0; m < kModels && count[c]; ++m) {
-      const Model model = model_of(m);
-      if (model.shift != shift[c]) continue;
-      uint64_t cost = 0;
-      for (int t = 0; t < kTokens; ++t) {
-        cost += uint64_t{histogram[c][t]} * token_cost[model.shape][t];
-      }
-      if (cost < best) best = cost, header.model[c] = static_cast<uint8_t>(m);
-    }
-  }
-}
-
-void ChunkEncoder::Scratch::put_residuals(const ChunkHeader& header) {
-  std::array<Model, kContexts> models{};
-  for (int c = 0; c < kContexts; ++c) {
-    if (header.model[c] != kNoModel) models[c] = model_of(header.model[c]);
-  }
-  for (size_t i = 0; i < residual_count; ++i) {
-    const Model model = models[residuals[i] >> 24];
-    const uint32_t folded = residuals[i] & kFoldedMask;
-    const Token token = token_of(folded >> model.shift);
-    rans.put(token_start[model.shape][token.token], token_frequency[model.shape][token.token], 11);
-    const uint32_t raw_bits = token.raw_bits + model.shift;
-    bit_writer.put(folded & ((1u << raw_bits) - 1), raw_bits);
-  }
 }
 
 ChunkEncoder::ChunkEncoder() : scratch_(std::make_unique<Scratch>()) {}
@@ -325,13 +227,13 @@ uint32_t ChunkEncoder::encode(const BlockView& block, uint32_t slab_begin, uint3
     point_count += s.planes[z].set(s.mask, block.cells, z);
   }
   const size_t most_residuals = point_count + (block.has_intervals ? 2 * size_t{count} : 0);
-  if (s.residuals.size() < most_residuals) s.residuals.resize(most_residuals);
+  s.residuals.begin(most_residuals);
   // At most a quad for each of the 2×2 cells of the grid, and as many again for bricks.
   s.rans.begin(most_residuals + kBlockCells * kBlockCells * kBlockCells / 2);
   s.bit_writer.begin(kMostHeaderBits + most_residuals * 32);
 
   BrickMask bricks = bricks_of(s.mask, block.cells);
-  MaskEncoder mask_encoder{s.quad_slots, s.rans};
+  MaskEncoder mask_encoder{s.quad_symbols, s.rans};
   code_mask(block.cells, bricks, s.mask, mask_encoder);
 
   ChunkHeader header;
@@ -341,10 +243,10 @@ uint32_t ChunkEncoder::encode(const BlockView& block, uint32_t slab_begin, uint3
   if (block.has_intervals) s.set_interval_shift(block, header);
   for (const uint32_t below : kMergeBelow) header.levels.merge += point_count < below;
   s.set_residuals(block, header);
-  s.choose_models(header);
+  s.residuals.choose_models(header);
 
   write_header(header, block.has_intervals, s.bit_writer);
-  s.put_residuals(header);
+  s.residuals.put(header, s.rans, s.bit_writer);
   s.bit_writer.finish(out);
   s.rans.finish(out);
   return count;

@@ -13,64 +13,90 @@ constexpr uint32_t kMinSamples = 40;
 /// Weight of the default weights, as samples of average energy.
 constexpr double kRidge = 4;
 
+constexpr int kUnknowns = kTaps - 1;
+
+/// The tap of an unknown; what follows the last is the value.
+constexpr int tap(int unknown) {
+  return unknown < kImpliedTap ? unknown : unknown + 1;
+}
+
+/// Eight lanes, whatever the machine has: it must not matter to the sums.
+using Lanes = float __attribute__((vector_size(32)));
+
+/// Sums of products of a class's samples: row i, column j where j ≥ i or both are in one half.
+struct Moments {
+  float product[16][16];
+
+  void set(const float* const* samples, size_t count) {
+    add_tile(samples, count, 0, 0);
+    add_tile(samples, count, 0, 8);
+    add_tile(samples, count, 8, 8);
+  }
+  float at(int i, int j) const { return i <= j ? product[i][j] : product[j][i]; }
+
+ private:
+  /// Eight rows and eight columns: as many sums as fit into registers.
+  void add_tile(const float* const* samples, size_t count, int row, int column) {
+    Lanes sums[8] = {};
+    for (size_t s = 0; s < count; ++s) {
+      Lanes columns;
+      std::memcpy(&columns, samples[s] + column, sizeof columns);
+      for (int i = 0; i < 8; ++i) sums[i] += samples[s][row + i] * columns;
+    }
+    for (int i = 0; i < 8; ++i) std::memcpy(&product[row + i][column], &sums[i], sizeof sums[i]);
+  }
+};
+
 }  // namespace
 
-void PredictorFit::clear() {
-  std::memset(moments_, 0, sizeof moments_);
-}
+PredictorFit::Weights PredictorFit::solve(uint32_t stride) {
+  // Sorted by class.
+  size_t end[kClasses + 1] = {};
+  for (const Sample& sample : samples_) ++end[sample.point_class + 1];
+  for (int c = 0; c < kClasses; ++c) end[c + 1] += end[c];
+  by_class_.resize(samples_.size());
+  for (const Sample& sample : samples_) by_class_[end[sample.point_class]++] = sample.difference;
 
-void PredictorFit::add(uint32_t point_class, const int32_t* taps, int32_t value) {
-  float difference[16] = {};
-  for (int i = 0, k = 0; i < kTaps; ++i) {
-    if (i != kImpliedTap) difference[k++] = static_cast<float>(taps[i] - taps[kImpliedTap]);
-  }
-  difference[kUnknowns] = static_cast<float>(value - taps[kImpliedTap]);
-  Moments& moments = moments_[point_class];
-  ++moments.count;
-  for (int i = 0; i < kUnknowns; ++i) {
-    for (int j = 0; j < 16; ++j) moments.product[i][j] += difference[i] * difference[j];
-  }
-}
-
-PredictorFit::Weights PredictorFit::solve(uint32_t stride) const {
   Weights weights;
   for (int c = 0; c < kClasses; ++c) {
     for (int i = 0; i < kTaps; ++i) weights.taps[c][i] = kDefaultWeights[c][i];
-    const Moments& moments = moments_[c];
-    if (moments.count < kMinSamples || moments.count * uint64_t{stride} < kMinPoints) continue;
+    const size_t begin = c > 0 ? end[c - 1] : 0, count = end[c] - begin;
+    if (count < kMinSamples || count * uint64_t{stride} < kMinPoints) continue;
+    Moments moments;
+    moments.set(by_class_.data() + begin, count);
 
-    constexpr int n = kUnknowns;
     double trace = 0;
-    for (int i = 0; i < n; ++i) trace += static_cast<double>(moments.product[i][i]);
+    for (int i = 0; i < kUnknowns; ++i) trace += static_cast<double>(moments.at(tap(i), tap(i)));
     if (!(trace > 0)) continue;
-    const double ridge = kRidge * trace / n / moments.count;
-    double a[n][n + 1];
-    for (int i = 0; i < n; ++i) {
-      for (int j = 0; j <= n; ++j) a[i][j] = static_cast<double>(moments.product[i][j]);
+    const double ridge = kRidge * trace / kUnknowns / static_cast<double>(count);
+    double a[kUnknowns][kUnknowns + 1];
+    for (int i = 0; i < kUnknowns; ++i) {
+      for (int j = 0; j <= kUnknowns; ++j)
+        a[i][j] = static_cast<double>(moments.at(tap(i), tap(j)));
       a[i][i] += ridge;
-      a[i][n] += ridge * kDefaultWeights[c][i < kImpliedTap ? i : i + 1] / (1 << kWeightBits);
+      a[i][kUnknowns] += ridge * kDefaultWeights[c][tap(i)] / (1 << kWeightBits);
     }
     // Symmetric and positive definite: elimination needs no pivoting.
-    for (int i = 0; i < n; ++i) {
+    for (int i = 0; i < kUnknowns; ++i) {
       const double inverse = 1 / a[i][i];
-      for (int k = i + 1; k < n; ++k) {
+      for (int k = i + 1; k < kUnknowns; ++k) {
         const double factor = a[k][i] * inverse;
-        for (int j = i; j <= n; ++j) a[k][j] -= factor * a[i][j];
+        for (int j = i; j <= kUnknowns; ++j) a[k][j] -= factor * a[i][j];
       }
     }
-    double solution[n];
+    double solution[kUnknowns];
     bool sane = true;
-    for (int i = n - 1; i >= 0; --i) {
-      double sum = a[i][n];
-      for (int j = i + 1; j < n; ++j) sum -= a[i][j] * solution[j];
+    for (int i = kUnknowns - 1; i >= 0; --i) {
+      double sum = a[i][kUnknowns];
+      for (int j = i + 1; j < kUnknowns; ++j) sum -= a[i][j] * solution[j];
       solution[i] = sum / a[i][i];
       sane &= std::abs(solution[i]) < 7;  // also false for NaN
     }
     if (!sane) continue;
     int32_t rest = 1 << kWeightBits;
-    for (int i = 0; i < n; ++i) {
+    for (int i = 0; i < kUnknowns; ++i) {
       const auto weight = static_cast<int32_t>(std::floor(solution[i] * (1 << kWeightBits) + 0.5));
-      weights.taps[c][i < kImpliedTap ? i : i + 1] = weight;
+      weights.taps[c][tap(i)] = weight;
       rest -= weight;
     }
     weights.taps[c][kImpliedTap] = rest;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "shared/codec/lattice.h"
 
@@ -17,23 +18,31 @@ class PredictorFit {
     uint32_t fitted = 0;  ///< bit per class
   };
 
-  void clear();
+  void clear() { samples_.clear(); }
 
   /// A point: its class, its taps and its value.
-  void add(uint32_t point_class, const int32_t* taps, int32_t value);
+  void add(uint32_t point_class, const int32_t* taps, int32_t value) {
+    Sample sample;
+    for (int i = 0; i < kTaps; ++i) {
+      sample.difference[i] = static_cast<float>(taps[i] - taps[kImpliedTap]);
+    }
+    sample.difference[kTaps] = static_cast<float>(value - taps[kImpliedTap]);
+    sample.difference[kTaps + 1] = 0;
+    sample.point_class = point_class;
+    samples_.push_back(sample);
+  }
 
   /// stride: how many points there are for each one added.
-  Weights solve(uint32_t stride) const;
+  Weights solve(uint32_t stride);
 
  private:
-  static constexpr int kUnknowns = kTaps - 1;
-
-  /// Sums of products of the taps and the value, all less the implied tap.
-  struct Moments {
-    uint32_t count;
-    float product[kUnknowns][16];
+  /// The taps and then the value, all less the implied tap; a zero fills up the vector.
+  struct Sample {
+    float difference[16];
+    uint32_t point_class;
   };
-  Moments moments_[kClasses];
+  std::vector<Sample> samples_;
+  std::vector<const float*> by_class_;  ///< the samples' differences, class after class
 };
 
 }  // namespace isosplat

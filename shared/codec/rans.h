@@ -14,53 +14,75 @@ namespace isosplat {
 inline constexpr int kRansStates = 4;
 inline constexpr uint32_t kRansLow = 1u << 16;
 
+/// A symbol that has `frequency` of the 2^scale_bits slots, from `start`, made ready to be encoded:
+/// x becomes x + addend + ⌊x / frequency⌋ · complement, and the quotient is a product's upper half.
+struct RansSymbol {
+  uint64_t reciprocal;  ///< ⌈2^64 / frequency⌉: exact for every x < 2^32
+  uint64_t limit;       ///< a state from here on gives away a word first
+  uint32_t addend;
+  uint32_t complement;
+
+  RansSymbol() = default;
+  /// frequency: 1 to 2^scale_bits; scale_bits ≤ 12.
+  RansSymbol(uint32_t start, uint32_t frequency, uint32_t scale_bits)
+      : reciprocal(~uint64_t{0} / frequency + 1),
+        limit(uint64_t{frequency} << (32 - scale_bits)),
+        addend(start),
+        complement((1u << scale_bits) - frequency) {
+    if (frequency > 1) return;
+    // 2^64 does not fit; one less makes the quotient x − 1, and the addend makes up for it.
+    reciprocal = ~uint64_t{0};
+    addend += complement;
+  }
+};
+
 /// Takes symbols in the order in which they will be decoded.
 class RansEncoder {
  public:
   /// Starts anew, for at most so many symbols.
   void begin(size_t most_symbols) {
-    if (symbols_.size() < most_symbols) symbols_.resize(most_symbols);
+    if (symbols_.size() < most_symbols) {
+      symbols_.resize(most_symbols);
+      words_.resize(most_symbols + 2 * kRansStates);
+    }
     count_ = 0;
   }
 
-  /// A symbol that has `frequency` of the 2^scale_bits slots, from `start`. frequency ≥ 1,
-  /// scale_bits ≤ 12.
-  void put(uint32_t start, uint32_t frequency, uint32_t scale_bits) {
-    symbols_[count_++] = start | frequency << 12 | scale_bits << 25;
-  }
+  /// The symbol must stay where it is until finish().
+  void put(const RansSymbol& symbol) { symbols_[count_++] = &symbol; }
 
   /// Appends the words, the last one first, and the four states, state 0 last.
   void finish(std::vector<std::byte>& out) {
     // rANS encodes backwards, from the last symbol to the first.
-    words_.clear();
-    std::array<uint32_t, kRansStates> state;
-    state.fill(kRansLow);
-    for (size_t i = count_; i-- > 0;) {
-      const uint32_t start = symbols_[i] & 0xfff, frequency = symbols_[i] >> 12 & 0x1fff;
-      const uint32_t scale_bits = symbols_[i] >> 25;
-      uint32_t& x = state[i % kRansStates];
-      if (x >> (32 - scale_bits) >= frequency) {
-        words_.push_back(static_cast<uint16_t>(x));
-        x >>= 16;
-      }
-      const uint32_t quotient = x / frequency;
-      x = (quotient << scale_bits) + (x - quotient * frequency) + start;
+    uint16_t* to = words_.data();
+    const auto step = [&](uint32_t& x, const RansSymbol& symbol) {
+      // Whether a word is due is close to random: arithmetic, not a branch.
+      const uint32_t due = x >= symbol.limit;
+      *to = static_cast<uint16_t>(x);
+      to += due;
+      x >>= due << 4;
+      x += symbol.addend + upper_half(symbol.reciprocal, x) * symbol.complement;
+    };
+    uint32_t state[kRansStates] = {kRansLow, kRansLow, kRansLow, kRansLow};
+    size_t i = count_;
+    while (i % kRansStates) --i, step(state[i % kRansStates], *symbols_[i]);
+    while (i) {
+      for (size_t s = kRansStates; s-- > 0;) step(state[s], *symbols_[--i]);
     }
-    for (size_t i = kRansStates; i-- > 0;) {
-      words_.push_back(static_cast<uint16_t>(state[i]));
-      words_.push_back(static_cast<uint16_t>(state[i] >> 16));
+    for (size_t s = kRansStates; s-- > 0;) {
+      *to++ = static_cast<uint16_t>(state[s]);
+      *to++ = static_cast<uint16_t>(state[s] >> 16);
     }
-    const size_t at = out.size();
-    out.resize(at + words_.size() * 2);
-    std::byte* to = out.data() + at;
-    for (const uint16_t word : words_) {
-      *to++ = static_cast<std::byte>(word);
-      *to++ = static_cast<std::byte>(word >> 8);
-    }
+    const auto* words = reinterpret_cast<const std::byte*>(words_.data());
+    out.insert(out.end(), words, reinterpret_cast<const std::byte*>(to));
   }
 
  private:
-  std::vector<uint32_t> symbols_;  ///< start | frequency << 12 | scale bits << 25
+  static uint32_t upper_half(uint64_t a, uint32_t b) {
+    return static_cast<uint32_t>((((a & 0xffffffff) * b >> 32) + (a >> 32) * b) >> 32);
+  }
+
+  std::vector<const RansSymbol*> symbols_;
   std::vector<uint16_t> words_;
   size_t count_ = 0;
 };

@@ -25,9 +25,9 @@ struct Token {
   uint32_t raw_bits;
 };
 inline Token token_of(uint32_t q) {
-  if (q < 16) return {q, 0};
-  const auto bits = static_cast<uint32_t>(31 - __builtin_clz(q));
-  return {bits + 12, bits};
+  // Selections, not a branch: which kind it is is close to random.
+  const auto bits = static_cast<uint32_t>(31 - __builtin_clz(q | 8));
+  return {q < 16 ? q : bits + 12, q < 16 ? 0 : bits};
 }
 
 /// The least q of each token, and how many raw bits follow: base | bits << 24.
