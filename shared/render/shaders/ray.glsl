@@ -1,15 +1,24 @@
 // The pixel's ray, from a point beside a cell's centre: positions relative to the centre keep their
-// precision however far the eye is.
+// precision however far the eye is. Large cells (PULLED) are near, and may be beside the eye or
+// behind it, where a centre has no place on the image.
 struct Ray {
   vec3 origin;     // on the plane through the centre that faces the camera, minus the centre
   vec3 direction;  // one unit along the view
 };
 
+#ifdef PULLED
+Ray pixel_ray(vec4 centre) {
+  vec2 slope = (gl_FragCoord.xy - 0.5 * u_image.xy) * u_lens.y;
+  vec3 direction = u_forward.xyz + u_right.xyz * slope.x + u_up.xyz * slope.y;
+  return Ray(direction * centre.w - centre.xyz, direction);
+}
+#else
 Ray pixel_ray(vec4 centre, vec2 centre_px) {
   vec2 offset = (gl_FragCoord.xy - centre_px) * u_lens.y;
   vec3 across = u_right.xyz * offset.x + u_up.xyz * offset.y;
   return Ray(across * centre.w, centre.xyz / centre.w + across);
 }
+#endif
 
 #ifdef CLIPPED
 // Cuts the part of the ray (between.x, between.y) to what the clip planes keep.

@@ -1,7 +1,9 @@
 // Where the pixel's ray meets the cell's trilinear isosurface first. Kinds: exact; blended in two
 // passes, VISIBILITY (depth only) and accumulation.
 flat in vec4 v_centre;
+#ifndef PULLED
 flat in vec2 v_centre_px;
+#endif
 flat in vec3 v_size;
 flat in vec4 v_a, v_b;
 flat in vec4 v_plane;
@@ -31,13 +33,19 @@ float near_miss(Trilinear f, vec4 k, vec3 origin, vec3 direction, float end, flo
 #endif
 
 void main() {
+#ifdef PULLED
+  Ray ray = pixel_ray(v_centre);
+#else
   Ray ray = pixel_ray(v_centre, v_centre_px);
+#endif
   float t, coverage = 1.0;
   if (v_sample.w < 1.0) {
     // Thin structure in a coarse cell: the corners know no surface; a small piece of plane.
     t = (v_plane.w - dot(v_plane.xyz, ray.origin)) / dot(v_plane.xyz, ray.direction);
     vec3 inside = abs((ray.origin + t * ray.direction - v_sample.xyz) / v_size);
-    if (!(max(max(inside.x, inside.y), inside.z) <= 0.5 * v_sample.w)) discard;
+    if (!(max(max(inside.x, inside.y), inside.z) <= 0.5 * v_sample.w) || v_centre.w + t < u_depth.z) {
+      discard;
+    }
 #ifdef CLIPPED
     vec2 between = clip_ray(ray, v_centre.xyz, vec2(t - 1.0, t + 1.0));
     if (t < between.x || t > between.y) discard;

@@ -24,7 +24,9 @@ flat out vec3 v_gradient, v_gradient_x, v_gradient_y;  // in the camera's frame,
 flat out float v_scalar;
 #else
 flat out vec4 v_centre;         // of the cell; w: distance along the view
+#ifndef PULLED
 flat out vec2 v_centre_px;
+#endif
 flat out vec3 v_size;           // of the cell
 flat out vec4 v_a, v_b;         // the trilinear interpolant minus the isocode, in spans
 flat out vec4 v_plane;          // tangent plane: dot(xyz, position - centre) = w
@@ -44,6 +46,40 @@ vec2 half_extent_px(vec3 e, vec3 h, float z) {
 vec2 to_px(vec3 e, float z) {
   return 0.5 * u_image.xy + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_lens.x / z);
 }
+
+#ifdef PULLED
+// Whether a box is wholly beside what the camera sees. Rectangles cannot tell: those of boxes beside
+// the eye, which the near plane cuts, reach across the image.
+bool is_beside(vec3 e, vec3 h) {
+  vec2 slope = 0.5 * u_image.xy * u_lens.y;
+  vec3 right = u_right.xyz + u_forward.xyz * slope.x, left = u_forward.xyz * slope.x - u_right.xyz;
+  vec3 up = u_up.xyz + u_forward.xyz * slope.y, down = u_forward.xyz * slope.y - u_up.xyz;
+  vec4 reach = vec4(dot(e, right) + dot(abs(right), h), dot(e, left) + dot(abs(left), h),
+                    dot(e, up) + dot(abs(up), h), dot(e, down) + dot(abs(down), h));
+  return any(lessThan(reach, vec4(0.0)));
+}
+
+// Bounds in px (lowest, highest) of the part of a box beyond the near plane.
+vec4 bounds_px(vec3 e, vec3 h) {
+  mat3 to_camera = transpose(mat3(u_right.xyz, u_up.xyz, u_forward.xyz));
+  vec3 middle = to_camera * e;
+  mat3 half_edges = mat3(to_camera[0] * h.x, to_camera[1] * h.y, to_camera[2] * h.z);
+  vec3 reach = abs(half_edges[0]) + abs(half_edges[1]) + abs(half_edges[2]);
+  vec2 low = vec2(1e9), high = vec2(-1e9);
+  for (int i = 0; i < 8; ++i) {
+    vec3 corner = middle + half_edges * (2.0 * vec3(i & 1, i >> 1 & 1, i >> 2) - 1.0);
+    if (corner.z < u_depth.z) continue;
+    low = min(low, corner.xy / corner.z);
+    high = max(high, corner.xy / corner.z);
+  }
+  // Where the near plane cuts the box, no more of that plane is inside than the box is wide.
+  if (middle.z - reach.z < u_depth.z) {
+    low = min(low, (middle.xy - reach.xy) / u_depth.z);
+    high = max(high, (middle.xy + reach.xy) / u_depth.z);
+  }
+  return 0.5 * u_image.xyxy + u_lens.x * vec4(low, high);
+}
+#endif
 
 void drop() {
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
@@ -73,7 +109,9 @@ void main() {
   v_scalar = 0.0;
 #else
   v_centre = v_a = v_b = v_plane = v_sample = vec4(0.0);
+#ifndef PULLED
   v_centre_px = vec2(0.0);
+#endif
   v_size = vec3(1.0);
   v_scalar = v_span = 0.0;
 #endif
@@ -192,9 +230,9 @@ void main() {
   if (footprint < 1.0) v_bend = vec3(0.0);
   float ndc_z = 0.0;
 #else
-  float z = max(dot(centre, u_forward.xyz), u_depth.z);
+  float z = dot(centre, u_forward.xyz);
   float reach = dot(abs(u_forward.xyz), 0.5 * size);
-  if (dot(centre, u_forward.xyz) + reach < u_depth.z) {
+  if (z + reach < u_depth.z) {
     drop();
     return;
   }
@@ -207,11 +245,23 @@ void main() {
 #endif
   half_box *= footprint;
   vec3 middle = footprint < 1.0 ? position : centre;
+  half_box *= u_lens.w;
+#ifdef PULLED
+  if (is_beside(middle, half_box)) {
+    drop();
+    return;
+  }
+  vec4 bounds = bounds_px(middle, half_box);
+  vec2 low_px = max(bounds.xy - pad_px, vec2(-1.0)), high_px = min(bounds.zw + pad_px, u_image.xy + 1.0);
+  vec2 centre_px = 0.5 * (low_px + high_px), half_px = 0.5 * (high_px - low_px);
+#else
+  z = max(z, u_depth.z);
   float middle_z = max(dot(middle, u_forward.xyz), u_depth.z);
   vec2 centre_px = to_px(middle, middle_z);
-  vec2 half_px = half_extent_px(middle, half_box * u_lens.w, middle_z) + pad_px;
-  v_centre = vec4(centre, z);
+  vec2 half_px = half_extent_px(middle, half_box, middle_z) + pad_px;
   v_centre_px = to_px(centre, z);
+#endif
+  v_centre = vec4(centre, z);
   v_size = size;
   v_span = max(high - low, 1e-6);
   v_a = f.a / v_span;
@@ -224,7 +274,7 @@ void main() {
 #endif
 
   // Splats wholly outside of the image cost nothing.
-  if (any(lessThan(centre_px + half_px, vec2(0.0))) ||
+  if (any(lessThan(half_px, vec2(0.0))) || any(lessThan(centre_px + half_px, vec2(0.0))) ||
       any(greaterThan(centre_px - half_px, u_image.xy))) {
     drop();
     return;
