@@ -1,0 +1,199 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "shared/render/colour_maps.h"
+#include "shared/render/renderer_state.h"
+#include "shared/render/shader_constants.h"
+
+namespace isosplat {
+namespace {
+
+constexpr float kOpaque = 0.999f;
+
+Vec3f to_linear(Vec3f c) {
+  // As compose.frag.glsl.
+  const auto f = [](float v) { return std::clamp(v, 0.0f, 1.0f) * std::clamp(v, 0.0f, 1.0f); };
+  return {f(c.x), f(c.y), f(c.z)};
+}
+
+}  // namespace
+
+void Renderer::State::load_colour_map() {
+  const int wanted = std::clamp(static_cast<int>(settings.colour_map), 0, kColourMaps - 1);
+  glActiveTexture(GL_TEXTURE2);
+  glBindTexture(GL_TEXTURE_2D, colour_map);
+  if (wanted == colour_map_loaded) return;
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, 256, 1, 0, GL_RGB, GL_UNSIGNED_BYTE,
+               kColourMapTable[wanted]);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  colour_map_loaded = wanted;
+}
+
+Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint framebuffer) {
+  statistics = FrameStatistics{};
+  SplatKind kind = settings.kind;
+  if (kind == SplatKind::blended && !limits.offered.float_targets) kind = SplatKind::ellipse;
+  statistics.kind = kind;
+
+  const int surfaces =
+      static_cast<int>(std::min<size_t>(settings.isosurfaces.size(), kMaxIsosurfaces));
+  // Layer 0 for what is opaque (or for nothing), one more for each translucent isosurface.
+  int layer_of[kMaxIsosurfaces], layers = 1;
+  for (int i = 0; i < surfaces; ++i) {
+    const float opacity = settings.isosurfaces[static_cast<size_t>(i)].opacity;
+    layer_of[i] = opacity <= 0 ? -1 : opacity >= kOpaque ? 0 : layers++;
+  }
+  if (auto ok = targets.prepare(width, height, layers, kind == SplatKind::blended,
+                                limits.offered.float_blend);
+      !ok) {
+    return tl::unexpected(ok.error());
+  }
+
+  static const VolumeGrid kNoVolume{{2, 2, 2}};
+  const Frame frame(grid ? *grid : kNoVolume, settings, camera, width, height, limits.guard_px,
+                    limits.offered.max_point_size);
+  glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
+  glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(FrameBlock), &frame.block());
+  collect_items(frame);
+
+  glDisable(GL_BLEND);
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_CULL_FACE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
+  glDepthMask(GL_TRUE);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  const GLuint nothing[4] = {0, 0, 0, 0};
+  const float farthest = 1;
+  for (int layer = 0; layer < layers; ++layer) {
+    glBindFramebuffer(GL_FRAMEBUFFER, targets.layer_framebuffer(layer));
+    glClearBufferuiv(GL_COLOR, 0, nothing);
+    glClearBufferfv(GL_DEPTH, 0, &farthest);
+  }
+  if (mesh_indices) {
+    if (auto ok = draw_mesh(frame); !ok) return tl::unexpected(ok.error());
+  } else {
+    for (int i = 0; i < surfaces; ++i) {
+      if (layer_of[i] < 0) continue;
+      if (auto ok = draw_isosurface(kind, frame, i, layer_of[i]); !ok) {
+        return tl::unexpected(ok.error());
+      }
+    }
+  }
+
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glViewport(0, 0, width, height);
+  glDisable(GL_DEPTH_TEST);
+  const GlProgram& compose_program = compose_programs[layers > 1];
+  glUseProgram(compose_program.name());
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, targets.surfaces());
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, targets.depths());
+  load_colour_map();
+  if (layers > 1) glUniform1i(compose_program.uniform("u_layers"), layers);
+  glUniform1i(compose_program.uniform("u_colour_by"), settings.colour_by == ColourBy::isosurface ? 0
+                                                      : settings.colour_by == ColourBy::depth    ? 2
+                                                                                              : 1);
+  std::array<float, 4 * kMaxIsosurfaces> colours{};
+  for (size_t i = 0; i < static_cast<size_t>(surfaces); ++i) {
+    const Isosurface& surface = settings.isosurfaces[i];
+    const Vec3f linear = to_linear(surface.colour);
+    const float opacity = surface.opacity >= kOpaque ? 1.0f : surface.opacity;
+    std::copy_n(std::array{linear.x, linear.y, linear.z, opacity}.begin(), 4,
+                colours.begin() + static_cast<std::ptrdiff_t>(4 * i));
+  }
+  glUniform4fv(compose_program.uniform("u_colour"), kMaxIsosurfaces, colours.data());
+  const auto& b = settings.background;
+  const Vec3f background = to_linear({b[0], b[1], b[2]});
+  glUniform4f(compose_program.uniform("u_background"), background.x, background.y, background.z,
+              std::clamp(b[3], 0.0f, 1.0f));
+  glUniform4f(compose_program.uniform("u_light"), settings.ambient, settings.specular,
+              settings.eye_dome, std::max(1.0f, static_cast<float>(height) / 700));
+  glBindVertexArray(empty_vertex_array);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  // Bound textures that are drawn into later would be a feedback loop.
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  ++statistics.draw_calls;
+
+#ifndef NDEBUG
+  if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
+    return fail(Status::gl_error, "OpenGL reports error " + std::to_string(error) +
+                                      " after a frame: a bug in the renderer or the driver");
+  }
+#endif
+  statistics.samples_resident = buffers.samples();
+  statistics.gpu_bytes =
+      buffers.bytes() + targets.bytes() + mesh_bytes +
+      uint64_t(sample_texture_rows) * SAMPLE_TEXTURE_WIDTH * sizeof(PackedSample);
+  drawn_width = width;
+  drawn_height = height;
+  dirty = false;
+  return statistics;
+}
+
+Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {
+  State& s = *state_;
+  if (s.lost) return fail(Status::gl_error, "the GL context is lost");
+  if (s.drawn_width == 0) return fail(Status::invalid_argument, "nothing has been drawn yet");
+  const int width = s.drawn_width, height = s.drawn_height;
+  GLuint texture = 0, framebuffer = 0;
+  glGenTextures(1, &texture);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32UI, width, height);
+  glGenFramebuffers(1, &framebuffer);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
+  glViewport(0, 0, width, height);
+  glDisable(GL_DEPTH_TEST);
+  glUseProgram(s.read_program.name());
+  glBindTexture(GL_TEXTURE_2D_ARRAY, s.targets.surfaces());
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, s.targets.depths());
+  glBindVertexArray(s.empty_vertex_array);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  std::vector<uint32_t> words(4 * static_cast<size_t>(width) * static_cast<size_t>(height));
+  glReadPixels(0, 0, width, height, GL_RGBA_INTEGER, GL_UNSIGNED_INT, words.data());
+  glDeleteFramebuffers(1, &framebuffer);
+  glDeleteTextures(1, &texture);
+
+  const VolumeGrid grid = s.grid.value_or(VolumeGrid{{2, 2, 2}});
+  const auto unit = static_cast<float>(std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z}));
+  std::vector<SurfacePixel> pixels(words.size() / 4);
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    const uint32_t* w = &words[4 * i];
+    if (w[2] == 0) continue;
+    SurfacePixel& pixel = pixels[i];
+    pixel.hit = true;
+    std::memcpy(&pixel.depth, &w[2], 4);
+    pixel.depth *= unit;
+    // The inverse of encode_normal in surface_pixel.glsl.
+    float x = (static_cast<float>(w[0] & 0xffff) - 32768) / 32767;
+    float y = (static_cast<float>(w[0] >> 16) - 32768) / 32767;
+    const float z = 1 - std::abs(x) - std::abs(y);
+    if (z < 0) {
+      const float folded = (1 - std::abs(y)) * (x < 0 ? -1.0f : 1.0f);
+      y = (1 - std::abs(x)) * (y < 0 ? -1.0f : 1.0f);
+      x = folded;
+    }
+    pixel.normal = Vec3f{x, y, z} * (1 / length(Vec3f{x, y, z}));
+    pixel.isosurface = w[1] >> (16 + ISOSURFACE_SHIFT);
+    pixel.coverage = static_cast<float>(w[1] >> 16 & 0xfff) / static_cast<float>(COVERAGE_MAX);
+  }
+  return pixels;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <GLES3/gl3.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "shared/render/frame.h"
+#include "shared/render/gl_program.h"
+#include "shared/render/renderer.h"
+#include "shared/render/sample_buffers.h"
+#include "shared/render/surface_targets.h"
+
+namespace isosplat {
+
+/// Binding point of the uniform block Frame.
+inline constexpr GLuint kFrameBinding = 0;
+
+/// What the GL implementation offers, and by how much images are enlarged for points whose centres
+/// lie outside.
+struct GlLimits {
+  RendererLimits offered;
+  float guard_px = 0;
+};
+
+/// The renderer's insides. Its functions are defined by duty: renderer_objects.cpp makes and
+/// deletes what belongs to the context, splat_passes.cpp draws into the layers, picture.cpp makes
+/// the picture of them; renderer.cpp keeps chunks and settings.
+struct Renderer::State {
+  /// Passes of drawing splats; each is a program.
+  enum Pass { pass_quad, pass_ellipse, pass_exact, pass_visibility, pass_accumulate, kPasses };
+
+  struct SplatProgram {
+    GlProgram program;
+    GLint block = -1, isocode = -1, isosurface = -1, scalar = -1, regions = -1;
+  };
+
+  struct Chunk {
+    SampleRange range;
+    BlockKey block;
+    CellInterval interval;  // of all samples: min of mins, max of maxes
+    Vec3d low, high;        // box in cells of level 0
+  };
+
+  /// A visible chunk in this frame.
+  struct DrawItem {
+    const Chunk* chunk;
+    double nearest;
+    std::array<float, 4> block;
+    std::array<GLuint, 2> regions;
+    float largest_px;  // no splat of it is larger
+  };
+
+  float max_point_size = 1;
+  GlLimits limits;
+  bool lost = false;
+  bool dirty = true;
+  int drawn_width = 0, drawn_height = 0;
+
+  std::optional<VolumeGrid> grid;
+  ValueMapping mapping;
+  RenderSettings settings;
+  Camera camera;
+
+  std::unordered_map<uint64_t, Chunk> chunks;
+  std::vector<VisibleChunk> visible;
+  SampleBuffers buffers;
+
+  SurfaceTargets targets;
+  SplatProgram splat_programs[kPasses][2][2];  // [pass][pulled][clipped]
+  GlProgram normalise_program, read_program, mesh_program;
+  GlProgram compose_programs[2];  // one layer, several
+  GLuint frame_buffer = 0, empty_vertex_array = 0, colour_map = 0;
+  int colour_map_loaded = -1;
+  GLuint sample_texture = 0;
+  int sample_texture_rows = 0;
+
+  GLuint mesh_vertex_array = 0, mesh_buffers[2] = {0, 0};
+  GLsizei mesh_indices = 0;
+  uint64_t mesh_bytes = 0;
+
+  std::vector<DrawItem> items;  // kept between frames: no allocation once warm
+  FrameStatistics statistics;
+
+  Result<void> make_gl_objects();
+  void forget_gl_objects();
+  void release_gl_objects();
+  Result<SplatProgram*> splat_program(Pass pass, bool pulled, bool clipped);
+  bool is_visible(uint64_t id) const {
+    return std::any_of(visible.begin(), visible.end(),
+                       [id](const VisibleChunk& chunk) { return chunk.id == id; });
+  }
+  void collect_items(const Frame& frame);
+  Result<void> draw_splats(Pass pass, const Frame& frame, int isosurface);
+  Result<void> draw_isosurface(SplatKind kind, const Frame& frame, int isosurface, int layer);
+  void load_samples(const SampleRange& range);
+  void load_colour_map();
+  std::array<float, 3> scalar_weights(const Frame& frame, const Isosurface& surface,
+                                      uint32_t level) const;
+  Result<void> draw_mesh(const Frame& frame);
+  Result<FrameStatistics> draw(int width, int height, GLuint framebuffer);
+};
+
+}  // namespace isosplat
