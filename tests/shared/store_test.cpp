@@ -331,7 +331,8 @@ TEST(Store, SizesBeyondTheFormatAreRefused) {
 TEST(Store, WriterRefusesWhatReadersWould) {
   MemorySink sink;
   auto writer = StoreWriter::create({10, 10, 10}, 100, sink);
-  const auto bytes = as_bytes("abc");
+  const std::string text = "abc";
+  const auto bytes = as_bytes(text);
   const SlabChunk backwards[] = {{20, 1, 1}, {15, 1, 2}};
   EXPECT_EQ(writer->add_block({10, 20}, backwards, bytes).error().status, Status::invalid_argument);
   const SlabChunk gap[] = {{15, 1, 3}};
