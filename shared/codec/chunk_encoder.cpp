@@ -41,6 +41,11 @@ struct ChunkEncoder::Scratch {
   Row first_row;                             // stands for the rows before the first
   Energies energies;
   PlanePoints points;
+  // Of `points`:
+  int32_t tap_sum[PlanePoints::kMost];
+  int16_t value[PlanePoints::kMost];
+  int16_t energy[PlanePoints::kMost];
+  uint32_t folded[PlanePoints::kMost];
   PredictorFit fit;
   ResidualEncoder residuals;
   RansEncoder rans;
@@ -49,9 +54,9 @@ struct ChunkEncoder::Scratch {
   Scratch();
   uint32_t set_mask(const BlockView& block, uint32_t begin, uint32_t end);
   template <class F>
-  void for_each_row(Index3 cells, F f);
-  void set_values(const BlockView& block, ChunkHeader& header);
-  void fit_predictor(Index3 cells, uint32_t point_count, ChunkHeader& header);
+  void for_each_row(Index3 cells, int32_t z, const Row*& last, F f);
+  void set_values(const BlockView& block, uint32_t point_count, ChunkHeader& header);
+  void sample_row(int32_t y, int32_t z, const Neighbours& n, uint32_t stride, uint32_t& skip);
   void set_interval_shift(const BlockView& block, ChunkHeader& header) const;
   void add_intervals(const BlockView& block, const ChunkHeader& header, int32_t z,
                      int32_t& interval_energy);
@@ -84,68 +89,71 @@ uint32_t ChunkEncoder::Scratch::set_mask(const BlockView& block, uint32_t begin,
   return count;
 }
 
-/// Calls f(y, z, neighbours) for each row that has points, in coding order.
+/// Calls f(y, neighbours) for each row of plane z that has points, in coding order. last: the row
+/// coded before, to begin with first_row.
 template <class F>
-void ChunkEncoder::Scratch::for_each_row(Index3 cells, F f) {
-  const Row* last = &first_row;
-  for (int32_t z = 0; z <= cells.z; ++z) {
-    for (int32_t y = 0; y <= cells.y; ++y) {
-      if (!planes[z].points[y].any()) continue;
-      const auto row_at = [&](int back, int32_t row_y) { return &rows[z - back][row_y]; };
-      f(y, z, neighbours_of(planes[z], before(z), y, cells.y, row_at, last));
-      last = &rows[z][y];
-    }
+void ChunkEncoder::Scratch::for_each_row(Index3 cells, int32_t z, const Row*& last, F f) {
+  for (int32_t y = 0; y <= cells.y; ++y) {
+    if (!planes[z].points[y].any()) continue;
+    const auto row_at = [&](int back, int32_t row_y) { return &rows[z - back][row_y]; };
+    f(y, neighbours_of(planes[z], before(z), y, cells.y, row_at, last));
+    last = &rows[z][y];
   }
 }
 
-void ChunkEncoder::Scratch::set_values(const BlockView& block, ChunkHeader& header) {
+/// Sets the rows' values, and fits the predictor to a sample of the points.
+void ChunkEncoder::Scratch::set_values(const BlockView& block, uint32_t point_count,
+                                       ChunkHeader& header) {
   const Index3 cells = block.cells;
-  uint32_t all = 0;
-  for_each_row(cells, [&](int32_t y, int32_t z, const Neighbours& neighbours) {
-    fill_values(neighbours, rows[z][y]);
-    int16_t* const values = rows[z][y].value + kRowPad;
-    const Code* voxels = block.voxels + (size_t(z) * (cells.y + 1) + y) * (cells.x + 1);
-    for (int word = 0; word < 2; ++word) {
-      for (uint64_t bits = planes[z].points[y].word[word]; bits; bits &= bits - 1) {
-        const int x = 64 * word + __builtin_ctzll(bits);
-        values[x] = static_cast<int16_t>(voxels[x] ^ 0x8000);
-        all |= voxels[x];
-      }
-    }
-    pad_row(rows[z][y], cells.x);
-  });
-  header.wide = all > 255;
-}
-
-void ChunkEncoder::Scratch::fit_predictor(Index3 cells, uint32_t point_count, ChunkHeader& header) {
   const uint32_t stride = std::max(1u, point_count / kFitSamples);
-  uint32_t skip = stride / 2;
+  uint32_t skip = stride / 2, all = 0;
   fit.clear();
-  for_each_row(cells, [&](int32_t y, int32_t z, const Neighbours& n) {
-    const uint32_t in_row = planes[z].points[y].count();
-    if (skip >= in_row) {
-      skip -= in_row;
-      return;
-    }
-    const int16_t* values = rows[z][y].value + kRowPad;
-    for (int word = 0; word < 2; ++word) {
-      const ClassBits classes = class_bits(planes[z], before(z), y, word);
-      for (uint64_t bits = planes[z].points[y].word[word]; bits; bits &= bits - 1) {
-        if (skip--) continue;
-        skip = stride - 1;
-        const int bit = __builtin_ctzll(bits), x = 64 * word + bit;
-        const TapPointers t = taps_at(n, x);
-        const int32_t taps[kTaps] = {t.up[0],        t.up[1],      t.up[2],        t.back[0],
-                                     t.back[1],      t.back[2],    t.back_down[0], t.back_down[1],
-                                     t.back_down[2], t.back_up[0], t.back_up[1],   t.back_up[2],
-                                     values[x - 1],  values[x - 2]};
-        fit.add(VectorOps::class_at(classes.words, bit), taps, values[x]);
+  const Row* last = &first_row;
+  for (int32_t z = 0; z <= cells.z; ++z) {
+    for_each_row(cells, z, last, [&](int32_t y, const Neighbours& n) {
+      fill_values(n, rows[z][y]);
+      int16_t* const values = rows[z][y].value + kRowPad;
+      const Code* voxels = block.voxels + (size_t(z) * (cells.y + 1) + y) * (cells.x + 1);
+      const PointMask points_here = planes[z].points[y];
+      for (int word = 0; word < 2; ++word) {
+        for (uint64_t bits = points_here.word[word]; bits; bits &= bits - 1) {
+          const int x = 64 * word + __builtin_ctzll(bits);
+          values[x] = static_cast<int16_t>(voxels[x] ^ 0x8000);
+          all |= voxels[x];
+        }
       }
-    }
-  });
+      pad_row(rows[z][y], cells.x);
+      if (const uint32_t in_row = points_here.count(); skip >= in_row) {
+        skip -= in_row;
+      } else {
+        sample_row(y, z, n, stride, skip);
+      }
+    });
+  }
+  header.wide = all > 255;
   const PredictorFit::Weights weights = fit.solve(stride);
   header.fitted = weights.fitted;
   std::copy_n(&weights.taps[0][0], kClasses * kTaps, &header.taps[0][0]);
+}
+
+/// Gives every stride-th point to the fit. skip: points to pass over first, here and on return.
+void ChunkEncoder::Scratch::sample_row(int32_t y, int32_t z, const Neighbours& n, uint32_t stride,
+                                       uint32_t& skip) {
+  const int16_t* values = rows[z][y].value + kRowPad;
+  for (int word = 0; word < 2; ++word) {
+    const ClassBits classes = class_bits(planes[z], before(z), y, word);
+    for (uint64_t bits = planes[z].points[y].word[word]; bits; bits &= bits - 1) {
+      if (skip--) continue;
+      skip = stride - 1;
+      const int bit = __builtin_ctzll(bits), x = 64 * word + bit;
+      const TapPointers t = taps_at(n, x);
+      const int32_t taps[kTaps] = {t.up[0],        t.up[1],      t.up[2],        t.back[0],
+                                   t.back[1],      t.back[2],    t.back_down[0], t.back_down[1],
+                                   t.back_down[2], t.back_up[0], t.back_up[1],   t.back_up[2],
+                                   values[x - 1],  values[x - 2]};
+      fit.add(VectorOps::class_at(classes.words, bit), taps, values[x]);
+    }
+  }
 }
 
 /// Finds how many low bits all the cells' intervals leave unused: zeros in min and ones in max.
@@ -188,27 +196,36 @@ void ChunkEncoder::Scratch::set_residuals(const BlockView& block, const ChunkHea
   Predictor predictor;
   predictor.set(header.taps, header.wide);
   energies.reset();
-  int32_t done_z = -1, interval_energy = 0;
-  // The intervals of slice z − 1 come after the points of plane z.
-  const auto finish_plane = [&](int32_t z) {
+  const Row* last = &first_row;
+  int32_t interval_energy = 0;
+  for (int32_t z = 0; z <= cells.z; ++z) {
+    points.set<VectorOps>(planes[z], before(z), energies, cells.y);
+    for_each_row(cells, z, last, [&](int32_t y, const Neighbours& n) {
+      const int16_t* const values = rows[z][y].value + kRowPad;
+      for (int32_t i = points.first[y]; i < points.first[y + 1]; ++i) {
+        const int32_t x = points.x[i];
+        const ClassWeights& weights = predictor.classes[points.point_class[i]];
+        tap_sum[i] = VectorOps::sum_taps(taps_at(n, x), weights.rows) +
+                     weights.left * values[x - 1] + weights.left2 * values[x - 2];
+        value[i] = values[x];
+      }
+    });
+    // Apart from the sums, so that it becomes vector code.
+    const int32_t in_plane = points.first[cells.y + 1];
+    for (int32_t i = 0; i < in_plane; ++i) {
+      const int32_t residual = value[i] - predictor.prediction(tap_sum[i]);
+      folded[i] = fold(residual);
+      energy[i] = Energies::energy_of(residual);
+    }
+    for (int32_t y = 0; y <= cells.y; ++y) {
+      for (int32_t i = points.first[y]; i < points.first[y + 1]; ++i) {
+        energies.values[y + 1][points.x[i] + 1] = energy[i];
+        residuals.add(folded[i], points.octave[i], group_of_class(points.point_class[i]));
+      }
+    }
+    // The intervals of slice z − 1 come after the points of plane z.
     if (block.has_intervals && z > 0) add_intervals(block, header, z - 1, interval_energy);
-  };
-  for_each_row(cells, [&](int32_t y, int32_t z, const Neighbours& n) {
-    if (z != done_z) {
-      while (done_z < z) finish_plane(done_z++);
-      points.set<VectorOps>(planes[z], before(z), energies, cells.y);
-    }
-    const int16_t* const values = rows[z][y].value + kRowPad;
-    for (int32_t i = points.first[y]; i < points.first[y + 1]; ++i) {
-      const int32_t x = points.x[i];
-      const ClassWeights& weights = predictor.classes[points.point_class[i]];
-      const int32_t sum = VectorOps::sum_taps(taps_at(n, x), weights.rows);
-      const int32_t residual = values[x] - predictor.predict(weights, sum, values + x);
-      residuals.add(fold(residual), points.octave[i], group_of_class(points.point_class[i]));
-      energies.set(x, y, residual);
-    }
-  });
-  while (done_z <= cells.z) finish_plane(done_z++);
+  }
 }
 
 ChunkEncoder::ChunkEncoder() : scratch_(std::make_unique<Scratch>()) {}
@@ -238,8 +255,7 @@ uint32_t ChunkEncoder::encode(const BlockView& block, uint32_t slab_begin, uint3
 
   ChunkHeader header;
   set_first_row(slab_begin, slab_end, s.first_row);
-  s.set_values(block, header);
-  s.fit_predictor(block.cells, point_count, header);
+  s.set_values(block, point_count, header);
   if (block.has_intervals) s.set_interval_shift(block, header);
   for (const uint32_t below : kMergeBelow) header.levels.merge += point_count < below;
   s.set_residuals(block, header);

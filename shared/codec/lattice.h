@@ -129,9 +129,10 @@ struct Energies {
   int16_t values[kLatticeAcross + 2][kStride];
 
   void reset() { std::fill_n(&values[0][0], sizeof values / sizeof(int16_t), kFirstEnergy); }
-  void set(int32_t x, int32_t y, int32_t residual) {
+  void set(int32_t x, int32_t y, int32_t residual) { values[y + 1][x + 1] = energy_of(residual); }
+  static int16_t energy_of(int32_t residual) {
     const int32_t magnitude = residual < 0 ? -residual : residual;
-    values[y + 1][x + 1] = static_cast<int16_t>(magnitude < kMaxEnergy ? magnitude : kMaxEnergy);
+    return static_cast<int16_t>(magnitude < kMaxEnergy ? magnitude : kMaxEnergy);
   }
   /// The one at (x − 1, y − 1).
   const int16_t* around(int32_t x, int32_t y) const { return &values[y][x]; }
@@ -224,8 +225,11 @@ struct Predictor {
 
   /// `row` points at x in the row itself.
   int32_t predict(const ClassWeights& weights, int32_t sum, const int16_t* row) const {
-    const int32_t scaled = sum + weights.left * row[-1] + weights.left2 * row[-2];
-    return std::clamp((scaled + (1 << (kWeightBits - 1))) >> kWeightBits, -32768, greatest);
+    return prediction(sum + weights.left * row[-1] + weights.left2 * row[-2]);
+  }
+  /// From the sum over all taps.
+  int32_t prediction(int32_t sum) const {
+    return std::clamp((sum + (1 << (kWeightBits - 1))) >> kWeightBits, -32768, greatest);
   }
 };
 

@@ -11,7 +11,8 @@ namespace isosplat {
 
 /// A residual r is coded as u = −2r (r ≤ 0) or 2r − 1 (r > 0), below 2^17.
 inline uint32_t fold(int32_t residual) {
-  return static_cast<uint32_t>(residual > 0 ? 2 * residual - 1 : -2 * residual);
+  // The sign is random: arithmetic, not a branch.
+  return static_cast<uint32_t>((2 * residual - 1) ^ (residual - 1) >> 31);
 }
 inline int32_t unfold(uint32_t folded) {
   const auto half = static_cast<int32_t>((folded + 1) >> 1);
@@ -93,7 +94,7 @@ inline int32_t interval_energy_of(int32_t below, int32_t beyond) {
 }
 
 inline int32_t group_of_class(uint32_t point_class) {
-  return (point_class & 6) == 6 ? kEnclosed : kExposed;
+  return static_cast<int32_t>(((point_class & point_class >> 1) >> 1 & 1) ^ 1);
 }
 
 }  // namespace isosplat
