@@ -75,12 +75,15 @@ inline BrickMask bricks_of(const CellMask& mask, Index3 cells) {
   BrickMask bricks;
   for (int32_t z = 0; z < cells.z; ++z) {
     for (int32_t y = 0; y < cells.y; ++y) {
+      // A bit for each four, and those together.
       uint64_t row = mask.row(y, z);
       row |= row >> 1;
-      row |= row >> 2;
-      for (int32_t x = 0; x < cells.x; x += 4) {
-        bricks.row(y / 4, z / 4) |= static_cast<uint32_t>(row >> x & 1) << (x / 4 + 1);
-      }
+      row = (row | row >> 2) & 0x1111111111111111;
+      row = (row | row >> 3) & 0x0303030303030303;
+      row = (row | row >> 6) & 0x000f000f000f000f;
+      row = (row | row >> 12) & 0x000000ff000000ff;
+      row = (row | row >> 24) & 0xffff;
+      bricks.row(y / 4, z / 4) |= static_cast<uint32_t>(row << 1);
     }
   }
   return bricks;

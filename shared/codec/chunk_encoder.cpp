@@ -146,12 +146,7 @@ void ChunkEncoder::Scratch::sample_row(int32_t y, int32_t z, const Neighbours& n
       if (skip--) continue;
       skip = stride - 1;
       const int bit = __builtin_ctzll(bits), x = 64 * word + bit;
-      const TapPointers t = taps_at(n, x);
-      const int32_t taps[kTaps] = {t.up[0],        t.up[1],      t.up[2],        t.back[0],
-                                   t.back[1],      t.back[2],    t.back_down[0], t.back_down[1],
-                                   t.back_down[2], t.back_up[0], t.back_up[1],   t.back_up[2],
-                                   values[x - 1],  values[x - 2]};
-      fit.add(VectorOps::class_at(classes.words, bit), taps, values[x]);
+      fit.add(VectorOps::class_at(classes.words, bit), taps_at(n, x), values + x);
     }
   }
 }

@@ -27,7 +27,7 @@ using Lanes = float __attribute__((vector_size(32)));
 struct Moments {
   float product[16][16];
 
-  void set(const float* const* samples, size_t count) {
+  void set(const float* samples, size_t count) {
     add_tile(samples, count, 0, 0);
     add_tile(samples, count, 0, 8);
     add_tile(samples, count, 8, 8);
@@ -36,12 +36,12 @@ struct Moments {
 
  private:
   /// Eight rows and eight columns: as many sums as fit into registers.
-  void add_tile(const float* const* samples, size_t count, int row, int column) {
+  void add_tile(const float* samples, size_t count, int row, int column) {
     Lanes sums[8] = {};
     for (size_t s = 0; s < count; ++s) {
       Lanes columns;
-      std::memcpy(&columns, samples[s] + column, sizeof columns);
-      for (int i = 0; i < 8; ++i) sums[i] += samples[s][row + i] * columns;
+      std::memcpy(&columns, samples + s * 16 + column, sizeof columns);
+      for (int i = 0; i < 8; ++i) sums[i] += samples[s * 16 + row + i] * columns;
     }
     for (int i = 0; i < 8; ++i) std::memcpy(&product[row + i][column], &sums[i], sizeof sums[i]);
   }
@@ -54,8 +54,12 @@ PredictorFit::Weights PredictorFit::solve(uint32_t stride) {
   size_t end[kClasses + 1] = {};
   for (const Sample& sample : samples_) ++end[sample.point_class + 1];
   for (int c = 0; c < kClasses; ++c) end[c + 1] += end[c];
-  by_class_.resize(samples_.size());
-  for (const Sample& sample : samples_) by_class_[end[sample.point_class]++] = sample.difference;
+  sorted_.resize(samples_.size() * kSlots);
+  for (const Sample& sample : samples_) {
+    float* to = sorted_.data() + end[sample.point_class]++ * kSlots;
+    const int32_t implied = sample.slot[kImpliedTap];
+    for (int i = 0; i < kSlots; ++i) to[i] = static_cast<float>(sample.slot[i] - implied);
+  }
 
   Weights weights;
   for (int c = 0; c < kClasses; ++c) {
@@ -63,16 +67,18 @@ PredictorFit::Weights PredictorFit::solve(uint32_t stride) {
     const size_t begin = c > 0 ? end[c - 1] : 0, count = end[c] - begin;
     if (count < kMinSamples || count * uint64_t{stride} < kMinPoints) continue;
     Moments moments;
-    moments.set(by_class_.data() + begin, count);
+    moments.set(sorted_.data() + begin * kSlots, count);
 
+    const auto product = [&](int i, int j) {
+      return static_cast<double>(moments.at(slot_of_tap(tap(i)), slot_of_tap(tap(j))));
+    };
     double trace = 0;
-    for (int i = 0; i < kUnknowns; ++i) trace += static_cast<double>(moments.at(tap(i), tap(i)));
+    for (int i = 0; i < kUnknowns; ++i) trace += product(i, i);
     if (!(trace > 0)) continue;
     const double ridge = kRidge * trace / kUnknowns / static_cast<double>(count);
     double a[kUnknowns][kUnknowns + 1];
     for (int i = 0; i < kUnknowns; ++i) {
-      for (int j = 0; j <= kUnknowns; ++j)
-        a[i][j] = static_cast<double>(moments.at(tap(i), tap(j)));
+      for (int j = 0; j <= kUnknowns; ++j) a[i][j] = product(i, j);
       a[i][i] += ridge;
       a[i][kUnknowns] += ridge * kDefaultWeights[c][tap(i)] / (1 << kWeightBits);
     }

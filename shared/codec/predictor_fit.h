@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "shared/codec/lattice.h"
@@ -20,29 +21,37 @@ class PredictorFit {
 
   void clear() { samples_.clear(); }
 
-  /// A point: its class, its taps and its value.
-  void add(uint32_t point_class, const int32_t* taps, int32_t value) {
-    Sample sample;
-    for (int i = 0; i < kTaps; ++i) {
-      sample.difference[i] = static_cast<float>(taps[i] - taps[kImpliedTap]);
-    }
-    sample.difference[kTaps] = static_cast<float>(value - taps[kImpliedTap]);
-    sample.difference[kTaps + 1] = 0;
+  /// A point: its class, its taps in other rows, and its own row from x on.
+  void add(uint32_t point_class, const TapPointers& taps, const int16_t* row) {
+    Sample& sample = samples_.emplace_back();
+    std::memcpy(sample.slot, taps.up, 8);
+    std::memcpy(sample.slot + 4, taps.back, 8);
+    std::memcpy(sample.slot + 8, taps.back_down, 8);
+    std::memcpy(sample.slot + 12, taps.back_up, 8);
+    sample.slot[3] = row[-1];
+    sample.slot[7] = row[-2];
+    sample.slot[kValueSlot] = row[0];
     sample.point_class = point_class;
-    samples_.push_back(sample);
   }
 
   /// stride: how many points there are for each one added.
   Weights solve(uint32_t stride);
 
  private:
-  /// The taps and then the value, all less the implied tap; a zero fills up the vector.
+  /// Taps 0–11 as in ClassWeights::rows, with the others and the value in the gaps: what four
+  /// loads yield. Slot 11 means nothing.
+  static constexpr int kSlots = 16;
+  static constexpr int kValueSlot = 15;
+  static constexpr int slot_of_tap(int tap) {
+    return tap < 12 ? tap / 3 * 4 + tap % 3 : tap == 12 ? 3 : tap == 13 ? 7 : kValueSlot;
+  }
+
   struct Sample {
-    float difference[16];
+    int16_t slot[kSlots];
     uint32_t point_class;
   };
   std::vector<Sample> samples_;
-  std::vector<const float*> by_class_;  ///< the samples' differences, class after class
+  std::vector<float> sorted_;  ///< the samples' slots less the implied tap, class after class
 };
 
 }  // namespace isosplat

@@ -1,6 +1,7 @@
 #include "shared/codec/residual_encoder.h"
 
 #include <array>
+#include <utility>
 
 namespace isosplat {
 namespace {
@@ -101,14 +102,19 @@ void ResidualEncoder::put(const ChunkHeader& header, RansEncoder& rans, BitWrite
                               static_cast<uint32_t>(header.levels.level_of_octave(octave))]);
     models[key] = {symbol_[model.shape], model.shift};
   }
+  // Bytes may alias anything: only local variables stay in registers.
+  BitWriter local_bits = std::move(bits);
+  RansEncoder local_rans = std::move(rans);
   for (size_t i = 0; i < size_; ++i) {
     const KeyModel model = models[residuals_[i] >> kFoldedBits];
     const uint32_t folded = residuals_[i] & kFoldedMask;
     const Token token = token_of(folded >> model.shift);
-    rans.put(model.symbols[token.token]);
+    local_rans.put(model.symbols[token.token]);
     const uint32_t raw_bits = token.raw_bits + model.shift;
-    bits.put(folded & ((1u << raw_bits) - 1), raw_bits);
+    local_bits.put(folded & ((1u << raw_bits) - 1), raw_bits);
   }
+  bits = std::move(local_bits);
+  rans = std::move(local_rans);
 }
 
 }  // namespace isosplat
