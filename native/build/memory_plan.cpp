@@ -8,7 +8,7 @@ namespace isosplat {
 namespace {
 
 /// Scratch memory of a thread: statistics, planner, encoder, the gathered block and its chunks.
-constexpr uint64_t kThreadBytes = 16 << 20;
+constexpr uint64_t kThreadBytes = 20 << 20;
 
 /// The program itself, the output's buffer, and chunks that wait for those before them.
 constexpr uint64_t kBaseBytes = 48 << 20;
