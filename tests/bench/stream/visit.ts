@@ -7,6 +7,7 @@ import {
   chromium,
   type Page,
 } from "@playwright/test";
+import { launchOptions } from "../../browser/support/chromium.ts";
 
 export interface Link {
   name: string;
@@ -26,19 +27,7 @@ export interface Wire {
 }
 
 export function launch(): Promise<Browser> {
-  return chromium.launch({
-    executablePath: process.env.ISOSPLAT_CHROMIUM ?? "/usr/bin/chromium",
-    args: [
-      "--no-sandbox",
-      "--use-gl=angle",
-      "--use-angle=gles-egl",
-      "--ignore-gpu-blocklist",
-      "--disable-background-networking",
-      "--disable-component-update",
-      "--disable-sync",
-      "--no-first-run",
-    ],
-  });
+  return chromium.launch(launchOptions);
 }
 
 /** The size of an answer as it travels. */
