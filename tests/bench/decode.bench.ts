@@ -1,0 +1,184 @@
+// Decoding on one core, from a chunk's bytes to the 16-byte layout of the GPU: natively, and in Node
+// with the WebAssembly module that the page's workers run.
+import { type ChildProcess, spawn } from "node:child_process";
+import { existsSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import { createInterface } from "node:readline";
+import type { CoreModule } from "../../web/core/index.ts";
+import { loadCore } from "../../web/core/index.ts";
+import type { Bench, Benchmark } from "./harness/benchmark.ts";
+import { root } from "./harness/paths.ts";
+import { median, type Reach } from "./harness/results.ts";
+
+interface Case {
+  volume: string;
+  /** Undefined: all chunks of level 0. */
+  isovalue?: number;
+  /** Million samples per second natively, at least. */
+  native?: number;
+  /** WASM's rate as a part of the native one, at least. */
+  ratio?: number;
+}
+
+const cases: Case[] = [
+  { volume: "bunny_ct_i16.nrrd", native: 60, ratio: 0.55 },
+  { volume: "bunny_ct_i16.nrrd", isovalue: 1000.5, native: 60, ratio: 0.55 },
+  { volume: "engine.nhdr" },
+  { volume: "engine.nhdr", isovalue: 60.5 },
+];
+
+interface Decoding {
+  seconds: number;
+  samples: number;
+}
+
+/** The native decoder in a process of its own, which holds the chunks. */
+class NativeDecoder {
+  readonly #child: ChildProcess;
+  readonly #lines: AsyncIterator<string>;
+
+  constructor(program: string, store: string, [low, high]: [number, number]) {
+    const child = spawn(program, [store, String(low), String(high)], {
+      stdio: ["pipe", "pipe", "inherit"],
+    });
+    this.#child = child;
+    this.#lines = createInterface({ input: child.stdout })[Symbol.asyncIterator]();
+  }
+
+  async decode(): Promise<Decoding> {
+    this.#child.stdin?.write("\n");
+    const { value, done } = await this.#lines.next();
+    if (done) throw new Error("isosplat_decode_bench ended");
+    return JSON.parse(value) as Decoding;
+  }
+
+  close(): void {
+    this.#child.kill();
+  }
+}
+
+/** A chunk in memory: its bytes, and the words that isosplat_core_decode_packed takes. */
+interface HeldChunk {
+  bytes: Uint8Array;
+  shape: Uint32Array;
+  cells: number;
+}
+
+/** CPU time, in seconds, as the native decoder counts. */
+function cpuSeconds(): number {
+  const { user, system } = process.cpuUsage();
+  return (user + system) / 1e6;
+}
+
+/** Calls the module's decoder itself: web/core would add copies that are none of its work. */
+class WasmDecoder {
+  readonly #module: CoreModule;
+  readonly #core: number;
+  readonly #chunks: HeldChunk[];
+  readonly #at: number;
+
+  private constructor(module: CoreModule, chunks: HeldChunk[]) {
+    this.#module = module;
+    this.#core = module._isosplat_core_create();
+    this.#chunks = chunks;
+    this.#at = module._malloc(28 + Math.max(...chunks.map(({ bytes }) => bytes.length)));
+  }
+
+  static async open(path: string, [low, high]: [number, number]): Promise<WasmDecoder> {
+    const wasmBinary = readFileSync(join(root, "build/wasm/web/isosplat-core.wasm"));
+    const { default: createModule } = await import("../../build/wasm/web/isosplat-core.js");
+    const module = (await createModule({ wasmBinary })) as CoreModule;
+    const file = new Uint8Array(readFileSync(path));
+    const store = (await loadCore({ module })).openStore(file.subarray(0, 65536));
+    for (const page of store.pages()) {
+      store.addPage(page.index, file.subarray(page.offset, page.offset + page.bytes));
+    }
+    const chunks = store.chunksFor(0, low, high).filter(({ cells }) => cells > 0);
+    store.close();
+    return new WasmDecoder(
+      module,
+      chunks.map((chunk) => ({
+        bytes: file.subarray(chunk.offset, chunk.offset + chunk.bytes),
+        shape: Uint32Array.from([
+          ...chunk.blockCells,
+          chunk.slabBegin,
+          chunk.slabEnd,
+          chunk.cells,
+          chunk.level,
+        ]),
+        cells: chunk.cells,
+      })),
+    );
+  }
+
+  decode(): Decoding {
+    let seconds = 0;
+    let samples = 0;
+    for (const { bytes, shape, cells } of this.#chunks) {
+      this.#module.HEAPU8.set(new Uint8Array(shape.buffer), this.#at);
+      this.#module.HEAPU8.set(bytes, this.#at + 28);
+      const begin = cpuSeconds();
+      const status = this.#module._isosplat_core_decode_packed(
+        this.#core,
+        this.#at + 28,
+        bytes.length,
+        this.#at,
+      );
+      seconds += cpuSeconds() - begin;
+      if (status !== 0) throw new Error(`a chunk does not decode: status ${status}`);
+      samples += cells;
+    }
+    return { seconds, samples };
+  }
+}
+
+async function runCase(bench: Bench, program: string, store: string, the: Case): Promise<void> {
+  const name = the.volume.replace(/\..*/, "");
+  const what = the.isovalue === undefined ? name : `${name} ${the.isovalue}`;
+  bench.say(what);
+  const range: [number, number] =
+    the.isovalue === undefined ? [-1e30, 1e30] : [the.isovalue, the.isovalue];
+  const native = new NativeDecoder(program, store, range);
+  try {
+    const wasm = await WasmDecoder.open(store, range);
+    let samples = 0;
+    const rate = (decoding: Decoding) => {
+      samples = decoding.samples;
+      return decoding.samples / 1e6 / decoding.seconds;
+    };
+    const rates = await bench.interleave({
+      native: async () => rate(await native.decode()),
+      wasm: () => rate(wasm.decode()),
+    });
+    const atLeast = (mark?: number): Reach | undefined =>
+      mark === undefined ? undefined : { atLeast: mark };
+    bench.report(what, "samples", "", samples);
+    bench.report(what, "native", "Msamples/s", rates.native, atLeast(the.native));
+    bench.report(what, "WASM in Node", "Msamples/s", rates.wasm);
+    const ratio = median(rates.wasm) / median(rates.native);
+    bench.report(what, "WASM / native", "×", ratio, atLeast(the.ratio));
+  } finally {
+    native.close();
+  }
+}
+
+export default {
+  title: "decoding on one core, natively and as WASM, to what the GPU takes",
+  async run(bench) {
+    const program = join(root, "build/release/tests/bench/decode/isosplat_decode_bench");
+    if (!existsSync(program)) throw new Error(`${program} is not built: npm run build`);
+    const stores = new Map<string, string>();
+    for (const the of cases) {
+      const volume = bench.volume(the.volume);
+      if (!volume) continue;
+      let store = stores.get(volume);
+      if (!store) {
+        store = `${bench.folder}/${stores.size}.isosplat`;
+        bench.say(`building the store of ${the.volume}`);
+        await bench.command(bench.isosplat, ["build", volume, "-o", store, "--quiet"]);
+        stores.set(volume, store);
+      }
+      await runCase(bench, program, store, the);
+    }
+  },
+} satisfies Benchmark;
