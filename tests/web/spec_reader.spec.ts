@@ -1,27 +1,83 @@
 import { readdirSync, readFileSync } from "node:fs";
-import { expect, test } from "vitest";
-import { readStore } from "../spec_reader/read_store.ts";
+import { crc32 } from "node:zlib";
+import { describe, expect, test } from "vitest";
+import { type Cell, readChunk, readTables } from "../spec_reader/read_chunk.ts";
+import { type Chunk, readStore, type Store } from "../spec_reader/read_store.ts";
 
 const golden = new URL("../golden/v1.0/", import.meta.url);
+const tables = readTables(
+  readFileSync(new URL("../../shared/codec/chunk_tables.cpp", import.meta.url), "utf8"),
+);
 
-for (const name of readdirSync(golden).filter((file) => file.endsWith(".isosplat"))) {
-  test(`a reader written from FORMAT.md finds its way in ${name}`, () => {
-    const store = readStore(readFileSync(new URL(name, golden)));
-    expect(store.spacing).toEqual([0.5, 0.5, 2]);
-    expect(store.metadata.name).toBe(name.replace(".isosplat", ""));
-    const digest = readFileSync(new URL(name.replace(".isosplat", ".txt"), golden), "utf8");
-    const found = store.levels.map(({ chunks }, level) => {
-      return [level, chunks.length, chunks.reduce((sum, chunk) => sum + chunk.cells, 0)].join(" ");
-    });
-    const expected = digest.trim().split("\n");
-    expect(found).toEqual(expected.map((line) => line.split(" ").slice(0, 3).join(" ")));
-  });
+function readCells(file: Uint8Array, level: Store["levels"][number], chunk: Chunk): Cell[] {
+  const blockCells = level.cells.map((n, axis) =>
+    Math.min(64, n - 64 * (chunk.block[axis] as number)),
+  ) as [number, number, number];
+  const bytes = file.subarray(chunk.offset, chunk.offset + chunk.bytes);
+  return readChunk(bytes, { ...chunk, blockCells, hasIntervals: chunk.level > 0 }, tables);
 }
 
-test("the worked example of FORMAT.md is in the golden store", () => {
-  const store = readStore(readFileSync(new URL("tiny.isosplat", golden)));
-  expect(store).toMatchObject({ version: [1, 0], fileBytes: 2584, voxels: [3, 3, 3], bits: 8 });
-  expect(store.range).toEqual([0, 42]);
-  const chunk = { level: 0, block: [0, 0, 0], slab: 0, begin: 0, end: 42 };
-  expect(store.levels[0]?.chunks).toEqual([{ ...chunk, offset: 2520, bytes: 32, cells: 8 }]);
+/** A cell as tests/golden/digest.h writes it for its CRC. */
+function digestBytes({ place, corners, min, max }: Cell): Uint8Array {
+  const numbers = Uint16Array.of(...corners, min, max);
+  return Uint8Array.of(...place, ...new Uint8Array(numbers.buffer));
+}
+
+describe.each(readdirSync(golden).filter((file) => file.endsWith(".isosplat")))("%s", (name) => {
+  const file = readFileSync(new URL(name, golden));
+  const store = readStore(file);
+  const digest = readFileSync(new URL(name.replace(".isosplat", ".txt"), golden), "utf8");
+
+  test("a reader written from FORMAT.md finds its way", () => {
+    expect(store.spacing).toEqual([0.5, 0.5, 2]);
+    expect(store.metadata.name).toBe(name.replace(".isosplat", ""));
+  });
+
+  test("a decoder written from CHUNK.md finds the cells, corners and intervals", () => {
+    const found = store.levels.map((level, l) => {
+      const cells = level.chunks.flatMap((chunk) => readCells(file, level, chunk));
+      const crc = cells.reduce((crc, cell) => crc32(digestBytes(cell), crc), 0);
+      return `${l} ${level.chunks.length} ${cells.length} ${crc.toString(16).padStart(8, "0")}\n`;
+    });
+    expect(found.join("")).toBe(digest);
+  });
+});
+
+describe("the worked examples", () => {
+  const file = readFileSync(new URL("tiny.isosplat", golden));
+  const store = readStore(file);
+  const level = store.levels[0] as Store["levels"][number];
+
+  /** Compares a document's hexadecimal dumps, "ADDRESS  BYTE BYTE …", with the file. */
+  function expectBytes(document: string, addressDigits: number, start: number): number {
+    const text = readFileSync(new URL(`../../shared/${document}`, import.meta.url), "utf8");
+    const line = new RegExp(`^([0-9a-f]{${addressDigits}})  ((?:[0-9a-f]{2} ?)+)`, "gm");
+    const dumps = [...text.matchAll(line)];
+    for (const [, address, bytes] of dumps) {
+      const at = start + Number.parseInt(address as string, 16);
+      const expected = (bytes as string).trim().split(" ");
+      const found = [...file.subarray(at, at + expected.length)];
+      expect(found.map((byte) => byte.toString(16).padStart(2, "0"))).toEqual(expected);
+    }
+    return dumps.length;
+  }
+
+  test("show the bytes of the golden store", () => {
+    expect(expectBytes("store/FORMAT.md", 6, 0)).toBe(25);
+    expect(expectBytes("codec/CHUNK.md", 2, 2520)).toBe(3);
+  });
+
+  test("say what the golden store holds", () => {
+    expect(store).toMatchObject({ version: [1, 0], fileBytes: 2584, voxels: [3, 3, 3], bits: 8 });
+    expect(store.range).toEqual([0, 42]);
+    const chunk = { level: 0, block: [0, 0, 0], slab: 0, begin: 0, end: 42 };
+    expect(level.chunks).toEqual([{ ...chunk, offset: 2520, bytes: 32, cells: 8 }]);
+    const cells = readCells(file, level, level.chunks[0] as Chunk);
+    for (const { place, corners, min, max } of cells) {
+      const least = 16 * place[0] + 4 * place[1] + place[2];
+      expect([min, max]).toEqual([least, least + 21]);
+      expect(corners).toEqual([0, 16, 4, 20, 1, 17, 5, 21].map((code) => least + code));
+    }
+    expect(cells.filter(({ min, max }) => min <= 20.5 && 20.5 < max).length).toBe(7);
+  });
 });
