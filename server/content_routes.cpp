@@ -106,15 +106,23 @@ Response chunk_answer(const Content& content, std::span<const std::string> place
   return immutable_bytes(std::move(bytes), etag);
 }
 
+ChunkBudget budget_of(const RouterLimits& limits) {
+  return {limits.query_bytes, limits.query_chunks, limits.query_directory_bytes};
+}
+
 Response frames_answer(const Content& content, ChunkSelection selection) {
   const RouterLimits& limits = content.limits;
   if (selection.over_budget) {
     return error_response(
         413, "too_large",
         "expected at most " + std::to_string(limits.query_bytes) + " bytes of at most " +
-            std::to_string(limits.query_chunks) + " chunks, found at least " +
-            std::to_string(selection.bytes) + " bytes of " + std::to_string(selection.count) +
-            " chunks: ask for a narrower isovalue range, for some blocks, or a coarser level");
+            std::to_string(limits.query_chunks) + " chunks, named in at most " +
+            std::to_string(limits.query_directory_bytes) +
+            " bytes of directory pages, found at least " + std::to_string(selection.bytes) +
+            " bytes of " + std::to_string(selection.count) + " chunks in " +
+            std::to_string(selection.directory_bytes) +
+            " bytes of pages: ask for a narrower isovalue range, for some blocks, or a coarser "
+            "level");
   }
   const std::string etag = etag_of(*content.store, kFrameVersion);
   if (auto early = conditional_answer(content.request, etag)) return std::move(*early);
@@ -170,7 +178,7 @@ Response range_query_answer(const Content& content, const Target& target) {
   float low = mapping.isocode(range->low);
   float high = mapping.isocode(range->high);
   if (low > high) std::swap(low, high);
-  const ChunkBudget budget{content.limits.query_bytes, content.limits.query_chunks};
+  const ChunkBudget budget = budget_of(content.limits);
   Result<ChunkSelection> selection = ChunkSelection{};
   if (block_list) {
     const Result<std::vector<Index3>> blocks = parse_blocks(*block_list);
@@ -192,19 +200,12 @@ Response batch_answer(const Content& content, const Target& target) {
   if (!list || !parameters.complete()) {
     return bad_request("batch: expected chunks=level/x.y.z/slab,… once and nothing else");
   }
-  const Result<std::vector<ChunkPlace>> places = parse_chunks(*list);
-  if (!places) return bad_request("chunks: " + places.error().message);
-  ChunkSelection selection;
-  for (const ChunkPlace& place : *places) {
-    const Result<ChunkRef> chunk = content.store->chunk(place.block, place.slab);
-    if (!chunk) return error_response(chunk.error());
-    selection.bytes += chunk->bytes;
-    ++selection.count;
-    selection.over_budget = selection.over_budget || selection.bytes > content.limits.query_bytes ||
-                            selection.count > content.limits.query_chunks;
-    selection.chunks.push_back(*chunk);
-  }
-  return frames_answer(content, std::move(selection));
+  const Result<std::vector<ChunkAddress>> addresses = parse_chunks(*list);
+  if (!addresses) return bad_request("chunks: " + addresses.error().message);
+  Result<ChunkSelection> selection =
+      content.store->chunks_at(*addresses, budget_of(content.limits));
+  if (!selection) return error_response(selection.error());
+  return frames_answer(content, std::move(*selection));
 }
 
 Response file_answer(const Content& content) {

@@ -16,6 +16,7 @@ namespace isosplat {
 struct RouterLimits {
   uint64_t query_bytes = uint64_t{64} << 20;
   uint32_t query_chunks = 65536;
+  uint64_t query_directory_bytes = uint64_t{256} << 20;
   size_t target_bytes = 8 * 1024;
 };
 

@@ -175,7 +175,7 @@ struct Server::State {
         catalog(options.stores, options.limits.directory_bytes,
                 [this](std::string_view line) { log(line); }),
         router(catalog, {options.limits.query_bytes, options.limits.query_chunks,
-                         options.limits.target_bytes}),
+                         options.limits.query_directory_bytes, options.limits.target_bytes}),
         admission(options.limits.connections, options.limits.connections_per_address),
         shared{router, options.limits, stopping, {}, {}} {
     if (options.log) shared.log = [this](std::string_view line) { log_fault(line); };

@@ -23,8 +23,10 @@ struct ServerLimits {
   /// Open at a time from one address (IPv6: one /64 network): 429. 0: no limit, for a server behind
   /// a proxy.
   uint32_t connections_per_address = 256;
-  uint64_t query_bytes = uint64_t{64} << 20;       ///< of chunks in one answer: 413
-  uint32_t query_chunks = 65536;                   ///< in one answer: 413
+  uint64_t query_bytes = uint64_t{64} << 20;  ///< of chunks in one answer: 413
+  uint32_t query_chunks = 65536;              ///< in one answer: 413
+  /// Of the directory pages that a query has to look through: 413.
+  uint64_t query_directory_bytes = uint64_t{256} << 20;
   uint64_t directory_bytes = uint64_t{64} << 20;   ///< of pages held decoded, per store
   uint64_t page_asset_bytes = uint64_t{64} << 20;  ///< of files below web_root, held in memory
   std::chrono::milliseconds idle_time{30'000};     ///< without a request on an open connection

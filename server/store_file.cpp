@@ -76,6 +76,44 @@ bool in_file_order(const ChunkRef& a, const ChunkRef& b) {
   return a.offset < b.offset;
 }
 
+/// Collects chunks until a budget is spent. Functions return false from then on.
+class Selector {
+ public:
+  explicit Selector(const ChunkBudget& budget) : budget_(budget) {}
+
+  /// Before a block of the page is looked at.
+  bool look_into(uint32_t page, const PageRef& ref) {
+    if (page != last_page_) selection_.directory_bytes += ref.bytes;
+    last_page_ = page;
+    return check(selection_.directory_bytes <= budget_.directory_bytes);
+  }
+
+  bool add(std::span<const ChunkRef> chunks) {
+    for (const ChunkRef& chunk : chunks) {
+      selection_.bytes += chunk.bytes;
+      ++selection_.count;
+      if (!check(selection_.bytes <= budget_.bytes && selection_.count <= budget_.chunks)) break;
+      selection_.chunks.push_back(chunk);
+    }
+    return !selection_.over_budget;
+  }
+
+  ChunkSelection finish() {
+    if (selection_.over_budget) selection_.chunks.clear();
+    return std::move(selection_);
+  }
+
+ private:
+  bool check(bool is_within) {
+    selection_.over_budget = selection_.over_budget || !is_within;
+    return !selection_.over_budget;
+  }
+
+  const ChunkBudget& budget_;
+  ChunkSelection selection_;
+  uint32_t last_page_ = UINT32_MAX;
+};
+
 }  // namespace
 
 Result<FileIdentity> file_identity(const std::filesystem::path& path) {
@@ -182,36 +220,29 @@ Result<std::vector<std::byte>> StoreFile::load_page(uint32_t page) const {
   return bytes;
 }
 
-Result<void> StoreFile::make_resident(std::span<const uint32_t> pages) const {
-  for (const uint32_t page : pages) {
-    if (reader_.is_resident(page)) continue;
-    Result<std::vector<std::byte>> bytes = load_page(page);
-    if (!bytes) return tl::unexpected(bytes.error());
+template <class LookUp>
+auto StoreFile::with_page(uint32_t page, LookUp look_up) const
+    -> decltype(look_up(std::declval<const StoreReader&>())) {
+  {
+    const std::shared_lock lock(mutex_);
+    if (reader_.is_resident(page)) return look_up(reader_);
+  }
+  // Without the lock: others look other pages up while the disk takes its time.
+  const Result<std::vector<std::byte>> bytes = load_page(page);
+  if (!bytes) return tl::unexpected(bytes.error());
+  const std::unique_lock lock(mutex_);
+  if (!reader_.is_resident(page)) {
+    if (resident_bytes_ > directory_bytes_) {
+      Result<StoreReader> fresh = StoreReader::open(head_);
+      if (!fresh) return tl::unexpected(at(std::move(fresh.error())));
+      reader_ = std::move(*fresh);
+      resident_bytes_ = 0;
+    }
     if (Result<void> added = reader_.add_page(page, *bytes); !added) {
       return tl::unexpected(at(std::move(added.error())));
     }
     resident_bytes_ += bytes->size();
   }
-  return {};
-}
-
-template <class LookUp>
-auto StoreFile::with_pages(std::span<const uint32_t> pages, LookUp look_up) const
-    -> decltype(look_up(std::declval<const StoreReader&>())) {
-  {
-    const std::shared_lock lock(mutex_);
-    if (std::ranges::all_of(pages, [&](uint32_t page) { return reader_.is_resident(page); })) {
-      return look_up(reader_);
-    }
-  }
-  const std::unique_lock lock(mutex_);
-  if (resident_bytes_ > directory_bytes_) {
-    Result<StoreReader> fresh = StoreReader::open(head_);
-    if (!fresh) return tl::unexpected(at(std::move(fresh.error())));
-    reader_ = std::move(*fresh);
-    resident_bytes_ = 0;
-  }
-  if (Result<void> loaded = make_resident(pages); !loaded) return tl::unexpected(loaded.error());
   return look_up(reader_);
 }
 
@@ -229,52 +260,30 @@ Result<std::vector<std::byte>> StoreFile::read_page(uint32_t page) const {
   return bytes;
 }
 
+Result<uint32_t> StoreFile::page_of(BlockKey block) const {
+  const std::shared_lock lock(mutex_);
+  Result<uint32_t> page = reader_.page_of(block);
+  if (!page) return tl::unexpected(at(std::move(page.error())));
+  return page;
+}
+
 Result<BlockRef> StoreFile::block(BlockKey key) const {
-  // page_of answers from the head, which never changes: any of two readers gives the same.
-  const Result<uint32_t> page = [&] {
-    const std::shared_lock lock(mutex_);
-    return reader_.page_of(key);
-  }();
-  if (!page) return tl::unexpected(at(page.error()));
-  return with_pages({&*page, 1}, [&](const StoreReader& reader) { return reader.block(key); });
+  const Result<uint32_t> page = page_of(key);
+  if (!page) return tl::unexpected(page.error());
+  return with_page(*page, [&](const StoreReader& reader) { return reader.block(key); });
 }
 
 Result<ChunkRef> StoreFile::chunk(BlockKey block, uint32_t slab) const {
-  const Result<uint32_t> page = [&] {
-    const std::shared_lock lock(mutex_);
-    return reader_.page_of(block);
-  }();
-  if (!page) return tl::unexpected(at(page.error()));
-  return with_pages({&*page, 1},
-                    [&](const StoreReader& reader) { return reader.chunk(block, slab); });
+  const Result<uint32_t> page = page_of(block);
+  if (!page) return tl::unexpected(page.error());
+  return with_page(*page, [&](const StoreReader& reader) { return reader.chunk(block, slab); });
 }
 
 Result<std::optional<ChunkRef>> StoreFile::chunk_for(BlockKey block, float isocode) const {
-  const Result<uint32_t> page = [&] {
-    const std::shared_lock lock(mutex_);
-    return reader_.page_of(block);
-  }();
-  if (!page) return tl::unexpected(at(page.error()));
-  return with_pages({&*page, 1},
-                    [&](const StoreReader& reader) { return reader.chunk_for(block, isocode); });
-}
-
-Result<void> StoreFile::select(BlockKey key, float low, float high, const ChunkBudget& budget,
-                               ChunkSelection& selection, const StoreReader& reader) const {
-  const Result<BlockRef> block = reader.block(key);
-  if (!block) return tl::unexpected(block.error());
-  if (block->slab_count == 0 || !meets(block->interval, low, high)) return {};
-  for (uint32_t slab = 0; slab < block->slab_count && !selection.over_budget; ++slab) {
-    const Result<ChunkRef> chunk = reader.chunk(key, slab);
-    if (!chunk) return tl::unexpected(chunk.error());
-    if (static_cast<float>(chunk->slab_begin) > high) break;
-    if (static_cast<float>(chunk->slab_end) <= low || chunk->bytes == 0) continue;
-    selection.bytes += chunk->bytes;
-    ++selection.count;
-    selection.over_budget = selection.bytes > budget.bytes || selection.count > budget.chunks;
-    selection.chunks.push_back(*chunk);
-  }
-  return {};
+  const Result<uint32_t> page = page_of(block);
+  if (!page) return tl::unexpected(page.error());
+  return with_page(*page,
+                   [&](const StoreReader& reader) { return reader.chunk_for(block, isocode); });
 }
 
 Result<ChunkSelection> StoreFile::chunks_for(uint32_t level, float low, float high,
@@ -284,53 +293,60 @@ Result<ChunkSelection> StoreFile::chunks_for(uint32_t level, float low, float hi
         at({Status::not_found, "expected a level below " + std::to_string(info_.levels) +
                                    ", found " + std::to_string(level)}));
   }
-  ChunkSelection selection;
-  for (uint32_t page = 0; page < pages_.size() && !selection.over_budget; ++page) {
+  Selector selector(budget);
+  for (uint32_t page = 0; page < pages_.size(); ++page) {
     const PageRef& ref = pages_[page];
     if (ref.level != level || !meets(ref.interval, low, high)) continue;
+    if (!selector.look_into(page, ref)) break;
     const auto select_page = [&](const StoreReader& reader) -> Result<void> {
       for (int32_t z = ref.first_block.z; z < ref.end_block.z; ++z) {
         for (int32_t y = ref.first_block.y; y < ref.end_block.y; ++y) {
           for (int32_t x = ref.first_block.x; x < ref.end_block.x; ++x) {
-            if (selection.over_budget) return {};
-            const BlockKey key{level, {x, y, z}};
-            Result<void> done = select(key, low, high, budget, selection, reader);
-            if (!done) return tl::unexpected(at(std::move(done.error())));
+            const auto chunks = reader.chunks_for({level, {x, y, z}}, low, high);
+            if (!chunks) return tl::unexpected(at(chunks.error()));
+            if (!selector.add(*chunks)) return {};
           }
         }
       }
       return {};
     };
-    if (Result<void> done = with_pages({&page, 1}, select_page); !done) {
+    if (Result<void> done = with_page(page, select_page); !done) {
       return tl::unexpected(done.error());
     }
   }
-  if (selection.over_budget) {
-    selection.chunks.clear();
-  } else {
-    std::sort(selection.chunks.begin(), selection.chunks.end(), in_file_order);
-  }
+  ChunkSelection selection = selector.finish();
+  std::sort(selection.chunks.begin(), selection.chunks.end(), in_file_order);
   return selection;
 }
 
 Result<ChunkSelection> StoreFile::chunks_for(std::span<const BlockKey> blocks, float low,
                                              float high, const ChunkBudget& budget) const {
-  ChunkSelection selection;
+  Selector selector(budget);
   for (const BlockKey& key : blocks) {
-    const Result<uint32_t> page = [&] {
-      const std::shared_lock lock(mutex_);
-      return reader_.page_of(key);
-    }();
-    if (!page) return tl::unexpected(at(page.error()));
+    const Result<uint32_t> page = page_of(key);
+    if (!page) return tl::unexpected(page.error());
     if (!meets(pages_[*page].interval, low, high)) continue;
-    Result<void> done = with_pages({&*page, 1}, [&](const StoreReader& reader) {
-      return select(key, low, high, budget, selection, reader);
-    });
-    if (!done) return tl::unexpected(at(std::move(done.error())));
-    if (selection.over_budget) break;
+    if (!selector.look_into(*page, pages_[*page])) break;
+    const auto chunks = with_page(
+        *page, [&](const StoreReader& reader) { return reader.chunks_for(key, low, high); });
+    if (!chunks) return tl::unexpected(chunks.error());
+    if (!selector.add(*chunks)) break;
   }
-  if (selection.over_budget) selection.chunks.clear();
-  return selection;
+  return selector.finish();
+}
+
+Result<ChunkSelection> StoreFile::chunks_at(std::span<const ChunkAddress> addresses,
+                                            const ChunkBudget& budget) const {
+  Selector selector(budget);
+  for (const ChunkAddress& address : addresses) {
+    const Result<uint32_t> page = page_of(address.block);
+    if (!page) return tl::unexpected(page.error());
+    if (!selector.look_into(*page, pages_[*page])) break;
+    const Result<ChunkRef> found = chunk(address.block, address.slab);
+    if (!found) return tl::unexpected(found.error());
+    if (!selector.add({&*found, 1})) break;
+  }
+  return selector.finish();
 }
 
 Result<void> StoreFile::read_chunk(const ChunkRef& chunk, std::vector<std::byte>& out) const {

@@ -15,17 +15,26 @@
 
 namespace isosplat {
 
-/// What one query for chunks may select.
+/// Names a chunk.
+struct ChunkAddress {
+  BlockKey block;
+  uint32_t slab = 0;
+};
+
+/// What one query for chunks may select, and what it may look through to find it.
 struct ChunkBudget {
   uint64_t bytes = UINT64_MAX;
   uint64_t chunks = UINT64_MAX;
+  uint64_t directory_bytes = UINT64_MAX;  ///< of the pages that hold the blocks
 };
 
+/// Where over_budget, the sums are of what was met until then.
 struct ChunkSelection {
   std::vector<ChunkRef> chunks;
-  uint64_t bytes = 0;        ///< of all chunks; where over_budget, of those met until then
-  uint64_t count = 0;        ///< of all chunks; where over_budget, of those met until then
-  bool over_budget = false;  ///< `chunks` is empty: the selection is larger than the budget
+  uint64_t bytes = 0;            ///< of all chunks
+  uint64_t count = 0;            ///< of all chunks
+  uint64_t directory_bytes = 0;  ///< of the pages, each time that a block lies in another one
+  bool over_budget = false;      ///< `chunks` is empty: the budget does not suffice
 };
 
 /// Which file lies at a path. A build writes a new file and renames it, so that another identity
@@ -80,14 +89,18 @@ class StoreFile {
   Result<ChunkRef> chunk(BlockKey block, uint32_t slab) const;
   Result<std::optional<ChunkRef>> chunk_for(BlockKey block, float isocode) const;
 
-  /// Every chunk of a level whose slab meets [low, high] (isocodes), in file order. Stops counting
-  /// when the budget is exceeded, so that the work is bounded by the budget and the level's pages.
+  /// Every chunk of a level whose slab meets [low, high] (isocodes), in file order. Stops when the
+  /// budget is exceeded, so that the work is bounded by it.
   Result<ChunkSelection> chunks_for(uint32_t level, float low, float high,
                                     const ChunkBudget& budget = {}) const;
 
   /// The same for the blocks named, in that order, slabs ascending. Errors also: not_found.
   Result<ChunkSelection> chunks_for(std::span<const BlockKey> blocks, float low, float high,
                                     const ChunkBudget& budget = {}) const;
+
+  /// The chunks named, in that order. Errors: those of chunk().
+  Result<ChunkSelection> chunks_at(std::span<const ChunkAddress> addresses,
+                                   const ChunkBudget& budget) const;
 
   /// Appends the chunk's bytes, checked against its checksum; nothing on failure. Errors: io_error,
   /// truncated, checksum_mismatch.
@@ -105,20 +118,16 @@ class StoreFile {
 
   Error at(Error error) const;
 
-  /// Reads page bytes and compares them with those of an earlier load.
+  /// The page of a block, without its bytes. Errors: not_found.
+  Result<uint32_t> page_of(BlockKey block) const;
+
+  /// A page's bytes, unchecked.
   Result<std::vector<std::byte>> load_page(uint32_t page) const;
 
-  /// Requires the lock, exclusive.
-  Result<void> make_resident(std::span<const uint32_t> pages) const;
-
-  /// Calls `look_up` with the reader, the pages loaded that it misses.
+  /// Calls `look_up` with the reader once it has the page.
   template <class LookUp>
-  auto with_pages(std::span<const uint32_t> pages, LookUp look_up) const
+  auto with_page(uint32_t page, LookUp look_up) const
       -> decltype(look_up(std::declval<const StoreReader&>()));
-
-  /// Visits the chunks of one block that meet [low, high].
-  Result<void> select(BlockKey key, float low, float high, const ChunkBudget& budget,
-                      ChunkSelection& selection, const StoreReader& reader) const;
 
   std::filesystem::path path_;
   int descriptor_;

@@ -186,8 +186,8 @@ Result<std::vector<Index3>> parse_blocks(std::string_view text) {
   return parse_list<Index3>(text, "blocks x.y.z", parse_block);
 }
 
-Result<std::vector<ChunkPlace>> parse_chunks(std::string_view text) {
-  const auto parse = [](std::string_view item) -> std::optional<ChunkPlace> {
+Result<std::vector<ChunkAddress>> parse_chunks(std::string_view text) {
+  const auto parse = [](std::string_view item) -> std::optional<ChunkAddress> {
     const size_t first = item.find('/');
     if (first == std::string_view::npos) return std::nullopt;
     const size_t second = item.find('/', first + 1);
@@ -196,9 +196,9 @@ Result<std::vector<ChunkPlace>> parse_chunks(std::string_view text) {
     const auto block = parse_block(item.substr(first + 1, second - first - 1));
     const auto slab = parse_index(item.substr(second + 1), 65535);
     if (!level || !block || !slab) return std::nullopt;
-    return ChunkPlace{BlockKey{*level, *block}, *slab};
+    return ChunkAddress{BlockKey{*level, *block}, *slab};
   };
-  return parse_list<ChunkPlace>(text, "chunks level/x.y.z/slab", parse);
+  return parse_list<ChunkAddress>(text, "chunks level/x.y.z/slab", parse);
 }
 
 }  // namespace isosplat

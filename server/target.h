@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/store_file.h"
 #include "shared/base/status.h"
 #include "shared/grid/grid.h"
 
@@ -50,13 +51,8 @@ std::optional<ValueRange> parse_value_range(std::string_view text);
 /// "x.y.z,x.y.z,…". Errors (invalid_argument) name the item.
 Result<std::vector<Index3>> parse_blocks(std::string_view text);
 
-/// A chunk's place: "level/x.y.z/slab".
-struct ChunkPlace {
-  BlockKey block;
-  uint32_t slab = 0;
-};
-
-/// "0/1.2.3/4,1/0.0.0/2,…". Errors (invalid_argument) name the item.
-Result<std::vector<ChunkPlace>> parse_chunks(std::string_view text);
+/// Chunks, each "level/x.y.z/slab": "0/1.2.3/4,1/0.0.0/2,…". Errors (invalid_argument) name the
+/// item.
+Result<std::vector<ChunkAddress>> parse_chunks(std::string_view text);
 
 }  // namespace isosplat

@@ -75,6 +75,17 @@ struct StoreReader::State {
       offset += chunk.bytes;
     }
   }
+
+  /// Appends the chunks of a block whose slabs meet [low, high].
+  static void append_chunks(const DirectoryPage& page, const DirectoryPage::Block& block,
+                            BlockKey key, float low, float high, std::vector<ChunkRef>& out) {
+    if (!meets(block.interval, low, high)) return;
+    visit_slabs(page, block, key, [&](const ChunkRef& chunk) {
+      if (static_cast<float>(chunk.slab_begin) > high) return false;
+      if (low < static_cast<float>(chunk.slab_end) && chunk.cells > 0) out.push_back(chunk);
+      return true;
+    });
+  }
 };
 
 StoreReader::StoreReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -192,17 +203,19 @@ Result<std::vector<ChunkRef>> StoreReader::chunks_for(uint32_t level, float low,
     for (int32_t z = ref.first_block.z; z < ref.end_block.z; ++z) {
       for (int32_t y = ref.first_block.y; y < ref.end_block.y; ++y) {
         for (int32_t x = ref.first_block.x; x < ref.end_block.x; ++x, ++n) {
-          const auto& block = page->blocks[n];
-          if (!meets(block.interval, low, high)) continue;
-          State::visit_slabs(*page, block, {level, {x, y, z}}, [&](const ChunkRef& chunk) {
-            if (static_cast<float>(chunk.slab_begin) > high) return false;
-            if (low < static_cast<float>(chunk.slab_end) && chunk.cells > 0) found.push_back(chunk);
-            return true;
-          });
+          State::append_chunks(*page, page->blocks[n], {level, {x, y, z}}, low, high, found);
         }
       }
     }
   }
+  return found;
+}
+
+Result<std::vector<ChunkRef>> StoreReader::chunks_for(BlockKey key, float low, float high) const {
+  const auto place = state_->find(key);
+  if (!place) return tl::unexpected(place.error());
+  std::vector<ChunkRef> found;
+  State::append_chunks(*place->page, *place->block, key, low, high, found);
   return found;
 }
 

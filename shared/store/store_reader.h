@@ -129,6 +129,9 @@ class StoreReader {
   Result<std::vector<ChunkRef>> chunks_for(uint32_t level, float low, float high) const;
   std::vector<uint32_t> missing_pages(uint32_t level, float low, float high) const;
 
+  /// The same for one block, slabs ascending. Errors: not_found, page_not_resident.
+  Result<std::vector<ChunkRef>> chunks_for(BlockKey block, float low, float high) const;
+
  private:
   struct State;
   explicit StoreReader(std::unique_ptr<State> state);

@@ -211,6 +211,26 @@ TEST_F(Frames, TooManyChunksAreRefused) {
             get(port(), content("chunks/0/0.0.0/0")).status == 200 ? 413 : 404);
 }
 
+TEST_F(Frames, ALargeDirectoryIsNotSearchedToItsEnd) {
+  const StoreReader reader = *StoreReader::open(alpha.file);
+  const uint32_t bytes = reader.pages()[*reader.page_of({0, {0, 0, 0}})].bytes;
+  const std::string chunk = place_of(alpha.chunks[0]), other = place_of(alpha.chunks.back());
+  ASSERT_NE(chunk[0], other[0]) << "of two levels, and so of two pages";
+  options.limits.query_directory_bytes = bytes;
+  start();
+  EXPECT_EQ(get(port(), content("chunks?isovalue=-200..200&level=0")).status, 200);
+  EXPECT_EQ(get(port(), content("batch?chunks=" + chunk + "," + chunk)).status, 200);
+  const Answer answer = get(port(), content("batch?chunks=" + chunk + "," + other));
+  EXPECT_EQ(answer.status, 413);
+  EXPECT_NE(answer.body.find("directory pages"), std::string::npos) << answer.body;
+  server.reset();
+  options.limits.query_directory_bytes = bytes - 1;
+  start();
+  EXPECT_EQ(get(port(), content("chunks?isovalue=-200..200&level=0")).status, 413);
+  EXPECT_EQ(get(port(), content("chunks?isovalue=-200..200&level=0&blocks=0.0.0")).status, 413);
+  EXPECT_EQ(get(port(), content("batch?chunks=" + chunk)).status, 413);
+}
+
 TEST_F(Frames, ABrokenChunkIsNeverGood) {
   const KnownChunk* broken = nullptr;
   const auto chunks = alpha.meeting(0, isocode(-200), isocode(200));
