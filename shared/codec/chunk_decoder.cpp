@@ -106,8 +106,7 @@ struct ChunkDecoder::Scratch {
   int32_t residuals[PlanePoints::kMost];  // of `points`
   ChunkHeader header;
   Predictor predictor;
-  ContextModel models[kGroups][kOctaves];  // by half octave
-  const ContextModel* class_models[kClasses];
+  ContextModel models[kKeys];  // by residual_key()
 
   Scratch() : row{}, last_row{} {}
 
@@ -139,10 +138,9 @@ bool ChunkDecoder::Scratch::set_models() {
     for (int octave = 0; octave < kOctaves; ++octave) {
       const ContextModel& model =
           of_context[group * kLevels + header.levels.level_of_octave(octave)];
-      models[group][octave] = model.table ? model : any;
+      models[residual_key(octave, group)] = model.table ? model : any;
     }
   }
-  for (uint32_t c = 0; c < kClasses; ++c) class_models[c] = models[group_of_class(c)];
   predictor.set(header.taps, header.wide);
   return true;
 }
@@ -150,7 +148,7 @@ bool ChunkDecoder::Scratch::set_models() {
 void ChunkDecoder::Scratch::decode_residuals(Streams& streams, int32_t from, int32_t to) {
   Streams local = streams;
   for (int32_t i = from; i < to; ++i) {
-    residuals[i] = local.residual(class_models[points.point_class[i]][points.octave[i]]);
+    residuals[i] = local.residual(models[points.key[i]]);
   }
   streams = local;
 }
@@ -252,8 +250,8 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
         const CellInterval range =
             header.shifted(corner_interval(ScalarOps::corners(r00 + x, r10 + x, r01 + x, r11 + x)));
         const int32_t octave = interval_octave(range, interval_energy);
-        const int32_t below = streams.residual(models[kIntervalMin][octave]);
-        const int32_t beyond = streams.residual(models[kIntervalMax][octave]);
+        const int32_t below = streams.residual(models[residual_key(octave, kIntervalMin)]);
+        const int32_t beyond = streams.residual(models[residual_key(octave, kIntervalMax)]);
         interval_energy = interval_energy_of(below, beyond);
         const auto min = static_cast<uint32_t>(range.min - below) << header.interval_shift;
         const auto end = static_cast<uint32_t>(range.max + beyond + 1) << header.interval_shift;

@@ -146,7 +146,7 @@ void ChunkEncoder::Scratch::sample_row(int32_t y, int32_t z, const Neighbours& n
       if (skip--) continue;
       skip = stride - 1;
       const int bit = __builtin_ctzll(bits), x = 64 * word + bit;
-      fit.add(VectorOps::class_at(classes.words, bit), taps_at(n, x), values + x);
+      fit.add(class_at(classes.words, bit), taps_at(n, x), values + x);
     }
   }
 }
@@ -178,9 +178,9 @@ void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const ChunkHea
                              rows[z + 1][y].value + at, rows[z + 1][y + 1].value + at)));
       const CellInterval interval = header.shifted(intervals[x]);
       const int32_t below = range.min - interval.min, beyond = interval.max - range.max;
-      const auto octave = static_cast<uint32_t>(interval_octave(range, interval_energy));
-      residuals.add(fold(below), octave, kIntervalMin);
-      residuals.add(fold(beyond), octave, kIntervalMax);
+      const int32_t octave = interval_octave(range, interval_energy);
+      residuals.add(fold(below), residual_key(octave, kIntervalMin));
+      residuals.add(fold(beyond), residual_key(octave, kIntervalMax));
       interval_energy = interval_energy_of(below, beyond);
     }
   }
@@ -215,7 +215,7 @@ void ChunkEncoder::Scratch::set_residuals(const BlockView& block, const ChunkHea
     for (int32_t y = 0; y <= cells.y; ++y) {
       for (int32_t i = points.first[y]; i < points.first[y + 1]; ++i) {
         energies.values[y + 1][points.x[i] + 1] = energy[i];
-        residuals.add(folded[i], points.octave[i], group_of_class(points.point_class[i]));
+        residuals.add(folded[i], points.key[i]);
       }
     }
     // The intervals of slice z − 1 come after the points of plane z.

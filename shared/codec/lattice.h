@@ -4,9 +4,11 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "shared/codec/cell_mask.h"
 #include "shared/codec/chunk_tables.h"
+#include "shared/codec/residual_model.h"
 #include "shared/codec/simd.h"
 
 namespace isosplat {
@@ -134,8 +136,37 @@ struct Energies {
     const int32_t magnitude = residual < 0 ? -residual : residual;
     return static_cast<int16_t>(magnitude < kMaxEnergy ? magnitude : kMaxEnergy);
   }
-  /// The one at (x − 1, y − 1).
-  const int16_t* around(int32_t x, int32_t y) const { return &values[y][x]; }
+
+  /// The octaves of points 0 to 63 of row y: of each, half_octave() of the nine energies around it,
+  /// weighted 1 2 1, 2 4 2, 1 2 1. A loop without branches, which becomes vector code.
+  void octaves(int32_t y, uint8_t* __restrict to) const {
+    const int16_t* __restrict above = values[y], * __restrict here = values[y + 1], * __restrict below = values[y + 2];
+    for (int32_t x = 0; x < kBlockCells; ++x) {
+      to[x] =
+          octave_of(above[x] + below[x] + above[x + 2] + below[x + 2] +
+                    2 * (above[x + 1] + below[x + 1] + here[x] + here[x + 2]) + 4 * here[x + 1]);
+    }
+  }
+
+  /// The octave of point 64.
+  uint8_t last_octave(int32_t y) const {
+    int32_t sum = 0;
+    for (int32_t j = 0; j < 3; ++j) {
+      const int16_t* row = &values[y + j][kBlockCells];
+      sum += (row[0] + 2 * row[1] + row[2]) << (j == 1);
+    }
+    return octave_of(sum);
+  }
+
+ private:
+  /// half_octave(energy) for an energy of at most 16 kMaxEnergy: by the upper bits of a float,
+  /// which vectors have, where they cannot count leading zeros.
+  static uint8_t octave_of(int32_t energy) {
+    const auto number = static_cast<float>(static_cast<uint16_t>(energy + 2));
+    uint32_t bits;
+    std::memcpy(&bits, &number, sizeof bits);
+    return static_cast<uint8_t>((bits >> 22) - 256);
+  }
 };
 
 /// A point's class says which of its neighbours are points too: bit 0 (x − 1, y, z),
@@ -153,10 +184,11 @@ inline ClassBits class_bits(const PointPlane& current, const PointPlane& previou
 /// The points of a plane, in coding order, and what their contexts need.
 struct PlanePoints {
   static constexpr int32_t kMost = kLatticeAcross * kLatticeAcross;
-  int32_t first[kLatticeAcross + 1];  ///< of each row; the last is the number of points
-  uint8_t x[kMost + 8];
-  uint8_t point_class[kMost];
-  uint8_t octave[kMost];
+  static constexpr int32_t kSlack = 8;  ///< vectors write beyond the last
+  int32_t first[kLatticeAcross + 1];    ///< of each row; the last is the number of points
+  uint8_t x[kMost + kSlack];
+  uint8_t point_class[kMost + kSlack];
+  uint8_t key[kMost + kSlack];  ///< octave and group: residual_key()
 
   template <class Ops>
   void set(const PointPlane& current, const PointPlane& previous, const Energies& energies,
@@ -165,28 +197,23 @@ struct PlanePoints {
     for (int32_t y = 0; y <= last_y; ++y) {
       first[y] = count;
       const PointMask points = current.points[y];
-      // Eight at a time, whether there are so many or not: cheaper than a branch for each.
-      uint8_t* to = x + count;
-      for (uint64_t bits = points.word[0]; bits; to += 8) {
-        for (int i = 0; i < 8; ++i) {
-          to[i] = static_cast<uint8_t>(std::countr_zero(bits));
-          bits &= bits - 1;
-        }
+      if (!points.any()) continue;
+      uint8_t octaves[kBlockCells];
+      energies.octaves(y, octaves);
+      const ClassBits classes = class_bits(current, previous, y, 0);
+      count += Ops::list_points(points.word[0], classes.words, octaves, x + count,
+                                point_class + count, key + count);
+      if (points.word[1]) {
+        const ClassBits last = class_bits(current, previous, y, 1);
+        x[count] = kBlockCells;
+        point_class[count] = static_cast<uint8_t>(class_at(last.words, 0));
+        key[count] = energies.last_octave(y);
+        ++count;
       }
-      count += __builtin_popcountll(points.word[0]);
-      x[count] = 64;
-      count += static_cast<int32_t>(points.word[1]);
     }
     first[last_y + 1] = count;
-    for (int32_t y = 0; y <= last_y; ++y) {
-      if (first[y] == first[y + 1]) continue;
-      const ClassBits classes[2] = {class_bits(current, previous, y, 0),
-                                    class_bits(current, previous, y, 1)};
-      for (int32_t i = first[y]; i < first[y + 1]; ++i) {
-        point_class[i] = static_cast<uint8_t>(Ops::class_at(classes[x[i] >> 6].words, x[i] & 63));
-        octave[i] =
-            static_cast<uint8_t>(Ops::octave_at(energies.around(x[i], y), Energies::kStride));
-      }
+    for (int32_t i = 0; i < count; ++i) {
+      key[i] = static_cast<uint8_t>(residual_key(key[i], group_of_class(point_class[i])));
     }
   }
 };

@@ -47,7 +47,7 @@ void ResidualEncoder::choose_models(ChunkHeader& header) const {
   header.levels.base = 0;
   for (; header.levels.base < 15; ++header.levels.base) {
     for (int group = 0; group < kGroups; ++group) {
-      below += count_[header.levels.base | group << kOctaveBits];
+      below += count_[residual_key(header.levels.base, group)];
     }
     if (below > few) break;
   }
@@ -55,10 +55,8 @@ void ResidualEncoder::choose_models(ChunkHeader& header) const {
   std::array<uint32_t, kKeys> context_of;
   std::array<uint64_t, kContexts> sum{};
   std::array<uint32_t, kContexts> count{}, shift{};
-  for (uint32_t key = 0; key < kKeys; ++key) {
-    const auto octave = static_cast<int32_t>(key & ((1u << kOctaveBits) - 1));
-    const uint32_t context = (key >> kOctaveBits) * kLevels +
-                             static_cast<uint32_t>(header.levels.level_of_octave(octave));
+  for (int32_t key = 0; key < kKeys; ++key) {
+    const auto context = static_cast<uint32_t>(header.levels.context_of_key(key));
     context_of[key] = context;
     sum[context] += sum_[key];
     count[context] += count_[key];
@@ -94,12 +92,9 @@ void ResidualEncoder::put(const ChunkHeader& header, RansEncoder& rans, BitWrite
     uint32_t shift;
   };
   std::array<KeyModel, kKeys> models{};
-  for (uint32_t key = 0; key < kKeys; ++key) {
+  for (int32_t key = 0; key < kKeys; ++key) {
     if (!count_[key]) continue;
-    const auto octave = static_cast<int32_t>(key & ((1u << kOctaveBits) - 1));
-    const Model model =
-        model_of(header.model[(key >> kOctaveBits) * kLevels +
-                              static_cast<uint32_t>(header.levels.level_of_octave(octave))]);
+    const Model model = model_of(header.model[header.levels.context_of_key(key)]);
     models[key] = {symbol_[model.shape], model.shift};
   }
   // Bytes may alias anything: only local variables stay in registers.

@@ -20,9 +20,8 @@ class ResidualEncoder {
   void begin(size_t most_residuals);
 
   /// Residuals in coding order.
-  void add(uint32_t folded, uint32_t octave, int32_t group) {
-    const uint32_t key = octave | static_cast<uint32_t>(group) << kOctaveBits;
-    residuals_[size_++] = folded | key << kFoldedBits;
+  void add(uint32_t folded, int32_t key) {
+    residuals_[size_++] = folded | static_cast<uint32_t>(key) << kFoldedBits;
     ++count_[key];
     sum_[key] += folded;
   }
@@ -36,9 +35,7 @@ class ResidualEncoder {
 
  private:
   static constexpr uint32_t kFoldedBits = 18;
-  static constexpr uint32_t kOctaveBits = 6;
   static constexpr uint32_t kFoldedMask = (1u << kFoldedBits) - 1;
-  static constexpr uint32_t kKeys = kGroups << kOctaveBits;  ///< octave | group << kOctaveBits
 
   RansSymbol symbol_[kShapes][kTokens];
   uint32_t cost_[kShapes][kTokens];  ///< in 1/256 bit

@@ -73,6 +73,12 @@ enum ContextGroup : int32_t {
 inline constexpr int32_t kGroups = 4;
 inline constexpr int32_t kContexts = kGroups * kLevels;
 
+/// What a residual's context is found from: its octave and its group.
+inline constexpr int32_t kKeys = kGroups * kOctaves;
+inline int32_t residual_key(int32_t octave, int32_t group) {
+  return octave + group * kOctaves;
+}
+
 /// How a chunk maps energies to levels.
 struct LevelMap {
   int32_t base = 0;   ///< 0 to 15: half octaves below count as level 0
@@ -80,6 +86,9 @@ struct LevelMap {
 
   int32_t level_of_octave(int32_t octave) const {
     return std::clamp(octave - base, 0, kLevels - 1) >> merge;
+  }
+  int32_t context_of_key(int32_t key) const {
+    return key / kOctaves * kLevels + level_of_octave(key % kOctaves);
   }
   int32_t levels() const { return ((kLevels - 1) >> merge) + 1; }
 };
@@ -94,7 +103,7 @@ inline int32_t interval_energy_of(int32_t below, int32_t beyond) {
 }
 
 inline int32_t group_of_class(uint32_t point_class) {
-  return static_cast<int32_t>(((point_class & point_class >> 1) >> 1 & 1) ^ 1);
+  return (point_class & 6) == 6 ? kEnclosed : kExposed;
 }
 
 }  // namespace isosplat

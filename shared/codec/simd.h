@@ -39,6 +39,13 @@ inline int32_t half_octave(uint32_t energy) {
   return 2 * bits + static_cast<int32_t>(e >> (bits - 1) & 1) - 2;
 }
 
+/// Bit `bit` of four words, as the bits of a number.
+inline uint32_t class_at(const uint64_t* words, int bit) {
+  uint32_t point_class = 0;
+  for (int i = 0; i < 4; ++i) point_class |= static_cast<uint32_t>(words[i] >> bit & 1) << i;
+  return point_class;
+}
+
 struct ScalarOps {
   /// How many of the 16 ascending starts are ≤ slot, less one. starts[0] is 0.
   static uint32_t find_quad(const uint16_t* starts, uint32_t slot) {
@@ -57,21 +64,19 @@ struct ScalarOps {
     return sum;
   }
 
-  /// half_octave() of the energies around a point: nine, from `above` the first one on, weighted
-  /// 1 2 1, 2 4 2, 1 2 1.
-  static int32_t octave_at(const int16_t* above, int32_t stride) {
-    int32_t energy = 0;
-    for (int y = 0; y < 3; ++y) {
-      for (int x = 0; x < 3; ++x) energy += above[y * stride + x] << ((x == 1) + (y == 1));
+  /// Lists the points of a row from their bits, ascending: of each its x, its class, and what
+  /// `octaves` has for it. Returns their number; up to 8 bytes beyond it may be overwritten.
+  /// class_words: see class_at(). octaves: 64.
+  static int32_t list_points(uint64_t points, const uint64_t* class_words, const uint8_t* octaves,
+                             uint8_t* x, uint8_t* point_class, uint8_t* octave) {
+    int32_t count = 0;
+    for (; points; points &= points - 1, ++count) {
+      const int bit = __builtin_ctzll(points);
+      x[count] = static_cast<uint8_t>(bit);
+      point_class[count] = static_cast<uint8_t>(class_at(class_words, bit));
+      octave[count] = octaves[bit];
     }
-    return half_octave(static_cast<uint32_t>(energy));
-  }
-
-  /// Bit `bit` of four words, as the bits of a number.
-  static uint32_t class_at(const uint64_t* words, int bit) {
-    uint32_t point_class = 0;
-    for (int i = 0; i < 4; ++i) point_class |= static_cast<uint32_t>(words[i] >> bit & 1) << i;
-    return point_class;
+    return count;
   }
 
   /// Bits of the cells with max(min, begin) < min(max, end), of up to 64.
@@ -141,6 +146,9 @@ inline V xor_(V a, V b) {
 inline V and_(V a, V b) {
   return _mm_and_si128(a, b);
 }
+inline V or_(V a, V b) {
+  return _mm_or_si128(a, b);
+}
 inline V min_u16(V a, V b) {
   return _mm_min_epu16(a, b);
 }
@@ -177,16 +185,24 @@ inline int32_t sum_lanes(V a) {
   const V pairs = _mm_add_epi32(a, _mm_shuffle_epi32(a, 0x4e));
   return _mm_cvtsi128_si32(_mm_add_epi32(pairs, _mm_shuffle_epi32(pairs, 0xb1)));
 }
-inline int32_t octave_of_lanes(V a) {
-  const V pairs = _mm_add_epi32(a, _mm_shuffle_epi32(a, 0x4e));
-  const V sums = _mm_add_epi32(pairs, _mm_shuffle_epi32(pairs, 0xb1));
-  return _mm_cvtsi128_si32(_mm_srli_epi32(_mm_castps_si128(_mm_cvtepi32_ps(sums)), 22)) - 256;
+inline V load_half(const void* p) {
+  return _mm_loadl_epi64(static_cast<const V*>(p));
 }
-inline uint32_t class_at(const uint64_t* words, int bit) {
-  const V left = _mm_cvtsi32_si128(63 - bit);
-  const V a = _mm_sll_epi64(load(words), left), b = _mm_sll_epi64(load(words + 2), left);
-  return static_cast<uint32_t>(_mm_movemask_pd(_mm_castsi128_pd(a)) |
-                               _mm_movemask_pd(_mm_castsi128_pd(b)) << 2);
+inline void store_half(void* p, V a) {
+  _mm_storel_epi64(static_cast<V*>(p), a);
+}
+inline V splat8(uint32_t v) {
+  return _mm_set1_epi8(static_cast<char>(v));
+}
+inline V add8(V a, V b) {
+  return _mm_add_epi8(a, b);
+}
+inline V equal8(V a, V b) {
+  return _mm_cmpeq_epi8(a, b);
+}
+/// Byte i is a's byte number at[i].
+inline V shuffle8(V a, V at) {
+  return _mm_shuffle_epi8(a, at);
 }
 /// The least and the greatest of eight.
 inline CellInterval range_u16(V a) {
@@ -231,6 +247,9 @@ inline V xor_(V a, V b) {
 inline V and_(V a, V b) {
   return wasm_v128_and(a, b);
 }
+inline V or_(V a, V b) {
+  return wasm_v128_or(a, b);
+}
 inline V min_u16(V a, V b) {
   return wasm_u16x8_min(a, b);
 }
@@ -268,14 +287,23 @@ inline V add_lanes(V a) {
 inline int32_t sum_lanes(V a) {
   return wasm_i32x4_extract_lane(add_lanes(a), 0);
 }
-inline int32_t octave_of_lanes(V a) {
-  return wasm_i32x4_extract_lane(wasm_u32x4_shr(wasm_f32x4_convert_i32x4(add_lanes(a)), 22), 0) -
-         256;
+inline V load_half(const void* p) {
+  return wasm_v128_load64_zero(p);
 }
-inline uint32_t class_at(const uint64_t* words, int bit) {
-  const auto left = static_cast<uint32_t>(63 - bit);
-  return wasm_i64x2_bitmask(wasm_i64x2_shl(load(words), left)) |
-         wasm_i64x2_bitmask(wasm_i64x2_shl(load(words + 2), left)) << 2;
+inline void store_half(void* p, V a) {
+  wasm_v128_store64_lane(p, a, 0);
+}
+inline V splat8(uint32_t v) {
+  return wasm_i8x16_splat(static_cast<int8_t>(v));
+}
+inline V add8(V a, V b) {
+  return wasm_i8x16_add(a, b);
+}
+inline V equal8(V a, V b) {
+  return wasm_i8x16_eq(a, b);
+}
+inline V shuffle8(V a, V at) {
+  return wasm_i8x16_swizzle(a, at);
 }
 inline CellInterval range_u16(V a) {
   // Least in lane 0 by halving; the greatest is the least of the complement.
@@ -293,6 +321,26 @@ inline uint32_t lane32(V a, bool second) {
 }  // namespace simd
 #endif
 
+/// Where the set bits of a byte are, ascending.
+struct BitPositions {
+  uint8_t of[256][8];
+
+  constexpr BitPositions() : of{} {
+    for (int byte = 0; byte < 256; ++byte) {
+      for (int bit = 0, n = 0; bit < 8; ++bit) {
+        if (byte >> bit & 1) of[byte][n++] = static_cast<uint8_t>(bit);
+      }
+    }
+  }
+};
+inline constexpr BitPositions kBitPositions;
+
+/// Of sixteen bits: the byte that each is in, and which bit of it.
+alignas(16) inline constexpr uint8_t kByteOfBit[16] = {0, 0, 0, 0, 0, 0, 0, 0,
+                                                       1, 1, 1, 1, 1, 1, 1, 1};
+alignas(16) inline constexpr uint8_t kBitOfByte[16] = {1, 2, 4, 8, 16, 32, 64, 128,
+                                                       1, 2, 4, 8, 16, 32, 64, 128};
+
 struct VectorOps {
   static uint32_t find_quad(const uint16_t* starts, uint32_t slot) {
     using namespace simd;
@@ -309,16 +357,30 @@ struct VectorOps {
     return sum_lanes(add32(near, far));
   }
 
-  static int32_t octave_at(const int16_t* above, int32_t stride) {
+  static int32_t list_points(uint64_t points, const uint64_t* class_words, const uint8_t* octaves,
+                             uint8_t* x, uint8_t* point_class, uint8_t* octave) {
     using namespace simd;
-    const V outer = multiply_add_pairs(load_two_halves(above, above + 2 * stride),
-                                       set4(1 | 2 << 16, 1, 1 | 2 << 16, 1));
-    const V middle = multiply_add_pairs(load_two_halves(above + stride, above + stride),
-                                        set4(2 | 4 << 16, 2, 0, 0));
-    return octave_of_lanes(add32(add32(outer, middle), set4(2, 0, 0, 0)));
+    const V bits = load(kBitOfByte), byte_of_bit = load(kByteOfBit);
+    int32_t count = 0;
+    for (int32_t at = 0; at < 64; at += 16) {
+      V classes = splat8(0);
+      for (int i = 0; i < 4; ++i) {
+        const V word = splat32(static_cast<uint32_t>(class_words[i] >> at));
+        const V set = equal8(and_(shuffle8(word, byte_of_bit), bits), bits);
+        classes = or_(classes, and_(set, splat8(1u << i)));
+      }
+      const V energies = load(octaves + at);
+      for (int half = 0; half < 2; ++half) {
+        const uint32_t byte = points >> (at + 8 * half) & 255;
+        const V from = add8(load_half(kBitPositions.of[byte]), splat8(half ? 8 : 0));
+        store_half(x + count, add8(from, splat8(static_cast<uint32_t>(at))));
+        store_half(point_class + count, shuffle8(classes, from));
+        store_half(octave + count, shuffle8(energies, from));
+        count += __builtin_popcount(byte);
+      }
+    }
+    return count;
   }
-
-  static uint32_t class_at(const uint64_t* words, int bit) { return simd::class_at(words, bit); }
 
   static uint64_t active_cells(const CellInterval* cells, int32_t count, uint32_t begin,
                                uint32_t end) {

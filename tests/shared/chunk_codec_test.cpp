@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/codec/cell_mask.h"
+#include "shared/codec/lattice.h"
 #include "shared/codec/simd.h"
 
 namespace isosplat {
@@ -290,23 +291,30 @@ TEST(ChunkCodec, WritesTheSameBytesOnEveryMachine) {
 TEST(ChunkCodec, VectorOperationsEqualScalarOnes) {
   Random random{11};
   for (int i = 0; i < 20000; ++i) {
-    int16_t rows[4][4], weights[16], energies[3][4];
+    int16_t rows[4][4], weights[16];
     for (auto& row : rows) {
       for (int16_t& v : row) v = int16_t(random());
     }
     for (int k = 0; k < 16; ++k) weights[k] = int16_t(k % 4 == 3 ? 0 : int(random() % 2047) - 1023);
-    for (auto& row : energies) {
-      for (int16_t& v : row) v = int16_t(random() % 4096 >> random() % 12);
-    }
     const TapPointers taps{rows[0], rows[1], rows[2], rows[3]};
     ASSERT_EQ(VectorOps::sum_taps(taps, weights), ScalarOps::sum_taps(taps, weights));
-    ASSERT_EQ(VectorOps::octave_at(energies[0], 4), ScalarOps::octave_at(energies[0], 4));
 
-    uint64_t words[4];
-    for (uint64_t& word : words)
+    uint64_t words[5];
+    for (uint64_t& word : words) {
       word = uint64_t{random()} << 41 | uint64_t{random()} << 20 | random();
-    const int bit = int(random() % 64);
-    ASSERT_EQ(VectorOps::class_at(words, bit), ScalarOps::class_at(words, bit));
+    }
+    uint8_t octaves[64];
+    for (uint8_t& octave : octaves) octave = uint8_t(random());
+    // Of each point its x, class and octave.
+    std::array<std::array<uint8_t, 64 + PlanePoints::kSlack>, 3> scalar, vector;
+    const int32_t points = ScalarOps::list_points(words[4], words, octaves, scalar[0].data(),
+                                                  scalar[1].data(), scalar[2].data());
+    ASSERT_EQ(VectorOps::list_points(words[4], words, octaves, vector[0].data(), vector[1].data(),
+                                     vector[2].data()),
+              points);
+    for (size_t k = 0; k < 3; ++k) {
+      ASSERT_TRUE(std::equal(scalar[k].begin(), scalar[k].begin() + points, vector[k].begin()));
+    }
 
     CellInterval intervals[7];
     for (CellInterval& interval : intervals) interval = {Code(random()), Code(random())};
@@ -328,6 +336,33 @@ TEST(ChunkCodec, VectorOperationsEqualScalarOnes) {
     for (uint32_t slot = 0; slot < kQuadTotal; ++slot) {
       ASSERT_EQ(VectorOps::find_quad(slots.start[context], slot),
                 ScalarOps::find_quad(slots.start[context], slot));
+    }
+  }
+}
+
+TEST(ChunkCodec, OctavesOfARowAreThoseOfItsSums) {
+  Random random{5};
+  Energies energies;
+  for (int i = 0; i < 200; ++i) {
+    energies.reset();
+    for (int32_t y = 0; y <= 64; ++y) {
+      for (int32_t x = 0; x <= 64; ++x) {
+        energies.set(x, y, i > 0 ? int32_t(random() % 8192 >> random() % 13) - 4096 : 65535);
+      }
+    }
+    const auto y = int32_t(random() % 65);
+    uint8_t octaves[65];
+    energies.octaves(y, octaves);
+    octaves[64] = energies.last_octave(y);
+    for (int32_t x = 0; x <= 64; ++x) {
+      uint32_t sum = 0;
+      for (int32_t j = -1; j <= 1; ++j) {
+        for (int32_t k = -1; k <= 1; ++k) {
+          const int32_t weight = (2 - std::abs(j)) * (2 - std::abs(k));
+          sum += uint32_t(weight * energies.values[y + j + 1][x + k + 1]);
+        }
+      }
+      ASSERT_EQ(octaves[x], half_octave(sum));
     }
   }
 }

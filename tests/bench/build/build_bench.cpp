@@ -44,6 +44,14 @@ void squeeze(HeldVolume& volume, double low, double high) {
   volume.header_.type = VoxelType::u8;
 }
 
+/// Of the processor, in this program so far.
+double user_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_utime.tv_sec) +
+         static_cast<double>(usage.ru_utime.tv_usec) * 1e-6;
+}
+
 int generate(const char* path, int32_t nx, int32_t ny, int32_t nz) {
   FILE* file = std::fopen(path, "wb");
   if (!file) return std::perror(path), 1;
@@ -104,6 +112,7 @@ int run(int count, char** arguments) {
   }
   if (low < high) squeeze(volume, low, high);
   std::vector<double> seconds;
+  double user = user_seconds();
   MemorySink sink;
   BuildReport report;
   for (int i = 0; i < runs; ++i) {
@@ -113,6 +122,7 @@ int run(int count, char** arguments) {
     report = *built;
     seconds.push_back(report.seconds);
   }
+  user = (user_seconds() - user) / runs;
   auto reader = StoreReader::open(sink.bytes);
   for (uint32_t i = 0; i < reader->pages().size(); ++i) {
     const PageRef page = reader->pages()[i];
@@ -122,10 +132,10 @@ int run(int count, char** arguments) {
   std::printf("{\"raw_bytes\": %zu, \"store_bytes\": %zu, \"ratio\": %.4f, ", volume.voxels.size(),
               sink.bytes.size(),
               static_cast<double>(sink.bytes.size()) / static_cast<double>(volume.voxels.size()));
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  std::printf("\"user_seconds\": %.3f, ", static_cast<double>(usage.ru_utime.tv_sec) +
-                                              static_cast<double>(usage.ru_utime.tv_usec) * 1e-6);
+  std::printf("\"content_id\": \"");
+  for (const uint8_t byte : report.info.content_id) std::printf("%02x", byte);
+  std::printf("\", ");
+  std::printf("\"user_seconds\": %.3f, ", user);
   std::printf("\"megavoxels_per_second\": [");
   for (size_t i = 0; i < seconds.size(); ++i) {
     std::printf("%s%.2f", i > 0 ? ", " : "", voxels / 1e6 / seconds[i]);
