@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "native/build/code_reader.h"
 #include "native/build/layer.h"
 
 namespace isosplat {
@@ -21,13 +22,6 @@ std::string mebibytes(uint64_t bytes) {
 }
 
 }  // namespace
-
-size_t staging_bytes(const VolumeHeader& header) {
-  if (voxel_bytes(header.type) <= 2) return 0;
-  const size_t slice = static_cast<size_t>(header.grid.voxels.x) *
-                       static_cast<size_t>(header.grid.voxels.y) * voxel_bytes(header.type);
-  return slice * std::clamp<size_t>((8 << 20) / slice, 1, kBlockCells);
-}
 
 Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes, unsigned threads,
                                uint64_t allowance) {

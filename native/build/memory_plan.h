@@ -19,8 +19,4 @@ struct MemoryPlan {
 Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes, unsigned threads,
                                uint64_t allowance);
 
-/// Bytes of voxels that are read from the source at a time before they become codes, at least one
-/// slice. 0 where voxels are of the size of codes and are read in place.
-size_t staging_bytes(const VolumeHeader& header);
-
 }  // namespace isosplat

@@ -30,9 +30,9 @@ size_t text_bytes(const std::string& text) {
 
 /// A value that reads well: midway between two integers where voxels are integers, so that no voxel
 /// equals it; otherwise rounded to three digits of the volume's range.
-double round_isovalue(double value, const StoreInfo& info) {
-  if (info.mapping.scale == 1 && info.mapping.max_error == 0) return std::floor(value) + 0.5;
-  const double range = info.mapping.value(info.range.max) - info.mapping.value(info.range.min);
+double round_isovalue(double value, const ValueMapping& mapping, CellInterval codes) {
+  if (mapping.scale == 1 && mapping.max_error == 0) return std::floor(value) + 0.5;
+  const double range = mapping.value(codes.max) - mapping.value(codes.min);
   if (!(range > 0)) return value;
   // Through text: a multiple of a power of ten as a product has digits that nobody wants to see.
   const int decimals = 2 - static_cast<int>(std::floor(std::log10(range)));
@@ -42,14 +42,33 @@ double round_isovalue(double value, const StoreInfo& info) {
   return std::atof(text);
 }
 
-Json bins(const StoreInfo& info, const CodeBins& bins, const std::vector<uint64_t>& counts) {
+ValueHistogram histogram_of(const ValueMapping& mapping, const CodeBins& bins,
+                            std::vector<uint64_t> counts) {
   // Bins are of codes: the first begins half a code below the least, as the last ends above.
-  return {{"low", info.mapping.value(bins.first - 0.5)},
-          {"high", info.mapping.value(bins.first + double{1} * bins.width * bins.count - 0.5)},
-          {"counts", counts}};
+  return {mapping.value(bins.first - 0.5),
+          mapping.value(bins.first + double{1} * bins.width * bins.count - 0.5), std::move(counts)};
+}
+
+Json to_json(const ValueHistogram& histogram) {
+  return {{"low", histogram.low}, {"high", histogram.high}, {"counts", histogram.counts}};
 }
 
 }  // namespace
+
+ValueHistogram value_histogram(const ValueMapping& mapping, const VolumeStatistics& statistics) {
+  const CodeBins bins = CodeBins::over(statistics.range(), kBins);
+  return histogram_of(mapping, bins, statistics.histogram(bins));
+}
+
+std::vector<double> suggested_isovalues(const ValueMapping& mapping,
+                                        const VolumeStatistics& statistics) {
+  const CellInterval codes = statistics.range();
+  std::vector<double> isovalues = statistics.suggest(codes, kMaxSuggestions);
+  for (double& isovalue : isovalues) {
+    isovalue = round_isovalue(mapping.value(isovalue), mapping, codes);
+  }
+  return isovalues;
+}
 
 size_t metadata_limit(const VolumeHeader& header, const BuildOptions& options) {
   const Index3 n = header.grid.voxels;
@@ -63,19 +82,15 @@ size_t metadata_limit(const VolumeHeader& header, const BuildOptions& options) {
 
 std::string metadata_json(const VolumeHeader& header, const BuildOptions& options,
                           const StoreInfo& info, const VolumeStatistics& statistics) {
-  const CodeBins code_bins = CodeBins::over(info.range, kBins);
+  const CodeBins bins = CodeBins::over(info.range, kBins);
   Json json;
   json["name"] = clean(header.name);
   json["title"] = clean(options.title.empty() ? header.name : options.title);
   json["source"] = {{"format", clean(header.format)}, {"type", voxel_type_name(header.type)}};
   if (!options.value_units.empty()) json["units"] = clean(options.value_units);
-  Json suggested = Json::array();
-  for (const double isocode : statistics.suggest(info.range, kMaxSuggestions)) {
-    suggested.push_back(round_isovalue(info.mapping.value(isocode), info));
-  }
-  json["suggested_isovalues"] = std::move(suggested);
-  json["histogram"] = bins(info, code_bins, statistics.histogram(code_bins));
-  json["active_cells"] = bins(info, code_bins, statistics.active_cells(code_bins));
+  json["suggested_isovalues"] = suggested_isovalues(info.mapping, statistics);
+  json["histogram"] = to_json(value_histogram(info.mapping, statistics));
+  json["active_cells"] = to_json(histogram_of(info.mapping, bins, statistics.active_cells(bins)));
   std::string text = json.dump(-1, ' ', true);
   const size_t limit = metadata_limit(header, options);
   for (const char* expendable : {"active_cells", "histogram", "units", "title"}) {

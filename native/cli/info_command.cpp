@@ -2,13 +2,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "native/build/metadata.h"
+#include "native/build/survey.h"
 #include "native/cli/building.h"
 #include "native/cli/chunk_report.h"
 #include "native/cli/command.h"
 #include "native/cli/histogram_text.h"
 #include "native/cli/options.h"
 #include "native/cli/terminal.h"
-#include "native/cli/volume_scan.h"
 
 namespace isosplat::cli {
 namespace {
@@ -74,6 +75,17 @@ void print_levels(const VolumeGrid& grid) {
   print_line("levels", fmt::format("{} with {} blocks", levels, with_commas(blocks)));
 }
 
+void print_suggested(const std::vector<double>& isovalues) {
+  if (isovalues.empty()) return;
+  std::string text;
+  for (const double isovalue : isovalues) text += fmt::format("{:.6g}  ", isovalue);
+  print_line("try isovalues", text);
+}
+
+void print_histogram(double low, double high, const std::vector<double>& counts) {
+  fmt::print("histogram (bars are logarithmic)\n{}", histogram_text(low, high, counts, 16));
+}
+
 // Volumes -----------------------------------------------------------------------------------------
 
 int run_volume(const InfoCall& call) {
@@ -83,8 +95,11 @@ int run_volume(const InfoCall& call) {
   if (!opened) return report(opened.error());
   const VolumeHeader& header = opened->source->header();
   if (call.chunks) note("--chunks is for stores: this is a volume");
-  const auto scan = scan_volume(*opened->source);
-  if (!scan) return report(scan.error());
+  const auto survey = survey_volume(*opened->source);
+  if (!survey) return report(survey.error());
+  const ValueRange& range = survey->range;
+  const auto suggested = suggested_isovalues(survey->mapping, survey->statistics);
+  const ValueHistogram histogram = value_histogram(survey->mapping, survey->statistics);
   const VolumeGrid& grid = header.grid;
   const uint64_t bytes = static_cast<uint64_t>(grid.voxels.x) *
                          static_cast<uint64_t>(grid.voxels.y) *
@@ -94,9 +109,11 @@ int run_volume(const InfoCall& call) {
                  {"format", header.format}, {"type", voxel_type_name(header.type)},
                  {"bytes", bytes},          {"residentBytes", opened->source->resident_bytes()}};
     json.update(grid_json(grid));
-    json["range"] = {scan->low, scan->high};
-    json["nonFinite"] = scan->non_finite;
-    json["histogram"] = {{"low", scan->low}, {"high", scan->high}, {"counts", scan->histogram}};
+    json["range"] = {range.min, range.max};
+    json["nonFinite"] = range.missing;
+    json["suggestedIsovalues"] = suggested;
+    json["histogram"] = {
+        {"low", histogram.low}, {"high", histogram.high}, {"counts", histogram.counts}};
     json["notes"] = opened->notes;
     fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
     return kSuccess;
@@ -105,14 +122,15 @@ int run_volume(const InfoCall& call) {
   print_line("volume", fmt::format("{} ({})", header.name, header.format));
   print_grid(grid);
   print_line("type", fmt::format("{}, {}", voxel_type_name(header.type), in_bytes(bytes)));
-  print_line("range", fmt::format("{:.8g} to {:.8g}", scan->low, scan->high));
-  print_line("non-finite", with_commas(scan->non_finite) + " voxels");
+  print_line("range", fmt::format("{:.8g} to {:.8g}", range.min, range.max));
+  print_line("non-finite", with_commas(range.missing) + " voxels");
   print_levels(grid);
   const uint64_t resident = opened->source->resident_bytes();
   print_line("memory", resident == 0 ? "streamed: never held whole"
                                      : in_bytes(resident) + ": can only be read whole");
-  fmt::print("histogram (bars are logarithmic)\n{}",
-             histogram_text(scan->low, scan->high, scan->histogram, 16));
+  print_suggested(suggested);
+  print_histogram(histogram.low, histogram.high,
+                  {histogram.counts.begin(), histogram.counts.end()});
   return kSuccess;
 }
 
@@ -259,17 +277,11 @@ int run_store(const InfoCall& call) {
   print_line("size", fmt::format("{} ({:.2f} bytes per voxel)", in_bytes(info.file_bytes),
                                  static_cast<double>(info.file_bytes) /
                                      (static_cast<double>(n.x) * n.y * n.z)));
-  if (!suggested.empty()) {
-    std::string text;
-    for (const double isovalue : suggested) text += fmt::format("{:.6g}  ", isovalue);
-    print_line("try isovalues", text);
-  }
+  print_suggested(suggested);
   const Json histogram = member(metadata, "histogram");
   const auto counts = numbers_at(histogram, "counts");
   if (!counts.empty()) {
-    fmt::print("histogram (bars are logarithmic)\n{}",
-               histogram_text(number_at(histogram, "low", low), number_at(histogram, "high", high),
-                              counts, 16));
+    print_histogram(number_at(histogram, "low", low), number_at(histogram, "high", high), counts);
   }
   if (chunks) print_chunks(*chunks);
   return kSuccess;

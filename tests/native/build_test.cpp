@@ -2,9 +2,12 @@
 
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "native/build/array_source.h"
+#include "native/build/metadata.h"
+#include "native/build/survey.h"
 #include "native/build/value_codes.h"
 #include "shared/codec/chunk_codec.h"
 #include "tests/native/brute_force.h"
@@ -173,6 +176,31 @@ TEST(Build, IsTheSameWhateverTheThreadsAndTheMemory) {
       ASSERT_TRUE(report) << report.error().message;
       EXPECT_EQ(report->uses_temporary_files, memory != uint64_t{1} << 32);
       EXPECT_TRUE(sink.bytes == *expected);
+    }
+  }
+}
+
+TEST(Survey, SuggestsWhatTheBuildDoes) {
+  const Index3 n{70, 80, 150};
+  auto voxels = random_volume<float>(n, 2);
+  voxels[5000] = std::nanf("");
+  const auto store = build_store_bytes<float>(grid_of(n), voxels);
+  ASSERT_TRUE(store) << store.error().message;
+  const auto metadata = nlohmann::json::parse(StoreReader::open(*store)->info().metadata);
+  ArraySource<float> source(grid_of(n), voxels);
+  for (const size_t layer_bytes : {size_t{256} << 20, size_t{1}}) {
+    const auto survey = survey_volume(source, layer_bytes);
+    ASSERT_TRUE(survey) << survey.error().message;
+    EXPECT_EQ(survey->range.missing, 1u);
+    const auto histogram = value_histogram(survey->mapping, survey->statistics);
+    EXPECT_EQ(metadata["histogram"]["low"], histogram.low);
+    EXPECT_EQ(metadata["histogram"]["counts"], histogram.counts);
+    const auto suggested = suggested_isovalues(survey->mapping, survey->statistics);
+    EXPECT_FALSE(suggested.empty());
+    // Thin layers take other cells as a sample of all.
+    ASSERT_EQ(metadata["suggested_isovalues"].size(), suggested.size());
+    if (layer_bytes > 1) {
+      EXPECT_EQ(metadata["suggested_isovalues"], suggested);
     }
   }
 }

@@ -204,6 +204,8 @@ TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
   EXPECT_EQ(of_volume["kind"], "volume");
   EXPECT_EQ(of_volume["range"], json["range"]);
   EXPECT_EQ(of_volume["spacing"], (nlohmann::json{1.0, 1.0, 2.0}));
+  EXPECT_EQ(of_volume["suggestedIsovalues"], json["metadata"]["suggested_isovalues"]);
+  EXPECT_EQ(of_volume["histogram"], json["metadata"]["histogram"]);
 
   for (const bool exact : {false, true}) {
     const std::string ply = folder / "ball.ply";
