@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "native/import/formats.h"
+
 namespace isosplat {
 namespace {
 
@@ -59,9 +61,34 @@ class ArraySource : public VolumeSource {
 
 }  // namespace
 
-Result<std::unique_ptr<VolumeSource>> make_array_source(ArrayVolume volume,
-                                                        std::unique_ptr<ByteReader> reader,
-                                                        std::vector<std::string>& notes) {
+ArrayVolume make_array(std::string format, const std::filesystem::path& path,
+                       std::span<const int64_t> sizes, const HeaderGeometry& geometry,
+                       const ImportOptions& options) {
+  ArrayVolume array;
+  array.format = std::move(format);
+  array.name = volume_name(path);
+  array.path = path.string();
+  array.voxels = {sizes[0], sizes[1], sizes[2]};
+  array.geometry = geometry;
+  if (options.spacing) array.geometry.spacing = *options.spacing;
+  return array;
+}
+
+Result<ArrayVolume> make_array(std::string format, const std::filesystem::path& path,
+                               const ItkHeader& header, std::string_view type,
+                               const ImportOptions& options) {
+  if (header.components != 1) return not_scalar(path, header.components);
+  if (!header.has_known_type) return unknown_type(path, type);
+  const auto step = choose_time_step(path, header.sizes, options);
+  if (!step) return tl::unexpected(step.error());
+  ArrayVolume array = make_array(std::move(format), path, header.sizes, header.geometry, options);
+  array.stored.type = header.type;
+  array.time_step = *step;
+  return array;
+}
+
+Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> reader,
+                              std::vector<std::string> notes) {
   auto orientation = orient(volume.voxels, volume.geometry);
   if (!orientation) {
     return fail(orientation.error().status, volume.path + ": " + orientation.error().message);
@@ -83,8 +110,17 @@ Result<std::unique_ptr<VolumeSource>> make_array_source(ArrayVolume volume,
                     stored_bytes(volume.stored.type), volume.plain ? "" : "at most ", found));
   }
   for (std::string& note : orientation->notes) notes.push_back(std::move(note));
-  return std::make_unique<ArraySource>(std::move(volume), std::move(*orientation),
-                                       std::move(reader));
+  return OpenVolume{
+      std::make_unique<ArraySource>(std::move(volume), std::move(*orientation), std::move(reader)),
+      std::move(notes)};
+}
+
+uint64_t offset_from_end(uint64_t file_bytes, std::span<const int64_t> sizes, size_t voxel_bytes) {
+  uint64_t bytes = voxel_bytes;
+  for (const int64_t size : sizes) {
+    if (__builtin_mul_overflow(bytes, static_cast<uint64_t>(size), &bytes)) return file_bytes;
+  }
+  return bytes <= file_bytes ? file_bytes - bytes : file_bytes;
 }
 
 void reverse_rows(std::span<std::byte> slice, size_t row_bytes) {

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "native/import/byte_reader.h"
+#include "native/import/itk_reader.h"
+#include "native/import/open_volume.h"
 #include "native/import/orientation.h"
 #include "native/import/stored_voxels.h"
 
@@ -23,11 +25,27 @@ struct ArrayVolume {
   bool plain = true;        ///< the reader's size is exact, and says how many voxels there are
 };
 
-/// A source that reads the array slice by slice and holds nothing. Adds to `notes` what a person
-/// should know. Errors: those of orient, and truncated where the reader cannot have all voxels.
-Result<std::unique_ptr<VolumeSource>> make_array_source(ArrayVolume volume,
-                                                        std::unique_ptr<ByteReader> reader,
-                                                        std::vector<std::string>& notes);
+/// An array with the file's name and path, and what options say of it; how its voxels are stored,
+/// and where, is still to be filled in. `sizes`: at least three, fastest first.
+ArrayVolume make_array(std::string format, const std::filesystem::path& path,
+                       std::span<const int64_t> sizes, const HeaderGeometry& geometry,
+                       const ImportOptions& options);
+
+/// The array of a file whose header ITK has read; byte order and offset are still to be filled in.
+/// `type`: as the header names it, for messages. Errors: unsupported_type, and those of
+/// choose_time_step.
+Result<ArrayVolume> make_array(std::string format, const std::filesystem::path& path,
+                               const ItkHeader& header, std::string_view type,
+                               const ImportOptions& options);
+
+/// Opens an array as a source that reads it slice by slice and holds nothing. `notes`: what a
+/// person should know so far. Errors: those of orient, and truncated where the reader cannot have
+/// all voxels.
+Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> reader,
+                              std::vector<std::string> notes = {});
+
+/// Where an array begins that ends with the file; the file's end where it cannot.
+uint64_t offset_from_end(uint64_t file_bytes, std::span<const int64_t> sizes, size_t voxel_bytes);
 
 /// Reverses the order of the rows of one slice. `row_bytes` divides slice.size().
 void reverse_rows(std::span<std::byte> slice, size_t row_bytes);

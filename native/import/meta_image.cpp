@@ -86,46 +86,24 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
   if (several_files || text) {
     return open_whole(ItkFormat::meta_image, info, "MetaImage", path, options, several_files);
   }
-  if (info.components != 1) return not_scalar(path, info.components);
-  if (!info.has_known_type) return unknown_type(path, header->field("ElementType"));
-  const auto step = choose_time_step(path, info.sizes, options);
-  if (!step) return tl::unexpected(step.error());
-
-  OpenVolume volume;
-  ArrayVolume array;
-  array.format = "MetaImage";
-  array.name = volume_name(path);
-  array.path = path.string();
-  array.voxels = {info.sizes[0], info.sizes[1], info.sizes[2]};
-  array.geometry = info.geometry;
-  if (options.spacing) array.geometry.spacing = *options.spacing;
-  array.stored.type = info.type;
-  array.stored.big_endian =
+  auto array = make_array("MetaImage", path, info, header->field("ElementType"), options);
+  if (!array) return tl::unexpected(array.error());
+  array->stored.big_endian =
       header->is_true("BinaryDataByteOrderMSB") || header->is_true("ElementByteOrderMSB");
-  array.time_step = *step;
   const bool deflated = header->is_true("CompressedData");
-  array.plain = !deflated;
+  array->plain = !deflated;
   const uint64_t start = local ? header->data_offset : 0;
   auto bytes = deflated ? open_deflated(data, start) : open_plain(data);
   if (!bytes) return tl::unexpected(bytes.error());
   const int64_t skip = whole_number(header->field("HeaderSize")).value_or(0);
   if (!deflated) {
-    array.offset = start;
-    if (skip > 0) array.offset = static_cast<uint64_t>(skip);
-    if (skip == -1) {  // the voxels are at the end of the file
-      uint64_t all = stored_bytes(info.type);
-      bool fits = true;
-      for (const int64_t size : info.sizes) {
-        fits = fits && !__builtin_mul_overflow(all, static_cast<uint64_t>(size), &all);
-      }
-      const uint64_t file = (*bytes)->size_limit();
-      array.offset = fits && all <= file ? file - all : file;
+    array->offset = start;
+    if (skip > 0) array->offset = static_cast<uint64_t>(skip);
+    if (skip == -1) {
+      array->offset = offset_from_end((*bytes)->size_limit(), info.sizes, stored_bytes(info.type));
     }
   }
-  auto source = make_array_source(std::move(array), std::move(*bytes), volume.notes);
-  if (!source) return tl::unexpected(source.error());
-  volume.source = std::move(*source);
-  return volume;
+  return open_array(std::move(*array), std::move(*bytes));
 }
 
 }  // namespace isosplat

@@ -139,14 +139,7 @@ Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOpt
     return tl::unexpected(itk_header.error());
   }
 
-  OpenVolume volume;
-  ArrayVolume array;
-  array.format = "NIfTI";
-  array.name = volume_name(path);
-  array.path = path.string();
-  array.voxels = {sizes[0], sizes[1], sizes[2]};
-  array.geometry = geometry;
-  if (options.spacing) array.geometry.spacing = *options.spacing;
+  ArrayVolume array = make_array("NIfTI", path, sizes, geometry, options);
   array.stored.type = *type;
   array.stored.big_endian = fields.big_endian();
   const auto slope = static_cast<double>(fields.get<float>(112));
@@ -165,10 +158,7 @@ Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOpt
   array.offset = static_cast<uint64_t>(offset);
   array.time_step = *step;
   array.plain = !deflated;
-  auto source = make_array_source(std::move(array), std::move(*bytes), volume.notes);
-  if (!source) return tl::unexpected(source.error());
-  volume.source = std::move(*source);
-  return volume;
+  return open_array(std::move(array), std::move(*bytes));
 }
 
 }  // namespace isosplat

@@ -209,7 +209,7 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
   const std::string encoding = lower_case(header->field("encoding"));
   bool deflated = encoding == "gzip" || encoding == "gz";
   const bool raw = encoding == "raw";
-  OpenVolume volume;
+  std::vector<std::string> notes;
   if (encoding == "bzip2" || encoding == "bz2") {
     return fail(Status::unsupported_format,
                 fmt::format("{}: bzip2-compressed NRRD is not read: save it with encoding gzip or "
@@ -223,18 +223,12 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
     if (!whole) return tl::unexpected(whole.error());
     return open_whole(ItkFormat::nrrd, *whole, "NRRD", path, options, several_files);
   }
-  auto data = find_data_file(path, *header, deflated, volume.notes);
+  auto data = find_data_file(path, *header, deflated, notes);
   if (!data) return tl::unexpected(data.error());
   const auto geometry = read_geometry(path, *header);
   if (!geometry) return tl::unexpected(geometry.error());
 
-  ArrayVolume array;
-  array.format = "NRRD";
-  array.name = volume_name(path);
-  array.path = path.string();
-  array.voxels = {(*sizes)[0], (*sizes)[1], (*sizes)[2]};
-  array.geometry = *geometry;
-  if (options.spacing) array.geometry.spacing = *options.spacing;
+  ArrayVolume array = make_array("NRRD", path, *sizes, *geometry, options);
   array.stored.type = *type;
   const std::string endian = lower_case(header->field("endian"));
   if (stored_bytes(*type) > 1 && endian != "little" && endian != "big") {
@@ -249,25 +243,16 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
   if (!start) return tl::unexpected(start.error());
   auto bytes = deflated ? open_deflated(data->path, *start) : open_plain(data->path);
   if (!bytes) return tl::unexpected(bytes.error());
-  const uint64_t voxel = stored_bytes(*type);
   array.offset = deflated ? 0 : *start;
   if (skip >= 0) {
     array.offset += static_cast<uint64_t>(skip);
   } else if (skip == -1 && !deflated) {  // −1: the data is at the end of the file
-    uint64_t all = voxel;
-    for (const int64_t size : *sizes) {
-      if (size > 0 && __builtin_mul_overflow(all, static_cast<uint64_t>(size), &all)) break;
-    }
-    const uint64_t file = (*bytes)->size_limit();
-    array.offset = all <= file ? file - all : file;
+    array.offset = offset_from_end((*bytes)->size_limit(), *sizes, stored_bytes(*type));
   } else {
     return bad(path, fmt::format("byte skip {} is not possible here", skip));
   }
   array.time_step = *step;
-  auto source = make_array_source(std::move(array), std::move(*bytes), volume.notes);
-  if (!source) return tl::unexpected(source.error());
-  volume.source = std::move(*source);
-  return volume;
+  return open_array(std::move(array), std::move(*bytes), std::move(notes));
 }
 
 }  // namespace isosplat

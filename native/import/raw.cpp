@@ -68,7 +68,7 @@ bool raw_name_is_complete(const std::filesystem::path& path) {
 }
 
 Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptions& options) {
-  OpenVolume volume;
+  std::vector<std::string> notes;
   const auto named = layout_in_name(path);
   if ((!options.dims && !named) || (!options.type && !named)) {
     return fail(Status::invalid_argument,
@@ -81,18 +81,14 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
         Status::invalid_argument,
         fmt::format("{}: raw files have no time steps: give --skip-bytes instead", path.string()));
   }
-  ArrayVolume array;
-  array.voxels = options.dims ? *options.dims : named->dims;
+  const auto shape = options.dims ? *options.dims : named->dims;
   const VoxelType type = options.type ? *options.type : named->type;
   if (!options.dims || !options.type) {
-    volume.notes.push_back(fmt::format("dims {}x{}x{} and type {} are taken from the file's name",
-                                       array.voxels.x, array.voxels.y, array.voxels.z,
-                                       voxel_type_name(type)));
+    notes.push_back(fmt::format("dims {}x{}x{} and type {} are taken from the file's name", shape.x,
+                                shape.y, shape.z, voxel_type_name(type)));
   }
-  array.format = "raw";
-  array.name = volume_name(path);
-  array.path = path.string();
-  if (options.spacing) array.geometry.spacing = *options.spacing;
+  ArrayVolume array =
+      make_array("raw", path, std::array{shape.x, shape.y, shape.z}, HeaderGeometry{}, options);
   array.stored.type = stored_type(type);
   array.stored.big_endian = options.big_endian;
   array.offset = options.skip_bytes;
@@ -102,7 +98,6 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
 
   // Nothing else tells whether dims and type are right: the size has to match exactly.
   const uint64_t found = (*bytes)->size_limit();
-  const auto shape = array.voxels;
   if (array.plain && shape.x > 0 && shape.y > 0 && shape.z > 0 && shape.x <= kMaxVoxelsPerAxis &&
       shape.y <= kMaxVoxelsPerAxis && shape.z <= kMaxVoxelsPerAxis) {
     const uint64_t expected = volume_bytes(shape, voxel_bytes(type));
@@ -121,10 +116,7 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
                               voxel_type_name(type), array.offset, found, hint));
     }
   }
-  auto source = make_array_source(std::move(array), std::move(*bytes), volume.notes);
-  if (!source) return tl::unexpected(source.error());
-  volume.source = std::move(*source);
-  return volume;
+  return open_array(std::move(array), std::move(*bytes), std::move(notes));
 }
 
 }  // namespace isosplat

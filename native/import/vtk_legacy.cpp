@@ -61,28 +61,13 @@ Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
   if (!itk_header) return tl::unexpected(itk_header.error());
   const ItkHeader& info = *itk_header;
   if (!layout.binary_offset) return open_whole(ItkFormat::vtk, info, "VTK", path, options);
-  if (info.components != 1) return not_scalar(path, info.components);
-  if (!info.has_known_type) return unknown_type(path, "unknown");
-  const auto step = choose_time_step(path, info.sizes, options);
-  if (!step) return tl::unexpected(step.error());
-
-  OpenVolume volume;
-  ArrayVolume array;
-  array.format = "VTK";
-  array.name = volume_name(path);
-  array.path = path.string();
-  array.voxels = {info.sizes[0], info.sizes[1], info.sizes[2]};
-  array.geometry = info.geometry;
-  if (options.spacing) array.geometry.spacing = *options.spacing;
-  array.stored.type = info.type;
-  array.stored.big_endian = true;
-  array.offset = *layout.binary_offset;
+  auto array = make_array("VTK", path, info, "unknown", options);
+  if (!array) return tl::unexpected(array.error());
+  array->stored.big_endian = true;
+  array->offset = *layout.binary_offset;
   auto bytes = open_plain(path);
   if (!bytes) return tl::unexpected(bytes.error());
-  auto source = make_array_source(std::move(array), std::move(*bytes), volume.notes);
-  if (!source) return tl::unexpected(source.error());
-  volume.source = std::move(*source);
-  return volume;
+  return open_array(std::move(*array), std::move(*bytes));
 }
 
 }  // namespace isosplat
