@@ -27,6 +27,9 @@ class BitWriter {
     held_ &= 7;
   }
 
+  /// Bits written so far.
+  size_t size() const { return 8 * size_ + held_; }
+
   /// Fills the last byte with zero bits, and appends all bytes to `out`.
   void finish(std::vector<std::byte>& out) {
     if (held_) put(0, 8 - held_);
@@ -40,8 +43,49 @@ class BitWriter {
   uint32_t held_ = 0;
 };
 
-/// Reads what BitWriter wrote. It does not check bounds: 8 bytes from the position must be
-/// readable, and the caller looks at bytes_read() often enough.
+/// Writes bits that follow a BitWriter's, the last ones first: in the order in which rANS encodes.
+class BackwardBitWriter {
+ public:
+  /// Starts anew, for exactly `bits` bits after `before` others.
+  void begin(size_t before, size_t bits) {
+    shared_ = before & 7;
+    const size_t all = shared_ + bits;
+    size_ = (all + 7) / 8;
+    if (bytes_.size() < kSlack + size_) bytes_.resize(kSlack + size_);
+    end_ = bytes_.data() + kSlack + size_;
+    hold_ = 0, held_ = static_cast<uint32_t>(-all & 7);
+    put(0, 0);
+  }
+
+  /// bits: 0 to 32, value < 2^bits.
+  void put(uint32_t value, uint32_t bits) {
+    hold_ = hold_ << bits | value;
+    held_ += bits;
+    const uint64_t aligned = hold_ << (63 - held_) << 1;
+    std::memcpy(end_ - sizeof aligned, &aligned, sizeof aligned);
+    end_ -= held_ >> 3;
+    held_ &= 7;
+  }
+
+  /// Appends all bytes to `out`, whose last one has the bits before the first, if they end in it.
+  void finish(std::vector<std::byte>& out) const {
+    auto first = bytes_.begin() + kSlack;
+    const auto last = first + static_cast<ptrdiff_t>(size_);
+    if (shared_ > 0) out.back() |= *first++;
+    out.insert(out.end(), first, last);
+  }
+
+ private:
+  static constexpr size_t kSlack = 8;  ///< before the first byte: whole words are written
+  std::vector<std::byte> bytes_;
+  size_t size_ = 0, shared_ = 0;
+  std::byte* end_ = nullptr;  ///< what is here and beyond is written
+  uint64_t hold_ = 0;
+  uint32_t held_ = 0;
+};
+
+/// Reads what BitWriter and BackwardBitWriter wrote. It does not check bounds: 8 bytes from the
+/// position must be readable, and the caller looks at bytes_read() often enough.
 class BitReader {
  public:
   explicit BitReader(const uint8_t* begin) : begin_(begin) {}

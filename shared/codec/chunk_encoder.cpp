@@ -17,13 +17,20 @@ constexpr uint32_t kMergeBelow[] = {64, 160, 400, 1000};
 /// A header has fewer bits than this.
 constexpr size_t kMostHeaderBits = 16384;
 
+constexpr uint32_t kQuadBits = 12;
+static_assert(kQuadTotal == 1u << kQuadBits);
+
+/// A quad for each 2×2 cells, and fewer for the bricks.
+constexpr size_t kMostQuads = kBlockCells * kBlockCells * kBlockCells / 2;
+
+/// Collects the mask's symbols, which are encoded last.
 struct MaskEncoder {
   static constexpr bool kDecodes = false;
   const RansSymbol (*symbols)[16];
-  RansEncoder& rans;
+  const RansSymbol** to;
 
   uint32_t quad(uint32_t context, uint32_t value) {
-    rans.put(symbols[context][value]);
+    *to++ = &symbols[context][value];
     return value;
   }
   bool good() const { return true; }
@@ -33,6 +40,7 @@ struct MaskEncoder {
 
 struct ChunkEncoder::Scratch {
   RansSymbol quad_symbols[256][16];
+  const RansSymbol* mask_symbols[kMostQuads];
 
   CellMask mask;
   const PointPlane nothing = {};  // stands for the plane before the first
@@ -42,14 +50,14 @@ struct ChunkEncoder::Scratch {
   Energies energies;
   PlanePoints points;
   // Of `points`:
-  int32_t tap_sum[PlanePoints::kMost];
-  int16_t value[PlanePoints::kMost];
+  int32_t tap_sum[PlanePoints::kMost + PlanePoints::kSlack];
+  int16_t value[PlanePoints::kMost + PlanePoints::kSlack];
   int16_t energy[PlanePoints::kMost];
-  uint32_t folded[PlanePoints::kMost];
   PredictorFit fit;
   ResidualEncoder residuals;
-  RansEncoder rans;
-  BitWriter bit_writer;
+  std::vector<uint16_t> words;
+  BitWriter header_bits;
+  BackwardBitWriter raw_bits;
 
   Scratch();
   uint32_t set_mask(const BlockView& block, uint32_t begin, uint32_t end);
@@ -61,6 +69,7 @@ struct ChunkEncoder::Scratch {
   void add_intervals(const BlockView& block, const ChunkHeader& header, int32_t z,
                      int32_t& interval_energy);
   void set_residuals(const BlockView& block, const ChunkHeader& header);
+  uint16_t* put_mask(RansEncoder rans, const RansSymbol* const* end) const;
   const PointPlane& before(int32_t z) const { return z > 0 ? planes[z - 1] : nothing; }
 };
 
@@ -69,7 +78,7 @@ ChunkEncoder::Scratch::Scratch() : rows{}, first_row{} {
   for (int context = 0; context < 256; ++context) {
     for (int quad = 0; quad < 16; ++quad) {
       quad_symbols[context][quad] =
-          RansSymbol(slots.start[context][quad], slots.frequency[context][quad], 12);
+          RansSymbol(slots.start[context][quad], slots.frequency[context][quad], kQuadBits);
     }
   }
 }
@@ -113,21 +122,15 @@ void ChunkEncoder::Scratch::set_values(const BlockView& block, uint32_t point_co
     for_each_row(cells, z, last, [&](int32_t y, const Neighbours& n) {
       fill_values(n, rows[z][y]);
       int16_t* const values = rows[z][y].value + kRowPad;
-      const Code* voxels = block.voxels + (size_t(z) * (cells.y + 1) + y) * (cells.x + 1);
+      const Code* codes = block.voxels + (size_t(z) * (cells.y + 1) + y) * (cells.x + 1);
       const PointMask points_here = planes[z].points[y];
-      for (int word = 0; word < 2; ++word) {
-        for (uint64_t bits = points_here.word[word]; bits; bits &= bits - 1) {
-          const int x = 64 * word + __builtin_ctzll(bits);
-          values[x] = static_cast<int16_t>(voxels[x] ^ 0x8000);
-          all |= voxels[x];
-        }
+      all |= VectorOps::set_points(points_here.word[0], codes, cells.x, values);
+      if (points_here.has(cells.x)) {
+        values[cells.x] = static_cast<int16_t>(codes[cells.x] ^ 0x8000);
+        all |= codes[cells.x];
       }
       pad_row(rows[z][y], cells.x);
-      if (const uint32_t in_row = points_here.count(); skip >= in_row) {
-        skip -= in_row;
-      } else {
-        sample_row(y, z, n, stride, skip);
-      }
+      sample_row(y, z, n, stride, skip);
     });
   }
   header.wide = all > 255;
@@ -141,13 +144,16 @@ void ChunkEncoder::Scratch::sample_row(int32_t y, int32_t z, const Neighbours& n
                                        uint32_t& skip) {
   const int16_t* values = rows[z][y].value + kRowPad;
   for (int word = 0; word < 2; ++word) {
-    const ClassBits classes = class_bits(planes[z], before(z), y, word);
-    for (uint64_t bits = planes[z].points[y].word[word]; bits; bits &= bits - 1) {
-      if (skip--) continue;
-      skip = stride - 1;
-      const int bit = __builtin_ctzll(bits), x = 64 * word + bit;
-      fit.add(class_at(classes.words, bit), taps_at(n, x), values + x);
+    const uint64_t here = planes[z].points[y].word[word];
+    const auto count = static_cast<uint32_t>(__builtin_popcountll(here));
+    if (skip < count) {
+      const ClassBits classes = class_bits(planes[z], before(z), y, word);
+      for (; skip < count; skip += stride) {
+        const int bit = nth_bit(here, skip), x = 64 * word + bit;
+        fit.add(class_at(classes.words, bit), taps_at(n, x), values + x);
+      }
     }
+    skip -= count;
   }
 }
 
@@ -179,8 +185,9 @@ void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const ChunkHea
       const CellInterval interval = header.shifted(intervals[x]);
       const int32_t below = range.min - interval.min, beyond = interval.max - range.max;
       const int32_t octave = interval_octave(range, interval_energy);
-      residuals.add(fold(below), residual_key(octave, kIntervalMin));
-      residuals.add(fold(beyond), residual_key(octave, kIntervalMax));
+      uint32_t* const entries = residuals.add(2);
+      entries[0] = ResidualEncoder::entry(fold(below), residual_key(octave, kIntervalMin));
+      entries[1] = ResidualEncoder::entry(fold(beyond), residual_key(octave, kIntervalMax));
       interval_energy = interval_energy_of(below, beyond);
     }
   }
@@ -197,30 +204,39 @@ void ChunkEncoder::Scratch::set_residuals(const BlockView& block, const ChunkHea
     points.set<VectorOps>(planes[z], before(z), energies, cells.y);
     for_each_row(cells, z, last, [&](int32_t y, const Neighbours& n) {
       const int16_t* const values = rows[z][y].value + kRowPad;
-      for (int32_t i = points.first[y]; i < points.first[y + 1]; ++i) {
-        const int32_t x = points.x[i];
-        const ClassWeights& weights = predictor.classes[points.point_class[i]];
-        tap_sum[i] = VectorOps::sum_taps(taps_at(n, x), weights.rows) +
-                     weights.left * values[x - 1] + weights.left2 * values[x - 2];
-        value[i] = values[x];
+      // By fours: what lies beyond the row's last point is overwritten, or not used.
+      for (int32_t i = points.first[y]; i < points.first[y + 1]; i += 4) {
+        const auto point = [&](int k) {
+          const int32_t x = points.x[i + k];
+          const ClassWeights& weights = predictor.classes[points.point_class[i + k]];
+          return WeightedTaps{taps_at(n, x), values + x - 2, weights.rows};
+        };
+        VectorOps::sum_four(point, tap_sum + i);
+        for (int k = 0; k < 4; ++k) value[i + k] = values[points.x[i + k]];
       }
     });
     // Apart from the sums, so that it becomes vector code.
     const int32_t in_plane = points.first[cells.y + 1];
+    uint32_t* const entries = residuals.add(static_cast<size_t>(in_plane));
     for (int32_t i = 0; i < in_plane; ++i) {
       const int32_t residual = value[i] - predictor.prediction(tap_sum[i]);
-      folded[i] = fold(residual);
+      entries[i] = ResidualEncoder::entry(fold(residual), points.key[i]);
       energy[i] = Energies::energy_of(residual);
     }
     for (int32_t y = 0; y <= cells.y; ++y) {
       for (int32_t i = points.first[y]; i < points.first[y + 1]; ++i) {
         energies.values[y + 1][points.x[i] + 1] = energy[i];
-        residuals.add(folded[i], points.key[i]);
       }
     }
     // The intervals of slice z − 1 come after the points of plane z.
     if (block.has_intervals && z > 0) add_intervals(block, header, z - 1, interval_energy);
   }
+}
+
+/// Encodes the mask's symbols up to `end`, and returns the end of the words.
+uint16_t* ChunkEncoder::Scratch::put_mask(RansEncoder rans, const RansSymbol* const* end) const {
+  while (end != mask_symbols) rans.put<kQuadBits>(**--end);
+  return rans.finish();
 }
 
 ChunkEncoder::ChunkEncoder() : scratch_(std::make_unique<Scratch>()) {}
@@ -240,12 +256,8 @@ uint32_t ChunkEncoder::encode(const BlockView& block, uint32_t slab_begin, uint3
   }
   const size_t most_residuals = point_count + (block.has_intervals ? 2 * size_t{count} : 0);
   s.residuals.begin(most_residuals);
-  // At most a quad for each of the 2×2 cells of the grid, and as many again for bricks.
-  s.rans.begin(most_residuals + kBlockCells * kBlockCells * kBlockCells / 2);
-  s.bit_writer.begin(kMostHeaderBits + most_residuals * 32);
-
   BrickMask bricks = bricks_of(s.mask, block.cells);
-  MaskEncoder mask_encoder{s.quad_symbols, s.rans};
+  MaskEncoder mask_encoder{s.quad_symbols, s.mask_symbols};
   code_mask(block.cells, bricks, s.mask, mask_encoder);
 
   ChunkHeader header;
@@ -254,12 +266,22 @@ uint32_t ChunkEncoder::encode(const BlockView& block, uint32_t slab_begin, uint3
   if (block.has_intervals) s.set_interval_shift(block, header);
   for (const uint32_t below : kMergeBelow) header.levels.merge += point_count < below;
   s.set_residuals(block, header);
-  s.residuals.choose_models(header);
+  const size_t raw_bits = s.residuals.choose_models(header);
 
-  write_header(header, block.has_intervals, s.bit_writer);
-  s.residuals.put(header, s.rans, s.bit_writer);
-  s.bit_writer.finish(out);
-  s.rans.finish(out);
+  s.header_bits.begin(kMostHeaderBits);
+  write_header(header, block.has_intervals, s.header_bits);
+  s.raw_bits.begin(s.header_bits.size(), raw_bits);
+  const auto most_symbols = most_residuals + static_cast<size_t>(mask_encoder.to - s.mask_symbols);
+  if (s.words.size() < most_symbols + 2 * kRansStates) {
+    s.words.resize(most_symbols + 2 * kRansStates);
+  }
+  RansEncoder rans(s.words.data());
+  s.residuals.put(header, rans, s.raw_bits);
+  s.header_bits.finish(out);
+  s.raw_bits.finish(out);
+  const uint16_t* const words_end = s.put_mask(rans, mask_encoder.to);
+  out.insert(out.end(), reinterpret_cast<const std::byte*>(s.words.data()),
+             reinterpret_cast<const std::byte*>(words_end));
   return count;
 }
 

@@ -32,6 +32,7 @@ struct PointMask {
   uint64_t word[2];
 
   bool any() const { return (word[0] | word[1]) != 0; }
+  bool has(int32_t x) const { return (word[x >> 6] >> (x & 63) & 1) != 0; }
   uint32_t count() const {
     return static_cast<uint32_t>(__builtin_popcountll(word[0])) + static_cast<uint32_t>(word[1]);
   }
@@ -231,6 +232,7 @@ inline constexpr int32_t kMaxWeight = 1023;
 
 struct alignas(16) ClassWeights {
   int16_t rows[16] = {};  ///< taps 0–11, each three followed by a zero
+  int16_t own[2] = {};    ///< taps 13 and 12, in the order of the row
   int32_t left = 0;
   int32_t left2 = 0;
 
@@ -238,6 +240,8 @@ struct alignas(16) ClassWeights {
     for (int i = 0; i < 12; ++i) rows[i / 3 * 4 + i % 3] = static_cast<int16_t>(taps[i]);
     left = taps[12];
     left2 = taps[13];
+    own[0] = static_cast<int16_t>(left2);
+    own[1] = static_cast<int16_t>(left);
   }
 };
 

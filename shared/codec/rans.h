@@ -15,76 +15,62 @@ inline constexpr int kRansStates = 4;
 inline constexpr uint32_t kRansLow = 1u << 16;
 
 /// A symbol that has `frequency` of the 2^scale_bits slots, from `start`, made ready to be encoded:
-/// x becomes x + addend + ⌊x / frequency⌋ · complement, and the quotient is a product's upper half.
+/// x becomes x + start + ⌊x / frequency⌋ · complement.
 struct RansSymbol {
-  uint64_t reciprocal;  ///< ⌈2^64 / frequency⌉: exact for every x < 2^32
-  uint64_t limit;       ///< a state from here on gives away a word first
-  uint32_t addend;
-  uint32_t complement;
+  /// ⌈2^(32 + scale_bits) / frequency⌉. A state x is below frequency · 2^(32 − scale_bits) where it
+  /// is divided: the product fits 64 bits, and its upper part is the exact quotient.
+  uint64_t reciprocal;
+  uint32_t limit;  ///< a state from here on gives away a word first
+  uint16_t start;
+  uint16_t complement;  ///< 2^scale_bits − frequency
 
   RansSymbol() = default;
-  /// frequency: 1 to 2^scale_bits; scale_bits ≤ 12.
-  RansSymbol(uint32_t start, uint32_t frequency, uint32_t scale_bits)
-      : reciprocal(~uint64_t{0} / frequency + 1),
-        limit(uint64_t{frequency} << (32 - scale_bits)),
-        addend(start),
-        complement((1u << scale_bits) - frequency) {
-    if (frequency > 1) return;
-    // 2^64 does not fit; one less makes the quotient x − 1, and the addend makes up for it.
-    reciprocal = ~uint64_t{0};
-    addend += complement;
-  }
+  /// frequency: at least 1, less than 2^scale_bits; scale_bits ≤ 12.
+  RansSymbol(uint32_t first_slot, uint32_t frequency, uint32_t scale_bits)
+      : reciprocal(((uint64_t{1} << (32 + scale_bits)) + frequency - 1) / frequency),
+        limit(frequency << (32 - scale_bits)),
+        start(static_cast<uint16_t>(first_slot)),
+        complement(static_cast<uint16_t>((1u << scale_bits) - frequency)) {}
 };
 
-/// Takes symbols in the order in which they will be decoded.
+/// rANS encodes backwards: takes the symbol first that will be decoded last. Made to live in
+/// registers: copy it into a local variable around a loop.
 class RansEncoder {
  public:
-  /// Starts anew, for at most so many symbols.
-  void begin(size_t most_symbols) {
-    if (symbols_.size() < most_symbols) {
-      symbols_.resize(most_symbols);
-      words_.resize(most_symbols + 2 * kRansStates);
-    }
-    count_ = 0;
+  /// Writes a word at most for each symbol, and 2 kRansStates at the end, from `to` on.
+  explicit RansEncoder(uint16_t* to) : to_(to) {}
+
+  template <uint32_t kScaleBits>
+  void put(const RansSymbol& symbol) {
+    uint32_t x = next_;
+    // Whether a word is due is close to random: arithmetic, not a branch.
+    const uint32_t due = x >= symbol.limit;
+    *to_ = static_cast<uint16_t>(x);
+    to_ += due;
+    x >>= due << 4;
+    const auto quotient = static_cast<uint32_t>(x * symbol.reciprocal >> (32 + kScaleBits));
+    x += symbol.start + quotient * symbol.complement;
+    next_ = second_;
+    second_ = third_;
+    third_ = fourth_;
+    fourth_ = x;
   }
 
-  /// The symbol must stay where it is until finish().
-  void put(const RansSymbol& symbol) { symbols_[count_++] = &symbol; }
-
-  /// Appends the words, the last one first, and the four states, state 0 last.
-  void finish(std::vector<std::byte>& out) {
-    // rANS encodes backwards, from the last symbol to the first.
-    uint16_t* to = words_.data();
-    const auto step = [&](uint32_t& x, const RansSymbol& symbol) {
-      // Whether a word is due is close to random: arithmetic, not a branch.
-      const uint32_t due = x >= symbol.limit;
-      *to = static_cast<uint16_t>(x);
-      to += due;
-      x >>= due << 4;
-      x += symbol.addend + upper_half(symbol.reciprocal, x) * symbol.complement;
-    };
-    uint32_t state[kRansStates] = {kRansLow, kRansLow, kRansLow, kRansLow};
-    size_t i = count_;
-    while (i % kRansStates) --i, step(state[i % kRansStates], *symbols_[i]);
-    while (i) {
-      for (size_t s = kRansStates; s-- > 0;) step(state[s], *symbols_[--i]);
+  /// Writes the four states, state 0 last, and returns the end of the words. They are stored in the
+  /// order in which they came.
+  uint16_t* finish() {
+    // Symbol 0, which was put last, left its state in fourth_; symbol 1's is in third_.
+    for (const uint32_t state : {next_, second_, third_, fourth_}) {
+      *to_++ = static_cast<uint16_t>(state);
+      *to_++ = static_cast<uint16_t>(state >> 16);
     }
-    for (size_t s = kRansStates; s-- > 0;) {
-      *to++ = static_cast<uint16_t>(state[s]);
-      *to++ = static_cast<uint16_t>(state[s] >> 16);
-    }
-    const auto* words = reinterpret_cast<const std::byte*>(words_.data());
-    out.insert(out.end(), words, reinterpret_cast<const std::byte*>(to));
+    return to_;
   }
 
  private:
-  static uint32_t upper_half(uint64_t a, uint32_t b) {
-    return static_cast<uint32_t>((((a & 0xffffffff) * b >> 32) + (a >> 32) * b) >> 32);
-  }
-
-  std::vector<const RansSymbol*> symbols_;
-  std::vector<uint16_t> words_;
-  size_t count_ = 0;
+  uint16_t* to_;
+  /// The states, in the order of their turns.
+  uint32_t next_ = kRansLow, second_ = kRansLow, third_ = kRansLow, fourth_ = kRansLow;
 };
 
 /// Does not check bounds: 2 bytes before position() must be readable for each symbol, and the

@@ -1,10 +1,15 @@
 #include "shared/codec/residual_encoder.h"
 
+#include <algorithm>
 #include <array>
+#include <cstring>
 #include <utility>
 
 namespace isosplat {
 namespace {
+
+constexpr uint32_t kTokenBits = 11;
+static_assert(kTokenTotal == 1u << kTokenBits);
 
 /// −log2(frequency / 2048) in 1/256 bit, by integers, so that it is the same everywhere.
 uint32_t cost_of(uint32_t frequency) {
@@ -16,10 +21,32 @@ uint32_t cost_of(uint32_t frequency) {
     x = root * root;
     if (x >= uint64_t{2} << 32) x >>= 1, log += bit;
   }
-  return 11 * 256 - log;
+  return kTokenBits * 256 - log;
+}
+
+/// The least folded residual of a bin.
+uint32_t least_of_bin(uint32_t bin) {
+  return bin < 16 ? bin : (8 + (bin & 7)) << ((bin >> 3) - 1);
 }
 
 }  // namespace
+
+uint32_t ResidualEncoder::bin_of(uint32_t folded) {
+  // A float's exponent and the three bits after it: vectors have that.
+  const auto number = static_cast<float>(static_cast<int32_t>(folded));
+  uint32_t bits;
+  std::memcpy(&bits, &number, sizeof bits);
+  const auto fine = static_cast<int32_t>(bits >> 20) - (((127 + 4) << 3) - 16);
+  return static_cast<uint32_t>(std::max(fine, std::min(static_cast<int32_t>(folded), 15)));
+}
+
+ResidualEncoder::BinTokens::BinTokens() {
+  for (uint32_t shift = 0; shift <= kMaxShift; ++shift) {
+    for (uint32_t bin = 0; bin < kBins; ++bin) {
+      token[shift][bin] = static_cast<uint8_t>(token_of(least_of_bin(bin) >> shift).token);
+    }
+  }
+}
 
 ResidualEncoder::ResidualEncoder() {
   for (int shape = 0; shape < kShapes; ++shape) {
@@ -27,7 +54,7 @@ ResidualEncoder::ResidualEncoder() {
     read_distribution(kTokenTable[shape], kTokens, kTokenTotal, frequencies);
     uint32_t start = 0;
     for (int token = 0; token < kTokens; ++token) {
-      symbol_[shape][token] = RansSymbol(start, frequencies[token], 11);
+      symbol_[shape][token] = RansSymbol(start, frequencies[token], kTokenBits);
       cost_[shape][token] = cost_of(frequencies[token]);
       start += frequencies[token];
     }
@@ -37,79 +64,118 @@ ResidualEncoder::ResidualEncoder() {
 void ResidualEncoder::begin(size_t most_residuals) {
   if (residuals_.size() < most_residuals) residuals_.resize(most_residuals);
   size_ = 0;
-  std::fill_n(count_, kKeys, 0);
-  std::fill_n(sum_, kKeys, 0);
 }
 
-void ResidualEncoder::choose_models(ChunkHeader& header) const {
-  const size_t few = size_ / 16;
-  size_t below = 0;
-  header.levels.base = 0;
-  for (; header.levels.base < 15; ++header.levels.base) {
-    for (int group = 0; group < kGroups; ++group) {
-      below += count_[residual_key(header.levels.base, group)];
+void ResidualEncoder::count_bins() {
+  std::memset(bins_, 0, sizeof bins_);
+  uint32_t* const counts = &bins_[0][0];
+  constexpr size_t kBatch = 512;
+  uint16_t at[kBatch];
+  for (size_t begin = 0; begin < size_; begin += kBatch) {
+    const size_t count = std::min(kBatch, size_ - begin);
+    const uint32_t* const entries = residuals_.data() + begin;
+    // Apart from the counting, so that it becomes vector code.
+    for (size_t i = 0; i < count; ++i) {
+      at[i] = static_cast<uint16_t>((entries[i] >> kFoldedBits) * kBins +
+                                    bin_of(entries[i] & kFoldedMask));
     }
-    if (below > few) break;
+    for (size_t i = 0; i < count; ++i) ++counts[at[i]];
   }
+}
 
-  std::array<uint32_t, kKeys> context_of;
-  std::array<uint64_t, kContexts> sum{};
-  std::array<uint32_t, kContexts> count{}, shift{};
-  for (int32_t key = 0; key < kKeys; ++key) {
-    const auto context = static_cast<uint32_t>(header.levels.context_of_key(key));
-    context_of[key] = context;
-    sum[context] += sum_[key];
-    count[context] += count_[key];
+ResidualEncoder::Choice ResidualEncoder::choose_model(const uint32_t* bins) const {
+  uint64_t count = 0, sum = 0;
+  for (uint32_t bin = 0; bin < kBins; ++bin) {
+    count += bins[bin];
+    sum += uint64_t{bins[bin]} * least_of_bin(bin);
   }
-  for (int c = 0; c < kContexts; ++c) {
-    // A mean of nine is where the broadest plain distribution ends.
-    while (shift[c] < kMaxShift && sum[c] > uint64_t{count[c]} * 9 << shift[c]) ++shift[c];
-  }
+  // A mean of nine is where the broadest plain distribution ends.
+  uint32_t middle = 0;
+  while (middle < kMaxShift && sum > count * 9 << middle) ++middle;
 
-  std::array<std::array<uint32_t, kTokens>, kContexts> histogram{};
-  for (size_t i = 0; i < size_; ++i) {
-    const uint32_t c = context_of[residuals_[i] >> kFoldedBits];
-    ++histogram[c][token_of((residuals_[i] & kFoldedMask) >> shift[c]).token];
-  }
-  for (int c = 0; c < kContexts; ++c) {
-    header.model[c] = kNoModel;
-    uint64_t best = ~uint64_t{0};
-    for (uint32_t m = 0; m < kModels && count[c]; ++m) {
-      const Model model = model_of(m);
-      if (model.shift != shift[c]) continue;
-      uint64_t cost = 0;
-      for (int t = 0; t < kTokens; ++t) {
-        cost += uint64_t{histogram[c][t]} * cost_[model.shape][t];
+  Choice best{kNoModel, 0};
+  uint64_t best_cost = ~uint64_t{0};
+  for (uint32_t shift = std::max(middle, 1u) - 1; shift <= std::min(middle + 1, kMaxShift);
+       ++shift) {
+    std::array<uint32_t, kTokens> tokens{};
+    for (uint32_t bin = 0; bin < kBins; ++bin) tokens[bin_tokens_.token[shift][bin]] += bins[bin];
+    uint64_t raw_bits = count * shift;
+    for (uint32_t token = 16; token < kTokens; ++token) {
+      raw_bits += uint64_t{tokens[token]} * (token - 12);
+    }
+    const auto [first, end] = models_of_shift(shift);
+    for (uint32_t run = 0; run < kModels; run += kModelsPerRun) {
+      for (uint32_t m = run + first; m < run + end; ++m) {
+        const uint32_t* const costs = cost_[model_of(m).shape];
+        uint64_t cost = raw_bits << 8;
+        for (int token = 0; token < kTokens; ++token)
+          cost += uint64_t{tokens[token]} * costs[token];
+        if (cost < best_cost) best_cost = cost, best = {m, raw_bits};
       }
-      if (cost < best) best = cost, header.model[c] = static_cast<uint8_t>(m);
     }
   }
+  return best;
 }
 
-void ResidualEncoder::put(const ChunkHeader& header, RansEncoder& rans, BitWriter& bits) const {
+size_t ResidualEncoder::choose_models(ChunkHeader& header) {
+  count_bins();
+  std::array<size_t, kOctaves> octaves{};
+  for (int32_t key = 0; key < kKeys; ++key) {
+    for (const uint32_t count : bins_[key]) octaves[static_cast<size_t>(key % kOctaves)] += count;
+  }
+  // The lowest sixteenth of all residuals share a level.
+  header.levels.base = 0;
+  for (size_t below = octaves[0]; header.levels.base < 15 && below <= size_ / 16;) {
+    below += octaves[static_cast<size_t>(++header.levels.base)];
+  }
+
+  std::array<std::array<uint32_t, kBins>, kContexts> contexts{};
+  std::array<size_t, kContexts> used{};
+  for (int32_t key = 0; key < kKeys; ++key) {
+    if (octaves[static_cast<size_t>(key % kOctaves)] == 0) continue;
+    const auto c = static_cast<size_t>(header.levels.context_of_key(key));
+    for (uint32_t bin = 0; bin < kBins; ++bin) {
+      contexts[c][bin] += bins_[key][bin];
+      used[c] += bins_[key][bin];
+    }
+  }
+  size_t raw_bits = 0;
+  for (size_t c = 0; c < kContexts; ++c) {
+    header.model[c] = kNoModel;
+    if (used[c] == 0) continue;
+    const Choice choice = choose_model(contexts[c].data());
+    header.model[c] = static_cast<uint8_t>(choice.model);
+    raw_bits += choice.raw_bits;
+  }
+  return raw_bits;
+}
+
+void ResidualEncoder::put(const ChunkHeader& header, RansEncoder& rans,
+                          BackwardBitWriter& bits) const {
   struct KeyModel {
     const RansSymbol* symbols;
     uint32_t shift;
   };
   std::array<KeyModel, kKeys> models{};
   for (int32_t key = 0; key < kKeys; ++key) {
-    if (!count_[key]) continue;
-    const Model model = model_of(header.model[header.levels.context_of_key(key)]);
-    models[key] = {symbol_[model.shape], model.shift};
+    const uint8_t m = header.model[header.levels.context_of_key(key)];
+    if (m == kNoModel) continue;
+    const Model model = model_of(m);
+    models[static_cast<size_t>(key)] = {symbol_[model.shape], model.shift};
   }
   // Bytes may alias anything: only local variables stay in registers.
-  BitWriter local_bits = std::move(bits);
-  RansEncoder local_rans = std::move(rans);
-  for (size_t i = 0; i < size_; ++i) {
+  BackwardBitWriter local_bits = std::move(bits);
+  RansEncoder local_rans = rans;
+  for (size_t i = size_; i-- > 0;) {
     const KeyModel model = models[residuals_[i] >> kFoldedBits];
     const uint32_t folded = residuals_[i] & kFoldedMask;
     const Token token = token_of(folded >> model.shift);
-    local_rans.put(model.symbols[token.token]);
+    local_rans.put<kTokenBits>(model.symbols[token.token]);
     const uint32_t raw_bits = token.raw_bits + model.shift;
-    local_bits.put(folded & ((1u << raw_bits) - 1), raw_bits);
+    if (raw_bits > 0) local_bits.put(folded & ((1u << raw_bits) - 1), raw_bits);
   }
   bits = std::move(local_bits);
-  rans = std::move(local_rans);
+  rans = local_rans;
 }
 
 }  // namespace isosplat

@@ -19,31 +19,55 @@ class ResidualEncoder {
   /// Starts anew, for at most so many residuals.
   void begin(size_t most_residuals);
 
-  /// Residuals in coding order.
-  void add(uint32_t folded, int32_t key) {
-    residuals_[size_++] = folded | static_cast<uint32_t>(key) << kFoldedBits;
-    ++count_[key];
-    sum_[key] += folded;
+  /// Room for the next `count` residuals in coding order, to be filled with entry().
+  uint32_t* add(size_t count) {
+    uint32_t* const room = residuals_.data() + size_;
+    size_ += count;
+    return room;
   }
 
-  /// Sets where levels begin, and each context's model: the shift by the mean, the shape by its
-  /// cost. header.levels.merge is given.
-  void choose_models(ChunkHeader& header) const;
+  /// A folded residual and the residual_key() of its context.
+  static uint32_t entry(uint32_t folded, int32_t key) {
+    return folded | static_cast<uint32_t>(key) << kFoldedBits;
+  }
 
-  /// With the header that choose_models() has set.
-  void put(const ChunkHeader& header, RansEncoder& rans, BitWriter& bits) const;
+  /// Sets where levels begin, and each context's model: the cheapest of those with about the right
+  /// number of raw bits. header.levels.merge is given. Returns how many raw bits put() will write.
+  size_t choose_models(ChunkHeader& header);
+
+  /// Encodes backwards, from the last residual to the first, with the header that choose_models()
+  /// has set.
+  void put(const ChunkHeader& header, RansEncoder& rans, BackwardBitWriter& bits) const;
 
  private:
   static constexpr uint32_t kFoldedBits = 18;
   static constexpr uint32_t kFoldedMask = (1u << kFoldedBits) - 1;
 
+  /// Bins of folded residuals, as fine as any model's tokens: 0 to 15 are themselves, then come
+  /// eight for each power of two.
+  static constexpr uint32_t kBins = 128;
+  static uint32_t bin_of(uint32_t folded);
+
+  /// Of each model shift, the tokens that bins become.
+  struct BinTokens {
+    uint8_t token[kMaxShift + 1][kBins];
+    BinTokens();
+  };
+
+  struct Choice {
+    uint32_t model;
+    uint64_t raw_bits;
+  };
+  void count_bins();
+  Choice choose_model(const uint32_t* bins) const;
+
   RansSymbol symbol_[kShapes][kTokens];
   uint32_t cost_[kShapes][kTokens];  ///< in 1/256 bit
+  BinTokens bin_tokens_;
 
-  std::vector<uint32_t> residuals_;  ///< folded | key << kFoldedBits
+  std::vector<uint32_t> residuals_;  ///< entry()
   size_t size_ = 0;
-  uint32_t count_[kKeys];
-  uint64_t sum_[kKeys];  ///< of the folded residuals
+  uint32_t bins_[kKeys][kBins];  ///< residuals in each bin
 };
 
 }  // namespace isosplat

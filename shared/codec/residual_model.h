@@ -62,6 +62,16 @@ inline Model model_of(uint32_t model) {
           1 + (i - kPlainShapes) / kShiftedShapes};
 }
 
+/// The models of one run that have the shift: [first, end).
+struct ModelRange {
+  uint32_t first, end;
+};
+inline ModelRange models_of_shift(uint32_t shift) {
+  if (shift == 0) return {0, kPlainShapes};
+  const uint32_t first = kPlainShapes + (shift - 1) * kShiftedShapes;
+  return {first, first + kShiftedShapes};
+}
+
 /// A residual's context: its group and the level of its energy. Chunks of few cells merge levels.
 inline constexpr int32_t kLevels = 12;
 enum ContextGroup : int32_t {

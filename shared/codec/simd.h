@@ -8,7 +8,7 @@
 #include "shared/sampling/packed_sample.h"
 
 #if defined(__SSE4_1__)
-#include <smmintrin.h>
+#include <immintrin.h>
 #define ISOSPLAT_CODEC_SIMD 1
 #elif defined(__wasm_simd128__)
 #include <wasm_simd128.h>
@@ -46,6 +46,24 @@ inline uint32_t class_at(const uint64_t* words, int bit) {
   return point_class;
 }
 
+/// Where the n-th set bit of a word is, from n = 0 on; n is less than their number.
+inline int nth_bit(uint64_t word, uint32_t n) {
+#if defined(__BMI2__)
+  return __builtin_ctzll(_pdep_u64(uint64_t{1} << n, word));
+#else
+  while (n--) word &= word - 1;
+  return __builtin_ctzll(word);
+#endif
+}
+
+/// What the prediction of a point is summed from, and with which weights: four for each row of
+/// taps, in their order, the last of which are zero; then two for left[0] and left[1].
+struct WeightedTaps {
+  TapPointers taps;
+  const int16_t* left;  ///< its own row from x − 2 on
+  const int16_t* weights;
+};
+
 struct ScalarOps {
   /// How many of the 16 ascending starts are ≤ slot, less one. starts[0] is 0.
   static uint32_t find_quad(const uint16_t* starts, uint32_t slot) {
@@ -62,6 +80,29 @@ struct ScalarOps {
              taps.back_down[i] * weights[8 + i] + taps.back_up[i] * weights[12 + i];
     }
     return sum;
+  }
+
+  /// Sums of products of four points; `of(i)` returns the WeightedTaps of point i.
+  template <class F>
+  static void sum_four(F of, int32_t* sums) {
+    for (int i = 0; i < 4; ++i) {
+      const WeightedTaps point = of(i);
+      sums[i] = sum_taps(point.taps, point.weights) + point.left[0] * point.weights[16] +
+                point.left[1] * point.weights[17];
+    }
+  }
+
+  /// Sets those of a row's `count` values (at most 64) that bits of `points` are set for: to codes
+  /// less 32768. Returns the union of these codes' bits.
+  static uint32_t set_points(uint64_t points, const Code* codes, [[maybe_unused]] int32_t count,
+                             int16_t* values) {
+    uint32_t all = 0;
+    for (; points; points &= points - 1) {
+      const int x = __builtin_ctzll(points);
+      values[x] = static_cast<int16_t>(codes[x] ^ 0x8000);
+      all |= codes[x];
+    }
+    return all;
   }
 
   /// Lists the points of a row from their bits, ascending: of each its x, its class, and what
@@ -185,6 +226,22 @@ inline int32_t sum_lanes(V a) {
   const V pairs = _mm_add_epi32(a, _mm_shuffle_epi32(a, 0x4e));
   return _mm_cvtsi128_si32(_mm_add_epi32(pairs, _mm_shuffle_epi32(pairs, 0xb1)));
 }
+inline void store(void* p, V a) {
+  _mm_storeu_si128(static_cast<V*>(p), a);
+}
+inline V equal16(V a, V b) {
+  return _mm_cmpeq_epi16(a, b);
+}
+/// b where `set` is all ones, a where it is zero.
+inline V select(V a, V b, V set) {
+  return _mm_blendv_epi8(a, b, set);
+}
+/// The sums of each vector's four lanes.
+inline V sum_each(V a, V b, V c, V d) {
+  const V ab = _mm_add_epi32(_mm_unpacklo_epi32(a, b), _mm_unpackhi_epi32(a, b));
+  const V cd = _mm_add_epi32(_mm_unpacklo_epi32(c, d), _mm_unpackhi_epi32(c, d));
+  return _mm_add_epi32(_mm_unpacklo_epi64(ab, cd), _mm_unpackhi_epi64(ab, cd));
+}
 inline V load_half(const void* p) {
   return _mm_loadl_epi64(static_cast<const V*>(p));
 }
@@ -287,6 +344,22 @@ inline V add_lanes(V a) {
 inline int32_t sum_lanes(V a) {
   return wasm_i32x4_extract_lane(add_lanes(a), 0);
 }
+inline void store(void* p, V a) {
+  wasm_v128_store(p, a);
+}
+inline V equal16(V a, V b) {
+  return wasm_i16x8_eq(a, b);
+}
+inline V select(V a, V b, V set) {
+  return wasm_v128_bitselect(b, a, set);
+}
+inline V sum_each(V a, V b, V c, V d) {
+  const V ab =
+      wasm_i32x4_add(wasm_i32x4_shuffle(a, b, 0, 4, 1, 5), wasm_i32x4_shuffle(a, b, 2, 6, 3, 7));
+  const V cd =
+      wasm_i32x4_add(wasm_i32x4_shuffle(c, d, 0, 4, 1, 5), wasm_i32x4_shuffle(c, d, 2, 6, 3, 7));
+  return wasm_i32x4_add(wasm_i64x2_shuffle(ab, cd, 0, 2), wasm_i64x2_shuffle(ab, cd, 1, 3));
+}
 inline V load_half(const void* p) {
   return wasm_v128_load64_zero(p);
 }
@@ -341,6 +414,8 @@ alignas(16) inline constexpr uint8_t kByteOfBit[16] = {0, 0, 0, 0, 0, 0, 0, 0,
 alignas(16) inline constexpr uint8_t kBitOfByte[16] = {1, 2, 4, 8, 16, 32, 64, 128,
                                                        1, 2, 4, 8, 16, 32, 64, 128};
 
+alignas(16) inline constexpr uint16_t kBitOfLane[8] = {1, 2, 4, 8, 16, 32, 64, 128};
+
 struct VectorOps {
   static uint32_t find_quad(const uint16_t* starts, uint32_t slot) {
     using namespace simd;
@@ -355,6 +430,47 @@ struct VectorOps {
     const V far =
         multiply_add_pairs(load_two_halves(taps.back_down, taps.back_up), load(weights + 8));
     return sum_lanes(add32(near, far));
+  }
+
+  template <class F>
+  static void sum_four(F of, int32_t* sums) {
+    using namespace simd;
+    V rows[4];
+    int32_t left[4], left_weights[4];
+    for (int i = 0; i < 4; ++i) {
+      const WeightedTaps point = of(i);
+      const TapPointers& taps = point.taps;
+      const V near = multiply_add_pairs(load_two_halves(taps.up, taps.back), load(point.weights));
+      const V far = multiply_add_pairs(load_two_halves(taps.back_down, taps.back_up),
+                                       load(point.weights + 8));
+      rows[i] = add32(near, far);
+      std::memcpy(&left[i], point.left, 4);
+      std::memcpy(&left_weights[i], point.weights + 16, 4);
+    }
+    const V own = multiply_add_pairs(
+        set4(left[0], left[1], left[2], left[3]),
+        set4(left_weights[0], left_weights[1], left_weights[2], left_weights[3]));
+    store(sums, add32(own, sum_each(rows[0], rows[1], rows[2], rows[3])));
+  }
+
+  static uint32_t set_points(uint64_t points, const Code* codes, int32_t count, int16_t* values) {
+    using namespace simd;
+    const V bits = load(kBitOfLane), sign = splat16(0x8000);
+    V all = splat16(0);
+    int32_t x = 0;
+    for (; x + 8 <= count; x += 8) {
+      const V set = equal16(and_(splat16(static_cast<uint32_t>(points >> x & 255)), bits), bits);
+      const V code = and_(load(codes + x), set);
+      store(values + x, select(load(values + x), xor_(code, sign), set));
+      all = or_(all, code);
+    }
+    uint64_t halves[2];
+    store(halves, all);
+    uint64_t both = halves[0] | halves[1];
+    both |= both >> 32;
+    const auto here = static_cast<uint32_t>((both | both >> 16) & 0xffff);
+    if (x >= 64) return here;
+    return here | ScalarOps::set_points(points >> x, codes + x, count - x, values + x);
   }
 
   static int32_t list_points(uint64_t points, const uint64_t* class_words, const uint8_t* octaves,
@@ -388,9 +504,21 @@ struct VectorOps {
     static_assert(sizeof(CellInterval) == 4);
     // In each lane: the lesser half is max(min, begin), the upper min(max, end). An end of 65536
     // may count as 65535: a cell with min 65535 has no greater max.
-    const V low = splat32(begin), high = splat32(0xffff | std::min(end, 65535u) << 16);
+    const uint32_t least = begin, most = 0xffff | std::min(end, 65535u) << 16;
     uint64_t bits = 0;
     int32_t i = 0;
+#if defined(__AVX2__)
+    const __m256i low8 = _mm256_set1_epi32(static_cast<int32_t>(least));
+    const __m256i high8 = _mm256_set1_epi32(static_cast<int32_t>(most));
+    for (; i + 8 <= count; i += 8) {
+      const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(cells + i));
+      const __m256i clipped = _mm256_min_epu16(_mm256_max_epu16(all, low8), high8);
+      const __m256i active = _mm256_cmpgt_epi32(
+          _mm256_srli_epi32(clipped, 16), _mm256_and_si256(clipped, _mm256_set1_epi32(0xffff)));
+      bits |= static_cast<uint64_t>(_mm256_movemask_ps(_mm256_castsi256_ps(active))) << i;
+    }
+#endif
+    const V low = splat32(least), high = splat32(most);
     for (; i + 4 <= count; i += 4) {
       const V clipped = min_u16(max_u16(load(cells + i), low), high);
       const V active = greater_s32(high_halves(clipped), and_(clipped, splat32(0xffff)));
