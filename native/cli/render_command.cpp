@@ -16,7 +16,7 @@ struct RenderCall {
   std::string store, output = "out.png";
   std::vector<double> isovalues;
   std::string size = "1024x1024";
-  std::string kind = "blended";
+  std::string kind = "exact";
   std::vector<std::string> colours;
   std::vector<double> opacities;
   std::string background = "ffffff";
@@ -31,6 +31,7 @@ struct RenderCall {
   uint64_t samples = uint64_t{64} << 20;
   int turntable = 0;
   bool unprojected = false;
+  bool aliased = false;
 };
 
 // Told apart by people with any colour vision (Okabe and Ito 2008), the first two for bone and
@@ -166,7 +167,7 @@ int run(const RenderCall& call) {
   FrameStatistics statistics;
   for (int frame = 0; frame < frames; ++frame) {
     (*renderer)->set_camera(camera);
-    const auto image = draw_image(**renderer, width, height, &statistics);
+    const auto image = draw_image(**renderer, width, height, &statistics, !call.aliased);
     if (!image) return report(image.error());
     std::filesystem::path path = output;
     if (call.turntable > 0) {
@@ -251,6 +252,8 @@ void add_render_command(CLI::App& program, int& exit_code) {
                       "N pictures all around: OUTPUT-000.png, OUTPUT-001.png, …");
   command->add_flag("--unprojected", call->unprojected,
                     "Leaves samples where they were generated (quads and ellipses)");
+  command->add_flag("--aliased", call->aliased,
+                    "One ray or splat decides each pixel: eight times faster, jagged edges");
   command->footer(examples(
       "  isosplat render engine.isosplat --isovalue 60.5 -o engine.png\n"
       "  isosplat render head.isosplat -i 1150,500 --opacity 1,0.35 --zoom 1.4 -o head.png\n"

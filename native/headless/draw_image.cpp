@@ -6,7 +6,8 @@
 
 namespace isosplat {
 
-Result<Image> draw_image(Renderer& renderer, int width, int height, FrameStatistics* statistics) {
+Result<Image> draw_image(Renderer& renderer, int width, int height, FrameStatistics* statistics,
+                         bool smooth) {
   GLuint framebuffer = 0, colour = 0;
   glGenFramebuffers(1, &framebuffer);
   glGenRenderbuffers(1, &colour);
@@ -14,7 +15,10 @@ Result<Image> draw_image(Renderer& renderer, int width, int height, FrameStatist
   glBindRenderbuffer(GL_RENDERBUFFER, colour);
   glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour);
-  const auto drawn = renderer.draw(width, height, framebuffer);
+  auto drawn = renderer.draw(width, height, framebuffer);
+  while (smooth && drawn && renderer.can_refine(width, height)) {
+    drawn = renderer.refine(width, height, framebuffer);
+  }
   Image image;
   if (drawn) {
     if (statistics) *statistics = *drawn;

@@ -24,11 +24,26 @@ double reach(Vec3d normal, Vec3d half) {
   return std::abs(normal.x) * half.x + std::abs(normal.y) * half.y + std::abs(normal.z) * half.z;
 }
 
+/// The camera turned about its eye, so that the image moves by so many pixels. For parts of a pixel
+/// that is as good as moving it, and rays, normals and splats need not know of it.
+CameraFrame turned(const CameraFrame& camera, ImageOffset offset, double focal_px) {
+  CameraFrame to = camera;
+  const auto unit = [](Vec3d v) { return v * (1 / length(v)); };
+  to.forward = unit(camera.forward - camera.right * (offset.right / focal_px) -
+                    camera.up * (offset.up / focal_px));
+  to.right = unit(camera.right - to.forward * dot(camera.right, to.forward));
+  to.up = cross(to.right, to.forward);
+  return to;
+}
+
 }  // namespace
 
 Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camera& camera,
-             int width, int height, float guard_px, float max_point_px)
+             int width, int height, float guard_px, float max_point_px, ImageOffset offset)
     : camera_(camera_frame(camera)) {
+  const double tangent = camera_.tan_half_field_of_view;
+  const double focal_px = 0.5 * height / tangent;
+  camera_ = turned(camera_, offset, focal_px);
   unit_ = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
   spacing_ = grid.spacing * (1 / unit_);
   const BoundingSphere sphere = bounding_sphere(grid);
@@ -40,8 +55,6 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   eye_ = to_axes(grid, camera_.eye - grid.origin) * (1 / unit_);
 
   const double near_plane = to_clip.near_plane / unit_, far_plane = to_clip.far_plane / unit_;
-  const double tangent = camera_.tan_half_field_of_view;
-  const double focal_px = 0.5 * height / tangent;
   block_.right = floats(right_, 0);
   block_.up = floats(up_, 0);
   block_.forward = floats(forward_, 0);
@@ -54,9 +67,9 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   block_.spacing = floats(spacing_, 0);
 
   int planes = 0;
-  const auto add = [&](Vec3d normal, double offset) {
+  const auto add = [&](Vec3d normal, double least) {
     if (planes < MAX_CLIP_PLANES) {
-      block_.clip_plane[static_cast<size_t>(planes++)] = floats(normal, offset);
+      block_.clip_plane[static_cast<size_t>(planes++)] = floats(normal, least);
     }
   };
   for (size_t i = 0; i < settings.clip_planes.size() && i < kMaxClipPlanes; ++i) {

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "shared/render/accumulation.h"
 #include "shared/render/renderer.h"
 
 namespace isosplat {
@@ -24,8 +25,9 @@ static_assert(sizeof(FrameBlock) == 4 * (7 * 4 + 12 * 4 + 4));
 /// "Frame space": the volume's axes, one unit = the smallest spacing, the eye at the origin.
 class Frame {
  public:
+  /// `offset`: by how much splats are moved in the image; meshes stay.
   Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camera& camera, int width,
-        int height, float guard_px, float max_point_px);
+        int height, float guard_px, float max_point_px, ImageOffset offset = {});
 
   const FrameBlock& block() const { return block_; }
   bool clipped() const { return block_.switches[0] > 0; }

@@ -35,7 +35,7 @@ void Renderer::State::load_colour_map() {
   colour_map_loaded = wanted;
 }
 
-Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint framebuffer) {
+Result<void> Renderer::State::draw_layers(int width, int height, ImageOffset offset) {
   statistics = FrameStatistics{};
   SplatKind kind = settings.kind;
   if (kind == SplatKind::blended && !limits.offered.float_targets) kind = SplatKind::ellipse;
@@ -44,7 +44,8 @@ Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint fram
   const int surfaces =
       static_cast<int>(std::min<size_t>(settings.isosurfaces.size(), kMaxIsosurfaces));
   // Layer 0 for what is opaque (or for nothing), one more for each translucent isosurface.
-  int layer_of[kMaxIsosurfaces], layers = 1;
+  int layer_of[kMaxIsosurfaces];
+  layers = 1;
   for (int i = 0; i < surfaces; ++i) {
     const float opacity = settings.isosurfaces[static_cast<size_t>(i)].opacity;
     layer_of[i] = opacity <= 0 ? -1 : opacity >= kOpaque ? 0 : layers++;
@@ -52,12 +53,12 @@ Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint fram
   if (auto ok = targets.prepare(width, height, layers, kind == SplatKind::blended,
                                 limits.offered.float_blend);
       !ok) {
-    return tl::unexpected(ok.error());
+    return ok;
   }
 
   static const VolumeGrid kNoVolume{{2, 2, 2}};
   const Frame frame(grid ? *grid : kNoVolume, settings, camera, width, height, limits.guard_px,
-                    limits.offered.max_point_size);
+                    limits.offered.max_point_size, offset);
   glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
   glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(FrameBlock), &frame.block());
   collect_items(frame);
@@ -76,17 +77,16 @@ Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint fram
     glClearBufferuiv(GL_COLOR, 0, nothing);
     glClearBufferfv(GL_DEPTH, 0, &farthest);
   }
-  if (mesh_indices) {
-    if (auto ok = draw_mesh(frame); !ok) return tl::unexpected(ok.error());
-  } else {
-    for (int i = 0; i < surfaces; ++i) {
-      if (layer_of[i] < 0) continue;
-      if (auto ok = draw_isosurface(kind, frame, i, layer_of[i]); !ok) {
-        return tl::unexpected(ok.error());
-      }
-    }
+  if (mesh_indices) return draw_mesh(frame);
+  for (int i = 0; i < surfaces; ++i) {
+    if (layer_of[i] < 0) continue;
+    if (auto ok = draw_isosurface(kind, frame, i, layer_of[i]); !ok) return ok;
   }
+  return {};
+}
 
+void Renderer::State::compose(GLuint framebuffer, bool as_linear) {
+  const int width = targets.width(), height = targets.height();
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   glViewport(0, 0, width, height);
   glDisable(GL_DEPTH_TEST);
@@ -98,11 +98,13 @@ Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint fram
   glBindTexture(GL_TEXTURE_2D_ARRAY, targets.depths());
   load_colour_map();
   if (layers > 1) glUniform1i(compose_program.uniform("u_layers"), layers);
+  glUniform1i(compose_program.uniform("u_linear"), as_linear);
   glUniform1i(compose_program.uniform("u_colour_by"), settings.colour_by == ColourBy::isosurface ? 0
                                                       : settings.colour_by == ColourBy::depth    ? 2
                                                                                               : 1);
   std::array<float, 4 * kMaxIsosurfaces> colours{};
-  for (size_t i = 0; i < static_cast<size_t>(surfaces); ++i) {
+  const size_t surfaces = std::min<size_t>(settings.isosurfaces.size(), kMaxIsosurfaces);
+  for (size_t i = 0; i < surfaces; ++i) {
     const Isosurface& surface = settings.isosurfaces[i];
     const Vec3f linear = to_linear(surface.colour);
     const float opacity = surface.opacity >= kOpaque ? 1.0f : surface.opacity;
@@ -124,7 +126,9 @@ Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint fram
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
   ++statistics.draw_calls;
+}
 
+Result<FrameStatistics> Renderer::State::finish_frame() {
 #ifndef NDEBUG
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
     return fail(Status::gl_error, "OpenGL reports error " + std::to_string(error) +
@@ -133,12 +137,49 @@ Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint fram
 #endif
   statistics.samples_resident = buffers.samples();
   statistics.gpu_bytes =
-      buffers.bytes() + targets.bytes() + mesh_bytes +
+      buffers.bytes() + targets.bytes() + accumulation.bytes() + mesh_bytes +
       uint64_t(sample_texture_rows) * SAMPLE_TEXTURE_WIDTH * sizeof(PackedSample);
-  drawn_width = width;
-  drawn_height = height;
+  drawn_width = targets.width();
+  drawn_height = targets.height();
   dirty = false;
   return statistics;
+}
+
+Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint framebuffer) {
+  if (auto ok = draw_layers(width, height, {}); !ok) return tl::unexpected(ok.error());
+  compose(framebuffer, false);
+  accumulation.restart();
+  return finish_frame();
+}
+
+Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
+  const auto add_picture = [&] {
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE);
+    compose(accumulation.framebuffer(), true);
+    glDisable(GL_BLEND);
+    accumulation.picture_added();
+  };
+  const int width = drawn_width, height = drawn_height;
+  if (accumulation.pictures() == 0) {
+    if (auto ok = accumulation.begin(width, height); !ok) return tl::unexpected(ok.error());
+    add_picture();  // its layers are still there
+  }
+  const ImageOffset offset = Accumulation::offset(accumulation.pictures());
+  if (auto ok = draw_layers(width, height, offset); !ok) return tl::unexpected(ok.error());
+  add_picture();
+
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glUseProgram(present_program.name());
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, accumulation.sums());
+  glUniform1f(present_program.uniform("u_weight"),
+              1.0f / static_cast<float>(accumulation.pictures()));
+  glBindVertexArray(empty_vertex_array);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  ++statistics.draw_calls;
+  return finish_frame();
 }
 
 Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {

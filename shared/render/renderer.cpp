@@ -204,6 +204,19 @@ Result<FrameStatistics> Renderer::draw(int width, int height, uint32_t framebuff
   return state_->draw(width, height, framebuffer);
 }
 
+bool Renderer::can_refine(int width, int height) const {
+  const State& s = *state_;
+  return !s.lost && !needs_redraw(width, height) && s.limits.offered.float_targets &&
+         s.mesh_indices == 0 && s.accumulation.pictures() < Accumulation::kPictures;
+}
+
+Result<FrameStatistics> Renderer::refine(int width, int height, uint32_t framebuffer) {
+  if (!can_refine(width, height)) {
+    return fail(Status::invalid_argument, "this picture cannot be refined: draw it first");
+  }
+  return state_->refine(framebuffer);
+}
+
 void Renderer::context_lost() {
   state_->lost = true;
   state_->forget_gl_objects();

@@ -171,6 +171,15 @@ class Renderer {
   /// Errors: gl_error (also: after a context loss), invalid_argument (size outside 1 … 16384).
   Result<FrameStatistics> draw(int width, int height, uint32_t framebuffer = 0);
 
+  /// Whether refine() would make the last picture better: nothing has changed since the draw, it is
+  /// not yet as good as it gets, and the GPU has float targets.
+  bool can_refine(int width, int height) const;
+
+  /// Smooths the edges of a view that stands still: draws it once more, moved by a part of a pixel,
+  /// and shows the mean of all pictures since draw(). Costs a draw each time. Errors: as draw();
+  /// invalid_argument where can_refine() says no.
+  Result<FrameStatistics> refine(int width, int height, uint32_t framebuffer = 0);
+
   /// What the last draw found at its pixels, for tests and for picking. y runs up, as in OpenGL.
   struct SurfacePixel {
     bool hit = false;

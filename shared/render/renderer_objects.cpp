@@ -51,16 +51,21 @@ Result<void> Renderer::State::make_gl_objects() {
                                    {"frame.glsl", "surface_pixel.glsl", "normalise.frag.glsl"});
   if (!normalise) return tl::unexpected(normalise.error());
   for (int several = 0; several < 2; ++several) {
-    auto compose = GlProgram::link(several ? "" : "#define ONE_LAYER\n", {"image.vert.glsl"},
-                                   {"frame.glsl", "surface_pixel.glsl", "compose.frag.glsl"});
+    auto compose = GlProgram::link(
+        several ? "" : "#define ONE_LAYER\n", {"image.vert.glsl"},
+        {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl", "compose.frag.glsl"});
     if (!compose) return tl::unexpected(compose.error());
     compose_programs[several] = std::move(*compose);
   }
+  auto present =
+      GlProgram::link("", {"image.vert.glsl"}, {"picture_code.glsl", "present.frag.glsl"});
+  if (!present) return tl::unexpected(present.error());
   auto read = GlProgram::link("", {"image.vert.glsl"}, {"frame.glsl", "read.frag.glsl"});
   if (!read) return tl::unexpected(read.error());
   auto mesh = GlProgram::link("", {"mesh.vert.glsl"}, {"surface_pixel.glsl", "mesh.frag.glsl"});
   if (!mesh) return tl::unexpected(mesh.error());
   normalise_program = std::move(*normalise);
+  present_program = std::move(*present);
   read_program = std::move(*read);
   mesh_program = std::move(*mesh);
   for (const GlProgram* program :
@@ -72,6 +77,8 @@ Result<void> Renderer::State::make_gl_objects() {
   glUseProgram(normalise_program.name());
   glUniform1i(normalise_program.uniform("u_normals"), 0);
   glUniform1i(normalise_program.uniform("u_sums"), 1);
+  glUseProgram(present_program.name());
+  glUniform1i(present_program.uniform("u_sums"), 0);
   for (const GlProgram* program : {&compose_programs[0], &compose_programs[1], &read_program}) {
     glUseProgram(program->name());
     glUniform1i(program->uniform("u_surfaces"), 0);
@@ -98,6 +105,7 @@ void Renderer::State::forget_gl_objects() {
   items.clear();
   buffers.forget();
   targets.forget();
+  accumulation.forget();
   for (auto& pass : splat_programs) {
     for (auto& pulled : pass) {
       for (auto& program : pulled) {
@@ -107,7 +115,7 @@ void Renderer::State::forget_gl_objects() {
     }
   }
   for (GlProgram* program : {&normalise_program, &compose_programs[0], &compose_programs[1],
-                             &read_program, &mesh_program}) {
+                             &present_program, &read_program, &mesh_program}) {
     program->forget();
   }
   frame_buffer = empty_vertex_array = colour_map = sample_texture = 0;
@@ -120,6 +128,7 @@ void Renderer::State::forget_gl_objects() {
 void Renderer::State::release_gl_objects() {
   buffers.release();
   targets.release();
+  accumulation.release();
   for (auto& pass : splat_programs) {
     for (auto& pulled : pass) {
       for (auto& program : pulled) program = SplatProgram{};

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "shared/render/accumulation.h"
 #include "shared/render/frame.h"
 #include "shared/render/gl_program.h"
 #include "shared/render/renderer.h"
@@ -70,8 +71,10 @@ struct Renderer::State {
   SampleBuffers buffers;
 
   SurfaceTargets targets;
+  int layers = 1;  // of `targets`, that the last draw used
+  Accumulation accumulation;
   SplatProgram splat_programs[kPasses][2][2];  // [pass][pulled][clipped]
-  GlProgram normalise_program, read_program, mesh_program;
+  GlProgram normalise_program, present_program, read_program, mesh_program;
   GlProgram compose_programs[2];  // one layer, several
   GLuint frame_buffer = 0, empty_vertex_array = 0, colour_map = 0;
   int colour_map_loaded = -1;
@@ -101,7 +104,11 @@ struct Renderer::State {
   std::array<float, 3> scalar_weights(const Frame& frame, const Isosurface& surface,
                                       uint32_t level) const;
   Result<void> draw_mesh(const Frame& frame);
+  Result<void> draw_layers(int width, int height, ImageOffset offset);
+  void compose(GLuint framebuffer, bool as_linear);
+  Result<FrameStatistics> finish_frame();
   Result<FrameStatistics> draw(int width, int height, GLuint framebuffer);
+  Result<FrameStatistics> refine(GLuint framebuffer);
 };
 
 }  // namespace isosplat

@@ -44,6 +44,19 @@ Renderer* current() {
   return v.renderer.get();
 }
 
+/// Hands a frame's statistics to JavaScript, see isosplat_view_draw.
+int32_t tell(const Result<FrameStatistics>& drawn, double* statistics) {
+  if (!drawn) return report(drawn.error());
+  if (statistics) {
+    const double numbers[8] = {double(drawn->samples_drawn), double(drawn->samples_resident),
+                               double(drawn->gpu_bytes),     double(drawn->chunks_drawn),
+                               double(drawn->chunks_culled), double(drawn->draw_calls),
+                               double(drawn->kind),          0};
+    std::copy_n(numbers, 8, statistics);
+  }
+  return 0;
+}
+
 Camera read_camera(const double* c) {
   Camera camera;
   camera.target = {c[0], c[1], c[2]};
@@ -250,17 +263,16 @@ int32_t isosplat_view_needs_redraw(int32_t width, int32_t height) {
 
 int32_t isosplat_view_draw(int32_t width, int32_t height, double* statistics) {
   Renderer* renderer = current();
-  if (!renderer) return no_view();
-  const auto drawn = renderer->draw(width, height);
-  if (!drawn) return report(drawn.error());
-  if (statistics) {
-    const double numbers[8] = {double(drawn->samples_drawn), double(drawn->samples_resident),
-                               double(drawn->gpu_bytes),     double(drawn->chunks_drawn),
-                               double(drawn->chunks_culled), double(drawn->draw_calls),
-                               double(drawn->kind),          0};
-    std::copy_n(numbers, 8, statistics);
-  }
-  return 0;
+  return renderer ? tell(renderer->draw(width, height), statistics) : no_view();
+}
+
+int32_t isosplat_view_can_refine(int32_t width, int32_t height) {
+  return view().renderer && view().renderer->can_refine(width, height);
+}
+
+int32_t isosplat_view_refine(int32_t width, int32_t height, double* statistics) {
+  Renderer* renderer = current();
+  return renderer ? tell(renderer->refine(width, height), statistics) : no_view();
 }
 
 const char* isosplat_view_limits(double* limits) {

@@ -70,6 +70,13 @@ int32_t isosplat_view_needs_redraw(int32_t width, int32_t height);
 /// draw calls, kind drawn, 0.
 int32_t isosplat_view_draw(int32_t width, int32_t height, double* statistics);
 
+/// 1 if isosplat_view_refine would smooth the edges of the picture last drawn, of this size.
+int32_t isosplat_view_can_refine(int32_t width, int32_t height);
+
+/// Draws the still view once more, moved by a part of a pixel, and shows the mean. statistics as
+/// above.
+int32_t isosplat_view_refine(int32_t width, int32_t height, double* statistics);
+
 /// limits receives 4 numbers: largest point size, largest texture size, float targets (0, 1), float
 /// blending (0, 1). Returns GL_RENDERER, valid until the next call.
 const char* isosplat_view_limits(double* limits);

@@ -259,6 +259,55 @@ TEST_F(RenderGpu, StillViewsNeedNoRedrawAndChangesDo) {
   EXPECT_TRUE(renderer_->needs_redraw(64, 64));
 }
 
+// The mean of pictures moved by parts of a pixel is what a much larger picture, shrunk, looks like.
+TEST_F(RenderGpu, RefiningSmoothsEdges) {
+  const TestVolume volume = sphere_volume({20, 20, 20});
+  show_volume(*renderer_, volume, 500, 500);
+  RenderSettings settings;
+  settings.isosurfaces = {{500, {1, 1, 1}, 1}};
+  settings.background = {0, 0, 0, 1};
+  settings.eye_dome = 0;  // its radius is in pixels
+  settings.kind = SplatKind::exact;
+  renderer_->set_settings(settings);
+  renderer_->set_camera(default_camera(volume.grid));
+
+  constexpr int kSize = 96, kTimes = 8;
+  const auto large = draw_image(*renderer_, kSize * kTimes, kSize * kTimes);
+  const auto jagged = draw_image(*renderer_, kSize, kSize);
+  EXPECT_TRUE(renderer_->can_refine(kSize, kSize));
+  EXPECT_FALSE(renderer_->can_refine(kSize + 1, kSize));
+  const auto smooth = draw_image(*renderer_, kSize, kSize, nullptr, true);
+  ASSERT_TRUE(large && jagged && smooth);
+  EXPECT_FALSE(renderer_->can_refine(kSize, kSize)) << "as good as it gets";
+  EXPECT_FALSE(renderer_->needs_redraw(kSize, kSize));
+  EXPECT_EQ(renderer_->refine(kSize, kSize).error().status, Status::invalid_argument);
+  keep(*smooth, "smooth");
+
+  const auto light = [](const Image& image, int x, int y) {
+    const double value = image.at(x, y)[1] / 255.0;
+    return value * value;
+  };
+  const auto error_of = [&](const Image& image) {
+    double sum = 0;
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = 0; x < kSize; ++x) {
+        double mean = 0;
+        for (int i = 0; i < kTimes * kTimes; ++i) {
+          mean += light(*large, x * kTimes + i % kTimes, y * kTimes + i / kTimes);
+        }
+        const double difference = light(image, x, y) - mean / (kTimes * kTimes);
+        sum += difference * difference;
+      }
+    }
+    return std::sqrt(sum);
+  };
+  EXPECT_LT(error_of(*smooth), 0.45 * error_of(*jagged));
+
+  settings.isosurfaces[0].isovalue = 600;
+  renderer_->set_settings(settings);
+  EXPECT_FALSE(renderer_->can_refine(kSize, kSize)) << "a change is to be drawn first";
+}
+
 TEST_F(RenderGpu, RefusesWhatItCannotDraw) {
   EXPECT_EQ(renderer_->draw(0, 10).error().status, Status::invalid_argument);
   EXPECT_EQ(renderer_->draw(10, 100000).error().status, Status::invalid_argument);

@@ -40,6 +40,8 @@ interface Exports extends CoreModule {
   _isosplat_view_projection(camera: number, width: number, height: number, matrix: number): void;
   _isosplat_view_needs_redraw(width: number, height: number): number;
   _isosplat_view_draw(width: number, height: number, statistics: number): number;
+  _isosplat_view_can_refine(width: number, height: number): number;
+  _isosplat_view_refine(width: number, height: number, statistics: number): number;
   _isosplat_view_limits(limits: number): number;
   _isosplat_view_context_lost(): void;
   _isosplat_view_context_restored(): number;
@@ -254,17 +256,18 @@ export class ViewModule {
 
   draw(width: number, height: number): DrawStatistics {
     this.#check(this.#exports._isosplat_view_draw(width, height, this.#scratch));
-    const at = this.#scratch >> 3;
-    const n = this.#exports.HEAPF64;
-    return {
-      samplesDrawn: n[at] ?? 0,
-      samplesResident: n[at + 1] ?? 0,
-      gpuBytes: n[at + 2] ?? 0,
-      chunksDrawn: n[at + 3] ?? 0,
-      chunksCulled: n[at + 4] ?? 0,
-      drawCalls: n[at + 5] ?? 0,
-      kind: splatKinds[n[at + 6] ?? 0] ?? "quad",
-    };
+    return this.#takeStatistics();
+  }
+
+  /** Whether refine() would smooth the edges of the picture last drawn, of this size. */
+  canRefine(width: number, height: number): boolean {
+    return this.#exports._isosplat_view_can_refine(width, height) !== 0;
+  }
+
+  /** Draws the still view once more, moved by a part of a pixel, and shows the mean. */
+  refine(width: number, height: number): DrawStatistics {
+    this.#check(this.#exports._isosplat_view_refine(width, height, this.#scratch));
+    return this.#takeStatistics();
   }
 
   /** GL_RENDERER. */
@@ -297,6 +300,20 @@ export class ViewModule {
     const [x = 0, y = 0, z = 0, distance = 1, azimuth = 0, elevation = 0, roll = 0, view = 30] =
       this.#exports.HEAPF64.subarray(at, at + 8);
     return { target: [x, y, z], distance, azimuth, elevation, roll, fieldOfView: view };
+  }
+
+  #takeStatistics(): DrawStatistics {
+    const at = this.#scratch >> 3;
+    const n = this.#exports.HEAPF64;
+    return {
+      samplesDrawn: n[at] ?? 0,
+      samplesResident: n[at + 1] ?? 0,
+      gpuBytes: n[at + 2] ?? 0,
+      chunksDrawn: n[at + 3] ?? 0,
+      chunksCulled: n[at + 4] ?? 0,
+      drawCalls: n[at + 5] ?? 0,
+      kind: splatKinds[n[at + 6] ?? 0] ?? "quad",
+    };
   }
 
   /** A block of at least so many bytes, 8-byte-aligned, valid until the next call of this. */

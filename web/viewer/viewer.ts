@@ -23,7 +23,7 @@ import {
   type Surface,
   wholeVolume,
 } from "./types.ts";
-import { ViewError, ViewModule } from "./view_module.ts";
+import { type DrawStatistics, ViewError, ViewModule } from "./view_module.ts";
 
 export interface ViewerEvents {
   /** A volume is open; its first surface is on its way. */
@@ -58,6 +58,8 @@ export interface OpenOptions {
 
 /** The view rests when nothing has moved or arrived for so long (ms). */
 const restAfter = 220;
+/** A resting picture that takes no longer (ms) is drawn a few times more, for smooth edges. */
+const longestSmoothed = 400;
 
 /**
  * A volume on a canvas: streams what the view needs, and draws when something has changed. Knows
@@ -90,6 +92,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #contextLost = false;
   readonly #choice = new SplatChoice();
   #timer: GpuTimer | null = null;
+  #smooths = false;
   #disposed = false;
 
   constructor(canvas: HTMLCanvasElement, options: ViewerOptions = {}) {
@@ -285,12 +288,14 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.setCamera(this.#view.panned(zoomed, at.x * keep, at.y * keep, height));
   }
 
-  /** The picture as it is, at the canvas's resolution. */
+  /** The picture as it is, at the canvas's resolution, with smooth edges. */
   async screenshot(): Promise<Blob> {
     const view = this.#view;
     if (!view || this.#contextLost) throw new ViewError("nothing is drawn yet");
+    const { width, height } = this.canvas;
     view.setKind(this.#kind(true));
-    view.draw(this.canvas.width, this.canvas.height);
+    view.draw(width, height);
+    while (view.canRefine(width, height)) view.refine(width, height);
     // In the same task: afterwards the browser may have cleared the drawing buffer.
     return new Promise((resolve, reject) =>
       this.canvas.toBlob((blob) => {
@@ -371,14 +376,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       moving: isMoving,
     });
     if (view.needsRedraw(width, height)) {
-      this.#guard((view) => {
-        const startedAt = performance.now();
-        const drawn = view.draw(width, height);
-        this.#timer?.measure(startedAt, (milliseconds) =>
-          this.#choice.measured(drawn.kind, milliseconds, camera.distance),
-        );
-        this.emit("frame", { ...drawn, framesPerSecond: this.#loop.framesPerSecond });
-      });
+      this.#draw(isResting, () => view.draw(width, height));
+    } else if (isResting && this.#smooths && view.canRefine(width, height)) {
+      this.#draw(true, () => view.refine(width, height));
     }
     // Once more when it has come to rest: for the finer splats, and so that streaming refines.
     clearTimeout(this.#restTimer);
@@ -387,6 +387,22 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       this.#restTimer = window.setTimeout(() => this.#loop.request(), wait);
     }
     return false;
+  }
+
+  #draw(isResting: boolean, draw: () => DrawStatistics): void {
+    const distance = this.#camera?.distance ?? 1;
+    this.#guard(() => {
+      const startedAt = performance.now();
+      const drawn = draw();
+      this.#timer?.measure(startedAt, (milliseconds) => {
+        this.#choice.measured(drawn.kind, milliseconds, distance);
+        if (!isResting) return;
+        // One at a time, so that a gesture need not wait for more than one.
+        this.#smooths = milliseconds <= longestSmoothed;
+        if (this.#smooths) this.#loop.request();
+      });
+      this.emit("frame", { ...drawn, framesPerSecond: this.#loop.framesPerSecond });
+    });
   }
 
   /** Does what may fail in the renderer. A context that is lost is no error: it comes back. */

@@ -11,6 +11,7 @@ uniform int u_colour_by;           // 0: the isosurface's colour; 1: the map at 
 uniform vec4 u_colour[MAX_ISOSURFACES];  // linear; w: opacity
 uniform vec4 u_background;         // linear, alpha
 uniform vec4 u_light;              // x ambient, y specular, z eye-dome strength, w eye-dome radius px
+uniform bool u_linear;             // leaves the colour linear, to be accumulated
 layout(location = 0) out vec4 o_colour;
 
 float distance_of(float depth) { return u_depth.y / (2.0 * depth - 1.0 - u_depth.x); }
@@ -30,10 +31,6 @@ float eye_dome(ivec2 at, int layer, float z) {
   }
   return exp2(-u_light.z * 24.0 * min(sum, 0.1));
 }
-
-// Light is added up in linear colours; a gamma of 2 is close enough to sRGB, and cheap.
-vec3 to_linear(vec3 c) { return c * c; }
-vec3 from_linear(vec3 c) { return sqrt(c); }
 
 float to_the_40th(float x) {
   float x2 = x * x, x4 = x2 * x2, x8 = x4 * x4, x16 = x8 * x8;
@@ -102,9 +99,7 @@ void main() {
     last_layer = layer;
   }
 #endif
-  // Premultiplied by alpha in the picture's own coding, as canvases want it.
   float alpha = 1.0 - through + through * u_background.a;
-  vec3 colour = sum + through * u_background.a * u_background.rgb;
-  vec3 straight = alpha > 0.0 ? colour / alpha : vec3(0.0);
-  o_colour = vec4(from_linear(clamp(straight, 0.0, 1.0)) * alpha, alpha);
+  vec4 linear = vec4(sum + through * u_background.a * u_background.rgb, alpha);
+  o_colour = u_linear ? min(linear, 1.0) : picture_code(linear);
 }

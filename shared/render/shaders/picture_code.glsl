@@ -1,0 +1,10 @@
+// Light is added up in linear colours; a gamma of 2 is close enough to sRGB, and cheap.
+vec3 to_linear(vec3 c) { return c * c; }
+vec3 from_linear(vec3 c) { return sqrt(c); }
+
+// A linear colour that is multiplied by its alpha, in the picture's own coding: still multiplied,
+// as canvases want it.
+vec4 picture_code(vec4 linear) {
+  vec3 straight = linear.a > 0.0 ? linear.rgb / linear.a : vec3(0.0);
+  return vec4(from_linear(clamp(straight, 0.0, 1.0)) * linear.a, linear.a);
+}
