@@ -35,6 +35,8 @@ struct ServerLimits {
   std::chrono::milliseconds stop_time{10'000};   ///< for answers in flight, after stop()
 };
 
+inline constexpr uint32_t kMaxServerThreads = 1024;
+
 struct ServerOptions {
   std::string host = "127.0.0.1";  ///< an address or a name; "0.0.0.0" or "::" for every interface
   uint16_t port = 8080;            ///< 0: any free port
@@ -42,7 +44,7 @@ struct ServerOptions {
   /// are noticed within scan_interval. A store that cannot be opened is listed with its error.
   std::vector<std::filesystem::path> stores;
   std::filesystem::path web_root;  ///< the built page; empty: only the data is served
-  uint32_t threads = 0;            ///< 0: one a core
+  uint32_t threads = 0;            ///< at most kMaxServerThreads; 0: one a core
   std::chrono::milliseconds scan_interval{1'000};
   bool handle_signals = false;  ///< SIGTERM and SIGINT call stop(); a second one drops connections
   ServerLimits limits;

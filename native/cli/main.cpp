@@ -9,6 +9,10 @@ namespace {
 /// CLI11 explains a wrong call over several lines, help included; here it is one, as every error.
 int usage_error(const CLI::App& program, const CLI::ParseError& error) {
   std::string message = error.what();
+  const auto unknown = program.remaining();
+  if (program.get_subcommands().empty() && !unknown.empty() && !unknown[0].starts_with('-')) {
+    message = "expected a subcommand, found '" + unknown[0] + "'";
+  }
   for (char& c : message) {
     if (c == '\n') c = ' ';
   }

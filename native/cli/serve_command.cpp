@@ -48,9 +48,13 @@ void add_serve_command(CLI::App& program, int& exit_code) {
   command->add_option("--port", call->port, "Port (0: any that is free)")->capture_default_str();
   command->add_option("--host", call->host, "Address (0.0.0.0: every network)")
       ->capture_default_str();
-  command->add_option("--web-root", call->web_root, "Folder with the built page");
-  command->add_option("--threads", call->threads, "Threads (0: one per core)")
-      ->capture_default_str();
+  command->add_option("--web-root", call->web_root,
+                      "Folder with the page (default: the one that was built with this program)");
+  command
+      ->add_option("--threads", call->threads,
+                   "Threads (0: one per core; more for disks that take long)")
+      ->capture_default_str()
+      ->check(CLI::Range(0u, kMaxServerThreads).description(""));
   command->add_flag("-v,--verbose", call->verbose, "Print each request");
   command->footer(
       examples("  isosplat serve engine.isosplat head.isosplat\n"

@@ -30,12 +30,8 @@ int serve_until_stopped(ServerOptions options, const std::string& volume) {
   }
   auto server = Server::start(std::move(options));
   if (!server) return report(server.error());
-  for (const Server::Volume& served : (*server)->volumes()) {
-    if (served.error.empty()) {
-      fmt::print("  {} ({})\n", served.name, served.path.string());
-    } else {
-      fmt::print(stderr, "isosplat: {}\n", served.error);
-    }
+  if ((*server)->volumes().empty()) {
+    note("there is no store yet: one that isosplat build writes there shows within a second");
   }
   std::string url = (*server)->url();
   if (!volume.empty()) {

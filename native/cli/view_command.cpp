@@ -79,7 +79,11 @@ Result<std::filesystem::path> cache_folder() {
 
 /// The store of the volume: itself, or the cached one, built where it is not there yet.
 Result<std::filesystem::path> store_of(const ViewCall& call) {
-  if (is_store(call.volume)) return std::filesystem::path(call.volume);
+  if (is_store(call.volume)) {
+    const auto opened = StoreFile::open(call.volume);
+    if (!opened) return tl::unexpected(opened.error());
+    return std::filesystem::path(call.volume);
+  }
   const auto import_options = call.volume_flags.options();
   if (!import_options) return tl::unexpected(import_options.error());
   const auto build_options = call.build_flags.options();
@@ -97,7 +101,7 @@ Result<std::filesystem::path> store_of(const ViewCall& call) {
   const auto store =
       *folder / fmt::format("{}-{:016x}.isosplat", url_name(store_stem(call.volume) + ".isosplat"),
                             hash.low64 ^ hash.high64);
-  if (!call.rebuild && std::filesystem::exists(store, error)) {
+  if (!call.rebuild && StoreFile::open(store)) {
     note(fmt::format("{} was built before; --rebuild builds it anew", store.string()));
     return store;
   }
@@ -125,8 +129,10 @@ void add_view_command(CLI::App& program, int& exit_code) {
   auto call = std::make_shared<ViewCall>();
   command->add_option("volume", call->volume, "A volume as for build, or a store")->required();
   command->add_option("--port", call->port, "Port (0: any that is free)")->capture_default_str();
-  command->add_option("--host", call->host, "Address")->capture_default_str();
-  command->add_option("--web-root", call->web_root, "Folder with the built page");
+  command->add_option("--host", call->host, "Address (0.0.0.0: every network)")
+      ->capture_default_str();
+  command->add_option("--web-root", call->web_root,
+                      "Folder with the page (default: the one that was built with this program)");
   command->add_flag("--rebuild", call->rebuild, "Build the store even if there is one");
   call->build_flags.add_to(*command);
   call->volume_flags.add_to(*command);

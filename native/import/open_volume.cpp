@@ -65,6 +65,12 @@ constexpr Known kNotRead[] = {
 
 tl::unexpected<Error> unsupported(const std::filesystem::path& path) {
   const std::string extension = lower_case(path.extension().string());
+  if (extension == ".isosplat") {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected a volume, found a store: look at it with isosplat view, "
+                            "info or serve",
+                            path.string()));
+  }
   std::string found = "found none of their signatures in the file";
   for (const Known& known : kNotRead) {
     if (known.suffix == extension) found = fmt::format("found {} ({})", extension, known.what);

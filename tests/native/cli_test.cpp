@@ -130,6 +130,7 @@ TEST(Cli, WrongCallsEndWithTwoAndOneLine) {
       {"build", volume, "-o", volume},
       {"extract", "x.isosplat"},
       {"serve", "--port", "70000", "x"},
+      {"serve", "--threads", "5000", "x"},
       {"demo", folder.path(), "--only", "teapot"},
   };
   for (const auto& call : calls) {
@@ -139,6 +140,8 @@ TEST(Cli, WrongCallsEndWithTwoAndOneLine) {
     EXPECT_TRUE(ended.err.starts_with("isosplat: ")) << ended.err;
     EXPECT_EQ(ended.out, "");
   }
+  EXPECT_EQ(run({"frobnicate"}).err,
+            "isosplat: expected a subcommand, found 'frobnicate'; see isosplat --help\n");
   EXPECT_EQ(folder.files(), std::vector<std::string>{"ball.nrrd"});
 }
 
@@ -163,6 +166,8 @@ TEST(Cli, FailuresEndWithOneAndOneLine) {
       {"extract", folder / "broken.isosplat", "-i", "3"},
       {"serve", not_there},
       {"view", not_there},
+      {"view", folder / "broken.isosplat"},
+      {"build", folder / "broken.isosplat"},
       {"demo", folder / "text.nrrd" / "below"},
   };
   for (const auto& call : calls) {
@@ -354,7 +359,11 @@ TEST(Cli, ServesUntilItIsStopped) {
   ASSERT_EQ(run({"build", write_ball(folder, 20)}).exit_code, 0);
   const Ended served = serve_and_stop(Call{.arguments = {"serve", folder.path(), "--port", "0"}});
   EXPECT_EQ(served.exit_code, 0) << served.err;
-  EXPECT_NE(served.out.find("ball ("), std::string::npos) << served.out;
+  EXPECT_NE(served.err.find("volume ball: "), std::string::npos) << served.err;
+  const TempFolder empty;
+  const Ended waiting = serve_and_stop(Call{.arguments = {"serve", empty.path(), "--port", "0"}});
+  EXPECT_EQ(waiting.exit_code, 0) << waiting.err;
+  EXPECT_NE(waiting.err.find("no store yet"), std::string::npos) << waiting.err;
 }
 
 TEST(Cli, ViewBuildsOnceIntoTheCache) {
@@ -367,6 +376,11 @@ TEST(Cli, ViewBuildsOnceIntoTheCache) {
   EXPECT_NE(first.err.find("Building"), std::string::npos);
   const Ended second = serve_and_stop(call);
   EXPECT_EQ(second.err.find("Building"), std::string::npos) << second.err;
+
+  for (const auto& entry : std::filesystem::directory_iterator(cache / "isosplat")) {
+    std::filesystem::resize_file(entry, 1000);
+  }
+  EXPECT_NE(serve_and_stop(call).err.find("Building"), std::string::npos) << "of a damaged store";
 
   write_file(volume, read_file(volume) + " ");  // another size
   EXPECT_NE(serve_and_stop(call).err.find("Building"), std::string::npos);
