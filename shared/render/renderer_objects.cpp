@@ -154,14 +154,18 @@ Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass,
   if (pulled) defines += "#define PULLED\n";
   if (clipped) defines += "#define CLIPPED\n";
   if (pass == pass_visibility) defines += "#define VISIBILITY\n";
-  const std::initializer_list<std::string_view> vertex = {"frame.glsl", "surface_pixel.glsl",
-                                                          "cell.glsl", "splat.vert.glsl"};
+  const std::initializer_list<std::string_view> vertex = {"frame.glsl", "cell.glsl", "splat.glsl",
+                                                          "splat.vert.glsl"};
   Result<GlProgram> linked;
   if (pass == pass_quad) {
-    linked = GlProgram::link(defines, vertex, {"quad.frag.glsl"});
+    linked = GlProgram::link(
+        defines,
+        {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "splat.glsl", "quad.vert.glsl"},
+        {"quad.frag.glsl"});
   } else if (pass == pass_ellipse) {
-    linked =
-        GlProgram::link(defines, vertex, {"frame.glsl", "surface_pixel.glsl", "ellipse.frag.glsl"});
+    linked = GlProgram::link(defines, vertex,
+                             {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "cubic.glsl",
+                              "ellipse.frag.glsl"});
   } else {
     linked = GlProgram::link(defines, vertex,
                              {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",

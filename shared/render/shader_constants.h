@@ -17,28 +17,32 @@
 // Width of the texture from which large splats fetch their samples.
 #define SAMPLE_TEXTURE_WIDTH 1024
 
-// Side of a square, in the extents of its cell's box on the image, and how far behind the sample
-// it is drawn, in extents of the box along the view (measured: tests/bench/render).
-#define QUAD_FOOTPRINT 0.87
-#define QUAD_SETBACK 0.28
+// Squares (measured: tests/bench/render): how much of the normal the extent of a plane's part
+// discounts, and how far towards a corner the plane counts as moved, both less than all as surfaces
+// bend; px by which squares are enlarged, and bands; and how far behind the sample squares are drawn,
+// in extents of the box along the view.
+#define QUAD_FLATNESS 0.95
+#define QUAD_CORNER 0.9
+#define QUAD_MARGIN_PX 0.3
+#define QUAD_LEAST_PX 0.2
+#define QUAD_SETBACK 0.2
 
 // A chunk whose squares or ellipses may be larger than this, in px, is ray cast instead: what is
 // approximate would show, and so few splats that are so large fit on the screen.
 #define LARGE_SPLAT_PX 24.0
 
-// Radius of a disc in cells, and how far it reaches beyond its cell's box; the cosine below which a
-// disc counts as seen from its edge; and px by which all are enlarged.
-#define ELLIPSE_RADIUS 0.87
-#define ELLIPSE_MARGIN_CELLS 0.2
+// A fragment of an ellipse belongs to the surface that is this near, in cells, and not further than
+// the margin outside of the cell. The cosine below which the tangent plane counts as seen from its
+// edge.
+#define ELLIPSE_TOLERANCE_CELLS 0.02
+#define ELLIPSE_MARGIN_CELLS 0.01
 #define ELLIPSE_LEAST_FACING 0.1
-#define ELLIPSE_LEAST_PX 0.12
 
 // A ray-cast splat accepts roots this far outside of its cell, in cells: neighbours then overlap
 // by more than single precision and packed corners can part them.
 #define EXACT_MARGIN_CELLS 0.002
 
-// Coarse cells whose corners all lie on one side of an isovalue that is inside their interval hold
-// something thinner than a cell: their splats are scaled by this.
+// Scales the splats of coarse cells that hold something thinner than a cell.
 #define THIN_FOOTPRINT 0.5
 
 // A blended splat reaches this far beyond its cell, in cells, so that neighbours' normals blend.

@@ -10,12 +10,10 @@ int corner_shift(CellInterval interval) {
   return std::max(0, static_cast<int>(std::bit_width(span)) - 9);
 }
 
-PackedSample pack_sample(Index3 cell, CellInterval interval, const CellCorners& corners,
-                         int octant) {
+PackedSample pack_sample(Index3 cell, CellInterval interval, const CellCorners& corners) {
   const int shift = corner_shift(interval);
   PackedSample packed{};
   packed.word[0] = static_cast<uint32_t>(cell.x | cell.y << 6 | cell.z << 12);
-  if (octant >= 0) packed.word[0] |= static_cast<uint32_t>(octant) << 18 | 1u << 21;
   packed.word[1] = static_cast<uint32_t>(interval.min) | static_cast<uint32_t>(interval.max) << 16;
   for (int i = 0; i < 8; ++i) {
     const Code clamped = std::clamp(corners[i], interval.min, interval.max);
@@ -31,7 +29,6 @@ UnpackedSample unpack_sample(const PackedSample& packed) {
   UnpackedSample sample;
   sample.cell = {static_cast<int32_t>(w & 63), static_cast<int32_t>(w >> 6 & 63),
                  static_cast<int32_t>(w >> 12 & 63)};
-  sample.octant = (w >> 21 & 1) ? static_cast<int>(w >> 18 & 7) : -1;
   sample.interval = {static_cast<Code>(packed.word[1] & 0xffff),
                      static_cast<Code>(packed.word[1] >> 16)};
   const int shift = corner_shift(sample.interval);

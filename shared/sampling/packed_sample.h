@@ -12,8 +12,7 @@ namespace isosplat {
 ///   word 0   bits  0–5   x of the cell in its block        word 1   bits  0–15  interval min, code
 ///                  6–11  y                                          bits 16–31  interval max, code
 ///                 12–17  z                                 word 2   low 8 bits of corners 0 to 3
-///                 18–20  octant of a subdivided cell       word 3   low 8 bits of corners 4 to 7
-///                 21     1: the sample stands for that octant only
+///                 18–21  0                                 word 3   low 8 bits of corners 4 to 7
 ///                 22–29  ninth bits of corners 0 to 7      (corner i is byte i & 3 of its word)
 ///                 30–31  0
 ///
@@ -31,19 +30,16 @@ static_assert(sizeof(PackedSample) == 16);
 
 /// What a PackedSample holds.
 struct UnpackedSample {
-  Index3 cell;                   ///< in the block
-  int octant = -1;               ///< −1: the sample stands for the whole cell
-  CellInterval interval;         ///< of the whole cell
-  std::array<float, 8> corners;  ///< of the whole cell, codes
+  Index3 cell;  ///< in the block
+  CellInterval interval;
+  std::array<float, 8> corners;  ///< codes
 };
 
 /// The shift by which corners of a cell with this interval are packed, 0 to 7.
 int corner_shift(CellInterval interval);
 
-/// Packs a cell. `cell` is in its block, each 0 to 63; `octant` −1 or 0 to 7. The interval is not
-/// empty: min ≤ max.
-PackedSample pack_sample(Index3 cell, CellInterval interval, const CellCorners& corners,
-                         int octant = -1);
+/// Packs a cell. `cell` is in its block, each 0 to 63. The interval is not empty: min ≤ max.
+PackedSample pack_sample(Index3 cell, CellInterval interval, const CellCorners& corners);
 
 /// Any 16 bytes unpack to something, without a fault.
 UnpackedSample unpack_sample(const PackedSample& packed);

@@ -112,7 +112,7 @@ class RenderGlslGpu : public ::testing::Test {
 TEST_F(RenderGlslGpu, UnpacksExactly) {
   const auto found = run_shader(samples_,
                                 "Cell cell = unpack_sample(bits);\n"
-                                "o_0 = vec4(cell.low, cell.size);\no_1 = cell.lower;\n"
+                                "o_0 = vec4(cell.low, 1.0);\no_1 = cell.lower;\n"
                                 "o_2 = cell.upper;\no_3 = vec4(cell.interval, 0.0, 0.0);\n");
   for (size_t i = 0; i < kSamples; ++i) {
     const UnpackedSample truth = unpack_sample(samples_[i]);
@@ -135,7 +135,7 @@ TEST_F(RenderGlslGpu, InterpolatesAndProjectsAsTheCoreDoes) {
       samples_,
       "Cell cell = unpack_sample(bits);\n"
       "Trilinear f = trilinear(cell.lower, cell.upper);\n"
-      "o_0 = value_and_gradient(f, vec3(0.5));\n"
+      "o_0 = value_and_gradient_at_centre(cell);\n"
       "o_1 = value_and_gradient(f, vec3(0.25, 0.75, 0.1));\n"
       "vec3 size = vec3(1.0, 1.5, 2.0);\n"
       "float isocode = mix(cell.interval.x, cell.interval.y, 0.3);\n"

@@ -101,7 +101,7 @@ TEST_F(RenderGpu, EveryKindDrawsASphere) {
   const TestVolume volume = sphere_volume({70, 70, 70});
   show_volume(*renderer_, volume, 2500, 2500);
   Camera camera = default_camera(volume.grid);
-  camera.distance *= 0.55;
+  camera.distance *= 1.2;  // so that cells are small enough to be squares and ellipses
   renderer_->set_camera(camera);
   RenderSettings settings;
   settings.isosurfaces = {{2500, {0.85f, 0.8f, 0.7f}, 1}};
@@ -115,14 +115,14 @@ TEST_F(RenderGpu, EveryKindDrawsASphere) {
     const char* name = kKindNames[static_cast<int>(kind)];
     keep(*image, std::string("sphere-") + name);
     const Difference d = compare(volume, 2500, 512, 512);
-    EXPECT_GT(d.reference, 60000) << name;
+    EXPECT_GT(d.reference, 10000) << name;
     EXPECT_EQ(d.holes, 0) << name;
     // Largest share of differing pixels, mean depth error in cells, mean normal error in degrees.
     struct Limits {
       double silhouette, depth, normal;
     };
     constexpr Limits kLimits[] = {
-        {0.06, 0.5, 3}, {0.01, 0.05, 2}, {0.0005, 0.02, 1}, {0.0005, 0.001, 0.05}};
+        {0.02, 0.3, 2}, {0.003, 0.01, 0.4}, {0.0005, 0.02, 1}, {0.0005, 0.001, 0.05}};
     const Limits& limits = kLimits[static_cast<int>(kind)];
     EXPECT_LT(d.silhouette, limits.silhouette) << name;
     EXPECT_LT(d.depth, limits.depth) << name;
@@ -134,11 +134,11 @@ TEST_F(RenderGpu, AnisotropicSpacingIsNotSquashed) {
   const TestVolume volume = sphere_volume({60, 50, 24}, {1, 1.25, 2.5});
   show_volume(*renderer_, volume, 2000, 2000);
   Camera camera = default_camera(volume.grid);
-  camera.distance *= 0.6;
+  camera.distance *= 1.4;
   renderer_->set_camera(camera);
   RenderSettings settings;
   settings.isosurfaces = {{2000, {0.85f, 0.8f, 0.7f}, 1}};
-  constexpr double kSilhouette[] = {0.1, 0.02, 0.001, 0.001};
+  constexpr double kSilhouette[] = {0.04, 0.005, 0.001, 0.001};
   for (const SplatKind kind : kKinds) {
     settings.kind = kind;
     renderer_->set_settings(settings);
@@ -147,6 +147,64 @@ TEST_F(RenderGpu, AnisotropicSpacingIsNotSquashed) {
     const char* name = kKindNames[static_cast<int>(kind)];
     EXPECT_EQ(d.holes, 0) << name;
     EXPECT_LT(d.silhouette, kSilhouette[static_cast<int>(kind)]) << name;
+  }
+}
+
+/// How many pieces, joined at sides or corners, the set pixels form.
+int pieces(std::vector<char> set, int width, int height) {
+  int count = 0;
+  std::vector<int> open;
+  for (int start = 0; start < width * height; ++start) {
+    if (!set[size_t(start)]) continue;
+    ++count;
+    set[size_t(start)] = 0;
+    for (open = {start}; !open.empty();) {
+      const int x = open.back() % width, y = open.back() / width;
+      open.pop_back();
+      for (int j = std::max(y - 1, 0); j <= std::min(y + 1, height - 1); ++j) {
+        for (int i = std::max(x - 1, 0); i <= std::min(x + 1, width - 1); ++i) {
+          char& there = set[size_t(j * width + i)];
+          if (there) open.push_back(j * width + i);
+          there = 0;
+        }
+      }
+    }
+  }
+  return count;
+}
+
+// A vessel of about a cell's width, wound so that its cells hold two walls at every angle: in one
+// piece by every kind, near and far.
+TEST_F(RenderGpu, ThinVesselsStayConnected) {
+  const TestVolume volume = sampled_volume({40, 40, 40}, {1, 1, 1}, [](Vec3d p) {
+    double nearest = 1e9;
+    for (int i = 0; i <= 400; ++i) {
+      const double angle = i * 0.04;
+      const Vec3d on{19.5 + 14 * std::cos(angle), 19.5 + 14 * std::sin(angle), 4 + 0.075 * i};
+      nearest = std::min(nearest, length(p - on));
+    }
+    return 200 * std::exp(-nearest * nearest);
+  });
+  show_volume(*renderer_, volume, 80.5, 80.5);
+  RenderSettings settings;
+  settings.isosurfaces = {{80.5, {0.85f, 0.8f, 0.7f}, 1}};
+  Camera camera = default_camera(volume.grid);
+  for (const double distance : {0.6, 1.8}) {
+    camera = default_camera(volume.grid);
+    camera.distance *= distance;
+    renderer_->set_camera(camera);
+    for (const SplatKind kind : kKinds) {
+      settings.kind = kind;
+      renderer_->set_settings(settings);
+      const auto image = draw_image(*renderer_, 400, 400);
+      ASSERT_TRUE(image);
+      keep(*image, std::string("vessel-") + kKindNames[static_cast<int>(kind)]);
+      const auto pixels = renderer_->read_surface();
+      ASSERT_TRUE(pixels);
+      std::vector<char> covered;
+      for (const auto& pixel : *pixels) covered.push_back(pixel.hit && pixel.coverage >= 0.5f);
+      EXPECT_EQ(pieces(covered, 400, 400), 1) << kKindNames[static_cast<int>(kind)] << distance;
+    }
   }
 }
 

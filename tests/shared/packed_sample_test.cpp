@@ -11,23 +11,20 @@ TEST(PackedSample, IsExactForSpansBelow512Codes) {
   const CellCorners corners{1000, 1511, 1300, 1001, 1255, 1256, 1400, 1499};
   const auto sample = unpack_sample(pack_sample({63, 0, 41}, corner_interval(corners), corners));
   EXPECT_EQ(sample.cell, (Index3{63, 0, 41}));
-  EXPECT_EQ(sample.octant, -1);
   EXPECT_EQ(sample.interval, (CellInterval{1000, 1511}));
   EXPECT_EQ(sample.corners, Trilinear::as_floats(corners));
 }
 
-TEST(PackedSample, KeepsPlaceOctantAndInterval) {
+TEST(PackedSample, KeepsPlaceAndInterval) {
   RandomCells random(41);
   for (int n = 0; n < 10000; ++n) {
     const CellCorners corners = random.cell();
     const Index3 cell{int32_t(random.integer(64)), int32_t(random.integer(64)),
                       int32_t(random.integer(64))};
-    const int octant = static_cast<int>(random.integer(9)) - 1;
     const CellInterval interval = corner_interval(corners);
-    const PackedSample packed = pack_sample(cell, interval, corners, octant);
+    const PackedSample packed = pack_sample(cell, interval, corners);
     const UnpackedSample sample = unpack_sample(packed);
     EXPECT_EQ(sample.cell, cell);
-    EXPECT_EQ(sample.octant, octant);
     EXPECT_EQ(sample.interval, interval);
     EXPECT_EQ(packed.word[0] >> 30, 0u);
   }
@@ -75,12 +72,11 @@ TEST(PackedSample, IsTheSameBitsOnEveryBuild) {
     const CellCorners corners = random.cell();
     const Index3 cell{int32_t(random.integer(64)), int32_t(random.integer(64)),
                       int32_t(random.integer(64))};
-    const PackedSample packed =
-        pack_sample(cell, corner_interval(corners), corners, int(random.integer(9)) - 1);
+    const PackedSample packed = pack_sample(cell, corner_interval(corners), corners);
     digest.add(packed);
     for (const float c : unpack_sample(packed).corners) digest.add(c);
   }
-  EXPECT_EQ(digest.value(), 16413383529691618793u);
+  EXPECT_EQ(digest.value(), 10310461613206214291u);
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 struct Cell {
   vec3 low;       // corner 0, in cells of the level, in the block
-  float size;     // 1, or 0.5 for an octant of a subdivided cell
   vec4 lower;     // codes of corners 0 to 3 (z = 0) ...
   vec4 upper;     // ... and 4 to 7 (z = 1)
   vec2 interval;  // min, max
@@ -18,7 +17,6 @@ struct Trilinear {
 Cell unpack_sample(uvec4 w) {
   Cell cell;
   cell.low = vec3(w.x & 63u, w.x >> 6 & 63u, w.x >> 12 & 63u);
-  cell.size = 1.0;
   uint low = w.y & 0xffffu, high = w.y >> 16;
   uint span = high - low;
   uint shift = uint(span > 511u) + uint(span > 1023u) + uint(span > 2047u) + uint(span > 4095u) +
@@ -34,27 +32,12 @@ Cell unpack_sample(uvec4 w) {
   return cell;
 }
 
-// An octant is a cell of half the size, whose corners are interpolated.
-Cell octant_of(Cell cell, uvec4 w) {
-  if ((w.x >> 21 & 1u) == 0u) return cell;
-  bvec3 far = bvec3(uvec3(w.x >> 18, w.x >> 19, w.x >> 20) & 1u);
-  vec4 x0 = vec4(cell.lower.xz, cell.upper.xz), x1 = vec4(cell.lower.yw, cell.upper.yw);
-  vec4 middle = 0.5 * (x0 + x1);
-  if (far.x) x0 = middle; else x1 = middle;
-  vec4 y0 = vec4(x0.x, x1.x, x0.z, x1.z), y1 = vec4(x0.y, x1.y, x0.w, x1.w);  // (x, z) pairs
-  middle = 0.5 * (y0 + y1);
-  if (far.y) y0 = middle; else y1 = middle;
-  vec4 z0 = vec4(y0.xy, y1.xy), z1 = vec4(y0.zw, y1.zw);
-  middle = 0.5 * (z0 + z1);
-  if (far.z) z0 = middle; else z1 = middle;
-  cell.low += vec3(far) * 0.5;
-  cell.size = 0.5;
-  cell.lower = z0;
-  cell.upper = z1;
-  vec4 low = min(z0, z1), high = max(z0, z1);
-  cell.interval = vec2(min(min(low.x, low.y), min(low.z, low.w)),
-                       max(max(high.x, high.y), max(high.z, high.w)));
-  return cell;
+// Corners are rounded where the interval is wide, and coarse cells reach beyond their corners: the
+// value nearest to the isocode that the corners have.
+float reachable(Cell cell, float isocode) {
+  vec4 least = min(cell.lower, cell.upper), most = max(cell.lower, cell.upper);
+  return clamp(isocode, min(min(least.x, least.y), min(least.z, least.w)),
+               max(max(most.x, most.y), max(most.z, most.w)));
 }
 
 bool is_active(vec2 interval, float isocode) {
@@ -74,6 +57,13 @@ vec4 value_and_gradient(Trilinear f, vec3 p) {
   float dx = c.y + p.y * c.w, dy = c.z + p.x * c.w;
   return vec4(c.x + p.x * c.y + p.y * dy, dx, dy,
               f.b.x + p.x * f.b.y + p.y * (f.b.z + p.x * f.b.w));
+}
+
+// The same at the cell's centre, straight from the corners.
+vec4 value_and_gradient_at_centre(Cell cell) {
+  vec4 sum = cell.lower + cell.upper, rise = cell.upper - cell.lower;
+  return 0.25 * vec4(0.5 * (sum.x + sum.y + sum.z + sum.w), sum.y + sum.w - sum.x - sum.z,
+                     sum.z + sum.w - sum.x - sum.y, rise.x + rise.y + rise.z + rise.w);
 }
 
 // The displacement of one Newton step (paper, equations 5 and 6) in the units of `gradient`'s space.

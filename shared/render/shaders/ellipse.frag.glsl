@@ -1,9 +1,12 @@
-// A disc in the tangent plane, with the plane's depth and the gradient's first-order change.
+// A piece of the tangent plane, from which each fragment goes along its ray to the cell's trilinear
+// surface by two Newton steps: depth and normal are the surface's, and where it has none, nothing is
+// covered.
 flat in vec2 v_centre_px;
 flat in vec3 v_distance;
 flat in vec3 v_place, v_place_x, v_place_y;
-flat in vec3 v_along, v_bend;
-flat in vec3 v_gradient, v_gradient_x, v_gradient_y;
+flat in vec3 v_along, v_per_place;
+flat in vec3 v_size;
+flat in vec4 v_a, v_b;
 flat in float v_scalar;
 
 uniform uint u_isosurface;
@@ -12,20 +15,29 @@ layout(location = 0) out uvec4 o_pixel;
 
 void main() {
   vec2 d = gl_FragCoord.xy - v_centre_px;
-  // A pixel is inside where its nearest point is: moved towards the centre by a part of a pixel.
-  float distance_px = length(d);
-  d *= 1.0 - min(ELLIPSE_LEAST_PX / max(distance_px, 1e-6), 1.0);
-  vec3 from = d.x * v_place_x + d.y * v_place_y;
-  // To second order the surface is where the plane is bent to. Where it bends out of the cell, the
-  // ray passes it by.
-  float bend = dot(v_bend, from.xxy * from.yzz);
-  vec3 inside = abs(v_place + from + bend * v_along);
-  if (dot(from, from) > ELLIPSE_RADIUS * ELLIPSE_RADIUS ||
-      max(max(inside.x, inside.y), inside.z) > 0.5 + ELLIPSE_MARGIN_CELLS) {
-    discard;
+  vec3 p = v_place + d.x * v_place_x + d.y * v_place_y;
+  vec3 middle = (0.5 - p) * v_per_place, reach = abs(v_per_place) * (0.5 * u_lens.w + ELLIPSE_MARGIN_CELLS);
+  vec3 enter = middle - reach, leave = middle + reach;
+  vec2 between = vec2(max(max(enter.x, enter.y), enter.z), min(min(leave.x, leave.y), leave.z));
+  if (!(between.x <= between.y)) discard;
+  Trilinear f = Trilinear(v_a, v_b);
+  vec4 k = cubic_along(f, p, v_along);
+  float t = clamp(0.0, between.x, between.y);
+  for (int i = 0; i < 2; ++i) {
+    float slope = (3.0 * k.x * t + 2.0 * k.y) * t + k.z;
+    t = clamp(t - cubic(k, t) / slope, between.x, between.y);
   }
-  float z = v_distance.x + dot(v_distance.yz, d) + bend;
-  gl_FragDepth = window_depth(z);
-  vec3 normal = v_gradient + d.x * v_gradient_x + d.y * v_gradient_y;
-  o_pixel = encode_surface(normal, v_scalar, u_isosurface, 1.0);
+  vec4 at = value_and_gradient(f, p + t * v_along);
+  bool found = abs(at.x) <= ELLIPSE_TOLERANCE_CELLS * length(at.yzw);
+  bool crossed = (cubic(k, between.x) > 0.0) != (cubic(k, between.y) > 0.0);
+  if (!found && !crossed) discard;
+  // Where two steps do not find it, but the ray's ends are on both sides of it: as the exact kind. A
+  // loop that runs once or never, as software renderers skip loops, but not branches.
+  for (int turn = found ? 1 : 0; turn < 1; ++turn) {
+    vec4 from = cubic_along(f, p + between.x * v_along, v_along);
+    t = between.x + first_root(from, between.y - between.x);
+    at = value_and_gradient(f, p + t * v_along);
+  }
+  gl_FragDepth = window_depth(v_distance.x + dot(v_distance.yz, d) + t);
+  o_pixel = encode_surface(to_view(at.yzw / v_size), v_scalar, u_isosurface, 1.0);
 }

@@ -6,8 +6,6 @@ flat in vec2 v_centre_px;
 #endif
 flat in vec3 v_size;
 flat in vec4 v_a, v_b;
-flat in vec4 v_plane;
-flat in vec4 v_sample;
 flat in float v_scalar;
 flat in float v_span;
 
@@ -39,56 +37,43 @@ void main() {
   Ray ray = pixel_ray(v_centre, v_centre_px);
 #endif
   float t, coverage = 1.0;
-  if (v_sample.w < 1.0) {
-    // Thin structure in a coarse cell: the corners know no surface; a small piece of plane.
-    t = (v_plane.w - dot(v_plane.xyz, ray.origin)) / dot(v_plane.xyz, ray.direction);
-    vec3 inside = abs((ray.origin + t * ray.direction - v_sample.xyz) / v_size);
-    if (!(max(max(inside.x, inside.y), inside.z) <= 0.5 * v_sample.w) || v_centre.w + t < u_depth.z) {
-      discard;
-    }
+  vec3 origin = ray.origin / v_size + 0.5, direction = ray.direction / v_size;
+  Trilinear f = Trilinear(v_a, v_b);
+  vec2 between = ray_in_cell(origin, direction, EXACT_MARGIN_CELLS);
+  between.x = max(between.x, u_depth.z - v_centre.w);
 #ifdef CLIPPED
-    vec2 between = clip_ray(ray, v_centre.xyz, vec2(t - 1.0, t + 1.0));
-    if (t < between.x || t > between.y) discard;
+  between = clip_ray(ray, v_centre.xyz, between);
 #endif
-  } else {
-    vec3 origin = ray.origin / v_size + 0.5, direction = ray.direction / v_size;
-    Trilinear f = Trilinear(v_a, v_b);
-    vec2 between = ray_in_cell(origin, direction, EXACT_MARGIN_CELLS);
+  t = -1.0;
+  if (between.x <= between.y) {
+    vec3 enter = origin + between.x * direction;
+    vec4 k = cubic_along(f, enter, direction);
+    t = first_root(k, between.y - between.x);
+#if KIND == KIND_BLENDED && !defined(VISIBILITY)
+    if (t < 0.0) {
+      float closest;
+      coverage = near_miss(f, k, enter, direction, between.y - between.x,
+                           v_centre.w + between.x, closest);
+      if (coverage > 0.0) t = closest;
+    }
+#endif
+  }
+#if KIND == KIND_BLENDED && !defined(VISIBILITY)
+  if (t < 0.0) {
+    // Beyond its cell a splat covers nothing, but lends its normal to its neighbours.
+    coverage = 0.0;
+    between = ray_in_cell(origin, direction, BLEND_MARGIN_CELLS);
     between.x = max(between.x, u_depth.z - v_centre.w);
 #ifdef CLIPPED
     between = clip_ray(ray, v_centre.xyz, between);
 #endif
-    t = -1.0;
-    if (between.x <= between.y) {
-      vec3 enter = origin + between.x * direction;
-      vec4 k = cubic_along(f, enter, direction);
-      t = first_root(k, between.y - between.x);
-#if KIND == KIND_BLENDED && !defined(VISIBILITY)
-      if (t < 0.0) {
-        float closest;
-        coverage = near_miss(f, k, enter, direction, between.y - between.x,
-                             v_centre.w + between.x, closest);
-        if (coverage > 0.0) t = closest;
-      }
-#endif
-    }
-#if KIND == KIND_BLENDED && !defined(VISIBILITY)
-    if (t < 0.0) {
-      // Beyond its cell a splat covers nothing, but lends its normal to its neighbours.
-      coverage = 0.0;
-      between = ray_in_cell(origin, direction, BLEND_MARGIN_CELLS);
-      between.x = max(between.x, u_depth.z - v_centre.w);
-#ifdef CLIPPED
-      between = clip_ray(ray, v_centre.xyz, between);
-#endif
-      if (!(between.x <= between.y)) discard;
-      vec4 k = cubic_along(f, origin + between.x * direction, direction);
-      t = first_root(k, between.y - between.x);
-    }
-#endif
-    if (t < 0.0) discard;
-    t += between.x;
+    if (!(between.x <= between.y)) discard;
+    vec4 k = cubic_along(f, origin + between.x * direction, direction);
+    t = first_root(k, between.y - between.x);
   }
+#endif
+  if (t < 0.0) discard;
+  t += between.x;
 #ifdef VISIBILITY
   gl_FragDepth =
       window_depth(v_centre.w + t + BLEND_DEPTH_CELLS * min(min(v_size.x, v_size.y), v_size.z));
@@ -96,7 +81,7 @@ void main() {
   vec3 p = (ray.origin + t * ray.direction) / v_size + 0.5;
   vec3 gradient = value_and_gradient(Trilinear(v_a, v_b), p).yzw / v_size;
   float steepness = length(gradient);
-  vec3 normal = to_view(steepness > 0.0 ? gradient / steepness : v_plane.xyz);
+  vec3 normal = to_view(steepness > 0.0 ? gradient / steepness : -ray.direction);
   gl_FragDepth = window_depth(v_centre.w + t);
   float scalar = v_scalar + u_scalar.y * steepness * v_span;
 #if KIND == KIND_EXACT

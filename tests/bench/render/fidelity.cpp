@@ -1,6 +1,6 @@
 // How true pictures are: each kind, and a triangle mesh drawn by the same renderer, against the ray
-// caster.  isosplat_fidelity VOLUME ISOVALUE [--mesh FILE] [--size PX] [--pictures FOLDER]
-// Prints a line of JSON for each view and kind.
+// caster.  isosplat_fidelity VOLUME ISOVALUE [--mesh FILE] [--size PX] [--kind K] [--view V]
+// [--pictures FOLDER]. Prints a line of JSON for each view and kind.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -79,18 +79,29 @@ Reference cast_reference(const RayCaster& caster, const Camera& camera, int size
   return reference;
 }
 
+/// Where pictures differ: grey where both hit, red where only ours does, blue where only the
+/// reference does, green for holes.
+constexpr std::array<uint8_t, 4> kBoth{200, 200, 200, 255}, kExcess{220, 0, 0, 255},
+    kMissed{0, 0, 220, 255}, kHole{0, 160, 0, 255}, kNeither{255, 255, 255, 255};
+
 void compare(Renderer& renderer, const Reference& reference, double cell, const char* view,
-             const char* kind, const FrameStatistics& statistics) {
+             const char* kind, const FrameStatistics& statistics, Image& difference) {
   const auto pixels = renderer.read_surface();
   if (!pixels) return;
   const CameraFrame frame = camera_frame(renderer.camera());
   double depth = 0, depth_all = 0, normal = 0;
-  int holes = 0, differing = 0, both = 0, deep = 0;
+  int holes = 0, missed = 0, excess = 0, both = 0, deep = 0;
   for (size_t i = 0; i < pixels->size(); ++i) {
     const auto& truth = reference.hits[i];
     const auto& ours = (*pixels)[i];
     const bool covered = ours.hit && ours.coverage >= 0.5f;
-    differing += truth.has_value() != covered;
+    const auto mark = [&](const std::array<uint8_t, 4>& colour) {
+      const size_t width = size_t(difference.width), row = pixels->size() / width - 1 - i / width;
+      std::copy_n(colour.begin(), 4, &difference.rgba[4 * (row * width + i % width)]);
+    };
+    mark(truth ? covered ? kBoth : kMissed : covered ? kExcess : kNeither);
+    missed += truth && !covered;
+    excess += !truth && covered;
     const double error = truth && covered ? std::abs(double(ours.depth) - truth->depth) / cell : 0;
     if (truth && covered) {
       ++both;
@@ -99,6 +110,7 @@ void compare(Renderer& renderer, const Reference& reference, double cell, const 
     if (!reference.deep[i]) continue;
     if (!covered || (double(ours.depth) - truth->depth) / cell > 2) {
       ++holes;
+      mark(kHole);
       continue;
     }
     ++deep;
@@ -111,9 +123,11 @@ void compare(Renderer& renderer, const Reference& reference, double cell, const 
   }
   std::printf(
       "{\"view\":\"%s\",\"kind\":\"%s\",\"reference\":%d,\"deep\":%d,\"holes\":%d,"
-      "\"silhouette\":%.6f,\"depth\":%.6f,\"depth_all\":%.6f,\"normal\":%.5f,\"samples\":%llu}\n",
-      view, kind, reference.count, deep, holes, double(differing) / std::max(1, reference.count),
-      depth / std::max(1, deep), depth_all / std::max(1, both), normal / std::max(1, deep),
+      "\"missed\":%d,\"excess\":%d,\"silhouette\":%.6f,\"depth\":%.6f,\"depth_all\":%.6f,"
+      "\"normal\":%.5f,\"samples\":%llu}\n",
+      view, kind, reference.count, deep, holes, missed, excess,
+      double(missed + excess) / std::max(1, reference.count), depth / std::max(1, deep),
+      depth_all / std::max(1, both), normal / std::max(1, deep),
       static_cast<unsigned long long>(statistics.samples_drawn));
   std::fflush(stdout);
 }
@@ -123,7 +137,7 @@ int run(int argc, char** argv) {
     std::fprintf(stderr, "usage: isosplat_fidelity VOLUME ISOVALUE [--mesh FILE] [--size PX]\n");
     return 2;
   }
-  std::string mesh, pictures, only;
+  std::string mesh, pictures, only, only_view;
   int size = 1024;
   bool drop = false;
   float scale = 1;
@@ -137,6 +151,8 @@ int run(int argc, char** argv) {
       pictures = next();
     else if (!std::strcmp(argv[i], "--kind"))
       only = next();
+    else if (!std::strcmp(argv[i], "--view"))
+      only_view = next();
     else if (!std::strcmp(argv[i], "--scale"))
       scale = static_cast<float>(std::atof(next()));
     else if (!std::strcmp(argv[i], "--drop"))
@@ -166,21 +182,29 @@ int run(int argc, char** argv) {
   back.azimuth = 160;
   back.elevation = -25;
   Camera close = front;
-  for (int ring = 0; ring < size / 2; ring += 8) {
-    const int at = size / 2 + ring;
-    const auto hit = caster.cast(front, size, size, at, at, isocode);
-    if (!hit) continue;
-    const CameraFrame frame = camera_frame(front);
-    const double px = 2 * frame.tan_half_field_of_view / size * (at + 0.5 - 0.5 * size);
-    close.target = frame.eye + (frame.forward + frame.right * px + frame.up * px) * hit->depth;
-    close.distance = cell * size / (2 * frame.tan_half_field_of_view) / 20;
-    break;
+  bool found = false;
+  for (int ring = 0; ring < size / 2 && !found; ring += 8) {
+    for (int turn = 0; turn < 8 && !found; ++turn) {
+      const double angle = turn * 0.785398;
+      const double right = ring * std::cos(angle), up = ring * std::sin(angle);
+      const int x = size / 2 + static_cast<int>(right), y = size / 2 + static_cast<int>(up);
+      const auto hit = caster.cast(front, size, size, x, y, isocode);
+      if (!hit) continue;
+      const CameraFrame frame = camera_frame(front);
+      const double px = 2 * frame.tan_half_field_of_view / size;
+      close.target =
+          frame.eye +
+          (frame.forward + frame.right * (px * right) + frame.up * (px * up)) * hit->depth;
+      close.distance = cell * size / (2 * frame.tan_half_field_of_view) / 20;
+      found = true;
+    }
   }
 
   const std::pair<const char*, Camera> views[] = {
       {"front", front}, {"back", back}, {"close", close}};
   constexpr const char* kKinds[] = {"quad", "ellipse", "blended", "exact"};
   for (const auto& [name, camera] : views) {
+    if (!only_view.empty() && only_view != name) continue;
     renderer.set_camera(camera);
     const Reference reference = cast_reference(caster, camera, size, isocode, cell);
     RenderSettings settings;
@@ -196,9 +220,12 @@ int run(int argc, char** argv) {
         std::fprintf(stderr, "%s\n", image.error().message.c_str());
         std::exit(1);
       }
-      compare(renderer, reference, cell, name, kind, statistics);
+      Image difference = *image;
+      compare(renderer, reference, cell, name, kind, statistics, difference);
       if (!pictures.empty()) {
-        (void)write_png(pictures + "/" + name + "-" + kind + ".png", *image);
+        const std::string path = pictures + "/" + name + "-" + kind;
+        (void)write_png(path + ".png", *image);
+        (void)write_png(path + "-difference.png", difference);
       }
     };
     for (int kind = 0; kind < 4; ++kind) {

@@ -1,0 +1,92 @@
+// What the vertex shaders of all kinds share. One sample becomes one splat: a point (attribute), or,
+// where points cannot be that large, two triangles that fetch the sample by gl_VertexID (PULLED).
+#ifdef PULLED
+uniform highp usampler2D u_samples;
+#else
+layout(location = 0) in uvec4 a_sample;
+#endif
+
+uniform vec4 u_block;           // xyz: the block's corner 0; w: cells of level 0 per cell (2^level)
+uniform uvec2 u_regions;         // a bit for each 16³ cells of the block: whether they are drawn
+uniform float u_isocode;
+uniform uint u_isosurface;
+uniform vec3 u_scalar;          // weights of 1, gradient length, projection error
+
+uvec4 fetch_sample() {
+#ifdef PULLED
+  int index = gl_VertexID / 6;
+  return texelFetch(u_samples, ivec2(index % SAMPLE_TEXTURE_WIDTH, index / SAMPLE_TEXTURE_WIDTH), 0);
+#else
+  return a_sample;
+#endif
+}
+
+void drop() {
+  gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  gl_PointSize = 1.0;
+}
+
+/// low: the cell's low corner in the block, 0 to 63.
+bool is_drawn(vec3 low) {
+  uvec3 region = uvec3(low) >> 4;
+  uint bit = region.x + 4u * region.y + 16u * region.z;
+  return ((bit < 32u ? u_regions.x : u_regions.y) >> (bit & 31u) & 1u) != 0u;
+}
+
+bool is_clipped(vec3 position) {
+#ifdef CLIPPED
+  for (int i = 0; i < u_switches.x; ++i) {
+    if (dot(u_clip_plane[i].xyz, position) < u_clip_plane[i].w) return true;
+  }
+#endif
+  return false;
+}
+
+// Coarse cells whose corners all lie on one side of the isocode hold something thinner than a cell.
+/// isocode: as far as the corners reach.
+bool is_thin(float isocode) { return u_block.w > 1.0 && isocode != u_isocode; }
+
+// The displacement, from the cell's centre, of the approximate projection (paper, section 3.2).
+// Where it is longer than the threshold the sample is dropped (false), or moved that far and no
+// further, and not out of its cell.
+bool displace(float value, vec3 gradient, vec3 size, float isocode, out vec3 displacement) {
+  displacement = newton_step(value, gradient, isocode);
+  float threshold = 0.5 * length(size), distance = length(displacement);
+  if (distance > threshold) {
+    if (u_switches.z != 0 && u_block.w == 1.0) return false;
+    displacement *= threshold / distance;
+  }
+  displacement = clamp(displacement, -0.5 * size, 0.5 * size);
+  return true;
+}
+
+float scalar_of(Trilinear f, vec3 place, float steepness) {
+  float error = 0.0;
+  if (u_scalar.z != 0.0) {
+    vec4 there = value_and_gradient(f, place);
+    error = abs(there.x - u_isocode) / max(length(there.yzw), 1e-6);
+  }
+  return dot(u_scalar, vec3(1.0, steepness, error));
+}
+
+vec2 to_px(vec3 e, float z) {
+  return 0.5 * u_image.xy + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_lens.x / z);
+}
+
+// Splats wholly outside of the image cost nothing.
+void place_splat(vec2 centre_px, vec2 half_px, float ndc_z) {
+  if (any(lessThan(half_px, vec2(0.0))) || any(lessThan(centre_px + half_px, vec2(0.0))) ||
+      any(greaterThan(centre_px - half_px, u_image.xy))) {
+    drop();
+    return;
+  }
+#ifdef PULLED
+  int corner = gl_VertexID % 6;
+  centre_px += half_px * vec2(corner == 1 || corner == 2 || corner == 4 ? 1.0 : -1.0,
+                              corner == 2 || corner == 4 || corner == 5 ? 1.0 : -1.0);
+  gl_Position = vec4(2.0 * centre_px / u_image.xy - 1.0, ndc_z, 1.0);
+#else
+  gl_Position = vec4((2.0 * centre_px / u_image.xy - 1.0) * u_image.zw, ndc_z, 1.0);
+  gl_PointSize = clamp(2.0 * max(half_px.x, half_px.y), 1.0, u_lens.z);
+#endif
+}
