@@ -4,6 +4,7 @@
 
 #include "shared/codec/chunk_codec.h"
 #include "shared/codec/chunk_header.h"
+#include "shared/codec/pack_cells.h"
 #include "shared/codec/rans.h"
 
 namespace isosplat {
@@ -18,31 +19,43 @@ constexpr int32_t kBatch = 256;
 
 constexpr size_t kSmallestChunk = 4 * kRansStates + 1;
 
-/// A token distribution: the token of each slot, and frequency | start << 16 of each token. Two
-/// small tables, because many are in use at once and the cache is to hold them all.
+/// A token distribution: the token of each slot, and the frequency and start of each token.
 struct TokenTable {
   bool built = false;
   uint8_t token[2048];
-  uint32_t range[kTokens];
+  uint16_t frequency[kTokens];
+  uint16_t start[kTokens];
 
   void build(uint32_t shape) {
-    uint16_t frequencies[kTokens];
-    read_distribution(kTokenTable[shape], kTokens, kTokenTotal, frequencies);
-    uint32_t start = 0;
+    read_distribution(kTokenTable[shape], kTokens, kTokenTotal, frequency);
+    uint32_t next = 0;
     for (uint32_t t = 0; t < kTokens; ++t) {
-      const uint32_t frequency = frequencies[t];
-      std::fill_n(token + start, frequency, static_cast<uint8_t>(t));
-      range[t] = frequency | start << 16;
-      start += frequency;
+      start[t] = static_cast<uint16_t>(next);
+      std::fill_n(token + next, frequency[t], static_cast<uint8_t>(t));
+      next += frequency[t];
     }
     built = true;
   }
 };
 
-/// What a context decodes with.
+/// What a context decodes with. The slots are shared between contexts, so that the cache holds all
+/// that are in use.
 struct ContextModel {
-  const TokenTable* table = nullptr;
-  uint32_t shift = 0;
+  /// All that a token leads to: the least u that it stands for, and how many raw bits follow.
+  struct Entry {
+    uint32_t frequency, start, least, raw_bits;
+  };
+  const uint8_t* token_of_slot = nullptr;
+  Entry entry[kTokens];
+
+  void set(const TokenTable& table, uint32_t shift) {
+    token_of_slot = table.token;
+    for (uint32_t t = 0; t < kTokens; ++t) {
+      const uint32_t info = kTokenInfo.info[t];
+      entry[t] = {table.frequency[t], table.start[t], (info & 0xffffff) << shift,
+                  (info >> 24) + shift};
+    }
+  }
 };
 
 struct Found {
@@ -59,11 +72,11 @@ struct Streams {
 
   int32_t residual(const ContextModel& model) {
     const uint32_t token = rans.get<11>([&](uint32_t slot) {
-      const uint32_t found = model.table->token[slot], range = model.table->range[found];
-      return Found{range >> 16, range & 0xffff, found};
+      const uint32_t found = model.token_of_slot[slot];
+      return Found{model.entry[found].start, model.entry[found].frequency, found};
     });
-    const uint32_t info = kTokenInfo.info[token];
-    return unfold(((info & 0xffffff) << model.shift) + bits.get((info >> 24) + model.shift));
+    const ContextModel::Entry& entry = model.entry[token];
+    return unfold(entry.least + bits.get(entry.raw_bits));
   }
 };
 
@@ -106,40 +119,41 @@ struct ChunkDecoder::Scratch {
   int32_t residuals[PlanePoints::kMost];  // of `points`
   ChunkHeader header;
   Predictor predictor;
-  ContextModel models[kKeys];  // by residual_key()
+  ContextModel models[kContexts];
+  const ContextModel* model_of_key[kKeys];
+  IntervalRow intervals;
+  int32_t interval_energy = 0;  // of the cell before
 
   Scratch() : row{}, last_row{} {}
 
-  /// Calls emit(place, the four rows of values from the cell's corner 0, 2, 4, 6 on, interval) for
-  /// each cell in raster order; interval is null where it is that of the corners.
+  /// Calls emit(cells, place, rows, intervals) for each row that has cells of the chunk; what these
+  /// are: pack_cells().
   template <class Ops, class Emit>
   Result<void> decode(std::span<const std::byte> chunk, const ChunkShape& shape, Emit emit);
 
   template <class Ops>
   void decode_row(Index3 cells, int32_t y, int32_t z, const Row*& last);
   void decode_residuals(Streams& streams, int32_t from, int32_t to);
+  bool decode_intervals(Streams& streams, uint64_t in_row, const CellRows& rows);
   bool set_models();
 };
 
 /// Returns false where a context's model is missing that a level can lead to.
 bool ChunkDecoder::Scratch::set_models() {
-  ContextModel of_context[kContexts] = {};
-  ContextModel any;
-  for (int c = 0; c < kContexts; ++c) {
+  int32_t any = -1;
+  for (int32_t c = 0; c < kContexts; ++c) {
     if (header.model[c] == kNoModel) continue;
     const Model model = model_of(header.model[c]);
     TokenTable& table = tables[model.shape];
     if (!table.built) table.build(model.shape);
-    any = of_context[c] = {&table, model.shift};
+    models[c].set(table, model.shift);
+    any = c;
   }
-  if (!any.table) return false;
+  if (any < 0) return false;
   // A context that the encoder did not meet may be met in a malformed chunk: any model will do.
-  for (int group = 0; group < kGroups; ++group) {
-    for (int octave = 0; octave < kOctaves; ++octave) {
-      const ContextModel& model =
-          of_context[group * kLevels + header.levels.level_of_octave(octave)];
-      models[residual_key(octave, group)] = model.table ? model : any;
-    }
+  for (int32_t key = 0; key < kKeys; ++key) {
+    const int32_t c = header.levels.context_of_key(key);
+    model_of_key[key] = &models[header.model[c] == kNoModel ? any : c];
   }
   predictor.set(header.taps, header.wide);
   return true;
@@ -147,9 +161,14 @@ bool ChunkDecoder::Scratch::set_models() {
 
 void ChunkDecoder::Scratch::decode_residuals(Streams& streams, int32_t from, int32_t to) {
   Streams local = streams;
-  for (int32_t i = from; i < to; ++i) {
-    residuals[i] = local.residual(models[points.key[i]]);
-  }
+  int32_t i = from;
+  const auto next = [&] {
+    residuals[i] = local.residual(*model_of_key[points.key[i]]);
+    ++i;
+  };
+  // Four at a time: a coder each.
+  while (i + kRansStates <= to) next(), next(), next(), next();
+  while (i < to) next();
   streams = local;
 }
 
@@ -162,15 +181,40 @@ void ChunkDecoder::Scratch::decode_row(Index3 cells, int32_t y, int32_t z, const
   fill_values(n, own);
 
   int16_t* const values = own.value + kRowPad;
+  // What a point waits for is the one to its left: it comes from a register, not from memory.
+  int32_t value = 0;
   for (int32_t i = points.first[y]; i < points.first[y + 1]; ++i) {
-    const int32_t x = points.x[i], residual = residuals[i];
-    const ClassWeights& weights = predictor.classes[points.point_class[i]];
-    const int32_t sum = Ops::sum_taps(taps_at(n, x), weights.rows);
-    values[x] = static_cast<int16_t>(predictor.predict(weights, sum, values + x) + residual);
-    energies.set(x, y, residual);
+    const int32_t x = points.x[i];
+    const uint32_t point_class = points.point_class[i];
+    const ClassWeights& weights = predictor.classes[point_class];
+    const int32_t sum = Ops::sum_taps(taps_at(n, x), weights.rows) + weights.left2 * values[x - 2];
+    const int32_t left = point_class & kLeftIsPoint ? value : values[x - 1];
+    value = static_cast<int16_t>(predictor.prediction(sum + weights.left * left) + residuals[i]);
+    values[x] = static_cast<int16_t>(value);
+    energies.set(x, y, residuals[i]);
   }
   pad_row(own, cells.x);
   last = &own;
+}
+
+/// Returns false where an interval is empty.
+bool ChunkDecoder::Scratch::decode_intervals(Streams& streams, uint64_t in_row,
+                                             const CellRows& rows) {
+  bool good = true;
+  for (; in_row; in_row &= in_row - 1) {
+    const int32_t x = __builtin_ctzll(in_row);
+    const CellInterval range = header.shifted(corner_interval(rows.corners(x)));
+    const int32_t octave = interval_octave(range, interval_energy);
+    const int32_t below = streams.residual(*model_of_key[residual_key(octave, kIntervalMin)]);
+    const int32_t beyond = streams.residual(*model_of_key[residual_key(octave, kIntervalMax)]);
+    interval_energy = interval_energy_of(below, beyond);
+    const auto min = static_cast<uint32_t>(range.min - below) << header.interval_shift;
+    const auto end = static_cast<uint32_t>(range.max + beyond + 1) << header.interval_shift;
+    intervals.min[x] = static_cast<Code>(min);
+    intervals.max[x] = static_cast<Code>(end - 1);
+    good &= intervals.min[x] < intervals.max[x];
+  }
+  return good;
 }
 
 template <class Ops, class Emit>
@@ -218,7 +262,7 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
   set_first_row(shape.slab_begin, shape.slab_end, last_row);
   const Row* last = &last_row;
   plane[1].clear();  // there is none before z = 0
-  int32_t interval_energy = 0;
+  interval_energy = 0;
   for (int32_t z = 0; z <= cells.z; ++z) {
     if (plane[z & 1].set(mask, cells, z) == 0) continue;
     points.set<Ops>(plane[z & 1], plane[~z & 1], energies, cells.y);
@@ -236,30 +280,15 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
     if (z == 0) continue;
 
     for (int32_t y = 0; y < cells.y; ++y) {
-      const int16_t* const r00 = row[~z & 1][y].value + kRowPad;
-      const int16_t* const r10 = row[~z & 1][y + 1].value + kRowPad;
-      const int16_t* const r01 = row[z & 1][y].value + kRowPad;
-      const int16_t* const r11 = row[z & 1][y + 1].value + kRowPad;
-      const auto row_place = static_cast<uint32_t>(y << 6 | (z - 1) << 12);
-      for (uint64_t bits = mask.row(y, z - 1); bits; bits &= bits - 1) {
-        const auto x = static_cast<uint32_t>(__builtin_ctzll(bits));
-        if (!shape.has_intervals) {
-          emit(row_place | x, r00 + x, r10 + x, r01 + x, r11 + x, nullptr);
-          continue;
-        }
-        const CellInterval range =
-            header.shifted(corner_interval(ScalarOps::corners(r00 + x, r10 + x, r01 + x, r11 + x)));
-        const int32_t octave = interval_octave(range, interval_energy);
-        const int32_t below = streams.residual(models[residual_key(octave, kIntervalMin)]);
-        const int32_t beyond = streams.residual(models[residual_key(octave, kIntervalMax)]);
-        interval_energy = interval_energy_of(below, beyond);
-        const auto min = static_cast<uint32_t>(range.min - below) << header.interval_shift;
-        const auto end = static_cast<uint32_t>(range.max + beyond + 1) << header.interval_shift;
-        const CellInterval interval{static_cast<Code>(min), static_cast<Code>(end - 1)};
-        if (interval.min >= interval.max) return malformed("a cell's interval is empty");
-        emit(row_place | x, r00 + x, r10 + x, r01 + x, r11 + x, &interval);
+      const uint64_t in_row = mask.row(y, z - 1);
+      if (!in_row) continue;
+      const CellRows rows(row[~z & 1][y], row[~z & 1][y + 1], row[z & 1][y], row[z & 1][y + 1]);
+      if (shape.has_intervals && !decode_intervals(streams, in_row, rows)) {
+        return malformed("a cell's interval is empty");
       }
       if (!streams.within()) return truncated();
+      emit(in_row, static_cast<uint32_t>(y << 6 | (z - 1) << 12), rows,
+           shape.has_intervals ? &intervals : nullptr);
     }
   }
   if (!streams.rans.ends_well() || !streams.bits.padding_is_zero()) {
@@ -283,11 +312,14 @@ Result<void> ChunkDecoder::decode(std::span<const std::byte> bytes, const ChunkS
   out.interval.clear();
   return scratch_->decode<ScalarOps>(
       bytes, shape,
-      [&](uint32_t place, const int16_t* r00, const int16_t* r10, const int16_t* r01,
-          const int16_t* r11, const CellInterval* interval) {
-        out.cell.push_back(place);
-        out.corners.push_back(ScalarOps::corners(r00, r10, r01, r11));
-        out.interval.push_back(interval ? *interval : corner_interval(out.corners.back()));
+      [&](uint64_t in_row, uint32_t place, const CellRows& rows, const IntervalRow* intervals) {
+        for (; in_row; in_row &= in_row - 1) {
+          const int32_t x = __builtin_ctzll(in_row);
+          out.cell.push_back(place | static_cast<uint32_t>(x));
+          out.corners.push_back(rows.corners(x));
+          out.interval.push_back(intervals ? CellInterval{intervals->min[x], intervals->max[x]}
+                                           : corner_interval(out.corners.back()));
+        }
       });
 }
 
@@ -295,15 +327,15 @@ Result<void> ChunkDecoder::decode_packed(std::span<const std::byte> bytes, const
                                          std::vector<PackedSample>& out) {
   // Cells are emitted only once their number is known to be cell_count, and that to be possible.
   constexpr uint32_t kMostCells = kBlockCells * kBlockCells * kBlockCells;
-  out.resize(std::min(shape.cell_count, kMostCells));
+  out.clear();
+  out.resize(std::min(shape.cell_count, kMostCells) + kBeyondPacked);
   PackedSample* to = out.data();
   const Result<void> done = scratch_->decode<VectorOps>(
       bytes, shape,
-      [&](uint32_t place, const int16_t* r00, const int16_t* r10, const int16_t* r01,
-          const int16_t* r11, const CellInterval* interval) {
-        *to++ = VectorOps::pack(place, r00, r10, r01, r11, interval);
+      [&](uint64_t in_row, uint32_t place, const CellRows& rows, const IntervalRow* intervals) {
+        to = pack_cells(in_row, place, rows, intervals, to);
       });
-  if (!done) out.clear();
+  out.resize(done ? shape.cell_count : 0);
   return done;
 }
 

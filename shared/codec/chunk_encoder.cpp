@@ -177,11 +177,10 @@ void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const ChunkHea
   for (int32_t y = 0; y < block.cells.y; ++y) {
     const CellInterval* intervals =
         block.intervals + (size_t(z) * block.cells.y + y) * block.cells.x;
+    const CellRows corners(rows[z][y], rows[z][y + 1], rows[z + 1][y], rows[z + 1][y + 1]);
     for (uint64_t bits = mask.row(y, z); bits; bits &= bits - 1) {
-      const int x = __builtin_ctzll(bits), at = kRowPad + x;
-      const CellInterval range = header.shifted(corner_interval(
-          ScalarOps::corners(rows[z][y].value + at, rows[z][y + 1].value + at,
-                             rows[z + 1][y].value + at, rows[z + 1][y + 1].value + at)));
+      const int32_t x = __builtin_ctzll(bits);
+      const CellInterval range = header.shifted(corner_interval(corners.corners(x)));
       const CellInterval interval = header.shifted(intervals[x]);
       const int32_t below = range.min - interval.min, beyond = interval.max - range.max;
       const int32_t octave = interval_octave(range, interval_energy);

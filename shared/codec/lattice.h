@@ -27,6 +27,24 @@ struct Row {
   int16_t value[kRowSize];
 };
 
+/// The values at the corners of a row of cells: the lattice's rows (y, z), (y + 1, z), (y, z + 1)
+/// and (y + 1, z + 1), each from point 0 on.
+struct CellRows {
+  const int16_t *r00, *r10, *r01, *r11;
+
+  CellRows(const Row& row00, const Row& row10, const Row& row01, const Row& row11)
+      : r00(row00.value + kRowPad),
+        r10(row10.value + kRowPad),
+        r01(row01.value + kRowPad),
+        r11(row11.value + kRowPad) {}
+
+  CellCorners corners(int32_t x) const {
+    const auto code = [](int16_t value) { return static_cast<Code>(value ^ -0x8000); };
+    return {code(r00[x]), code(r00[x + 1]), code(r10[x]), code(r10[x + 1]),
+            code(r01[x]), code(r01[x + 1]), code(r11[x]), code(r11[x + 1])};
+  }
+};
+
 /// Which points a row has: bits 0–63 and point 64.
 struct PointMask {
   uint64_t word[2];
@@ -172,6 +190,7 @@ struct Energies {
 
 /// A point's class says which of its neighbours are points too: bit 0 (x − 1, y, z),
 /// 1 (x, y − 1, z), 2 (x, y, z − 1), 3 (x, y − 1, z − 1).
+inline constexpr uint32_t kLeftIsPoint = 1;
 struct ClassBits {
   uint64_t words[4];
 };
@@ -260,7 +279,12 @@ struct Predictor {
   }
   /// From the sum over all taps.
   int32_t prediction(int32_t sum) const {
-    return std::clamp((sum + (1 << (kWeightBits - 1))) >> kWeightBits, -32768, greatest);
+    const int32_t rounded = (sum + (1 << (kWeightBits - 1))) >> kWeightBits;
+    // Rare, so that the next point need not wait for it.
+    if (__builtin_expect(rounded < -32768 || rounded > greatest, 0)) {
+      return std::clamp(rounded, -32768, greatest);
+    }
+    return rounded;
   }
 };
 

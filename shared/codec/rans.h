@@ -94,13 +94,13 @@ class RansDecoder {
     const uint32_t x = found.frequency * (next_ >> kScaleBits) + slot - found.start;
     uint16_t word;
     std::memcpy(&word, at_ - 2, 2);
-    // Whether a word is needed is close to random: arithmetic, not a branch.
-    const uint32_t low = x < kRansLow;
+    // Whether a word is needed is close to random: arithmetic, not a branch. −1 if it is, else 0:
+    const auto low = static_cast<ptrdiff_t>((int64_t{x} - kRansLow) >> 63);
     next_ = second_;
     second_ = third_;
     third_ = fourth_;
-    fourth_ = x << (low << 4) | (word & (0 - low));
-    at_ -= low << 1;
+    fourth_ = x << (low & 16) | (word & static_cast<uint32_t>(low));
+    at_ += 2 * low;
     return found.symbol;
   }
 

@@ -15,8 +15,8 @@ inline uint32_t fold(int32_t residual) {
   return static_cast<uint32_t>((2 * residual - 1) ^ (residual - 1) >> 31);
 }
 inline int32_t unfold(uint32_t folded) {
-  const auto half = static_cast<int32_t>((folded + 1) >> 1);
-  return (folded & 1) ? half : -half;
+  const auto half = static_cast<int32_t>(folded >> 1), sign = -static_cast<int32_t>(folded & 1);
+  return -(half ^ sign);
 }
 
 /// Its low k bits are raw; the rest, u >> k, is a token and raw bits: 0–15 are themselves, token

@@ -5,7 +5,6 @@
 #include <cstring>
 
 #include "shared/sampling/cell.h"
-#include "shared/sampling/packed_sample.h"
 
 #if defined(__SSE4_1__)
 #include <immintrin.h>
@@ -131,24 +130,6 @@ struct ScalarOps {
     }
     return bits;
   }
-
-  /// A cell's corners, from its four rows of lattice values at x: codes less 32768.
-  static CellCorners corners(const int16_t* r00, const int16_t* r10, const int16_t* r01,
-                             const int16_t* r11) {
-    const auto code = [](int16_t value) { return static_cast<Code>(value ^ -0x8000); };
-    return {code(r00[0]), code(r00[1]), code(r10[0]), code(r10[1]),
-            code(r01[0]), code(r01[1]), code(r11[0]), code(r11[1])};
-  }
-
-  __attribute__((always_inline)) static PackedSample pack(uint32_t place, const int16_t* r00,
-                                                          const int16_t* r10, const int16_t* r01,
-                                                          const int16_t* r11,
-                                                          const CellInterval* interval) {
-    const CellCorners c = corners(r00, r10, r01, r11);
-    const Index3 cell{static_cast<int32_t>(place & 63), static_cast<int32_t>(place >> 6 & 63),
-                      static_cast<int32_t>(place >> 12)};
-    return pack_sample(cell, interval ? *interval : corner_interval(c), c);
-  }
 };
 
 #if ISOSPLAT_CODEC_SIMD
@@ -205,16 +186,53 @@ inline V greater_s32(V a, V b) {
 inline V shift_right_u16(V a, uint32_t n) {
   return _mm_srl_epi16(a, _mm_cvtsi32_si128(static_cast<int32_t>(n)));
 }
+inline V shift_left_u16(V a, uint32_t n) {
+  return _mm_sll_epi16(a, _mm_cvtsi32_si128(static_cast<int32_t>(n)));
+}
+inline V shift_left_u32(V a, uint32_t n) {
+  return _mm_sll_epi32(a, _mm_cvtsi32_si128(static_cast<int32_t>(n)));
+}
+inline void store(void* p, V a) {
+  _mm_storeu_si128(static_cast<V*>(p), a);
+}
+inline V min_s16(V a, V b) {
+  return _mm_min_epi16(a, b);
+}
+inline V max_s16(V a, V b) {
+  return _mm_max_epi16(a, b);
+}
+inline V above_u16(V a, uint32_t limit) {
+  return _mm_cmpeq_epi16(_mm_max_epu16(a, splat16(limit + 1)), a);
+}
+inline bool any_above_u16(V a, uint32_t limit) {
+  const V beyond = _mm_subs_epu16(a, splat16(limit));
+  return !_mm_testz_si128(beyond, beyond);
+}
+/// Lanes of both in turn, from their lower or their upper halves.
+inline V low_halves16(V a, V b) {
+  return _mm_unpacklo_epi16(a, b);
+}
+inline V high_halves16(V a, V b) {
+  return _mm_unpackhi_epi16(a, b);
+}
+inline V low_halves32(V a, V b) {
+  return _mm_unpacklo_epi32(a, b);
+}
+inline V high_halves32(V a, V b) {
+  return _mm_unpackhi_epi32(a, b);
+}
+inline V low_halves64(V a, V b) {
+  return _mm_unpacklo_epi64(a, b);
+}
+inline V high_halves64(V a, V b) {
+  return _mm_unpackhi_epi64(a, b);
+}
 inline V high_halves(V a) {
   return _mm_srli_epi32(a, 16);
 }
 /// Signed 16 to signed 8 bits, saturating: 0 and −1 stay what they are.
 inline V narrow_s(V a, V b) {
   return _mm_packs_epi16(a, b);
-}
-/// 16 to 8 bits of lanes that are below 256.
-inline V narrow_u(V a, V b) {
-  return _mm_packus_epi16(a, b);
 }
 inline uint32_t sign_bits8(V a) {
   return static_cast<uint32_t>(_mm_movemask_epi8(a));
@@ -225,9 +243,6 @@ inline uint32_t sign_bits32(V a) {
 inline int32_t sum_lanes(V a) {
   const V pairs = _mm_add_epi32(a, _mm_shuffle_epi32(a, 0x4e));
   return _mm_cvtsi128_si32(_mm_add_epi32(pairs, _mm_shuffle_epi32(pairs, 0xb1)));
-}
-inline void store(void* p, V a) {
-  _mm_storeu_si128(static_cast<V*>(p), a);
 }
 inline V equal16(V a, V b) {
   return _mm_cmpeq_epi16(a, b);
@@ -260,15 +275,6 @@ inline V equal8(V a, V b) {
 /// Byte i is a's byte number at[i].
 inline V shuffle8(V a, V at) {
   return _mm_shuffle_epi8(a, at);
-}
-/// The least and the greatest of eight.
-inline CellInterval range_u16(V a) {
-  const V low = _mm_minpos_epu16(a);
-  const V high = _mm_minpos_epu16(_mm_xor_si128(a, _mm_set1_epi16(-1)));
-  return {static_cast<Code>(_mm_cvtsi128_si32(low)), static_cast<Code>(~_mm_cvtsi128_si32(high))};
-}
-inline uint32_t lane32(V a, bool second) {
-  return static_cast<uint32_t>(second ? _mm_extract_epi32(a, 1) : _mm_cvtsi128_si32(a));
 }
 }  // namespace simd
 #else
@@ -322,14 +328,50 @@ inline V greater_s32(V a, V b) {
 inline V shift_right_u16(V a, uint32_t n) {
   return wasm_u16x8_shr(a, n);
 }
+inline V shift_left_u16(V a, uint32_t n) {
+  return wasm_i16x8_shl(a, n);
+}
+inline V shift_left_u32(V a, uint32_t n) {
+  return wasm_i32x4_shl(a, n);
+}
+inline void store(void* p, V a) {
+  wasm_v128_store(p, a);
+}
+inline V min_s16(V a, V b) {
+  return wasm_i16x8_min(a, b);
+}
+inline V max_s16(V a, V b) {
+  return wasm_i16x8_max(a, b);
+}
+inline V above_u16(V a, uint32_t limit) {
+  return wasm_u16x8_gt(a, splat16(limit));
+}
+inline bool any_above_u16(V a, uint32_t limit) {
+  return wasm_v128_any_true(above_u16(a, limit));
+}
+inline V low_halves16(V a, V b) {
+  return wasm_i16x8_shuffle(a, b, 0, 8, 1, 9, 2, 10, 3, 11);
+}
+inline V high_halves16(V a, V b) {
+  return wasm_i16x8_shuffle(a, b, 4, 12, 5, 13, 6, 14, 7, 15);
+}
+inline V low_halves32(V a, V b) {
+  return wasm_i32x4_shuffle(a, b, 0, 4, 1, 5);
+}
+inline V high_halves32(V a, V b) {
+  return wasm_i32x4_shuffle(a, b, 2, 6, 3, 7);
+}
+inline V low_halves64(V a, V b) {
+  return wasm_i64x2_shuffle(a, b, 0, 2);
+}
+inline V high_halves64(V a, V b) {
+  return wasm_i64x2_shuffle(a, b, 1, 3);
+}
 inline V high_halves(V a) {
   return wasm_u32x4_shr(a, 16);
 }
 inline V narrow_s(V a, V b) {
   return wasm_i8x16_narrow_i16x8(a, b);
-}
-inline V narrow_u(V a, V b) {
-  return wasm_u8x16_narrow_i16x8(a, b);
 }
 inline uint32_t sign_bits8(V a) {
   return wasm_i8x16_bitmask(a);
@@ -343,9 +385,6 @@ inline V add_lanes(V a) {
 }
 inline int32_t sum_lanes(V a) {
   return wasm_i32x4_extract_lane(add_lanes(a), 0);
-}
-inline void store(void* p, V a) {
-  wasm_v128_store(p, a);
 }
 inline V equal16(V a, V b) {
   return wasm_i16x8_eq(a, b);
@@ -377,19 +416,6 @@ inline V equal8(V a, V b) {
 }
 inline V shuffle8(V a, V at) {
   return wasm_i8x16_swizzle(a, at);
-}
-inline CellInterval range_u16(V a) {
-  // Least in lane 0 by halving; the greatest is the least of the complement.
-  const V b = wasm_v128_not(a);
-  V m = wasm_u16x8_min(wasm_i64x2_shuffle(a, b, 0, 2), wasm_i64x2_shuffle(a, b, 1, 3));
-  m = wasm_u16x8_min(m, wasm_i32x4_shuffle(m, m, 1, 0, 3, 2));
-  m = wasm_u16x8_min(m, wasm_u32x4_shr(m, 16));
-  return {static_cast<Code>(wasm_u16x8_extract_lane(m, 0)),
-          static_cast<Code>(~wasm_u16x8_extract_lane(m, 4))};
-}
-inline uint32_t lane32(V a, bool second) {
-  return static_cast<uint32_t>(second ? wasm_i32x4_extract_lane(a, 1)
-                                      : wasm_i32x4_extract_lane(a, 0));
 }
 }  // namespace simd
 #endif
@@ -526,39 +552,6 @@ struct VectorOps {
     }
     if (i < count) bits |= ScalarOps::active_cells(cells + i, count - i, begin, end) << i;
     return bits;
-  }
-
-  __attribute__((always_inline)) static PackedSample pack(uint32_t place, const int16_t* r00,
-                                                          const int16_t* r10, const int16_t* r01,
-                                                          const int16_t* r11,
-                                                          const CellInterval* interval) {
-    using namespace simd;
-    int32_t rows[4];
-    std::memcpy(&rows[0], r00, 4);
-    std::memcpy(&rows[1], r10, 4);
-    std::memcpy(&rows[2], r01, 4);
-    std::memcpy(&rows[3], r11, 4);
-    V corners = xor_(set4(rows[0], rows[1], rows[2], rows[3]), splat16(0x8000));
-    CellInterval range;
-    if (interval) {
-      range = *interval;
-      corners = max_u16(min_u16(corners, splat16(range.max)), splat16(range.min));
-    } else {
-      range = range_u16(corners);
-    }
-    // corner_shift(): the bits beyond nine.
-    const auto span = static_cast<uint32_t>(range.max - range.min);
-    const auto shift = static_cast<uint32_t>(23 - __builtin_clz(span | 511));
-    const V q = shift_right_u16(sub16(corners, splat16(range.min)), shift);
-    const V ninth = greater_s16(q, splat16(255));
-    const V low = and_(q, splat16(255));
-    const V bytes = narrow_u(low, low);
-    PackedSample packed;
-    packed.word[0] = place | (sign_bits8(narrow_s(ninth, ninth)) & 255) << 22;
-    packed.word[1] = range.min | static_cast<uint32_t>(range.max) << 16;
-    packed.word[2] = lane32(bytes, false);
-    packed.word[3] = lane32(bytes, true);
-    return packed;
   }
 };
 #else

@@ -12,9 +12,10 @@ int corner_shift(CellInterval interval) {
 
 PackedSample pack_sample(Index3 cell, CellInterval interval, const CellCorners& corners) {
   const int shift = corner_shift(interval);
-  PackedSample packed{};
+  PackedSample packed;
   packed.word[0] = static_cast<uint32_t>(cell.x | cell.y << 6 | cell.z << 12);
   packed.word[1] = static_cast<uint32_t>(interval.min) | static_cast<uint32_t>(interval.max) << 16;
+  packed.word[2] = packed.word[3] = 0;
   for (int i = 0; i < 8; ++i) {
     const Code clamped = std::clamp(corners[i], interval.min, interval.max);
     const uint32_t q = static_cast<uint32_t>(clamped - interval.min) >> shift;

@@ -24,6 +24,9 @@ namespace isosplat {
 struct PackedSample {
   uint32_t word[4];
 
+  /// Holds anything: a vector of samples that are about to be written is not written twice.
+  PackedSample() {}
+
   friend constexpr bool operator==(const PackedSample&, const PackedSample&) = default;
 };
 static_assert(sizeof(PackedSample) == 16);

@@ -4,6 +4,7 @@
 
 #include "shared/codec/cell_mask.h"
 #include "shared/codec/lattice.h"
+#include "shared/codec/pack_cells.h"
 #include "shared/codec/simd.h"
 
 namespace isosplat {
@@ -340,14 +341,6 @@ TEST(ChunkCodec, VectorOperationsEqualScalarOnes) {
     const uint32_t begin = random() % 65536, end = i % 3 ? begin + random() % 100 : 65536;
     ASSERT_EQ(VectorOps::active_cells(intervals, 23, begin, end),
               ScalarOps::active_cells(intervals, 23, begin, end));
-
-    CellInterval range{Code(random()), Code(random())};
-    if (range.min > range.max) std::swap(range.min, range.max);
-    for (const CellInterval* interval :
-         {static_cast<const CellInterval*>(nullptr), &std::as_const(range)}) {
-      ASSERT_EQ(VectorOps::pack(i & 0x3ffff, rows[0], rows[1], rows[2], rows[3], interval),
-                ScalarOps::pack(i & 0x3ffff, rows[0], rows[1], rows[2], rows[3], interval));
-    }
   }
   const QuadSlots slots;
   for (int context = 0; context < 256; ++context) {
@@ -382,6 +375,35 @@ TEST(ChunkCodec, OctavesOfARowAreThoseOfItsSums) {
       }
       ASSERT_EQ(octaves[x], half_octave(sum));
     }
+  }
+}
+
+TEST(PackCells, VectorsEqualScalars) {
+  Random random{13};
+  for (int i = 0; i < 20000; ++i) {
+    Row values[4];
+    const uint32_t spread = 16 - random() % 14;
+    const int32_t base = int32_t(random() % 65536) - 32768;
+    for (auto& row : values) {
+      for (int16_t& v : row.value) v = int16_t(base + int32_t(random() % (1u << spread)));
+    }
+    IntervalRow intervals;
+    for (int x = 0; x < kBlockCells; ++x) {
+      intervals.min[x] = Code(random() % 65535);
+      intervals.max[x] = Code(intervals.min[x] + 1 + random() % (65535u - intervals.min[x]));
+    }
+    const CellRows rows(values[0], values[1], values[2], values[3]);
+    const uint64_t some = uint64_t{random()} << 41 | uint64_t{random()} << 20 | random();
+    const uint64_t cells = i % 3 == 0 ? ~uint64_t{0} : i % 3 == 1 ? some : some & some << 7;
+    const uint32_t place = (random() % 4096) << 6;
+    const IntervalRow* given = i % 2 ? &intervals : nullptr;
+    std::vector<PackedSample> expected(64), found(64 + kBeyondPacked);
+    expected.resize(
+        size_t(pack_cells_scalar(cells, place, rows, given, expected.data()) - expected.data()));
+    const auto* end = pack_cells(cells, place, rows, given, found.data());
+    ASSERT_EQ(end - found.data(), __builtin_popcountll(cells));
+    found.resize(expected.size());
+    ASSERT_EQ(found, expected);
   }
 }
 

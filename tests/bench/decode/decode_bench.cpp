@@ -28,8 +28,7 @@ int run(const char* path, double low, double high) {
   const auto store = StoreFile::open(path);
   if (!store) return report(store.error());
   const StoreInfo& info = (*store)->info();
-  const auto found =
-      (*store)->chunks_for(0, info.mapping.isocode(low), info.mapping.isocode(high));
+  const auto found = (*store)->chunks_for(0, info.mapping.isocode(low), info.mapping.isocode(high));
   if (!found) return report(found.error());
   std::vector<std::byte> bytes;
   std::vector<size_t> begin;
