@@ -95,4 +95,19 @@ void gather_block(const Layer& layer, Index3 index, GatheredBlock& block) {
   }
 }
 
+void find_row_intervals(GatheredBlock& block) {
+  const auto across = static_cast<size_t>(block.cells.x);
+  block.row_intervals.resize(block.intervals.size() / across);
+  const CellInterval* cells = block.intervals.data();
+  for (CellInterval& row : block.row_intervals) {
+    Code low = 65535, high = 0;
+    for (size_t i = 0; i < across; ++i) {
+      low = std::min(low, cells[i].min);
+      high = std::max(high, cells[i].max);
+    }
+    row = {low, high};
+    cells += across;
+  }
+}
+
 }  // namespace isosplat

@@ -34,12 +34,13 @@ void BlockWorker::work(const Layer& layer, Index3 block, const CoarserLayer& coa
                        const SlabOptions& options, EncodedBlock& out) {
   gather_block(layer, block, block_);
   if (layer.grid.level > 0) round_intervals(block_);
+  find_row_intervals(block_);
   if (coarser.voxels) coarsen_block(layer, block_, coarser);
   planner_.count(block_.intervals);
   if (layer.grid.level == 0) statistics.add_block(planner_, block_.intervals);
   out.interval = planner_.interval();
   const BlockView view{block_.cells, block_.voxels.data(), block_.intervals.data(),
-                       layer.grid.level > 0};
+                       layer.grid.level > 0, block_.row_intervals.data()};
   uint32_t begin = out.interval.min;
   for (const uint32_t end : planner_.plan(options_for(options, layer.grid.level))) {
     const size_t before = out.bytes.size();

@@ -30,6 +30,9 @@ struct BlockView {
   /// interval. Cells with min ≥ max (such as those with a missing corner) are never active.
   const CellInterval* intervals = nullptr;
   bool has_intervals = false;  ///< levels ≥ 1: the intervals are coded, not taken from the corners
+  /// Of each row of cells (y fastest, then z) what its cells' intervals lie in: rows outside a slab
+  /// are passed over. Null where that is not known.
+  const CellInterval* row_intervals = nullptr;
 };
 
 /// The cells of a chunk in raster order (x fastest): three arrays of one length.

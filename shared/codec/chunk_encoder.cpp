@@ -38,6 +38,11 @@ struct MaskEncoder {
 
 }  // namespace
 
+struct IntervalResidual {
+  int32_t below, beyond;  ///< how far a cell's interval goes beyond its corners'
+  int32_t range;          ///< of the corners
+};
+
 struct ChunkEncoder::Scratch {
   RansSymbol quad_symbols[256][16];
   const RansSymbol* mask_symbols[kMostQuads];
@@ -53,6 +58,7 @@ struct ChunkEncoder::Scratch {
   int32_t tap_sum[PlanePoints::kMost + PlanePoints::kSlack];
   int16_t value[PlanePoints::kMost + PlanePoints::kSlack];
   int16_t energy[PlanePoints::kMost];
+  IntervalResidual slice_intervals[kBlockCells * kBlockCells];
   PredictorFit fit;
   ResidualEncoder residuals;
   std::vector<uint16_t> words;
@@ -86,14 +92,27 @@ ChunkEncoder::Scratch::Scratch() : rows{}, first_row{} {
 /// Returns the number of cells.
 uint32_t ChunkEncoder::Scratch::set_mask(const BlockView& block, uint32_t begin, uint32_t end) {
   mask.clear();
-  uint32_t count = 0;
-  const CellInterval* intervals = block.intervals;
+  // First which rows, without a branch: no other waits for one that comes late from memory.
+  struct RowPlace {
+    uint8_t y, z;
+  };
+  RowPlace within[kBlockCells * kBlockCells];
+  uint32_t row_count = 0;
+  const CellInterval* row = block.row_intervals;
   for (int32_t z = 0; z < block.cells.z; ++z) {
-    for (int32_t y = 0; y < block.cells.y; ++y, intervals += block.cells.x) {
-      const uint64_t bits = VectorOps::active_cells(intervals, block.cells.x, begin, end);
-      mask.row(y, z) = bits;
-      count += static_cast<uint32_t>(__builtin_popcountll(bits));
+    for (int32_t y = 0; y < block.cells.y; ++y, row += row != nullptr) {
+      within[row_count] = {static_cast<uint8_t>(y), static_cast<uint8_t>(z)};
+      row_count += !row || (row->max > begin && row->min < end);
     }
+  }
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < row_count; ++i) {
+    const int32_t y = within[i].y, z = within[i].z;
+    const uint64_t bits =
+        VectorOps::active_cells(block.intervals + (size_t(z) * block.cells.y + y) * block.cells.x,
+                                block.cells.x, begin, end);
+    mask.row(y, z) = bits;
+    count += static_cast<uint32_t>(__builtin_popcountll(bits));
   }
   return count;
 }
@@ -172,23 +191,46 @@ void ChunkEncoder::Scratch::set_interval_shift(const BlockView& block, ChunkHead
   header.interval_shift = __builtin_ctz(used);
 }
 
+/// Adds the intervals of slice z: how far each goes beyond the range of the cell's corners.
 void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const ChunkHeader& header,
                                           int32_t z, int32_t& interval_energy) {
+  size_t count = 0;
   for (int32_t y = 0; y < block.cells.y; ++y) {
+    if (mask.row(y, z) == 0) continue;
+    // Of all the row's cells, so that it becomes vector code.
+    const int16_t *r00 = rows[z][y].value + kRowPad, *r10 = rows[z][y + 1].value + kRowPad,
+                  *r01 = rows[z + 1][y].value + kRowPad, *r11 = rows[z + 1][y + 1].value + kRowPad;
+    int16_t low[kLatticeAcross], high[kLatticeAcross];
+    for (int32_t x = 0; x <= block.cells.x; ++x) {
+      low[x] = std::min(std::min(r00[x], r10[x]), std::min(r01[x], r11[x]));
+      high[x] = std::max(std::max(r00[x], r10[x]), std::max(r01[x], r11[x]));
+    }
     const CellInterval* intervals =
         block.intervals + (size_t(z) * block.cells.y + y) * block.cells.x;
-    const CellRows corners(rows[z][y], rows[z][y + 1], rows[z + 1][y], rows[z + 1][y + 1]);
-    for (uint64_t bits = mask.row(y, z); bits; bits &= bits - 1) {
-      const int32_t x = __builtin_ctzll(bits);
-      const CellInterval range = header.shifted(corner_interval(corners.corners(x)));
-      const CellInterval interval = header.shifted(intervals[x]);
-      const int32_t below = range.min - interval.min, beyond = interval.max - range.max;
-      const int32_t octave = interval_octave(range, interval_energy);
-      uint32_t* const entries = residuals.add(2);
-      entries[0] = ResidualEncoder::entry(fold(below), residual_key(octave, kIntervalMin));
-      entries[1] = ResidualEncoder::entry(fold(beyond), residual_key(octave, kIntervalMax));
-      interval_energy = interval_energy_of(below, beyond);
+    IntervalResidual row[kBlockCells];
+    for (int32_t x = 0; x < block.cells.x; ++x) {
+      const int32_t least = (std::min(low[x], low[x + 1]) + 32768) >> header.interval_shift;
+      const int32_t greatest = (std::max(high[x], high[x + 1]) + 32768) >> header.interval_shift;
+      row[x] = {least - (intervals[x].min >> header.interval_shift),
+                (intervals[x].max >> header.interval_shift) - greatest, greatest - least};
     }
+    for (uint64_t bits = mask.row(y, z); bits; bits &= bits - 1) {
+      slice_intervals[count++] = row[__builtin_ctzll(bits)];
+    }
+  }
+  uint32_t* const entries = residuals.add(2 * count);
+  for (size_t i = 0; i < count; ++i) {
+    const auto [below, beyond, range] = slice_intervals[i];
+    const int32_t before =
+        i > 0 ? interval_energy_of(slice_intervals[i - 1].below, slice_intervals[i - 1].beyond)
+              : interval_energy;
+    const int32_t octave = half_octave_by_float(2 * range + before + 2);
+    entries[2 * i] = ResidualEncoder::entry(fold(below), residual_key(octave, kIntervalMin));
+    entries[2 * i + 1] = ResidualEncoder::entry(fold(beyond), residual_key(octave, kIntervalMax));
+  }
+  if (count > 0) {
+    interval_energy =
+        interval_energy_of(slice_intervals[count - 1].below, slice_intervals[count - 1].beyond);
   }
 }
 

@@ -178,13 +178,8 @@ struct Energies {
   }
 
  private:
-  /// half_octave(energy) for an energy of at most 16 kMaxEnergy: by the upper bits of a float,
-  /// which vectors have, where they cannot count leading zeros.
   static uint8_t octave_of(int32_t energy) {
-    const auto number = static_cast<float>(static_cast<uint16_t>(energy + 2));
-    uint32_t bits;
-    std::memcpy(&bits, &number, sizeof bits);
-    return static_cast<uint8_t>((bits >> 22) - 256);
+    return static_cast<uint8_t>(half_octave_by_float(static_cast<uint16_t>(energy + 2)));
   }
 };
 

@@ -22,6 +22,8 @@ constexpr int tap(int unknown) {
 
 /// Eight lanes, whatever the machine has: it must not matter to the sums.
 using Lanes = float __attribute__((vector_size(32)));
+using IntLanes = int32_t __attribute__((vector_size(32)));
+using ShortLanes = int16_t __attribute__((vector_size(16)));
 
 /// Sums of products of a class's samples: row i, column j where j ≥ i or both are in one half.
 struct Moments {
@@ -58,7 +60,13 @@ PredictorFit::Weights PredictorFit::solve(uint32_t stride) {
   for (const Sample& sample : samples_) {
     float* to = sorted_.data() + end[sample.point_class]++ * kSlots;
     const int32_t implied = sample.slot[kImpliedTap];
-    for (int i = 0; i < kSlots; ++i) to[i] = static_cast<float>(sample.slot[i] - implied);
+    for (int i = 0; i < kSlots; i += 8) {
+      ShortLanes slots;
+      std::memcpy(&slots, sample.slot + i, sizeof slots);
+      const auto difference = __builtin_convertvector(slots, IntLanes) - implied;
+      const auto number = __builtin_convertvector(difference, Lanes);
+      std::memcpy(to + i, &number, sizeof number);
+    }
   }
 
   Weights weights;

@@ -29,13 +29,20 @@ struct TapPointers {
   const int16_t* back_up;
 };
 
-/// How busy the surroundings are, in half octaves: below kOctaves for an energy below 2^20. Equal
-/// to the upper bits of energy + 2 as a single-precision number.
+/// How busy the surroundings are, in half octaves: below kOctaves for an energy below 2^20.
 inline constexpr int kOctaves = 40;
 inline int32_t half_octave(uint32_t energy) {
   const uint32_t e = energy + 2;
   const int32_t bits = 31 - __builtin_clz(e);
   return 2 * bits + static_cast<int32_t>(e >> (bits - 1) & 1) - 2;
+}
+/// half_octave(plus_two − 2) for a number below 2^24, made so that loops of it become vector code:
+/// vectors have floats, whose upper bits these are, but cannot all count leading zeros.
+inline int32_t half_octave_by_float(int32_t plus_two) {
+  const auto number = static_cast<float>(plus_two);
+  uint32_t bits;
+  std::memcpy(&bits, &number, sizeof bits);
+  return static_cast<int32_t>(bits >> 22) - 256;
 }
 
 /// Bit `bit` of four words, as the bits of a number.
