@@ -90,7 +90,7 @@ void Renderer::State::compose(GLuint framebuffer, bool as_linear) {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   glViewport(0, 0, width, height);
   glDisable(GL_DEPTH_TEST);
-  const GlProgram& compose_program = compose_programs[layers > 1];
+  const GlProgram& compose_program = compose_programs[(layers > 1) + 2 * (settings.eye_dome > 0)];
   glUseProgram(compose_program.name());
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D_ARRAY, targets.surfaces());

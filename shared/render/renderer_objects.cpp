@@ -50,12 +50,14 @@ Result<void> Renderer::State::make_gl_objects() {
   auto normalise = GlProgram::link("", {"image.vert.glsl"},
                                    {"frame.glsl", "surface_pixel.glsl", "normalise.frag.glsl"});
   if (!normalise) return tl::unexpected(normalise.error());
-  for (int several = 0; several < 2; ++several) {
+  for (int i = 0; i < 4; ++i) {
+    const std::string defines =
+        std::string(i & 1 ? "" : "#define ONE_LAYER\n") + (i & 2 ? "#define EYE_DOME\n" : "");
     auto compose = GlProgram::link(
-        several ? "" : "#define ONE_LAYER\n", {"image.vert.glsl"},
+        defines, {"image.vert.glsl"},
         {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl", "compose.frag.glsl"});
     if (!compose) return tl::unexpected(compose.error());
-    compose_programs[several] = std::move(*compose);
+    compose_programs[i] = std::move(*compose);
   }
   auto present =
       GlProgram::link("", {"image.vert.glsl"}, {"picture_code.glsl", "present.frag.glsl"});
@@ -68,8 +70,8 @@ Result<void> Renderer::State::make_gl_objects() {
   present_program = std::move(*present);
   read_program = std::move(*read);
   mesh_program = std::move(*mesh);
-  for (const GlProgram* program :
-       {&normalise_program, &compose_programs[0], &compose_programs[1], &read_program}) {
+  for (const GlProgram* program : {&normalise_program, &compose_programs[0], &compose_programs[1],
+                                   &compose_programs[2], &compose_programs[3], &read_program}) {
     glUseProgram(program->name());
     glUniformBlockBinding(program->name(), glGetUniformBlockIndex(program->name(), "Frame"),
                           kFrameBinding);
@@ -79,7 +81,8 @@ Result<void> Renderer::State::make_gl_objects() {
   glUniform1i(normalise_program.uniform("u_sums"), 1);
   glUseProgram(present_program.name());
   glUniform1i(present_program.uniform("u_sums"), 0);
-  for (const GlProgram* program : {&compose_programs[0], &compose_programs[1], &read_program}) {
+  for (const GlProgram* program : {&compose_programs[0], &compose_programs[1], &compose_programs[2],
+                                   &compose_programs[3], &read_program}) {
     glUseProgram(program->name());
     glUniform1i(program->uniform("u_surfaces"), 0);
     glUniform1i(program->uniform("u_depths"), 1);
@@ -105,6 +108,7 @@ void Renderer::State::forget_gl_objects() {
   items.clear();
   buffers.forget();
   targets.forget();
+  depth_tiles.forget();
   accumulation.forget();
   for (auto& pass : splat_programs) {
     for (auto& pulled : pass) {
@@ -114,8 +118,8 @@ void Renderer::State::forget_gl_objects() {
       }
     }
   }
-  for (GlProgram* program : {&normalise_program, &compose_programs[0], &compose_programs[1],
-                             &present_program, &read_program, &mesh_program}) {
+  for (GlProgram& program : compose_programs) program.forget();
+  for (GlProgram* program : {&normalise_program, &present_program, &read_program, &mesh_program}) {
     program->forget();
   }
   frame_buffer = empty_vertex_array = colour_map = sample_texture = 0;
@@ -128,6 +132,7 @@ void Renderer::State::forget_gl_objects() {
 void Renderer::State::release_gl_objects() {
   buffers.release();
   targets.release();
+  depth_tiles.release();
   accumulation.release();
   for (auto& pass : splat_programs) {
     for (auto& pulled : pass) {
@@ -159,13 +164,12 @@ Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass,
   Result<GlProgram> linked;
   if (pass == pass_quad) {
     linked = GlProgram::link(
-        defines,
-        {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "splat.glsl", "quad.vert.glsl"},
+        defines, {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "splat.glsl", "quad.vert.glsl"},
         {"quad.frag.glsl"});
   } else if (pass == pass_ellipse) {
-    linked = GlProgram::link(defines, vertex,
-                             {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "cubic.glsl",
-                              "ellipse.frag.glsl"});
+    linked = GlProgram::link(
+        defines, vertex,
+        {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "cubic.glsl", "ellipse.frag.glsl"});
   } else {
     linked = GlProgram::link(defines, vertex,
                              {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",
@@ -181,9 +185,11 @@ Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass,
   splat.isosurface = program.uniform("u_isosurface");
   splat.scalar = program.uniform("u_scalar");
   splat.regions = program.uniform("u_regions");
+  glUseProgram(program.name());
   if (pulled) {
-    glUseProgram(program.name());
     glUniform1i(program.uniform("u_samples"), 0);
+  } else {
+    glUniform1i(program.uniform("u_farthest"), 1);
   }
   return &splat;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "shared/render/accumulation.h"
+#include "shared/render/depth_tiles.h"
 #include "shared/render/frame.h"
 #include "shared/render/gl_program.h"
 #include "shared/render/renderer.h"
@@ -71,11 +72,12 @@ struct Renderer::State {
   SampleBuffers buffers;
 
   SurfaceTargets targets;
+  DepthTiles depth_tiles;
   int layers = 1;  // of `targets`, that the last draw used
   Accumulation accumulation;
   SplatProgram splat_programs[kPasses][2][2];  // [pass][pulled][clipped]
   GlProgram normalise_program, present_program, read_program, mesh_program;
-  GlProgram compose_programs[2];  // one layer, several
+  GlProgram compose_programs[4];  // one layer, several; from 2 on with eye-dome lighting
   GLuint frame_buffer = 0, empty_vertex_array = 0, colour_map = 0;
   int colour_map_loaded = -1;
   GLuint sample_texture = 0;
@@ -97,7 +99,8 @@ struct Renderer::State {
                        [id](const VisibleChunk& chunk) { return chunk.id == id; });
   }
   void collect_items(const Frame& frame);
-  Result<void> draw_splats(Pass pass, const Frame& frame, int isosurface);
+  Result<void> draw_splats(Pass pass, const Frame& frame, int isosurface,
+                           const SplatTarget& target);
   Result<void> draw_isosurface(SplatKind kind, const Frame& frame, int isosurface, int layer);
   void load_samples(const SampleRange& range);
   void load_colour_map();

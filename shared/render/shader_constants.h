@@ -19,13 +19,16 @@
 
 // Squares (measured: tests/bench/render): how much of the normal the extent of a plane's part
 // discounts, and how far towards a corner the plane counts as moved, both less than all as surfaces
-// bend; px by which squares are enlarged, and bands; and how far behind the sample squares are drawn,
-// in extents of the box along the view.
+// bend; px by which squares are enlarged, and bands; and how far behind the sample squares are
+// drawn, in extents of the box along the view.
 #define QUAD_FLATNESS 0.95
 #define QUAD_CORNER 0.9
 #define QUAD_MARGIN_PX 0.3
 #define QUAD_LEAST_PX 0.2
 #define QUAD_SETBACK 0.2
+
+// Side of the tiles by whose farthest depth hidden splats are dropped; larger splats never are.
+#define HIDING_TILE_PX 16
 
 // A chunk whose squares or ellipses may be larger than this, in px, is ray cast instead: what is
 // approximate would show, and so few splats that are so large fit on the screen.

@@ -5,6 +5,14 @@
 #include "shared/render/shader_constants.h"
 
 namespace isosplat {
+namespace {
+
+void write_colours(bool write) {
+  const GLboolean mask = write ? GL_TRUE : GL_FALSE;
+  glColorMask(mask, mask, mask, mask);
+}
+
+}  // namespace
 
 /// Visible chunks inside the frustum and the clip planes, the nearest first.
 void Renderer::State::collect_items(const Frame& frame) {
@@ -87,7 +95,10 @@ void Renderer::State::load_samples(const SampleRange& range) {
   glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
 }
 
-Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int isosurface) {
+/// Draws into the target, which is bound. Once some of the samples are drawn, its depths tell which
+/// of the rest are hidden.
+Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int isosurface,
+                                          const SplatTarget& target) {
   const Isosurface& surface = settings.isosurfaces[static_cast<size_t>(isosurface)];
   const float isocode = mapping.isocode(surface.isovalue);
   const int width = targets.width(), height = targets.height();
@@ -96,9 +107,25 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
   const auto guard = static_cast<GLint>(limits.guard_px);
   const SplatProgram* current = nullptr;
   uint32_t level = ~0u, buffer = ~0u;
+  uint64_t samples = 0, drawn = 0;
+  for (const DrawItem& item : items) {
+    if (is_active(item.chunk->interval, isocode)) samples += item.chunk->range.count;
+  }
+  // A look costs as much as it takes to draw some samples, by the size of the image.
+  const uint64_t least = uint64_t(width) * uint64_t(height) / 10;
+  const uint64_t step = pass == pass_accumulate ? samples : std::max(samples / 4, least);
+  uint64_t next_look = step;
   for (const DrawItem& item : items) {
     const Chunk& chunk = *item.chunk;
     if (!is_active(chunk.interval, isocode)) continue;
+    if (drawn >= next_look) {
+      write_colours(true);
+      depth_tiles.take(target, empty_vertex_array);
+      write_colours(pass != pass_visibility);
+      next_look += step;
+      current = nullptr;
+    }
+    drawn += chunk.range.count;
     const bool pulled = item.largest_px > limits.offered.max_point_size;
     const bool large = settings.projected && item.largest_px > float(LARGE_SPLAT_PX);
     const Pass chosen = large && (pass == pass_quad || pass == pass_ellipse) ? pass_exact : pass;
@@ -115,6 +142,8 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
         glBindVertexArray(empty_vertex_array);
       } else {
         glViewport(-guard, -guard, width + 2 * guard, height + 2 * guard);
+        glActiveTexture(GL_TEXTURE1);
+        glBindTexture(GL_TEXTURE_2D, depth_tiles.texture());
       }
     }
     if (chunk.block.level != level) {
@@ -145,26 +174,28 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
 
 Result<void> Renderer::State::draw_isosurface(SplatKind kind, const Frame& frame, int isosurface,
                                               int layer) {
+  if (auto ok = depth_tiles.clear(targets.width(), targets.height()); !ok) return ok;
   if (kind != SplatKind::blended) {
     glBindFramebuffer(GL_FRAMEBUFFER, targets.layer_framebuffer(layer));
     return draw_splats(kind == SplatKind::quad      ? pass_quad
                        : kind == SplatKind::ellipse ? pass_ellipse
                                                     : pass_exact,
-                       frame, isosurface);
+                       frame, isosurface, targets.layer(layer));
   }
   const float zero[4] = {0, 0, 0, 0}, one = 1;
-  glBindFramebuffer(GL_FRAMEBUFFER, targets.sums_framebuffer());
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.sums().framebuffer);
   glClearBufferfv(GL_COLOR, 0, zero);
   glClearBufferfv(GL_COLOR, 1, zero);
   glClearBufferfv(GL_DEPTH, 0, &one);
-  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  if (auto ok = draw_splats(pass_visibility, frame, isosurface); !ok) return ok;
-  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  write_colours(false);
+  if (auto ok = draw_splats(pass_visibility, frame, isosurface, targets.sums()); !ok) return ok;
+  write_colours(true);
+  depth_tiles.take(targets.sums(), empty_vertex_array);
   glDepthMask(GL_FALSE);
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
   glBlendEquationSeparate(GL_FUNC_ADD, GL_MAX);
-  if (auto ok = draw_splats(pass_accumulate, frame, isosurface); !ok) return ok;
+  if (auto ok = draw_splats(pass_accumulate, frame, isosurface, targets.sums()); !ok) return ok;
   glDisable(GL_BLEND);
   glDepthMask(GL_TRUE);
 

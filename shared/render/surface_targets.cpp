@@ -59,10 +59,11 @@ Result<void> SurfaceTargets::prepare(int width, int height, int layers, bool ble
       glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i),
                              GL_TEXTURE_2D, sums_[i], 0);
     }
-    glGenRenderbuffers(1, &sums_depth_);
-    glBindRenderbuffer(GL_RENDERBUFFER, sums_depth_);
-    glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, width, height);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, sums_depth_);
+    glGenTextures(1, &sums_depth_);
+    glBindTexture(GL_TEXTURE_2D_ARRAY, sums_depth_);
+    glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_DEPTH_COMPONENT24, width, height, 1);
+    nearest_and_clamped(GL_TEXTURE_2D_ARRAY);
+    glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, sums_depth_, 0, 0);
     const GLenum both[2] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
     glDrawBuffers(2, both);
     if (auto ok = check_complete("blending"); !ok) return ok;
@@ -79,7 +80,7 @@ void SurfaceTargets::release() {
   }
   if (sums_framebuffer_) glDeleteFramebuffers(1, &sums_framebuffer_);
   if (sums_[0]) glDeleteTextures(2, sums_);
-  if (sums_depth_) glDeleteRenderbuffers(1, &sums_depth_);
+  if (sums_depth_) glDeleteTextures(1, &sums_depth_);
   forget();
 }
 

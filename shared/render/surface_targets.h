@@ -8,6 +8,12 @@
 
 namespace isosplat {
 
+/// Where splats are drawn: a framebuffer, and its depth attachment as a layer of a texture array.
+struct SplatTarget {
+  GLuint framebuffer = 0, depths = 0;
+  int layer = 0;
+};
+
 /// What surfaces are drawn into before they are lit: layers of surface pixels (RGBA16UI, see
 /// surface_pixel.glsl) with depth, and the blended kind's sums. Made for a size, kept until another
 /// is asked for.
@@ -23,7 +29,8 @@ class SurfaceTargets {
   Result<void> prepare(int width, int height, int layers, bool blended, bool float_blend);
 
   GLuint layer_framebuffer(int layer) const { return framebuffers_[static_cast<size_t>(layer)]; }
-  GLuint sums_framebuffer() const { return sums_framebuffer_; }
+  SplatTarget layer(int layer) const { return {layer_framebuffer(layer), depths_, layer}; }
+  SplatTarget sums() const { return {sums_framebuffer_, sums_depth_, 0}; }
   GLuint surfaces() const { return surfaces_; }  ///< texture array
   GLuint depths() const { return depths_; }      ///< texture array
   GLuint normal_sums() const { return sums_[0]; }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
 
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
@@ -147,6 +148,45 @@ TEST_F(RenderGpu, AnisotropicSpacingIsNotSquashed) {
     const char* name = kKindNames[static_cast<int>(kind)];
     EXPECT_EQ(d.holes, 0) << name;
     EXPECT_LT(d.silhouette, kSilhouette[static_cast<int>(kind)]) << name;
+  }
+}
+
+// So many samples for so few pixels that those behind what is drawn already are dropped: nothing of
+// what is seen may be among them.
+TEST_F(RenderGpu, DropsHiddenSamplesOnly) {
+  const TestVolume volume = sphere_volume({130, 130, 130});
+  const uint64_t samples = show_volume(*renderer_, volume, 5500, 5500);
+  constexpr int kSize = 200;
+  EXPECT_GT(samples, uint64_t{4} * kSize * kSize / 10);
+  Camera camera = default_camera(volume.grid);
+  camera.distance *= 0.8;
+  renderer_->set_camera(camera);
+  RenderSettings settings;
+  settings.isosurfaces = {{5500, {0.85f, 0.8f, 0.7f}, 1}};
+  settings.clip_box_high.x = 0.7;  // the far wall is seen from inside
+  constexpr uint64_t kChunks = 27;
+  std::vector<uint64_t> all(kChunks);
+  std::iota(all.begin(), all.end(), uint64_t{0});
+  // Blended surfaces are means across chunks, and so cannot be put together of them.
+  for (const SplatKind kind : {SplatKind::quad, SplatKind::ellipse, SplatKind::exact}) {
+    settings.kind = kind;
+    renderer_->set_settings(settings);
+    const auto depths = [&](std::span<const uint64_t> chunks) {
+      renderer_->set_visible(chunks);
+      EXPECT_TRUE(draw_image(*renderer_, kSize, kSize));
+      const auto pixels = renderer_->read_surface();
+      EXPECT_TRUE(pixels);
+      std::vector<float> result;
+      for (const auto& pixel : *pixels) result.push_back(pixel.hit ? pixel.depth : 1e9f);
+      return result;
+    };
+    const std::vector<float> together = depths(all);
+    std::vector<float> nearest(together.size(), 1e9f);
+    for (const uint64_t& chunk : all) {
+      const std::vector<float> alone = depths({&chunk, 1});
+      for (size_t i = 0; i < alone.size(); ++i) nearest[i] = std::min(nearest[i], alone[i]);
+    }
+    EXPECT_EQ(together, nearest) << kKindNames[static_cast<int>(kind)];
   }
 }
 

@@ -68,6 +68,5 @@ void main() {
   v_band = vec4(centre_px, edge / max(band, 1e-6));
   // Of overlapping squares the nearest is seen, which brings the surface forward: put it back.
   float back = z + QUAD_SETBACK * dot(abs(u_forward.xyz), size);
-  place_splat(centre_px, vec2(max(half_px.x, half_px.y) + QUAD_MARGIN_PX),
-              u_depth.x + u_depth.y / back);
+  place_splat(centre_px, half_px + QUAD_MARGIN_PX, back);
 }

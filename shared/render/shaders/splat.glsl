@@ -12,6 +12,10 @@ uniform float u_isocode;
 uniform uint u_isosurface;
 uniform vec3 u_scalar;          // weights of 1, gradient length, projection error
 
+#ifndef PULLED
+uniform highp usampler2D u_farthest;  // of each tile, what is drawn already
+#endif
+
 uvec4 fetch_sample() {
 #ifdef PULLED
   int index = gl_VertexID / 6;
@@ -73,13 +77,36 @@ vec2 to_px(vec3 e, float z) {
   return 0.5 * u_image.xy + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_lens.x / z);
 }
 
-// Splats wholly outside of the image cost nothing.
-void place_splat(vec2 centre_px, vec2 half_px, float ndc_z) {
+#ifndef PULLED
+/// nearest: distance along the view of the splat's nearest point.
+bool is_hidden(vec2 centre_px, vec2 half_px, float nearest) {
+  vec2 last = u_image.xy - 1.0;
+  ivec2 low = ivec2(clamp(centre_px - half_px, vec2(0.0), last)) / HIDING_TILE_PX;
+  ivec2 high = ivec2(clamp(centre_px + half_px, vec2(0.0), last)) / HIDING_TILE_PX;
+  uint farthest = max(max(texelFetch(u_farthest, low, 0).x, texelFetch(u_farthest, high, 0).x),
+                      max(texelFetch(u_farthest, ivec2(low.x, high.y), 0).x,
+                          texelFetch(u_farthest, ivec2(high.x, low.y), 0).x));
+  return all(lessThanEqual(high - low, ivec2(1))) &&
+         window_depth(nearest) > uintBitsToFloat(farthest) + 1e-6;
+}
+#endif
+
+// Splats wholly outside of the image, or behind what is drawn already, cost nothing more.
+/// nearest: distance along the view of the splat's nearest point, and of all where it has one depth.
+void place_splat(vec2 centre_px, vec2 half_px, float nearest) {
   if (any(lessThan(half_px, vec2(0.0))) || any(lessThan(centre_px + half_px, vec2(0.0))) ||
       any(greaterThan(centre_px - half_px, u_image.xy))) {
     drop();
     return;
   }
+#ifndef PULLED
+  half_px = vec2(max(half_px.x, half_px.y));
+  if (is_hidden(centre_px, half_px, nearest)) {
+    drop();
+    return;
+  }
+#endif
+  float ndc_z = u_depth.x + u_depth.y / max(nearest, u_depth.z);
 #ifdef PULLED
   int corner = gl_VertexID % 6;
   centre_px += half_px * vec2(corner == 1 || corner == 2 || corner == 4 ? 1.0 : -1.0,
@@ -87,6 +114,6 @@ void place_splat(vec2 centre_px, vec2 half_px, float ndc_z) {
   gl_Position = vec4(2.0 * centre_px / u_image.xy - 1.0, ndc_z, 1.0);
 #else
   gl_Position = vec4((2.0 * centre_px / u_image.xy - 1.0) * u_image.zw, ndc_z, 1.0);
-  gl_PointSize = clamp(2.0 * max(half_px.x, half_px.y), 1.0, u_lens.z);
+  gl_PointSize = clamp(2.0 * half_px.x, 1.0, u_lens.z);
 #endif
 }

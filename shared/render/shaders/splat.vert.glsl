@@ -124,6 +124,8 @@ void main() {
   v_b = f.b;
 
 #if KIND == KIND_ELLIPSE
+  vec3 half_box = (0.5 + ELLIPSE_MARGIN_CELLS) * u_lens.w * size;
+  float reach = dot(abs(u_forward.xyz), half_box);
   float z = dot(position, u_forward.xyz);
   if (z < u_depth.z || is_clipped(position)) {
     drop();
@@ -140,7 +142,6 @@ void main() {
   // Bounds of the tangent plane's part inside of the cell's box: for any c, no point of it is
   // further along r than the box is along r - c n. The more the surface bends, by the mixed second
   // derivatives, the less of n is discounted.
-  vec3 half_box = (0.5 + ELLIPSE_MARGIN_CELLS) * size * u_lens.w;
   vec3 right = u_right.xyz - u_forward.xyz * dot(to_hit, u_right.xyz);
   vec3 up = u_up.xyz - u_forward.xyz * dot(to_hit, u_up.xyz);
   float bent = (abs(f.a.w) + abs(f.b.y) + abs(f.b.z) + abs(f.b.w)) /
@@ -162,7 +163,8 @@ void main() {
   v_along = to_hit / size;
   v_along += vec3(equal(v_along, vec3(0.0))) * 1e-9;
   v_per_place = 1.0 / v_along;
-  place_splat(v_centre_px + 0.5 * (low_px + high_px), 0.5 * (high_px - low_px) + 0.5, 0.0);
+  place_splat(v_centre_px + 0.5 * (low_px + high_px), 0.5 * (high_px - low_px) + 0.5,
+              dot(centre, u_forward.xyz) - reach);
 #else
   float z = dot(centre, u_forward.xyz);
   if (z + dot(abs(u_forward.xyz), 0.5 * size) < u_depth.z) {
@@ -187,12 +189,13 @@ void main() {
   }
   vec4 bounds = bounds_px(centre, half_box);
   vec2 low_px = max(bounds.xy - pad_px, vec2(-1.0)), high_px = min(bounds.zw + pad_px, u_image.xy + 1.0);
-  place_splat(0.5 * (low_px + high_px), 0.5 * (high_px - low_px), 0.0);
+  place_splat(0.5 * (low_px + high_px), 0.5 * (high_px - low_px), z);
 #else
   z = max(z, u_depth.z);
   v_centre = vec4(centre, z);
   v_centre_px = to_px(centre, z);
-  place_splat(v_centre_px, half_extent_px(centre, half_box, z) + pad_px, 0.0);
+  place_splat(v_centre_px, half_extent_px(centre, half_box, z) + pad_px,
+              z - dot(abs(u_forward.xyz), half_box));
 #endif
 #endif
 }
