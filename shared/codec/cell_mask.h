@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <cstring>
 
@@ -29,8 +30,9 @@ struct CellMask {
   }
   /// Adds the cells of a brick.
   void set_brick(int32_t x, int32_t y, int32_t z, uint64_t word) {
+    const uint64_t place = uint64_t{15} << (4 * x), turned = std::rotl(word, 4 * x);
     for (int i = 0; i < 16; ++i) {
-      row(4 * y + (i & 3), 4 * z + (i >> 2)) |= (word >> (4 * i) & 15) << (4 * x);
+      row(4 * y + (i & 3), 4 * z + (i >> 2)) |= std::rotr(turned, 4 * i) & place;
     }
   }
 };
@@ -89,41 +91,33 @@ inline BrickMask bricks_of(const CellMask& mask, Index3 cells) {
   return bricks;
 }
 
+/// Puts the cells of a brick, bit x + 4 y + 16 z, in the order of quads, four bits each, or back.
+inline uint64_t swap_quads(uint64_t word) {
+  const uint64_t differ = (word ^ word >> 2) & 0x0c0c0c0c0c0c0c0c;
+  return word ^ differ ^ differ << 2;
+}
+
 /// Codes a brick's quads; see code_mask(). left, above, below: the words of the bricks before it
-/// along x, y, z; old: its own, where it is encoded.
+/// along x, y, z; old: its own, where it is encoded; all in the order of quads.
 template <class Coder>
 inline uint64_t code_brick(Coder& coder, int32_t slices, bool two_x, bool two_y, uint64_t left,
                            uint64_t above, uint64_t below, uint64_t old) {
-  const auto quad_of = [](uint64_t slice) {
-    return static_cast<uint32_t>((slice & 3) | (slice >> 2 & 12));
-  };
-  const auto right_of = [](uint32_t quad) { return (quad >> 1 & 1) | (quad >> 2 & 2); };
+  const auto bits = [](uint64_t word, int from) { return static_cast<uint32_t>(word >> from); };
+  const auto right_of = [](uint32_t quad) { return (quad & 2) << 3 | (quad & 8) << 2; };
+  // The quads at z − 1 are held apart: a quad waits for those that its context needs alone.
+  uint32_t q0 = bits(below, 48) & 15, q1 = bits(below, 52) & 15;
+  uint32_t q2 = bits(below, 56) & 15, q3 = bits(below, 60) & 15;
+  Coder local = coder;  // in registers
   uint64_t word = 0;
-  below >>= 48;
-  above >>= 12;
-  for (int32_t z = 0; z < slices; ++z) {
-    const auto up = static_cast<uint32_t>(above & 15), side = static_cast<uint32_t>(left);
-    uint32_t q1 = 0, q2 = 0, q3 = 0;
-    const uint32_t q0 = coder.quad(
-        quad_of(below) | (side << 1 & 16) | (side >> 2 & 32) | (up & 3) << 6, quad_of(old));
-    if (two_x) {
-      q1 = coder.quad(quad_of(below >> 2) | right_of(q0) << 4 | up >> 2 << 6, quad_of(old >> 2));
-    }
-    if (two_y) {
-      q2 = coder.quad(quad_of(below >> 8) | (side >> 7 & 16) | (side >> 10 & 32) | q0 >> 2 << 6,
-                      quad_of(old >> 8));
-      if (two_x) {
-        q3 =
-            coder.quad(quad_of(below >> 10) | right_of(q2) << 4 | q1 >> 2 << 6, quad_of(old >> 10));
-      }
-    }
-    below = (q0 & 3) | (q1 & 3) << 2 | q0 >> 2 << 4 | q1 >> 2 << 6 | (q2 & 3) << 8 |
-            (q3 & 3) << 10 | q2 >> 2 << 12 | q3 >> 2 << 14;
-    word |= below << (16 * z);
-    above >>= 16;
-    left >>= 16;
-    old >>= 16;
+  for (int32_t z = 0; z < 16 * slices; z += 16) {
+    const uint32_t side = bits(left, z), up = bits(above, z), quads = bits(old, z);
+    q0 = local.quad(q0 | right_of(side >> 4) | (up >> 4 & 0xc0), quads & 15);
+    if (two_x) q1 = local.quad(q1 | right_of(q0) | (up >> 8 & 0xc0), quads >> 4 & 15);
+    if (two_y) q2 = local.quad(q2 | right_of(side >> 12) | (q0 << 4 & 0xc0), quads >> 8 & 15);
+    if (two_x && two_y) q3 = local.quad(q3 | right_of(q2) | (q1 << 4 & 0xc0), quads >> 12 & 15);
+    word |= uint64_t{q0 | q1 << 4 | q2 << 8 | q3 << 12} << z;
   }
+  coder = local;
   return word;
 }
 
@@ -156,7 +150,7 @@ bool code_mask(Index3 cells, BrickMask& bricks, CellMask& mask, Coder& coder) {
     }
   }
 
-  // A brick as a word: bit x + 4 y + 16 z. Two planes of bricks, with zeros before the first.
+  // Bricks in the order of quads: two planes of them, with zeros before the first.
   constexpr int32_t kPadded = BrickMask::kAcross + 1;
   uint64_t words[2][kPadded][kPadded] = {};
   for (int32_t z = 0; z < across.z; ++z) {
@@ -168,11 +162,11 @@ bool code_mask(Index3 cells, BrickMask& bricks, CellMask& mask, Coder& coder) {
       for (uint32_t row = bricks.row(y, z) >> 1; row; row &= row - 1) {
         const int32_t x = __builtin_ctz(row);
         const bool two_x = 4 * x + 2 < cells.x;
-        const uint64_t old = Coder::kDecodes ? 0 : mask.brick(x, y, z);
+        const uint64_t old = Coder::kDecodes ? 0 : swap_quads(mask.brick(x, y, z));
         const uint64_t word = code_brick(coder, slices, two_x, two_y, current[y + 1][x],
                                          current[y][x + 1], previous[y + 1][x + 1], old);
         current[y + 1][x + 1] = word;
-        if (Coder::kDecodes) mask.set_brick(x, y, z, word);
+        if (Coder::kDecodes) mask.set_brick(x, y, z, swap_quads(word));
         if (!coder.good()) return false;
       }
     }

@@ -83,13 +83,13 @@ struct Streams {
 template <class Ops>
 struct MaskDecoder {
   static constexpr bool kDecodes = true;
-  const QuadSlots& slots;
+  const QuadSlots* slots;
   Streams streams;
 
   uint32_t quad(uint32_t context, uint32_t) {
     return streams.rans.get<12>([&](uint32_t slot) {
-      const uint32_t found = Ops::find_quad(slots.start[context], slot);
-      return Found{slots.start[context][found], slots.frequency[context][found], found};
+      const uint32_t found = Ops::find_quad(slots->start[context], slot);
+      return Found{slots->start[context][found], slots->frequency[context][found], found};
     });
   }
   bool good() const { return streams.within(); }
@@ -244,7 +244,7 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
 
   mask.clear();
   BrickMask bricks;
-  MaskDecoder<Ops> mask_decoder{quad_slots, streams};
+  MaskDecoder<Ops> mask_decoder{&quad_slots, streams};
   const bool mask_is_good = code_mask(cells, bricks, mask, mask_decoder);
   streams = mask_decoder.streams;
   if (!mask_is_good) {
@@ -271,25 +271,29 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
       decode_residuals(streams, i, std::min(i + kBatch, in_plane));
       if (!streams.within()) return truncated();
     }
-    for (int32_t y = 0; y <= cells.y; ++y) {
-      if (points.first[y] != points.first[y + 1]) decode_row<Ops>(cells, y, z, last);
+    // The cells of rows decoded a while ago, in the time that a row's values take to reach memory.
+    constexpr int32_t kLag = 2;
+    for (int32_t y = 0; y < cells.y + kLag; ++y) {
+      if (y <= cells.y && points.first[y] != points.first[y + 1])
+        decode_row<Ops>(cells, y, z, last);
+      if (z == 0 || y < kLag) continue;
+      const int32_t cell_y = y - kLag;
+      const uint64_t in_row = mask.row(cell_y, z - 1);
+      if (!in_row) continue;
+      const CellRows rows(row[~z & 1][cell_y], row[~z & 1][cell_y + 1], row[z & 1][cell_y],
+                          row[z & 1][cell_y + 1]);
+      if (shape.has_intervals) {
+        if (!decode_intervals(streams, in_row, rows)) {
+          return malformed("a cell's interval is empty");
+        }
+        if (!streams.within()) return truncated();
+      }
+      emit(in_row, static_cast<uint32_t>(cell_y << 6 | (z - 1) << 12), rows,
+           shape.has_intervals ? &intervals : nullptr);
     }
     // The next plane but one takes this one's place: keep its last row.
     if (last != &last_row) last_row = *last;
     last = &last_row;
-    if (z == 0) continue;
-
-    for (int32_t y = 0; y < cells.y; ++y) {
-      const uint64_t in_row = mask.row(y, z - 1);
-      if (!in_row) continue;
-      const CellRows rows(row[~z & 1][y], row[~z & 1][y + 1], row[z & 1][y], row[z & 1][y + 1]);
-      if (shape.has_intervals && !decode_intervals(streams, in_row, rows)) {
-        return malformed("a cell's interval is empty");
-      }
-      if (!streams.within()) return truncated();
-      emit(in_row, static_cast<uint32_t>(y << 6 | (z - 1) << 12), rows,
-           shape.has_intervals ? &intervals : nullptr);
-    }
   }
   if (!streams.rans.ends_well() || !streams.bits.padding_is_zero()) {
     return malformed("the coder does not end where it began");
