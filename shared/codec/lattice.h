@@ -199,10 +199,11 @@ inline ClassBits class_bits(const PointPlane& current, const PointPlane& previou
 /// The points of a plane, in coding order, and what their contexts need.
 struct PlanePoints {
   static constexpr int32_t kMost = kLatticeAcross * kLatticeAcross;
-  static constexpr int32_t kSlack = 8;  ///< vectors write beyond the last
+  static constexpr int32_t kSlack = 8;  ///< vectors read and write beyond the last
   int32_t first[kLatticeAcross + 1];    ///< of each row; the last is the number of points
-  uint8_t x[kMost + kSlack];
-  uint8_t point_class[kMost + kSlack];
+  // What lies beyond the last point may be used, and is of another plane, or of none: valid.
+  uint8_t x[kMost + kSlack] = {};
+  uint8_t point_class[kMost + kSlack] = {};
   uint8_t key[kMost + kSlack];  ///< octave and group: residual_key()
 
   template <class Ops>
