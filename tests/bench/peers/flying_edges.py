@@ -11,9 +11,8 @@ import json
 import sys
 import time
 
+from raw_volume import flying_edges, raw_volume
 from vtkmodules.vtkCommonCore import vtkSMPTools
-from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
-from vtkmodules.vtkIOImage import vtkImageReader2
 
 
 def main():
@@ -21,27 +20,9 @@ def main():
     vtkSMPTools.SetBackend("TBB")
     vtkSMPTools.Initialize(int(threads))
 
-    reader = vtkImageReader2()
-    reader.SetFileName(path)
-    reader.SetFileDimensionality(3)
-    reader.SetDataExtent(0, int(x) - 1, 0, int(y) - 1, 0, int(z) - 1)
-    getattr(
-        reader,
-        {
-            "u8": "SetDataScalarTypeToUnsignedChar",
-            "i16": "SetDataScalarTypeToShort",
-            "u16": "SetDataScalarTypeToUnsignedShort",
-            "f32": "SetDataScalarTypeToFloat",
-        }[kind],
-    )()
-    reader.SetDataByteOrderToLittleEndian()
+    reader = raw_volume(path, (x, y, z), kind)
     reader.Update()
-
-    edges = vtkFlyingEdges3D()
-    edges.SetInputData(reader.GetOutput())
-    edges.ComputeNormalsOn()
-    edges.ComputeGradientsOff()
-    edges.ComputeScalarsOff()
+    edges = flying_edges(reader)
     print(json.dumps({"backend": vtkSMPTools.GetBackend()}), flush=True)
     for line in sys.stdin:
         edges.SetValue(0, float(line))

@@ -11,34 +11,12 @@ import struct
 import sys
 from array import array
 
-from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
-from vtkmodules.vtkIOImage import vtkImageReader2
+from raw_volume import flying_edges, raw_volume
 
 
 def main():
     path, x, y, z, kind, sx, sy, sz, isovalue, out = sys.argv[1:11]
-    reader = vtkImageReader2()
-    reader.SetFileName(path)
-    reader.SetFileDimensionality(3)
-    reader.SetDataExtent(0, int(x) - 1, 0, int(y) - 1, 0, int(z) - 1)
-    reader.SetDataSpacing(float(sx), float(sy), float(sz))
-    getattr(
-        reader,
-        {
-            "u8": "SetDataScalarTypeToUnsignedChar",
-            "i16": "SetDataScalarTypeToShort",
-            "u16": "SetDataScalarTypeToUnsignedShort",
-            "f32": "SetDataScalarTypeToFloat",
-        }[kind],
-    )()
-    reader.SetDataByteOrderToLittleEndian()
-    reader.FileLowerLeftOn()  # else rows are taken from the top
-
-    edges = vtkFlyingEdges3D()
-    edges.SetInputConnection(reader.GetOutputPort())
-    edges.ComputeNormalsOn()
-    edges.ComputeGradientsOff()
-    edges.ComputeScalarsOff()
+    edges = flying_edges(raw_volume(path, (x, y, z), kind, (sx, sy, sz)))
     edges.SetValue(0, float(isovalue))
     edges.Update()
     mesh = edges.GetOutput()

@@ -1,0 +1,34 @@
+"""What the scripts beside this one share: a raw volume as VTK reads it, and the filter."""
+
+from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
+from vtkmodules.vtkIOImage import vtkImageReader2
+
+SCALAR_TYPES = {
+    "u8": "SetDataScalarTypeToUnsignedChar",
+    "i16": "SetDataScalarTypeToShort",
+    "u16": "SetDataScalarTypeToUnsignedShort",
+    "f32": "SetDataScalarTypeToFloat",
+}
+
+
+def raw_volume(path, voxels, kind, spacing=(1, 1, 1)):
+    """A reader of little-endian values, x fastest."""
+    reader = vtkImageReader2()
+    reader.SetFileName(path)
+    reader.SetFileDimensionality(3)
+    reader.SetDataExtent(*(bound for n in voxels for bound in (0, int(n) - 1)))
+    reader.SetDataSpacing(*map(float, spacing))
+    getattr(reader, SCALAR_TYPES[kind])()
+    reader.SetDataByteOrderToLittleEndian()
+    reader.FileLowerLeftOn()  # else rows are taken from the top
+    return reader
+
+
+def flying_edges(reader):
+    """The filter on what the reader reads, with normals and nothing else."""
+    edges = vtkFlyingEdges3D()
+    edges.SetInputConnection(reader.GetOutputPort())
+    edges.ComputeNormalsOn()
+    edges.ComputeGradientsOff()
+    edges.ComputeScalarsOff()
+    return edges
