@@ -5,6 +5,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
+#include <atomic>
 #include <utility>
 
 #include "native/build/file_io.h"
@@ -37,7 +39,24 @@ void remove_stale(const std::filesystem::path& target) {
   }
 }
 
+/// Names of temporaries, where a signal handler finds them: it may neither lock nor allocate. A
+/// program that writes more files at a time leaves the others to remove_stale().
+std::array<std::atomic<const char*>, 8> unfinished{};
+
+void replace_unfinished(const char* from, const char* to) {
+  for (auto& name : unfinished) {
+    const char* expected = from;
+    if (name.compare_exchange_strong(expected, to)) return;
+  }
+}
+
 }  // namespace
+
+void remove_unfinished_files() {
+  for (const auto& name : unfinished) {
+    if (const char* path = name.load()) ::unlink(path);
+  }
+}
 
 Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   std::error_code ignored;
@@ -54,9 +73,12 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
     std::string name = (folder_of(target) / (temporary_prefix(target) + "XXXXXX")).string();
     output.file_ = ::mkostemp(name.data(), O_CLOEXEC);
     if (output.file_ < 0) return system_error("create a file in", folder_of(target));
-    output.temporary_ = name;
     struct stat found {};
-    if (::flock(output.file_, LOCK_EX | LOCK_NB) == 0 && ::stat(name.c_str(), &found) == 0) break;
+    if (::flock(output.file_, LOCK_EX | LOCK_NB) == 0 && ::stat(name.c_str(), &found) == 0) {
+      output.temporary_ = std::make_unique<const std::filesystem::path>(name);
+      replace_unfinished(nullptr, output.temporary_->c_str());
+      break;
+    }
     ::close(std::exchange(output.file_, -1));
   }
   if (output.file_ < 0) return system_error("lock a file in", folder_of(target));
@@ -69,14 +91,16 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
 
 OutputFile::OutputFile(OutputFile&& other) noexcept
     : target_(std::move(other.target_)),
-      temporary_(std::exchange(other.temporary_, {})),
+      temporary_(std::move(other.temporary_)),
       file_(std::exchange(other.file_, -1)),
       pending_(std::move(other.pending_)),
       pending_offset_(other.pending_offset_) {}
 
 OutputFile::~OutputFile() {
   if (file_ >= 0) ::close(file_);
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  if (!temporary_) return;
+  ::unlink(temporary_->c_str());
+  replace_unfinished(temporary_->c_str(), nullptr);
 }
 
 Result<void> OutputFile::flush() {
@@ -99,10 +123,11 @@ Result<void> OutputFile::write(uint64_t offset, std::span<const std::byte> bytes
 Result<void> OutputFile::publish() {
   if (auto flushed = flush(); !flushed) return flushed;
   if (::fsync(file_) != 0) return system_error("write", target_);
-  if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
+  if (::rename(temporary_->c_str(), target_.c_str()) != 0) {
     return system_error("rename a finished store to", target_);
   }
-  temporary_.clear();
+  replace_unfinished(temporary_->c_str(), nullptr);
+  temporary_.reset();
   const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder >= 0) {
     ::fsync(folder);  // not every file system can; the store is whole either way

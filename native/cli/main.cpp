@@ -2,6 +2,7 @@
 
 #include <csignal>
 
+#include "native/build/output_file.h"
 #include "native/cli/command.h"
 
 namespace {
@@ -22,11 +23,19 @@ int usage_error(const CLI::App& program, const CLI::ParseError& error) {
   return isosplat::cli::kUsage;
 }
 
+/// Ctrl-C in the middle of a file: it goes, as nobody can use it.
+extern "C" void end_by_signal(int signal) {
+  isosplat::remove_unfinished_files();
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   // A file that grows beyond a limit is an error with a message, as a full disk is.
   std::signal(SIGXFSZ, SIG_IGN);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, end_by_signal);
 
   CLI::App program(
       "Isosplat turns volumes into stores that any isovalue can be read from at once, and shows "
