@@ -20,7 +20,7 @@ export interface PanelState {
 }
 
 export interface PanelActions {
-  /** From the slider: snapped to the scale. `isDone`: the thumb was let go. */
+  /** From the slider: snapped to the scale. */
   slide(value: number): void;
   /** From the number field: taken as it is, within the range. */
   enter(value: number): void;

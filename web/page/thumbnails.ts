@@ -17,7 +17,7 @@ export function thumbnail(contentId: string): string | null {
 }
 
 /** Takes the picture: a WebP of a few KB, from the middle of the view. */
-export async function keepThumbnail(contentId: string, picture: Blob): Promise<void> {
+async function keepThumbnail(contentId: string, picture: Blob): Promise<void> {
   const bitmap = await createImageBitmap(picture);
   const canvas = document.createElement("canvas");
   canvas.width = width;
@@ -37,4 +37,15 @@ export async function keepThumbnail(contentId: string, picture: Blob): Promise<v
   } catch {
     // Full or switched off: the card shows the histogram.
   }
+}
+
+/** Takes and keeps the picture when nothing else is to be done. */
+export function keepThumbnailWhenIdle(contentId: string, picture: () => Promise<Blob>): void {
+  const keep = () =>
+    picture()
+      .then((blob) => keepThumbnail(contentId, blob))
+      .catch(() => {}); // the card shows the histogram instead
+  // Safari has no idle callback.
+  if ("requestIdleCallback" in window) requestIdleCallback(keep, { timeout: 5000 });
+  else setTimeout(keep, 1000);
 }
