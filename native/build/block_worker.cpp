@@ -31,7 +31,7 @@ SlabOptions BlockWorker::options_for(const SlabOptions& options, uint32_t level)
 }
 
 void BlockWorker::work(const Layer& layer, Index3 block, const CoarserLayer& coarser,
-                       const SlabOptions& options, EncodedBlock& out) {
+                       const SlabOptions& options, SharedSlabs& slabs, EncodedBlock& out) {
   gather_block(layer, block, block_);
   if (layer.grid.level > 0) round_intervals(block_);
   find_row_intervals(block_);
@@ -41,13 +41,8 @@ void BlockWorker::work(const Layer& layer, Index3 block, const CoarserLayer& coa
   out.interval = planner_.interval();
   const BlockView view{block_.cells, block_.voxels.data(), block_.intervals.data(),
                        layer.grid.level > 0, block_.row_intervals.data()};
-  uint32_t begin = out.interval.min;
-  for (const uint32_t end : planner_.plan(options_for(options, layer.grid.level))) {
-    const size_t before = out.bytes.size();
-    const uint32_t cells = encoder_.encode(view, begin, end, out.bytes);
-    out.slabs.push_back({end, cells, static_cast<uint32_t>(out.bytes.size() - before)});
-    begin = end;
-  }
+  slabs.encode(encoder_, view, out.interval.min,
+               planner_.plan(options_for(options, layer.grid.level)), out.slabs, out.bytes);
 }
 
 }  // namespace isosplat

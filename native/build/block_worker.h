@@ -4,6 +4,7 @@
 
 #include "native/build/block_gather.h"
 #include "native/build/layer.h"
+#include "native/build/shared_slabs.h"
 #include "native/build/statistics.h"
 #include "shared/codec/chunk_codec.h"
 #include "shared/slabs/slab_planner.h"
@@ -24,7 +25,10 @@ class BlockWorker {
  public:
   /// Works on a block of the layer. Writes its part of `coarser`, where that has memory.
   void work(const Layer& layer, Index3 block, const CoarserLayer& coarser,
-            const SlabOptions& options, EncodedBlock& out);
+            const SlabOptions& options, SharedSlabs& slabs, EncodedBlock& out);
+
+  /// Once there is no block of the layer left: helps others with theirs.
+  void help(SharedSlabs& slabs) { slabs.help(encoder_); }
 
   VolumeStatistics statistics;  ///< of the blocks of level 0, and of the codes given to it
 

@@ -1,6 +1,7 @@
 #include "native/build/builder.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <mutex>
 #include <optional>
@@ -60,7 +61,7 @@ class Builder {
   std::optional<CodeReader> codes_;
   std::vector<std::optional<WaitingLevel>> waiting_;  // per level
   Clock::time_point start_ = Clock::now(), encoding_start_ = start_, last_report_ = start_;
-  uint64_t work_total_ = 0;  // voxels of all levels, and of reading once
+  uint64_t work_total_ = 0;  // voxels of all levels, and of reading the range
   uint64_t work_done_ = 0, range_work_ = 0;
   std::mutex report_mutex_;
 };
@@ -108,16 +109,20 @@ Result<void> Builder::build_layer(const Layer& layer, int32_t z, const CoarserLa
   static constexpr const char* kPhases[] = {"level 0", "level 1", "level 2", "level 3", "level 4"};
   const char* phase = kPhases[std::min<size_t>(layer.grid.level, std::size(kPhases) - 1)];
   OrderedOutput output(writer, count);
-  parallel_for(threads_, count, [&](unsigned thread, size_t i) {
-    if (output.has_failed()) return;
-    const auto n = static_cast<int32_t>(i);
-    const Index3 index{n % blocks.x, n / blocks.x, z};
-    EncodedBlock encoded;
-    workers_[thread].work(layer, index, coarser, slab_options_, encoded);
-    output.put(i, std::move(encoded));
-    const Index3 cells = block_cells(layer.grid, index);
-    report(phase, static_cast<uint64_t>(cells.x) * static_cast<uint64_t>(cells.y) *
-                      static_cast<uint64_t>(cells.z));
+  SharedSlabs slabs(threads_);
+  std::atomic<size_t> next{0};
+  on_threads(threads_, [&](unsigned thread) {
+    for (size_t i = next++; i < count && !output.has_failed(); i = next++) {
+      const auto n = static_cast<int32_t>(i);
+      const Index3 index{n % blocks.x, n / blocks.x, z};
+      EncodedBlock encoded;
+      workers_[thread].work(layer, index, coarser, slab_options_, slabs, encoded);
+      output.put(i, std::move(encoded));
+      const Index3 cells = block_cells(layer.grid, index);
+      report(phase, static_cast<uint64_t>(cells.x) * static_cast<uint64_t>(cells.y) *
+                        static_cast<uint64_t>(cells.z));
+    }
+    workers_[thread].help(slabs);
   });
   return output.result();
 }
@@ -198,8 +203,11 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
   const uint32_t levels = level_count(n);
   waiting_.resize(levels);
   workers_.resize(threads_);
-  range_work_ =
+  const uint64_t volume =
       static_cast<uint64_t>(n.x) * static_cast<uint64_t>(n.y) * static_cast<uint64_t>(n.z);
+  // Codes of up to 16 bits are the values themselves, whatever their range.
+  const bool reads_range = voxel_bytes(header_.type) > 2;
+  range_work_ = reads_range ? volume : 0;
   work_total_ = range_work_;
   for (uint32_t l = 0; l < levels; ++l) {
     const Index3 cells = level_grid(n, l).cells;
@@ -207,12 +215,16 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
                    static_cast<uint64_t>(cells.z);
   }
 
-  const auto range = find_range(
-      source_, threads_, [this](uint64_t voxels) { report("reading the value range", voxels); });
-  if (!range) return tl::unexpected(range.error());
-  mapping_ = choose_mapping(header_.type, *range);
+  ValueRange range;
+  if (reads_range) {
+    auto found = find_range(source_, threads_,
+                            [this](uint64_t voxels) { report("reading the value range", voxels); });
+    if (!found) return tl::unexpected(found.error());
+    range = *found;
+  }
+  mapping_ = choose_mapping(header_.type, range);
   codes_.emplace(source_, mapping_, threads_);
-  auto distribution = guess_isovalues(source_, mapping_, *range);
+  auto distribution = guess_isovalues(source_, mapping_);
   if (!distribution) return tl::unexpected(distribution.error());
   isovalue_distribution_ = std::move(*distribution);
   slab_options_.isovalue_distribution = isovalue_distribution_;
@@ -235,7 +247,7 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
   if (!finished) return tl::unexpected(finished.error());
   BuildReport report;
   report.info = std::move(*finished);
-  report.raw_bytes = range_work_ * voxel_bytes(header_.type);
+  report.raw_bytes = volume * voxel_bytes(header_.type);
   report.needed_bytes = plan_.bytes;
   for (uint32_t l = 1; l < levels; ++l) report.uses_temporary_files |= !plan_.in_memory[l];
   report.seconds = seconds_since(start_);

@@ -146,11 +146,6 @@ ValueMapping choose_mapping(VoxelType type, const ValueRange& range) {
   return mapping;
 }
 
-Code code_of(const ValueMapping& mapping, double value) {
-  const double code = std::floor((value - mapping.offset) / mapping.scale + 0.5);
-  return static_cast<Code>(std::clamp(code, 0.0, 65535.0));
-}
-
 void encode_values(VoxelType type, const ValueMapping& mapping, std::span<const std::byte> voxels,
                    void* codes) {
   with_type(type, [&](auto zero) {

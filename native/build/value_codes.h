@@ -25,9 +25,6 @@ ValueRange range_of(VoxelType type, std::span<const std::byte> voxels);
 /// over the range.
 ValueMapping choose_mapping(VoxelType type, const ValueRange& range);
 
-/// The code of a value of the volume, to the nearest. Requires a finite value within the range.
-Code code_of(const ValueMapping& mapping, double value);
-
 /// Turns voxels of the file into codes, as many as `voxels` holds. `codes` points to bytes where
 /// mapping.bits is 8, else to 16-bit numbers; it may be the same memory as `voxels`.
 void encode_values(VoxelType type, const ValueMapping& mapping, std::span<const std::byte> voxels,

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "shared/codec/chunk_codec.h"
+#include "shared/store/store_writer.h"
+
+namespace isosplat {
+
+/// Lets threads that have no block left encode slabs of the blocks that others are at, so that none
+/// is idle while the last blocks of a layer, or the few of a coarse level, are encoded. Chunks do
+/// not depend on who encodes them.
+class SharedSlabs {
+ public:
+  /// For so many threads, each of which encodes blocks, then calls help().
+  explicit SharedSlabs(unsigned threads) : busy_(threads) {}
+
+  /// Encodes the slabs of a block that end at `ends` and begin with `begin`, and appends them to
+  /// `slabs` and `bytes` in their order. Others may help.
+  void encode(ChunkEncoder& encoder, const BlockView& block, uint32_t begin,
+              std::span<const uint32_t> ends, std::vector<SlabChunk>& slabs,
+              std::vector<std::byte>& bytes);
+
+  /// Encodes slabs of other threads' blocks until no thread has a block.
+  void help(ChunkEncoder& encoder);
+
+ private:
+  /// A block whose slabs are encoded: by its own thread from the first on, by others from the last.
+  struct OpenBlock {
+    const BlockView& view;
+    uint32_t begin;
+    std::span<const uint32_t> ends;
+    size_t next = 0;                             ///< slabs below are taken by its own thread
+    size_t helped;                               ///< slabs from here on are taken by others
+    size_t helpers = 0;                          ///< slabs that others are encoding
+    std::vector<SlabChunk> slabs;                ///< of others, the last one first
+    std::vector<std::vector<std::byte>> chunks;  ///< likewise
+  };
+  static SlabChunk encode_slab(ChunkEncoder& encoder, const OpenBlock& block, size_t slab,
+                               std::vector<std::byte>& bytes);
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<OpenBlock*> open_;  ///< with slabs that nobody has taken
+  unsigned busy_;                 ///< threads that may still open blocks
+};
+
+}  // namespace isosplat
