@@ -45,8 +45,8 @@
 // by more than single precision and packed corners can part them.
 #define EXACT_MARGIN_CELLS 0.002
 
-// Scales the splats of coarse cells that hold something thinner than a cell.
-#define THIN_FOOTPRINT 0.5
+// Splats of coarse cells that hold something thinner than a cell are scaled by no less.
+#define THIN_FOOTPRINT 0.4
 
 // A blended splat reaches this far beyond its cell, in cells, so that neighbours' normals blend.
 #define BLEND_MARGIN_CELLS 0.2

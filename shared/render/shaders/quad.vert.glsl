@@ -42,8 +42,10 @@ void main() {
   // Where the tangent plane cuts off a corner of the cell, its part inside is in a smaller box at
   // that corner; what is thin is in a smaller box about the sample.
   vec3 half_box = 0.5 * u_lens.w * size, middle = -displacement;
-  if (is_thin(isocode)) {
-    half_box *= THIN_FOOTPRINT;
+  float footprint = thin_footprint(cell, isocode);
+  if (footprint < 1.0) {
+    half_box *= footprint;
+    normal = towards_eye(normal, position);
     middle = displacement = vec3(0.0);
   }
   float offset = dot(normal, displacement);

@@ -46,9 +46,22 @@ bool is_clipped(vec3 position) {
   return false;
 }
 
-// Coarse cells whose corners all lie on one side of the isocode hold something thinner than a cell.
-/// isocode: as far as the corners reach.
-bool is_thin(float isocode) { return u_block.w > 1.0 && isocode != u_isocode; }
+// Coarse cells whose corners all lie on one side of the isocode hold something thinner than a cell,
+// and the thinner, the nearer the isocode is to the interval's end: what to scale the splat by, 1
+// elsewhere.
+/// reached: the isocode as far as the corners reach.
+float thin_footprint(Cell cell, float reached) {
+  if (u_block.w == 1.0 || reached == u_isocode) return 1.0;
+  float end = reached < u_isocode ? cell.interval.y : cell.interval.x;
+  return clamp(sqrt(1.3 * (end - u_isocode) / (end - reached)), THIN_FOOTPRINT, 0.999);
+}
+
+// What is thinner than a cell may run any way: halfway between its normal and the view, so that the
+// plane there is never seen from its edge.
+vec3 towards_eye(vec3 normal, vec3 position) {
+  vec3 to_eye = -normalize(position);
+  return normalize(dot(normal, to_eye) < 0.0 ? to_eye - normal : to_eye + normal);
+}
 
 // The displacement, from the cell's centre, of the approximate projection (paper, section 3.2).
 // Where it is longer than the threshold the sample is dropped (false), or moved that far and no

@@ -108,13 +108,14 @@ void main() {
 #endif
   vec3 position = centre + displacement;
 
-  bool thin = is_thin(isocode);
-  if (thin || u_switches.y == 0) {
+  float footprint = thin_footprint(cell, isocode);
+  if (footprint < 1.0 || u_switches.y == 0) {
     // The corners know no surface there, or it is not asked for: a plane in a cell about the sample.
-    size *= thin ? THIN_FOOTPRINT : 1.0;
+    size *= footprint;
     centre = position;
     displacement = vec3(0.0);
-    vec3 across = size * (steepness > 0.0 ? gradient : normal);
+    if (footprint < 1.0) normal = towards_eye(normal, position);
+    vec3 across = size * normal * (steepness > 0.0 ? steepness : 1.0);
     f = Trilinear(vec4(isocode - 0.5 * (across.x + across.y + across.z), across.xy, 0.0),
                   vec4(across.z, 0.0, 0.0, 0.0));
   }
