@@ -156,15 +156,10 @@ struct Energies {
     return static_cast<int16_t>(magnitude < kMaxEnergy ? magnitude : kMaxEnergy);
   }
 
-  /// The octaves of points 0 to 63 of row y: of each, half_octave() of the nine energies around it,
-  /// weighted 1 2 1, 2 4 2, 1 2 1. A loop without branches, which becomes vector code.
-  void octaves(int32_t y, uint8_t* __restrict to) const {
-    const int16_t* __restrict above = values[y], * __restrict here = values[y + 1], * __restrict below = values[y + 2];
-    for (int32_t x = 0; x < kBlockCells; ++x) {
-      to[x] =
-          octave_of(above[x] + below[x] + above[x + 2] + below[x + 2] +
-                    2 * (above[x + 1] + below[x + 1] + here[x] + here[x + 2]) + 4 * here[x + 1]);
-    }
+  /// The octaves of points 0 to 63 of row y.
+  template <class Ops>
+  void octaves(int32_t y, uint8_t* to) const {
+    Ops::octaves(values[y], values[y + 1], values[y + 2], to);
   }
 
   /// The octave of point 64.
@@ -174,12 +169,7 @@ struct Energies {
       const int16_t* row = &values[y + j][kBlockCells];
       sum += (row[0] + 2 * row[1] + row[2]) << (j == 1);
     }
-    return octave_of(sum);
-  }
-
- private:
-  static uint8_t octave_of(int32_t energy) {
-    return static_cast<uint8_t>(half_octave_by_float(static_cast<uint16_t>(energy + 2)));
+    return static_cast<uint8_t>(half_octave(static_cast<uint32_t>(sum)));
   }
 };
 
@@ -215,7 +205,7 @@ struct PlanePoints {
       const PointMask points = current.points[y];
       if (!points.any()) continue;
       uint8_t octaves[kBlockCells];
-      energies.octaves(y, octaves);
+      energies.octaves<Ops>(y, octaves);
       const ClassBits classes = class_bits(current, previous, y, 0);
       count += Ops::list_points(points.word[0], classes.words, octaves, x + count,
                                 point_class + count, key + count);

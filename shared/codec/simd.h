@@ -111,6 +111,18 @@ struct ScalarOps {
     return all;
   }
 
+  /// Of 64 points half_octave() of the nine energies around each, weighted 1 2 1, 2 4 2, 1 2 1: at
+  /// most 16 · 4095. The rows of energies begin at the one to the left of the first point.
+  static void octaves(const int16_t* above, const int16_t* here, const int16_t* below,
+                      uint8_t* to) {
+    for (int x = 0; x < 64; ++x) {
+      const int32_t left = above[x] + 2 * here[x] + below[x];
+      const int32_t middle = above[x + 1] + 2 * here[x + 1] + below[x + 1];
+      const int32_t right = above[x + 2] + 2 * here[x + 2] + below[x + 2];
+      to[x] = static_cast<uint8_t>(half_octave(static_cast<uint32_t>(left + 2 * middle + right)));
+    }
+  }
+
   /// Lists the points of a row from their bits, ascending: of each its x, its class, and what
   /// `octaves` has for it. Returns their number; up to 8 bytes beyond it may be overwritten.
   /// class_words: see class_at(). octaves: 64.
@@ -165,6 +177,20 @@ inline V multiply_add_pairs(V a, V b) {
 }
 inline V add32(V a, V b) {
   return _mm_add_epi32(a, b);
+}
+inline V add16(V a, V b) {
+  return _mm_add_epi16(a, b);
+}
+/// Four numbers as floats, and of these the bits above `n`.
+inline V float_bits(V a, int n) {
+  return _mm_srli_epi32(_mm_castps_si128(_mm_cvtepi32_ps(a)), n);
+}
+/// Lanes that fit half as many bits.
+inline V narrow32(V a, V b) {
+  return _mm_packs_epi32(a, b);
+}
+inline V narrow_u(V a, V b) {
+  return _mm_packus_epi16(a, b);
 }
 inline V sub16(V a, V b) {
   return _mm_sub_epi16(a, b);
@@ -307,6 +333,18 @@ inline V multiply_add_pairs(V a, V b) {
 }
 inline V add32(V a, V b) {
   return wasm_i32x4_add(a, b);
+}
+inline V add16(V a, V b) {
+  return wasm_i16x8_add(a, b);
+}
+inline V float_bits(V a, int n) {
+  return wasm_u32x4_shr(wasm_f32x4_convert_i32x4(a), static_cast<uint32_t>(n));
+}
+inline V narrow32(V a, V b) {
+  return wasm_i16x8_narrow_i32x4(a, b);
+}
+inline V narrow_u(V a, V b) {
+  return wasm_u8x16_narrow_i16x8(a, b);
 }
 inline V sub16(V a, V b) {
   return wasm_i16x8_sub(a, b);
@@ -504,6 +542,24 @@ struct VectorOps {
     const auto here = static_cast<uint32_t>((both | both >> 16) & 0xffff);
     if (x >= 64) return here;
     return here | ScalarOps::set_points(points >> x, codes + x, count - x, values + x);
+  }
+
+  static void octaves(const int16_t* above, const int16_t* here, const int16_t* below,
+                      uint8_t* to) {
+    using namespace simd;
+    const auto column = [&](int x) {
+      const V middle = load(here + x);
+      return add16(add16(load(above + x), load(below + x)), add16(middle, middle));
+    };
+    const auto eight = [&](int x) {
+      const V middle = column(x + 1);
+      const V sums = add16(add16(column(x), column(x + 2)), add16(middle, middle));
+      const V energy = add16(sums, splat16(2)), zero = splat16(0);
+      const V octaves = narrow32(float_bits(low_halves16(energy, zero), 22),
+                                 float_bits(high_halves16(energy, zero), 22));
+      return sub16(octaves, splat16(256));
+    };
+    for (int x = 0; x < 64; x += 16) store(to + x, narrow_u(eight(x), eight(x + 8)));
   }
 
   static int32_t list_points(uint64_t points, const uint64_t* class_words, const uint8_t* octaves,

@@ -26,7 +26,8 @@ struct IsosplatCore {
   std::vector<PackedSample> packed;
   DecodedCells cells;
   std::string error;
-  std::array<std::vector<std::byte>, 4> results;
+  std::array<std::vector<std::byte>, 4> copies;
+  std::array<std::span<const std::byte>, 4> results;  ///< in `copies`, or where they arose
 };
 
 namespace {
@@ -54,8 +55,9 @@ std::span<const std::byte> as_bytes(const void* data, uint32_t bytes) {
 
 template <class T>
 void put(IsosplatCore* core, size_t buffer, const T* items, size_t count) {
-  const auto* bytes = reinterpret_cast<const std::byte*>(items);
-  core->results[buffer].assign(bytes, bytes + count * sizeof(T));
+  const auto bytes = std::as_bytes(std::span(items, count));
+  core->copies[buffer].assign(bytes.begin(), bytes.end());
+  core->results[buffer] = core->copies[buffer];
 }
 
 template <class Container>
@@ -235,9 +237,8 @@ uint32_t isosplat_core_decode_packed(IsosplatCore* core, const void* data, uint3
                                      const uint32_t* shape) {
   const auto decoded =
       core->decoder.decode_packed(as_bytes(data, bytes), chunk_shape(shape), core->packed);
-  if (!decoded) return report(core, decoded.error());
-  put(core, 0, core->packed);
-  return kOk;
+  core->results[0] = std::as_bytes(std::span(core->packed));  // empty after an error
+  return decoded ? kOk : report(core, decoded.error());
 }
 
 uint32_t isosplat_core_decode_samples(IsosplatCore* core, const void* data, uint32_t bytes,
