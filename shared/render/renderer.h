@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "shared/base/status.h"
+#include "shared/grid/region_mask.h"
 #include "shared/render/camera.h"
 #include "shared/sampling/packed_sample.h"
 
@@ -81,14 +82,20 @@ struct ChunkPlace {
   BlockKey block;
 };
 
-/// A chunk that is drawn, wholly or in part.
+/// A chunk that is drawn, wholly or in part: in these regions of its block. Where a level's finer
+/// blocks are there in part, they draw the rest.
 struct VisibleChunk {
   uint64_t id = 0;
-  /// Bit (x >> 4) + 4·(y >> 4) + 16·(z >> 4) says whether the block's cells (x, y, z) of that
-  /// region are drawn. Where a level's finer blocks are there in part, they draw the rest.
-  uint64_t regions = ~uint64_t{0};
+  RegionMask regions = RegionMask::all();
 
-  friend constexpr bool operator==(const VisibleChunk&, const VisibleChunk&) = default;
+  friend bool operator==(const VisibleChunk&, const VisibleChunk&) = default;
+};
+
+/// Which regions of a drawn chunk can be seen.
+struct ChunkSight {
+  uint64_t id = 0;
+  RegionMask tested;  ///< what was drawn
+  RegionMask seen;    ///< of these
 };
 
 /// What a draw did. Kept by the renderer until the next draw.
@@ -191,6 +198,15 @@ class Renderer {
   /// Reads all pixels of the opaque layer, row by row. Slow: it waits for the GPU.
   /// Errors: gl_error, invalid_argument (nothing drawn yet).
   Result<std::vector<SurfacePixel>> read_surface();
+
+  /// Starts to find out which regions of these chunks show in the picture drawn last, in at least
+  /// so many pixels (1 … 255), and returns before the GPU has done it. Chunks that are not visible
+  /// by set_visible are left out. Forgets a test that is under way. Errors: gl_error,
+  /// invalid_argument (there is no picture, or it is no longer true: draw first).
+  Result<void> begin_sight_test(std::span<const uint64_t> ids, int least_px);
+
+  /// The answer, once; nothing while the GPU is at work, or where no test was begun.
+  std::optional<std::vector<ChunkSight>> take_sight_test();
 
   /// See the class comment.
   void context_lost();

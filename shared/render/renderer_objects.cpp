@@ -110,6 +110,7 @@ void Renderer::State::forget_gl_objects() {
   targets.forget();
   depth_tiles.forget();
   accumulation.forget();
+  sight_test.forget();
   for (auto& pass : splat_programs) {
     for (auto& pulled : pass) {
       for (auto& program : pulled) {
@@ -134,6 +135,7 @@ void Renderer::State::release_gl_objects() {
   targets.release();
   depth_tiles.release();
   accumulation.release();
+  sight_test.release();
   for (auto& pass : splat_programs) {
     for (auto& pulled : pass) {
       for (auto& program : pulled) program = SplatProgram{};
@@ -159,13 +161,14 @@ Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass,
   if (pulled) defines += "#define PULLED\n";
   if (clipped) defines += "#define CLIPPED\n";
   if (pass == pass_visibility) defines += "#define VISIBILITY\n";
-  const std::initializer_list<std::string_view> vertex = {"frame.glsl", "cell.glsl", "splat.glsl",
-                                                          "splat.vert.glsl"};
+  const std::initializer_list<std::string_view> vertex = {"frame.glsl", "cell.glsl", "regions.glsl",
+                                                          "splat.glsl", "splat.vert.glsl"};
   Result<GlProgram> linked;
   if (pass == pass_quad) {
-    linked = GlProgram::link(
-        defines, {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "splat.glsl", "quad.vert.glsl"},
-        {"quad.frag.glsl"});
+    linked = GlProgram::link(defines,
+                             {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "regions.glsl",
+                              "splat.glsl", "quad.vert.glsl"},
+                             {"quad.frag.glsl"});
   } else if (pass == pass_ellipse) {
     linked = GlProgram::link(
         defines, vertex,

@@ -14,6 +14,7 @@
 #include "shared/render/gl_program.h"
 #include "shared/render/renderer.h"
 #include "shared/render/sample_buffers.h"
+#include "shared/render/sight_test.h"
 #include "shared/render/surface_targets.h"
 
 namespace isosplat {
@@ -49,10 +50,11 @@ struct Renderer::State {
 
   /// A visible chunk in this frame.
   struct DrawItem {
+    uint64_t id;
     const Chunk* chunk;
     double nearest;
     std::array<float, 4> block;
-    std::array<GLuint, 2> regions;
+    RegionMask regions;
     float largest_px;  // no splat of it is larger
   };
 
@@ -75,6 +77,7 @@ struct Renderer::State {
   DepthTiles depth_tiles;
   int layers = 1;  // of `targets`, that the last draw used
   Accumulation accumulation;
+  SightTest sight_test;
   SplatProgram splat_programs[kPasses][2][2];  // [pass][pulled][clipped]
   GlProgram normalise_program, present_program, read_program, mesh_program;
   GlProgram compose_programs[4];  // one layer, several; from 2 on with eye-dome lighting

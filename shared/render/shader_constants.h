@@ -57,3 +57,12 @@
 // Bits of a surface pixel's fourth channel.
 #define COVERAGE_MAX 4095.0
 #define ISOSURFACE_SHIFT 12
+
+// Sight test: probes of a cell along each axis of the image, at most, and by how many px a cell is
+// enlarged, so that rounding loses none.
+#define SIGHT_PROBES 8
+#define SIGHT_MARGIN_PX 0.25
+
+// A chunk's answer is a row of texels, with four regions in each: 1/255 for each px that it shows
+// in.
+#define SIGHT_ROW_TEXELS 128

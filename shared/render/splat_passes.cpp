@@ -35,11 +35,12 @@ void Renderer::State::collect_items(const Frame& frame) {
     const double largest_px = 1.5 * diagonal * double(lens[0]) * double(lens[3]) /
                               std::max(nearest - diagonal, double(frame.block().depth[2]));
     const Vec3d corner = box.centre - box.half;
-    items.push_back({&chunk,
+    items.push_back({id,
+                     &chunk,
                      nearest,
                      {static_cast<float>(corner.x), static_cast<float>(corner.y),
                       static_cast<float>(corner.z), static_cast<float>(level_scale)},
-                     {static_cast<GLuint>(regions), static_cast<GLuint>(regions >> 32)},
+                     regions,
                      static_cast<float>(largest_px)});
   }
   std::sort(items.begin(), items.end(),
@@ -151,7 +152,7 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
       glUniform3fv(current->scalar, 1, scalar_weights(frame, surface, level).data());
     }
     glUniform4fv(current->block, 1, item.block.data());
-    glUniform2uiv(current->regions, 1, item.regions.data());
+    glUniform4uiv(current->regions, 4, item.regions.words().data());
     const auto count = static_cast<GLsizei>(chunk.range.count);
     if (pulled) {
       load_samples(chunk.range);

@@ -3,6 +3,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "shared/select/block_code.h"
 #include "shared/select/selector.h"
 
 namespace isosplat {
@@ -18,13 +19,7 @@ class ChunkTable {
   void set_resident(ChunkHandle handle, bool resident);
 
   /// Whether a chunk of a finer block that lies within this block is resident.
-  bool any_resident_below(BlockKey block) const { return below_.contains(pack(block)); }
-
-  /// A block's key in 47 bits: kMaxVoxelsPerAxis allows 2^14 blocks along an axis, and 17 levels.
-  static uint64_t pack(BlockKey block) {
-    return static_cast<uint64_t>(block.level) << 42 | static_cast<uint64_t>(block.index.z) << 28 |
-           static_cast<uint64_t>(block.index.y) << 14 | static_cast<uint64_t>(block.index.x);
-  }
+  bool any_resident_below(BlockKey block) const { return below_.contains(block_code(block)); }
 
  private:
   std::vector<ChunkRef> chunks_;

@@ -6,6 +6,7 @@
 #include <unordered_set>
 
 #include "shared/select/chunk_table.h"
+#include "shared/select/sight.h"
 
 namespace isosplat {
 namespace {
@@ -16,28 +17,6 @@ constexpr double kHysteresis = 1.25;
 
 constexpr size_t kMaxIsocodes = 64;
 
-/// Blocks come in by groups of 8 where a chunk three levels above them is resident: its regions are
-/// those of blocks two levels below it. Where only coarser ones are, that level is fetched on the
-/// way, for 3 % of the bytes of what is wanted. (Two levels above, it would be 15 %, and 57 % one
-/// level above: intervals and corners of coarse cells compress badly. Bunny CT, 1000.5.)
-constexpr uint32_t kLevelsBetween = 3;
-
-/// The regions of a block that its child in this octant covers.
-uint64_t octant_regions(unsigned octant) {
-  const unsigned x = (octant & 1) * 2, y = (octant >> 1 & 1) * 2, z = (octant >> 2) * 2;
-  const uint64_t row = uint64_t{3} << x;
-  const uint64_t slice = (row | row << 4) << (4 * y);
-  return (slice | slice << 16) << (16 * z);
-}
-
-/// The region of a block that a child's child covers.
-uint64_t octant_region(unsigned child, unsigned grandchild) {
-  const unsigned x = (child & 1) * 2 + (grandchild & 1);
-  const unsigned y = (child >> 1 & 1) * 2 + (grandchild >> 1 & 1);
-  const unsigned z = (child >> 2) * 2 + (grandchild >> 2);
-  return uint64_t{1} << (x + 4 * y + 16 * z);
-}
-
 /// A block with a cell that is active for one of the isovalues, in the frustum.
 struct Node {
   BlockKey key;
@@ -47,15 +26,25 @@ struct Node {
   double centre_distance = 0;
   uint32_t first_handle = 0, handle_count = 0;  ///< in Traversal::handles
   uint64_t cells = 0;
+  Sight sight = Sight::seen;
   bool resident = false;          ///< every chunk that it needs is
   bool wanted_finer = false;      ///< refined by this view, not just explored
   bool expanded = false;          ///< its children are known
   bool unknown_children = false;  ///< … but for those whose page is missing
   int32_t first_child = 0, child_count = 0;
   bool full_by_children = false;  ///< resident blocks below cover all of it
-  uint32_t have_level = 0;        ///< of the nearest block at or above it, resident or wanted
+  bool on_the_way = false;        ///< wanted for blocks below it to come in one by one
 
   bool full() const { return full_by_children || resident; }
+};
+
+/// A chunk to fetch.
+struct Need {
+  double priority;
+  ChunkHandle handle;
+  bool operator<(const Need& other) const {
+    return priority != other.priority ? priority > other.priority : handle < other.handle;
+  }
 };
 
 struct WantedPage {
@@ -65,11 +54,12 @@ struct WantedPage {
 
 class Traversal {
  public:
-  Traversal(const StoreReader& store, ChunkTable& table, const View& view,
+  Traversal(const StoreReader& store, ChunkTable& table, const View& view, const SightMap& sight,
             const std::unordered_set<uint64_t>& refined_before)
       : store_(store),
         table_(table),
         view_(view),
+        sight_(sight),
         refined_before_(refined_before),
         projection_(store.info().grid, view) {
     for (uint32_t l = 0; l < store.info().levels; ++l) {
@@ -92,13 +82,18 @@ class Traversal {
   Result<void> refine();
   Result<void> explore_resident();
   void find_full();
-  uint32_t leaf_level(const Node& node) const;
+  bool is_target(const Node& node) const;
+  bool resident_above(const Node& node) const;
+  bool is_wanted(const Node& node) const;
+  void mark_way(const Node& leaf);
   void list_needs();
+  void carve(int32_t node, const Node& drawn, RegionMask& regions);
   void emit(int32_t node);
 
   const StoreReader& store_;
   ChunkTable& table_;
   const View& view_;
+  const SightMap& sight_;
   const std::unordered_set<uint64_t>& refined_before_;
   ScreenProjection projection_;
   std::vector<LevelGrid> levels_;
@@ -126,6 +121,7 @@ Result<void> Traversal::add_block(BlockKey key, int32_t parent, unsigned octant,
   node.parent = parent;
   node.cell_px = footprint.cell_px;
   node.centre_distance = footprint.centre_distance;
+  if (view_.occlusion) node.sight = sight_.of(key);
   node.first_handle = static_cast<uint32_t>(handles_.size());
   node.resident = true;
   for (const float isocode : view_.isocodes) {
@@ -192,8 +188,8 @@ Result<void> Traversal::refine() {
   std::priority_queue<Candidate> queue;
   const auto enqueue = [&](int32_t index) {
     const Node& node = nodes_[index];
-    if (node.key.level == 0) return;
-    const bool held = refined_before_.contains(ChunkTable::pack(node.key));
+    if (node.key.level == 0 || node.sight == Sight::hidden) return;
+    const bool held = refined_before_.contains(block_code(node.key));
     const double priority = node.cell_px * (held ? kHysteresis : 1);
     if (priority > view_.load_cell_px) queue.push({priority, index});
   };
@@ -255,42 +251,59 @@ void Traversal::find_full() {
   }
 }
 
-/// The level at which a block's cells will be small enough, were it all at the same distance.
-uint32_t Traversal::leaf_level(const Node& node) const {
-  uint32_t level = node.key.level;
-  for (double px = node.cell_px; level > 0 && px > view_.load_cell_px; px /= 2) --level;
-  return level;
+/// Whether the block is one that the view comes down to: neither refined, nor explored below those.
+bool Traversal::is_target(const Node& node) const {
+  return !node.wanted_finer && (node.parent < 0 || nodes_[node.parent].wanted_finer);
+}
+
+bool Traversal::resident_above(const Node& node) const {
+  for (int32_t i = node.parent; i >= 0; i = nodes_[i].parent) {
+    if (nodes_[i].resident) return true;
+  }
+  return false;
+}
+
+/// Whether the view needs the block's own chunks, if it can be seen.
+bool Traversal::is_wanted(const Node& node) const {
+  if (!is_target(node)) return node.on_the_way;
+  if (node.sight == Sight::hidden && resident_above(node)) return false;
+  // Finer blocks that are all there serve as well, unless they are finer than can be seen.
+  return !(node.full_by_children && node.cell_px > view_.draw_cell_px);
+}
+
+/// A chunk leaves regions to blocks at most kRegionLevels below it: marks what is missing for that
+/// between the leaf and the coarsest level.
+void Traversal::mark_way(const Node& leaf) {
+  uint32_t level = leaf.key.level + kRegionLevels;
+  for (int32_t i = leaf.parent; i >= 0; i = nodes_[i].parent) {
+    Node& node = nodes_[i];
+    if (node.resident) {
+      level = node.key.level + kRegionLevels;
+    } else if (node.key.level == level || node.parent < 0) {
+      node.on_the_way = true;
+      level += kRegionLevels;
+    }
+  }
 }
 
 void Traversal::list_needs() {
-  struct Need {
-    double priority;
-    ChunkHandle handle;
-    bool operator<(const Need& other) const {
-      return priority != other.priority ? priority > other.priority : handle < other.handle;
-    }
-  };
+  for (const Node& node : nodes_) {
+    if (is_target(node) && !node.resident && is_wanted(node)) mark_way(node);
+  }
   std::vector<Need> needs;
-  for (Node& node : nodes_) {
-    const uint32_t level = node.key.level;
-    const bool is_target_leaf = !node.wanted_finer;
-    const bool below_target = node.parent >= 0 && !nodes_[node.parent].wanted_finer;
-    if (below_target) continue;  // only explored
-    bool wanted;
-    if (is_target_leaf) {
-      // Finer blocks that are all there serve as well, unless they are finer than can be seen.
-      wanted = !(node.full_by_children && node.cell_px > view_.draw_cell_px);
-    } else {
-      wanted = !node.full_by_children &&
-               (node.parent < 0 || (level == leaf_level(node) + kLevelsBetween &&
-                                    nodes_[node.parent].have_level > level));
-    }
-    node.have_level =
-        wanted || node.resident || node.parent < 0 ? level : nodes_[node.parent].have_level;
+  for (const Node& node : nodes_) {
+    if (!node.wanted_finer && !is_target(node)) continue;  // only explored
+    const bool wanted = is_wanted(node);
+    // What is drawn in the block's place is about to be tested.
+    const bool is_open =
+        node.sight == Sight::unknown || (node.sight == Sight::coarse && is_target(node));
+    const bool waits = is_open && !node.resident && resident_above(node);
     for (uint32_t h = 0; h < node.handle_count; ++h) {
       const ChunkHandle handle = handles_[node.first_handle + h];
       if (table_.is_resident(handle)) {
         if (wanted || !node.full_by_children) result_.keep.push_back(handle);
+      } else if (wanted && waits) {
+        ++result_.undecided;
       } else if (wanted) {
         needs.push_back({node.cell_px / (1 + 0.5 * node.centre_distance), handle});
       }
@@ -308,6 +321,26 @@ void Traversal::list_needs() {
   }
 }
 
+/// Emits what is below the node and can be drawn by itself, and takes its regions from the drawn
+/// chunk's.
+void Traversal::carve(int32_t index, const Node& drawn, RegionMask& regions) {
+  const Node& node = nodes_[index];
+  for (int32_t c = node.first_child; c < node.first_child + node.child_count; ++c) {
+    const BlockKey child = nodes_[c].key;
+    const uint32_t levels = drawn.key.level - child.level;
+    if (nodes_[c].full()) {
+      const Index3 origin = drawn.key.index;
+      regions -= RegionMask::of_block_below(
+          {child.index.x - (origin.x << levels), child.index.y - (origin.y << levels),
+           child.index.z - (origin.z << levels)},
+          levels);
+      emit(c);
+    } else if (levels < kRegionLevels) {
+      carve(c, drawn, regions);
+    }
+  }
+}
+
 void Traversal::emit(int32_t index) {
   const Node& node = nodes_[index];
   if (!node.resident || node.full_by_children) {
@@ -315,24 +348,15 @@ void Traversal::emit(int32_t index) {
     for (int32_t c = 0; c < node.child_count; ++c) emit(node.first_child + c);
     return;
   }
-  uint64_t regions = ~uint64_t{0};
-  for (int32_t c = 0; c < node.child_count; ++c) {
-    const Node& child = nodes_[node.first_child + c];
-    if (child.full()) {
-      regions &= ~octant_regions(child.octant);
-      emit(node.first_child + c);
-      continue;
-    }
-    for (int32_t g = 0; g < child.child_count; ++g) {
-      const Node& grandchild = nodes_[child.first_child + g];
-      if (!grandchild.full()) continue;
-      regions &= ~octant_region(child.octant, grandchild.octant);
-      emit(child.first_child + g);
-    }
-  }
-  if (regions == 0) return;
+  RegionMask regions = RegionMask::all();
+  carve(index, node, regions);
+  if (!regions.any()) return;
+  const bool stands_for_finer =
+      node.key.level > 0 && (node.wanted_finer || node.cell_px > view_.load_cell_px);
   for (uint32_t h = 0; h < node.handle_count; ++h) {
-    result_.draw.push_back({handles_[node.first_handle + h], regions});
+    const ChunkHandle handle = handles_[node.first_handle + h];
+    result_.draw.push_back({handle, regions});
+    if (stands_for_finer) result_.test.push_back(handle);
   }
   const auto level = static_cast<int32_t>(node.key.level);
   auto& finest = result_.finest_drawn_level;
@@ -347,7 +371,7 @@ Result<Selection> Traversal::run(std::unordered_set<uint64_t>& refined_now) {
   list_needs();
   for (size_t i = 0; i < nodes_.size() && nodes_[i].parent < 0; ++i) emit(static_cast<int32_t>(i));
   for (const Node& node : nodes_) {
-    if (node.wanted_finer) refined_now.insert(ChunkTable::pack(node.key));
+    if (node.wanted_finer) refined_now.insert(block_code(node.key));
   }
   return std::move(result_);
 }
@@ -360,12 +384,20 @@ bool is_usable(const View& view) {
          !view.isocodes.empty() && view.isocodes.size() <= kMaxIsocodes;
 }
 
+/// Whether what can be seen in one view is the same in the other, but for what hides it.
+bool same_sight(const View& a, const View& b) {
+  return a.view_projection == b.view_projection && a.width_px == b.width_px &&
+         a.height_px == b.height_px && a.isocodes == b.isocodes;
+}
+
 }  // namespace
 
 struct Selector::State {
   const StoreReader* store;
   ChunkTable table;
   std::unordered_set<uint64_t> refined;  ///< blocks that the last selection refined
+  View seen_from;                        ///< the view that `sight` is of
+  SightMap sight;
 
   Result<Selection> select(const View& view, std::unordered_set<uint64_t>& refined_now) {
     if (!is_usable(view)) {
@@ -373,11 +405,11 @@ struct Selector::State {
                   "view: expected a finite matrix and size, cell sizes above 0, and 1 to 64 "
                   "isovalues");
     }
-    return Traversal(*store, table, view, refined).run(refined_now);
+    return Traversal(*store, table, view, sight, refined).run(refined_now);
   }
 };
 
-Selector::Selector(const StoreReader& store) : state_(new State{&store, {}, {}}) {}
+Selector::Selector(const StoreReader& store) : state_(new State{&store, {}, {}, {}, {}}) {}
 Selector::Selector(Selector&&) noexcept = default;
 Selector& Selector::operator=(Selector&&) noexcept = default;
 Selector::~Selector() = default;
@@ -400,6 +432,10 @@ Result<void> Selector::set_resident(ChunkHandle handle, bool resident) {
 }
 
 Result<Selection> Selector::select(const View& view) {
+  if (!same_sight(view, state_->seen_from)) {
+    state_->seen_from = view;
+    state_->sight.clear();
+  }
   std::unordered_set<uint64_t> refined_now;
   auto selection = state_->select(view, refined_now);
   if (selection) state_->refined = std::move(refined_now);
@@ -407,8 +443,20 @@ Result<Selection> Selector::select(const View& view) {
 }
 
 Result<Selection> Selector::select_ahead(const View& view) {
+  View expected = view;
+  expected.occlusion = false;
   std::unordered_set<uint64_t> refined_now;
-  return state_->select(view, refined_now);
+  return state_->select(expected, refined_now);
+}
+
+Result<void> Selector::set_sight(std::span<const DrawnSight> answer) {
+  state_->sight.clear();
+  for (const DrawnSight& drawn : answer) {
+    const auto known = chunk(drawn.handle);
+    if (!known) return tl::unexpected(known.error());
+    state_->sight.add(known->block, drawn.tested, drawn.seen);
+  }
+  return {};
 }
 
 }  // namespace isosplat

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
+#include "shared/grid/region_mask.h"
 #include "shared/select/view.h"
 #include "shared/store/store_reader.h"
 
@@ -13,28 +15,39 @@ namespace isosplat {
 /// lifetime.
 using ChunkHandle = uint32_t;
 
-/// A chunk to draw. A block's 64³ cells are 4×4×4 regions of 16³: bit (x >> 4) + 4·(y >> 4) +
-/// 16·(z >> 4) of `regions` says whether this chunk draws the cells of that region; where it does
-/// not, finer chunks do.
+/// A chunk to draw, in these regions of its block: in the others, finer chunks are drawn.
 struct DrawnChunk {
   ChunkHandle handle = 0;
-  uint64_t regions = ~uint64_t{0};
+  RegionMask regions = RegionMask::all();
 
   friend bool operator==(const DrawnChunk&, const DrawnChunk&) = default;
 };
 
+/// What of a drawn chunk may be seen.
+struct DrawnSight {
+  ChunkHandle handle = 0;
+  RegionMask tested;  ///< regions that were drawn
+  RegionMask seen;    ///< of these
+};
+
 /// What a view needs.
 struct Selection {
-  std::vector<uint32_t> pages;      ///< directory pages to fetch, the most needed first
-  std::vector<ChunkHandle> load;    ///< chunks to fetch, the most needed first
-  std::vector<DrawnChunk> draw;     ///< resident chunks to draw now
-  std::vector<ChunkHandle> keep;    ///< resident chunks that this view needs, drawn yet or not
+  std::vector<uint32_t> pages;    ///< directory pages to fetch, the most needed first
+  std::vector<ChunkHandle> load;  ///< chunks to fetch, the most needed first
+  std::vector<DrawnChunk> draw;   ///< resident chunks to draw now
+  std::vector<ChunkHandle> keep;  ///< resident chunks that this view needs, drawn yet or not
+
+  /// Drawn chunks that stand for finer ones. With View::occlusion: which of their regions may be
+  /// seen is to be told by set_sight, whenever what is drawn has changed.
+  std::vector<ChunkHandle> test;
+  uint32_t undecided = 0;  ///< chunks that are wanted if the next set_sight says they may be seen
   int32_t finest_drawn_level = -1;  ///< −1: nothing is drawn
   int32_t coarsest_drawn_level = -1;
   uint64_t target_cells = 0;  ///< of the chunks that this view comes down to when all is loaded
   bool limited_by_budget = false;
 
-  bool complete() const { return pages.empty() && load.empty(); }
+  /// Nothing is to be done, unless a test of what is drawn now brings more to light.
+  bool complete() const { return pages.empty() && load.empty() && undecided == 0; }
 };
 
 /// Chooses, for a view, which blocks to show at which level: best first, by the size of their cells
@@ -42,10 +55,15 @@ struct Selection {
 /// refines a superset, so no view gets worse by it.
 ///
 /// What is drawn never has a hole, and nothing is drawn twice: a region is drawn by a coarser chunk
-/// until all finer chunks of the region are resident. A block without a cell that is active counts
-/// as there. A coarse chunk can leave regions of blocks up to two levels below it to them. So that
-/// finer blocks come in few at a time, a level three above what is wanted is fetched on the way,
-/// where nothing as fine is there yet.
+/// until the finer chunk is resident, or all that are finer still. A block without a cell that is
+/// active counts as there. A coarse chunk can leave regions of blocks up to three levels below it
+/// to them, so every third level above what is wanted is fetched on the way, where nothing as fine
+/// is there yet.
+///
+/// Blocks behind what is drawn are left out where View::occlusion asks for it: their coarser chunks
+/// stay, and what is drawn still has no hole. As finer chunks take the place of thick coarse ones,
+/// others come to light, or turn out to be hidden; what has been fetched stays. So a view is
+/// complete after at most as many tests as it has blocks, and nothing flickers.
 class Selector {
  public:
   /// `store` must outlive the selector.
@@ -65,6 +83,10 @@ class Selector {
 
   /// Errors: invalid_argument (a matrix or a size that is not finite, no isovalue or more than 64).
   Result<Selection> select(const View& view);
+
+  /// The answer of a test of what is drawn, in the view selected last: replaces the one before.
+  /// Another camera, size or isovalue forgets it. Errors: not_found (a handle).
+  Result<void> set_sight(std::span<const DrawnSight> answer);
 
   /// As select, for a view that is only expected: leaves no trace in what the next selection holds
   /// on to.

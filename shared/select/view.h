@@ -26,6 +26,10 @@ struct View {
 
   /// Most cells that the refinement may add up to.
   uint64_t cell_budget = UINT64_MAX;
+
+  /// Asks only for what can be seen, as Selector::set_sight tells it, and for nothing of which it
+  /// has not been told yet but is about to be.
+  bool occlusion = false;
 };
 
 /// Where blocks of a volume come to lie on the screen.

@@ -276,6 +276,7 @@ uint32_t isosplat_core_select(IsosplatCore* core, const double* view, const floa
   asked.load_cell_px = view[18];
   asked.draw_cell_px = view[19];
   asked.cell_budget = static_cast<uint64_t>(std::clamp(view[20], 0.0, 9e15));
+  asked.occlusion = view[22] != 0;
   asked.isocodes.assign(isocodes, isocodes + isocode_count);
   const auto selection =
       view[21] != 0 ? core->selector->select_ahead(asked) : core->selector->select(asked);
@@ -289,16 +290,31 @@ uint32_t isosplat_core_select(IsosplatCore* core, const double* view, const floa
   put(core, 1, selection->pages);
   std::vector<uint32_t> draw;
   for (const DrawnChunk& drawn : selection->draw) {
-    draw.insert(draw.end(), {drawn.handle, static_cast<uint32_t>(drawn.regions),
-                             static_cast<uint32_t>(drawn.regions >> 32)});
+    draw.push_back(drawn.handle);
+    const auto regions = drawn.regions.words();
+    draw.insert(draw.end(), regions.begin(), regions.end());
   }
   put(core, 2, draw);
   std::vector<uint32_t> keep{as_u32(selection->finest_drawn_level),
                              as_u32(selection->coarsest_drawn_level),
-                             selection->limited_by_budget ? 1u : 0u};
+                             selection->limited_by_budget ? 1u : 0u, selection->undecided,
+                             static_cast<uint32_t>(selection->test.size())};
+  keep.insert(keep.end(), selection->test.begin(), selection->test.end());
   keep.insert(keep.end(), selection->keep.begin(), selection->keep.end());
   put(core, 3, keep);
   return kOk;
+}
+
+uint32_t isosplat_core_set_sight(IsosplatCore* core, const uint32_t* answer, uint32_t count) {
+  if (!core->store) return no_store(core);
+  constexpr size_t kMaskWords = std::tuple_size_v<RegionMask::Words>;
+  std::vector<DrawnSight> drawn;
+  for (uint32_t i = 0; i < count; ++i, answer += 1 + 2 * kMaskWords) {
+    drawn.push_back({answer[0], RegionMask::from_words(answer + 1),
+                     RegionMask::from_words(answer + 1 + kMaskWords)});
+  }
+  const auto set = core->selector->set_sight(drawn);
+  return set ? kOk : report(core, set.error());
 }
 
 uint32_t isosplat_core_set_resident(IsosplatCore* core, uint32_t handle, uint32_t resident) {

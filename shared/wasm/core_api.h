@@ -102,13 +102,18 @@ uint32_t isosplat_core_project(IsosplatCore* core, const void* data, uint32_t by
                                const uint32_t* shape, const uint32_t* block, float isocode,
                                uint32_t exact);
 
-/// Chooses what a view needs (Selector). `view` has 22 doubles: view_projection (16,
+/// Chooses what a view needs (Selector). `view` has 23 doubles: view_projection (16,
 /// column-major), width_px, height_px, load_cell_px, draw_cell_px, cell_budget, ahead (1: only
-/// expected, see select_ahead). Results: 0: IsosplatChunk to load, 1: pages to load (uint32), 2:
-/// chunks to draw, 3 words each: handle, regions low, high; 3: handles to keep (uint32), after
-/// three words: finest drawn level, coarsest drawn level (−1: none), limited_by_budget.
+/// expected, see select_ahead), occlusion (0 or 1). Results: 0: IsosplatChunk to load, 1: pages to
+/// load (uint32), 2: chunks to draw, 17 words each: handle, regions (RegionMask); 3: five words:
+/// finest drawn level, coarsest drawn level (−1: none), limited_by_budget, undecided, count of the
+/// handles to test, which follow, and after them the handles to keep.
 uint32_t isosplat_core_select(IsosplatCore* core, const double* view, const float* isocodes,
                               uint32_t isocode_count);
+
+/// The answer of a sight test for the view selected last (Selector::set_sight): 33 words for each
+/// chunk: handle, the regions tested, those of them that may be seen.
+uint32_t isosplat_core_set_sight(IsosplatCore* core, const uint32_t* answer, uint32_t count);
 
 /// Says that a chunk may be drawn, or no longer may.
 uint32_t isosplat_core_set_resident(IsosplatCore* core, uint32_t handle, uint32_t resident);

@@ -21,6 +21,7 @@ struct View {
   VolumeGrid grid{{2, 2, 2}};
   std::string text;  // what a const char* of ours points to
   std::vector<VisibleChunk> visible;
+  std::vector<uint32_t> sight_answer;
 };
 
 View& view() {
@@ -174,7 +175,7 @@ void isosplat_view_set_visible(const uint32_t* ids, const uint32_t* regions, uin
   v.visible.resize(count);
   for (uint32_t i = 0; i < count; ++i) {
     v.visible[i] = {ids[i]};
-    if (regions) v.visible[i].regions = regions[2 * i] | uint64_t{regions[2 * i + 1]} << 32;
+    if (regions) v.visible[i].regions = RegionMask::from_words(regions + 16 * i);
   }
   if (v.renderer) v.renderer->set_visible(std::span<const VisibleChunk>(v.visible));
 }
@@ -273,6 +274,34 @@ int32_t isosplat_view_can_refine(int32_t width, int32_t height) {
 int32_t isosplat_view_refine(int32_t width, int32_t height, double* statistics) {
   Renderer* renderer = current();
   return renderer ? tell(renderer->refine(width, height), statistics) : no_view();
+}
+
+int32_t isosplat_view_begin_sight_test(const uint32_t* ids, uint32_t count, int32_t least_px) {
+  Renderer* renderer = current();
+  if (!renderer) return no_view();
+  const auto begun = renderer->begin_sight_test(std::vector<uint64_t>(ids, ids + count), least_px);
+  return begun ? 0 : report(begun.error());
+}
+
+int32_t isosplat_view_take_sight_test() {
+  Renderer* renderer = current();
+  if (!renderer) return -1;
+  const auto answer = renderer->take_sight_test();
+  if (!answer) return -1;
+  auto& words = view().sight_answer;
+  words.clear();
+  for (const ChunkSight& chunk : *answer) {
+    words.push_back(static_cast<uint32_t>(chunk.id));
+    for (const RegionMask& mask : {chunk.tested, chunk.seen}) {
+      const auto regions = mask.words();
+      words.insert(words.end(), regions.begin(), regions.end());
+    }
+  }
+  return static_cast<int32_t>(answer->size());
+}
+
+const uint32_t* isosplat_view_sight_answer() {
+  return view().sight_answer.data();
 }
 
 const char* isosplat_view_limits(double* limits) {

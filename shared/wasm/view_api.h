@@ -27,8 +27,8 @@ int32_t isosplat_view_add_chunk(uint32_t id, uint32_t level, int32_t block_x, in
                                 int32_t block_z, const void* samples, uint32_t count);
 void isosplat_view_remove_chunk(uint32_t id);
 
-/// Draws exactly these chunks from now on. regions: two words per id (low, high), see VisibleChunk;
-/// null: all of each.
+/// Draws exactly these chunks from now on. regions: 16 words per id (RegionMask); null: all of
+/// each.
 void isosplat_view_set_visible(const uint32_t* ids, const uint32_t* regions, uint32_t count);
 
 /// surfaces: count × (isovalue, red, green, blue, opacity), colours sRGB 0 … 1.
@@ -76,6 +76,15 @@ int32_t isosplat_view_can_refine(int32_t width, int32_t height);
 /// Draws the still view once more, moved by a part of a pixel, and shows the mean. statistics as
 /// above.
 int32_t isosplat_view_refine(int32_t width, int32_t height, double* statistics);
+
+/// Starts a test of which regions of these chunks show in at least so many pixels
+/// (Renderer::begin_sight_test); draw first.
+int32_t isosplat_view_begin_sight_test(const uint32_t* ids, uint32_t count, int32_t least_px);
+
+/// Chunks in the test's answer, or −1 while it is not there. It is at isosplat_view_sight_answer()
+/// until the next call of this: 33 words per chunk: id, the regions tested, those seen.
+int32_t isosplat_view_take_sight_test();
+const uint32_t* isosplat_view_sight_answer();
 
 /// limits receives 4 numbers: largest point size, largest texture size, float targets (0, 1), float
 /// blending (0, 1). Returns GL_RENDERER, valid until the next call.

@@ -34,7 +34,7 @@ double mean_fragments(const TestVolume& volume, double isovalue, SplatKind kind,
   attach(
       program, GL_VERTEX_SHADER,
       shader_text("#define PULLED\n#define KIND " + std::to_string(static_cast<int>(kind)) + "\n",
-                  {"frame.glsl", "cell.glsl", "splat.glsl", "splat.vert.glsl"}));
+                  {"frame.glsl", "cell.glsl", "regions.glsl", "splat.glsl", "splat.vert.glsl"}));
   attach(program, GL_FRAGMENT_SHADER,
          shader_text("", {}) +
              "layout(location = 0) out vec4 o_count;\n"
@@ -69,7 +69,7 @@ double mean_fragments(const TestVolume& volume, double isovalue, SplatKind kind,
   const Vec3d corner = box.centre - box.half;
   glUniform4f(uniform("u_block"), static_cast<float>(corner.x), static_cast<float>(corner.y),
               static_cast<float>(corner.z), 1);
-  glUniform2ui(uniform("u_regions"), ~0u, ~0u);
+  glUniform4uiv(uniform("u_regions"), 4, std::vector<GLuint>(16, ~0u).data());
   glUniform1f(uniform("u_isocode"), volume.mapping.isocode(isovalue));
   glUniform1i(uniform("u_samples"), 0);
   glViewport(0, 0, size, size);

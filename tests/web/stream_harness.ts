@@ -1,6 +1,6 @@
 /** A viewer that draws nothing, and checks that streaming keeps its promises. */
 import { expect } from "vitest";
-import type { Core } from "../../web/core/index.ts";
+import { type Core, regionWords } from "../../web/core/index.ts";
 import {
   type ChunkPlace,
   InlineDecoder,
@@ -69,7 +69,7 @@ export class Harness {
           if (!this.closed) expect(this.visible).not.toContain(id);
         },
         visible: (ids, regions) => {
-          expect(regions.length).toBe(2 * ids.length);
+          expect(regions.length).toBe(regionWords * ids.length);
           for (const id of ids) expect(this.resident.has(id)).toBe(true);
           this.visible = [...ids];
         },

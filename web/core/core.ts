@@ -47,18 +47,29 @@ export interface CoreView {
   cellBudget: number;
   /** Only expected: leaves no trace in what later selections hold on to. */
   ahead?: boolean;
+  /** Leaves out what `setSight` says is hidden, and waits for it to say so. */
+  occlusion?: boolean;
 }
+
+/** Words of the regions of one chunk (RegionMask in shared/grid/region_mask.h). */
+export const regionWords = 16;
+/** Words of one chunk in the answer of a sight test: its handle, the regions tested, those seen. */
+export const sightWords = 1 + 2 * regionWords;
 
 /** What a view needs (Selection in shared/select/selector.h). */
 export interface CoreSelection {
   /** Chunks and directory pages to fetch, the most needed first. */
   load: Chunk[];
   pages: number[];
-  /** Resident chunks to draw, and two words of regions for each. */
+  /** Resident chunks to draw, and `regionWords` for each. */
   drawn: Uint32Array;
   regions: Uint32Array;
   /** Resident chunks that the view needs, drawn yet or not. */
   keep: Uint32Array;
+  /** Drawn chunks that stand for finer ones: `setSight` is to say what of them may be seen. */
+  test: Uint32Array;
+  /** Chunks that wait for that. */
+  undecided: number;
   finestLevel: number;
   coarsestLevel: number;
   limitedByBudget: boolean;
@@ -237,7 +248,7 @@ export class Store {
   /** Which chunks to load and to draw for a view. */
   select(view: CoreView): CoreSelection {
     const calls = this.#calls;
-    const numbers = new Float64Array(22);
+    const numbers = new Float64Array(23);
     numbers.set(Array.from({ length: 16 }, (_, i) => view.viewProjection[i] ?? 0));
     numbers.set(
       [
@@ -247,6 +258,7 @@ export class Store {
         view.drawCellPixels,
         view.cellBudget,
         view.ahead ? 1 : 0,
+        view.occlusion ? 1 : 0,
       ],
       16,
     );
@@ -259,25 +271,38 @@ export class Store {
       ),
     );
     const draw = readWords(calls.result(2));
-    const count = draw.length / 3;
+    const count = draw.length / (1 + regionWords);
     const drawn = new Uint32Array(count);
-    const regions = new Uint32Array(2 * count);
+    const regions = new Uint32Array(regionWords * count);
     for (let i = 0; i < count; ++i) {
-      drawn[i] = draw[3 * i] ?? 0;
-      regions[2 * i] = draw[3 * i + 1] ?? 0;
-      regions[2 * i + 1] = draw[3 * i + 2] ?? 0;
+      const at = i * (1 + regionWords);
+      drawn[i] = draw[at] ?? 0;
+      regions.set(draw.subarray(at + 1, at + 1 + regionWords), regionWords * i);
     }
     const keep = readWords(calls.result(3));
+    const tests = keep[4] ?? 0;
     return {
       load: readChunks(calls.result(0)),
       pages: Array.from(readWords(calls.result(1))),
       drawn,
       regions,
-      keep: keep.slice(3),
+      test: keep.slice(5, 5 + tests),
+      keep: keep.slice(5 + tests),
+      undecided: keep[3] ?? 0,
       finestLevel: (keep[0] ?? 0) | 0,
       coarsestLevel: (keep[1] ?? 0) | 0,
       limitedByBudget: keep[2] === 1,
     };
+  }
+
+  /** The answer of a sight test for the view selected last: `sightWords` for each chunk. */
+  setSight(answers: Uint32Array): void {
+    const calls = this.#calls;
+    calls.withBytes(asBytes(answers), (at) =>
+      calls.check(
+        this.#module._isosplat_core_set_sight(calls.core, at, answers.length / sightWords),
+      ),
+    );
   }
 
   /** Says that a chunk has been decoded and may be drawn, or no longer may. */

@@ -8,6 +8,7 @@ import { defaultSampleBudget } from "./device.ts";
 import { Motion } from "./motion.ts";
 import { PageLoader } from "./page_loader.ts";
 import { Residency } from "./residency.ts";
+import { type SightQuery, SightTests } from "./sight.ts";
 import type { Source } from "./source.ts";
 import {
   type Progress,
@@ -45,11 +46,14 @@ export class StreamSession {
   readonly #deliveries: Deliveries;
   readonly #residency: Residency;
   readonly #motion: Motion;
+  readonly #sight = new SightTests();
   readonly #targetPixels: number;
   readonly #movingPixels: number;
   readonly #firstIsovalues: readonly number[];
   readonly #closing = new AbortController();
 
+  /** Sight tests are answered. */
+  #tellsSight: boolean;
   #view: ViewState | undefined;
   #selection: CoreSelection | undefined;
   /** The finest level of the coarse end, and whether that is still on its way. */
@@ -71,6 +75,7 @@ export class StreamSession {
     this.info = store.info;
     this.#store = store;
     this.#events = options.events;
+    this.#tellsSight = options.events.testSight !== undefined;
     this.#ownsDecoder = !options.decoder;
     this.#decoder = options.decoder ?? new WorkerPool();
     this.#backoff = backoff;
@@ -130,11 +135,39 @@ export class StreamSession {
   update(view: ViewState): void {
     if (this.#closing.signal.aborted) return;
     if (!this.#motion.changed(view)) return;
+    this.#sight.viewChanged();
     this.#view = {
       ...view,
       viewProjection: Array.from(view.viewProjection),
       isovalues: [...view.isovalues],
     };
+    this.#select();
+  }
+
+  /** Something other than the view has changed that decides what is hidden: opacity, clipping. */
+  sceneChanged(): void {
+    this.#sight.pictureChanged();
+    this.#tell();
+  }
+
+  /**
+   * The sight test that is wanted of the picture as it is drawn now, if any: see
+   * `StreamEvents.testSight`. `settled`: when the view rests, it would be drawn no differently.
+   */
+  sightQuery(settled: boolean): SightQuery | undefined {
+    return this.#closing.signal.aborted ? undefined : this.#sight.query(settled);
+  }
+
+  /** The answer: `sightWords` (core) for each chunk that was drawn. */
+  answerSight(query: SightQuery, answers: Uint32Array, settled: boolean): void {
+    if (this.#closing.signal.aborted) return;
+    if (this.#sight.answered(query, settled)) this.#store.setSight(answers);
+    this.#select();
+  }
+
+  /** No answers come any more: from now on, what is hidden is fetched as well. */
+  sightFailed(): void {
+    this.#tellsSight = false;
     this.#select();
   }
 
@@ -216,12 +249,15 @@ export class StreamSession {
       loadCellPixels: this.#motion.cameraMoves ? this.#movingPixels : this.#targetPixels,
       drawCellPixels: this.#targetPixels,
       cellBudget: Math.max(0, left * targetShare),
+      occlusion: this.#asksForSight(),
     };
     try {
       const selection = this.#store.select({ ...asked, isovalues: view.isovalues });
       this.#selection = selection;
       this.#residency.use(selection.drawn, selection.keep, this.#visible);
       this.#show(selection);
+      this.#sight.need(asked.occlusion ? selection.test : undefined);
+      if (!this.#sight.done) this.#events.testSight?.();
       this.#pages.need(this.#pagesToFetch(selection));
       const needed = selection.load.filter((chunk) => this.#isToBeFetched(chunk));
       if (this.#motion.isovalueMoves) {
@@ -235,6 +271,12 @@ export class StreamSession {
       this.#report(new StreamError("internal", `selection: ${String(error)}`, false, error));
     }
     this.#tell();
+  }
+
+  /** While something moves, little is fetched anyway, and an answer would come too late. */
+  #asksForSight(): boolean {
+    const moves = this.#motion.cameraMoves || this.#motion.isovalueMoves;
+    return this.#tellsSight && !moves;
   }
 
   /** The first chunks for where the isovalue is going, when it goes slowly enough to use them. */
@@ -279,6 +321,7 @@ export class StreamSession {
   #show(selection: CoreSelection): void {
     if (same(selection.drawn, this.#visible) && same(selection.regions, this.#regions)) return;
     if (this.#visible.length === 0) this.#mark("isosplat:surface");
+    this.#sight.pictureChanged();
     this.#visible = selection.drawn;
     this.#regions = selection.regions;
     this.#events.visible(selection.drawn.slice(), selection.regions.slice());
@@ -321,6 +364,8 @@ export class StreamSession {
       selection !== undefined &&
       load.length === 0 &&
       selection.pages.length === 0 &&
+      selection.undecided === 0 &&
+      this.#sight.done &&
       !this.#coarse.loading &&
       this.#deliveries.empty;
     const isDrawn = (selection?.finestLevel ?? -1) >= 0;

@@ -125,11 +125,17 @@ export interface StreamEvents {
   /** The chunk with this id is no longer needed: free it. Never one that is visible. */
   drop(id: number): void;
   /**
-   * Draw exactly these chunks from now on. `regions` has two words per id (low, high): bit
-   * (x >> 4) + 4·(y >> 4) + 16·(z >> 4) of the 64 says whether the block's cells (x, y, z) of that
-   * region are to be drawn; the others are drawn by finer chunks. Arrays are the viewer's.
+   * Draw exactly these chunks from now on. `regions` has 16 words per id, two for each of eight
+   * slices in z: bit (x >> 3) + 8·(y >> 3) of the 64 of slice z >> 3 says whether the block's cells
+   * (x, y, z) of that region are to be drawn; the others are drawn by finer chunks. Arrays are the
+   * viewer's.
    */
   visible(ids: Uint32Array, regions: Uint32Array): void;
+  /**
+   * A sight test is wanted: soon, find out what `sightQuery` of the session asks, and call
+   * `answerSight`. Without this event, what is hidden behind the picture is fetched as well.
+   */
+  testSight?(): void;
   progress(progress: Progress): void;
   error(error: StreamError): void;
 }

@@ -1,5 +1,5 @@
 import wasmUrl from "@wasm/isosplat-view.wasm?url";
-import type { CoreModule } from "../core/index.ts";
+import { type CoreModule, sightWords } from "../core/index.ts";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
 import type { Camera, ClipBox, Look, SplatKind, Surface } from "./types.ts";
 import { colourings, colourMaps, splatKinds } from "./types.ts";
@@ -42,6 +42,9 @@ interface Exports extends CoreModule {
   _isosplat_view_draw(width: number, height: number, statistics: number): number;
   _isosplat_view_can_refine(width: number, height: number): number;
   _isosplat_view_refine(width: number, height: number, statistics: number): number;
+  _isosplat_view_begin_sight_test(ids: number, count: number, leastPixels: number): number;
+  _isosplat_view_take_sight_test(): number;
+  _isosplat_view_sight_answer(): number;
   _isosplat_view_limits(limits: number): number;
   _isosplat_view_context_lost(): void;
   _isosplat_view_context_restored(): number;
@@ -179,9 +182,9 @@ export class ViewModule {
     this.#exports._isosplat_view_remove_chunk(id);
   }
 
-  /** ids: one a chunk; regions: two words a chunk, see StreamEvents.visible. */
+  /** ids: one a chunk; regions: `regionWords` a chunk, see StreamEvents.visible. */
   setVisible(ids: ArrayLike<number>, regions: ArrayLike<number>): void {
-    const pointer = this.#reserve(ids.length * 12);
+    const pointer = this.#reserve(4 * (ids.length + regions.length));
     this.#exports.HEAPU32.set(ids, pointer >> 2);
     this.#exports.HEAPU32.set(regions, (pointer >> 2) + ids.length);
     this.#exports._isosplat_view_set_visible(pointer, pointer + ids.length * 4, ids.length);
@@ -268,6 +271,24 @@ export class ViewModule {
   refine(width: number, height: number): DrawStatistics {
     this.#check(this.#exports._isosplat_view_refine(width, height, this.#scratch));
     return this.#takeStatistics();
+  }
+
+  /**
+   * Starts to find out which regions of these chunks show in so many pixels of the picture drawn
+   * last, which must not need to be redrawn.
+   */
+  beginSightTest(ids: Uint32Array, leastPixels: number): void {
+    const pointer = this.#reserve(ids.byteLength);
+    this.#exports.HEAPU32.set(ids, pointer >> 2);
+    this.#check(this.#exports._isosplat_view_begin_sight_test(pointer, ids.length, leastPixels));
+  }
+
+  /** The answer, `sightWords` for each chunk that was drawn; undefined while it is not there. */
+  takeSightTest(): Uint32Array | undefined {
+    const count = this.#exports._isosplat_view_take_sight_test();
+    if (count < 0) return undefined;
+    const at = this.#exports._isosplat_view_sight_answer() >> 2;
+    return this.#exports.HEAPU32.slice(at, at + sightWords * count);
   }
 
   /** GL_RENDERER. */

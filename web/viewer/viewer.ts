@@ -60,6 +60,13 @@ export interface OpenOptions {
 const restAfter = 220;
 /** A resting picture that takes no longer (ms) is drawn a few times more, for smooth edges. */
 const longestSmoothed = 400;
+/**
+ * A block is refined when its coarse stand-in shows in so many pixels: of the picture at rest, and
+ * before. What shows in few is most often hidden once coarse parts in front of it are refined.
+ */
+const leastSeenPixels = { settled: 24, before: 96 };
+/** The GPU is asked so often whether a sight test is done (ms). */
+const sightPolling = 4;
 
 /**
  * A volume on a canvas: streams what the view needs, and draws when something has changed. Knows
@@ -89,6 +96,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #lastMotion = Number.NEGATIVE_INFINITY;
   #lastArrival = Number.NEGATIVE_INFINITY;
   #restTimer = 0;
+  #sightTimer = 0;
   #contextLost = false;
   readonly #choice = new SplatChoice();
   #timer: GpuTimer | null = null;
@@ -150,6 +158,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
           this.#lastArrival = performance.now();
           this.#loop.request();
         },
+        testSight: () => this.#loop.request(),
         progress: (progress) => this.emit("progress", progress),
         error: (error) => this.emit("error", error),
       },
@@ -195,6 +204,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.close();
     this.#loop.stop();
     clearTimeout(this.#restTimer);
+    clearTimeout(this.#sightTimer);
     this.#decoder?.close();
     for (const clean of this.#cleanup) clean();
     this.#view?.destroy();
@@ -213,6 +223,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   setSurfaces(surfaces: readonly Surface[]): void {
     this.#surfaces = [...surfaces];
     this.#view?.setSurfaces(this.#surfaces);
+    this.#session?.sceneChanged();
     this.#moved();
   }
 
@@ -241,6 +252,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   setClip(clip: ClipBox): void {
     this.#clip = clip;
     this.#view?.setClip(clip);
+    this.#session?.sceneChanged();
     this.#moved();
   }
 
@@ -368,7 +380,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const isResting = now - quietSince >= restAfter;
 
     view.setCamera(camera);
-    view.setKind(this.#kind(isResting));
+    const kind = this.#kind(isResting);
+    view.setKind(kind);
     this.#session.update({
       viewProjection: view.viewProjection(camera, width, height),
       viewport: { width, height },
@@ -380,6 +393,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     } else if (isResting && this.#smooths && view.canRefine(width, height)) {
       this.#draw(true, () => view.refine(width, height));
     }
+    this.#testSight(isResting || kind === this.#kind(true));
     // Once more when it has come to rest: for the finer splats, and so that streaming refines.
     clearTimeout(this.#restTimer);
     if (!isResting) {
@@ -405,19 +419,48 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     });
   }
 
-  /** Does what may fail in the renderer. A context that is lost is no error: it comes back. */
-  #guard(action: (view: ViewModule) => void): void {
-    if (!this.#view) return;
+  /** Finds out, where streaming asks for it, what of the picture may be seen more finely. */
+  #testSight(settled: boolean): void {
+    const session = this.#session;
+    const { width, height } = this.canvas;
+    if (!session || this.#sightTimer !== 0 || this.#view?.needsRedraw(width, height)) return;
+    const query = session.sightQuery(settled);
+    if (!query) return;
+    const least = settled ? leastSeenPixels.settled : leastSeenPixels.before;
+    const poll = (): void => {
+      this.#sightTimer = 0;
+      // Another volume's test may have waited for the end of this one.
+      if (session !== this.#session) this.#loop.request();
+      if (this.#contextLost || session !== this.#session) return;
+      this.#guard((view) => {
+        const answer = view.takeSightTest();
+        if (answer) session.answerSight(query, answer, settled);
+        else this.#sightTimer = window.setTimeout(poll, sightPolling);
+      });
+    };
+    const begun = this.#guard((view) => view.beginSightTest(query.ids, least));
+    if (begun) this.#sightTimer = window.setTimeout(poll, sightPolling);
+    else if (!this.#contextLost) session.sightFailed();
+  }
+
+  /**
+   * Does what may fail in the renderer; says whether it did not. A context that is lost is no
+   * error: it comes back.
+   */
+  #guard(action: (view: ViewModule) => void): boolean {
+    if (!this.#view) return false;
     try {
       action(this.#view);
+      return true;
     } catch (error) {
-      if (this.#contextLost || this.canvas.getContext("webgl2")?.isContextLost()) return;
+      if (this.#contextLost || this.canvas.getContext("webgl2")?.isContextLost()) return false;
       if (!(error instanceof ViewError)) {
         // The instance has aborted, and cannot go on: the next open makes another.
         this.#view = null;
         this.#parts = null;
       }
       this.emit("error", error instanceof ViewError ? error : new ViewError(String(error)));
+      return false;
     }
   }
 

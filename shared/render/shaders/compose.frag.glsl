@@ -14,8 +14,6 @@ uniform vec4 u_light;              // x ambient, y specular, z eye-dome strength
 uniform bool u_linear;             // leaves the colour linear, to be accumulated
 layout(location = 0) out vec4 o_colour;
 
-float distance_of(float depth) { return u_depth.y / (2.0 * depth - 1.0 - u_depth.x); }
-
 float depth_at(ivec2 at, int layer) {
   return texelFetch(u_depths, ivec3(clamp(at, ivec2(0), ivec2(u_image.xy) - 1), layer), 0).x;
 }

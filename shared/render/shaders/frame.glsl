@@ -14,5 +14,19 @@ layout(std140) uniform Frame {
 };
 
 float window_depth(float z) { return 0.5 + 0.5 * (u_depth.x + u_depth.y / z); }
+float distance_of(float depth) { return u_depth.y / (2.0 * depth - 1.0 - u_depth.x); }
 
 vec3 to_view(vec3 v) { return vec3(dot(v, u_right.xyz), dot(v, u_up.xyz), -dot(v, u_forward.xyz)); }
+
+// Where a point z away along the view comes to lie on the image.
+vec2 to_px(vec3 e, float z) {
+  return 0.5 * u_image.xy + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_lens.x / z);
+}
+
+// Half the extent in px of a box with half sizes h about e, and never less than the truth.
+vec2 half_extent_px(vec3 e, vec3 h, float z) {
+  vec3 right = u_right.xyz - u_forward.xyz * (dot(e, u_right.xyz) / z);
+  vec3 up = u_up.xyz - u_forward.xyz * (dot(e, u_up.xyz) / z);
+  float nearest = max(z - dot(abs(u_forward.xyz), h), u_depth.z);
+  return vec2(dot(abs(right), h), dot(abs(up), h)) * (u_lens.x / nearest);
+}

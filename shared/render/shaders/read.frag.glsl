@@ -7,7 +7,6 @@ void main() {
   ivec3 at = ivec3(gl_FragCoord.xy, 0);
   uvec4 surface = texelFetch(u_surfaces, at, 0);
   float depth = texelFetch(u_depths, at, 0).x;
-  float z = u_depth.y / (2.0 * depth - 1.0 - u_depth.x);
   o_words = uvec4(surface.x | surface.y << 16, surface.z | surface.w << 16,
-                  depth < 1.0 ? floatBitsToUint(z) : 0u, 0u);
+                  depth < 1.0 ? floatBitsToUint(distance_of(depth)) : 0u, 0u);
 }

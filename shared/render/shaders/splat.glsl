@@ -7,7 +7,6 @@ layout(location = 0) in uvec4 a_sample;
 #endif
 
 uniform vec4 u_block;           // xyz: the block's corner 0; w: cells of level 0 per cell (2^level)
-uniform uvec2 u_regions;         // a bit for each 16³ cells of the block: whether they are drawn
 uniform float u_isocode;
 uniform uint u_isosurface;
 uniform vec3 u_scalar;          // weights of 1, gradient length, projection error
@@ -28,13 +27,6 @@ uvec4 fetch_sample() {
 void drop() {
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
   gl_PointSize = 1.0;
-}
-
-/// low: the cell's low corner in the block, 0 to 63.
-bool is_drawn(vec3 low) {
-  uvec3 region = uvec3(low) >> 4;
-  uint bit = region.x + 4u * region.y + 16u * region.z;
-  return ((bit < 32u ? u_regions.x : u_regions.y) >> (bit & 31u) & 1u) != 0u;
 }
 
 bool is_clipped(vec3 position) {
@@ -84,10 +76,6 @@ float scalar_of(Trilinear f, vec3 place, float steepness) {
     error = abs(there.x - u_isocode) / max(length(there.yzw), 1e-6);
   }
   return dot(u_scalar, vec3(1.0, steepness, error));
-}
-
-vec2 to_px(vec3 e, float z) {
-  return 0.5 * u_image.xy + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_lens.x / z);
 }
 
 #ifndef PULLED

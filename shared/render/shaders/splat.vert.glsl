@@ -17,14 +17,6 @@ flat out vec3 v_size;           // of the cell
 flat out vec4 v_a, v_b;         // the trilinear interpolant minus the isocode, in spans
 flat out float v_scalar;
 
-// Half the extent in px of a box with half sizes h about e, and never less than the truth.
-vec2 half_extent_px(vec3 e, vec3 h, float z) {
-  vec3 right = u_right.xyz - u_forward.xyz * (dot(e, u_right.xyz) / z);
-  vec3 up = u_up.xyz - u_forward.xyz * (dot(e, u_up.xyz) / z);
-  float nearest = max(z - dot(abs(u_forward.xyz), h), u_depth.z);
-  return vec2(dot(abs(right), h), dot(abs(up), h)) * (u_lens.x / nearest);
-}
-
 #ifdef PULLED
 // Whether a box is wholly beside what the camera sees. Rectangles cannot tell: those of boxes beside
 // the eye, which the near plane cuts, reach across the image.

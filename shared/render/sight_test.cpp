@@ -1,0 +1,194 @@
+#include "shared/render/sight_test.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "shared/render/renderer_state.h"
+#include "shared/render/shader_constants.h"
+
+#ifdef __EMSCRIPTEN__
+// WebGL 2 reads buffers by copying, not by mapping; Emscripten's headers do not declare it.
+extern "C" void glGetBufferSubData(GLenum target, GLintptr offset, GLsizeiptr size, void* data);
+#endif
+
+namespace isosplat {
+namespace {
+
+constexpr size_t kMaxItems = 1024;
+constexpr size_t kRowBytes = 4 * SIGHT_ROW_TEXELS;
+static_assert(kRowBytes == kBlockRegions * kBlockRegions * kBlockRegions);
+
+int power_of_two_above(int number) {
+  int power = 1;
+  while (power < number) power *= 2;
+  return power;
+}
+
+/// Copies what the bound pixel pack buffer begins with.
+void read_pack_buffer(std::vector<uint8_t>& bytes) {
+#ifdef __EMSCRIPTEN__
+  glGetBufferSubData(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());
+#else
+  const auto size = static_cast<GLsizeiptr>(bytes.size());
+  if (const void* mapped = glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, size, GL_MAP_READ_BIT)) {
+    std::memcpy(bytes.data(), mapped, bytes.size());
+    glUnmapBuffer(GL_PIXEL_PACK_BUFFER);
+  }
+#endif
+}
+
+}  // namespace
+
+Result<void> SightTest::link(GLuint frame_binding) {
+  if (program_) return {};
+  auto sight = GlProgram::link("", {"frame.glsl", "cell.glsl", "regions.glsl", "sight.vert.glsl"},
+                               {"sight.frag.glsl"});
+  if (!sight) return tl::unexpected(sight.error());
+  program_ = std::move(*sight);
+  const GLuint name = program_.name();
+  glUniformBlockBinding(name, glGetUniformBlockIndex(name, "Frame"), frame_binding);
+  return {};
+}
+
+void SightTest::make_answer(int rows) {
+  if (!framebuffer_) glGenFramebuffers(1, &framebuffer_);
+  if (!read_buffer_) glGenBuffers(1, &read_buffer_);
+  if (rows <= answer_rows_) return;
+  if (answer_) glDeleteTextures(1, &answer_);
+  answer_rows_ = power_of_two_above(rows);
+  glGenTextures(1, &answer_);
+  glBindTexture(GL_TEXTURE_2D, answer_);
+  glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, SIGHT_ROW_TEXELS, answer_rows_);
+}
+
+Result<void> SightTest::begin(const SurfaceTargets& targets, const std::vector<Item>& items,
+                              const std::vector<float>& isocodes, int layers, int least_px,
+                              GLuint frame_binding) {
+  if (done_) glDeleteSync(done_);
+  done_ = nullptr;
+  asked_.clear();
+  least_px_ = std::clamp(least_px, 1, 255);
+  if (auto ok = link(frame_binding); !ok) return ok;
+  const size_t tested = std::min(items.size(), kMaxItems);
+  for (size_t i = 0; i < items.size(); ++i) {
+    asked_.push_back({items[i].id, items[i].regions, i < tested ? RegionMask{} : items[i].regions});
+  }
+  const auto rows = static_cast<GLsizei>(std::max<size_t>(tested, 1));
+  glActiveTexture(GL_TEXTURE0);
+  make_answer(rows);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, answer_, 0);
+  glViewport(0, 0, SIGHT_ROW_TEXELS, answer_rows_);
+  const float nothing[4] = {0, 0, 0, 0};
+  glClearBufferfv(GL_COLOR, 0, nothing);
+  glEnable(GL_BLEND);
+  glBlendEquation(GL_FUNC_ADD);
+  glBlendFunc(GL_ONE, GL_ONE);
+  const GlProgram& program = program_;
+  glUseProgram(program.name());
+  glBindTexture(GL_TEXTURE_2D_ARRAY, targets.depths());
+  glUniform1i(program.uniform("u_depths"), 0);
+  glUniform1i(program.uniform("u_layers"), layers);
+  glUniform1i(program.uniform("u_isocode_count"), static_cast<GLint>(isocodes.size()));
+  if (!isocodes.empty()) {
+    glUniform1fv(program.uniform("u_isocodes"), static_cast<GLsizei>(isocodes.size()),
+                 isocodes.data());
+  }
+  const GLint block = program.uniform("u_block"), regions = program.uniform("u_regions"),
+              row = program.uniform("u_row");
+  for (size_t i = 0; i < tested; ++i) {
+    const Item& item = items[i];
+    if (item.count == 0) continue;
+    glUniform4fv(block, 1, item.block.data());
+    glUniform4uiv(regions, 4, item.regions.words().data());
+    glUniform2f(row, static_cast<float>(i) + 0.5f, static_cast<float>(answer_rows_));
+    glBindVertexArray(item.vertex_array);
+    glDrawArrays(GL_POINTS, item.first, item.count);
+  }
+  glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  glDisable(GL_BLEND);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, read_buffer_);
+  // New storage each time: browsers read ahead from a buffer that is written once.
+  glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(kRowBytes * static_cast<size_t>(rows)),
+               nullptr, GL_STREAM_READ);
+  glReadPixels(0, 0, SIGHT_ROW_TEXELS, rows, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  done_ = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  glFlush();
+  return {};
+}
+
+std::optional<std::vector<ChunkSight>> SightTest::take() {
+  if (!done_) return std::nullopt;
+  const GLenum state = glClientWaitSync(done_, 0, 0);
+  if (state != GL_ALREADY_SIGNALED && state != GL_CONDITION_SATISFIED) return std::nullopt;
+  glDeleteSync(done_);
+  done_ = nullptr;
+  std::vector<uint8_t> bytes(std::min(asked_.size(), kMaxItems) * kRowBytes);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, read_buffer_);
+  read_pack_buffer(bytes);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    if (bytes[i] < least_px_) continue;
+    const auto bit = static_cast<int32_t>(i % kRowBytes);
+    asked_[i / kRowBytes].seen.insert({bit % 8, bit / 8 % 8, bit / 64});
+  }
+  return std::move(asked_);
+}
+
+void SightTest::release() {
+  if (done_) glDeleteSync(done_);
+  if (answer_) glDeleteTextures(1, &answer_);
+  if (framebuffer_) glDeleteFramebuffers(1, &framebuffer_);
+  if (read_buffer_) glDeleteBuffers(1, &read_buffer_);
+  program_ = GlProgram{};
+  forget();
+}
+
+void SightTest::forget() {
+  program_.forget();
+  answer_ = framebuffer_ = read_buffer_ = 0;
+  answer_rows_ = 0;
+  done_ = nullptr;
+  asked_.clear();
+}
+
+Result<void> Renderer::begin_sight_test(std::span<const uint64_t> ids, int least_px) {
+  State& s = *state_;
+  if (s.lost) return fail(Status::gl_error, "the GL context is lost");
+  if (s.dirty || s.drawn_width == 0) {
+    return fail(Status::invalid_argument, "a sight test needs a picture that is up to date");
+  }
+  std::vector<SightTest::Item> items;
+  for (const VisibleChunk& chunk : s.visible) {
+    if (std::find(ids.begin(), ids.end(), chunk.id) == ids.end()) continue;
+    SightTest::Item item{chunk.id, {}, chunk.regions};
+    // What was culled is not seen.
+    const auto drawn = std::find_if(s.items.begin(), s.items.end(),
+                                    [&](const State::DrawItem& d) { return d.id == chunk.id; });
+    if (drawn != s.items.end()) {
+      const SampleRange& range = drawn->chunk->range;
+      item.block = drawn->block;
+      item.vertex_array = s.buffers.vertex_array(range.buffer);
+      item.first = static_cast<GLint>(range.first);
+      item.count = static_cast<GLsizei>(range.count);
+    }
+    items.push_back(item);
+  }
+  std::vector<float> isocodes;
+  for (const Isosurface& surface : s.settings.isosurfaces) {
+    if (surface.opacity > 0 && isocodes.size() < kMaxIsosurfaces) {
+      isocodes.push_back(s.mapping.isocode(surface.isovalue));
+    }
+  }
+  return s.sight_test.begin(s.targets, items, isocodes, s.layers, least_px, kFrameBinding);
+}
+
+std::optional<std::vector<ChunkSight>> Renderer::take_sight_test() {
+  if (state_->lost) return std::nullopt;
+  return state_->sight_test.take();
+}
+
+}  // namespace isosplat

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <GLES3/gl3.h>
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "shared/grid/region_mask.h"
+#include "shared/render/gl_program.h"
+#include "shared/render/renderer.h"
+#include "shared/render/surface_targets.h"
+
+namespace isosplat {
+
+/// Finds out on the GPU which regions of chunks a picture shows: how many of its pixels lie in the
+/// boxes of their active cells. The answer comes back later, so that nobody waits.
+class SightTest {
+ public:
+  /// A visible chunk; without samples where it was culled.
+  struct Item {
+    uint64_t id = 0;
+    std::array<float, 4> block{};  ///< u_block of splat.vert.glsl
+    RegionMask regions;
+    GLuint vertex_array = 0;
+    GLint first = 0;
+    GLsizei count = 0;
+  };
+
+  SightTest() = default;
+  ~SightTest() { release(); }
+  SightTest(const SightTest&) = delete;
+  SightTest& operator=(const SightTest&) = delete;
+
+  /// Tests the picture in the targets' first layers, seen as the uniform block at `frame_binding`
+  /// says. A region is seen that shows in `least_px` (1 … 255) pixels. Beyond the first 1024, items
+  /// count as seen. Errors: gl_error.
+  Result<void> begin(const SurfaceTargets& targets, const std::vector<Item>& items,
+                     const std::vector<float>& isocodes, int layers, int least_px,
+                     GLuint frame_binding);
+
+  /// The answer to the last test, once; nothing before it is there.
+  std::optional<std::vector<ChunkSight>> take();
+
+  void release();
+  /// The context that owned the objects is gone.
+  void forget();
+
+ private:
+  Result<void> link(GLuint frame_binding);
+  void make_answer(int rows);
+
+  GlProgram program_;
+  GLuint answer_ = 0, framebuffer_ = 0, read_buffer_ = 0;
+  int answer_rows_ = 0, least_px_ = 1;
+  GLsync done_ = nullptr;
+  std::vector<ChunkSight> asked_;
+};
+
+}  // namespace isosplat
