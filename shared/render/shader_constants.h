@@ -41,9 +41,10 @@
 #define ELLIPSE_MARGIN_CELLS 0.01
 #define ELLIPSE_LEAST_FACING 0.1
 
-// A ray-cast splat accepts roots this far outside of its cell, in cells: neighbours then overlap
-// by more than single precision and packed corners can part them.
+// A ray-cast splat accepts roots this far outside of its cell, in cells: neighbours then overlap by
+// more than single precision can part them, or, where the interval is wide, rounded corners.
 #define EXACT_MARGIN_CELLS 0.002
+#define ROUNDED_MARGIN_CELLS 0.01
 
 // Splats of coarse cells that hold something thinner than a cell are scaled by no less.
 #define THIN_FOOTPRINT 0.4

@@ -4,7 +4,8 @@
 // The part of the ray inside of the cell enlarged by `margin`; empty (x > y) where it misses.
 vec2 ray_in_cell(vec3 origin, vec3 direction, float margin) {
   direction += vec3(equal(direction, vec3(0.0))) * 1e-9;
-  vec3 one = (-margin - origin) / direction, other = (1.0 + margin - origin) / direction;
+  vec3 per_place = 1.0 / direction;
+  vec3 one = (-margin - origin) * per_place, other = (1.0 + margin - origin) * per_place;
   vec3 enter = min(one, other), leave = max(one, other);
   return vec2(max(max(enter.x, enter.y), enter.z), min(min(leave.x, leave.y), leave.z));
 }

@@ -2,9 +2,9 @@
 // surface by two Newton steps: depth and normal are the surface's, and where it has none, nothing is
 // covered.
 flat in vec2 v_centre_px;
-flat in vec3 v_distance;
+flat in vec4 v_distance;
 flat in vec3 v_place, v_place_x, v_place_y;
-flat in vec3 v_along, v_per_place;
+flat in vec3 v_along;
 flat in vec3 v_size;
 flat in vec4 v_a, v_b;
 flat in float v_scalar;
@@ -15,29 +15,31 @@ layout(location = 0) out uvec4 o_pixel;
 
 void main() {
   vec2 d = gl_FragCoord.xy - v_centre_px;
-  vec3 p = v_place + d.x * v_place_x + d.y * v_place_y;
-  vec3 middle = (0.5 - p) * v_per_place, reach = abs(v_per_place) * (0.5 * u_lens.w + ELLIPSE_MARGIN_CELLS);
-  vec3 enter = middle - reach, leave = middle + reach;
-  vec2 between = vec2(max(max(enter.x, enter.y), enter.z), min(min(leave.x, leave.y), leave.z));
+  vec3 across = d.x * v_place_x + d.y * v_place_y;
+  vec3 p = v_place + across, along = v_along + across / v_distance.x;
+  vec2 between = ray_in_cell(p, along, 0.5 * u_lens.w - 0.5 + ELLIPSE_MARGIN_CELLS);
   if (!(between.x <= between.y)) discard;
   Trilinear f = Trilinear(v_a, v_b);
-  vec4 k = cubic_along(f, p, v_along);
-  float t = clamp(0.0, between.x, between.y);
+  vec4 k = cubic_along(f, p, along);
+  float t = clamp(dot(v_distance.yz, d), between.x, between.y);
   for (int i = 0; i < 2; ++i) {
     float slope = (3.0 * k.x * t + 2.0 * k.y) * t + k.z;
     t = clamp(t - cubic(k, t) / slope, between.x, between.y);
   }
-  vec4 at = value_and_gradient(f, p + t * v_along);
+  vec4 at = value_and_gradient(f, p + t * along);
   bool found = abs(at.x) <= ELLIPSE_TOLERANCE_CELLS * length(at.yzw);
   bool crossed = (cubic(k, between.x) > 0.0) != (cubic(k, between.y) > 0.0);
-  if (!found && !crossed) discard;
-  // Where two steps do not find it, but the ray's ends are on both sides of it: as the exact kind. A
-  // loop that runs once or never, as software renderers skip loops, but not branches.
+  if (!found && !crossed && v_distance.w < 1.0) discard;
+  // Where two steps do not find it, but the ray's ends are on both sides of it, or the surface is so
+  // bent that the ray may cross it twice: as the exact kind. A loop that runs once or never, as
+  // software renderers skip loops, but not branches.
   for (int turn = found ? 1 : 0; turn < 1; ++turn) {
-    vec4 from = cubic_along(f, p + between.x * v_along, v_along);
-    t = between.x + first_root(from, between.y - between.x);
-    at = value_and_gradient(f, p + t * v_along);
+    vec4 from = cubic_along(f, p + between.x * along, along);
+    t = first_root(from, between.y - between.x);
+    if (t < 0.0) discard;
+    t += between.x;
+    at = value_and_gradient(f, p + t * along);
   }
-  gl_FragDepth = window_depth(v_distance.x + dot(v_distance.yz, d) + t);
+  gl_FragDepth = window_depth(v_distance.x + t);
   o_pixel = encode_surface(to_view(at.yzw / v_size), v_scalar, u_isosurface, 1.0);
 }

@@ -39,7 +39,8 @@ void main() {
   float t, coverage = 1.0;
   vec3 origin = ray.origin / v_size + 0.5, direction = ray.direction / v_size;
   Trilinear f = Trilinear(v_a, v_b);
-  vec2 between = ray_in_cell(origin, direction, EXACT_MARGIN_CELLS);
+  float margin = v_span > 511.0 ? ROUNDED_MARGIN_CELLS : EXACT_MARGIN_CELLS;
+  vec2 between = ray_in_cell(origin, direction, margin);
   between.x = max(between.x, u_depth.z - v_centre.w);
 #ifdef CLIPPED
   between = clip_ray(ray, v_centre.xyz, between);

@@ -2,10 +2,10 @@
 // wherever it is in the cell's box (exact, blended).
 #if KIND == KIND_ELLIPSE
 flat out vec2 v_centre_px;
-flat out vec3 v_distance;       // along the view: of the sample, and per px to the right and up
-flat out vec3 v_place, v_place_x, v_place_y;  // in the cell, 0 to 1; likewise
+flat out vec4 v_distance;       // of the sample along the view; the tangent plane's per px across;
+                                // how bent the surface is
+flat out vec3 v_place, v_place_x, v_place_y;  // in the cell, 0 to 1: of the sample; per px across
 flat out vec3 v_along;          // that place per unit along the view
-flat out vec3 v_per_place;      // its reciprocal
 #else
 flat out vec4 v_centre;         // of the cell; w: distance along the view
 #ifndef PULLED
@@ -53,7 +53,8 @@ vec4 bounds_px(vec3 e, vec3 h) {
 
 void main() {
 #if KIND == KIND_ELLIPSE
-  v_distance = v_place = v_place_x = v_place_y = v_along = v_per_place = vec3(0.0);
+  v_distance = vec4(0.0);
+  v_place = v_place_x = v_place_y = v_along = vec3(0.0);
 #else
   v_centre = vec4(0.0);
   v_span = 0.0;
@@ -124,14 +125,12 @@ void main() {
     drop();
     return;
   }
-  // One px to the right, or up, moves the ray's hit in the tangent plane by across_x, or across_y.
+  // One px to the right, or up, moves the ray's hit in the tangent plane by `slope` px along the view.
   vec3 to_hit = position / z;
   float facing = dot(normal, to_hit);
   facing = facing < 0.0 ? min(facing, -ELLIPSE_LEAST_FACING) : max(facing, ELLIPSE_LEAST_FACING);
   vec2 slope = -vec2(dot(normal, u_right.xyz), dot(normal, u_up.xyz)) / facing;
   float px = z * u_lens.y;  // size of a pixel there
-  vec3 across_x = px * (u_right.xyz + to_hit * slope.x);
-  vec3 across_y = px * (u_up.xyz + to_hit * slope.y);
   // Bounds of the tangent plane's part inside of the cell's box: for any c, no point of it is
   // further along r than the box is along r - c n. The more the surface bends, by the mixed second
   // derivatives, the less of n is discounted.
@@ -149,13 +148,11 @@ void main() {
   vec2 low_px = max(-box_from - box_px, -plane_from - plane_px) / px;
   vec2 high_px = min(-box_from + box_px, -plane_from + plane_px) / px;
   v_centre_px = to_px(position, z);
-  v_distance = vec3(z, px * slope);
+  v_distance = vec4(z, px * slope, bent);
   v_place = displacement / size + 0.5;
-  v_place_x = across_x / size;
-  v_place_y = across_y / size;
+  v_place_x = px * u_right.xyz / size;
+  v_place_y = px * u_up.xyz / size;
   v_along = to_hit / size;
-  v_along += vec3(equal(v_along, vec3(0.0))) * 1e-9;
-  v_per_place = 1.0 / v_along;
   place_splat(v_centre_px + 0.5 * (low_px + high_px), 0.5 * (high_px - low_px) + 0.5,
               dot(centre, u_forward.xyz) - reach);
 #else
@@ -165,7 +162,7 @@ void main() {
     return;
   }
 #if KIND == KIND_EXACT
-  vec3 half_box = (0.5 + EXACT_MARGIN_CELLS) * u_lens.w * size;
+  vec3 half_box = (0.5 + ROUNDED_MARGIN_CELLS) * u_lens.w * size;
   float pad_px = 0.51;
 #else
   vec3 half_box = (0.5 + BLEND_MARGIN_CELLS) * u_lens.w * size;
