@@ -407,7 +407,8 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
                       "wrote, or a folder of them");
     }
   }
-  if (options.scan_interval <= std::chrono::milliseconds(0) || options.threads > kMaxServerThreads) {
+  if (options.scan_interval <= std::chrono::milliseconds(0) ||
+      options.threads > kMaxServerThreads) {
     return fail(Status::invalid_argument,
                 "server: expected a scan interval above 0 and at most 1024 threads");
   }
