@@ -45,8 +45,9 @@ struct BuildReport {
 /// The least memory with which this volume can be built, in bytes, with what the source holds.
 uint64_t least_memory(const VolumeSource& source, const BuildOptions& options);
 
-/// Builds a store into a sink. The source is read twice, front to back, once for the range of its
-/// values. Errors: no_cells, volume_too_large, out_of_memory (before anything is read; says how
+/// Builds a store into a sink. A few slices of the source are read first, then all, front to back;
+/// before both all of it for the range of its values, unless they are integers of up to 16 bits.
+/// Errors: no_cells, volume_too_large, out_of_memory (before anything is read; says how
 /// much it needs), io_error, and what the source returns.
 Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const BuildOptions& options);
 
