@@ -44,8 +44,8 @@ class ResidualEncoder {
   static constexpr uint32_t kFoldedMask = (1u << kFoldedBits) - 1;
 
   /// Bins of folded residuals, as fine as any model's tokens: 0 to 15 are themselves, then come
-  /// eight for each power of two.
-  static constexpr uint32_t kBins = 128;
+  /// eight for each power of two below 2^17, which no folded residual reaches.
+  static constexpr uint32_t kBins = 16 + 8 * 13;
   static uint32_t bin_of(uint32_t folded);
 
   /// Of each model shift, the tokens that bins become.
