@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <mutex>
+#include <numeric>
 #include <thread>
 
 namespace isosplat {
@@ -60,19 +63,23 @@ Error name_chunk(Error error, const StoreFile& store, const ChunkRef& chunk) {
   return error;
 }
 
-/// Calls work(decoder, bytes, index) for each chunk in [first, end), on several threads, with the
-/// chunk's bytes, which are checked.
+/// Calls work(decoder, bytes, index) for each chunk, on several threads, with the chunk's bytes,
+/// which are checked. The largest chunks come first, so that the threads end together.
 template <class Work>
 Result<void> for_each_chunk(const StoreFile& store, std::span<const ChunkRef> chunks,
                             unsigned threads, const Work& work) {
+  std::vector<size_t> order(chunks.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::sort(order, std::greater{}, [&](size_t i) { return chunks[i].cells; });
   std::atomic<size_t> next{0};
   FirstError error;
   const auto run = [&] {
     ChunkDecoder decoder;
     std::vector<std::byte> bytes;
     while (!error.failed()) {
-      const size_t i = next.fetch_add(1);
-      if (i >= chunks.size()) return;
+      const size_t turn = next.fetch_add(1);
+      if (turn >= order.size()) return;
+      const size_t i = order[turn];
       bytes.clear();
       Result<void> done = store.read_chunk(chunks[i], bytes);
       if (done) done = work(decoder, bytes, i);

@@ -5,7 +5,7 @@
 #include "shared/codec/chunk_codec.h"
 #include "shared/codec/chunk_header.h"
 #include "shared/codec/pack_cells.h"
-#include "shared/codec/rans.h"
+#include "shared/codec/residual_decoder.h"
 
 namespace isosplat {
 namespace {
@@ -19,77 +19,16 @@ constexpr int32_t kBatch = 256;
 
 constexpr size_t kSmallestChunk = 4 * kRansStates + 1;
 
-/// A token distribution: the token of each slot, and the frequency and start of each token.
-struct TokenTable {
-  bool built = false;
-  uint8_t token[2048];
-  uint16_t frequency[kTokens];
-  uint16_t start[kTokens];
-
-  void build(uint32_t shape) {
-    read_distribution(kTokenTable[shape], kTokens, kTokenTotal, frequency);
-    uint32_t next = 0;
-    for (uint32_t t = 0; t < kTokens; ++t) {
-      start[t] = static_cast<uint16_t>(next);
-      std::fill_n(token + next, frequency[t], static_cast<uint8_t>(t));
-      next += frequency[t];
-    }
-    built = true;
-  }
-};
-
-/// What a context decodes with. The slots are shared between contexts, so that the cache holds all
-/// that are in use.
-struct ContextModel {
-  /// All that a token leads to: the least u that it stands for, and how many raw bits follow.
-  struct Entry {
-    uint32_t frequency, start, least, raw_bits;
-  };
-  const uint8_t* token_of_slot = nullptr;
-  Entry entry[kTokens];
-
-  void set(const TokenTable& table, uint32_t shift) {
-    token_of_slot = table.token;
-    for (uint32_t t = 0; t < kTokens; ++t) {
-      const uint32_t info = kTokenInfo.info[t];
-      entry[t] = {table.frequency[t], table.start[t], (info & 0xffffff) << shift,
-                  (info >> 24) + shift};
-    }
-  }
-};
-
-struct Found {
-  uint32_t start, frequency, symbol;
-};
-
-/// A chunk from both its ends.
-struct Streams {
-  BitReader bits;
-  RansDecoder rans;
-
-  /// Whether what was read from one end has not been read from the other.
-  bool within() const { return bits.position() <= rans.position(); }
-
-  int32_t residual(const ContextModel& model) {
-    const uint32_t token = rans.get<11>([&](uint32_t slot) {
-      const uint32_t found = model.token_of_slot[slot];
-      return Found{model.entry[found].start, model.entry[found].frequency, found};
-    });
-    const ContextModel::Entry& entry = model.entry[token];
-    return unfold(entry.least + bits.get(entry.raw_bits));
-  }
-};
-
 template <class Ops>
 struct MaskDecoder {
   static constexpr bool kDecodes = true;
   const QuadSlots* slots;
-  Streams streams;
+  ChunkStreams streams;
 
   uint32_t quad(uint32_t context, uint32_t) {
     return streams.rans.get<12>([&](uint32_t slot) {
       const uint32_t found = Ops::find_quad(slots->start[context], slot);
-      return Found{slots->start[context][found], slots->frequency[context][found], found};
+      return FoundSymbol{slots->start[context][found], slots->frequency[context][found], found};
     });
   }
   bool good() const { return streams.within(); }
@@ -107,7 +46,6 @@ tl::unexpected<Error> malformed(const char* what) {
 
 struct ChunkDecoder::Scratch {
   QuadSlots quad_slots;
-  TokenTable tables[kShapes];
   std::vector<uint8_t> bytes;
 
   CellMask mask;
@@ -119,8 +57,7 @@ struct ChunkDecoder::Scratch {
   int32_t residuals[PlanePoints::kMost];  // of `points`
   ChunkHeader header;
   Predictor predictor;
-  ContextModel models[kContexts];
-  const ContextModel* model_of_key[kKeys];
+  ResidualModels models;
   IntervalRow intervals;
   int32_t interval_energy = 0;  // of the cell before
 
@@ -133,37 +70,15 @@ struct ChunkDecoder::Scratch {
 
   template <class Ops>
   void decode_row(Index3 cells, int32_t y, int32_t z, const Row*& last);
-  void decode_residuals(Streams& streams, int32_t from, int32_t to);
-  bool decode_intervals(Streams& streams, uint64_t in_row, const CellRows& rows);
-  bool set_models();
+  void decode_residuals(ChunkStreams& streams, int32_t from, int32_t to);
+  bool decode_intervals(ChunkStreams& streams, uint64_t in_row, const CellRows& rows);
 };
 
-/// Returns false where a context's model is missing that a level can lead to.
-bool ChunkDecoder::Scratch::set_models() {
-  int32_t any = -1;
-  for (int32_t c = 0; c < kContexts; ++c) {
-    if (header.model[c] == kNoModel) continue;
-    const Model model = model_of(header.model[c]);
-    TokenTable& table = tables[model.shape];
-    if (!table.built) table.build(model.shape);
-    models[c].set(table, model.shift);
-    any = c;
-  }
-  if (any < 0) return false;
-  // A context that the encoder did not meet may be met in a malformed chunk: any model will do.
-  for (int32_t key = 0; key < kKeys; ++key) {
-    const int32_t c = header.levels.context_of_key(key);
-    model_of_key[key] = &models[header.model[c] == kNoModel ? any : c];
-  }
-  predictor.set(header.taps, header.wide);
-  return true;
-}
-
-void ChunkDecoder::Scratch::decode_residuals(Streams& streams, int32_t from, int32_t to) {
-  Streams local = streams;
+void ChunkDecoder::Scratch::decode_residuals(ChunkStreams& streams, int32_t from, int32_t to) {
+  ChunkStreams local = streams;
   int32_t i = from;
   const auto next = [&] {
-    residuals[i] = local.residual(*model_of_key[points.key[i]]);
+    residuals[i] = local.residual(models[points.key[i]]);
     ++i;
   };
   // Four at a time: a coder each.
@@ -198,15 +113,15 @@ void ChunkDecoder::Scratch::decode_row(Index3 cells, int32_t y, int32_t z, const
 }
 
 /// Returns false where an interval is empty.
-bool ChunkDecoder::Scratch::decode_intervals(Streams& streams, uint64_t in_row,
+bool ChunkDecoder::Scratch::decode_intervals(ChunkStreams& streams, uint64_t in_row,
                                              const CellRows& rows) {
   bool good = true;
   for (; in_row; in_row &= in_row - 1) {
     const int32_t x = __builtin_ctzll(in_row);
     const CellInterval range = header.shifted(corner_interval(rows.corners(x)));
     const int32_t octave = interval_octave(range, interval_energy);
-    const int32_t below = streams.residual(*model_of_key[residual_key(octave, kIntervalMin)]);
-    const int32_t beyond = streams.residual(*model_of_key[residual_key(octave, kIntervalMax)]);
+    const int32_t below = streams.residual(models[residual_key(octave, kIntervalMin)]);
+    const int32_t beyond = streams.residual(models[residual_key(octave, kIntervalMax)]);
     interval_energy = interval_energy_of(below, beyond);
     const auto min = static_cast<uint32_t>(range.min - below) << header.interval_shift;
     const auto end = static_cast<uint32_t>(range.max + beyond + 1) << header.interval_shift;
@@ -235,12 +150,13 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
   std::memcpy(bytes.data() + kSlack, chunk.data(), chunk.size());
   std::memset(bytes.data() + kSlack + chunk.size(), 0, kSlack);
   const uint8_t* const begin = bytes.data() + kSlack;
-  Streams streams{BitReader(begin), RansDecoder(begin + chunk.size())};
+  ChunkStreams streams{BitReader(begin), RansDecoder(begin + chunk.size())};
 
   if (!streams.rans.starts_well()) return malformed("a coder state is outside its limits");
   if (!read_header(streams.bits, shape.has_intervals, header)) return malformed("bad header");
   if (!streams.within()) return truncated();
-  if (!set_models()) return malformed("no model");
+  if (!models.set(header)) return malformed("no model");
+  predictor.set(header.taps, header.wide);
 
   mask.clear();
   BrickMask bricks;

@@ -8,8 +8,8 @@
 
 #include "shared/codec/cell_mask.h"
 #include "shared/codec/chunk_tables.h"
+#include "shared/codec/ops.h"
 #include "shared/codec/residual_model.h"
-#include "shared/codec/simd.h"
 
 namespace isosplat {
 

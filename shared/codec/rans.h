@@ -73,6 +73,11 @@ class RansEncoder {
   uint32_t next_ = kRansLow, second_ = kRansLow, third_ = kRansLow, fourth_ = kRansLow;
 };
 
+/// A symbol and its slots.
+struct FoundSymbol {
+  uint32_t start, frequency, symbol;
+};
+
 /// Does not check bounds: 2 bytes before position() must be readable for each symbol, and the
 /// caller looks at position() often enough. Made to live in registers: copy it into a local
 /// variable around a loop.
@@ -86,7 +91,7 @@ class RansDecoder {
     std::memcpy(&fourth_, end - 16, 4);
   }
 
-  /// Decodes one symbol. `find(slot)` returns {start, frequency, symbol}.
+  /// Decodes one symbol. `find(slot)` returns the FoundSymbol that has the slot.
   template <uint32_t kScaleBits, class Find>
   uint32_t get(Find find) {
     const uint32_t slot = next_ & ((1u << kScaleBits) - 1);

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "shared/codec/chunk_tables.h"
-#include "shared/codec/simd.h"
+#include "shared/codec/ops.h"
 #include "shared/sampling/cell.h"
 
 namespace isosplat {

@@ -4,8 +4,8 @@
 
 #include "shared/codec/cell_mask.h"
 #include "shared/codec/lattice.h"
+#include "shared/codec/ops.h"
 #include "shared/codec/pack_cells.h"
-#include "shared/codec/simd.h"
 
 namespace isosplat {
 namespace {

@@ -1,0 +1,303 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+
+#include "shared/codec/simd.h"
+#include "shared/sampling/cell.h"
+
+/// The codec's inner operations, twice: ScalarOps says what they are; VectorOps are the same bit
+/// for bit with 128-bit vectors (SSE4.1, WASM SIMD), where there are any.
+namespace isosplat {
+
+/// Four rows of lattice values, each from x − 1 on: x − 1, x, x + 1 (and x + 2, which has weight
+/// 0).
+struct TapPointers {
+  const int16_t* up;
+  const int16_t* back;
+  const int16_t* back_down;
+  const int16_t* back_up;
+};
+
+/// How busy the surroundings are, in half octaves: below kOctaves for an energy below 2^20.
+inline constexpr int kOctaves = 40;
+inline int32_t half_octave(uint32_t energy) {
+  const uint32_t e = energy + 2;
+  const int32_t bits = 31 - __builtin_clz(e);
+  return 2 * bits + static_cast<int32_t>(e >> (bits - 1) & 1) - 2;
+}
+/// half_octave(plus_two − 2) for a number below 2^24, made so that loops of it become vector code:
+/// vectors have floats, whose upper bits these are, but cannot all count leading zeros.
+inline int32_t half_octave_by_float(int32_t plus_two) {
+  const auto number = static_cast<float>(plus_two);
+  uint32_t bits;
+  std::memcpy(&bits, &number, sizeof bits);
+  return static_cast<int32_t>(bits >> 22) - 256;
+}
+
+/// Bit `bit` of four words, as the bits of a number.
+inline uint32_t class_at(const uint64_t* words, int bit) {
+  uint32_t point_class = 0;
+  for (int i = 0; i < 4; ++i) point_class |= static_cast<uint32_t>(words[i] >> bit & 1) << i;
+  return point_class;
+}
+
+/// Where the n-th set bit of a word is, from n = 0 on; n is less than their number.
+inline int nth_bit(uint64_t word, uint32_t n) {
+#if defined(__BMI2__)
+  return __builtin_ctzll(_pdep_u64(uint64_t{1} << n, word));
+#else
+  while (n--) word &= word - 1;
+  return __builtin_ctzll(word);
+#endif
+}
+
+/// What the prediction of a point is summed from, and with which weights: four for each row of
+/// taps, in their order, the last of which are zero; then two for left[0] and left[1].
+struct WeightedTaps {
+  TapPointers taps;
+  const int16_t* left;  ///< its own row from x − 2 on
+  const int16_t* weights;
+};
+
+struct ScalarOps {
+  /// How many of the 16 ascending starts are ≤ slot, less one. starts[0] is 0.
+  static uint32_t find_quad(const uint16_t* starts, uint32_t slot) {
+    uint32_t quad = 0;
+    for (int i = 1; i < 16; ++i) quad += starts[i] <= slot;
+    return quad;
+  }
+
+  /// Sum of products. weights: four for each row, in the order up, back, back_down, back_up.
+  static int32_t sum_taps(const TapPointers& taps, const int16_t* weights) {
+    int32_t sum = 0;
+    for (int i = 0; i < 3; ++i) {
+      sum += taps.up[i] * weights[i] + taps.back[i] * weights[4 + i] +
+             taps.back_down[i] * weights[8 + i] + taps.back_up[i] * weights[12 + i];
+    }
+    return sum;
+  }
+
+  /// Sums of products of four points; `of(i)` returns the WeightedTaps of point i.
+  template <class F>
+  static void sum_four(F of, int32_t* sums) {
+    for (int i = 0; i < 4; ++i) {
+      const WeightedTaps point = of(i);
+      sums[i] = sum_taps(point.taps, point.weights) + point.left[0] * point.weights[16] +
+                point.left[1] * point.weights[17];
+    }
+  }
+
+  /// Sets those of a row's `count` values (at most 64) that bits of `points` are set for: to codes
+  /// less 32768. Returns the union of these codes' bits.
+  static uint32_t set_points(uint64_t points, const Code* codes, [[maybe_unused]] int32_t count,
+                             int16_t* values) {
+    uint32_t all = 0;
+    for (; points; points &= points - 1) {
+      const int x = __builtin_ctzll(points);
+      values[x] = static_cast<int16_t>(codes[x] ^ 0x8000);
+      all |= codes[x];
+    }
+    return all;
+  }
+
+  /// Of 64 points half_octave() of the nine energies around each, weighted 1 2 1, 2 4 2, 1 2 1: at
+  /// most 16 · 4095. The rows of energies begin at the one to the left of the first point.
+  static void octaves(const int16_t* above, const int16_t* here, const int16_t* below,
+                      uint8_t* to) {
+    for (int x = 0; x < 64; ++x) {
+      const int32_t left = above[x] + 2 * here[x] + below[x];
+      const int32_t middle = above[x + 1] + 2 * here[x + 1] + below[x + 1];
+      const int32_t right = above[x + 2] + 2 * here[x + 2] + below[x + 2];
+      to[x] = static_cast<uint8_t>(half_octave(static_cast<uint32_t>(left + 2 * middle + right)));
+    }
+  }
+
+  /// Lists the points of a row from their bits, ascending: of each its x, its class, and what
+  /// `octaves` has for it. Returns their number; up to 8 bytes beyond it may be overwritten.
+  /// class_words: see class_at(). octaves: 64.
+  static int32_t list_points(uint64_t points, const uint64_t* class_words, const uint8_t* octaves,
+                             uint8_t* x, uint8_t* point_class, uint8_t* octave) {
+    int32_t count = 0;
+    for (; points; points &= points - 1, ++count) {
+      const int bit = __builtin_ctzll(points);
+      x[count] = static_cast<uint8_t>(bit);
+      point_class[count] = static_cast<uint8_t>(class_at(class_words, bit));
+      octave[count] = octaves[bit];
+    }
+    return count;
+  }
+
+  /// Bits of the cells with max(min, begin) < min(max, end), of up to 64.
+  static uint64_t active_cells(const CellInterval* cells, int32_t count, uint32_t begin,
+                               uint32_t end) {
+    uint64_t bits = 0;
+    for (int32_t i = 0; i < count; ++i) {
+      const bool active =
+          std::max<uint32_t>(cells[i].min, begin) < std::min<uint32_t>(cells[i].max, end);
+      bits |= static_cast<uint64_t>(active) << i;
+    }
+    return bits;
+  }
+};
+
+#if ISOSPLAT_CODEC_SIMD
+
+/// Where the set bits of a byte are, ascending.
+struct BitPositions {
+  uint8_t of[256][8];
+
+  constexpr BitPositions() : of{} {
+    for (int byte = 0; byte < 256; ++byte) {
+      for (int bit = 0, n = 0; bit < 8; ++bit) {
+        if (byte >> bit & 1) of[byte][n++] = static_cast<uint8_t>(bit);
+      }
+    }
+  }
+};
+inline constexpr BitPositions kBitPositions;
+
+/// Of sixteen bits: the byte that each is in, and which bit of it.
+alignas(16) inline constexpr uint8_t kByteOfBit[16] = {0, 0, 0, 0, 0, 0, 0, 0,
+                                                       1, 1, 1, 1, 1, 1, 1, 1};
+alignas(16) inline constexpr uint8_t kBitOfByte[16] = {1, 2, 4, 8, 16, 32, 64, 128,
+                                                       1, 2, 4, 8, 16, 32, 64, 128};
+
+alignas(16) inline constexpr uint16_t kBitOfLane[8] = {1, 2, 4, 8, 16, 32, 64, 128};
+
+struct VectorOps {
+  static uint32_t find_quad(const uint16_t* starts, uint32_t slot) {
+    using namespace simd;
+    const V s = splat16(slot);
+    const V beyond = narrow_s(greater_s16(load(starts), s), greater_s16(load(starts + 8), s));
+    return 15 - static_cast<uint32_t>(__builtin_popcount(sign_bits8(beyond)));
+  }
+
+  static int32_t sum_taps(const TapPointers& taps, const int16_t* weights) {
+    using namespace simd;
+    const V near = multiply_add_pairs(load_two_halves(taps.up, taps.back), load(weights));
+    const V far =
+        multiply_add_pairs(load_two_halves(taps.back_down, taps.back_up), load(weights + 8));
+    return sum_lanes(add32(near, far));
+  }
+
+  template <class F>
+  static void sum_four(F of, int32_t* sums) {
+    using namespace simd;
+    V rows[4];
+    int32_t left[4], left_weights[4];
+    for (int i = 0; i < 4; ++i) {
+      const WeightedTaps point = of(i);
+      const TapPointers& taps = point.taps;
+      const V near = multiply_add_pairs(load_two_halves(taps.up, taps.back), load(point.weights));
+      const V far = multiply_add_pairs(load_two_halves(taps.back_down, taps.back_up),
+                                       load(point.weights + 8));
+      rows[i] = add32(near, far);
+      std::memcpy(&left[i], point.left, 4);
+      std::memcpy(&left_weights[i], point.weights + 16, 4);
+    }
+    const V own = multiply_add_pairs(
+        set4(left[0], left[1], left[2], left[3]),
+        set4(left_weights[0], left_weights[1], left_weights[2], left_weights[3]));
+    store(sums, add32(own, sum_each(rows[0], rows[1], rows[2], rows[3])));
+  }
+
+  static uint32_t set_points(uint64_t points, const Code* codes, int32_t count, int16_t* values) {
+    using namespace simd;
+    const V bits = load(kBitOfLane), sign = splat16(0x8000);
+    V all = splat16(0);
+    int32_t x = 0;
+    for (; x + 8 <= count; x += 8) {
+      const V set = equal16(and_(splat16(static_cast<uint32_t>(points >> x & 255)), bits), bits);
+      const V code = and_(load(codes + x), set);
+      store(values + x, select(load(values + x), xor_(code, sign), set));
+      all = or_(all, code);
+    }
+    uint64_t halves[2];
+    store(halves, all);
+    uint64_t both = halves[0] | halves[1];
+    both |= both >> 32;
+    const auto here = static_cast<uint32_t>((both | both >> 16) & 0xffff);
+    if (x >= 64) return here;
+    return here | ScalarOps::set_points(points >> x, codes + x, count - x, values + x);
+  }
+
+  static void octaves(const int16_t* above, const int16_t* here, const int16_t* below,
+                      uint8_t* to) {
+    using namespace simd;
+    const auto column = [&](int x) {
+      const V middle = load(here + x);
+      return add16(add16(load(above + x), load(below + x)), add16(middle, middle));
+    };
+    const auto eight = [&](int x) {
+      const V middle = column(x + 1);
+      const V sums = add16(add16(column(x), column(x + 2)), add16(middle, middle));
+      const V energy = add16(sums, splat16(2)), zero = splat16(0);
+      const V octaves = narrow32(float_bits(low_halves16(energy, zero), 22),
+                                 float_bits(high_halves16(energy, zero), 22));
+      return sub16(octaves, splat16(256));
+    };
+    for (int x = 0; x < 64; x += 16) store(to + x, narrow_u(eight(x), eight(x + 8)));
+  }
+
+  static int32_t list_points(uint64_t points, const uint64_t* class_words, const uint8_t* octaves,
+                             uint8_t* x, uint8_t* point_class, uint8_t* octave) {
+    using namespace simd;
+    const V bits = load(kBitOfByte), byte_of_bit = load(kByteOfBit);
+    int32_t count = 0;
+    for (int32_t at = 0; at < 64; at += 16) {
+      V classes = splat8(0);
+      for (int i = 0; i < 4; ++i) {
+        const V word = splat32(static_cast<uint32_t>(class_words[i] >> at));
+        const V set = equal8(and_(shuffle8(word, byte_of_bit), bits), bits);
+        classes = or_(classes, and_(set, splat8(1u << i)));
+      }
+      const V energies = load(octaves + at);
+      for (int half = 0; half < 2; ++half) {
+        const uint32_t byte = points >> (at + 8 * half) & 255;
+        const V from = add8(load_half(kBitPositions.of[byte]), splat8(half ? 8 : 0));
+        store_half(x + count, add8(from, splat8(static_cast<uint32_t>(at))));
+        store_half(point_class + count, shuffle8(classes, from));
+        store_half(octave + count, shuffle8(energies, from));
+        count += __builtin_popcount(byte);
+      }
+    }
+    return count;
+  }
+
+  static uint64_t active_cells(const CellInterval* cells, int32_t count, uint32_t begin,
+                               uint32_t end) {
+    using namespace simd;
+    static_assert(sizeof(CellInterval) == 4);
+    // In each lane: the lesser half is max(min, begin), the upper min(max, end). An end of 65536
+    // may count as 65535: a cell with min 65535 has no greater max.
+    const uint32_t least = begin, most = 0xffff | std::min(end, 65535u) << 16;
+    uint64_t bits = 0;
+    int32_t i = 0;
+#if defined(__AVX2__)
+    const __m256i low8 = _mm256_set1_epi32(static_cast<int32_t>(least));
+    const __m256i high8 = _mm256_set1_epi32(static_cast<int32_t>(most));
+    for (; i + 8 <= count; i += 8) {
+      const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(cells + i));
+      const __m256i clipped = _mm256_min_epu16(_mm256_max_epu16(all, low8), high8);
+      const __m256i active = _mm256_cmpgt_epi32(
+          _mm256_srli_epi32(clipped, 16), _mm256_and_si256(clipped, _mm256_set1_epi32(0xffff)));
+      bits |= static_cast<uint64_t>(_mm256_movemask_ps(_mm256_castsi256_ps(active))) << i;
+    }
+#endif
+    const V low = splat32(least), high = splat32(most);
+    for (; i + 4 <= count; i += 4) {
+      const V clipped = min_u16(max_u16(load(cells + i), low), high);
+      const V active = greater_s32(high_halves(clipped), and_(clipped, splat32(0xffff)));
+      bits |= static_cast<uint64_t>(sign_bits32(active)) << i;
+    }
+    if (i < count) bits |= ScalarOps::active_cells(cells + i, count - i, begin, end) << i;
+    return bits;
+  }
+};
+#else
+using VectorOps = ScalarOps;
+#endif
+
+}  // namespace isosplat

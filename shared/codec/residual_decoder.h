@@ -1,0 +1,104 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "shared/codec/bit_stream.h"
+#include "shared/codec/chunk_header.h"
+#include "shared/codec/chunk_tables.h"
+#include "shared/codec/rans.h"
+#include "shared/codec/residual_model.h"
+
+namespace isosplat {
+
+/// A token distribution: the token of each slot, and the frequency and start of each token.
+struct TokenTable {
+  bool built = false;
+  uint8_t token[2048];
+  uint16_t frequency[kTokens];
+  uint16_t start[kTokens];
+
+  void build(uint32_t shape) {
+    read_distribution(kTokenTable[shape], kTokens, kTokenTotal, frequency);
+    uint32_t next = 0;
+    for (uint32_t t = 0; t < kTokens; ++t) {
+      start[t] = static_cast<uint16_t>(next);
+      std::fill_n(token + next, frequency[t], static_cast<uint8_t>(t));
+      next += frequency[t];
+    }
+    built = true;
+  }
+};
+
+/// What a context decodes with. The slots are shared between contexts, so that the cache holds all
+/// that are in use.
+struct ContextModel {
+  /// All that a token leads to: the least u that it stands for, and how many raw bits follow.
+  struct Entry {
+    uint32_t frequency, start, least, raw_bits;
+  };
+  const uint8_t* token_of_slot = nullptr;
+  Entry entry[kTokens];
+
+  void set(const TokenTable& table, uint32_t shift) {
+    token_of_slot = table.token;
+    for (uint32_t t = 0; t < kTokens; ++t) {
+      const uint32_t info = kTokenInfo.info[t];
+      entry[t] = {table.frequency[t], table.start[t], (info & 0xffffff) << shift,
+                  (info >> 24) + shift};
+    }
+  }
+};
+
+/// The models that a chunk's header chooses, ready to decode with. Built tables are kept from chunk
+/// to chunk.
+class ResidualModels {
+ public:
+  /// Returns false where the header has no model at all.
+  bool set(const ChunkHeader& header) {
+    int32_t any = -1;
+    for (int32_t c = 0; c < kContexts; ++c) {
+      if (header.model[c] == kNoModel) continue;
+      const Model model = model_of(header.model[c]);
+      TokenTable& table = tables_[model.shape];
+      if (!table.built) table.build(model.shape);
+      of_context_[c].set(table, model.shift);
+      any = c;
+    }
+    if (any < 0) return false;
+    // A context that the encoder did not meet may be met in a malformed chunk: any model will do.
+    for (int32_t key = 0; key < kKeys; ++key) {
+      const int32_t c = header.levels.context_of_key(key);
+      of_key_[key] = &of_context_[header.model[c] == kNoModel ? any : c];
+    }
+    return true;
+  }
+
+  /// By residual_key().
+  const ContextModel& operator[](int32_t key) const { return *of_key_[key]; }
+
+ private:
+  TokenTable tables_[kShapes];
+  ContextModel of_context_[kContexts];
+  const ContextModel* of_key_[kKeys];
+};
+
+/// A chunk from both its ends.
+struct ChunkStreams {
+  BitReader bits;
+  RansDecoder rans;
+
+  /// Whether what was read from one end has not been read from the other.
+  bool within() const { return bits.position() <= rans.position(); }
+
+  int32_t residual(const ContextModel& model) {
+    const uint32_t token = rans.get<11>([&](uint32_t slot) {
+      const uint32_t found = model.token_of_slot[slot];
+      return FoundSymbol{model.entry[found].start, model.entry[found].frequency, found};
+    });
+    const ContextModel::Entry& entry = model.entry[token];
+    return unfold(entry.least + bits.get(entry.raw_bits));
+  }
+};
+
+}  // namespace isosplat

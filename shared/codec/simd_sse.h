@@ -1,0 +1,165 @@
+#pragma once
+
+#include <immintrin.h>
+
+#include <cstdint>
+
+/// 128-bit vectors by SSE4.1. simd_wasm.h has the same functions; simd.h chooses.
+namespace isosplat::simd {
+
+using V = __m128i;
+inline V load(const void* p) {
+  return _mm_loadu_si128(static_cast<const V*>(p));
+}
+inline V load_two_halves(const void* low, const void* high) {
+  return _mm_unpacklo_epi64(_mm_loadl_epi64(static_cast<const V*>(low)),
+                            _mm_loadl_epi64(static_cast<const V*>(high)));
+}
+inline V set4(int32_t a, int32_t b, int32_t c, int32_t d) {
+  return _mm_setr_epi32(a, b, c, d);
+}
+inline V splat16(uint32_t v) {
+  return _mm_set1_epi16(static_cast<int16_t>(v));
+}
+inline V splat32(uint32_t v) {
+  return _mm_set1_epi32(static_cast<int32_t>(v));
+}
+inline V multiply_add_pairs(V a, V b) {
+  return _mm_madd_epi16(a, b);
+}
+inline V add32(V a, V b) {
+  return _mm_add_epi32(a, b);
+}
+inline V add16(V a, V b) {
+  return _mm_add_epi16(a, b);
+}
+/// Four numbers as floats, and of these the bits above `n`.
+inline V float_bits(V a, int n) {
+  return _mm_srli_epi32(_mm_castps_si128(_mm_cvtepi32_ps(a)), n);
+}
+/// Lanes that fit half as many bits.
+inline V narrow32(V a, V b) {
+  return _mm_packs_epi32(a, b);
+}
+inline V narrow_u(V a, V b) {
+  return _mm_packus_epi16(a, b);
+}
+inline V sub16(V a, V b) {
+  return _mm_sub_epi16(a, b);
+}
+inline V xor_(V a, V b) {
+  return _mm_xor_si128(a, b);
+}
+inline V and_(V a, V b) {
+  return _mm_and_si128(a, b);
+}
+inline V or_(V a, V b) {
+  return _mm_or_si128(a, b);
+}
+inline V min_u16(V a, V b) {
+  return _mm_min_epu16(a, b);
+}
+inline V max_u16(V a, V b) {
+  return _mm_max_epu16(a, b);
+}
+inline V greater_s16(V a, V b) {
+  return _mm_cmpgt_epi16(a, b);
+}
+inline V greater_s32(V a, V b) {
+  return _mm_cmpgt_epi32(a, b);
+}
+inline V shift_right_u16(V a, uint32_t n) {
+  return _mm_srl_epi16(a, _mm_cvtsi32_si128(static_cast<int32_t>(n)));
+}
+inline V shift_left_u16(V a, uint32_t n) {
+  return _mm_sll_epi16(a, _mm_cvtsi32_si128(static_cast<int32_t>(n)));
+}
+inline V shift_left_u32(V a, uint32_t n) {
+  return _mm_sll_epi32(a, _mm_cvtsi32_si128(static_cast<int32_t>(n)));
+}
+inline void store(void* p, V a) {
+  _mm_storeu_si128(static_cast<V*>(p), a);
+}
+inline V min_s16(V a, V b) {
+  return _mm_min_epi16(a, b);
+}
+inline V max_s16(V a, V b) {
+  return _mm_max_epi16(a, b);
+}
+inline V above_u16(V a, uint32_t limit) {
+  return _mm_cmpeq_epi16(_mm_max_epu16(a, splat16(limit + 1)), a);
+}
+inline bool any_above_u16(V a, uint32_t limit) {
+  const V beyond = _mm_subs_epu16(a, splat16(limit));
+  return !_mm_testz_si128(beyond, beyond);
+}
+/// Lanes of both in turn, from their lower or their upper halves.
+inline V low_halves16(V a, V b) {
+  return _mm_unpacklo_epi16(a, b);
+}
+inline V high_halves16(V a, V b) {
+  return _mm_unpackhi_epi16(a, b);
+}
+inline V low_halves32(V a, V b) {
+  return _mm_unpacklo_epi32(a, b);
+}
+inline V high_halves32(V a, V b) {
+  return _mm_unpackhi_epi32(a, b);
+}
+inline V low_halves64(V a, V b) {
+  return _mm_unpacklo_epi64(a, b);
+}
+inline V high_halves64(V a, V b) {
+  return _mm_unpackhi_epi64(a, b);
+}
+inline V high_halves(V a) {
+  return _mm_srli_epi32(a, 16);
+}
+/// Signed 16 to signed 8 bits, saturating: 0 and −1 stay what they are.
+inline V narrow_s(V a, V b) {
+  return _mm_packs_epi16(a, b);
+}
+inline uint32_t sign_bits8(V a) {
+  return static_cast<uint32_t>(_mm_movemask_epi8(a));
+}
+inline uint32_t sign_bits32(V a) {
+  return static_cast<uint32_t>(_mm_movemask_ps(_mm_castsi128_ps(a)));
+}
+inline int32_t sum_lanes(V a) {
+  const V pairs = _mm_add_epi32(a, _mm_shuffle_epi32(a, 0x4e));
+  return _mm_cvtsi128_si32(_mm_add_epi32(pairs, _mm_shuffle_epi32(pairs, 0xb1)));
+}
+inline V equal16(V a, V b) {
+  return _mm_cmpeq_epi16(a, b);
+}
+/// b where `set` is all ones, a where it is zero.
+inline V select(V a, V b, V set) {
+  return _mm_blendv_epi8(a, b, set);
+}
+/// The sums of each vector's four lanes.
+inline V sum_each(V a, V b, V c, V d) {
+  const V ab = _mm_add_epi32(_mm_unpacklo_epi32(a, b), _mm_unpackhi_epi32(a, b));
+  const V cd = _mm_add_epi32(_mm_unpacklo_epi32(c, d), _mm_unpackhi_epi32(c, d));
+  return _mm_add_epi32(_mm_unpacklo_epi64(ab, cd), _mm_unpackhi_epi64(ab, cd));
+}
+inline V load_half(const void* p) {
+  return _mm_loadl_epi64(static_cast<const V*>(p));
+}
+inline void store_half(void* p, V a) {
+  _mm_storel_epi64(static_cast<V*>(p), a);
+}
+inline V splat8(uint32_t v) {
+  return _mm_set1_epi8(static_cast<char>(v));
+}
+inline V add8(V a, V b) {
+  return _mm_add_epi8(a, b);
+}
+inline V equal8(V a, V b) {
+  return _mm_cmpeq_epi8(a, b);
+}
+/// Byte i is a's byte number at[i].
+inline V shuffle8(V a, V at) {
+  return _mm_shuffle_epi8(a, at);
+}
+
+}  // namespace isosplat::simd
