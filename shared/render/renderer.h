@@ -17,8 +17,8 @@ namespace isosplat {
 
 /// What a projected sample is drawn as.
 enum class SplatKind : uint8_t {
-  quad,     ///< squares of one depth (QSplat), the fastest
-  ellipse,  ///< pieces of the tangent plane, perspective-correct, with depth and normal per pixel
+  quad,     ///< squares of one depth (QSplat), cut where they are seen from the edge; the fastest
+  ellipse,  ///< pieces of the tangent plane, moved to the cell's surface at each pixel
   blended,  ///< ellipses weighted and normalised (EWA), anti-aliased edges; needs float targets
   exact,    ///< the pixel's ray meets the cell's trilinear surface
 };
