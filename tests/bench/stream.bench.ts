@@ -112,6 +112,25 @@ async function drag(bench: Bench, browser: Browser, url: string, name: string): 
   }
 }
 
+/** Isovalues next to each other, within the slabs that are resident: one a frame. */
+async function step(bench: Bench, browser: Browser, url: string, name: string): Promise<void> {
+  const visitor = await Visitor.arrive(browser, links[0]);
+  const what = `${name} 60.5, isovalue changed within its slabs`;
+  try {
+    await visitor.page.goto(`${url}?volume=${name}&isovalue=60.5`);
+    await visitor.mark("isosplat:complete");
+    const before = visitor.data.requests;
+    const changes = 40;
+    const scriptBefore = await visitor.scriptSeconds();
+    for (let i = 0; i < changes; ++i) await visitor.slide((60.5 + (i % 8) / 16) / 255);
+    const script = ((await visitor.scriptSeconds()) - scriptBefore) / changes;
+    bench.report(what, "requests", "", visitor.data.requests - before, { atMost: 0 });
+    bench.report(what, "scripts on the main thread, drawing included", "ms", 1000 * script);
+  } finally {
+    await visitor.leave();
+  }
+}
+
 export default {
   title: "streaming: the page in Chromium, over throttled links",
   async run(bench) {
@@ -162,6 +181,7 @@ export default {
       }
       if (!engine) return;
       await drag(bench, browser, url, "engine");
+      await step(bench, browser, url, "engine");
       const peer = await servePeer(bench, engine);
       if (!peer) return;
       try {

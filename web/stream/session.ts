@@ -329,8 +329,10 @@ export class StreamSession {
 
   /** On the browser's timeline, for benchmarks and for whoever looks there: see README.md. */
   #mark(name: string): void {
-    const { bytesReceived, requests } = this.source;
-    performance.mark?.(name, { detail: { volume: this.source.name, bytesReceived, requests } });
+    const { name: volume, bytesReceived, requests } = this.source;
+    const { samples: samplesResident, budget: sampleBudget } = this.#residency;
+    const detail = { volume, bytesReceived, requests, samplesResident, sampleBudget };
+    performance.mark?.(name, { detail });
   }
 
   #report(error: StreamError): void {

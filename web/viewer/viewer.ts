@@ -64,7 +64,7 @@ const longestSmoothed = 400;
  * A block is refined when its coarse stand-in shows in so many pixels: of the picture at rest, and
  * before. What shows in few is most often hidden once coarse parts in front of it are refined.
  */
-const leastSeenPixels = { settled: 24, before: 96 };
+const leastSeenPixels = { settled: 40, before: 160 };
 /** The GPU is asked so often whether a sight test is done (ms). */
 const sightPolling = 4;
 

@@ -26,6 +26,14 @@ export interface Wire {
   requests: number;
 }
 
+/** The detail of web/stream's marks. */
+export interface MarkDetail {
+  bytesReceived: number;
+  requests: number;
+  samplesResident: number;
+  sampleBudget: number;
+}
+
 export function launch(): Promise<Browser> {
   return chromium.launch(launchOptions);
 }
@@ -103,6 +111,7 @@ export class Visitor {
     const isData = new Map<string, boolean>();
     const cached = new Set<string>();
     await this.#cdp.send("Network.enable");
+    await this.#cdp.send("Performance.enable");
     this.#cdp.on("Network.requestWillBeSent", ({ requestId, request }) => {
       if (!request.url.startsWith("http")) return;
       if (!this.#pageUrl) this.#pageUrl = new URL("/", request.url).href;
@@ -158,12 +167,42 @@ export class Visitor {
     }, ending);
   }
 
-  /** What a mark says of the payload until then. */
-  async markDetail(name: string): Promise<{ bytesReceived: number; requests: number }> {
-    return this.page.evaluate((name) => {
-      const [mark] = performance.getEntriesByName(name, "mark");
-      return (mark as PerformanceMark).detail;
-    }, name);
+  /** Moves the isovalue slider to a place between its ends (0 to 1), as a hand would. */
+  async slide(place: number): Promise<void> {
+    await this.page.evaluate((place) => {
+      type Slider = HTMLElement & { value: number; min: number; max: number };
+      const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+      if (!slider) throw new Error("the page has no isovalue slider");
+      slider.value = slider.min + place * (slider.max - slider.min);
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+    }, place);
+  }
+
+  /**
+   * What the page's main thread holds once its garbage is collected, in MB: objects, and array
+   * buffers with the memory of WebAssembly.
+   */
+  async heap(): Promise<{ objects: number; buffers: number }> {
+    await this.#cdp.send("HeapProfiler.collectGarbage");
+    const usage = await this.#cdp.send("Runtime.getHeapUsage");
+    return { objects: usage.usedSize / 1e6, buffers: usage.backingStorageSize / 1e6 };
+  }
+
+  /** Seconds that scripts, WebAssembly included, have run on the main thread. */
+  async scriptSeconds(): Promise<number> {
+    const { metrics } = await this.#cdp.send("Performance.getMetrics");
+    return metrics.find(({ name }) => name === "ScriptDuration")?.value ?? 0;
+  }
+
+  /** What the first, or the last, mark of this name says of streaming until then. */
+  async markDetail(name: string, last = false): Promise<MarkDetail> {
+    return this.page.evaluate(
+      ({ name, last }) => {
+        const marks = performance.getEntriesByName(name, "mark");
+        return (marks.at(last ? -1 : 0) as PerformanceMark).detail;
+      },
+      { name, last },
+    );
   }
 
   /** The volume's data leaves the browser's cache, what the page is made of stays. */
