@@ -156,10 +156,11 @@ struct Energies {
     return static_cast<int16_t>(magnitude < kMaxEnergy ? magnitude : kMaxEnergy);
   }
 
-  /// The octaves of points 0 to 63 of row y.
+  /// The octaves of those of the points 0 to 63 of row y that have their bit set; others may be
+  /// written too.
   template <class Ops>
-  void octaves(int32_t y, uint8_t* to) const {
-    Ops::octaves(values[y], values[y + 1], values[y + 2], to);
+  void octaves(int32_t y, uint64_t points, uint8_t* to) const {
+    Ops::octaves(values[y], values[y + 1], values[y + 2], points, to);
   }
 
   /// The octave of point 64.
@@ -205,7 +206,7 @@ struct PlanePoints {
       const PointMask points = current.points[y];
       if (!points.any()) continue;
       uint8_t octaves[kBlockCells];
-      energies.octaves<Ops>(y, octaves);
+      energies.octaves<Ops>(y, points.word[0], octaves);
       const ClassBits classes = class_bits(current, previous, y, 0);
       count += Ops::list_points(points.word[0], classes.words, octaves, x + count,
                                 point_class + count, key + count);

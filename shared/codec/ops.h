@@ -102,11 +102,13 @@ struct ScalarOps {
     return all;
   }
 
-  /// Of 64 points half_octave() of the nine energies around each, weighted 1 2 1, 2 4 2, 1 2 1: at
-  /// most 16 · 4095. The rows of energies begin at the one to the left of the first point.
+  /// Of a row's 64 places, at least of those with a point, half_octave() of the nine energies
+  /// around each, weighted 1 2 1, 2 4 2, 1 2 1: at most 16 · 4095. The rows of energies begin at
+  /// the one to the left of the first place.
   static void octaves(const int16_t* above, const int16_t* here, const int16_t* below,
-                      uint8_t* to) {
-    for (int x = 0; x < 64; ++x) {
+                      uint64_t points, uint8_t* to) {
+    for (; points; points &= points - 1) {
+      const int x = __builtin_ctzll(points);
       const int32_t left = above[x] + 2 * here[x] + below[x];
       const int32_t middle = above[x + 1] + 2 * here[x + 1] + below[x + 1];
       const int32_t right = above[x + 2] + 2 * here[x + 2] + below[x + 2];
@@ -224,7 +226,7 @@ struct VectorOps {
   }
 
   static void octaves(const int16_t* above, const int16_t* here, const int16_t* below,
-                      uint8_t* to) {
+                      uint64_t points, uint8_t* to) {
     using namespace simd;
     const auto column = [&](int x) {
       const V middle = load(here + x);
@@ -238,7 +240,9 @@ struct VectorOps {
                                  float_bits(high_halves16(energy, zero), 22));
       return sub16(octaves, splat16(256));
     };
-    for (int x = 0; x < 64; x += 16) store(to + x, narrow_u(eight(x), eight(x + 8)));
+    for (int x = 0; x < 64; x += 16) {
+      if (points >> x & 0xffff) store(to + x, narrow_u(eight(x), eight(x + 8)));
+    }
   }
 
   static int32_t list_points(uint64_t points, const uint64_t* class_words, const uint8_t* octaves,
@@ -247,6 +251,7 @@ struct VectorOps {
     const V bits = load(kBitOfByte), byte_of_bit = load(kByteOfBit);
     int32_t count = 0;
     for (int32_t at = 0; at < 64; at += 16) {
+      if (!(points >> at & 0xffff)) continue;
       V classes = splat8(0);
       for (int i = 0; i < 4; ++i) {
         const V word = splat32(static_cast<uint32_t>(class_words[i] >> at));

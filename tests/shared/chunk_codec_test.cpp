@@ -363,8 +363,8 @@ TEST(ChunkCodec, OctavesOfARowAreThoseOfItsSums) {
     }
     const auto y = int32_t(random() % 65);
     uint8_t octaves[65], same[64];
-    energies.octaves<VectorOps>(y, octaves);
-    energies.octaves<ScalarOps>(y, same);
+    energies.octaves<VectorOps>(y, ~uint64_t{0}, octaves);
+    energies.octaves<ScalarOps>(y, ~uint64_t{0}, same);
     ASSERT_TRUE(std::equal(same, same + 64, octaves));
     octaves[64] = energies.last_octave(y);
     for (int32_t x = 0; x <= 64; ++x) {
