@@ -26,16 +26,17 @@ async function soak(bench: Bench, visitor: Visitor): Promise<void> {
   const end = Date.now() + minutes * 60_000;
   for (let round = 0; Date.now() < end; ++round) {
     await use(visitor, round);
-    // After the same steps each time, so that the same is held.
-    if (round % 10 !== 9) continue;
-    const detail = await visitor.markDetail("isosplat:complete", true);
+    // As near as at the beginning: every second round goes back.
+    if (round % 2 === 0) continue;
+    const detail = await visitor.markDetail("isosplat:complete");
     budget = detail.sampleBudget;
     held.push({ ...(await visitor.heap()), samples: detail.samplesResident / 1e6 });
     bench.say(
       `${Math.ceil((end - Date.now()) / 60_000)} min left: ${JSON.stringify(held.at(-1))} MB, M`,
     );
   }
-  const third = Math.max(1, Math.floor(held.length / 3));
+  const third = Math.floor(held.length / 3);
+  if (third === 0) throw new Error("too short: fewer than three measurements");
   const mean = (what: "objects" | "buffers", from: number): number =>
     held.slice(from, from + third).reduce((sum, entry) => sum + entry[what], 0) / third;
   const report = (what: string, unit: string, value: number, reach?: { atMost: number }): void =>

@@ -332,6 +332,8 @@ export class StreamSession {
     const { name: volume, bytesReceived, requests } = this.source;
     const { samples: samplesResident, budget: sampleBudget } = this.#residency;
     const detail = { volume, bytesReceived, requests, samplesResident, sampleBudget };
+    // The last one of each name is kept: the timeline forgets nothing by itself.
+    performance.clearMarks?.(name);
     performance.mark?.(name, { detail });
   }
 

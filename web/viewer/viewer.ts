@@ -73,7 +73,7 @@ const sightPolling = 4;
  * nothing of the page around it.
  *
  *   const viewer = new Viewer(canvas);
- *   await viewer.open(serverSource("/", "engine"));
+ *   await viewer.open(new ServerSource({ volume: "engine" }));
  *   viewer.setIsovalues([60.5]);
  */
 export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
