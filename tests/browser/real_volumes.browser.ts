@@ -45,11 +45,11 @@ test.afterAll(async () => {
 
 for (const { name } of volumes) {
   test(`${name} opens`, async ({ page }) => {
-    test.setTimeout(120_000);
+    test.setTimeout(240_000);
     const problems: string[] = [];
     page.on("pageerror", (error) => problems.push(String(error)));
     await page.goto(`${server.url}?volume=${name}&kind=ellipse&background=ffffff`);
-    await complete(page, 100_000);
+    await complete(page, 200_000);
     await atRest(page);
     const picture = await savedPicture(page);
     const { covered } = await compare(page, picture, picture);

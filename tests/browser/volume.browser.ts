@@ -114,8 +114,9 @@ test("the address holds the whole view", async ({ page, context }) => {
   for (const key of ["ArrowLeft", "ArrowUp", "+", "+", "Shift+ArrowRight", "]"]) {
     await page.keyboard.press(key);
   }
-  await complete(page);
   await expect(page).toHaveURL(/camera=.*/);
+  await atRest(page);
+  await complete(page);
   await atRest(page);
   const url = page.url();
   expect(url).not.toContain("isovalue=90.5");

@@ -58,8 +58,11 @@ export interface OpenOptions {
 
 /** The view rests when nothing has moved or arrived for so long (ms). */
 const restAfter = 220;
-/** A resting picture that takes no longer (ms) is drawn a few times more, for smooth edges. */
-const longestSmoothed = 400;
+/**
+ * A picture that takes no longer (ms) is drawn a few times more, for smooth edges: where the view
+ * rests, and where it is saved, which may take its time.
+ */
+const longestSmoothed = { resting: 400, saved: 1500 };
 /**
  * A block is refined when its coarse stand-in shows in so many pixels: of the picture at rest, and
  * before. What shows in few is most often hidden once coarse parts in front of it are refined.
@@ -300,14 +303,20 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.setCamera(this.#view.panned(zoomed, at.x * keep, at.y * keep, height));
   }
 
-  /** The picture as it is, at the canvas's resolution, with smooth edges. */
+  /** The picture as it is, at the canvas's resolution; with smooth edges, where that is not slow. */
   async screenshot(): Promise<Blob> {
     const view = this.#view;
     if (!view || this.#contextLost) throw new ViewError("nothing is drawn yet");
     const { width, height } = this.canvas;
     view.setKind(this.#kind(true));
+    const startedAt = performance.now();
     view.draw(width, height);
-    while (view.canRefine(width, height)) view.refine(width, height);
+    const gl = this.canvas.getContext("webgl2");
+    // Waits for the GPU.
+    gl?.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    if (performance.now() - startedAt <= longestSmoothed.saved) {
+      while (view.canRefine(width, height)) view.refine(width, height);
+    }
     // In the same task: afterwards the browser may have cleared the drawing buffer.
     return new Promise((resolve, reject) =>
       this.canvas.toBlob((blob) => {
@@ -412,7 +421,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         this.#choice.measured(drawn.kind, milliseconds, distance);
         if (!isResting) return;
         // One at a time, so that a gesture need not wait for more than one.
-        this.#smooths = milliseconds <= longestSmoothed;
+        this.#smooths = milliseconds <= longestSmoothed.resting;
         if (this.#smooths) this.#loop.request();
       });
       this.emit("frame", { ...drawn, framesPerSecond: this.#loop.framesPerSecond });
