@@ -177,7 +177,8 @@ Result<void> Renderer::State::draw_isosurface(SplatKind kind, const Frame& frame
                                               int layer) {
   if (auto ok = depth_tiles.clear(targets.width(), targets.height()); !ok) return ok;
   if (kind != SplatKind::blended) {
-    glBindFramebuffer(GL_FRAMEBUFFER, targets.layer_framebuffer(layer));
+    // Drawn, not only cleared: llvmpipe's vertex shaders would read what the tiles held before.
+    depth_tiles.take(targets.layer(layer), empty_vertex_array);
     return draw_splats(kind == SplatKind::quad      ? pass_quad
                        : kind == SplatKind::ellipse ? pass_ellipse
                                                     : pass_exact,
@@ -188,6 +189,7 @@ Result<void> Renderer::State::draw_isosurface(SplatKind kind, const Frame& frame
   glClearBufferfv(GL_COLOR, 0, zero);
   glClearBufferfv(GL_COLOR, 1, zero);
   glClearBufferfv(GL_DEPTH, 0, &one);
+  depth_tiles.take(targets.sums(), empty_vertex_array);
   write_colours(false);
   if (auto ok = draw_splats(pass_visibility, frame, isosurface, targets.sums()); !ok) return ok;
   write_colours(true);
