@@ -6,7 +6,7 @@
 
 namespace isosplat {
 
-Result<void> DepthTiles::clear(int width, int height) {
+Result<void> DepthTiles::prepare(int width, int height) {
   if (!program_) {
     auto program = GlProgram::link("", {"image.vert.glsl"}, {"depth_tiles.frag.glsl"});
     if (!program) return tl::unexpected(program.error());
@@ -15,7 +15,6 @@ Result<void> DepthTiles::clear(int width, int height) {
   }
   const int columns = (width + HIDING_TILE_PX - 1) / HIDING_TILE_PX;
   const int rows = (height + HIDING_TILE_PX - 1) / HIDING_TILE_PX;
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   if (columns != columns_ || rows != rows_) {
     columns_ = columns;
     rows_ = rows;
@@ -26,10 +25,9 @@ Result<void> DepthTiles::clear(int width, int height) {
     glTexStorage2D(GL_TEXTURE_2D, 1, GL_R32UI, columns_, rows_);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture_, 0);
   }
-  const GLuint nowhere[4] = {0x7f800000, 0, 0, 0};  // infinity
-  glClearBufferuiv(GL_COLOR, 0, nowhere);
   return {};
 }
 

@@ -175,9 +175,10 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
 
 Result<void> Renderer::State::draw_isosurface(SplatKind kind, const Frame& frame, int isosurface,
                                               int layer) {
-  if (auto ok = depth_tiles.clear(targets.width(), targets.height()); !ok) return ok;
+  // Each surface starts from its target's depths as they are: another one's tiles hide nothing
+  // here.
+  if (auto ok = depth_tiles.prepare(targets.width(), targets.height()); !ok) return ok;
   if (kind != SplatKind::blended) {
-    // Drawn, not only cleared: llvmpipe's vertex shaders would read what the tiles held before.
     depth_tiles.take(targets.layer(layer), empty_vertex_array);
     return draw_splats(kind == SplatKind::quad      ? pass_quad
                        : kind == SplatKind::ellipse ? pass_ellipse

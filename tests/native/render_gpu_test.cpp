@@ -190,6 +190,36 @@ TEST_F(RenderGpu, DropsHiddenSamplesOnly) {
   }
 }
 
+// What one isosurface hides of itself says nothing of another one.
+TEST_F(RenderGpu, TranslucentSurfacesHideNothing) {
+  const TestVolume volume = sphere_volume({130, 130, 130});
+  show_volume(*renderer_, volume, 4000, 5500);
+  Camera camera = default_camera(volume.grid);
+  camera.distance *= 0.8;
+  renderer_->set_camera(camera);
+  constexpr int kSize = 200;
+  RenderSettings settings;
+  const auto opaque_depths = [&](std::vector<Isosurface> isosurfaces) {
+    settings.isosurfaces = std::move(isosurfaces);
+    renderer_->set_settings(settings);
+    EXPECT_TRUE(draw_image(*renderer_, kSize, kSize));
+    const auto pixels = renderer_->read_surface();
+    EXPECT_TRUE(pixels);
+    std::vector<float> depths;
+    for (const auto& pixel : *pixels) depths.push_back(pixel.hit ? pixel.depth : 0);
+    return depths;
+  };
+  for (const SplatKind kind : kKinds) {
+    settings.kind = kind;
+    for (const auto& [translucent, opaque] : {std::pair{4000, 5500}, std::pair{5500, 4000}}) {
+      const Isosurface shell{double(translucent), {1, 1, 1}, 0.4f},
+          inside{double(opaque), {1, 1, 1}, 1};
+      EXPECT_EQ(opaque_depths({shell, inside}), opaque_depths({inside}))
+          << kKindNames[static_cast<int>(kind)] << ", " << opaque << " behind " << translucent;
+    }
+  }
+}
+
 /// How many pieces, joined at sides or corners, the set pixels form.
 int pieces(std::vector<char> set, int width, int height) {
   int count = 0;
