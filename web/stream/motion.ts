@@ -8,6 +8,8 @@ const lookAhead = 0.4;
 const largestLeap = 0.08;
 /** Prefetches are this far apart (ms). */
 const aheadInterval = 250;
+/** An isovalue's speed is told from its changes over so long (ms): two in quick succession tell none. */
+const speedSpan = { least: 100, most: 300 };
 
 /** What moves: the camera, the isovalue, or nothing, told from the views that come in. */
 export class Motion {
@@ -17,8 +19,8 @@ export class Motion {
   #isovalueChanged = Number.NEGATIVE_INFINITY;
   #isovalueMoves = false;
   #cameraMoves = false;
-  /** Isovalues per second, for each isovalue. */
-  #speed: number[] = [];
+  /** The latest of the movement's isovalues, and when they were set. */
+  #trail: { at: number; isovalues: readonly number[] }[] = [];
   #lastAhead = Number.NEGATIVE_INFINITY;
   #timer: ReturnType<typeof setTimeout> | undefined;
 
@@ -55,10 +57,9 @@ export class Motion {
       const gap = now - this.#isovalueChanged;
       this.#isovalueMoves = gap < movementGap;
       this.#isovalueChanged = now;
-      this.#speed = view.isovalues.map((isovalue, i) => {
-        const was = before.isovalues[i] ?? isovalue;
-        return this.#isovalueMoves ? ((isovalue - was) / Math.max(gap, 1)) * 1000 : 0;
-      });
+      const goesOn = this.#isovalueMoves && before.isovalues.length === view.isovalues.length;
+      const trail = goesOn ? this.#trail.filter(({ at }) => now - at <= speedSpan.most) : [];
+      this.#trail = [...trail, { at: now, isovalues: [...view.isovalues] }];
     }
     if (this.#isovalueMoves || this.#cameraMoves) this.#watch();
     const resized =
@@ -73,11 +74,19 @@ export class Motion {
    */
   isovaluesAhead(range: number): number[] | undefined {
     const now = performance.now();
-    const fastest = Math.max(0, ...this.#speed.map(Math.abs)) * lookAhead;
-    if (fastest === 0 || fastest > largestLeap * range) return undefined;
+    const first = this.#trail[0];
+    const last = this.#trail.at(-1);
+    if (!first || !last || last.at - first.at < speedSpan.least) return undefined;
+    const leaps = last.isovalues.map((isovalue, i) => {
+      const perSecond =
+        ((isovalue - (first.isovalues[i] ?? isovalue)) / (last.at - first.at)) * 1000;
+      return perSecond * lookAhead;
+    });
+    const furthest = Math.max(...leaps.map(Math.abs));
+    if (furthest === 0 || furthest > largestLeap * range) return undefined;
     if (now - this.#lastAhead < aheadInterval) return undefined;
     this.#lastAhead = now;
-    return this.#view?.isovalues.map((v, i) => v + (this.#speed[i] ?? 0) * lookAhead);
+    return last.isovalues.map((isovalue, i) => isovalue + (leaps[i] ?? 0));
   }
 
   close(): void {
@@ -89,7 +98,7 @@ export class Motion {
     this.#timer = setTimeout(() => {
       this.#isovalueMoves = false;
       this.#cameraMoves = false;
-      this.#speed = [];
+      this.#trail = [];
       this.#rested();
     }, movementGap);
   }

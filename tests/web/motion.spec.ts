@@ -1,0 +1,69 @@
+// Where the isovalue is going: only a movement tells, not two changes in quick succession.
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { Motion } from "../../web/stream/motion.ts";
+
+beforeEach(() => {
+  vi.useFakeTimers();
+});
+afterEach(() => {
+  vi.useRealTimers();
+});
+
+const range = 255;
+
+/** Shows these isovalues one after the other, so many ms apart. */
+function moved(isovalues: readonly number[], apart: number): Motion {
+  const motion = new Motion(() => {});
+  for (const isovalue of isovalues) {
+    vi.advanceTimersByTime(apart);
+    motion.changed({
+      viewProjection: new Float64Array(16),
+      viewport: { width: 800, height: 600 },
+      isovalues: [isovalue],
+      moving: true,
+    });
+  }
+  return motion;
+}
+
+it("looks ahead where a slider is going", () => {
+  const motion = moved([100, 100.5, 101, 101.5, 102, 102.5, 103, 103.5, 104], 20);
+  expect(motion.isovalueMoves).toBe(true);
+  // 25 a second, for 0.4 s.
+  expect(motion.isovaluesAhead(range)?.[0]).toBeCloseTo(114);
+  expect(motion.isovaluesAhead(range)).toBeUndefined(); // not again at once
+  motion.close();
+});
+
+it("does not take two quick key presses for a movement that goes on", () => {
+  const motion = moved([100, 100.5, 101], 20);
+  expect(motion.isovalueMoves).toBe(true);
+  expect(motion.isovaluesAhead(range)).toBeUndefined();
+  motion.close();
+});
+
+it("looks nowhere when the slider goes to and fro, or too fast to be of use", () => {
+  const trembling = moved([100, 101, 100, 101, 100, 101, 100, 101, 100, 101], 20);
+  expect(trembling.isovaluesAhead(range)).toBeUndefined();
+  trembling.close();
+  const fast = moved([20, 40, 60, 80, 100, 120, 140, 160], 20);
+  expect(fast.isovaluesAhead(range)).toBeUndefined();
+  fast.close();
+});
+
+it("is over when nothing has changed for a while", () => {
+  const rested = vi.fn();
+  const motion = new Motion(rested);
+  const view = { viewProjection: new Float64Array(16), viewport: { width: 8, height: 6 } };
+  motion.changed({ ...view, isovalues: [1], moving: true });
+  vi.advanceTimersByTime(1000);
+  motion.changed({ ...view, isovalues: [2], moving: true });
+  expect(motion.isovalueMoves).toBe(false); // a single change
+  vi.advanceTimersByTime(20);
+  motion.changed({ ...view, isovalues: [3], moving: true });
+  expect(motion.isovalueMoves).toBe(true);
+  vi.advanceTimersByTime(1000);
+  expect(rested).toHaveBeenCalledOnce();
+  expect(motion.isovalueMoves).toBe(false);
+  motion.close();
+});
