@@ -1,0 +1,195 @@
+#include "shared/select/block_tree.h"
+
+#include <algorithm>
+#include <queue>
+
+#include "shared/select/block_code.h"
+
+namespace isosplat {
+namespace {
+
+/// A block that was refined stays so until its cells are smaller than 1/1.25 of what would refine
+/// it anew: a view that trembles changes nothing.
+constexpr double kHysteresis = 1.25;
+
+}  // namespace
+
+BlockTree::BlockTree(const StoreReader& store, ChunkTable& table, const View& view,
+                     const SightMap& sight, const RefinedBlocks& refined_before)
+    : store_(store),
+      table_(table),
+      view_(view),
+      sight_(sight),
+      refined_before_(refined_before),
+      projection_(store.info().grid, view) {
+  for (uint32_t l = 0; l < store.info().levels; ++l) {
+    levels_.push_back(level_grid(store.info().grid.voxels, l));
+  }
+}
+
+bool BlockTree::may_be_active(CellInterval interval) const {
+  return std::any_of(view_.isocodes.begin(), view_.isocodes.end(),
+                     [&](float isocode) { return is_active(interval, isocode); });
+}
+
+/// Adds the block as a node, if it has an active cell and is in the frustum. Names its page, if
+/// that is missing.
+Result<void> BlockTree::add_block(BlockKey key, int32_t parent, bool& page_missing) {
+  const auto page = store_.page_of(key);
+  if (!page) return tl::unexpected(page.error());
+  if (!may_be_active(store_.pages()[*page].interval)) return {};
+  const auto footprint = projection_.footprint(levels_[key.level], key.index);
+  if (footprint.outside) return {};
+  if (!store_.is_resident(*page)) {
+    pages_.push_back({*page, footprint.cell_px});
+    page_missing = true;
+    return {};
+  }
+  BlockNode node;
+  node.key = key;
+  node.parent = parent;
+  node.cell_px = footprint.cell_px;
+  node.centre_distance = footprint.centre_distance;
+  if (view_.occlusion) node.sight = sight_.of(key);
+  node.first_handle = static_cast<uint32_t>(handles_.size());
+  node.resident = true;
+  for (const float isocode : view_.isocodes) {
+    const auto chunk = store_.chunk_for(key, isocode);
+    if (!chunk) return tl::unexpected(chunk.error());
+    if (!*chunk) continue;
+    const ChunkHandle handle = table_.handle_of(**chunk);
+    if (std::find(handles_.begin() + node.first_handle, handles_.end(), handle) != handles_.end()) {
+      continue;
+    }
+    handles_.push_back(handle);
+    node.cells += (*chunk)->cells;
+    node.resident = node.resident && table_.is_resident(handle);
+  }
+  node.handle_count = static_cast<uint32_t>(handles_.size()) - node.first_handle;
+  if (node.handle_count != 0) nodes_.push_back(node);
+  return {};
+}
+
+Result<void> BlockTree::expand(int32_t index) {
+  const BlockKey parent = nodes_[index].key;
+  const LevelGrid& level = levels_[parent.level - 1];
+  const auto first = static_cast<int32_t>(nodes_.size());
+  bool page_missing = false;
+  for (unsigned octant = 0; octant < 8; ++octant) {
+    const Index3 child{parent.index.x * 2 + static_cast<int32_t>(octant & 1),
+                       parent.index.y * 2 + static_cast<int32_t>(octant >> 1 & 1),
+                       parent.index.z * 2 + static_cast<int32_t>(octant >> 2)};
+    if (child.x >= level.blocks.x || child.y >= level.blocks.y || child.z >= level.blocks.z) {
+      continue;
+    }
+    if (auto added = add_block({level.level, child}, index, page_missing); !added) {
+      return added;
+    }
+  }
+  nodes_[index].expanded = true;
+  nodes_[index].unknown_children = page_missing;
+  nodes_[index].first_child = first;
+  nodes_[index].child_count = static_cast<int32_t>(nodes_.size()) - first;
+  return {};
+}
+
+Result<void> BlockTree::refine() {
+  const LevelGrid& coarsest = levels_.back();
+  bool page_missing = false;
+  for (int32_t z = 0; z < coarsest.blocks.z; ++z) {
+    for (int32_t y = 0; y < coarsest.blocks.y; ++y) {
+      for (int32_t x = 0; x < coarsest.blocks.x; ++x) {
+        auto added = add_block({coarsest.level, {x, y, z}}, -1, page_missing);
+        if (!added) return added;
+      }
+    }
+  }
+
+  struct Candidate {
+    double priority;
+    int32_t node;
+    bool operator<(const Candidate& other) const {
+      return priority != other.priority ? priority < other.priority : node > other.node;
+    }
+  };
+  std::priority_queue<Candidate> queue;
+  const auto enqueue = [&](int32_t index) {
+    const BlockNode& node = nodes_[index];
+    if (node.key.level == 0 || node.sight == Sight::hidden) return;
+    const bool held = refined_before_.contains(block_code(node.key));
+    const double priority = node.cell_px * (held ? kHysteresis : 1);
+    if (priority > view_.load_cell_px) queue.push({priority, index});
+  };
+  uint64_t total = 0;
+  for (size_t i = 0; i < nodes_.size(); ++i) {
+    total += nodes_[i].cells;
+    enqueue(static_cast<int32_t>(i));
+  }
+  while (!queue.empty()) {
+    const int32_t index = queue.top().node;
+    queue.pop();
+    const size_t nodes_before = nodes_.size();
+    const size_t handles_before = handles_.size();
+    const size_t pages_before = pages_.size();
+    if (auto expanded = expand(index); !expanded) return expanded;
+    uint64_t below = 0;
+    for (size_t i = nodes_before; i < nodes_.size(); ++i) below += nodes_[i].cells;
+    BlockNode& node = nodes_[index];
+    const uint64_t refined = total - (node.unknown_children ? 0 : node.cells) + below;
+    if (refined > view_.cell_budget) {
+      nodes_.resize(nodes_before);
+      handles_.resize(handles_before);
+      pages_.resize(pages_before);
+      node.expanded = node.unknown_children = false;
+      node.child_count = 0;
+      limited_by_budget_ = true;
+      break;
+    }
+    total = refined;
+    node.wanted_finer = true;
+    for (size_t i = nodes_before; i < nodes_.size(); ++i) enqueue(static_cast<int32_t>(i));
+  }
+  target_cells_ = total;
+  return {};
+}
+
+/// Below what this view wants there may be finer blocks left from another: they are drawn while
+/// coarser ones are on their way, and while the camera moves.
+Result<void> BlockTree::explore_resident() {
+  const std::vector<WantedPage> wanted_pages = pages_;
+  for (size_t i = 0; i < nodes_.size(); ++i) {
+    const BlockNode& node = nodes_[i];
+    if (node.expanded || node.key.level == 0) continue;
+    if (node.resident && node.cell_px <= view_.draw_cell_px) continue;
+    if (!table_.any_resident_below(node.key)) continue;
+    if (auto expanded = expand(static_cast<int32_t>(i)); !expanded) return expanded;
+  }
+  pages_ = wanted_pages;
+  return {};
+}
+
+void BlockTree::find_full() {
+  for (size_t i = nodes_.size(); i-- > 0;) {
+    BlockNode& node = nodes_[i];
+    if (!node.expanded || node.unknown_children) continue;
+    const auto first = nodes_.begin() + node.first_child;
+    node.full_by_children = std::all_of(first, first + node.child_count,
+                                        [](const BlockNode& child) { return child.full(); });
+  }
+}
+
+bool BlockTree::resident_above(const BlockNode& node) const {
+  for (int32_t i = node.parent; i >= 0; i = nodes_[i].parent) {
+    if (nodes_[i].resident) return true;
+  }
+  return false;
+}
+
+Result<void> BlockTree::grow() {
+  if (auto refined = refine(); !refined) return refined;
+  if (auto explored = explore_resident(); !explored) return explored;
+  find_full();
+  return {};
+}
+
+}  // namespace isosplat
