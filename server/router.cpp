@@ -5,6 +5,7 @@
 
 #include "server/conditions.h"
 #include "server/content_routes.h"
+#include "server/streams.h"
 #include "server/volume_json.h"
 
 namespace isosplat {
@@ -45,18 +46,35 @@ Response options_answer(bool is_data) {
   return response;
 }
 
-/// JSON that may change at any time: revalidated on each use.
-Response changing_json(const Request& request, std::string text) {
-  const std::string etag = etag_for(text);
+/// An answer that may change at any time, without its body: revalidated on each use. Its status is
+/// 304 where the client has it already.
+Response changing(const Request& request, const std::string& etag) {
   Response response;
   response.set("ETag", etag);
   response.set("Cache-Control", "no-cache");
   if (!request.if_none_match.empty() && names_etag(request.if_none_match, etag, /*weak=*/true)) {
     response.status = 304;
-    return response;
   }
+  return response;
+}
+
+Response changing_json(const Request& request, std::string text) {
+  Response response = changing(request, etag_for(text));
+  if (response.status == 304) return response;
   response.set("Content-Type", "application/json");
   response.text = std::move(text);
+  return response;
+}
+
+/// What a viewer needs for its first picture, in one answer.
+Response opening_answer(const Request& request, std::shared_ptr<const StoreFile> store) {
+  if (Result<void> unchanged = store->check_unchanged(); !unchanged) {
+    return error_response(unchanged.error());
+  }
+  Response response = changing(request, "\"" + store->content() + "-opening1\"");
+  if (response.status == 304) return response;
+  response.set("Content-Type", "application/octet-stream");
+  response.stream = std::make_unique<OpeningStream>(std::move(store));
   return response;
 }
 
@@ -135,6 +153,9 @@ Response Router::volume(const Request& request, const Target& target) const {
     return response;
   }
   if (target.segments.size() == 3) return changing_json(request, volume_json(entry));
+  if (target.segments.size() == 4 && target.segments[3] == "opening") {
+    return opening_answer(request, entry.store);
+  }
   if (target.segments[3] != entry.store->content()) {
     return error_response(404, status_name(Status::not_found),
                           "this volume's content is now " + entry.store->content() +
@@ -142,6 +163,21 @@ Response Router::volume(const Request& request, const Target& target) const {
   }
   return content_answer(request, entry.store, std::span(target.segments).subspan(4), target,
                         limits_);
+}
+
+/// The browser asks for the volume's first bytes as soon as it has these fields: beside what the
+/// page is made of, not after it.
+void Router::preload_volume(Response& response, const Target& target) const {
+  for (const auto& [key, value] : target.query) {
+    if (key != "volume") continue;
+    const std::shared_ptr<const CatalogSnapshot> snapshot = catalog_.snapshot();
+    const auto found = snapshot->find(value);
+    if (found == snapshot->end() || !found->second.store) return;
+    // The catalog's name, of characters that need no escape.
+    response.set("Link", "<v1/volumes/" + found->first +
+                             "/opening>; rel=preload; as=fetch; crossorigin=anonymous");
+    return;
+  }
 }
 
 Response Router::page_asset(const Request& request, const Target& target) const {
@@ -173,6 +209,7 @@ Response Router::page_asset(const Request& request, const Target& target) const 
     response.set("Cache-Control",
                  asset->immutable ? "public, max-age=31536000, immutable" : "no-cache");
     response.set("Vary", "Accept-Encoding");
+    if (asset->mime_type.starts_with("text/html")) preload_volume(response, target);
     if (!request.if_none_match.empty() &&
         names_etag(request.if_none_match, variant->etag, /*weak=*/true)) {
       response.status = 304;

@@ -34,6 +34,7 @@ class Router {
  private:
   Response route(const Request& request, const Target& target) const;
   Response page_asset(const Request& request, const Target& target) const;
+  void preload_volume(Response& response, const Target& target) const;
   Response volumes(const Request& request) const;
   Response volume(const Request& request, const Target& target) const;
 

@@ -174,6 +174,7 @@ StoreFile::StoreFile(std::filesystem::path path, int descriptor, FileIdentity id
       head_(std::move(head)),
       info_(reader.info()),
       pages_(reader.pages().begin(), reader.pages().end()),
+      opening_(reader.opening_range()),
       content_(hexadecimal(info_.content_id)),
       directory_bytes_(directory_bytes),
       reader_(std::move(reader)) {}

@@ -76,6 +76,9 @@ class StoreFile {
 
   std::span<const PageRef> pages() const { return pages_; }
 
+  /// What a viewer reads first, after the head (StoreReader::opening_range).
+  const CoarseRange& opening() const { return opening_; }
+
   /// The bytes of the head, for StoreReader::open.
   std::span<const std::byte> head() const { return head_; }
 
@@ -135,6 +138,7 @@ class StoreFile {
   std::vector<std::byte> head_;
   StoreInfo info_;
   std::vector<PageRef> pages_;
+  CoarseRange opening_;
   std::string content_;
   uint64_t directory_bytes_;
 

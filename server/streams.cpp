@@ -70,4 +70,27 @@ BodyStream::Step FileStream::next(std::vector<std::byte>& out, Error& error) {
   return offset_ == end_ ? Step::last : Step::more;
 }
 
+OpeningStream::OpeningStream(std::shared_ptr<const StoreFile> store)
+    : store_(store), rest_(store, store->opening().offset, store->opening().bytes) {}
+
+uint64_t OpeningStream::size() const {
+  return kOpeningHeaderBytes + store_->head().size() + rest_.size();
+}
+
+BodyStream::Step OpeningStream::next(std::vector<std::byte>& out, Error& error) {
+  if (!begun_) {
+    begun_ = true;
+    const CoarseRange& opening = store_->opening();
+    const std::span<const std::byte> head = store_->head();
+    const std::array<uint8_t, 16>& id = store_->info().content_id;
+    append_u32(out, static_cast<uint32_t>(head.size()));
+    append_u32(out, static_cast<uint32_t>(opening.bytes));
+    append_u32(out, static_cast<uint32_t>(opening.offset));
+    append_u32(out, static_cast<uint32_t>(opening.offset >> 32));
+    for (const uint8_t byte : id) out.push_back(static_cast<std::byte>(byte));
+    out.insert(out.end(), head.begin(), head.end());
+  }
+  return rest_.next(out, error);
+}
+
 }  // namespace isosplat

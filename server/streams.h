@@ -51,6 +51,23 @@ class FileStream final : public BodyStream {
   uint64_t size_;
 };
 
+/// Bytes before the head in an answer that opens a volume.
+inline constexpr size_t kOpeningHeaderBytes = 32;
+
+/// What a viewer needs for its first picture: content id, head, and StoreFile::opening (HTTP.md
+/// draws the layout). As unchecked as FileStream.
+class OpeningStream final : public BodyStream {
+ public:
+  explicit OpeningStream(std::shared_ptr<const StoreFile> store);
+  uint64_t size() const override;
+  Step next(std::vector<std::byte>& out, Error& error) override;
+
+ private:
+  std::shared_ptr<const StoreFile> store_;
+  FileStream rest_;  ///< what follows the head
+  bool begun_ = false;
+};
+
 /// What streams aim to make at a time: a connection's buffer.
 inline constexpr size_t kPieceBytes = 64 * 1024;
 

@@ -127,6 +127,16 @@ CoarseRange StoreReader::coarse_range(uint64_t max_bytes) const {
   return range;
 }
 
+CoarseRange StoreReader::opening_range() const {
+  CoarseRange range = coarse_range(kOpeningBytes);
+  const uint64_t limit = range.offset + std::max(range.bytes, kOpeningBytesWithPages);
+  for (const PageRef& page : state_->head.pages) {
+    const uint64_t end = page.offset + page.bytes;
+    if (end <= limit) range.bytes = std::max(range.bytes, end - range.offset);
+  }
+  return range;
+}
+
 bool StoreReader::is_resident(uint32_t page) const {
   return page < state_->pages.size() && state_->pages[page];
 }

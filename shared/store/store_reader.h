@@ -17,6 +17,11 @@ namespace isosplat {
 /// A store's head always ends within this many bytes of the file's start: one read opens a store.
 inline constexpr size_t kMaxHeadBytes = 64 * 1024;
 
+/// Sizes of opening_range(). With the largest head that is 144 KiB until the first surface; the
+/// coarsest level alone may take more.
+inline constexpr uint64_t kOpeningBytes = 64 * 1024;
+inline constexpr uint64_t kOpeningBytesWithPages = 80 * 1024;
+
 /// What a store says of its volume.
 struct StoreInfo {
   VolumeGrid grid;
@@ -102,6 +107,11 @@ class StoreReader {
   /// The coarse end of the file: as many of the coarsest levels as fit in max_bytes with their
   /// pages, at least the coarsest one. One read of it makes these levels complete.
   CoarseRange coarse_range(uint64_t max_bytes) const;
+
+  /// What a viewer reads first, after the head: the coarse end within kOpeningBytes, and of the
+  /// pages of finer levels behind it those that end within kOpeningBytesWithPages of its begin, so
+  /// that these levels need no round trip of their own.
+  CoarseRange opening_range() const;
 
   std::span<const PageRef> pages() const;
   bool is_resident(uint32_t page) const;

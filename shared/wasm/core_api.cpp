@@ -53,6 +53,11 @@ std::span<const std::byte> as_bytes(const void* data, uint32_t bytes) {
   return {static_cast<const std::byte*>(data), bytes};
 }
 
+std::array<double, 3> as_numbers(const CoarseRange& range) {
+  return {static_cast<double>(range.first_level), static_cast<double>(range.offset),
+          static_cast<double>(range.bytes)};
+}
+
 template <class T>
 void put(IsosplatCore* core, size_t buffer, const T* items, size_t count) {
   const auto bytes = std::as_bytes(std::span(items, count));
@@ -181,10 +186,13 @@ uint32_t isosplat_core_info(IsosplatCore* core) {
 uint32_t isosplat_core_coarse_range(IsosplatCore* core, double max_bytes) {
   if (!core->store) return no_store(core);
   const double limit = std::clamp(max_bytes, 0.0, 9e15);
-  const CoarseRange range = core->store->coarse_range(static_cast<uint64_t>(limit));
-  put(core, 0,
-      std::array<double, 3>{static_cast<double>(range.first_level),
-                            static_cast<double>(range.offset), static_cast<double>(range.bytes)});
+  put(core, 0, as_numbers(core->store->coarse_range(static_cast<uint64_t>(limit))));
+  return kOk;
+}
+
+uint32_t isosplat_core_opening_range(IsosplatCore* core) {
+  if (!core->store) return no_store(core);
+  put(core, 0, as_numbers(core->store->opening_range()));
   return kOk;
 }
 

@@ -66,6 +66,9 @@ uint32_t isosplat_core_info(IsosplatCore* core);
 /// first level, offset, bytes.
 uint32_t isosplat_core_coarse_range(IsosplatCore* core, double max_bytes);
 
+/// What to read first (StoreReader::opening_range), as above.
+uint32_t isosplat_core_opening_range(IsosplatCore* core);
+
 /// Result 0: IsosplatPage of every page.
 uint32_t isosplat_core_pages(IsosplatCore* core);
 uint32_t isosplat_core_add_page(IsosplatCore* core, uint32_t page, const void* data,

@@ -80,6 +80,34 @@ TEST_F(DataRoutes, VolumeSaysWhatItsHeadSays) {
       304);
 }
 
+TEST_F(DataRoutes, OpeningHasIdHeadAndCoarseEnd) {
+  const Answer answer = get(port(), "/v1/volumes/alpha/opening");
+  EXPECT_EQ(answer.status, 200);
+  EXPECT_EQ(answer.header("cache-control"), "no-cache");
+  EXPECT_EQ(answer.header("content-type"), "application/octet-stream");
+  ASSERT_GE(answer.body.size(), kOpeningHeaderBytes);
+  const auto word = [&](size_t at) {
+    uint32_t value = 0;
+    for (size_t i = 4; i-- > 0;) value = value << 8 | static_cast<uint8_t>(answer.body[at + i]);
+    return value;
+  };
+  const auto part = [&](uint64_t offset, uint64_t bytes) {
+    return std::string(reinterpret_cast<const char*>(alpha.file.data()) + offset, bytes);
+  };
+  const StoreReader reader = *StoreReader::open(alpha.file);
+  const CoarseRange range = reader.opening_range();
+  const auto& id = alpha.info.content_id;
+  EXPECT_EQ(word(0), alpha.info.head_bytes);
+  EXPECT_EQ(word(4), range.bytes);
+  EXPECT_EQ(word(8) + (uint64_t{word(12)} << 32), range.offset);
+  EXPECT_EQ(answer.body.substr(16, 16), std::string(id.begin(), id.end()));
+  EXPECT_EQ(answer.body.substr(kOpeningHeaderBytes),
+            part(0, alpha.info.head_bytes) + part(range.offset, range.bytes));
+  const std::string etag = "If-None-Match: " + answer.header("etag") + "\r\n";
+  EXPECT_EQ(get(port(), "/v1/volumes/alpha/opening", etag).status, 304);
+  expect_error(get(port(), "/v1/volumes/beta/opening"), 404, "not_found");
+}
+
 TEST_F(DataRoutes, HeadAndPagesOpenTheStore) {
   const Answer head = get(port(), content("head"));
   EXPECT_EQ(head.status, 200);

@@ -72,6 +72,15 @@ TEST_F(Page, IndexIsRevalidated) {
   }
 }
 
+TEST_F(Page, NamesTheVolumesFirstBytes) {
+  start();
+  EXPECT_EQ(get(port(), "/?volume=alpha").header("link"),
+            "<v1/volumes/alpha/opening>; rel=preload; as=fetch; crossorigin=anonymous");
+  for (const char* url : {"/", "/?volume=beta", "/?volume=%0d%0aX:y", "/empty.txt?volume=alpha"}) {
+    EXPECT_EQ(get(port(), url).header("link"), "") << url;
+  }
+}
+
 TEST_F(Page, HashedNamesAreImmutable) {
   start();
   const std::string immutable = "public, max-age=31536000, immutable";

@@ -99,6 +99,22 @@ TEST(Store, HeadSaysWhatWasWritten) {
   EXPECT_EQ(all.offset, info.head_bytes);
   EXPECT_EQ(all.offset + all.bytes, info.file_bytes);
   EXPECT_EQ(reader->coarse_range(0).first_level, info.levels - 1);
+  const CoarseRange coarse = reader->coarse_range(kOpeningBytes);
+  const CoarseRange opening = reader->opening_range();
+  EXPECT_EQ(opening.first_level, coarse.first_level);
+  EXPECT_EQ(opening.offset, coarse.offset);
+  EXPECT_GE(opening.bytes, coarse.bytes);
+  EXPECT_LE(opening.bytes, std::max(coarse.bytes, kOpeningBytesWithPages));
+  // It ends with a page, and the next one would be too much.
+  uint64_t end = 0;
+  for (const PageRef& page : reader->pages()) {
+    if (page.offset + page.bytes <= opening.offset + opening.bytes) {
+      end = page.offset + page.bytes;
+    } else {
+      EXPECT_GT(page.offset + page.bytes - opening.offset, kOpeningBytesWithPages);
+    }
+  }
+  EXPECT_EQ(end, opening.offset + opening.bytes);
 }
 
 TEST(Store, EveryBlockAnswersForEveryIsovalue) {

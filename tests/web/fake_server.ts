@@ -129,10 +129,7 @@ export class FakeServer {
   #find(url: URL, range: string | undefined): { status: number; body: Uint8Array } | undefined {
     const content = `/v1/volumes/test/${this.contentId}`;
     const { pathname } = url;
-    if (pathname === "/v1/volumes/test") {
-      const body = new TextEncoder().encode(JSON.stringify({ contentId: this.contentId }));
-      return { status: 200, body };
-    }
+    if (pathname === "/v1/volumes/test/opening") return { status: 200, body: this.#opening() };
     if (pathname === "/store.isosplat" || pathname === `${content}/file`) {
       const match = /^bytes=(\d+)-(\d+)$/.exec(range ?? "");
       if (!match || this.ignoresRange) return { status: 200, body: this.#file };
@@ -175,6 +172,15 @@ export class FakeServer {
     const chunk = this.#chunks().find((candidate) => name(candidate) === place);
     if (chunk) this.chunksSent.push(place);
     return chunk;
+  }
+
+  #opening(): Uint8Array {
+    const { offset, bytes } = this.#store.openingRange();
+    const head = this.#file.subarray(0, this.#store.coarseRange(Number.MAX_SAFE_INTEGER).offset);
+    const rest = this.#file.subarray(offset, offset + bytes);
+    const words = Uint32Array.of(head.length, rest.length, offset, 0);
+    const id = Buffer.from(this.contentId, "hex");
+    return Buffer.concat([new Uint8Array(words.buffer), id, head, rest]);
   }
 
   #bytes(chunk: Chunk): Uint8Array {

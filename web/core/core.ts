@@ -157,6 +157,16 @@ export class Store {
   /** The levels that fit, with their pages, in so many bytes; at least the coarsest one. */
   coarseRange(maxBytes: number): CoarseRange {
     this.#calls.check(this.#module._isosplat_core_coarse_range(this.#calls.core, maxBytes));
+    return this.#coarseRange();
+  }
+
+  /** What to fetch first, after the head: of it, `firstLevel` and those above are complete. */
+  openingRange(): CoarseRange {
+    this.#calls.check(this.#module._isosplat_core_opening_range(this.#calls.core));
+    return this.#coarseRange();
+  }
+
+  #coarseRange(): CoarseRange {
     const [firstLevel = 0, offset = 0, bytes = 0] = new Float64Array(
       this.#calls.result(0).slice().buffer,
     );

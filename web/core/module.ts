@@ -16,6 +16,7 @@ export interface CoreModule {
   _isosplat_core_open(core: number, head: number, bytes: number): number;
   _isosplat_core_info(core: number): number;
   _isosplat_core_coarse_range(core: number, maxBytes: number): number;
+  _isosplat_core_opening_range(core: number): number;
   _isosplat_core_pages(core: number): number;
   _isosplat_core_add_page(core: number, page: number, data: number, bytes: number): number;
   _isosplat_core_missing_pages(core: number, level: number, low: number, high: number): number;

@@ -4,14 +4,6 @@ import type { Source } from "./source.ts";
 import { joined } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
-/** What the first surface may take at most; the coarsest level alone may take more. */
-const firstBytes = 64 * 1024;
-/**
- * The pages of the finer levels follow those of the coarse end: as many as fit in so much come with
- * the first request, and save up to one round trip for each level. With a head of 64 KB that makes
- * 144 KB until the first surface.
- */
-const firstBytesWithPages = 80 * 1024;
 /** What is held for every isovalue at most, so that a moving slider always has a surface. */
 const mostBytes = 160 * 1024;
 /** The coarse levels may take this share of the samples that the budget allows. */
@@ -55,18 +47,17 @@ export class CoarseEnd {
     signal: AbortSignal,
     arrived: (chunks: CoarseChunk[]) => Promise<void>,
   ): Promise<number> {
-    const first = this.#store.coarseRange(firstBytes);
+    const first = this.#store.openingRange();
     const firstEnd = first.offset + first.bytes;
-    const pagesEnd = this.#pagesEnd(Math.max(firstEnd, first.offset + firstBytesWithPages));
-    const firstPart = await this.#fetch(first.offset, pagesEnd - first.offset, signal);
+    const firstPart = await this.#fetch(first.offset, first.bytes, signal);
     const coarsest = this.#chunks(first.firstLevel, this.#store.info.levels, firstPart);
     await arrived(coarsest);
     const all = this.#store.coarseRange(mostBytes);
     if (all.firstLevel === first.firstLevel) return all.firstLevel;
 
     // The pages say how many samples a level has, and with that, whether the budget has room.
-    const missing = all.offset + all.bytes - pagesEnd;
-    if (missing > 0) this.#addPages(await this.#fetch(pagesEnd, missing, signal));
+    const missing = all.offset + all.bytes - firstEnd;
+    if (missing > 0) this.#addPages(await this.#fetch(firstEnd, missing, signal));
     let samples = countSamples(coarsest.map(({ chunk }) => chunk));
     let finest = first.firstLevel;
     while (finest > all.firstLevel) {
@@ -84,12 +75,6 @@ export class CoarseEnd {
       await arrived(this.#chunks(finest, first.firstLevel, part));
     }
     return finest;
-  }
-
-  /** Where the last page ends that lies before this place in the file. */
-  #pagesEnd(before: number): number {
-    const ends = this.#store.pages().map((page) => page.offset + page.bytes);
-    return Math.max(...ends.filter((end) => end <= before));
   }
 
   /** Fetches a stretch whole; a fault in its middle costs what has not arrived. */

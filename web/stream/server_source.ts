@@ -18,8 +18,6 @@ export interface ServerSourceOptions {
   base?: string;
   /** The volume's name on the server. */
   volume: string;
-  /** Of the content, where it is known already: saves one request. */
-  contentId?: string;
 }
 
 /**
@@ -33,6 +31,8 @@ export class ServerSource extends FileSource {
   }
   readonly #volumeUrl: string;
   #contentUrl: string | undefined;
+  /** What came with the head, until it is asked for. */
+  #opening: Opening | undefined;
   #multiplexed = false;
   #batchBytes = 192 * 1024;
 
@@ -41,18 +41,35 @@ export class ServerSource extends FileSource {
     const page = typeof location === "undefined" ? undefined : location.href;
     const base = new URL(options.base ?? ".", page).href.replace(/\/*$/, "/");
     this.#volumeUrl = `${base}v1/volumes/${encodeURIComponent(options.volume)}`;
-    if (options.contentId) this.#contentUrl = `${this.#volumeUrl}/${options.contentId}`;
   }
 
   protected override async fetchHead(signal: AbortSignal): Promise<Uint8Array> {
-    if (!this.#contentUrl) {
-      const answer = await transferWhole(this.#volumeUrl, {}, this.traffic, signal);
-      this.#contentUrl = `${this.#volumeUrl}/${contentIdOf(answer, this.#volumeUrl)}`;
+    const options = { fresh: this.fresh };
+    if (this.#contentUrl) {
+      return transferWhole(`${this.#contentUrl}/head`, options, this.traffic, signal);
     }
-    const url = `${this.#contentUrl}/head`;
-    const head = await transferWhole(url, { fresh: this.fresh }, this.traffic, signal);
+    const url = `${this.#volumeUrl}/opening`;
+    const answer = await transferWhole(url, options, this.traffic, signal);
+    const opening = readOpening(answer, url);
+    this.#contentUrl = `${this.#volumeUrl}/${opening.contentId}`;
     this.#multiplexed = isMultiplexed(url);
-    return head;
+    this.#opening = opening;
+    return opening.head;
+  }
+
+  override async range(
+    offset: number,
+    bytes: number,
+    signal: AbortSignal,
+    arrived: (part: Uint8Array, offset: number) => void,
+  ): Promise<void> {
+    const opening = this.#opening;
+    this.#opening = undefined;
+    if (opening && offset === opening.offset && bytes <= opening.rest.length) {
+      arrived(opening.rest.subarray(0, bytes), offset);
+      return;
+    }
+    await super.range(offset, bytes, signal, arrived);
   }
 
   override async chunks<C extends ChunkPlaceInFile>(
@@ -110,19 +127,38 @@ function place(chunk: ChunkPlaceInFile): string {
   return `${chunk.level}/${chunk.block.join(".")}/${chunk.slab}`;
 }
 
-function contentIdOf(answer: Uint8Array, url: string): string {
-  try {
-    const volume = JSON.parse(new TextDecoder().decode(answer)) as Record<string, unknown>;
-    const id = volume.contentId ?? volume.content_id ?? volume.content;
-    if (typeof id === "string" && /^[0-9a-f]{32}$/.test(id)) return id;
-  } catch {
-    // Not JSON: told below.
-  }
-  throw new StreamError(
-    "bad-store",
-    `${url}: expected the volume's description with its content id, found something else: ` +
-      "is it an Isosplat server?",
+/** The answer that opens a volume (server/HTTP.md). */
+interface Opening {
+  contentId: string;
+  head: Uint8Array;
+  /** A stretch of the file, and where it begins. */
+  rest: Uint8Array;
+  offset: number;
+}
+
+const openingHeaderBytes = 32;
+
+function readOpening(answer: Uint8Array, url: string): Opening {
+  const view = new DataView(answer.buffer, answer.byteOffset, answer.byteLength);
+  const words = answer.length < openingHeaderBytes ? 0 : 4;
+  const [headBytes = 0, restBytes = 0, low = 0, high = 0] = Array.from({ length: words }, (_, i) =>
+    view.getUint32(4 * i, true),
   );
+  const headEnd = openingHeaderBytes + headBytes;
+  if (words === 0 || headEnd + restBytes !== answer.length) {
+    throw new StreamError(
+      "bad-store",
+      `${url}: expected the volume's head and coarse levels, found ${answer.length} bytes of ` +
+        "something else: is it an Isosplat server?",
+    );
+  }
+  const id = answer.subarray(16, openingHeaderBytes);
+  return {
+    contentId: Array.from(id, (byte) => byte.toString(16).padStart(2, "0")).join(""),
+    head: answer.subarray(openingHeaderBytes, headEnd),
+    rest: answer.subarray(headEnd),
+    offset: low + high * 2 ** 32,
+  };
 }
 
 /** Whether one connection carries many requests at a time, as the browser found it. */
