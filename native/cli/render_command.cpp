@@ -23,6 +23,7 @@ struct RenderCall {
   std::string colour_by = "isosurface", colour_map = "viridis";
   std::vector<double> colour_range;
   std::vector<double> target, clip_box;
+  std::vector<std::array<double, 4>> clip_planes;
   std::vector<double> camera;  // azimuth, elevation, distance, x, y, z, roll, field of view
   double azimuth = 30, elevation = 20, roll = 0, field_of_view = 30;
   double distance = 0, zoom = 1;
@@ -102,6 +103,13 @@ Result<RenderSettings> settings_of(const RenderCall& call) {
   if (call.clip_box.size() == 6) {
     settings.clip_box_low = {call.clip_box[0], call.clip_box[1], call.clip_box[2]};
     settings.clip_box_high = {call.clip_box[3], call.clip_box[4], call.clip_box[5]};
+  }
+  for (const auto& [x, y, z, offset] : call.clip_planes) {
+    if (x == 0 && y == 0 && z == 0) {
+      return fail(Status::invalid_argument,
+                  "--clip-plane: expected a normal X,Y,Z that is not 0,0,0, then the offset");
+    }
+    settings.clip_planes.push_back({{x, y, z}, offset});
   }
   settings.projected = !call.unprojected;
   settings.eye_dome = static_cast<float>(call.eye_dome);
@@ -243,6 +251,13 @@ void add_render_command(CLI::App& program, int& exit_code) {
                    "X0,Y0,Z0,X1,Y1,Z1 as fractions of the volume: what lies inside is drawn")
       ->delimiter(',')
       ->expected(6);
+  command
+      ->add_option("--clip-plane", call->clip_planes,
+                   fmt::format("X,Y,Z,OFFSET: draws where the normal X,Y,Z times the place in the "
+                               "world is at least OFFSET; up to {} times",
+                               kMaxClipPlanes))
+      ->delimiter(',')
+      ->expected(1, kMaxClipPlanes);
   command->add_option("--eye-dome", call->eye_dome, "Strength of eye-dome lighting, 0 to 1")
       ->capture_default_str();
   command->add_option("--level", call->level, "0 is the finest (default: by --samples)");

@@ -171,9 +171,32 @@ test("mouse and keys turn, move, zoom and reset the view", async ({ page }) => {
   expect((await camera())[0]).not.toBeCloseTo(reset[0] ?? 0, 3);
 });
 
-test("shows several surfaces, colours and a clipping box, and keeps them in the address", async ({
-  page,
-}) => {
+test("cuts across the view, and keeps the plane in the address", async ({ page }) => {
+  await page.goto(`${server.url}?volume=bucky&isovalue=100&kind=quad&background=ffffff`);
+  await complete(page);
+  await atRest(page);
+  const whole = await savedPicture(page);
+  await page.getByRole("button", { name: "Clipping" }).click();
+  await page.getByRole("button", { name: "Cut across the view" }).click();
+  await expect(page).toHaveURL(/&plane=-?[\d.]+,[\d.-]+,[\d.-]+,[\d.-]+/);
+  await complete(page);
+  await atRest(page);
+  const cut = await savedPicture(page);
+  expect((await compare(page, whole, cut)).differing).toBeGreaterThan(0.02);
+
+  // By keys, too.
+  const plane = page.locator("wa-slider[label=Plane] [role=slider]");
+  const before = new URL(page.url()).searchParams.get("plane");
+  await plane.press("ArrowRight");
+  await expect.poll(() => new URL(page.url()).searchParams.get("plane")).not.toBe(before);
+  await page.getByRole("button", { name: "Show the whole volume" }).click();
+  await expect(page).not.toHaveURL(/plane=/);
+  await complete(page);
+  await atRest(page);
+  expect((await compare(page, whole, await savedPicture(page))).differing).toBeLessThan(0.002);
+});
+
+test("shows several surfaces and colours, and keeps them in the address", async ({ page }) => {
   await page.goto(`${server.url}?volume=bucky&isovalue=60.5`);
   await complete(page);
   await page.getByRole("button", { name: "Add a surface" }).click();

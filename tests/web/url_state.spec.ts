@@ -19,7 +19,11 @@ const everything: UrlState = {
   colourMap: "magma",
   background: "#102030",
   eyeDome: 0.25,
-  clip: { low: [0, 0.25, 0], high: [1, 1, 0.5] },
+  clip: {
+    low: [0, 0.25, 0],
+    high: [1, 1, 0.5],
+    planes: [{ normal: [0.6, 0, -0.8], offset: 12.5 }],
+  },
 };
 
 describe("the address of a view", () => {
@@ -67,6 +71,9 @@ describe("the address of a view", () => {
     ["shade=7", "eyeDome"],
     ["clip=0,1,0,1,0.5,0.5", "clip"],
     ["clip=0,1,0,1,0,2", "clip"],
+    ["plane=0,0,0,5", "clip"],
+    ["plane=1,0,0", "clip"],
+    ["plane=1,0,0,5,6", "clip"],
   ])("takes %s as missing", (query, key) => {
     expect(readUrl(`?${query}`)).not.toHaveProperty(key);
   });

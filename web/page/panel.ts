@@ -1,11 +1,11 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { live } from "lit/directives/live.js";
 import type { StoreInfo, Triple } from "../stream/types.ts";
-import type { ClipBox, Look, Surface } from "../viewer/types.ts";
+import { extentAlong, isWhole, wholeVolume } from "../viewer/clipping.ts";
+import { type Clip, type Look, mostSurfaces, type Surface } from "../viewer/types.ts";
 import { formatBytes, formatCount, formatDims, formatType, formatValue } from "./format.ts";
 import { icon } from "./icons.ts";
 import type { IsovalueScale } from "./isovalue_scale.ts";
-import { mostSurfaces } from "./url_state.ts";
 
 export interface PanelState {
   info: StoreInfo;
@@ -16,7 +16,7 @@ export interface PanelState {
   look: Look;
   /** The background follows the theme. */
   isThemeBackground: boolean;
-  clip: ClipBox;
+  clip: Clip;
 }
 
 export interface PanelActions {
@@ -30,7 +30,9 @@ export interface PanelActions {
   removeSurface(index: number): void;
   changeLook(change: Partial<Look>): void;
   followTheme(): void;
-  changeClip(clip: ClipBox): void;
+  changeClip(clip: Clip): void;
+  /** A plane across the view in place of the one that is there. */
+  cutAcrossView(): void;
   /** The histogram's pointer events. */
   histogramPointer(event: PointerEvent): void;
 }
@@ -297,8 +299,7 @@ export function appearanceSection(state: PanelState, actions: PanelActions): Tem
 }
 
 export function clippingSection(state: PanelState, actions: PanelActions): TemplateResult {
-  const { clip } = state;
-  const isCut = clip.low.some((v) => v > 0) || clip.high.some((v) => v < 1);
+  const { clip, info } = state;
   const change = (axis: number) => (event: Event) => {
     const slider = event.currentTarget as RangeElement;
     const low = [...clip.low] as Triple;
@@ -306,9 +307,9 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
     // An empty box would show nothing, and could not be told from an empty surface.
     low[axis] = Math.min(slider.minValue, 0.99);
     high[axis] = Math.max(slider.maxValue, (low[axis] ?? 0) + 0.01);
-    actions.changeClip({ low, high });
+    actions.changeClip({ ...clip, low, high });
   };
-  return html`<wa-details class="section" appearance="plain" summary="Clipping box">
+  return html`<wa-details class="section" appearance="plain" summary="Clipping">
     <div class="fields">
       ${["x", "y", "z"].map(
         (axis, i) => html`<wa-slider
@@ -324,11 +325,33 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
           @input=${change(i)}
         ></wa-slider>`,
       )}
+      ${clip.planes.map((plane, i) => {
+        const [low, high] = extentAlong(plane.normal, info);
+        const move = (event: Event) => {
+          const share = Number((event.currentTarget as ValueElement).value);
+          const offset = low + share * (high - low);
+          const planes = clip.planes.map((other, j) => (i === j ? { ...other, offset } : other));
+          actions.changeClip({ ...clip, planes });
+        };
+        return html`<wa-slider
+          size="s"
+          label="Plane"
+          min="0"
+          max="1"
+          step="0.005"
+          .value=${(plane.offset - low) / (high - low)}
+          .valueFormatter=${(value: number) => `${Math.round(value * 100)} %`}
+          @input=${move}
+        ></wa-slider>`;
+      })}
+      <wa-button size="s" appearance="outlined" @click=${actions.cutAcrossView}
+        >Cut across the view</wa-button
+      >
       <wa-button
         size="s"
         appearance="outlined"
-        ?disabled=${!isCut}
-        @click=${() => actions.changeClip({ low: [0, 0, 0], high: [1, 1, 1] })}
+        ?disabled=${isWhole(clip)}
+        @click=${() => actions.changeClip(wholeVolume)}
         >Show the whole volume</wa-button
       >
     </div>

@@ -1,10 +1,13 @@
+import { isWhole, mostClipPlanes, wholeVolume } from "../viewer/clipping.ts";
 import {
   type Camera,
-  type ClipBox,
+  type Clip,
+  type ClipPlane,
   type Colouring,
   type ColourMap,
   colourings,
   colourMaps,
+  mostSurfaces,
   type SplatKind,
   splatKinds,
 } from "../viewer/types.ts";
@@ -19,7 +22,8 @@ import {
  *   colour=d9ccb3,c65b4e  opacity=1,0.4
  *   camera=azimuth,elevation,distance,x,y,z[,roll[,field of view]]
  *   kind=exact  colour-by=gradient  map=magma  background=ffffff  shade=0.5
- *   clip=x0,x1,y0,y1,z0,z1         fractions of the volume's extent
+ *   clip=x0,x1,y0,y1,z0,z1         a box: fractions of the volume's extent
+ *   plane=x,y,z,offset             once for each clip plane: keeps what is before it, see ClipPlane
  */
 export interface UrlState {
   volume?: string;
@@ -33,11 +37,8 @@ export interface UrlState {
   colourMap?: ColourMap;
   background?: string;
   eyeDome?: number;
-  clip?: ClipBox;
+  clip?: Clip;
 }
-
-/** Most isosurfaces that a view can have (shared/render/renderer.h, kMaxIsosurfaces). */
-export const mostSurfaces = 8;
 
 function numbers(text: string | null): number[] | undefined {
   if (text === null || text.trim() === "") return undefined;
@@ -62,12 +63,28 @@ function readCamera(text: string | null): Camera | undefined {
   return { azimuth, elevation, distance, target: [x, y, z], roll, fieldOfView: view };
 }
 
-function readClip(text: string | null): ClipBox | undefined {
+type Box = Pick<Clip, "low" | "high">;
+
+function readBox(text: string | null): Box | undefined {
   const n = numbers(text);
   if (n?.length !== 6 || n.some((value) => value < 0 || value > 1)) return undefined;
   const [x0 = 0, x1 = 1, y0 = 0, y1 = 1, z0 = 0, z1 = 1] = n;
   if (x0 >= x1 || y0 >= y1 || z0 >= z1) return undefined;
   return { low: [x0, y0, z0], high: [x1, y1, z1] };
+}
+
+function readPlane(text: string): ClipPlane | undefined {
+  const [x = 0, y = 0, z = 0, offset, ...more] = numbers(text) ?? [];
+  if (offset === undefined || more.length > 0 || Math.hypot(x, y, z) === 0) return undefined;
+  return { normal: [x, y, z], offset };
+}
+
+function readClip(query: URLSearchParams): Clip | undefined {
+  const box = readBox(query.get("clip"));
+  const planes = query.getAll("plane").map(readPlane);
+  const known = planes.filter((plane) => plane !== undefined).slice(0, mostClipPlanes);
+  if (!box && known.length === 0) return undefined;
+  return { ...wholeVolume, ...box, planes: known };
 }
 
 export function readUrl(search: string): UrlState {
@@ -99,7 +116,7 @@ export function readUrl(search: string): UrlState {
   if (shade?.length === 1 && shade[0] !== undefined && shade[0] >= 0 && shade[0] <= 1) {
     state.eyeDome = shade[0];
   }
-  const clip = readClip(query.get("clip"));
+  const clip = readClip(query);
   if (clip) state.clip = clip;
   return state;
 }
@@ -134,9 +151,10 @@ export function writeUrl(state: UrlState): string {
   add("background", state.background?.slice(1));
   add("shade", state.eyeDome === undefined ? undefined : short(state.eyeDome));
   if (state.clip) {
-    const { low, high } = state.clip;
+    const { low, high, planes } = state.clip;
     const n = [low[0], high[0], low[1], high[1], low[2], high[2]];
-    add("clip", n.map(short).join(","));
+    if (!isWhole({ low, high, planes: [] })) add("clip", n.map(short).join(","));
+    for (const { normal, offset } of planes) add("plane", [...normal, offset].map(short).join(","));
   }
   return parts.length === 0 ? "" : `?${parts.join("&")}`;
 }

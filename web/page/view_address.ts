@@ -1,10 +1,5 @@
-import {
-  type Camera,
-  type ClipBox,
-  defaultLook,
-  type Look,
-  type Surface,
-} from "../viewer/types.ts";
+import { isWhole } from "../viewer/clipping.ts";
+import { type Camera, type Clip, defaultLook, type Look, type Surface } from "../viewer/types.ts";
 import { surfaceColours } from "./surfaces.ts";
 import { type UrlState, writeUrl } from "./url_state.ts";
 
@@ -17,7 +12,7 @@ export interface AddressedView {
   surfaces: readonly Surface[];
   look: Look;
   isThemeBackground: boolean;
-  clip: ClipBox;
+  clip: Clip;
   camera: Camera | undefined;
 }
 
@@ -39,7 +34,7 @@ export function addressOf(view: AddressedView): UrlState {
   if (look.colourMap !== defaultLook.colourMap) state.colourMap = look.colourMap;
   if (look.eyeDome !== defaultLook.eyeDome) state.eyeDome = look.eyeDome;
   if (!view.isThemeBackground) state.background = look.background;
-  if (clip.low.some((v) => v !== 0) || clip.high.some((v) => v !== 1)) state.clip = clip;
+  if (!isWhole(clip)) state.clip = clip;
   return state;
 }
 

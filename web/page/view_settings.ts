@@ -1,8 +1,9 @@
 import type { StoreInfo } from "../stream/index.ts";
 import {
-  type ClipBox,
+  type Clip,
   defaultLook,
   type Look,
+  planeFacing,
   type Surface,
   type Viewer,
   wholeVolume,
@@ -31,7 +32,7 @@ export class ViewSettings {
   #active = 0;
   #look: Look;
   #isThemeBackground: boolean;
-  #clip: ClipBox;
+  #clip: Clip;
 
   constructor(viewer: Viewer, url: UrlState, changed: () => void) {
     this.#viewer = viewer;
@@ -127,10 +128,10 @@ export class ViewSettings {
       this.#isThemeBackground = true;
       this.themeChanged();
     },
-    changeClip: (clip) => {
-      this.#clip = clip;
-      this.#viewer.setClip(clip);
-      this.#changed();
+    changeClip: (clip) => this.#setClip(clip),
+    cutAcrossView: () => {
+      const { camera, info } = this.#viewer;
+      if (camera && info) this.#setClip({ ...this.#clip, planes: [planeFacing(camera, info)] });
     },
     histogramPointer: (event) => {
       const canvas = event.currentTarget as HTMLElement;
@@ -156,6 +157,12 @@ export class ViewSettings {
     const inside = Math.max(low, Math.min(high, isovalue));
     if (this.#surfaces[this.#active]?.isovalue === inside) this.#changed();
     else this.#changeSurface(this.#active, { isovalue: inside });
+  }
+
+  #setClip(clip: Clip): void {
+    this.#clip = clip;
+    this.#viewer.setClip(clip);
+    this.#changed();
   }
 
   #changeLook(change: Partial<Look>): void {

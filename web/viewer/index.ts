@@ -1,3 +1,4 @@
+export * from "./clipping.ts";
 export { type CameraActions, handleCameraKey } from "./controls.ts";
 export * from "./types.ts";
 export { compiledView, ViewError } from "./view_module.ts";

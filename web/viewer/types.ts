@@ -22,6 +22,9 @@ export interface Surface {
   opacity: number;
 }
 
+/** Most isosurfaces of a view; more are ignored (shared/render/renderer.h, kMaxIsosurfaces). */
+export const mostSurfaces = 8;
+
 export const splatKinds = ["quad", "ellipse", "blended", "exact"] as const;
 /** What a sample is drawn as (shared/render/renderer.h, SplatKind). */
 export type SplatKind = (typeof splatKinds)[number];
@@ -52,10 +55,19 @@ export interface Look {
   eyeDome: number;
 }
 
-/** The part of the volume that is shown: fractions of its extent along x, y, z. */
-export interface ClipBox {
+/** Keeps the side that the normal points to: normal · world ≥ offset. */
+export interface ClipPlane {
+  normal: Triple;
+  offset: number;
+}
+
+/** The part of the volume that is shown: what is in the box and on the right side of every plane. */
+export interface Clip {
+  /** The box: fractions of the volume's extent along x, y, z. */
   low: Triple;
   high: Triple;
+  /** At most `mostClipPlanes`; more are ignored. */
+  planes: readonly ClipPlane[];
 }
 
 /** What was drawn last. */
@@ -75,5 +87,3 @@ export const defaultLook: Look = {
   background: "#ffffff",
   eyeDome: 0.5,
 };
-
-export const wholeVolume: ClipBox = { low: [0, 0, 0], high: [1, 1, 1] };

@@ -1,8 +1,9 @@
 import wasmUrl from "@wasm/isosplat-view.wasm?url";
 import { type CoreModule, sightWords } from "../core/index.ts";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
-import type { Camera, ClipBox, Look, SplatKind, Surface } from "./types.ts";
-import { colourings, colourMaps, splatKinds } from "./types.ts";
+import { mostClipPlanes } from "./clipping.ts";
+import type { Camera, Clip, Look, SplatKind, Surface } from "./types.ts";
+import { colourings, colourMaps, mostSurfaces, splatKinds } from "./types.ts";
 
 /** What Emscripten's factory yields: the exports of shared/wasm/view_api.h and the heap. */
 interface Exports extends CoreModule {
@@ -191,8 +192,9 @@ export class ViewModule {
   }
 
   setSurfaces(surfaces: readonly Surface[]): void {
-    this.#doubles(surfaces.flatMap((s) => [s.isovalue, ...colourChannels(s.colour), s.opacity]));
-    this.#exports._isosplat_view_set_isosurfaces(this.#scratch, surfaces.length);
+    const used = surfaces.slice(0, mostSurfaces);
+    this.#doubles(used.flatMap((s) => [s.isovalue, ...colourChannels(s.colour), s.opacity]));
+    this.#exports._isosplat_view_set_isosurfaces(this.#scratch, used.length);
   }
 
   setKind(kind: SplatKind): void {
@@ -211,9 +213,11 @@ export class ViewModule {
     this.#exports._isosplat_view_set_lighting(0.25, 0.15, look.eyeDome);
   }
 
-  setClip(clip: ClipBox): void {
-    this.#doubles([...clip.low, ...clip.high]);
-    this.#exports._isosplat_view_set_clipping(this.#scratch, 0, 0);
+  setClip({ low, high, planes }: Clip): void {
+    const used = planes.slice(0, mostClipPlanes);
+    const numbers = used.flatMap(({ normal, offset }) => [...normal, offset]);
+    this.#doubles([...low, ...high, ...numbers]);
+    this.#exports._isosplat_view_set_clipping(this.#scratch, this.#scratch + 6 * 8, used.length);
   }
 
   setCamera(camera: Camera): void {

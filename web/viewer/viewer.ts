@@ -8,6 +8,7 @@ import {
   StreamSession,
   WorkerPool,
 } from "../stream/index.ts";
+import { wholeVolume } from "./clipping.ts";
 import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";
 import { FrameLoop } from "./frame_loop.ts";
@@ -15,13 +16,12 @@ import { GpuTimer } from "./gpu_timer.ts";
 import { SplatChoice } from "./splat_choice.ts";
 import {
   type Camera,
-  type ClipBox,
+  type Clip,
   defaultLook,
   type FrameReport,
   type Look,
   type SplatKind,
   type Surface,
-  wholeVolume,
 } from "./types.ts";
 import { type DrawStatistics, ViewError, ViewModule } from "./view_module.ts";
 
@@ -95,7 +95,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #camera: Camera | null = null;
   #surfaces: Surface[] = [];
   #look: Look = { ...defaultLook };
-  #clip: ClipBox = wholeVolume;
+  #clip: Clip = wholeVolume;
   #lastMotion = Number.NEGATIVE_INFINITY;
   #lastArrival = Number.NEGATIVE_INFINITY;
   #restTimer = 0;
@@ -248,11 +248,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#loop.request();
   }
 
-  get clip(): ClipBox {
+  get clip(): Clip {
     return this.#clip;
   }
 
-  setClip(clip: ClipBox): void {
+  setClip(clip: Clip): void {
     this.#clip = clip;
     this.#view?.setClip(clip);
     this.#session?.sceneChanged();

@@ -1,0 +1,42 @@
+import type { StoreInfo, Triple } from "../stream/types.ts";
+import type { Camera, Clip, ClipPlane } from "./types.ts";
+
+/** Most planes beside the box (shared/render/renderer.h, kMaxClipPlanes). */
+export const mostClipPlanes = 6;
+
+export const wholeVolume: Clip = { low: [0, 0, 0], high: [1, 1, 1], planes: [] };
+
+export function isWhole({ low, high, planes }: Clip): boolean {
+  return low.every((v) => v === 0) && high.every((v) => v === 1) && planes.length === 0;
+}
+
+/** The smallest and the largest of normal · world in the volume. */
+export function extentAlong(normal: Triple, info: StoreInfo): [number, number] {
+  const { origin, direction, spacing, voxels } = info;
+  let low = 0;
+  let high = 0;
+  for (let axis = 0; axis < 3; ++axis) {
+    const length = (spacing[axis] ?? 0) * ((voxels[axis] ?? 1) - 1);
+    let along = 0;
+    for (let row = 0; row < 3; ++row)
+      along += (normal[row] ?? 0) * (direction[3 * row + axis] ?? 0);
+    low += Math.min(0, along * length);
+    high += Math.max(0, along * length);
+  }
+  const start = normal.reduce((sum, n, i) => sum + n * (origin[i] ?? 0), 0);
+  return [start + low, start + high];
+}
+
+/** Through the middle of the volume; cuts away what is on the eye's side. */
+export function planeFacing(camera: Camera, info: StoreInfo): ClipPlane {
+  const azimuth = (camera.azimuth * Math.PI) / 180;
+  const elevation = (camera.elevation * Math.PI) / 180;
+  // The view's direction: shared/render/camera.cpp, camera_frame.
+  const normal: Triple = [
+    -Math.sin(azimuth) * Math.cos(elevation),
+    Math.cos(azimuth) * Math.cos(elevation),
+    -Math.sin(elevation),
+  ];
+  const [low, high] = extentAlong(normal, info);
+  return { normal, offset: (low + high) / 2 };
+}
