@@ -35,6 +35,8 @@ test("lists the volumes, and opens one", async ({ page }) => {
   const bucky = page.getByRole("link", { name: /bucky/i });
   await expect(bucky).toContainText("128 × 128 × 128");
   await expect(bucky).toContainText("8 bit");
+  // A picture of the surface comes by itself.
+  await expect(bucky.locator("img")).toBeVisible({ timeout: 30_000 });
   await bucky.click();
   await complete(page);
   expect(await rendererName(page)).toContain("llvmpipe");

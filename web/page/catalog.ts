@@ -2,6 +2,7 @@ import { html, nothing, render, type TemplateResult } from "lit";
 import { brand, problemCard, themeButton } from "./chrome.ts";
 import { formatBytes, formatCount, formatDims, formatType, formatValue } from "./format.ts";
 import { icon } from "./icons.ts";
+import { Previews } from "./previews.ts";
 import { type Problem, problemOf } from "./problems.ts";
 import { onTheme } from "./theme.ts";
 import { thumbnail } from "./thumbnails.ts";
@@ -14,6 +15,18 @@ export class Catalog {
   #problem: Problem | null = null;
   #filter = "";
   #loading = new AbortController();
+  readonly #previews = new Previews(() => this.#render());
+  /** Cards in sight want pictures. */
+  readonly #sight = new IntersectionObserver((entries) => {
+    for (const { isIntersecting, target } of entries) {
+      const volume = this.#volumes?.find(
+        ({ name }) => name === (target as HTMLElement).dataset.name,
+      );
+      if (isIntersecting && volume?.contentId) {
+        this.#previews.want({ name: volume.name, contentId: volume.contentId });
+      }
+    }
+  });
 
   constructor(root: HTMLElement) {
     this.#root = root;
@@ -101,6 +114,7 @@ export class Catalog {
       </div>`,
       this.#root,
     );
+    for (const element of this.#root.querySelectorAll("a.card")) this.#sight.observe(element);
   }
 }
 
@@ -126,7 +140,7 @@ function card(volume: VolumeEntry): TemplateResult {
   }
   const voxels = volume.voxels?.reduce((product, n) => product * n, 1);
   const picture = volume.contentId ? thumbnail(volume.contentId) : null;
-  return html`<a class="card" href="?volume=${encodeURIComponent(volume.name)}">
+  return html`<a class="card" data-name=${volume.name} href="?volume=${encodeURIComponent(volume.name)}">
     <div class="card-picture">
       ${picture ? html`<img src=${picture} alt="" loading="lazy" />` : sparkline(volume)}
     </div>

@@ -1,3 +1,5 @@
+import type { StoreInfo } from "../stream/index.ts";
+
 /** The isovalues that a slider over a volume can take. */
 export interface IsovalueScale {
   low: number;
@@ -36,7 +38,9 @@ export function fraction(value: number, scale: IsovalueScale): number {
   return (value - scale.low) / (scale.high - scale.low);
 }
 
-/** A first isovalue for a volume that suggests none: above the most frequent values. */
-export function fallbackIsovalue(scale: IsovalueScale): number {
-  return snapped(scale.low + 0.3 * (scale.high - scale.low), scale);
+/** What a volume is first seen at: what it suggests, or else above the most frequent values. */
+export function firstIsovalue({ range, mapping, metadata }: StoreInfo): number {
+  const scale = isovalueScale(range, mapping.scale);
+  const { low, high } = scale;
+  return metadata.suggested_isovalues?.[0] ?? snapped(low + 0.3 * (high - low), scale);
 }

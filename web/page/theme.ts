@@ -1,6 +1,12 @@
 /** Dark or light: the system's choice, until the visitor makes one, which this browser remembers. */
 export type Theme = "light" | "dark";
 
+/** What surfaces are drawn on, unless another colour is chosen. */
+export const themeBackground: Readonly<Record<Theme, string>> = {
+  light: "#eef0f3",
+  dark: "#15181d",
+};
+
 const storageKey = "isosplat-theme";
 const systemDark = matchMedia("(prefers-color-scheme: dark)");
 const listeners = new Set<() => void>();

@@ -1,12 +1,11 @@
 /**
- * Pictures of volumes that this browser has looked at, for their cards. Kept in local storage, the
- * oldest thrown away first; where there is no storage, cards show the histogram.
+ * Pictures of volumes, for their cards. Kept in local storage, the oldest thrown away first; where
+ * there is no storage, cards show the histogram.
  */
 const prefix = "isosplat-picture-";
 const orderKey = "isosplat-pictures";
 const mostPictures = 40;
-const width = 360;
-const height = 225;
+export const pictureSize = { width: 360, height: 225 };
 
 export function thumbnail(contentId: string): string | null {
   try {
@@ -17,7 +16,8 @@ export function thumbnail(contentId: string): string | null {
 }
 
 /** Takes the picture: a WebP of a few KB, from the middle of the view. */
-async function keepThumbnail(contentId: string, picture: Blob): Promise<void> {
+export async function keepThumbnail(contentId: string, picture: Blob): Promise<void> {
+  const { width, height } = pictureSize;
   const bitmap = await createImageBitmap(picture);
   const canvas = document.createElement("canvas");
   canvas.width = width;

@@ -9,13 +9,11 @@ import {
   wholeVolume,
 } from "../viewer/index.ts";
 import { type HistogramMark, valueAt } from "./histogram.ts";
-import { fallbackIsovalue, type IsovalueScale, isovalueScale, snapped } from "./isovalue_scale.ts";
+import { firstIsovalue, type IsovalueScale, isovalueScale, snapped } from "./isovalue_scale.ts";
 import type { PanelActions, PanelState } from "./panel.ts";
 import { surfacesAt, withAddedSurface } from "./surfaces.ts";
-import { theme } from "./theme.ts";
+import { theme, themeBackground } from "./theme.ts";
 import type { UrlState } from "./url_state.ts";
-
-const themeBackground = { light: "#eef0f3", dark: "#15181d" };
 
 /**
  * What of a volume is shown, and how: surfaces, look, clipping. Begins with what the address says;
@@ -58,12 +56,12 @@ export class ViewSettings {
   }
 
   /** A volume is open: its range, and its first suggestion where no isovalue is known. */
-  opened({ range, mapping, metadata }: StoreInfo): void {
-    this.#scale = isovalueScale(range, mapping.scale);
-    this.#suggestions = metadata.suggested_isovalues ?? [];
+  opened(info: StoreInfo): void {
+    this.#scale = isovalueScale(info.range, info.mapping.scale);
+    this.#suggestions = info.metadata.suggested_isovalues ?? [];
     if (this.#surfaces.length === 0) {
-      const first = this.#suggestions[0] ?? fallbackIsovalue(this.#scale);
-      this.#surfaces = surfacesAt([first], this.#url.colours, this.#url.opacities);
+      const { colours, opacities } = this.#url;
+      this.#surfaces = surfacesAt([firstIsovalue(info)], colours, opacities);
       this.#viewer.setSurfaces(this.#surfaces);
     }
     this.#changed();

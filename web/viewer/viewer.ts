@@ -43,6 +43,8 @@ export interface ViewerEvents {
 export interface ViewerOptions {
   /** Most samples (16 bytes each) held on the GPU. Default: by device class. */
   sampleBudget?: number;
+  /** Cells are refined until they are no larger than this on the screen, in pixels. Default 1. */
+  targetCellPixels?: number;
   /** Device pixels per CSS pixel, at most. Default 2. */
   maxPixelRatio?: number;
   /** Mouse, touch and keys on the canvas. Default true. */
@@ -148,6 +150,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const { view, core } = await this.#loadParts();
     opening.signal.throwIfAborted();
     if (options.surfaces) this.#surfaces = [...options.surfaces];
+    const { sampleBudget, targetCellPixels } = this.#options;
+    const streaming = {
+      ...(sampleBudget ? { sampleBudget } : {}),
+      ...(targetCellPixels ? { targetCellPixels } : {}),
+    };
     const firstIsovalues = this.#surfaces.map((surface) => surface.isovalue);
     const session = await StreamSession.open(source, core, {
       events: {
@@ -168,7 +175,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       signal: opening.signal,
       decoder,
       ...(firstIsovalues.length > 0 && options.surfaces ? { firstIsovalues } : {}),
-      ...(this.#options.sampleBudget ? { sampleBudget: this.#options.sampleBudget } : {}),
+      ...streaming,
     });
     if (opening.signal.aborted) {
       session.close();

@@ -1,0 +1,117 @@
+import { ServerSource } from "../stream/index.ts";
+import { ViewError, Viewer } from "../viewer/index.ts";
+import { firstIsovalue } from "./isovalue_scale.ts";
+import { surfacesAt } from "./surfaces.ts";
+import { theme, themeBackground } from "./theme.ts";
+import { keepThumbnail, pictureSize, thumbnail } from "./thumbnails.ts";
+
+/** A volume whose first surface takes longer (ms) keeps its histogram; refining ends earlier. */
+const longest = { firstSurface: 20_000, refining: 3_000 };
+/** Nearer than the whole volume fills the view: surfaces seldom reach its corners. */
+const zoom = 1.25;
+
+/** A volume that wants a picture. */
+export interface Unseen {
+  name: string;
+  contentId: string;
+}
+
+/**
+ * Draws pictures of volumes that this browser has not looked at yet, at their first isovalue: some
+ * 100 to 700 KB each, one volume after the other. Not where data is dear.
+ */
+export class Previews {
+  readonly #kept: () => void;
+  readonly #waiting = new Map<string, Unseen>();
+  readonly #tried = new Set<string>();
+  #isRunning = false;
+
+  /** `kept`: called whenever there is a new `thumbnail`. */
+  constructor(kept: () => void) {
+    this.#kept = kept;
+  }
+
+  want(volume: Unseen): void {
+    const { contentId } = volume;
+    if (isDataDear() || this.#tried.has(contentId) || thumbnail(contentId)) return;
+    this.#waiting.set(contentId, volume);
+    if (!this.#isRunning) void this.#run();
+  }
+
+  async #run(): Promise<void> {
+    this.#isRunning = true;
+    const canvas = hiddenCanvas();
+    const viewer = new Viewer(canvas, {
+      controls: false,
+      maxPixelRatio: 1,
+      targetCellPixels: 2,
+    });
+    viewer.setLook({ background: themeBackground[theme()] });
+    try {
+      for (const [contentId, { name }] of this.#waiting) {
+        this.#waiting.delete(contentId);
+        this.#tried.add(contentId);
+        if (await this.#draw(viewer, name)) {
+          await keepThumbnail(contentId, await viewer.screenshot());
+          this.#kept();
+        }
+        viewer.close();
+      }
+    } catch {
+      this.#waiting.clear(); // without WebGL 2 cards show histograms
+    } finally {
+      viewer.dispose();
+      canvas.remove();
+      this.#isRunning = false;
+    }
+  }
+
+  /** Whether the volume's first surface is drawn. */
+  async #draw(viewer: Viewer, name: string): Promise<boolean> {
+    const forget: (() => void)[] = [];
+    const drawn = new Promise<boolean>((resolve) => {
+      const late = setTimeout(() => resolve(false), longest.firstSurface);
+      const stopFrames = viewer.on("frame", ({ samplesDrawn }) => {
+        if (samplesDrawn === 0) return;
+        stopFrames();
+        clearTimeout(late);
+        setTimeout(() => resolve(true), longest.refining);
+      });
+      forget.push(stopFrames, () => clearTimeout(late));
+      forget.push(viewer.on("progress", ({ complete }) => complete && resolve(true)));
+    });
+    try {
+      viewer.setSurfaces([]);
+      const info = await viewer.open(new ServerSource({ volume: name }));
+      viewer.setSurfaces(surfacesAt([firstIsovalue(info)]));
+      if (viewer.camera) {
+        viewer.setCamera({ ...viewer.camera, distance: viewer.camera.distance / zoom });
+      }
+      return await drawn;
+    } catch (error) {
+      if (error instanceof ViewError) throw error;
+      return false; // its page says what is wrong with it
+    } finally {
+      for (const stop of forget) stop();
+    }
+  }
+}
+
+/** Not every browser knows; then data is cheap. */
+function isDataDear(): boolean {
+  const { connection } = navigator as Navigator & {
+    connection?: { saveData: boolean; effectiveType: string };
+  };
+  return connection !== undefined && (connection.saveData || connection.effectiveType !== "4g");
+}
+
+/** A canvas has to be laid out to have a size. */
+function hiddenCanvas(): HTMLCanvasElement {
+  const canvas = document.createElement("canvas");
+  canvas.className = "preview-canvas";
+  canvas.ariaHidden = "true";
+  canvas.style.width = `${pictureSize.width}px`;
+  canvas.style.height = `${pictureSize.height}px`;
+  document.body.append(canvas);
+  return canvas;
+}
