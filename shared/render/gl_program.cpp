@@ -7,20 +7,33 @@
 namespace isosplat {
 namespace {
 
-Result<GLuint> compile(GLenum stage, const std::string& text) {
+void attach(GLuint program, GLenum stage, const std::string& text) {
   const GLuint shader = glCreateShader(stage);
   const char* pointer = text.c_str();
   glShaderSource(shader, 1, &pointer, nullptr);
   glCompileShader(shader);
-  GLint done = 0;
-  glGetShaderiv(shader, GL_COMPILE_STATUS, &done);
-  if (done) return shader;
+  glAttachShader(program, shader);
+  glDeleteShader(shader);  // the program keeps it
+}
+
+/// What the driver says of the stages that do not compile, or else of linking.
+std::string log_of(GLuint program) {
   std::string log(4096, '\0');
   GLsizei length = 0;
-  glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), &length, log.data());
+  GLuint shaders[2] = {0, 0};
+  GLsizei count = 0;
+  glGetAttachedShaders(program, 2, &count, shaders);
+  for (GLsizei i = 0; i < count; ++i) {
+    GLint done = 0;
+    glGetShaderiv(shaders[i], GL_COMPILE_STATUS, &done);
+    if (done) continue;
+    glGetShaderInfoLog(shaders[i], static_cast<GLsizei>(log.size()), &length, log.data());
+    log.resize(static_cast<size_t>(length));
+    return "a shader does not compile with this driver: " + log;
+  }
+  glGetProgramInfoLog(program, static_cast<GLsizei>(log.size()), &length, log.data());
   log.resize(static_cast<size_t>(length));
-  glDeleteShader(shader);
-  return fail(Status::gl_error, "a shader does not compile with this driver: " + log);
+  return "shaders do not link with this driver: " + log;
 }
 
 }  // namespace
@@ -44,31 +57,37 @@ GlProgram::~GlProgram() {
   if (name_) glDeleteProgram(name_);
 }
 
+GlProgram GlProgram::start(std::string_view defines,
+                           std::initializer_list<std::string_view> vertex_files,
+                           std::initializer_list<std::string_view> fragment_files) {
+  GlProgram program;
+  program.name_ = glCreateProgram();
+  attach(program.name_, GL_VERTEX_SHADER, shader_text(defines, vertex_files));
+  attach(program.name_, GL_FRAGMENT_SHADER, shader_text(defines, fragment_files));
+  glLinkProgram(program.name_);
+  return program;
+}
+
+bool GlProgram::is_done() const {
+  constexpr GLenum kCompletionStatus = 0x91B1;  // COMPLETION_STATUS_KHR
+  GLint done = 0;
+  glGetProgramiv(name_, kCompletionStatus, &done);
+  return done != 0;
+}
+
+Result<void> GlProgram::finish() {
+  GLint done = 0;
+  glGetProgramiv(name_, GL_LINK_STATUS, &done);
+  if (!done) return fail(Status::gl_error, log_of(name_));
+  return {};
+}
+
 Result<GlProgram> GlProgram::link(std::string_view defines,
                                   std::initializer_list<std::string_view> vertex_files,
                                   std::initializer_list<std::string_view> fragment_files) {
-  const auto vertex = compile(GL_VERTEX_SHADER, shader_text(defines, vertex_files));
-  if (!vertex) return tl::unexpected(vertex.error());
-  const auto fragment = compile(GL_FRAGMENT_SHADER, shader_text(defines, fragment_files));
-  if (!fragment) {
-    glDeleteShader(*vertex);
-    return tl::unexpected(fragment.error());
-  }
-  GlProgram program;
-  program.name_ = glCreateProgram();
-  glAttachShader(program.name_, *vertex);
-  glAttachShader(program.name_, *fragment);
-  glLinkProgram(program.name_);
-  glDeleteShader(*vertex);
-  glDeleteShader(*fragment);
-  GLint done = 0;
-  glGetProgramiv(program.name_, GL_LINK_STATUS, &done);
-  if (done) return program;
-  std::string log(4096, '\0');
-  GLsizei length = 0;
-  glGetProgramInfoLog(program.name_, static_cast<GLsizei>(log.size()), &length, log.data());
-  log.resize(static_cast<size_t>(length));
-  return fail(Status::gl_error, "shaders do not link with this driver: " + log);
+  GlProgram program = start(defines, vertex_files, fragment_files);
+  if (auto ok = program.finish(); !ok) return tl::unexpected(ok.error());
+  return program;
 }
 
 }  // namespace isosplat

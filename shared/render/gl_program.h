@@ -10,7 +10,7 @@
 
 namespace isosplat {
 
-/// A linked GL program. Movable; owns the GL object unless forgotten after a context loss.
+/// A GL program. Movable; owns the GL object unless forgotten after a context loss.
 class GlProgram {
  public:
   GlProgram() = default;
@@ -18,9 +18,21 @@ class GlProgram {
   GlProgram& operator=(GlProgram&& other) noexcept;
   ~GlProgram();
 
-  /// Compiles and links. Each shader is the concatenation of the named files
-  /// (shared/render/shaders) after `defines` (whole lines) and shader_constants.h. Errors:
-  /// gl_error, with the driver's log.
+  /// Hands both shaders to the driver, and does not wait for it: call finish() before the program
+  /// is used. Each shader is the concatenation of the named files (shared/render/shaders) after
+  /// `defines` (whole lines) and shader_constants.h.
+  static GlProgram start(std::string_view defines,
+                         std::initializer_list<std::string_view> vertex_files,
+                         std::initializer_list<std::string_view> fragment_files);
+
+  /// Whether finish() would return at once. Asks KHR_parallel_shader_compile, which the context
+  /// must offer.
+  bool is_done() const;
+
+  /// Waits until the driver has linked it. Errors: gl_error, with the driver's log.
+  Result<void> finish();
+
+  /// Both.
   static Result<GlProgram> link(std::string_view defines,
                                 std::initializer_list<std::string_view> vertex_files,
                                 std::initializer_list<std::string_view> fragment_files);

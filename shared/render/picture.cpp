@@ -85,12 +85,14 @@ Result<void> Renderer::State::draw_layers(int width, int height, ImageOffset off
   return {};
 }
 
-void Renderer::State::compose(GLuint framebuffer, bool as_linear) {
+Result<void> Renderer::State::compose(GLuint framebuffer, bool as_linear) {
   const int width = targets.width(), height = targets.height();
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   glViewport(0, 0, width, height);
   glDisable(GL_DEPTH_TEST);
-  const GlProgram& compose_program = compose_programs[(layers > 1) + 2 * (settings.eye_dome > 0)];
+  const auto program = image_program(compose_pass());
+  if (!program) return tl::unexpected(program.error());
+  const GlProgram& compose_program = **program;
   glUseProgram(compose_program.name());
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D_ARRAY, targets.surfaces());
@@ -126,6 +128,7 @@ void Renderer::State::compose(GLuint framebuffer, bool as_linear) {
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
   ++statistics.draw_calls;
+  return {};
 }
 
 Result<FrameStatistics> Renderer::State::finish_frame() {
@@ -147,34 +150,37 @@ Result<FrameStatistics> Renderer::State::finish_frame() {
 
 Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint framebuffer) {
   if (auto ok = draw_layers(width, height, {}); !ok) return tl::unexpected(ok.error());
-  compose(framebuffer, false);
+  if (auto ok = compose(framebuffer, false); !ok) return tl::unexpected(ok.error());
   accumulation.restart();
   return finish_frame();
 }
 
 Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
-  const auto add_picture = [&] {
+  const auto add_picture = [&]() -> Result<void> {
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE);
-    compose(accumulation.framebuffer(), true);
+    auto composed = compose(accumulation.framebuffer(), true);
     glDisable(GL_BLEND);
-    accumulation.picture_added();
+    if (composed) accumulation.picture_added();
+    return composed;
   };
   const int width = drawn_width, height = drawn_height;
   if (accumulation.pictures() == 0) {
     if (auto ok = accumulation.begin(width, height); !ok) return tl::unexpected(ok.error());
-    add_picture();  // its layers are still there
+    // Its layers are still there.
+    if (auto ok = add_picture(); !ok) return tl::unexpected(ok.error());
   }
   const ImageOffset offset = Accumulation::offset(accumulation.pictures());
   if (auto ok = draw_layers(width, height, offset); !ok) return tl::unexpected(ok.error());
-  add_picture();
+  if (auto ok = add_picture(); !ok) return tl::unexpected(ok.error());
 
+  const auto present = image_program(pass_present);
+  if (!present) return tl::unexpected(present.error());
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glUseProgram(present_program.name());
+  glUseProgram((*present)->name());
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D, accumulation.sums());
-  glUniform1f(present_program.uniform("u_weight"),
-              1.0f / static_cast<float>(accumulation.pictures()));
+  glUniform1f((*present)->uniform("u_weight"), 1.0f / static_cast<float>(accumulation.pictures()));
   glBindVertexArray(empty_vertex_array);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glBindTexture(GL_TEXTURE_2D, 0);
@@ -186,6 +192,8 @@ Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
   if (s.drawn_width == 0) return fail(Status::invalid_argument, "nothing has been drawn yet");
+  const auto program = s.image_program(State::pass_read);
+  if (!program) return tl::unexpected(program.error());
   const int width = s.drawn_width, height = s.drawn_height;
   GLuint texture = 0, framebuffer = 0;
   glGenTextures(1, &texture);
@@ -197,7 +205,7 @@ Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
   glViewport(0, 0, width, height);
   glDisable(GL_DEPTH_TEST);
-  glUseProgram(s.read_program.name());
+  glUseProgram((*program)->name());
   glBindTexture(GL_TEXTURE_2D_ARRAY, s.targets.surfaces());
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D_ARRAY, s.targets.depths());

@@ -62,6 +62,22 @@ const RendererLimits& Renderer::limits() const {
   return state_->limits.offered;
 }
 
+bool Renderer::is_compiled() const {
+  const State& s = *state_;
+  if (s.lost || !s.limits.parallel_compile) return true;
+  const auto is_done = [](const auto& made) {
+    return !made.program || made.is_ready || made.program.is_done();
+  };
+  return std::all_of(std::begin(s.image_programs), std::end(s.image_programs), is_done) &&
+         is_done(s.splat_programs[State::pass_exact][0][0]) &&
+         is_done(s.splat_programs[State::pass_ellipse][0][0]);
+}
+
+Result<void> Renderer::warm_up(uint32_t framebuffer) {
+  if (state_->lost) return fail(Status::gl_error, "the GL context is lost");
+  return state_->warm_up(framebuffer);
+}
+
 void Renderer::set_volume(const VolumeGrid& grid, const ValueMapping& mapping) {
   state_->grid = grid;
   state_->mapping = mapping;

@@ -136,14 +136,22 @@ struct MeshVertex {
 /// call context_restored() and add the chunks again; volume, settings and camera are kept.
 class Renderer {
  public:
-  /// Compiles the shaders that every picture needs. `max_point_size`: draws no larger points even
-  /// where the GL can (for tests of the other way). Errors: gl_error.
+  /// Starts to compile the shaders that most pictures need, and does not wait for them.
+  /// `max_point_size`: draws no larger points even where the GL can (for tests of the other way).
   static Result<std::unique_ptr<Renderer>> create(float max_point_size = 1024);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
   const RendererLimits& limits() const;
+
+  /// Whether the driver has compiled what was started, so that warm_up() need not wait for it.
+  bool is_compiled() const;
+
+  /// Has the driver finish what it puts off until something is drawn: call it while the first
+  /// samples are on their way. Draws one pixel of background into `framebuffer`, as draw() does.
+  /// Errors: gl_error, out_of_memory.
+  Result<void> warm_up(uint32_t framebuffer = 0);
 
   /// Another volume: forgets all chunks. Settings and camera stay.
   void set_volume(const VolumeGrid& grid, const ValueMapping& mapping);

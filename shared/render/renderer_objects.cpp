@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "shared/render/renderer_state.h"
 #include "shared/render/shader_constants.h"
@@ -12,18 +13,19 @@ namespace {
 /// Image size beyond the edges for points whose centres lie outside: wider than any useful point.
 constexpr float kMaxGuardPx = 512;
 
-bool has_extension(std::string_view name) {
+std::vector<std::string_view> extensions() {
   GLint count = 0;
   glGetIntegerv(GL_NUM_EXTENSIONS, &count);
+  std::vector<std::string_view> names;
   for (GLint i = 0; i < count; ++i) {
     const auto* text =
         reinterpret_cast<const char*>(glGetStringi(GL_EXTENSIONS, static_cast<GLuint>(i)));
     if (!text) continue;
-    std::string_view found = text;
-    if (found.substr(0, 3) == "GL_") found.remove_prefix(3);  // WebGL names some both ways
-    if (found == name) return true;
+    std::string_view name = text;
+    if (name.substr(0, 3) == "GL_") name.remove_prefix(3);  // WebGL names some both ways
+    names.push_back(name);
   }
-  return false;
+  return names;
 }
 
 GlLimits ask_limits(float largest_wanted) {
@@ -34,7 +36,12 @@ GlLimits ask_limits(float largest_wanted) {
   glGetIntegerv(GL_MAX_VIEWPORT_DIMS, viewport);
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &limits.offered.max_texture_size);
   limits.offered.max_point_size = std::min({point_sizes[1], 2 * kMaxGuardPx, largest_wanted});
+  const auto offered = extensions();
+  const auto has_extension = [&](std::string_view name) {
+    return std::find(offered.begin(), offered.end(), name) != offered.end();
+  };
   limits.offered.float_targets = has_extension("EXT_color_buffer_float");
+  limits.parallel_compile = has_extension("KHR_parallel_shader_compile");
   limits.offered.float_blend = has_extension("EXT_float_blend");
   if (const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER))) {
     limits.offered.renderer = text;
@@ -47,49 +54,10 @@ GlLimits ask_limits(float largest_wanted) {
 
 Result<void> Renderer::State::make_gl_objects() {
   limits = ask_limits(max_point_size);
-  auto normalise = GlProgram::link("", {"image.vert.glsl"},
-                                   {"frame.glsl", "surface_pixel.glsl", "normalise.frag.glsl"});
-  if (!normalise) return tl::unexpected(normalise.error());
-  for (int i = 0; i < 4; ++i) {
-    const std::string defines =
-        std::string(i & 1 ? "" : "#define ONE_LAYER\n") + (i & 2 ? "#define EYE_DOME\n" : "");
-    auto compose = GlProgram::link(
-        defines, {"image.vert.glsl"},
-        {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl", "compose.frag.glsl"});
-    if (!compose) return tl::unexpected(compose.error());
-    compose_programs[i] = std::move(*compose);
-  }
-  auto present =
-      GlProgram::link("", {"image.vert.glsl"}, {"picture_code.glsl", "present.frag.glsl"});
-  if (!present) return tl::unexpected(present.error());
-  auto read = GlProgram::link("", {"image.vert.glsl"}, {"frame.glsl", "read.frag.glsl"});
-  if (!read) return tl::unexpected(read.error());
-  auto mesh = GlProgram::link("", {"mesh.vert.glsl"}, {"surface_pixel.glsl", "mesh.frag.glsl"});
-  if (!mesh) return tl::unexpected(mesh.error());
-  normalise_program = std::move(*normalise);
-  present_program = std::move(*present);
-  read_program = std::move(*read);
-  mesh_program = std::move(*mesh);
-  for (const GlProgram* program : {&normalise_program, &compose_programs[0], &compose_programs[1],
-                                   &compose_programs[2], &compose_programs[3], &read_program}) {
-    glUseProgram(program->name());
-    glUniformBlockBinding(program->name(), glGetUniformBlockIndex(program->name(), "Frame"),
-                          kFrameBinding);
-  }
-  glUseProgram(normalise_program.name());
-  glUniform1i(normalise_program.uniform("u_normals"), 0);
-  glUniform1i(normalise_program.uniform("u_sums"), 1);
-  glUseProgram(present_program.name());
-  glUniform1i(present_program.uniform("u_sums"), 0);
-  for (const GlProgram* program : {&compose_programs[0], &compose_programs[1], &compose_programs[2],
-                                   &compose_programs[3], &read_program}) {
-    glUseProgram(program->name());
-    glUniform1i(program->uniform("u_surfaces"), 0);
-    glUniform1i(program->uniform("u_depths"), 1);
-  }
-  for (const GlProgram& program : compose_programs) {
-    glUseProgram(program.name());
-    glUniform1i(program.uniform("u_colour_map"), 2);
+  // What most first pictures are made with: the driver is at it while their samples arrive.
+  start(image_programs[pass_compose + 2], pass_compose + 2);
+  for (const Pass pass : {pass_exact, pass_ellipse}) {
+    start(splat_programs[pass][0][0], pass, /*pulled=*/false, /*clipped=*/false);
   }
 
   glGenBuffers(1, &frame_buffer);
@@ -119,9 +87,9 @@ void Renderer::State::forget_gl_objects() {
       }
     }
   }
-  for (GlProgram& program : compose_programs) program.forget();
-  for (GlProgram* program : {&normalise_program, &present_program, &read_program, &mesh_program}) {
-    program->forget();
+  for (ImageProgram& image : image_programs) {
+    image.program.forget();
+    image = ImageProgram{};
   }
   frame_buffer = empty_vertex_array = colour_map = sample_texture = 0;
   mesh_vertex_array = mesh_buffers[0] = mesh_buffers[1] = 0;
@@ -141,6 +109,7 @@ void Renderer::State::release_gl_objects() {
       for (auto& program : pulled) program = SplatProgram{};
     }
   }
+  for (ImageProgram& image : image_programs) image = ImageProgram{};
   glDeleteBuffers(1, &frame_buffer);
   glDeleteVertexArrays(1, &empty_vertex_array);
   glDeleteTextures(1, &colour_map);
@@ -151,10 +120,7 @@ void Renderer::State::release_gl_objects() {
   }
 }
 
-Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass, bool pulled,
-                                                                      bool clipped) {
-  SplatProgram& splat = splat_programs[pass][pulled][clipped];
-  if (splat.program) return &splat;
+void Renderer::State::start(SplatProgram& splat, Pass pass, bool pulled, bool clipped) {
   static constexpr int kKind[kPasses] = {KIND_QUAD, KIND_ELLIPSE, KIND_EXACT, KIND_BLENDED,
                                          KIND_BLENDED};
   std::string defines = "#define KIND " + std::to_string(kKind[pass]) + "\n";
@@ -163,23 +129,28 @@ Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass,
   if (pass == pass_visibility) defines += "#define VISIBILITY\n";
   const std::initializer_list<std::string_view> vertex = {"frame.glsl", "cell.glsl", "regions.glsl",
                                                           "splat.glsl", "splat.vert.glsl"};
-  Result<GlProgram> linked;
   if (pass == pass_quad) {
-    linked = GlProgram::link(defines,
-                             {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "regions.glsl",
-                              "splat.glsl", "quad.vert.glsl"},
-                             {"quad.frag.glsl"});
+    splat.program = GlProgram::start(defines,
+                                     {"frame.glsl", "surface_pixel.glsl", "cell.glsl",
+                                      "regions.glsl", "splat.glsl", "quad.vert.glsl"},
+                                     {"quad.frag.glsl"});
   } else if (pass == pass_ellipse) {
-    linked = GlProgram::link(
+    splat.program = GlProgram::start(
         defines, vertex,
         {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "cubic.glsl", "ellipse.frag.glsl"});
   } else {
-    linked = GlProgram::link(defines, vertex,
-                             {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",
-                              "cubic.glsl", "ray_cast.frag.glsl"});
+    splat.program = GlProgram::start(defines, vertex,
+                                     {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",
+                                      "cubic.glsl", "ray_cast.frag.glsl"});
   }
-  if (!linked) return tl::unexpected(linked.error());
-  splat.program = std::move(*linked);
+}
+
+Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass, bool pulled,
+                                                                      bool clipped) {
+  SplatProgram& splat = splat_programs[pass][pulled][clipped];
+  if (splat.is_ready) return &splat;
+  if (!splat.program) start(splat, pass, pulled, clipped);
+  if (auto ok = splat.program.finish(); !ok) return tl::unexpected(ok.error());
   const GlProgram& program = splat.program;
   glUniformBlockBinding(program.name(), glGetUniformBlockIndex(program.name(), "Frame"),
                         kFrameBinding);
@@ -194,7 +165,85 @@ Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass,
   } else {
     glUniform1i(program.uniform("u_farthest"), 1);
   }
+  splat.is_ready = true;
   return &splat;
+}
+
+void Renderer::State::start(ImageProgram& image, int pass) {
+  switch (pass) {
+    case pass_normalise:
+      image.program = GlProgram::start("", {"image.vert.glsl"},
+                                       {"frame.glsl", "surface_pixel.glsl", "normalise.frag.glsl"});
+      return;
+    case pass_present:
+      image.program =
+          GlProgram::start("", {"image.vert.glsl"}, {"picture_code.glsl", "present.frag.glsl"});
+      return;
+    case pass_read:
+      image.program = GlProgram::start("", {"image.vert.glsl"}, {"frame.glsl", "read.frag.glsl"});
+      return;
+    case pass_mesh:
+      image.program =
+          GlProgram::start("", {"mesh.vert.glsl"}, {"surface_pixel.glsl", "mesh.frag.glsl"});
+      return;
+    default: {
+      const int composes = pass - pass_compose;
+      const std::string defines = std::string(composes & 1 ? "" : "#define ONE_LAYER\n") +
+                                  (composes & 2 ? "#define EYE_DOME\n" : "");
+      image.program = GlProgram::start(
+          defines, {"image.vert.glsl"},
+          {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl", "compose.frag.glsl"});
+    }
+  }
+}
+
+Result<const GlProgram*> Renderer::State::image_program(int pass) {
+  ImageProgram& image = image_programs[pass];
+  const GlProgram& program = image.program;
+  if (image.is_ready) return &program;
+  if (!program) start(image, pass);
+  if (auto ok = image.program.finish(); !ok) return tl::unexpected(ok.error());
+  const GLuint frame = glGetUniformBlockIndex(program.name(), "Frame");
+  if (frame != GL_INVALID_INDEX) glUniformBlockBinding(program.name(), frame, kFrameBinding);
+  glUseProgram(program.name());
+  // A program has some of these; locations of the others are -1, and ignored.
+  glUniform1i(program.uniform("u_normals"), 0);
+  glUniform1i(program.uniform("u_sums"), pass == pass_normalise ? 1 : 0);
+  glUniform1i(program.uniform("u_surfaces"), 0);
+  glUniform1i(program.uniform("u_depths"), 1);
+  glUniform1i(program.uniform("u_colour_map"), 2);
+  image.is_ready = true;
+  return &program;
+}
+
+Result<void> Renderer::State::warm_up(GLuint framebuffer) {
+  const PackedSample inactive{};
+  const auto range = buffers.add(std::span(&inactive, 1));
+  if (!range) return tl::unexpected(range.error());
+  layers = 1;
+  auto done = targets.prepare(1, 1, layers, /*blended=*/false, limits.offered.float_blend);
+  if (done) done = depth_tiles.prepare(1, 1);
+  if (done) {
+    glEnable(GL_DEPTH_TEST);
+    glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
+    depth_tiles.take(targets.layer(0), empty_vertex_array);
+    for (const Pass pass : {pass_exact, pass_ellipse}) {
+      const auto splat = splat_program(pass, /*pulled=*/false, /*clipped=*/false);
+      if (!splat) {
+        done = tl::unexpected(splat.error());
+        break;
+      }
+      glUseProgram((*splat)->program.name());
+      glActiveTexture(GL_TEXTURE1);
+      glBindTexture(GL_TEXTURE_2D, depth_tiles.texture());
+      glBindVertexArray(buffers.vertex_array(range->buffer));
+      glDrawArrays(GL_POINTS, static_cast<GLint>(range->first), 1);
+    }
+    if (done) done = compose(framebuffer, false);
+  }
+  buffers.remove(*range);
+  dirty = true;
+  return done;
 }
 
 }  // namespace isosplat

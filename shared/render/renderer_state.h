@@ -27,6 +27,7 @@ inline constexpr GLuint kFrameBinding = 0;
 struct GlLimits {
   RendererLimits offered;
   float guard_px = 0;
+  bool parallel_compile = false;  // KHR_parallel_shader_compile
 };
 
 /// The renderer's insides. Its functions are defined by duty: renderer_objects.cpp makes and
@@ -36,8 +37,24 @@ struct Renderer::State {
   /// Passes of drawing splats; each is a program.
   enum Pass { pass_quad, pass_ellipse, pass_exact, pass_visibility, pass_accumulate, kPasses };
 
+  /// Programs that go over a whole image, or draw a mesh.
+  enum ImagePass {
+    pass_compose,  ///< and the three after it: + 1 for several layers, + 2 for eye-dome lighting
+    pass_normalise = pass_compose + 4,
+    pass_present,
+    pass_read,
+    pass_mesh,
+    kImagePasses
+  };
+
+  /// Programs are started, and finished, when they are first needed; some are started earlier.
+  struct ImageProgram {
+    GlProgram program;
+    bool is_ready = false;
+  };
   struct SplatProgram {
     GlProgram program;
+    bool is_ready = false;
     GLint block = -1, isocode = -1, isosurface = -1, scalar = -1, regions = -1;
   };
 
@@ -79,8 +96,7 @@ struct Renderer::State {
   Accumulation accumulation;
   SightTest sight_test;
   SplatProgram splat_programs[kPasses][2][2];  // [pass][pulled][clipped]
-  GlProgram normalise_program, present_program, read_program, mesh_program;
-  GlProgram compose_programs[4];  // one layer, several; from 2 on with eye-dome lighting
+  ImageProgram image_programs[kImagePasses];
   GLuint frame_buffer = 0, empty_vertex_array = 0, colour_map = 0;
   int colour_map_loaded = -1;
   GLuint sample_texture = 0;
@@ -96,7 +112,14 @@ struct Renderer::State {
   Result<void> make_gl_objects();
   void forget_gl_objects();
   void release_gl_objects();
+  void start(SplatProgram& splat, Pass pass, bool pulled, bool clipped);
   Result<SplatProgram*> splat_program(Pass pass, bool pulled, bool clipped);
+  void start(ImageProgram& image, int pass);
+  Result<const GlProgram*> image_program(int pass);
+  int compose_pass() const {
+    return pass_compose + (layers > 1 ? 1 : 0) + (settings.eye_dome > 0 ? 2 : 0);
+  }
+  Result<void> warm_up(GLuint framebuffer);
   bool is_visible(uint64_t id) const {
     return std::any_of(visible.begin(), visible.end(),
                        [id](const VisibleChunk& chunk) { return chunk.id == id; });
@@ -111,7 +134,7 @@ struct Renderer::State {
                                       uint32_t level) const;
   Result<void> draw_mesh(const Frame& frame);
   Result<void> draw_layers(int width, int height, ImageOffset offset);
-  void compose(GLuint framebuffer, bool as_linear);
+  Result<void> compose(GLuint framebuffer, bool as_linear);
   Result<FrameStatistics> finish_frame();
   Result<FrameStatistics> draw(int width, int height, GLuint framebuffer);
   Result<FrameStatistics> refine(GLuint framebuffer);

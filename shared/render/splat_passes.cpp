@@ -205,8 +205,10 @@ Result<void> Renderer::State::draw_isosurface(SplatKind kind, const Frame& frame
 
   glBindFramebuffer(GL_FRAMEBUFFER, targets.layer_framebuffer(layer));
   glViewport(0, 0, targets.width(), targets.height());
-  glUseProgram(normalise_program.name());
-  glUniform1ui(normalise_program.uniform("u_isosurface"), static_cast<GLuint>(isosurface));
+  const auto normalise = image_program(pass_normalise);
+  if (!normalise) return tl::unexpected(normalise.error());
+  glUseProgram((*normalise)->name());
+  glUniform1ui((*normalise)->uniform("u_isosurface"), static_cast<GLuint>(isosurface));
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D, targets.normal_sums());
   glActiveTexture(GL_TEXTURE1);
@@ -223,6 +225,9 @@ Result<void> Renderer::State::draw_isosurface(SplatKind kind, const Frame& frame
 Result<void> Renderer::State::draw_mesh(const Frame& frame) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets.layer_framebuffer(0));
   glViewport(0, 0, targets.width(), targets.height());
+  const auto program = image_program(pass_mesh);
+  if (!program) return tl::unexpected(program.error());
+  const GlProgram& mesh_program = **program;
   glUseProgram(mesh_program.name());
   glUniformMatrix4fv(mesh_program.uniform("u_clip_from_world"), 1, GL_FALSE,
                      frame.mesh_clip().data());

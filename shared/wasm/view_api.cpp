@@ -78,7 +78,8 @@ void write_camera(const Camera& camera, double* c) {
 
 /// A context offers what was asked for since it was made or restored, and nothing else.
 void enable_extensions() {
-  for (const char* extension : {"EXT_color_buffer_float", "EXT_float_blend"}) {
+  for (const char* extension :
+       {"EXT_color_buffer_float", "EXT_float_blend", "KHR_parallel_shader_compile"}) {
     emscripten_webgl_enable_extension(view().context, extension);
   }
 }
@@ -128,6 +129,18 @@ void isosplat_view_destroy() {
   v.renderer.reset();
   emscripten_webgl_destroy_context(v.context);
   v.context = 0;
+}
+
+int32_t isosplat_view_is_compiled() {
+  const Renderer* renderer = current();
+  return !renderer || renderer->is_compiled();
+}
+
+int32_t isosplat_view_warm_up() {
+  Renderer* renderer = current();
+  if (!renderer) return no_view();
+  const auto done = renderer->warm_up();
+  return done ? 0 : report(done.error());
 }
 
 const char* isosplat_view_error() {

@@ -15,6 +15,12 @@ extern "C" {
 int32_t isosplat_view_create(const char* canvas_selector);
 void isosplat_view_destroy();
 
+/// Whether warm_up has nothing to wait for: Renderer::is_compiled.
+int32_t isosplat_view_is_compiled();
+
+/// Has the driver finish compiling before the first picture: Renderer::warm_up.
+int32_t isosplat_view_warm_up();
+
 /// The last error's message, UTF-8, null-terminated; valid until the next call.
 const char* isosplat_view_error();
 

@@ -1,10 +1,12 @@
 // Pictures of analytic fields, on whatever EGL offers (llvmpipe where there is no GPU). Thresholds
 // are stated at each comparison.
+#include <GLES3/gl3.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
+#include <thread>
 
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
@@ -388,6 +390,32 @@ TEST_F(RenderGpu, StillViewsNeedNoRedrawAndChangesDo) {
 }
 
 // The mean of pictures moved by parts of a pixel is what a much larger picture, shrunk, looks like.
+TEST_F(RenderGpu, WarmingUpChangesNoPicture) {
+  const TestVolume volume = sphere_volume({40, 40, 40});
+  GLuint framebuffer = 0, colour = 0;
+  glGenFramebuffers(1, &framebuffer);
+  glGenRenderbuffers(1, &colour);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glBindRenderbuffer(GL_RENDERBUFFER, colour);
+  glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, 1, 1);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour);
+  auto warmed = std::move(*Renderer::create());
+  while (!warmed->is_compiled()) std::this_thread::yield();
+  ASSERT_TRUE(warmed->warm_up(framebuffer));
+  EXPECT_EQ(glGetError(), GLenum{GL_NO_ERROR});
+  glDeleteFramebuffers(1, &framebuffer);
+  glDeleteRenderbuffers(1, &colour);
+  std::vector<uint8_t> pictures[2];
+  int i = 0;
+  for (Renderer* renderer : {renderer_.get(), warmed.get()}) {
+    show_volume(*renderer, volume, 1500, 1500);
+    const auto image = draw_image(*renderer, 128, 128);
+    ASSERT_TRUE(image);
+    pictures[i++] = image->rgba;
+  }
+  EXPECT_EQ(pictures[0], pictures[1]);
+}
+
 TEST_F(RenderGpu, RefiningSmoothsEdges) {
   const TestVolume volume = sphere_volume({20, 20, 20});
   show_volume(*renderer_, volume, 500, 500);

@@ -10,9 +10,11 @@
  *     store.close();
  */
 import { Core } from "./core.ts";
+import { instantiate, type ModuleFactory } from "./instantiate.ts";
 import type { CoreModule } from "./module.ts";
 
 export * from "./core.ts";
+export { instantiate, type ModuleFactory } from "./instantiate.ts";
 export type { CoreModule } from "./module.ts";
 export type { Chunk, Page } from "./records.ts";
 
@@ -24,10 +26,16 @@ export interface CoreOptions {
   url?: string;
   /** An instance that has the core's functions already, such as that of isosplat-view. */
   module?: CoreModule;
+  /** The compiled code of isosplat-view, of which another instance is to be made. */
+  view?: WebAssembly.Module;
 }
 
 export async function loadCore(options: CoreOptions = {}): Promise<Core> {
   if (options.module) return new Core(options.module);
+  if (options.view) {
+    const { default: factory } = await import("@wasm/isosplat-view.js");
+    return new Core(await instantiate<CoreModule>(factory as ModuleFactory, options.view));
+  }
   const { default: createModule } = await import("../../build/wasm/web/isosplat-core.js");
   if (options.wasmBinary) return new Core(await createModule({ wasmBinary: options.wasmBinary }));
   const url =

@@ -80,11 +80,12 @@ export class VolumePage {
     this.#root = root;
     this.#target = target;
     this.#listen();
-    this.#renderNow();
     this.firstSight = new Promise((resolve) => {
       this.#seen = resolve;
     });
+    // Requests and workers start before the page is laid out.
     void this.#open();
+    this.#renderNow();
   }
 
   #listen(): void {
@@ -99,8 +100,9 @@ export class VolumePage {
       this.#status.frame(frame);
       if (!this.#hasPicture && frame.samplesDrawn > 0) {
         this.#hasPicture = true;
-        this.#seen();
         this.#render();
+        // In the frame after the next, the browser has shown it.
+        requestAnimationFrame(() => requestAnimationFrame(this.#seen));
       }
     });
     viewer.on("camera", (camera) => {

@@ -2,6 +2,11 @@
 import { type Core, CoreError, loadCore } from "../core/index.ts";
 import { type DecodeJob, decodeChecked } from "./decoder.ts";
 
+/** The first message: what the worker is to run. See WorkerPool. */
+export interface WorkerStart {
+  view: WebAssembly.Module | undefined;
+}
+
 export interface WorkerRequest {
   id: number;
   job: DecodeJob;
@@ -13,15 +18,20 @@ export type WorkerAnswer =
   | { id: number; status: string; message: string };
 
 const worker = globalThis as unknown as {
-  onmessage: ((event: MessageEvent<WorkerRequest>) => void) | null;
+  onmessage: ((event: MessageEvent<WorkerStart | WorkerRequest>) => void) | null;
   postMessage(answer: WorkerAnswer, transfer: Transferable[]): void;
 };
 
-// Begins at once: the module is there when the first chunk comes.
-const core: Promise<Core> = loadCore();
+let core: Promise<Core> | undefined;
 
 worker.onmessage = async ({ data }) => {
+  if ("view" in data) {
+    core = loadCore(data.view ? { view: data.view } : {});
+    core.catch(() => {}); // told for each chunk
+    return;
+  }
   try {
+    if (!core) throw new CoreError("internal", "the worker was given a chunk before its program");
     const samples = decodeChecked(await core, data.job, data.bytes);
     worker.postMessage({ id: data.id, samples }, [samples.buffer as ArrayBuffer]);
   } catch (error) {

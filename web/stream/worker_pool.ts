@@ -1,5 +1,5 @@
 import { CoreError } from "../core/index.ts";
-import type { WorkerAnswer, WorkerRequest } from "./decode_worker.ts";
+import type { WorkerAnswer, WorkerRequest, WorkerStart } from "./decode_worker.ts";
 import type { DecodeJob, Decoder } from "./decoder.ts";
 
 /** Jobs that a worker is given ahead, so that it never waits for the main thread. */
@@ -18,6 +18,17 @@ interface Task {
 interface Member {
   worker: Worker;
   tasks: Map<number, Task>;
+  /** It has been told what to run. */
+  isStarted: boolean;
+}
+
+export interface WorkerPoolOptions {
+  workers?: number;
+  /**
+   * The compiled code of isosplat-view, where the page has it anyway: workers run it too, and need
+   * not fetch and compile isosplat-core.
+   */
+  view?: Promise<WebAssembly.Module>;
 }
 
 /** As many workers as help: the main thread and the browser need a core too. */
@@ -33,8 +44,10 @@ export class WorkerPool implements Decoder {
   #nextId = 0;
   #respawns = 0;
   #closed = false;
+  readonly #view: Promise<WebAssembly.Module> | undefined;
 
-  constructor(workers = defaultWorkerCount()) {
+  constructor({ workers = defaultWorkerCount(), view }: WorkerPoolOptions = {}) {
+    this.#view = view;
     for (let i = 0; i < workers; ++i) this.#members.push(this.#spawn());
   }
 
@@ -84,7 +97,15 @@ export class WorkerPool implements Decoder {
 
   #spawn(): Member {
     const worker = new Worker(new URL("./decode_worker.ts", import.meta.url), { type: "module" });
-    const member: Member = { worker, tasks: new Map() };
+    const member: Member = { worker, tasks: new Map(), isStarted: false };
+    const start = (view: WebAssembly.Module | undefined): void => {
+      const message: WorkerStart = { view };
+      worker.postMessage(message);
+      member.isStarted = true;
+      this.#feed();
+    };
+    // Without the page's code, the worker fetches its own.
+    Promise.resolve(this.#view).then(start, () => start(undefined));
     worker.onmessage = ({ data }: MessageEvent<WorkerAnswer>) => {
       const task = member.tasks.get(data.id);
       member.tasks.delete(data.id);
@@ -117,7 +138,7 @@ export class WorkerPool implements Decoder {
 
   #feed(): void {
     for (const member of this.#members) {
-      while (member.tasks.size < jobsAhead) {
+      while (member.isStarted && member.tasks.size < jobsAhead) {
         const task = this.#waiting.shift();
         if (!task) return;
         member.tasks.set(task.id, task);

@@ -1,5 +1,5 @@
 import wasmUrl from "@wasm/isosplat-view.wasm?url";
-import { type CoreModule, sightWords } from "../core/index.ts";
+import { type CoreModule, instantiate, type ModuleFactory, sightWords } from "../core/index.ts";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
 import { mostClipPlanes } from "./clipping.ts";
 import type { Camera, Clip, Look, SplatKind, Surface } from "./types.ts";
@@ -14,6 +14,8 @@ interface Exports extends CoreModule {
   _free(pointer: number): void;
   _isosplat_view_create(selector: number): number;
   _isosplat_view_destroy(): void;
+  _isosplat_view_is_compiled(): number;
+  _isosplat_view_warm_up(): number;
   _isosplat_view_error(): number;
   _isosplat_view_set_volume(grid: number, mapping: number): number;
   _isosplat_view_add_chunk(
@@ -50,8 +52,6 @@ interface Exports extends CoreModule {
   _isosplat_view_context_lost(): void;
   _isosplat_view_context_restored(): number;
 }
-
-type Factory = (options: object) => Promise<unknown>;
 
 /** The renderer failed. `message` is the core's. */
 export class ViewError extends Error {
@@ -98,20 +98,6 @@ async function compile(): Promise<WebAssembly.Module> {
   return WebAssembly.compile(await response.arrayBuffer());
 }
 
-/** Emscripten's own way does not say when it fails. */
-function instantiate(factory: Factory, wasm: WebAssembly.Module): Promise<Exports> {
-  return new Promise((resolve, reject) => {
-    const instantiateWasm = (
-      imports: WebAssembly.Imports,
-      receive: (instance: WebAssembly.Instance, module: WebAssembly.Module) => void,
-    ) => {
-      WebAssembly.instantiate(wasm, imports).then((instance) => receive(instance, wasm), reject);
-      return {};
-    };
-    factory({ instantiateWasm }).then((exports) => resolve(exports as Exports), reject);
-  });
-}
-
 /**
  * The C++ renderer (shared/render) on one canvas, through the C functions of shared/wasm/view_api.h.
  * One instance a canvas; each is a WebAssembly instance of its own.
@@ -139,7 +125,7 @@ export class ViewModule {
       import("@wasm/isosplat-view.js"),
       compiledView(),
     ]);
-    const exports = await instantiate(factory as Factory, wasm);
+    const exports = await instantiate<Exports>(factory as ModuleFactory, wasm);
     const view = new ViewModule(exports);
     // The C side finds its canvas by selector.
     canvas.id ||= `isosplat-canvas-${++canvasNumber}`;
@@ -161,6 +147,16 @@ export class ViewModule {
     if (this.#destroyed) return;
     this.#destroyed = true;
     this.#exports._isosplat_view_destroy();
+  }
+
+  /** Whether `warmUp` need not wait for the driver's compiler. */
+  isCompiled(): boolean {
+    return this.#exports._isosplat_view_is_compiled() !== 0;
+  }
+
+  /** What the driver puts off until the first picture, before there is one. */
+  warmUp(): void {
+    this.#check(this.#exports._isosplat_view_warm_up());
   }
 
   setVolume(info: StoreInfo): void {

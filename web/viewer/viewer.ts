@@ -23,7 +23,7 @@ import {
   type SplatKind,
   type Surface,
 } from "./types.ts";
-import { type DrawStatistics, ViewError, ViewModule } from "./view_module.ts";
+import { compiledView, type DrawStatistics, ViewError, ViewModule } from "./view_module.ts";
 
 export interface ViewerEvents {
   /** A volume is open; its first surface is on its way. */
@@ -70,6 +70,8 @@ const longestSmoothed = { resting: 400, saved: 1500 };
  * before. What shows in few is most often hidden once coarse parts in front of it are refined.
  */
 const leastSeenPixels = { settled: 40, before: 160 };
+/** The GPU is asked so often whether the first shaders are compiled (ms). */
+const shaderPolling = 8;
 /** The GPU is asked so often whether a sight test is done (ms). */
 const sightPolling = 4;
 
@@ -106,6 +108,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   readonly #choice = new SplatChoice();
   #timer: GpuTimer | null = null;
   #smooths = false;
+  #isWarm = false;
+  /** Of this volume: until there is one, drawing would only take the GPU's time. */
+  #hasPicture = false;
   #disposed = false;
 
   constructor(canvas: HTMLCanvasElement, options: ViewerOptions = {}) {
@@ -145,7 +150,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     );
     // Workers and the store's head load beside the renderer.
     source.warm();
-    this.#decoder ??= new WorkerPool();
+    this.#decoder ??= new WorkerPool({ view: compiledView() });
     const decoder = this.#decoder;
     const { view, core } = await this.#loadParts();
     opening.signal.throwIfAborted();
@@ -165,11 +170,18 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         drop: (id) => this.#guard((view) => view.removeChunk(id)),
         visible: (ids, regions) => {
           this.#guard((view) => view.setVisible(ids, regions));
+          this.#hasPicture = true;
           this.#lastArrival = performance.now();
           this.#loop.request();
         },
         testSight: () => this.#loop.request(),
-        progress: (progress) => this.emit("progress", progress),
+        progress: (progress) => {
+          if (progress.state !== "opening" && !this.#hasPicture) {
+            this.#hasPicture = true;
+            this.#loop.request();
+          }
+          this.emit("progress", progress);
+        },
         error: (error) => this.emit("error", error),
       },
       signal: opening.signal,
@@ -184,6 +196,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#session = session;
     this.#source = source;
     this.#info = session.info;
+    this.#warmUp();
     view.setVolume(session.info);
     this.#camera = options.camera ?? this.#firstCamera(view);
     this.#applySettings();
@@ -205,6 +218,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#session = null;
     this.#source = null;
     this.#info = null;
+    this.#hasPicture = false;
   }
 
   /** Closes the volume and frees everything. The viewer must not be used afterwards. */
@@ -348,6 +362,21 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#parts;
   }
 
+  /** Waits for the shaders without standing in the way of the workers, and of the first samples. */
+  #warmUp(): void {
+    if (this.#isWarm) return;
+    setTimeout(
+      () =>
+        this.#guard((view) => {
+          if (this.#hasPicture || this.#isWarm) return;
+          this.#isWarm = view.isCompiled();
+          if (this.#isWarm) view.warmUp();
+          else this.#warmUp();
+        }),
+      shaderPolling,
+    );
+  }
+
   #applySettings(): void {
     const view = this.#view;
     if (!view) return;
@@ -404,7 +433,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       isovalues: this.#surfaces.map((surface) => surface.isovalue),
       moving: isMoving,
     });
-    if (view.needsRedraw(width, height)) {
+    if (this.#hasPicture && view.needsRedraw(width, height)) {
       this.#draw(isResting, () => view.draw(width, height));
     } else if (isResting && this.#smooths && view.canRefine(width, height)) {
       this.#draw(true, () => view.refine(width, height));

@@ -114,7 +114,7 @@ export class Visitor {
     await this.#cdp.send("Performance.enable");
     this.#cdp.on("Network.requestWillBeSent", ({ requestId, request }) => {
       if (!request.url.startsWith("http")) return;
-      if (!this.#pageUrl) this.#pageUrl = new URL("/", request.url).href;
+      if (!this.#pageUrl) this.#pageUrl = request.url;
       const isOfVolume = /\/v1\/|\.isosplat/.test(request.url);
       isData.set(requestId, isOfVolume);
       (isOfVolume ? this.urls : this.otherUrls).push(request.url);
@@ -209,15 +209,21 @@ export class Visitor {
     // The cache can only be emptied as a whole: the page is fetched once more, unseen.
     const before = this.page.context().pages().length;
     const again = await this.page.context().newPage();
+    const cdp = await this.#context.newCDPSession(again);
+    await cdp.send("Network.enable");
+    await cdp.send("Network.setBlockedURLs", { urls: ["*/v1/*", "*.isosplat"] });
     await again.goto(this.#pageUrl);
+    // The controls are the last that it loads.
+    await again.waitForFunction(() => customElements.get("wa-slider"));
     await again.waitForLoadState("networkidle");
     await again.close();
     if (this.page.context().pages().length !== before) throw new Error("a page was left open");
   }
 
   /**
-   * Bytes on the wire of everything that the page has loaded but the volume: of workers too, whose
-   * requests the browser does not show, so those are asked for once more, as it does.
+   * Bytes on the wire of everything that the page has loaded but the volume: of the workers' script
+   * too, whose request the browser does not show, so it is asked for once more, as it does. What
+   * else workers run is the page's.
    */
   async programBytes(): Promise<number> {
     const seen = new Set(this.otherUrls.map((url) => new URL(url).pathname));
@@ -229,7 +235,7 @@ export class Visitor {
       }
       return texts.join("\n");
     });
-    const assets = text.matchAll(/[\w-]*isosplat-core-[\w-]+\.(?:js|wasm)/g);
+    const assets = text.matchAll(/decode_worker-[\w-]+\.js/g);
     for (const file of new Set([...assets].map(([name]) => name))) {
       const path = `/assets/${file}`;
       if (!seen.has(path)) bytes += await bytesOnTheWire(new URL(path, this.#pageUrl).href);
