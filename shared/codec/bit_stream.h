@@ -57,8 +57,8 @@ class BackwardBitWriter {
     put(0, 0);
   }
 
-  /// bits: 0 to 32, value < 2^bits.
-  void put(uint32_t value, uint32_t bits) {
+  /// bits: 0 to 56, value < 2^bits.
+  void put(uint64_t value, uint32_t bits) {
     hold_ = hold_ << bits | value;
     held_ += bits;
     const uint64_t aligned = hold_ << (63 - held_) << 1;

@@ -24,6 +24,15 @@ uint32_t cost_of(uint32_t frequency) {
   return kTokenBits * 256 - log;
 }
 
+/// How many bits a number from 1 to 2^24 − 1 has, less one: a float's exponent, since vectors
+/// cannot all count leading zeros.
+uint32_t bits_beyond_one(uint32_t number) {
+  const auto real = static_cast<float>(static_cast<int32_t>(number));
+  uint32_t bits;
+  std::memcpy(&bits, &real, sizeof bits);
+  return (bits >> 23) - 127;
+}
+
 /// The least folded residual of a bin.
 uint32_t least_of_bin(uint32_t bin) {
   return bin < 16 ? bin : (8 + (bin & 7)) << ((bin >> 3) - 1);
@@ -152,27 +161,46 @@ size_t ResidualEncoder::choose_models(ChunkHeader& header) {
 
 void ResidualEncoder::put(const ChunkHeader& header, RansEncoder& rans,
                           BackwardBitWriter& bits) const {
-  struct KeyModel {
-    const RansSymbol* symbols;
-    uint32_t shift;
-  };
-  std::array<KeyModel, kKeys> models{};
+  // Of each key: the first of its model's symbols, and the shift above that.
+  constexpr uint32_t kSymbolBits = 16;
+  std::array<uint32_t, kKeys> models{};
   for (int32_t key = 0; key < kKeys; ++key) {
     const uint8_t m = header.model[header.levels.context_of_key(key)];
     if (m == kNoModel) continue;
     const Model model = model_of(m);
-    models[static_cast<size_t>(key)] = {symbol_[model.shape], model.shift};
+    models[static_cast<size_t>(key)] = model.shape * kTokens | model.shift << kSymbolBits;
   }
   // Bytes may alias anything: only local variables stay in registers.
   BackwardBitWriter local_bits = std::move(bits);
   RansEncoder local_rans = rans;
-  for (size_t i = size_; i-- > 0;) {
-    const KeyModel model = models[residuals_[i] >> kFoldedBits];
-    const uint32_t folded = residuals_[i] & kFoldedMask;
-    const Token token = token_of(folded >> model.shift);
-    local_rans.put<kTokenBits>(model.symbols[token.token]);
-    const uint32_t raw_bits = token.raw_bits + model.shift;
-    if (raw_bits > 0) local_bits.put(folded & ((1u << raw_bits) - 1), raw_bits);
+  constexpr size_t kBatch = 512;
+  uint32_t symbol[kBatch], raw[kBatch], raw_bits[kBatch];
+  for (size_t end = size_, count; end > 0; end -= count) {
+    // All batches but the one that is encoded last are whole: symbols go by fours, raw bits by
+    // twos.
+    count = std::min(end, kBatch);
+    const uint32_t* const entries = residuals_.data() + end - count;
+    // Apart from the encoding, so that it becomes vector code.
+    for (size_t i = 0; i < count; ++i) {
+      const uint32_t model = models[entries[i] >> kFoldedBits], shift = model >> kSymbolBits;
+      const uint32_t folded = entries[i] & kFoldedMask, q = folded >> shift;
+      // token_of(): from 16 on, q is never below its token.
+      const uint32_t token_bits = bits_beyond_one(q | 8);
+      symbol[i] = (model & ((1u << kSymbolBits) - 1)) + std::min(q, token_bits + 12);
+      raw_bits[i] = shift + (token_bits & -static_cast<uint32_t>(q >= 16));
+      raw[i] = folded & ((1u << raw_bits[i]) - 1);
+    }
+    const RansSymbol* const symbols = &symbol_[0][0];
+    size_t i = count;
+    for (; i >= kRansStates; i -= kRansStates) {
+      for (size_t k = 1; k <= kRansStates; ++k) local_rans.put<kTokenBits>(symbols[symbol[i - k]]);
+    }
+    for (; i > 0; --i) local_rans.put<kTokenBits>(symbols[symbol[i - 1]]);
+    for (i = count; i >= 2; i -= 2) {
+      local_bits.put(raw[i - 2] | uint64_t{raw[i - 1]} << raw_bits[i - 2],
+                     raw_bits[i - 2] + raw_bits[i - 1]);
+    }
+    if (i > 0) local_bits.put(raw[0], raw_bits[0]);
   }
   bits = std::move(local_bits);
   rans = local_rans;
