@@ -2,6 +2,7 @@
 
 #include "shared/codec/chunk_codec.h"
 #include "shared/codec/chunk_header.h"
+#include "shared/codec/plane_residuals.h"
 #include "shared/codec/rans.h"
 #include "shared/codec/residual_encoder.h"
 
@@ -53,11 +54,7 @@ struct ChunkEncoder::Scratch {
   Row rows[kLatticeAcross][kLatticeAcross];  // by z, y
   Row first_row;                             // stands for the rows before the first
   Energies energies;
-  PlanePoints points;
-  // Of `points`:
-  int32_t tap_sum[PlanePoints::kMost + PlanePoints::kSlack];
-  int16_t value[PlanePoints::kMost + PlanePoints::kSlack];
-  int16_t energy[PlanePoints::kMost];
+  PlaneResiduals plane_residuals;
   IntervalResidual slice_intervals[kBlockCells * kBlockCells];
   PredictorFit fit;
   ResidualEncoder residuals;
@@ -218,15 +215,16 @@ void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const ChunkHea
       slice_intervals[count++] = row[__builtin_ctzll(bits)];
     }
   }
-  uint32_t* const entries = residuals.add(2 * count);
+  uint32_t* const entries = residuals.end();
+  residuals.set_end(entries + 2 * count);
   for (size_t i = 0; i < count; ++i) {
     const auto [below, beyond, range] = slice_intervals[i];
     const int32_t before =
         i > 0 ? interval_energy_of(slice_intervals[i - 1].below, slice_intervals[i - 1].beyond)
               : interval_energy;
     const int32_t octave = half_octave_by_float(2 * range + before + 2);
-    entries[2 * i] = ResidualEncoder::entry(fold(below), residual_key(octave, kIntervalMin));
-    entries[2 * i + 1] = ResidualEncoder::entry(fold(beyond), residual_key(octave, kIntervalMax));
+    entries[2 * i] = residual_entry(fold(below), residual_key(octave, kIntervalMin));
+    entries[2 * i + 1] = residual_entry(fold(beyond), residual_key(octave, kIntervalMax));
   }
   if (count > 0) {
     interval_energy =
@@ -236,39 +234,16 @@ void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const ChunkHea
 
 void ChunkEncoder::Scratch::set_residuals(const BlockView& block, const ChunkHeader& header) {
   const Index3 cells = block.cells;
-  Predictor predictor;
-  predictor.set(header.taps, header.wide);
+  plane_residuals.set_predictor(header.taps, header.wide);
   energies.reset();
   const Row* last = &first_row;
   int32_t interval_energy = 0;
   for (int32_t z = 0; z <= cells.z; ++z) {
-    points.set<VectorOps>(planes[z], before(z), energies, cells.y);
+    plane_residuals.clear();
     for_each_row(cells, z, last, [&](int32_t y, const Neighbours& n) {
-      const int16_t* const values = rows[z][y].value + kRowPad;
-      // By fours: what lies beyond the row's last point is overwritten, or not used.
-      for (int32_t i = points.first[y]; i < points.first[y + 1]; i += 4) {
-        const auto point = [&](int k) {
-          const int32_t x = points.x[i + k];
-          const ClassWeights& weights = predictor.classes[points.point_class[i + k]];
-          return WeightedTaps{taps_at(n, x), values + x - 2, weights.rows};
-        };
-        VectorOps::sum_four(point, tap_sum + i);
-        for (int k = 0; k < 4; ++k) value[i + k] = values[points.x[i + k]];
-      }
+      plane_residuals.add_row(planes[z], before(z), y, n, rows[z][y]);
     });
-    // Apart from the sums, so that it becomes vector code.
-    const int32_t in_plane = points.first[cells.y + 1];
-    uint32_t* const entries = residuals.add(static_cast<size_t>(in_plane));
-    for (int32_t i = 0; i < in_plane; ++i) {
-      const int32_t residual = value[i] - predictor.prediction(tap_sum[i]);
-      entries[i] = ResidualEncoder::entry(fold(residual), points.key[i]);
-      energy[i] = Energies::energy_of(residual);
-    }
-    for (int32_t y = 0; y <= cells.y; ++y) {
-      for (int32_t i = points.first[y]; i < points.first[y + 1]; ++i) {
-        energies.values[y + 1][points.x[i] + 1] = energy[i];
-      }
-    }
+    residuals.set_end(plane_residuals.put(energies, residuals.end()));
     // The intervals of slice z − 1 come after the points of plane z.
     if (block.has_intervals && z > 0) add_intervals(block, header, z - 1, interval_energy);
   }

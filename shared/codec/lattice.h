@@ -20,7 +20,7 @@ inline constexpr int32_t kLatticeAcross = kBlockCells + 1;
 
 /// Room before point 0 and after point 64, for neighbours and whole vectors.
 inline constexpr int32_t kRowPad = 8;
-inline constexpr int32_t kRowSize = 80;
+inline constexpr int32_t kRowSize = 96;
 
 /// A row's values, as code − 32768 so that they fit signed arithmetic.
 struct Row {
@@ -146,7 +146,7 @@ inline void pad_row(Row& row, int32_t last_x) {
 inline constexpr int32_t kMaxEnergy = 4095;
 inline constexpr int16_t kFirstEnergy = 4;
 struct Energies {
-  static constexpr int32_t kStride = 72;
+  static constexpr int32_t kStride = 88;
   int16_t values[kLatticeAcross + 2][kStride];
 
   void reset() { std::fill_n(&values[0][0], sizeof values / sizeof(int16_t), kFirstEnergy); }
@@ -163,11 +163,11 @@ struct Energies {
     Ops::octaves(values[y], values[y + 1], values[y + 2], points, to);
   }
 
-  /// The octave of point 64.
-  uint8_t last_octave(int32_t y) const {
+  /// The octave of one point.
+  uint8_t octave(int32_t x, int32_t y) const {
     int32_t sum = 0;
     for (int32_t j = 0; j < 3; ++j) {
-      const int16_t* row = &values[y + j][kBlockCells];
+      const int16_t* row = &values[y + j][x];
       sum += (row[0] + 2 * row[1] + row[2]) << (j == 1);
     }
     return static_cast<uint8_t>(half_octave(static_cast<uint32_t>(sum)));
@@ -214,7 +214,7 @@ struct PlanePoints {
         const ClassBits last = class_bits(current, previous, y, 1);
         x[count] = kBlockCells;
         point_class[count] = static_cast<uint8_t>(class_at(last.words, 0));
-        key[count] = energies.last_octave(y);
+        key[count] = energies.octave(kBlockCells, y);
         ++count;
       }
     }

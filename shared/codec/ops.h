@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "shared/codec/bit_positions.h"
 #include "shared/codec/simd.h"
 #include "shared/sampling/cell.h"
 
@@ -145,20 +146,6 @@ struct ScalarOps {
 };
 
 #if ISOSPLAT_CODEC_SIMD
-
-/// Where the set bits of a byte are, ascending.
-struct BitPositions {
-  uint8_t of[256][8];
-
-  constexpr BitPositions() : of{} {
-    for (int byte = 0; byte < 256; ++byte) {
-      for (int bit = 0, n = 0; bit < 8; ++bit) {
-        if (byte >> bit & 1) of[byte][n++] = static_cast<uint8_t>(bit);
-      }
-    }
-  }
-};
-inline constexpr BitPositions kBitPositions;
 
 /// Of sixteen bits: the byte that each is in, and which bit of it.
 alignas(16) inline constexpr uint8_t kByteOfBit[16] = {0, 0, 0, 0, 0, 0, 0, 0,

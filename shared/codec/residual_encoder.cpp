@@ -71,7 +71,7 @@ ResidualEncoder::ResidualEncoder() {
 }
 
 void ResidualEncoder::begin(size_t most_residuals) {
-  if (residuals_.size() < most_residuals) residuals_.resize(most_residuals);
+  if (residuals_.size() < most_residuals + kSlack) residuals_.resize(most_residuals + kSlack);
   size_ = 0;
 }
 

@@ -14,22 +14,17 @@ namespace isosplat {
 /// Collects a chunk's residuals, finds the models that suit them, and encodes them.
 class ResidualEncoder {
  public:
+  static constexpr size_t kSlack = 16;  ///< entries beyond the last that may be overwritten
+
   ResidualEncoder();
 
   /// Starts anew, for at most so many residuals.
   void begin(size_t most_residuals);
 
-  /// Room for the next `count` residuals in coding order, to be filled with entry().
-  uint32_t* add(size_t count) {
-    uint32_t* const room = residuals_.data() + size_;
-    size_ += count;
-    return room;
-  }
-
-  /// A folded residual and the residual_key() of its context.
-  static uint32_t entry(uint32_t folded, int32_t key) {
-    return folded | static_cast<uint32_t>(key) << kFoldedBits;
-  }
+  /// Room for the next residuals in coding order, and kSlack more, to be filled with
+  /// residual_entry() as far as set_end() says.
+  uint32_t* end() { return residuals_.data() + size_; }
+  void set_end(const uint32_t* end) { size_ = static_cast<size_t>(end - residuals_.data()); }
 
   /// Sets where levels begin, and each context's model: the cheapest of those with about the right
   /// number of raw bits. header.levels.merge is given. Returns how many raw bits put() will write.
@@ -40,9 +35,6 @@ class ResidualEncoder {
   void put(const ChunkHeader& header, RansEncoder& rans, BackwardBitWriter& bits) const;
 
  private:
-  static constexpr uint32_t kFoldedBits = 18;
-  static constexpr uint32_t kFoldedMask = (1u << kFoldedBits) - 1;
-
   /// Bins of folded residuals, as fine as any model's tokens: 0 to 15 are themselves, then come
   /// eight for each power of two below 2^17, which no folded residual reaches.
   static constexpr uint32_t kBins = 16 + 8 * 13;
@@ -65,7 +57,7 @@ class ResidualEncoder {
   uint32_t cost_[kShapes][kTokens];  ///< in 1/256 bit
   BinTokens bin_tokens_;
 
-  std::vector<uint32_t> residuals_;  ///< entry()
+  std::vector<uint32_t> residuals_;  ///< residual_entry()
   size_t size_ = 0;
   uint32_t bins_[kKeys][kBins];  ///< residuals in each bin
 };

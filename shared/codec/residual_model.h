@@ -89,6 +89,13 @@ inline int32_t residual_key(int32_t octave, int32_t group) {
   return octave + group * kOctaves;
 }
 
+/// A folded residual and the residual_key() of its context, in one number.
+inline constexpr uint32_t kFoldedBits = 18;
+inline constexpr uint32_t kFoldedMask = (1u << kFoldedBits) - 1;
+inline uint32_t residual_entry(uint32_t folded, int32_t key) {
+  return folded | static_cast<uint32_t>(key) << kFoldedBits;
+}
+
 /// How a chunk maps energies to levels.
 struct LevelMap {
   int32_t base = 0;   ///< 0 to 15: half octaves below count as level 0

@@ -44,6 +44,12 @@ inline V narrow32(V a, V b) {
 inline V narrow_u(V a, V b) {
   return _mm_packus_epi16(a, b);
 }
+inline V sub32(V a, V b) {
+  return _mm_sub_epi32(a, b);
+}
+inline V shift_right_s32(V a, int n) {
+  return _mm_srai_epi32(a, n);
+}
 inline V sub16(V a, V b) {
   return _mm_sub_epi16(a, b);
 }

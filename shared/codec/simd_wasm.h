@@ -41,6 +41,12 @@ inline V narrow32(V a, V b) {
 inline V narrow_u(V a, V b) {
   return wasm_u8x16_narrow_i16x8(a, b);
 }
+inline V sub32(V a, V b) {
+  return wasm_i32x4_sub(a, b);
+}
+inline V shift_right_s32(V a, int n) {
+  return wasm_i32x4_shr(a, static_cast<uint32_t>(n));
+}
 inline V sub16(V a, V b) {
   return wasm_i16x8_sub(a, b);
 }

@@ -366,7 +366,7 @@ TEST(ChunkCodec, OctavesOfARowAreThoseOfItsSums) {
     energies.octaves<VectorOps>(y, ~uint64_t{0}, octaves);
     energies.octaves<ScalarOps>(y, ~uint64_t{0}, same);
     ASSERT_TRUE(std::equal(same, same + 64, octaves));
-    octaves[64] = energies.last_octave(y);
+    octaves[64] = energies.octave(64, y);
     for (int32_t x = 0; x <= 64; ++x) {
       uint32_t sum = 0;
       for (int32_t j = -1; j <= 1; ++j) {

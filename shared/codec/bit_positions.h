@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+
+namespace isosplat {
+
+/// Where the set bits of a byte are, ascending.
+struct BitPositions {
+  uint8_t of[256][8];
+
+  constexpr BitPositions() : of{} {
+    for (int byte = 0; byte < 256; ++byte) {
+      for (int bit = 0, n = 0; bit < 8; ++bit) {
+        if (byte >> bit & 1) of[byte][n++] = static_cast<uint8_t>(bit);
+      }
+    }
+  }
+};
+inline constexpr BitPositions kBitPositions;
+
+}  // namespace isosplat
