@@ -41,8 +41,9 @@ void BlockWorker::work(const Layer& layer, Index3 block, const CoarserLayer& coa
   out.interval = planner_.interval();
   const BlockView view{block_.cells, block_.voxels.data(), block_.intervals.data(),
                        layer.grid.level > 0, block_.row_intervals.data()};
-  slabs.encode(encoder_, view, out.interval.min,
-               planner_.plan(options_for(options, layer.grid.level)), out.slabs, out.bytes);
+  const std::vector<uint32_t>& ends = planner_.plan(options_for(options, layer.grid.level));
+  masks_.set(view, out.interval.min, ends);
+  slabs.encode(encoder_, view, masks_, out.interval.min, ends, out.slabs, out.bytes);
 }
 
 }  // namespace isosplat

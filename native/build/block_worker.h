@@ -7,6 +7,7 @@
 #include "native/build/shared_slabs.h"
 #include "native/build/statistics.h"
 #include "shared/codec/chunk_codec.h"
+#include "shared/codec/slab_masks.h"
 #include "shared/slabs/slab_planner.h"
 #include "shared/store/store_writer.h"
 
@@ -37,6 +38,7 @@ class BlockWorker {
 
   GatheredBlock block_;
   SlabPlanner planner_;
+  SlabMasks masks_;
   ChunkEncoder encoder_;
 };
 

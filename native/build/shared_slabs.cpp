@@ -8,14 +8,14 @@ SlabChunk SharedSlabs::encode_slab(ChunkEncoder& encoder, const OpenBlock& block
                                    std::vector<std::byte>& bytes) {
   const size_t before = bytes.size();
   const uint32_t begin = slab > 0 ? block.ends[slab - 1] : block.begin, end = block.ends[slab];
-  const uint32_t cells = encoder.encode(block.view, begin, end, bytes);
+  const uint32_t cells = encoder.encode(block.view, block.masks[slab], begin, end, bytes);
   return {end, cells, static_cast<uint32_t>(bytes.size() - before)};
 }
 
-void SharedSlabs::encode(ChunkEncoder& encoder, const BlockView& view, uint32_t begin,
-                         std::span<const uint32_t> ends, std::vector<SlabChunk>& slabs,
-                         std::vector<std::byte>& bytes) {
-  OpenBlock block{view, begin, ends, 0, ends.size(), 0, {}, {}};
+void SharedSlabs::encode(ChunkEncoder& encoder, const BlockView& view, const SlabMasks& masks,
+                         uint32_t begin, std::span<const uint32_t> ends,
+                         std::vector<SlabChunk>& slabs, std::vector<std::byte>& bytes) {
+  OpenBlock block{view, masks, begin, ends, 0, ends.size(), 0, {}, {}};
   std::unique_lock lock(mutex_);
   if (!ends.empty()) open_.push_back(&block);
   changed_.notify_all();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "shared/codec/chunk_codec.h"
+#include "shared/codec/slab_masks.h"
 #include "shared/store/store_writer.h"
 
 namespace isosplat {
@@ -20,8 +21,8 @@ class SharedSlabs {
   explicit SharedSlabs(unsigned threads) : busy_(threads) {}
 
   /// Encodes the slabs of a block that end at `ends` and begin with `begin`, and appends them to
-  /// `slabs` and `bytes` in their order. Others may help.
-  void encode(ChunkEncoder& encoder, const BlockView& block, uint32_t begin,
+  /// `slabs` and `bytes` in their order. Others may help. masks: which cells each of them holds.
+  void encode(ChunkEncoder& encoder, const BlockView& view, const SlabMasks& masks, uint32_t begin,
               std::span<const uint32_t> ends, std::vector<SlabChunk>& slabs,
               std::vector<std::byte>& bytes);
 
@@ -32,6 +33,7 @@ class SharedSlabs {
   /// A block whose slabs are encoded: by its own thread from the first on, by others from the last.
   struct OpenBlock {
     const BlockView& view;
+    const SlabMasks& masks;
     uint32_t begin;
     std::span<const uint32_t> ends;
     size_t next = 0;                             ///< slabs below are taken by its own thread

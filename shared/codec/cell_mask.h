@@ -126,8 +126,8 @@ inline uint64_t code_brick(Coder& coder, int32_t slices, bool two_x, bool two_y,
 /// as given (encoder) or as decoded (decoder, where the masks are clear before); coder.good() may
 /// stop it after each brick; Coder::kDecodes tells the directions apart. Returns whether the bits
 /// outside the block are zero, and good() held.
-template <class Coder>
-bool code_mask(Index3 cells, BrickMask& bricks, CellMask& mask, Coder& coder) {
+template <class Coder, class Mask>
+bool code_mask(Index3 cells, BrickMask& bricks, Mask& mask, Coder& coder) {
   const Index3 across{(cells.x + 3) / 4, (cells.y + 3) / 4, (cells.z + 3) / 4};
   for (int32_t z = 0; z < across.z; ++z) {
     for (int32_t y = 0; y < across.y; y += 2) {
@@ -166,7 +166,7 @@ bool code_mask(Index3 cells, BrickMask& bricks, CellMask& mask, Coder& coder) {
         const uint64_t word = code_brick(coder, slices, two_x, two_y, current[y + 1][x],
                                          current[y][x + 1], previous[y + 1][x + 1], old);
         current[y + 1][x + 1] = word;
-        if (Coder::kDecodes) mask.set_brick(x, y, z, swap_quads(word));
+        if constexpr (Coder::kDecodes) mask.set_brick(x, y, z, swap_quads(word));
         if (!coder.good()) return false;
       }
     }

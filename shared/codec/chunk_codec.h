@@ -12,6 +12,8 @@
 
 namespace isosplat {
 
+struct CellMask;
+
 /// What is known of a chunk before its bytes are read: the directory says all of it. Encoder and
 /// decoder must be given the same, except for the cell count, which only the decoder needs.
 struct ChunkShape {
@@ -56,6 +58,10 @@ class ChunkEncoder {
   /// those cells; where there is none, nothing is appended.
   uint32_t encode(const BlockView& block, uint32_t slab_begin, uint32_t slab_end,
                   std::vector<std::byte>& out);
+
+  /// The same where these cells are known: SlabMasks finds those of all slabs at once.
+  uint32_t encode(const BlockView& block, const CellMask& cells, uint32_t slab_begin,
+                  uint32_t slab_end, std::vector<std::byte>& out);
 
  private:
   struct Scratch;

@@ -5,6 +5,7 @@
 #include "shared/codec/plane_residuals.h"
 #include "shared/codec/rans.h"
 #include "shared/codec/residual_encoder.h"
+#include "shared/codec/slab_masks.h"
 
 namespace isosplat {
 namespace {
@@ -20,6 +21,8 @@ constexpr size_t kMostHeaderBits = 16384;
 
 constexpr uint32_t kQuadBits = 12;
 static_assert(kQuadTotal == 1u << kQuadBits);
+
+static_assert(PlaneResiduals::kBeyond <= ResidualEncoder::kSlack);
 
 /// A quad for each 2×2 cells, and fewer for the bricks.
 constexpr size_t kMostQuads = kBlockCells * kBlockCells * kBlockCells / 2;
@@ -37,6 +40,32 @@ struct MaskEncoder {
   bool good() const { return true; }
 };
 
+/// Returns the number of cells.
+uint32_t count_cells(const CellMask& mask, Index3 cells) {
+  uint32_t count = 0;
+  for (int32_t z = 0; z < cells.z; ++z) {
+    for (int32_t y = 0; y < cells.y; ++y) {
+      count += static_cast<uint32_t>(__builtin_popcountll(mask.row(y, z)));
+    }
+  }
+  return count;
+}
+
+/// Finds how many low bits all the cells' intervals leave unused: zeros in min and ones in max.
+int32_t unused_bits(const BlockView& block, const CellMask& mask) {
+  uint32_t used = 1u << kMaxIntervalShift;
+  const CellInterval* intervals = block.intervals;
+  for (int32_t z = 0; z < block.cells.z; ++z) {
+    for (int32_t y = 0; y < block.cells.y; ++y, intervals += block.cells.x) {
+      for (uint64_t bits = mask.row(y, z); bits; bits &= bits - 1) {
+        const CellInterval interval = intervals[__builtin_ctzll(bits)];
+        used |= interval.min | ~uint32_t{interval.max};
+      }
+    }
+  }
+  return __builtin_ctz(used);
+}
+
 }  // namespace
 
 struct IntervalResidual {
@@ -48,7 +77,7 @@ struct ChunkEncoder::Scratch {
   RansSymbol quad_symbols[256][16];
   const RansSymbol* mask_symbols[kMostQuads];
 
-  CellMask mask;
+  SlabMasks slab_masks;           // of one slab
   const PointPlane nothing = {};  // stands for the plane before the first
   PointPlane planes[kLatticeAcross];
   Row rows[kLatticeAcross][kLatticeAcross];  // by z, y
@@ -63,15 +92,13 @@ struct ChunkEncoder::Scratch {
   BackwardBitWriter raw_bits;
 
   Scratch();
-  uint32_t set_mask(const BlockView& block, uint32_t begin, uint32_t end);
   template <class F>
   void for_each_row(Index3 cells, int32_t z, const Row*& last, F f);
   void set_values(const BlockView& block, uint32_t point_count, ChunkHeader& header);
   void sample_row(int32_t y, int32_t z, const Neighbours& n, uint32_t stride, uint32_t& skip);
-  void set_interval_shift(const BlockView& block, ChunkHeader& header) const;
-  void add_intervals(const BlockView& block, const ChunkHeader& header, int32_t z,
-                     int32_t& interval_energy);
-  void set_residuals(const BlockView& block, const ChunkHeader& header);
+  void add_intervals(const BlockView& block, const CellMask& mask, const ChunkHeader& header,
+                     int32_t z, int32_t& interval_energy);
+  void set_residuals(const BlockView& block, const CellMask& mask, const ChunkHeader& header);
   uint16_t* put_mask(RansEncoder rans, const RansSymbol* const* end) const;
   const PointPlane& before(int32_t z) const { return z > 0 ? planes[z - 1] : nothing; }
 };
@@ -84,34 +111,6 @@ ChunkEncoder::Scratch::Scratch() : rows{}, first_row{} {
           RansSymbol(slots.start[context][quad], slots.frequency[context][quad], kQuadBits);
     }
   }
-}
-
-/// Returns the number of cells.
-uint32_t ChunkEncoder::Scratch::set_mask(const BlockView& block, uint32_t begin, uint32_t end) {
-  mask.clear();
-  // First which rows, without a branch: no other waits for one that comes late from memory.
-  struct RowPlace {
-    uint8_t y, z;
-  };
-  RowPlace within[kBlockCells * kBlockCells];
-  uint32_t row_count = 0;
-  const CellInterval* row = block.row_intervals;
-  for (int32_t z = 0; z < block.cells.z; ++z) {
-    for (int32_t y = 0; y < block.cells.y; ++y, row += row != nullptr) {
-      within[row_count] = {static_cast<uint8_t>(y), static_cast<uint8_t>(z)};
-      row_count += !row || (row->max > begin && row->min < end);
-    }
-  }
-  uint32_t count = 0;
-  for (uint32_t i = 0; i < row_count; ++i) {
-    const int32_t y = within[i].y, z = within[i].z;
-    const uint64_t bits =
-        VectorOps::active_cells(block.intervals + (size_t(z) * block.cells.y + y) * block.cells.x,
-                                block.cells.x, begin, end);
-    mask.row(y, z) = bits;
-    count += static_cast<uint32_t>(__builtin_popcountll(bits));
-  }
-  return count;
 }
 
 /// Calls f(y, neighbours) for each row of plane z that has points, in coding order. last: the row
@@ -173,24 +172,10 @@ void ChunkEncoder::Scratch::sample_row(int32_t y, int32_t z, const Neighbours& n
   }
 }
 
-/// Finds how many low bits all the cells' intervals leave unused: zeros in min and ones in max.
-void ChunkEncoder::Scratch::set_interval_shift(const BlockView& block, ChunkHeader& header) const {
-  uint32_t used = 1u << kMaxIntervalShift;
-  const CellInterval* intervals = block.intervals;
-  for (int32_t z = 0; z < block.cells.z; ++z) {
-    for (int32_t y = 0; y < block.cells.y; ++y, intervals += block.cells.x) {
-      for (uint64_t bits = mask.row(y, z); bits; bits &= bits - 1) {
-        const CellInterval interval = intervals[__builtin_ctzll(bits)];
-        used |= interval.min | ~uint32_t{interval.max};
-      }
-    }
-  }
-  header.interval_shift = __builtin_ctz(used);
-}
-
 /// Adds the intervals of slice z: how far each goes beyond the range of the cell's corners.
-void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const ChunkHeader& header,
-                                          int32_t z, int32_t& interval_energy) {
+void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const CellMask& mask,
+                                          const ChunkHeader& header, int32_t z,
+                                          int32_t& interval_energy) {
   size_t count = 0;
   for (int32_t y = 0; y < block.cells.y; ++y) {
     if (mask.row(y, z) == 0) continue;
@@ -232,7 +217,8 @@ void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const ChunkHea
   }
 }
 
-void ChunkEncoder::Scratch::set_residuals(const BlockView& block, const ChunkHeader& header) {
+void ChunkEncoder::Scratch::set_residuals(const BlockView& block, const CellMask& mask,
+                                          const ChunkHeader& header) {
   const Index3 cells = block.cells;
   plane_residuals.set_predictor(header.taps, header.wide);
   energies.reset();
@@ -245,7 +231,7 @@ void ChunkEncoder::Scratch::set_residuals(const BlockView& block, const ChunkHea
     });
     residuals.set_end(plane_residuals.put(energies, residuals.end()));
     // The intervals of slice z − 1 come after the points of plane z.
-    if (block.has_intervals && z > 0) add_intervals(block, header, z - 1, interval_energy);
+    if (block.has_intervals && z > 0) add_intervals(block, mask, header, z - 1, interval_energy);
   }
 }
 
@@ -262,26 +248,33 @@ ChunkEncoder::~ChunkEncoder() = default;
 
 uint32_t ChunkEncoder::encode(const BlockView& block, uint32_t slab_begin, uint32_t slab_end,
                               std::vector<std::byte>& out) {
+  SlabMasks& masks = scratch_->slab_masks;
+  masks.set(block, slab_begin, std::span(&slab_end, 1));
+  return encode(block, masks[0], slab_begin, slab_end, out);
+}
+
+uint32_t ChunkEncoder::encode(const BlockView& block, const CellMask& mask, uint32_t slab_begin,
+                              uint32_t slab_end, std::vector<std::byte>& out) {
   Scratch& s = *scratch_;
-  const uint32_t count = s.set_mask(block, slab_begin, slab_end);
+  const uint32_t count = count_cells(mask, block.cells);
   if (count == 0) return 0;
 
   uint32_t point_count = 0;
   for (int32_t z = 0; z <= block.cells.z; ++z) {
-    point_count += s.planes[z].set(s.mask, block.cells, z);
+    point_count += s.planes[z].set(mask, block.cells, z);
   }
   const size_t most_residuals = point_count + (block.has_intervals ? 2 * size_t{count} : 0);
   s.residuals.begin(most_residuals);
-  BrickMask bricks = bricks_of(s.mask, block.cells);
+  BrickMask bricks = bricks_of(mask, block.cells);
   MaskEncoder mask_encoder{s.quad_symbols, s.mask_symbols};
-  code_mask(block.cells, bricks, s.mask, mask_encoder);
+  code_mask(block.cells, bricks, mask, mask_encoder);
 
   ChunkHeader header;
   set_first_row(slab_begin, slab_end, s.first_row);
   s.set_values(block, point_count, header);
-  if (block.has_intervals) s.set_interval_shift(block, header);
+  if (block.has_intervals) header.interval_shift = unused_bits(block, mask);
   for (const uint32_t below : kMergeBelow) header.levels.merge += point_count < below;
-  s.set_residuals(block, header);
+  s.set_residuals(block, mask, header);
   const size_t raw_bits = s.residuals.choose_models(header);
 
   s.header_bits.begin(kMostHeaderBits);

@@ -19,8 +19,8 @@ namespace isosplat {
 inline constexpr int32_t kLatticeAcross = kBlockCells + 1;
 
 /// Room before point 0 and after point 64, for neighbours and whole vectors.
-inline constexpr int32_t kRowPad = 8;
-inline constexpr int32_t kRowSize = 96;
+inline constexpr int32_t kRowPad = 4;
+inline constexpr int32_t kRowSize = 86;
 
 /// A row's values, as code − 32768 so that they fit signed arithmetic.
 struct Row {
@@ -121,7 +121,7 @@ inline void fill_values(const Neighbours& n, Row& to) {
   const int16_t* __restrict back = n.back->value + kRowPad;
   const int16_t* __restrict back_up = n.back_up->value + kRowPad;
   row[-1] = row[-2] = up[0];
-  for (int x = 0; x < kBlockCells + kRowPad; ++x) {
+  for (int x = 0; x < kBlockCells + 16; ++x) {
     const int16_t low = std::min(up[x], back[x]), high = std::max(up[x], back[x]);
     const int16_t middle = std::min(std::max(back_up[x], low), high);
     row[x] = static_cast<int16_t>(low + high - middle);

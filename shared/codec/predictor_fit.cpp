@@ -1,5 +1,6 @@
 #include "shared/codec/predictor_fit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -26,47 +27,54 @@ using IntLanes = int32_t __attribute__((vector_size(32)));
 using ShortLanes = int16_t __attribute__((vector_size(16)));
 
 /// Sums of products of a class's samples: row i, column j where j ≥ i or both are in one half.
-struct Moments {
-  float product[16][16];
-
-  void set(const float* samples, size_t count) {
+class Moments {
+ public:
+  /// samples: 16 numbers each.
+  void add(const float* samples, size_t count) {
     add_tile(samples, count, 0, 0);
     add_tile(samples, count, 0, 8);
     add_tile(samples, count, 8, 8);
   }
-  float at(int i, int j) const { return i <= j ? product[i][j] : product[j][i]; }
+  float at(int i, int j) const { return i <= j ? product_[i][j] : product_[j][i]; }
 
  private:
   /// Eight rows and eight columns: as many sums as fit into registers.
   void add_tile(const float* samples, size_t count, int row, int column) {
-    Lanes sums[8] = {};
+    Lanes sums[8];
+    for (int i = 0; i < 8; ++i) std::memcpy(&sums[i], &product_[row + i][column], sizeof sums[i]);
     for (size_t s = 0; s < count; ++s) {
       Lanes columns;
       std::memcpy(&columns, samples + s * 16 + column, sizeof columns);
       for (int i = 0; i < 8; ++i) sums[i] += samples[s * 16 + row + i] * columns;
     }
-    for (int i = 0; i < 8; ++i) std::memcpy(&product[row + i][column], &sums[i], sizeof sums[i]);
+    for (int i = 0; i < 8; ++i) std::memcpy(&product_[row + i][column], &sums[i], sizeof sums[i]);
   }
+
+  float product_[16][16] = {};
 };
 
 }  // namespace
+
+/// A sample's slots less the implied tap.
+void PredictorFit::differences(const int16_t* slots, float* to) {
+  const int32_t implied = slots[kImpliedTap];
+  for (int i = 0; i < kSlots; i += 8) {
+    ShortLanes eight;
+    std::memcpy(&eight, slots + i, sizeof eight);
+    const auto difference = __builtin_convertvector(eight, IntLanes) - implied;
+    const auto number = __builtin_convertvector(difference, Lanes);
+    std::memcpy(to + i, &number, sizeof number);
+  }
+}
 
 PredictorFit::Weights PredictorFit::solve(uint32_t stride) {
   // Sorted by class.
   size_t end[kClasses + 1] = {};
   for (const Sample& sample : samples_) ++end[sample.point_class + 1];
   for (int c = 0; c < kClasses; ++c) end[c + 1] += end[c];
-  sorted_.resize(samples_.size() * kSlots);
-  for (const Sample& sample : samples_) {
-    float* to = sorted_.data() + end[sample.point_class]++ * kSlots;
-    const int32_t implied = sample.slot[kImpliedTap];
-    for (int i = 0; i < kSlots; i += 8) {
-      ShortLanes slots;
-      std::memcpy(&slots, sample.slot + i, sizeof slots);
-      const auto difference = __builtin_convertvector(slots, IntLanes) - implied;
-      const auto number = __builtin_convertvector(difference, Lanes);
-      std::memcpy(to + i, &number, sizeof number);
-    }
+  sorted_.resize(samples_.size());
+  for (size_t i = 0; i < samples_.size(); ++i) {
+    sorted_[end[samples_[i].point_class]++] = static_cast<uint32_t>(i);
   }
 
   Weights weights;
@@ -75,7 +83,16 @@ PredictorFit::Weights PredictorFit::solve(uint32_t stride) {
     const size_t begin = c > 0 ? end[c - 1] : 0, count = end[c] - begin;
     if (count < kMinSamples || count * uint64_t{stride} < kMinPoints) continue;
     Moments moments;
-    moments.set(sorted_.data() + begin * kSlots, count);
+    // As many at a time as stay in the nearest cache.
+    constexpr size_t kAtOnce = 128;
+    float numbers[kAtOnce * kSlots];
+    for (size_t from = begin; from < end[c]; from += kAtOnce) {
+      const size_t now = std::min(kAtOnce, end[c] - from);
+      for (size_t i = 0; i < now; ++i) {
+        differences(samples_[sorted_[from + i]].slot, numbers + i * kSlots);
+      }
+      moments.add(numbers, now);
+    }
 
     const auto product = [&](int i, int j) {
       return static_cast<double>(moments.at(slot_of_tap(tap(i)), slot_of_tap(tap(j))));

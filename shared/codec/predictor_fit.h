@@ -46,12 +46,14 @@ class PredictorFit {
     return tap < 12 ? tap / 3 * 4 + tap % 3 : tap == 12 ? 3 : tap == 13 ? 7 : kValueSlot;
   }
 
+  static void differences(const int16_t* slots, float* to);
+
   struct Sample {
     int16_t slot[kSlots];
     uint32_t point_class;
   };
   std::vector<Sample> samples_;
-  std::vector<float> sorted_;  ///< the samples' slots less the implied tap, class after class
+  std::vector<uint32_t> sorted_;  ///< the samples' places, class after class
 };
 
 }  // namespace isosplat

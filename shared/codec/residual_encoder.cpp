@@ -71,7 +71,10 @@ ResidualEncoder::ResidualEncoder() {
 }
 
 void ResidualEncoder::begin(size_t most_residuals) {
-  if (residuals_.size() < most_residuals + kSlack) residuals_.resize(most_residuals + kSlack);
+  if (residuals_.size() < most_residuals + kSlack) {
+    residuals_.clear();  // nothing to copy
+    residuals_.resize(most_residuals + most_residuals / 2 + kSlack);
+  }
   size_ = 0;
 }
 

@@ -8,20 +8,31 @@ SlabPlanner::SlabPlanner() : minima_(65536), maxima_(65536) {}
 
 void SlabPlanner::count(std::span<const CellInterval> intervals) {
   // Only the range that the last block touched is dirty.
-  std::fill(minima_.begin() + interval_.min, minima_.begin() + interval_.max + 1, 0);
-  std::fill(maxima_.begin() + interval_.min, maxima_.begin() + interval_.max + 1, 0);
+  std::fill(minima_.begin() + counted_.min, minima_.begin() + counted_.max + 1, 0);
+  std::fill(maxima_.begin() + counted_.min, maxima_.begin() + counted_.max + 1, 0);
   Code low = 65535, high = 0;
-  uint32_t cells = 0;
-  for (const CellInterval interval : intervals) {
-    if (interval.min >= interval.max) continue;
-    ++minima_[interval.min];
-    ++maxima_[interval.max];
-    low = std::min(low, interval.min);
-    high = std::max(high, interval.max);
-    ++cells;
+  // An interval is two codes: this becomes vector code.
+  static_assert(sizeof(CellInterval) == 2 * sizeof(Code));
+  const auto* const codes = reinterpret_cast<const Code*>(intervals.data());
+  for (size_t i = 0; i < 2 * intervals.size(); ++i) {
+    low = std::min(low, codes[i]);
+    high = std::max(high, codes[i]);
   }
-  cells_ = cells;
-  interval_ = cells > 0 ? CellInterval{low, high} : CellInterval{};
+  counted_ = intervals.empty() ? CellInterval{} : CellInterval{low, high};
+  for (const CellInterval interval : intervals) {
+    // Whether a cell is active at all may be close to random: arithmetic, not a branch.
+    const uint32_t active = interval.min < interval.max;
+    minima_[interval.min] += active;
+    maxima_[interval.max] += active;
+  }
+  cells_ = 0;
+  interval_ = {};
+  for (uint32_t code = counted_.min; code <= counted_.max; ++code) {
+    if (cells_ == 0) interval_.min = static_cast<Code>(code);
+    if (maxima_[code] > 0) interval_.max = static_cast<Code>(code);
+    cells_ += minima_[code];
+  }
+  if (cells_ == 0) interval_ = {};
 }
 
 std::span<const uint32_t> SlabPlanner::minima() const {

@@ -56,6 +56,7 @@ class SlabPlanner {
   void choose_candidates(uint32_t most);
 
   std::vector<uint32_t> minima_, maxima_;  // per code
+  CellInterval counted_;                   // the codes that may have a count
   CellInterval interval_;
   uint32_t cells_ = 0;
   struct Candidate {
