@@ -19,6 +19,9 @@ Result<Image> draw_image(Renderer& renderer, int width, int height, FrameStatist
   while (smooth && drawn && renderer.can_refine(width, height)) {
     drawn = renderer.refine(width, height, framebuffer);
   }
+  if (const auto checked = renderer.check_gpu(); drawn && !checked) {
+    drawn = tl::unexpected(checked.error());
+  }
   Image image;
   if (drawn) {
     if (statistics) *statistics = *drawn;

@@ -104,10 +104,7 @@ Result<void> Renderer::add_chunk(uint64_t id, ChunkPlace place,
     return fail(Status::invalid_argument, "a chunk's block lies outside of the volume");
   }
   remove_chunk(id);
-  const auto range = s.buffers.add(samples);
-  if (!range) return tl::unexpected(range.error());
-
-  State::Chunk chunk{*range, block, {kMissingCode, 0}, {}, {}};
+  State::Chunk chunk{s.buffers.add(samples), block, {kMissingCode, 0}, {}, {}};
   for (const PackedSample& sample : samples) {
     chunk.interval.min = std::min(chunk.interval.min, static_cast<Code>(sample.word[1] & 0xffff));
     chunk.interval.max = std::max(chunk.interval.max, static_cast<Code>(sample.word[1] >> 16));
@@ -119,6 +116,21 @@ Result<void> Renderer::add_chunk(uint64_t id, ChunkPlace place,
   s.chunks.emplace(id, chunk);
   if (s.is_visible(id)) s.dirty = true;
   return {};
+}
+
+Result<void> Renderer::check_gpu() const {
+  if (state_->lost) return {};
+  const GLenum first = glGetError();
+  GLenum next = first;
+  while (next != GL_NO_ERROR) next = glGetError();
+  if (first == GL_NO_ERROR) return {};
+  if (first == GL_OUT_OF_MEMORY) {
+    return fail(Status::out_of_memory, "the GPU has no room for " +
+                                           std::to_string(state_->buffers.samples()) +
+                                           " samples: remove chunks, or lower the sample budget");
+  }
+  return fail(Status::gl_error, "OpenGL reports error " + std::to_string(first) +
+                                    ": a bug in the renderer or the driver");
 }
 
 void Renderer::remove_chunk(uint64_t id) {

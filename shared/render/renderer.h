@@ -150,7 +150,7 @@ class Renderer {
 
   /// Has the driver finish what it puts off until something is drawn: call it while the first
   /// samples are on their way. Draws one pixel of background into `framebuffer`, as draw() does.
-  /// Errors: gl_error, out_of_memory.
+  /// Errors: gl_error.
   Result<void> warm_up(uint32_t framebuffer = 0);
 
   /// Another volume: forgets all chunks. Settings and camera stay.
@@ -158,8 +158,13 @@ class Renderer {
 
   /// Uploads samples; the caller may free them afterwards. A chunk with the same id is replaced.
   /// New chunks are not visible until set_visible names them. Empty spans are allowed. Errors:
-  /// invalid_argument (no volume, or a block outside of it), out_of_memory, gl_error.
+  /// invalid_argument (no volume, or a block outside of it), gl_error (the context is lost).
+  /// Whether the GPU had room is told by check_gpu().
   Result<void> add_chunk(uint64_t id, ChunkPlace place, std::span<const PackedSample> samples);
+
+  /// What went wrong on the GPU since the last call. Waits until it has done what it was told, so
+  /// call it when it has. Errors: out_of_memory, gl_error.
+  Result<void> check_gpu() const;
 
   /// Forgets a chunk; unknown ids are ignored.
   void remove_chunk(uint64_t id);

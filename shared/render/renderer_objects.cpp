@@ -218,8 +218,7 @@ Result<const GlProgram*> Renderer::State::image_program(int pass) {
 
 Result<void> Renderer::State::warm_up(GLuint framebuffer) {
   const PackedSample inactive{};
-  const auto range = buffers.add(std::span(&inactive, 1));
-  if (!range) return tl::unexpected(range.error());
+  const SampleRange range = buffers.add(std::span(&inactive, 1));
   layers = 1;
   auto done = targets.prepare(1, 1, layers, /*blended=*/false, limits.offered.float_blend);
   if (done) done = depth_tiles.prepare(1, 1);
@@ -236,12 +235,12 @@ Result<void> Renderer::State::warm_up(GLuint framebuffer) {
       glUseProgram((*splat)->program.name());
       glActiveTexture(GL_TEXTURE1);
       glBindTexture(GL_TEXTURE_2D, depth_tiles.texture());
-      glBindVertexArray(buffers.vertex_array(range->buffer));
-      glDrawArrays(GL_POINTS, static_cast<GLint>(range->first), 1);
+      glBindVertexArray(buffers.vertex_array(range.buffer));
+      glDrawArrays(GL_POINTS, static_cast<GLint>(range.first), 1);
     }
     if (done) done = compose(framebuffer, false);
   }
-  buffers.remove(*range);
+  buffers.remove(range);
   dirty = true;
   return done;
 }

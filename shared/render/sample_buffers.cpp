@@ -5,9 +5,9 @@
 
 namespace isosplat {
 
-Result<SampleRange> SampleBuffers::add(std::span<const PackedSample> samples) {
+SampleRange SampleBuffers::add(std::span<const PackedSample> samples) {
   const auto count = static_cast<uint32_t>(samples.size());
-  if (count == 0) return SampleRange{};
+  if (count == 0) return {};
   uint32_t index = 0;
   std::map<uint32_t, uint32_t>::iterator run;
   for (; index < buffers_.size(); ++index) {
@@ -18,21 +18,12 @@ Result<SampleRange> SampleBuffers::add(std::span<const PackedSample> samples) {
   if (index == buffers_.size()) {
     Buffer made;
     made.capacity = std::max(count, kBufferSamples);
-    while (glGetError() != GL_NO_ERROR) {
-    }
     glGenBuffers(1, &made.buffer);
     glGenVertexArrays(1, &made.vertex_array);
     glBindVertexArray(made.vertex_array);
     glBindBuffer(GL_ARRAY_BUFFER, made.buffer);
     glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(made.capacity * sizeof(PackedSample)),
                  nullptr, GL_STATIC_DRAW);
-    if (glGetError() != GL_NO_ERROR) {
-      glDeleteVertexArrays(1, &made.vertex_array);
-      glDeleteBuffers(1, &made.buffer);
-      return fail(Status::out_of_memory, "the GPU has no room for another " +
-                                             std::to_string(made.capacity) +
-                                             " samples: remove chunks, or lower the sample budget");
-    }
     glEnableVertexAttribArray(0);
     glVertexAttribIPointer(0, 4, GL_UNSIGNED_INT, sizeof(PackedSample), nullptr);
     glBindVertexArray(0);

@@ -31,8 +31,8 @@ class SampleBuffers {
   SampleBuffers(const SampleBuffers&) = delete;
   SampleBuffers& operator=(const SampleBuffers&) = delete;
 
-  /// Errors: out_of_memory.
-  Result<SampleRange> add(std::span<const PackedSample> samples);
+  /// Does not ask whether the GPU has room: that would wait for it (Renderer::check_gpu).
+  SampleRange add(std::span<const PackedSample> samples);
   void remove(const SampleRange& range);
 
   /// Vertex array whose attribute 0 is the buffer's samples (uvec4).

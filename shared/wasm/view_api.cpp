@@ -179,6 +179,13 @@ int32_t isosplat_view_add_chunk(uint32_t id, uint32_t level, int32_t block_x, in
   return added ? 0 : report(added.error());
 }
 
+int32_t isosplat_view_check_gpu() {
+  const Renderer* renderer = current();
+  if (!renderer) return no_view();
+  const auto checked = renderer->check_gpu();
+  return checked ? 0 : report(checked.error());
+}
+
 void isosplat_view_remove_chunk(uint32_t id) {
   if (Renderer* renderer = current()) renderer->remove_chunk(id);
 }

@@ -31,6 +31,8 @@ int32_t isosplat_view_set_volume(const double* grid, const double* mapping);
 /// samples: count × 16 bytes, as a chunk decoder yields them (PackedSample). id: the caller's.
 int32_t isosplat_view_add_chunk(uint32_t id, uint32_t level, int32_t block_x, int32_t block_y,
                                 int32_t block_z, const void* samples, uint32_t count);
+/// What went wrong on the GPU since the last call: Renderer::check_gpu.
+int32_t isosplat_view_check_gpu();
 void isosplat_view_remove_chunk(uint32_t id);
 
 /// Draws exactly these chunks from now on. regions: 16 words per id (RegionMask); null: all of

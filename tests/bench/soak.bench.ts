@@ -21,7 +21,7 @@ async function use(visitor: Visitor, round: number): Promise<void> {
 }
 
 async function soak(bench: Bench, visitor: Visitor): Promise<void> {
-  const held: { objects: number; buffers: number; samples: number }[] = [];
+  const held: { objects: number; buffers: number; wasm: number; samples: number }[] = [];
   let budget = 0;
   const end = Date.now() + minutes * 60_000;
   for (let round = 0; Date.now() < end; ++round) {
@@ -37,14 +37,14 @@ async function soak(bench: Bench, visitor: Visitor): Promise<void> {
   }
   const third = Math.floor(held.length / 3);
   if (third === 0) throw new Error("too short: fewer than three measurements");
-  const mean = (what: "objects" | "buffers", from: number): number =>
+  const mean = (what: "objects" | "buffers" | "wasm", from: number): number =>
     held.slice(from, from + third).reduce((sum, entry) => sum + entry[what], 0) / third;
   const report = (what: string, unit: string, value: number, reach?: { atMost: number }): void =>
     bench.report(`engine, ${minutes} min of use`, what, unit, value, reach);
   report("samples held, most", "M", Math.max(...held.map(({ samples }) => samples)), {
     atMost: budget / 1e6,
   });
-  for (const what of ["objects", "buffers"] as const) {
+  for (const what of ["objects", "buffers", "wasm"] as const) {
     const [early, late] = [mean(what, third), mean(what, held.length - third)];
     report(`${what}, in the last third`, "MB", late);
     // The first third fills caches: it is left out.

@@ -1,6 +1,7 @@
 import type { Chunk, Store } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
 import type { Source } from "./source.ts";
+import { measured } from "./timeline.ts";
 import { joined } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
@@ -99,6 +100,10 @@ export class CoarseEnd {
 
   /** Adds the pages that lie in the part. */
   #addPages(part: Part): void {
+    measured("isosplat:streaming", () => this.#addPagesOf(part));
+  }
+
+  #addPagesOf(part: Part): void {
     for (const page of this.#store.pages()) {
       const at = page.offset - part.offset;
       if (page.resident || at < 0 || at + page.bytes > part.bytes.length) continue;

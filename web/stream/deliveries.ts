@@ -1,7 +1,8 @@
 import type { Chunk } from "../core/index.ts";
+import { measured } from "./timeline.ts";
 
 /** The main thread hands on chunks for at most so long in a frame … (ms) */
-const timePerFrame = 4;
+const timePerFrame = 3;
 /** … and at most so many samples: 4 MB to upload. */
 const samplesPerFrame = 256 * 1024;
 /** A hidden page draws no frames, but streaming goes on. */
@@ -50,7 +51,7 @@ export class Deliveries {
     if (this.#closed) return;
     this.#waiting.push({ chunk, samples, pinned });
     this.#handles.add(chunk.handle);
-    this.#scheduled ??= nextFrame(() => this.#frame());
+    this.#scheduled ??= nextFrame(this.#frame);
   }
 
   close(): void {
@@ -61,7 +62,9 @@ export class Deliveries {
     for (const resolve of this.#whenEmpty.splice(0)) resolve();
   }
 
-  #frame(): void {
+  readonly #frame = (): void => measured("isosplat:streaming", () => this.#handOn());
+
+  #handOn(): void {
     this.#scheduled = undefined;
     const until = performance.now() + timePerFrame;
     let samples = 0;
@@ -77,7 +80,7 @@ export class Deliveries {
         (performance.now() >= until || samples + next.samples.length / 4 > samplesPerFrame);
       delivery = isFull ? undefined : this.#waiting.shift();
     }
-    if (this.#waiting.length > 0) this.#scheduled = nextFrame(() => this.#frame());
+    if (this.#waiting.length > 0) this.#scheduled = nextFrame(this.#frame);
     this.#delivered();
     if (this.empty) for (const resolve of this.#whenEmpty.splice(0)) resolve();
   }

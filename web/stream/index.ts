@@ -3,5 +3,6 @@ export { FileSource } from "./file_source.ts";
 export { ServerSource, type ServerSourceOptions } from "./server_source.ts";
 export { StreamSession } from "./session.ts";
 export type { Source } from "./source.ts";
+export { measured } from "./timeline.ts";
 export * from "./types.ts";
 export { WorkerPool } from "./worker_pool.ts";

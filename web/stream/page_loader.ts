@@ -2,6 +2,7 @@ import type { Page, Store } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
 import { badDirectory } from "./coarse_end.ts";
 import type { Source } from "./source.ts";
+import { measured } from "./timeline.ts";
 import { StreamError } from "./types.ts";
 
 /** Of so many pages one request is made. */
@@ -81,7 +82,7 @@ export class PageLoader {
     const page = this.#places[index];
     if (this.#signal.aborted || !page) return;
     try {
-      this.#store.addPage(index, bytes);
+      measured("isosplat:streaming", () => this.#store.addPage(index, bytes));
       page.resident = true;
     } catch (error) {
       if (this.#refused.has(index)) throw badDirectory(error);

@@ -10,6 +10,7 @@ import { PageLoader } from "./page_loader.ts";
 import { Residency } from "./residency.ts";
 import { type SightQuery, SightTests } from "./sight.ts";
 import type { Source } from "./source.ts";
+import { measured } from "./timeline.ts";
 import {
   type Progress,
   type StoreInfo,
@@ -161,8 +162,10 @@ export class StreamSession {
   /** The answer: `sightWords` (core) for each chunk that was drawn. */
   answerSight(query: SightQuery, answers: Uint32Array, settled: boolean): void {
     if (this.#closing.signal.aborted) return;
-    if (this.#sight.answered(query, settled)) this.#store.setSight(answers);
-    this.#select();
+    measured("isosplat:streaming", () => {
+      if (this.#sight.answered(query, settled)) this.#store.setSight(answers);
+      this.#select();
+    });
   }
 
   /** No answers come any more: from now on, what is hidden is fetched as well. */
@@ -241,6 +244,10 @@ export class StreamSession {
   #select(): void {
     const view = this.#view;
     if (!view || this.#closing.signal.aborted) return;
+    measured("isosplat:streaming", () => this.#selectFor(view));
+  }
+
+  #selectFor(view: ViewState): void {
     const left = this.#residency.budget - this.#residency.pinnedSamples;
     const asked = {
       viewProjection: view.viewProjection,

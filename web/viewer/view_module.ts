@@ -27,6 +27,7 @@ interface Exports extends CoreModule {
     samples: number,
     count: number,
   ): number;
+  _isosplat_view_check_gpu(): number;
   _isosplat_view_remove_chunk(id: number): void;
   _isosplat_view_set_visible(ids: number, regions: number, count: number): void;
   _isosplat_view_set_isosurfaces(surfaces: number, count: number): void;
@@ -173,6 +174,11 @@ export class ViewModule {
     this.#check(
       this.#exports._isosplat_view_add_chunk(id, place.level, x, y, z, pointer, samples.length / 4),
     );
+  }
+
+  /** Throws what the GPU could not do since the last call. Waits for it: call when it is done. */
+  checkGpu(): void {
+    this.#check(this.#exports._isosplat_view_check_gpu());
   }
 
   removeChunk(id: number): void {

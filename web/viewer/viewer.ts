@@ -1,6 +1,7 @@
 import type { Core } from "../core/index.ts";
 import { loadCore } from "../core/index.ts";
 import {
+  measured,
   type Progress,
   type Source,
   type StoreInfo,
@@ -452,9 +453,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const distance = this.#camera?.distance ?? 1;
     this.#guard(() => {
       const startedAt = performance.now();
-      const drawn = draw();
+      const drawn = measured("isosplat:drawing", draw);
       this.#timer?.measure(startedAt, (milliseconds) => {
         this.#choice.measured(drawn.kind, milliseconds, distance);
+        this.#guard((view) => view.checkGpu());
         if (!isResting) return;
         // One at a time, so that a gesture need not wait for more than one.
         this.#smooths = milliseconds <= longestSmoothed.resting;

@@ -34,6 +34,12 @@ export interface MarkDetail {
   sampleBudget: number;
 }
 
+/** Milliseconds. */
+export interface Work {
+  total: number;
+  longest: number;
+}
+
 export function launch(): Promise<Browser> {
   return chromium.launch(launchOptions);
 }
@@ -51,6 +57,11 @@ function bytesOnTheWire(url: string): Promise<number> {
       answer.on("error", reject);
     }).on("error", reject);
   });
+}
+
+/** Waits for the page's controls, the last part of it that is loaded. */
+async function controls(page: Page): Promise<void> {
+  await page.waitForFunction(() => customElements.get("wa-slider") !== undefined);
 }
 
 /** A page in a profile of its own: nothing is cached but what this visitor has fetched. */
@@ -103,6 +114,27 @@ export class Visitor {
           );
         }
       }).observe({ type: "mark", buffered: true });
+      const memories: WebAssembly.Memory[] = [];
+      (globalThis as unknown as { memories: typeof memories }).memories = memories;
+      const instantiate = WebAssembly.instantiate;
+      WebAssembly.instantiate = (async (
+        program: WebAssembly.Module,
+        imports: WebAssembly.Imports,
+      ) => {
+        const instance = await instantiate(program, imports);
+        for (const exported of Object.values(instance.exports)) {
+          if (exported instanceof WebAssembly.Memory) memories.push(exported);
+        }
+        return instance;
+      }) as typeof WebAssembly.instantiate;
+      const work: Record<string, number[]> = {};
+      (globalThis as unknown as { work: typeof work }).work = work;
+      new PerformanceObserver((list) => {
+        for (const { name, duration } of list.getEntries()) {
+          work[name] ??= [];
+          work[name].push(duration);
+        }
+      }).observe({ type: "measure", buffered: true });
     });
     return visitor;
   }
@@ -179,19 +211,33 @@ export class Visitor {
   }
 
   /**
-   * What the page's main thread holds once its garbage is collected, in MB: objects and array
-   * buffers. The browser does not tell WebAssembly's memory; tests/web/stream.spec.ts watches it.
+   * What the page's main thread holds once its garbage is collected, in MB: objects, array buffers,
+   * and WebAssembly's memories. Those of workers are not seen; tests/web/stream.spec.ts watches them.
    */
-  async heap(): Promise<{ objects: number; buffers: number }> {
+  async heap(): Promise<{ objects: number; buffers: number; wasm: number }> {
     await this.#cdp.send("HeapProfiler.collectGarbage");
     const usage = await this.#cdp.send("Runtime.getHeapUsage");
-    return { objects: usage.usedSize / 1e6, buffers: usage.backingStorageSize / 1e6 };
+    const wasm = await this.page.evaluate(() => {
+      const { memories } = globalThis as unknown as { memories: WebAssembly.Memory[] };
+      return memories.reduce((bytes, memory) => bytes + memory.buffer.byteLength, 0);
+    });
+    const [objects, buffers] = [usage.usedSize, usage.backingStorageSize];
+    return { objects: objects / 1e6, buffers: buffers / 1e6, wasm: wasm / 1e6 };
   }
 
   /** Seconds that scripts, WebAssembly included, have run on the main thread. */
   async scriptSeconds(): Promise<number> {
     const { metrics } = await this.#cdp.send("Performance.getMetrics");
     return metrics.find(({ name }) => name === "ScriptDuration")?.value ?? 0;
+  }
+
+  /** What the main thread was kept by a kind of work (web/stream/timeline.ts) so far, in ms. */
+  async work(name: "isosplat:streaming" | "isosplat:drawing"): Promise<Work> {
+    return this.page.evaluate((name) => {
+      const { work } = globalThis as unknown as { work: Record<string, number[]> };
+      const pieces = work[name] ?? [];
+      return { total: pieces.reduce((sum, piece) => sum + piece, 0), longest: Math.max(...pieces) };
+    }, name);
   }
 
   /** What the last mark of this name says of streaming until then. */
@@ -213,8 +259,7 @@ export class Visitor {
     await cdp.send("Network.enable");
     await cdp.send("Network.setBlockedURLs", { urls: ["*/v1/*", "*.isosplat"] });
     await again.goto(this.#pageUrl);
-    // The controls are the last that it loads.
-    await again.waitForFunction(() => customElements.get("wa-slider"));
+    await controls(again);
     await again.waitForLoadState("networkidle");
     await again.close();
     if (this.page.context().pages().length !== before) throw new Error("a page was left open");
@@ -226,6 +271,7 @@ export class Visitor {
    * else workers run is the page's.
    */
   async programBytes(): Promise<number> {
+    await controls(this.page);
     const seen = new Set(this.otherUrls.map((url) => new URL(url).pathname));
     let bytes = this.other.bytes;
     const text = await this.page.evaluate(async () => {
