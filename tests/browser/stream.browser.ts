@@ -5,6 +5,7 @@ import { existsSync, statSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { expect, test } from "@playwright/test";
 import { Visitor } from "../bench/stream/visit.ts";
+import { chunksOf } from "./support/chunks.ts";
 
 const built = (path: string): string =>
   fileURLToPath(new URL(`../../build/${path}`, import.meta.url));
@@ -34,15 +35,6 @@ test.afterAll(async () => {
   server.kill("SIGTERM");
   await ended;
 });
-
-/** The chunks that a list of addresses asks for. */
-function chunksOf(urls: readonly string[]): string[] {
-  return urls.flatMap((address) => {
-    const text = decodeURIComponent(address);
-    const single = /\/chunks\/(\d+\/[\d.]+\/\d+)$/.exec(text)?.[1];
-    return single ? [single] : (/batch\?chunks=(.*)$/.exec(text)?.[1]?.split(",") ?? []);
-  });
-}
 
 type Slider = HTMLElement & { value: number };
 

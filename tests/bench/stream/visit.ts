@@ -127,12 +127,13 @@ export class Visitor {
         }
         return instance;
       }) as typeof WebAssembly.instantiate;
-      const work: Record<string, number[]> = {};
+      const work: Record<string, Work> = {};
       (globalThis as unknown as { work: typeof work }).work = work;
       new PerformanceObserver((list) => {
         for (const { name, duration } of list.getEntries()) {
-          work[name] ??= [];
-          work[name].push(duration);
+          work[name] ??= { total: 0, longest: 0 };
+          work[name].total += duration;
+          work[name].longest = Math.max(work[name].longest, duration);
         }
       }).observe({ type: "measure", buffered: true });
     });
@@ -234,9 +235,8 @@ export class Visitor {
   /** What the main thread was kept by a kind of work (web/stream/timeline.ts) so far, in ms. */
   async work(name: "isosplat:streaming" | "isosplat:drawing"): Promise<Work> {
     return this.page.evaluate((name) => {
-      const { work } = globalThis as unknown as { work: Record<string, number[]> };
-      const pieces = work[name] ?? [];
-      return { total: pieces.reduce((sum, piece) => sum + piece, 0), longest: Math.max(...pieces) };
+      const { work } = globalThis as unknown as { work: Record<string, Work> };
+      return work[name] ?? { total: 0, longest: 0 };
     }, name);
   }
 

@@ -1,0 +1,94 @@
+/**
+ * What the view hides is not fetched: the page's picture at rest against the one that the native
+ * renderer draws of every chunk at full resolution.
+ */
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { expect, type Page, test } from "@playwright/test";
+import { chunksOf } from "./support/chunks.ts";
+import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
+import { atRest, compare, complete, savedPicture } from "./support/view.ts";
+
+test.use({ viewport: { width: 800, height: 520 } });
+
+const volume = "mandelbulb";
+const isovalue = 226.5;
+const camera = "40,25,600,127.5,127.5,127.5";
+/** Of all pixels: edges of coarse stand-ins that show in fewer pixels than are worth a request. */
+const mostDiffering = 0.002;
+
+let server: RunningServer;
+let folder: string;
+
+test.beforeAll(async () => {
+  folder = mkdtempSync(join(tmpdir(), "isosplat-occlusion-"));
+  server = await serve([join(demoFolder, `${volume}.isosplat`)]);
+});
+test.afterAll(async () => {
+  await server.stop();
+  rmSync(folder, { recursive: true });
+});
+
+const address = (isovalue: number): string =>
+  `${server.url}?volume=${volume}&isovalue=${isovalue}&camera=${camera}&kind=ellipse&background=ffffff`;
+
+/** Compares a picture with that of all chunks of level 0. */
+async function expectEverything(page: Page, picture: Buffer): Promise<void> {
+  const { width, height } = await compare(page, picture, picture);
+  const out = join(folder, "everything.png");
+  execFileSync(program, [
+    ...["render", join(demoFolder, `${volume}.isosplat`), "--isovalue", String(isovalue)],
+    ...["-o", out, "--size", `${width}x${height}`, "--camera", camera, "--kind", "ellipse"],
+    ...["--background", "ffffff", "--colour", "d9ccb3", "--level", "0"],
+  ]);
+  const difference = await compare(page, picture, readFileSync(out));
+  expect(difference.covered).toBeGreaterThan(0.1);
+  expect(difference.differing).toBeLessThan(mostDiffering);
+}
+
+/** How many chunks of level 0 the isovalue has. */
+async function allChunks(page: Page): Promise<number> {
+  const answer = await page.request.get(`${server.url}v1/volumes/${volume}`);
+  const { urls } = (await answer.json()) as { urls: { chunks: string } };
+  const address = `${server.url}${urls.chunks.slice(1)}?isovalue=${isovalue}&level=0`;
+  const head = await page.request.head(address);
+  return Number(head.headers()["x-isosplat-chunks"]);
+}
+
+test("the picture shows what it would if everything were there", async ({ page }) => {
+  test.setTimeout(120_000);
+  const asked: string[] = [];
+  page.on("request", (request) => asked.push(request.url()));
+  await page.goto(address(isovalue));
+  await complete(page, 60_000);
+  await atRest(page);
+  const ours = await savedPicture(page);
+  const fetched = chunksOf(asked).filter((place) => place.startsWith("0/")).length;
+  // Otherwise there is nothing to compare.
+  expect(fetched).toBeGreaterThan(0);
+  expect(fetched).toBeLessThan(0.9 * (await allChunks(page)));
+
+  await expectEverything(page, ours);
+});
+
+test("it does not depend on what was looked at before", async ({ page }) => {
+  test.setTimeout(180_000);
+  await page.goto(address(100.5));
+  await complete(page, 60_000);
+  await page.evaluate((isovalue) => {
+    const slider = document.querySelector<HTMLElement & { value: number }>(
+      "wa-slider.isovalue-slider",
+    );
+    if (!slider) throw new Error("no slider");
+    slider.value = isovalue;
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+  }, isovalue);
+  await expect(page).toHaveURL(new RegExp(`isovalue=${isovalue}`));
+  // By now the page no longer calls the picture before complete.
+  await atRest(page);
+  await complete(page, 60_000);
+  await atRest(page);
+  await expectEverything(page, await savedPicture(page));
+});

@@ -1,0 +1,8 @@
+/** The chunks, `level/x.y.z/slab`, that a list of addresses asks for. */
+export function chunksOf(urls: readonly string[]): string[] {
+  return urls.flatMap((address) => {
+    const text = decodeURIComponent(address);
+    const single = /\/chunks\/(\d+\/[\d.]+\/\d+)$/.exec(text)?.[1];
+    return single ? [single] : (/batch\?chunks=(.*)$/.exec(text)?.[1]?.split(",") ?? []);
+  });
+}
