@@ -247,7 +247,7 @@ Result<void> ChunkDecoder::decode_packed(std::span<const std::byte> bytes, const
                                          std::vector<PackedSample>& out) {
   // Cells are emitted only once their number is known to be cell_count, and that to be possible.
   constexpr uint32_t kMostCells = kBlockCells * kBlockCells * kBlockCells;
-  out.clear();
+  // Not cleared before: what an earlier call has left need not be set to zero, it is overwritten.
   out.resize(std::min(shape.cell_count, kMostCells) + kBeyondPacked);
   PackedSample* to = out.data();
   const Result<void> done = scratch_->decode<VectorOps>(
