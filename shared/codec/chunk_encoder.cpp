@@ -30,11 +30,10 @@ constexpr size_t kMostQuads = kBlockCells * kBlockCells * kBlockCells / 2;
 /// Collects the mask's symbols, which are encoded last.
 struct MaskEncoder {
   static constexpr bool kDecodes = false;
-  const RansSymbol (*symbols)[16];
-  const RansSymbol** to;
+  uint16_t* to;
 
   uint32_t quad(uint32_t context, uint32_t value) {
-    *to++ = &symbols[context][value];
+    *to++ = static_cast<uint16_t>(context * 16 + value);
     return value;
   }
   bool good() const { return true; }
@@ -74,8 +73,8 @@ struct IntervalResidual {
 };
 
 struct ChunkEncoder::Scratch {
-  RansSymbol quad_symbols[256][16];
-  const RansSymbol* mask_symbols[kMostQuads];
+  RansSymbol quad_symbols[256 * 16];  // by context and quad
+  uint16_t mask_symbols[kMostQuads];
 
   SlabMasks slab_masks;           // of one slab
   const PointPlane nothing = {};  // stands for the plane before the first
@@ -99,7 +98,7 @@ struct ChunkEncoder::Scratch {
   void add_intervals(const BlockView& block, const CellMask& mask, const ChunkHeader& header,
                      int32_t z, int32_t& interval_energy);
   void set_residuals(const BlockView& block, const CellMask& mask, const ChunkHeader& header);
-  uint16_t* put_mask(RansEncoder rans, const RansSymbol* const* end) const;
+  uint16_t* put_mask(RansEncoder rans, const uint16_t* end) const;
   const PointPlane& before(int32_t z) const { return z > 0 ? planes[z - 1] : nothing; }
 };
 
@@ -107,7 +106,7 @@ ChunkEncoder::Scratch::Scratch() : rows{}, first_row{} {
   const QuadSlots slots;
   for (int context = 0; context < 256; ++context) {
     for (int quad = 0; quad < 16; ++quad) {
-      quad_symbols[context][quad] =
+      quad_symbols[context * 16 + quad] =
           RansSymbol(slots.start[context][quad], slots.frequency[context][quad], kQuadBits);
     }
   }
@@ -236,8 +235,8 @@ void ChunkEncoder::Scratch::set_residuals(const BlockView& block, const CellMask
 }
 
 /// Encodes the mask's symbols up to `end`, and returns the end of the words.
-uint16_t* ChunkEncoder::Scratch::put_mask(RansEncoder rans, const RansSymbol* const* end) const {
-  while (end != mask_symbols) rans.put<kQuadBits>(**--end);
+uint16_t* ChunkEncoder::Scratch::put_mask(RansEncoder rans, const uint16_t* end) const {
+  while (end != mask_symbols) rans.put<kQuadBits>(quad_symbols[*--end]);
   return rans.finish();
 }
 
@@ -266,7 +265,7 @@ uint32_t ChunkEncoder::encode(const BlockView& block, const CellMask& mask, uint
   const size_t most_residuals = point_count + (block.has_intervals ? 2 * size_t{count} : 0);
   s.residuals.begin(most_residuals);
   BrickMask bricks = bricks_of(mask, block.cells);
-  MaskEncoder mask_encoder{s.quad_symbols, s.mask_symbols};
+  MaskEncoder mask_encoder{s.mask_symbols};
   code_mask(block.cells, bricks, mask, mask_encoder);
 
   ChunkHeader header;
@@ -275,7 +274,7 @@ uint32_t ChunkEncoder::encode(const BlockView& block, const CellMask& mask, uint
   if (block.has_intervals) header.interval_shift = unused_bits(block, mask);
   for (const uint32_t below : kMergeBelow) header.levels.merge += point_count < below;
   s.set_residuals(block, mask, header);
-  const size_t raw_bits = s.residuals.choose_models(header);
+  const size_t raw_bits = s.residuals.choose_models(header, block.has_intervals);
 
   s.header_bits.begin(kMostHeaderBits);
   write_header(header, block.has_intervals, s.header_bits);

@@ -78,8 +78,9 @@ void ResidualEncoder::begin(size_t most_residuals) {
   size_ = 0;
 }
 
-void ResidualEncoder::count_bins() {
-  std::memset(bins_, 0, sizeof bins_);
+/// keys: those from here on do not occur.
+void ResidualEncoder::count_bins(int32_t keys) {
+  std::fill_n(&bins_[0][0], static_cast<uint32_t>(keys) * kBins, 0);
   uint32_t* const counts = &bins_[0][0];
   constexpr size_t kBatch = 512;
   uint16_t at[kBatch];
@@ -129,10 +130,11 @@ ResidualEncoder::Choice ResidualEncoder::choose_model(const uint32_t* bins) cons
   return best;
 }
 
-size_t ResidualEncoder::choose_models(ChunkHeader& header) {
-  count_bins();
+size_t ResidualEncoder::choose_models(ChunkHeader& header, bool has_intervals) {
+  const int32_t keys = (has_intervals ? kGroups : kIntervalMin) * kOctaves;
+  count_bins(keys);
   std::array<size_t, kOctaves> octaves{};
-  for (int32_t key = 0; key < kKeys; ++key) {
+  for (int32_t key = 0; key < keys; ++key) {
     for (const uint32_t count : bins_[key]) octaves[static_cast<size_t>(key % kOctaves)] += count;
   }
   // The lowest sixteenth of all residuals share a level.
@@ -143,7 +145,7 @@ size_t ResidualEncoder::choose_models(ChunkHeader& header) {
 
   std::array<std::array<uint32_t, kBins>, kContexts> contexts{};
   std::array<size_t, kContexts> used{};
-  for (int32_t key = 0; key < kKeys; ++key) {
+  for (int32_t key = 0; key < keys; ++key) {
     if (octaves[static_cast<size_t>(key % kOctaves)] == 0) continue;
     const auto c = static_cast<size_t>(header.levels.context_of_key(key));
     for (uint32_t bin = 0; bin < kBins; ++bin) {

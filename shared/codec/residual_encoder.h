@@ -27,8 +27,9 @@ class ResidualEncoder {
   void set_end(const uint32_t* end) { size_ = static_cast<size_t>(end - residuals_.data()); }
 
   /// Sets where levels begin, and each context's model: the cheapest of those with about the right
-  /// number of raw bits. header.levels.merge is given. Returns how many raw bits put() will write.
-  size_t choose_models(ChunkHeader& header);
+  /// number of raw bits. header.levels.merge is given. has_intervals: of the chunk. Returns how
+  /// many raw bits put() will write.
+  size_t choose_models(ChunkHeader& header, bool has_intervals);
 
   /// Encodes backwards, from the last residual to the first, with the header that choose_models()
   /// has set.
@@ -50,7 +51,7 @@ class ResidualEncoder {
     uint32_t model;
     uint64_t raw_bits;
   };
-  void count_bins();
+  void count_bins(int32_t keys);
   Choice choose_model(const uint32_t* bins) const;
 
   RansSymbol symbol_[kShapes][kTokens];
