@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <type_traits>
 
 namespace isosplat {
 namespace {
@@ -26,9 +27,12 @@ std::array<int32_t, 3> neighbours(int32_t coarse, int32_t last) {
 
 constexpr std::array<uint32_t, 3> kWeight = {1, 2, 1};
 
-/// One row of the volume along x with a place more at either end.
+/// Sums of a row of the volume along x with a place more at either end. Four times four times the
+/// greatest code fits 16 bits where codes have eight: vectors hold twice as many.
+template <class T>
 struct PaddedRow {
-  std::array<uint32_t, kBlockCells + 4> sum, weight;
+  using Sum = std::conditional_t<sizeof(T) == 1, uint16_t, uint32_t>;
+  std::array<Sum, kBlockCells + 4> sum, weight;
 };
 
 template <class T>
@@ -45,16 +49,17 @@ void average_voxels(const Layer& layer, const GatheredBlock& block, const Coarse
   const int32_t first_x = std::max(2 * xs.begin - 1, 0);
   const int32_t last_x = std::min(2 * (xs.end - 1) + 1, cells.x);
   const auto count = static_cast<size_t>(last_x - first_x + 1);
-  PaddedRow row;
+  using Sum = typename PaddedRow<T>::Sum;
+  PaddedRow<T> row;
   for (int32_t k = zs.begin; k < zs.end; ++k) {
     const auto z_places = neighbours(k, cells.z);
     for (int32_t j = ys.begin; j < ys.end; ++j) {
       const auto y_places = neighbours(j, cells.y);
-      std::fill_n(row.sum.begin(), count, 0u);
-      std::fill_n(row.weight.begin(), count, 0u);
+      row.sum.fill(0);
+      if (layer.has_missing) row.weight.fill(0);
       for (size_t dz = 0; dz < 3; ++dz) {
         for (size_t dy = 0; dy < 3; ++dy) {
-          const uint32_t weight = kWeight[dz] * kWeight[dy];
+          const auto weight = static_cast<Sum>(kWeight[dz] * kWeight[dy]);
           const T* from = slices +
                           (static_cast<size_t>(z_places[dz] - layer.first_voxel_slice) * ny +
                            static_cast<size_t>(y_places[dy])) *
@@ -62,12 +67,14 @@ void average_voxels(const Layer& layer, const GatheredBlock& block, const Coarse
                           static_cast<size_t>(first_x);
           if (layer.has_missing) {
             for (size_t i = 0; i < count; ++i) {
-              const uint32_t w = from[i] == kMissingCode ? 0 : weight;
-              row.sum[i] += w * from[i];
-              row.weight[i] += w;
+              const Sum w = from[i] == kMissingCode ? Sum{0} : weight;
+              row.sum[i] = static_cast<Sum>(row.sum[i] + w * from[i]);
+              row.weight[i] = static_cast<Sum>(row.weight[i] + w);
             }
           } else {
-            for (size_t i = 0; i < count; ++i) row.sum[i] += weight * from[i];
+            for (size_t i = 0; i < count; ++i) {
+              row.sum[i] = static_cast<Sum>(row.sum[i] + weight * from[i]);
+            }
           }
         }
       }
@@ -82,7 +89,7 @@ void average_voxels(const Layer& layer, const GatheredBlock& block, const Coarse
         for (size_t dx = 0; dx < 3; ++dx) {
           const auto at = static_cast<size_t>(places[dx] - first_x);
           sum += kWeight[dx] * row.sum[at];
-          weight += kWeight[dx] * row.weight[at];
+          if (layer.has_missing) weight += kWeight[dx] * row.weight[at];
         }
         if (!layer.has_missing) {
           *to = static_cast<T>((sum + 32) >> 6);

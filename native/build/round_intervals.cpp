@@ -11,10 +11,10 @@ void round_intervals(GatheredBlock& block) {
   // Cells by the number of bits of their span: a span of b bits is at least 2^(b − 1).
   std::array<size_t, 17> cells{};
   for (const CellInterval interval : block.intervals) {
-    if (interval.min >= interval.max) continue;
-    ++cells[static_cast<size_t>(
-        std::bit_width(static_cast<unsigned>(interval.max - interval.min)))];
+    const int span = std::max(interval.max - interval.min, 0);
+    ++cells[static_cast<size_t>(std::bit_width(static_cast<unsigned>(span)))];
   }
+  cells[0] = 0;  // those are never active
   size_t all = 0;
   for (const size_t count : cells) all += count;
   size_t below = 0;

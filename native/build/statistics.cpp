@@ -63,10 +63,11 @@ void VolumeStatistics::add_block(const SlabPlanner& planner,
     maxima_[range.min + i] += maxima[i];
   }
   for (size_t i = 0; i < intervals.size(); i += kSpanStride) {
+    // Whether a cell is active at all may be close to random: zero, not a branch.
     const auto [min, max] = intervals[i];
-    if (min >= max) continue;
-    spans_from_[min] += static_cast<uint64_t>(max - min);
-    spans_to_[max] += static_cast<uint64_t>(max - min);
+    const auto span = static_cast<uint64_t>(std::max(max - min, 0));
+    spans_from_[min] += span;
+    spans_to_[max] += span;
   }
 }
 
