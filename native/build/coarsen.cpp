@@ -27,13 +27,48 @@ std::array<int32_t, 3> neighbours(int32_t coarse, int32_t last) {
 
 constexpr std::array<uint32_t, 3> kWeight = {1, 2, 1};
 
-/// Sums of a row of the volume along x with a place more at either end. Four times four times the
-/// greatest code fits 16 bits where codes have eight: vectors hold twice as many.
+/// Weighted sums of nine voxels across x: at most sixteen times the greatest code.
 template <class T>
-struct PaddedRow {
-  using Sum = std::conditional_t<sizeof(T) == 1, uint16_t, uint32_t>;
-  std::array<Sum, kBlockCells + 4> sum, weight;
-};
+using Sum = std::conditional_t<sizeof(T) == 1, uint16_t, uint32_t>;
+template <class T>
+using RowSums = std::array<Sum<T>, kBlockCells + 4>;
+
+/// The nine rows of voxels that a coarse row is made of, y fastest.
+template <class T>
+using NineRows = std::array<const T*, 9>;
+
+template <class T>
+void sum_rows(const NineRows<T>& rows, size_t count, RowSums<T>& sums) {
+  const auto& [a, b, c, d, e, f, g, h, i] = rows;
+  Sum<T>* const __restrict to = sums.data();
+  for (size_t x = 0; x < count; ++x) {
+    const uint32_t corners = a[x] + c[x] + g[x] + i[x], sides = b[x] + d[x] + f[x] + h[x];
+    to[x] = static_cast<Sum<T>>(corners + 2 * sides + 4u * e[x]);
+  }
+}
+
+/// The same of the voxels that have a value; `weights` says how much they weigh together.
+template <class T>
+void sum_present(const NineRows<T>& rows, size_t count, RowSums<T>& sums, RowSums<T>& weights) {
+  sums.fill(0);
+  weights.fill(0);
+  for (size_t r = 0; r < rows.size(); ++r) {
+    const uint32_t weight = kWeight[r / 3] * kWeight[r % 3];
+    for (size_t x = 0; x < count; ++x) {
+      const uint32_t w = rows[r][x] == kMissingCode ? 0 : weight;
+      sums[x] = static_cast<Sum<T>>(sums[x] + w * rows[r][x]);
+      weights[x] = static_cast<Sum<T>>(weights[x] + w);
+    }
+  }
+}
+
+/// The sum of three such sums around a coarse voxel, the first of which is of place first_x.
+template <class T>
+uint32_t sum_around(const RowSums<T>& sums, int32_t coarse, int32_t last, int32_t first_x) {
+  const auto [left, centre, right] = neighbours(coarse, last);
+  const auto at = [&](int32_t x) { return uint32_t{sums[static_cast<size_t>(x - first_x)]}; };
+  return at(left) + 2 * at(centre) + at(right);
+}
 
 template <class T>
 void average_voxels(const Layer& layer, const GatheredBlock& block, const CoarserLayer& coarser) {
@@ -49,53 +84,43 @@ void average_voxels(const Layer& layer, const GatheredBlock& block, const Coarse
   const int32_t first_x = std::max(2 * xs.begin - 1, 0);
   const int32_t last_x = std::min(2 * (xs.end - 1) + 1, cells.x);
   const auto count = static_cast<size_t>(last_x - first_x + 1);
-  using Sum = typename PaddedRow<T>::Sum;
-  PaddedRow<T> row;
+  // Coarse voxels with all three places in the volume.
+  const int32_t begin = std::max(xs.begin, 1), end = std::min(xs.end, (cells.x + 1) / 2);
+  RowSums<T> sums, weights;
   for (int32_t k = zs.begin; k < zs.end; ++k) {
     const auto z_places = neighbours(k, cells.z);
     for (int32_t j = ys.begin; j < ys.end; ++j) {
       const auto y_places = neighbours(j, cells.y);
-      row.sum.fill(0);
-      if (layer.has_missing) row.weight.fill(0);
-      for (size_t dz = 0; dz < 3; ++dz) {
-        for (size_t dy = 0; dy < 3; ++dy) {
-          const auto weight = static_cast<Sum>(kWeight[dz] * kWeight[dy]);
-          const T* from = slices +
-                          (static_cast<size_t>(z_places[dz] - layer.first_voxel_slice) * ny +
-                           static_cast<size_t>(y_places[dy])) *
-                              nx +
-                          static_cast<size_t>(first_x);
-          if (layer.has_missing) {
-            for (size_t i = 0; i < count; ++i) {
-              const Sum w = from[i] == kMissingCode ? Sum{0} : weight;
-              row.sum[i] = static_cast<Sum>(row.sum[i] + w * from[i]);
-              row.weight[i] = static_cast<Sum>(row.weight[i] + w);
-            }
-          } else {
-            for (size_t i = 0; i < count; ++i) {
-              row.sum[i] = static_cast<Sum>(row.sum[i] + weight * from[i]);
-            }
-          }
-        }
+      NineRows<T> rows;
+      for (size_t r = 0; r < rows.size(); ++r) {
+        const auto z = static_cast<size_t>(z_places[r / 3] - layer.first_voxel_slice);
+        const auto y = static_cast<size_t>(y_places[r % 3]);
+        rows[r] = slices + (z * ny + y) * nx + static_cast<size_t>(first_x);
       }
-      T* to =
-          out +
-          (static_cast<size_t>(k - coarser.first_voxel_slice) * out_ny + static_cast<size_t>(j)) *
-              out_nx +
-          static_cast<size_t>(xs.begin);
-      for (int32_t i = xs.begin; i < xs.end; ++i, ++to) {
-        const auto places = neighbours(i, cells.x);
-        uint32_t sum = 0, weight = 0;
-        for (size_t dx = 0; dx < 3; ++dx) {
-          const auto at = static_cast<size_t>(places[dx] - first_x);
-          sum += kWeight[dx] * row.sum[at];
-          if (layer.has_missing) weight += kWeight[dx] * row.weight[at];
+      const auto out_z = static_cast<size_t>(k - coarser.first_voxel_slice);
+      T* const __restrict to = out + (out_z * out_ny + static_cast<size_t>(j)) * out_nx;
+      const auto around = [&](const RowSums<T>& of, int32_t i) {
+        return sum_around<T>(of, i, cells.x, first_x);
+      };
+      if (layer.has_missing) {
+        sum_present<T>(rows, count, sums, weights);
+        for (int32_t i = xs.begin; i < xs.end; ++i) {
+          const uint32_t sum = around(sums, i), weight = around(weights, i);
+          to[i] = static_cast<T>(weight ? (sum + weight / 2) / weight : kMissingCode);
         }
-        if (!layer.has_missing) {
-          *to = static_cast<T>((sum + 32) >> 6);
-        } else {
-          *to = static_cast<T>(weight ? (sum + weight / 2) / weight : kMissingCode);
-        }
+        continue;
+      }
+      sum_rows<T>(rows, count, sums);
+      for (int32_t i = begin; i < end; ++i) {
+        const Sum<T>* const three = &sums[static_cast<size_t>(2 * i - 1 - first_x)];
+        const uint32_t sum = uint32_t{three[0]} + 2u * three[1] + three[2];
+        to[i] = static_cast<T>((sum + 32) >> 6);
+      }
+      for (int32_t i = xs.begin; i < begin; ++i) {
+        to[i] = static_cast<T>((around(sums, i) + 32) >> 6);
+      }
+      for (int32_t i = std::max(begin, end); i < xs.end; ++i) {
+        to[i] = static_cast<T>((around(sums, i) + 32) >> 6);
       }
     }
   }
