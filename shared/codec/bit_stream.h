@@ -57,7 +57,8 @@ class BackwardBitWriter {
     put(0, 0);
   }
 
-  /// bits: 0 to 56, value < 2^bits.
+  /// bits: 0 to kMostBits, value < 2^bits.
+  static constexpr uint32_t kMostBits = 56;
   void put(uint64_t value, uint32_t bits) {
     hold_ = hold_ << bits | value;
     held_ += bits;

@@ -181,8 +181,7 @@ void ResidualEncoder::put(const ChunkHeader& header, RansEncoder& rans,
   constexpr size_t kBatch = 512;
   uint32_t symbol[kBatch], raw[kBatch], raw_bits[kBatch];
   for (size_t end = size_, count; end > 0; end -= count) {
-    // All batches but the one that is encoded last are whole: symbols go by fours, raw bits by
-    // twos.
+    // All batches but the one that is encoded last are whole: both go by fours.
     count = std::min(end, kBatch);
     const uint32_t* const entries = residuals_.data() + end - count;
     // Apart from the encoding, so that it becomes vector code.
@@ -201,11 +200,23 @@ void ResidualEncoder::put(const ChunkHeader& header, RansEncoder& rans,
       for (size_t k = 1; k <= kRansStates; ++k) local_rans.put<kTokenBits>(symbols[symbol[i - k]]);
     }
     for (; i > 0; --i) local_rans.put<kTokenBits>(symbols[symbol[i - 1]]);
-    for (i = count; i >= 2; i -= 2) {
-      local_bits.put(raw[i - 2] | uint64_t{raw[i - 1]} << raw_bits[i - 2],
-                     raw_bits[i - 2] + raw_bits[i - 1]);
+    const auto put_two = [&](size_t first) {
+      local_bits.put(raw[first] | uint64_t{raw[first + 1]} << raw_bits[first],
+                     raw_bits[first] + raw_bits[first + 1]);
+    };
+    for (i = count; i >= 4; i -= 4) {
+      // Hardly ever more bits than fit at once.
+      const size_t a = i - 4, c = i - 2;
+      const uint32_t bits_a = raw_bits[a] + raw_bits[a + 1], bits_c = raw_bits[c] + raw_bits[c + 1];
+      if (bits_a + bits_c > BackwardBitWriter::kMostBits) {
+        put_two(c), put_two(a);
+        continue;
+      }
+      const uint64_t two_a = raw[a] | uint64_t{raw[a + 1]} << raw_bits[a];
+      const uint64_t two_c = raw[c] | uint64_t{raw[c + 1]} << raw_bits[c];
+      local_bits.put(two_a | two_c << bits_a, bits_a + bits_c);
     }
-    if (i > 0) local_bits.put(raw[0], raw_bits[0]);
+    for (; i > 0; --i) local_bits.put(raw[i - 1], raw_bits[i - 1]);
   }
   bits = std::move(local_bits);
   rans = local_rans;
