@@ -2,6 +2,7 @@
 
 #include <fstream>
 
+#include "shared/store/store_reader.h"
 #include "tests/golden/digest.h"
 
 namespace isosplat {
@@ -23,6 +24,61 @@ TEST(Golden, StoresOfEveryVersionDecodeToWhatTheyDidThen) {
                 content(path + ".txt"));
     }
   }
+}
+
+/// Reads the head and all pages; the status of the first that is refused.
+Status open_directory(std::span<const std::byte> store) {
+  auto reader = StoreReader::open(store);
+  if (!reader) return reader.error().status;
+  for (uint32_t i = 0; i < reader->pages().size(); ++i) {
+    const PageRef page = reader->pages()[i];
+    const size_t begin = std::min<size_t>(page.offset, store.size());
+    const size_t size = std::min<size_t>(page.bytes, store.size() - begin);
+    if (auto added = reader->add_page(i, store.subspan(begin, size)); !added) {
+      return added.error().status;
+    }
+  }
+  return Status::ok;
+}
+
+/// Calls f(bytes) for each golden store.
+template <class F>
+void for_each_store(F f) {
+  for (const std::string name : {"tiny", "u8", "i16", "f32_missing", "u32"}) {
+    SCOPED_TRACE(name);
+    const std::string store = content(std::string(ISOSPLAT_GOLDEN) + "/v1.0/" + name + ".isosplat");
+    ASSERT_FALSE(store.empty());
+    const auto bytes = std::as_bytes(std::span(store.data(), store.size()));
+    f(std::vector(bytes.begin(), bytes.end()));
+  }
+}
+
+TEST(Golden, EveryTruncationIsRefused) {
+  for_each_store([](const std::vector<std::byte>& store) {
+    ASSERT_EQ(open_directory(store), Status::ok);
+    for (size_t size = 0; size < store.size(); ++size) {
+      // The last page ends with the store.
+      ASSERT_EQ(open_directory(std::span(store).first(size)),
+                size < 8 ? Status::not_a_store : Status::truncated)
+          << size;
+    }
+  });
+}
+
+TEST(Golden, EveryFlippedBitOfHeadAndDirectoryIsRefused) {
+  for_each_store([](std::vector<std::byte> store) {
+    const auto reader = StoreReader::open(store);
+    ASSERT_TRUE(reader);
+    std::vector<std::pair<size_t, size_t>> parts{{0, reader->info().head_bytes}};
+    for (const PageRef& page : reader->pages()) parts.emplace_back(page.offset, page.bytes);
+    for (const auto& [begin, size] : parts) {
+      for (size_t bit = 8 * begin; bit < 8 * (begin + size); ++bit) {
+        store[bit / 8] ^= std::byte{1} << (bit % 8);
+        ASSERT_NE(open_directory(store), Status::ok) << bit;
+        store[bit / 8] ^= std::byte{1} << (bit % 8);
+      }
+    }
+  });
 }
 
 }  // namespace
