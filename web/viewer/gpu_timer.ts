@@ -12,6 +12,11 @@ export class GpuTimer {
     this.#gl = gl;
   }
 
+  /** A frame is being drawn. */
+  get isBusy(): boolean {
+    return this.#timer !== 0;
+  }
+
   /** Call right after a frame's commands. `done` is told the milliseconds since `startedAt`. */
   measure(startedAt: number, done: (milliseconds: number) => void): void {
     if (this.#timer !== 0) return;

@@ -71,6 +71,8 @@ const longestSmoothed = { resting: 400, saved: 1500 };
  * before. What shows in few is most often hidden once coarse parts in front of it are refined.
  */
 const leastSeenPixels = { settled: 40, before: 160 };
+/** While a picture is being drawn, it is looked again after so long (ms). */
+const shortestWait = 8;
 /** The GPU is asked so often whether the first shaders are compiled (ms). */
 const shaderPolling = 8;
 /** The GPU is asked so often whether a sight test is done (ms). */
@@ -104,6 +106,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #lastMotion = Number.NEGATIVE_INFINITY;
   #lastArrival = Number.NEGATIVE_INFINITY;
   #restTimer = 0;
+  #drawTimer = 0;
+  /** From when on what has arrived may be drawn. */
+  #nextArrivals = 0;
   #sightTimer = 0;
   #contextLost = false;
   readonly #choice = new SplatChoice();
@@ -229,6 +234,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.close();
     this.#loop.stop();
     clearTimeout(this.#restTimer);
+    clearTimeout(this.#drawTimer);
     clearTimeout(this.#sightTimer);
     this.#decoder?.close();
     for (const clean of this.#cleanup) clean();
@@ -406,12 +412,27 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#choice.kind(isResting, this.#camera?.distance ?? 1);
   }
 
-  #fitCanvas(): void {
+  /** Answers whether the size has changed, and with that the canvas is empty. */
+  #fitCanvas(): boolean {
     const ratio = Math.min(devicePixelRatio, this.#options.maxPixelRatio ?? 2);
     const width = Math.max(1, Math.round(this.canvas.clientWidth * ratio));
     const height = Math.max(1, Math.round(this.canvas.clientHeight * ratio));
-    if (this.canvas.width !== width) this.canvas.width = width;
-    if (this.canvas.height !== height) this.canvas.height = height;
+    if (this.canvas.width === width && this.canvas.height === height) return false;
+    this.canvas.width = width;
+    this.canvas.height = height;
+    return true;
+  }
+
+  /**
+   * What has arrived waits as long as the last picture took, where nothing moves: a slow GPU would
+   * else draw every few chunks anew, and take the processor's time from those that follow.
+   */
+  #mayDraw(now: number): boolean {
+    const wait = this.#timer?.isBusy ? shortestWait : this.#nextArrivals - now;
+    if (wait <= 0) return true;
+    clearTimeout(this.#drawTimer);
+    this.#drawTimer = window.setTimeout(() => this.#loop.request(), wait);
+    return false;
   }
 
   /** Answers whether another frame is to follow at once. */
@@ -419,7 +440,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const view = this.#view;
     const camera = this.#camera;
     if (!view || !camera || !this.#session || this.#contextLost) return false;
-    this.#fitCanvas();
+    const isResized = this.#fitCanvas();
     const { width, height } = this.canvas;
     const quietSince = Math.max(this.#lastMotion, this.#lastArrival);
     const isMoving = now - this.#lastMotion < restAfter;
@@ -435,7 +456,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       moving: isMoving,
     });
     if (this.#hasPicture && view.needsRedraw(width, height)) {
-      this.#draw(isResting, () => view.draw(width, height));
+      if (isMoving || isResized || this.#mayDraw(now)) {
+        this.#draw(isResting, () => view.draw(width, height));
+      }
     } else if (isResting && this.#smooths && view.canRefine(width, height)) {
       this.#draw(true, () => view.refine(width, height));
     }
@@ -456,6 +479,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       const drawn = measured("isosplat:drawing", draw);
       this.#timer?.measure(startedAt, (milliseconds) => {
         this.#choice.measured(drawn.kind, milliseconds, distance);
+        this.#nextArrivals = performance.now() + milliseconds;
         this.#guard((view) => view.checkGpu());
         if (!isResting) return;
         // One at a time, so that a gesture need not wait for more than one.
