@@ -107,7 +107,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #lastArrival = Number.NEGATIVE_INFINITY;
   #restTimer = 0;
   #drawTimer = 0;
-  /** From when on what has arrived may be drawn. */
+  #chunksToGo = 0;
+  /** From when on what has arrived may be drawn, as long as more is to come. */
   #nextArrivals = 0;
   #sightTimer = 0;
   #contextLost = false;
@@ -182,10 +183,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         },
         testSight: () => this.#loop.request(),
         progress: (progress) => {
-          if (progress.state !== "opening" && !this.#hasPicture) {
-            this.#hasPicture = true;
-            this.#loop.request();
-          }
+          const isLast = this.#chunksToGo > 0 && progress.chunksToGo === 0;
+          const isEmpty = !this.#hasPicture && progress.state !== "opening";
+          this.#chunksToGo = progress.chunksToGo;
+          if (isEmpty) this.#hasPicture = true;
+          if (isLast || isEmpty) this.#loop.request();
           this.emit("progress", progress);
         },
         error: (error) => this.emit("error", error),
@@ -424,10 +426,12 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   /**
-   * What has arrived waits as long as the last picture took, where nothing moves: a slow GPU would
-   * else draw every few chunks anew, and take the processor's time from those that follow.
+   * What has arrived waits as long as the last picture took, where nothing moves and more is to
+   * come: a slow GPU would else draw every few chunks anew, and take the processor's time from those
+   * that follow.
    */
   #mayDraw(now: number): boolean {
+    if (this.#chunksToGo === 0) return true;
     const wait = this.#timer?.isBusy ? shortestWait : this.#nextArrivals - now;
     if (wait <= 0) return true;
     clearTimeout(this.#drawTimer);
