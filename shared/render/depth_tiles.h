@@ -19,8 +19,8 @@ class DepthTiles {
   /// Makes room for the tiles of an image of this size. Errors: gl_error.
   Result<void> prepare(int width, int height);
 
-  /// Takes the depths drawn so far; of a target that was just cleared: nothing is hidden. Leaves
-  /// the target bound, and another viewport, program and vertex array.
+  /// Takes the depths drawn so far. Leaves the target bound, and another viewport, program and
+  /// vertex array.
   void take(const SplatTarget& target, GLuint empty_vertex_array);
 
   /// R32UI, bits of the depth (0 to 1): they compare as it does.

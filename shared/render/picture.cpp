@@ -21,7 +21,7 @@ Vec3f to_linear(Vec3f c) {
 
 void Renderer::State::load_colour_map() {
   const int wanted = std::clamp(static_cast<int>(settings.colour_map), 0, kColourMaps - 1);
-  glActiveTexture(GL_TEXTURE2);
+  glActiveTexture(GL_TEXTURE3);
   glBindTexture(GL_TEXTURE_2D, colour_map);
   if (wanted == colour_map_loaded) return;
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
@@ -35,7 +35,39 @@ void Renderer::State::load_colour_map() {
   colour_map_loaded = wanted;
 }
 
-Result<void> Renderer::State::draw_layers(int width, int height, ImageOffset offset) {
+/// For a program with light.glsl, which is in use.
+void Renderer::State::set_light(const GlProgram& program) {
+  load_colour_map();
+  glUniform1i(program.uniform("u_colour_by"), settings.colour_by == ColourBy::isosurface ? 0
+                                              : settings.colour_by == ColourBy::depth    ? 2
+                                                                                         : 1);
+  std::array<float, 4 * kMaxIsosurfaces> colours{};
+  const size_t surfaces = std::min<size_t>(settings.isosurfaces.size(), kMaxIsosurfaces);
+  for (size_t i = 0; i < surfaces; ++i) {
+    const Isosurface& surface = settings.isosurfaces[i];
+    const Vec3f linear = to_linear(surface.colour);
+    const float opacity = surface.opacity >= kOpaque ? 1.0f : surface.opacity;
+    std::copy_n(std::array{linear.x, linear.y, linear.z, opacity}.begin(), 4,
+                colours.begin() + static_cast<std::ptrdiff_t>(4 * i));
+  }
+  glUniform4fv(program.uniform("u_colour"), kMaxIsosurfaces, colours.data());
+  glUniform4f(program.uniform("u_light"), settings.ambient, settings.specular, settings.eye_dome,
+              std::max(1.0f, static_cast<float>(targets.height()) / 700));
+}
+
+/// Whether splats can be lit as they are drawn: the fast way, where no pixel's light depends on
+/// other pixels or surfaces.
+bool Renderer::State::can_be_lit_at_once() const {
+  const auto is_translucent = [](const Isosurface& surface) {
+    return surface.opacity > 0 && surface.opacity < kOpaque;
+  };
+  return (settings.kind == SplatKind::quad || mesh_indices) && settings.eye_dome <= 0 &&
+         std::none_of(settings.isosurfaces.begin(), settings.isosurfaces.end(), is_translucent);
+}
+
+/// at_once: lights splats as they are drawn, and so makes a picture instead of a layer.
+Result<void> Renderer::State::draw_layers(int width, int height, ImageOffset offset, bool at_once) {
+  lit = at_once;
   statistics = FrameStatistics{};
   SplatKind kind = settings.kind;
   if (kind == SplatKind::blended && !limits.offered.float_targets) kind = SplatKind::ellipse;
@@ -55,6 +87,9 @@ Result<void> Renderer::State::draw_layers(int width, int height, ImageOffset off
       !ok) {
     return ok;
   }
+  if (lit) {
+    if (auto ok = targets.prepare_picture(); !ok) return ok;
+  }
 
   static const VolumeGrid kNoVolume{{2, 2, 2}};
   const Frame frame(grid ? *grid : kNoVolume, settings, camera, width, height, limits.guard_px,
@@ -72,7 +107,16 @@ Result<void> Renderer::State::draw_layers(int width, int height, ImageOffset off
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   const GLuint nothing[4] = {0, 0, 0, 0};
   const float farthest = 1;
-  for (int layer = 0; layer < layers; ++layer) {
+  if (lit) {
+    const auto& b = settings.background;
+    const float alpha = std::clamp(b[3], 0.0f, 1.0f);
+    const auto coded = [alpha](float c) { return std::clamp(c, 0.0f, 1.0f) * alpha; };
+    const float background[4] = {coded(b[0]), coded(b[1]), coded(b[2]), alpha};
+    glBindFramebuffer(GL_FRAMEBUFFER, targets.picture().framebuffer);
+    glClearBufferfv(GL_COLOR, 0, background);
+    glClearBufferfv(GL_DEPTH, 0, &farthest);
+  }
+  for (int layer = 0; layer < (lit ? 0 : layers); ++layer) {
     glBindFramebuffer(GL_FRAMEBUFFER, targets.layer_framebuffer(layer));
     glClearBufferuiv(GL_COLOR, 0, nothing);
     glClearBufferfv(GL_DEPTH, 0, &farthest);
@@ -98,28 +142,13 @@ Result<void> Renderer::State::compose(GLuint framebuffer, bool as_linear) {
   glBindTexture(GL_TEXTURE_2D_ARRAY, targets.surfaces());
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D_ARRAY, targets.depths());
-  load_colour_map();
+  set_light(compose_program);
   if (layers > 1) glUniform1i(compose_program.uniform("u_layers"), layers);
   glUniform1i(compose_program.uniform("u_linear"), as_linear);
-  glUniform1i(compose_program.uniform("u_colour_by"), settings.colour_by == ColourBy::isosurface ? 0
-                                                      : settings.colour_by == ColourBy::depth    ? 2
-                                                                                              : 1);
-  std::array<float, 4 * kMaxIsosurfaces> colours{};
-  const size_t surfaces = std::min<size_t>(settings.isosurfaces.size(), kMaxIsosurfaces);
-  for (size_t i = 0; i < surfaces; ++i) {
-    const Isosurface& surface = settings.isosurfaces[i];
-    const Vec3f linear = to_linear(surface.colour);
-    const float opacity = surface.opacity >= kOpaque ? 1.0f : surface.opacity;
-    std::copy_n(std::array{linear.x, linear.y, linear.z, opacity}.begin(), 4,
-                colours.begin() + static_cast<std::ptrdiff_t>(4 * i));
-  }
-  glUniform4fv(compose_program.uniform("u_colour"), kMaxIsosurfaces, colours.data());
   const auto& b = settings.background;
   const Vec3f background = to_linear({b[0], b[1], b[2]});
   glUniform4f(compose_program.uniform("u_background"), background.x, background.y, background.z,
               std::clamp(b[3], 0.0f, 1.0f));
-  glUniform4f(compose_program.uniform("u_light"), settings.ambient, settings.specular,
-              settings.eye_dome, std::max(1.0f, static_cast<float>(height) / 700));
   glBindVertexArray(empty_vertex_array);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   // Bound textures that are drawn into later would be a feedback loop.
@@ -140,7 +169,8 @@ Result<FrameStatistics> Renderer::State::finish_frame() {
 #endif
   statistics.samples_resident = buffers.samples();
   statistics.gpu_bytes =
-      buffers.bytes() + targets.bytes() + accumulation.bytes() + mesh_bytes +
+      buffers.bytes() + targets.bytes() + occluders.bytes() + drawn_depths.bytes() +
+      accumulation.bytes() + mesh_bytes +
       uint64_t(sample_texture_rows) * SAMPLE_TEXTURE_WIDTH * sizeof(PackedSample);
   drawn_width = targets.width();
   drawn_height = targets.height();
@@ -149,8 +179,17 @@ Result<FrameStatistics> Renderer::State::finish_frame() {
 }
 
 Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint framebuffer) {
-  if (auto ok = draw_layers(width, height, {}); !ok) return tl::unexpected(ok.error());
-  if (auto ok = compose(framebuffer, false); !ok) return tl::unexpected(ok.error());
+  if (auto ok = draw_layers(width, height, {}, can_be_lit_at_once()); !ok) {
+    return tl::unexpected(ok.error());
+  }
+  if (lit) {
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.picture().framebuffer);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+    glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  } else if (auto ok = compose(framebuffer, false); !ok) {
+    return tl::unexpected(ok.error());
+  }
   accumulation.restart();
   return finish_frame();
 }
@@ -167,11 +206,14 @@ Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
   const int width = drawn_width, height = drawn_height;
   if (accumulation.pictures() == 0) {
     if (auto ok = accumulation.begin(width, height); !ok) return tl::unexpected(ok.error());
-    // Its layers are still there.
+    if (lit) {
+      if (auto ok = draw_layers(width, height, {}, false); !ok) return tl::unexpected(ok.error());
+    }
+    // Of the layers as they are.
     if (auto ok = add_picture(); !ok) return tl::unexpected(ok.error());
   }
   const ImageOffset offset = Accumulation::offset(accumulation.pictures());
-  if (auto ok = draw_layers(width, height, offset); !ok) return tl::unexpected(ok.error());
+  if (auto ok = draw_layers(width, height, offset, false); !ok) return tl::unexpected(ok.error());
   if (auto ok = add_picture(); !ok) return tl::unexpected(ok.error());
 
   const auto present = image_program(pass_present);
@@ -195,6 +237,9 @@ Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {
   const auto program = s.image_program(State::pass_read);
   if (!program) return tl::unexpected(program.error());
   const int width = s.drawn_width, height = s.drawn_height;
+  if (s.lit) {
+    if (auto ok = s.draw_layers(width, height, {}, false); !ok) return tl::unexpected(ok.error());
+  }
   GLuint texture = 0, framebuffer = 0;
   glGenTextures(1, &texture);
   glActiveTexture(GL_TEXTURE0);

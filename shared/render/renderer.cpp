@@ -69,8 +69,8 @@ bool Renderer::is_compiled() const {
     return !made.program || made.is_ready || made.program.is_done();
   };
   return std::all_of(std::begin(s.image_programs), std::end(s.image_programs), is_done) &&
-         is_done(s.splat_programs[State::pass_exact][0][0]) &&
-         is_done(s.splat_programs[State::pass_ellipse][0][0]);
+         is_done(s.splat_programs[State::pass_exact][0][0][0]) &&
+         is_done(s.splat_programs[State::pass_ellipse][0][0][0]);
 }
 
 Result<void> Renderer::warm_up(uint32_t framebuffer) {

@@ -54,10 +54,11 @@ GlLimits ask_limits(float largest_wanted) {
 
 Result<void> Renderer::State::make_gl_objects() {
   limits = ask_limits(max_point_size);
+  lit = false;
   // What most first pictures are made with: the driver is at it while their samples arrive.
   start(image_programs[pass_compose + 2], pass_compose + 2);
   for (const Pass pass : {pass_exact, pass_ellipse}) {
-    start(splat_programs[pass][0][0], pass, /*pulled=*/false, /*clipped=*/false);
+    start(splat_programs[pass][0][0][0], pass, /*pulled=*/false, /*clipped=*/false);
   }
 
   glGenBuffers(1, &frame_buffer);
@@ -76,17 +77,15 @@ void Renderer::State::forget_gl_objects() {
   items.clear();
   buffers.forget();
   targets.forget();
+  occluders.forget();
+  drawn_depths.forget();
   depth_tiles.forget();
   accumulation.forget();
   sight_test.forget();
-  for (auto& pass : splat_programs) {
-    for (auto& pulled : pass) {
-      for (auto& program : pulled) {
-        program.program.forget();
-        program = SplatProgram{};
-      }
-    }
-  }
+  for_each_splat_program([](SplatProgram& splat) {
+    splat.program.forget();
+    splat = SplatProgram{};
+  });
   for (ImageProgram& image : image_programs) {
     image.program.forget();
     image = ImageProgram{};
@@ -101,14 +100,12 @@ void Renderer::State::forget_gl_objects() {
 void Renderer::State::release_gl_objects() {
   buffers.release();
   targets.release();
+  occluders.release();
+  drawn_depths.release();
   depth_tiles.release();
   accumulation.release();
   sight_test.release();
-  for (auto& pass : splat_programs) {
-    for (auto& pulled : pass) {
-      for (auto& program : pulled) program = SplatProgram{};
-    }
-  }
+  for_each_splat_program([](SplatProgram& splat) { splat = SplatProgram{}; });
   for (ImageProgram& image : image_programs) image = ImageProgram{};
   glDeleteBuffers(1, &frame_buffer);
   glDeleteVertexArrays(1, &empty_vertex_array);
@@ -121,33 +118,41 @@ void Renderer::State::release_gl_objects() {
 }
 
 void Renderer::State::start(SplatProgram& splat, Pass pass, bool pulled, bool clipped) {
-  static constexpr int kKind[kPasses] = {KIND_QUAD, KIND_ELLIPSE, KIND_EXACT, KIND_BLENDED,
-                                         KIND_BLENDED};
+  static constexpr int kKind[kPasses] = {KIND_QUAD,    KIND_ELLIPSE, KIND_EXACT,
+                                         KIND_BLENDED, KIND_BLENDED, KIND_QUAD};
   std::string defines = "#define KIND " + std::to_string(kKind[pass]) + "\n";
   if (pulled) defines += "#define PULLED\n";
   if (clipped) defines += "#define CLIPPED\n";
+  if (lit) defines += "#define LIT\n";
+  if (pass == pass_occluders) defines += "#define OCCLUDERS\n";
   if (pass == pass_visibility) defines += "#define VISIBILITY\n";
   const std::initializer_list<std::string_view> vertex = {"frame.glsl", "cell.glsl", "regions.glsl",
                                                           "splat.glsl", "splat.vert.glsl"};
   if (pass == pass_quad) {
-    splat.program = GlProgram::start(defines,
-                                     {"frame.glsl", "surface_pixel.glsl", "cell.glsl",
-                                      "regions.glsl", "splat.glsl", "quad.vert.glsl"},
-                                     {"quad.frag.glsl"});
+    splat.program =
+        GlProgram::start(defines,
+                         {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl", "light.glsl",
+                          "cell.glsl", "regions.glsl", "splat.glsl", "quad.vert.glsl"},
+                         {"quad.frag.glsl"});
+  } else if (pass == pass_occluders) {
+    splat.program = GlProgram::start(
+        defines, {"frame.glsl", "cell.glsl", "regions.glsl", "splat.glsl", "occluder.vert.glsl"},
+        {"frame.glsl", "occluder.frag.glsl"});
   } else if (pass == pass_ellipse) {
     splat.program = GlProgram::start(
         defines, vertex,
         {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "cubic.glsl", "ellipse.frag.glsl"});
   } else {
-    splat.program = GlProgram::start(defines, vertex,
-                                     {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",
-                                      "cubic.glsl", "ray_cast.frag.glsl"});
+    splat.program =
+        GlProgram::start(defines, vertex,
+                         {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl", "light.glsl",
+                          "cell.glsl", "ray.glsl", "cubic.glsl", "ray_cast.frag.glsl"});
   }
 }
 
 Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass, bool pulled,
                                                                       bool clipped) {
-  SplatProgram& splat = splat_programs[pass][pulled][clipped];
+  SplatProgram& splat = splat_programs[pass][pulled][clipped][lit];
   if (splat.is_ready) return &splat;
   if (!splat.program) start(splat, pass, pulled, clipped);
   if (auto ok = splat.program.finish(); !ok) return tl::unexpected(ok.error());
@@ -159,11 +164,14 @@ Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass,
   splat.isosurface = program.uniform("u_isosurface");
   splat.scalar = program.uniform("u_scalar");
   splat.regions = program.uniform("u_regions");
+  splat.culling = program.uniform("u_culling");
   glUseProgram(program.name());
+  if (lit) glUniform1i(program.uniform("u_colour_map"), 3);
   if (pulled) {
     glUniform1i(program.uniform("u_samples"), 0);
   } else {
-    glUniform1i(program.uniform("u_farthest"), 1);
+    glUniform1i(program.uniform("u_drawn"), 1);
+    glUniform1i(program.uniform("u_occluders"), 2);
   }
   splat.is_ready = true;
   return &splat;
@@ -183,16 +191,19 @@ void Renderer::State::start(ImageProgram& image, int pass) {
       image.program = GlProgram::start("", {"image.vert.glsl"}, {"frame.glsl", "read.frag.glsl"});
       return;
     case pass_mesh:
+    case pass_lit_mesh:
       image.program =
-          GlProgram::start("", {"mesh.vert.glsl"}, {"surface_pixel.glsl", "mesh.frag.glsl"});
+          GlProgram::start(pass == pass_lit_mesh ? "#define LIT\n" : "",
+                           {"frame.glsl", "picture_code.glsl", "light.glsl", "mesh.vert.glsl"},
+                           {"surface_pixel.glsl", "mesh.frag.glsl"});
       return;
     default: {
       const int composes = pass - pass_compose;
       const std::string defines = std::string(composes & 1 ? "" : "#define ONE_LAYER\n") +
                                   (composes & 2 ? "#define EYE_DOME\n" : "");
-      image.program = GlProgram::start(
-          defines, {"image.vert.glsl"},
-          {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl", "compose.frag.glsl"});
+      image.program = GlProgram::start(defines, {"image.vert.glsl"},
+                                       {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl",
+                                        "light.glsl", "compose.frag.glsl"});
     }
   }
 }
@@ -211,7 +222,7 @@ Result<const GlProgram*> Renderer::State::image_program(int pass) {
   glUniform1i(program.uniform("u_sums"), pass == pass_normalise ? 1 : 0);
   glUniform1i(program.uniform("u_surfaces"), 0);
   glUniform1i(program.uniform("u_depths"), 1);
-  glUniform1i(program.uniform("u_colour_map"), 2);
+  glUniform1i(program.uniform("u_colour_map"), 3);
   image.is_ready = true;
   return &program;
 }
@@ -220,8 +231,10 @@ Result<void> Renderer::State::warm_up(GLuint framebuffer) {
   const PackedSample inactive{};
   const SampleRange range = buffers.add(std::span(&inactive, 1));
   layers = 1;
+  lit = false;
   auto done = targets.prepare(1, 1, layers, /*blended=*/false, limits.offered.float_blend);
   if (done) done = depth_tiles.prepare(1, 1);
+  if (done) done = occluders.prepare(1, 1);
   if (done) {
     glEnable(GL_DEPTH_TEST);
     glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
@@ -235,6 +248,8 @@ Result<void> Renderer::State::warm_up(GLuint framebuffer) {
       glUseProgram((*splat)->program.name());
       glActiveTexture(GL_TEXTURE1);
       glBindTexture(GL_TEXTURE_2D, depth_tiles.texture());
+      glActiveTexture(GL_TEXTURE2);
+      glBindTexture(GL_TEXTURE_2D, occluders.texture());
       glBindVertexArray(buffers.vertex_array(range.buffer));
       glDrawArrays(GL_POINTS, static_cast<GLint>(range.first), 1);
     }

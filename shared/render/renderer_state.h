@@ -10,8 +10,10 @@
 
 #include "shared/render/accumulation.h"
 #include "shared/render/depth_tiles.h"
+#include "shared/render/drawn_depths.h"
 #include "shared/render/frame.h"
 #include "shared/render/gl_program.h"
+#include "shared/render/occluders.h"
 #include "shared/render/renderer.h"
 #include "shared/render/sample_buffers.h"
 #include "shared/render/sight_test.h"
@@ -35,7 +37,15 @@ struct GlLimits {
 /// the picture of them; renderer.cpp keeps chunks and settings.
 struct Renderer::State {
   /// Passes of drawing splats; each is a program.
-  enum Pass { pass_quad, pass_ellipse, pass_exact, pass_visibility, pass_accumulate, kPasses };
+  enum Pass {
+    pass_quad,
+    pass_ellipse,
+    pass_exact,
+    pass_visibility,
+    pass_accumulate,
+    pass_occluders,
+    kPasses
+  };
 
   /// Programs that go over a whole image, or draw a mesh.
   enum ImagePass {
@@ -44,6 +54,7 @@ struct Renderer::State {
     pass_present,
     pass_read,
     pass_mesh,
+    pass_lit_mesh,
     kImagePasses
   };
 
@@ -55,7 +66,7 @@ struct Renderer::State {
   struct SplatProgram {
     GlProgram program;
     bool is_ready = false;
-    GLint block = -1, isocode = -1, isosurface = -1, scalar = -1, regions = -1;
+    GLint block = -1, isocode = -1, isosurface = -1, scalar = -1, regions = -1, culling = -1;
   };
 
   struct Chunk {
@@ -80,6 +91,7 @@ struct Renderer::State {
   bool lost = false;
   bool dirty = true;
   int drawn_width = 0, drawn_height = 0;
+  bool lit = false;  // the last draw made a picture, and no layers but depths
 
   std::optional<VolumeGrid> grid;
   ValueMapping mapping;
@@ -91,11 +103,13 @@ struct Renderer::State {
   SampleBuffers buffers;
 
   SurfaceTargets targets;
+  Occluders occluders;
+  DrawnDepths drawn_depths;
   DepthTiles depth_tiles;
   int layers = 1;  // of `targets`, that the last draw used
   Accumulation accumulation;
   SightTest sight_test;
-  SplatProgram splat_programs[kPasses][2][2];  // [pass][pulled][clipped]
+  SplatProgram splat_programs[kPasses][2][2][2];  // [pass][pulled][clipped][lit]
   ImageProgram image_programs[kImagePasses];
   GLuint frame_buffer = 0, empty_vertex_array = 0, colour_map = 0;
   int colour_map_loaded = -1;
@@ -120,20 +134,34 @@ struct Renderer::State {
     return pass_compose + (layers > 1 ? 1 : 0) + (settings.eye_dome > 0 ? 2 : 0);
   }
   Result<void> warm_up(GLuint framebuffer);
+  template <typename Visit>
+  void for_each_splat_program(Visit visit) {
+    for (auto& pass : splat_programs) {
+      for (auto& pulled : pass) {
+        for (auto& clipped : pulled) {
+          for (SplatProgram& program : clipped) visit(program);
+        }
+      }
+    }
+  }
   bool is_visible(uint64_t id) const {
     return std::any_of(visible.begin(), visible.end(),
                        [id](const VisibleChunk& chunk) { return chunk.id == id; });
   }
   void collect_items(const Frame& frame);
-  Result<void> draw_splats(Pass pass, const Frame& frame, int isosurface,
+  Result<void> draw_splats(Pass pass, const Frame& frame, int isosurface, int culling);
+  Result<void> draw_culled(Pass pass, const Frame& frame, int isosurface,
                            const SplatTarget& target);
+  void take_depths(Pass pass, const SplatTarget& target);
   Result<void> draw_isosurface(SplatKind kind, const Frame& frame, int isosurface, int layer);
   void load_samples(const SampleRange& range);
   void load_colour_map();
+  void set_light(const GlProgram& program);
   std::array<float, 3> scalar_weights(const Frame& frame, const Isosurface& surface,
                                       uint32_t level) const;
   Result<void> draw_mesh(const Frame& frame);
-  Result<void> draw_layers(int width, int height, ImageOffset offset);
+  bool can_be_lit_at_once() const;
+  Result<void> draw_layers(int width, int height, ImageOffset offset, bool at_once);
   Result<void> compose(GLuint framebuffer, bool as_linear);
   Result<FrameStatistics> finish_frame();
   Result<FrameStatistics> draw(int width, int height, GLuint framebuffer);

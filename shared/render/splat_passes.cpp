@@ -96,40 +96,31 @@ void Renderer::State::load_samples(const SampleRange& range) {
   glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
 }
 
-/// Draws into the target, which is bound. Once some of the samples are drawn, its depths tell which
-/// of the rest are hidden.
+/// Draws the splats that `culling` (CULL_*) leaves, into the target that is bound.
 Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int isosurface,
-                                          const SplatTarget& target) {
+                                          int culling) {
   const Isosurface& surface = settings.isosurfaces[static_cast<size_t>(isosurface)];
   const float isocode = mapping.isocode(surface.isovalue);
   const int width = targets.width(), height = targets.height();
   // Points whose centres are outside of the image are not drawn, however large: so the viewport is
   // larger than the image.
   const auto guard = static_cast<GLint>(limits.guard_px);
+  const bool counts = pass != pass_occluders && (culling == CULL_NONE || culling == CULL_LIKELY);
   const SplatProgram* current = nullptr;
   uint32_t level = ~0u, buffer = ~0u;
-  uint64_t samples = 0, drawn = 0;
-  for (const DrawItem& item : items) {
-    if (is_active(item.chunk->interval, isocode)) samples += item.chunk->range.count;
-  }
-  // A look costs as much as it takes to draw some samples, by the size of the image.
-  const uint64_t least = uint64_t(width) * uint64_t(height) / 10;
-  const uint64_t step = pass == pass_accumulate ? samples : std::max(samples / 4, least);
-  uint64_t next_look = step;
+  write_colours(pass != pass_visibility);
+  glActiveTexture(GL_TEXTURE2);
+  glBindTexture(GL_TEXTURE_2D, pass == pass_occluders ? 0 : occluders.texture());
   for (const DrawItem& item : items) {
     const Chunk& chunk = *item.chunk;
     if (!is_active(chunk.interval, isocode)) continue;
-    if (drawn >= next_look) {
-      write_colours(true);
-      depth_tiles.take(target, empty_vertex_array);
-      write_colours(pass != pass_visibility);
-      next_look += step;
-      current = nullptr;
-    }
-    drawn += chunk.range.count;
     const bool pulled = item.largest_px > limits.offered.max_point_size;
-    const bool large = settings.projected && item.largest_px > float(LARGE_SPLAT_PX);
-    const Pass chosen = large && (pass == pass_quad || pass == pass_ellipse) ? pass_exact : pass;
+    const bool large = settings.projected && item.largest_px > float(LARGE_SPLAT_PX) &&
+                       (pass == pass_quad || pass == pass_ellipse);
+    const Pass chosen = large ? pass_exact : pass;
+    // The few that are large are not culled, but all drawn at once.
+    if ((pulled || large) && culling == CULL_REST) continue;
+    if (pulled && pass == pass_occluders) continue;
     const auto program = splat_program(chosen, pulled, frame.clipped());
     if (!program) return tl::unexpected(program.error());
     if (*program != current) {
@@ -137,14 +128,17 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
       glUseProgram(current->program.name());
       glUniform1f(current->isocode, isocode);
       glUniform1ui(current->isosurface, static_cast<GLuint>(isosurface));
+      glUniform1i(current->culling, large ? CULL_NONE : culling);
+      if (lit) set_light(current->program);
       level = buffer = ~0u;
       if (pulled) {
         glViewport(0, 0, width, height);
         glBindVertexArray(empty_vertex_array);
-      } else {
+      } else if (pass != pass_occluders) {
         glViewport(-guard, -guard, width + 2 * guard, height + 2 * guard);
         glActiveTexture(GL_TEXTURE1);
-        glBindTexture(GL_TEXTURE_2D, depth_tiles.texture());
+        glBindTexture(GL_TEXTURE_2D,
+                      chosen == pass_quad ? drawn_depths.texture() : depth_tiles.texture());
       }
     }
     if (chunk.block.level != level) {
@@ -153,53 +147,94 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
     }
     glUniform4fv(current->block, 1, item.block.data());
     glUniform4uiv(current->regions, 4, item.regions.words().data());
-    const auto count = static_cast<GLsizei>(chunk.range.count);
+    const SampleRange& range = chunk.range;
+    const auto count = static_cast<GLsizei>(range.count);
     if (pulled) {
-      load_samples(chunk.range);
+      load_samples(range);
       glDrawArrays(GL_TRIANGLES, 0, 6 * count);
+    } else if (pass == pass_occluders) {
+      const uint32_t from = (range.first + OCCLUDER_STRIDE - 1) / OCCLUDER_STRIDE;
+      const uint32_t to = (range.first + range.count + OCCLUDER_STRIDE - 1) / OCCLUDER_STRIDE;
+      glBindVertexArray(buffers.sparse_vertex_array(range.buffer));
+      glDrawArrays(GL_POINTS, static_cast<GLint>(from), static_cast<GLsizei>(to - from));
     } else {
-      if (chunk.range.buffer != buffer) {
-        buffer = chunk.range.buffer;
+      if (range.buffer != buffer) {
+        buffer = range.buffer;
         glBindVertexArray(buffers.vertex_array(buffer));
       }
-      glDrawArrays(GL_POINTS, static_cast<GLint>(chunk.range.first), count);
+      glDrawArrays(GL_POINTS, static_cast<GLint>(range.first), count);
     }
     ++statistics.draw_calls;
-    if (pass != pass_accumulate) {
-      statistics.samples_drawn += chunk.range.count;
+    if (counts) {
+      statistics.samples_drawn += range.count;
       ++statistics.chunks_drawn;
     }
   }
+  write_colours(true);
   return {};
+}
+
+/// Draws into the target: first what is likely to be seen, then what of the rest that does not hide
+/// (U. Haar, S. Aaltonen, "GPU-driven rendering pipelines", SIGGRAPH 2015 course: two-pass
+/// occlusion culling).
+Result<void> Renderer::State::draw_culled(Pass pass, const Frame& frame, int isosurface,
+                                          const SplatTarget& target) {
+  const int width = targets.width(), height = targets.height();
+  const float isocode =
+      mapping.isocode(settings.isosurfaces[static_cast<size_t>(isosurface)].isovalue);
+  uint64_t samples = 0;
+  for (const DrawItem& item : items) {
+    if (is_active(item.chunk->interval, isocode)) samples += item.chunk->range.count;
+  }
+  // Looking for what is hidden costs as much as drawing some samples, by the size of the image.
+  if (samples < uint64_t(width) * uint64_t(height) / 16) {
+    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
+    return draw_splats(pass, frame, isosurface, CULL_NONE);
+  }
+  occluders.begin();
+  if (auto ok = draw_splats(pass_occluders, frame, isosurface, CULL_NONE); !ok) return ok;
+  occluders.take(empty_vertex_array);
+  glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
+  if (auto ok = draw_splats(pass, frame, isosurface, CULL_LIKELY); !ok) return ok;
+  take_depths(pass, target);
+  return draw_splats(pass, frame, isosurface, CULL_REST);
+}
+
+/// Takes what this pass's splats look up to learn whether they are hidden.
+void Renderer::State::take_depths(Pass pass, const SplatTarget& target) {
+  if (pass == pass_quad) {
+    drawn_depths.take(target);
+  } else {
+    depth_tiles.take(target, empty_vertex_array);
+  }
 }
 
 Result<void> Renderer::State::draw_isosurface(SplatKind kind, const Frame& frame, int isosurface,
                                               int layer) {
-  // Each surface starts from its target's depths as they are: another one's tiles hide nothing
-  // here.
-  if (auto ok = depth_tiles.prepare(targets.width(), targets.height()); !ok) return ok;
+  const int width = targets.width(), height = targets.height();
+  if (auto ok = occluders.prepare(width, height); !ok) return ok;
+  if (auto ok = depth_tiles.prepare(width, height); !ok) return ok;
+  if (kind == SplatKind::quad) {
+    if (auto ok = drawn_depths.prepare(width, height); !ok) return ok;
+  }
   if (kind != SplatKind::blended) {
-    depth_tiles.take(targets.layer(layer), empty_vertex_array);
-    return draw_splats(kind == SplatKind::quad      ? pass_quad
+    return draw_culled(kind == SplatKind::quad      ? pass_quad
                        : kind == SplatKind::ellipse ? pass_ellipse
                                                     : pass_exact,
-                       frame, isosurface, targets.layer(layer));
+                       frame, isosurface, lit ? targets.picture() : targets.layer(layer));
   }
   const float zero[4] = {0, 0, 0, 0}, one = 1;
   glBindFramebuffer(GL_FRAMEBUFFER, targets.sums().framebuffer);
   glClearBufferfv(GL_COLOR, 0, zero);
   glClearBufferfv(GL_COLOR, 1, zero);
   glClearBufferfv(GL_DEPTH, 0, &one);
-  depth_tiles.take(targets.sums(), empty_vertex_array);
-  write_colours(false);
-  if (auto ok = draw_splats(pass_visibility, frame, isosurface, targets.sums()); !ok) return ok;
-  write_colours(true);
+  if (auto ok = draw_culled(pass_visibility, frame, isosurface, targets.sums()); !ok) return ok;
   depth_tiles.take(targets.sums(), empty_vertex_array);
   glDepthMask(GL_FALSE);
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
   glBlendEquationSeparate(GL_FUNC_ADD, GL_MAX);
-  if (auto ok = draw_splats(pass_accumulate, frame, isosurface, targets.sums()); !ok) return ok;
+  if (auto ok = draw_splats(pass_accumulate, frame, isosurface, CULL_HIDDEN); !ok) return ok;
   glDisable(GL_BLEND);
   glDepthMask(GL_TRUE);
 
@@ -223,16 +258,16 @@ Result<void> Renderer::State::draw_isosurface(SplatKind kind, const Frame& frame
 }
 
 Result<void> Renderer::State::draw_mesh(const Frame& frame) {
-  glBindFramebuffer(GL_FRAMEBUFFER, targets.layer_framebuffer(0));
+  const auto linked = image_program(lit ? pass_lit_mesh : pass_mesh);
+  if (!linked) return tl::unexpected(linked.error());
+  const GlProgram& program = **linked;
+  glBindFramebuffer(GL_FRAMEBUFFER,
+                    lit ? targets.picture().framebuffer : targets.layer_framebuffer(0));
   glViewport(0, 0, targets.width(), targets.height());
-  const auto program = image_program(pass_mesh);
-  if (!program) return tl::unexpected(program.error());
-  const GlProgram& mesh_program = **program;
-  glUseProgram(mesh_program.name());
-  glUniformMatrix4fv(mesh_program.uniform("u_clip_from_world"), 1, GL_FALSE,
-                     frame.mesh_clip().data());
-  glUniformMatrix3fv(mesh_program.uniform("u_view_from_world"), 1, GL_FALSE,
-                     frame.mesh_view().data());
+  glUseProgram(program.name());
+  if (lit) set_light(program);
+  glUniformMatrix4fv(program.uniform("u_clip_from_world"), 1, GL_FALSE, frame.mesh_clip().data());
+  glUniformMatrix3fv(program.uniform("u_view_from_world"), 1, GL_FALSE, frame.mesh_view().data());
   glBindVertexArray(mesh_vertex_array);
   glDrawElements(GL_TRIANGLES, mesh_indices, GL_UNSIGNED_INT, nullptr);
   ++statistics.draw_calls;

@@ -72,7 +72,22 @@ Result<void> SurfaceTargets::prepare(int width, int height, int layers, bool ble
   return {};
 }
 
+Result<void> SurfaceTargets::prepare_picture() {
+  if (picture_framebuffer_) return {};
+  glGenFramebuffers(1, &picture_framebuffer_);
+  glGenRenderbuffers(1, &picture_);
+  glBindFramebuffer(GL_FRAMEBUFFER, picture_framebuffer_);
+  glBindRenderbuffer(GL_RENDERBUFFER, picture_);
+  glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width_, height_);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, picture_);
+  glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depths_, 0, 0);
+  bytes_ += uint64_t(width_) * uint64_t(height_) * 4;
+  return check_complete("pictures");
+}
+
 void SurfaceTargets::release() {
+  if (picture_framebuffer_) glDeleteFramebuffers(1, &picture_framebuffer_);
+  if (picture_) glDeleteRenderbuffers(1, &picture_);
   if (surfaces_) glDeleteTextures(1, &surfaces_);
   if (depths_) glDeleteTextures(1, &depths_);
   if (!framebuffers_.empty()) {
@@ -86,7 +101,8 @@ void SurfaceTargets::release() {
 
 void SurfaceTargets::forget() {
   width_ = height_ = layers_ = 0;
-  surfaces_ = depths_ = sums_framebuffer_ = sums_[0] = sums_[1] = sums_depth_ = 0;
+  surfaces_ = depths_ = picture_ = picture_framebuffer_ = sums_framebuffer_ = sums_[0] = sums_[1] =
+      sums_depth_ = 0;
   framebuffers_.clear();
   bytes_ = 0;
 }

@@ -16,7 +16,7 @@ const types: Record<string, string> = {
   ".wasm": "application/wasm",
   ".html": "text/html",
 };
-const kinds = ["quad", "ellipse", "blended", "exact"];
+const kinds = ["quad", "ellipse", "blended", "exact", "quad, lit at once"];
 
 let folder = "";
 let server: Server;
@@ -96,14 +96,16 @@ test("draws what the native renderer draws, before and after a lost context", as
       add();
       m._isosplat_view_set_camera(doubles(cameraNumbers as number[]));
       const surfaces = [1500.5, 0.9, 0.3, 0.2, 1, 2500, 0.85, 0.8, 0.7, 0.4];
-      m._isosplat_view_set_isosurfaces(doubles(surfaces), 2);
       m._isosplat_view_set_clipping(doubles([0, 0, 0, 0.8, 1, 1]), 0, 0);
 
       const pixels = new Uint8Array(4 * 256 * 256);
       const differing = async () => {
         const shares: number[] = [];
         for (let kind = 0; kind < (kindCount as number); ++kind) {
-          m._isosplat_view_set_kind(kind);
+          const atOnce = kind === 4;
+          m._isosplat_view_set_kind(kind % 4);
+          m._isosplat_view_set_isosurfaces(doubles(surfaces), atOnce ? 1 : 2);
+          m._isosplat_view_set_lighting(0.25, 0.15, atOnce ? 0 : 0.5);
           check(m._isosplat_view_draw(256, 256, 0));
           gl.readPixels(0, 0, 256, 256, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
           const native = new Uint8Array(await (await fetch(`/fixture/${kind}.rgba`)).arrayBuffer());

@@ -33,8 +33,12 @@ int main(int argc, char** argv) {
   RenderSettings settings;
   settings.isosurfaces = {{1500.5, {0.9f, 0.3f, 0.2f}, 1}, {2500, {0.85f, 0.8f, 0.7f}, 0.4f}};
   settings.clip_box_high.x = 0.8;
-  for (int kind = 0; kind < 4; ++kind) {
-    settings.kind = static_cast<SplatKind>(kind);
+  for (int kind = 0; kind < 5; ++kind) {
+    settings.kind = static_cast<SplatKind>(kind % 4);
+    if (kind == 4) {  // squares that are lit as they are drawn
+      settings.isosurfaces.resize(1);
+      settings.eye_dome = 0;
+    }
     (*renderer)->set_settings(settings);
     const auto image = draw_image(**renderer, 256, 256);
     if (!image) return 1;

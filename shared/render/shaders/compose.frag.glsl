@@ -3,14 +3,10 @@
 // at most nine are sorted at each pixel, and the result does not depend on the order of drawing.
 uniform highp usampler2DArray u_surfaces;
 uniform highp sampler2DArray u_depths;
-uniform sampler2D u_colour_map;
 #ifndef ONE_LAYER
 uniform int u_layers;
 #endif
-uniform int u_colour_by;           // 0: the isosurface's colour; 1: the map at the scalar; 2: at depth
-uniform vec4 u_colour[MAX_ISOSURFACES];  // linear; w: opacity
 uniform vec4 u_background;         // linear, alpha
-uniform vec4 u_light;              // x ambient, y specular, z eye-dome strength, w eye-dome radius px
 uniform bool u_linear;             // leaves the colour linear, to be accumulated
 layout(location = 0) out vec4 o_colour;
 
@@ -34,34 +30,14 @@ float eye_dome(ivec2 at, int layer, float z) {
 float eye_dome(ivec2 at, int layer, float z) { return 1.0; }
 #endif
 
-float to_the_40th(float x) {
-  float x2 = x * x, x4 = x2 * x2, x8 = x4 * x4, x16 = x8 * x8;
-  return x16 * x16 * x8;
-}
-
 vec4 shade(ivec2 at, int layer, float depth) {
   uvec4 bits = texelFetch(u_surfaces, ivec3(at, layer), 0);
   uint isosurface = bits.w >> ISOSURFACE_SHIFT;
   float coverage = float(bits.w & uint(COVERAGE_MAX)) / COVERAGE_MAX;
   float z = distance_of(depth);
-  vec3 to_eye = normalize(vec3((0.5 * u_image.xy - gl_FragCoord.xy) * u_lens.y, 1.0));
-  vec3 n = decode_normal(bits.xy);
-  if (dot(n, to_eye) < 0.0) n = -n;
-
-  vec4 base = u_colour[isosurface];
-  float scalar = float(bits.z) / 65535.0;
-  for (int turn = u_colour_by == 0 ? 1 : 0; turn < 1; ++turn) {
-    if (u_colour_by == 2) scalar = (z - u_depth.z) / (u_depth.w - u_depth.z);
-    base.rgb = to_linear(texture(u_colour_map, vec2((scalar * 255.0 + 0.5) / 256.0, 0.5)).rgb);
-  }
-  // The headlight leaves nothing black; the key light, from the upper left, tells shapes apart.
-  const vec3 key = vec3(-0.408, 0.577, 0.707);
-  float diffuse = 0.45 * max(dot(n, to_eye), 0.0) + 0.55 * max(dot(n, key), 0.0);
-  vec3 halfway = normalize(key + to_eye);
-  float highlight = u_light.y * to_the_40th(max(dot(n, halfway), 0.0));
-  float occlusion = eye_dome(at, layer, z);
-  vec3 lit = occlusion * (base.rgb * (u_light.x + (1.0 - u_light.x) * diffuse) + highlight);
-  return vec4(lit, base.a * coverage);
+  vec3 base = base_colour(isosurface, float(bits.z) / 65535.0, z);
+  vec3 colour = eye_dome(at, layer, z) * lit(decode_normal(bits.xy), eye_from(gl_FragCoord.xy), base);
+  return vec4(colour, u_colour[isosurface].a * coverage);
 }
 
 void main() {

@@ -1,11 +1,23 @@
-// A triangle mesh through the same lights, for comparison.
+// A triangle mesh, for comparison: as surface pixels, or lit at its vertices (LIT) as squares are.
 layout(location = 0) in vec3 a_position;  // world, relative to the volume's centre
 layout(location = 1) in vec3 a_normal;
 uniform mat4 u_clip_from_world;
 uniform mat3 u_view_from_world;
+#ifdef LIT
+out vec3 v_colour;
+#else
 out vec3 v_normal;
+#endif
 
 void main() {
   gl_Position = u_clip_from_world * vec4(a_position, 1.0);
-  v_normal = u_view_from_world * a_normal;
+  vec3 normal = u_view_from_world * a_normal;
+#ifdef LIT
+  float z = gl_Position.w;
+  vec3 to_eye = eye_from((0.5 + 0.5 * gl_Position.xy / z) * u_image.xy);
+  vec3 light = lit(normalize(normal), to_eye, base_colour(0u, 0.0, z));
+  v_colour = picture_code(vec4(light, 1.0)).rgb;
+#else
+  v_normal = normal;
+#endif
 }

@@ -1,19 +1,14 @@
 // A square with one depth and normal, as large as the tangent plane's part inside of the cell, and
 // cut to the band that this part covers: where a surface is seen from its edge, whole squares would
 // reach beyond the outline.
+#ifdef LIT
+flat out vec3 v_colour;
+#else
 flat out uvec4 v_pixel;
-flat out vec4 v_band;  // xy: centre in px; zw: across the band, in half its widths per px
+#endif
+flat out vec3 v_band;  // xy: across the band, in half its widths per px; z: its middle
 
-void main() {
-  v_pixel = uvec4(0u);
-  v_band = vec4(0.0);
-  Cell cell = unpack_sample(fetch_sample());
-  if (!is_active(cell.interval, u_isocode) || !is_drawn(cell.low)) {
-    drop();
-    return;
-  }
-  vec3 size = u_spacing.xyz * u_block.w;
-  vec3 centre = u_block.xyz + (cell.low + 0.5) * size;
+void draw_square(Cell cell, vec3 size, vec3 centre) {
   float isocode = reachable(cell, u_isocode);
   Trilinear f = trilinear(cell.lower, cell.upper);
   vec4 at = value_and_gradient_at_centre(cell);
@@ -36,8 +31,14 @@ void main() {
   }
   float steepness = length(gradient);
   vec3 normal = steepness > 0.0 ? gradient / steepness : -u_forward.xyz;
-  v_pixel = encode_surface(to_view(normal), scalar_of(f, displacement / size + 0.5, steepness),
-                           u_isosurface, 1.0);
+  float scalar = scalar_of(f, displacement / size + 0.5, steepness);
+#ifdef LIT
+  vec3 base = base_colour(u_isosurface, scalar, z);
+  vec3 light = lit(to_view(normal), normalize(-to_view(position)), base);
+  v_colour = picture_code(vec4(light, 1.0)).rgb;
+#else
+  v_pixel = encode_surface(to_view(normal), scalar, u_isosurface, 1.0);
+#endif
 
   // Where the tangent plane cuts off a corner of the cell, its part inside is in a smaller box at
   // that corner; what is thin is in a smaller box about the sample.
@@ -67,8 +68,26 @@ void main() {
   vec2 centre_px =
       to_px(position, z) + per_px * vec2(dot(along_right, middle), dot(along_up, middle));
   float band = per_px * dot(abs(along_edge), part) + QUAD_LEAST_PX * length(edge);
-  v_band = vec4(centre_px, edge / max(band, 1e-6));
+  v_band.xy = edge / max(band, 1e-6);
+  v_band.z = dot(v_band.xy, centre_px);
   // Of overlapping squares the nearest is seen, which brings the surface forward: put it back.
   float back = z + QUAD_SETBACK * dot(abs(u_forward.xyz), size);
   place_splat(centre_px, half_px + QUAD_MARGIN_PX, back);
+}
+
+void main() {
+#ifdef LIT
+  v_colour = vec3(0.0);
+#else
+  v_pixel = uvec4(0u);
+#endif
+  v_band = vec3(0.0);
+  drop();
+  Cell cell;
+  vec3 size, centre;
+  // A loop that runs once or never: software renderers skip loops, but not branches, that nothing
+  // of a group needs.
+  if (find_cell(cell, size, centre)) {
+    draw_square(cell, size, centre);
+  }
 }

@@ -1,4 +1,4 @@
-// Where the pixel's ray meets the cell's trilinear isosurface first. Kinds: exact; blended in two
+// Where the pixel's ray meets the cell's trilinear isosurface first. Kinds: exact, also LIT; blended in two
 // passes, VISIBILITY (depth only) and accumulation.
 flat in vec4 v_centre;
 #ifndef PULLED
@@ -12,7 +12,9 @@ flat in float v_span;
 uniform uint u_isosurface;
 uniform vec3 u_scalar;
 
-#if KIND == KIND_EXACT
+#ifdef LIT
+layout(location = 0) out vec4 o_colour;
+#elif KIND == KIND_EXACT
 layout(location = 0) out uvec4 o_pixel;
 #elif !defined(VISIBILITY)
 layout(location = 0) out vec4 o_normal;  // normal x weight; coverage
@@ -85,7 +87,10 @@ void main() {
   vec3 normal = to_view(steepness > 0.0 ? gradient / steepness : -ray.direction);
   gl_FragDepth = window_depth(v_centre.w + t);
   float scalar = v_scalar + u_scalar.y * steepness * v_span;
-#if KIND == KIND_EXACT
+#ifdef LIT
+  vec3 base = base_colour(u_isosurface, scalar, v_centre.w + t);
+  o_colour = picture_code(vec4(lit(normal, eye_from(gl_FragCoord.xy), base), 1.0));
+#elif KIND == KIND_EXACT
   o_pixel = encode_surface(normal, scalar, u_isosurface, 1.0);
 #else
   // Full weight inside of the cell, none where the splat ends.

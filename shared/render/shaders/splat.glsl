@@ -12,7 +12,13 @@ uniform uint u_isosurface;
 uniform vec3 u_scalar;          // weights of 1, gradient length, projection error
 
 #ifndef PULLED
-uniform highp usampler2D u_farthest;  // of each tile, what is drawn already
+uniform int u_culling;                // CULL_*
+uniform highp usampler2D u_occluders;  // what is likely to hide others
+#if KIND == KIND_QUAD
+uniform highp sampler2D u_drawn;      // depths of what is drawn already
+#else
+uniform highp usampler2D u_drawn;     // the farthest of each tile
+#endif
 #endif
 
 uvec4 fetch_sample() {
@@ -24,9 +30,14 @@ uvec4 fetch_sample() {
 #endif
 }
 
+// Points go to the corner of the viewport, outside of the image: clipping would cost more.
 void drop() {
+#ifdef PULLED
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+#else
+  gl_Position = vec4(-1.0, -1.0, 0.0, 1.0);
   gl_PointSize = 1.0;
+#endif
 }
 
 bool is_clipped(vec3 position) {
@@ -79,18 +90,60 @@ float scalar_of(Trilinear f, vec3 place, float steepness) {
 }
 
 #ifndef PULLED
-/// nearest: distance along the view of the splat's nearest point.
+// Whether what stands for a cell's neighbours is well before the cell's centre. Errs both ways.
+bool is_likely_hidden(vec3 centre) {
+  float z = max(dot(centre, u_forward.xyz), u_depth.z);
+  ivec2 at = ivec2(clamp(to_px(centre, z), vec2(0.0), u_image.xy - 1.0)) / OCCLUDER_PX;
+  float cell = u_block.w * dot(abs(u_forward.xyz), u_spacing.xyz);
+  float ahead = max(z - OCCLUDER_BIAS_CELLS * cell, u_depth.z);
+  return window_depth(ahead) > uintBitsToFloat(texelFetch(u_occluders, at, 0).x);
+}
+
+#if KIND == KIND_QUAD
+// By places no further apart than QUAD_PROBE_PX: what is seen of the square between them is narrow.
+bool is_hidden(vec2 centre_px, vec2 half_px, float nearest) {
+  float reach = 0.8 * half_px.x;
+  int steps = max(int(ceil(2.0 * reach / float(QUAD_PROBE_PX))), 2);
+  float farthest = 0.0;
+  for (int y = 0; y <= steps; ++y) {
+    for (int x = 0; x <= steps; ++x) {
+      vec2 px = centre_px + reach * (2.0 / float(steps) * vec2(x, y) - 1.0);
+      farthest = max(farthest, texelFetch(u_drawn, ivec2(clamp(px, vec2(0.0), u_image.xy - 1.0)), 0).x);
+    }
+  }
+  return window_depth(nearest) > farthest + 1e-6;
+}
+#else
+// By all tiles that it touches, so never of what is seen.
 bool is_hidden(vec2 centre_px, vec2 half_px, float nearest) {
   vec2 last = u_image.xy - 1.0;
   ivec2 low = ivec2(clamp(centre_px - half_px, vec2(0.0), last)) / HIDING_TILE_PX;
   ivec2 high = ivec2(clamp(centre_px + half_px, vec2(0.0), last)) / HIDING_TILE_PX;
-  uint farthest = max(max(texelFetch(u_farthest, low, 0).x, texelFetch(u_farthest, high, 0).x),
-                      max(texelFetch(u_farthest, ivec2(low.x, high.y), 0).x,
-                          texelFetch(u_farthest, ivec2(high.x, low.y), 0).x));
-  return all(lessThanEqual(high - low, ivec2(1))) &&
-         window_depth(nearest) > uintBitsToFloat(farthest) + 1e-6;
+  if (any(greaterThan(high - low, ivec2(2)))) return false;
+  uint farthest = 0u;
+  for (int y = low.y; y <= high.y; ++y) {
+    for (int x = low.x; x <= high.x; ++x) {
+      farthest = max(farthest, texelFetch(u_drawn, ivec2(x, y), 0).x);
+    }
+  }
+  return window_depth(nearest) > uintBitsToFloat(farthest) + 1e-6;
 }
 #endif
+
+#endif
+
+// The sample's cell, its size and its centre; false where this pass does not draw it.
+bool find_cell(out Cell cell, out vec3 size, out vec3 centre) {
+  cell = unpack_sample(fetch_sample());
+  size = u_spacing.xyz * u_block.w;
+  centre = u_block.xyz + (cell.low + 0.5) * size;
+  if (!is_active(cell.interval, u_isocode) || !is_drawn(cell.low)) return false;
+#if !defined(PULLED) && !defined(OCCLUDERS)
+  if (u_culling == CULL_LIKELY) return !is_likely_hidden(centre);
+  if (u_culling == CULL_REST) return is_likely_hidden(centre);
+#endif
+  return true;
+}
 
 // Splats wholly outside of the image, or behind what is drawn already, cost nothing more.
 /// nearest: distance along the view of the splat's nearest point, and of all where it has one depth.
@@ -102,7 +155,7 @@ void place_splat(vec2 centre_px, vec2 half_px, float nearest) {
   }
 #ifndef PULLED
   half_px = vec2(max(half_px.x, half_px.y));
-  if (is_hidden(centre_px, half_px, nearest)) {
+  if (u_culling >= CULL_REST && is_hidden(centre_px, half_px, nearest)) {
     drop();
     return;
   }

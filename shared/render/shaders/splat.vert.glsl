@@ -65,13 +65,12 @@ void main() {
   v_size = vec3(1.0);
   v_a = v_b = vec4(0.0);
   v_scalar = 0.0;
-  Cell cell = unpack_sample(fetch_sample());
-  if (!is_active(cell.interval, u_isocode) || !is_drawn(cell.low)) {
+  Cell cell;
+  vec3 size, centre;
+  if (!find_cell(cell, size, centre)) {
     drop();
     return;
   }
-  vec3 size = u_spacing.xyz * u_block.w;
-  vec3 centre = u_block.xyz + (cell.low + 0.5) * size;
   float isocode = reachable(cell, u_isocode);
 
   Trilinear f = trilinear(cell.lower, cell.upper);
