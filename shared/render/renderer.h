@@ -107,6 +107,7 @@ struct FrameStatistics {
   uint32_t chunks_drawn = 0;
   uint32_t chunks_culled = 0;  ///< visible by set_visible, outside of the frustum or clip box
   uint32_t draw_calls = 0;
+  uint32_t programs_linked = 0;      ///< for the first time in this draw, which took longer for it
   SplatKind kind = SplatKind::quad;  ///< that was drawn: blended may have fallen back to ellipse
 };
 

@@ -174,6 +174,7 @@ Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass,
     glUniform1i(program.uniform("u_occluders"), 2);
   }
   splat.is_ready = true;
+  ++statistics.programs_linked;
   return &splat;
 }
 
@@ -224,6 +225,7 @@ Result<const GlProgram*> Renderer::State::image_program(int pass) {
   glUniform1i(program.uniform("u_depths"), 1);
   glUniform1i(program.uniform("u_colour_map"), 3);
   image.is_ready = true;
+  ++statistics.programs_linked;
   return &program;
 }
 

@@ -52,7 +52,7 @@ int32_t tell(const Result<FrameStatistics>& drawn, double* statistics) {
     const double numbers[8] = {double(drawn->samples_drawn), double(drawn->samples_resident),
                                double(drawn->gpu_bytes),     double(drawn->chunks_drawn),
                                double(drawn->chunks_culled), double(drawn->draw_calls),
-                               double(drawn->kind),          0};
+                               double(drawn->kind),          double(drawn->programs_linked)};
     std::copy_n(numbers, 8, statistics);
   }
   return 0;

@@ -75,7 +75,7 @@ int32_t isosplat_view_needs_redraw(int32_t width, int32_t height);
 
 /// Draws to the canvas, whose width and height in pixels these are. statistics (may be null)
 /// receives 8 numbers: samples drawn, samples resident, GPU bytes, chunks drawn, chunks culled,
-/// draw calls, kind drawn, 0.
+/// draw calls, kind drawn, programs linked.
 int32_t isosplat_view_draw(int32_t width, int32_t height, double* statistics);
 
 /// 1 if isosplat_view_refine would smooth the edges of the picture last drawn, of this size.

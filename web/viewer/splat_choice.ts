@@ -1,4 +1,5 @@
 import type { SplatKind } from "./types.ts";
+import type { DrawStatistics } from "./view_module.ts";
 
 /** Ellipses that take longer (ms) give way to squares while something moves. */
 const slowEllipses = 50;
@@ -10,6 +11,8 @@ const longestRest = 1000;
 const hopelessMotion = 400;
 /** The eye has moved so much nearer or farther that what was measured says nothing any more. */
 const otherDistance = 1.3;
+
+type MeasuredFrame = Pick<DrawStatistics, "kind" | "programsLinked">;
 
 /**
  * What the kind "automatic" draws: fast splats while something moves, the exact surface when it
@@ -31,8 +34,10 @@ export class SplatChoice {
     return this.#lastMoving > hopelessMotion ? "ellipse" : "exact";
   }
 
-  /** A frame of this kind took so long on the GPU. */
-  measured(kind: SplatKind, milliseconds: number, distance: number): void {
+  /** A frame took so long on the GPU. One that had to link programs says nothing of the next ones. */
+  measured(frame: MeasuredFrame, milliseconds: number, distance: number): void {
+    if (frame.programsLinked > 0) return;
+    const { kind } = frame;
     if (kind === "exact") {
       if (milliseconds > longestRest) this.#slowExactAt = distance;
       return;

@@ -67,6 +67,8 @@ export interface DrawStatistics {
   chunksCulled: number;
   drawCalls: number;
   kind: SplatKind;
+  /** For the first time in this draw, which took longer for it. */
+  programsLinked: number;
 }
 
 /** #rrggbb → 0 … 1. */
@@ -340,6 +342,7 @@ export class ViewModule {
       chunksCulled: n[at + 4] ?? 0,
       drawCalls: n[at + 5] ?? 0,
       kind: splatKinds[n[at + 6] ?? 0] ?? "quad",
+      programsLinked: n[at + 7] ?? 0,
     };
   }
 

@@ -482,7 +482,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       const startedAt = performance.now();
       const drawn = measured("isosplat:drawing", draw);
       this.#timer?.measure(startedAt, (milliseconds) => {
-        this.#choice.measured(drawn.kind, milliseconds, distance);
+        this.#choice.measured(drawn, milliseconds, distance);
         this.#nextArrivals = performance.now() + milliseconds;
         this.#guard((view) => view.checkGpu());
         if (!isResting) return;
