@@ -126,19 +126,24 @@ async function step(bench: Bench, browser: Browser, url: string, name: string): 
     await visitor.page.waitForTimeout(3000);
     const before = visitor.data.requests;
     const changes = 40;
-    const taken = async (): Promise<[script: number, drawing: number]> => [
+    const taken = async (): Promise<[script: number, drawing: number, streaming: number]> => [
       1000 * (await visitor.scriptSeconds()),
       (await visitor.work("isosplat:drawing")).total,
+      (await visitor.work("isosplat:streaming")).total,
     ];
-    const [scriptBefore, drawingBefore] = await taken();
-    for (let i = 0; i < changes; ++i) await visitor.slide((60.5 + (i % 8) / 16) / 255);
-    const [scriptAfter, drawingAfter] = await taken();
+    const [scriptBefore, drawingBefore, streamingBefore] = await taken();
+    for (let i = 0; i < changes; ++i) {
+      await visitor.slide((60.5 + (i % 8) / 16) / 255);
+      await visitor.frames(2);
+    }
+    const [scriptAfter, drawingAfter, streamingAfter] = await taken();
     const script = (scriptAfter - scriptBefore) / changes;
     const drawing = (drawingAfter - drawingBefore) / changes;
     bench.report(what, "requests", "", visitor.data.requests - before, { atMost: 0 });
     bench.report(what, "scripts on the main thread beside drawing", "ms", script - drawing, {
       atMost: 1,
     });
+    bench.report(what, "of it streaming", "ms", (streamingAfter - streamingBefore) / changes);
     bench.report(what, "calls that draw", "ms", drawing);
   } finally {
     await visitor.leave();

@@ -484,8 +484,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       this.#timer?.measure(startedAt, (milliseconds) => {
         this.#choice.measured(drawn, milliseconds, distance);
         this.#nextArrivals = performance.now() + milliseconds;
-        this.#guard((view) => view.checkGpu());
         if (!isResting) return;
+        // Now the GPU has little else to do: asking it while frames follow each other would wait.
+        this.#guard((view) => view.checkGpu());
         // One at a time, so that a gesture need not wait for more than one.
         this.#smooths = milliseconds <= longestSmoothed.resting;
         if (this.#smooths) this.#loop.request();

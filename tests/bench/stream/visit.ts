@@ -200,6 +200,13 @@ export class Visitor {
     }, ending);
   }
 
+  /** Waits for so many animation frames: what was changed is drawn in the first. */
+  async frames(count: number): Promise<void> {
+    await this.page.evaluate(async (count) => {
+      for (let i = 0; i < count; ++i) await new Promise((next) => requestAnimationFrame(next));
+    }, count);
+  }
+
   /** Moves the isovalue slider to a place between its ends (0 to 1), as a hand would. */
   async slide(place: number): Promise<void> {
     await this.page.evaluate((place) => {
