@@ -115,6 +115,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   readonly #choice = new SplatChoice();
   #timer: GpuTimer | null = null;
   #smooths = false;
+  /** Samples went to the GPU, and it has not been asked since whether there was room for them. */
+  #hasUnchecked = false;
   #isWarm = false;
   /** Of this volume: until there is one, drawing would only take the GPU's time. */
   #hasPicture = false;
@@ -173,6 +175,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         samples: (id, place, samples) => {
           if (this.#contextLost) return;
           this.#guard((view) => view.addChunk(id, place, samples));
+          this.#hasUnchecked = true;
         },
         drop: (id) => this.#guard((view) => view.removeChunk(id)),
         visible: (ids, regions) => {
@@ -459,14 +462,16 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       isovalues: this.#surfaces.map((surface) => surface.isovalue),
       moving: isMoving,
     });
+    // A sight test's answer would wait for what is drawn after it.
+    const isTesting = this.#sightTimer !== 0;
     if (this.#hasPicture && view.needsRedraw(width, height)) {
-      if (isMoving || isResized || this.#mayDraw(now)) {
+      if (isMoving || isResized || (!isTesting && this.#mayDraw(now))) {
         this.#draw(isResting, () => view.draw(width, height));
       }
-    } else if (isResting && this.#smooths && view.canRefine(width, height)) {
+    } else if (isResting && !isTesting && this.#smooths && view.canRefine(width, height)) {
       this.#draw(true, () => view.refine(width, height));
     }
-    this.#testSight(isResting || kind === this.#kind(true));
+    if (!isMoving) this.#testSight(isResting || kind === this.#kind(true));
     // Once more when it has come to rest: for the finer splats, and so that streaming refines.
     clearTimeout(this.#restTimer);
     if (!isResting) {
@@ -486,7 +491,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         this.#nextArrivals = performance.now() + milliseconds;
         if (!isResting) return;
         // Now the GPU has little else to do: asking it while frames follow each other would wait.
-        this.#guard((view) => view.checkGpu());
+        if (this.#hasUnchecked) this.#guard((view) => view.checkGpu());
+        this.#hasUnchecked = false;
         // One at a time, so that a gesture need not wait for more than one.
         this.#smooths = milliseconds <= longestSmoothed.resting;
         if (this.#smooths) this.#loop.request();
@@ -508,10 +514,16 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       // Another volume's test may have waited for the end of this one.
       if (session !== this.#session) this.#loop.request();
       if (this.#contextLost || session !== this.#session) return;
+      // What moves is drawn nevertheless: to ask for the answer would wait for that picture.
+      const isIdle = performance.now() - this.#lastMotion >= restAfter && !this.#timer?.isBusy;
       this.#guard((view) => {
-        const answer = view.takeSightTest();
-        if (answer) session.answerSight(query, answer, settled);
-        else this.#sightTimer = window.setTimeout(poll, sightPolling);
+        const answer = isIdle ? view.takeSightTest() : null;
+        if (answer) {
+          session.answerSight(query, answer, settled);
+          this.#loop.request();
+        } else {
+          this.#sightTimer = window.setTimeout(poll, sightPolling);
+        }
       });
     };
     const begun = this.#guard((view) => view.beginSightTest(query.ids, least));
