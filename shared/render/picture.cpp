@@ -170,7 +170,7 @@ Result<FrameStatistics> Renderer::State::finish_frame() {
   statistics.samples_resident = buffers.samples();
   statistics.gpu_bytes =
       buffers.bytes() + targets.bytes() + occluders.bytes() + drawn_depths.bytes() +
-      accumulation.bytes() + mesh_bytes +
+      accumulation.bytes() + cross_fade.bytes() + mesh_bytes +
       uint64_t(sample_texture_rows) * SAMPLE_TEXTURE_WIDTH * sizeof(PackedSample);
   drawn_width = targets.width();
   drawn_height = targets.height();
@@ -228,6 +228,29 @@ Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
   glBindTexture(GL_TEXTURE_2D, 0);
   ++statistics.draw_calls;
   return finish_frame();
+}
+
+Result<void> Renderer::State::fade(float progress, GLuint framebuffer) {
+  const auto program = image_program(pass_fade);
+  if (!program) return tl::unexpected(program.error());
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glViewport(0, 0, drawn_width, drawn_height);
+  glDisable(GL_DEPTH_TEST);
+  glUseProgram((*program)->name());
+  glUniform1f((*program)->uniform("u_progress"), progress);
+  const GLuint pictures[] = {cross_fade.from(), cross_fade.to()};
+  for (GLenum unit : {1, 0}) {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glBindTexture(GL_TEXTURE_2D, pictures[unit]);
+  }
+  glBindVertexArray(empty_vertex_array);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  // Bound textures that are drawn into later would be a feedback loop.
+  for (GLenum unit : {1, 0}) {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glBindTexture(GL_TEXTURE_2D, 0);
+  }
+  return {};
 }
 
 Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {

@@ -201,6 +201,19 @@ class Renderer {
   /// invalid_argument where can_refine() says no.
   Result<FrameStatistics> refine(int width, int height, uint32_t framebuffer = 0);
 
+  /// Keeps the picture that the framebuffer shows: call it in the task of the draw() or refine()
+  /// that made it. What the next draw() makes can then come in its place step by step. Errors:
+  /// gl_error, invalid_argument (nothing drawn yet).
+  Result<void> hold_picture(uint32_t framebuffer = 0);
+
+  /// Right after a draw(): begins to fade from the held picture to this one, and shows the held
+  /// one. Answers false, and does nothing, where none of this size is held. Errors: gl_error.
+  Result<bool> begin_fade(uint32_t framebuffer = 0);
+
+  /// Shows both pictures mixed: at 0 the held one, at 1 the other, which is held from then on.
+  /// Requires that begin_fade answered true, and no draw since. Errors: gl_error.
+  Result<void> fade(float progress, uint32_t framebuffer = 0);
+
   /// What the last draw found at its pixels, for tests and for picking. y runs up, as in OpenGL.
   struct SurfacePixel {
     bool hit = false;

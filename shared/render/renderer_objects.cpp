@@ -81,6 +81,7 @@ void Renderer::State::forget_gl_objects() {
   drawn_depths.forget();
   depth_tiles.forget();
   accumulation.forget();
+  cross_fade.forget();
   sight_test.forget();
   for_each_splat_program([](SplatProgram& splat) {
     splat.program.forget();
@@ -104,6 +105,7 @@ void Renderer::State::release_gl_objects() {
   drawn_depths.release();
   depth_tiles.release();
   accumulation.release();
+  cross_fade.release();
   sight_test.release();
   for_each_splat_program([](SplatProgram& splat) { splat = SplatProgram{}; });
   for (ImageProgram& image : image_programs) image = ImageProgram{};
@@ -188,6 +190,9 @@ void Renderer::State::start(ImageProgram& image, int pass) {
       image.program =
           GlProgram::start("", {"image.vert.glsl"}, {"picture_code.glsl", "present.frag.glsl"});
       return;
+    case pass_fade:
+      image.program = GlProgram::start("", {"image.vert.glsl"}, {"fade.frag.glsl"});
+      return;
     case pass_read:
       image.program = GlProgram::start("", {"image.vert.glsl"}, {"frame.glsl", "read.frag.glsl"});
       return;
@@ -221,6 +226,8 @@ Result<const GlProgram*> Renderer::State::image_program(int pass) {
   // A program has some of these; locations of the others are -1, and ignored.
   glUniform1i(program.uniform("u_normals"), 0);
   glUniform1i(program.uniform("u_sums"), pass == pass_normalise ? 1 : 0);
+  glUniform1i(program.uniform("u_from"), 0);
+  glUniform1i(program.uniform("u_to"), 1);
   glUniform1i(program.uniform("u_surfaces"), 0);
   glUniform1i(program.uniform("u_depths"), 1);
   glUniform1i(program.uniform("u_colour_map"), 3);

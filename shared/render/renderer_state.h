@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "shared/render/accumulation.h"
+#include "shared/render/cross_fade.h"
 #include "shared/render/depth_tiles.h"
 #include "shared/render/drawn_depths.h"
 #include "shared/render/frame.h"
@@ -52,6 +53,7 @@ struct Renderer::State {
     pass_compose,  ///< and the three after it: + 1 for several layers, + 2 for eye-dome lighting
     pass_normalise = pass_compose + 4,
     pass_present,
+    pass_fade,
     pass_read,
     pass_mesh,
     pass_lit_mesh,
@@ -108,6 +110,7 @@ struct Renderer::State {
   DepthTiles depth_tiles;
   int layers = 1;  // of `targets`, that the last draw used
   Accumulation accumulation;
+  CrossFade cross_fade;
   SightTest sight_test;
   SplatProgram splat_programs[kPasses][2][2][2];  // [pass][pulled][clipped][lit]
   ImageProgram image_programs[kImagePasses];
@@ -166,6 +169,7 @@ struct Renderer::State {
   Result<FrameStatistics> finish_frame();
   Result<FrameStatistics> draw(int width, int height, GLuint framebuffer);
   Result<FrameStatistics> refine(GLuint framebuffer);
+  Result<void> fade(float progress, GLuint framebuffer);
 };
 
 }  // namespace isosplat

@@ -296,6 +296,27 @@ int32_t isosplat_view_refine(int32_t width, int32_t height, double* statistics) 
   return renderer ? tell(renderer->refine(width, height), statistics) : no_view();
 }
 
+int32_t isosplat_view_hold_picture() {
+  Renderer* renderer = current();
+  if (!renderer) return no_view();
+  const auto held = renderer->hold_picture();
+  return held ? 0 : report(held.error());
+}
+
+int32_t isosplat_view_begin_fade() {
+  Renderer* renderer = current();
+  if (!renderer) return no_view();
+  const auto begun = renderer->begin_fade();
+  return begun ? (*begun ? 1 : 0) : -report(begun.error());
+}
+
+int32_t isosplat_view_fade(float progress) {
+  Renderer* renderer = current();
+  if (!renderer) return no_view();
+  const auto faded = renderer->fade(progress);
+  return faded ? 0 : report(faded.error());
+}
+
 int32_t isosplat_view_begin_sight_test(const uint32_t* ids, uint32_t count, int32_t least_px) {
   Renderer* renderer = current();
   if (!renderer) return no_view();

@@ -85,6 +85,12 @@ int32_t isosplat_view_can_refine(int32_t width, int32_t height);
 /// above.
 int32_t isosplat_view_refine(int32_t width, int32_t height, double* statistics);
 
+/// Renderer::hold_picture, begin_fade (1: a fade has begun, 0: there is nothing to fade from,
+/// negative: it failed) and fade.
+int32_t isosplat_view_hold_picture();
+int32_t isosplat_view_begin_fade();
+int32_t isosplat_view_fade(float progress);
+
 /// Starts a test of which regions of these chunks show in at least so many pixels
 /// (Renderer::begin_sight_test); draw first.
 int32_t isosplat_view_begin_sight_test(const uint32_t* ids, uint32_t count, int32_t least_px);

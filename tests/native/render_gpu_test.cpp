@@ -255,6 +255,64 @@ TEST_F(RenderGpu, TranslucentSurfacesHideNothing) {
   }
 }
 
+// One picture comes in the place of another: as it was first, as it will be at last, between both
+// in between, and from there again when a third picture comes.
+TEST_F(RenderGpu, PicturesFadeIntoEachOther) {
+  const TestVolume volume = sphere_volume({40, 40, 40});
+  show_volume(*renderer_, volume, 800, 1700);
+  renderer_->set_camera(default_camera(volume.grid));
+  constexpr int kSize = 64;
+  GLuint texture = 0, framebuffer = 0;
+  glGenTextures(1, &texture);
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, kSize, kSize);
+  glGenFramebuffers(1, &framebuffer);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
+  const auto shown = [&] {
+    std::vector<uint8_t> pixels(4 * kSize * kSize);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    glReadPixels(0, 0, kSize, kSize, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+    return pixels;
+  };
+  const auto drawn = [&](double isovalue) {
+    RenderSettings settings;
+    settings.isosurfaces = {{isovalue, {0.85f, 0.8f, 0.7f}, 1}};
+    renderer_->set_settings(settings);
+    EXPECT_TRUE(renderer_->draw(kSize, kSize, framebuffer));
+    return shown();
+  };
+
+  EXPECT_FALSE(renderer_->hold_picture(framebuffer));  // nothing has been drawn
+  const auto first = drawn(800);
+  EXPECT_EQ(renderer_->begin_fade(framebuffer), false);
+  EXPECT_EQ(shown(), first);
+  ASSERT_TRUE(renderer_->hold_picture(framebuffer));
+  const auto second = drawn(1700);
+  ASSERT_NE(first, second);
+  EXPECT_EQ(renderer_->begin_fade(framebuffer), true);
+  EXPECT_EQ(shown(), first);
+  ASSERT_TRUE(renderer_->fade(0.25f, framebuffer));
+  const auto between = shown();
+  for (size_t i = 0; i < first.size(); ++i) {
+    ASSERT_NEAR(between[i], 0.75 * first[i] + 0.25 * second[i], 1) << i;
+  }
+  ASSERT_TRUE(renderer_->hold_picture(framebuffer));
+  const auto third = drawn(1200);
+  EXPECT_EQ(renderer_->begin_fade(framebuffer), true);
+  EXPECT_EQ(shown(), between);
+  ASSERT_TRUE(renderer_->fade(1, framebuffer));
+  EXPECT_EQ(shown(), third);
+  // That is what the next fade begins with. A picture of another size gives way at once.
+  drawn(800);
+  EXPECT_EQ(renderer_->begin_fade(framebuffer), true);
+  EXPECT_EQ(shown(), third);
+  EXPECT_TRUE(renderer_->draw(kSize / 2, kSize, framebuffer));
+  EXPECT_EQ(renderer_->begin_fade(framebuffer), false);
+  glDeleteFramebuffers(1, &framebuffer);
+  glDeleteTextures(1, &texture);
+}
+
 /// How many pieces, joined at sides or corners, the set pixels form.
 int pieces(std::vector<char> set, int width, int height) {
   int count = 0;

@@ -46,6 +46,9 @@ interface Exports extends CoreModule {
   _isosplat_view_draw(width: number, height: number, statistics: number): number;
   _isosplat_view_can_refine(width: number, height: number): number;
   _isosplat_view_refine(width: number, height: number, statistics: number): number;
+  _isosplat_view_hold_picture(): number;
+  _isosplat_view_begin_fade(): number;
+  _isosplat_view_fade(progress: number): number;
   _isosplat_view_begin_sight_test(ids: number, count: number, leastPixels: number): number;
   _isosplat_view_take_sight_test(): number;
   _isosplat_view_sight_answer(): number;
@@ -297,6 +300,23 @@ export class ViewModule {
     if (count < 0) return undefined;
     const at = this.#exports._isosplat_view_sight_answer() >> 2;
     return this.#exports.HEAPU32.slice(at, at + sightWords * count);
+  }
+
+  /** Keeps the picture just drawn, so that the next one can come in its place step by step. */
+  holdPicture(): void {
+    this.#check(this.#exports._isosplat_view_hold_picture());
+  }
+
+  /** Right after draw(): shows the held picture, for fade() to go on from. False: none is held. */
+  beginFade(): boolean {
+    const begun = this.#exports._isosplat_view_begin_fade();
+    if (begun < 0) this.#check(begun);
+    return begun === 1;
+  }
+
+  /** Shows the held picture (0) and the one drawn last (1) mixed; at 1 that is held. */
+  fade(progress: number): void {
+    this.#check(this.#exports._isosplat_view_fade(progress));
   }
 
   /** GL_RENDERER. */

@@ -12,6 +12,7 @@ import {
 import { wholeVolume } from "./clipping.ts";
 import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";
+import { Fade } from "./fade.ts";
 import { FrameLoop } from "./frame_loop.ts";
 import { GpuTimer } from "./gpu_timer.ts";
 import { SplatChoice } from "./splat_choice.ts";
@@ -73,6 +74,8 @@ const longestSmoothed = { resting: 400, saved: 1500 };
 const leastSeenPixels = { settled: 40, before: 160 };
 /** While a picture is being drawn, it is looked again after so long (ms). */
 const shortestWait = 8;
+/** Arrivals fade in where a picture takes no longer (ms). */
+const longestFaded = 50;
 /** The GPU is asked so often whether the first shaders are compiled (ms). */
 const shaderPolling = 8;
 /** The GPU is asked so often whether a sight test is done (ms). */
@@ -115,6 +118,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   readonly #choice = new SplatChoice();
   #timer: GpuTimer | null = null;
   #smooths = false;
+  #fade: Fade | null = null;
+  #fades = false;
   /** Samples went to the GPU, and it has not been asked since whether there was room for them. */
   #hasUnchecked = false;
   #isWarm = false;
@@ -223,6 +228,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /** Lets go of the volume: its requests, its memory on CPU and GPU. The canvas keeps its picture. */
   close(): void {
+    this.#fade?.forget();
     this.#opening?.abort(new DOMException("another volume is opened", "AbortError"));
     this.#opening = null;
     this.#session?.close();
@@ -342,6 +348,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (!view || this.#contextLost) throw new ViewError("nothing is drawn yet");
     const { width, height } = this.canvas;
     view.setKind(this.#kind(true));
+    this.#fade?.forget();
     const startedAt = performance.now();
     view.draw(width, height);
     const gl = this.canvas.getContext("webgl2");
@@ -363,6 +370,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#parts ??= ViewModule.create(this.canvas).then(async (view) => {
       if (this.#disposed) view.destroy();
       this.#view = view;
+      this.#fade = new Fade(view);
       const gl = this.canvas.getContext("webgl2");
       this.#timer = gl && new GpuTimer(gl);
       return { view, core: await loadCore({ module: view.exports }) };
@@ -466,8 +474,14 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const isTesting = this.#sightTimer !== 0;
     if (this.#hasPicture && view.needsRedraw(width, height)) {
       if (isMoving || isResized || (!isTesting && this.#mayDraw(now))) {
+        if (isMoving || isResized) this.#fade?.forget();
+        this.#guard(() => this.#fade?.beforeDraw(now));
         this.#draw(isResting, () => view.draw(width, height));
+        if (isMoving || !this.#fades) this.#fade?.forget();
+        else this.#guard(() => this.#fade?.afterDraw(now, this.#chunksToGo > 0));
       }
+    } else if (this.#fade?.isRunning) {
+      this.#guard(() => this.#fade?.step(now, this.#chunksToGo > 0));
     } else if (isResting && !isTesting && this.#smooths && view.canRefine(width, height)) {
       this.#draw(true, () => view.refine(width, height));
     }
@@ -478,7 +492,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       const wait = Math.max(0, quietSince + restAfter - now) + 1;
       this.#restTimer = window.setTimeout(() => this.#loop.request(), wait);
     }
-    return false;
+    return this.#fade?.isRunning ?? false;
   }
 
   #draw(isResting: boolean, draw: () => DrawStatistics): void {
@@ -489,6 +503,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       this.#timer?.measure(startedAt, (milliseconds) => {
         this.#choice.measured(drawn, milliseconds, distance);
         this.#nextArrivals = performance.now() + milliseconds;
+        this.#fades = milliseconds <= longestFaded;
         if (!isResting) return;
         // Now the GPU has little else to do: asking it while frames follow each other would wait.
         if (this.#hasUnchecked) this.#guard((view) => view.checkGpu());
@@ -555,6 +570,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #onContextLost(event: Event): void {
     event.preventDefault(); // asks the browser to restore it
     this.#contextLost = true;
+    this.#fade?.forget();
     this.#view?.contextLost();
     this.emit("context", "lost");
   }
