@@ -111,6 +111,10 @@ export class StreamSession {
     });
   }
 
+  get isClosed(): boolean {
+    return this.#closing.signal.aborted;
+  }
+
   /** Reads the store's head and starts to fetch the coarse levels. Rejects with a StreamError. */
   static async open(
     source: Source,

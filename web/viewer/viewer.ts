@@ -15,6 +15,7 @@ import { Emitter } from "./emitter.ts";
 import { Fade } from "./fade.ts";
 import { FrameLoop } from "./frame_loop.ts";
 import { GpuTimer } from "./gpu_timer.ts";
+import { SightTester } from "./sight_tester.ts";
 import { SplatChoice } from "./splat_choice.ts";
 import {
   type Camera,
@@ -67,19 +68,12 @@ const restAfter = 220;
  * rests, and where it is saved, which may take its time.
  */
 const longestSmoothed = { resting: 400, saved: 1500 };
-/**
- * A block is refined when its coarse stand-in shows in so many pixels: of the picture at rest, and
- * before. What shows in few is most often hidden once coarse parts in front of it are refined.
- */
-const leastSeenPixels = { settled: 40, before: 160 };
 /** While a picture is being drawn, it is looked again after so long (ms). */
 const shortestWait = 8;
 /** Arrivals fade in where a picture takes no longer (ms). */
 const longestFaded = 50;
 /** The GPU is asked so often whether the first shaders are compiled (ms). */
 const shaderPolling = 8;
-/** The GPU is asked so often whether a sight test is done (ms). */
-const sightPolling = 4;
 
 /**
  * A volume on a canvas: streams what the view needs, and draws when something has changed. Knows
@@ -113,9 +107,14 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #chunksToGo = 0;
   /** From when on what has arrived may be drawn, as long as more is to come. */
   #nextArrivals = 0;
-  #sightTimer = 0;
   #contextLost = false;
   readonly #choice = new SplatChoice();
+  readonly #sight = new SightTester({
+    guard: (action) => this.#guard(action),
+    isIdle: () => performance.now() - this.#lastMotion >= restAfter && !this.#timer?.isBusy,
+    isContextLost: () => this.#contextLost,
+    ended: () => this.#loop.request(),
+  });
   #timer: GpuTimer | null = null;
   #smooths = false;
   #fade: Fade | null = null;
@@ -246,7 +245,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#loop.stop();
     clearTimeout(this.#restTimer);
     clearTimeout(this.#drawTimer);
-    clearTimeout(this.#sightTimer);
+    this.#sight.stop();
     this.#decoder?.close();
     for (const clean of this.#cleanup) clean();
     this.#view?.destroy();
@@ -470,8 +469,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       isovalues: this.#surfaces.map((surface) => surface.isovalue),
       moving: isMoving,
     });
-    // A sight test's answer would wait for what is drawn after it.
-    const isTesting = this.#sightTimer !== 0;
+    const isTesting = this.#sight.isRunning;
     if (this.#hasPicture && view.needsRedraw(width, height)) {
       if (isMoving || isResized || (!isTesting && this.#mayDraw(now))) {
         if (isMoving || isResized) this.#fade?.forget();
@@ -485,7 +483,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     } else if (isResting && !isTesting && this.#smooths && view.canRefine(width, height)) {
       this.#draw(true, () => view.refine(width, height));
     }
-    if (!isMoving) this.#testSight(isResting || kind === this.#kind(true));
+    if (!isMoving && !view.needsRedraw(width, height)) {
+      this.#sight.test(this.#session, isResting || kind === this.#kind(true));
+    }
     // Once more when it has come to rest: for the finer splats, and so that streaming refines.
     clearTimeout(this.#restTimer);
     if (!isResting) {
@@ -514,36 +514,6 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       });
       this.emit("frame", { ...drawn, framesPerSecond: this.#loop.framesPerSecond });
     });
-  }
-
-  /** Finds out, where streaming asks for it, what of the picture may be seen more finely. */
-  #testSight(settled: boolean): void {
-    const session = this.#session;
-    const { width, height } = this.canvas;
-    if (!session || this.#sightTimer !== 0 || this.#view?.needsRedraw(width, height)) return;
-    const query = session.sightQuery(settled);
-    if (!query) return;
-    const least = settled ? leastSeenPixels.settled : leastSeenPixels.before;
-    const poll = (): void => {
-      this.#sightTimer = 0;
-      // Another volume's test may have waited for the end of this one.
-      if (session !== this.#session) this.#loop.request();
-      if (this.#contextLost || session !== this.#session) return;
-      // What moves is drawn nevertheless: to ask for the answer would wait for that picture.
-      const isIdle = performance.now() - this.#lastMotion >= restAfter && !this.#timer?.isBusy;
-      this.#guard((view) => {
-        const answer = isIdle ? view.takeSightTest() : null;
-        if (answer) {
-          session.answerSight(query, answer, settled);
-          this.#loop.request();
-        } else {
-          this.#sightTimer = window.setTimeout(poll, sightPolling);
-        }
-      });
-    };
-    const begun = this.#guard((view) => view.beginSightTest(query.ids, least));
-    if (begun) this.#sightTimer = window.setTimeout(poll, sightPolling);
-    else if (!this.#contextLost) session.sightFailed();
   }
 
   /**

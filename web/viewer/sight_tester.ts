@@ -1,0 +1,74 @@
+import type { StreamSession } from "../stream/index.ts";
+import type { ViewModule } from "./view_module.ts";
+
+/**
+ * A block is refined when its coarse stand-in shows in so many pixels: of the picture at rest, and
+ * before. What shows in few is most often hidden once coarse parts in front of it are refined.
+ */
+const leastSeenPixels = { settled: 40, before: 160 };
+/** The GPU is asked so often whether a test is done (ms). */
+const polling = 4;
+
+/** What the tester asks of its viewer. */
+export interface TestedViewer {
+  /** Does what may fail in the renderer; answers whether it did not. */
+  guard(action: (view: ViewModule) => void): boolean;
+  /** Nothing moves, and the GPU draws nothing: an answer can be read without waiting. */
+  isIdle(): boolean;
+  isContextLost(): boolean;
+  /** A test has ended; what waited for that goes on. */
+  ended(): void;
+}
+
+/** Finds out, where streaming asks for it, what of a picture may be seen more finely. */
+export class SightTester {
+  readonly #viewer: TestedViewer;
+  #timer = 0;
+
+  constructor(viewer: TestedViewer) {
+    this.#viewer = viewer;
+  }
+
+  /** A test's answer is awaited: it would wait for whatever is drawn meanwhile. */
+  get isRunning(): boolean {
+    return this.#timer !== 0;
+  }
+
+  /**
+   * Tests the picture as it is drawn, if its session wants that. `settled`: when the view rests, it
+   * is drawn no differently.
+   */
+  test(session: StreamSession, settled: boolean): void {
+    if (this.isRunning) return;
+    const query = session.sightQuery(settled);
+    if (!query) return;
+    const least = settled ? leastSeenPixels.settled : leastSeenPixels.before;
+    const poll = (): void => {
+      this.#timer = 0;
+      if (this.#viewer.isContextLost()) return;
+      if (session.isClosed) {
+        this.#viewer.ended();
+        return;
+      }
+      this.#viewer.guard((view) => {
+        const answer = this.#viewer.isIdle() ? view.takeSightTest() : undefined;
+        if (answer) {
+          session.answerSight(query, answer, settled);
+          this.#viewer.ended();
+        } else {
+          this.#timer = window.setTimeout(poll, polling);
+        }
+      });
+    };
+    if (this.#viewer.guard((view) => view.beginSightTest(query.ids, least))) {
+      this.#timer = window.setTimeout(poll, polling);
+    } else if (!this.#viewer.isContextLost()) {
+      session.sightFailed();
+    }
+  }
+
+  stop(): void {
+    clearTimeout(this.#timer);
+    this.#timer = 0;
+  }
+}
