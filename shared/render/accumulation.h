@@ -1,8 +1,7 @@
 #pragma once
 
-#include <GLES3/gl3.h>
-
 #include "shared/base/status.h"
+#include "shared/render/image_target.h"
 
 namespace isosplat {
 
@@ -19,11 +18,6 @@ class Accumulation {
   /// Pictures in a mean; more would change no pixel by much.
   static constexpr int kPictures = 8;
 
-  Accumulation() = default;
-  ~Accumulation() { release(); }
-  Accumulation(const Accumulation&) = delete;
-  Accumulation& operator=(const Accumulation&) = delete;
-
   /// Picture n's offset, within ± ½ pixel; picture 0 is not moved. Any first few are spread evenly
   /// (M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018: R₂).
   static ImageOffset offset(int n);
@@ -35,17 +29,14 @@ class Accumulation {
   void restart() { pictures_ = 0; }
 
   int pictures() const { return pictures_; }
-  GLuint framebuffer() const { return framebuffer_; }
-  GLuint sums() const { return sums_; }  ///< 2D texture
-  uint64_t bytes() const { return bytes_; }
+  const ImageTarget& sums() const { return sums_; }
 
   void release();
   void forget();
 
  private:
-  int width_ = 0, height_ = 0, pictures_ = 0;
-  GLuint framebuffer_ = 0, sums_ = 0;
-  uint64_t bytes_ = 0;
+  ImageTarget sums_{GL_RGBA16F, "to smooth an image"};
+  int pictures_ = 0;
 };
 
 }  // namespace isosplat

@@ -3,55 +3,35 @@
 namespace isosplat {
 
 Result<void> CrossFade::hold(GLuint framebuffer, int width, int height) {
-  if (width != width_ || height != height_) {
-    release();
-    for (Picture& picture : pictures_) {
-      glGenTextures(1, &picture.texture);
-      glBindTexture(GL_TEXTURE_2D, picture.texture);
-      glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, width, height);
-      glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-      glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-      glGenFramebuffers(1, &picture.framebuffer);
-      glBindFramebuffer(GL_FRAMEBUFFER, picture.framebuffer);
-      glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, picture.texture,
-                             0);
-      if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
-        release();
-        return fail(Status::gl_error, "the GPU has no room to keep a picture of this size");
-      }
-    }
-    glBindTexture(GL_TEXTURE_2D, 0);
-    width_ = width;
-    height_ = height;
+  holds_ = false;
+  for (ImageTarget& picture : pictures_) {
+    if (auto ok = picture.prepare(width, height); !ok) return ok;
   }
-  copy(framebuffer, pictures_[0]);
+  copy(framebuffer, from());
   holds_ = true;
   return {};
 }
 
 void CrossFade::turn_to_picture_in(GLuint framebuffer) {
-  copy(framebuffer, pictures_[1]);
+  copy(framebuffer, to());
 }
 
-void CrossFade::copy(GLuint framebuffer, const Picture& picture) const {
+void CrossFade::copy(GLuint framebuffer, const ImageTarget& picture) const {
+  const int width = picture.width(), height = picture.height();
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, picture.framebuffer);
-  glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, picture.framebuffer());
+  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
 }
 
 void CrossFade::release() {
-  for (Picture& picture : pictures_) {
-    if (picture.texture) glDeleteTextures(1, &picture.texture);
-    if (picture.framebuffer) glDeleteFramebuffers(1, &picture.framebuffer);
-  }
-  forget();
+  for (ImageTarget& picture : pictures_) picture.release();
+  holds_ = false;
 }
 
 void CrossFade::forget() {
-  pictures_[0] = pictures_[1] = {};
+  for (ImageTarget& picture : pictures_) picture.forget();
   holds_ = false;
-  width_ = height_ = 0;
 }
 
 }  // namespace isosplat

@@ -1,47 +1,34 @@
 #pragma once
 
-#include <GLES3/gl3.h>
-
-#include <cstdint>
-#include <utility>
-
 #include "shared/base/status.h"
+#include "shared/render/image_target.h"
 
 namespace isosplat {
 
 /// Two pictures of one size: one that is shown, and one that it gives way to.
 class CrossFade {
  public:
-  CrossFade() = default;
-  ~CrossFade() { release(); }
-  CrossFade(const CrossFade&) = delete;
-  CrossFade& operator=(const CrossFade&) = delete;
-
   /// Keeps what `framebuffer` shows. Errors: gl_error.
   Result<void> hold(GLuint framebuffer, int width, int height);
   /// The framebuffer's picture is the one that the held one gives way to. Requires holds().
   void turn_to_picture_in(GLuint framebuffer);
   /// The other picture is shown, and held.
-  void arrive() { std::swap(pictures_[0], pictures_[1]); }
+  void arrive() { shown_ = 1 - shown_; }
 
-  bool holds(int width, int height) const { return holds_ && width == width_ && height == height_; }
-  GLuint from() const { return pictures_[0].texture; }  ///< 2D textures
-  GLuint to() const { return pictures_[1].texture; }
-  uint64_t bytes() const { return uint64_t(width_) * uint64_t(height_) * 8; }
+  bool holds(int width, int height) const { return holds_ && from().has_size(width, height); }
+  const ImageTarget& from() const { return pictures_[shown_]; }
+  const ImageTarget& to() const { return pictures_[1 - shown_]; }
+  uint64_t bytes() const { return from().bytes() + to().bytes(); }
 
   void release();
   void forget();
 
  private:
-  struct Picture {
-    GLuint texture = 0, framebuffer = 0;
-  };
+  void copy(GLuint framebuffer, const ImageTarget& picture) const;
 
-  void copy(GLuint framebuffer, const Picture& picture) const;
-
+  ImageTarget pictures_[2] = {{GL_RGBA8, "to keep a picture"}, {GL_RGBA8, "to keep a picture"}};
+  int shown_ = 0;
   bool holds_ = false;
-  int width_ = 0, height_ = 0;
-  Picture pictures_[2];
 };
 
 }  // namespace isosplat

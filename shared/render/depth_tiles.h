@@ -1,8 +1,7 @@
 #pragma once
 
-#include <GLES3/gl3.h>
-
 #include "shared/render/gl_program.h"
+#include "shared/render/image_target.h"
 #include "shared/render/surface_targets.h"
 
 namespace isosplat {
@@ -11,11 +10,6 @@ namespace isosplat {
 /// hidden, and dropped before they cost more than their vertex.
 class DepthTiles {
  public:
-  DepthTiles() = default;
-  ~DepthTiles() { release(); }
-  DepthTiles(const DepthTiles&) = delete;
-  DepthTiles& operator=(const DepthTiles&) = delete;
-
   /// Makes room for the tiles of an image of this size. Errors: gl_error.
   Result<void> prepare(int width, int height);
 
@@ -24,7 +18,8 @@ class DepthTiles {
   void take(const SplatTarget& target, GLuint empty_vertex_array);
 
   /// R32UI, bits of the depth (0 to 1): they compare as it does.
-  GLuint texture() const { return texture_; }
+  GLuint texture() const { return tiles_.texture(); }
+  uint64_t bytes() const { return tiles_.bytes(); }
 
   void release();
   /// The context that owned the objects is gone.
@@ -32,8 +27,7 @@ class DepthTiles {
 
  private:
   GlProgram program_;
-  GLuint texture_ = 0, framebuffer_ = 0;
-  int columns_ = 0, rows_ = 0;
+  ImageTarget tiles_{GL_R32UI, "for the depths of tiles"};
 };
 
 }  // namespace isosplat

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <GLES3/gl3.h>
-
 #include "shared/base/status.h"
+#include "shared/render/image_target.h"
 #include "shared/render/surface_targets.h"
 
 namespace isosplat {
@@ -11,27 +10,20 @@ namespace isosplat {
 /// Squares look up a few places of it to learn whether they are hidden.
 class DrawnDepths {
  public:
-  DrawnDepths() = default;
-  ~DrawnDepths() { release(); }
-  DrawnDepths(const DrawnDepths&) = delete;
-  DrawnDepths& operator=(const DrawnDepths&) = delete;
-
   /// Makes room for an image of this size. Errors: gl_error.
-  Result<void> prepare(int width, int height);
+  Result<void> prepare(int width, int height) { return depths_.prepare(width, height); }
 
   /// Takes the depths of a target of that size, and leaves it bound.
   void take(const SplatTarget& target);
 
-  GLuint texture() const { return texture_; }  ///< depths, 0 to 1
-  uint64_t bytes() const { return uint64_t(width_) * uint64_t(height_) * 4; }
+  GLuint texture() const { return depths_.texture(); }  ///< depths, 0 to 1
+  uint64_t bytes() const { return depths_.bytes(); }
 
-  void release();
-  /// The context that owned the objects is gone.
-  void forget();
+  void release() { depths_.release(); }
+  void forget() { depths_.forget(); }
 
  private:
-  GLuint texture_ = 0, framebuffer_ = 0;
-  int width_ = 0, height_ = 0;
+  ImageTarget depths_{GL_DEPTH_COMPONENT24, "for the drawn depths of an image"};
 };
 
 }  // namespace isosplat

@@ -1,9 +1,8 @@
 #pragma once
 
-#include <GLES3/gl3.h>
-
 #include "shared/base/status.h"
 #include "shared/render/gl_program.h"
+#include "shared/render/image_target.h"
 
 namespace isosplat {
 
@@ -12,11 +11,6 @@ namespace isosplat {
 /// in both directions, so it only decides what to draw first.
 class Occluders {
  public:
-  Occluders() = default;
-  ~Occluders() { release(); }
-  Occluders(const Occluders&) = delete;
-  Occluders& operator=(const Occluders&) = delete;
-
   /// Makes room for an image of this size. Errors: gl_error.
   Result<void> prepare(int width, int height);
   /// Binds the image, and clears it: nothing hides anything.
@@ -26,8 +20,8 @@ class Occluders {
   void take(GLuint empty_vertex_array);
 
   /// R32UI, bits of the depth (0 to 1).
-  GLuint texture() const { return image_; }
-  uint64_t bytes() const { return uint64_t(columns_) * uint64_t(rows_) * 8; }
+  GLuint texture() const { return image_.texture(); }
+  uint64_t bytes() const { return depths_.bytes() + image_.bytes(); }
 
   void release();
   /// The context that owned the objects is gone.
@@ -35,8 +29,8 @@ class Occluders {
 
  private:
   GlProgram program_;
-  GLuint depths_ = 0, framebuffer_ = 0, image_ = 0, image_framebuffer_ = 0;
-  int columns_ = 0, rows_ = 0;
+  ImageTarget depths_{GL_DEPTH_COMPONENT24, "for occluders"};  // as they are drawn
+  ImageTarget image_{GL_R32UI, "for occluders"};
 };
 
 }  // namespace isosplat

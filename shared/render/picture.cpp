@@ -170,7 +170,7 @@ Result<FrameStatistics> Renderer::State::finish_frame() {
   statistics.samples_resident = buffers.samples();
   statistics.gpu_bytes =
       buffers.bytes() + targets.bytes() + occluders.bytes() + drawn_depths.bytes() +
-      accumulation.bytes() + cross_fade.bytes() + mesh_bytes +
+      depth_tiles.bytes() + accumulation.sums().bytes() + cross_fade.bytes() + mesh_bytes +
       uint64_t(sample_texture_rows) * SAMPLE_TEXTURE_WIDTH * sizeof(PackedSample);
   drawn_width = targets.width();
   drawn_height = targets.height();
@@ -198,7 +198,7 @@ Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
   const auto add_picture = [&]() -> Result<void> {
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE);
-    auto composed = compose(accumulation.framebuffer(), true);
+    auto composed = compose(accumulation.sums().framebuffer(), true);
     glDisable(GL_BLEND);
     if (composed) accumulation.picture_added();
     return composed;
@@ -221,7 +221,7 @@ Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   glUseProgram((*present)->name());
   glActiveTexture(GL_TEXTURE0);
-  glBindTexture(GL_TEXTURE_2D, accumulation.sums());
+  glBindTexture(GL_TEXTURE_2D, accumulation.sums().texture());
   glUniform1f((*present)->uniform("u_weight"), 1.0f / static_cast<float>(accumulation.pictures()));
   glBindVertexArray(empty_vertex_array);
   glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -238,7 +238,7 @@ Result<void> Renderer::State::fade(float progress, GLuint framebuffer) {
   glDisable(GL_DEPTH_TEST);
   glUseProgram((*program)->name());
   glUniform1f((*program)->uniform("u_progress"), progress);
-  const GLuint pictures[] = {cross_fade.from(), cross_fade.to()};
+  const GLuint pictures[] = {cross_fade.from().texture(), cross_fade.to().texture()};
   for (GLenum unit : {1, 0}) {
     glActiveTexture(GL_TEXTURE0 + unit);
     glBindTexture(GL_TEXTURE_2D, pictures[unit]);
@@ -263,14 +263,10 @@ Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {
   if (s.lit) {
     if (auto ok = s.draw_layers(width, height, {}, false); !ok) return tl::unexpected(ok.error());
   }
-  GLuint texture = 0, framebuffer = 0;
-  glGenTextures(1, &texture);
   glActiveTexture(GL_TEXTURE0);
-  glBindTexture(GL_TEXTURE_2D, texture);
-  glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32UI, width, height);
-  glGenFramebuffers(1, &framebuffer);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
+  ImageTarget words_target(GL_RGBA32UI, "to read an image");
+  if (auto ok = words_target.prepare(width, height); !ok) return tl::unexpected(ok.error());
+  glBindFramebuffer(GL_FRAMEBUFFER, words_target.framebuffer());
   glViewport(0, 0, width, height);
   glDisable(GL_DEPTH_TEST);
   glUseProgram((*program)->name());
@@ -284,8 +280,6 @@ Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {
   glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
   std::vector<uint32_t> words(4 * static_cast<size_t>(width) * static_cast<size_t>(height));
   glReadPixels(0, 0, width, height, GL_RGBA_INTEGER, GL_UNSIGNED_INT, words.data());
-  glDeleteFramebuffers(1, &framebuffer);
-  glDeleteTextures(1, &texture);
 
   const VolumeGrid grid = s.grid.value_or(VolumeGrid{{2, 2, 2}});
   const auto unit = static_cast<float>(std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z}));

@@ -228,12 +228,12 @@ class Renderer {
 
   /// Starts to find out which regions of these chunks show in the picture drawn last, in at least
   /// so many pixels (1 … 255), and returns before the GPU has done it. Chunks that are not visible
-  /// by set_visible are left out. Forgets a test that is under way. Errors: gl_error,
+  /// by set_visible are left out. Forgets a query that is under way. Errors: gl_error,
   /// invalid_argument (there is no picture, or it is no longer true: draw first).
-  Result<void> begin_sight_test(std::span<const uint64_t> ids, int least_px);
+  Result<void> begin_sight_query(std::span<const uint64_t> ids, int least_px);
 
-  /// The answer, once; nothing while the GPU is at work, or where no test was begun.
-  std::optional<std::vector<ChunkSight>> take_sight_test();
+  /// The answer, once; nothing while the GPU is at work, or where none was begun.
+  std::optional<std::vector<ChunkSight>> take_sight_query();
 
   /// See the class comment.
   void context_lost();

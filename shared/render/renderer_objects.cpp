@@ -82,7 +82,7 @@ void Renderer::State::forget_gl_objects() {
   depth_tiles.forget();
   accumulation.forget();
   cross_fade.forget();
-  sight_test.forget();
+  sight_query.forget();
   for_each_splat_program([](SplatProgram& splat) {
     splat.program.forget();
     splat = SplatProgram{};
@@ -106,7 +106,7 @@ void Renderer::State::release_gl_objects() {
   depth_tiles.release();
   accumulation.release();
   cross_fade.release();
-  sight_test.release();
+  sight_query.release();
   for_each_splat_program([](SplatProgram& splat) { splat = SplatProgram{}; });
   for (ImageProgram& image : image_programs) image = ImageProgram{};
   glDeleteBuffers(1, &frame_buffer);

@@ -17,7 +17,7 @@
 #include "shared/render/occluders.h"
 #include "shared/render/renderer.h"
 #include "shared/render/sample_buffers.h"
-#include "shared/render/sight_test.h"
+#include "shared/render/sight_query.h"
 #include "shared/render/surface_targets.h"
 
 namespace isosplat {
@@ -111,7 +111,7 @@ struct Renderer::State {
   int layers = 1;  // of `targets`, that the last draw used
   Accumulation accumulation;
   CrossFade cross_fade;
-  SightTest sight_test;
+  SightQuery sight_query;
   SplatProgram splat_programs[kPasses][2][2][2];  // [pass][pulled][clipped][lit]
   ImageProgram image_programs[kImagePasses];
   GLuint frame_buffer = 0, empty_vertex_array = 0, colour_map = 0;

@@ -79,7 +79,7 @@
 #define COVERAGE_MAX 4095.0
 #define ISOSURFACE_SHIFT 12
 
-// Sight test: probes of a cell along each axis of the image, at most, and by how many px a cell is
+// Sight query: probes of a cell along each axis of the image, at most, and by how many px a cell is
 // enlarged, so that rounding loses none.
 #define SIGHT_PROBES 8
 #define SIGHT_MARGIN_PX 0.25

@@ -114,7 +114,7 @@ uint32_t isosplat_core_project(IsosplatCore* core, const void* data, uint32_t by
 uint32_t isosplat_core_select(IsosplatCore* core, const double* view, const float* isocodes,
                               uint32_t isocode_count);
 
-/// The answer of a sight test for the view selected last (Selector::set_sight): 33 words for each
+/// The answer of a sight query for the view selected last (Selector::set_sight): 33 words for each
 /// chunk: handle, the regions tested, those of them that may be seen.
 uint32_t isosplat_core_set_sight(IsosplatCore* core, const uint32_t* answer, uint32_t count);
 

@@ -317,17 +317,17 @@ int32_t isosplat_view_fade(float progress) {
   return faded ? 0 : report(faded.error());
 }
 
-int32_t isosplat_view_begin_sight_test(const uint32_t* ids, uint32_t count, int32_t least_px) {
+int32_t isosplat_view_begin_sight_query(const uint32_t* ids, uint32_t count, int32_t least_px) {
   Renderer* renderer = current();
   if (!renderer) return no_view();
-  const auto begun = renderer->begin_sight_test(std::vector<uint64_t>(ids, ids + count), least_px);
+  const auto begun = renderer->begin_sight_query(std::vector<uint64_t>(ids, ids + count), least_px);
   return begun ? 0 : report(begun.error());
 }
 
-int32_t isosplat_view_take_sight_test() {
+int32_t isosplat_view_take_sight_query() {
   Renderer* renderer = current();
   if (!renderer) return -1;
-  const auto answer = renderer->take_sight_test();
+  const auto answer = renderer->take_sight_query();
   if (!answer) return -1;
   auto& words = view().sight_answer;
   words.clear();

@@ -92,12 +92,12 @@ int32_t isosplat_view_begin_fade();
 int32_t isosplat_view_fade(float progress);
 
 /// Starts a test of which regions of these chunks show in at least so many pixels
-/// (Renderer::begin_sight_test); draw first.
-int32_t isosplat_view_begin_sight_test(const uint32_t* ids, uint32_t count, int32_t least_px);
+/// (Renderer::begin_sight_query); draw first.
+int32_t isosplat_view_begin_sight_query(const uint32_t* ids, uint32_t count, int32_t least_px);
 
 /// Chunks in the test's answer, or −1 while it is not there. It is at isosplat_view_sight_answer()
 /// until the next call of this: 33 words per chunk: id, the regions tested, those seen.
-int32_t isosplat_view_take_sight_test();
+int32_t isosplat_view_take_sight_query();
 const uint32_t* isosplat_view_sight_answer();
 
 /// limits receives 4 numbers: largest point size, largest texture size, float targets (0, 1), float

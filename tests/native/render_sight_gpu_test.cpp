@@ -37,11 +37,11 @@ class SightGpu : public ::testing::Test {
     renderer_->set_settings(settings_);
     EXPECT_TRUE(draw_image(*renderer_, kWidth, kHeight));
     const uint64_t id = 0;
-    EXPECT_TRUE(renderer_->begin_sight_test({&id, 1}, least_px));
+    EXPECT_TRUE(renderer_->begin_sight_query({&id, 1}, least_px));
     for (;;) {
-      if (auto answer = renderer_->take_sight_test()) {
+      if (auto answer = renderer_->take_sight_query()) {
         EXPECT_EQ(answer->size(), 1u);
-        EXPECT_FALSE(renderer_->take_sight_test());
+        EXPECT_FALSE(renderer_->take_sight_query());
         return answer->at(0);
       }
     }
@@ -123,13 +123,13 @@ TEST_F(SightGpu, ClippedSurfacesHideNothingAndAreNotSeen) {
 
 TEST_F(SightGpu, NeedsAPictureThatIsTrue) {
   const uint64_t id = 0;
-  EXPECT_EQ(renderer_->begin_sight_test({&id, 1}, 1).error().status, Status::invalid_argument);
-  EXPECT_FALSE(renderer_->take_sight_test());
+  EXPECT_EQ(renderer_->begin_sight_query({&id, 1}, 1).error().status, Status::invalid_argument);
+  EXPECT_FALSE(renderer_->take_sight_query());
   (void)sight(1);
   Camera camera = renderer_->camera();
   camera.azimuth += 10;
   renderer_->set_camera(camera);
-  EXPECT_EQ(renderer_->begin_sight_test({&id, 1}, 1).error().status, Status::invalid_argument);
+  EXPECT_EQ(renderer_->begin_sight_query({&id, 1}, 1).error().status, Status::invalid_argument);
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ export interface CoreView {
 
 /** Words of the regions of one chunk (RegionMask in shared/grid/region_mask.h). */
 export const regionWords = 16;
-/** Words of one chunk in the answer of a sight test: its handle, the regions tested, those seen. */
+/** Words of one chunk in the answer of a sight query: its handle, the regions tested, those seen. */
 export const sightWords = 1 + 2 * regionWords;
 
 /** What a view needs (Selection in shared/select/selector.h). */
@@ -305,7 +305,7 @@ export class Store {
     };
   }
 
-  /** The answer of a sight test for the view selected last: `sightWords` for each chunk. */
+  /** The answer of a sight query for the view selected last: `sightWords` for each chunk. */
   setSight(answers: Uint32Array): void {
     const calls = this.#calls;
     calls.withBytes(asBytes(answers), (at) =>

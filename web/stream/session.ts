@@ -8,7 +8,7 @@ import { defaultSampleBudget } from "./device.ts";
 import { Motion } from "./motion.ts";
 import { PageLoader } from "./page_loader.ts";
 import { Residency } from "./residency.ts";
-import { type SightQuery, SightTests } from "./sight.ts";
+import { SightQueries, type SightQuery } from "./sight.ts";
 import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import {
@@ -47,13 +47,13 @@ export class StreamSession {
   readonly #deliveries: Deliveries;
   readonly #residency: Residency;
   readonly #motion: Motion;
-  readonly #sight = new SightTests();
+  readonly #sight = new SightQueries();
   readonly #targetPixels: number;
   readonly #movingPixels: number;
   readonly #firstIsovalues: readonly number[];
   readonly #closing = new AbortController();
 
-  /** Sight tests are answered. */
+  /** Sight queries are answered. */
   #tellsSight: boolean;
   #view: ViewState | undefined;
   #selection: CoreSelection | undefined;
@@ -156,7 +156,7 @@ export class StreamSession {
   }
 
   /**
-   * The sight test that is wanted of the picture as it is drawn now, if any: see
+   * The sight query that is wanted of the picture as it is drawn now, if any: see
    * `StreamEvents.testSight`. `settled`: when the view rests, it would be drawn no differently.
    */
   sightQuery(settled: boolean): SightQuery | undefined {

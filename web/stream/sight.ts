@@ -1,4 +1,4 @@
-/** What a sight test is to find out: which regions of these drawn chunks may be seen. */
+/** What a sight query is to find out: which regions of these drawn chunks may be seen. */
 export interface SightQuery {
   readonly ids: Uint32Array;
   /** Of the view and of the picture that it is asked for. */
@@ -6,8 +6,8 @@ export interface SightQuery {
   readonly picture: number;
 }
 
-/** Keeps count of which picture a sight test is wanted of, and whether the last answer still holds. */
-export class SightTests {
+/** Keeps count of which picture a sight query is wanted of, and whether the last answer still holds. */
+export class SightQueries {
   #view = 0;
   #picture = 0;
   /** What is to be tested; undefined: occlusion is not asked for. */

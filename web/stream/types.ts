@@ -132,7 +132,7 @@ export interface StreamEvents {
    */
   visible(ids: Uint32Array, regions: Uint32Array): void;
   /**
-   * A sight test is wanted: soon, find out what `sightQuery` of the session asks, and call
+   * A sight query is wanted: soon, find out what `sightQuery` of the session asks, and call
    * `answerSight`. Without this event, what is hidden behind the picture is fetched as well.
    */
   testSight?(): void;

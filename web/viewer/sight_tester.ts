@@ -51,7 +51,7 @@ export class SightTester {
         return;
       }
       this.#viewer.guard((view) => {
-        const answer = this.#viewer.isIdle() ? view.takeSightTest() : undefined;
+        const answer = this.#viewer.isIdle() ? view.takeSightQuery() : undefined;
         if (answer) {
           session.answerSight(query, answer, settled);
           this.#viewer.ended();
@@ -60,7 +60,7 @@ export class SightTester {
         }
       });
     };
-    if (this.#viewer.guard((view) => view.beginSightTest(query.ids, least))) {
+    if (this.#viewer.guard((view) => view.beginSightQuery(query.ids, least))) {
       this.#timer = window.setTimeout(poll, polling);
     } else if (!this.#viewer.isContextLost()) {
       session.sightFailed();

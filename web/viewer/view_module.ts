@@ -49,8 +49,8 @@ interface Exports extends CoreModule {
   _isosplat_view_hold_picture(): number;
   _isosplat_view_begin_fade(): number;
   _isosplat_view_fade(progress: number): number;
-  _isosplat_view_begin_sight_test(ids: number, count: number, leastPixels: number): number;
-  _isosplat_view_take_sight_test(): number;
+  _isosplat_view_begin_sight_query(ids: number, count: number, leastPixels: number): number;
+  _isosplat_view_take_sight_query(): number;
   _isosplat_view_sight_answer(): number;
   _isosplat_view_limits(limits: number): number;
   _isosplat_view_context_lost(): void;
@@ -288,15 +288,15 @@ export class ViewModule {
    * Starts to find out which regions of these chunks show in so many pixels of the picture drawn
    * last, which must not need to be redrawn.
    */
-  beginSightTest(ids: Uint32Array, leastPixels: number): void {
+  beginSightQuery(ids: Uint32Array, leastPixels: number): void {
     const pointer = this.#reserve(ids.byteLength);
     this.#exports.HEAPU32.set(ids, pointer >> 2);
-    this.#check(this.#exports._isosplat_view_begin_sight_test(pointer, ids.length, leastPixels));
+    this.#check(this.#exports._isosplat_view_begin_sight_query(pointer, ids.length, leastPixels));
   }
 
   /** The answer, `sightWords` for each chunk that was drawn; undefined while it is not there. */
-  takeSightTest(): Uint32Array | undefined {
-    const count = this.#exports._isosplat_view_take_sight_test();
+  takeSightQuery(): Uint32Array | undefined {
+    const count = this.#exports._isosplat_view_take_sight_query();
     if (count < 0) return undefined;
     const at = this.#exports._isosplat_view_sight_answer() >> 2;
     return this.#exports.HEAPU32.slice(at, at + sightWords * count);

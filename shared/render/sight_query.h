@@ -8,6 +8,7 @@
 
 #include "shared/grid/region_mask.h"
 #include "shared/render/gl_program.h"
+#include "shared/render/image_target.h"
 #include "shared/render/renderer.h"
 #include "shared/render/surface_targets.h"
 
@@ -15,7 +16,7 @@ namespace isosplat {
 
 /// Finds out on the GPU which regions of chunks a picture shows: how many of its pixels lie in the
 /// boxes of their active cells. The answer comes back later, so that nobody waits.
-class SightTest {
+class SightQuery {
  public:
   /// A visible chunk; without samples where it was culled.
   struct Item {
@@ -27,10 +28,10 @@ class SightTest {
     GLsizei count = 0;
   };
 
-  SightTest() = default;
-  ~SightTest() { release(); }
-  SightTest(const SightTest&) = delete;
-  SightTest& operator=(const SightTest&) = delete;
+  SightQuery() = default;
+  ~SightQuery() { release(); }
+  SightQuery(const SightQuery&) = delete;
+  SightQuery& operator=(const SightQuery&) = delete;
 
   /// Tests the picture in the targets' first layers, seen as the uniform block at `frame_binding`
   /// says. A region is seen that shows in `least_px` (1 … 255) pixels. Beyond the first 1024, items
@@ -39,7 +40,7 @@ class SightTest {
                      const std::vector<float>& isocodes, int layers, int least_px,
                      GLuint frame_binding);
 
-  /// The answer to the last test, once; nothing before it is there.
+  /// The answer to the last query, once; nothing before it is there.
   std::optional<std::vector<ChunkSight>> take();
 
   void release();
@@ -48,11 +49,12 @@ class SightTest {
 
  private:
   Result<void> link(GLuint frame_binding);
-  void make_answer(int rows);
+  Result<void> make_answer(int rows);
 
   GlProgram program_;
-  GLuint answer_ = 0, framebuffer_ = 0, read_buffer_ = 0;
-  int answer_rows_ = 0, least_px_ = 1;
+  ImageTarget answer_{GL_RGBA8, "for a sight query"};
+  GLuint read_buffer_ = 0;
+  int least_px_ = 1;
   GLsync done_ = nullptr;
   std::vector<ChunkSight> asked_;
 };

@@ -1,4 +1,4 @@
-#include "shared/render/sight_test.h"
+#include "shared/render/sight_query.h"
 
 #include <algorithm>
 #include <cstring>
@@ -39,7 +39,7 @@ void read_pack_buffer(std::vector<uint8_t>& bytes) {
 
 }  // namespace
 
-Result<void> SightTest::link(GLuint frame_binding) {
+Result<void> SightQuery::link(GLuint frame_binding) {
   if (program_) return {};
   auto sight = GlProgram::link("", {"frame.glsl", "cell.glsl", "regions.glsl", "sight.vert.glsl"},
                                {"sight.frag.glsl"});
@@ -50,20 +50,15 @@ Result<void> SightTest::link(GLuint frame_binding) {
   return {};
 }
 
-void SightTest::make_answer(int rows) {
-  if (!framebuffer_) glGenFramebuffers(1, &framebuffer_);
+Result<void> SightQuery::make_answer(int rows) {
   if (!read_buffer_) glGenBuffers(1, &read_buffer_);
-  if (rows <= answer_rows_) return;
-  if (answer_) glDeleteTextures(1, &answer_);
-  answer_rows_ = power_of_two_above(rows);
-  glGenTextures(1, &answer_);
-  glBindTexture(GL_TEXTURE_2D, answer_);
-  glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, SIGHT_ROW_TEXELS, answer_rows_);
+  if (rows <= answer_.height()) return {};
+  return answer_.prepare(SIGHT_ROW_TEXELS, power_of_two_above(rows));
 }
 
-Result<void> SightTest::begin(const SurfaceTargets& targets, const std::vector<Item>& items,
-                              const std::vector<float>& isocodes, int layers, int least_px,
-                              GLuint frame_binding) {
+Result<void> SightQuery::begin(const SurfaceTargets& targets, const std::vector<Item>& items,
+                               const std::vector<float>& isocodes, int layers, int least_px,
+                               GLuint frame_binding) {
   if (done_) glDeleteSync(done_);
   done_ = nullptr;
   asked_.clear();
@@ -75,12 +70,11 @@ Result<void> SightTest::begin(const SurfaceTargets& targets, const std::vector<I
   }
   const auto rows = static_cast<GLsizei>(std::max<size_t>(tested, 1));
   glActiveTexture(GL_TEXTURE0);
-  make_answer(rows);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  if (auto ok = make_answer(rows); !ok) return ok;
+  glBindFramebuffer(GL_FRAMEBUFFER, answer_.framebuffer());
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, answer_, 0);
-  glViewport(0, 0, SIGHT_ROW_TEXELS, answer_rows_);
+  glViewport(0, 0, answer_.width(), answer_.height());
   const float nothing[4] = {0, 0, 0, 0};
   glClearBufferfv(GL_COLOR, 0, nothing);
   glEnable(GL_BLEND);
@@ -103,7 +97,7 @@ Result<void> SightTest::begin(const SurfaceTargets& targets, const std::vector<I
     if (item.count == 0) continue;
     glUniform4fv(block, 1, item.block.data());
     glUniform4uiv(regions, 4, item.regions.words().data());
-    glUniform2f(row, static_cast<float>(i) + 0.5f, static_cast<float>(answer_rows_));
+    glUniform2f(row, static_cast<float>(i) + 0.5f, static_cast<float>(answer_.height()));
     glBindVertexArray(item.vertex_array);
     glDrawArrays(GL_POINTS, item.first, item.count);
   }
@@ -120,7 +114,7 @@ Result<void> SightTest::begin(const SurfaceTargets& targets, const std::vector<I
   return {};
 }
 
-std::optional<std::vector<ChunkSight>> SightTest::take() {
+std::optional<std::vector<ChunkSight>> SightQuery::take() {
   if (!done_) return std::nullopt;
   const GLenum state = glClientWaitSync(done_, 0, 0);
   if (state != GL_ALREADY_SIGNALED && state != GL_CONDITION_SATISFIED) return std::nullopt;
@@ -138,33 +132,32 @@ std::optional<std::vector<ChunkSight>> SightTest::take() {
   return std::move(asked_);
 }
 
-void SightTest::release() {
+void SightQuery::release() {
   if (done_) glDeleteSync(done_);
-  if (answer_) glDeleteTextures(1, &answer_);
-  if (framebuffer_) glDeleteFramebuffers(1, &framebuffer_);
+  answer_.release();
   if (read_buffer_) glDeleteBuffers(1, &read_buffer_);
   program_ = GlProgram{};
   forget();
 }
 
-void SightTest::forget() {
+void SightQuery::forget() {
   program_.forget();
-  answer_ = framebuffer_ = read_buffer_ = 0;
-  answer_rows_ = 0;
+  answer_.forget();
+  read_buffer_ = 0;
   done_ = nullptr;
   asked_.clear();
 }
 
-Result<void> Renderer::begin_sight_test(std::span<const uint64_t> ids, int least_px) {
+Result<void> Renderer::begin_sight_query(std::span<const uint64_t> ids, int least_px) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
   if (s.dirty || s.drawn_width == 0) {
-    return fail(Status::invalid_argument, "a sight test needs a picture that is up to date");
+    return fail(Status::invalid_argument, "a sight query needs a picture that is up to date");
   }
-  std::vector<SightTest::Item> items;
+  std::vector<SightQuery::Item> items;
   for (const VisibleChunk& chunk : s.visible) {
     if (std::find(ids.begin(), ids.end(), chunk.id) == ids.end()) continue;
-    SightTest::Item item{chunk.id, {}, chunk.regions};
+    SightQuery::Item item{chunk.id, {}, chunk.regions};
     // What was culled is not seen.
     const auto drawn = std::find_if(s.items.begin(), s.items.end(),
                                     [&](const State::DrawItem& d) { return d.id == chunk.id; });
@@ -183,12 +176,12 @@ Result<void> Renderer::begin_sight_test(std::span<const uint64_t> ids, int least
       isocodes.push_back(s.mapping.isocode(surface.isovalue));
     }
   }
-  return s.sight_test.begin(s.targets, items, isocodes, s.layers, least_px, kFrameBinding);
+  return s.sight_query.begin(s.targets, items, isocodes, s.layers, least_px, kFrameBinding);
 }
 
-std::optional<std::vector<ChunkSight>> Renderer::take_sight_test() {
+std::optional<std::vector<ChunkSight>> Renderer::take_sight_query() {
   if (state_->lost) return std::nullopt;
-  return state_->sight_test.take();
+  return state_->sight_query.take();
 }
 
 }  // namespace isosplat
