@@ -52,7 +52,7 @@ export class Previews {
         this.#waiting.delete(contentId);
         this.#tried.add(contentId);
         if (await this.#draw(viewer, name)) {
-          await keepThumbnail(contentId, await viewer.screenshot());
+          await keepThumbnail(contentId, await viewer.screenshot({ smooth: false }));
           this.#kept();
         }
         viewer.close();

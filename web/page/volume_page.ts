@@ -258,7 +258,7 @@ export class VolumePage {
     const id = this.#info?.contentId;
     if (!id || this.#keptThumbnail === id || !this.#hasPicture) return;
     this.#keptThumbnail = id;
-    keepThumbnailWhenIdle(id, () => this.#viewer.screenshot());
+    keepThumbnailWhenIdle(id, () => this.#viewer.screenshot({ smooth: false }));
   }
 
   // ---- The page ----

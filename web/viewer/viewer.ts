@@ -63,11 +63,8 @@ export interface OpenOptions {
 
 /** The view rests when nothing has moved or arrived for so long (ms). */
 const restAfter = 220;
-/**
- * A picture that takes no longer (ms) is drawn a few times more, for smooth edges: where the view
- * rests, and where it is saved, which may take its time.
- */
-const longestSmoothed = { resting: 400, saved: 1500 };
+/** A picture of a resting view that takes no longer (ms) is drawn a few times more, for smooth edges. */
+const longestSmoothed = 400;
 /** While a picture is being drawn, it is looked again after so long (ms). */
 const shortestWait = 8;
 /** Arrivals fade in where a picture takes no longer (ms). */
@@ -341,21 +338,18 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.setCamera(this.#view.panned(zoomed, at.x * keep, at.y * keep, height));
   }
 
-  /** The picture as it is, at the canvas's resolution; with smooth edges, where that is not slow. */
-  async screenshot(): Promise<Blob> {
+  /**
+   * The picture as it is, at the canvas's resolution. `smooth`: drawn a few times more, however long
+   * that takes, for smooth edges.
+   */
+  async screenshot({ smooth = true } = {}): Promise<Blob> {
     const view = this.#view;
     if (!view || this.#contextLost) throw new ViewError("nothing is drawn yet");
     const { width, height } = this.canvas;
     view.setKind(this.#kind(true));
     this.#fade?.forget();
-    const startedAt = performance.now();
     view.draw(width, height);
-    const gl = this.canvas.getContext("webgl2");
-    // Waits for the GPU.
-    gl?.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
-    if (performance.now() - startedAt <= longestSmoothed.saved) {
-      while (view.canRefine(width, height)) view.refine(width, height);
-    }
+    while (smooth && view.canRefine(width, height)) view.refine(width, height);
     // In the same task: afterwards the browser may have cleared the drawing buffer.
     return new Promise((resolve, reject) =>
       this.canvas.toBlob((blob) => {
@@ -509,7 +503,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         if (this.#hasUnchecked) this.#guard((view) => view.checkGpu());
         this.#hasUnchecked = false;
         // One at a time, so that a gesture need not wait for more than one.
-        this.#smooths = milliseconds <= longestSmoothed.resting;
+        this.#smooths = milliseconds <= longestSmoothed;
         if (this.#smooths) this.#loop.request();
       });
       this.emit("frame", { ...drawn, framesPerSecond: this.#loop.framesPerSecond });
