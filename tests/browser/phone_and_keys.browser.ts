@@ -1,7 +1,7 @@
 // The page in a phone's window, by touch, by keyboard, in both themes.
 import { expect, type Page, test } from "@playwright/test";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
-import { complete } from "./support/view.ts";
+import { complete, settled } from "./support/view.ts";
 
 let server: RunningServer;
 test.beforeAll(async () => {
@@ -10,7 +10,7 @@ test.beforeAll(async () => {
 test.afterAll(() => server.stop());
 
 const cameraOf = async (page: Page) => {
-  await page.waitForTimeout(350);
+  await settled(page);
   const text = new URL(page.url()).searchParams.get("camera") ?? "";
   return text.split(",").map(Number);
 };

@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { expect, test } from "@playwright/test";
 import { volumesFolder } from "../bench/harness/volumes.ts";
 import { program, type RunningServer, serve } from "./support/server.ts";
-import { atRest, compare, complete, savedPicture } from "./support/view.ts";
+import { compare, complete, savedPicture, settled } from "./support/view.ts";
 
 const volumes = [
   { name: "fuel", file: "fuel.nhdr" },
@@ -50,7 +50,7 @@ for (const { name } of volumes) {
     page.on("pageerror", (error) => problems.push(String(error)));
     await page.goto(`${server.url}?volume=${name}&kind=ellipse&background=ffffff`);
     await complete(page, 200_000);
-    await atRest(page);
+    await settled(page);
     const picture = await savedPicture(page);
     const { covered } = await compare(page, picture, picture);
     expect(covered).toBeGreaterThan(0.01);

@@ -6,6 +6,7 @@ import { fileURLToPath } from "node:url";
 import { expect, test } from "@playwright/test";
 import { Visitor } from "../bench/stream/visit.ts";
 import { chunksOf } from "./support/chunks.ts";
+import { settled } from "./support/view.ts";
 
 const built = (path: string): string =>
   fileURLToPath(new URL(`../../build/${path}`, import.meta.url));
@@ -65,7 +66,7 @@ test("a session asks for little, in few requests, and for nothing twice", async 
     slider.value = 101.5;
     slider.dispatchEvent(new Event("input", { bubbles: true }));
   });
-  await page.waitForTimeout(800);
+  await settled(page);
   expect(visitor.urls.slice(before)).toEqual([]);
 
   // Dragged over the range in 3 s: at most ten requests a second.

@@ -41,23 +41,32 @@ export function addressOf(view: AddressedView): UrlState {
 /** Keeps the address bar up to date, without a new entry in the history for each change. */
 export class AddressBar {
   readonly #view: () => AddressedView | null;
+  readonly #pendingChanged: () => void;
   #timer = 0;
 
-  /** `view`: what is shown now; null while nothing is. */
-  constructor(view: () => AddressedView | null) {
+  /** `view`: what is shown now; null while nothing is. `pendingChanged`: see isPending. */
+  constructor(view: () => AddressedView | null, pendingChanged: () => void) {
     this.#view = view;
+    this.#pendingChanged = pendingChanged;
+  }
+
+  /** The address bar is behind the view. */
+  get isPending(): boolean {
+    return this.#timer !== 0;
   }
 
   changed(): void {
-    if (this.#timer === 0) this.#timer = window.setTimeout(() => this.write(), everyMs);
+    if (this.isPending) return;
+    this.#timer = window.setTimeout(() => this.write(), everyMs);
+    this.#pendingChanged();
   }
 
   write(): void {
     clearTimeout(this.#timer);
     this.#timer = 0;
     const view = this.#view();
-    if (!view) return;
-    const query = writeUrl(addressOf(view));
+    const query = view ? writeUrl(addressOf(view)) : location.search;
     if (query !== location.search) history.replaceState(null, "", location.pathname + query);
+    this.#pendingChanged();
   }
 }

@@ -61,15 +61,17 @@ export class VolumePage {
   #hasPicture = false;
   #keptThumbnail = "";
   #renderHandle = 0;
-  readonly #address = new AddressBar(() =>
-    this.#info
-      ? {
-          volume: this.#url.volume,
-          src: this.#url.src,
-          ...this.#settings.state,
-          camera: this.#camera ?? this.#url.camera,
-        }
-      : null,
+  readonly #address = new AddressBar(
+    () =>
+      this.#info
+        ? {
+            volume: this.#url.volume,
+            src: this.#url.src,
+            ...this.#settings.state,
+            camera: this.#camera ?? this.#url.camera,
+          }
+        : null,
+    () => this.#showBusy(),
   );
 
   /** Resolves when there is something to see: a surface, or what went wrong. */
@@ -109,6 +111,7 @@ export class VolumePage {
       this.#camera = camera;
       this.#address.changed();
     });
+    viewer.on("busy", () => this.#showBusy());
     viewer.on("error", (error) => {
       this.#failed(error);
     });
@@ -176,6 +179,11 @@ export class VolumePage {
     } else {
       this.#fail(error);
     }
+  }
+
+  /** Says whether picture and address are still to change by themselves. */
+  #showBusy(): void {
+    this.#canvas.ariaBusy = String(this.#viewer.isBusy || this.#address.isPending);
   }
 
   #showBanner(banner: Banner | null): void {

@@ -23,6 +23,11 @@ export class FrameLoop {
     this.#handle = requestAnimationFrame(this.#frame);
   }
 
+  /** A frame is to come. */
+  get isRequested(): boolean {
+    return this.#handle !== 0;
+  }
+
   stop(): void {
     cancelAnimationFrame(this.#handle);
     this.#handle = 0;

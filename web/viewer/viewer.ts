@@ -35,6 +35,8 @@ export interface ViewerEvents {
   progress: Progress;
   /** A frame was drawn. */
   frame: FrameReport;
+  /** See isBusy: it has changed. */
+  busy: boolean;
   /** The camera moved, by a gesture or by a call. */
   camera: Camera;
   /** A StreamError that says `retrying` needs no action; after any other the picture stays as it is. */
@@ -102,6 +104,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #restTimer = 0;
   #drawTimer = 0;
   #chunksToGo = 0;
+  /** Of the present view, data are on their way, or are to be asked for. */
+  #isStreaming = false;
+  /** As of the last frame; nothing has moved or arrived since. */
+  #isResting = false;
+  #isBusy = false;
   /** From when on what has arrived may be drawn, as long as more is to come. */
   #nextArrivals = 0;
   #contextLost = false;
@@ -110,7 +117,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     guard: (action) => this.#guard(action),
     isIdle: () => performance.now() - this.#lastMotion >= restAfter && !this.#timer?.isBusy,
     isContextLost: () => this.#contextLost,
-    ended: () => this.#loop.request(),
+    ended: () => this.#wake(),
   });
   #timer: GpuTimer | null = null;
   #smooths = false;
@@ -129,7 +136,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#options = options;
     this.#loop = new FrameLoop((now) => this.#frame(now));
 
-    const observer = new ResizeObserver(() => this.#loop.request());
+    const observer = new ResizeObserver(() => this.#wake());
     observer.observe(canvas);
     this.#cleanup.push(() => observer.disconnect());
     if (options.controls !== false) this.#cleanup.push(attachControls(canvas, this));
@@ -158,12 +165,26 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     opening.signal.addEventListener("abort", () =>
       options.signal?.removeEventListener("abort", abort),
     );
+    this.#showBusy();
+    try {
+      return await this.#openSession(source, options, opening.signal);
+    } catch (error) {
+      if (this.#opening === opening) this.close();
+      throw error;
+    }
+  }
+
+  async #openSession(
+    source: Source,
+    options: OpenOptions,
+    signal: AbortSignal,
+  ): Promise<StoreInfo> {
     // Workers and the store's head load beside the renderer.
     source.warm();
     this.#decoder ??= new WorkerPool({ view: compiledView() });
     const decoder = this.#decoder;
     const { view, core } = await this.#loadParts();
-    opening.signal.throwIfAborted();
+    signal.throwIfAborted();
     if (options.surfaces) this.#surfaces = [...options.surfaces];
     const { sampleBudget, targetCellPixels } = this.#options;
     const streaming = {
@@ -183,27 +204,30 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
           this.#guard((view) => view.setVisible(ids, regions));
           this.#hasPicture = true;
           this.#lastArrival = performance.now();
-          this.#loop.request();
+          this.#isResting = false;
+          this.#wake();
         },
-        testSight: () => this.#loop.request(),
+        testSight: () => this.#wake(),
         progress: (progress) => {
           const isLast = this.#chunksToGo > 0 && progress.chunksToGo === 0;
           const isEmpty = !this.#hasPicture && progress.state !== "opening";
           this.#chunksToGo = progress.chunksToGo;
+          this.#isStreaming = progress.state !== "complete" && progress.state !== "incomplete";
           if (isEmpty) this.#hasPicture = true;
-          if (isLast || isEmpty) this.#loop.request();
+          if (isLast || isEmpty) this.#wake();
+          else this.#showBusy();
           this.emit("progress", progress);
         },
         error: (error) => this.emit("error", error),
       },
-      signal: opening.signal,
+      signal,
       decoder,
       ...(firstIsovalues.length > 0 && options.surfaces ? { firstIsovalues } : {}),
       ...streaming,
     });
-    if (opening.signal.aborted) {
+    if (signal.aborted) {
       session.close();
-      opening.signal.throwIfAborted();
+      signal.throwIfAborted();
     }
     this.#session = session;
     this.#source = source;
@@ -213,7 +237,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#camera = options.camera ?? this.#firstCamera(view);
     this.#applySettings();
     this.emit("opened", session.info);
-    this.#loop.request();
+    this.#wake();
     return session.info;
   }
 
@@ -232,6 +256,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#source = null;
     this.#info = null;
     this.#hasPicture = false;
+    this.#isStreaming = false;
+    this.#showBusy();
   }
 
   /** Closes the volume and frees everything. The viewer must not be used afterwards. */
@@ -280,7 +306,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   setLook(change: Partial<Look>): void {
     this.#look = { ...this.#look, ...change };
     this.#applySettings();
-    this.#loop.request();
+    this.#wake();
   }
 
   get clip(): Clip {
@@ -408,9 +434,40 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return [0, (0.5 * (high - low)) / Math.min(...info.spacing)];
   }
 
+  /**
+   * Whether the picture is still to change by itself: a volume, data, finer splats or smoother edges
+   * are on their way.
+   */
+  get isBusy(): boolean {
+    return this.#isBusy;
+  }
+
+  #showBusy(): void {
+    const isBusy =
+      this.#opening !== null &&
+      (this.#session === null ||
+        this.#isStreaming ||
+        !this.#isResting ||
+        this.#contextLost ||
+        this.#loop.isRequested ||
+        this.#sight.isRunning ||
+        (this.#timer?.isBusy ?? false) ||
+        (this.#fade?.isRunning ?? false));
+    if (isBusy === this.#isBusy) return;
+    this.#isBusy = isBusy;
+    this.emit("busy", isBusy);
+  }
+
+  /** Something has changed that the next frame is to show. */
+  #wake(): void {
+    this.#loop.request();
+    this.#showBusy();
+  }
+
   #moved(): void {
     this.#lastMotion = performance.now();
-    this.#loop.request();
+    this.#isResting = false;
+    this.#wake();
   }
 
   #kind(isResting: boolean): SplatKind {
@@ -439,7 +496,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const wait = this.#timer?.isBusy ? shortestWait : this.#nextArrivals - now;
     if (wait <= 0) return true;
     clearTimeout(this.#drawTimer);
-    this.#drawTimer = window.setTimeout(() => this.#loop.request(), wait);
+    this.#drawTimer = window.setTimeout(() => this.#wake(), wait);
     return false;
   }
 
@@ -453,6 +510,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const quietSince = Math.max(this.#lastMotion, this.#lastArrival);
     const isMoving = now - this.#lastMotion < restAfter;
     const isResting = now - quietSince >= restAfter;
+    this.#isResting = isResting;
 
     view.setCamera(camera);
     const kind = this.#kind(isResting);
@@ -484,8 +542,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     clearTimeout(this.#restTimer);
     if (!isResting) {
       const wait = Math.max(0, quietSince + restAfter - now) + 1;
-      this.#restTimer = window.setTimeout(() => this.#loop.request(), wait);
+      this.#restTimer = window.setTimeout(() => this.#wake(), wait);
     }
+    this.#showBusy();
     return this.#fade?.isRunning ?? false;
   }
 
@@ -498,13 +557,17 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         this.#choice.measured(drawn, milliseconds, distance);
         this.#nextArrivals = performance.now() + milliseconds;
         this.#fades = milliseconds <= longestFaded;
-        if (!isResting) return;
+        if (!isResting) {
+          this.#showBusy();
+          return;
+        }
         // Now the GPU has little else to do: asking it while frames follow each other would wait.
         if (this.#hasUnchecked) this.#guard((view) => view.checkGpu());
         this.#hasUnchecked = false;
         // One at a time, so that a gesture need not wait for more than one.
         this.#smooths = milliseconds <= longestSmoothed;
-        if (this.#smooths) this.#loop.request();
+        if (this.#smooths) this.#wake();
+        else this.#showBusy();
       });
       this.emit("frame", { ...drawn, framesPerSecond: this.#loop.framesPerSecond });
     });
@@ -536,6 +599,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#contextLost = true;
     this.#fade?.forget();
     this.#view?.contextLost();
+    this.#showBusy();
     this.emit("context", "lost");
   }
 

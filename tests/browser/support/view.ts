@@ -6,12 +6,23 @@ export async function complete(page: Page, timeout = 30_000): Promise<void> {
   await expect(page.locator(".status-state")).toHaveText(/^complete/, { timeout });
 }
 
-/** Waits until two frames in a row have passed, and the view has come to rest. */
-export async function atRest(page: Page): Promise<void> {
-  await page.waitForTimeout(400);
-  await page.evaluate(
-    () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))),
-  );
+/**
+ * Waits until the page says that neither picture nor address is to change by itself any more. It
+ * says otherwise from the very event on that changes something.
+ */
+export async function settled(page: Page, timeout = 30_000): Promise<void> {
+  await expect(page.getByRole("application")).toHaveAttribute("aria-busy", "false", { timeout });
+}
+
+/** Opens a section of the panel. Until it is open, what is in it moves, and is missed by a click. */
+export async function openSection(page: Page, name: string): Promise<void> {
+  const opening = await page.locator(`wa-details[summary="${name}"]`).evaluateHandle((section) => ({
+    isOpen: new Promise((resolve) => section.addEventListener("wa-after-show", resolve)),
+  }));
+  await page.getByRole("button", { name }).click();
+  await opening.evaluate(async ({ isOpen }) => {
+    await isOpen;
+  });
 }
 
 /** What GL draws with: the tests' pictures are only comparable on llvmpipe. */
