@@ -64,7 +64,7 @@
 // A ray-cast splat accepts roots this far outside of its cell, in cells: neighbours then overlap by
 // more than single precision can part them, or, where the interval is wide, rounded corners.
 #define EXACT_MARGIN_CELLS 0.002
-#define ROUNDED_MARGIN_CELLS 0.01
+#define ROUNDED_MARGIN_CELLS 0.008
 
 // Splats of coarse cells that hold something thinner than a cell are scaled by no less.
 #define THIN_FOOTPRINT 0.4
@@ -72,8 +72,9 @@
 // A blended splat reaches this far beyond its cell, in cells, so that neighbours' normals blend.
 #define BLEND_MARGIN_CELLS 0.2
 
-// Fragments of the blended kind this far behind the foremost, in cells, still belong to it.
-#define BLEND_DEPTH_CELLS 1.0
+// Fragments of the blended kind this far behind the foremost, in cells, still belong to it: more
+// would blend the two sides of what is thinner than a cell (measured: tests/bench/render).
+#define BLEND_DEPTH_CELLS 0.6
 
 // Bits of a surface pixel's fourth channel.
 #define COVERAGE_MAX 4095.0
