@@ -1,9 +1,7 @@
 #include "server/connection.h"
 
 #include <array>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/buffer.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
@@ -26,11 +24,6 @@ using tcp = asio::ip::tcp;
 
 using Stream = beast::basic_stream<tcp, Executor, beast::unlimited_rate_policy>;
 using Clock = std::chrono::steady_clock;
-
-template <class T>
-using Awaitable = asio::awaitable<T, Executor>;
-
-constexpr auto kAwait = asio::as_tuple(asio::use_awaitable_t<Executor>{});
 
 /// The Date field's value (RFC 9110, 5.6.7), made anew once a second on each thread.
 std::string_view http_date() {
@@ -195,7 +188,7 @@ Awaitable<bool> Connection::State::answer_next() {
   }
   const Request request = parser.request();
   Response response = refusal ? std::move(*refusal) : shared.router.answer(request);
-  if (!response.fault.empty() && shared.log) shared.log(response.fault);
+  if (!response.fault.empty()) shared.log.fault(response.fault);
 
   const bool close = response.close || !parser.keep_alive() || shared.stopping;
   const bool sent = co_await write_response(response, close, parser.is_http_1_0(),
@@ -241,7 +234,7 @@ Awaitable<bool> Connection::State::write_response(Response& response, bool close
     if (!co_await write(waiting, piece)) co_return false;
     waiting = {};
     if (step == BodyStream::Step::broken) {
-      if (shared.log) shared.log(error.message);
+      shared.log.fault(error.message);
       co_return false;
     }
   }
@@ -267,10 +260,10 @@ Awaitable<void> Connection::State::linger() {
 
 void Connection::State::write_access_log(std::string_view method, std::string_view target,
                                          const Response& response, Clock::time_point begin) {
-  if (!shared.access_log) return;
+  if (!shared.log.wants_access()) return;
   const auto milliseconds =
       std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begin).count();
-  shared.access_log(address + " " + log_escaped(method) + " " + log_escaped(target) + " " +
+  shared.log.access(address + " " + log_escaped(method) + " " + log_escaped(target) + " " +
                     std::to_string(response.status) + " " + std::to_string(response.body_size()) +
                     " " + std::to_string(milliseconds) + "ms");
 }

@@ -4,28 +4,25 @@
 
 #include <algorithm>
 #include <atomic>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/ip/v6_only.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <condition_variable>
 #include <csignal>
 #include <mutex>
 #include <system_error>
 #include <thread>
-#include <unordered_set>
 #include <utility>
 
 #include "server/admission.h"
+#include "server/asio.h"
 #include "server/catalog.h"
 #include "server/connection.h"
+#include "server/listen.h"
 #include "server/router.h"
+#include "server/server_log.h"
+#include "server/worker.h"
 
 namespace isosplat {
 namespace {
@@ -33,14 +30,6 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
-
-template <class T>
-using Awaitable = asio::awaitable<T, Executor>;
-
-constexpr auto kAwait = asio::as_tuple(asio::use_awaitable_t<Executor>{});
-
-using WorkGuard = asio::executor_work_guard<Executor>;
-using Acceptor = asio::basic_socket_acceptor<tcp, Executor>;
 
 /// What connections are counted by: an IPv4 address, or the first 64 bits of an IPv6 address, which
 /// is what one client gets.
@@ -51,112 +40,6 @@ std::string address_key(const asio::ip::address& address) {
   auto bytes = v6.to_bytes();
   if (!v6.is_loopback()) std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
   return asio::ip::address_v6(bytes).to_string();
-}
-
-/// A thread, and the connections that live on it.
-class Worker {
- public:
-  explicit Worker(const ConnectionShared& shared, Admission& admission)
-      : shared_(shared), admission_(admission), guard_(context_.get_executor()) {}
-
-  asio::io_context& context() { return context_; }
-
-  /// On any thread.
-  void adopt(Socket socket, std::string address, Admission::Verdict verdict) {
-    asio::post(context_,
-               [this, socket = std::move(socket), address = std::move(address), verdict]() mutable {
-                 asio::co_spawn(context_, serve(std::move(socket), std::move(address), verdict),
-                                asio::detached);
-               });
-  }
-
-  /// On any thread, after `shared.stopping` was set.
-  void stop() {
-    asio::post(context_, [this] {
-      for (Connection* connection : connections_) connection->stop();
-      deadline_.expires_after(shared_.limits.stop_time);
-      deadline_.async_wait([this](const error_code& error) {
-        if (!error) abort_all();
-      });
-      finish_if_done();
-    });
-  }
-
-  /// On any thread, after stop().
-  void abort() {
-    asio::post(context_, [this] { abort_all(); });
-  }
-
-  void run() { context_.run(); }
-
- private:
-  Awaitable<void> serve(Socket socket, std::string address, Admission::Verdict verdict) {
-    std::unique_ptr<Response> refusal;
-    if (verdict == Admission::Verdict::too_many) {
-      refusal = std::make_unique<Response>(
-          error_response(503, "too_many_connections",
-                         "the server has as many connections as it takes: ask again "
-                         "in a second"));
-    } else if (verdict == Admission::Verdict::too_many_from_one) {
-      refusal = std::make_unique<Response>(
-          error_response(429, "too_many_connections",
-                         "this address has as many connections as it may: close "
-                         "some, or ask again in a second"));
-    }
-    if (refusal) {
-      refusal->set("Retry-After", "1");
-      refusal->set("Access-Control-Allow-Origin", "*");
-      refusal->set("X-Content-Type-Options", "nosniff");
-    }
-    const Membership membership(*this, std::move(socket), std::move(address), verdict);
-    co_await membership.connection->run(std::move(refusal));
-  }
-
-  /// A connection's place in the books, given back however its coroutine ends.
-  struct Membership {
-    Membership(Worker& its_worker, Socket socket, std::string its_address,
-               Admission::Verdict its_verdict)
-        : worker(its_worker),
-          address(std::move(its_address)),
-          verdict(its_verdict),
-          connection(std::make_unique<Connection>(std::move(socket), address, its_worker.shared_)) {
-      worker.connections_.insert(connection.get());
-    }
-    Membership(const Membership&) = delete;
-    Membership& operator=(const Membership&) = delete;
-    ~Membership() {
-      worker.connections_.erase(connection.get());
-      worker.admission_.leave(address, verdict);
-      if (worker.shared_.stopping) worker.finish_if_done();
-    }
-    Worker& worker;
-    std::string address;
-    Admission::Verdict verdict;
-    std::unique_ptr<Connection> connection;
-  };
-
-  void abort_all() {
-    for (Connection* connection : connections_) connection->abort();
-  }
-
-  void finish_if_done() {
-    if (!connections_.empty()) return;
-    deadline_.cancel();
-    guard_.reset();
-  }
-
-  const ConnectionShared& shared_;
-  Admission& admission_;
-  std::unordered_set<Connection*> connections_;
-  asio::io_context context_{1};
-  WorkGuard guard_;
-  asio::basic_waitable_timer<std::chrono::steady_clock,
-                             asio::wait_traits<std::chrono::steady_clock>, Executor>
-      deadline_{context_.get_executor()};
-};
-
-Error io_failure(std::string message) {
-  return {Status::io_error, std::move(message)};
 }
 
 /// Each store and each connection holds a file open: as many as the process may.
@@ -172,20 +55,13 @@ void raise_open_file_limit() {
 struct Server::State {
   explicit State(ServerOptions given)
       : options(std::move(given)),
+        log(options.log, options.access_log),
         catalog(options.stores, options.limits.directory_bytes,
-                [this](std::string_view line) { log(line); }),
+                [this](std::string_view line) { log.line(line); }),
         router(catalog, {options.limits.query_bytes, options.limits.query_chunks,
                          options.limits.query_directory_bytes, options.limits.target_bytes}),
         admission(options.limits.connections, options.limits.connections_per_address),
-        shared{router, options.limits, stopping, {}, {}} {
-    if (options.log) shared.log = [this](std::string_view line) { log_fault(line); };
-    if (options.access_log) {
-      shared.access_log = [this](std::string_view line) {
-        const std::lock_guard lock(log_mutex);
-        options.access_log(line);
-      };
-    }
-  }
+        shared{router, options.limits, stopping, log} {}
 
   ~State() {
     stop();
@@ -194,26 +70,7 @@ struct Server::State {
     for (std::thread& thread : worker_threads) thread.join();
   }
 
-  void log(std::string_view line) {
-    if (!options.log) return;
-    const std::lock_guard lock(log_mutex);
-    options.log(line);
-  }
-
-  /// Faults come as often as clients ask for what is broken: a few lines a second say it.
-  void log_fault(std::string_view line) {
-    constexpr uint32_t kLinesPerSecond = 10;
-    const auto second = std::chrono::floor<std::chrono::seconds>(std::chrono::steady_clock::now());
-    const std::lock_guard lock(log_mutex);
-    if (second != fault_second) {
-      fault_second = second;
-      faults_this_second = 0;
-    }
-    if (++faults_this_second <= kLinesPerSecond) options.log(line);
-  }
-
   Result<void> load_page();
-  Result<void> bind();
   void run();
   Awaitable<void> accept_on(Acceptor& acceptor);
   void wait_for_signal();
@@ -222,10 +79,7 @@ struct Server::State {
   void drop_connections();
 
   const ServerOptions options;
-  std::mutex log_mutex;
-  std::chrono::time_point<std::chrono::steady_clock, std::chrono::seconds>
-      fault_second;                 // guarded by log_mutex
-  uint32_t faults_this_second = 0;  // guarded by log_mutex
+  ServerLog log;
   std::atomic<bool> stopping{false};
   Catalog catalog;
   Router router;
@@ -254,53 +108,14 @@ Result<void> Server::State::load_page() {
   if (options.web_root.empty()) return {};
   page_signature = PageAssets::signature(options.web_root);
   auto page = PageAssets::load(options.web_root, options.limits.page_asset_bytes,
-                               [this](std::string_view line) { log(line); });
+                               [this](std::string_view line) { log.line(line); });
   if (!page) return tl::unexpected(page.error());
   router.set_page(std::move(*page));
   return {};
 }
 
-Result<void> Server::State::bind() {
-  error_code error;
-  tcp::resolver resolver(control);
-  const auto found =
-      resolver.resolve(options.host, std::to_string(options.port), tcp::resolver::passive, error);
-  if (error) return tl::unexpected(io_failure("host " + options.host + ": " + error.message()));
-  bound_port = options.port;
-  error_code last_error;
-  for (const auto& entry : found) {
-    tcp::endpoint endpoint = entry.endpoint();
-    endpoint.port(bound_port);
-    Acceptor acceptor(control.get_executor());
-    acceptor.open(endpoint.protocol(), error);
-    if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
-    if (!error && endpoint.address().is_v6()) {
-      // "::" takes IPv4 as well; "localhost" has an address of either kind.
-      acceptor.set_option(asio::ip::v6_only(!endpoint.address().is_unspecified()), error);
-    }
-    if (!error) acceptor.bind(endpoint, error);
-    if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
-    if (error == asio::error::address_in_use || error == asio::error::access_denied) {
-      return tl::unexpected(io_failure("port " + std::to_string(bound_port) + " of " +
-                                       endpoint.address().to_string() + ": " + error.message() +
-                                       ": choose another port, or 0 for a free one"));
-    }
-    if (error) {
-      last_error = error;  // a host name's IPv6 address on a machine without IPv6, say
-      continue;
-    }
-    bound_port = acceptor.local_endpoint(error).port();
-    acceptors.push_back(std::move(acceptor));
-  }
-  if (!acceptors.empty()) return {};
-  return tl::unexpected(
-      io_failure("host " + options.host + ": cannot listen: " + last_error.message()));
-}
-
 Awaitable<void> Server::State::accept_on(Acceptor& acceptor) {
-  asio::basic_waitable_timer<std::chrono::steady_clock,
-                             asio::wait_traits<std::chrono::steady_clock>, Executor>
-      pause(control.get_executor());
+  Timer pause(control.get_executor());
   while (!stopping) {
     Worker& worker = *workers[next_worker++ % workers.size()];
     Socket socket(worker.context().get_executor());
@@ -326,7 +141,7 @@ void Server::State::wait_for_signal() {
     if (stopping) {
       drop_connections();
     } else {
-      log("stopping: answers in flight end first");
+      log.line("stopping: answers in flight end first");
       stop();
     }
     wait_for_signal();
@@ -342,9 +157,9 @@ void Server::State::scan_regularly() {
       // While a build writes the page, parts of it may be missing: the old one stays until it
       // loads, and another change loads it again.
       if (const Result<void> loaded = load_page(); loaded) {
-        log("page: loaded anew from " + options.web_root.string());
+        log.line("page: loaded anew from " + options.web_root.string());
       } else {
-        log(loaded.error().message);
+        log.line(loaded.error().message);
       }
     }
     lock.lock();
@@ -415,7 +230,10 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
   raise_open_file_limit();
   auto state = std::make_unique<State>(std::move(options));
   if (Result<void> loaded = state->load_page(); !loaded) return tl::unexpected(loaded.error());
-  if (Result<void> bound = state->bind(); !bound) return tl::unexpected(bound.error());
+  auto acceptors = listen(state->control, state->options.host, state->options.port);
+  if (!acceptors) return tl::unexpected(acceptors.error());
+  state->acceptors = std::move(*acceptors);
+  state->bound_port = state->acceptors.front().local_endpoint().port();
   state->catalog.scan();
   state->run();
   return std::unique_ptr<Server>(new Server(std::move(state)));

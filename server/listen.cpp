@@ -1,0 +1,48 @@
+#include "server/listen.h"
+
+#include <boost/asio/ip/v6_only.hpp>
+#include <utility>
+
+namespace isosplat {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+using tcp = asio::ip::tcp;
+
+Result<std::vector<Acceptor>> listen(asio::io_context& context, const std::string& host,
+                                     uint16_t port) {
+  error_code error;
+  std::vector<Acceptor> acceptors;
+  tcp::resolver resolver(context);
+  const auto found = resolver.resolve(host, std::to_string(port), tcp::resolver::passive, error);
+  if (error) return fail(Status::io_error, "host " + host + ": " + error.message());
+  error_code last_error;
+  for (const auto& entry : found) {
+    tcp::endpoint endpoint = entry.endpoint();
+    endpoint.port(port);
+    Acceptor acceptor(context.get_executor());
+    acceptor.open(endpoint.protocol(), error);
+    if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
+    if (!error && endpoint.address().is_v6()) {
+      // "::" takes IPv4 as well; "localhost" has an address of either kind.
+      acceptor.set_option(asio::ip::v6_only(!endpoint.address().is_unspecified()), error);
+    }
+    if (!error) acceptor.bind(endpoint, error);
+    if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+    if (error == asio::error::address_in_use || error == asio::error::access_denied) {
+      return fail(Status::io_error, "port " + std::to_string(port) + " of " +
+                                        endpoint.address().to_string() + ": " + error.message() +
+                                        ": choose another port, or 0 for a free one");
+    }
+    if (error) {
+      last_error = error;  // a host name's IPv6 address on a machine without IPv6, say
+      continue;
+    }
+    port = acceptor.local_endpoint(error).port();
+    acceptors.push_back(std::move(acceptor));
+  }
+  if (!acceptors.empty()) return acceptors;
+  return fail(Status::io_error, "host " + host + ": cannot listen: " + last_error.message());
+}
+
+}  // namespace isosplat

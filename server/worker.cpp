@@ -1,0 +1,103 @@
+#include "server/worker.h"
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/post.hpp>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "server/message.h"
+
+namespace isosplat {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+/// The only answer of a connection that is one too many; null where it is not.
+std::unique_ptr<Response> refusal_of(Admission::Verdict verdict) {
+  std::unique_ptr<Response> refusal;
+  if (verdict == Admission::Verdict::too_many) {
+    refusal = std::make_unique<Response>(
+        error_response(503, "too_many_connections",
+                       "the server has as many connections as it takes: ask again in a second"));
+  } else if (verdict == Admission::Verdict::too_many_from_one) {
+    refusal = std::make_unique<Response>(error_response(
+        429, "too_many_connections",
+        "this address has as many connections as it may: close some, or ask again in a second"));
+  }
+  if (refusal) {
+    refusal->set("Retry-After", "1");
+    refusal->set("Access-Control-Allow-Origin", "*");
+    refusal->set("X-Content-Type-Options", "nosniff");
+  }
+  return refusal;
+}
+
+}  // namespace
+
+/// A connection's place in the books, given back however its coroutine ends.
+struct Worker::Membership {
+  Membership(Worker& its_worker, Socket socket, std::string its_address,
+             Admission::Verdict its_verdict)
+      : worker(its_worker),
+        address(std::move(its_address)),
+        verdict(its_verdict),
+        connection(std::make_unique<Connection>(std::move(socket), address, its_worker.shared_)) {
+    worker.connections_.insert(connection.get());
+  }
+  Membership(const Membership&) = delete;
+  Membership& operator=(const Membership&) = delete;
+  ~Membership() {
+    worker.connections_.erase(connection.get());
+    worker.admission_.leave(address, verdict);
+    if (worker.shared_.stopping) worker.finish_if_done();
+  }
+  Worker& worker;
+  std::string address;
+  Admission::Verdict verdict;
+  std::unique_ptr<Connection> connection;
+};
+
+Worker::Worker(const ConnectionShared& shared, Admission& admission)
+    : shared_(shared), admission_(admission), guard_(context_.get_executor()) {}
+
+void Worker::adopt(Socket socket, std::string address, Admission::Verdict verdict) {
+  asio::post(context_, [this, socket = std::move(socket), address = std::move(address),
+                        verdict]() mutable {
+    asio::co_spawn(context_, serve(std::move(socket), std::move(address), verdict), asio::detached);
+  });
+}
+
+void Worker::stop() {
+  asio::post(context_, [this] {
+    for (Connection* connection : connections_) connection->stop();
+    deadline_.expires_after(shared_.limits.stop_time);
+    deadline_.async_wait([this](const error_code& error) {
+      if (!error) abort_all();
+    });
+    finish_if_done();
+  });
+}
+
+void Worker::abort() {
+  asio::post(context_, [this] { abort_all(); });
+}
+
+Awaitable<void> Worker::serve(Socket socket, std::string address, Admission::Verdict verdict) {
+  const Membership membership(*this, std::move(socket), std::move(address), verdict);
+  co_await membership.connection->run(refusal_of(verdict));
+}
+
+void Worker::abort_all() {
+  for (Connection* connection : connections_) connection->abort();
+}
+
+void Worker::finish_if_done() {
+  if (!connections_.empty()) return;
+  deadline_.cancel();
+  guard_.reset();
+}
+
+}  // namespace isosplat
