@@ -32,7 +32,7 @@ function countJson(report) {
   }
   if (report.stats) {
     const { expected, unexpected, flaky, skipped } = report.stats;
-    return { passed: expected + flaky, failed: unexpected, skipped };
+    return { passed: expected + flaky, failed: unexpected, skipped, flaky };
   }
   return report;
 }
@@ -55,8 +55,8 @@ for (const file of readdirSync(folder)
   const name = file.slice(0, -".status".length);
   const counted = count(name);
   const status = Number(readFileSync(join(folder, file), "utf8"));
+  let note = counted.flaky ? `  ${counted.flaky} of them at the second try only` : "";
   // A runner that failed without naming a failed test crashed, or found nothing to run.
-  let note = "";
   if (status !== 0 && counted.failed === 0) {
     counted.failed = 1;
     note = `  did not finish (exit status ${status})`;
