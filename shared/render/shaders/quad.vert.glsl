@@ -71,7 +71,8 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   v_band.xy = edge / max(band, 1e-6);
   v_band.z = dot(v_band.xy, centre_px);
   // Of overlapping squares the nearest is seen, which brings the surface forward: put it back.
-  float back = z + QUAD_SETBACK * dot(abs(u_forward.xyz), size);
+  vec3 along_view = u_forward.xyz - dot(normal, u_forward.xyz) * n;
+  float back = z + dot(along_view, middle) + QUAD_SETBACK * dot(abs(along_view), part);
   place_splat(centre_px, half_px + QUAD_MARGIN_PX, back);
 }
 
