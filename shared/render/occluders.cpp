@@ -1,48 +1,95 @@
 #include "shared/render/occluders.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "shared/render/shader_constants.h"
 
 namespace isosplat {
+namespace {
 
-Result<void> Occluders::prepare(int width, int height) {
-  if (!program_) {
-    auto program = GlProgram::link("", {"image.vert.glsl"}, {"occluder_image.frag.glsl"});
-    if (!program) return tl::unexpected(program.error());
-    program_ = std::move(*program);
+constexpr float kFarthest = std::numeric_limits<float>::infinity();
+
+Vec3f xyz(const std::array<float, 4>& v) {
+  return {v[0], v[1], v[2]};
+}
+
+/// How far a box reaches along a direction.
+float reach(Vec3f along, Vec3f half) {
+  return std::abs(along.x) * half.x + std::abs(along.y) * half.y + std::abs(along.z) * half.z;
+}
+
+}  // namespace
+
+void Occluders::begin(const FrameBlock& frame) {
+  frame_ = frame;
+  columns_ = (static_cast<int>(frame.image[0]) + OCCLUDER_PX - 1) / OCCLUDER_PX;
+  rows_ = (static_cast<int>(frame.image[1]) + OCCLUDER_PX - 1) / OCCLUDER_PX;
+  distances_.assign(static_cast<size_t>(columns_) * static_cast<size_t>(rows_), kFarthest);
+}
+
+/// As half_extent_px in frame.glsl: never less than the truth.
+Occluders::Bounds Occluders::bounds(const Box& box) const {
+  const Vec3f right = xyz(frame_.right), up = xyz(frame_.up), forward = xyz(frame_.forward);
+  const float near_plane = frame_.depth[2], focal_px = frame_.lens[0];
+  const float centre = dot(box.centre, forward);
+  const float nearest = std::max(centre - reach(forward, box.half), near_plane);
+  const float z = std::max(centre, near_plane);
+  const float across = dot(box.centre, right) / z, along = dot(box.centre, up) / z;
+  const float px = focal_px / nearest;
+  return {0.5f * frame_.image[0] + focal_px * across,
+          0.5f * frame_.image[1] + focal_px * along,
+          reach(right - forward * across, box.half) * px,
+          reach(up - forward * along, box.half) * px,
+          centre,
+          nearest};
+}
+
+/// share: of a texel that must be covered at its edges, on either side.
+Occluders::Texels Occluders::texels(float x, float y, float half_x, float half_y,
+                                    float share) const {
+  const auto texel = [](float px) { return px / float(OCCLUDER_PX); };
+  const auto low = [&](float px) {
+    return static_cast<int>(std::floor(std::clamp(texel(px) + share, -1.0f, 1e6f)));
+  };
+  const auto high = [&](float px) {
+    return static_cast<int>(std::floor(std::clamp(texel(px) - share, -1.0f, 1e6f)));
+  };
+  return {std::max(low(x - half_x), 0), std::max(low(y - half_y), 0),
+          std::min(high(x + half_x), columns_ - 1), std::min(high(y + half_y), rows_ - 1)};
+}
+
+void Occluders::add(const Box& box, float area) {
+  const Bounds b = bounds(box);
+  if (b.nearest <= frame_.depth[2]) return;
+  const float half = 0.5f * std::sqrt(area) * frame_.lens[0] / b.distance;
+  const Texels t = texels(b.x, b.y, std::min(half, b.half_x), std::min(half, b.half_y), 0.5f);
+  for (int y = t.low_y; y <= t.high_y; ++y) {
+    for (int x = t.low_x; x <= t.high_x; ++x) {
+      float& there = distances_[static_cast<size_t>(y * columns_ + x)];
+      there = std::min(there, b.distance);
+    }
   }
-  const int columns = (width + OCCLUDER_PX - 1) / OCCLUDER_PX;
-  const int rows = (height + OCCLUDER_PX - 1) / OCCLUDER_PX;
-  if (auto ok = depths_.prepare(columns, rows); !ok) return ok;
-  return image_.prepare(columns, rows);
 }
 
-void Occluders::begin() {
-  const float farthest = 1;
-  glBindFramebuffer(GL_FRAMEBUFFER, depths_.framebuffer());
-  glViewport(0, 0, depths_.width(), depths_.height());
-  glClearBufferfv(GL_DEPTH, 0, &farthest);
+bool Occluders::is_in_image(const Box& box, float margin_px) const {
+  const Bounds b = bounds(box);
+  if (b.nearest <= frame_.depth[2]) return true;
+  return b.x + b.half_x > -margin_px && b.x - b.half_x < frame_.image[0] + margin_px &&
+         b.y + b.half_y > -margin_px && b.y - b.half_y < frame_.image[1] + margin_px;
 }
 
-void Occluders::take(GLuint empty_vertex_array) {
-  glBindFramebuffer(GL_FRAMEBUFFER, image_.framebuffer());
-  glUseProgram(program_.name());
-  glActiveTexture(GL_TEXTURE0);
-  glBindTexture(GL_TEXTURE_2D, depths_.texture());
-  glBindVertexArray(empty_vertex_array);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  glBindTexture(GL_TEXTURE_2D, 0);
-}
-
-void Occluders::release() {
-  program_ = GlProgram{};
-  depths_.release();
-  image_.release();
-}
-
-void Occluders::forget() {
-  program_.forget();
-  depths_.forget();
-  image_.forget();
+bool Occluders::hide(const Box& box) const {
+  const Bounds b = bounds(box);
+  if (b.nearest <= frame_.depth[2]) return false;
+  const Texels t = texels(b.x, b.y, b.half_x, b.half_y, 0);
+  for (int y = t.low_y; y <= t.high_y; ++y) {
+    for (int x = t.low_x; x <= t.high_x; ++x) {
+      if (b.nearest <= distances_[static_cast<size_t>(y * columns_ + x)]) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace isosplat

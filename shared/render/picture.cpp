@@ -169,8 +169,8 @@ Result<FrameStatistics> Renderer::State::finish_frame() {
 #endif
   statistics.samples_resident = buffers.samples();
   statistics.gpu_bytes =
-      buffers.bytes() + targets.bytes() + occluders.bytes() + drawn_depths.bytes() +
-      depth_tiles.bytes() + accumulation.sums().bytes() + cross_fade.bytes() + mesh_bytes +
+      buffers.bytes() + targets.bytes() + drawn_depths.bytes() + depth_tiles.bytes() +
+      accumulation.sums().bytes() + cross_fade.bytes() + mesh_bytes +
       uint64_t(sample_texture_rows) * SAMPLE_TEXTURE_WIDTH * sizeof(PackedSample);
   drawn_width = targets.width();
   drawn_height = targets.height();

@@ -104,16 +104,17 @@ Result<void> Renderer::add_chunk(uint64_t id, ChunkPlace place,
     return fail(Status::invalid_argument, "a chunk's block lies outside of the volume");
   }
   remove_chunk(id);
-  State::Chunk chunk{s.buffers.add(samples), block, {kMissingCode, 0}, {}, {}};
-  for (const PackedSample& sample : samples) {
-    chunk.interval.min = std::min(chunk.interval.min, static_cast<Code>(sample.word[1] & 0xffff));
-    chunk.interval.max = std::max(chunk.interval.max, static_cast<Code>(sample.word[1] >> 16));
+  State::Chunk chunk{{}, block, {kMissingCode, 0}, {}, {}, cluster_samples(samples, s.ordered)};
+  chunk.range = s.buffers.add(s.ordered);
+  for (const SampleCluster& cluster : chunk.clusters) {
+    chunk.interval.min = std::min(chunk.interval.min, cluster.interval.min);
+    chunk.interval.max = std::max(chunk.interval.max, cluster.interval.max);
   }
   const double cell = std::ldexp(1.0, static_cast<int>(block.level));
   const Index3 cells = block_cells(level, at);
   chunk.low = Vec3d{double(at.x), double(at.y), double(at.z)} * (cell * kBlockCells);
   chunk.high = chunk.low + Vec3d{double(cells.x), double(cells.y), double(cells.z)} * cell;
-  s.chunks.emplace(id, chunk);
+  s.chunks.emplace(id, std::move(chunk));
   if (s.is_visible(id)) s.dirty = true;
   return {};
 }

@@ -100,8 +100,8 @@ struct ChunkSight {
 
 /// What a draw did. Kept by the renderer until the next draw.
 struct FrameStatistics {
-  uint64_t samples_drawn =
-      0;  ///< of chunks drawn: sent to the vertex shader, once for each isosurface
+  /// Of clusters (8³ cells) with a part of an isosurface in the image, once for each isosurface.
+  uint64_t samples_drawn = 0;
   uint64_t samples_resident = 0;
   uint64_t gpu_bytes = 0;  ///< buffers and targets that the renderer holds
   uint32_t chunks_drawn = 0;

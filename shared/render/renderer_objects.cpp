@@ -77,7 +77,6 @@ void Renderer::State::forget_gl_objects() {
   items.clear();
   buffers.forget();
   targets.forget();
-  occluders.forget();
   drawn_depths.forget();
   depth_tiles.forget();
   accumulation.forget();
@@ -101,7 +100,6 @@ void Renderer::State::forget_gl_objects() {
 void Renderer::State::release_gl_objects() {
   buffers.release();
   targets.release();
-  occluders.release();
   drawn_depths.release();
   depth_tiles.release();
   accumulation.release();
@@ -120,26 +118,20 @@ void Renderer::State::release_gl_objects() {
 }
 
 void Renderer::State::start(SplatProgram& splat, Pass pass, bool pulled, bool clipped) {
-  static constexpr int kKind[kPasses] = {KIND_QUAD,    KIND_ELLIPSE, KIND_EXACT,
-                                         KIND_BLENDED, KIND_BLENDED, KIND_QUAD};
+  static constexpr int kKind[kPasses] = {KIND_QUAD, KIND_ELLIPSE, KIND_EXACT, KIND_BLENDED,
+                                         KIND_BLENDED};
   std::string defines = "#define KIND " + std::to_string(kKind[pass]) + "\n";
   if (pulled) defines += "#define PULLED\n";
   if (clipped) defines += "#define CLIPPED\n";
   if (lit) defines += "#define LIT\n";
-  if (pass == pass_occluders) defines += "#define OCCLUDERS\n";
   if (pass == pass_visibility) defines += "#define VISIBILITY\n";
-  const std::initializer_list<std::string_view> vertex = {"frame.glsl", "cell.glsl", "regions.glsl",
-                                                          "splat.glsl", "splat.vert.glsl"};
+  const std::initializer_list<std::string_view> vertex = {"frame.glsl", "cell.glsl", "splat.glsl",
+                                                          "splat.vert.glsl"};
   if (pass == pass_quad) {
-    splat.program =
-        GlProgram::start(defines,
-                         {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl", "light.glsl",
-                          "cell.glsl", "regions.glsl", "splat.glsl", "quad.vert.glsl"},
-                         {"quad.frag.glsl"});
-  } else if (pass == pass_occluders) {
-    splat.program = GlProgram::start(
-        defines, {"frame.glsl", "cell.glsl", "regions.glsl", "splat.glsl", "occluder.vert.glsl"},
-        {"frame.glsl", "occluder.frag.glsl"});
+    splat.program = GlProgram::start(defines,
+                                     {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl",
+                                      "light.glsl", "cell.glsl", "splat.glsl", "quad.vert.glsl"},
+                                     {"quad.frag.glsl"});
   } else if (pass == pass_ellipse) {
     splat.program = GlProgram::start(
         defines, vertex,
@@ -165,15 +157,13 @@ Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass,
   splat.isocode = program.uniform("u_isocode");
   splat.isosurface = program.uniform("u_isosurface");
   splat.scalar = program.uniform("u_scalar");
-  splat.regions = program.uniform("u_regions");
-  splat.culling = program.uniform("u_culling");
+  splat.drops_hidden = program.uniform("u_drops_hidden");
   glUseProgram(program.name());
   if (lit) glUniform1i(program.uniform("u_colour_map"), 3);
   if (pulled) {
     glUniform1i(program.uniform("u_samples"), 0);
   } else {
     glUniform1i(program.uniform("u_drawn"), 1);
-    glUniform1i(program.uniform("u_occluders"), 2);
   }
   splat.is_ready = true;
   ++statistics.programs_linked;
@@ -243,7 +233,6 @@ Result<void> Renderer::State::warm_up(GLuint framebuffer) {
   lit = false;
   auto done = targets.prepare(1, 1, layers, /*blended=*/false, limits.offered.float_blend);
   if (done) done = depth_tiles.prepare(1, 1);
-  if (done) done = occluders.prepare(1, 1);
   if (done) {
     glEnable(GL_DEPTH_TEST);
     glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
@@ -257,8 +246,6 @@ Result<void> Renderer::State::warm_up(GLuint framebuffer) {
       glUseProgram((*splat)->program.name());
       glActiveTexture(GL_TEXTURE1);
       glBindTexture(GL_TEXTURE_2D, depth_tiles.texture());
-      glActiveTexture(GL_TEXTURE2);
-      glBindTexture(GL_TEXTURE_2D, occluders.texture());
       glBindVertexArray(buffers.vertex_array(range.buffer));
       glDrawArrays(GL_POINTS, static_cast<GLint>(range.first), 1);
     }

@@ -17,6 +17,7 @@
 #include "shared/render/occluders.h"
 #include "shared/render/renderer.h"
 #include "shared/render/sample_buffers.h"
+#include "shared/render/sample_clusters.h"
 #include "shared/render/sight_query.h"
 #include "shared/render/surface_targets.h"
 
@@ -38,15 +39,7 @@ struct GlLimits {
 /// the picture of them; renderer.cpp keeps chunks and settings.
 struct Renderer::State {
   /// Passes of drawing splats; each is a program.
-  enum Pass {
-    pass_quad,
-    pass_ellipse,
-    pass_exact,
-    pass_visibility,
-    pass_accumulate,
-    pass_occluders,
-    kPasses
-  };
+  enum Pass { pass_quad, pass_ellipse, pass_exact, pass_visibility, pass_accumulate, kPasses };
 
   /// Programs that go over a whole image, or draw a mesh.
   enum ImagePass {
@@ -68,7 +61,7 @@ struct Renderer::State {
   struct SplatProgram {
     GlProgram program;
     bool is_ready = false;
-    GLint block = -1, isocode = -1, isosurface = -1, scalar = -1, regions = -1, culling = -1;
+    GLint block = -1, isocode = -1, isosurface = -1, scalar = -1, drops_hidden = -1;
   };
 
   struct Chunk {
@@ -76,7 +69,15 @@ struct Renderer::State {
     BlockKey block;
     CellInterval interval;  // of all samples: min of mins, max of maxes
     Vec3d low, high;        // box in cells of level 0
+    std::vector<SampleCluster> clusters;
   };
+
+  /// A cluster of a chunk that is drawn, as far as is known before.
+  enum class Sight : uint8_t { none, likely, unlikely };
+
+  /// Which clusters a pass draws, and whether its vertex shaders drop what is hidden behind what is
+  /// drawn already.
+  enum class Share : uint8_t { all, likely_seen, not_hidden_of_rest, not_hidden };
 
   /// A visible chunk in this frame.
   struct DrawItem {
@@ -85,7 +86,8 @@ struct Renderer::State {
     double nearest;
     std::array<float, 4> block;
     RegionMask regions;
-    float largest_px;  // no splat of it is larger
+    float largest_px;      // no splat of it is larger
+    uint32_t first_sight;  // its clusters' in `sights`
   };
 
   float max_point_size = 1;
@@ -123,7 +125,10 @@ struct Renderer::State {
   GLsizei mesh_indices = 0;
   uint64_t mesh_bytes = 0;
 
-  std::vector<DrawItem> items;  // kept between frames: no allocation once warm
+  // Kept between frames: no allocation once warm.
+  std::vector<DrawItem> items;
+  std::vector<Sight> sights;  // of the clusters of all items, for the isosurface being drawn
+  std::vector<PackedSample> ordered;
   FrameStatistics statistics;
 
   Result<void> make_gl_objects();
@@ -152,7 +157,12 @@ struct Renderer::State {
                        [id](const VisibleChunk& chunk) { return chunk.id == id; });
   }
   void collect_items(const Frame& frame);
-  Result<void> draw_splats(Pass pass, const Frame& frame, int isosurface, int culling);
+  uint64_t find_sights(const Frame& frame, float isocode);
+  static Occluders::Box cluster_box(const Frame& frame, const DrawItem& item,
+                                    const SampleCluster& cluster);
+  template <typename Draw>
+  void for_each_run(const DrawItem& item, Share share, Draw draw) const;
+  Result<void> draw_splats(Pass pass, const Frame& frame, int isosurface, Share share);
   Result<void> draw_culled(Pass pass, const Frame& frame, int isosurface,
                            const SplatTarget& target);
   void take_depths(Pass pass, const SplatTarget& target);

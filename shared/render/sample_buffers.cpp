@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <iterator>
 
-#include "shared/render/shader_constants.h"
-
 namespace isosplat {
 
 SampleRange SampleBuffers::add(std::span<const PackedSample> samples) {
@@ -28,10 +26,6 @@ SampleRange SampleBuffers::add(std::span<const PackedSample> samples) {
                  nullptr, GL_STATIC_DRAW);
     glEnableVertexAttribArray(0);
     glVertexAttribIPointer(0, 4, GL_UNSIGNED_INT, sizeof(PackedSample), nullptr);
-    glGenVertexArrays(1, &made.sparse_vertex_array);
-    glBindVertexArray(made.sparse_vertex_array);
-    glEnableVertexAttribArray(0);
-    glVertexAttribIPointer(0, 4, GL_UNSIGNED_INT, OCCLUDER_STRIDE * sizeof(PackedSample), nullptr);
     glBindVertexArray(0);
     made.free[0] = made.capacity;
     buffers_.push_back(std::move(made));
@@ -77,7 +71,6 @@ uint64_t SampleBuffers::bytes() const {
 void SampleBuffers::release() {
   for (Buffer& buffer : buffers_) {
     glDeleteVertexArrays(1, &buffer.vertex_array);
-    glDeleteVertexArrays(1, &buffer.sparse_vertex_array);
     glDeleteBuffers(1, &buffer.buffer);
   }
   forget();

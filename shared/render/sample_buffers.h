@@ -37,8 +37,6 @@ class SampleBuffers {
 
   /// Vertex array whose attribute 0 is the buffer's samples (uvec4).
   GLuint vertex_array(uint32_t buffer) const { return buffers_[buffer].vertex_array; }
-  /// The same of one in OCCLUDER_STRIDE samples, from the buffer's first on.
-  GLuint sparse_vertex_array(uint32_t buffer) const { return buffers_[buffer].sparse_vertex_array; }
   GLuint buffer_name(uint32_t buffer) const { return buffers_[buffer].buffer; }
 
   uint64_t bytes() const;
@@ -51,7 +49,7 @@ class SampleBuffers {
 
  private:
   struct Buffer {
-    GLuint buffer = 0, vertex_array = 0, sparse_vertex_array = 0;
+    GLuint buffer = 0, vertex_array = 0;
     uint32_t capacity = 0;
     std::map<uint32_t, uint32_t> free;  // first → count
   };

@@ -34,21 +34,11 @@
 // Squares count as hidden where they are at places no further apart.
 #define QUAD_PROBE_PX 5
 
-// Occluders: px of the image per texel, cells across which each of the samples drawn stands for,
-// which of them are drawn (one in so many: WebGL allows strides of 255 bytes), how far behind they
-// must be to hide, and the cosine below which they count as seen from their edge.
+// Px per texel of the occluders' image.
 #define OCCLUDER_PX 8
-#define OCCLUDER_CELLS 6.0
-#define OCCLUDER_STRIDE 15
-#define OCCLUDER_BIAS_CELLS 2.0
-#define OCCLUDER_LEAST_FACING 0.3
 
-// What a pass leaves out: nothing; what is behind the occluders; all but that, and what is hidden;
-// what is hidden.
-#define CULL_NONE 0
-#define CULL_LIKELY 1
-#define CULL_REST 2
-#define CULL_HIDDEN 3
+// Faces of a cell that each sample of a cluster hides.
+#define OCCLUDER_FILL 1.0
 
 // A chunk whose squares or ellipses may be larger than this, in px, is ray cast instead: what is
 // approximate would show, and so few splats that are so large fit on the screen.

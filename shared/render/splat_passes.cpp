@@ -41,7 +41,8 @@ void Renderer::State::collect_items(const Frame& frame) {
                      {static_cast<float>(corner.x), static_cast<float>(corner.y),
                       static_cast<float>(corner.z), static_cast<float>(level_scale)},
                      regions,
-                     static_cast<float>(largest_px)});
+                     static_cast<float>(largest_px),
+                     0});
   }
   std::sort(items.begin(), items.end(),
             [](const DrawItem& a, const DrawItem& b) { return a.nearest < b.nearest; });
@@ -96,21 +97,90 @@ void Renderer::State::load_samples(const SampleRange& range) {
   glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
 }
 
-/// Draws the splats that `culling` (CULL_*) leaves, into the target that is bound.
+/// The box of a cluster's cells, in frame space.
+Occluders::Box Renderer::State::cluster_box(const Frame& frame, const DrawItem& item,
+                                            const SampleCluster& cluster) {
+  const auto& s = frame.block().spacing;
+  const auto& [x, y, z, scale] = item.block;
+  const Vec3f size = Vec3f{s[0], s[1], s[2]} * scale;
+  const auto along = [](uint8_t low, uint8_t high, float from, float cell) {
+    return std::pair{from + 0.5f * cell * static_cast<float>(low + high),
+                     0.5f * cell * static_cast<float>(high - low)};
+  };
+  const auto [cx, hx] = along(cluster.low.x, cluster.high.x, x, size.x);
+  const auto [cy, hy] = along(cluster.low.y, cluster.high.y, y, size.y);
+  const auto [cz, hz] = along(cluster.low.z, cluster.high.z, z, size.z);
+  return {{cx, cy, cz}, {hx, hy, hz}};
+}
+
+/// Finds out which clusters have a part of the isosurface in the image, and which of them are
+/// likely to be seen. Answers how many samples are not.
+uint64_t Renderer::State::find_sights(const Frame& frame, float isocode) {
+  occluders.begin(frame.block());
+  sights.clear();
+  const auto& spacing = frame.block().spacing;
+  const float face = std::cbrt(spacing[0] * spacing[1] * spacing[2]);
+  for (DrawItem& item : items) {
+    item.first_sight = static_cast<uint32_t>(sights.size());
+    const float cell = item.block[3] * face;
+    for (const SampleCluster& cluster : item.chunk->clusters) {
+      const bool drawn =
+          is_active(cluster.interval, isocode) && item.regions.contains(cluster.region_index());
+      const auto box = cluster_box(frame, item, cluster);
+      const bool seen = drawn && occluders.is_in_image(box, item.largest_px);
+      sights.push_back(seen ? Sight::likely : Sight::none);
+      if (seen)
+        occluders.add(box, float(OCCLUDER_FILL) * static_cast<float>(cluster.count) * cell * cell);
+    }
+  }
+  uint64_t unlikely = 0;
+  for (const DrawItem& item : items) {
+    for (size_t i = 0; i < item.chunk->clusters.size(); ++i) {
+      Sight& sight = sights[item.first_sight + i];
+      if (sight == Sight::likely &&
+          occluders.hide(cluster_box(frame, item, item.chunk->clusters[i]))) {
+        sight = Sight::unlikely;
+        unlikely += item.chunk->clusters[i].count;
+      }
+    }
+  }
+  return unlikely;
+}
+
+/// Calls draw(first, count) for runs of the chunk's samples, those of neighbours at once.
+template <typename Draw>
+void Renderer::State::for_each_run(const DrawItem& item, Share share, Draw draw) const {
+  uint32_t first = 0, count = 0;
+  const auto& clusters = item.chunk->clusters;
+  for (size_t i = 0; i < clusters.size(); ++i) {
+    const Sight sight = sights[item.first_sight + i];
+    const bool drawn = share == Share::likely_seen          ? sight == Sight::likely
+                       : share == Share::not_hidden_of_rest ? sight == Sight::unlikely
+                                                            : sight != Sight::none;
+    if (drawn && count > 0 && clusters[i].first == first + count) {
+      count += clusters[i].count;
+    } else if (drawn) {
+      if (count > 0) draw(first, count);
+      first = clusters[i].first;
+      count = clusters[i].count;
+    }
+  }
+  if (count > 0) draw(first, count);
+}
+
+/// Draws a share of the splats into the target that is bound.
 Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int isosurface,
-                                          int culling) {
+                                          Share share) {
   const Isosurface& surface = settings.isosurfaces[static_cast<size_t>(isosurface)];
   const float isocode = mapping.isocode(surface.isovalue);
   const int width = targets.width(), height = targets.height();
   // Points whose centres are outside of the image are not drawn, however large: so the viewport is
   // larger than the image.
   const auto guard = static_cast<GLint>(limits.guard_px);
-  const bool counts = pass != pass_occluders && (culling == CULL_NONE || culling == CULL_LIKELY);
+  const bool drops_hidden = share == Share::not_hidden_of_rest || share == Share::not_hidden;
   const SplatProgram* current = nullptr;
   uint32_t level = ~0u, buffer = ~0u;
   write_colours(pass != pass_visibility);
-  glActiveTexture(GL_TEXTURE2);
-  glBindTexture(GL_TEXTURE_2D, pass == pass_occluders ? 0 : occluders.texture());
   for (const DrawItem& item : items) {
     const Chunk& chunk = *item.chunk;
     if (!is_active(chunk.interval, isocode)) continue;
@@ -119,8 +189,7 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
                        (pass == pass_quad || pass == pass_ellipse);
     const Pass chosen = large ? pass_exact : pass;
     // The few that are large are not culled, but all drawn at once.
-    if ((pulled || large) && culling == CULL_REST) continue;
-    if (pulled && pass == pass_occluders) continue;
+    if ((pulled || large) && share == Share::not_hidden_of_rest) continue;
     const auto program = splat_program(chosen, pulled, frame.clipped());
     if (!program) return tl::unexpected(program.error());
     if (*program != current) {
@@ -128,13 +197,13 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
       glUseProgram(current->program.name());
       glUniform1f(current->isocode, isocode);
       glUniform1ui(current->isosurface, static_cast<GLuint>(isosurface));
-      glUniform1i(current->culling, large ? CULL_NONE : culling);
+      glUniform1i(current->drops_hidden, drops_hidden && !large);
       if (lit) set_light(current->program);
       level = buffer = ~0u;
       if (pulled) {
         glViewport(0, 0, width, height);
         glBindVertexArray(empty_vertex_array);
-      } else if (pass != pass_occluders) {
+      } else {
         glViewport(-guard, -guard, width + 2 * guard, height + 2 * guard);
         glActiveTexture(GL_TEXTURE1);
         glBindTexture(GL_TEXTURE_2D,
@@ -146,29 +215,24 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
       glUniform3fv(current->scalar, 1, scalar_weights(frame, surface, level).data());
     }
     glUniform4fv(current->block, 1, item.block.data());
-    glUniform4uiv(current->regions, 4, item.regions.words().data());
     const SampleRange& range = chunk.range;
-    const auto count = static_cast<GLsizei>(range.count);
     if (pulled) {
       load_samples(range);
-      glDrawArrays(GL_TRIANGLES, 0, 6 * count);
-    } else if (pass == pass_occluders) {
-      const uint32_t from = (range.first + OCCLUDER_STRIDE - 1) / OCCLUDER_STRIDE;
-      const uint32_t to = (range.first + range.count + OCCLUDER_STRIDE - 1) / OCCLUDER_STRIDE;
-      glBindVertexArray(buffers.sparse_vertex_array(range.buffer));
-      glDrawArrays(GL_POINTS, static_cast<GLint>(from), static_cast<GLsizei>(to - from));
-    } else {
-      if (range.buffer != buffer) {
-        buffer = range.buffer;
-        glBindVertexArray(buffers.vertex_array(buffer));
+    } else if (range.buffer != buffer) {
+      buffer = range.buffer;
+      glBindVertexArray(buffers.vertex_array(buffer));
+    }
+    for_each_run(item, pulled || large ? Share::all : share, [&](uint32_t first, uint32_t count) {
+      if (pulled) {
+        glDrawArrays(GL_TRIANGLES, static_cast<GLint>(6 * first), static_cast<GLsizei>(6 * count));
+      } else {
+        glDrawArrays(GL_POINTS, static_cast<GLint>(range.first + first),
+                     static_cast<GLsizei>(count));
       }
-      glDrawArrays(GL_POINTS, static_cast<GLint>(range.first), count);
-    }
-    ++statistics.draw_calls;
-    if (counts) {
-      statistics.samples_drawn += range.count;
-      ++statistics.chunks_drawn;
-    }
+      ++statistics.draw_calls;
+      if (share != Share::not_hidden) statistics.samples_drawn += count;
+    });
+    if (share == Share::all || share == Share::likely_seen) ++statistics.chunks_drawn;
   }
   write_colours(true);
   return {};
@@ -179,25 +243,15 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
 /// occlusion culling).
 Result<void> Renderer::State::draw_culled(Pass pass, const Frame& frame, int isosurface,
                                           const SplatTarget& target) {
-  const int width = targets.width(), height = targets.height();
-  const float isocode =
-      mapping.isocode(settings.isosurfaces[static_cast<size_t>(isosurface)].isovalue);
-  uint64_t samples = 0;
-  for (const DrawItem& item : items) {
-    if (is_active(item.chunk->interval, isocode)) samples += item.chunk->range.count;
-  }
-  // Looking for what is hidden costs as much as drawing some samples, by the size of the image.
-  if (samples < uint64_t(width) * uint64_t(height) / 16) {
-    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
-    return draw_splats(pass, frame, isosurface, CULL_NONE);
-  }
-  occluders.begin();
-  if (auto ok = draw_splats(pass_occluders, frame, isosurface, CULL_NONE); !ok) return ok;
-  occluders.take(empty_vertex_array);
+  const uint64_t unlikely = find_sights(
+      frame, mapping.isocode(settings.isosurfaces[static_cast<size_t>(isosurface)].isovalue));
   glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
-  if (auto ok = draw_splats(pass, frame, isosurface, CULL_LIKELY); !ok) return ok;
+  // Taking depths costs as much as drawing some samples, by the size of the image.
+  const auto pixels = uint64_t(targets.width()) * uint64_t(targets.height());
+  if (unlikely < pixels / 64) return draw_splats(pass, frame, isosurface, Share::all);
+  if (auto ok = draw_splats(pass, frame, isosurface, Share::likely_seen); !ok) return ok;
   take_depths(pass, target);
-  return draw_splats(pass, frame, isosurface, CULL_REST);
+  return draw_splats(pass, frame, isosurface, Share::not_hidden_of_rest);
 }
 
 /// Takes what this pass's splats look up to learn whether they are hidden.
@@ -212,7 +266,6 @@ void Renderer::State::take_depths(Pass pass, const SplatTarget& target) {
 Result<void> Renderer::State::draw_isosurface(SplatKind kind, const Frame& frame, int isosurface,
                                               int layer) {
   const int width = targets.width(), height = targets.height();
-  if (auto ok = occluders.prepare(width, height); !ok) return ok;
   if (auto ok = depth_tiles.prepare(width, height); !ok) return ok;
   if (kind == SplatKind::quad) {
     if (auto ok = drawn_depths.prepare(width, height); !ok) return ok;
@@ -234,7 +287,7 @@ Result<void> Renderer::State::draw_isosurface(SplatKind kind, const Frame& frame
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
   glBlendEquationSeparate(GL_FUNC_ADD, GL_MAX);
-  if (auto ok = draw_splats(pass_accumulate, frame, isosurface, CULL_HIDDEN); !ok) return ok;
+  if (auto ok = draw_splats(pass_accumulate, frame, isosurface, Share::not_hidden); !ok) return ok;
   glDisable(GL_BLEND);
   glDepthMask(GL_TRUE);
 

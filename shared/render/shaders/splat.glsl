@@ -12,8 +12,7 @@ uniform uint u_isosurface;
 uniform vec3 u_scalar;          // weights of 1, gradient length, projection error
 
 #ifndef PULLED
-uniform int u_culling;                // CULL_*
-uniform highp usampler2D u_occluders;  // what is likely to hide others
+uniform bool u_drops_hidden;          // by what is drawn already
 #if KIND == KIND_QUAD
 uniform highp sampler2D u_drawn;      // depths of what is drawn already
 #else
@@ -90,15 +89,6 @@ float scalar_of(Trilinear f, vec3 place, float steepness) {
 }
 
 #ifndef PULLED
-// Whether what stands for a cell's neighbours is well before the cell's centre. Errs both ways.
-bool is_likely_hidden(vec3 centre) {
-  float z = max(dot(centre, u_forward.xyz), u_depth.z);
-  ivec2 at = ivec2(clamp(to_px(centre, z), vec2(0.0), u_image.xy - 1.0)) / OCCLUDER_PX;
-  float cell = u_block.w * dot(abs(u_forward.xyz), u_spacing.xyz);
-  float ahead = max(z - OCCLUDER_BIAS_CELLS * cell, u_depth.z);
-  return window_depth(ahead) > uintBitsToFloat(texelFetch(u_occluders, at, 0).x);
-}
-
 #if KIND == KIND_QUAD
 // By places no further apart than QUAD_PROBE_PX: what is seen of the square between them is narrow.
 bool is_hidden(vec2 centre_px, vec2 half_px, float nearest) {
@@ -132,17 +122,12 @@ bool is_hidden(vec2 centre_px, vec2 half_px, float nearest) {
 
 #endif
 
-// The sample's cell, its size and its centre; false where this pass does not draw it.
+// The sample's cell, its size and its centre; false where the isosurface does not pass through it.
 bool find_cell(out Cell cell, out vec3 size, out vec3 centre) {
   cell = unpack_sample(fetch_sample());
   size = u_spacing.xyz * u_block.w;
   centre = u_block.xyz + (cell.low + 0.5) * size;
-  if (!is_active(cell.interval, u_isocode) || !is_drawn(cell.low)) return false;
-#if !defined(PULLED) && !defined(OCCLUDERS)
-  if (u_culling == CULL_LIKELY) return !is_likely_hidden(centre);
-  if (u_culling == CULL_REST) return is_likely_hidden(centre);
-#endif
-  return true;
+  return is_active(cell.interval, u_isocode);
 }
 
 // Splats wholly outside of the image, or behind what is drawn already, cost nothing more.
@@ -155,7 +140,7 @@ void place_splat(vec2 centre_px, vec2 half_px, float nearest) {
   }
 #ifndef PULLED
   half_px = vec2(max(half_px.x, half_px.y));
-  if (u_culling >= CULL_REST && is_hidden(centre_px, half_px, nearest)) {
+  if (u_drops_hidden && is_hidden(centre_px, half_px, nearest)) {
     drop();
     return;
   }
