@@ -19,13 +19,15 @@
 
 // Squares (measured: tests/bench/render): how much of the normal the extent of a plane's part
 // discounts, and how far towards a corner the plane counts as moved, both less than all as surfaces
-// bend; px by which squares are enlarged, and bands; and how far behind its middle the plane's part
-// is drawn, in half its extent along the view.
+// bend; px by which squares are enlarged, and bands; how far behind its middle the plane's part is
+// drawn, in half its extent along the view; and how far corners must be beyond the plane, in half
+// the cell's extent along the normal, to show that there is more than a plane.
 #define QUAD_FLATNESS 0.95
 #define QUAD_CORNER 0.9
 #define QUAD_MARGIN_PX 0.3
 #define QUAD_LEAST_PX 0.2
 #define QUAD_SETBACK 0.7
+#define QUAD_BEYOND 0.4
 
 // Side of the tiles by whose farthest depth hidden splats are dropped; those more than twice as
 // large never are.

@@ -8,6 +8,18 @@ flat out uvec4 v_pixel;
 #endif
 flat out vec3 v_band;  // xy: across the band, in half its widths per px; z: its middle
 
+// Whether a corner is well beyond the tangent plane, and yet not beyond the surface: the cell then
+// holds a further sheet of it, or one that bends so much that a plane's part would leave a hole.
+/// offset: of the plane from the cell's centre, along the normal.
+bool is_more_than_a_plane(Cell cell, float isocode, vec3 normal, vec3 size, float offset) {
+  vec3 rise = 0.5 * normal * size;
+  vec4 beyond = vec4(-rise.x - rise.y, rise.x - rise.y, rise.y - rise.x, rise.x + rise.y) - offset;
+  vec4 agreement = min((beyond - rise.z) * sign(cell.lower - isocode),
+                       (beyond + rise.z) * sign(cell.upper - isocode));
+  float least = min(min(agreement.x, agreement.y), min(agreement.z, agreement.w));
+  return least < -QUAD_BEYOND * (abs(rise.x) + abs(rise.y) + abs(rise.z));
+}
+
 void draw_square(Cell cell, vec3 size, vec3 centre) {
   float isocode = reachable(cell, u_isocode);
   Trilinear f = trilinear(cell.lower, cell.upper);
@@ -54,13 +66,24 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   vec3 part = min(half_box, 0.5 * room / (abs(normal) + 1e-6));
   middle += sign(offset) * sign(normal) * (half_box - part);
 
+  // Of overlapping squares the nearest is seen, which brings the surface forward: put it back.
+  float flatness = QUAD_FLATNESS;
+  vec3 along_view = u_forward.xyz - flatness * dot(normal, u_forward.xyz) * normal;
+  float back = z + dot(along_view, middle) + QUAD_SETBACK * dot(abs(along_view), part);
+  // What one plane cannot stand for is covered by all of the cell.
+  if (footprint == 1.0 && is_more_than_a_plane(cell, isocode, normal, size, offset)) {
+    part = half_box;
+    middle = -displacement;
+    flatness = 0.0;
+  }
+
   // For any c, no point of a plane's part inside of a box is further along r than the box is along
   // r - c n.
   vec3 to_hit = position / z;
   vec3 right = u_right.xyz - u_forward.xyz * dot(to_hit, u_right.xyz);
   vec3 up = u_up.xyz - u_forward.xyz * dot(to_hit, u_up.xyz);
   vec2 edge = vec2(dot(normal, right), dot(normal, up));
-  vec3 n = QUAD_FLATNESS * normal;
+  vec3 n = flatness * normal;
   vec3 along_right = right - edge.x * n, along_up = up - edge.y * n;
   vec3 along_edge = edge.x * right + edge.y * up - dot(edge, edge) * n;
   float per_px = u_lens.x / z;
@@ -70,9 +93,6 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   float band = per_px * dot(abs(along_edge), part) + QUAD_LEAST_PX * length(edge);
   v_band.xy = edge / max(band, 1e-6);
   v_band.z = dot(v_band.xy, centre_px);
-  // Of overlapping squares the nearest is seen, which brings the surface forward: put it back.
-  vec3 along_view = u_forward.xyz - dot(normal, u_forward.xyz) * n;
-  float back = z + dot(along_view, middle) + QUAD_SETBACK * dot(abs(along_view), part);
   place_splat(centre_px, half_px + QUAD_MARGIN_PX, back);
 }
 
