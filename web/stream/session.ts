@@ -138,7 +138,7 @@ export class StreamSession {
 
   /** What is looked at now. Cheap when nothing has changed; call it once per frame at most. */
   update(view: ViewState): void {
-    if (this.#closing.signal.aborted) return;
+    if (this.isClosed) return;
     if (!this.#motion.changed(view)) return;
     this.#sight.viewChanged();
     this.#view = {
@@ -160,12 +160,12 @@ export class StreamSession {
    * `StreamEvents.testSight`. `settled`: when the view rests, it would be drawn no differently.
    */
   sightQuery(settled: boolean): SightQuery | undefined {
-    return this.#closing.signal.aborted ? undefined : this.#sight.query(settled);
+    return this.isClosed ? undefined : this.#sight.query(settled);
   }
 
   /** The answer: `sightWords` (core) for each chunk that was drawn. */
   answerSight(query: SightQuery, answers: Uint32Array, settled: boolean): void {
-    if (this.#closing.signal.aborted) return;
+    if (this.isClosed) return;
     measured("isosplat:streaming", () => {
       if (this.#sight.answered(query, settled)) this.#store.setSight(answers);
       this.#select();
@@ -185,7 +185,7 @@ export class StreamSession {
 
   /** Cancels what is under way, drops every chunk (`drop`), and frees all memory. No event follows. */
   close(): void {
-    if (this.#closing.signal.aborted) return;
+    if (this.isClosed) return;
     this.#closing.abort(new DOMException("the volume was closed", "AbortError"));
     this.#motion.close();
     clearTimeout(this.#tellTimer);
@@ -219,7 +219,7 @@ export class StreamSession {
       this.#coarse.finestLevel = finest;
       await Promise.all(decoding);
     } catch (error) {
-      if (signal.aborted) return;
+      if (this.isClosed) return;
       this.#report(error instanceof StreamError ? error : badDirectory(error));
     }
     // What is missing of it now has failed, and is asked for as any other chunk.
@@ -247,7 +247,7 @@ export class StreamSession {
   /** What the view needs now: draws what is there, asks for what is not. */
   #select(): void {
     const view = this.#view;
-    if (!view || this.#closing.signal.aborted) return;
+    if (!view || this.isClosed) return;
     measured("isosplat:streaming", () => this.#selectFor(view));
   }
 
@@ -355,7 +355,7 @@ export class StreamSession {
 
   /** Tells progress: a new state at once, new numbers now and then. */
   #tell(): void {
-    if (this.#closing.signal.aborted) return;
+    if (this.isClosed) return;
     const progress = this.#progress();
     const text = JSON.stringify(progress);
     if (text === this.#told.text) return;

@@ -1,4 +1,8 @@
 const pollMs = 8;
+/** A frame is asked for first after this share of what the last one took. */
+const firstPollShare = 0.5;
+/** What was sent longer ago (ms) says nothing of how the GPU does now. */
+const longestBeat = 50;
 
 /**
  * How long frames take on the GPU, by fences: a call that draws returns long before the picture is
@@ -7,6 +11,7 @@ const pollMs = 8;
 export class GpuTimer {
   readonly #gl: WebGL2RenderingContext;
   #timer = 0;
+  #lastTook = 0;
 
   constructor(gl: WebGL2RenderingContext) {
     this.#gl = gl;
@@ -29,16 +34,53 @@ export class GpuTimer {
       if (gl.isContextLost()) return;
       if (gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED) {
         gl.deleteSync(fence);
-        done(performance.now() - startedAt);
+        this.#lastTook = performance.now() - startedAt;
+        done(this.#lastTook);
       } else {
         this.#timer = window.setTimeout(poll, pollMs);
       }
     };
-    this.#timer = window.setTimeout(poll, pollMs);
+    this.#timer = window.setTimeout(poll, Math.max(pollMs, firstPollShare * this.#lastTook));
   }
 
   stop(): void {
     clearTimeout(this.#timer);
     this.#timer = 0;
+  }
+}
+
+/**
+ * Whether the GPU answers at once. What is read back from it waits for all that was sent before,
+ * also by the browser, which draws the page with it.
+ */
+export class GpuPulse {
+  readonly #gl: WebGL2RenderingContext;
+  #fence: WebGLSync | null = null;
+  #sentAt = 0;
+  #isLate = false;
+
+  constructor(gl: WebGL2RenderingContext) {
+    this.#gl = gl;
+  }
+
+  /**
+   * Call it every few milliseconds until it says so: what was sent at the last call had been done
+   * when it was first looked at.
+   */
+  beats(): boolean {
+    const gl = this.#gl;
+    const now = performance.now();
+    const fence = this.#fence;
+    if (fence && gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED) {
+      this.#isLate = true;
+      return false;
+    }
+    const isInTime = fence !== null && !this.#isLate && now - this.#sentAt <= longestBeat;
+    gl.deleteSync(fence);
+    this.#fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    this.#sentAt = now;
+    this.#isLate = false;
+    gl.flush();
+    return isInTime;
   }
 }

@@ -7,13 +7,13 @@ import type { ViewModule } from "./view_module.ts";
  */
 const leastSeenPixels = { settled: 40, before: 160 };
 /** The GPU is asked so often whether a test is done (ms). */
-const polling = 4;
+const polling = 8;
 
 /** What the tester asks of its viewer. */
 export interface TestedViewer {
   /** Does what may fail in the renderer; answers whether it did not. */
   guard(action: (view: ViewModule) => void): boolean;
-  /** Nothing moves, and the GPU draws nothing: an answer can be read without waiting. */
+  /** Nothing moves, and the GPU has nothing to do: an answer can be read without waiting. */
   isIdle(): boolean;
   isContextLost(): boolean;
   /** A test has ended; what waited for that goes on. */

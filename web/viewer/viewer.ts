@@ -1,7 +1,6 @@
 import type { Core } from "../core/index.ts";
 import { loadCore } from "../core/index.ts";
 import {
-  measured,
   type Progress,
   type Source,
   type StoreInfo,
@@ -9,24 +8,20 @@ import {
   StreamSession,
   WorkerPool,
 } from "../stream/index.ts";
+import { CanvasSize } from "./canvas_size.ts";
 import { wholeVolume } from "./clipping.ts";
 import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";
-import { Fade } from "./fade.ts";
-import { FrameLoop } from "./frame_loop.ts";
-import { GpuTimer } from "./gpu_timer.ts";
-import { SightTester } from "./sight_tester.ts";
-import { SplatChoice } from "./splat_choice.ts";
+import { Picture, type Scene } from "./picture.ts";
 import {
   type Camera,
   type Clip,
   defaultLook,
   type FrameReport,
   type Look,
-  type SplatKind,
   type Surface,
 } from "./types.ts";
-import { compiledView, type DrawStatistics, ViewError, ViewModule } from "./view_module.ts";
+import { compiledView, ViewError, ViewModule } from "./view_module.ts";
 
 export interface ViewerEvents {
   /** A volume is open; its first surface is on its way. */
@@ -63,14 +58,6 @@ export interface OpenOptions {
   signal?: AbortSignal;
 }
 
-/** The view rests when nothing has moved or arrived for so long (ms). */
-const restAfter = 220;
-/** A picture of a resting view that takes no longer (ms) is drawn a few times more, for smooth edges. */
-const longestSmoothed = 400;
-/** While a picture is being drawn, it is looked again after so long (ms). */
-const shortestWait = 8;
-/** Arrivals fade in where a picture takes no longer (ms). */
-const longestFaded = 50;
 /** The GPU is asked so often whether the first shaders are compiled (ms). */
 const shaderPolling = 8;
 
@@ -85,10 +72,11 @@ const shaderPolling = 8;
 export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   readonly canvas: HTMLCanvasElement;
   readonly #options: ViewerOptions;
-  readonly #loop: FrameLoop;
+  readonly #size: CanvasSize;
   readonly #cleanup: (() => void)[] = [];
   #parts: Promise<{ view: ViewModule; core: Core }> | null = null;
   #view: ViewModule | null = null;
+  #picture: Picture | null = null;
   #session: StreamSession | null = null;
   #opening: AbortController | null = null;
   #source: Source | null = null;
@@ -99,46 +87,17 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #surfaces: Surface[] = [];
   #look: Look = { ...defaultLook };
   #clip: Clip = wholeVolume;
-  #lastMotion = Number.NEGATIVE_INFINITY;
-  #lastArrival = Number.NEGATIVE_INFINITY;
-  #restTimer = 0;
-  #drawTimer = 0;
-  #chunksToGo = 0;
-  /** Of the present view, data are on their way, or are to be asked for. */
-  #isStreaming = false;
-  /** As of the last frame; nothing has moved or arrived since. */
-  #isResting = false;
-  #isBusy = false;
-  /** From when on what has arrived may be drawn, as long as more is to come. */
-  #nextArrivals = 0;
   #contextLost = false;
-  readonly #choice = new SplatChoice();
-  readonly #sight = new SightTester({
-    guard: (action) => this.#guard(action),
-    isIdle: () => performance.now() - this.#lastMotion >= restAfter && !this.#timer?.isBusy,
-    isContextLost: () => this.#contextLost,
-    ended: () => this.#wake(),
-  });
-  #timer: GpuTimer | null = null;
-  #smooths = false;
-  #fade: Fade | null = null;
-  #fades = false;
-  /** Samples went to the GPU, and it has not been asked since whether there was room for them. */
-  #hasUnchecked = false;
+  #isBusy = false;
   #isWarm = false;
-  /** Of this volume: until there is one, drawing would only take the GPU's time. */
-  #hasPicture = false;
   #disposed = false;
 
   constructor(canvas: HTMLCanvasElement, options: ViewerOptions = {}) {
     super();
     this.canvas = canvas;
     this.#options = options;
-    this.#loop = new FrameLoop((now) => this.#frame(now));
-
-    const observer = new ResizeObserver(() => this.#wake());
-    observer.observe(canvas);
-    this.#cleanup.push(() => observer.disconnect());
+    this.#size = new CanvasSize(canvas, options.maxPixelRatio ?? 2, () => this.#picture?.request());
+    this.#cleanup.push(() => this.#size.stop());
     if (options.controls !== false) this.#cleanup.push(attachControls(canvas, this));
 
     const lost = (event: Event) => this.#onContextLost(event);
@@ -197,25 +156,16 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         samples: (id, place, samples) => {
           if (this.#contextLost) return;
           this.#guard((view) => view.addChunk(id, place, samples));
-          this.#hasUnchecked = true;
+          this.#picture?.added();
         },
         drop: (id) => this.#guard((view) => view.removeChunk(id)),
         visible: (ids, regions) => {
           this.#guard((view) => view.setVisible(ids, regions));
-          this.#hasPicture = true;
-          this.#lastArrival = performance.now();
-          this.#isResting = false;
-          this.#wake();
+          this.#picture?.arrived();
         },
-        testSight: () => this.#wake(),
+        testSight: () => this.#picture?.request(),
         progress: (progress) => {
-          const isLast = this.#chunksToGo > 0 && progress.chunksToGo === 0;
-          const isEmpty = !this.#hasPicture && progress.state !== "opening";
-          this.#chunksToGo = progress.chunksToGo;
-          this.#isStreaming = progress.state !== "complete" && progress.state !== "incomplete";
-          if (isEmpty) this.#hasPicture = true;
-          if (isLast || isEmpty) this.#wake();
-          else this.#showBusy();
+          this.#picture?.progressed(progress);
           this.emit("progress", progress);
         },
         error: (error) => this.emit("error", error),
@@ -237,7 +187,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#camera = options.camera ?? this.#firstCamera(view);
     this.#applySettings();
     this.emit("opened", session.info);
-    this.#wake();
+    this.#picture?.request();
     return session.info;
   }
 
@@ -248,15 +198,13 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /** Lets go of the volume: its requests, its memory on CPU and GPU. The canvas keeps its picture. */
   close(): void {
-    this.#fade?.forget();
+    this.#picture?.restart();
     this.#opening?.abort(new DOMException("another volume is opened", "AbortError"));
     this.#opening = null;
     this.#session?.close();
     this.#session = null;
     this.#source = null;
     this.#info = null;
-    this.#hasPicture = false;
-    this.#isStreaming = false;
     this.#showBusy();
   }
 
@@ -265,10 +213,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (this.#disposed) return;
     this.#disposed = true;
     this.close();
-    this.#loop.stop();
-    clearTimeout(this.#restTimer);
-    clearTimeout(this.#drawTimer);
-    this.#sight.stop();
+    this.#picture?.stop();
     this.#decoder?.close();
     for (const clean of this.#cleanup) clean();
     this.#view?.destroy();
@@ -288,7 +233,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#surfaces = [...surfaces];
     this.#view?.setSurfaces(this.#surfaces);
     this.#session?.sceneChanged();
-    this.#moved();
+    this.#picture?.moved();
   }
 
   /** Changes the isovalues and keeps the surfaces' colours; more isovalues take the first's. */
@@ -306,7 +251,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   setLook(change: Partial<Look>): void {
     this.#look = { ...this.#look, ...change };
     this.#applySettings();
-    this.#wake();
+    this.#picture?.request();
   }
 
   get clip(): Clip {
@@ -317,7 +262,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#clip = clip;
     this.#view?.setClip(clip);
     this.#session?.sceneChanged();
-    this.#moved();
+    this.#picture?.moved();
   }
 
   /** Null until a volume is open. */
@@ -328,7 +273,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   setCamera(camera: Camera): void {
     this.#camera = camera;
     this.emit("camera", camera);
-    this.#moved();
+    this.#picture?.moved();
   }
 
   /** Back to the view a volume is first seen in. */
@@ -337,8 +282,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #firstCamera(view: ViewModule): Camera {
-    const { clientWidth, clientHeight } = this.canvas;
-    return view.defaultCamera(Math.max(clientWidth, 1) / Math.max(clientHeight, 1));
+    return view.defaultCamera(this.#size.aspect);
   }
 
   orbit(rightDegrees: number, upDegrees: number): void {
@@ -349,7 +293,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   pan(rightPx: number, downPx: number): void {
     if (this.#view && this.#camera) {
-      const height = Math.max(this.canvas.clientHeight, 1);
+      const height = this.#size.cssHeight;
       this.setCamera(this.#view.panned(this.#camera, rightPx, downPx, height));
     }
   }
@@ -360,7 +304,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const zoomed = this.#view.zoomed(before, factor);
     // What is under the pointer stays there.
     const keep = 1 - before.distance / zoomed.distance;
-    const height = Math.max(this.canvas.clientHeight, 1);
+    const height = this.#size.cssHeight;
     this.setCamera(this.#view.panned(zoomed, at.x * keep, at.y * keep, height));
   }
 
@@ -369,13 +313,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
    * that takes, for smooth edges.
    */
   async screenshot({ smooth = true } = {}): Promise<Blob> {
-    const view = this.#view;
-    if (!view || this.#contextLost) throw new ViewError("nothing is drawn yet");
-    const { width, height } = this.canvas;
-    view.setKind(this.#kind(true));
-    this.#fade?.forget();
-    view.draw(width, height);
-    while (smooth && view.canRefine(width, height)) view.refine(width, height);
+    if (!this.#picture || this.#contextLost) throw new ViewError("nothing is drawn yet");
+    this.#picture.drawToSave(smooth);
     // In the same task: afterwards the browser may have cleared the drawing buffer.
     return new Promise((resolve, reject) =>
       this.canvas.toBlob((blob) => {
@@ -389,9 +328,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#parts ??= ViewModule.create(this.canvas).then(async (view) => {
       if (this.#disposed) view.destroy();
       this.#view = view;
-      this.#fade = new Fade(view);
-      const gl = this.canvas.getContext("webgl2");
-      this.#timer = gl && new GpuTimer(gl);
+      this.#picture = this.#newPicture(view);
       return { view, core: await loadCore({ module: view.exports }) };
     });
     // A failure is not kept: the next open tries again.
@@ -407,7 +344,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     setTimeout(
       () =>
         this.#guard((view) => {
-          if (this.#hasPicture || this.#isWarm) return;
+          if (this.#picture?.isBegun || this.#isWarm) return;
           this.#isWarm = view.isCompiled();
           if (this.#isWarm) view.warmUp();
           else this.#warmUp();
@@ -443,134 +380,33 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #showBusy(): void {
-    const isBusy =
-      this.#opening !== null &&
-      (this.#session === null ||
-        this.#isStreaming ||
-        !this.#isResting ||
-        this.#contextLost ||
-        this.#loop.isRequested ||
-        this.#sight.isRunning ||
-        (this.#timer?.isBusy ?? false) ||
-        (this.#fade?.isRunning ?? false));
+    const isDrawing = this.#session === null || this.#contextLost || this.#picture?.isBusy;
+    const isBusy = this.#opening !== null && isDrawing !== false;
     if (isBusy === this.#isBusy) return;
     this.#isBusy = isBusy;
     this.emit("busy", isBusy);
   }
 
-  /** Something has changed that the next frame is to show. */
-  #wake(): void {
-    this.#loop.request();
-    this.#showBusy();
+  #newPicture(view: ViewModule): Picture {
+    this.#picture?.stop();
+    return new Picture(this.canvas, view, {
+      scene: () => this.#scene(),
+      guard: (action) => this.#guard(action),
+      isContextLost: () => this.#contextLost,
+      fitCanvas: () => this.#size.fit(),
+      drawn: (report) => this.emit("frame", report),
+      busyChanged: () => this.#showBusy(),
+    });
   }
 
-  #moved(): void {
-    this.#lastMotion = performance.now();
-    this.#isResting = false;
-    this.#wake();
-  }
-
-  #kind(isResting: boolean): SplatKind {
-    if (this.#look.kind !== "automatic") return this.#look.kind;
-    return this.#choice.kind(isResting, this.#camera?.distance ?? 1);
-  }
-
-  /** Answers whether the size has changed, and with that the canvas is empty. */
-  #fitCanvas(): boolean {
-    const ratio = Math.min(devicePixelRatio, this.#options.maxPixelRatio ?? 2);
-    const width = Math.max(1, Math.round(this.canvas.clientWidth * ratio));
-    const height = Math.max(1, Math.round(this.canvas.clientHeight * ratio));
-    if (this.canvas.width === width && this.canvas.height === height) return false;
-    this.canvas.width = width;
-    this.canvas.height = height;
-    return true;
-  }
-
-  /**
-   * What has arrived waits as long as the last picture took, where nothing moves and more is to
-   * come: a slow GPU would else draw every few chunks anew, and take the processor's time from those
-   * that follow.
-   */
-  #mayDraw(now: number): boolean {
-    if (this.#chunksToGo === 0) return true;
-    const wait = this.#timer?.isBusy ? shortestWait : this.#nextArrivals - now;
-    if (wait <= 0) return true;
-    clearTimeout(this.#drawTimer);
-    this.#drawTimer = window.setTimeout(() => this.#wake(), wait);
-    return false;
-  }
-
-  /** Answers whether another frame is to follow at once. */
-  #frame(now: number): boolean {
-    const view = this.#view;
-    const camera = this.#camera;
-    if (!view || !camera || !this.#session || this.#contextLost) return false;
-    const isResized = this.#fitCanvas();
-    const { width, height } = this.canvas;
-    const quietSince = Math.max(this.#lastMotion, this.#lastArrival);
-    const isMoving = now - this.#lastMotion < restAfter;
-    const isResting = now - quietSince >= restAfter;
-    this.#isResting = isResting;
-
-    view.setCamera(camera);
-    const kind = this.#kind(isResting);
-    view.setKind(kind);
-    this.#session.update({
-      viewProjection: view.viewProjection(camera, width, height),
-      viewport: { width, height },
+  #scene(): Scene | null {
+    if (!this.#view || !this.#camera || !this.#session || this.#contextLost) return null;
+    return {
+      session: this.#session,
+      camera: this.#camera,
       isovalues: this.#surfaces.map((surface) => surface.isovalue),
-      moving: isMoving,
-    });
-    const isTesting = this.#sight.isRunning;
-    if (this.#hasPicture && view.needsRedraw(width, height)) {
-      if (isMoving || isResized || (!isTesting && this.#mayDraw(now))) {
-        if (isMoving || isResized) this.#fade?.forget();
-        this.#guard(() => this.#fade?.beforeDraw(now));
-        this.#draw(isResting, () => view.draw(width, height));
-        if (isMoving || !this.#fades) this.#fade?.forget();
-        else this.#guard(() => this.#fade?.afterDraw(now, this.#chunksToGo > 0));
-      }
-    } else if (this.#fade?.isRunning) {
-      this.#guard(() => this.#fade?.step(now, this.#chunksToGo > 0));
-    } else if (isResting && !isTesting && this.#smooths && view.canRefine(width, height)) {
-      this.#draw(true, () => view.refine(width, height));
-    }
-    if (!isMoving && !view.needsRedraw(width, height)) {
-      this.#sight.test(this.#session, isResting || kind === this.#kind(true));
-    }
-    // Once more when it has come to rest: for the finer splats, and so that streaming refines.
-    clearTimeout(this.#restTimer);
-    if (!isResting) {
-      const wait = Math.max(0, quietSince + restAfter - now) + 1;
-      this.#restTimer = window.setTimeout(() => this.#wake(), wait);
-    }
-    this.#showBusy();
-    return this.#fade?.isRunning ?? false;
-  }
-
-  #draw(isResting: boolean, draw: () => DrawStatistics): void {
-    const distance = this.#camera?.distance ?? 1;
-    this.#guard(() => {
-      const startedAt = performance.now();
-      const drawn = measured("isosplat:drawing", draw);
-      this.#timer?.measure(startedAt, (milliseconds) => {
-        this.#choice.measured(drawn, milliseconds, distance);
-        this.#nextArrivals = performance.now() + milliseconds;
-        this.#fades = milliseconds <= longestFaded;
-        if (!isResting) {
-          this.#showBusy();
-          return;
-        }
-        // Now the GPU has little else to do: asking it while frames follow each other would wait.
-        if (this.#hasUnchecked) this.#guard((view) => view.checkGpu());
-        this.#hasUnchecked = false;
-        // One at a time, so that a gesture need not wait for more than one.
-        this.#smooths = milliseconds <= longestSmoothed;
-        if (this.#smooths) this.#wake();
-        else this.#showBusy();
-      });
-      this.emit("frame", { ...drawn, framesPerSecond: this.#loop.framesPerSecond });
-    });
+      kind: this.#look.kind,
+    };
   }
 
   /**
@@ -597,7 +433,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #onContextLost(event: Event): void {
     event.preventDefault(); // asks the browser to restore it
     this.#contextLost = true;
-    this.#fade?.forget();
+    this.#picture?.forget();
     this.#view?.contextLost();
     this.#showBusy();
     this.emit("context", "lost");
