@@ -1,5 +1,6 @@
 import { fraction, type IsovalueScale } from "./isovalue_scale.ts";
 
+/** An isosurface on the histogram. */
 export interface HistogramMark {
   value: number;
   colour: string;
@@ -7,88 +8,166 @@ export interface HistogramMark {
   isActive: boolean;
 }
 
+/** What the bars and the ticks are drawn from: the same objects as long as nothing has changed. */
 export interface HistogramContent {
   scale: IsovalueScale;
   /** Voxels per equal part of low … high, values. */
   histogram: { low: number; high: number; counts: readonly number[] } | undefined;
   suggestions: readonly number[];
-  marks: readonly HistogramMark[];
 }
 
-const markHead = 5;
+/** Room above the bars for the heads of the marks, CSS pixels. */
+const marksHeight = 7;
 
 /**
- * Draws how often each value occurs, with a logarithmic scale (air outnumbers bone a thousand to
- * one), the suggested isovalues as ticks, and the isosurfaces as lines. Colours are the element's
- * CSS: color for bars, --tick for ticks.
+ * How often each value occurs, with a logarithmic scale (air outnumbers bone a thousand to one), the
+ * suggested isovalues as ticks, and the isosurfaces as lines. Bars and ticks are drawn when they
+ * change; a mark that moves is only moved, which costs neither layout nor drawing. Colours are the
+ * element's CSS: color for bars, --inside for what the active surface encloses, --tick for ticks.
  */
-export function drawHistogram(canvas: HTMLCanvasElement, content: HistogramContent): void {
-  const ratio = devicePixelRatio;
-  const width = canvas.clientWidth;
-  const height = canvas.clientHeight;
-  if (width === 0 || height === 0) return;
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
-  const context = canvas.getContext("2d");
-  if (!context) return;
-  context.scale(ratio, ratio);
-  const style = getComputedStyle(canvas);
-  const { scale, histogram, marks } = content;
-  const place = (value: number) => fraction(value, scale) * width;
-  const top = markHead + 2;
+export class Histogram {
+  readonly element = document.createElement("div");
+  readonly #bars = layer("histogram-bars");
+  /** The same bars once more, cut off at the active isosurface. */
+  readonly #inside = layer("histogram-inside");
+  readonly #marks: HTMLElement[] = [];
+  readonly #picked: (value: number) => void;
+  #content: HistogramContent | undefined;
+  /** CSS pixels; known without asking for layout. */
+  #size = { width: 0, height: 0 };
 
-  if (histogram) {
-    const { low, high } = histogram;
-    const counts = withoutGaps(histogram.counts);
-    const most = Math.max(1, ...counts);
-    const binWidth = (high - low) / counts.length;
-    const bars = new Path2D();
-    counts.forEach((count, i) => {
-      if (count <= 0) return;
-      const left = place(low + i * binWidth);
-      const right = place(low + (i + 1) * binWidth);
-      const tall = (Math.log1p(count) / Math.log1p(most)) * (height - top);
-      bars.rect(left, height - tall, Math.max(right - left, 0.75), tall);
-    });
-    context.fillStyle = style.color;
-    context.fill(bars);
+  /** `picked`: a value was pointed at. */
+  constructor(picked: (value: number) => void) {
+    this.#picked = picked;
+    this.element.className = "histogram";
+    this.element.id = "histogram";
+    this.element.setAttribute("role", "img");
+    this.element.setAttribute("aria-label", "Histogram of the volume's values, logarithmic");
+    this.element.append(this.#bars, this.#inside);
+    this.element.addEventListener("pointerdown", this.#pointer);
+    this.element.addEventListener("pointermove", this.#pointer);
+    new ResizeObserver(([entry]) => {
+      if (!entry) return;
+      const { width, height } = entry.contentRect;
+      this.#size = { width, height };
+      this.draw();
+    }).observe(this.element);
+  }
 
-    // What the active isosurface encloses, if dense things have high values: above the isovalue.
-    const active = marks.find((mark) => mark.isActive);
-    if (active) {
-      context.save();
-      context.beginPath();
-      context.rect(place(active.value), 0, width, height);
-      context.clip();
-      context.fillStyle = style.getPropertyValue("--inside");
+  /** Shows a volume's values and these isosurfaces. */
+  show(content: HistogramContent, marks: readonly HistogramMark[]): void {
+    const now = this.#content;
+    const isSame =
+      now?.scale === content.scale &&
+      now.histogram === content.histogram &&
+      now.suggestions === content.suggestions;
+    this.#content = content;
+    if (!isSame) this.draw();
+    this.#place(marks, content.scale);
+  }
+
+  /** Draws bars and ticks anew: after a change of the theme. */
+  draw(): void {
+    const content = this.#content;
+    const { width, height } = this.#size;
+    if (!content || width === 0 || height === 0) return;
+    const style = getComputedStyle(this.element);
+    const bars = barsOf(content, width, height);
+    const ticks = ticksOf(content, width, height);
+    const colours: [HTMLCanvasElement, string][] = [
+      [this.#bars, style.color],
+      [this.#inside, style.getPropertyValue("--inside")],
+    ];
+    for (const [canvas, colour] of colours) {
+      const context = prepared(canvas, width, height);
+      if (!context) return;
+      context.fillStyle = colour;
       context.fill(bars);
-      context.restore();
+      context.fillStyle = style.getPropertyValue("--tick");
+      context.fill(ticks);
     }
   }
 
-  context.fillStyle = style.getPropertyValue("--tick");
-  for (const suggestion of content.suggestions) {
-    const x = place(suggestion);
-    context.beginPath();
-    context.moveTo(x, height - 7);
-    context.lineTo(x + 4, height);
-    context.lineTo(x - 4, height);
-    context.fill();
+  #place(marks: readonly HistogramMark[], scale: IsovalueScale): void {
+    while (this.#marks.length > marks.length) this.#marks.pop()?.remove();
+    marks.forEach(({ value, colour, isActive }, i) => {
+      const mark = this.#marks[i] ?? this.#addMark();
+      const percent = 100 * fraction(value, scale);
+      // As wide as the histogram: so a share of its own width moves its left edge to the value.
+      mark.style.transform = `translateX(${percent}%)`;
+      mark.style.setProperty("--colour", colour);
+      mark.classList.toggle("active", isActive);
+      if (isActive) this.#inside.style.clipPath = `inset(0 0 0 ${percent}%)`;
+    });
   }
 
-  // The active line last, on top.
-  for (const mark of [...marks].sort((a, b) => Number(a.isActive) - Number(b.isActive))) {
-    const x = Math.max(0.75, Math.min(width - 0.75, place(mark.value)));
-    context.fillStyle = mark.isActive ? style.getPropertyValue("--line") : mark.colour;
-    const thick = mark.isActive ? 2 : 1.5;
-    context.fillRect(x - thick / 2, 0, thick, height);
-    context.fillStyle = mark.colour;
-    context.strokeStyle = style.getPropertyValue("--line");
-    context.beginPath();
-    context.arc(Math.max(markHead, Math.min(width - markHead, x)), markHead, markHead - 1, 0, 7);
-    context.fill();
-    if (mark.isActive) context.stroke();
+  #addMark(): HTMLElement {
+    const mark = document.createElement("div");
+    mark.className = "histogram-mark";
+    this.#marks.push(mark);
+    this.element.append(mark);
+    return mark;
   }
+
+  readonly #pointer = (event: PointerEvent): void => {
+    const { element } = this;
+    const scale = this.#content?.scale;
+    if (event.type === "pointerdown" && event.button === 0) {
+      element.setPointerCapture(event.pointerId);
+    }
+    if (!scale || !element.hasPointerCapture(event.pointerId)) return;
+    const place = Math.max(0, Math.min(1, event.offsetX / Math.max(this.#size.width, 1)));
+    this.#picked(scale.low + place * (scale.high - scale.low));
+  };
+}
+
+function layer(name: string): HTMLCanvasElement {
+  const canvas = document.createElement("canvas");
+  canvas.className = name;
+  return canvas;
+}
+
+/** An empty canvas of this size in CSS pixels. */
+function prepared(
+  canvas: HTMLCanvasElement,
+  width: number,
+  height: number,
+): CanvasRenderingContext2D | null {
+  const ratio = devicePixelRatio;
+  canvas.width = Math.round(width * ratio);
+  canvas.height = Math.round(height * ratio);
+  const context = canvas.getContext("2d");
+  context?.scale(ratio, ratio);
+  return context;
+}
+
+function barsOf({ histogram, scale }: HistogramContent, width: number, height: number): Path2D {
+  const bars = new Path2D();
+  if (!histogram) return bars;
+  const { low, high } = histogram;
+  const counts = withoutGaps(histogram.counts);
+  const most = Math.max(1, ...counts);
+  const binWidth = (high - low) / counts.length;
+  counts.forEach((count, i) => {
+    if (count <= 0) return;
+    const left = width * fraction(low + i * binWidth, scale);
+    const right = width * fraction(low + (i + 1) * binWidth, scale);
+    const tall = (Math.log1p(count) / Math.log1p(most)) * (height - marksHeight);
+    bars.rect(left, height - tall, Math.max(right - left, 0.75), tall);
+  });
+  return bars;
+}
+
+function ticksOf({ suggestions, scale }: HistogramContent, width: number, height: number): Path2D {
+  const ticks = new Path2D();
+  for (const suggestion of suggestions) {
+    const x = width * fraction(suggestion, scale);
+    ticks.moveTo(x, height - 7);
+    ticks.lineTo(x + 4, height);
+    ticks.lineTo(x - 4, height);
+    ticks.closePath();
+  }
+  return ticks;
 }
 
 /**
@@ -101,10 +180,4 @@ export function withoutGaps(counts: readonly number[]): number[] {
     const after = counts[i + 1] ?? 0;
     return count === 0 && before > 0 && after > 0 ? (before + after) / 2 : count;
   });
-}
-
-/** The value under a pointer at this offset from the canvas's left edge. */
-export function valueAt(offsetPx: number, canvas: HTMLElement, scale: IsovalueScale): number {
-  const place = Math.max(0, Math.min(1, offsetPx / Math.max(canvas.clientWidth, 1)));
-  return scale.low + place * (scale.high - scale.low);
 }

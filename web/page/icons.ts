@@ -1,5 +1,6 @@
 import type { TemplateResult } from "lit";
 import { html } from "lit";
+import { guard } from "lit/directives/guard.js";
 import {
   ArrowLeft,
   Camera,
@@ -42,8 +43,11 @@ const icons = {
 
 export type IconName = keyof typeof icons;
 
-/** An icon without a name of its own: what it stands for is said by the control it is in. */
+/**
+ * An icon without a name of its own: what it stands for is said by the control it is in. Its element
+ * stays when the page is rendered anew, or else the control would lay itself out for another one.
+ */
 export function icon(name: IconName): TemplateResult {
-  const svg = createElement(icons[name], { "aria-hidden": "true", class: "icon" });
-  return html`${svg}`;
+  const drawn = () => createElement(icons[name], { "aria-hidden": "true", class: "icon" });
+  return html`${guard([name], drawn)}`;
 }

@@ -1,4 +1,5 @@
 import { html, nothing, type TemplateResult } from "lit";
+import { guard } from "lit/directives/guard.js";
 import { live } from "lit/directives/live.js";
 import type { StoreInfo, Triple } from "../stream/types.ts";
 import { extentAlong, isWhole, wholeVolume } from "../viewer/clipping.ts";
@@ -17,6 +18,7 @@ export interface PanelState {
   /** The background follows the theme. */
   isThemeBackground: boolean;
   clip: Clip;
+  histogram: HTMLElement;
 }
 
 export interface PanelActions {
@@ -33,12 +35,15 @@ export interface PanelActions {
   changeClip(clip: Clip): void;
   /** A plane across the view in place of the one that is there. */
   cutAcrossView(): void;
-  /** The histogram's pointer events. */
-  histogramPointer(event: PointerEvent): void;
 }
 
 type ValueElement = HTMLElement & { value: string };
 type RangeElement = HTMLElement & { minValue: number; maxValue: number };
+
+// Sliders render themselves anew for another formatter: it stays the same function.
+const percent = (value: number) => `${Math.round(value * 100)} %`;
+const withUnits = (units: string | undefined) => (value: number) =>
+  units ? `${formatValue(value)} ${units}` : formatValue(value);
 
 export function isovalueSection(state: PanelState, actions: PanelActions): TemplateResult {
   const { scale, info } = state;
@@ -68,14 +73,7 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
       ></wa-number-input>
     </div>
     <div class="histogram-box">
-      <canvas
-        class="histogram"
-        id="histogram"
-        role="img"
-        aria-label="Histogram of the volume's values, logarithmic"
-        @pointerdown=${actions.histogramPointer}
-        @pointermove=${actions.histogramPointer}
-      ></canvas>
+      ${state.histogram}
       <wa-slider
         class="isovalue-slider no-label"
         size="s"
@@ -84,7 +82,7 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
         .max=${scale.high}
         .step=${scale.step}
         .value=${isovalue}
-        .valueFormatter=${(value: number) => `${formatValue(value)}${units ? ` ${units}` : ""}`}
+        .valueFormatter=${guard([units], () => withUnits(units))}
         @input=${(event: Event) => actions.slide(Number((event.currentTarget as ValueElement).value))}
       ></wa-slider>
       <div class="histogram-ends" aria-hidden="true">
@@ -166,7 +164,7 @@ function surfaceRow(
       max="1"
       step="0.05"
       .value=${surface.opacity}
-      .valueFormatter=${(value: number) => `${Math.round(value * 100)} %`}
+      .valueFormatter=${percent}
       @input=${(event: Event) =>
         actions.changeSurface(index, {
           opacity: Number((event.currentTarget as ValueElement).value),
@@ -290,7 +288,7 @@ export function appearanceSection(state: PanelState, actions: PanelActions): Tem
         max="1"
         step="0.05"
         .value=${look.eyeDome}
-        .valueFormatter=${(value: number) => `${Math.round(value * 100)} %`}
+        .valueFormatter=${percent}
         @input=${(event: Event) =>
           actions.changeLook({ eyeDome: Number((event.currentTarget as ValueElement).value) })}
       ></wa-slider>
@@ -321,7 +319,7 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
           step="0.01"
           .minValue=${clip.low[i] ?? 0}
           .maxValue=${clip.high[i] ?? 1}
-          .valueFormatter=${(value: number) => `${Math.round(value * 100)} %`}
+          .valueFormatter=${percent}
           @input=${change(i)}
         ></wa-slider>`,
       )}
@@ -340,7 +338,7 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
           max="1"
           step="0.005"
           .value=${(plane.offset - low) / (high - low)}
-          .valueFormatter=${(value: number) => `${Math.round(value * 100)} %`}
+          .valueFormatter=${percent}
           @input=${move}
         ></wa-slider>`;
       })}

@@ -3,8 +3,11 @@ import { type Camera, type Clip, defaultLook, type Look, type Surface } from "..
 import { surfaceColours } from "./surfaces.ts";
 import { type UrlState, writeUrl } from "./url_state.ts";
 
-/** Browsers limit replaceState to about 100 calls in 30 s. */
-const everyMs = 300;
+/**
+ * The address is written when nothing has changed for so long (ms): writing it takes the browser's
+ * time, which a gesture needs, and browsers limit it to about 100 calls in 30 s.
+ */
+const restMs = 300;
 
 export interface AddressedView {
   volume: string | undefined;
@@ -38,11 +41,15 @@ export function addressOf(view: AddressedView): UrlState {
   return state;
 }
 
-/** Keeps the address bar up to date, without a new entry in the history for each change. */
+/**
+ * Brings the address bar up to date once the view rests, without a new entry in the history for
+ * each change.
+ */
 export class AddressBar {
   readonly #view: () => AddressedView | null;
   readonly #pendingChanged: () => void;
   #timer = 0;
+  #changedAt = 0;
 
   /** `view`: what is shown now; null while nothing is. `pendingChanged`: see isPending. */
   constructor(view: () => AddressedView | null, pendingChanged: () => void) {
@@ -56,9 +63,19 @@ export class AddressBar {
   }
 
   changed(): void {
+    this.#changedAt = performance.now();
     if (this.isPending) return;
-    this.#timer = window.setTimeout(() => this.write(), everyMs);
+    this.#writeAfter(restMs);
     this.#pendingChanged();
+  }
+
+  /** The timer is not set anew for every change: that is a call of the browser's as well. */
+  #writeAfter(milliseconds: number): void {
+    this.#timer = window.setTimeout(() => {
+      const left = this.#changedAt + restMs - performance.now();
+      if (left > 0) this.#writeAfter(left);
+      else this.write();
+    }, milliseconds);
   }
 
   write(): void {

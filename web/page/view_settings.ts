@@ -8,7 +8,7 @@ import {
   type Viewer,
   wholeVolume,
 } from "../viewer/index.ts";
-import { type HistogramMark, valueAt } from "./histogram.ts";
+import type { HistogramMark } from "./histogram.ts";
 import { firstIsovalue, type IsovalueScale, isovalueScale, snapped } from "./isovalue_scale.ts";
 import type { PanelActions, PanelState } from "./panel.ts";
 import { surfacesAt, withAddedSurface } from "./surfaces.ts";
@@ -80,7 +80,7 @@ export class ViewSettings {
     this.actions.slide(isovalue + by * width);
   }
 
-  get state(): Omit<PanelState, "info"> {
+  get state(): Omit<PanelState, "info" | "histogram"> {
     return {
       scale: this.#scale,
       surfaces: this.#surfaces,
@@ -89,6 +89,10 @@ export class ViewSettings {
       isThemeBackground: this.#isThemeBackground,
       clip: this.#clip,
     };
+  }
+
+  get suggestions(): readonly number[] {
+    return this.#suggestions;
   }
 
   /** The surfaces on the histogram. */
@@ -130,13 +134,6 @@ export class ViewSettings {
     cutAcrossView: () => {
       const { camera, info } = this.#viewer;
       if (camera && info) this.#setClip({ ...this.#clip, planes: [planeFacing(camera, info)] });
-    },
-    histogramPointer: (event) => {
-      const canvas = event.currentTarget as HTMLElement;
-      if (event.type === "pointerdown" && event.button === 0)
-        canvas.setPointerCapture(event.pointerId);
-      if (!canvas.hasPointerCapture(event.pointerId)) return;
-      this.actions.slide(valueAt(event.offsetX, canvas, this.#scale));
     },
   };
 

@@ -3,7 +3,7 @@ import { type Source, type StoreInfo, StreamError } from "../stream/index.ts";
 import { type Camera, type ViewError, Viewer } from "../viewer/index.ts";
 import { formatValue } from "./format.ts";
 import { showHelp } from "./help.ts";
-import { drawHistogram } from "./histogram.ts";
+import { Histogram } from "./histogram.ts";
 import { handlePageKey } from "./page_keys.ts";
 import { type Problem, problemOf } from "./problems.ts";
 import { StatusLine } from "./status_line.ts";
@@ -48,6 +48,7 @@ export class VolumePage {
     this.#address.changed();
     this.#render();
   });
+  readonly #histogram = new Histogram((value) => this.#settings.actions.slide(value));
   readonly #toast = new Toast(() => this.#render());
 
   #info: StoreInfo | null = null;
@@ -120,12 +121,12 @@ export class VolumePage {
     });
     onTheme(() => {
       this.#settings.themeChanged();
+      this.#histogram.draw();
       this.#renderNow();
     });
     window.addEventListener("keydown", (event) => {
       handlePageKey(event, this.#canvas, viewer, this.#keys);
     });
-    window.addEventListener("resize", () => this.#render());
   }
 
   async #open(): Promise<void> {
@@ -289,7 +290,7 @@ export class VolumePage {
     );
     const layout: LayoutState = {
       title: this.#title(),
-      panel: info ? { info, ...settings } : null,
+      panel: info ? { info, histogram: this.#histogram.element, ...settings } : null,
       background: settings.look.background,
       problem: this.#problem,
       names: this.#names,
@@ -302,19 +303,11 @@ export class VolumePage {
       status: this.#status.element,
     };
     render(volumeLayout(layout, this.#actions), this.#root);
-    this.#drawHistogram();
-  }
-
-  #drawHistogram(): void {
-    const canvas = this.#root.querySelector<HTMLCanvasElement>("#histogram");
-    if (!canvas || !this.#info) return;
-    const { histogram, suggested_isovalues } = this.#info.metadata;
-    drawHistogram(canvas, {
-      scale: this.#settings.state.scale,
-      histogram,
-      suggestions: suggested_isovalues ?? [],
-      marks: this.#settings.marks,
-    });
+    if (info) {
+      const { scale } = settings;
+      const { suggestions, marks } = this.#settings;
+      this.#histogram.show({ scale, suggestions, histogram: info.metadata.histogram }, marks);
+    }
   }
 }
 
