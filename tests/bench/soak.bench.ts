@@ -8,7 +8,7 @@ const minutes = Number(process.env.ISOSPLAT_BENCH_SOAK_MINUTES ?? 5);
 /** A round of use: isovalues over the range, the volume turned, nearer and farther. */
 async function use(visitor: Visitor, round: number): Promise<void> {
   const { page } = visitor;
-  for (let i = 0; i <= 10; ++i) await visitor.slide(0.05 + 0.09 * ((i * 7 + round) % 11));
+  for (let i = 0; i <= 10; ++i) await visitor.slide([0.05 + 0.09 * ((i * 7 + round) % 11)]);
   const canvas = await page.locator("canvas").first().boundingBox();
   if (!canvas) throw new Error("the page has no canvas");
   const [x, y] = [canvas.x + canvas.width / 2, canvas.y + canvas.height / 2];

@@ -125,26 +125,22 @@ async function step(bench: Bench, browser: Browser, url: string, name: string): 
     // The picture for the list of volumes is taken once the page is idle.
     await visitor.page.waitForTimeout(3000);
     const before = visitor.data.requests;
-    const changes = 40;
-    const taken = async (): Promise<[script: number, drawing: number, streaming: number]> => [
-      1000 * (await visitor.scriptSeconds()),
-      (await visitor.work("isosplat:drawing")).total,
-      (await visitor.work("isosplat:streaming")).total,
-    ];
-    const [scriptBefore, drawingBefore, streamingBefore] = await taken();
-    for (let i = 0; i < changes; ++i) {
-      await visitor.slide((60.5 + (i % 8) / 16) / 255);
-      await visitor.frames(2);
-    }
-    const [scriptAfter, drawingAfter, streamingAfter] = await taken();
-    const script = (scriptAfter - scriptBefore) / changes;
-    const drawing = (drawingAfter - drawingBefore) / changes;
-    bench.report(what, "requests", "", visitor.data.requests - before, { atMost: 0 });
-    bench.report(what, "scripts on the main thread beside drawing", "ms", script - drawing, {
-      atMost: 1,
+    const places = Array.from({ length: 40 }, (_, i) => (60.5 + (i % 8) / 16) / 255);
+    const taken = async () => ({
+      ...(await visitor.mainThread()),
+      drawing: (await visitor.work("isosplat:drawing")).total,
+      streaming: (await visitor.work("isosplat:streaming")).total,
     });
-    bench.report(what, "of it streaming", "ms", (streamingAfter - streamingBefore) / changes);
-    bench.report(what, "calls that draw", "ms", drawing);
+    const first = await taken();
+    await visitor.slide(places, 2);
+    const last = await taken();
+    const each = (what: keyof typeof first): number => (last[what] - first[what]) / places.length;
+    bench.report(what, "requests", "", visitor.data.requests - before, { atMost: 0 });
+    const beside = each("scripts") - each("drawing");
+    bench.report(what, "scripts on the main thread beside drawing", "ms", beside, { atMost: 1 });
+    bench.report(what, "of it streaming", "ms", each("streaming"));
+    bench.report(what, "calls that draw", "ms", each("drawing"));
+    bench.report(what, "layout and styles of the page", "ms", each("layout"));
   } finally {
     await visitor.leave();
   }

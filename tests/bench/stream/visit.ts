@@ -200,22 +200,27 @@ export class Visitor {
     }, ending);
   }
 
-  /** Waits for so many animation frames: what was changed is drawn in the first. */
-  async frames(count: number): Promise<void> {
-    await this.page.evaluate(async (count) => {
-      for (let i = 0; i < count; ++i) await new Promise((next) => requestAnimationFrame(next));
-    }, count);
-  }
-
-  /** Moves the isovalue slider to a place between its ends (0 to 1), as a hand would. */
-  async slide(place: number): Promise<void> {
-    await this.page.evaluate((place) => {
-      type Slider = HTMLElement & { value: number; min: number; max: number };
-      const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
-      if (!slider) throw new Error("the page has no isovalue slider");
-      slider.value = slider.min + place * (slider.max - slider.min);
-      slider.dispatchEvent(new Event("input", { bubbles: true }));
-    }, place);
+  /**
+   * Moves the isovalue slider to these places between its ends (0 to 1) one after the other, as a
+   * hand would, and lets so many frames go by after each: it is drawn in the first. In one call, so
+   * that what calls cost is not counted as the page's.
+   */
+  async slide(places: readonly number[], framesEach = 0): Promise<void> {
+    await this.page.evaluate(
+      async ({ places, framesEach }) => {
+        type Slider = HTMLElement & { value: number; min: number; max: number };
+        const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+        if (!slider) throw new Error("the page has no isovalue slider");
+        for (const place of places) {
+          slider.value = slider.min + place * (slider.max - slider.min);
+          slider.dispatchEvent(new Event("input", { bubbles: true }));
+          for (let i = 0; i < framesEach; ++i) {
+            await new Promise((next) => requestAnimationFrame(next));
+          }
+        }
+      },
+      { places, framesEach },
+    );
   }
 
   /**
@@ -233,10 +238,18 @@ export class Visitor {
     return { objects: objects / 1e6, buffers: buffers / 1e6, wasm: wasm / 1e6 };
   }
 
-  /** Seconds that scripts, WebAssembly included, have run on the main thread. */
-  async scriptSeconds(): Promise<number> {
+  /**
+   * Milliseconds that the main thread has worked so far: scripts, WebAssembly included; the page's
+   * layout with its styles.
+   */
+  async mainThread(): Promise<{ scripts: number; layout: number }> {
     const { metrics } = await this.#cdp.send("Performance.getMetrics");
-    return metrics.find(({ name }) => name === "ScriptDuration")?.value ?? 0;
+    const ms = (wanted: string): number =>
+      1000 * (metrics.find(({ name }) => name === wanted)?.value ?? 0);
+    return {
+      scripts: ms("ScriptDuration"),
+      layout: ms("LayoutDuration") + ms("RecalcStyleDuration"),
+    };
   }
 
   /** What the main thread was kept by a kind of work (web/stream/timeline.ts) so far, in ms. */
