@@ -11,7 +11,7 @@ struct Sample {
   Vec3f position;         ///< in the cell
   float value = 0;        ///< the trilinear interpolant there, in codes
   Vec3f gradient;         ///< codes per cell
-  CellInterval interval;  ///< of the sample's cell, or of its part of a subdivided cell
+  CellInterval interval;  ///< of the sample's cell
 };
 
 /// The sample at the cell's centre.
