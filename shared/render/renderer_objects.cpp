@@ -45,6 +45,7 @@ GlLimits ask_limits(float largest_wanted) {
   limits.offered.float_blend = has_extension("EXT_float_blend");
   if (const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER))) {
     limits.offered.renderer = text;
+    limits.on_cpu = limits.offered.renderer.find("llvmpipe") != std::string::npos;
   }
   limits.guard_px = std::ceil(0.5f * limits.offered.max_point_size);
   return limits;

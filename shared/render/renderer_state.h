@@ -32,6 +32,7 @@ struct GlLimits {
   RendererLimits offered;
   float guard_px = 0;
   bool parallel_compile = false;  // KHR_parallel_shader_compile
+  bool on_cpu = false;            // llvmpipe: what is drawn waits for a flush, then has threads
 };
 
 /// The renderer's insides. Its functions are defined by duty: renderer_objects.cpp makes and

@@ -7,6 +7,9 @@
 namespace isosplat {
 namespace {
 
+/// Where the CPU rasterises: threads are at it while this one shades the next vertices.
+constexpr uint32_t kSamplesPerFlush = 1u << 14;
+
 void write_colours(bool write) {
   const GLboolean mask = write ? GL_TRUE : GL_FALSE;
   glColorMask(mask, mask, mask, mask);
@@ -179,7 +182,7 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
   const auto guard = static_cast<GLint>(limits.guard_px);
   const bool drops_hidden = share == Share::not_hidden_of_rest || share == Share::not_hidden;
   const SplatProgram* current = nullptr;
-  uint32_t level = ~0u, buffer = ~0u;
+  uint32_t level = ~0u, buffer = ~0u, samples_waiting = 0;
   write_colours(pass != pass_visibility);
   for (const DrawItem& item : items) {
     const Chunk& chunk = *item.chunk;
@@ -228,6 +231,11 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
       } else {
         glDrawArrays(GL_POINTS, static_cast<GLint>(range.first + first),
                      static_cast<GLsizei>(count));
+      }
+      samples_waiting += count;
+      if (limits.on_cpu && samples_waiting > kSamplesPerFlush) {
+        glFlush();
+        samples_waiting = 0;
       }
       ++statistics.draw_calls;
       if (share != Share::not_hidden) statistics.samples_drawn += count;
