@@ -132,7 +132,7 @@ void Renderer::State::start(SplatProgram& splat, Pass pass, bool pulled, bool cl
     splat.program = GlProgram::start(defines,
                                      {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl",
                                       "light.glsl", "cell.glsl", "splat.glsl", "quad.vert.glsl"},
-                                     {"quad.frag.glsl"});
+                                     {"picture_code.glsl", "quad.frag.glsl"});
   } else if (pass == pass_ellipse) {
     splat.program = GlProgram::start(
         defines, vertex,

@@ -8,3 +8,10 @@ vec4 picture_code(vec4 linear) {
   vec3 straight = linear.a > 0.0 ? linear.rgb / linear.a : vec3(0.0);
   return vec4(from_linear(clamp(straight, 0.0, 1.0)) * linear.a, linear.a);
 }
+
+// 8 bits each, as pictures have them.
+uint pack_colour(vec3 colour) {
+  uvec3 bits = uvec3(colour * 255.0 + 0.5);
+  return bits.r | bits.g << 8 | bits.b << 16;
+}
+vec3 unpack_colour(uint bits) { return vec3(uvec3(bits, bits >> 8, bits >> 16) & 255u) / 255.0; }

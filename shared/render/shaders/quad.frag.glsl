@@ -1,16 +1,21 @@
 #ifdef LIT
-flat in vec3 v_colour;
+flat in uvec4 v_square;
 layout(location = 0) out vec4 o_colour;
 #else
 flat in uvec4 v_pixel;
+flat in vec3 v_band;
 layout(location = 0) out uvec4 o_pixel;
 #endif
-flat in vec3 v_band;
 
 void main() {
-  if (abs(dot(gl_FragCoord.xy, v_band.xy) - v_band.z) > 1.0) discard;
 #ifdef LIT
-  o_colour = vec4(v_colour, 1.0);
+  vec3 band = uintBitsToFloat(v_square.xyz);
+#else
+  vec3 band = v_band;
+#endif
+  if (abs(dot(gl_FragCoord.xy, band.xy) - band.z) > 1.0) discard;
+#ifdef LIT
+  o_colour = vec4(unpack_colour(v_square.w), 1.0);
 #else
   o_pixel = v_pixel;
 #endif

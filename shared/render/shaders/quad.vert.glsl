@@ -2,11 +2,11 @@
 // cut to the band that this part covers: where a surface is seen from its edge, whole squares would
 // reach beyond the outline.
 #ifdef LIT
-flat out vec3 v_colour;
+flat out uvec4 v_square;  // bits of the band, and the colour: each output costs software renderers
 #else
 flat out uvec4 v_pixel;
+flat out vec3 v_band;
 #endif
-flat out vec3 v_band;  // xy: across the band, in half its widths per px; z: its middle
 
 // Whether a corner is well beyond the tangent plane, and yet not beyond the surface: the cell then
 // holds a further sheet of it, or one that bends so much that a plane's part would leave a hole.
@@ -47,7 +47,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
 #ifdef LIT
   vec3 base = base_colour(u_isosurface, scalar, z);
   vec3 light = lit(to_view(normal), normalize(-to_view(position)), base);
-  v_colour = picture_code(vec4(light, 1.0)).rgb;
+  vec3 colour = picture_code(vec4(light, 1.0)).rgb;
 #else
   v_pixel = encode_surface(to_view(normal), scalar, u_isosurface, 1.0);
 #endif
@@ -90,25 +90,26 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   vec2 half_px = per_px * vec2(dot(abs(along_right), part), dot(abs(along_up), part));
   vec2 centre_px =
       to_px(position, z) + per_px * vec2(dot(along_right, middle), dot(along_up, middle));
-  float band = per_px * dot(abs(along_edge), part) + QUAD_LEAST_PX * length(edge);
-  v_band.xy = edge / max(band, 1e-6);
-  v_band.z = dot(v_band.xy, centre_px);
+  float half_band = per_px * dot(abs(along_edge), part) + QUAD_LEAST_PX * length(edge);
+  vec2 across = edge / max(half_band, 1e-6);
+  vec3 band = vec3(across, dot(across, centre_px));  // in half its widths: per px across; its middle
+#ifdef LIT
+  v_square = uvec4(floatBitsToUint(band), pack_colour(colour));
+#else
+  v_band = band;
+#endif
   place_splat(centre_px, half_px + QUAD_MARGIN_PX, back);
 }
 
 void main() {
 #ifdef LIT
-  v_colour = vec3(0.0);
+  v_square = uvec4(0u);
 #else
   v_pixel = uvec4(0u);
-#endif
   v_band = vec3(0.0);
+#endif
   drop();
   Cell cell;
   vec3 size, centre;
-  // A loop that runs once or never: software renderers skip loops, but not branches, that nothing
-  // of a group needs.
-  if (find_cell(cell, size, centre)) {
-    draw_square(cell, size, centre);
-  }
+  if (find_cell(cell, size, centre)) draw_square(cell, size, centre);
 }
