@@ -71,7 +71,8 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   vec3 along_view = u_forward.xyz - flatness * dot(normal, u_forward.xyz) * normal;
   float back = z + dot(along_view, middle) + QUAD_SETBACK * dot(abs(along_view), part);
   // What one plane cannot stand for is covered by all of the cell.
-  if (footprint == 1.0 && is_more_than_a_plane(cell, isocode, normal, size, offset)) {
+  if (footprint == 1.0 && u_switches.y != 0 &&
+      is_more_than_a_plane(cell, isocode, normal, size, offset)) {
     part = half_box;
     middle = -displacement;
     flatness = 0.0;
