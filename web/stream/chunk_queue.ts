@@ -1,7 +1,9 @@
 import { type Chunk, CoreError } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
 import type { Decoder } from "./decoder.ts";
+import { OwnTask } from "./own_task.ts";
 import type { Source } from "./source.ts";
+import { measured } from "./timeline.ts";
 import { StreamError } from "./types.ts";
 
 /** See README.md. A chunk that the queue does not know is `known` or `resident`. */
@@ -50,6 +52,7 @@ export class ChunkQueue {
   readonly #entries = new Map<number, Entry>();
   readonly #groups = new Set<Group>();
   readonly #closing = new AbortController();
+  readonly #pumping = new OwnTask(() => measured("isosplat:streaming", () => this.#pump()));
   #decoding = 0;
   #waking = false;
   #refusedRoom = false;
@@ -96,7 +99,7 @@ export class ChunkQueue {
         group.abort.abort(new DOMException("no longer needed", "AbortError"));
       }
     }
-    this.#pump();
+    this.#pumping.request();
   }
 
   /** Handles that are loading or decoding. */
@@ -108,6 +111,7 @@ export class ChunkQueue {
 
   close(): void {
     this.#closing.abort(new DOMException("the volume was closed", "AbortError"));
+    this.#pumping.cancel();
     for (const group of this.#groups) group.abort.abort(this.#closing.signal.reason);
     this.#entries.clear();
   }
@@ -149,7 +153,7 @@ export class ChunkQueue {
     this.#backoff.ready(this.#closing.signal).then(
       () => {
         this.#waking = false;
-        this.#pump();
+        this.#pumping.request();
       },
       () => {},
     );
@@ -179,7 +183,7 @@ export class ChunkQueue {
       this.#groups.delete(group);
       if (!this.#closing.signal.aborted) {
         this.#events.changed();
-        this.#pump();
+        this.#pumping.request();
       }
     }
   }
@@ -228,7 +232,7 @@ export class ChunkQueue {
       --this.#decoding;
       if (!this.#closing.signal.aborted) {
         this.#events.changed();
-        this.#pump();
+        this.#pumping.request();
       }
     }
   }

@@ -2,7 +2,7 @@ import type { Chunk } from "../core/index.ts";
 import { measured } from "./timeline.ts";
 
 /** The main thread hands on chunks for at most so long in a frame … (ms) */
-const timePerFrame = 3;
+const timePerFrame = 2;
 /** … and at most so many samples: 4 MB to upload. */
 const samplesPerFrame = 256 * 1024;
 /** A hidden page draws no frames, but streaming goes on. */

@@ -6,6 +6,7 @@ import type { Decoder } from "./decoder.ts";
 import { Deliveries } from "./deliveries.ts";
 import { defaultSampleBudget } from "./device.ts";
 import { Motion } from "./motion.ts";
+import { OwnTask } from "./own_task.ts";
 import { PageLoader } from "./page_loader.ts";
 import { Residency } from "./residency.ts";
 import { SightQueries, type SightQuery } from "./sight.ts";
@@ -52,6 +53,8 @@ export class StreamSession {
   readonly #movingPixels: number;
   readonly #firstIsovalues: readonly number[];
   readonly #closing = new AbortController();
+  /** After something has arrived. What is looked at is selected for at once. */
+  readonly #selecting = new OwnTask(() => this.#select());
 
   /** Sight queries are answered. */
   #tellsSight: boolean;
@@ -95,7 +98,7 @@ export class StreamSession {
         this.#events.samples(chunk.handle, chunk, samples);
         this.#residency.add(chunk.handle, samples.length / 4, pinned);
       },
-      () => this.#select(),
+      () => this.#selecting.request(),
     );
     this.#motion = new Motion(() => this.#select());
     this.#queue = new ChunkQueue(source, this.#decoder, backoff, {
@@ -106,7 +109,7 @@ export class StreamSession {
       changed: () => this.#tell(),
     });
     this.#pages = new PageLoader(source, store, backoff, this.#closing.signal, {
-      added: () => this.#select(),
+      added: () => this.#selecting.request(),
       error: (error) => this.#report(error),
     });
   }
@@ -168,8 +171,8 @@ export class StreamSession {
     if (this.isClosed) return;
     measured("isosplat:streaming", () => {
       if (this.#sight.answered(query, settled)) this.#store.setSight(answers);
-      this.#select();
     });
+    this.#selecting.request();
   }
 
   /** No answers come any more: from now on, what is hidden is fetched as well. */
@@ -188,6 +191,7 @@ export class StreamSession {
     if (this.isClosed) return;
     this.#closing.abort(new DOMException("the volume was closed", "AbortError"));
     this.#motion.close();
+    this.#selecting.cancel();
     clearTimeout(this.#tellTimer);
     this.#queue.close();
     this.#deliveries.close();
@@ -211,7 +215,7 @@ export class StreamSession {
         const first = urgent.map(({ chunk, bytes }) => this.#decodeCoarse(chunk, bytes));
         decoding.push(...first);
         for (const { chunk, bytes } of others) decoding.push(this.#decodeCoarse(chunk, bytes));
-        this.#select();
+        this.#selecting.request();
         return Promise.all(first)
           .then(() => this.#deliveries.handedOn())
           .then(() => this.#surfaceArrived());
@@ -229,7 +233,7 @@ export class StreamSession {
 
   #surfaceArrived(): void {
     this.#awaitsSurface = false;
-    this.#select();
+    this.#selecting.request();
   }
 
   async #decodeCoarse(chunk: Chunk, bytes: Uint8Array): Promise<void> {
@@ -247,6 +251,7 @@ export class StreamSession {
   /** What the view needs now: draws what is there, asks for what is not. */
   #select(): void {
     const view = this.#view;
+    this.#selecting.cancel();
     if (!view || this.isClosed) return;
     measured("isosplat:streaming", () => this.#selectFor(view));
   }
@@ -381,6 +386,7 @@ export class StreamSession {
       selection.pages.length === 0 &&
       selection.undecided === 0 &&
       this.#sight.done &&
+      !this.#selecting.isRequested &&
       !this.#coarse.loading &&
       this.#deliveries.empty;
     const isDrawn = (selection?.finestLevel ?? -1) >= 0;
