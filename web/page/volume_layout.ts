@@ -1,4 +1,5 @@
 import { html, nothing, type TemplateResult } from "lit";
+import { guard } from "lit/directives/guard.js";
 import type { StoreInfo } from "../stream/index.ts";
 import { brand, iconButton, problemCard, themeButton } from "./chrome.ts";
 import { formatDims, formatType } from "./format.ts";
@@ -136,8 +137,10 @@ function panelPart(
     </button>
     ${isovalueSection(state, actions)}
     <div class="more" id="more-controls">
-      ${surfacesSection(state, actions)} ${appearanceSection(state, actions)}
-      ${clippingSection(state, actions)} ${volumeSection(state)}
+      ${surfacesSection(state, actions)}
+      ${guard([state.look, state.isThemeBackground], () => appearanceSection(state, actions))}
+      ${guard([state.clip, state.info], () => clippingSection(state, actions))}
+      ${guard([state.info], () => volumeSection(state))}
     </div>
   </aside>`;
 }
