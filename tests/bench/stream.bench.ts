@@ -125,7 +125,8 @@ async function step(bench: Bench, browser: Browser, url: string, name: string): 
     // The picture for the list of volumes is taken once the page is idle.
     await visitor.page.waitForTimeout(3000);
     const before = visitor.data.requests;
-    const places = Array.from({ length: 40 }, (_, i) => (60.5 + (i % 8) / 16) / 255);
+    // Steps of the slider, so that each is a change.
+    const places = Array.from({ length: 40 }, (_, i) => (61 - (i % 2) / 2) / 255);
     const taken = async () => ({
       ...(await visitor.mainThread()),
       drawing: (await visitor.work("isosplat:drawing")).total,
