@@ -197,6 +197,7 @@ Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint fram
 Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
   const auto add_picture = [&]() -> Result<void> {
     glEnable(GL_BLEND);
+    glBlendEquation(GL_FUNC_ADD);
     glBlendFunc(GL_ONE, GL_ONE);
     auto composed = compose(accumulation.sums().framebuffer(), true);
     glDisable(GL_BLEND);

@@ -582,6 +582,30 @@ TEST_F(RenderGpu, RefiningSmoothsEdges) {
   EXPECT_FALSE(renderer_->can_refine(kSize, kSize)) << "a change is to be drawn first";
 }
 
+// The mean of each channel changes by at most 1 of 255 (edges fall on other pixels).
+TEST_F(RenderGpu, RefiningKeepsTheLightOfEveryKind) {
+  const TestVolume volume = sphere_volume({40, 40, 40});
+  show_volume(*renderer_, volume, 1000, 1500);
+  renderer_->set_camera(default_camera(volume.grid));
+  RenderSettings settings;
+  settings.isosurfaces = {{1500, {0.2f, 0.5f, 1}, 0.4f}, {1000, {1, 0.8f, 0.6f}, 1}};
+  settings.background = {0, 0, 0, 0};
+  for (const SplatKind kind : kKinds) {
+    settings.kind = kind;
+    renderer_->set_settings(settings);
+    const auto plain = draw_image(*renderer_, 160, 160);
+    const auto refined = draw_image(*renderer_, 160, 160, nullptr, true);
+    ASSERT_TRUE(plain && refined);
+    for (size_t channel = 0; channel < 4; ++channel) {
+      double difference = 0;
+      for (size_t i = channel; i < plain->rgba.size(); i += 4) {
+        difference += double(plain->rgba[i]) - double(refined->rgba[i]);
+      }
+      EXPECT_NEAR(difference / (160 * 160), 0, 1) << kKindNames[static_cast<int>(kind)] << channel;
+    }
+  }
+}
+
 TEST_F(RenderGpu, RefusesWhatItCannotDraw) {
   EXPECT_EQ(renderer_->draw(0, 10).error().status, Status::invalid_argument);
   EXPECT_EQ(renderer_->draw(10, 100000).error().status, Status::invalid_argument);
