@@ -55,13 +55,13 @@ void Renderer::State::set_light(const GlProgram& program) {
               std::max(1.0f, static_cast<float>(targets.height()) / 700));
 }
 
-/// Whether splats can be lit as they are drawn: the fast way, where no pixel's light depends on
-/// other pixels or surfaces.
+/// Whether splats can be lit as they are drawn: the fast way, where no pixel shows several
+/// surfaces.
 bool Renderer::State::can_be_lit_at_once() const {
   const auto is_translucent = [](const Isosurface& surface) {
     return surface.opacity > 0 && surface.opacity < kOpaque;
   };
-  return (settings.kind == SplatKind::quad || mesh_indices) && settings.eye_dome <= 0 &&
+  return (settings.kind == SplatKind::quad || mesh_indices) &&
          std::none_of(settings.isosurfaces.begin(), settings.isosurfaces.end(), is_translucent);
 }
 
@@ -129,6 +129,37 @@ Result<void> Renderer::State::draw_layers(int width, int height, ImageOffset off
   return {};
 }
 
+/// Shows the picture that was lit as it was drawn, with eye-dome lighting.
+Result<void> Renderer::State::show_lit(GLuint framebuffer) {
+  const int width = targets.width(), height = targets.height();
+  if (settings.eye_dome <= 0) {
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.picture().framebuffer);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+    glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    return {};
+  }
+  const auto program = image_program(pass_darken);
+  if (!program) return tl::unexpected(program.error());
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glViewport(0, 0, width, height);
+  glDisable(GL_DEPTH_TEST);
+  glUseProgram((*program)->name());
+  set_light(**program);
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, targets.depths());
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, targets.picture_colours());
+  glBindVertexArray(empty_vertex_array);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  // Bound textures that are drawn into later would be a feedback loop.
+  glBindTexture(GL_TEXTURE_2D, 0);
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  ++statistics.draw_calls;
+  return {};
+}
+
 Result<void> Renderer::State::compose(GLuint framebuffer, bool as_linear) {
   const int width = targets.width(), height = targets.height();
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
@@ -182,12 +213,7 @@ Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint fram
   if (auto ok = draw_layers(width, height, {}, can_be_lit_at_once()); !ok) {
     return tl::unexpected(ok.error());
   }
-  if (lit) {
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.picture().framebuffer);
-    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
-    glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  } else if (auto ok = compose(framebuffer, false); !ok) {
+  if (auto ok = lit ? show_lit(framebuffer) : compose(framebuffer, false); !ok) {
     return tl::unexpected(ok.error());
   }
   accumulation.restart();

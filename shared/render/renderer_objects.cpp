@@ -181,6 +181,11 @@ void Renderer::State::start(ImageProgram& image, int pass) {
       image.program =
           GlProgram::start("", {"image.vert.glsl"}, {"picture_code.glsl", "present.frag.glsl"});
       return;
+    case pass_darken:
+      image.program = GlProgram::start(
+          "", {"image.vert.glsl"},
+          {"frame.glsl", "picture_code.glsl", "light.glsl", "eye_dome.glsl", "darken.frag.glsl"});
+      return;
     case pass_fade:
       image.program = GlProgram::start("", {"image.vert.glsl"}, {"fade.frag.glsl"});
       return;
@@ -200,7 +205,7 @@ void Renderer::State::start(ImageProgram& image, int pass) {
                                   (composes & 2 ? "#define EYE_DOME\n" : "");
       image.program = GlProgram::start(defines, {"image.vert.glsl"},
                                        {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl",
-                                        "light.glsl", "compose.frag.glsl"});
+                                        "light.glsl", "eye_dome.glsl", "compose.frag.glsl"});
     }
   }
 }
@@ -217,6 +222,7 @@ Result<const GlProgram*> Renderer::State::image_program(int pass) {
   // A program has some of these; locations of the others are -1, and ignored.
   glUniform1i(program.uniform("u_normals"), 0);
   glUniform1i(program.uniform("u_sums"), pass == pass_normalise ? 1 : 0);
+  glUniform1i(program.uniform("u_picture"), 0);
   glUniform1i(program.uniform("u_from"), 0);
   glUniform1i(program.uniform("u_to"), 1);
   glUniform1i(program.uniform("u_surfaces"), 0);

@@ -47,6 +47,7 @@ struct Renderer::State {
     pass_compose,  ///< and the three after it: + 1 for several layers, + 2 for eye-dome lighting
     pass_normalise = pass_compose + 4,
     pass_present,
+    pass_darken,
     pass_fade,
     pass_read,
     pass_mesh,
@@ -176,6 +177,7 @@ struct Renderer::State {
   Result<void> draw_mesh(const Frame& frame);
   bool can_be_lit_at_once() const;
   Result<void> draw_layers(int width, int height, ImageOffset offset, bool at_once);
+  Result<void> show_lit(GLuint framebuffer);
   Result<void> compose(GLuint framebuffer, bool as_linear);
   Result<FrameStatistics> finish_frame();
   Result<FrameStatistics> draw(int width, int height, GLuint framebuffer);

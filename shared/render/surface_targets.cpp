@@ -75,11 +75,13 @@ Result<void> SurfaceTargets::prepare(int width, int height, int layers, bool ble
 Result<void> SurfaceTargets::prepare_picture() {
   if (picture_framebuffer_) return {};
   glGenFramebuffers(1, &picture_framebuffer_);
-  glGenRenderbuffers(1, &picture_);
+  glGenTextures(1, &picture_);
+  glBindTexture(GL_TEXTURE_2D, picture_);
+  glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, width_, height_);
+  nearest_and_clamped(GL_TEXTURE_2D);
+  glBindTexture(GL_TEXTURE_2D, 0);
   glBindFramebuffer(GL_FRAMEBUFFER, picture_framebuffer_);
-  glBindRenderbuffer(GL_RENDERBUFFER, picture_);
-  glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width_, height_);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, picture_);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, picture_, 0);
   glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depths_, 0, 0);
   bytes_ += uint64_t(width_) * uint64_t(height_) * 4;
   return check_complete("pictures");
@@ -87,7 +89,7 @@ Result<void> SurfaceTargets::prepare_picture() {
 
 void SurfaceTargets::release() {
   if (picture_framebuffer_) glDeleteFramebuffers(1, &picture_framebuffer_);
-  if (picture_) glDeleteRenderbuffers(1, &picture_);
+  if (picture_) glDeleteTextures(1, &picture_);
   if (surfaces_) glDeleteTextures(1, &surfaces_);
   if (depths_) glDeleteTextures(1, &depths_);
   if (!framebuffers_.empty()) {

@@ -38,6 +38,7 @@ class SurfaceTargets {
   SplatTarget sums() const { return {sums_framebuffer_, sums_depth_, 0}; }
   GLuint surfaces() const { return surfaces_; }  ///< texture array
   GLuint depths() const { return depths_; }      ///< texture array
+  GLuint picture_colours() const { return picture_; }
   GLuint normal_sums() const { return sums_[0]; }
   GLuint scalar_sums() const { return sums_[1]; }
   int width() const { return width_; }

@@ -2,7 +2,6 @@
 // depth. A layer holds the nearest surface of one translucent isosurface, or of all opaque ones, so
 // at most nine are sorted at each pixel, and the result does not depend on the order of drawing.
 uniform highp usampler2DArray u_surfaces;
-uniform highp sampler2DArray u_depths;
 #ifndef ONE_LAYER
 uniform int u_layers;
 #endif
@@ -10,33 +9,16 @@ uniform vec4 u_background;         // linear, alpha
 uniform bool u_linear;             // leaves the colour linear, to be accumulated
 layout(location = 0) out vec4 o_colour;
 
-float depth_at(ivec2 at, int layer) {
-  return texelFetch(u_depths, ivec3(clamp(at, ivec2(0), ivec2(u_image.xy) - 1), layer), 0).x;
-}
-
-#ifdef EYE_DOME
-// Eye-dome lighting (Boucheny 2009): darkens what lies behind its neighbours in the image.
-const ivec2 kAround[8] = ivec2[8](ivec2(1, 0), ivec2(2, 2), ivec2(0, 1), ivec2(-2, 2), ivec2(-1, 0),
-                                  ivec2(-2, -2), ivec2(0, -1), ivec2(2, -2));
-float eye_dome(ivec2 at, int layer, float z) {
-  float sum = 0.0, here = log2(z);
-  for (int i = 0; i < 8; ++i) {
-    float depth = depth_at(at + kAround[i] * int(u_light.w), layer);
-    if (depth < 1.0) sum += max(0.0, here - log2(distance_of(depth)));
-  }
-  return exp2(-u_light.z * 24.0 * min(sum, 0.1));
-}
-#else
-float eye_dome(ivec2 at, int layer, float z) { return 1.0; }
-#endif
-
 vec4 shade(ivec2 at, int layer, float depth) {
   uvec4 bits = texelFetch(u_surfaces, ivec3(at, layer), 0);
   uint isosurface = bits.w >> ISOSURFACE_SHIFT;
   float coverage = float(bits.w & uint(COVERAGE_MAX)) / COVERAGE_MAX;
   float z = distance_of(depth);
   vec3 base = base_colour(isosurface, float(bits.z) / 65535.0, z);
-  vec3 colour = eye_dome(at, layer, z) * lit(decode_normal(bits.xy), eye_from(gl_FragCoord.xy), base);
+  vec3 colour = lit(decode_normal(bits.xy), eye_from(gl_FragCoord.xy), base);
+#ifdef EYE_DOME
+  colour *= eye_dome(at, layer, z);
+#endif
   return vec4(colour, u_colour[isosurface].a * coverage);
 }
 
