@@ -1,0 +1,66 @@
+// When the GPU is said to answer at once, told by fences that pass when the test lets them.
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { GpuPulse } from "../../web/viewer/gpu_timer.ts";
+
+/** A context whose fences pass when `passed` is set. */
+function context(): { gl: WebGL2RenderingContext; passed: boolean; alive: number } {
+  const state = {
+    passed: false,
+    alive: 0,
+    gl: {
+      UNSIGNALED: 0x9118,
+      getSyncParameter: () => (state.passed ? 0x9119 : 0x9118),
+      fenceSync: () => {
+        ++state.alive;
+        return {};
+      },
+      deleteSync: (fence: unknown) => {
+        if (fence) --state.alive;
+      },
+      flush: () => {},
+    } as unknown as WebGL2RenderingContext,
+  };
+  return state;
+}
+
+beforeEach(() => {
+  vi.useFakeTimers();
+});
+afterEach(() => {
+  vi.useRealTimers();
+});
+
+it("beats when what was sent at one call is done at the next", () => {
+  const gpu = context();
+  const pulse = new GpuPulse(gpu.gl);
+  expect(pulse.beats()).toBe(false); // nothing was sent yet
+  gpu.passed = true;
+  vi.advanceTimersByTime(8);
+  expect(pulse.beats()).toBe(true);
+  expect(gpu.alive).toBe(1);
+});
+
+it("does not beat for what was late, but for what comes after it", () => {
+  const gpu = context();
+  const pulse = new GpuPulse(gpu.gl);
+  pulse.beats();
+  vi.advanceTimersByTime(8);
+  expect(pulse.beats()).toBe(false);
+  gpu.passed = true;
+  vi.advanceTimersByTime(8);
+  expect(pulse.beats()).toBe(false);
+  vi.advanceTimersByTime(8);
+  expect(pulse.beats()).toBe(true);
+  expect(gpu.alive).toBe(1);
+});
+
+it("does not go by what was sent long ago", () => {
+  const gpu = context();
+  const pulse = new GpuPulse(gpu.gl);
+  pulse.beats();
+  gpu.passed = true;
+  vi.advanceTimersByTime(1000);
+  expect(pulse.beats()).toBe(false);
+  vi.advanceTimersByTime(8);
+  expect(pulse.beats()).toBe(true);
+});
