@@ -109,13 +109,24 @@ inline uint64_t code_brick(Coder& coder, int32_t slices, bool two_x, bool two_y,
   uint32_t q2 = bits(below, 56) & 15, q3 = bits(below, 60) & 15;
   Coder local = coder;  // in registers
   uint64_t word = 0;
-  for (int32_t z = 0; z < 16 * slices; z += 16) {
-    const uint32_t side = bits(left, z), up = bits(above, z), quads = bits(old, z);
-    q0 = local.quad(q0 | right_of(side >> 4) | (up >> 4 & 0xc0), quads & 15);
-    if (two_x) q1 = local.quad(q1 | right_of(q0) | (up >> 8 & 0xc0), quads >> 4 & 15);
-    if (two_y) q2 = local.quad(q2 | right_of(side >> 12) | (q0 << 4 & 0xc0), quads >> 8 & 15);
-    if (two_x && two_y) q3 = local.quad(q3 | right_of(q2) | (q1 << 4 & 0xc0), quads >> 12 & 15);
-    word |= uint64_t{q0 | q1 << 4 | q2 << 8 | q3 << 12} << z;
+  // Most bricks have both: then each slice has a symbol for each coder state, and none moves from
+  // register to register.
+  const auto code_slices = [&](bool with_x, bool with_y) __attribute__((always_inline)) {
+    for (int32_t z = 0; z < 16 * slices; z += 16) {
+      const uint32_t side = bits(left, z), up = bits(above, z), quads = bits(old, z);
+      q0 = local.quad(q0 | right_of(side >> 4) | (up >> 4 & 0xc0), quads & 15);
+      if (with_x) q1 = local.quad(q1 | right_of(q0) | (up >> 8 & 0xc0), quads >> 4 & 15);
+      if (with_y) q2 = local.quad(q2 | right_of(side >> 12) | (q0 << 4 & 0xc0), quads >> 8 & 15);
+      if (with_x && with_y) {
+        q3 = local.quad(q3 | right_of(q2) | (q1 << 4 & 0xc0), quads >> 12 & 15);
+      }
+      word |= uint64_t{q0 | q1 << 4 | q2 << 8 | q3 << 12} << z;
+    }
+  };
+  if (two_x && two_y) {
+    code_slices(true, true);
+  } else {
+    code_slices(two_x, two_y);
   }
   coder = local;
   return word;
@@ -131,6 +142,7 @@ bool code_mask(Index3 cells, BrickMask& bricks, Mask& mask, Coder& coder) {
   const Index3 across{(cells.x + 3) / 4, (cells.y + 3) / 4, (cells.z + 3) / 4};
   for (int32_t z = 0; z < across.z; ++z) {
     for (int32_t y = 0; y < across.y; y += 2) {
+      Coder local = coder;  // in registers
       for (int32_t x = 0; x < across.x; x += 2) {
         const auto pair = [&](int32_t row_y, int32_t row_z) {
           return bricks.row(row_y, row_z) >> (x + 1) & 3;
@@ -138,10 +150,11 @@ bool code_mask(Index3 cells, BrickMask& bricks, Mask& mask, Coder& coder) {
         const uint32_t context = pair(y, z - 1) | pair(y + 1, z - 1) << 2 |
                                  (bricks.row(y, z) >> x & 1) << 4 |
                                  (bricks.row(y + 1, z) >> x & 1) << 5 | pair(y - 1, z) << 6;
-        const uint32_t quad = coder.quad(context, pair(y, z) | pair(y + 1, z) << 2);
+        const uint32_t quad = local.quad(context, pair(y, z) | pair(y + 1, z) << 2);
         bricks.row(y, z) |= (quad & 3) << (x + 1);
         bricks.row(y + 1, z) |= (quad >> 2) << (x + 1);
       }
+      coder = local;
       const uint32_t outside = ~((2u << across.x) - 1);
       if (((bricks.row(y, z) | bricks.row(y + 1, z)) & outside) != 0 ||
           (y + 1 == across.y && bricks.row(y + 1, z) != 0) || !coder.good()) {

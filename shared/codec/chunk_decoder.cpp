@@ -54,7 +54,9 @@ struct ChunkDecoder::Scratch {
   Row last_row;  // the last of an earlier plane
   Energies energies;
   PlanePoints points;
-  int32_t residuals[PlanePoints::kMost];  // of `points`
+  int32_t residuals[PlanePoints::kMost];          // of `points`
+  int16_t residual_energies[PlanePoints::kMost];  // Energies::energy_of()
+  int32_t sums[PlanePoints::kMost + 3];           // of what their predictions do not wait for
   ChunkHeader header;
   Predictor predictor;
   ResidualModels models;
@@ -85,6 +87,7 @@ void ChunkDecoder::Scratch::decode_residuals(ChunkStreams& streams, int32_t from
   while (i + kRansStates <= to) next(), next(), next(), next();
   while (i < to) next();
   streams = local;
+  for (i = from; i < to; ++i) residual_energies[i] = Energies::energy_of(residuals[i]);
 }
 
 template <class Ops>
@@ -96,17 +99,28 @@ void ChunkDecoder::Scratch::decode_row(Index3 cells, int32_t y, int32_t z, const
   fill_values(n, own);
 
   int16_t* const values = own.value + kRowPad;
-  // What a point waits for is the one to its left: it comes from a register, not from memory.
+  // First what does not wait for other points of the row: four points at a time, as far as beyond
+  // the last one.
+  const int32_t first = points.first[y], end = points.first[y + 1];
+  for (int32_t i = first; i < end; i += 4) {
+    const auto point = [&](int k) {
+      const int32_t x = points.x[i + k];
+      return WeightedTaps{taps_at(n, x), values + x - 1,
+                          predictor.classes[points.point_class[i + k]].rows};
+    };
+    Ops::sum_four(point, sums + i);
+  }
+  int16_t* const energies_here = energies.row(y);
   int32_t value = 0;
-  for (int32_t i = points.first[y]; i < points.first[y + 1]; ++i) {
+  for (int32_t i = first; i < end; ++i) {
     const int32_t x = points.x[i];
-    const uint32_t point_class = points.point_class[i];
-    const ClassWeights& weights = predictor.classes[point_class];
-    const int32_t sum = Ops::sum_taps(taps_at(n, x), weights.rows) + weights.left2 * values[x - 2];
-    const int32_t left = point_class & kLeftIsPoint ? value : values[x - 1];
-    value = static_cast<int16_t>(predictor.prediction(sum + weights.left * left) + residuals[i]);
+    const ClassWeights& weights = predictor.classes[points.point_class[i]];
+    // What a point waits for is the value to its left: it comes from a register, not from memory.
+    const int32_t others = sums[i] + weights.left2 * values[x - 2];
+    value =
+        static_cast<int16_t>(predictor.prediction(others + weights.left * value) + residuals[i]);
     values[x] = static_cast<int16_t>(value);
-    energies.set(x, y, residuals[i]);
+    energies_here[x] = residual_energies[i];
   }
   pad_row(own, cells.x);
   last = &own;

@@ -116,16 +116,18 @@ Neighbours neighbours_of(const PointPlane& current, const PointPlane& previous, 
 
 /// Fills a row's values before its points are set: up + back − back_up, kept between up and back.
 inline void fill_values(const Neighbours& n, Row& to) {
-  int16_t* __restrict row = to.value + kRowPad;
-  const int16_t* __restrict up = n.up->value + kRowPad;
-  const int16_t* __restrict back = n.back->value + kRowPad;
-  const int16_t* __restrict back_up = n.back_up->value + kRowPad;
-  row[-1] = row[-2] = up[0];
-  for (int x = 0; x < kBlockCells + 16; ++x) {
-    const int16_t low = std::min(up[x], back[x]), high = std::max(up[x], back[x]);
-    const int16_t middle = std::min(std::max(back_up[x], low), high);
-    row[x] = static_cast<int16_t>(low + high - middle);
-  }
+  const auto fill = [](int16_t* __restrict row, const int16_t* __restrict up,
+                       const int16_t* __restrict back, const int16_t* __restrict back_up) {
+    for (int x = kRowPad; x < kRowPad + kBlockCells + 16; ++x) {
+      const int16_t low = up[x] < back[x] ? up[x] : back[x];
+      const int16_t high = up[x] < back[x] ? back[x] : up[x];
+      const int16_t above = back_up[x] < low ? low : back_up[x];
+      const int16_t middle = above < high ? above : high;
+      row[x] = static_cast<int16_t>(low + high - middle);
+    }
+  };
+  to.value[kRowPad - 1] = to.value[kRowPad - 2] = n.up->value[kRowPad];
+  fill(to.value, n.up->value, n.back->value, n.back_up->value);
 }
 
 /// What stands in for the rows before the first one: the middle of the slab.
@@ -150,28 +152,16 @@ struct Energies {
   int16_t values[kLatticeAcross + 2][kStride];
 
   void reset() { std::fill_n(&values[0][0], sizeof values / sizeof(int16_t), kFirstEnergy); }
-  void set(int32_t x, int32_t y, int32_t residual) { values[y + 1][x + 1] = energy_of(residual); }
+  /// Those of row y, by x.
+  int16_t* row(int32_t y) { return &values[y + 1][1]; }
+  void set(int32_t x, int32_t y, int32_t residual) { row(y)[x] = energy_of(residual); }
   static int16_t energy_of(int32_t residual) {
     const int32_t magnitude = residual < 0 ? -residual : residual;
     return static_cast<int16_t>(magnitude < kMaxEnergy ? magnitude : kMaxEnergy);
   }
 
-  /// The octaves of those of the points 0 to 63 of row y that have their bit set; others may be
-  /// written too.
-  template <class Ops>
-  void octaves(int32_t y, uint64_t points, uint8_t* to) const {
-    Ops::octaves(values[y], values[y + 1], values[y + 2], points, to);
-  }
-
-  /// The octave of one point.
-  uint8_t octave(int32_t x, int32_t y) const {
-    int32_t sum = 0;
-    for (int32_t j = 0; j < 3; ++j) {
-      const int16_t* row = &values[y + j][x];
-      sum += (row[0] + 2 * row[1] + row[2]) << (j == 1);
-    }
-    return static_cast<uint8_t>(half_octave(static_cast<uint32_t>(sum)));
-  }
+  /// Around row y.
+  EnergyRows around(int32_t y) const { return {values[y], values[y + 1], values[y + 2]}; }
 };
 
 /// A point's class says which of its neighbours are points too: bit 0 (x − 1, y, z),
@@ -205,16 +195,15 @@ struct PlanePoints {
       first[y] = count;
       const PointMask points = current.points[y];
       if (!points.any()) continue;
-      uint8_t octaves[kBlockCells];
-      energies.octaves<Ops>(y, points.word[0], octaves);
+      const EnergyRows around = energies.around(y);
       const ClassBits classes = class_bits(current, previous, y, 0);
-      count += Ops::list_points(points.word[0], classes.words, octaves, x + count,
+      count += Ops::list_points(points.word[0], classes.words, around, x + count,
                                 point_class + count, key + count);
       if (points.word[1]) {
         const ClassBits last = class_bits(current, previous, y, 1);
         x[count] = kBlockCells;
         point_class[count] = static_cast<uint8_t>(class_at(last.words, 0));
-        key[count] = energies.octave(kBlockCells, y);
+        key[count] = static_cast<uint8_t>(half_octave(around.around(kBlockCells)));
         ++count;
       }
     }
@@ -236,18 +225,22 @@ inline constexpr int kImpliedTap = 1;
 inline constexpr int kWeightBits = 7;
 inline constexpr int32_t kMaxWeight = 1023;
 
-struct alignas(16) ClassWeights {
-  int16_t rows[16] = {};  ///< taps 0–11, each three followed by a zero
-  int16_t own[2] = {};    ///< taps 13 and 12, in the order of the row
-  int32_t left = 0;
-  int32_t left2 = 0;
+/// Their size is a power of two: an index becomes an address by a shift.
+struct alignas(64) ClassWeights {
+  /// Taps 0–11, each three followed by a zero; but the first zero is that of tap 12 if it is no
+  /// point, and so is known before the points of its row are.
+  int16_t rows[16] = {};
+  int16_t own[2] = {};  ///< taps 13 and 12, in the order of the row
+  int32_t left = 0;     ///< tap 12 if it is a point, else zero
+  int32_t left2 = 0;    ///< tap 13
 
-  void set(const int32_t* taps) {
+  void set(const int32_t* taps, bool left_is_point) {
     for (int i = 0; i < 12; ++i) rows[i / 3 * 4 + i % 3] = static_cast<int16_t>(taps[i]);
-    left = taps[12];
+    rows[3] = static_cast<int16_t>(left_is_point ? 0 : taps[12]);
+    own[0] = static_cast<int16_t>(taps[13]);
+    own[1] = static_cast<int16_t>(taps[12]);
+    left = left_is_point ? taps[12] : 0;
     left2 = taps[13];
-    own[0] = static_cast<int16_t>(left2);
-    own[1] = static_cast<int16_t>(left);
   }
 };
 
@@ -256,11 +249,11 @@ struct Predictor {
   int32_t greatest = 32767;  ///< of a prediction, less 32768; the least is −32768
 
   void set(const int32_t (*taps)[kTaps], bool wide) {
-    for (int c = 0; c < kClasses; ++c) classes[c].set(taps[c]);
+    for (uint32_t c = 0; c < kClasses; ++c) classes[c].set(taps[c], (c & kLeftIsPoint) != 0);
     greatest = wide ? 32767 : 255 - 32768;
   }
 
-  /// `row` points at x in the row itself.
+  /// `sum`: of what ClassWeights::rows weighs; `row` points at x in the row itself.
   int32_t predict(const ClassWeights& weights, int32_t sum, const int16_t* row) const {
     return prediction(sum + weights.left * row[-1] + weights.left2 * row[-2]);
   }

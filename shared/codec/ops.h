@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "shared/codec/bit_positions.h"
-#include "shared/codec/simd.h"
+#include "shared/codec/simd_widest.h"
 #include "shared/sampling/cell.h"
 
 /// The codec's inner operations, twice: ScalarOps says what they are; VectorOps are the same bit
@@ -37,6 +37,17 @@ inline int32_t half_octave_by_float(int32_t plus_two) {
   return static_cast<int32_t>(bits >> 22) - 256;
 }
 
+/// The energies of three rows of places, each from the one to the left of place 0 on.
+struct EnergyRows {
+  const int16_t *above, *here, *below;
+
+  /// The nine around place x, weighted 1 2 1, 2 4 2, 1 2 1: at most 16 · 4095.
+  uint32_t around(int32_t x) const {
+    const auto column = [&](int32_t i) { return above[i] + 2 * here[i] + below[i]; };
+    return static_cast<uint32_t>(column(x) + 2 * column(x + 1) + column(x + 2));
+  }
+};
+
 /// Bit `bit` of four words, as the bits of a number.
 inline uint32_t class_at(const uint64_t* words, int bit) {
   uint32_t point_class = 0;
@@ -55,10 +66,10 @@ inline int nth_bit(uint64_t word, uint32_t n) {
 }
 
 /// What the prediction of a point is summed from, and with which weights: four for each row of
-/// taps, in their order, the last of which are zero; then two for left[0] and left[1].
+/// taps, in their order. The fourth is that of *left for `up`, and zero for the others.
 struct WeightedTaps {
   TapPointers taps;
-  const int16_t* left;  ///< its own row from x − 2 on
+  const int16_t* left;
   const int16_t* weights;
 };
 
@@ -70,9 +81,10 @@ struct ScalarOps {
     return quad;
   }
 
-  /// Sum of products. weights: four for each row, in the order up, back, back_down, back_up.
-  static int32_t sum_taps(const TapPointers& taps, const int16_t* weights) {
-    int32_t sum = 0;
+  /// Sum of products.
+  static int32_t sum_taps(const WeightedTaps& point) {
+    const auto& [taps, left, weights] = point;
+    int32_t sum = *left * weights[3];
     for (int i = 0; i < 3; ++i) {
       sum += taps.up[i] * weights[i] + taps.back[i] * weights[4 + i] +
              taps.back_down[i] * weights[8 + i] + taps.back_up[i] * weights[12 + i];
@@ -83,11 +95,7 @@ struct ScalarOps {
   /// Sums of products of four points; `of(i)` returns the WeightedTaps of point i.
   template <class F>
   static void sum_four(F of, int32_t* sums) {
-    for (int i = 0; i < 4; ++i) {
-      const WeightedTaps point = of(i);
-      sums[i] = sum_taps(point.taps, point.weights) + point.left[0] * point.weights[16] +
-                point.left[1] * point.weights[17];
-    }
+    for (int i = 0; i < 4; ++i) sums[i] = sum_taps(of(i));
   }
 
   /// Sets those of a row's `count` values (at most 64) that bits of `points` are set for: to codes
@@ -103,31 +111,18 @@ struct ScalarOps {
     return all;
   }
 
-  /// Of a row's 64 places, at least of those with a point, half_octave() of the nine energies
-  /// around each, weighted 1 2 1, 2 4 2, 1 2 1: at most 16 · 4095. The rows of energies begin at
-  /// the one to the left of the first place.
-  static void octaves(const int16_t* above, const int16_t* here, const int16_t* below,
-                      uint64_t points, uint8_t* to) {
-    for (; points; points &= points - 1) {
-      const int x = __builtin_ctzll(points);
-      const int32_t left = above[x] + 2 * here[x] + below[x];
-      const int32_t middle = above[x + 1] + 2 * here[x + 1] + below[x + 1];
-      const int32_t right = above[x + 2] + 2 * here[x + 2] + below[x + 2];
-      to[x] = static_cast<uint8_t>(half_octave(static_cast<uint32_t>(left + 2 * middle + right)));
-    }
-  }
-
-  /// Lists the points of a row from their bits, ascending: of each its x, its class, and what
-  /// `octaves` has for it. Returns their number; up to 8 bytes beyond it may be overwritten.
-  /// class_words: see class_at(). octaves: 64.
-  static int32_t list_points(uint64_t points, const uint64_t* class_words, const uint8_t* octaves,
-                             uint8_t* x, uint8_t* point_class, uint8_t* octave) {
+  /// Lists the points of a row from their bits, ascending: of each its x, its class, and the octave
+  /// of the energies around it. Returns their number; up to 8 bytes beyond it may be overwritten.
+  /// class_words: see class_at().
+  static int32_t list_points(uint64_t points, const uint64_t* class_words,
+                             const EnergyRows& energies, uint8_t* x, uint8_t* point_class,
+                             uint8_t* octave) {
     int32_t count = 0;
     for (; points; points &= points - 1, ++count) {
       const int bit = __builtin_ctzll(points);
       x[count] = static_cast<uint8_t>(bit);
       point_class[count] = static_cast<uint8_t>(class_at(class_words, bit));
-      octave[count] = octaves[bit];
+      octave[count] = static_cast<uint8_t>(half_octave(energies.around(bit)));
     }
     return count;
   }
@@ -155,41 +150,49 @@ alignas(16) inline constexpr uint8_t kBitOfByte[16] = {1, 2, 4, 8, 16, 32, 64, 1
 
 alignas(16) inline constexpr uint16_t kBitOfLane[8] = {1, 2, 4, 8, 16, 32, 64, 128};
 
+/// half_octave(energies.around(x)) of as many x as T has lanes of 16 bits, from `x` on.
+template <class T>
+[[gnu::always_inline]] inline T half_octaves(const EnergyRows& energies, int32_t x) {
+  using namespace simd;
+  const auto column = [&](int32_t at) {
+    const T middle = load_as<T>(energies.here + at);
+    const T others = add16(load_as<T>(energies.above + at), load_as<T>(energies.below + at));
+    return add16(others, add16(middle, middle));
+  };
+  const T middle = column(x + 1), zero = splat16_as<T>(0);
+  const T sums = add16(add16(column(x), column(x + 2)), add16(middle, middle));
+  const T plus_two = add16(sums, splat16_as<T>(2));
+  const T octaves = narrow32(float_bits(low_halves16(plus_two, zero), 22),
+                             float_bits(high_halves16(plus_two, zero), 22));
+  return sub16(octaves, splat16_as<T>(256));
+}
+
 struct VectorOps {
   static uint32_t find_quad(const uint16_t* starts, uint32_t slot) {
     using namespace simd;
+#if defined(__AVX2__)
+    const W beyond = greater_s16(load_as<W>(starts), splat16_as<W>(slot));
+    return 15 - static_cast<uint32_t>(__builtin_popcount(sign_bits8(beyond))) / 2;
+#else
     const V s = splat16(slot);
     const V beyond = narrow_s(greater_s16(load(starts), s), greater_s16(load(starts + 8), s));
     return 15 - static_cast<uint32_t>(__builtin_popcount(sign_bits8(beyond)));
-  }
-
-  static int32_t sum_taps(const TapPointers& taps, const int16_t* weights) {
-    using namespace simd;
-    const V near = multiply_add_pairs(load_two_halves(taps.up, taps.back), load(weights));
-    const V far =
-        multiply_add_pairs(load_two_halves(taps.back_down, taps.back_up), load(weights + 8));
-    return sum_lanes(add32(near, far));
+#endif
   }
 
   template <class F>
   static void sum_four(F of, int32_t* sums) {
     using namespace simd;
     V rows[4];
-    int32_t left[4], left_weights[4];
     for (int i = 0; i < 4; ++i) {
-      const WeightedTaps point = of(i);
-      const TapPointers& taps = point.taps;
-      const V near = multiply_add_pairs(load_two_halves(taps.up, taps.back), load(point.weights));
-      const V far = multiply_add_pairs(load_two_halves(taps.back_down, taps.back_up),
-                                       load(point.weights + 8));
+      const auto [taps, left, weights] = of(i);
+      const V near = multiply_add_pairs(load_lane16<3>(load_two_halves(taps.up, taps.back), left),
+                                        load(weights));
+      const V far =
+          multiply_add_pairs(load_two_halves(taps.back_down, taps.back_up), load(weights + 8));
       rows[i] = add32(near, far);
-      std::memcpy(&left[i], point.left, 4);
-      std::memcpy(&left_weights[i], point.weights + 16, 4);
     }
-    const V own = multiply_add_pairs(
-        set4(left[0], left[1], left[2], left[3]),
-        set4(left_weights[0], left_weights[1], left_weights[2], left_weights[3]));
-    store(sums, add32(own, sum_each(rows[0], rows[1], rows[2], rows[3])));
+    store(sums, sum_each(rows[0], rows[1], rows[2], rows[3]));
   }
 
   static uint32_t set_points(uint64_t points, const Code* codes, int32_t count, int16_t* values) {
@@ -212,28 +215,9 @@ struct VectorOps {
     return here | ScalarOps::set_points(points >> x, codes + x, count - x, values + x);
   }
 
-  static void octaves(const int16_t* above, const int16_t* here, const int16_t* below,
-                      uint64_t points, uint8_t* to) {
-    using namespace simd;
-    const auto column = [&](int x) {
-      const V middle = load(here + x);
-      return add16(add16(load(above + x), load(below + x)), add16(middle, middle));
-    };
-    const auto eight = [&](int x) {
-      const V middle = column(x + 1);
-      const V sums = add16(add16(column(x), column(x + 2)), add16(middle, middle));
-      const V energy = add16(sums, splat16(2)), zero = splat16(0);
-      const V octaves = narrow32(float_bits(low_halves16(energy, zero), 22),
-                                 float_bits(high_halves16(energy, zero), 22));
-      return sub16(octaves, splat16(256));
-    };
-    for (int x = 0; x < 64; x += 16) {
-      if (points >> x & 0xffff) store(to + x, narrow_u(eight(x), eight(x + 8)));
-    }
-  }
-
-  static int32_t list_points(uint64_t points, const uint64_t* class_words, const uint8_t* octaves,
-                             uint8_t* x, uint8_t* point_class, uint8_t* octave) {
+  static int32_t list_points(uint64_t points, const uint64_t* class_words,
+                             const EnergyRows& energies, uint8_t* x, uint8_t* point_class,
+                             uint8_t* octave) {
     using namespace simd;
     const V bits = load(kBitOfByte), byte_of_bit = load(kByteOfBit);
     int32_t count = 0;
@@ -245,13 +229,17 @@ struct VectorOps {
         const V set = equal8(and_(shuffle8(word, byte_of_bit), bits), bits);
         classes = or_(classes, and_(set, splat8(1u << i)));
       }
-      const V energies = load(octaves + at);
+#if defined(__AVX2__)
+      const V octaves = narrow_u_halves(half_octaves<W>(energies, at));
+#else
+      const V octaves = narrow_u(half_octaves<V>(energies, at), half_octaves<V>(energies, at + 8));
+#endif
       for (int half = 0; half < 2; ++half) {
         const uint32_t byte = points >> (at + 8 * half) & 255;
         const V from = add8(load_half(kBitPositions.of[byte]), splat8(half ? 8 : 0));
         store_half(x + count, add8(from, splat8(static_cast<uint32_t>(at))));
         store_half(point_class + count, shuffle8(classes, from));
-        store_half(octave + count, shuffle8(energies, from));
+        store_half(octave + count, shuffle8(octaves, from));
         count += __builtin_popcount(byte);
       }
     }

@@ -46,12 +46,14 @@ void PlaneResiduals::predict_others() {
         [&](int k) {
           const Other& other = other_[i + k];
           const auto& row = rows_[other.y];
-          return WeightedTaps{taps_at(row.neighbours, other.x), row.values + other.x - 2,
+          return WeightedTaps{taps_at(row.neighbours, other.x), row.values + other.x - 1,
                               predictor_.classes[other.point_class].rows};
         },
         sums);
     for (int k = 0; k < 4; ++k) {
-      prediction_[other_[i + k].place] = static_cast<int16_t>(predictor_.prediction(sums[k]));
+      const Other& other = other_[i + k];
+      prediction_[other.place] = static_cast<int16_t>(predictor_.predict(
+          predictor_.classes[other.point_class], sums[k], rows_[other.y].values + other.x));
     }
   }
 }
@@ -122,23 +124,9 @@ Widest fold_lanes(Widest residual) {
 /// The keys of all points, before any energy changes.
 void PlaneResiduals::find_keys(const Energies& energies) {
   using namespace simd;
-  const auto zero = splat16_as<Widest>(0), two = splat16_as<Widest>(2);
   for (int32_t i = 0; i < windows_; ++i) {
     const Window window = window_[i];
-    const auto column = [&](int dx) {
-      const auto at = [&](int dy) {
-        return load_as<Widest>(&energies.values[window.y + dy][window.x + dx]);
-      };
-      const Widest middle = at(1);
-      return add16(add16(at(0), at(2)), add16(middle, middle));
-    };
-    const Widest middle = column(1);
-    const Widest sums = add16(add16(column(0), column(2)), add16(middle, middle));
-    // half_octave()
-    const Widest energy = add16(sums, two);
-    const Widest octave = sub16(narrow32(float_bits(low_halves16(energy, zero), 22),
-                                         float_bits(high_halves16(energy, zero), 22)),
-                                splat16_as<Widest>(256));
+    const auto octave = half_octaves<Widest>(energies.around(window.y), window.x);
     const Widest group = and_(lanes_of(window.exposed), splat16_as<Widest>(kOctaves));
     store(key_ + kPlaces * i, add16(octave, group));
   }
@@ -183,7 +171,8 @@ void PlaneResiduals::find_keys(const Energies& energies) {
       const int bit = __builtin_ctz(bits);
       const bool exposed = window.exposed >> bit & 1;
       key_[kPlaces * i + bit] = static_cast<int16_t>(
-          residual_key(energies.octave(window.x + bit, window.y), exposed ? kExposed : kEnclosed));
+          residual_key(half_octave(energies.around(window.y).around(window.x + bit)),
+                       exposed ? kExposed : kEnclosed));
     }
   }
 }
@@ -199,7 +188,8 @@ uint32_t* PlaneResiduals::put(Energies& energies, uint32_t* to) {
       const int bit = __builtin_ctz(bits), x = window.x + bit;
       int32_t prediction = prediction_[kPlaces * i + bit];
       if (!(window.others >> bit & 1)) {
-        const int32_t sum = ScalarOps::sum_taps(taps_at(row.neighbours, x), whole.rows);
+        const int32_t sum =
+            ScalarOps::sum_taps({taps_at(row.neighbours, x), row.values + x - 1, whole.rows});
         prediction = predictor_.predict(whole, sum, row.values + x);
       }
       const int32_t residual = row.values[x] - prediction;

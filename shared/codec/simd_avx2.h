@@ -56,6 +56,12 @@ inline W min_s16(W a, W b) {
 inline W max_s16(W a, W b) {
   return _mm256_max_epi16(a, b);
 }
+inline W greater_s16(W a, W b) {
+  return _mm256_cmpgt_epi16(a, b);
+}
+inline uint32_t sign_bits8(W a) {
+  return static_cast<uint32_t>(_mm256_movemask_epi8(a));
+}
 inline W equal16(W a, W b) {
   return _mm256_cmpeq_epi16(a, b);
 }
@@ -79,6 +85,10 @@ inline W narrow32(W a, W b) {
 }
 inline W float_bits(W a, int n) {
   return _mm256_srli_epi32(_mm256_castps_si256(_mm256_cvtepi32_ps(a)), n);
+}
+/// narrow_u() of both halves.
+inline V narrow_u_halves(W a) {
+  return narrow_u(_mm256_castsi256_si128(a), _mm256_extracti128_si256(a, 1));
 }
 inline uint32_t* store_present(uint32_t* to, W low, W high, uint32_t present) {
   const auto eight = [&](W lanes, uint32_t bits) {

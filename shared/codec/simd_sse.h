@@ -12,8 +12,12 @@ inline V load(const void* p) {
   return _mm_loadu_si128(static_cast<const V*>(p));
 }
 inline V load_two_halves(const void* low, const void* high) {
-  return _mm_unpacklo_epi64(_mm_loadl_epi64(static_cast<const V*>(low)),
-                            _mm_loadl_epi64(static_cast<const V*>(high)));
+  const __m128 first = _mm_castsi128_ps(_mm_loadl_epi64(static_cast<const V*>(low)));
+  return _mm_castps_si128(_mm_loadh_pi(first, static_cast<const __m64*>(high)));
+}
+template <int kLane>
+V load_lane16(V a, const int16_t* p) {
+  return _mm_insert_epi16(a, *p, kLane);
 }
 inline V set4(int32_t a, int32_t b, int32_t c, int32_t d) {
   return _mm_setr_epi32(a, b, c, d);
@@ -130,10 +134,6 @@ inline uint32_t sign_bits8(V a) {
 }
 inline uint32_t sign_bits32(V a) {
   return static_cast<uint32_t>(_mm_movemask_ps(_mm_castsi128_ps(a)));
-}
-inline int32_t sum_lanes(V a) {
-  const V pairs = _mm_add_epi32(a, _mm_shuffle_epi32(a, 0x4e));
-  return _mm_cvtsi128_si32(_mm_add_epi32(pairs, _mm_shuffle_epi32(pairs, 0xb1)));
 }
 inline V equal16(V a, V b) {
   return _mm_cmpeq_epi16(a, b);

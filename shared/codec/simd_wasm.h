@@ -14,6 +14,10 @@ inline V load(const void* p) {
 inline V load_two_halves(const void* low, const void* high) {
   return wasm_v128_load64_lane(high, wasm_v128_load64_zero(low), 1);
 }
+template <int kLane>
+V load_lane16(V a, const int16_t* p) {
+  return wasm_v128_load16_lane(p, a, kLane);
+}
 inline V set4(int32_t a, int32_t b, int32_t c, int32_t d) {
   return wasm_i32x4_make(a, b, c, d);
 }
@@ -124,13 +128,6 @@ inline uint32_t sign_bits8(V a) {
 }
 inline uint32_t sign_bits32(V a) {
   return wasm_i32x4_bitmask(a);
-}
-inline V add_lanes(V a) {
-  const V pairs = wasm_i32x4_add(a, wasm_i32x4_shuffle(a, a, 2, 3, 0, 1));
-  return wasm_i32x4_add(pairs, wasm_i32x4_shuffle(pairs, pairs, 1, 0, 3, 2));
-}
-inline int32_t sum_lanes(V a) {
-  return wasm_i32x4_extract_lane(add_lanes(a), 0);
 }
 inline V equal16(V a, V b) {
   return wasm_i16x8_eq(a, b);

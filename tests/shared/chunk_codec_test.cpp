@@ -292,17 +292,19 @@ TEST(ChunkCodec, WritesTheSameBytesOnEveryMachine) {
 TEST(ChunkCodec, VectorOperationsEqualScalarOnes) {
   Random random{11};
   for (int i = 0; i < 20000; ++i) {
-    int16_t rows[4][4], weights[24];
+    int16_t rows[4][4], weights[2][16];
     for (auto& row : rows) {
       for (int16_t& v : row) v = int16_t(random());
     }
-    for (int k = 0; k < 24; ++k) weights[k] = int16_t(k % 4 == 3 ? 0 : int(random() % 2047) - 1023);
-    const TapPointers taps{rows[0], rows[1], rows[2], rows[3]};
-    ASSERT_EQ(VectorOps::sum_taps(taps, weights), ScalarOps::sum_taps(taps, weights));
+    for (auto& of_point : weights) {
+      for (int k = 0; k < 16; ++k) {
+        of_point[k] = int16_t(k > 3 && k % 4 == 3 ? 0 : int(random() % 2047) - 1023);
+      }
+    }
     const auto point = [&](int k) {
       return WeightedTaps{{rows[k], rows[(k + 1) & 3], rows[(k + 2) & 3], rows[(k + 3) & 3]},
                           rows[k ^ 1],
-                          weights + 4 * (k & 1)};
+                          weights[k & 1]};
     };
     int32_t scalar_sums[4], vector_sums[4];
     ScalarOps::sum_four(point, scalar_sums);
@@ -313,13 +315,16 @@ TEST(ChunkCodec, VectorOperationsEqualScalarOnes) {
     for (uint64_t& word : words) {
       word = uint64_t{random()} << 41 | uint64_t{random()} << 20 | random();
     }
-    uint8_t octaves[64];
-    for (uint8_t& octave : octaves) octave = uint8_t(random());
+    int16_t energies[3][kBlockCells + 2 + 8];
+    for (auto& row : energies) {
+      for (int16_t& energy : row) energy = int16_t((random() & kMaxEnergy) >> random() % 13);
+    }
+    const EnergyRows around{energies[0], energies[1], energies[2]};
     // Of each point its x, class and octave.
     std::array<std::array<uint8_t, 64 + PlanePoints::kSlack>, 3> scalar, vector;
-    const int32_t points = ScalarOps::list_points(words[4], words, octaves, scalar[0].data(),
+    const int32_t points = ScalarOps::list_points(words[4], words, around, scalar[0].data(),
                                                   scalar[1].data(), scalar[2].data());
-    ASSERT_EQ(VectorOps::list_points(words[4], words, octaves, vector[0].data(), vector[1].data(),
+    ASSERT_EQ(VectorOps::list_points(words[4], words, around, vector[0].data(), vector[1].data(),
                                      vector[2].data()),
               points);
     for (size_t k = 0; k < 3; ++k) {
@@ -362,11 +367,11 @@ TEST(ChunkCodec, OctavesOfARowAreThoseOfItsSums) {
       }
     }
     const auto y = int32_t(random() % 65);
-    uint8_t octaves[65], same[64];
-    energies.octaves<VectorOps>(y, ~uint64_t{0}, octaves);
-    energies.octaves<ScalarOps>(y, ~uint64_t{0}, same);
-    ASSERT_TRUE(std::equal(same, same + 64, octaves));
-    octaves[64] = energies.octave(64, y);
+    const uint64_t no_classes[4] = {};
+    uint8_t places[64 + PlanePoints::kSlack], classes[64 + PlanePoints::kSlack];
+    uint8_t octaves[64 + PlanePoints::kSlack];
+    VectorOps::list_points(~uint64_t{0}, no_classes, energies.around(y), places, classes, octaves);
+    octaves[64] = uint8_t(half_octave(energies.around(y).around(64)));
     for (int32_t x = 0; x <= 64; ++x) {
       uint32_t sum = 0;
       for (int32_t j = -1; j <= 1; ++j) {
