@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cstring>
 #include <random>
@@ -327,6 +328,44 @@ TEST(Store, LyingPagesAreRefused) {
     }
   }
   EXPECT_GT(refused, accepted / 10);
+}
+
+TEST(Store, BlocksOutOfRangeAreNotFound) {
+  const Written store = random_store({200, 80, 70}, 15);
+  auto reader = StoreReader::open(store.bytes);
+  ASSERT_TRUE(reader);
+  add_all_pages(*reader, store.bytes);
+  const Index3 blocks = level_grid({200, 80, 70}, 0).blocks;
+  ASSERT_TRUE(reader->block({0, {blocks.x - 1, blocks.y - 1, blocks.z - 1}}));
+  for (const BlockKey& key :
+       {BlockKey{0, {blocks.x, 0, 0}}, BlockKey{0, {0, blocks.y, 0}}, BlockKey{0, {0, 0, blocks.z}},
+        BlockKey{0, {-1, 0, 0}}, BlockKey{0, {0, INT32_MIN, 0}}, BlockKey{0, {0, 0, INT32_MAX}},
+        BlockKey{store.info.levels, {0, 0, 0}}, BlockKey{UINT32_MAX, {0, 0, 0}}}) {
+    EXPECT_EQ(reader->block(key).error().status, Status::not_found);
+  }
+  EXPECT_FALSE(reader->add_page(static_cast<uint32_t>(reader->pages().size()), store.bytes));
+}
+
+TEST(Store, CountsBeyondTheFileAllocateNothing) {
+  const Written store = random_store({200, 80, 70}, 16);
+  const auto peak_bytes = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return int64_t{usage.ru_maxrss} * 1024;
+  };
+  const int64_t before = peak_bytes();
+  for (size_t at = 16; at + 4 <= store.info.head_bytes - 8; at += 4) {
+    for (const uint64_t count : {0xffffffffu, 0x7fffffffu, 0x10000000u}) {
+      auto bytes = store.bytes;
+      write_le(bytes.data() + at, 4, count);
+      reseal(bytes);
+      const auto reader = StoreReader::open(bytes);
+      if (!reader) continue;
+      EXPECT_LE(reader->pages().size(), bytes.size());
+    }
+  }
+  // A count that is believed would take at least 256 MB.
+  EXPECT_LT(peak_bytes() - before, int64_t{64} << 20);
 }
 
 TEST(Store, SizesBeyondTheFormatAreRefused) {
