@@ -134,9 +134,9 @@ void Renderer::State::start(SplatProgram& splat, Pass pass, bool pulled, bool cl
                                       "light.glsl", "cell.glsl", "splat.glsl", "quad.vert.glsl"},
                                      {"picture_code.glsl", "quad.frag.glsl"});
   } else if (pass == pass_ellipse) {
-    splat.program = GlProgram::start(
-        defines, vertex,
-        {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "cubic.glsl", "ellipse.frag.glsl"});
+    splat.program = GlProgram::start(defines, vertex,
+                                     {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",
+                                      "cubic.glsl", "ellipse.frag.glsl"});
   } else {
     splat.program =
         GlProgram::start(defines, vertex,

@@ -468,6 +468,30 @@ TEST_F(RenderGpu, ClipBoxAndPlanesCutAndOpenTheView) {
   }
 }
 
+TEST_F(RenderGpu, ACutIsAsStraightAsItsPlane) {
+  const TestVolume volume = sphere_volume({40, 40, 40});
+  show_volume(*renderer_, volume, 1500, 1500);
+  renderer_->set_camera(default_camera(volume.grid));
+  RenderSettings settings;
+  settings.isosurfaces = {{1500, {0.85f, 0.8f, 0.7f}, 1}};
+  settings.clip_planes = {{{0.8, 0.36, 0.48}, 30}};  // oblique to the cells
+  std::vector<Renderer::SurfacePixel> exact;
+  for (const SplatKind kind : {SplatKind::exact, SplatKind::ellipse, SplatKind::blended}) {
+    settings.kind = kind;
+    renderer_->set_settings(settings);
+    ASSERT_TRUE(draw_image(*renderer_, 256, 256));
+    const std::vector<Renderer::SurfacePixel> pixels = renderer_->read_surface().value();
+    if (kind == SplatKind::exact) exact = pixels;
+    int hits = 0, differing = 0;
+    for (size_t p = 0; p < pixels.size(); ++p) {
+      hits += exact[p].hit;
+      differing += pixels[p].hit != exact[p].hit || std::abs(pixels[p].depth - exact[p].depth) > 1;
+    }
+    EXPECT_GT(hits, 5000);
+    EXPECT_LE(differing, hits / 150) << kKindNames[static_cast<int>(kind)];
+  }
+}
+
 TEST_F(RenderGpu, TranslucentSurfacesDoNotDependOnTheirOrder) {
   const TestVolume volume = sphere_volume({40, 40, 40});
   show_volume(*renderer_, volume, 800, 1700);

@@ -18,6 +18,9 @@ void main() {
   vec3 across = d.x * v_place_x + d.y * v_place_y;
   vec3 p = v_place + across, along = v_along + across / v_distance.x;
   vec2 between = ray_in_cell(p, along, 0.5 * u_lens.w - 0.5 + ELLIPSE_MARGIN_CELLS);
+#ifdef CLIPPED
+  between = clip_ray(pixel_ray(vec4(0.0, 0.0, 0.0, v_distance.x)), vec3(0.0), between);
+#endif
   if (!(between.x <= between.y)) discard;
   Trilinear f = Trilinear(v_a, v_b);
   vec4 k = cubic_along(f, p, along);

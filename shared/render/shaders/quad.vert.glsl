@@ -37,7 +37,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   }
   vec3 position = centre + displacement;
   float z = dot(position, u_forward.xyz);
-  if (z < u_depth.z || is_clipped(position)) {
+  if (z < u_depth.z || is_clipped(position, vec3(0.0))) {
     drop();
     return;
   }

@@ -6,19 +6,18 @@ struct Ray {
   vec3 direction;  // one unit along the view
 };
 
-#ifdef PULLED
 Ray pixel_ray(vec4 centre) {
   vec2 slope = (gl_FragCoord.xy - 0.5 * u_image.xy) * u_lens.y;
   vec3 direction = u_forward.xyz + u_right.xyz * slope.x + u_up.xyz * slope.y;
   return Ray(direction * centre.w - centre.xyz, direction);
 }
-#else
+
+// The same, where the centre's place on the image is known.
 Ray pixel_ray(vec4 centre, vec2 centre_px) {
   vec2 offset = (gl_FragCoord.xy - centre_px) * u_lens.y;
   vec3 across = u_right.xyz * offset.x + u_up.xyz * offset.y;
   return Ray(across * centre.w, centre.xyz / centre.w + across);
 }
-#endif
 
 #ifdef CLIPPED
 // Cuts the part of the ray (between.x, between.y) to what the clip planes keep.

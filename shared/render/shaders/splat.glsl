@@ -39,10 +39,12 @@ void drop() {
 #endif
 }
 
-bool is_clipped(vec3 position) {
+// Whether the clip planes keep nothing of a box with half sizes h about e.
+bool is_clipped(vec3 e, vec3 h) {
 #ifdef CLIPPED
   for (int i = 0; i < u_switches.x; ++i) {
-    if (dot(u_clip_plane[i].xyz, position) < u_clip_plane[i].w) return true;
+    vec4 plane = u_clip_plane[i];
+    if (dot(plane.xyz, e) + dot(abs(plane.xyz), h) < plane.w) return true;
   }
 #endif
   return false;

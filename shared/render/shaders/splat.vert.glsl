@@ -120,7 +120,7 @@ void main() {
   vec3 half_box = (0.5 + ELLIPSE_MARGIN_CELLS) * u_lens.w * size;
   float reach = dot(abs(u_forward.xyz), half_box);
   float z = dot(position, u_forward.xyz);
-  if (z < u_depth.z || is_clipped(position)) {
+  if (z < u_depth.z || is_clipped(centre, half_box)) {
     drop();
     return;
   }
