@@ -1,11 +1,13 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cstring>
 #include <random>
 
 #include "shared/store/byte_order.h"
 #include "shared/store/checksum.h"
+#include "shared/store/directory_page.h"
 #include "shared/store/format.h"
 #include "shared/store/head.h"
 #include "shared/store/store_reader.h"
@@ -328,6 +330,42 @@ TEST(Store, LyingPagesAreRefused) {
     }
   }
   EXPECT_GT(refused, accepted / 10);
+}
+
+TEST(Store, SlabsThatOverlapOrLeaveAGapAreRefused) {
+  const Written store = random_store({200, 80, 70}, 14);
+  const auto head = parse_head(store.bytes);
+  ASSERT_TRUE(head);
+  const PageRef& largest =
+      *std::max_element(head->pages.begin(), head->pages.end(),
+                        [](const PageRef& a, const PageRef& b) { return a.bytes < b.bytes; });
+  const LevelRef& level = head->levels[largest.level];
+  const auto bytes = std::span(store.bytes).subspan(largest.offset, largest.bytes);
+  const auto sound = parse_page(bytes, largest, level);
+  ASSERT_TRUE(sound);
+  const auto several =
+      std::find_if(sound->blocks.begin(), sound->blocks.end(),
+                   [](const DirectoryPage::Block& block) { return block.slab_count >= 3; });
+  ASSERT_NE(several, sound->blocks.end());
+  const auto status = [&](uint32_t slab, int change) {
+    DirectoryPage page = *sound;
+    page.chunks[several->first_chunk + slab].slab_end += static_cast<uint16_t>(change);
+    const std::vector<std::byte> changed = write_page(page);
+    PageRef ref = largest;
+    ref.checksum = checksum32(changed);
+    const auto parsed = parse_page(changed, ref, level);
+    return parsed ? Status::ok : parsed.error().status;
+  };
+  const auto end = [&](uint32_t slab) {
+    return int{sound->chunks[several->first_chunk + slab].slab_end};
+  };
+  const uint32_t last = several->slab_count - 1;
+  EXPECT_EQ(status(0, 0), Status::ok);
+  EXPECT_EQ(status(0, end(1) - end(0)), Status::malformed_page) << "nothing is left of the second";
+  EXPECT_EQ(status(0, end(1) - end(0) + 1), Status::malformed_page) << "it reaches into the third";
+  EXPECT_EQ(status(1, several->interval.min - end(1)), Status::malformed_page) << "it goes back";
+  EXPECT_EQ(status(last, -1), Status::malformed_page) << "a gap before the interval's end";
+  EXPECT_EQ(status(last, 1), Status::malformed_page) << "beyond the interval's end";
 }
 
 TEST(Store, BlocksOutOfRangeAreNotFound) {
