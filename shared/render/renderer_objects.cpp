@@ -42,6 +42,7 @@ GlLimits ask_limits(float largest_wanted) {
   };
   limits.offered.float_targets = has_extension("EXT_color_buffer_float");
   limits.parallel_compile = has_extension("KHR_parallel_shader_compile");
+  limits.multi_draw = has_extension("WEBGL_multi_draw");
   limits.offered.float_blend = has_extension("EXT_float_blend");
   if (const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER))) {
     limits.offered.renderer = text;

@@ -20,6 +20,7 @@
 #include "shared/render/sample_clusters.h"
 #include "shared/render/sight_query.h"
 #include "shared/render/surface_targets.h"
+#include "shared/render/vertex_runs.h"
 
 namespace isosplat {
 
@@ -32,6 +33,7 @@ struct GlLimits {
   RendererLimits offered;
   float guard_px = 0;
   bool parallel_compile = false;  // KHR_parallel_shader_compile
+  bool multi_draw = false;        // WEBGL_multi_draw
   bool on_cpu = false;            // llvmpipe: what is drawn waits for a flush, then has threads
 };
 
@@ -129,6 +131,7 @@ struct Renderer::State {
 
   // Kept between frames: no allocation once warm.
   std::vector<DrawItem> items;
+  VertexRuns runs;            // of the item being drawn
   std::vector<Sight> sights;  // of the clusters of all items, for the isosurface being drawn
   std::vector<PackedSample> ordered;
   FrameStatistics statistics;

@@ -225,21 +225,21 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
       buffer = range.buffer;
       glBindVertexArray(buffers.vertex_array(buffer));
     }
+    uint32_t samples = 0;
     for_each_run(item, pulled || large ? Share::all : share, [&](uint32_t first, uint32_t count) {
-      if (pulled) {
-        glDrawArrays(GL_TRIANGLES, static_cast<GLint>(6 * first), static_cast<GLsizei>(6 * count));
-      } else {
-        glDrawArrays(GL_POINTS, static_cast<GLint>(range.first + first),
-                     static_cast<GLsizei>(count));
-      }
-      samples_waiting += count;
-      if (limits.on_cpu && samples_waiting > kSamplesPerFlush) {
-        glFlush();
-        samples_waiting = 0;
-      }
-      ++statistics.draw_calls;
-      if (share != Share::not_hidden) statistics.samples_drawn += count;
+      if (pulled)
+        runs.add(6 * first, 6 * count);
+      else
+        runs.add(range.first + first, count);
+      samples += count;
     });
+    statistics.draw_calls += runs.draw(pulled ? GL_TRIANGLES : GL_POINTS, limits.multi_draw);
+    if (share != Share::not_hidden) statistics.samples_drawn += samples;
+    samples_waiting += samples;
+    if (limits.on_cpu && samples_waiting > kSamplesPerFlush) {
+      glFlush();
+      samples_waiting = 0;
+    }
     if (share == Share::all || share == Share::likely_seen) ++statistics.chunks_drawn;
   }
   write_colours(true);

@@ -78,8 +78,8 @@ void write_camera(const Camera& camera, double* c) {
 
 /// A context offers what was asked for since it was made or restored, and nothing else.
 void enable_extensions() {
-  for (const char* extension :
-       {"EXT_color_buffer_float", "EXT_float_blend", "KHR_parallel_shader_compile"}) {
+  for (const char* extension : {"EXT_color_buffer_float", "EXT_float_blend",
+                                "KHR_parallel_shader_compile", "WEBGL_multi_draw"}) {
     emscripten_webgl_enable_extension(view().context, extension);
   }
 }
