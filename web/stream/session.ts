@@ -8,6 +8,7 @@ import { defaultSampleBudget } from "./device.ts";
 import { Motion } from "./motion.ts";
 import { OwnTask } from "./own_task.ts";
 import { PageLoader } from "./page_loader.ts";
+import { Prefetch } from "./prefetch.ts";
 import { Residency } from "./residency.ts";
 import { SightQueries, type SightQuery } from "./sight.ts";
 import type { Source } from "./source.ts";
@@ -48,6 +49,7 @@ export class StreamSession {
   readonly #deliveries: Deliveries;
   readonly #residency: Residency;
   readonly #motion: Motion;
+  readonly #prefetch = new Prefetch();
   readonly #sight = new SightQueries();
   readonly #targetPixels: number;
   readonly #movingPixels: number;
@@ -278,9 +280,9 @@ export class StreamSession {
       const needed = selection.load.filter((chunk) => this.#isToBeFetched(chunk));
       if (this.#motion.isovalueMoves) {
         const ahead = this.#ahead(asked);
-        const underway = new Set([...this.#queue.underway()].map((chunk) => chunk.handle));
-        this.#queue.need([...needed.filter((chunk) => underway.has(chunk.handle)), ...ahead]);
+        this.#queue.need(this.#prefetch.select(needed, this.#queue.underway(), ahead));
       } else {
+        this.#prefetch.end();
         this.#queue.need(needed);
       }
     } catch (error) {

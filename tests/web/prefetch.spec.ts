@@ -1,0 +1,23 @@
+import { expect, it } from "vitest";
+import type { Chunk } from "../../web/core/index.ts";
+import { Prefetch } from "../../web/stream/prefetch.ts";
+
+const chunks = [0, 1, 2, 3, 4].map((handle) => ({ handle }) as Chunk);
+const [a, b, c, d, e] = chunks as [Chunk, Chunk, Chunk, Chunk, Chunk];
+
+it("keeps what is prefetched until the movement is over", () => {
+  const prefetch = new Prefetch();
+  // Nothing of a view that changes at once is asked for, but what is under way is finished.
+  expect(prefetch.select([a, b], [b, c], [d])).toEqual([b, d]);
+  // The next frames need none of it, and prefetch no more.
+  expect(prefetch.select([a], [b, d], [])).toEqual([d]);
+  expect(prefetch.select([], [d], [e])).toEqual([d, e]);
+  prefetch.end();
+  expect(prefetch.select([e], [d, e], [])).toEqual([e]);
+});
+
+it("asks for nothing again that has arrived", () => {
+  const prefetch = new Prefetch();
+  expect(prefetch.select([], [], [a, b])).toEqual([a, b]);
+  expect(prefetch.select([a], [b], [])).toEqual([b]);
+});
