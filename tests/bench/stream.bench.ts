@@ -125,8 +125,8 @@ async function step(bench: Bench, browser: Browser, url: string, name: string): 
     // The picture for the list of volumes is taken once the page is idle.
     await visitor.page.waitForTimeout(3000);
     const before = visitor.data.requests;
-    // Steps of the slider, so that each is a change.
-    const places = Array.from({ length: 40 }, (_, i) => (61 - (i % 2) / 2) / 255);
+    // Steps of the slider, so that each is a change; slabs of codes end at whole numbers.
+    const places = Array.from({ length: 40 }, (_, i) => (60 + (i % 2) / 2) / 255);
     const taken = async () => ({
       ...(await visitor.mainThread()),
       drawing: (await visitor.work("isosplat:drawing")).total,

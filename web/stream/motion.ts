@@ -77,6 +77,7 @@ export class Motion {
     const first = this.#trail[0];
     const last = this.#trail.at(-1);
     if (!first || !last || last.at - first.at < speedSpan.least) return undefined;
+    if (!this.#goesOneWay()) return undefined;
     const leaps = last.isovalues.map((isovalue, i) => {
       const perSecond =
         ((isovalue - (first.isovalues[i] ?? isovalue)) / (last.at - first.at)) * 1000;
@@ -87,6 +88,16 @@ export class Motion {
     if (now - this.#lastAhead < aheadInterval) return undefined;
     this.#lastAhead = now;
     return last.isovalues.map((isovalue, i) => isovalue + (leaps[i] ?? 0));
+  }
+
+  /** What goes to and fro between neighbours goes nowhere, and two changes tell nothing. */
+  #goesOneWay(): boolean {
+    const goes = (sign: number): boolean =>
+      this.#trail.every(({ isovalues }, i) => {
+        const before = this.#trail[i - 1]?.isovalues ?? isovalues;
+        return isovalues.every((isovalue, k) => sign * (isovalue - (before[k] ?? isovalue)) >= 0);
+      });
+    return this.#trail.length > 2 && (goes(1) || goes(-1));
   }
 
   close(): void {
