@@ -31,6 +31,8 @@ test.describe("a phone", () => {
     await expect(more).toHaveAttribute("aria-expanded", "false");
     await more.tap();
     await expect(page.locator(".surface")).toBeVisible();
+    const panel = page.locator(".panel");
+    expect(await panel.evaluate((element) => element.scrollWidth - element.clientWidth)).toBe(0);
     await page.getByRole("button", { name: "Fewer controls" }).tap();
     await expect(page.locator(".surface")).toBeHidden();
   });
