@@ -37,6 +37,7 @@ class ArraySource : public VolumeSource {
     return {};
   }
   uint64_t resident_bytes() const override { return voxels_.size_bytes(); }
+  std::vector<std::filesystem::path> files() const override { return {}; }
 
  private:
   VolumeHeader header_;

@@ -12,7 +12,7 @@
 #include "native/build/memory_plan.h"
 #include "native/build/metadata.h"
 #include "native/build/ordered_output.h"
-#include "native/build/output_file.h"
+#include "native/files/output_file.h"
 #include "native/build/parallel.h"
 #include "native/build/slice_store.h"
 #include "shared/store/format.h"

@@ -5,7 +5,7 @@
 
 #include <utility>
 
-#include "native/build/file_io.h"
+#include "native/files/file_io.h"
 
 namespace isosplat {
 

@@ -10,7 +10,7 @@
 #include <thread>
 #include <utility>
 
-#include "native/build/file_io.h"
+#include "native/files/file_io.h"
 #include "native/build/parallel.h"
 #include "native/build/verify_block.h"
 #include "shared/store/checksum.h"

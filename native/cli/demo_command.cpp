@@ -2,11 +2,11 @@
 
 #include <thread>
 
-#include "native/build/output_file.h"
 #include "native/cli/command.h"
 #include "native/cli/options.h"
 #include "native/cli/terminal.h"
 #include "native/demo/demo_volumes.h"
+#include "native/files/output_file.h"
 
 namespace isosplat::cli {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <csignal>
 
-#include "native/build/output_file.h"
 #include "native/cli/command.h"
+#include "native/files/output_file.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "native/build/output_file.h"
+#include "native/files/output_file.h"
 #include "shared/points/chunk_samples.h"
 
 namespace isosplat {

@@ -51,6 +51,13 @@ class ArraySource : public VolumeSource {
 
   uint64_t resident_bytes() const override { return 0; }
 
+  std::vector<std::filesystem::path> files() const override {
+    std::vector<std::filesystem::path> files = reader_->files();
+    const std::filesystem::path header = volume_.path;
+    if (std::ranges::find(files, header) == files.end()) files.push_back(header);
+    return files;
+  }
+
  private:
   ArrayVolume volume_;
   bool reverse_rows_;

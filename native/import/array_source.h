@@ -16,7 +16,7 @@ namespace isosplat {
 struct ArrayVolume {
   std::string format;       ///< for VolumeHeader
   std::string name;         ///< for VolumeHeader
-  std::string path;         ///< for messages
+  std::string path;         ///< of the file with the header
   Vec3<int64_t> voxels;     ///< as the header says
   HeaderGeometry geometry;  ///< as the header says
   StoredVoxels stored;      ///< how a voxel is stored

@@ -91,6 +91,7 @@ class PlainReader : public ByteReader {
   }
 
   uint64_t size_limit() const override { return file_.size(); }
+  std::vector<std::filesystem::path> files() const override { return {file_.path()}; }
 
  private:
   File file_;
@@ -116,6 +117,7 @@ class DeflatedReader : public ByteReader {
     const uint64_t bytes = file_.size() - std::min(start_, file_.size());
     return bytes > std::numeric_limits<uint64_t>::max() / 1040 ? bytes : bytes * 1040;
   }
+  std::vector<std::filesystem::path> files() const override { return {file_.path()}; }
 
  private:
   Result<void> begin() {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "shared/base/status.h"
 
@@ -23,6 +24,9 @@ class ByteReader {
   /// No more bytes than this can come: exact for plain files, an upper bound for compressed ones
   /// (deflate expands at most 1032 times).
   virtual uint64_t size_limit() const = 0;
+
+  /// The files that the bytes come from.
+  virtual std::vector<std::filesystem::path> files() const = 0;
 };
 
 /// A file as it is. Errors: io_error.

@@ -70,6 +70,12 @@ class DicomSource : public VolumeSource {
 
   uint64_t resident_bytes() const override { return 0; }
 
+  std::vector<std::filesystem::path> files() const override {
+    std::vector<std::filesystem::path> files;
+    for (const Slice& slice : slices_) files.emplace_back(slice.file);
+    return files;
+  }
+
  private:
   Result<void> read_batch(std::span<const Slice> slices, std::span<std::byte> out) {
     std::vector<std::string> files;

@@ -25,10 +25,11 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
 bool raw_name_is_complete(const std::filesystem::path& path);
 
 /// A volume that only ITK can take from its file, held whole once the first slice is asked for.
-/// `elsewhere`: the voxels are in other files, so that the size of this one says nothing.
+/// `data_files`: where the voxels are, if they are in other files, so that the size of this one
+/// says nothing.
 Result<OpenVolume> open_whole(ItkFormat itk_format, const ItkHeader& header, std::string format,
                               const std::filesystem::path& path, const ImportOptions& options,
-                              bool elsewhere = false);
+                              std::vector<std::filesystem::path> data_files = {});
 
 /// A name without folder and suffixes: "a/b.nii.gz" → "b".
 std::string volume_name(const std::filesystem::path& path);

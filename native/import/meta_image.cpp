@@ -3,6 +3,7 @@
 #include <map>
 
 #include "native/import/array_source.h"
+#include "native/import/data_files.h"
 #include "native/import/formats.h"
 #include "native/import/header_text.h"
 
@@ -84,7 +85,11 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
   const std::string binary = header->field("BinaryData");
   const bool text = !binary.empty() && !header->is_true("BinaryData");
   if (several_files || text) {
-    return open_whole(ItkFormat::meta_image, info, "MetaImage", path, options, several_files);
+    std::vector<std::filesystem::path> data_files;
+    if (several_files) data_files = named_data_files(path, data_name);
+    if (!several_files && !local) data_files = {data};
+    return open_whole(ItkFormat::meta_image, info, "MetaImage", path, options,
+                      std::move(data_files));
   }
   auto array = make_array("MetaImage", path, info, header->field("ElementType"), options);
   if (!array) return tl::unexpected(array.error());

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "native/import/array_source.h"
+#include "native/import/data_files.h"
 #include "native/import/formats.h"
 #include "native/import/header_text.h"
 
@@ -221,7 +222,15 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
   if (several_files || (!deflated && !raw)) {
     const auto whole = read_itk_header(ItkFormat::nrrd, path);
     if (!whole) return tl::unexpected(whole.error());
-    return open_whole(ItkFormat::nrrd, *whole, "NRRD", path, options, several_files);
+    std::vector<std::filesystem::path> data_files;
+    if (several_files) {
+      data_files = named_data_files(path, header->field("datafile"));
+    } else if (!named.empty()) {
+      const auto data = find_data_file(path, *header, deflated, notes);
+      if (!data) return tl::unexpected(data.error());
+      data_files = {data->path};
+    }
+    return open_whole(ItkFormat::nrrd, *whole, "NRRD", path, options, std::move(data_files));
   }
   auto data = find_data_file(path, *header, deflated, notes);
   if (!data) return tl::unexpected(data.error());

@@ -165,6 +165,7 @@ class TiffSource : public VolumeSource {
   }
 
   uint64_t resident_bytes() const override { return 0; }
+  std::vector<std::filesystem::path> files() const override { return files_; }
 
  private:
   Result<void> read_slice(size_t index, std::span<std::byte> out) {

@@ -2,8 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "shared/base/status.h"
 #include "shared/grid/grid.h"
@@ -62,6 +64,11 @@ class VolumeSource {
   /// Memory that the source itself holds: 0 for streamed raw data, the whole volume for formats
   /// that can only be read whole.
   virtual uint64_t resident_bytes() const = 0;
+
+  /// Every file that the voxels and what is said of them come from: header, data files, slices.
+  /// None of them may be written to, and where one has changed the volume has. Empty for volumes
+  /// that are in memory.
+  virtual std::vector<std::filesystem::path> files() const = 0;
 };
 
 }  // namespace isosplat

@@ -12,14 +12,16 @@ namespace {
 class WholeSource : public VolumeSource {
  public:
   WholeSource(ItkFormat format, ItkHeader itk_header, VolumeHeader header, bool reverse,
-              std::string path, uint64_t bytes, uint64_t skipped)
+              std::string path, uint64_t bytes, uint64_t skipped,
+              std::vector<std::filesystem::path> data_files)
       : format_(format),
         itk_header_(std::move(itk_header)),
         header_(std::move(header)),
         reverse_(reverse),
         path_(std::move(path)),
         bytes_(bytes),
-        skipped_(skipped) {}
+        skipped_(skipped),
+        data_files_(std::move(data_files)) {}
 
   const VolumeHeader& header() const override { return header_; }
 
@@ -49,6 +51,12 @@ class WholeSource : public VolumeSource {
 
   uint64_t resident_bytes() const override { return bytes_; }
 
+  std::vector<std::filesystem::path> files() const override {
+    std::vector<std::filesystem::path> files = data_files_;
+    files.emplace_back(path_);
+    return files;
+  }
+
  private:
   Result<void> read_all() {
     try {
@@ -69,8 +77,9 @@ class WholeSource : public VolumeSource {
   VolumeHeader header_;
   bool reverse_;
   std::string path_;
-  uint64_t bytes_;    ///< of all voxels of all time steps
-  uint64_t skipped_;  ///< of the time steps before the one wanted
+  uint64_t bytes_;                                 ///< of all voxels of all time steps
+  uint64_t skipped_;                               ///< of the time steps before the one wanted
+  std::vector<std::filesystem::path> data_files_;  ///< beside the file itself
   std::vector<std::byte> voxels_;
 };
 
@@ -78,7 +87,7 @@ class WholeSource : public VolumeSource {
 
 Result<OpenVolume> open_whole(ItkFormat itk_format, const ItkHeader& header, std::string format,
                               const std::filesystem::path& path, const ImportOptions& options,
-                              bool elsewhere) {
+                              std::vector<std::filesystem::path> data_files) {
   if (header.components != 1) return not_scalar(path, header.components);
   if (!header.has_known_type) return unknown_type(path, "unknown");
   const auto step = choose_time_step(path, header.sizes, options);
@@ -104,7 +113,7 @@ Result<OpenVolume> open_whole(ItkFormat itk_format, const ItkHeader& header, std
   if (!file) return tl::unexpected(file.error());
   // No coding that ITK reads whole comes near this: text needs two bytes a voxel, JPEG-LS and
   // deflate stay below 1 : 1100.
-  if (!elsewhere && step_bytes / 4096 > *file / steps + 1) {
+  if (data_files.empty() && step_bytes / 4096 > *file / steps + 1) {
     return fail(Status::truncated,
                 fmt::format("{}: the header promises {} bytes of voxels, the file has {} bytes: "
                             "the file is incomplete, or its header is wrong; copy or download it "
@@ -116,9 +125,9 @@ Result<OpenVolume> open_whole(ItkFormat itk_format, const ItkHeader& header, std
                   step_bytes * steps / 1000000));
   VolumeHeader volume_header{orientation->grid, read_type({header.type, false, 1, 0}),
                              std::move(format), volume_name(path)};
-  volume.source = std::make_unique<WholeSource>(itk_format, header, std::move(volume_header),
-                                                orientation->reverse_rows, path.string(),
-                                                step_bytes * steps, step_bytes * *step);
+  volume.source = std::make_unique<WholeSource>(
+      itk_format, header, std::move(volume_header), orientation->reverse_rows, path.string(),
+      step_bytes * steps, step_bytes * *step, std::move(data_files));
   return volume;
 }
 

@@ -9,8 +9,8 @@
 #include <set>
 
 #include "native/build/array_source.h"
-#include "native/build/output_file.h"
 #include "native/build/verify.h"
+#include "native/files/output_file.h"
 #include "tests/native/temporary_folder.h"
 
 namespace isosplat {
@@ -155,6 +155,7 @@ class ComputedSource : public VolumeSource {
     return {};
   }
   uint64_t resident_bytes() const override { return 0; }
+  std::vector<std::filesystem::path> files() const override { return {}; }
 
  private:
   VolumeHeader header_;

@@ -30,6 +30,7 @@ class HeldVolume : public VolumeSource {
     return {};
   }
   uint64_t resident_bytes() const override { return 0; }
+  std::vector<std::filesystem::path> files() const override { return {}; }
 };
 
 /// 16-bit voxels as 8 bits: [low, high] to [0, 255].

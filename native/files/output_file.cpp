@@ -1,4 +1,4 @@
-#include "native/build/output_file.h"
+#include "native/files/output_file.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -9,7 +9,7 @@
 #include <atomic>
 #include <utility>
 
-#include "native/build/file_io.h"
+#include "native/files/file_io.h"
 
 namespace isosplat {
 namespace {

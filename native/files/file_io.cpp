@@ -1,4 +1,4 @@
-#include "native/build/file_io.h"
+#include "native/files/file_io.h"
 
 #include <unistd.h>
 
