@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "native/import/volume_source.h"
 #include "shared/store/store_writer.h"
@@ -20,6 +21,8 @@ struct BuildProgress {
 struct BuildOptions {
   std::string title;        ///< for people; empty: the source's name
   std::string value_units;  ///< "HU", …; empty: unknown
+  /// What a person should know of how the volume was read; kept in the store's metadata.
+  std::vector<std::string> notes;
   /// The dial between bytes stored and bytes fetched: SlabOptions::lambda. Half of it fetches about
   /// a fifteenth less for an isovalue, and stores about a sixth more.
   double lambda = 0.09;

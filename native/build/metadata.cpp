@@ -16,6 +16,7 @@ using Json = nlohmann::ordered_json;
 constexpr uint32_t kBins = 256;
 constexpr size_t kMaxSuggestions = 5;
 constexpr size_t kMaxText = 512;
+constexpr size_t kMaxNotes = 3072;  // bytes of all notes
 
 /// Text of a file name or header: JSON must be UTF-8, and the head is small.
 std::string clean(const std::string& text) {
@@ -26,6 +27,24 @@ std::string clean(const std::string& text) {
 
 size_t text_bytes(const std::string& text) {
   return Json(clean(text)).dump(-1, ' ', true).size();
+}
+
+/// The notes that are kept: each once, in order, as far as there is room.
+Json kept_notes(const std::vector<std::string>& notes) {
+  Json kept = Json::array();
+  size_t bytes = 0, left_out = 0;
+  for (const std::string& note : notes) {
+    const std::string text = clean(note);
+    if (std::find(kept.begin(), kept.end(), Json(text)) != kept.end()) continue;
+    bytes += Json(text).dump(-1, ' ', true).size() + 1;
+    if (left_out > 0 || bytes > kMaxNotes) {
+      ++left_out;
+    } else {
+      kept.push_back(text);
+    }
+  }
+  if (left_out > 0) kept.push_back("and " + std::to_string(left_out) + " notes more");
+  return kept;
 }
 
 /// A value that reads well: midway between two integers where voxels are integers, so that no voxel
@@ -76,7 +95,8 @@ size_t metadata_limit(const VolumeHeader& header, const BuildOptions& options) {
   const auto digits = std::to_string(static_cast<uint64_t>(voxels)).size();
   const std::string& title = options.title.empty() ? header.name : options.title;
   const size_t text = text_bytes(header.name) + text_bytes(title) + text_bytes(header.format) +
-                      text_bytes(options.value_units);
+                      text_bytes(options.value_units) +
+                      kept_notes(options.notes).dump(-1, ' ', true).size();
   return std::min(kMaxMetadataBytes, 640 + text + 2 * kBins * (digits + 1));
 }
 
@@ -88,12 +108,13 @@ std::string metadata_json(const VolumeHeader& header, const BuildOptions& option
   json["title"] = clean(options.title.empty() ? header.name : options.title);
   json["source"] = {{"format", clean(header.format)}, {"type", voxel_type_name(header.type)}};
   if (!options.value_units.empty()) json["units"] = clean(options.value_units);
+  if (!options.notes.empty()) json["notes"] = kept_notes(options.notes);
   json["suggested_isovalues"] = suggested_isovalues(info.mapping, statistics);
   json["histogram"] = to_json(value_histogram(info.mapping, statistics));
   json["active_cells"] = to_json(histogram_of(info.mapping, bins, statistics.active_cells(bins)));
   std::string text = json.dump(-1, ' ', true);
   const size_t limit = metadata_limit(header, options);
-  for (const char* expendable : {"active_cells", "histogram", "units", "title"}) {
+  for (const char* expendable : {"active_cells", "histogram", "units", "title", "notes"}) {
     if (text.size() <= limit) break;
     json.erase(expendable);
     text = json.dump(-1, ' ', true);

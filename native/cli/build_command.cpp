@@ -33,7 +33,8 @@ int run(const BuildCall& call) {
     return report({Status::invalid_argument,
                    fmt::format("{}: is the volume itself: give another name with -o", call.store)});
   }
-  const auto built = build_with_progress(call.volume, *import_options, store, *build_options);
+  const auto built =
+      build_with_progress(call.volume, *import_options, store, *build_options, call.quiet);
   if (!built) return report(built.error());
   if (call.quiet) return kSuccess;
   const StoreInfo& info = built->info;

@@ -13,10 +13,13 @@ namespace isosplat::cli {
 
 Result<BuildReport> build_with_progress(const std::filesystem::path& volume,
                                         const ImportOptions& import_options,
-                                        const std::filesystem::path& store, BuildOptions options) {
+                                        const std::filesystem::path& store, BuildOptions options,
+                                        bool quiet) {
   auto opened = open_volume(volume, import_options);
   if (!opened) return tl::unexpected(opened.error());
-  for (const std::string& text : opened->notes) note(text);
+  options.notes = std::move(opened->notes);
+  if (quiet) return build_store_file(*opened->source, store, options);
+  for (const std::string& text : options.notes) note(text);
   ProgressLine line(fmt::format("Building {}", store.filename().string()));
   line.show(0, "opened");
   options.progress = [&](const BuildProgress& progress) {

@@ -51,6 +51,10 @@ void print_line(std::string_view label, std::string_view text) {
   fmt::print("{:<14}{}\n", label, text);
 }
 
+void print_notes(const std::vector<std::string>& notes) {
+  for (const std::string& text : notes) print_line("note", text);
+}
+
 void print_grid(const VolumeGrid& grid) {
   const Index3 n = grid.voxels;
   print_line("dims", fmt::format("{} × {} × {} voxels", n.x, n.y, n.z));
@@ -118,7 +122,6 @@ int run_volume(const InfoCall& call) {
     fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
     return kSuccess;
   }
-  for (const std::string& text : opened->notes) note(text);
   print_line("volume", fmt::format("{} ({})", header.name, header.format));
   print_grid(grid);
   print_line("type", fmt::format("{}, {}", voxel_type_name(header.type), in_bytes(bytes)));
@@ -128,6 +131,7 @@ int run_volume(const InfoCall& call) {
   const uint64_t resident = opened->source->resident_bytes();
   print_line("memory", resident == 0 ? "streamed: never held whole"
                                      : in_bytes(resident) + ": can only be read whole");
+  print_notes(opened->notes);
   print_suggested(suggested);
   print_histogram(histogram.low, histogram.high,
                   {histogram.counts.begin(), histogram.counts.end()});
@@ -155,6 +159,16 @@ std::vector<double> numbers_at(const Json& json, const char* key) {
     if (item.is_number()) numbers.push_back(item.get<double>());
   }
   return numbers;
+}
+
+std::vector<std::string> texts_at(const Json& json, const char* key) {
+  std::vector<std::string> texts;
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_array()) return texts;
+  for (const Json& item : *found) {
+    if (item.is_string()) texts.push_back(item.get<std::string>());
+  }
+  return texts;
 }
 
 Json member(const Json& json, const char* key) {
@@ -277,6 +291,7 @@ int run_store(const InfoCall& call) {
   print_line("size", fmt::format("{} ({:.2f} bytes per voxel)", in_bytes(info.file_bytes),
                                  static_cast<double>(info.file_bytes) /
                                      (static_cast<double>(n.x) * n.y * n.z)));
+  print_notes(texts_at(metadata, "notes"));
   print_suggested(suggested);
   const Json histogram = member(metadata, "histogram");
   const auto counts = numbers_at(histogram, "counts");

@@ -34,6 +34,15 @@ void VolumeFlags::add_to(CLI::App& command) {
   command.add_option("--endian", endian_, "Raw files: byte order")
       ->check(CLI::IsMember({"little", "big"}));
   command.add_option("--skip-bytes", skip_bytes_, "Raw files: bytes before the first voxel");
+  command
+      .add_option("--missing-value", missing_value_,
+                  "Voxels of this value have none; 'none': every voxel has one (default: what the "
+                  "file says, or a single value far outside the range of all others)")
+      ->type_name("VALUE");
+  for (const AllowanceFlag& allowance : kAllowances) {
+    command.add_flag_callback(
+        allowance.flag, [this, &allowance] { allowed_.add(allowance.allowance); }, allowance.help);
+  }
 }
 
 Result<ImportOptions> VolumeFlags::options() const {
@@ -67,12 +76,26 @@ Result<ImportOptions> VolumeFlags::options() const {
   options.big_endian = endian_ == "big";
   options.skip_bytes = skip_bytes_;
   if (time_step_ >= 0) options.time_step = time_step_;
+  options.allowed = allowed_;
+  if (missing_value_ == "none") {
+    options.finds_missing_values = false;
+  } else if (!missing_value_.empty()) {
+    options.missing_value = parse_number(missing_value_);
+    if (!options.missing_value) {
+      return usage(fmt::format("--missing-value {}: expected a number such as -9999, or none",
+                               missing_value_));
+    }
+  }
   return options;
 }
 
 std::string VolumeFlags::key() const {
-  return fmt::format("{}\n{}\n{}\n{}\n{}\n{}", dims_, type_, spacing_, endian_, skip_bytes_,
-                     time_step_);
+  std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}", dims_, type_, spacing_, endian_,
+                                 skip_bytes_, time_step_, missing_value_);
+  for (const AllowanceFlag& allowance : kAllowances) {
+    if (allowed_.has(allowance.allowance)) text += fmt::format("\n{}", allowance.flag);
+  }
+  return text;
 }
 
 void BuildFlags::add_to(CLI::App& command) {

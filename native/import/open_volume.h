@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "native/import/allowances.h"
 #include "native/import/volume_source.h"
 
 namespace isosplat {
@@ -19,9 +20,19 @@ struct ImportOptions {
   uint64_t skip_bytes = 0;            ///< raw files only: before the first voxel
   std::optional<Vec3d> spacing;       ///< every format: instead of the header's
   std::optional<int64_t> time_step;   ///< of a 4D volume, from 0
+  Allowances allowed;                 ///< every format: what would be an error otherwise
+
+  /// Every format: voxels of this value have none. It is the value as users see it, after slope and
+  /// intercept.
+  std::optional<double> missing_value;
+  /// Whether a header's fill value, or a single value far outside the range of all others, is taken
+  /// for a voxel without a value where missing_value does not say so.
+  bool finds_missing_values = true;
 };
 
-/// An open volume, and what a person should know of how it was read (one sentence each).
+/// An open volume, and what a person should know of how it was read. Each note is one sentence that
+/// says what was assumed, left out or filled, and where it helps how to say otherwise. They are
+/// shown, and kept in the store.
 struct OpenVolume {
   std::unique_ptr<VolumeSource> source;
   std::vector<std::string> notes;
@@ -32,6 +43,11 @@ struct OpenVolume {
 /// (a folder with a series, or a multi-frame file), or raw voxels (with dims and type, or with
 /// both in the file's name, as in head_256x256x128_uint8.raw). Reads the header only, and has
 /// checked it against the file's size where the file is not compressed.
+///
+/// The result is the volume that the file describes; or that volume with notes that say what was
+/// assumed; or an error. Data that are missing, cut off or contradict each other are an error
+/// unless options.allowed has what names them. native/import/README.md has the conventions of each
+/// format.
 ///
 /// Errors: io_error, unsupported_format, unsupported_type, malformed_volume, truncated, no_cells,
 /// volume_too_large, invalid_argument (options that do not fit the file); the message names the

@@ -414,5 +414,32 @@ TEST(Cli, RealVolumesBuildAndVerify) {
   }
 }
 
+TEST(Cli, NotesOfAVolumeStayInItsStoreAndQuietPrintsNone) {
+  const TempFolder folder;
+  write_file(folder / "ball_16x16x16_uint8.raw", ball(16));
+  const std::string volume = folder / "ball_16x16x16_uint8.raw", store = folder / "ball.isosplat";
+  const std::string note = "taken from the file's name";
+  EXPECT_NE(run({"build", volume, "-o", store}).err.find(note), std::string::npos);
+  EXPECT_NE(run({"info", volume}).out.find(note), std::string::npos);
+  EXPECT_NE(run({"info", store}).out.find(note), std::string::npos);
+  const auto json = nlohmann::json::parse(run({"info", store, "--json"}).out);
+  ASSERT_EQ(json["metadata"]["notes"].size(), 1u);
+  EXPECT_NE(json["metadata"]["notes"][0].get<std::string>().find(note), std::string::npos);
+  const Ended quiet = run({"build", volume, "-o", store, "--quiet"});
+  EXPECT_EQ(quiet.exit_code, 0);
+  EXPECT_EQ(quiet.out + quiet.err, "");
+  EXPECT_NE(run({"info", store}).out.find(note), std::string::npos);
+}
+
+TEST(Cli, MissingValuesAreNumbersOrNone) {
+  const TempFolder folder;
+  write_file(folder / "ball_16x16x16_uint8.raw", ball(16));
+  const std::string volume = folder / "ball_16x16x16_uint8.raw";
+  const Ended wrong = run({"info", volume, "--missing-value", "nan"});
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_NE(wrong.err.find("expected a number such as -9999, or none"), std::string::npos);
+  EXPECT_EQ(run({"info", volume, "--missing-value", "none", "--allow-gaps"}).exit_code, 0);
+}
+
 }  // namespace
 }  // namespace isosplat
