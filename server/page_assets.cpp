@@ -129,8 +129,8 @@ std::map<std::string, fs::path> files_below(const fs::path& root, const PageAsse
 
 }  // namespace
 
-Result<std::shared_ptr<const PageAssets>> PageAssets::load(const fs::path& root,
-                                                           uint64_t most_bytes, const Log& log) {
+Result<std::shared_ptr<PageAssets>> PageAssets::load(const fs::path& root, uint64_t most_bytes,
+                                                     const Log& log) {
   std::error_code error;
   const std::map<std::string, fs::path> files = files_below(root, log, error);
   if (error) {
@@ -173,7 +173,7 @@ Result<std::shared_ptr<const PageAssets>> PageAssets::load(const fs::path& root,
     }
     std::ranges::stable_sort(asset.variants, {},
                              [](const AssetVariant& item) { return item.bytes.size(); });
-    page->assets_.emplace(path, std::move(asset));
+    page->assets_.emplace(path, std::make_shared<const Asset>(std::move(asset)));
   }
   return page;
 }
@@ -183,7 +183,53 @@ const Asset* PageAssets::find(std::string_view path) const {
   if (found == assets_.end() && path.ends_with('/')) {
     found = assets_.find(std::string(path) + "index.html");
   }
-  return found == assets_.end() ? nullptr : &found->second;
+  if (found != assets_.end()) return found->second.get();
+  const auto kept = kept_.find(path);
+  return kept == kept_.end() ? nullptr : kept->second.asset.get();
+}
+
+std::vector<std::string> PageAssets::missing() const {
+  constexpr std::string_view kFolder = "assets/";
+  const auto ends_name = [](char c) {
+    return c == '"' || c == '\'' || c == '?' || c == '#' || c == ')' || c == '>' || c == '<' ||
+           c == ' ' || c == '\n';
+  };
+  std::vector<std::string> names;
+  for (const auto& [path, asset] : assets_) {
+    if (!path.ends_with(".html")) continue;
+    const auto plain =
+        std::ranges::find(asset->variants, Encoding::identity, &AssetVariant::encoding);
+    const std::string_view html = plain->bytes;
+    for (size_t at = html.find(kFolder); at != html.npos; at = html.find(kFolder, at + 1)) {
+      const auto end = std::ranges::find_if(html.substr(at), ends_name);
+      std::string name = "/";
+      name += std::string_view(html.begin() + static_cast<std::ptrdiff_t>(at), end);
+      if (has_hashed_name(name) && !assets_.contains(name)) names.push_back(std::move(name));
+    }
+  }
+  return names;
+}
+
+void PageAssets::keep_hashed(const PageAssets& before, uint64_t most_bytes,
+                             std::chrono::seconds kept_for) {
+  const Clock::time_point now = Clock::now();
+  std::vector<std::pair<std::string, Kept>> candidates;
+  for (const auto& [path, asset] : before.assets_) {
+    if (asset->immutable) candidates.push_back({path, {asset, now + kept_for}});
+  }
+  for (const auto& [path, kept] : before.kept_) {
+    if (kept.until > now) candidates.push_back({path, kept});
+  }
+  std::ranges::stable_sort(candidates, std::ranges::greater{},
+                           [](const auto& candidate) { return candidate.second.until; });
+  for (auto& [path, kept] : candidates) {
+    if (assets_.contains(path)) continue;
+    uint64_t bytes = 0;
+    for (const AssetVariant& variant : kept.asset->variants) bytes += variant.bytes.size();
+    if (bytes > most_bytes) return;
+    most_bytes -= bytes;
+    kept_.emplace(std::move(path), std::move(kept));
+  }
 }
 
 uint64_t PageAssets::signature(const fs::path& root) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -36,8 +37,8 @@ class PageAssets {
   /// Reads every file below `root`. Files F.br and F.gz beside F are F's encodings; where there is
   /// no F.gz, text and WASM are compressed here. Errors: io_error, invalid_argument (more than
   /// `most_bytes`).
-  static Result<std::shared_ptr<const PageAssets>> load(const std::filesystem::path& root,
-                                                        uint64_t most_bytes, const Log& log);
+  static Result<std::shared_ptr<PageAssets>> load(const std::filesystem::path& root,
+                                                  uint64_t most_bytes, const Log& log);
 
   /// `path`: decoded, e.g. "/assets/index-x7Hd9aK2.js"; "/" is "/index.html". Null: no such file.
   const Asset* find(std::string_view path) const;
@@ -45,8 +46,26 @@ class PageAssets {
   /// Differs when a file below `root` was added, removed or written to.
   static uint64_t signature(const std::filesystem::path& root);
 
+  /// Names, as in "/assets/index-x7Hd9aK2.js", that an HTML file here asks for and that are not
+  /// here: while a build writes the page, or where its copy is incomplete.
+  std::vector<std::string> missing() const;
+
+  /// Goes on to hand out what has a hashed name in `before` and is not here any more, for whoever
+  /// has loaded that page and has yet to load parts of it: for `kept_for` from now on, and beyond
+  /// it until the page changes again. What `before` has kept stays for the rest of its time. At
+  /// most `most_bytes`, the latest first.
+  void keep_hashed(const PageAssets& before, uint64_t most_bytes, std::chrono::seconds kept_for);
+
  private:
-  std::map<std::string, Asset, std::less<>> assets_;
+  using Clock = std::chrono::steady_clock;
+  using AssetPointer = std::shared_ptr<const Asset>;
+  struct Kept {
+    AssetPointer asset;
+    Clock::time_point until;
+  };
+
+  std::map<std::string, AssetPointer, std::less<>> assets_;
+  std::map<std::string, Kept, std::less<>> kept_;
 };
 
 }  // namespace isosplat

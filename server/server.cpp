@@ -31,6 +31,10 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
 
+/// After the page was rebuilt, files of the one before are handed out for so long to those who have
+/// it open.
+constexpr std::chrono::hours kOldPageKept{1};
+
 /// What connections are counted by: an IPv4 address, or the first 64 bits of an IPv6 address, which
 /// is what one client gets.
 std::string address_key(const asio::ip::address& address) {
@@ -71,6 +75,7 @@ struct Server::State {
   }
 
   Result<void> load_page();
+  void reload_page();
   void run();
   Awaitable<void> accept_on(Acceptor& acceptor);
   void wait_for_signal();
@@ -85,7 +90,9 @@ struct Server::State {
   Router router;
   Admission admission;
   ConnectionShared shared;
-  uint64_t page_signature = 0;
+  std::shared_ptr<const PageAssets> page;  // null without a web root
+  uint64_t page_signature = 0;             // of what was loaded last, whole or not
+  uint64_t page_signature_seen = 0;        // when it was last looked at
   uint16_t bound_port = 0;
 
   std::vector<std::unique_ptr<Worker>> workers;
@@ -106,12 +113,33 @@ struct Server::State {
 
 Result<void> Server::State::load_page() {
   if (options.web_root.empty()) return {};
-  page_signature = PageAssets::signature(options.web_root);
-  auto page = PageAssets::load(options.web_root, options.limits.page_asset_bytes,
-                               [this](std::string_view line) { log.line(line); });
-  if (!page) return tl::unexpected(page.error());
-  router.set_page(std::move(*page));
+  page_signature = page_signature_seen = PageAssets::signature(options.web_root);
+  const uint64_t most_bytes = options.limits.page_asset_bytes;
+  auto loaded = PageAssets::load(options.web_root, most_bytes,
+                                 [this](std::string_view line) { log.line(line); });
+  if (!loaded) return tl::unexpected(loaded.error());
+  if (const std::vector<std::string> missing = (*loaded)->missing(); !missing.empty()) {
+    const std::string text = "page " + options.web_root.string() + ": its HTML asks for " +
+                             missing.front() + ", which is not there";
+    if (page) return fail(Status::io_error, text + ": the page of before is served until it is");
+    log.line(text + ": build the page anew");
+  }
+  if (page) (*loaded)->keep_hashed(*page, most_bytes, kOldPageKept);
+  page = *loaded;
+  router.set_page(page);
   return {};
+}
+
+/// Loads the page anew when it has changed, and no longer changes. While a build writes it, parts
+/// of it are missing: the old one stays until the new one is whole.
+void Server::State::reload_page() {
+  if (options.web_root.empty()) return;
+  const uint64_t signature = PageAssets::signature(options.web_root);
+  const bool rests = signature == page_signature_seen;
+  page_signature_seen = signature;
+  if (!rests || signature == page_signature) return;
+  const Result<void> loaded = load_page();
+  log.line(loaded ? "page: loaded anew from " + options.web_root.string() : loaded.error().message);
 }
 
 Awaitable<void> Server::State::accept_on(Acceptor& acceptor) {
@@ -153,15 +181,7 @@ void Server::State::scan_regularly() {
   while (!done_changed.wait_for(lock, options.scan_interval, [this] { return stopping.load(); })) {
     lock.unlock();
     catalog.scan();
-    if (!options.web_root.empty() && PageAssets::signature(options.web_root) != page_signature) {
-      // While a build writes the page, parts of it may be missing: the old one stays until it
-      // loads, and another change loads it again.
-      if (const Result<void> loaded = load_page(); loaded) {
-        log.line("page: loaded anew from " + options.web_root.string());
-      } else {
-        log.line(loaded.error().message);
-      }
-    }
+    reload_page();
     lock.lock();
   }
 }

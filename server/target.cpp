@@ -122,6 +122,9 @@ Result<Target> parse_target(std::string_view raw) {
     path.remove_prefix(slash + 1);
   }
 
+  // The page's query is for its program, which says what it cannot read; the server does no more
+  // than look for the volume's name in it.
+  const bool is_for_page = target.segments.front() != "v1";
   while (!query.empty()) {
     const size_t end = std::min(query.find('&'), query.size());
     const std::string_view item = query.substr(0, end);
@@ -129,9 +132,10 @@ Result<Target> parse_target(std::string_view raw) {
     if (item.empty()) continue;
     const size_t equals = std::min(item.find('='), item.size());
     Result<std::string> key = decode(item.substr(0, equals), EscapedSlash::allowed);
-    if (!key) return tl::unexpected(key.error());
     Result<std::string> value =
         decode(item.substr(std::min(equals + 1, item.size())), EscapedSlash::allowed);
+    if (is_for_page && (!key || !value)) continue;
+    if (!key) return tl::unexpected(key.error());
     if (!value) return tl::unexpected(value.error());
     target.query.emplace_back(std::move(*key), std::move(*value));
   }

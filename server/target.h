@@ -29,6 +29,7 @@ struct Target {
 /// Errors (invalid_argument): a character that a target may not hold, a fragment, an escape that is
 /// not "%" and two hexadecimal digits, an escaped "/", "\" or control character, and the segments
 /// "." and "..", escaped or not: a client resolves those before it asks. "+" stands for itself.
+/// Outside of /v1 an item of the query that cannot be decoded is left out: it is the page's.
 Result<Target> parse_target(std::string_view raw);
 
 /// A decimal number without sign, leading zero or anything beside it, at most `max`. One spelling

@@ -144,6 +144,32 @@ TEST_F(Page, IsReadAgainWhenItChanges) {
   EXPECT_TRUE(eventually([&] { return get(port(), "/added.txt").status == 200; }));
 }
 
+TEST_F(Page, OldHashedFilesAreServedOnAfterARebuild) {
+  start();
+  const fs::path old_script = options.web_root / "assets/index-Ab3_x-9Z.js";
+  fs::remove(old_script);
+  fs::remove(options.web_root / "assets/plain.js");
+  write_file(options.web_root / "assets/index-NEW_NEW1.js", std::string_view("new"));
+  write_file(options.web_root / "index.html",
+             std::string_view("<script src=\"./assets/index-NEW_NEW1.js\"></script>"));
+  EXPECT_TRUE(
+      eventually([&] { return get(port(), "/").body.find("NEW_NEW1") != std::string::npos; }));
+  EXPECT_EQ(get(port(), "/assets/index-NEW_NEW1.js").body, "new");
+  EXPECT_EQ(get(port(), "/assets/index-Ab3_x-9Z.js").body, script);
+  EXPECT_EQ(get(port(), "/assets/plain.js").status, 404) << "its name says nothing of its content";
+}
+
+TEST_F(Page, AHalfWrittenPageIsNotServed) {
+  start();
+  write_file(options.web_root / "index.html",
+             std::string_view("<script src=\"./assets/index-NEW_NEW1.js\"></script>"));
+  EXPECT_TRUE(eventually([&] { return log_mentions("index-NEW_NEW1.js, which is not there"); }));
+  EXPECT_EQ(get(port(), "/").body, "<!doctype html><title>Isosplat</title>");
+  write_file(options.web_root / "assets/index-NEW_NEW1.js", std::string_view("new"));
+  EXPECT_TRUE(
+      eventually([&] { return get(port(), "/").body.find("NEW_NEW1") != std::string::npos; }));
+}
+
 TEST_F(Page, WithoutAPageTheRootSaysSo) {
   options.web_root.clear();
   start();

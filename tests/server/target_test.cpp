@@ -30,15 +30,40 @@ TEST(Target, EscapesAreDecodedOnce) {
 }
 
 TEST(Target, Refused) {
-  for (const char* raw : {"",         "x",      "*",         "example.org:443",
-                          "ftp://x/", "/..",    "/../x",     "/x/..",
-                          "/.",       "/./x",   "/%2e%2e/x", "/%2E%2e",
-                          "/.%2e",    "/%2e",   "/a%2fb",    "/a%5cb",
-                          "/a\\b",    "/%",     "/%4",       "/%4g",
-                          "/%g4",     "/%%41",  "/%00",      "/%0d%0a",
-                          "/%7f",     "/a b",   "/\x01",     "/\x80",
-                          "/#x",      "/\"",    "/<",        "/?a=%",
-                          "/?a=%0a",  "/?%zz=1"}) {
+  for (const char* raw : {"",
+                          "x",
+                          "*",
+                          "example.org:443",
+                          "ftp://x/",
+                          "/..",
+                          "/../x",
+                          "/x/..",
+                          "/.",
+                          "/./x",
+                          "/%2e%2e/x",
+                          "/%2E%2e",
+                          "/.%2e",
+                          "/%2e",
+                          "/a%2fb",
+                          "/a%5cb",
+                          "/a\\b",
+                          "/%",
+                          "/%4",
+                          "/%4g",
+                          "/%g4",
+                          "/%%41",
+                          "/%00",
+                          "/%0d%0a",
+                          "/%7f",
+                          "/a b",
+                          "/\x01",
+                          "/\x80",
+                          "/#x",
+                          "/\"",
+                          "/<",
+                          "/v1?a=%",
+                          "/v1/x?a=%0a",
+                          "/v1?%zz=1"}) {
     EXPECT_EQ(path_of(raw), "error") << raw;
     const Result<Target> target = parse_target(raw);
     ASSERT_FALSE(target);
@@ -47,6 +72,10 @@ TEST(Target, Refused) {
 }
 
 TEST(Target, Queries) {
+  const Result<Target> page = parse_target("/?src=%&volume=a&x=%0a");
+  ASSERT_TRUE(page) << "the page's program says what it cannot read";
+  EXPECT_EQ(page->query, (std::vector<std::pair<std::string, std::string>>{{"volume", "a"}}));
+
   const Result<Target> target = parse_target("/x?a=1&b=%2F0/1&&c&=d&e=f=g&h=1e+5&a=2");
   ASSERT_TRUE(target);
   using Pairs = std::vector<std::pair<std::string, std::string>>;
