@@ -8,6 +8,9 @@ namespace {
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
+/// How near and how far from the target the eye may be, in radii of the volume.
+constexpr double kNearestRadii = 1e-4, kFarthestRadii = 1e2;
+
 }  // namespace
 
 CameraFrame camera_frame(const Camera& camera) {
@@ -65,8 +68,28 @@ Camera panned(Camera camera, double right_px, double down_px, double image_heigh
 }
 
 Camera zoomed(Camera camera, double factor, double volume_radius) {
-  camera.distance = std::clamp(camera.distance * factor, 1e-4 * volume_radius, 1e2 * volume_radius);
+  camera.distance = std::clamp(camera.distance * factor, kNearestRadii * volume_radius,
+                               kFarthestRadii * volume_radius);
   return camera;
+}
+
+Camera bounded(const Camera& camera, const VolumeGrid& grid) {
+  for (const double number :
+       {camera.target.x, camera.target.y, camera.target.z, camera.distance, camera.azimuth,
+        camera.elevation, camera.roll, camera.field_of_view}) {
+    if (!std::isfinite(number)) return default_camera(grid);
+  }
+  const BoundingSphere volume = bounding_sphere(grid);
+  if (length(camera.target - volume.centre) > kFarthestRadii * volume.radius) {
+    return default_camera(grid);
+  }
+  Camera result = zoomed(camera, 1, volume.radius);
+  for (double Camera::*angle : {&Camera::azimuth, &Camera::roll}) {
+    if (std::abs(camera.*angle) > 360) result.*angle = std::remainder(camera.*angle, 360.0);
+  }
+  result.elevation = std::clamp(camera.elevation, -90.0, 90.0);
+  result.field_of_view = std::clamp(camera.field_of_view, 1.0, 120.0);
+  return result;
 }
 
 Projection projection(const Camera& camera, BoundingSphere scene, Vec3d origin, int width,

@@ -47,8 +47,13 @@ Camera orbited(Camera camera, double right_degrees, double up_degrees);
 /// by so many pixels (y down) in an image of the given height.
 Camera panned(Camera camera, double right_px, double down_px, double image_height_px);
 
-/// Multiplies the distance; < 1 comes closer. Stays within [10⁻⁴, 10²] of the volume's radius.
+/// Multiplies the distance; < 1 comes closer. Stays within [10⁻⁴, 10²] times the volume's radius.
 Camera zoomed(Camera camera, double factor, double volume_radius);
+
+/// A camera that can be drawn from, whatever numbers a link holds: the distance as zoomed() keeps
+/// it, angles within their ranges; default_camera() where a number is not finite or the target is
+/// more than 100 radii from the volume's centre. Any other camera is returned as it is.
+Camera bounded(const Camera& camera, const VolumeGrid& grid);
 
 /// A 4×4 matrix, column by column, as OpenGL reads it.
 using Matrix4d = std::array<double, 16>;

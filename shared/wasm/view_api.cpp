@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "shared/render/colour_maps.h"
 #include "shared/render/renderer.h"
 
 using namespace isosplat;
@@ -226,6 +227,11 @@ void isosplat_view_set_colouring(int32_t colour_by, int32_t colour_map, double l
   apply_settings();
 }
 
+const uint8_t* isosplat_view_colour_map(int32_t colour_map) {
+  if (colour_map < 0 || colour_map >= kColourMaps) return nullptr;
+  return &kColourMapTable[colour_map][0][0];
+}
+
 void isosplat_view_set_background(float red, float green, float blue, float alpha) {
   view().settings.background = {red, green, blue, alpha};
   apply_settings();
@@ -269,6 +275,10 @@ void isosplat_view_pan(double* camera, double right_px, double down_px, double i
 
 void isosplat_view_zoom(double* camera, double factor) {
   write_camera(zoomed(read_camera(camera), factor, bounding_sphere(view().grid).radius), camera);
+}
+
+void isosplat_view_bound(double* camera) {
+  write_camera(bounded(read_camera(camera), view().grid), camera);
 }
 
 void isosplat_view_projection(const double* camera, int32_t width, int32_t height,

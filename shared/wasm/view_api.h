@@ -49,6 +49,10 @@ void isosplat_view_set_kind(int32_t kind);
 /// ColourMap: 0 viridis, 1 magma, 2 cividis, 3 turbo. low, high: the range of values mapped.
 void isosplat_view_set_colouring(int32_t colour_by, int32_t colour_map, double low, double high);
 
+/// A ColourMap as 256 sRGB colours of 3 bytes, from low to high: for a legend. Null for a number
+/// that is none. Valid for ever.
+const uint8_t* isosplat_view_colour_map(int32_t colour_map);
+
 /// Background sRGB and alpha, 0 … 1.
 void isosplat_view_set_background(float red, float green, float blue, float alpha);
 void isosplat_view_set_lighting(float ambient, float specular, float eye_dome);
@@ -64,6 +68,8 @@ void isosplat_view_default_camera(double* camera, double aspect);
 void isosplat_view_orbit(double* camera, double right_degrees, double up_degrees);
 void isosplat_view_pan(double* camera, double right_px, double down_px, double image_height_px);
 void isosplat_view_zoom(double* camera, double factor);
+/// A camera that can be drawn from: bounded() in shared/render/camera.h.
+void isosplat_view_bound(double* camera);
 
 /// What draw() will use for a picture of this size: clip space from world, 16 numbers, column by
 /// column. For choosing what to fetch.

@@ -35,6 +35,23 @@ test.describe("a phone", () => {
     expect(await panel.evaluate((element) => element.scrollWidth - element.clientWidth)).toBe(0);
     await page.getByRole("button", { name: "Fewer controls" }).tap();
     await expect(page.locator(".surface")).toBeHidden();
+    await more.tap();
+    await page.keyboard.press("Escape");
+    await expect(page.locator(".surface")).toBeHidden();
+    await expect(more).toBeFocused();
+  });
+
+  test("at 320 px the state is seen whole", async ({ page }) => {
+    await page.setViewportSize({ width: 320, height: 640 });
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    const { status, state } = await page.evaluate(() => {
+      const right = (selector: string) =>
+        document.querySelector(selector)?.getBoundingClientRect().right ?? 0;
+      return { status: right(".status"), state: right(".status-state") };
+    });
+    expect(state).toBeLessThan(status);
+    expect(status).toBeLessThanOrEqual(320);
   });
 
   test("one finger turns, two pinch and move", async ({ page }) => {
@@ -94,8 +111,103 @@ test.describe("a phone", () => {
   });
 });
 
+test.describe("a desk's window at 200 %", () => {
+  test.use({ viewport: { width: 640, height: 400 }, deviceScaleFactor: 2 });
+
+  test("leaves the picture most of the height", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    const stage = await page.locator(".stage").boundingBox();
+    expect(stage?.height).toBeGreaterThan(300);
+    expect(stage?.width).toBeGreaterThan(300);
+    await expect(page.locator(".isovalue-slider")).toBeInViewport();
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    expect(wide).toBeLessThanOrEqual(640);
+  });
+});
+
 test.describe("a desk", () => {
   test.use({ viewport: { width: 1000, height: 640 } });
+
+  test("another pixel ratio at the same size gives as many pixels", async ({ page }) => {
+    // Chromium emulates the ratio, but not the event that a window gets on another screen.
+    await page.addInitScript(() => {
+      const original = window.matchMedia.bind(window);
+      window.matchMedia = (query) => {
+        const list = original(query);
+        if (query.includes("resolution")) {
+          window.addEventListener("other-screen", () => list.dispatchEvent(new Event("change")));
+        }
+        return list;
+      };
+    });
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    const widths = () =>
+      page.evaluate(() =>
+        [...document.querySelectorAll<HTMLCanvasElement>("#view, .histogram-bars")].map(
+          (canvas) => canvas.width / canvas.clientWidth,
+        ),
+      );
+    for (const ratio of await widths()) expect(ratio).toBeCloseTo(1, 1);
+    const screen = await page.context().newCDPSession(page);
+    await screen.send("Emulation.setDeviceMetricsOverride", {
+      width: 1000,
+      height: 640,
+      deviceScaleFactor: 2,
+      mobile: false,
+    });
+    await page.evaluate(() => window.dispatchEvent(new Event("other-screen")));
+    await expect
+      .poll(async () => Math.min(...(await widths())), { timeout: 20_000 })
+      .toBeGreaterThan(1.9);
+  });
+
+  test("letters are keys under Caps Lock as well", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    const panel = page.locator(".panel");
+    const capital = (key: string) =>
+      page.evaluate((letter) => {
+        window.dispatchEvent(new KeyboardEvent("keydown", { key: letter, bubbles: true }));
+      }, key);
+    await capital("F");
+    await expect(panel).toBeHidden();
+    await capital("F");
+    await expect(panel).toBeVisible();
+  });
+
+  test("the focus stays in the list when a surface is removed", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=60,100,140`);
+    await complete(page);
+    await page.waitForFunction(() => !document.querySelector(":not(:defined)"));
+    for (const left of [2, 1]) {
+      await page.getByRole("button", { name: `Remove surface ${left + 1}` }).press("Enter");
+      await expect(page.locator(".surface")).toHaveCount(left);
+      await expect(page.locator(".surface-value").nth(left - 1)).toBeFocused();
+    }
+  });
+
+  test("colours of values have a legend", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100&colour-by=isovalue&map=magma`);
+    await complete(page);
+    const legend = page.locator(".legend");
+    await expect(legend).toContainText("Isovalue");
+    await expect(legend.locator(".legend-ends")).toHaveText(/0\s*247/);
+    const colours = await legend.locator(".legend-colours").getAttribute("style");
+    expect(colours).toMatch(/rgb\(0 0 4\).*rgb\(252 253 191\)/);
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    await expect(legend).toHaveCount(0);
+  });
+
+  test("no frame rate is shown of a view that rests", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    await page.keyboard.press("ArrowLeft");
+    await settled(page);
+    await expect(page.locator(".status-frames")).toHaveText("");
+  });
 
   test("everything is reached and named by keyboard", async ({ page }) => {
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
@@ -151,6 +263,12 @@ test.describe("a desk", () => {
     await complete(page);
     const field = page.locator(".isovalue-field").getByLabel("Isovalue");
     await field.fill("77.25");
+    await field.press("Enter");
+    await expect(page).toHaveURL(/isovalue=77.25/);
+    await field.fill("60,5");
+    await field.press("Enter");
+    await expect(page).toHaveURL(/isovalue=60.5/);
+    await field.fill("77,25");
     await field.press("Enter");
     await expect(page).toHaveURL(/isovalue=77.25/);
     await field.fill("");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 namespace isosplat {
 namespace {
@@ -65,6 +66,42 @@ TEST(Camera, OrbitStopsAtThePoles) {
   const CameraFrame top = camera_frame(orbited(camera, 0, 500));
   EXPECT_NEAR(length(top.right), 1, 1e-12);
   EXPECT_NEAR(dot(top.right, top.up), 0, 1e-12);
+}
+
+TEST(Camera, BoundedKeepsWhatGesturesLeadTo) {
+  const VolumeGrid g = grid();
+  const double radius = bounding_sphere(g).radius;
+  Camera camera = panned(orbited(default_camera(g), 170, 30), 300, -200, 480);
+  EXPECT_EQ(bounded(camera, g), camera);
+  for (const double factor : {1e-9, 1e9}) {
+    const Camera end = zoomed(camera, factor, radius);
+    EXPECT_EQ(bounded(end, g), end);
+  }
+}
+
+TEST(Camera, BoundedIsNearTheVolumeWhateverALinkSays) {
+  const VolumeGrid g = grid();
+  const BoundingSphere sphere = bounding_sphere(g);
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double wild : {1e20, -1e300, infinity, std::nan("")}) {
+    for (double Camera::*number : {&Camera::distance, &Camera::azimuth, &Camera::elevation,
+                                   &Camera::roll, &Camera::field_of_view}) {
+      for (double Vec3d::*axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
+        Camera camera = default_camera(g);
+        camera.*number = wild;
+        camera.target.*axis = wild;
+        const Camera found = bounded(camera, g);
+        EXPECT_LE(length(found.target - sphere.centre), 100 * sphere.radius);
+        EXPECT_GT(found.distance, 0);
+        EXPECT_LE(found.distance, 100 * sphere.radius);
+        EXPECT_LE(std::abs(found.azimuth), 360);
+        EXPECT_LE(std::abs(found.elevation), 90);
+        const Projection p = projection(found, sphere, {}, 640, 480);
+        for (const double m : p.clip_from_world) EXPECT_TRUE(std::isfinite(m));
+        EXPECT_LT(p.near_plane, p.far_plane);
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 import { describe, expect, it } from "vitest";
-import { formatBytes, formatCount, formatValue } from "../../web/page/format.ts";
+import { formatBytes, formatCount, formatValue, parseValue } from "../../web/page/format.ts";
 import { isovalueScale, roundStep, snapped } from "../../web/page/isovalue_scale.ts";
 import { levelText, stateText } from "../../web/page/status_text.ts";
+import { surfacesAt, withAddedSurface } from "../../web/page/surfaces.ts";
 import type { Progress } from "../../web/stream/types.ts";
 
 describe("numbers for people", () => {
@@ -26,6 +27,78 @@ describe("numbers for people", () => {
       "1e-7",
       "–",
     ]);
+  });
+});
+
+describe("numbers that people type", () => {
+  it("takes a decimal comma as a decimal point, whatever the language", () => {
+    const typed = [
+      "12,5",
+      "12.5",
+      " 60,5 ",
+      "-1024",
+      "\u2212500",
+      "+3",
+      ",5",
+      "7.",
+      "1e-7",
+      "1,5e3",
+    ];
+    expect(typed.map(parseValue)).toEqual([12.5, 12.5, 60.5, -1024, -500, 3, 0.5, 7, 1e-7, 1500]);
+  });
+
+  it("takes groups of digits where there is no doubt", () => {
+    const typed = [
+      "1.024,5",
+      "1,024.5",
+      "1 024,5",
+      "1\u202f024",
+      "1,234,567",
+      "1.234.567",
+      "12'000",
+    ];
+    expect(typed.map(parseValue)).toEqual([1024.5, 1024.5, 1024.5, 1024, 1234567, 1234567, 12000]);
+  });
+
+  it("takes nothing else", () => {
+    const typed = [
+      "",
+      " ",
+      "abc",
+      "12abc",
+      "1,2,3",
+      "1.2.3",
+      "1,23.4,5",
+      "--1",
+      ".",
+      "e5",
+      "1e999",
+      "NaN",
+    ];
+    for (const text of typed) expect(parseValue(text), text).toBeUndefined();
+  });
+});
+
+describe("a surface that is added", () => {
+  const scale = isovalueScale([0, 255], 1);
+  const added = (count: number, suggestions: readonly number[], at = scale) => {
+    let surfaces = surfacesAt([suggestions[0] ?? at.low]);
+    for (let i = 1; i < count; ++i) surfaces = withAddedSurface(surfaces, suggestions, at);
+    return surfaces.map((surface) => surface.isovalue);
+  };
+
+  it("never has the isovalue of another", () => {
+    for (const suggestions of [[60.5, 100.5, 180.5], [60.5], [], [0, 255]]) {
+      const isovalues = added(8, suggestions);
+      expect(new Set(isovalues).size, String(isovalues)).toBe(8);
+      for (const value of isovalues) expect(value >= 0 && value <= 255).toBe(true);
+    }
+    const narrow = added(8, [], isovalueScale([0, 1], 1));
+    expect(new Set(narrow).size, String(narrow)).toBe(8);
+  });
+
+  it("is at a suggestion as long as there is one", () => {
+    expect(added(3, [60.5, 100.5, 180.5])).toEqual([60.5, 180.5, 100.5]);
   });
 });
 

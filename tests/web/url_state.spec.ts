@@ -26,6 +26,34 @@ const everything: UrlState = {
   },
 };
 
+describe("what an address cannot mean", () => {
+  it("is ignored, and named", () => {
+    const wrong = [
+      "isovalue=abc",
+      "camera=1,2",
+      "camera=0,0,-5,0,0,0",
+      "opacity=2",
+      "kind=round",
+      "colour=12",
+      "clip=0,2,0,1,0,1",
+      "plane=0,0,0,1",
+      "shade=-1",
+    ];
+    for (const parameter of wrong) {
+      const { notes, ...rest } = readUrl(`?${parameter}`);
+      expect(rest, parameter).toEqual({});
+      expect(notes?.[0], parameter).toContain(parameter);
+    }
+    expect(readUrl("?isovalue=60.5&kind=exact").notes).toBeUndefined();
+  });
+
+  it("shows no invisible surface", () => {
+    const { opacities, notes } = readUrl("?isovalue=60,70&opacity=0,0.5");
+    expect(opacities).toEqual([0.05, 0.5]);
+    expect(notes?.[0]).toContain("invisible");
+  });
+});
+
 describe("the address of a view", () => {
   it("is read as it was written", () => {
     expect(readUrl(writeUrl(everything))).toEqual(everything);

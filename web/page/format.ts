@@ -32,6 +32,30 @@ export function formatValue(value: number): string {
   return String(Number(value.toPrecision(6)));
 }
 
+/**
+ * A number as people type it: with a decimal point or a decimal comma, whatever the browser's
+ * language. Of both in one text, the last is the decimal sign and the other groups digits ("1.024,5"
+ * and "1,024.5"); a single one is the decimal sign. Undefined for anything else.
+ */
+export function parseValue(text: string): number | undefined {
+  const plain = text.replace(/[\s'’_]/g, "").replace(/^\u2212/, "-");
+  const [, sign = "", digits = "", exponent = ""] =
+    /^([-+]?)([\d.,]+)(e[-+]?\d+)?$/i.exec(plain) ?? [];
+  const signs = digits.replace(/\d/g, "");
+  const last = signs.at(-1);
+  // One kind of sign, several times: it groups digits, and there is no decimal sign.
+  const isAllGrouping = signs.length > 1 && [...signs].every((each) => each === last);
+  const decimal = last === undefined || isAllGrouping ? digits.length : digits.lastIndexOf(last);
+  const grouping = isAllGrouping ? last : last === "." ? "," : ".";
+  const [first = "", ...groups] = digits.slice(0, decimal).split(grouping ?? ",");
+  if (groups.some((group) => !/^\d{3}$/.test(group))) return undefined;
+  const whole = [first, ...groups].join("");
+  const fraction = digits.slice(decimal + 1);
+  if (!/^\d*$/.test(whole) || whole + fraction === "") return undefined;
+  const value = Number(`${sign}${whole || "0"}.${fraction || "0"}${exponent}`);
+  return Number.isFinite(value) ? value : undefined;
+}
+
 export function formatDims(voxels: readonly number[]): string {
   return voxels.join(" × ");
 }

@@ -1,3 +1,4 @@
+import { onPixelRatio } from "../viewer/index.ts";
 import { fraction, type IsovalueScale } from "./isovalue_scale.ts";
 
 /** An isosurface on the histogram. */
@@ -52,6 +53,7 @@ export class Histogram {
       this.#size = { width, height };
       this.draw();
     }).observe(this.element);
+    onPixelRatio(() => this.draw());
   }
 
   /** Shows a volume's values and these isosurfaces. */

@@ -1,14 +1,40 @@
-import { FileSource, ServerSource } from "../stream/index.ts";
+import { FileSource, ServerSource, StreamError } from "../stream/index.ts";
 import type { Target } from "./volume_page.ts";
 
 /** Where the address of the page points: a volume of its server, or a store on any host. */
 export function openTarget(volume: string | undefined, src: string | undefined): Target {
   if (volume !== undefined) return { name: volume, source: () => new ServerSource({ volume }) };
-  const address = new URL(src ?? "", location.href).href;
-  return { name: fileName(address), source: () => new FileSource(address) };
+  const text = src ?? "";
+  const address = storeAddress(text);
+  if (!address) {
+    const message =
+      `src=${text}: expected the http or https address of a store, such as ` +
+      "https://example.org/head.isosplat; correct it in the address bar";
+    return {
+      name: text,
+      source: () => {
+        throw new StreamError("bad-address", message);
+      },
+    };
+  }
+  return { name: fileName(address), source: () => new FileSource(address.href) };
 }
 
-function fileName(address: string): string {
-  const path = new URL(address).pathname;
-  return decodeURIComponent(path.slice(path.lastIndexOf("/") + 1)) || address;
+/** Undefined where the text is no address that a store can be fetched from. */
+function storeAddress(text: string): URL | undefined {
+  try {
+    const address = new URL(text, location.href);
+    return /^https?:$/.test(address.protocol) ? address : undefined;
+  } catch {
+    return undefined;
+  }
+}
+
+function fileName(address: URL): string {
+  const name = address.pathname.slice(address.pathname.lastIndexOf("/") + 1);
+  try {
+    return decodeURIComponent(name) || address.href;
+  } catch {
+    return name; // a % that escapes nothing
+  }
 }

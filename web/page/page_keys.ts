@@ -18,7 +18,9 @@ export function handlePageKey(
     event.preventDefault();
     return;
   }
-  const action = actions[event.key];
+  // Caps Lock does not make another key of it.
+  const action =
+    actions[event.shiftKey ? event.key : event.key.toLowerCase()] ?? actions[event.key];
   if (action) {
     action();
     event.preventDefault();

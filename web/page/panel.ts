@@ -4,7 +4,14 @@ import { live } from "lit/directives/live.js";
 import type { StoreInfo, Triple } from "../stream/types.ts";
 import { extentAlong, isWhole, wholeVolume } from "../viewer/clipping.ts";
 import { type Clip, type Look, mostSurfaces, type Surface } from "../viewer/types.ts";
-import { formatBytes, formatCount, formatDims, formatType, formatValue } from "./format.ts";
+import {
+  formatBytes,
+  formatCount,
+  formatDims,
+  formatType,
+  formatValue,
+  parseValue,
+} from "./format.ts";
 import { icon } from "./icons.ts";
 import type { IsovalueScale } from "./isovalue_scale.ts";
 
@@ -52,25 +59,22 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
   const suggestions = info.metadata.suggested_isovalues ?? [];
   const entered = (event: Event) => {
     const field = event.currentTarget as ValueElement;
-    const value = Number(field.value);
-    if (field.value.trim() !== "" && Number.isFinite(value)) actions.enter(value);
+    const value = parseValue(field.value);
+    if (value !== undefined) actions.enter(value);
     else field.value = formatValue(isovalue);
   };
   return html`<section class="section isovalue" aria-label="Isovalue">
     <div class="section-head">
       <h2>Isovalue${units ? html` <span class="quiet">${units}</span>` : nothing}</h2>
-      <wa-number-input
+      <wa-input
         class="isovalue-field no-label"
         size="s"
-        without-steppers
-        step="any"
-        .min=${scale.low}
-        .max=${scale.high}
         inputmode="decimal"
+        autocomplete="off"
         label="Isovalue"
         .value=${live(formatValue(isovalue))}
         @change=${entered}
-      ></wa-number-input>
+      ></wa-input>
     </div>
     <div class="histogram-box">
       ${state.histogram}

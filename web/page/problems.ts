@@ -111,6 +111,14 @@ function streamProblem(error: StreamError, what: string): Problem {
         title: "This is not a store that this page can read",
         text: "It was made by another program, or by a newer version of Isosplat. Rebuild it with “isosplat build”.",
       };
+    case "bad-address":
+      return {
+        ...base,
+        icon: "missing",
+        title: "This is not the address of a store",
+        text: `“${what}” cannot be fetched. Give the http or https address of a store, such as https://example.org/head.isosplat.`,
+        canRetry: false,
+      };
     default:
       return {
         ...base,

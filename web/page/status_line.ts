@@ -38,6 +38,11 @@ export class StatusLine {
     this.#schedule();
   }
 
+  /** Nothing changes any more: a frame rate would be that of the past. */
+  rests(): void {
+    if (this.#frame) this.frame({ ...this.#frame, framesPerSecond: 0 });
+  }
+
   clear(): void {
     this.#progress = null;
     this.#frame = null;

@@ -14,6 +14,7 @@ export function stateText(progress: Progress): string {
   const toGo = progress.bytesToGo > 0 ? `${formatBytes(progress.bytesToGo)} to go` : "";
   switch (progress.state) {
     case "complete":
+      if (progress.finestLevel < 0) return "complete: no surface in this view";
       return progress.limitedByBudget ? "complete within the memory budget" : "complete";
     case "opening":
       return "opening";

@@ -30,8 +30,9 @@ export function surfacesAt(
 }
 
 /**
- * One more surface, at the end of the list: at the candidate that is farthest from what is shown.
- * What usually encloses others (the lower isovalue) becomes translucent, so that both are seen.
+ * One more surface, at the end of the list: at the candidate that is farthest from what is shown, and
+ * no two at one isovalue, as one would hide the other. What usually encloses others (the lower
+ * isovalue) becomes translucent, so that both are seen.
  */
 export function withAddedSurface(
   surfaces: readonly Surface[],
@@ -41,9 +42,14 @@ export function withAddedSurface(
   const { low, high } = scale;
   const away = (value: number) =>
     Math.min(...surfaces.map((surface) => Math.abs(surface.isovalue - value)));
-  const candidates = [...suggestions, low + 0.25 * (high - low), low + 0.6 * (high - low)];
-  const farthest = candidates.reduce((best, value) => (away(value) > away(best) ? value : best));
-  const isovalue = suggestions.includes(farthest) ? farthest : snapped(farthest, scale);
+  const inside = suggestions.filter((value) => value > low && value < high);
+  const shares = [0.25, 0.6].map((share) => snapped(low + share * (high - low), scale));
+  const candidates = [...inside, ...shares, ...gapMiddles(surfaces, scale)];
+  const farthest = (values: readonly number[]) =>
+    values.reduce((best, value) => (away(value) > away(best) ? value : best));
+  // Suggestions first, as long as they are apart by what can be told from one another.
+  const best = farthest(inside.length > 0 ? inside : candidates);
+  const isovalue = away(best) >= 0.02 * (high - low) ? best : farthest(candidates);
   const used = new Set(surfaces.map((surface) => surface.colour));
   const colour = surfaceColours.find((candidate) => !used.has(candidate)) ?? surfaceColours[0];
   const isOuter = surfaces.every((surface) => surface.isovalue > isovalue);
@@ -53,4 +59,13 @@ export function withAddedSurface(
       : surface,
   );
   return [...dimmed, { isovalue, colour, opacity: isOuter ? outerOpacity : 1 }];
+}
+
+/** The middles between neighbouring isovalues, and between them and the ends of the range. */
+function gapMiddles(surfaces: readonly Surface[], { low, high }: IsovalueScale): number[] {
+  const ends = [low, ...surfaces.map((surface) => surface.isovalue), high].sort((a, b) => a - b);
+  return ends.slice(1).map((end, i) => {
+    const middle = ((ends[i] ?? low) + end) / 2;
+    return Number(middle.toPrecision(10));
+  });
 }

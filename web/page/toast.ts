@@ -1,27 +1,47 @@
+import type { IconName } from "./icons.ts";
+
+/** Long enough to read: this, and as long again for each so many letters. */
 const shownMs = 2500;
+const lettersPerShown = 40;
+
+export interface ToastMessage {
+  text: string;
+  /** done: what the visitor asked for; note: something to know. */
+  icon: IconName;
+}
 
 /** A short message that goes away by itself. */
 export class Toast {
   readonly #changed: () => void;
-  #text = "";
+  #message: ToastMessage | null = null;
   #timer = 0;
 
   constructor(changed: () => void) {
     this.#changed = changed;
   }
 
-  /** Empty: there is none. */
-  get text(): string {
-    return this.#text;
+  get message(): ToastMessage | null {
+    return this.#message;
   }
 
-  say(text: string): void {
-    this.#text = text;
+  /** Something was done. */
+  done(text: string): void {
+    this.#show({ text, icon: "check" });
+  }
+
+  /** Something is otherwise than the visitor may think. */
+  note(text: string): void {
+    this.#show({ text, icon: "alert" });
+  }
+
+  #show(message: ToastMessage): void {
+    this.#message = message;
     clearTimeout(this.#timer);
+    const time = shownMs * (1 + Math.floor(message.text.length / lettersPerShown));
     this.#timer = window.setTimeout(() => {
-      this.#text = "";
+      this.#message = null;
       this.#changed();
-    }, shownMs);
+    }, time);
     this.#changed();
   }
 }

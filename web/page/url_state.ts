@@ -12,9 +12,13 @@ import {
   splatKinds,
 } from "../viewer/types.ts";
 
+/** A surface fainter than this cannot be told from none; the panel's slider begins here. */
+export const leastOpacity = 0.05;
+
 /**
  * What the address says of the view. What is missing is the page's choice; what cannot be read is
- * treated as missing, so that an old or mistyped link still opens the volume.
+ * treated as missing, so that an old or mistyped link still opens the volume, and is named in
+ * `notes`.
  *
  *   volume=engine                  a volume of this server, or
  *   src=https://…/engine.isosplat  a store on any host with Range
@@ -38,6 +42,8 @@ export interface UrlState {
   background?: string;
   eyeDome?: number;
   clip?: Clip;
+  /** What of the address was ignored or changed: one sentence each, for the visitor. */
+  notes?: string[];
 }
 
 function numbers(text: string | null): number[] | undefined {
@@ -87,38 +93,77 @@ function readClip(query: URLSearchParams): Clip | undefined {
   return { ...wholeVolume, ...box, planes: known };
 }
 
+function readColours(text: string): string[] | undefined {
+  const colours = text.split(",").map(colour);
+  return colours.every((c) => c !== undefined) ? colours : undefined;
+}
+
+function readShare(text: string): number | undefined {
+  const n = numbers(text);
+  const [share = Number.NaN] = n ?? [];
+  return n?.length === 1 && share >= 0 && share <= 1 ? share : undefined;
+}
+
+function readOpacities(text: string): number[] | undefined {
+  const opacities = numbers(text);
+  return opacities?.every((o) => o >= 0 && o <= 1) ? opacities : undefined;
+}
+
 export function readUrl(search: string): UrlState {
   const query = new URLSearchParams(search);
   const state: UrlState = {};
+  const notes: string[] = [];
+  /** The parameter's value, if it is there and can be read; a note if it cannot. */
+  const read = <T>(name: string, parse: (text: string) => T | undefined, expected: string) => {
+    const text = query.get(name);
+    if (text === null || text === "") return undefined;
+    const value = parse(text);
+    if (value === undefined) notes.push(ignored(name, text, expected));
+    return value;
+  };
   const volume = query.get("volume");
   if (volume) state.volume = volume;
   const src = query.get("src");
   if (src) state.src = src;
 
-  const isovalues = numbers(query.get("isovalue"));
+  const isovalues = read("isovalue", numbers, "numbers, such as 60.5,180");
   if (isovalues) state.isovalues = isovalues.slice(0, mostSurfaces);
-  const colours = query.get("colour")?.split(",").map(colour);
-  if (colours?.every((c) => c !== undefined)) state.colours = colours;
-  const opacities = numbers(query.get("opacity"));
-  if (opacities?.every((o) => o >= 0 && o <= 1)) state.opacities = opacities;
+  const colours = read("colour", readColours, "colours such as d9ccb3");
+  if (colours) state.colours = colours;
+  const opacities = read("opacity", readOpacities, "numbers from 0 to 1");
+  if (opacities) state.opacities = opacities.map((o) => Math.max(o, leastOpacity));
+  if (opacities?.some((o) => o < leastOpacity)) {
+    notes.push(
+      `The address asks for an invisible surface: it is shown at ${100 * leastOpacity} %.`,
+    );
+  }
 
-  const camera = readCamera(query.get("camera"));
+  const camera = read("camera", readCamera, "azimuth,elevation,distance,x,y,z");
   if (camera) state.camera = camera;
-  const kind = oneOf(query.get("kind"), ["automatic", ...splatKinds] as const);
+  const kinds = ["automatic", ...splatKinds] as const;
+  const kind = read("kind", (text) => oneOf(text, kinds), kinds.join(", "));
   if (kind) state.kind = kind;
-  const colourBy = oneOf(query.get("colour-by"), colourings);
+  const colourBy = read("colour-by", (text) => oneOf(text, colourings), colourings.join(", "));
   if (colourBy) state.colourBy = colourBy;
-  const colourMap = oneOf(query.get("map"), colourMaps);
+  const colourMap = read("map", (text) => oneOf(text, colourMaps), colourMaps.join(", "));
   if (colourMap) state.colourMap = colourMap;
-  const background = colour(query.get("background"));
+  const background = read("background", colour, "a colour such as ffffff");
   if (background) state.background = background;
-  const shade = numbers(query.get("shade"));
-  if (shade?.length === 1 && shade[0] !== undefined && shade[0] >= 0 && shade[0] <= 1) {
-    state.eyeDome = shade[0];
+  const shade = read("shade", readShare, "a number from 0 to 1");
+  if (shade !== undefined) state.eyeDome = shade;
+  read("clip", readBox, "x0,x1,y0,y1,z0,z1 from 0 to 1");
+  for (const text of query.getAll("plane")) {
+    if (!readPlane(text)) notes.push(ignored("plane", text, "x,y,z,offset"));
   }
   const clip = readClip(query);
   if (clip) state.clip = clip;
+  if (notes.length > 0) state.notes = notes;
   return state;
+}
+
+function ignored(name: string, text: string, expected: string): string {
+  const shown = text.length > 40 ? `${text.slice(0, 40)}…` : text;
+  return `“${name}=${shown}” in the address was ignored: expected ${expected}.`;
 }
 
 /** Enough digits that the view is the same to a fraction of a pixel. */

@@ -8,6 +8,7 @@ import {
   type Viewer,
   wholeVolume,
 } from "../viewer/index.ts";
+import { formatValue } from "./format.ts";
 import type { HistogramMark } from "./histogram.ts";
 import { firstIsovalue, type IsovalueScale, isovalueScale, snapped } from "./isovalue_scale.ts";
 import type { PanelActions, PanelState } from "./panel.ts";
@@ -55,16 +56,36 @@ export class ViewSettings {
     return this.#surfaces;
   }
 
-  /** A volume is open: its range, and its first suggestion where no isovalue is known. */
-  opened(info: StoreInfo): void {
+  /**
+   * A volume is open: its range, and its first suggestion where no isovalue is known that lies in it.
+   * Answers what is shown otherwise than asked for, a sentence each.
+   */
+  opened(info: StoreInfo): string[] {
     this.#scale = isovalueScale(info.range, info.mapping.scale);
     this.#suggestions = info.metadata.suggested_isovalues ?? [];
-    if (this.#surfaces.length === 0) {
+    const notes: string[] = [];
+    const { low, high } = this.#scale;
+    const isInside = ({ isovalue }: Surface) => isovalue >= low && isovalue <= high;
+    const outside = this.#surfaces.filter((surface) => !isInside(surface));
+    if (outside.length > 0) {
+      const values = outside.map(({ isovalue }) => formatValue(isovalue)).join(", ");
+      notes.push(
+        `The address asks for isovalue ${values}: the volume's values are ` +
+          `${formatValue(low)} to ${formatValue(high)}.`,
+      );
+    }
+    let surfaces: readonly Surface[] = this.#surfaces.filter(isInside);
+    if (surfaces.length === 0) {
       const { colours, opacities } = this.#url;
-      this.#surfaces = surfacesAt([firstIsovalue(info)], colours, opacities);
-      this.#viewer.setSurfaces(this.#surfaces);
+      surfaces = surfacesAt([firstIsovalue(info)], colours, opacities);
+    }
+    if (outside.length > 0 || this.#surfaces.length === 0) {
+      this.#surfaces = surfaces;
+      this.#active = Math.min(this.#active, surfaces.length - 1);
+      this.#viewer.setSurfaces(surfaces);
     }
     this.#changed();
+    return notes;
   }
 
   themeChanged(): void {

@@ -1,10 +1,12 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { guard } from "lit/directives/guard.js";
 import type { StoreInfo } from "../stream/index.ts";
+import type { Legend } from "../viewer/types.ts";
 import { brand, iconButton, problemCard, themeButton } from "./chrome.ts";
 import { formatDims, formatType } from "./format.ts";
 import { showHelp } from "./help.ts";
 import { icon } from "./icons.ts";
+import { legendPart } from "./legend.ts";
 import {
   appearanceSection,
   clippingSection,
@@ -15,14 +17,17 @@ import {
   volumeSection,
 } from "./panel.ts";
 import type { Problem } from "./problems.ts";
+import type { ToastMessage } from "./toast.ts";
 
 /** A message beside the picture, which stays. */
 export interface Banner {
   text: string;
-  /** For a report; shown on hovering. */
+  /** What was expected and found, for a report. */
   detail?: string;
-  /** It goes on by itself; otherwise "Try again" is offered. */
+  /** It goes on by itself. */
   isWaiting: boolean;
+  /** Offers "Try again". */
+  canRetry: boolean;
 }
 
 export interface LayoutState {
@@ -33,8 +38,9 @@ export interface LayoutState {
   problem: Problem | null;
   /** Other volumes that can be gone to instead. */
   names: readonly string[];
+  legend: Legend | null;
   banner: Banner | null;
-  toast: string;
+  toast: ToastMessage | null;
   hasPicture: boolean;
   isSheetOpen: boolean;
   isPanelHidden: boolean;
@@ -62,7 +68,12 @@ export function volumeLayout(state: LayoutState, actions: LayoutActions): Templa
     <main class="stage" style=${`background:${state.background}`}>
       ${state.canvas} ${state.banner ? bannerPart(state.banner, actions) : nothing}
       ${cover(state, actions)}
-      ${state.toast ? html`<div class="toast" role="status">${icon("check")}${state.toast}</div>` : nothing}
+      ${
+        state.toast
+          ? html`<div class="toast" role="status">${icon(state.toast.icon)}${state.toast.text}</div>`
+          : nothing
+      }
+      ${state.legend && !state.problem ? legendPart(state.legend, panel?.info.metadata.units) : nothing}
       ${state.status}
     </main>
     ${
@@ -105,16 +116,27 @@ function cover(state: LayoutState, actions: LayoutActions): TemplateResult | typ
   return html`<div class="opening" aria-hidden="true"><wa-spinner></wa-spinner></div>`;
 }
 
-function bannerPart({ text, detail, isWaiting }: Banner, actions: LayoutActions): TemplateResult {
+function bannerPart(banner: Banner, actions: LayoutActions): TemplateResult {
+  const { text, detail, isWaiting, canRetry } = banner;
   return html`<div class="banner" role="status">
     ${isWaiting ? html`<wa-spinner></wa-spinner>` : icon("alert")}
-    <span title=${detail ?? nothing}>${text}</span>
+    <div>
+      ${text}
+      ${
+        detail
+          ? html`<details class="banner-detail">
+              <summary>Details</summary>
+              <code>${detail}</code>
+            </details>`
+          : nothing
+      }
+    </div>
     ${
-      isWaiting
-        ? nothing
-        : html`<wa-button size="s" appearance="outlined" @click=${actions.retry}
+      canRetry
+        ? html`<wa-button size="s" appearance="outlined" @click=${actions.retry}
             >Try again</wa-button
           >`
+        : nothing
     }
   </div>`;
 }

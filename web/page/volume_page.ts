@@ -24,10 +24,12 @@ import { fetchVolumes } from "./volumes_api.ts";
 const offlineBanner: Banner = {
   text: "The server does not answer. What is here stays; the rest is tried again.",
   isWaiting: true,
+  canRetry: false,
 };
 const contextLostBanner: Banner = {
   text: "The browser took the graphics card away. Waiting to get it back.",
   isWaiting: true,
+  canRetry: false,
 };
 
 export interface Target {
@@ -112,7 +114,10 @@ export class VolumePage {
       this.#camera = camera;
       this.#address.changed();
     });
-    viewer.on("busy", () => this.#showBusy());
+    viewer.on("busy", (isBusy) => {
+      if (!isBusy) this.#status.rests();
+      this.#showBusy();
+    });
     viewer.on("error", (error) => {
       this.#failed(error);
     });
@@ -143,18 +148,24 @@ export class VolumePage {
         ...(surfaces.length > 0 ? { surfaces } : {}),
         ...(camera ? { camera } : {}),
       });
-      this.#opened(info);
+      this.#opened(info, camera);
     } catch (error) {
       if (error instanceof DOMException && error.name === "AbortError") return;
       this.#fail(error);
     }
   }
 
-  #opened(info: StoreInfo): void {
+  /** `camera`: what was asked for. */
+  #opened(info: StoreInfo, camera: Camera | undefined): void {
     this.#info = info;
     this.#problem = null;
     document.title = `${this.#title()} · Isosplat`;
-    this.#settings.opened(info);
+    const notes = [...(this.#url.notes ?? []), ...this.#settings.opened(info)];
+    if (camera && JSON.stringify(camera) !== JSON.stringify(this.#viewer.camera)) {
+      this.#camera = this.#viewer.camera;
+      notes.push("The view of the address is too far from the volume: another is shown.");
+    }
+    if (notes.length > 0) this.#toast.note(notes.join(" "));
   }
 
   #title(): string {
@@ -175,8 +186,14 @@ export class VolumePage {
       // What is drawn stays: the message goes beside it.
       // Its head was read, so it is a store: what cannot be read now is damaged.
       const kind = error.kind === "bad-store" ? "corrupt" : error.kind;
-      const { title, text } = problemOf(new StreamError(kind, error.message), this.#target.name);
-      this.#showBanner({ text: `${title}. ${text}`, detail: error.message, isWaiting: false });
+      const problem = problemOf(new StreamError(kind, error.message), this.#target.name);
+      const { title, text, canRetry } = problem;
+      this.#showBanner({
+        text: `${title}. ${text}`,
+        detail: error.message,
+        isWaiting: false,
+        canRetry,
+      });
     } else {
       this.#fail(error);
     }
@@ -215,9 +232,13 @@ export class VolumePage {
     reset: () => this.#viewer.reset(),
     savePicture: () => void this.#saveScreenshot(),
     copyLink: () => void this.#copyLink(),
-    toggleSheet: () => {
-      this.#isSheetOpen = !this.#isSheetOpen;
-      this.#render();
+    toggleSheet: () => this.#openSheet(!this.#isSheetOpen),
+    removeSurface: (index) => {
+      this.#settings.actions.removeSurface(index);
+      this.#renderNow();
+      // The button that had the focus is gone, or belongs to another surface.
+      const rows = this.#root.querySelectorAll<HTMLElement>(".surface-value");
+      rows[Math.min(index, rows.length - 1)]?.focus();
     },
   };
 
@@ -232,7 +253,16 @@ export class VolumePage {
     t: toggleTheme,
     f: () => this.#togglePanel(),
     r: () => this.#viewer.reset(),
+    Escape: () => this.#openSheet(false),
   };
+
+  #openSheet(isOpen: boolean): void {
+    if (isOpen === this.#isSheetOpen) return;
+    this.#isSheetOpen = isOpen;
+    this.#renderNow();
+    // What had the focus may be hidden now.
+    if (!isOpen) this.#root.querySelector<HTMLElement>(".sheet-handle")?.focus();
+  }
 
   #togglePanel(): void {
     this.#isPanelHidden = !this.#isPanelHidden;
@@ -243,9 +273,9 @@ export class VolumePage {
     this.#address.write();
     try {
       await navigator.clipboard.writeText(location.href);
-      this.#toast.say("Link copied");
+      this.#toast.done("Link copied");
     } catch {
-      this.#toast.say("The browser keeps the clipboard to itself: copy the address bar instead");
+      this.#toast.note("The browser keeps the clipboard to itself: copy the address bar instead");
     }
   }
 
@@ -257,9 +287,9 @@ export class VolumePage {
       link.download = `${name}-${this.#isovalues().join("-")}.png`;
       link.click();
       setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
-      this.#toast.say("Picture saved");
+      this.#toast.done("Picture saved");
     } catch (error) {
-      this.#toast.say(error instanceof Error ? error.message : "There is no picture yet");
+      this.#toast.note(error instanceof Error ? error.message : "There is no picture yet");
     }
   }
 
@@ -294,8 +324,9 @@ export class VolumePage {
       background: settings.look.background,
       problem: this.#problem,
       names: this.#names,
+      legend: this.#viewer.legend,
       banner: this.#banner,
-      toast: this.#toast.text,
+      toast: this.#toast.message,
       hasPicture: this.#hasPicture,
       isSheetOpen: this.#isSheetOpen,
       isPanelHidden: this.#isPanelHidden,

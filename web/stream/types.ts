@@ -97,6 +97,8 @@ export type StreamErrorKind =
   | "corrupt"
   /** Not a store, or one of a newer version. */
   | "bad-store"
+  /** The address of a store cannot be one: no request was made. */
+  | "bad-address"
   | "internal";
 
 /** Something went wrong. `message` says what was expected, what was found, and the remedy. */

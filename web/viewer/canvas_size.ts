@@ -1,3 +1,5 @@
+import { onPixelRatio } from "./pixel_ratio.ts";
+
 /**
  * Keeps the pixels of a canvas in step with its size on the page. The size is what the browser has
  * last told of it: to ask for it in a frame would have the page laid out at once.
@@ -6,10 +8,11 @@ export class CanvasSize {
   readonly #canvas: HTMLCanvasElement;
   readonly #maxPixelRatio: number;
   readonly #observer: ResizeObserver;
+  readonly #unwatch: () => void;
   #cssWidth = 0;
   #cssHeight = 0;
 
-  /** `changed`: the size on the page is another one. */
+  /** `changed`: the size on the page, or the pixels that it has, are others. */
   constructor(canvas: HTMLCanvasElement, maxPixelRatio: number, changed: () => void) {
     this.#canvas = canvas;
     this.#maxPixelRatio = maxPixelRatio;
@@ -18,6 +21,7 @@ export class CanvasSize {
       changed();
     });
     this.#observer.observe(canvas);
+    this.#unwatch = onPixelRatio(changed);
   }
 
   /** At least 1; CSS pixels. */
@@ -50,5 +54,6 @@ export class CanvasSize {
 
   stop(): void {
     this.#observer.disconnect();
+    this.#unwatch();
   }
 }

@@ -55,6 +55,15 @@ export interface Look {
   eyeDome: number;
 }
 
+/** What colours stand for (shared/render/splat_passes.cpp, scalar_weights). */
+export interface Legend {
+  colourBy: Exclude<Colouring, "isosurface">;
+  /** CSS colours, evenly spaced from low to high. */
+  colours: readonly string[];
+  /** What the first and the last colour stand for; null: the nearest and farthest of the view. */
+  range: readonly [number, number] | null;
+}
+
 /** Keeps the side that the normal points to: normal · world ≥ offset. */
 export interface ClipPlane {
   normal: Triple;

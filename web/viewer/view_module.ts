@@ -2,7 +2,7 @@ import wasmUrl from "@wasm/isosplat-view.wasm?url";
 import { type CoreModule, instantiate, type ModuleFactory, sightWords } from "../core/index.ts";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
 import { mostClipPlanes } from "./clipping.ts";
-import type { Camera, Clip, Look, SplatKind, Surface } from "./types.ts";
+import type { Camera, Clip, ColourMap, Look, SplatKind, Surface } from "./types.ts";
 import { colourings, colourMaps, mostSurfaces, splatKinds } from "./types.ts";
 
 /** What Emscripten's factory yields: the exports of shared/wasm/view_api.h and the heap. */
@@ -41,6 +41,8 @@ interface Exports extends CoreModule {
   _isosplat_view_orbit(camera: number, right: number, up: number): void;
   _isosplat_view_pan(camera: number, right: number, down: number, height: number): void;
   _isosplat_view_zoom(camera: number, factor: number): void;
+  _isosplat_view_bound(camera: number): void;
+  _isosplat_view_colour_map(map: number): number;
   _isosplat_view_projection(camera: number, width: number, height: number, matrix: number): void;
   _isosplat_view_needs_redraw(width: number, height: number): number;
   _isosplat_view_draw(width: number, height: number, statistics: number): number;
@@ -220,6 +222,15 @@ export class ViewModule {
     this.#exports._isosplat_view_set_lighting(0.25, 0.15, look.eyeDome);
   }
 
+  /** A colour map from low to high: as many colours as asked for, evenly spaced, as CSS colours. */
+  colours(map: ColourMap, count: number): string[] {
+    const at = this.#exports._isosplat_view_colour_map(colourMaps.indexOf(map));
+    return Array.from({ length: count }, (_, i) => {
+      const colour = at + 3 * Math.round((255 * i) / (count - 1));
+      return `rgb(${this.#exports.HEAPU8.subarray(colour, colour + 3).join(" ")})`;
+    });
+  }
+
   setClip({ low, high, planes }: Clip): void {
     const used = planes.slice(0, mostClipPlanes);
     const numbers = used.flatMap(({ normal, offset }) => [...normal, offset]);
@@ -253,6 +264,13 @@ export class ViewModule {
   zoomed(camera: Camera, factor: number): Camera {
     this.#putCamera(camera);
     this.#exports._isosplat_view_zoom(this.#scratch, factor);
+    return this.#takeCamera();
+  }
+
+  /** A camera that can be drawn from, whatever numbers this one has. */
+  bounded(camera: Camera): Camera {
+    this.#putCamera(camera);
+    this.#exports._isosplat_view_bound(this.#scratch);
     return this.#takeCamera();
   }
 

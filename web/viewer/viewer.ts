@@ -18,6 +18,7 @@ import {
   type Clip,
   defaultLook,
   type FrameReport,
+  type Legend,
   type Look,
   type Surface,
 } from "./types.ts";
@@ -184,7 +185,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#info = session.info;
     this.#warmUp();
     view.setVolume(session.info);
-    this.#camera = options.camera ?? this.#firstCamera(view);
+    this.#camera = options.camera ? view.bounded(options.camera) : this.#firstCamera(view);
     this.#applySettings();
     this.emit("opened", session.info);
     this.#picture?.request();
@@ -254,6 +255,28 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#picture?.request();
   }
 
+  /** What the colours stand for; null while each surface has its own, or no volume is open. */
+  get legend(): Legend | null {
+    const { colourBy, colourMap } = this.#look;
+    if (!this.#view || !this.#info || colourBy === "isosurface") return null;
+    const colours = this.#view.colours(colourMap, 16);
+    return { colourBy, colours, range: this.#mappedRange() };
+  }
+
+  /** What the colour map's ends stand for: volume values, values per world unit, levels or cells. */
+  #mappedRange(): [number, number] | null {
+    switch (this.#look.colourBy) {
+      case "depth":
+        return null; // the nearest and the farthest of the volume in each view
+      case "level":
+        return [0, 7];
+      case "projection-error":
+        return [0, 0.5];
+      default:
+        return this.#colourRange();
+    }
+  }
+
   get clip(): Clip {
     return this.#clip;
   }
@@ -270,9 +293,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#camera;
   }
 
+  /** One that is not finite, or too far from the volume, gives way to one that can be drawn from. */
   setCamera(camera: Camera): void {
-    this.#camera = camera;
-    this.emit("camera", camera);
+    const bounded = this.#view && this.#info ? this.#view.bounded(camera) : camera;
+    this.#camera = bounded;
+    this.emit("camera", bounded);
     this.#picture?.moved();
   }
 
