@@ -12,9 +12,10 @@
 namespace isosplat::cli {
 
 Result<BuildReport> build_with_progress(const std::filesystem::path& volume,
-                                        const ImportOptions& import_options,
+                                        ImportOptions import_options,
                                         const std::filesystem::path& store, BuildOptions options,
                                         bool quiet) {
+  import_options.memory_bytes = options.memory_bytes;
   auto opened = open_volume(volume, import_options);
   if (!opened) return tl::unexpected(opened.error());
   options.notes = std::move(opened->notes);

@@ -11,7 +11,7 @@ namespace isosplat::cli {
 /// Opens a volume and builds its store, which keeps the volume's notes. Notes and progress go to
 /// stderr unless `quiet`. Errors: those of open_volume and build_store_file.
 Result<BuildReport> build_with_progress(const std::filesystem::path& volume,
-                                        const ImportOptions& import_options,
+                                        ImportOptions import_options,
                                         const std::filesystem::path& store, BuildOptions options,
                                         bool quiet = false);
 

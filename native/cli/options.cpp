@@ -29,6 +29,11 @@ void VolumeFlags::add_to(CLI::App& command) {
       ->type_name("X,Y,Z");
   command.add_option("--time-step", time_step_, "Which volume of a 4D file, from 0")
       ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--series", series_,
+                  "DICOM: which series, by its number in isosplat's messages or its UID (default: "
+                  "the one with the most voxels)")
+      ->type_name("NUMBER|UID");
   command.add_option("--dims", dims_, "Raw files: voxels along each axis")->type_name("XxYxZ");
   command.add_option("--type", type_, "Raw files: u8, i8, u16, i16, u32, i32, f32 or f64");
   command.add_option("--endian", endian_, "Raw files: byte order")
@@ -76,6 +81,7 @@ Result<ImportOptions> VolumeFlags::options() const {
   options.big_endian = endian_ == "big";
   options.skip_bytes = skip_bytes_;
   if (time_step_ >= 0) options.time_step = time_step_;
+  options.series = series_;
   options.allowed = allowed_;
   if (missing_value_ == "none") {
     options.finds_missing_values = false;
@@ -90,8 +96,8 @@ Result<ImportOptions> VolumeFlags::options() const {
 }
 
 std::string VolumeFlags::key() const {
-  std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}", dims_, type_, spacing_, endian_,
-                                 skip_bytes_, time_step_, missing_value_);
+  std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}", dims_, type_, spacing_, endian_,
+                                 skip_bytes_, time_step_, missing_value_, series_);
   for (const AllowanceFlag& allowance : kAllowances) {
     if (allowed_.has(allowance.allowance)) text += fmt::format("\n{}", allowance.flag);
   }

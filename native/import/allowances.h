@@ -7,7 +7,7 @@ namespace isosplat {
 
 /// What is an error unless the user allows it by name. Where it is allowed and happens, the volume
 /// has a note that says so.
-enum class Allowance : uint8_t { gaps, truncated, surplus };
+enum class Allowance : uint8_t { gaps, truncated, surplus, unplaced };
 
 struct AllowanceFlag {
   Allowance allowance;
@@ -24,6 +24,8 @@ inline constexpr AllowanceFlag kAllowances[] = {
      "Read a file that ends before its last voxel; what is missing is filled"},
     {Allowance::surplus, "--allow-surplus",
      "Read a file that holds more voxels than its header says; what is too much is left out"},
+    {Allowance::unplaced, "--allow-unplaced",
+     "Stack DICOM slices that do not say where they are in the order of their instance numbers"},
 };
 
 /// "--allow-gaps", …

@@ -99,7 +99,8 @@ class PlainReader : public ByteReader {
 
 class DeflatedReader : public ByteReader {
  public:
-  DeflatedReader(File file, uint64_t start) : file_(std::move(file)), start_(start) {}
+  DeflatedReader(File file, uint64_t start, Deflate kind)
+      : file_(std::move(file)), start_(start), kind_(kind) {}
   ~DeflatedReader() override { stop(); }
 
   Result<void> read(uint64_t offset, std::span<std::byte> out) override {
@@ -123,7 +124,8 @@ class DeflatedReader : public ByteReader {
   Result<void> begin() {
     stop();
     stream_ = z_stream{};
-    if (inflateInit2(&stream_, 15 + 32) != Z_OK) {  // 32: gzip or zlib, as found
+    // 32: gzip or zlib, as found; negative: neither.
+    if (inflateInit2(&stream_, kind_ == Deflate::raw ? -15 : 15 + 32) != Z_OK) {
       return fail(Status::out_of_memory, "zlib could not be started: not enough memory");
     }
     running_ = true;
@@ -166,6 +168,11 @@ class DeflatedReader : public ByteReader {
       const size_t made = room - stream_.avail_out;
       done += made;
       position_ += made;
+      if (status == Z_STREAM_END && kind_ == Deflate::raw) {
+        if (done == out.size()) return {};
+        return ends_early(file_.path(), position_ + (out.size() - done), position_,
+                          "after decompression");
+      }
       if (status == Z_STREAM_END) {
         inflateReset(&stream_);  // another member may follow
         ended_member_ = true;
@@ -184,6 +191,7 @@ class DeflatedReader : public ByteReader {
 
   File file_;
   uint64_t start_;
+  Deflate kind_;
   z_stream stream_{};
   bool running_ = false;
   bool ended_member_ = false;
@@ -201,11 +209,11 @@ Result<std::unique_ptr<ByteReader>> open_plain(const std::filesystem::path& path
   return std::make_unique<PlainReader>(std::move(*file));
 }
 
-Result<std::unique_ptr<ByteReader>> open_deflated(const std::filesystem::path& path,
-                                                  uint64_t start) {
+Result<std::unique_ptr<ByteReader>> open_deflated(const std::filesystem::path& path, uint64_t start,
+                                                  Deflate kind) {
   auto file = File::open(path);
   if (!file) return tl::unexpected(file.error());
-  return std::make_unique<DeflatedReader>(std::move(*file), start);
+  return std::make_unique<DeflatedReader>(std::move(*file), start, kind);
 }
 
 bool is_gzip(const std::filesystem::path& path) {

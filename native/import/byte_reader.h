@@ -32,11 +32,15 @@ class ByteReader {
 /// A file as it is. Errors: io_error.
 Result<std::unique_ptr<ByteReader>> open_plain(const std::filesystem::path& path);
 
-/// What the gzip or zlib data from `start` in a file expands to, several gzip members one after the
-/// other included. Streams: reading forwards is fast, reading backwards starts again from the
-/// beginning. Holds about 100 KB. Errors: io_error.
+/// What wraps deflated data.
+enum class Deflate : uint8_t { gzip_or_zlib, raw };
+
+/// What the gzip or zlib data (or deflated data without either's header) from `start` in a file
+/// expands to, several gzip members one after the other included. Streams: reading forwards is
+/// fast, reading backwards starts again from the beginning. Holds about 100 KB. Errors: io_error.
 Result<std::unique_ptr<ByteReader>> open_deflated(const std::filesystem::path& path,
-                                                  uint64_t start = 0);
+                                                  uint64_t start = 0,
+                                                  Deflate kind = Deflate::gzip_or_zlib);
 
 /// Whether a file begins with gzip's magic number.
 bool is_gzip(const std::filesystem::path& path);

@@ -2,68 +2,149 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "native/import/array_source.h"
+#include "native/import/dicom_order.h"
+#include "native/import/dicom_pixels.h"
 #include "native/import/formats.h"
+#include "native/import/header_text.h"
 #include "native/import/slice_files.h"
 
-// DICOM: a folder with a file per slice, or one file with several frames. ITK (GDCM) finds the
-// series, decodes the slices and applies the rescaling to physical values (Hounsfield units, say);
-// which slice lies where is computed here from their positions.
+// DICOM: a folder with a file per slice, or files with several frames. The files' elements say what
+// their frames are (dicom_frames.h); frames that fit together form stacks (dicom_stacks.h); their
+// positions order them (dicom_order.h); pixels are read when slices are asked for (dicom_pixels.h).
 namespace isosplat {
 namespace {
 
-struct Slice {
-  std::string file;
-  ItkHeader header;
-  double along = 0;  ///< position along the normal of the slices
+using namespace dicom;
+
+/// How many names a note gives.
+constexpr size_t kMostNames = 4;
+
+/// How the values of all frames are read: as one type that holds them.
+struct Values {
+  VoxelType type = VoxelType::i16;
+  bool has_one_rescaling = true;
+  double least_slope = 1, greatest_slope = 1;
 };
 
-bool same_size(const ItkHeader& a, const ItkHeader& b) {
-  return a.sizes.size() >= 2 && b.sizes.size() >= 2 && a.sizes[0] == b.sizes[0] &&
-         a.sizes[1] == b.sizes[1];
-}
-
-Vec3d column(const std::array<double, 9>& m, size_t index) {
-  return {m[index], m[3 + index], m[6 + index]};
-}
-
-/// One type that holds the values of all slices: rescaling can differ from slice to slice.
-VoxelType common_type(const std::vector<Slice>& slices) {
-  const VoxelType first = read_type({slices[0].header.type, false, 1, 0});
-  bool same = true, integers = true;
-  for (const Slice& slice : slices) {
-    const VoxelType type = read_type({slice.header.type, false, 1, 0});
-    same = same && type == first;
-    integers =
-        integers && type != VoxelType::f32 && type != VoxelType::f64 && type != VoxelType::u32;
+/// Integers stay integers where slope and intercept are: each value comes out exactly. Others
+/// become floats, of 64 bits where pixels have more than 16.
+Values find_values(const Collection& collection, const std::vector<uint32_t>& frames) {
+  Values values;
+  const Frame& first = collection.frames[frames[0]];
+  double low = 0, high = 0;
+  bool is_whole = true, is_wide = false;
+  values.least_slope = values.greatest_slope = first.slope;
+  for (const uint32_t index : frames) {
+    const Frame& frame = collection.frames[index];
+    const Image& image = collection.images[frame.image];
+    values.has_one_rescaling = values.has_one_rescaling && frame.slope == first.slope &&
+                               frame.intercept == first.intercept;
+    values.least_slope = std::min(values.least_slope, frame.slope);
+    values.greatest_slope = std::max(values.greatest_slope, frame.slope);
+    is_whole = is_whole && !image.is_float && frame.slope == std::round(frame.slope) &&
+               frame.intercept == std::round(frame.intercept);
+    is_wide = is_wide || (image.is_float ? image.allocated == 64 : image.stored > 16);
+    const auto [least, greatest] = stored_range(image);
+    for (const double stored : {least, greatest}) {
+      low = std::min(low, frame.intercept + frame.slope * stored);
+      high = std::max(high, frame.intercept + frame.slope * stored);
+    }
   }
-  return same ? first : integers ? VoxelType::i32 : VoxelType::f64;
+  values.type = is_wide ? VoxelType::f64 : VoxelType::f32;
+  if (!is_whole) return values;
+  struct Range {
+    VoxelType type;
+    double low, high;
+  };
+  constexpr Range kRanges[] = {
+      {VoxelType::u8, 0, 255},           {VoxelType::i8, -128, 127},
+      {VoxelType::u16, 0, 65535},        {VoxelType::i16, -32768, 32767},
+      {VoxelType::u32, 0, 4294967295.0}, {VoxelType::i32, -2147483648.0, 2147483647.0},
+  };
+  values.type = VoxelType::f64;
+  for (const Range& range : kRanges) {
+    if (low < range.low || high > range.high) continue;
+    values.type = range.type;
+    break;
+  }
+  return values;
 }
+
+/// out = (1 − weight) · out + weight · other, rounded for integers.
+template <class T>
+void blend(std::span<std::byte> out, std::span<const std::byte> other, double weight) {
+  for (size_t at = 0; at + sizeof(T) <= out.size(); at += sizeof(T)) {
+    T a, b;
+    std::memcpy(&a, out.data() + at, sizeof(T));
+    std::memcpy(&b, other.data() + at, sizeof(T));
+    const double mixed = (1 - weight) * static_cast<double>(a) + weight * static_cast<double>(b);
+    const T value = static_cast<T>(std::is_integral_v<T> ? std::round(mixed) : mixed);
+    std::memcpy(out.data() + at, &value, sizeof(T));
+  }
+}
+
+void blend(VoxelType type, std::span<std::byte> out, std::span<const std::byte> other,
+           double weight) {
+  switch (type) {
+    case VoxelType::u8:
+      return blend<uint8_t>(out, other, weight);
+    case VoxelType::i8:
+      return blend<int8_t>(out, other, weight);
+    case VoxelType::u16:
+      return blend<uint16_t>(out, other, weight);
+    case VoxelType::i16:
+      return blend<int16_t>(out, other, weight);
+    case VoxelType::u32:
+      return blend<uint32_t>(out, other, weight);
+    case VoxelType::i32:
+      return blend<int32_t>(out, other, weight);
+    case VoxelType::f32:
+      return blend<float>(out, other, weight);
+    case VoxelType::f64:
+      return blend<double>(out, other, weight);
+  }
+}
+
+/// A slice of the volume, as pixels of one frame or of two.
+struct SlicePixels {
+  FramePixels first, second;
+  double weight = 0;
+};
 
 class DicomSource : public VolumeSource {
  public:
-  DicomSource(VolumeHeader header, std::vector<Slice> slices, bool reverse)
-      : header_(std::move(header)), slices_(std::move(slices)), reverse_(reverse) {}
+  /// `images`: those that `slices` point into.
+  DicomSource(VolumeHeader header, std::vector<Image> images, std::vector<SlicePixels> slices,
+              bool reverse, bool fills, uint64_t memory_bytes)
+      : header_(std::move(header)),
+        images_(std::move(images)),
+        slices_(std::move(slices)),
+        reverse_(reverse),
+        fills_(fills),
+        memory_bytes_(memory_bytes) {}
 
   const VolumeHeader& header() const override { return header_; }
 
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
     const Index3 n = header_.grid.voxels;
-    const size_t pixels = static_cast<size_t>(n.x) * static_cast<size_t>(n.y);
-    const size_t bytes = pixels * voxel_bytes(header_.type);
+    const size_t row = static_cast<size_t>(n.x) * voxel_bytes(header_.type);
+    const size_t bytes = row * static_cast<size_t>(n.y);
     if (first < 0 || count < 1 || int64_t{first} + count > n.z ||
         out.size() != bytes * static_cast<size_t>(count)) {
       return fail(Status::invalid_argument, "slices outside the volume were asked for");
     }
-    // A batch of slices is decoded by one child process; a batch is what a few MB hold.
-    const auto batch = static_cast<int32_t>(std::clamp<size_t>((size_t{16} << 20) / bytes, 1, 64));
-    for (int32_t i = 0; i < count; i += batch) {
-      const int32_t some = std::min(batch, count - i);
-      auto read = read_batch(
-          std::span(slices_).subspan(static_cast<size_t>(first + i), static_cast<size_t>(some)),
-          out.subspan(static_cast<size_t>(i) * bytes, static_cast<size_t>(some) * bytes));
-      if (!read) return read;
+    // A batch of compressed slices is decoded by one child process; it is what a few MB hold.
+    const auto batch = static_cast<size_t>(std::clamp<size_t>((size_t{16} << 20) / bytes, 1, 64));
+    const auto slices =
+        std::span(slices_).subspan(static_cast<size_t>(first), static_cast<size_t>(count));
+    for (size_t i = 0; i < slices.size(); i += batch) {
+      const size_t some = std::min(batch, slices.size() - i);
+      const auto to = out.subspan(i * bytes, some * bytes);
+      if (auto r = read_batch(slices.subspan(i, some), to); !r) return r;
+      for (size_t k = 0; reverse_ && k < some; ++k) reverse_rows(to.subspan(k * bytes, bytes), row);
     }
     return {};
   }
@@ -72,202 +153,250 @@ class DicomSource : public VolumeSource {
 
   std::vector<std::filesystem::path> files() const override {
     std::vector<std::filesystem::path> files;
-    for (const Slice& slice : slices_) files.emplace_back(slice.file);
+    for (const Image& image : images_) files.emplace_back(image.file);
     return files;
   }
 
  private:
-  Result<void> read_batch(std::span<const Slice> slices, std::span<std::byte> out) {
-    std::vector<std::string> files;
-    std::vector<ItkHeader> headers;
-    uint64_t bytes = 0;
-    for (const Slice& slice : slices) {
-      files.push_back(slice.file);
-      headers.push_back(slice.header);
-      bytes += itk_bytes(slice.header);
-    }
-    scratch_.resize(static_cast<size_t>(bytes));
-    auto read = read_itk_voxels(ItkFormat::dicom, files, headers, scratch_);
+  Result<void> read_batch(std::span<const SlicePixels> slices, std::span<std::byte> out) {
+    std::vector<FramePixels> frames;
+    for (const SlicePixels& slice : slices) frames.push_back(slice.first);
+    auto read = read_frames(frames, header_.type, fills_, memory_bytes_, out);
     if (!read) return read;
-    const size_t slice_bytes = out.size() / slices.size();
-    const size_t row = static_cast<size_t>(header_.grid.voxels.x) * voxel_bytes(header_.type);
-    size_t at = 0;
+    const size_t bytes = out.size() / slices.size();
     for (size_t i = 0; i < slices.size(); ++i) {
-      const auto stored = std::span(scratch_).subspan(at, itk_bytes(headers[i]));
-      at += stored.size();
-      const auto to = out.subspan(i * slice_bytes, slice_bytes);
-      decode({headers[i].type, false, 1, 0}, stored, header_.type, to);
-      if (reverse_) reverse_rows(to, row);
+      if (slices[i].weight == 0) continue;
+      other_.resize(bytes);
+      read = read_frames({&slices[i].second, 1}, header_.type, fills_, memory_bytes_, other_);
+      if (!read) return read;
+      blend(header_.type, out.subspan(i * bytes, bytes), other_, slices[i].weight);
     }
     return {};
   }
 
   VolumeHeader header_;
-  std::vector<Slice> slices_;
-  bool reverse_;
-  std::vector<std::byte> scratch_;
+  std::vector<Image> images_;
+  std::vector<SlicePixels> slices_;
+  bool reverse_, fills_;
+  uint64_t memory_bytes_;
+  std::vector<std::byte> other_;
 };
 
-Result<std::vector<Slice>> read_slice_headers(const std::vector<std::string>& files) {
-  const auto headers = read_itk_headers(ItkFormat::dicom, files);
-  if (!headers) return tl::unexpected(headers.error());
-  std::vector<Slice> slices;
-  for (size_t i = 0; i < files.size(); ++i) {
-    const ItkHeader& info = (*headers)[i];
-    if (info.components != 1) return not_scalar(files[i], info.components);
-    if (!info.has_known_type) return unknown_type(files[i], "unknown");
-    const auto& sizes = info.sizes;
-    if (sizes.size() < 2 || (sizes.size() > 2 && sizes[2] != 1) ||
-        !same_size(info, headers->front())) {
-      return fail(Status::malformed_volume,
-                  fmt::format("{}: expected a single slice of the same size as {}, found another "
-                              "size or several frames: take the odd file out of the folder",
-                              files[i], files[0]));
-    }
-    slices.push_back({files[i], info, 0});
+/// "a.txt, b.txt and 3 more".
+std::string names_of(const std::vector<std::string>& files) {
+  std::string text;
+  for (size_t i = 0; i < std::min(files.size(), kMostNames); ++i) {
+    if (i > 0) text += ", ";
+    text += std::filesystem::path(files[i]).filename().string();
   }
-  return slices;
+  if (files.size() > kMostNames) text += fmt::format(" and {} more", files.size() - kMostNames);
+  return text;
 }
 
-/// Orders slices along their normal, and takes one time step of them. Returns what a person should
-/// know.
-Result<std::vector<std::string>> arrange(const std::filesystem::path& path,
-                                         std::vector<Slice>& slices, const ImportOptions& options) {
-  std::vector<std::string> notes;
-  const auto& direction = slices[0].header.geometry.direction;
-  const Vec3d normal = cross(column(direction, 0), column(direction, 1));
-  for (Slice& slice : slices) slice.along = dot(slice.header.geometry.origin, normal);
-  std::sort(slices.begin(), slices.end(),
-            [](const Slice& a, const Slice& b) { return natural_order(a.file, b.file); });
-  const auto [nearest, farthest] =
-      std::minmax_element(slices.begin(), slices.end(),
-                          [](const Slice& a, const Slice& b) { return a.along < b.along; });
-  const double extent = farthest->along - nearest->along;
-  const double tolerance = 1e-3 * extent / static_cast<double>(slices.size());
-  if (!(extent > 1e-6)) {
-    notes.push_back(
-        "the slices do not say where they are: they are taken in the order of their "
-        "names");
-    if (options.time_step.value_or(0) != 0) {
-      return fail(
-          Status::invalid_argument,
-          fmt::format("{}: the series has no time steps: leave --time-step away", path.string()));
+/// What the chosen frames' files are refused for, or what is noted of them.
+Result<void> check_images(const Collection& collection, const std::vector<uint32_t>& frames,
+                          const std::filesystem::path& path, const ImportOptions& options,
+                          std::vector<std::string>& notes) {
+  std::vector<std::string> cut_off, surplus;
+  std::string assumption;
+  uint32_t last = ~uint32_t{0};
+  for (const uint32_t index : frames) {
+    const uint32_t image_index = collection.frames[index].image;
+    if (image_index == last) continue;
+    last = image_index;
+    const Image& image = collection.images[image_index];
+    if (!image.obstacle.empty()) {
+      return fail(image.refusal, fmt::format("{}: {}", image.file, image.obstacle));
     }
-    return notes;
+    if (image.cut_off) cut_off.push_back(image.file);
+    if (image.has_surplus) surplus.push_back(image.file);
+    if (!image.assumption.empty()) assumption = image.assumption;
   }
-  std::stable_sort(slices.begin(), slices.end(),
-                   [](const Slice& a, const Slice& b) { return a.along < b.along; });
+  struct Case {
+    const std::vector<std::string>& files;
+    Allowance allowance;
+    Status status;
+    const char *what, *done;
+  };
+  const Case cases[] = {
+      {cut_off, Allowance::truncated, Status::truncated, "end before their last pixel",
+       "what is missing has the stored value 0"},
+      {surplus, Allowance::surplus, Status::malformed_volume,
+       "have more pixels than their header says", "the first are taken"},
+  };
+  for (const Case& c : cases) {
+    if (c.files.empty()) continue;
+    const std::string text =
+        fmt::format("{} of the files {} ({})", c.files.size(), c.what, names_of(c.files));
+    if (!options.allowed.has(c.allowance)) {
+      return fail(c.status, fmt::format("{}: {}: copy or export them again, or allow it with {}",
+                                        path.string(), text, flag_of(c.allowance)));
+    }
+    notes.push_back(fmt::format("{}: {}", text, c.done));
+  }
+  if (!assumption.empty()) notes.push_back(std::move(assumption));
+  return {};
+}
 
-  const std::vector<int64_t> sizes = slices[0].header.sizes;
+/// The volume that frames form.
+Result<OpenVolume> open_frames(Collection collection, const std::filesystem::path& path,
+                               const ImportOptions& options, std::vector<std::string> notes) {
+  const auto stack = choose_stack(collection, path, options, notes);
+  if (!stack) return tl::unexpected(stack.error());
+  if (auto r = check_images(collection, stack->frames, path, options, notes); !r) {
+    return tl::unexpected(r.error());
+  }
+  auto arranged = arrange(collection, *stack, path, options, notes);
+  if (!arranged) return tl::unexpected(arranged.error());
 
-  // Slices at the same place are time steps (or echoes, …), in the order of their names.
-  std::vector<std::vector<Slice>> places;
-  for (Slice& slice : slices) {
-    if (places.empty() || slice.along - places.back()[0].along > tolerance) places.emplace_back();
-    places.back().push_back(std::move(slice));
+  std::vector<uint32_t> used;
+  for (const Plane& plane : arranged->planes) {
+    used.push_back(plane.first);
+    if (plane.weight > 0) used.push_back(plane.second);
   }
-  size_t steps = places[0].size();
-  bool even = true;
-  for (const auto& place : places) {
-    even = even && place.size() == steps;
-    steps = std::min(steps, place.size());
-  }
-  if (!even) {
-    notes.push_back("some slices lie at the same place as others: the first of each are taken");
-    steps = 1;
-  }
-  const auto step = choose_time_step(
-      path, {sizes[0], sizes[1], static_cast<int64_t>(places.size()), static_cast<int64_t>(steps)},
-      options);
-  if (!step) return tl::unexpected(step.error());
-  slices.clear();
-  for (auto& place : places) slices.push_back(std::move(place[static_cast<size_t>(*step)]));
-
-  double least = extent, most = 0;
-  for (size_t i = 1; i < slices.size(); ++i) {
-    const double gap = slices[i].along - slices[i - 1].along;
-    least = std::min(least, gap);
-    most = std::max(most, gap);
-  }
-  if (most > 1.2 * least) {
+  const Values values = find_values(collection, used);
+  if (!values.has_one_rescaling) {
     notes.push_back(
-        fmt::format("slices are missing or unevenly spaced: the gaps between them are "
-                    "{:.3g} to {:.3g} mm; their mean is taken",
-                    least, most));
+        fmt::format("the slices have different rescale slopes or intercepts (slopes from "
+                    "{:.6g} to {:.6g}): each slice's values are computed with its own",
+                    values.least_slope, values.greatest_slope));
   }
-  return notes;
+  const Frame& first = collection.frames[used[0]];
+  if (first.is_inverse) {
+    notes.push_back(
+        "the pixels are MONOCHROME1, low values are meant to be shown bright: the values "
+        "are kept as they are");
+  }
+  HeaderGeometry geometry = arranged->geometry;
+  if (options.spacing) geometry.spacing = *options.spacing;
+  const Image& image = collection.images[first.image];
+  auto orientation =
+      orient({image.columns, image.rows, static_cast<int64_t>(arranged->planes.size())}, geometry);
+  if (!orientation) {
+    return fail(orientation.error().status, path.string() + ": " + orientation.error().message);
+  }
+  notes.insert(notes.end(), orientation->notes.begin(), orientation->notes.end());
+
+  // Of all images, the source keeps those that the volume is made of.
+  std::vector<uint32_t> place(collection.images.size(), ~uint32_t{0});
+  std::vector<Image> images;
+  for (const uint32_t index : used) {
+    uint32_t& at = place[collection.frames[index].image];
+    if (at != ~uint32_t{0}) continue;
+    at = static_cast<uint32_t>(images.size());
+    images.push_back(collection.images[collection.frames[index].image]);
+  }
+  const auto pixels_of = [&](uint32_t index) {
+    const Frame& frame = collection.frames[index];
+    return FramePixels{&images[place[frame.image]], frame.index, frame.slope, frame.intercept};
+  };
+  std::vector<SlicePixels> slices;
+  for (const Plane& plane : arranged->planes) {
+    slices.push_back({pixels_of(plane.first), pixels_of(plane.second), plane.weight});
+  }
+  OpenVolume volume;
+  volume.notes = std::move(notes);
+  VolumeHeader header{orientation->grid, values.type, "DICOM", volume_name(path)};
+  volume.source = std::make_unique<DicomSource>(
+      std::move(header), std::move(images), std::move(slices), orientation->reverse_rows,
+      options.allowed.has(Allowance::truncated), options.memory_bytes);
+  return volume;
+}
+
+/// The files of a folder that give no frames, by the reason.
+struct LeftOut {
+  std::vector<std::string> not_dicom, no_pixels, colour, unreadable;
+
+  void describe(std::vector<std::string>& notes) const {
+    const auto add = [&](const std::vector<std::string>& files, const char* one, const char* many) {
+      if (files.empty()) return;
+      notes.push_back(fmt::format("{} file{} left out, which {} ({})", files.size(),
+                                  files.size() > 1 ? "s are" : " is", files.size() > 1 ? many : one,
+                                  names_of(files)));
+    };
+    add(not_dicom, "is not DICOM", "are not DICOM");
+    add(no_pixels, "has no pixels", "have no pixels");
+    add(colour, "is a colour picture", "are colour pictures");
+    add(unreadable, "cannot be read", "cannot be read");
+  }
+};
+
+/// Whether a file that does not look like DICOM is meant to be.
+bool is_named_dicom(const std::filesystem::path& path) {
+  const std::string extension = lower_case(path.extension().string());
+  return extension == ".dcm" || extension == ".dicom" || extension == ".ima";
+}
+
+Result<Verdict> add_file(const std::filesystem::path& path, Collection& collection) {
+  const auto elements = read_elements(path);
+  if (!elements) return tl::unexpected(elements.error());
+  return add_frames(*elements, path, collection);
 }
 
 }  // namespace
 
+bool is_dicom(const std::filesystem::path& path) {
+  const auto beginning = read_beginning(path, 256);
+  return beginning && looks_like_dicom(*beginning);
+}
+
 Result<OpenVolume> open_dicom_file(const std::filesystem::path& path,
                                    const ImportOptions& options) {
-  const auto header = read_itk_header(ItkFormat::dicom, path);
-  if (!header) return tl::unexpected(header.error());
-  const auto& sizes = header->sizes;
-  if (sizes.size() < 3 || sizes[2] < 2) {
+  Collection collection;
+  const auto verdict = add_file(path, collection);
+  if (!verdict) return tl::unexpected(verdict.error());
+  if (*verdict == Verdict::colour) return not_scalar(path, 3);
+  if (*verdict == Verdict::no_pixels) {
+    return fail(
+        Status::unsupported_format,
+        fmt::format("{}: expected a DICOM image, found one without pixels (a report, a plan, "
+                    "an index, …): give the folder that holds the series",
+                    path.string()));
+  }
+  if (collection.frames.size() < 2) {
     return fail(Status::no_cells,
                 fmt::format("{}: expected a volume, found a single DICOM slice: give the folder "
                             "that holds the series",
                             path.string()));
   }
-  return open_whole(ItkFormat::dicom, *header, "DICOM", path, options);
+  return open_frames(std::move(collection), path, options, {});
 }
 
 Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
                                      const ImportOptions& options) {
-  auto series = list_dicom_series(path);
-  if (!series) return tl::unexpected(series.error());
-  if (series->empty()) {
-    return fail(Status::unsupported_format,
-                fmt::format("{}: expected a folder with a DICOM series or TIFF slices, found "
-                            "neither: give the folder that holds the slices themselves",
-                            path.string()));
-  }
-  OpenVolume volume;
-  const auto& files = (*series)[0].files;
-  if (series->size() > 1) {
-    volume.notes.push_back(fmt::format(
-        "the folder holds {} DICOM series: the largest, {} with {} files, is taken; for another, "
-        "put its files into a folder of their own",
-        series->size(), (*series)[0].id, files.size()));
-  }
-  if (files.size() == 1) {
-    auto single = open_dicom_file(files[0], options);
-    if (single) {
-      single->notes.insert(single->notes.begin(), volume.notes.begin(), volume.notes.end());
+  Collection collection;
+  LeftOut left_out;
+  for (const std::filesystem::path& file : files_of_folder(path, {})) {
+    const std::string name = file.string();
+    if (!is_dicom(file) && !is_named_dicom(file)) {
+      left_out.not_dicom.push_back(name);
+      continue;
     }
-    return single;
+    const auto verdict = add_file(file, collection);
+    if (!verdict) {
+      if (!options.allowed.has(Allowance::gaps)) {
+        return fail(verdict.error().status,
+                    fmt::format("{} (or leave out what cannot be read with {})",
+                                verdict.error().message, flag_of(Allowance::gaps)));
+      }
+      left_out.unreadable.push_back(name);
+    } else if (*verdict == Verdict::no_pixels) {
+      left_out.no_pixels.push_back(name);
+    } else if (*verdict == Verdict::colour) {
+      left_out.colour.push_back(name);
+    }
   }
-  auto slices = read_slice_headers(files);
-  if (!slices) return tl::unexpected(slices.error());
-  auto notes = arrange(path, *slices, options);
-  if (!notes) return tl::unexpected(notes.error());
-  volume.notes.insert(volume.notes.end(), notes->begin(), notes->end());
-
-  // The third axis runs from the first slice to the last.
-  HeaderGeometry geometry = slices->front().header.geometry;
-  const auto count = static_cast<int64_t>(slices->size());
-  const Vec3d path_through =
-      slices->back().header.geometry.origin - slices->front().header.geometry.origin;
-  const double distance = length(path_through);
-  if (count > 1 && distance > 1e-6) {
-    geometry.spacing.z = distance / static_cast<double>(count - 1);
-    geometry.direction[2] = path_through.x / distance;
-    geometry.direction[5] = path_through.y / distance;
-    geometry.direction[8] = path_through.z / distance;
+  std::vector<std::string> notes;
+  left_out.describe(notes);
+  if (collection.frames.empty()) {
+    std::string found = "neither";
+    for (const std::string& note : notes) found += "; " + note;
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected a folder with DICOM or TIFF slices, found {}: give the "
+                            "folder that holds the slices themselves",
+                            path.string(), found));
   }
-  if (options.spacing) geometry.spacing = *options.spacing;
-  auto orientation =
-      orient({slices->front().header.sizes[0], slices->front().header.sizes[1], count}, geometry);
-  if (!orientation) {
-    return fail(orientation.error().status, path.string() + ": " + orientation.error().message);
-  }
-  for (std::string& note : orientation->notes) volume.notes.push_back(std::move(note));
-  VolumeHeader header{orientation->grid, common_type(*slices), "DICOM", volume_name(path)};
-  volume.source = std::make_unique<DicomSource>(std::move(header), std::move(*slices),
-                                                orientation->reverse_rows);
-  return volume;
+  return open_frames(std::move(collection), path, options, std::move(notes));
 }
 
 }  // namespace isosplat

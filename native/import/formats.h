@@ -19,6 +19,8 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
 Result<OpenVolume> open_dicom_file(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
                                      const ImportOptions& options);
+/// Whether a file is DICOM by its first bytes.
+bool is_dicom(const std::filesystem::path& path);
 Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptions& options);
 
 /// Whether a raw file's name holds its dims and type.

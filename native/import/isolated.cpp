@@ -57,25 +57,20 @@ std::string read_to_end(int descriptor) {
   return pages * static_cast<uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
-/// A damaged length must not make a reader ask for all memory there is: a child may map 512 MiB and
-/// 64 times the file, beyond what it has from its parent.
-void limit_memory(const std::filesystem::path& path) {
-#ifndef __SANITIZE_ADDRESS__
-  std::error_code error;
-  const uint64_t file = std::filesystem::file_size(path, error);
-  const uint64_t allowed = mapped_bytes() + (uint64_t{512} << 20) + (error ? 0 : 64 * file);
+/// A damaged length must not make a reader ask for all memory there is.
+void limit_memory([[maybe_unused]] uint64_t bytes) {
+#ifndef __SANITIZE_ADDRESS__  // its shadow memory is larger than any limit
+  const uint64_t allowed = mapped_bytes() + bytes;
   const rlimit memory{allowed, allowed};
   setrlimit(RLIMIT_AS, &memory);
-#else
-  static_cast<void>(path);  // its shadow memory is larger than any limit
 #endif
 }
 
-[[noreturn]] void run_child(const std::filesystem::path& path, int answer_to,
+[[noreturn]] void run_child(uint64_t memory_bytes, int answer_to,
                             const std::function<Result<std::string>()>& work) {
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
-  limit_memory(path);
+  limit_memory(memory_bytes);
   const rlimit processor{1800, 1800};
   setrlimit(RLIMIT_CPU, &processor);
   const int nowhere = ::open("/dev/null", O_RDWR);
@@ -92,7 +87,7 @@ void limit_memory(const std::filesystem::path& path) {
 
 }  // namespace
 
-Result<std::string> run_isolated(const std::filesystem::path& path,
+Result<std::string> run_isolated(const std::filesystem::path& path, uint64_t memory_bytes,
                                  const std::function<Result<std::string>()>& work) {
   const auto not_started = [&] {
     return fail(Status::io_error, fmt::format("{}: no process could be started to read it: {}",
@@ -106,7 +101,7 @@ Result<std::string> run_isolated(const std::filesystem::path& path,
     ::close(pipe_ends[1]);
     return not_started();
   }
-  if (child == 0) run_child(path, pipe_ends[1], work);
+  if (child == 0) run_child(memory_bytes, pipe_ends[1], work);
 
   ::close(pipe_ends[1]);
   std::string text = read_to_end(pipe_ends[0]);

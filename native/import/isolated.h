@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -13,15 +14,15 @@ namespace isosplat {
 
 /// Runs `work` in a child process and returns its answer. For libraries that print, abort or crash
 /// on damaged files: what the child prints is dropped, and its death is an Error that names `path`.
-/// It may use 30 minutes of processor time, and memory in proportion to the size of the file at
-/// `path` (a folder counts as nothing), and leaves no core file.
+/// It may use 30 minutes of processor time and map `memory_bytes` more than this process has, and
+/// leaves no core file.
 ///
 /// The child is a fork: it sees this process's memory, and what it changes is seen by nobody,
 /// SharedBytes excepted. `work` must not wait for other threads, as the child has none.
 ///
 /// Errors: those of `work`; malformed_volume where the child died; io_error where none could be
 /// started.
-Result<std::string> run_isolated(const std::filesystem::path& path,
+Result<std::string> run_isolated(const std::filesystem::path& path, uint64_t memory_bytes,
                                  const std::function<Result<std::string>()>& work);
 
 /// Memory that this process and the children that it forks afterwards share.

@@ -1,8 +1,6 @@
 #include "native/import/itk_reader.h"
 
 #include <fmt/format.h>
-#include <itkGDCMImageIO.h>
-#include <itkGDCMSeriesFileNames.h>
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
@@ -30,10 +28,14 @@ std::string one_line(std::string text) {
   return text;
 }
 
+/// What reading a header may take, the library's own needs included.
+constexpr uint64_t kHeaderMemory = uint64_t{256} << 20;
+
 /// Calls work(), which may throw, in a child process.
 template <class Work>
-Result<std::string> guarded(const std::filesystem::path& path, const Work& work) {
-  return run_isolated(path, [&]() -> Result<std::string> {
+Result<std::string> guarded(const std::filesystem::path& path, uint64_t memory_bytes,
+                            const Work& work) {
+  return run_isolated(path, memory_bytes, [&]() -> Result<std::string> {
     const auto refused = [&](const char* why) {
       return fail(Status::malformed_volume,
                   fmt::format("{}: cannot be read: {}: the file is damaged, or of a kind that its "
@@ -46,7 +48,9 @@ Result<std::string> guarded(const std::filesystem::path& path, const Work& work)
       return refused(e.GetDescription());
     } catch (const std::bad_alloc&) {
       return fail(Status::out_of_memory,
-                  path.string() + ": its reader ran out of memory: the header may be wrong");
+                  path.string() +
+                      ": its reader ran out of memory: allow more with --memory, or "
+                      "correct its header");
     } catch (const std::exception& e) {
       return refused(e.what());
     } catch (...) {
@@ -65,8 +69,6 @@ itk::ImageIOBase::Pointer make_io(ItkFormat format) {
       return itk::MetaImageIO::New().GetPointer();
     case ItkFormat::vtk:
       return itk::VTKImageIO::New().GetPointer();
-    case ItkFormat::dicom:
-      return itk::GDCMImageIO::New().GetPointer();
   }
   return nullptr;
 }
@@ -184,64 +186,39 @@ itk::ImageIOBase::Pointer open_io(ItkFormat format, const std::string& file) {
 
 Result<ItkHeader> read_itk_header(ItkFormat format, const std::filesystem::path& path) {
   const std::string file = path.string();
-  auto headers = read_itk_headers(format, std::span(&file, 1));
-  if (!headers) return tl::unexpected(headers.error());
-  return std::move(headers->front());
-}
-
-Result<std::vector<ItkHeader>> read_itk_headers(ItkFormat format,
-                                                std::span<const std::string> files) {
-  std::vector<HeaderRecord> records(files.size());
-  auto shared = SharedBytes::allocate(records.size() * sizeof(HeaderRecord));
+  auto shared = SharedBytes::allocate(sizeof(HeaderRecord));
   if (!shared) return tl::unexpected(shared.error());
-  std::memset(shared->bytes().data(), 0xff, shared->bytes().size());  // "not read yet"
-  auto done = guarded(files.front(), [&]() -> Result<std::string> {
-    for (size_t i = 0; i < files.size(); ++i) {
-      const HeaderRecord record = to_record(read_header(*open_io(format, files[i])));
-      std::memcpy(shared->bytes().data() + i * sizeof record, &record, sizeof record);
-    }
+  const auto done = guarded(path, kHeaderMemory, [&]() -> Result<std::string> {
+    const HeaderRecord record = to_record(read_header(*open_io(format, file)));
+    std::memcpy(shared->bytes().data(), &record, sizeof record);
     return std::string();
   });
-  std::memcpy(records.data(), shared->bytes().data(), shared->bytes().size());
-  std::vector<ItkHeader> headers;
-  for (size_t i = 0; i < files.size(); ++i) {
-    if (records[i].axes > HeaderRecord::kMaxAxes) {
-      // The file that failed is this one, not the first, which the message names.
-      std::string message = done ? std::string() : done.error().message;
-      if (message.starts_with(files.front())) message.erase(0, files.front().size());
-      return fail(done ? Status::malformed_volume : done.error().status, files[i] + message);
-    }
-    headers.push_back(from_record(records[i]));
-  }
   if (!done) return tl::unexpected(done.error());
-  return headers;
+  HeaderRecord record;
+  std::memcpy(&record, shared->bytes().data(), sizeof record);
+  return from_record(record);
 }
 
-Result<void> read_itk_voxels(ItkFormat format, std::span<const std::string> files,
-                             std::span<const ItkHeader> headers, std::span<std::byte> out) {
+Result<void> read_itk_voxels(ItkFormat format, const std::string& file, const ItkHeader& header,
+                             uint64_t memory_bytes, std::span<std::byte> out) {
   auto shared = SharedBytes::allocate(out.size());
   if (!shared) return tl::unexpected(shared.error());
-  auto done = guarded(files.front(), [&]() -> Result<std::string> {
-    std::byte* to = shared->bytes().data();
-    for (size_t i = 0; i < files.size(); ++i) {
-      const auto io = open_io(format, files[i]);
-      const auto axes = static_cast<unsigned>(headers[i].sizes.size());
-      itk::ImageIORegion region(axes);
-      for (unsigned axis = 0; axis < axes; ++axis) {
-        region.SetSize(axis,
-                       static_cast<itk::ImageIORegion::SizeValueType>(headers[i].sizes[axis]));
-        region.SetIndex(axis, 0);
-      }
-      io->SetIORegion(region);
-      if (static_cast<uint64_t>(io->GetImageSizeInBytes()) != itk_bytes(headers[i])) {
-        return fail(Status::malformed_volume,
-                    fmt::format("{}: its header and its voxels disagree about the size, or it has "
-                                "changed while it was read: start again",
-                                files[i]));
-      }
-      io->Read(to);
-      to += itk_bytes(headers[i]);
+  const auto done = guarded(file, memory_bytes, [&]() -> Result<std::string> {
+    const auto io = open_io(format, file);
+    const auto axes = static_cast<unsigned>(header.sizes.size());
+    itk::ImageIORegion region(axes);
+    for (unsigned axis = 0; axis < axes; ++axis) {
+      region.SetSize(axis, static_cast<itk::ImageIORegion::SizeValueType>(header.sizes[axis]));
+      region.SetIndex(axis, 0);
     }
+    io->SetIORegion(region);
+    if (static_cast<uint64_t>(io->GetImageSizeInBytes()) != itk_bytes(header)) {
+      return fail(Status::malformed_volume,
+                  fmt::format("{}: its header and its voxels disagree about the size, or it has "
+                              "changed while it was read: start again",
+                              file));
+    }
+    io->Read(shared->bytes().data());
     return std::string();
   });
   if (!done) return tl::unexpected(done.error());
@@ -255,42 +232,6 @@ uint64_t itk_bytes(const ItkHeader& header) {
     if (size < 0 || __builtin_mul_overflow(bytes, static_cast<uint64_t>(size), &bytes)) return 0;
   }
   return bytes;
-}
-
-Result<std::vector<DicomSeries>> list_dicom_series(const std::filesystem::path& folder) {
-  // Answer: each series' id and files as zero-terminated strings, an empty one after each series.
-  const auto answer = guarded(folder, [&]() -> Result<std::string> {
-    auto names = itk::GDCMSeriesFileNames::New();
-    names->SetUseSeriesDetails(true);
-    names->SetInputDirectory(folder.string());
-    std::string text;
-    for (const std::string& id : names->GetSeriesUIDs()) {
-      text.append(id).push_back('\0');
-      for (const std::string& file : names->GetFileNames(id)) text.append(file).push_back('\0');
-      text.push_back('\0');
-    }
-    return text;
-  });
-  if (!answer) return tl::unexpected(answer.error());
-  std::vector<DicomSeries> all;
-  bool inside = false;
-  for (size_t at = 0; at < answer->size();) {
-    const std::string text(answer->c_str() + at);
-    at += text.size() + 1;
-    if (text.empty()) {
-      inside = false;
-    } else if (!inside) {
-      all.push_back({text, {}});
-      inside = true;
-    } else {
-      all.back().files.push_back(text);
-    }
-  }
-  std::erase_if(all, [](const DicomSeries& series) { return series.files.empty(); });
-  std::stable_sort(all.begin(), all.end(), [](const DicomSeries& a, const DicomSeries& b) {
-    return a.files.size() > b.files.size();
-  });
-  return all;
 }
 
 }  // namespace isosplat

@@ -14,7 +14,7 @@
 namespace isosplat {
 
 /// The formats that ITK reads for us.
-enum class ItkFormat { nrrd, nifti, meta_image, vtk, dicom };
+enum class ItkFormat { nrrd, nifti, meta_image, vtk };
 
 /// What ITK says of a file. Geometry is in LPS, as ITK has it.
 struct ItkHeader {
@@ -28,26 +28,13 @@ struct ItkHeader {
 /// Reads the header of a file. Errors: malformed_volume with ITK's reason, io_error.
 Result<ItkHeader> read_itk_header(ItkFormat format, const std::filesystem::path& path);
 
-/// Reads the headers of several files, in their order. Errors: those of the first that fails.
-Result<std::vector<ItkHeader>> read_itk_headers(ItkFormat format,
-                                                std::span<const std::string> files);
-
-/// Reads all voxels (of all time steps) of files one after the other, native-endian. `headers` are
-/// those that read_itk_headers gave; `out` has exactly the bytes that they add up to. Errors:
-/// malformed_volume, out_of_memory.
-Result<void> read_itk_voxels(ItkFormat format, std::span<const std::string> files,
-                             std::span<const ItkHeader> headers, std::span<std::byte> out);
+/// Reads all voxels (of all time steps) of a file, native-endian, in a child process that may take
+/// `memory_bytes`. `header`: what read_itk_header gave; `out` has exactly itk_bytes(header) bytes.
+/// Errors: malformed_volume, out_of_memory.
+Result<void> read_itk_voxels(ItkFormat format, const std::string& file, const ItkHeader& header,
+                             uint64_t memory_bytes, std::span<std::byte> out);
 
 /// Bytes of all voxels of a file. Zero where the sizes are not possible.
 uint64_t itk_bytes(const ItkHeader& header);
-
-/// The files of one DICOM series, unsorted.
-struct DicomSeries {
-  std::string id;
-  std::vector<std::string> files;
-};
-
-/// The series of a folder, the one with the most files first. Errors: malformed_volume.
-Result<std::vector<DicomSeries>> list_dicom_series(const std::filesystem::path& folder);
 
 }  // namespace isosplat

@@ -17,13 +17,14 @@ using Opener = Result<OpenVolume> (*)(const std::filesystem::path&, const Import
 /// Which reader a file's first bytes ask for; null where they say nothing.
 Opener opener_for(std::string_view beginning) {
   using namespace std::string_view_literals;
+  // Before TIFF: a DICOM file may begin as one (PS3.10, 7.1).
+  if (beginning.size() > 132 && beginning.substr(128, 4) == "DICM") return open_dicom_file;
   if (beginning.starts_with("NRRD000")) return open_nrrd;
   if (beginning.starts_with("# vtk DataFile")) return open_vtk_legacy;
   if (beginning.starts_with("II*\0"sv) || beginning.starts_with("MM\0*"sv) ||
       beginning.starts_with("II+\0"sv) || beginning.starts_with("MM\0+"sv)) {
     return open_tiff_file;
   }
-  if (beginning.size() > 132 && beginning.substr(128, 4) == "DICM") return open_dicom_file;
   if (beginning.size() > 348 && beginning.substr(344, 4) == "n+1\0"sv) return open_nifti;
   const std::string_view text = beginning.substr(0, std::min<size_t>(beginning.size(), 4096));
   if (text.find("ElementDataFile") != text.npos || text.find("NDims") != text.npos) {
@@ -82,8 +83,21 @@ tl::unexpected<Error> unsupported(const std::filesystem::path& path) {
                           path.string(), found));
 }
 
+/// Whether a folder is one of TIFF slices: those, not the DICOM files in it, have most of the
+/// bytes. A scan may have screenshots beside it.
+bool is_tiff_folder(const std::filesystem::path& path) {
+  const auto tiffs = files_of_folder(path, {".tif", ".tiff"});
+  if (tiffs.empty()) return false;
+  uint64_t tiff_bytes = 0, dicom_bytes = 0;
+  for (const auto& file : tiffs) tiff_bytes += size_of_file(file).value_or(0);
+  for (const auto& file : files_of_folder(path, {})) {
+    if (is_dicom(file)) dicom_bytes += size_of_file(file).value_or(0);
+  }
+  return tiff_bytes > dicom_bytes;
+}
+
 Result<OpenVolume> open_folder(const std::filesystem::path& path, const ImportOptions& options) {
-  if (!files_of_folder(path, {".tif", ".tiff"}).empty()) return open_tiff_folder(path, options);
+  if (is_tiff_folder(path)) return open_tiff_folder(path, options);
   if (files_of_folder(path, {}).empty()) {
     return fail(Status::unsupported_format,
                 fmt::format("{}: expected a folder with DICOM or TIFF slices, found no file in it",
@@ -124,6 +138,7 @@ Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOp
                   name.ends_with(".raw") || name.ends_with(".raw.gz"))) {
     opener = open_raw;
   }
+  if (!opener && is_dicom(path)) opener = open_dicom_file;  // without the prefix "DICM"
   if (!opener) return unsupported(path);
   return opener(path, options);
 }

@@ -20,7 +20,9 @@ struct ImportOptions {
   uint64_t skip_bytes = 0;            ///< raw files only: before the first voxel
   std::optional<Vec3d> spacing;       ///< every format: instead of the header's
   std::optional<int64_t> time_step;   ///< of a 4D volume, from 0
-  Allowances allowed;                 ///< every format: what would be an error otherwise
+  std::string series;                 ///< DICOM: which, by its number in messages or its UID
+  uint64_t memory_bytes = uint64_t{1} << 30;  ///< that a reader in a child process may take
+  Allowances allowed;                         ///< every format: what would be an error otherwise
 
   /// Every format: voxels of this value have none. It is the value as users see it, after slope and
   /// intercept.

@@ -13,7 +13,7 @@ class WholeSource : public VolumeSource {
  public:
   WholeSource(ItkFormat format, ItkHeader itk_header, VolumeHeader header, bool reverse,
               std::string path, uint64_t bytes, uint64_t skipped,
-              std::vector<std::filesystem::path> data_files)
+              std::vector<std::filesystem::path> data_files, uint64_t memory_bytes)
       : format_(format),
         itk_header_(std::move(itk_header)),
         header_(std::move(header)),
@@ -21,7 +21,8 @@ class WholeSource : public VolumeSource {
         path_(std::move(path)),
         bytes_(bytes),
         skipped_(skipped),
-        data_files_(std::move(data_files)) {}
+        data_files_(std::move(data_files)),
+        memory_bytes_(memory_bytes) {}
 
   const VolumeHeader& header() const override { return header_; }
 
@@ -67,7 +68,7 @@ class WholeSource : public VolumeSource {
                               "memory: save the volume as uncompressed NRRD, which is streamed",
                               path_, bytes_));
     }
-    auto read = read_itk_voxels(format_, std::span(&path_, 1), std::span(&itk_header_, 1), voxels_);
+    auto read = read_itk_voxels(format_, path_, itk_header_, memory_bytes_, voxels_);
     if (!read) voxels_.clear();
     return read;
   }
@@ -80,6 +81,7 @@ class WholeSource : public VolumeSource {
   uint64_t bytes_;                                 ///< of all voxels of all time steps
   uint64_t skipped_;                               ///< of the time steps before the one wanted
   std::vector<std::filesystem::path> data_files_;  ///< beside the file itself
+  uint64_t memory_bytes_;                          ///< that reading may take beside `bytes_`
   std::vector<std::byte> voxels_;
 };
 
@@ -127,7 +129,7 @@ Result<OpenVolume> open_whole(ItkFormat itk_format, const ItkHeader& header, std
                              std::move(format), volume_name(path)};
   volume.source = std::make_unique<WholeSource>(
       itk_format, header, std::move(volume_header), orientation->reverse_rows, path.string(),
-      step_bytes * steps, step_bytes * *step, std::move(data_files));
+      step_bytes * steps, step_bytes * *step, std::move(data_files), options.memory_bytes);
   return volume;
 }
 

@@ -403,66 +403,6 @@ TEST(ImportRaw, TakesOptionsOrTheName) {
   expect_pattern(zipped, VoxelType::u8);
 }
 
-/// Writes a series with the pattern: slice z lies at z · 2.5 along `step`.
-void write_series(const TempFolder& folder, const std::string& series, int slices, Vec3d step,
-                  double offset = 0, const std::string& suffix = "") {
-  for (int z = 0; z < slices; ++z) {
-    test::DicomSliceFile file;
-    file.series = series;
-    file.width = 5;
-    file.height = 4;
-    file.spacing_x = 0.5;
-    file.spacing_y = 0.75;
-    file.intercept = -1000;
-    file.instance = z + 1;
-    file.position = step * (2.5 * z);
-    const auto voxels = pattern_voxels<uint16_t>(kSize, 1, offset);
-    file.pixels.assign(voxels.begin() + 20 * z, voxels.begin() + 20 * z + 20);
-    // Names in reverse: the positions decide.
-    write_file(folder / fmt::format("{}_{}{}.dcm", series, 9 - z, suffix), file.bytes());
-  }
-}
-
-TEST(ImportDicom, SortsByPositionAndRescales) {
-  const TempFolder folder;
-  write_series(folder, "1.2.9", 3, {0, 0, 1});
-  auto volume = open(folder.path());
-  expect_pattern(volume, VoxelType::i16, 1, -1000);
-  EXPECT_EQ(volume.source->header().grid.spacing, (Vec3d{0.5, 0.75, 2.5}));
-  EXPECT_EQ(volume.source->header().format, "DICOM");
-}
-
-TEST(ImportDicom, TakesTheLargestSeriesAndSaysSo) {
-  const TempFolder folder;
-  write_series(folder, "1.2.8", 2, {0, 0, 1}, 500);
-  write_series(folder, "1.2.9", 3, {0, 0, 1});
-  auto volume = open(folder.path());
-  expect_pattern(volume, VoxelType::i16, 1, -1000);
-  ASSERT_FALSE(volume.notes.empty());
-  EXPECT_NE(volume.notes[0].find("2 DICOM series"), std::string::npos);
-}
-
-TEST(ImportDicom, AsksForATimeStepWhereSlicesShareTheirPlaces) {
-  const TempFolder folder;
-  write_series(folder, "1.2.9", 3, {0, 0, 1}, 0, "_a");
-  write_series(folder, "1.2.9", 3, {0, 0, 1}, 200, "_b");
-  const auto none = open_volume(folder.path(), {});
-  ASSERT_FALSE(none);
-  EXPECT_NE(none.error().message.find("--time-step"), std::string::npos) << none.error().message;
-  ImportOptions options;
-  options.time_step = 1;
-  auto second = open(folder.path(), options);
-  expect_pattern(second, VoxelType::i16, 1, -800);
-}
-
-TEST(ImportDicom, ASingleSliceAsksForItsFolder) {
-  const TempFolder folder;
-  write_series(folder, "1.2.9", 1, {0, 0, 1});
-  const auto slice = open_volume(folder / "1.2.9_9.dcm", {});
-  ASSERT_FALSE(slice);
-  EXPECT_NE(slice.error().message.find("give the folder"), std::string::npos);
-}
-
 TEST(Import, ReadsTheRealVolumes) {
   ISOSPLAT_NEEDS_VOLUMES(volumes);
   struct Expected {

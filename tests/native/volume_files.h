@@ -105,67 +105,6 @@ inline std::vector<double> read_all(VolumeSource& source) {
   return values;
 }
 
-/// Explicit little-endian DICOM with what a CT or MR slice needs.
-struct DicomSliceFile {
-  std::string series = "1.2.3.4";
-  std::string frame = "1";
-  Vec3d position{0, 0, 0};
-  Vec3d row{1, 0, 0};
-  Vec3d column{0, 1, 0};
-  double spacing_x = 1, spacing_y = 1;
-  int instance = 1;
-  double slope = 1, intercept = 0;
-  int width = 4, height = 3;
-  std::vector<uint16_t> pixels;
-
-  std::string bytes() const {
-    std::string meta = element(2, 1, "OB", std::string("\0\1", 2)) +
-                       element(2, 2, "UI", "1.2.840.10008.5.1.4.1.1.2") +
-                       element(2, 3, "UI", uid()) + element(2, 16, "UI", "1.2.840.10008.1.2.1");
-    const auto length = static_cast<uint32_t>(meta.size());
-    std::string length_bytes(reinterpret_cast<const char*>(&length), 4);
-    return std::string(128, '\0') + "DICM" + element(2, 0, "UL", length_bytes) + meta +
-           element(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.2") + element(8, 0x18, "UI", uid()) +
-           element(8, 0x60, "CS", "CT") + element(0x20, 0xd, "UI", "1.2.3") +
-           element(0x20, 0xe, "UI", series) + element(0x20, 0x13, "IS", std::to_string(instance)) +
-           element(0x20, 0x32, "DS",
-                   fmt::format("{}\\{}\\{}", position.x, position.y, position.z)) +
-           element(0x20, 0x37, "DS",
-                   fmt::format("{}\\{}\\{}\\{}\\{}\\{}", row.x, row.y, row.z, column.x, column.y,
-                               column.z)) +
-           element(0x20, 0x52, "UI", frame) + element(0x28, 2, "US", u16(1)) +
-           element(0x28, 4, "CS", "MONOCHROME2") +
-           element(0x28, 0x10, "US", u16(static_cast<uint16_t>(height))) +
-           element(0x28, 0x11, "US", u16(static_cast<uint16_t>(width))) +
-           element(0x28, 0x30, "DS", fmt::format("{}\\{}", spacing_y, spacing_x)) +
-           element(0x28, 0x100, "US", u16(16)) + element(0x28, 0x101, "US", u16(12)) +
-           element(0x28, 0x102, "US", u16(11)) + element(0x28, 0x103, "US", u16(0)) +
-           element(0x28, 0x1052, "DS", fmt::format("{}", intercept)) +
-           element(0x28, 0x1053, "DS", fmt::format("{}", slope)) +
-           element(0x7fe0, 0x10, "OW", bytes_of(pixels));
-  }
-
- private:
-  std::string uid() const { return fmt::format("{}.{}", series, instance); }
-
-  static std::string u16(uint16_t value) {
-    return {static_cast<char>(value & 255), static_cast<char>(value >> 8)};
-  }
-
-  static std::string element(uint16_t group, uint16_t tag, const std::string& kind,
-                             std::string value) {
-    if (value.size() % 2) value += kind == "UI" ? '\0' : ' ';
-    std::string out = u16(group) + u16(tag) + kind;
-    if (kind == "OB" || kind == "OW") {
-      const auto length = static_cast<uint32_t>(value.size());
-      out += std::string("\0\0", 2) + std::string(reinterpret_cast<const char*>(&length), 4);
-    } else {
-      out += u16(static_cast<uint16_t>(value.size()));
-    }
-    return out + value;
-  }
-};
-
 /// A NIfTI-1 file in one piece.
 struct NiftiFile {
   std::vector<int16_t> sizes;

@@ -1,0 +1,125 @@
+#include "native/import/dicom_fragments.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+namespace isosplat::dicom {
+namespace {
+
+constexpr uint32_t kItem = 0xe000fffe;  // as little-endian bytes
+constexpr uint32_t kSequenceEnd = 0xe0ddfffe;
+
+/// No frame has more fragments, on average.
+constexpr size_t kMaxFragmentsPerFrame = 4096;
+
+tl::unexpected<Error> malformed(const Image& image, std::string_view why) {
+  return fail(Status::malformed_volume,
+              fmt::format("{}: its compressed frames cannot be told apart ({}): export it again, "
+                          "uncompressed for example",
+                          image.file, why));
+}
+
+uint32_t u32_at(const std::byte* bytes) {
+  uint32_t value;
+  std::memcpy(&value, bytes, sizeof value);
+  return value;
+}
+
+/// Whether a frame starts here: one of RLE does in each fragment, those of JPEG, JPEG-LS and JPEG
+/// 2000 have a marker.
+Result<bool> starts_frame(ByteReader& file, const Image& image, const Fragment& fragment) {
+  if (image.transfer_syntax == "1.2.840.10008.1.2.5") return true;
+  std::array<std::byte, 2> start{};
+  if (fragment.bytes < start.size()) return false;
+  if (auto r = file.read(fragment.offset, start); !r) return tl::unexpected(r.error());
+  return start[0] == std::byte{0xff} &&
+         (start[1] == std::byte{0xd8} || start[1] == std::byte{0x4f});
+}
+
+}  // namespace
+
+Result<std::vector<std::vector<Fragment>>> find_fragments(ByteReader& file, const Image& image,
+                                                          bool partial) {
+  const auto cut_off = [&](uint64_t at) {
+    return fail(Status::truncated,
+                fmt::format("{}: expected another compressed fragment at byte {}, found the end of "
+                            "the file: it is incomplete; copy or download it again",
+                            image.file, at));
+  };
+  const auto frames = static_cast<size_t>(image.frames);
+  const uint64_t file_bytes = file.size_limit();
+  std::vector<Fragment> items;
+  uint64_t at = image.pixels.offset;
+  for (;;) {
+    std::array<std::byte, 8> head{};
+    const bool has_head = at <= file_bytes && file_bytes - at >= head.size();
+    if (!has_head && partial) break;
+    if (!has_head) return cut_off(at);
+    if (auto r = file.read(at, head); !r) return tl::unexpected(r.error());
+    at += head.size();
+    const uint32_t tag = u32_at(head.data()), bytes = u32_at(head.data() + 4);
+    if (tag == kSequenceEnd) break;
+    if (tag != kItem) return malformed(image, fmt::format("no item at byte {}", at - 8));
+    if (bytes > file_bytes - at && partial) break;
+    if (bytes > file_bytes - at) return cut_off(at);
+    items.push_back({at, bytes});
+    if (items.size() > frames * kMaxFragmentsPerFrame)
+      return malformed(image, "too many fragments");
+    at += bytes;
+  }
+  std::vector<std::vector<Fragment>> result(frames);
+  if (items.size() < 2 && partial) return result;
+  if (items.size() < 2) return malformed(image, "no fragment");
+  const Fragment table = items.front();
+  items.erase(items.begin());
+
+  if (frames == 1) {
+    result[0] = std::move(items);
+    return result;
+  }
+  if (items.size() == frames) {
+    for (size_t i = 0; i < frames; ++i) result[i] = {items[i]};
+    return result;
+  }
+  if (items.size() < frames && !partial) return malformed(image, "fewer fragments than frames");
+
+  // Offsets count from the head of the first fragment.
+  std::vector<bool> starts(items.size());
+  if (table.bytes == 4 * frames) {
+    std::vector<std::byte> bytes(table.bytes);
+    if (auto r = file.read(table.offset, bytes); !r) return tl::unexpected(r.error());
+    for (size_t i = 0; i < frames; ++i) {
+      const uint64_t start = items.front().offset + u32_at(bytes.data() + 4 * i);
+      const auto found =
+          std::lower_bound(items.begin(), items.end(), start,
+                           [](const Fragment& f, uint64_t o) { return f.offset < o; });
+      if (found == items.end() && partial) break;
+      if (found == items.end() || found->offset != start) {
+        return malformed(image, "the offset table points between fragments");
+      }
+      starts[static_cast<size_t>(found - items.begin())] = true;
+    }
+  } else {
+    for (size_t i = 0; i < items.size(); ++i) {
+      const auto first = starts_frame(file, image, items[i]);
+      if (!first) return tl::unexpected(first.error());
+      starts[i] = *first;
+    }
+  }
+  const auto begun = static_cast<size_t>(std::count(starts.begin(), starts.end(), true));
+  if (!starts[0] || begun > frames || (begun < frames && !partial)) {
+    return malformed(image, fmt::format("{} fragments for {} frames, without a table of offsets",
+                                        items.size(), frames));
+  }
+  size_t frame = 0;
+  for (size_t i = 0; i < items.size(); ++i) {
+    if (i > 0 && starts[i]) ++frame;
+    result[frame].push_back(items[i]);
+  }
+  return result;
+}
+
+}  // namespace isosplat::dicom

@@ -1,0 +1,378 @@
+#include "native/import/dicom_order.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "native/import/dicom_steps.h"
+#include "native/import/formats.h"
+
+namespace isosplat::dicom {
+namespace {
+
+/// Files round positions to as little as 0.1 mm: half of that, or a hundredth of the distance
+/// between slices, is no unevenness; but a tenth of the distance always is.
+double position_tolerance(double spacing) {
+  return std::max(0.01 * spacing, std::min(0.1 * spacing, 0.06));
+}
+
+/// Slices that are interpolated because others are missing: at most this many for each that exists.
+constexpr double kMostFilled = 16;
+
+/// A tilt of the gantry below this is rounding.
+constexpr double kLeastTiltDegrees = 0.1;
+
+struct Placed {
+  uint32_t frame;
+  double along;  ///< position along the normal
+};
+
+class Arranger {
+ public:
+  Arranger(const Collection& collection, const std::filesystem::path& path,
+           const ImportOptions& options, std::vector<std::string>& notes)
+      : collection_(collection), path_(path), options_(options), notes_(notes) {}
+
+  Result<Arrangement> arrange(const Stack& stack) {
+    auto frames = without_copies(stack.frames);
+    if (!frames) return tl::unexpected(frames.error());
+    const Frame& first = frame_of(frames->front());
+    if (frames->size() < 2) {
+      return fail(Status::no_cells,
+                  fmt::format("{}: expected a volume, found a single DICOM slice: give the folder "
+                              "that holds the series",
+                              path_.string()));
+    }
+    if (!first.is_placed) return without_positions(std::move(*frames));
+
+    const Vec3d normal = cross(first.row, first.column);
+    std::vector<Placed> placed;
+    for (const uint32_t frame : *frames) {
+      placed.push_back({frame, dot(frame_of(frame).position, normal)});
+    }
+    std::stable_sort(placed.begin(), placed.end(),
+                     [](const Placed& a, const Placed& b) { return a.along < b.along; });
+    const auto step = choose_step(placed);
+    if (!step) return tl::unexpected(step.error());
+    placed.clear();
+    for (const uint32_t frame : *step) {
+      placed.push_back({frame, dot(frame_of(frame).position, normal)});
+    }
+    return stack_up(placed);
+  }
+
+ private:
+  const Frame& frame_of(uint32_t index) const { return collection_.frames[index]; }
+  const Image& image_of(uint32_t index) const { return collection_.images[frame_of(index).image]; }
+
+  tl::unexpected<Error> malformed(const std::string& text) const {
+    return fail(Status::malformed_volume, fmt::format("{}: {}", path_.string(), text));
+  }
+
+  /// Leaves out files that are there twice.
+  Result<std::vector<uint32_t>> without_copies(const std::vector<uint32_t>& frames) {
+    std::map<std::pair<std::string_view, uint32_t>, uint32_t> seen;
+    std::vector<uint32_t> kept;
+    for (const uint32_t frame : frames) {
+      const std::string_view uid = image_of(frame).instance_uid;
+      if (uid.empty()) {
+        kept.push_back(frame);
+        continue;
+      }
+      const auto [found, is_new] = seen.try_emplace({uid, frame_of(frame).index}, frame);
+      if (is_new) {
+        kept.push_back(frame);
+      } else if (!is_copy(frame_of(frame), frame_of(found->second))) {
+        return malformed(
+            fmt::format("expected different instance numbers (SOP Instance UID) for "
+                        "different slices, found {} in {} and {}: export the series "
+                        "again",
+                        uid, image_of(frame).file, image_of(found->second).file));
+      }
+    }
+    if (const size_t copies = frames.size() - kept.size(); copies > 0) {
+      notes_.push_back(fmt::format("{} slice{} there twice: the copies are left out", copies,
+                                   copies > 1 ? "s are" : " is"));
+    }
+    return kept;
+  }
+
+  bool is_copy(const Frame& a, const Frame& b) const {
+    const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+    return a.position == b.position && a.slope == b.slope && a.intercept == b.intercept &&
+           std::equal(a.keys.begin(), a.keys.end(), b.keys.begin(), same);
+  }
+
+  /// The frames of the time step that the options choose, one for each place.
+  Result<std::vector<uint32_t>> choose_step(const std::vector<Placed>& placed) {
+    const double extent = placed.back().along - placed.front().along;
+    // Distances can be far smaller than their mean, where many slices are missing.
+    const double mean = extent / static_cast<double>(placed.size() - 1);
+    const double same_place = std::min(0.05 * mean, 0.01);
+    Places places;
+    double last = 0;
+    size_t most = 1;
+    for (const Placed& slice : placed) {
+      if (places.empty() || slice.along - last > same_place) {
+        places.emplace_back();
+        last = slice.along;
+      }
+      places.back().push_back(slice.frame);
+      most = std::max(most, places.back().size());
+    }
+    if (places.size() < 2) {
+      return fail(
+          Status::no_cells,
+          fmt::format("{}: expected slices at different places, found all {} at the same: a "
+                      "single slice has no isosurface",
+                      path_.string(), placed.size()));
+    }
+    const Image& image = image_of(placed[0].frame);
+    std::vector<int64_t> sizes{image.columns, image.rows, static_cast<int64_t>(places.size()), 1};
+    if (most == 1) {
+      const auto only = choose_time_step(path_, sizes, options_);
+      if (!only) return tl::unexpected(only.error());
+      std::vector<uint32_t> frames;
+      for (const auto& place : places) frames.push_back(place[0]);
+      return frames;
+    }
+    Steps steps = find_steps(collection_, places);
+    if (steps.frames.empty()) {
+      return malformed(fmt::format(
+          "expected slices at different places, or what tells those at the same place apart (time, "
+          "echo, instance number, …), found up to {} slices at the same place, as {} and {}: put "
+          "the "
+          "files of one volume into a folder of their own",
+          most, name_of(crowded(places, 0)), name_of(crowded(places, 1))));
+    }
+    const size_t count = steps.frames.size();
+    if (!options_.time_step) {
+      return fail(Status::invalid_argument,
+                  fmt::format("{}: expected one volume, found {} at the same place, told apart by "
+                              "their {}: choose one with --time-step 0 to --time-step {}",
+                              path_.string(), count, steps.told_apart_by, count - 1));
+    }
+    sizes[3] = static_cast<int64_t>(count);
+    const auto step = choose_time_step(path_, sizes, options_);
+    if (!step) return tl::unexpected(step.error());
+    std::vector<uint32_t>& frames = steps.frames[*step];
+    notes_.push_back(fmt::format("this is volume {} of 0 to {}, told apart by their {}", *step,
+                                 count - 1, steps.told_apart_by));
+    if (frames.size() < places.size()) {
+      const std::string what = fmt::format("{} of {} slices are missing from volume {}",
+                                           places.size() - frames.size(), places.size(), *step);
+      if (!options_.allowed.has(Allowance::gaps)) {
+        return malformed(
+            fmt::format("{}: add them, or allow it with {}", what, flag_of(Allowance::gaps)));
+      }
+      notes_.push_back(what);
+    }
+    return std::move(frames);
+  }
+
+  /// The which-th frame of the first place that has several.
+  static uint32_t crowded(const Places& places, size_t which) {
+    for (const auto& place : places) {
+      if (place.size() > 1) return place[which];
+    }
+    return places[0][0];
+  }
+
+  std::string name_of(uint32_t frame) const {
+    const Image& image = image_of(frame);
+    const std::string name = std::filesystem::path(image.file).filename().string();
+    return image.frames == 1 ? name
+                             : fmt::format("frame {} of {}", frame_of(frame).index + 1, name);
+  }
+
+  /// The pixel spacing of a stack, 1 where it does not say.
+  void set_plane(const Frame& frame, HeaderGeometry& geometry) {
+    geometry.origin = frame.position;
+    if (!(frame.spacing_x > 0) && !options_.spacing) {
+      notes_.push_back(
+          "the slices do not say their pixel spacing: 1 mm is taken; --spacing sets "
+          "another");
+    }
+    geometry.spacing.x = frame.spacing_x > 0 ? frame.spacing_x : 1;
+    geometry.spacing.y = frame.spacing_y > 0 ? frame.spacing_y : 1;
+    set_column(geometry, 0, frame.row);
+    set_column(geometry, 1, frame.column);
+    set_column(geometry, 2, cross(frame.row, frame.column));
+  }
+
+  static void set_column(HeaderGeometry& geometry, size_t column, Vec3d axis) {
+    geometry.direction[column] = axis.x;
+    geometry.direction[3 + column] = axis.y;
+    geometry.direction[6 + column] = axis.z;
+  }
+
+  /// Slices at different places, in order.
+  Result<Arrangement> stack_up(const std::vector<Placed>& placed) {
+    Arrangement out;
+    set_plane(frame_of(placed[0].frame), out.geometry);
+    const double begin = placed.front().along;
+    const double extent = placed.back().along - begin;
+    auto count = static_cast<double>(placed.size() - 1);
+    if (auto r = check_shift(placed, out.geometry); !r) return tl::unexpected(r.error());
+
+    std::vector<double> gaps;
+    for (size_t i = 1; i < placed.size(); ++i)
+      gaps.push_back(placed[i].along - placed[i - 1].along);
+    const auto [least, most] = std::minmax_element(gaps.begin(), gaps.end());
+    double worst = 0;
+    for (size_t i = 0; i < placed.size(); ++i) {
+      const double even = begin + extent * static_cast<double>(i) / count;
+      worst = std::max(worst, std::abs(placed[i].along - even));
+    }
+    if (worst <= position_tolerance(extent / count)) {
+      for (const Placed& slice : placed) out.planes.push_back({slice.frame, slice.frame, 0});
+    } else {
+      const std::string what = fmt::format(
+          "slices are missing or unevenly spaced (the gaps between them are {:.4g} to "
+          "{:.4g} mm)",
+          *least, *most);
+      if (!options_.allowed.has(Allowance::gaps)) {
+        return malformed(fmt::format("{}: add what is missing, or have it interpolated with {}",
+                                     what, flag_of(Allowance::gaps)));
+      }
+      std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2),
+                       gaps.end());
+      count = std::max(1.0, std::round(extent / gaps[gaps.size() / 2]));
+      if (count > kMostFilled * static_cast<double>(placed.size())) {
+        return malformed(what + ": too many are missing");
+      }
+      fill_gaps(placed, extent / count, static_cast<size_t>(count) + 1, out);
+      const auto made = std::count_if(out.planes.begin(), out.planes.end(),
+                                      [](const Plane& plane) { return plane.weight > 0; });
+      notes_.push_back(fmt::format("{}: {} of {} slices are interpolated between their neighbours",
+                                   what, made, out.planes.size()));
+    }
+    set_third_axis(placed, extent, count, out.geometry);
+    return out;
+  }
+
+  /// Slices every `spacing`: those that are there, and between them what linear interpolation
+  /// gives.
+  void fill_gaps(const std::vector<Placed>& placed, double spacing, size_t count,
+                 Arrangement& out) const {
+    size_t before = 0;
+    for (size_t i = 0; i < count; ++i) {
+      const double along = placed[0].along + spacing * static_cast<double>(i);
+      while (before + 2 < placed.size() && placed[before + 1].along <= along) ++before;
+      const Placed &a = placed[before], &b = placed[before + 1];
+      const double weight = (along - a.along) / (b.along - a.along);
+      const double near = position_tolerance(spacing) / (b.along - a.along);
+      if (weight <= near) {
+        out.planes.push_back({a.frame, a.frame, 0});
+      } else if (weight >= 1 - near) {
+        out.planes.push_back({b.frame, b.frame, 0});
+      } else {
+        out.planes.push_back({a.frame, b.frame, weight});
+      }
+    }
+  }
+
+  /// Each slice may be shifted in its plane against the one before, all by the same (gantry tilt).
+  Result<void> check_shift(const std::vector<Placed>& placed,
+                           const HeaderGeometry& geometry) const {
+    const Frame& first = frame_of(placed.front().frame);
+    const Vec3d way = frame_of(placed.back().frame).position - first.position;
+    const double extent = placed.back().along - placed.front().along;
+    const double pixel = std::min(geometry.spacing.x, geometry.spacing.y);
+    const double tolerance = std::max(std::min(0.06, 0.25 * pixel), 0.05 * pixel);
+    for (const Placed& slice : placed) {
+      const Vec3d expected = first.position + way * ((slice.along - placed.front().along) / extent);
+      const double off = length(frame_of(slice.frame).position - expected);
+      if (off > tolerance) {
+        return malformed(
+            fmt::format("expected slices that lie behind each other or are shifted "
+                        "evenly, found {} {:.3g} mm beside its place: they are no "
+                        "volume",
+                        name_of(slice.frame), off));
+      }
+    }
+    return {};
+  }
+
+  /// The third axis runs from the first slice to the last.
+  void set_third_axis(const std::vector<Placed>& placed, double extent, double count,
+                      HeaderGeometry& geometry) {
+    const Vec3d way =
+        frame_of(placed.back().frame).position - frame_of(placed.front().frame).position;
+    const double distance = length(way);
+    geometry.spacing.z = distance / count;
+    set_column(geometry, 2, way * (1 / distance));
+    const double tilt = std::acos(std::min(1.0, extent / distance)) * 180 / 3.14159265358979;
+    if (tilt >= kLeastTiltDegrees) {
+      notes_.push_back(fmt::format(
+          "the slices are shifted against each other: the gantry was tilted by {:.1f}°", tilt));
+    }
+    const double stated = image_of(placed[0].frame).stated_slice_spacing;
+    const double found = extent / count;
+    const auto agrees = [&](double d) { return std::abs(stated - d) <= 0.02 * d + 0.01; };
+    if (stated > 0 && !agrees(found) && !agrees(distance / count)) {
+      notes_.push_back(
+          fmt::format("the header says that slices are {:.4g} mm apart, their positions "
+                      "say {:.4g} mm: the positions are taken",
+                      stated, found));
+    }
+  }
+
+  /// Slices that do not say where they are.
+  Result<Arrangement> without_positions(std::vector<uint32_t> frames) {
+    const std::string what =
+        fmt::format("{} slices do not say where they are (Image Position)", frames.size());
+    if (!options_.allowed.has(Allowance::unplaced)) {
+      return malformed(
+          fmt::format("{}: export them again, or stack them in the order of their "
+                      "instance numbers with {}",
+                      what, flag_of(Allowance::unplaced)));
+    }
+    const auto number = [&](uint32_t frame) {
+      return frame_of(frame).keys[static_cast<size_t>(Key::instance)];
+    };
+    std::set<double> numbers;
+    for (const uint32_t frame : frames) numbers.insert(number(frame));
+    const bool has_nan = std::any_of(frames.begin(), frames.end(),
+                                     [&](uint32_t frame) { return std::isnan(number(frame)); });
+    if (has_nan || numbers.size() != frames.size()) {
+      return malformed(what +
+                       ", and their instance numbers are missing or there twice: their order "
+                       "is not known");
+    }
+    std::sort(frames.begin(), frames.end(),
+              [&](uint32_t a, uint32_t b) { return number(a) < number(b); });
+    const std::vector<int64_t> sizes{image_of(frames[0]).columns, image_of(frames[0]).rows,
+                                     static_cast<int64_t>(frames.size()), 1};
+    if (const auto r = choose_time_step(path_, sizes, options_); !r) {
+      return tl::unexpected(r.error());
+    }
+    Arrangement out;
+    set_plane(frame_of(frames[0]), out.geometry);
+    const double stated = image_of(frames[0]).stated_slice_spacing;
+    out.geometry.spacing.z = stated > 0 ? stated : 1;
+    notes_.push_back(
+        fmt::format("{}: they are stacked in the order of their instance numbers, "
+                    "{:.4g} mm apart; --spacing sets another distance",
+                    what, out.geometry.spacing.z));
+    for (const uint32_t frame : frames) out.planes.push_back({frame, frame, 0});
+    return out;
+  }
+
+  const Collection& collection_;
+  const std::filesystem::path& path_;
+  const ImportOptions& options_;
+  std::vector<std::string>& notes_;
+};
+
+}  // namespace
+
+Result<Arrangement> arrange(const Collection& collection, const Stack& stack,
+                            const std::filesystem::path& path, const ImportOptions& options,
+                            std::vector<std::string>& notes) {
+  return Arranger(collection, path, options, notes).arrange(stack);
+}
+
+}  // namespace isosplat::dicom

@@ -1,0 +1,194 @@
+#include "native/import/dicom_pixels.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+#include "native/import/dicom_codec.h"
+
+namespace isosplat::dicom {
+namespace {
+
+bool is_big_endian(const Image& image) {
+  return image.transfer_syntax == "1.2.840.10008.1.2.2" ||
+         image.transfer_syntax == "1.2.840.113619.5.2";
+}
+
+/// Reads the stored pixels of native and deflated frames, swapped to this machine's byte order.
+class NativeReader {
+ public:
+  explicit NativeReader(bool fills) : fills_(fills) {}
+
+  Result<void> read(const Image& image, uint32_t index, std::span<std::byte> out) {
+    if (opened_ != &image) {
+      auto file = image.deflated ? open_deflated(image.file, image.deflated_start, Deflate::raw)
+                                 : open_plain(image.file);
+      if (!file) return tl::unexpected(file.error());
+      file_ = std::move(*file);
+      opened_ = &image;
+    }
+    const uint64_t start = image.pixels.offset + index * uint64_t{out.size()};
+    if (fills_ && image.cut_off) {
+      std::fill(out.begin(), out.end(), std::byte{0});
+      const uint64_t end = std::min(file_->size_limit(), image.pixels.offset + image.pixels.bytes);
+      const uint64_t there = start < end ? std::min<uint64_t>(out.size(), end - start) : 0;
+      const size_t pixel = static_cast<size_t>(image.allocated) / 8;
+      const auto whole = static_cast<size_t>(there) / pixel * pixel;
+      if (auto r = file_->read(start, out.first(whole)); whole > 0 && !r) return r;
+    } else if (auto r = file_->read(start, out); !r) {
+      return r;
+    }
+    swap_bytes(image, out);
+    return {};
+  }
+
+ private:
+  static void swap_bytes(const Image& image, std::span<std::byte> out) {
+    if (!is_big_endian(image)) return;
+    const size_t pixel = static_cast<size_t>(image.allocated) / 8;
+    const size_t unit = pixel == 1 && image.pixels.in_words ? 2 : pixel;
+    for (size_t i = 0; unit > 1 && i + unit <= out.size(); i += unit) {
+      std::reverse(out.begin() + static_cast<std::ptrdiff_t>(i),
+                   out.begin() + static_cast<std::ptrdiff_t>(i + unit));
+    }
+  }
+
+  bool fills_;
+  const Image* opened_ = nullptr;
+  std::unique_ptr<ByteReader> file_;
+};
+
+/// The bits of a pixel: those above and below the stored ones belong to overlays, or to nobody.
+///
+///   | allocated − high bit − 1: ignored | stored | high bit + 1 − stored: ignored |
+struct Bits {
+  int below = 0;      ///< how many are shifted out
+  uint32_t mask = 0;  ///< of the stored ones, shifted down
+  uint32_t sign = 0;  ///< the sign's, shifted down; 0: unsigned
+
+  explicit Bits(const Image& image)
+      : below(image.high_bit + 1 - image.stored),
+        mask(image.stored == 32 ? ~uint32_t{0} : (uint32_t{1} << image.stored) - 1),
+        sign(image.is_signed ? uint32_t{1} << (image.stored - 1) : 0) {}
+
+  int64_t number(uint32_t word) const {
+    const uint32_t code = word >> below & mask;
+    return static_cast<int64_t>(code ^ sign) - static_cast<int64_t>(sign);
+  }
+};
+
+template <class Word, class To>
+void convert(const FramePixels& frame, std::span<const std::byte> stored,
+             std::span<std::byte> out) {
+  const size_t count = stored.size() / sizeof(Word);
+  const double slope = frame.slope, intercept = frame.intercept;
+  const bool is_plain = slope == 1 && intercept == 0;
+  [[maybe_unused]] const Bits bits(*frame.image);
+  for (size_t i = 0; i < count; ++i) {
+    Word word;
+    std::memcpy(&word, stored.data() + i * sizeof(Word), sizeof(Word));
+    To value;
+    if constexpr (std::is_floating_point_v<Word>) {
+      value = static_cast<To>(intercept + slope * static_cast<double>(word));
+    } else {
+      const int64_t number = bits.number(word);
+      value = is_plain ? static_cast<To>(number)
+                       : static_cast<To>(intercept + slope * static_cast<double>(number));
+    }
+    std::memcpy(out.data() + i * sizeof(To), &value, sizeof(To));
+  }
+}
+
+template <class Word>
+void convert_from(const FramePixels& frame, std::span<const std::byte> stored, VoxelType to,
+                  std::span<std::byte> out) {
+  switch (to) {
+    case VoxelType::u8:
+      return convert<Word, uint8_t>(frame, stored, out);
+    case VoxelType::i8:
+      return convert<Word, int8_t>(frame, stored, out);
+    case VoxelType::u16:
+      return convert<Word, uint16_t>(frame, stored, out);
+    case VoxelType::i16:
+      return convert<Word, int16_t>(frame, stored, out);
+    case VoxelType::u32:
+      return convert<Word, uint32_t>(frame, stored, out);
+    case VoxelType::i32:
+      return convert<Word, int32_t>(frame, stored, out);
+    case VoxelType::f32:
+      return convert<Word, float>(frame, stored, out);
+    case VoxelType::f64:
+      return convert<Word, double>(frame, stored, out);
+  }
+}
+
+void convert(const FramePixels& frame, std::span<const std::byte> stored, VoxelType to,
+             std::span<std::byte> out) {
+  const Image& image = *frame.image;
+  if (image.is_float && image.allocated == 32) return convert_from<float>(frame, stored, to, out);
+  if (image.is_float) return convert_from<double>(frame, stored, to, out);
+  if (image.allocated == 8) return convert_from<uint8_t>(frame, stored, to, out);
+  if (image.allocated == 16) return convert_from<uint16_t>(frame, stored, to, out);
+  return convert_from<uint32_t>(frame, stored, to, out);
+}
+
+}  // namespace
+
+uint64_t stored_frame_bytes(const Image& image) {
+  return static_cast<uint64_t>(image.columns) * static_cast<uint64_t>(image.rows) *
+         static_cast<uint64_t>(image.allocated / 8);
+}
+
+std::pair<double, double> stored_range(const Image& image) {
+  const double codes = std::ldexp(1.0, image.stored);
+  return image.is_signed ? std::pair(-codes / 2, codes / 2 - 1) : std::pair(0.0, codes - 1);
+}
+
+Result<void> read_frames(std::span<const FramePixels> frames, VoxelType to, bool fills,
+                         uint64_t memory_bytes, std::span<std::byte> out) {
+  // Frames of a file are read in the order in which they lie there.
+  std::vector<size_t> order(frames.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    const auto place = [](const FramePixels& f) {
+      return std::tuple(std::string_view(f.image->file), f.index);
+    };
+    return place(frames[a]) < place(frames[b]);
+  });
+  const size_t frame_bytes = out.size() / frames.size();
+  const auto target = [&](size_t i) { return out.subspan(i * frame_bytes, frame_bytes); };
+  NativeReader native(fills);
+  std::vector<EncodedFrame> encoded;
+  std::vector<size_t> encoded_at;
+  uint64_t encoded_bytes = 0;
+  std::vector<std::byte> stored;
+  for (const size_t i : order) {
+    const Image& image = *frames[i].image;
+    if (image.is_encapsulated) {
+      encoded.push_back({&image, frames[i].index});
+      encoded_at.push_back(i);
+      encoded_bytes += stored_frame_bytes(image);
+      continue;
+    }
+    stored.resize(static_cast<size_t>(stored_frame_bytes(image)));
+    if (auto r = native.read(image, frames[i].index, stored); !r) return r;
+    convert(frames[i], stored, to, target(i));
+  }
+  if (encoded.empty()) return {};
+  stored.resize(static_cast<size_t>(encoded_bytes));
+  if (auto r = decompress(encoded, fills, memory_bytes, stored); !r) return r;
+  size_t at = 0;
+  for (const size_t i : encoded_at) {
+    const auto bytes = static_cast<size_t>(stored_frame_bytes(*frames[i].image));
+    const auto pixels = std::span(stored).subspan(at, bytes);
+    at += bytes;
+    convert(frames[i], pixels, to, target(i));
+  }
+  return {};
+}
+
+}  // namespace isosplat::dicom
