@@ -27,7 +27,7 @@ struct ServerLimits {
   uint32_t query_chunks = 65536;              ///< in one answer: 413
   /// Of the directory pages that a query has to look through: 413.
   uint64_t query_directory_bytes = uint64_t{256} << 20;
-  uint64_t directory_bytes = uint64_t{64} << 20;   ///< of pages held decoded, per store
+  uint64_t directory_bytes = uint64_t{64} << 20;   ///< of directory pages held, per store
   uint64_t page_asset_bytes = uint64_t{64} << 20;  ///< of files below web_root, held in memory
   std::chrono::milliseconds idle_time{30'000};     ///< without a request on an open connection
   std::chrono::milliseconds request_time{10'000};  ///< from a request's first byte to its last

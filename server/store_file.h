@@ -58,7 +58,8 @@ Result<FileIdentity> file_identity(const std::filesystem::path& path);
 /// those who hold it. A file changed in place is refused: every read checks.
 class StoreFile {
  public:
-  /// `directory_bytes`: encoded pages kept at a time; beyond it all are dropped and loaded anew.
+  /// `directory_bytes`: of the pages kept at a time, as they are in the file; beyond it all are
+  /// dropped and loaded anew.
   /// Errors: those of StoreReader::open, truncated (the file is shorter than its head says), and
   /// io_error. Messages begin with the path.
   static Result<std::shared_ptr<StoreFile>> open(const std::filesystem::path& path,

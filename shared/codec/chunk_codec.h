@@ -19,7 +19,7 @@ struct CellMask;
 struct ChunkShape {
   Index3 block_cells;          ///< of its block, each 1 to kBlockCells
   uint32_t slab_begin = 0;     ///< the slab's first isocode
-  uint32_t slab_end = 0;       ///< one beyond its last, > slab_begin, ≤ 65536
+  uint32_t slab_end = 0;       ///< one beyond its last, > slab_begin, ≤ 65535
   uint32_t cell_count = 0;     ///< cells that the chunk holds, ≥ 1
   bool has_intervals = false;  ///< levels ≥ 1: the cells' intervals go beyond their corners'
 };

@@ -47,7 +47,7 @@ inline constexpr int kMaxClipPlanes = 6;
 
 struct Isosurface {
   double isovalue = 0;              ///< in the volume's values
-  Vec3f colour{0.85f, 0.8f, 0.7f};  ///< sRGB, 0 … 1
+  Vec3f colour{0.85f, 0.8f, 0.7f};  ///< sRGB (as gamma 2: README.md), 0 … 1
   float opacity = 1;                ///< 0 … 1
 };
 

@@ -60,7 +60,7 @@ struct ChunkRef {
   BlockKey block;
   uint32_t slab = 0;  ///< index within the block, ascending by isovalue
   Code slab_begin = 0;
-  uint32_t slab_end = 0;  ///< up to 65536
+  uint32_t slab_end = 0;  ///< up to 65535
   uint64_t offset = 0;    ///< in the file
   uint32_t bytes = 0;
   uint32_t cells = 0;     ///< that it decodes to; 0 only where bytes is 0 (a gap between values)

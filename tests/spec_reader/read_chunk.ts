@@ -19,7 +19,7 @@ export interface Cell {
   max: number;
 }
 
-/** The tables of chunk_tables.cpp. */
+/** The tables at the end of CHUNK.md. */
 export interface Tables {
   quads: number[][];
   tokens: number[][];
@@ -38,7 +38,7 @@ const unfold = (u: number) => (u % 2 ? (u + 1) / 2 : -u / 2);
 
 // Distributions.
 
-export function readTables(source: string): Tables {
+export function readTables(specification: string): Tables {
   const frequencies = (letters: string, total: number) => {
     const numbers = [...letters].map((letter) => {
       const c = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz".indexOf(letter);
@@ -48,20 +48,20 @@ export function readTables(source: string): Tables {
     numbers[most] = (numbers[most] as number) + total - sum(numbers);
     return numbers;
   };
-  const table = (name: string) => {
-    return source
-      .slice(source.indexOf(name))
-      .split("\n};")[0]
-      ?.split(/=\s*\{/)[1] as string;
-  };
-  const letters = (name: string) =>
-    [...table(name).matchAll(/"(\w+)"/g)].map((m) => m[1] as string);
+  // Each line of a table's block begins with the number of its first entry.
+  const rows = (name: string) =>
+    (specification.split(`\n\`${name}\`: `)[1]?.split("```")[1] ?? "")
+      .trim()
+      .split("\n")
+      .map((line) => line.trim().split(/ +/).slice(1));
   return {
-    quads: letters("kQuadTable").map((text) => frequencies(text, 4096)),
-    tokens: letters("kTokenTable").map((text) => frequencies(text, 2048)),
-    weights: [...table("kDefaultWeights").matchAll(/\{(.*)\}/g)].map((m) =>
-      (m[1] as string).split(",").map(Number),
-    ),
+    quads: rows("kQuadTable")
+      .flat()
+      .map((text) => frequencies(text, 4096)),
+    tokens: rows("kTokenTable")
+      .flat()
+      .map((text) => frequencies(text, 2048)),
+    weights: rows("kDefaultWeights").map((row) => row.map(Number)),
   };
 }
 

@@ -5,9 +5,39 @@ import { type Cell, readChunk, readTables } from "../spec_reader/read_chunk.ts";
 import { type Chunk, readStore, type Store } from "../spec_reader/read_store.ts";
 
 const golden = new URL("../golden/v1.0/", import.meta.url);
-const tables = readTables(
-  readFileSync(new URL("../../shared/codec/chunk_tables.cpp", import.meta.url), "utf8"),
-);
+const shared = (name: string) =>
+  readFileSync(new URL(`../../shared/${name}`, import.meta.url), "utf8");
+const specification = shared("codec/CHUNK.md");
+const tables = readTables(specification);
+
+test("the specification's tables are the code's", () => {
+  expect(tables.quads.length).toBe(256);
+  expect(tables.tokens.length).toBe(54);
+  expect(tables.weights.length).toBe(16);
+  const code = shared("codec/chunk_tables.cpp");
+  const of = (name: string) => code.split(`${name}[`)[1]?.split("\n};")[0] ?? "";
+  const words = (text: string) => [...text.matchAll(/"(\w+)"/g)].map((match) => match[1]);
+  const inDocument = (name: string) =>
+    (specification.split(`\n\`${name}\`: `)[1]?.split("```")[1] ?? "").match(/[A-Za-z]\w+/g);
+  expect(inDocument("kQuadTable")).toEqual(words(of("kQuadTable")));
+  expect(inDocument("kTokenTable")).toEqual(words(of("kTokenTable")));
+  expect(tables.weights).toEqual(
+    [...of("kDefaultWeights").matchAll(/\{(-?\d[^}]*)\}/g)].map((match) =>
+      match[1]?.split(",").map(Number),
+    ),
+  );
+});
+
+test("limits in the documents are the code's", () => {
+  const header = readFileSync(new URL("../../server/server.h", import.meta.url), "utf8");
+  const http = readFileSync(new URL("../../server/HTTP.md", import.meta.url), "utf8");
+  const mebibytes = (name: string) =>
+    Number(header.match(new RegExp(`uint64_t ${name} = uint64_t\\{(\\d+)\\} << 20`))?.[1]);
+  expect(http).toContain(`at most ${mebibytes("directory_bytes")} MiB of each store`);
+  expect(http).toContain(`More than ${mebibytes("query_bytes")} MiB of chunks`);
+  expect(http).toContain(`more than ${mebibytes("query_directory_bytes")} MiB of directory pages`);
+  expect(http).toContain(`held in memory (at most ${mebibytes("page_asset_bytes")} MiB)`);
+});
 
 function readCells(file: Uint8Array, level: Store["levels"][number], chunk: Chunk): Cell[] {
   const blockCells = level.cells.map((n, axis) =>
