@@ -116,6 +116,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
    * follows. Rejects with a StreamError, a ViewError (no WebGL 2), or the signal's reason.
    */
   async open(source: Source, options: OpenOptions = {}): Promise<StoreInfo> {
+    if (this.#disposed) throw new ViewError("the viewer was disposed of: make another");
     this.close();
     const opening = new AbortController();
     this.#opening = opening;
@@ -351,7 +352,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   #loadParts(): Promise<{ view: ViewModule; core: Core }> {
     this.#parts ??= ViewModule.create(this.canvas).then(async (view) => {
-      if (this.#disposed) view.destroy();
+      if (this.#disposed) {
+        view.destroy();
+        throw new DOMException("the viewer was disposed of", "AbortError");
+      }
       this.#view = view;
       this.#picture = this.#newPicture(view);
       return { view, core: await loadCore({ module: view.exports }) };
@@ -369,7 +373,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     setTimeout(
       () =>
         this.#guard((view) => {
-          if (this.#picture?.isBegun || this.#isWarm) return;
+          if (this.#picture?.isBegun || this.#isWarm || this.#disposed) return;
           this.#isWarm = view.isCompiled();
           if (this.#isWarm) view.warmUp();
           else this.#warmUp();

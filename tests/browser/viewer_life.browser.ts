@@ -1,0 +1,209 @@
+// The viewer in a page of somebody else: it can go at any moment, and its workers may die.
+import { expect, type Page, test } from "@playwright/test";
+import { createServer, type Plugin, type ViteDevServer } from "vite";
+import type * as StreamModule from "../../web/stream/index.ts";
+import type * as ViewerModule from "../../web/viewer/index.ts";
+import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+
+/** Answers /empty with a page of nothing but a canvas. */
+const emptyPages: Plugin = {
+  name: "empty-pages",
+  configureServer: ({ middlewares }) => {
+    middlewares.use("/empty", (_request, response) => {
+      response.setHeader("Content-Type", "text/html");
+      response.end("<!doctype html><canvas></canvas>");
+    });
+  },
+};
+
+let server: RunningServer;
+let modules: ViteDevServer;
+let origin: string;
+test.beforeAll(async () => {
+  server = await serve([demoFolder]);
+  modules = await createServer({
+    configFile: "vite.config.ts",
+    server: { port: 0, hmr: false, proxy: { "/v1": server.url } },
+    plugins: [emptyPages],
+    // The viewer needs no packages; those of the page are left alone.
+    optimizeDeps: { noDiscovery: true, include: [] },
+  });
+  await modules.listen();
+  origin = modules.resolvedUrls?.local[0] ?? "";
+});
+test.afterAll(async () => {
+  await modules.close();
+  await server.stop();
+});
+
+/** What the tests keep in their page. */
+declare global {
+  interface Window {
+    life: {
+      viewer: ViewerModule.Viewer;
+      source: StreamModule.Source;
+      events: string[];
+      opened: Promise<string>;
+      complete: Promise<void>;
+    };
+  }
+}
+
+/** A page that is empty but for a canvas and a viewer, which has not been told to open anything. */
+async function emptyPage(page: Page): Promise<void> {
+  await page.goto(`${origin}empty`);
+  await page.evaluate(
+    async (base) => {
+      const { Viewer }: typeof ViewerModule = await import(`${base}/viewer/index.ts`);
+      const { ServerSource }: typeof StreamModule = await import(`${base}/stream/index.ts`);
+      const canvas = document.querySelector("canvas");
+      if (!canvas) throw new Error("no canvas");
+      canvas.style.cssText = "width: 300px; height: 300px";
+      const viewer = new Viewer(canvas);
+      const events: string[] = [];
+      viewer.on("opened", () => events.push("opened"));
+      viewer.on("error", (error) => events.push(`error: ${error.message}`));
+      viewer.on("progress", () => events.push("progress"));
+      const source = new ServerSource({ base, volume: "bucky" });
+      const unset = Promise.resolve("");
+      window.life = { viewer, source, events, opened: unset, complete: Promise.resolve() };
+    },
+    origin.replace(/\/$/, ""),
+  );
+}
+
+const open = (page: Page) =>
+  page.evaluate(() => {
+    const { viewer, source } = window.life;
+    window.life.complete = new Promise((resolve) => {
+      viewer.on("progress", ({ complete }) => complete && resolve());
+    });
+    window.life.opened = viewer
+      .open(source, { surfaces: [{ isovalue: 100, colour: "#d0c0b0", opacity: 1 }] })
+      .then(
+        () => "opened",
+        (error: unknown) => (error instanceof Error ? error.name : String(error)),
+      );
+  });
+
+const dispose = (page: Page) => page.evaluate(() => window.life.viewer.dispose());
+const outcome = (page: Page) => page.evaluate(() => window.life.opened);
+
+/** Nothing of the viewer is left: no worker, no request, no event. */
+async function expectGone(page: Page): Promise<void> {
+  await expect.poll(() => page.workers().length).toBe(0);
+  const events = await page.evaluate(() => window.life.events.length);
+  const asked: string[] = [];
+  page.on("request", (request) => asked.push(request.url()));
+  // What is to come would come with the next frames.
+  await page.evaluate(async () => {
+    for (let i = 0; i < 10; ++i) await new Promise((next) => requestAnimationFrame(next));
+  });
+  expect(asked).toEqual([]);
+  expect(await page.evaluate(() => window.life.events.length)).toBe(events);
+  const again = await page.evaluate(() =>
+    window.life.viewer.open(window.life.source).then(
+      () => "opened",
+      (error: unknown) => (error as Error).message,
+    ),
+  );
+  expect(again).toContain("disposed");
+}
+
+test.describe("a viewer that goes while a volume opens", () => {
+  test("before its program has come", async ({ page }) => {
+    let release = () => {};
+    const held = new Promise<void>((resolve) => {
+      release = resolve;
+    });
+    // The program itself, not the module that says where it is.
+    const isProgram = ({ pathname, searchParams }: URL) =>
+      pathname.endsWith("/isosplat-view.wasm") && !searchParams.has("import");
+    await page.route(isProgram, async (route) => {
+      await held;
+      await route.continue().catch(() => {}); // the page may have gone
+    });
+    await emptyPage(page);
+    await open(page);
+    await dispose(page);
+    release();
+    expect(await outcome(page)).toBe("AbortError");
+    await expectGone(page);
+  });
+
+  test("before the store's head has come", async ({ page }) => {
+    let asked = () => {};
+    const isAsked = new Promise<void>((resolve) => {
+      asked = resolve;
+    });
+    let release = () => {};
+    const held = new Promise<void>((resolve) => {
+      release = resolve;
+    });
+    await page.route("**/v1/volumes/**", async (route) => {
+      asked();
+      await held;
+      await route.continue().catch(() => {}); // the request has been ended
+    });
+    await emptyPage(page);
+    await open(page);
+    await isAsked;
+    await dispose(page);
+    expect(await outcome(page)).toBe("AbortError");
+    release();
+    await expectGone(page);
+  });
+
+  test("as soon as it is open, with chunks on their way", async ({ page }) => {
+    await emptyPage(page);
+    await open(page);
+    await page.evaluate(async () => {
+      await window.life.opened;
+      window.life.viewer.dispose();
+    });
+    expect(await outcome(page)).toBe("opened");
+    await expectGone(page);
+  });
+
+  test("and another viewer of the same page works", async ({ page }) => {
+    await emptyPage(page);
+    await open(page);
+    await dispose(page);
+    expect(await outcome(page)).toBe("AbortError");
+    await emptyPage(page);
+    await open(page);
+    expect(await outcome(page)).toBe("opened");
+    await page.evaluate(() => window.life.complete);
+  });
+});
+
+test("decoding workers that die are replaced, and the picture is completed", async ({ page }) => {
+  await emptyPage(page);
+  await open(page);
+  await page.evaluate(() => window.life.complete);
+  const before = page.workers();
+  expect(before.length).toBeGreaterThan(0);
+  // As an instance that runs out of memory does: an error that nobody catches.
+  for (const worker of before) {
+    const gone = worker.waitForEvent("close");
+    await worker.evaluate(() => {
+      setTimeout(() => {
+        throw new Error("out of memory");
+      });
+    });
+    await gone;
+  }
+  await expect.poll(() => page.workers().length).toBe(before.length);
+  expect(page.workers().some((worker) => before.includes(worker))).toBe(false);
+  await page.evaluate(async () => {
+    const { viewer } = window.life;
+    const complete = new Promise<void>((resolve) => {
+      viewer.on("progress", (progress) => progress.complete && resolve());
+    });
+    viewer.setIsovalues([180]);
+    await complete;
+  });
+  expect(
+    await page.evaluate(() => window.life.events.filter((e) => e.startsWith("error"))),
+  ).toEqual([]);
+});

@@ -1,0 +1,188 @@
+// Decoding workers that die: what they had is reported, others take over, and it ends.
+import { afterEach, beforeAll, beforeEach, describe, expect, it, vi } from "vitest";
+import { type Chunk, type Core, CoreError } from "../../web/core/index.ts";
+import type { WorkerRequest, WorkerStart } from "../../web/stream/decode_worker.ts";
+import { decodeChecked } from "../../web/stream/decoder.ts";
+import { WorkerPool } from "../../web/stream/worker_pool.ts";
+import { core as load, openWhole, storeBytes } from "./fixture.ts";
+
+let core: Core;
+let chunks: { chunk: Chunk; bytes: Uint8Array }[];
+
+beforeAll(async () => {
+  core = await load();
+  const file = storeBytes();
+  chunks = openWhole(core, file)
+    .chunksFor(0, 100, 100)
+    .map((chunk) => ({ chunk, bytes: file.slice(chunk.offset, chunk.offset + chunk.bytes) }));
+});
+
+/** A worker that decodes when the test says so, with the code of the real one. */
+class StubWorker {
+  static all: StubWorker[] = [];
+  onmessage: ((event: { data: unknown }) => void) | null = null;
+  onerror: ((event: { message: string; preventDefault(): void }) => void) | null = null;
+  isStarted = false;
+  isTerminated = false;
+  readonly requests: WorkerRequest[] = [];
+
+  constructor() {
+    StubWorker.all.push(this);
+  }
+
+  postMessage(message: WorkerStart | WorkerRequest): void {
+    if ("view" in message) this.isStarted = true;
+    else this.requests.push(message);
+  }
+
+  terminate(): void {
+    this.isTerminated = true;
+  }
+
+  /** Answers the oldest request. */
+  answer(): void {
+    const request = this.requests.shift();
+    if (!request) throw new Error("the worker was asked for nothing");
+    const samples = decodeChecked(core, request.job, request.bytes);
+    this.onmessage?.({ data: { id: request.id, samples } });
+  }
+
+  crash(message = "out of memory"): void {
+    this.onerror?.({ message, preventDefault: () => {} });
+  }
+
+  static get living(): StubWorker[] {
+    return StubWorker.all.filter((worker) => !worker.isTerminated);
+  }
+}
+
+beforeEach(() => {
+  StubWorker.all = [];
+  vi.stubGlobal("Worker", StubWorker);
+});
+afterEach(() => {
+  vi.unstubAllGlobals();
+});
+
+const never = new AbortController().signal;
+
+/** The n-th chunk on its way through the pool, and how it ended. */
+function decode(pool: WorkerPool, n: number, signal = never) {
+  const at = chunks[n % chunks.length];
+  if (!at) throw new Error("the fixture has no chunks");
+  const state: { samples?: Uint32Array; error?: unknown } = {};
+  const done = pool.decode(at.chunk, at.bytes.slice(), signal).then(
+    (samples) => {
+      state.samples = samples;
+    },
+    (error: unknown) => {
+      state.error = error;
+    },
+  );
+  return { state, done, expected: () => decodeChecked(core, at.chunk, at.bytes) };
+}
+
+/** Until the workers have been told what to run. */
+const begun = () => Promise.resolve().then(() => Promise.resolve());
+
+describe("a worker that dies", () => {
+  it("rejects what it had, and another takes its place and what waits", async () => {
+    const pool = new WorkerPool({ workers: 1 });
+    await begun();
+    const jobs = [0, 1, 2, 3].map((n) => decode(pool, n));
+    const [first] = StubWorker.all;
+    expect(first?.requests.length).toBe(2);
+    first?.answer();
+    first?.crash("wasm trap");
+    expect(first?.isTerminated).toBe(true);
+    await Promise.all([jobs[1]?.done, jobs[2]?.done]);
+    for (const lost of [jobs[1], jobs[2]]) {
+      expect(lost?.state.error).toBeInstanceOf(CoreError);
+      expect(lost?.state.error).toMatchObject({
+        status: "internal",
+        message: expect.stringContaining("wasm trap"),
+      });
+    }
+    await begun();
+    expect(StubWorker.all.length).toBe(2);
+    const [second] = StubWorker.living;
+    expect(second?.isStarted).toBe(true);
+    second?.answer();
+    await Promise.all([jobs[0]?.done, jobs[3]?.done]);
+    for (const good of [jobs[0], jobs[3]]) expect(good?.state.samples).toEqual(good?.expected());
+    pool.close();
+    expect(StubWorker.living).toEqual([]);
+  });
+
+  it("leaves what others have alone", async () => {
+    const pool = new WorkerPool({ workers: 2 });
+    await begun();
+    const jobs = [0, 1, 2, 3].map((n) => decode(pool, n));
+    StubWorker.all[0]?.crash();
+    await begun();
+    const [survivor] = StubWorker.living;
+    survivor?.answer();
+    survivor?.answer();
+    await Promise.all(jobs.map((job) => job.done));
+    expect(jobs.map((job) => job.state.error !== undefined)).toEqual([true, true, false, false]);
+    expect(StubWorker.living.length).toBe(2);
+    pool.close();
+  });
+
+  it("is replaced a few times, not for ever: then every job fails at once", async () => {
+    const pool = new WorkerPool({ workers: 1 });
+    for (let deaths = 0; StubWorker.living.length > 0; ++deaths) {
+      if (deaths > 100) throw new Error("workers are started for ever");
+      await begun();
+      const job = decode(pool, deaths);
+      StubWorker.living[0]?.crash(`death ${deaths}`);
+      await job.done;
+      expect((job.state.error as CoreError).message).toContain(`death ${deaths}`);
+    }
+    expect(StubWorker.all.length).toBe(4);
+    const late = decode(pool, 0);
+    await late.done;
+    expect((late.state.error as CoreError).status).toBe("internal");
+    pool.close();
+  });
+
+  it("fails what waits when it was the last", async () => {
+    const pool = new WorkerPool({ workers: 1 });
+    for (let death = 0; death < 3; ++death) StubWorker.living[0]?.crash();
+    await begun();
+    const jobs = Array.from({ length: 6 }, (_, n) => decode(pool, n)); // two begun, four wait
+    StubWorker.living[0]?.crash("the last");
+    await Promise.all(jobs.map((job) => job.done));
+    for (const { state } of jobs) expect((state.error as Error).message).toContain("the last");
+    pool.close();
+  });
+
+  it("is not replaced once the pool is closed, and no answer follows", async () => {
+    const pool = new WorkerPool({ workers: 1 });
+    await begun();
+    const jobs = [0, 1, 2].map((n) => decode(pool, n));
+    const [worker] = StubWorker.all;
+    pool.close();
+    worker?.crash();
+    worker?.answer();
+    await Promise.all(jobs.map((job) => job.done));
+    for (const { state } of jobs) expect(state.error).toMatchObject({ name: "AbortError" });
+    expect(StubWorker.all.length).toBe(1);
+  });
+});
+
+it("a job that is taken back while it waits is never given to a worker", async () => {
+  const pool = new WorkerPool({ workers: 1 });
+  await begun();
+  const jobs = [0, 1].map((n) => decode(pool, n));
+  const ending = new AbortController();
+  const waiting = decode(pool, 2, ending.signal);
+  ending.abort(new Error("no longer needed"));
+  await waiting.done;
+  expect(waiting.state.error).toMatchObject({ message: "no longer needed" });
+  StubWorker.all[0]?.answer();
+  StubWorker.all[0]?.answer();
+  await Promise.all(jobs.map((job) => job.done));
+  expect(StubWorker.all[0]?.requests).toEqual([]);
+  pool.close();
+});
