@@ -167,7 +167,7 @@ TEST_F(HostileClients, KeepAliveAndClose) {
   Client old(port());
   old.send("GET /healthz HTTP/1.0\r\n\r\n");
   EXPECT_EQ(old.receive().header("connection"), "close");
-  EXPECT_TRUE(old.is_closed_within(milliseconds(5000)));
+  EXPECT_TRUE(old.is_closed());
   Client old_kept(port());
   old_kept.send("GET /healthz HTTP/1.0\r\nConnection: keep-alive\r\n\r\n");
   EXPECT_EQ(old_kept.receive().header("connection"), "keep-alive");
@@ -175,7 +175,7 @@ TEST_F(HostileClients, KeepAliveAndClose) {
   Client closing(port());
   EXPECT_EQ(closing.request("GET", "/healthz", "Connection: close\r\n").header("connection"),
             "close");
-  EXPECT_TRUE(closing.is_closed_within(milliseconds(5000)));
+  EXPECT_TRUE(closing.is_closed());
 }
 
 TEST_F(HostileClients, HalfARequestIsDisconnected) {
@@ -183,16 +183,16 @@ TEST_F(HostileClients, HalfARequestIsDisconnected) {
   start();
   Client client(port());
   client.send("GET /healthz HT");
-  EXPECT_TRUE(client.is_closed_within(milliseconds(5000)));
+  EXPECT_TRUE(client.is_closed());
   // The time is for the whole header: a byte now and then does not prolong it.
   Client slow(port());
   slow.send("GET /healthz HTTP/1.1\r\n");
-  const auto begin = std::chrono::steady_clock::now();
-  while (std::chrono::steady_clock::now() - begin < std::chrono::seconds(10)) {
+  bool closed = false;
+  for (int line = 0; line < 1000 && !closed; ++line) {  // far beyond request_time
     slow.send("X: y\r\n");
-    if (slow.is_closed_within(milliseconds(50))) break;
+    closed = slow.is_closed_within(milliseconds(20));
   }
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+  EXPECT_TRUE(closed);
   EXPECT_EQ(get(port(), "/healthz").status, 200);
 }
 
@@ -200,37 +200,54 @@ TEST_F(HostileClients, IdleConnectionsAreDisconnected) {
   options.limits.idle_time = milliseconds(700);
   start();
   Client silent(port());
-  EXPECT_TRUE(silent.is_closed_within(milliseconds(5000)));
-  Client client(port());
-  EXPECT_EQ(client.request("GET", "/healthz").status, 200);
-  EXPECT_TRUE(client.is_closed_within(milliseconds(5000)));
+  EXPECT_TRUE(silent.is_closed());
+  // After an answer, too. (A test that is held up for idle_time finds the connection closed.)
+  int status = 0;
+  for (int attempt = 0; attempt < 100 && status == 0; ++attempt) {
+    Client client(port());
+    status = client.request("GET", "/healthz").status;
+    EXPECT_TRUE(client.is_closed());
+  }
+  EXPECT_EQ(status, 200);
 }
 
 TEST_F(HostileClients, AClientThatDoesNotReadIsDisconnected) {
   const KnownStore large = make_store(3, {128, 128, 128}, 2'000'000);
   write_file(folder.path() / "large.isosplat", large.file);
-  options.limits.write_time = milliseconds(1000);
+  options.limits.write_time = milliseconds(500);
+  options.limits.connections = 1;
   start();
   Client client(port());
   client.set_receive_buffer(64 * 1024);
   client.send("GET /v1/volumes/large/" + large.content + "/file HTTP/1.1\r\nHost: x\r\n\r\n");
-  std::this_thread::sleep_for(milliseconds(3000));
-  const Answer answer = client.receive();
-  EXPECT_EQ(answer.status, 200);
-  EXPECT_FALSE(answer.complete);
-  // One that reads slowly, but reads, gets everything: the time is for each piece.
-  Client patient(port());
-  patient.set_receive_buffer(256 * 1024);
-  patient.send("GET /v1/volumes/large/" + large.content +
-               "/file HTTP/1.1\r\nHost: x\r\nRange: bytes=0-1999999\r\n\r\n");
-  std::string all;
-  while (all.size() < 2'000'000) {
-    const std::string part = patient.read(100'000);
-    if (part.empty()) break;
-    all += part;
-    std::this_thread::sleep_for(milliseconds(30));
+  size_t received = client.read(12).size();
+  // Until it is gone it holds the only connection.
+  EXPECT_TRUE(eventually([&] { return get(port(), "/healthz").status == 200; }));
+  for (std::string part; !(part = client.read(1 << 20)).empty();) received += part.size();
+  EXPECT_LT(received, large.file.size());
+}
+
+TEST_F(HostileClients, AClientThatReadsSlowlyGetsEverything) {
+  const KnownStore large = make_store(3, {128, 128, 128}, 2'000'000);
+  write_file(folder.path() / "large.isosplat", large.file);
+  options.limits.write_time = milliseconds(1000);
+  start();
+  // All of it takes longer than write_time, each piece does not. (Where this test itself is held up
+  // for that long, it is tried again.)
+  size_t most = 0;
+  for (int attempt = 0; attempt < 20 && most < 2'000'000; ++attempt) {
+    Client patient(port());
+    patient.set_receive_buffer(256 * 1024);
+    patient.send("GET /v1/volumes/large/" + large.content +
+                 "/file HTTP/1.1\r\nHost: x\r\nRange: bytes=0-1999999\r\n\r\n");
+    size_t all = 0;
+    for (std::string part; !(part = patient.read(100'000)).empty() && all < 2'000'000;) {
+      all += part.size();
+      std::this_thread::sleep_for(milliseconds(80));
+    }
+    most = std::max(most, all);
   }
-  EXPECT_GE(all.size(), 2'000'000u);
+  EXPECT_GE(most, 2'000'000u);
 }
 
 TEST_F(HostileClients, ConnectionsAreLimited) {
@@ -246,7 +263,7 @@ TEST_F(HostileClients, ConnectionsAreLimited) {
   EXPECT_EQ(answer.status, 503);
   EXPECT_EQ(answer.header("retry-after"), "1");
   EXPECT_EQ(answer.header("access-control-allow-origin"), "*");
-  EXPECT_TRUE(refused.is_closed_within(milliseconds(5000)));
+  EXPECT_TRUE(refused.is_closed());
   clients.pop_back();
   EXPECT_TRUE(eventually([&] { return get(port(), "/healthz").status == 200; }));
 }

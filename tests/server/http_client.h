@@ -41,6 +41,9 @@ class Client {
   /// Whether the server closes within the time; bytes that come before that are dropped.
   bool is_closed_within(std::chrono::milliseconds time);
 
+  /// Whether the server closes at all: waits as long as a slow machine may need.
+  bool is_closed() { return is_closed_within(std::chrono::minutes(2)); }
+
   /// Reads up to so many bytes of what comes next; fewer at the end.
   std::string read(size_t bytes);
 

@@ -56,7 +56,7 @@ class ServerTest : public ::testing::Test {
   /// Waits until the condition holds, for as long as a slow machine may need.
   template <class Condition>
   static bool eventually(Condition condition) {
-    for (int i = 0; i < 1000; ++i) {
+    for (int i = 0; i < 12'000; ++i) {
       if (condition()) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }

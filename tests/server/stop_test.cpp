@@ -12,7 +12,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-using std::chrono::steady_clock;
 
 class Stop : public ServerTest {
  protected:
@@ -50,7 +49,7 @@ TEST_F(Stop, AnswersInFlightEndAndIdleConnectionsClose) {
   Client client = reader();
   const std::string begin = client.read(12);
   server->stop();
-  EXPECT_TRUE(idle.is_closed_within(seconds(10)));
+  EXPECT_TRUE(idle.is_closed());
   EXPECT_TRUE(eventually([&] { return is_refusing(); }));
   std::string all = begin;
   for (std::string part; !(part = client.read(1 << 20)).empty();) all += part;
@@ -92,12 +91,11 @@ TEST_F(Stop, TheDeadlineDropsWhatIsInFlight) {
   client.read(12);
   Client half(port());
   half.send("GET /hea");
-  std::this_thread::sleep_for(milliseconds(50));
-  const auto begin = steady_clock::now();
   server->stop();
-  server->wait();
-  EXPECT_GE(steady_clock::now() - begin, milliseconds(250));
-  EXPECT_LT(steady_clock::now() - begin, seconds(8));
+  server->wait();  // though the client takes nothing: without a deadline this would not return
+  size_t received = 12;
+  for (std::string part; !(part = client.read(1 << 20)).empty();) received += part.size();
+  EXPECT_LT(received, large.file.size());
 }
 
 TEST_F(Stop, MayBeAskedAgain) {

@@ -60,7 +60,6 @@ TEST_F(Stores, AStoreOverwrittenInPlaceIsNeverMixed) {
   start();
   const KnownChunk& chunk = alpha.chunks.front();
   EXPECT_EQ(get(port(), content("chunks/" + place_of(chunk))).status, 200);
-  std::this_thread::sleep_for(std::chrono::milliseconds(20));
   std::ofstream(folder.path() / "alpha.isosplat", std::ios::binary | std::ios::app) << "more";
   for (const std::string& rest :
        {"chunks/" + place_of(chunk), std::string("file"), std::string("pages/0")}) {
