@@ -162,7 +162,7 @@ class ComputedSource : public VolumeSource {
 };
 
 TEST(BuildFile, StaysWithinItsMemory) {
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers need memory of their own";
 #endif
   const TemporaryFolder folder;
