@@ -208,7 +208,14 @@ void Server::State::run() {
     asio::co_spawn(control, accept_on(acceptor), asio::detached);
   }
   if (options.handle_signals) {
-    signals.emplace(control, SIGINT, SIGTERM);
+    signals.emplace(control);
+    for (const int signal : {SIGINT, SIGTERM}) {
+      struct sigaction now {};
+      // What is ignored stays so: a shell ignores SIGINT for its jobs in the background.
+      if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler != SIG_IGN) {
+        signals->add(signal);
+      }
+    }
     wait_for_signal();
   }
   control_thread = std::thread([this] { control.run(); });

@@ -23,6 +23,8 @@ struct BuildOptions {
   std::string value_units;  ///< "HU", …; empty: unknown
   /// What a person should know of how the volume was read; kept in the store's metadata.
   std::vector<std::string> notes;
+  std::string source_file;  ///< for the metadata (FORMAT.md): name of the volume's file or folder;
+  std::string source_path_hash;  ///< and its path's hash; empty: unknown
   /// The dial between bytes stored and bytes fetched: SlabOptions::lambda. Half of it fetches about
   /// a fifteenth less for an isovalue, and stores about a sixth more.
   double lambda = 0.09;

@@ -72,6 +72,13 @@ Json to_json(const ValueHistogram& histogram) {
   return {{"low", histogram.low}, {"high", histogram.high}, {"counts", histogram.counts}};
 }
 
+/// Bytes of the metadata that say where the volume came from.
+size_t source_text_bytes(const BuildOptions& options) {
+  if (options.source_file.empty()) return 0;
+  constexpr size_t kKeys = sizeof R"(,"file":,"path_hash":)";
+  return kKeys + text_bytes(options.source_file) + text_bytes(options.source_path_hash);
+}
+
 }  // namespace
 
 ValueHistogram value_histogram(const ValueMapping& mapping, const VolumeStatistics& statistics) {
@@ -96,7 +103,8 @@ size_t metadata_limit(const VolumeHeader& header, const BuildOptions& options) {
   const std::string& title = options.title.empty() ? header.name : options.title;
   const size_t text = text_bytes(header.name) + text_bytes(title) + text_bytes(header.format) +
                       text_bytes(options.value_units) +
-                      kept_notes(options.notes).dump(-1, ' ', true).size();
+                      kept_notes(options.notes).dump(-1, ' ', true).size() +
+                      source_text_bytes(options);
   return std::min(kMaxMetadataBytes, 640 + text + 2 * kBins * (digits + 1));
 }
 
@@ -107,6 +115,10 @@ std::string metadata_json(const VolumeHeader& header, const BuildOptions& option
   json["name"] = clean(header.name);
   json["title"] = clean(options.title.empty() ? header.name : options.title);
   json["source"] = {{"format", clean(header.format)}, {"type", voxel_type_name(header.type)}};
+  if (!options.source_file.empty()) {
+    json["source"]["file"] = clean(options.source_file);
+    json["source"]["path_hash"] = clean(options.source_path_hash);
+  }
   if (!options.value_units.empty()) json["units"] = clean(options.value_units);
   if (!options.notes.empty()) json["notes"] = kept_notes(options.notes);
   json["suggested_isovalues"] = suggested_isovalues(info.mapping, statistics);

@@ -3,6 +3,7 @@
 #include "native/cli/building.h"
 #include "native/cli/command.h"
 #include "native/cli/options.h"
+#include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
 
 namespace isosplat::cli {
@@ -12,7 +13,7 @@ struct BuildCall {
   std::string volume, store;
   VolumeFlags volume_flags;
   BuildFlags build_flags;
-  bool quiet = false;
+  bool quiet = false, force = false;
 };
 
 /// Beside the volume.
@@ -21,20 +22,33 @@ std::filesystem::path default_store(const std::filesystem::path& volume) {
   return whole.parent_path() / (store_stem(volume) + ".isosplat");
 }
 
+/// The last part of a path, also of "folder/".
+std::string file_name(const std::filesystem::path& path) {
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
 int run(const BuildCall& call) {
-  const auto import_options = call.volume_flags.options();
+  if (call.quiet) be_quiet();
+  auto import_options = call.volume_flags.options();
   if (!import_options) return report(import_options.error());
-  const auto build_options = call.build_flags.options();
+  auto build_options = call.build_flags.options();
   if (!build_options) return report(build_options.error());
   const std::filesystem::path store =
       call.store.empty() ? default_store(call.volume) : std::filesystem::path(call.store);
-  std::error_code error;
-  if (std::filesystem::equivalent(call.volume, store, error)) {
-    return report({Status::invalid_argument,
-                   fmt::format("{}: is the volume itself: give another name with -o", call.store)});
+  import_options->memory_bytes = build_options->memory_bytes;
+  const auto opened = open_volume(call.volume, *import_options);
+  if (!opened) return report(opened.error());
+  if (auto other = check_not_input(store, opened->source->files()); !other) {
+    return report(other.error());
   }
-  const auto built =
-      build_with_progress(call.volume, *import_options, store, *build_options, call.quiet);
+  build_options->source_file = file_name(call.volume);
+  build_options->source_path_hash = source_path_hash(call.volume, store);
+  if (auto replaceable =
+          check_replaceable_store(store, build_options->source_path_hash, call.force);
+      !replaceable) {
+    return report(replaceable.error());
+  }
+  const auto built = build_with_progress(*opened, store, *build_options);
   if (!built) return report(built.error());
   if (call.quiet) return kSuccess;
   const StoreInfo& info = built->info;
@@ -67,14 +81,18 @@ void add_build_command(CLI::App& program, int& exit_code) {
   command->add_option("-o,--output", call->store,
                       "The store (default: beside the volume, with its name and .isosplat)");
   command->add_flag("-q,--quiet", call->quiet, "Print nothing on success");
+  command->add_flag("--force", call->force,
+                    "Replace the file of that name even if it is a store of another volume, or no "
+                    "store");
   call->build_flags.add_to(*command);
   call->volume_flags.add_to(*command);
-  command->footer(
-      examples("  isosplat build head.nii.gz\n"
-               "  isosplat build scans/ct -o ct.isosplat --units HU\n"
-               "  isosplat build foot.raw --dims 256x256x256 --type u8 --spacing 1,1,1.5\n"
-               "  isosplat build huge.nrrd --memory 4G --threads 8\n"
-               "The store appears under its name only when it is whole."));
+  command->footer(examples(
+      "  isosplat build head.nii.gz\n"
+      "  isosplat build scans/ct -o ct.isosplat --units HU\n"
+      "  isosplat build foot.raw --dims 256x256x256 --type u8 --spacing 1,1,1.5\n"
+      "  isosplat build huge.nrrd --memory 4G --threads 8\n"
+      "The store appears under its name only when it is whole. It replaces an older one of the "
+      "same volume; no file that is read is ever written to."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

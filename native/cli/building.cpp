@@ -2,24 +2,21 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cstring>
-#include <fstream>
 
+#include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
+#include "native/files/output_file.h"
 #include "shared/store/format.h"
 
 namespace isosplat::cli {
 
-Result<BuildReport> build_with_progress(const std::filesystem::path& volume,
-                                        ImportOptions import_options,
-                                        const std::filesystem::path& store, BuildOptions options,
-                                        bool quiet) {
-  import_options.memory_bytes = options.memory_bytes;
-  auto opened = open_volume(volume, import_options);
-  if (!opened) return tl::unexpected(opened.error());
-  options.notes = std::move(opened->notes);
-  if (quiet) return build_store_file(*opened->source, store, options);
+Result<BuildReport> build_with_progress(const OpenVolume& volume,
+                                        const std::filesystem::path& store, BuildOptions options) {
+  if (auto other = check_not_input(store, volume.source->files()); !other) {
+    return tl::unexpected(other.error());
+  }
+  options.notes = volume.notes;
   for (const std::string& text : options.notes) note(text);
   ProgressLine line(fmt::format("Building {}", store.filename().string()));
   line.show(0, "opened");
@@ -33,7 +30,7 @@ Result<BuildReport> build_with_progress(const std::filesystem::path& volume,
     }
     line.show(progress.fraction, detail);
   };
-  return build_store_file(*opened->source, store, options);
+  return build_store_file(*volume.source, store, options);
 }
 
 std::string store_stem(const std::filesystem::path& volume) {
@@ -49,11 +46,9 @@ std::string store_stem(const std::filesystem::path& volume) {
 }
 
 bool is_store(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return false;
-  std::array<char, kStoreMagic.size()> beginning{};
-  std::ifstream(path, std::ios::binary).read(beginning.data(), beginning.size());
-  return std::memcmp(beginning.data(), kStoreMagic.data(), kStoreMagic.size()) == 0;
+  const std::string beginning = first_bytes(path, kStoreMagic.size());
+  return beginning.size() == kStoreMagic.size() &&
+         std::memcmp(beginning.data(), kStoreMagic.data(), kStoreMagic.size()) == 0;
 }
 
 }  // namespace isosplat::cli

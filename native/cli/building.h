@@ -8,12 +8,11 @@
 
 namespace isosplat::cli {
 
-/// Opens a volume and builds its store, which keeps the volume's notes. Notes and progress go to
-/// stderr unless `quiet`. Errors: those of open_volume and build_store_file.
-Result<BuildReport> build_with_progress(const std::filesystem::path& volume,
-                                        ImportOptions import_options,
-                                        const std::filesystem::path& store, BuildOptions options,
-                                        bool quiet = false);
+/// Builds an open volume's store, which keeps the volume's notes. Notes and progress go to stderr.
+/// Errors: those of build_store_file, and invalid_argument where the store would be written over
+/// one of the volume's files.
+Result<BuildReport> build_with_progress(const OpenVolume& volume,
+                                        const std::filesystem::path& store, BuildOptions options);
 
 /// What a volume's store is called, without folder and extension: "scan" for "a/scan.nii.gz" and
 /// for "a/scan/".

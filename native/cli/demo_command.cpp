@@ -4,6 +4,7 @@
 
 #include "native/cli/command.h"
 #include "native/cli/options.h"
+#include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
 #include "native/demo/demo_volumes.h"
 #include "native/files/output_file.h"
@@ -14,12 +15,14 @@ namespace {
 struct DemoCall {
   std::string folder, output;
   std::vector<std::string> names;
+  bool force = false;
 };
 
-Result<void> write(const DemoVolume& volume, const std::filesystem::path& path) {
+Result<void> write(const DemoVolume& volume, const std::filesystem::path& path, bool force) {
+  const std::string header = demo_nrrd_header(volume);
+  if (auto free = check_replaceable(path, header, "this demo volume", force); !free) return free;
   auto file = OutputFile::create(path);
   if (!file) return tl::unexpected(file.error());
-  const std::string header = demo_nrrd_header(volume);
   auto written = file->write(0, std::as_bytes(std::span(header)));
   if (written) written = file->write(header.size(), std::as_bytes(std::span(volume.values)));
   if (!written) return written;
@@ -44,7 +47,7 @@ int run(const DemoCall& call) {
       return report({Status::invalid_argument, volume.error().message});
     }
     const std::filesystem::path path = folder / (name + ".nrrd");
-    if (auto written = write(*volume, path); !written) return report(written.error());
+    if (auto written = write(*volume, path, call.force); !written) return report(written.error());
     fmt::print("{}: {}, {} × {} × {} voxels\n", path.string(), volume->title, volume->voxels.x,
                volume->voxels.y, volume->voxels.z);
   }
@@ -60,6 +63,7 @@ void add_demo_command(CLI::App& program, int& exit_code) {
   command->add_option("-o,--output", call->output, "The same")->excludes("folder");
   command->add_option("--only", call->names, "Only these: bucky, marschner_lobb, mandelbulb")
       ->delimiter(',');
+  command->add_flag("--force", call->force, "Replace other files of these names");
   command->footer(
       examples("  isosplat demo volumes\n"
                "  isosplat demo --only mandelbulb && isosplat view mandelbulb.nrrd\n"

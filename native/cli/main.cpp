@@ -35,7 +35,10 @@ extern "C" void end_by_signal(int signal) {
 int main(int argc, char** argv) {
   // A file that grows beyond a limit is an error with a message, as a full disk is.
   std::signal(SIGXFSZ, SIG_IGN);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, end_by_signal);
+  // What is ignored stays so: nohup ignores SIGHUP, a shell's background jobs SIGINT.
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGXCPU}) {
+    if (std::signal(signal, end_by_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
+  }
 
   CLI::App program(
       "Isosplat turns volumes into stores that any isovalue can be read from at once, and shows "

@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <array>
-#include <charconv>
-#include <cmath>
+#include <unistd.h>
+
+#include <fstream>
+#include <limits>
+
+#include "native/cli/numbers.h"
+#include "native/cli/terminal.h"
 
 namespace isosplat::cli {
 namespace {
@@ -13,13 +17,17 @@ tl::unexpected<Error> usage(const std::string& message) {
   return fail(Status::invalid_argument, message);
 }
 
-std::optional<double> parse_number(std::string_view text) {
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(number)) {
-    return std::nullopt;
+/// Memory of this machine, or what its control group allows, in bytes.
+uint64_t machine_memory() {
+  uint64_t bytes = static_cast<uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
+                   static_cast<uint64_t>(::sysconf(_SC_PAGESIZE));
+  std::string limit;  // "max" or a number
+  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit) {
+    if (const auto allowed = parse_whole_number(limit); allowed && *allowed > 0) {
+      bytes = std::min(bytes, static_cast<uint64_t>(*allowed));
+    }
   }
-  return number;
+  return bytes;
 }
 
 }  // namespace
@@ -28,7 +36,7 @@ void VolumeFlags::add_to(CLI::App& command) {
   command.add_option("--spacing", spacing_, "Distance between voxels, instead of the file's")
       ->type_name("X,Y,Z");
   command.add_option("--time-step", time_step_, "Which volume of a 4D file, from 0")
-      ->check(CLI::NonNegativeNumber);
+      ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));
   command
       .add_option("--series", series_,
                   "DICOM: which series, by its number in isosplat's messages or its UID (default: "
@@ -38,7 +46,8 @@ void VolumeFlags::add_to(CLI::App& command) {
   command.add_option("--type", type_, "Raw files: u8, i8, u16, i16, u32, i32, f32 or f64");
   command.add_option("--endian", endian_, "Raw files: byte order")
       ->check(CLI::IsMember({"little", "big"}));
-  command.add_option("--skip-bytes", skip_bytes_, "Raw files: bytes before the first voxel");
+  command.add_option("--skip-bytes", skip_bytes_, "Raw files: bytes before the first voxel")
+      ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));
   command
       .add_option("--missing-value", missing_value_,
                   "Voxels of this value have none; 'none': every voxel has one (default: what the "
@@ -53,20 +62,19 @@ void VolumeFlags::add_to(CLI::App& command) {
 Result<ImportOptions> VolumeFlags::options() const {
   ImportOptions options;
   if (!dims_.empty()) {
-    const auto dims = parse_triple(dims_);
-    const auto fits = [](double d) { return d >= 1 && d <= 1e9 && d == std::floor(d); };
-    if (!dims || !fits(dims->x) || !fits(dims->y) || !fits(dims->z)) {
-      return usage(
-          fmt::format("--dims {}: expected three whole numbers such as 256x256x128", dims_));
+    options.dims = parse_whole_triple(dims_);
+    const auto fits = [](int64_t d) { return d >= 1 && d <= 1'000'000'000; };
+    if (!options.dims || !fits(options.dims->x) || !fits(options.dims->y) ||
+        !fits(options.dims->z)) {
+      return usage(fmt::format(
+          "--dims: expected three whole numbers such as 256x256x128, found '{}'", dims_));
     }
-    options.dims = {static_cast<int64_t>(dims->x), static_cast<int64_t>(dims->y),
-                    static_cast<int64_t>(dims->z)};
   }
   if (!type_.empty()) {
     options.type = voxel_type_of(type_);
     if (!options.type) {
-      return usage(
-          fmt::format("--type {}: expected one of u8, i8, u16, i16, u32, i32, f32 and f64", type_));
+      return usage(fmt::format(
+          "--type: expected one of u8, i8, u16, i16, u32, i32, f32 and f64, found '{}'", type_));
     }
   }
   if (!spacing_.empty()) {
@@ -74,8 +82,8 @@ Result<ImportOptions> VolumeFlags::options() const {
     const auto positive = [](double d) { return d > 0 && d < 1e12; };
     if (!options.spacing || !positive(options.spacing->x) || !positive(options.spacing->y) ||
         !positive(options.spacing->z)) {
-      return usage(
-          fmt::format("--spacing {}: expected three positive numbers such as 1,1,2.5", spacing_));
+      return usage(fmt::format(
+          "--spacing: expected three positive numbers such as 1,1,2.5, found '{}'", spacing_));
     }
   }
   options.big_endian = endian_ == "big";
@@ -108,12 +116,14 @@ void BuildFlags::add_to(CLI::App& command) {
   command.add_option("--memory", memory_, "Most memory to use")
       ->type_name("SIZE")
       ->capture_default_str();
-  command.add_option("--threads", threads_, "Threads (0: one per core)")->capture_default_str();
+  command.add_option("--threads", threads_, "Threads (0: one per core)")
+      ->check(is_whole_number(0, kMaxThreads))
+      ->capture_default_str();
   command
       .add_option("--lambda", lambda_,
                   "Bytes stored against bytes fetched: smaller values make larger stores that "
                   "send fewer bytes for an isovalue")
-      ->check(CLI::Range(1e-4, 10.0))
+      ->check(is_number(1e-4, 10))
       ->capture_default_str();
   command.add_option("--name", title_, "The volume's name for people (default: the file's)");
   command.add_option("--units", units_, "Unit of the values, such as HU");
@@ -126,9 +136,13 @@ Result<BuildOptions> BuildFlags::options() const {
   BuildOptions options;
   const auto memory = parse_bytes(memory_);
   if (!memory || *memory == 0) {
-    return usage(fmt::format("--memory {}: expected a size such as 512M or 2G", memory_));
+    return usage(fmt::format("--memory: expected a size such as 512M or 2G, found '{}'", memory_));
   }
-  options.memory_bytes = *memory;
+  options.memory_bytes = std::min(*memory, machine_memory());
+  if (options.memory_bytes < *memory) {
+    note(fmt::format("--memory {} is more than this machine has: {} is taken", memory_,
+                     in_bytes(options.memory_bytes)));
+  }
   options.threads = threads_;
   options.lambda = lambda_;
   options.title = title_;
@@ -139,44 +153,6 @@ Result<BuildOptions> BuildFlags::options() const {
 
 std::string BuildFlags::key() const {
   return fmt::format("{}\n{}\n{}", lambda_, title_, units_);  // the others do not change the store
-}
-
-std::optional<uint64_t> parse_bytes(const std::string& text) {
-  size_t end = 0;
-  while (end < text.size() && (text[end] == '.' || (text[end] >= '0' && text[end] <= '9'))) ++end;
-  const auto number = parse_number(std::string_view(text).substr(0, end));
-  if (!number) return std::nullopt;
-  std::string unit = text.substr(end);
-  for (char& c : unit) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  double factor = 1;
-  if (unit == "K" || unit == "KB" || unit == "KIB") {
-    factor = 1024;
-  } else if (unit == "M" || unit == "MB" || unit == "MIB") {
-    factor = 1024.0 * 1024;
-  } else if (unit == "G" || unit == "GB" || unit == "GIB") {
-    factor = 1024.0 * 1024 * 1024;
-  } else if (unit == "T" || unit == "TB" || unit == "TIB") {
-    factor = 1024.0 * 1024 * 1024 * 1024;
-  } else if (!unit.empty() && unit != "B") {
-    return std::nullopt;
-  }
-  const double bytes = *number * factor;
-  if (bytes > 9e18) return std::nullopt;
-  return static_cast<uint64_t>(bytes);
-}
-
-std::optional<Vec3d> parse_triple(const std::string& text) {
-  std::array<double, 3> numbers{};
-  std::string_view rest = text;
-  for (size_t i = 0; i < 3; ++i) {
-    const size_t end = i < 2 ? rest.find_first_of("xX,:") : rest.size();
-    if (end == rest.npos) return std::nullopt;
-    const auto number = parse_number(rest.substr(0, end));
-    if (!number) return std::nullopt;
-    numbers[i] = *number;
-    rest.remove_prefix(i < 2 ? end + 1 : end);
-  }
-  return Vec3d{numbers[0], numbers[1], numbers[2]};
 }
 
 std::string examples(const std::string& lines) {

@@ -11,6 +11,9 @@
 // Options that several subcommands share.
 namespace isosplat::cli {
 
+/// The most that --threads takes: more would only cost memory.
+inline constexpr unsigned kMaxThreads = 256;
+
 /// The options that say how a volume is to be read.
 class VolumeFlags {
  public:
@@ -34,7 +37,7 @@ class BuildFlags {
  public:
   void add_to(CLI::App& command);
 
-  /// Errors: invalid_argument.
+  /// No more memory than the machine has. Errors: invalid_argument.
   Result<BuildOptions> options() const;
 
   std::string key() const;
@@ -45,12 +48,6 @@ class BuildFlags {
   double lambda_ = BuildOptions{}.lambda;
   unsigned threads_ = 0;
 };
-
-/// "512M", "1.5G", "1000000": bytes, with binary units. Nothing for anything else.
-std::optional<uint64_t> parse_bytes(const std::string& text);
-
-/// Three numbers separated by "x", "," or ":". Nothing for anything else.
-std::optional<Vec3d> parse_triple(const std::string& text);
 
 /// The examples at the end of a subcommand's --help.
 std::string examples(const std::string& lines);

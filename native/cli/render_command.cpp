@@ -1,9 +1,15 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
+#include <limits>
+#include <optional>
 
 #include "native/cli/command.h"
+#include "native/cli/numbers.h"
 #include "native/cli/options.h"
+#include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
@@ -28,12 +34,15 @@ struct RenderCall {
   double azimuth = 30, elevation = 20, roll = 0, field_of_view = 30;
   double distance = 0, zoom = 1;
   double eye_dome = RenderSettings{}.eye_dome;
-  int level = -1;
+  std::optional<uint32_t> level;
   uint64_t samples = uint64_t{64} << 20;
-  int turntable = 0;
+  int turntable = 0;  // 0: one picture of the output's own name
   bool unprojected = false;
   bool aliased = false;
+  bool force = false;
 };
+
+constexpr int64_t kMaxPictureSize = 16384;  // of each side; OpenGL draws no larger ones
 
 // Told apart by people with any colour vision (Okabe and Ito 2008), the first two for bone and
 // skin.
@@ -135,19 +144,74 @@ Camera camera_of(const RenderCall& call, const VolumeGrid& grid, double aspect) 
   return camera;
 }
 
+/// The files that a call makes, first to last.
+std::vector<std::filesystem::path> pictures_of(const RenderCall& call) {
+  const std::filesystem::path output = call.output;
+  if (call.turntable == 0) return {output};
+  std::vector<std::filesystem::path> paths;
+  for (int frame = 0; frame < call.turntable; ++frame) {
+    paths.push_back(output);
+    paths.back().replace_filename(
+        fmt::format("{}-{:03}{}", output.stem().string(), frame, output.extension().string()));
+  }
+  return paths;
+}
+
+Result<void> check_pictures(const RenderCall& call,
+                            std::span<const std::filesystem::path> pictures) {
+  const std::array<std::filesystem::path, 1> inputs{call.store};
+  for (const std::filesystem::path& picture : pictures) {
+    if (auto other = check_not_input(picture, inputs); !other) return other;
+    if (auto free = check_replaceable(picture, "\x89PNG", "a PNG file", call.force); !free) {
+      return free;
+    }
+  }
+  return {};
+}
+
+/// Whether every pixel has the background's colour (not premultiplied).
+bool shows_only(const Image& image, const std::array<float, 4>& background) {
+  const uint8_t* const first = image.at(0, 0);
+  for (size_t c = 0; c < 4; ++c) {
+    const bool matters = c == 3 || first[3] > 0;
+    if (matters && std::abs(float(first[c]) - 255 * background[c]) > 2) return false;
+  }
+  return image.is_uniform();
+}
+
+/// Says which isovalues have no isosurface, and where all of a picture is background although some
+/// have one.
+void explain_empty_pictures(const StoreInfo& info, std::span<const double> isovalues, bool empty) {
+  size_t without = 0;
+  for (const double isovalue : isovalues) {
+    const std::string reason = no_isosurface(info, isovalue);
+    if (reason.empty()) continue;
+    ++without;
+    note(reason);
+  }
+  if (empty && without < isovalues.size()) {
+    note(
+        "the picture is empty: the isosurface is clipped away, transparent, out of sight, or of "
+        "the "
+        "background's colour");
+  }
+}
+
 int run(const RenderCall& call) {
-  int width = 0, height = 0;
-  if (const auto parsed = std::sscanf(call.size.c_str(), "%dx%d", &width, &height); parsed == 1) {
-    height = width;
-  }
-  if (width < 1 || height < 1) {
+  const auto size = parse_pixel_size(call.size);
+  if (!size || std::min(size->width, size->height) < 1 ||
+      std::max(size->width, size->height) > kMaxPictureSize) {
     return report({Status::invalid_argument,
-                   fmt::format("--size {}: expected WIDTHxHEIGHT in pixels", call.size)});
+                   fmt::format("--size: expected WIDTHxHEIGHT in pixels, each 1 to {}, found '{}'",
+                               kMaxPictureSize, call.size)});
   }
+  const int width = static_cast<int>(size->width), height = static_cast<int>(size->height);
   auto settings = settings_of(call);
   if (!settings) return report(settings.error());
   const auto store = StoreFile::open(call.store);
   if (!store) return report(store.error());
+  const auto pictures = pictures_of(call);
+  if (auto free = check_pictures(call, pictures); !free) return report(free.error());
   if (settings->colour_by == ColourBy::isovalue && call.colour_range.size() != 2) {
     const StoreInfo& info = (*store)->info();
     settings->colour_low = info.mapping.value(info.range.min);
@@ -157,37 +221,30 @@ int run(const RenderCall& call) {
   if (!context) return report(context.error());
   auto renderer = Renderer::create();
   if (!renderer) return report(renderer.error());
-  const auto scene =
-      show_store(**renderer, **store, call.isovalues,
-                 call.level < 0 ? std::nullopt : std::optional(static_cast<uint32_t>(call.level)),
-                 call.samples);
+  const auto scene = show_store(**renderer, **store, call.isovalues, call.level, call.samples);
   if (!scene) return report(scene.error());
-  if (scene->samples == 0) note("no isosurface at these isovalues: the picture is empty");
-  if (call.level < 0 && scene->level > 0) {
+  if (!call.level && scene->level > 0) {
     note(fmt::format("level {} is drawn: finer ones have more than {} samples (see --samples)",
                      scene->level, call.samples));
   }
   (*renderer)->set_settings(*settings);
 
   Camera camera = camera_of(call, (*store)->info().grid, double(width) / height);
-  const int frames = std::max(1, call.turntable);
-  const std::filesystem::path output = call.output;
+  const size_t frames = pictures.size();
   FrameStatistics statistics;
-  for (int frame = 0; frame < frames; ++frame) {
+  bool empty = true;
+  for (const std::filesystem::path& picture : pictures) {
     (*renderer)->set_camera(camera);
     const auto image = draw_image(**renderer, width, height, &statistics, !call.aliased);
     if (!image) return report(image.error());
-    std::filesystem::path path = output;
-    if (call.turntable > 0) {
-      path.replace_filename(
-          fmt::format("{}-{:03}{}", output.stem().string(), frame, output.extension().string()));
-    }
-    if (const auto written = write_png(path.string(), *image); !written) {
+    if (const auto written = write_png(picture.string(), *image); !written) {
       return report(written.error());
     }
-    camera.azimuth += 360.0 / frames;
+    empty = empty && shows_only(*image, settings->background);
+    camera.azimuth += 360.0 / static_cast<double>(frames);
   }
-  fmt::print("{}: {} × {}{}, {} samples of level {}, {}\n", output.string(), width, height,
+  explain_empty_pictures((*store)->info(), call.isovalues, empty);
+  fmt::print("{}: {} × {}{}, {} samples of level {}, {}\n", call.output, width, height,
              frames > 1 ? fmt::format(", {} frames", frames) : "",
              with_commas(statistics.samples_drawn), scene->level, (*renderer)->limits().renderer);
   if (statistics.kind != settings->kind) {
@@ -205,6 +262,7 @@ void add_render_command(CLI::App& program, int& exit_code) {
   command->add_option("store", call->store, "A store file")->required();
   command->add_option("-i,--isovalue", call->isovalues, "One isovalue or several: 60.5,180.5")
       ->delimiter(',')
+      ->check(is_number())
       ->required();
   command->add_option("-o,--output", call->output, "The PNG file")->capture_default_str();
   command->add_option("--size", call->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
@@ -213,7 +271,9 @@ void add_render_command(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   command->add_option("--colour,--color", call->colours, "rrggbb or rrggbbaa for each isovalue")
       ->delimiter(',');
-  command->add_option("--opacity", call->opacities, "0 to 1, for each isovalue")->delimiter(',');
+  command->add_option("--opacity", call->opacities, "0 to 1, for each isovalue")
+      ->delimiter(',')
+      ->check(is_number(0, 1));
   command->add_option("--background", call->background, "rrggbb, rrggbbaa or transparent")
       ->capture_default_str();
   command->add_option("--colour-by,--color-by", call->colour_by, "What decides the colour")
@@ -224,32 +284,41 @@ void add_render_command(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   command->add_option("--range", call->colour_range, "LOW,HIGH: the values that the map spans")
       ->delimiter(',')
+      ->check(is_number())
       ->expected(2);
   command->add_option("--azimuth", call->azimuth, "Degrees: 0 from the front, 90 from the left")
+      ->check(is_number())
       ->capture_default_str();
   command->add_option("--elevation", call->elevation, "Degrees above the horizon")
+      ->check(is_number())
       ->capture_default_str();
   command->add_option("--roll", call->roll, "Degrees about the line of sight")
+      ->check(is_number())
       ->capture_default_str();
   command->add_option("--field-of-view", call->field_of_view, "Degrees, vertical")
-      ->check(CLI::Range(1.0, 120.0))
+      ->check(is_number(1, 120))
       ->capture_default_str();
-  command->add_option("--distance", call->distance,
-                      "From the eye to the target in world units (0: all is in sight)");
-  command->add_option("--zoom", call->zoom, "Divides the distance")->check(CLI::PositiveNumber);
+  command
+      ->add_option("--distance", call->distance,
+                   "From the eye to the target in world units (0: all is in sight)")
+      ->check(is_number(0, std::numeric_limits<double>::max()));
+  command->add_option("--zoom", call->zoom, "Divides the distance")->check(is_above_zero());
   command
       ->add_option("--camera", call->camera,
                    "AZIMUTH,ELEVATION,DISTANCE,X,Y,Z[,ROLL[,VIEW]]: all of it, as the page's "
                    "address has it")
       ->delimiter(',')
+      ->check(is_number())
       ->expected(6, 8);
   command->add_option("--target", call->target, "X,Y,Z in world units: what the camera looks at")
       ->delimiter(',')
+      ->check(is_number())
       ->expected(3);
   command
       ->add_option("--clip-box", call->clip_box,
                    "X0,Y0,Z0,X1,Y1,Z1 as fractions of the volume: what lies inside is drawn")
       ->delimiter(',')
+      ->check(is_number())
       ->expected(6);
   command
       ->add_option("--clip-plane", call->clip_planes,
@@ -257,14 +326,21 @@ void add_render_command(CLI::App& program, int& exit_code) {
                                "world is at least OFFSET; up to {} times",
                                kMaxClipPlanes))
       ->delimiter(',')
+      ->check(is_number())
       ->expected(1, kMaxClipPlanes);
   command->add_option("--eye-dome", call->eye_dome, "Strength of eye-dome lighting, 0 to 1")
+      ->check(is_number(0, 1))
       ->capture_default_str();
-  command->add_option("--level", call->level, "0 is the finest (default: by --samples)");
+  command->add_option("--level", call->level, "0 is the finest (default: by --samples)")
+      ->check(is_whole_number(0, 32));
   command->add_option("--samples", call->samples, "Draws the finest level with at most that many")
+      ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()))
       ->capture_default_str();
-  command->add_option("--turntable", call->turntable,
-                      "N pictures all around: OUTPUT-000.png, OUTPUT-001.png, …");
+  command
+      ->add_option("--turntable", call->turntable,
+                   "N pictures all around: OUTPUT-000.png, OUTPUT-001.png, …")
+      ->check(is_whole_number(1, 100'000));
+  command->add_flag("--force", call->force, "Replace files of these names whatever they are");
   command->add_flag("--unprojected", call->unprojected,
                     "Leaves samples where they were generated (quads and ellipses)");
   command->add_flag("--aliased", call->aliased,

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "native/cli/command.h"
+#include "native/cli/numbers.h"
 #include "native/cli/options.h"
 #include "native/cli/serving.h"
 #include "native/cli/terminal.h"
@@ -45,7 +46,9 @@ void add_serve_command(CLI::App& program, int& exit_code) {
   auto call = std::make_shared<ServeCall>();
   command->add_option("stores", call->stores, "Store files, and folders with *.isosplat files")
       ->required();
-  command->add_option("--port", call->port, "Port (0: any that is free)")->capture_default_str();
+  command->add_option("--port", call->port, "Port (0: any that is free)")
+      ->check(is_whole_number(0, 65535))
+      ->capture_default_str();
   command->add_option("--host", call->host, "Address (0.0.0.0: every network)")
       ->capture_default_str();
   command->add_option("--web-root", call->web_root,
@@ -53,8 +56,8 @@ void add_serve_command(CLI::App& program, int& exit_code) {
   command
       ->add_option("--threads", call->threads,
                    "Threads (0: one per core; more for disks that take long)")
-      ->capture_default_str()
-      ->check(CLI::Range(0u, kMaxServerThreads).description(""));
+      ->check(is_whole_number(0, kMaxServerThreads))
+      ->capture_default_str();
   command->add_flag("-v,--verbose", call->verbose, "Print each request");
   command->footer(
       examples("  isosplat serve engine.isosplat head.isosplat\n"

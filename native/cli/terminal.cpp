@@ -11,6 +11,15 @@
 #include "native/cli/command.h"
 
 namespace isosplat::cli {
+namespace {
+
+bool quiet = false;
+
+}  // namespace
+
+void be_quiet() {
+  quiet = true;
+}
 
 int report(const Error& error) {
   std::string line =
@@ -23,7 +32,17 @@ int report(const Error& error) {
 }
 
 void note(std::string_view text) {
-  fmt::print(stderr, "note: {}\n", text);
+  if (!quiet) fmt::print(stderr, "note: {}\n", text);
+}
+
+std::string no_isosurface(const StoreInfo& info, double isovalue) {
+  const float isocode = info.mapping.isocode(isovalue);
+  if (isocode >= static_cast<float>(info.range.min) &&
+      isocode < static_cast<float>(info.range.max)) {
+    return {};
+  }
+  return fmt::format("no isosurface at {}: the volume's values are {} to {}", isovalue,
+                     info.mapping.value(info.range.min), info.mapping.value(info.range.max));
 }
 
 std::string in_bytes(uint64_t bytes) {
@@ -59,6 +78,7 @@ ProgressLine::~ProgressLine() {
 }
 
 void ProgressLine::show(double fraction, std::string_view detail) {
+  if (quiet) return;
   fraction = std::clamp(fraction, 0.0, 1.0);
   if (!terminal_) {
     const int tenth = static_cast<int>(fraction * 10);

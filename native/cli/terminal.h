@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "shared/base/status.h"
+#include "shared/store/store_reader.h"
 
 namespace isosplat::cli {
 
@@ -13,8 +14,15 @@ namespace isosplat::cli {
 /// not fit (invalid_argument), else kFailure.
 int report(const Error& error);
 
+/// From now on notes and progress are not printed; errors are.
+void be_quiet();
+
 /// Prints "note: …" on stderr.
 void note(std::string_view text);
+
+/// Why a volume has no isosurface at an isovalue: "no isosurface at …: …"; empty where its values
+/// lie on both sides of it.
+std::string no_isosurface(const StoreInfo& info, double isovalue);
 
 /// "5.87 MB", "12 bytes": decimal units.
 std::string in_bytes(uint64_t bytes);

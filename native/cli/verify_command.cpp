@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "native/cli/command.h"
+#include "native/cli/numbers.h"
 #include "native/cli/options.h"
 #include "native/cli/terminal.h"
 
@@ -43,6 +44,7 @@ void add_verify_command(CLI::App& program, int& exit_code) {
   auto call = std::make_shared<VerifyCall>();
   command->add_option("stores", call->stores, "Store files")->required();
   command->add_option("--threads", call->threads, "Threads (0: one per core)")
+      ->check(is_whole_number(0, kMaxThreads))
       ->capture_default_str();
   command->footer(
       examples("  isosplat verify engine.isosplat\n"

@@ -8,10 +8,10 @@
 
 #include "native/cli/building.h"
 #include "native/cli/command.h"
+#include "native/cli/numbers.h"
 #include "native/cli/options.h"
 #include "native/cli/serving.h"
 #include "native/cli/terminal.h"
-#include "native/import/slice_files.h"
 #include "server/catalog.h"
 
 namespace isosplat::cli {
@@ -25,32 +25,32 @@ struct ViewCall {
   BuildFlags build_flags;
 };
 
-/// A file's path, size and time of change, as text.
+/// A file's path, size and times of change, as text. The time of its last change of any kind tells
+/// of a copy that has kept the older time.
 std::string identity(const std::filesystem::path& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return path.string() + "\n";
-  return fmt::format("{}\n{}\n{}.{:09}\n", path.string(), status.st_size, status.st_mtim.tv_sec,
-                     status.st_mtim.tv_nsec);
+  return fmt::format("{}\n{}\n{}.{:09}\n{}.{:09}\n", path.string(), status.st_size,
+                     status.st_mtim.tv_sec, status.st_mtim.tv_nsec, status.st_ctim.tv_sec,
+                     status.st_ctim.tv_nsec);
 }
 
-/// Every file that a volume consists of: a folder's files, or a file with those of the same stem
-/// beside it (detached headers).
-std::string volume_identity(const std::filesystem::path& volume) {
+/// Every file that may bear on a volume: all below a folder, since a new one may be of its series,
+/// or those that the volume's source reads, header and data files.
+std::string volume_identity(const std::filesystem::path& volume, const VolumeSource& source) {
   std::error_code error;
   std::filesystem::path whole = std::filesystem::canonical(volume, error);
   if (error) whole = volume;
+  std::vector<std::filesystem::path> files = source.files();
   if (std::filesystem::is_directory(whole, error)) {
-    std::string text = whole.string() + "\n";
-    for (const auto& file : files_of_folder(whole, {})) text += identity(file);
-    return text;
-  }
-  std::string text = identity(whole);
-  const std::string extension = whole.extension().string();
-  if (extension == ".nhdr" || extension == ".mhd") {
-    for (const auto& file : files_of_folder(whole.parent_path(), {})) {
-      if (file.filename().string().starts_with(whole.stem().string() + ".")) text += identity(file);
+    for (std::filesystem::recursive_directory_iterator entry(whole, error), end;
+         !error && entry != end; entry.increment(error)) {
+      files.push_back(entry->path());
     }
   }
+  std::sort(files.begin(), files.end());
+  std::string text = whole.string() + "\n";
+  for (const auto& file : files) text += identity(file);
   return text;
 }
 
@@ -84,7 +84,7 @@ Result<std::filesystem::path> store_of(const ViewCall& call) {
     if (!opened) return tl::unexpected(opened.error());
     return std::filesystem::path(call.volume);
   }
-  const auto import_options = call.volume_flags.options();
+  auto import_options = call.volume_flags.options();
   if (!import_options) return tl::unexpected(import_options.error());
   const auto build_options = call.build_flags.options();
   if (!build_options) return tl::unexpected(build_options.error());
@@ -93,10 +93,13 @@ Result<std::filesystem::path> store_of(const ViewCall& call) {
     return fail(Status::io_error,
                 fmt::format("{}: expected a volume, found nothing: check the path", call.volume));
   }
+  import_options->memory_bytes = build_options->memory_bytes;
+  const auto opened = open_volume(call.volume, *import_options);
+  if (!opened) return tl::unexpected(opened.error());
   const auto folder = cache_folder();
   if (!folder) return tl::unexpected(folder.error());
-  const std::string key = volume_identity(call.volume) + call.volume_flags.key() + "\n" +
-                          call.build_flags.key() + "\n" ISOSPLAT_VERSION;
+  const std::string key = volume_identity(call.volume, *opened->source) + call.volume_flags.key() +
+                          "\n" + call.build_flags.key() + "\n" ISOSPLAT_VERSION;
   const XXH128_hash_t hash = XXH3_128bits(key.data(), key.size());
   const auto store =
       *folder / fmt::format("{}-{:016x}.isosplat", url_name(store_stem(call.volume) + ".isosplat"),
@@ -105,7 +108,7 @@ Result<std::filesystem::path> store_of(const ViewCall& call) {
     note(fmt::format("{} was built before; --rebuild builds it anew", store.string()));
     return store;
   }
-  auto built = build_with_progress(call.volume, *import_options, store, *build_options);
+  auto built = build_with_progress(*opened, store, *build_options);
   if (!built) return tl::unexpected(built.error());
   return store;
 }
@@ -128,7 +131,9 @@ void add_view_command(CLI::App& program, int& exit_code) {
       program.add_subcommand("view", "Look at a volume: build its store if needed, and serve it");
   auto call = std::make_shared<ViewCall>();
   command->add_option("volume", call->volume, "A volume as for build, or a store")->required();
-  command->add_option("--port", call->port, "Port (0: any that is free)")->capture_default_str();
+  command->add_option("--port", call->port, "Port (0: any that is free)")
+      ->check(is_whole_number(0, 65535))
+      ->capture_default_str();
   command->add_option("--host", call->host, "Address (0.0.0.0: every network)")
       ->capture_default_str();
   command->add_option("--web-root", call->web_root,

@@ -2,11 +2,17 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <fstream>
+#include <optional>
 #include <utility>
 
 #include "native/files/file_io.h"
@@ -15,10 +21,12 @@ namespace isosplat {
 namespace {
 
 constexpr size_t kBufferBytes = 4 << 20;
+constexpr size_t kMaxPrefix = 200;  // file names may have 255 bytes
 
 std::string temporary_prefix(const std::filesystem::path& target) {
   std::string prefix = target.filename().string();
   prefix.insert(prefix.begin(), '.');
+  prefix.resize(std::min(prefix.size(), kMaxPrefix));
   return prefix.append(".building-");
 }
 
@@ -26,13 +34,39 @@ std::filesystem::path folder_of(const std::filesystem::path& target) {
   return target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
 }
 
-/// Removes temporaries of this target whose builds are dead: a live one holds a lock.
+/// Where a chain of links leads, whether there is a file or not; nothing for a circle.
+std::optional<std::filesystem::path> end_of_links(std::filesystem::path path) {
+  std::error_code error;
+  for (int links = 0; links < 40; ++links) {
+    if (!std::filesystem::is_symlink(std::filesystem::symlink_status(path, error))) return path;
+    const auto next = std::filesystem::read_symlink(path, error);
+    if (error) return std::nullopt;
+    path = next.is_absolute() ? next : folder_of(path) / next;
+  }
+  return std::nullopt;
+}
+
+const char* kind_of(std::filesystem::file_type type) {
+  switch (type) {
+    case std::filesystem::file_type::directory:
+      return "a folder";
+    case std::filesystem::file_type::fifo:
+      return "a pipe";
+    case std::filesystem::file_type::socket:
+      return "a socket";
+    default:
+      return "a device";
+  }
+}
+
+/// Removes temporaries of this target whose programs are dead: a live one holds a lock.
 void remove_stale(const std::filesystem::path& target) {
   std::error_code ignored;
   const std::string prefix = temporary_prefix(target);
   for (const auto& entry : std::filesystem::directory_iterator(folder_of(target), ignored)) {
-    if (!entry.path().filename().string().starts_with(prefix)) continue;
-    const int file = ::open(entry.path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(prefix) || name.size() != prefix.size() + 16) continue;
+    const int file = ::open(entry.path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (file < 0) continue;
     if (::flock(file, LOCK_EX | LOCK_NB) == 0) ::unlink(entry.path().c_str());
     ::close(file);
@@ -42,17 +76,41 @@ void remove_stale(const std::filesystem::path& target) {
 /// Names of temporaries, where a signal handler finds them: it may neither lock nor allocate. A
 /// program that writes more files at a time leaves the others to remove_stale().
 std::array<std::atomic<const char*>, 8> unfinished{};
+std::atomic<pid_t> unfinished_of{0};
 
 void replace_unfinished(const char* from, const char* to) {
+  unfinished_of = ::getpid();
   for (auto& name : unfinished) {
     const char* expected = from;
     if (name.compare_exchange_strong(expected, to)) return;
   }
 }
 
+std::string unique_suffix() {
+  uint64_t number = 0;
+  if (::getrandom(&number, sizeof number, 0) != sizeof number) {
+    static std::atomic<uint64_t> count{0};
+    number = static_cast<uint64_t>(::getpid()) << 32 | ++count;
+  }
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));
+  return text;
+}
+
 }  // namespace
 
+std::string first_bytes(const std::filesystem::path& path, size_t count) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return {};
+  std::string bytes(count, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(bytes.data(), static_cast<std::streamsize>(count));
+  bytes.resize(static_cast<size_t>(file.gcount()));
+  return bytes;
+}
+
 void remove_unfinished_files() {
+  if (unfinished_of != ::getpid()) return;
   for (const auto& name : unfinished) {
     if (const char* path = name.load()) ::unlink(path);
   }
@@ -61,30 +119,49 @@ void remove_unfinished_files() {
 Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   std::error_code ignored;
   const auto status = std::filesystem::status(target, ignored);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    return fail(Status::invalid_argument,
-                target.string() + ": expected the name of a file, found a folder or a device");
+  const bool exists = std::filesystem::exists(status);
+  if (exists && !std::filesystem::is_regular_file(status)) {
+    return fail(Status::invalid_argument, target.string() +
+                                              ": expected the name of a file, found " +
+                                              kind_of(status.type()) + ": give another name");
   }
-  remove_stale(target);
+  const auto end = end_of_links(target);
+  if (!end || (exists && !std::filesystem::equivalent(*end, target, ignored))) {
+    return fail(Status::io_error, target.string() +
+                                      ": expected the name of a file, found a link that leads "
+                                      "nowhere: remove it, or give another name");
+  }
+  if (exists && ::access(end->c_str(), W_OK) != 0) return system_error("replace", target);
+  remove_stale(*end);
   OutputFile output;
-  output.target_ = target;
-  // Between its creation and its lock another build may take the temporary for a stale one.
-  for (int attempt = 0; attempt < 8; ++attempt) {
-    std::string name = (folder_of(target) / (temporary_prefix(target) + "XXXXXX")).string();
-    output.file_ = ::mkostemp(name.data(), O_CLOEXEC);
-    if (output.file_ < 0) return system_error("create a file in", folder_of(target));
+  output.target_ = *end;
+  // Between its creation and its lock another program may take the temporary for a stale one.
+  for (int attempt = 0; attempt < 8 && output.file_ < 0; ++attempt) {
+    output.temporary_ = std::make_unique<const std::filesystem::path>(
+        folder_of(*end) / (temporary_prefix(*end) + unique_suffix()));
+    const char* name = output.temporary_->c_str();
+    replace_unfinished(nullptr, name);  // before it exists: a signal may come at once
+    output.file_ = ::open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (output.file_ < 0 && errno != EEXIST) {
+      const int number = errno;
+      replace_unfinished(name, nullptr);
+      output.temporary_.reset();
+      errno = number;
+      return system_error("create a file in", folder_of(*end));
+    }
     struct stat found {};
-    if (::flock(output.file_, LOCK_EX | LOCK_NB) == 0 && ::stat(name.c_str(), &found) == 0) {
-      output.temporary_ = std::make_unique<const std::filesystem::path>(name);
-      replace_unfinished(nullptr, output.temporary_->c_str());
+    if (output.file_ >= 0 && ::flock(output.file_, LOCK_EX | LOCK_NB) == 0 &&
+        ::stat(name, &found) == 0) {
       break;
     }
-    ::close(std::exchange(output.file_, -1));
+    replace_unfinished(name, nullptr);
+    if (output.file_ >= 0) ::close(std::exchange(output.file_, -1));
   }
-  if (output.file_ < 0) return system_error("lock a file in", folder_of(target));
-  const mode_t mask = ::umask(0);
-  ::umask(mask);
-  ::fchmod(output.file_, 0666 & ~mask);
+  if (output.file_ < 0) {
+    output.temporary_.reset();
+    return system_error("lock a file in", folder_of(*end));
+  }
+  if (exists) ::fchmod(output.file_, static_cast<mode_t>(status.permissions()) & 0777);
   output.pending_.reserve(kBufferBytes);
   return output;
 }
@@ -124,7 +201,7 @@ Result<void> OutputFile::publish() {
   if (auto flushed = flush(); !flushed) return flushed;
   if (::fsync(file_) != 0) return system_error("write", target_);
   if (::rename(temporary_->c_str(), target_.c_str()) != 0) {
-    return system_error("rename a finished store to", target_);
+    return system_error("rename a finished file to", target_);
   }
   replace_unfinished(temporary_->c_str(), nullptr);
   temporary_.reset();

@@ -2,11 +2,16 @@
 
 #include <png.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
+#include <algorithm>
+
+#include "native/files/output_file.h"
 
 namespace isosplat {
+
+bool Image::is_uniform() const {
+  return std::equal(rgba.begin() + std::min<std::ptrdiff_t>(4, std::ssize(rgba)), rgba.end(),
+                    rgba.begin());
+}
 
 Result<void> write_png(const std::string& path, const Image& image) {
   bool opaque = true;
@@ -23,17 +28,16 @@ Result<void> write_png(const std::string& path, const Image& image) {
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
   png.format = opaque ? PNG_FORMAT_RGB : PNG_FORMAT_RGBA;
-  const std::string temporary = path + ".part";
-  const auto refuse = [&](const std::string& why) {
-    std::remove(temporary.c_str());
-    return fail(Status::io_error, path + ": cannot write the picture (" + why + ")");
-  };
-  if (!png_image_write_to_file(&png, temporary.c_str(), 0, opaque ? rgb.data() : image.rgba.data(),
-                               0, nullptr)) {
-    return refuse(errno ? std::strerror(errno) : png.message);
+  std::vector<std::byte> bytes(PNG_IMAGE_PNG_SIZE_MAX(png));
+  png_alloc_size_t size = bytes.size();
+  if (!png_image_write_to_memory(&png, bytes.data(), &size, 0,
+                                 opaque ? rgb.data() : image.rgba.data(), 0, nullptr)) {
+    return fail(Status::io_error, path + ": cannot write the picture (" + png.message + ")");
   }
-  if (std::rename(temporary.c_str(), path.c_str()) != 0) return refuse(std::strerror(errno));
-  return {};
+  auto file = OutputFile::create(path);
+  if (!file) return tl::unexpected(file.error());
+  if (auto written = file->write(0, std::span(bytes).first(size)); !written) return written;
+  return file->publish();
 }
 
 Result<Image> read_png(const std::string& path) {

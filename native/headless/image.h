@@ -13,13 +13,16 @@ struct Image {
   int width = 0, height = 0;
   std::vector<uint8_t> rgba;
 
+  /// Whether all pixels are the same.
+  bool is_uniform() const;
+
   const uint8_t* at(int x, int y) const {
     return &rgba[4 * (size_t(y) * size_t(width) + size_t(x))];
   }
 };
 
-/// Writes a PNG: RGB where every pixel is opaque, RGBA otherwise. It appears under its name only
-/// when it is whole. Errors: io_error.
+/// Writes a PNG: RGB where every pixel is opaque, RGBA otherwise. Written as every
+/// OutputFile. Errors: io_error, and those of OutputFile.
 Result<void> write_png(const std::string& path, const Image& image);
 
 /// Reads an 8-bit PNG of any kind. Errors: io_error.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <regex>
 #include <type_traits>
 
 #include "native/import/isolated.h"
@@ -15,11 +16,16 @@
 namespace isosplat {
 namespace {
 
-/// ITK's description without the source location and object address before it, on one line.
+/// ITK's description without source locations, its objects' names and their addresses, on one line.
 std::string one_line(std::string text) {
-  if (const auto at = text.find("): "); text.starts_with("itk::ERROR") && at != text.npos) {
-    text.erase(0, at + 3);
-  }
+  // "itk::ERROR: NrrdImageIO(0x55d2f0a41e20): …", also in the middle; other texts may have a bare
+  // address.
+  static const std::regex kObject(R"(\w+\s*\(0x[0-9a-fA-F]+\):?\s*)");
+  static const std::regex kAddress(R"(\s*\(?0x[0-9a-fA-F]{6,}\)?)");
+  static const std::regex kPrefix(R"((itk::|ITK )ERROR:\s*)");
+  text = std::regex_replace(text, kObject, "");
+  text = std::regex_replace(text, kAddress, "");
+  text = std::regex_replace(text, kPrefix, "");
   // NRRD's reader lists the functions that failed, the innermost last.
   if (const auto at = text.rfind("[nrrd] "); at != text.npos) text.erase(0, at + 7);
   std::replace(text.begin(), text.end(), '\n', ' ');

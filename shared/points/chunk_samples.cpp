@@ -92,7 +92,7 @@ PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame, 
       }
     }
     const Vec3d index = cell_frame.index(cells.cell[i], as_double(in_cell));
-    result.positions.push_back(as_float(grid.world(index)));
+    result.positions.push_back(grid.world(index));
     const Vec3f at_point = met ? field.at(*met).gradient : sample.gradient;
     const Vec3d world_gradient = grid.world_gradient(as_double(at_point));
     const double steepness = length(world_gradient);

@@ -26,7 +26,7 @@ SampleArrays samples_of(const DecodedCells& cells, const ChunkFrame& frame);
 
 /// Points of an isosurface, with unit normals (towards smaller values; zero where the gradient is).
 struct PointArrays {
-  std::vector<Vec3f> positions;  ///< world
+  std::vector<Vec3d> positions;  ///< world
   std::vector<Vec3f> normals;
 };
 

@@ -269,7 +269,12 @@ uint32_t isosplat_core_project(IsosplatCore* core, const void* data, uint32_t by
   const auto frame = decode_cells(core, data, bytes, shape, block);
   if (!frame) return report(core, frame.error());
   const PointArrays points = project_samples(core->cells, *frame, isocode, exact != 0);
-  put(core, 0, points.positions);
+  std::vector<Vec3f> positions;
+  for (const Vec3d& at : points.positions) {
+    positions.push_back(
+        {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)});
+  }
+  put(core, 0, positions);
   put(core, 1, points.normals);
   return kOk;
 }

@@ -1,102 +1,24 @@
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <signal.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "tests/native/test_files.h"
+#include "tests/native/cli_program.h"
 
 // The program itself: exit codes, messages, and the files that it leaves behind.
 namespace isosplat {
 namespace {
 
+using test::ball;
+using test::Call;
+using test::Ended;
 using test::read_file;
+using test::run;
+using test::serve_and_stop;
 using test::TempFolder;
+using test::write_ball;
 using test::write_file;
-
-struct Ended {
-  int exit_code = -1;  ///< −1: it was killed
-  std::string out, err;
-};
-
-struct Call {
-  std::vector<std::string> arguments;
-  uint64_t file_limit = 0;                  ///< most bytes of a file that it may write; 0: any
-  std::chrono::milliseconds kill_after{0};  ///< 0: never
-  int kill_signal = SIGKILL;
-  std::string cache{};  ///< XDG_CACHE_HOME
-};
-
-pid_t start(const Call& call, const std::string& out, const std::string& err) {
-  const pid_t child = fork();
-  if (child != 0) return child;
-  const auto redirect = [](const std::string& path, int to) {
-    dup2(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), to);
-  };
-  redirect(out, 1);
-  redirect(err, 2);
-  if (call.file_limit > 0) {
-    const rlimit limit{call.file_limit, call.file_limit};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  if (!call.cache.empty()) setenv("XDG_CACHE_HOME", call.cache.c_str(), 1);
-  std::vector<char*> arguments;
-  std::string program = ISOSPLAT_PROGRAM;
-  arguments.push_back(program.data());
-  std::vector<std::string> copies = call.arguments;
-  for (std::string& argument : copies) arguments.push_back(argument.data());
-  arguments.push_back(nullptr);
-  execv(program.c_str(), arguments.data());
-  _exit(127);
-}
-
-Ended run(const Call& call) {
-  const TempFolder folder;
-  const pid_t child = start(call, folder / "out", folder / "err");
-  if (call.kill_after.count() > 0) {
-    std::this_thread::sleep_for(call.kill_after);
-    kill(child, call.kill_signal);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / "out"),
-          read_file(folder / "err")};
-}
-
-Ended run(std::vector<std::string> arguments) {
-  return run(Call{.arguments = std::move(arguments)});
-}
-
-/// A ball in a cube of n³ voxels, as raw bytes: value 200 − distance from the centre · 300 / n.
-std::string ball(int n) {
-  std::string voxels;
-  for (int z = 0; z < n; ++z) {
-    for (int y = 0; y < n; ++y) {
-      for (int x = 0; x < n; ++x) {
-        const double half = (n - 1) / 2.0;
-        const double r = std::hypot(x - half, y - half, z - half);
-        voxels.push_back(static_cast<char>(std::max(0.0, 200 - r * 300 / n)));
-      }
-    }
-  }
-  return voxels;
-}
-
-std::string write_ball(const TempFolder& folder, int n, const std::string& name = "ball") {
-  const std::string path = folder / (name + ".nrrd");
-  write_file(path, fmt::format("NRRD0004\ntype: uint8\ndimension: 3\nsizes: {} {} {}\n"
-                               "spacings: 1 1 2\nencoding: raw\n\n",
-                               n, n, n) +
-                       ball(n));
-  return path;
-}
 
 size_t lines(const std::string& text) {
   return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
@@ -267,13 +189,13 @@ TEST(Cli, AFullDiskLeavesTheOldStoreAndNothingElse) {
   const TempFolder folder;
   const std::string volume = write_ball(folder, 70), store = folder / "ball.isosplat";
   write_file(store, "an older store");
-  const Ended full = run(Call{.arguments = {"build", volume}, .file_limit = 40000});
+  const Ended full = run(Call{.arguments = {"build", volume, "--force"}, .file_limit = 40000});
   EXPECT_EQ(full.exit_code, 1);
   EXPECT_NE(full.err.find("free some space"), std::string::npos) << full.err;
   EXPECT_EQ(read_file(store), "an older store");
   EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.nrrd"}));
 
-  ASSERT_EQ(run({"build", volume}).exit_code, 0);
+  ASSERT_EQ(run({"build", volume, "--force"}).exit_code, 0);
   const Ended ply = run(Call{.arguments = {"extract", store, "-i", "100.5", "-o", folder / "p.ply"},
                              .file_limit = 4000});
   EXPECT_EQ(ply.exit_code, 1);
@@ -283,31 +205,48 @@ TEST(Cli, AFullDiskLeavesTheOldStoreAndNothingElse) {
   EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.nrrd"}));
 }
 
-TEST(Cli, AKilledBuildLeavesTheOldStoreAndCanBeRepeated) {
+/// Builds, and ends the build by a signal while its temporary is there. Where the build is done
+/// before the signal comes, tries again.
+void interrupt_build(const TempFolder& folder, const std::string& volume, int signal) {
+  const TempFolder printed;
+  const std::string out = printed / "out", err = printed / "err";
+  const auto temporary_is_there = [&] {
+    for (const std::string& name : folder.files()) {
+      if (name.starts_with(".ball.isosplat.building-")) return true;
+    }
+    return false;
+  };
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    write_file(folder / "ball.isosplat", "an older store");
+    const pid_t child =
+        test::start(Call{.arguments = {"build", volume, "--force", "--threads", "1"}}, out, err);
+    siginfo_t ended{};
+    while (ended.si_pid != child && !temporary_is_there()) {
+      waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT);
+    }
+    kill(child, signal);
+    if (test::wait_for(child, out, err).signal == signal) return;
+  }
+  FAIL() << "the build was never there to be interrupted";
+}
+
+TEST(Cli, AnInterruptedBuildLeavesTheOldStoreAndCanBeRepeated) {
   const TempFolder folder;
   const std::string volume = write_ball(folder, 150), store = folder / "ball.isosplat";
   ASSERT_EQ(run({"build", volume}).exit_code, 0);
   const std::string whole = read_file(store);
-  int killed = 0;
-  for (const int milliseconds : {5, 20, 40, 60, 80, 120, 160}) {
-    for (const int signal : {SIGKILL, SIGTERM}) {
-      write_file(store, "an older store");
-      const size_t before = folder.files().size();
-      const Ended ended = run(Call{.arguments = {"build", volume},
-                                   .kill_after = std::chrono::milliseconds(milliseconds),
-                                   .kill_signal = signal});
-      const std::string left = read_file(store);
-      killed += ended.exit_code == -1;
-      if (signal == SIGTERM) {
-        EXPECT_LE(folder.files().size(), before) << "nothing is left but by a SIGKILL";
-      }
-    }
+  const std::vector<std::string> both{"ball.isosplat", "ball.nrrd"};
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+    interrupt_build(folder, volume, signal);
+    EXPECT_EQ(read_file(store), "an older store");
+    EXPECT_EQ(folder.files(), both) << "nothing is left by " << strsignal(signal);
   }
-  EXPECT_GT(killed, 0);
-  ASSERT_EQ(run({"build", volume}).exit_code, 0);
+  interrupt_build(folder, volume, SIGKILL);
+  EXPECT_EQ(read_file(store), "an older store");
+  EXPECT_EQ(folder.files().size(), 3u) << "nobody can tidy up after SIGKILL";
+  ASSERT_EQ(run({"build", volume, "--force"}).exit_code, 0);
   EXPECT_EQ(read_file(store), whole) << "the same input gives the same bytes";
-  EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.nrrd"}))
-      << "the next build removes what the killed ones left";
+  EXPECT_EQ(folder.files(), both) << "the next build removes what the killed one left";
 }
 
 TEST(Cli, TooLittleMemoryIsSaidBeforeAnythingIsWritten) {
@@ -330,31 +269,9 @@ TEST(Cli, DemoVolumesBuildAndVerify) {
   EXPECT_EQ(lines(demo.out), 2u);
   for (const char* name : {"bucky", "marschner_lobb"}) {
     const std::string volume = folder / "new" / "folder" / (std::string(name) + ".nrrd");
-    EXPECT_EQ(run({"build", volume, "-q", "-o", folder / "s.isosplat"}).exit_code, 0);
+    EXPECT_EQ(run({"build", volume, "-q", "--force", "-o", folder / "s.isosplat"}).exit_code, 0);
     EXPECT_EQ(run({"verify", folder / "s.isosplat"}).exit_code, 0);
   }
-}
-
-/// Starts the program, waits for the line that says it is ready, stops it by SIGTERM, and returns
-/// what it printed.
-Ended serve_and_stop(const Call& call) {
-  const TempFolder folder;
-  const pid_t child = start(call, folder / "out", folder / "err");
-  bool ready = false;
-  for (int i = 0; i < 600 && !ready; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    ready = read_file(folder / "out").find("Isosplat is ready: http://") != std::string::npos;
-    int status = 0;
-    if (!ready && waitpid(child, &status, WNOHANG) == child) {
-      return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / "out"),
-              read_file(folder / "err")};
-    }
-  }
-  kill(child, SIGTERM);
-  int status = 0;
-  waitpid(child, &status, 0);
-  return {ready && WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / "out"),
-          read_file(folder / "err")};
 }
 
 TEST(Cli, ServesUntilItIsStopped) {
@@ -406,7 +323,7 @@ TEST(Cli, RealVolumesBuildAndVerify) {
                            "cthead_tif", "iron_protein.vtk", "fetal_atlas_f32.nrrd"}) {
     SCOPED_TRACE(name);
     const std::string store = folder / "v.isosplat";
-    const Ended built = run({"build", volumes / name, "-o", store, "-q"});
+    const Ended built = run({"build", volumes / name, "-o", store, "-q", "--force"});
     EXPECT_EQ(built.exit_code, 0) << built.err;
     if (std::filesystem::file_size(store) > 4'000'000) continue;  // the others take long
     const Ended verified = run({"verify", store});

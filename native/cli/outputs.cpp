@@ -1,0 +1,93 @@
+#include "native/cli/outputs.h"
+
+#include <fmt/format.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <nlohmann/json.hpp>
+
+#include "native/cli/building.h"
+#include "native/files/output_file.h"
+#include "server/store_file.h"
+
+namespace isosplat::cli {
+namespace {
+
+bool is_there(const std::filesystem::path& path) {
+  return !first_bytes(path, 1).empty();
+}
+
+/// What a store's metadata says of the source that it was built from.
+struct StoredSource {
+  std::string file, path_hash;
+};
+
+StoredSource source_of(const std::filesystem::path& path) {
+  const auto store = StoreFile::open(path);
+  if (!store) return {};
+  const auto metadata = nlohmann::json::parse((*store)->info().metadata, nullptr, false);
+  if (!metadata.is_object() || !metadata.contains("source")) return {};
+  const auto& source = metadata["source"];
+  const auto text = [&](const char* key) {
+    return source.is_object() && source.contains(key) && source[key].is_string()
+               ? source[key].get<std::string>()
+               : std::string();
+  };
+  return {text("file"), text("path_hash")};
+}
+
+}  // namespace
+
+Result<void> check_not_input(const std::filesystem::path& output,
+                             std::span<const std::filesystem::path> inputs) {
+  for (const std::filesystem::path& input : inputs) {
+    std::error_code error;
+    if (std::filesystem::equivalent(output, input, error)) {
+      return fail(Status::invalid_argument,
+                  fmt::format("{}: expected another file than those that are read, found {}: give "
+                              "another name with -o",
+                              output.string(), input.string()));
+    }
+  }
+  return {};
+}
+
+Result<void> check_replaceable(const std::filesystem::path& output, std::string_view beginning,
+                               std::string_view kind, bool force) {
+  if (force || !is_there(output) || first_bytes(output, beginning.size()) == beginning) return {};
+  return fail(Status::invalid_argument,
+              fmt::format("{}: expected no file, or {}, found another file: give another name "
+                          "with -o, or replace it with --force",
+                          output.string(), kind));
+}
+
+std::string source_path_hash(const std::filesystem::path& volume,
+                             const std::filesystem::path& store) {
+  std::error_code error;
+  const auto from = std::filesystem::weakly_canonical(
+      store.has_parent_path() ? store.parent_path() : std::filesystem::path("."), error);
+  auto to = std::filesystem::weakly_canonical(volume, error);
+  if (!to.has_filename()) to = to.parent_path();  // "folder/"
+  const std::string way = to.lexically_relative(from).generic_string();
+  return fmt::format("{:016x}", XXH3_64bits(way.data(), way.size()));
+}
+
+Result<void> check_replaceable_store(const std::filesystem::path& store,
+                                     std::string_view source_path_hash, bool force) {
+  if (force || !is_there(store)) return {};
+  if (!is_store(store)) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected no file, or a store, found another file: give another "
+                            "name with -o, or replace it with --force",
+                            store.string()));
+  }
+  const StoredSource source = source_of(store);
+  if (source.path_hash == source_path_hash) return {};
+  return fail(Status::invalid_argument,
+              fmt::format("{}: expected no file, or a store of the same volume, found a store of "
+                          "{}: give another name with -o, or replace it with --force",
+                          store.string(),
+                          source.file.empty() ? "an unknown one" : "another, " + source.file));
+}
+
+}  // namespace isosplat::cli
