@@ -17,6 +17,8 @@ constexpr VoxelType voxel_type_of() {
   if constexpr (std::is_same_v<T, int16_t>) return VoxelType::i16;
   if constexpr (std::is_same_v<T, uint32_t>) return VoxelType::u32;
   if constexpr (std::is_same_v<T, int32_t>) return VoxelType::i32;
+  if constexpr (std::is_same_v<T, uint64_t>) return VoxelType::u64;
+  if constexpr (std::is_same_v<T, int64_t>) return VoxelType::i64;
   if constexpr (std::is_same_v<T, float>) return VoxelType::f32;
   if constexpr (std::is_same_v<T, double>) return VoxelType::f64;
 }
@@ -25,8 +27,10 @@ constexpr VoxelType voxel_type_of() {
 template <class T>
 class ArraySource : public VolumeSource {
  public:
-  ArraySource(const VolumeGrid& grid, std::span<const T> voxels, std::string name = "array")
-      : header_{grid, voxel_type_of<T>(), "memory", std::move(name)}, voxels_(voxels) {}
+  ArraySource(const VolumeGrid& grid, std::span<const T> voxels, std::string name = "array",
+              double slope = 1, double intercept = 0)
+      : header_{grid, voxel_type_of<T>(), "memory", std::move(name), slope, intercept},
+        voxels_(voxels) {}
 
   const VolumeHeader& header() const override { return header_; }
   Result<void> read_slices(int32_t first, int32_t, std::span<std::byte> out) override {

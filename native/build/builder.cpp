@@ -15,6 +15,7 @@
 #include "native/files/output_file.h"
 #include "native/build/parallel.h"
 #include "native/build/slice_store.h"
+#include "native/build/value_codes.h"
 #include "shared/store/format.h"
 
 namespace isosplat {
@@ -54,6 +55,7 @@ class Builder {
   const BuildOptions& options_;
   const unsigned threads_;
   MemoryPlan plan_;
+  ValueCodes value_codes_;
   ValueMapping mapping_;
   SlabOptions slab_options_;
   std::vector<double> isovalue_distribution_;
@@ -205,8 +207,8 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
   workers_.resize(threads_);
   const uint64_t volume =
       static_cast<uint64_t>(n.x) * static_cast<uint64_t>(n.y) * static_cast<uint64_t>(n.z);
-  // Codes of up to 16 bits are the values themselves, whatever their range.
-  const bool reads_range = voxel_bytes(header_.type) > 2;
+  // Integers of up to 16 bits are settled after a few slices, unless they have a coarser step.
+  const bool reads_range = voxel_bytes(header_.type) > 2 || options_.max_error > 0;
   range_work_ = reads_range ? volume : 0;
   work_total_ = range_work_;
   for (uint32_t l = 0; l < levels; ++l) {
@@ -215,16 +217,16 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
                    static_cast<uint64_t>(cells.z);
   }
 
-  ValueRange range;
-  if (reads_range) {
-    auto found = find_range(source_, threads_,
-                            [this](uint64_t voxels) { report("reading the value range", voxels); });
-    if (!found) return tl::unexpected(found.error());
-    range = *found;
-  }
-  mapping_ = choose_mapping(header_.type, range);
-  codes_.emplace(source_, mapping_, threads_);
-  auto distribution = guess_isovalues(source_, mapping_);
+  const auto scan = scan_volume(source_, threads_, reads_range, [&](uint64_t voxels) {
+    report("reading the value range", reads_range ? voxels : 0);
+  });
+  if (!scan) return tl::unexpected(scan.error());
+  auto codes = choose_codes(header_, *scan, options_.max_error);
+  if (!codes) return tl::unexpected(codes.error());
+  value_codes_ = std::move(*codes);
+  mapping_ = value_codes_.mapping();
+  codes_.emplace(source_, value_codes_, threads_);
+  auto distribution = guess_isovalues(source_, value_codes_);
   if (!distribution) return tl::unexpected(distribution.error());
   isovalue_distribution_ = std::move(*distribution);
   slab_options_.isovalue_distribution = isovalue_distribution_;

@@ -29,6 +29,9 @@ struct BuildOptions {
   /// a fifteenth less for an isovalue, and stores about a sixth more.
   double lambda = 0.09;
   double overhead_cells = 300;  ///< SlabOptions::overhead_cells
+  /// How far a value may be from the voxel's: 0 for lossless where 16 bits allow, else as exact as
+  /// they do. Larger ones make smaller stores. See choose_codes.
+  double max_error = 0;
   /// Most memory that the build may take, in bytes, with what the source holds itself.
   uint64_t memory_bytes = uint64_t{1} << 30;
   unsigned threads = 0;  ///< 0: one per core. The store is the same whatever the number.
@@ -51,9 +54,10 @@ struct BuildReport {
 uint64_t least_memory(const VolumeSource& source, const BuildOptions& options);
 
 /// Builds a store into a sink. A few slices of the source are read first, then all, front to back;
-/// before both all of it for the range of its values, unless they are integers of up to 16 bits.
-/// Errors: no_cells, volume_too_large, out_of_memory (before anything is read; says how
-/// much it needs), io_error, and what the source returns.
+/// before both all of it for the range of its values, unless the first slices show that integers of
+/// up to 16 bits are their own codes. Errors: those of choose_codes, no_cells, volume_too_large,
+/// out_of_memory (before anything is read; says how much it needs), io_error, and what the source
+/// returns.
 Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const BuildOptions& options);
 
 /// Builds a store file. It appears under `target` when it is whole; whatever happens before, a file

@@ -9,14 +9,9 @@
 
 namespace isosplat {
 
-/// Bytes of voxels that are read from the source at a time before they become codes, at least one
-/// slice. 0 where voxels are of the size of codes and are read in place.
-size_t staging_bytes(const VolumeHeader& header);
-
-/// The range of all values. Reads the source once, front to back, some MB at a time, on up to
-/// `threads` threads; calls progress(voxels read since the last call). Errors: those of the source.
-Result<ValueRange> find_range(VolumeSource& source, unsigned threads,
-                              const std::function<void(uint64_t voxels)>& progress);
+/// Bytes of voxels that are read from the source at a time before they become codes of so many
+/// bits, at least one slice. 0 where voxels are of the size of codes and are read in place.
+size_t staging_bytes(const VolumeHeader& header, uint8_t bits);
 
 /// Reads slices of a source as codes.
 class CodeReader {
@@ -24,10 +19,11 @@ class CodeReader {
   /// Called on one of the threads with the codes of a slice.
   using Visit = std::function<void(unsigned thread, const std::byte* codes, size_t voxels)>;
 
-  CodeReader(VolumeSource& source, const ValueMapping& mapping, unsigned threads);
+  /// Borrows the source and the codes.
+  CodeReader(VolumeSource& source, const ValueCodes& codes, unsigned threads);
 
   /// Bytes of a slice of codes.
-  size_t slice_bytes() const { return voxels_per_slice_ * mapping_.bits / 8; }
+  size_t slice_bytes() const { return voxels_per_slice_ * codes_.mapping().bits / 8; }
 
   /// Slices [first, first + count) to `to`, each of slice_bytes(); `visit` sees each once. Errors:
   /// those of the source.
@@ -35,7 +31,7 @@ class CodeReader {
 
  private:
   VolumeSource& source_;
-  const ValueMapping mapping_;
+  const ValueCodes& codes_;
   const unsigned threads_;
   const size_t voxels_per_slice_;
   std::vector<std::byte> staging_;

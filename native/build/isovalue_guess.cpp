@@ -12,11 +12,12 @@ namespace isosplat {
 // into many slabs otherwise; and somewhat less so where there are hardly any. Against an even
 // distribution: bunny 4.83 for 5.11 MB at 1000.5 and 0.532 for 0.525 × raw, engine 402 for 411 KB
 // at 60.5 and 0.637 for 0.646 × raw.
-Result<std::vector<double>> guess_isovalues(VolumeSource& source, const ValueMapping& mapping) {
+Result<std::vector<double>> guess_isovalues(VolumeSource& source, const ValueCodes& value_codes) {
   constexpr int32_t kSlices = 24;
   constexpr uint32_t kBins = 256;
   const VolumeHeader& header = source.header();
   const Index3 n = header.grid.voxels;
+  const ValueMapping& mapping = value_codes.mapping();
   const size_t voxels = static_cast<size_t>(n.x) * static_cast<size_t>(n.y);
   std::vector<std::byte> raw(voxels * voxel_bytes(header.type)), codes(voxels * mapping.bits / 8);
   VolumeStatistics sample;
@@ -24,7 +25,7 @@ Result<std::vector<double>> guess_isovalues(VolumeSource& source, const ValueMap
   for (int32_t i = 0; i < count; ++i) {
     const auto z = static_cast<int32_t>((2 * int64_t{i} + 1) * n.z / (2 * count));
     if (auto read = source.read_slices(z, 1, raw); !read) return tl::unexpected(read.error());
-    encode_values(header.type, mapping, raw, codes.data());
+    value_codes.encode(raw, codes.data());
     sample.add_codes(codes.data(), voxels, mapping.bits, mapping.has_missing);
   }
   const CellInterval range = sample.range();

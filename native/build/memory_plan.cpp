@@ -29,7 +29,7 @@ Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes
   const auto bits = static_cast<uint8_t>(voxel_bytes(header.type) == 1 ? 8 : 16);
   const uint32_t levels = level_count(voxels);
 
-  uint64_t fixed = kBaseBytes + threads * kThreadBytes + staging_bytes(header) + source_bytes;
+  uint64_t fixed = kBaseBytes + threads * kThreadBytes + staging_bytes(header, bits) + source_bytes;
   std::vector<uint64_t> layer(levels), room(levels), whole(levels);
   for (uint32_t l = 0; l < levels; ++l) {
     const LevelGrid grid = level_grid(voxels, l);

@@ -47,18 +47,33 @@ Json kept_notes(const std::vector<std::string>& notes) {
   return kept;
 }
 
-/// A value that reads well: midway between two integers where voxels are integers, so that no voxel
-/// equals it; otherwise rounded to three digits of the volume's range.
-double round_isovalue(double value, const ValueMapping& mapping, CellInterval codes) {
-  if (mapping.scale == 1 && mapping.max_error == 0) return std::floor(value) + 0.5;
-  const double range = mapping.value(codes.max) - mapping.value(codes.min);
-  if (!(range > 0)) return value;
-  // Through text: a multiple of a power of ten as a product has digits that nobody wants to see.
-  const int decimals = 2 - static_cast<int>(std::floor(std::log10(range)));
-  if (decimals > 30 || decimals < 0) return value;
+/// A value rounded to so many decimals. Through text: a multiple of a power of ten as a product has
+/// digits that nobody wants to see.
+double rounded(double value, int decimals) {
   char text[400];
   std::snprintf(text, sizeof text, "%.*f", decimals, value);
   return std::atof(text);
+}
+
+/// A value near an isocode that reads well: with as few decimals as leave it in the middle between
+/// two values where voxels are kept exactly, so that no voxel equals it; otherwise rounded to three
+/// digits of the volume's range.
+double round_isovalue(double isocode, const ValueMapping& mapping, CellInterval codes) {
+  if (mapping.max_error == 0) {
+    const double between = mapping.value(std::floor(isocode) + 0.5);
+    if (mapping.scale == 1) return between;
+    for (int decimals = 0; decimals <= 17; ++decimals) {
+      const double value = rounded(between, decimals);
+      if (std::abs(value - between) <= mapping.scale / 4) return value;
+    }
+    return between;
+  }
+  const double value = mapping.value(isocode);
+  const double range = mapping.value(codes.max) - mapping.value(codes.min);
+  if (!(range > 0)) return value;
+  const int decimals = 2 - static_cast<int>(std::floor(std::log10(range)));
+  if (decimals > 30 || decimals < 0) return value;
+  return rounded(value, decimals);
 }
 
 ValueHistogram histogram_of(const ValueMapping& mapping, const CodeBins& bins,
@@ -91,7 +106,7 @@ std::vector<double> suggested_isovalues(const ValueMapping& mapping,
   const CellInterval codes = statistics.range();
   std::vector<double> isovalues = statistics.suggest(codes, kMaxSuggestions);
   for (double& isovalue : isovalues) {
-    isovalue = round_isovalue(mapping.value(isovalue), mapping, codes);
+    isovalue = round_isovalue(isovalue, mapping, codes);
   }
   return isovalues;
 }

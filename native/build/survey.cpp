@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <thread>
+#include <tuple>
 
 #include "native/build/block_gather.h"
 #include "native/build/code_reader.h"
 #include "native/build/parallel.h"
+#include "native/build/value_codes.h"
 
 namespace isosplat {
 namespace {
@@ -22,14 +24,20 @@ struct Counter {
 Result<VolumeSurvey> survey_volume(VolumeSource& source, size_t layer_bytes) {
   const Index3 n = source.header().grid.voxels;
   const unsigned threads = std::max(1u, std::thread::hardware_concurrency());
-  auto range = find_range(source, threads, [](uint64_t) {});
-  if (!range) return tl::unexpected(range.error());
+  const auto scan = scan_volume(source, threads, true, [](uint64_t) {});
+  if (!scan) return tl::unexpected(scan.error());
+  const auto value_codes = choose_codes(source.header(), *scan);
+  if (!value_codes) return tl::unexpected(value_codes.error());
   VolumeSurvey survey;
-  survey.range = *range;
-  survey.mapping = choose_mapping(source.header().type, *range);
+  survey.mapping = value_codes->mapping();
+  survey.missing = scan->missing();
+  if (!scan->is_empty()) {
+    std::tie(survey.min, survey.max) =
+        std::minmax({source.header().value(scan->min()), source.header().value(scan->max())});
+  }
 
   std::vector<Counter> counters(threads);
-  CodeReader reader(source, survey.mapping, threads);
+  CodeReader reader(source, *value_codes, threads);
   const auto count_codes = [&](unsigned thread, const std::byte* codes, size_t voxels) {
     counters[thread].statistics.add_codes(codes, voxels, survey.mapping.bits,
                                           survey.mapping.has_missing);

@@ -1,14 +1,14 @@
 #pragma once
 
 #include "native/build/statistics.h"
-#include "native/build/value_codes.h"
 #include "native/import/volume_source.h"
 
 namespace isosplat {
 
 /// What a build would learn of a volume, without building.
 struct VolumeSurvey {
-  ValueRange range;  ///< of the values, with the number of those missing
+  double min = 0, max = 0;  ///< of the values; 0 and 0 where there is none
+  uint64_t missing = 0;     ///< voxels without a value
   ValueMapping mapping;
   VolumeStatistics statistics;  ///< of codes, and of the cells of level 0
 };

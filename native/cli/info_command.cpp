@@ -30,6 +30,13 @@ Json to_json(Index3 v) {
   return {v.x, v.y, v.z};
 }
 
+Json mapping_json(const ValueMapping& mapping) {
+  return {{"offset", mapping.offset},
+          {"scale", mapping.scale},
+          {"maxError", mapping.max_error},
+          {"bits", mapping.bits}};
+}
+
 Json grid_json(const VolumeGrid& grid) {
   Json levels = Json::array();
   for (uint32_t level = 0; level < level_count(grid.voxels); ++level) {
@@ -70,6 +77,13 @@ void print_grid(const VolumeGrid& grid) {
   }
 }
 
+/// What a person can rely on.
+std::string exactness(const ValueMapping& mapping) {
+  const std::string codes = fmt::format("{} bits, steps of {:.6g}", mapping.bits, mapping.scale);
+  if (mapping.max_error == 0) return "lossless (" + codes + ")";
+  return fmt::format("values are within ±{:.3g} ({})", mapping.max_error, codes);
+}
+
 void print_levels(const VolumeGrid& grid) {
   uint64_t blocks = 0;
   const uint32_t levels = level_count(grid.voxels);
@@ -101,7 +115,6 @@ int run_volume(const InfoCall& call) {
   if (call.chunks) note("--chunks is for stores: this is a volume");
   const auto survey = survey_volume(*opened->source);
   if (!survey) return report(survey.error());
-  const ValueRange& range = survey->range;
   const auto suggested = suggested_isovalues(survey->mapping, survey->statistics);
   const ValueHistogram histogram = value_histogram(survey->mapping, survey->statistics);
   const VolumeGrid& grid = header.grid;
@@ -113,8 +126,11 @@ int run_volume(const InfoCall& call) {
                  {"format", header.format}, {"type", voxel_type_name(header.type)},
                  {"bytes", bytes},          {"residentBytes", opened->source->resident_bytes()}};
     json.update(grid_json(grid));
-    json["range"] = {range.min, range.max};
-    json["nonFinite"] = range.missing;
+    json["range"] = {survey->min, survey->max};
+    json["slope"] = header.slope;
+    json["intercept"] = header.intercept;
+    json["mapping"] = mapping_json(survey->mapping);
+    json["nonFinite"] = survey->missing;
     json["suggestedIsovalues"] = suggested;
     json["histogram"] = {
         {"low", histogram.low}, {"high", histogram.high}, {"counts", histogram.counts}};
@@ -125,8 +141,13 @@ int run_volume(const InfoCall& call) {
   print_line("volume", fmt::format("{} ({})", header.name, header.format));
   print_grid(grid);
   print_line("type", fmt::format("{}, {}", voxel_type_name(header.type), in_bytes(bytes)));
-  print_line("range", fmt::format("{:.8g} to {:.8g}", range.min, range.max));
-  print_line("non-finite", with_commas(range.missing) + " voxels");
+  print_line("range", fmt::format("{:.8g} to {:.8g}", survey->min, survey->max));
+  if (header.slope != 1 || header.intercept != 0) {
+    print_line("scaling",
+               fmt::format("value = {:.9g} + {:.9g} · voxel", header.intercept, header.slope));
+  }
+  print_line("as a store", exactness(survey->mapping));
+  print_line("non-finite", with_commas(survey->missing) + " voxels");
   print_levels(grid);
   const uint64_t resident = opened->source->resident_bytes();
   print_line("memory", resident == 0 ? "streamed: never held whole"
@@ -258,10 +279,7 @@ int run_store(const InfoCall& call) {
     Json json = {{"kind", "store"}, {"contentId", store.content()}, {"fileBytes", info.file_bytes}};
     json.update(grid_json(info.grid));
     json["range"] = {low, high};
-    json["mapping"] = {{"offset", info.mapping.offset},
-                       {"scale", info.mapping.scale},
-                       {"maxError", info.mapping.max_error},
-                       {"bits", info.mapping.bits}};
+    json["mapping"] = mapping_json(info.mapping);
     json["nonFinite"] = info.missing_voxels;
     json["chunks"] = info.chunk_count;
     json["pages"] = store.pages().size();
@@ -280,9 +298,7 @@ int run_store(const InfoCall& call) {
                                                 format.empty() ? "" : " (from " + format + ")"));
   print_line("range",
              fmt::format("{:.8g} to {:.8g}{}{}", low, high, units.empty() ? "" : " ", units));
-  print_line("exactness", info.mapping.max_error > 0
-                              ? fmt::format("within {:.3g}", info.mapping.max_error)
-                              : "lossless");
+  print_line("exactness", exactness(info.mapping));
   print_line("non-finite", with_commas(info.missing_voxels) + " voxels");
   print_levels(info.grid);
   print_line("chunks", fmt::format("{} in {} directory pages", with_commas(info.chunk_count),

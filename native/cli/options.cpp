@@ -43,7 +43,8 @@ void VolumeFlags::add_to(CLI::App& command) {
                   "the one with the most voxels)")
       ->type_name("NUMBER|UID");
   command.add_option("--dims", dims_, "Raw files: voxels along each axis")->type_name("XxYxZ");
-  command.add_option("--type", type_, "Raw files: u8, i8, u16, i16, u32, i32, f32 or f64");
+  command.add_option("--type", type_,
+                     "Raw files: u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64");
   command.add_option("--endian", endian_, "Raw files: byte order")
       ->check(CLI::IsMember({"little", "big"}));
   command.add_option("--skip-bytes", skip_bytes_, "Raw files: bytes before the first voxel")
@@ -74,7 +75,8 @@ Result<ImportOptions> VolumeFlags::options() const {
     options.type = voxel_type_of(type_);
     if (!options.type) {
       return usage(fmt::format(
-          "--type: expected one of u8, i8, u16, i16, u32, i32, f32 and f64, found '{}'", type_));
+          "--type: expected one of u8, i8, u16, i16, u32, i32, u64, i64, f32 and f64, found '{}'",
+          type_));
     }
   }
   if (!spacing_.empty()) {

@@ -16,7 +16,8 @@ class ArraySource : public VolumeSource {
       : volume_(std::move(volume)),
         reverse_rows_(orientation.reverse_rows),
         reader_(std::move(reader)) {
-    header_ = {orientation.grid, read_type(volume_.stored), volume_.format, volume_.name};
+    header_ = {orientation.grid, volume_.stored.type,  volume_.format,
+               volume_.name,     volume_.stored.slope, volume_.stored.intercept};
   }
 
   const VolumeHeader& header() const override { return header_; }
@@ -24,23 +25,14 @@ class ArraySource : public VolumeSource {
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
     const auto nx = static_cast<size_t>(volume_.voxels.x);
     const auto ny = static_cast<size_t>(volume_.voxels.y);
-    const size_t stored_slice = nx * ny * stored_bytes(volume_.stored.type);
     const size_t slice = nx * ny * voxel_bytes(header_.type);
     if (first < 0 || count < 1 || int64_t{first} + count > volume_.voxels.z ||
         out.size() != slice * static_cast<size_t>(count)) {
       return fail(Status::invalid_argument, "slices outside the volume were asked for");
     }
-    const uint64_t offset = volume_.offset + static_cast<uint64_t>(first) * stored_slice;
-    if (decodes_in_place(volume_.stored)) {
-      if (auto r = reader_->read(offset, out); !r) return r;
-      decode_in_place(volume_.stored, out);
-    } else {
-      scratch_.resize(stored_slice);
-      for (size_t z = 0; z < static_cast<size_t>(count); ++z) {
-        if (auto r = reader_->read(offset + z * stored_slice, scratch_); !r) return r;
-        decode(volume_.stored, scratch_, header_.type, out.subspan(z * slice, slice));
-      }
-    }
+    const uint64_t offset = volume_.offset + static_cast<uint64_t>(first) * slice;
+    if (auto r = reader_->read(offset, out); !r) return r;
+    to_native_order(volume_.stored, out);
     if (reverse_rows_) {
       for (size_t z = 0; z < static_cast<size_t>(count); ++z) {
         reverse_rows(out.subspan(z * slice, slice), nx * voxel_bytes(header_.type));
@@ -63,7 +55,6 @@ class ArraySource : public VolumeSource {
   bool reverse_rows_;
   std::unique_ptr<ByteReader> reader_;
   VolumeHeader header_;
-  std::vector<std::byte> scratch_;  ///< one stored slice, where voxels change their type
 };
 
 }  // namespace
@@ -100,7 +91,7 @@ Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> re
   if (!orientation) {
     return fail(orientation.error().status, volume.path + ": " + orientation.error().message);
   }
-  const uint64_t needed = volume_bytes(volume.voxels, stored_bytes(volume.stored.type));
+  const uint64_t needed = volume_bytes(volume.voxels, voxel_bytes(volume.stored.type));
   const uint64_t limit = reader->size_limit();
   uint64_t skipped = 0;
   if (__builtin_mul_overflow(needed, volume.time_step, &skipped) ||
@@ -114,7 +105,7 @@ Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> re
         fmt::format("{}: expected {} bytes of voxels ({} × {} × {}, {} bytes each), found {}{}: "
                     "the file is incomplete, or its header is wrong; copy or download it again",
                     volume.path, needed, volume.voxels.x, volume.voxels.y, volume.voxels.z,
-                    stored_bytes(volume.stored.type), volume.plain ? "" : "at most ", found));
+                    voxel_bytes(volume.stored.type), volume.plain ? "" : "at most ", found));
   }
   for (std::string& note : orientation->notes) notes.push_back(std::move(note));
   return OpenVolume{

@@ -22,39 +22,17 @@ using namespace dicom;
 /// How many names a note gives.
 constexpr size_t kMostNames = 4;
 
-/// How the values of all frames are read: as one type that holds them.
+/// How the pixels of all frames are read: as one type that holds them.
 struct Values {
   VoxelType type = VoxelType::i16;
   bool has_one_rescaling = true;
   double least_slope = 1, greatest_slope = 1;
+  /// For the header; where these are not 1 and 0, voxels are pixels as they are stored.
+  double slope = 1, intercept = 0;
 };
 
-/// Integers stay integers where slope and intercept are: each value comes out exactly. Others
-/// become floats, of 64 bits where pixels have more than 16.
-Values find_values(const Collection& collection, const std::vector<uint32_t>& frames) {
-  Values values;
-  const Frame& first = collection.frames[frames[0]];
-  double low = 0, high = 0;
-  bool is_whole = true, is_wide = false;
-  values.least_slope = values.greatest_slope = first.slope;
-  for (const uint32_t index : frames) {
-    const Frame& frame = collection.frames[index];
-    const Image& image = collection.images[frame.image];
-    values.has_one_rescaling = values.has_one_rescaling && frame.slope == first.slope &&
-                               frame.intercept == first.intercept;
-    values.least_slope = std::min(values.least_slope, frame.slope);
-    values.greatest_slope = std::max(values.greatest_slope, frame.slope);
-    is_whole = is_whole && !image.is_float && frame.slope == std::round(frame.slope) &&
-               frame.intercept == std::round(frame.intercept);
-    is_wide = is_wide || (image.is_float ? image.allocated == 64 : image.stored > 16);
-    const auto [least, greatest] = stored_range(image);
-    for (const double stored : {least, greatest}) {
-      low = std::min(low, frame.intercept + frame.slope * stored);
-      high = std::max(high, frame.intercept + frame.slope * stored);
-    }
-  }
-  values.type = is_wide ? VoxelType::f64 : VoxelType::f32;
-  if (!is_whole) return values;
+/// The narrowest integer type for numbers from `low` to `high`; f64 where there is none.
+VoxelType type_for(double low, double high) {
   struct Range {
     VoxelType type;
     double low, high;
@@ -64,11 +42,47 @@ Values find_values(const Collection& collection, const std::vector<uint32_t>& fr
       {VoxelType::u16, 0, 65535},        {VoxelType::i16, -32768, 32767},
       {VoxelType::u32, 0, 4294967295.0}, {VoxelType::i32, -2147483648.0, 2147483647.0},
   };
-  values.type = VoxelType::f64;
   for (const Range& range : kRanges) {
-    if (low < range.low || high > range.high) continue;
-    values.type = range.type;
-    break;
+    if (low >= range.low && high <= range.high) return range.type;
+  }
+  return VoxelType::f64;
+}
+
+/// Integers stay integers where slope and intercept are, or are the same for all frames: then they
+/// are the volume's own. Others become floats, of 64 bits where pixels have more than 16.
+Values find_values(const Collection& collection, const std::vector<uint32_t>& frames) {
+  Values values;
+  const Frame& first = collection.frames[frames[0]];
+  double low = 0, high = 0, least_pixel = 0, greatest_pixel = 0;
+  bool is_whole = true, is_wide = false, is_float = false;
+  values.least_slope = values.greatest_slope = first.slope;
+  for (const uint32_t index : frames) {
+    const Frame& frame = collection.frames[index];
+    const Image& image = collection.images[frame.image];
+    values.has_one_rescaling = values.has_one_rescaling && frame.slope == first.slope &&
+                               frame.intercept == first.intercept;
+    values.least_slope = std::min(values.least_slope, frame.slope);
+    values.greatest_slope = std::max(values.greatest_slope, frame.slope);
+    is_float = is_float || image.is_float;
+    is_whole = is_whole && !image.is_float && frame.slope == std::round(frame.slope) &&
+               frame.intercept == std::round(frame.intercept);
+    is_wide = is_wide || (image.is_float ? image.allocated == 64 : image.stored > 16);
+    const auto [least, greatest] = stored_range(image);
+    least_pixel = std::min<double>(least_pixel, least);
+    greatest_pixel = std::max<double>(greatest_pixel, greatest);
+    for (const double stored : {least, greatest}) {
+      low = std::min(low, frame.intercept + frame.slope * stored);
+      high = std::max(high, frame.intercept + frame.slope * stored);
+    }
+  }
+  if (is_whole) {
+    values.type = type_for(low, high);
+  } else if (values.has_one_rescaling && !is_float && first.slope != 0) {
+    values.type = type_for(least_pixel, greatest_pixel);
+    values.slope = first.slope;
+    values.intercept = first.intercept;
+  } else {
+    values.type = is_wide ? VoxelType::f64 : VoxelType::f32;
   }
   return values;
 }
@@ -88,24 +102,7 @@ void blend(std::span<std::byte> out, std::span<const std::byte> other, double we
 
 void blend(VoxelType type, std::span<std::byte> out, std::span<const std::byte> other,
            double weight) {
-  switch (type) {
-    case VoxelType::u8:
-      return blend<uint8_t>(out, other, weight);
-    case VoxelType::i8:
-      return blend<int8_t>(out, other, weight);
-    case VoxelType::u16:
-      return blend<uint16_t>(out, other, weight);
-    case VoxelType::i16:
-      return blend<int16_t>(out, other, weight);
-    case VoxelType::u32:
-      return blend<uint32_t>(out, other, weight);
-    case VoxelType::i32:
-      return blend<int32_t>(out, other, weight);
-    case VoxelType::f32:
-      return blend<float>(out, other, weight);
-    case VoxelType::f64:
-      return blend<double>(out, other, weight);
-  }
+  with_voxel_type(type, [&]<class T>(T) { blend<T>(out, other, weight); });
 }
 
 /// A slice of the volume, as pixels of one frame or of two.
@@ -288,7 +285,9 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
   }
   const auto pixels_of = [&](uint32_t index) {
     const Frame& frame = collection.frames[index];
-    return FramePixels{&images[place[frame.image]], frame.index, frame.slope, frame.intercept};
+    const bool is_stored = values.slope != 1 || values.intercept != 0;
+    return FramePixels{&images[place[frame.image]], frame.index, is_stored ? 1 : frame.slope,
+                       is_stored ? 0 : frame.intercept};
   };
   std::vector<SlicePixels> slices;
   for (const Plane& plane : arranged->planes) {
@@ -296,7 +295,8 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
   }
   OpenVolume volume;
   volume.notes = std::move(notes);
-  VolumeHeader header{orientation->grid, values.type, "DICOM", volume_name(path)};
+  VolumeHeader header{orientation->grid, values.type,  "DICOM",
+                      volume_name(path), values.slope, values.intercept};
   volume.source = std::make_unique<DicomSource>(
       std::move(header), std::move(images), std::move(slices), orientation->reverse_rows,
       options.allowed.has(Allowance::truncated), options.memory_bytes);

@@ -19,7 +19,7 @@ struct RawLayout {
 std::optional<RawLayout> layout_in_name(const std::filesystem::path& path) {
   static const std::regex kDims(R"((\d{1,7})x(\d{1,7})x(\d{1,7}))");
   static const std::regex kType(
-      R"((?:^|[_.\-])(u?int(?:8|16|32)|float(?:32|64)?|double|[ui](?:8|16|32)|f(?:32|64))(?=$|[_.\-]))");
+      R"((?:^|[_.\-])(u?int(?:8|16|32|64)|float(?:32|64)?|double|[ui](?:8|16|32|64)|f(?:32|64))(?=$|[_.\-]))");
   const std::string name = lower_case(path.filename().string());
   std::smatch dims, type;
   if (!std::regex_search(name, dims, kDims) || !std::regex_search(name, type, kType)) {
@@ -32,13 +32,6 @@ std::optional<RawLayout> layout_in_name(const std::filesystem::path& path) {
       *voxel_type};
 }
 
-StoredType stored_type(VoxelType type) {
-  constexpr StoredType kTypes[] = {StoredType::u8,  StoredType::i8,  StoredType::u16,
-                                   StoredType::i16, StoredType::u32, StoredType::i32,
-                                   StoredType::f32, StoredType::f64};
-  return kTypes[static_cast<size_t>(type)];
-}
-
 }  // namespace
 
 std::optional<VoxelType> voxel_type_of(std::string_view name) {
@@ -47,14 +40,16 @@ std::optional<VoxelType> voxel_type_of(std::string_view name) {
     VoxelType type;
   };
   static constexpr Name kNames[] = {
-      {"u8", VoxelType::u8},   {"uint8", VoxelType::u8},    {"uchar", VoxelType::u8},
-      {"i8", VoxelType::i8},   {"int8", VoxelType::i8},     {"char", VoxelType::i8},
-      {"u16", VoxelType::u16}, {"uint16", VoxelType::u16},  {"ushort", VoxelType::u16},
-      {"i16", VoxelType::i16}, {"int16", VoxelType::i16},   {"short", VoxelType::i16},
-      {"u32", VoxelType::u32}, {"uint32", VoxelType::u32},  {"uint", VoxelType::u32},
-      {"i32", VoxelType::i32}, {"int32", VoxelType::i32},   {"int", VoxelType::i32},
-      {"f32", VoxelType::f32}, {"float32", VoxelType::f32}, {"float", VoxelType::f32},
-      {"f64", VoxelType::f64}, {"float64", VoxelType::f64}, {"double", VoxelType::f64},
+      {"u8", VoxelType::u8},      {"uint8", VoxelType::u8},   {"uchar", VoxelType::u8},
+      {"i8", VoxelType::i8},      {"int8", VoxelType::i8},    {"char", VoxelType::i8},
+      {"u16", VoxelType::u16},    {"uint16", VoxelType::u16}, {"ushort", VoxelType::u16},
+      {"i16", VoxelType::i16},    {"int16", VoxelType::i16},  {"short", VoxelType::i16},
+      {"u32", VoxelType::u32},    {"uint32", VoxelType::u32}, {"uint", VoxelType::u32},
+      {"i32", VoxelType::i32},    {"int32", VoxelType::i32},  {"int", VoxelType::i32},
+      {"u64", VoxelType::u64},    {"uint64", VoxelType::u64}, {"i64", VoxelType::i64},
+      {"int64", VoxelType::i64},  {"f32", VoxelType::f32},    {"float32", VoxelType::f32},
+      {"float", VoxelType::f32},  {"f64", VoxelType::f64},    {"float64", VoxelType::f64},
+      {"double", VoxelType::f64},
   };
   const std::string lower = lower_case(name);
   for (const Name& known : kNames) {
@@ -89,7 +84,7 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
   }
   ArrayVolume array =
       make_array("raw", path, std::array{shape.x, shape.y, shape.z}, HeaderGeometry{}, options);
-  array.stored.type = stored_type(type);
+  array.stored.type = type;
   array.stored.big_endian = options.big_endian;
   array.offset = options.skip_bytes;
   array.plain = !is_gzip(path);

@@ -151,15 +151,10 @@ class TiffSource : public VolumeSource {
         out.size() != slice * static_cast<size_t>(count)) {
       return fail(Status::invalid_argument, "slices outside the volume were asked for");
     }
-    const StoredVoxels stored{page_.type, false, 1, 0};
     for (int32_t i = 0; i < count; ++i) {
       auto to = out.subspan(static_cast<size_t>(i) * slice, slice);
-      const bool direct = decodes_in_place(stored);
-      scratch_.resize(direct ? 0 : pixels * stored_bytes(page_.type));
-      auto voxels = direct ? to : std::span(scratch_);
-      if (auto read = read_slice(static_cast<size_t>(first + i), voxels); !read) return read;
-      if (page_.white_is_zero) invert(voxels);
-      if (!direct) decode(stored, voxels, header_.type, to);
+      if (auto read = read_slice(static_cast<size_t>(first + i), to); !read) return read;
+      if (page_.white_is_zero) invert(to);
     }
     return {};
   }
@@ -193,7 +188,6 @@ class TiffSource : public VolumeSource {
   std::vector<std::filesystem::path> files_;
   std::vector<uint64_t> page_offsets_;  ///< of one file's pages; empty: a file per slice
   TiffHandle open_{nullptr, &TIFFClose};
-  std::vector<std::byte> scratch_;
 };
 
 /// ImageJ writes the distance between slices into the description of the first page.
@@ -252,8 +246,7 @@ Result<OpenVolume> open_stack(const std::filesystem::path& path, TIFF* first,
   if (!orientation) {
     return fail(orientation.error().status, path.string() + ": " + orientation.error().message);
   }
-  VolumeHeader header{orientation->grid, read_type({page.type, false, 1, 0}), "TIFF",
-                      volume_name(path)};
+  VolumeHeader header{orientation->grid, page.type, "TIFF", volume_name(path)};
   volume.source = std::make_unique<TiffSource>(std::move(header), page, std::move(files),
                                                std::move(page_offsets));
   return volume;

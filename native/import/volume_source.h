@@ -7,45 +7,23 @@
 #include <string>
 #include <vector>
 
+#include "native/import/voxel_type.h"
 #include "shared/base/status.h"
 #include "shared/grid/grid.h"
 
 namespace isosplat {
 
-/// The type of a volume's voxels, as it is in the file.
-enum class VoxelType : uint8_t { u8, i8, u16, i16, u32, i32, f32, f64 };
-
-/// Bytes of one voxel: 1, 2, 4 or 8.
-constexpr size_t voxel_bytes(VoxelType type) {
-  switch (type) {
-    case VoxelType::u8:
-    case VoxelType::i8:
-      return 1;
-    case VoxelType::u16:
-    case VoxelType::i16:
-      return 2;
-    case VoxelType::u32:
-    case VoxelType::i32:
-    case VoxelType::f32:
-      return 4;
-    case VoxelType::f64:
-      return 8;
-  }
-  return 0;
-}
-
-/// "u8", "i16", …: as the command line and the metadata write it.
-constexpr const char* voxel_type_name(VoxelType type) {
-  constexpr const char* kNames[] = {"u8", "i8", "u16", "i16", "u32", "i32", "f32", "f64"};
-  return kNames[static_cast<size_t>(type)];
-}
-
-/// What a volume file says of itself, before a voxel is read.
+/// What a volume file says of itself, before a voxel is read. A voxel is a number as the file
+/// stores it; its value is intercept + slope · voxel.
 struct VolumeHeader {
   VolumeGrid grid;
   VoxelType type = VoxelType::u8;
-  std::string format;  ///< "NRRD", "NIfTI", "raw", …
-  std::string name;    ///< the file's or folder's name without its suffixes
+  std::string format;    ///< "NRRD", "NIfTI", "raw", …
+  std::string name;      ///< the file's or folder's name without its suffixes
+  double slope = 1;      ///< finite and not 0; negative slopes are allowed
+  double intercept = 0;  ///< finite
+
+  double value(double voxel) const { return intercept + slope * voxel; }
 };
 
 /// A volume as a stack of slices along z. Every slice can be read any number of times; reading in

@@ -37,13 +37,8 @@ class WholeSource : public VolumeSource {
     if (voxels_.empty()) {
       if (auto r = read_all(); !r) return r;
     }
-    const StoredVoxels stored{itk_header_.type, false, 1, 0};
-    const size_t stored_slice =
-        static_cast<size_t>(n.x) * static_cast<size_t>(n.y) * stored_bytes(stored.type);
-    const auto from = std::span(voxels_).subspan(
-        static_cast<size_t>(skipped_) + static_cast<size_t>(first) * stored_slice,
-        static_cast<size_t>(count) * stored_slice);
-    decode(stored, from, header_.type, out);
+    std::copy_n(voxels_.data() + skipped_ + static_cast<size_t>(first) * slice, out.size(),
+                out.data());
     for (int32_t z = 0; reverse_ && z < count; ++z) {
       reverse_rows(out.subspan(static_cast<size_t>(z) * slice, slice), row);
     }
@@ -125,8 +120,7 @@ Result<OpenVolume> open_whole(ItkFormat itk_format, const ItkHeader& header, std
   volume.notes.push_back(
       fmt::format("this file can only be read whole, which takes {} MB of memory",
                   step_bytes * steps / 1000000));
-  VolumeHeader volume_header{orientation->grid, read_type({header.type, false, 1, 0}),
-                             std::move(format), volume_name(path)};
+  VolumeHeader volume_header{orientation->grid, header.type, std::move(format), volume_name(path)};
   volume.source = std::make_unique<WholeSource>(
       itk_format, header, std::move(volume_header), orientation->reverse_rows, path.string(),
       step_bytes * steps, step_bytes * *step, std::move(data_files), options.memory_bytes);

@@ -1,6 +1,7 @@
 #include "shared/grid/grid.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace isosplat {
 namespace {
@@ -22,7 +23,32 @@ Vec3d rotate(const std::array<double, 9>& m, Vec3d v) {
           m[6] * v.x + m[7] * v.y + m[8] * v.z};
 }
 
+/// Whether two numbers near the values of codes are the same up to rounding: see isocode().
+bool is_same(const ValueMapping& mapping, double a, double b) {
+  const double most = std::abs(mapping.offset) + 65536 * mapping.scale;
+  if (std::abs(a - b) <= std::min(most * 0x1p-50, mapping.scale / 4)) return true;
+  const bool singles_differ = most * 0x1p-21 <= mapping.scale;
+  return singles_differ && static_cast<float>(a) == static_cast<float>(b);
+}
+
 }  // namespace
+
+float ValueMapping::isocode(double isovalue) const {
+  // Beyond all codes it does not matter how far.
+  const double code = std::clamp((isovalue - offset) / scale, -65536.0, 131072.0);
+  if (std::isnan(code)) return static_cast<float>(code);
+  const double nearest = std::floor(code + 0.5);
+  if (is_same(*this, isovalue, value(nearest))) return static_cast<float>(nearest);
+  // Between two codes, and it stays there whatever division and single precision make of it.
+  double below = std::floor(code);
+  if (value(below) > isovalue) below -= 1;
+  if (value(below + 1) < isovalue) below += 1;
+  // Not closer to 0 than this, as GPUs may take smaller numbers for 0.
+  constexpr float kLeast = 0x1p-24f;
+  const auto low = static_cast<float>(below), high = static_cast<float>(below + 1);
+  return std::clamp(static_cast<float>(code), std::max(std::nextafter(low, high), low + kLeast),
+                    std::min(std::nextafter(high, low), high - kLeast));
+}
 
 Vec3d VolumeGrid::world(Vec3d index) const {
   return origin +

@@ -7,7 +7,7 @@
 
 namespace isosplat {
 
-/// A voxel as the store holds it: integers up to 16 bits exactly, everything else quantised.
+/// A voxel as the store holds it: its place among evenly spaced values.
 using Code = uint16_t;
 
 /// The code of a voxel without a value (NaN, infinity); only where ValueMapping::has_missing.
@@ -16,19 +16,24 @@ inline constexpr Code kMissingCode = 65535;
 /// How codes stand for the volume's values: value = offset + scale · code.
 ///
 /// Everything between the store and the GPU works on codes; an isovalue is turned into a code once,
-/// by isocode(). For integer volumes of up to 16 bits the scale is 1 and nothing is lost; others
-/// are quantised, with an error of at most max_error.
+/// by isocode(). Integers, with any slope and intercept, and floating-point numbers on an even
+/// lattice are kept as they are, as far as 16 bits allow; others are quantised, with an error of at
+/// most max_error.
 struct ValueMapping {
   double offset = 0;
-  double scale = 1;
+  double scale = 1;          ///< above 0: greater codes are greater values
   double max_error = 0;      ///< in value units; 0: lossless
   uint8_t bits = 16;         ///< 8: all codes are < 256; otherwise 16
   bool has_missing = false;  ///< kMissingCode marks voxels without a value
 
   double value(double code) const { return offset + scale * code; }
 
-  /// The isovalue as a code, in single precision: what the CPU and the GPU compare codes with.
-  float isocode(double isovalue) const { return static_cast<float>((isovalue - offset) / scale); }
+  /// The isovalue as a code, in single precision: what the CPU and the GPU compare codes with. For
+  /// every code c, c ≤ isocode(v) exactly where value(c) ≤ v, and c = isocode(v) exactly where the
+  /// two are the same number: a value has been rounded on the way from a file, and an isovalue on
+  /// the way from a person, so that numbers are the same which are equal in single precision (where
+  /// that tells the values of codes apart) or up to the rounding of value(). NaN for NaN.
+  float isocode(double isovalue) const;
 };
 
 /// Where a volume's voxels are: world = origin + direction · (spacing ∘ index), right-handed, in

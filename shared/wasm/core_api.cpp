@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -181,6 +182,11 @@ uint32_t isosplat_core_info(IsosplatCore* core) {
   put(core, 1, info.content_id);
   put(core, 2, info.metadata);
   return kOk;
+}
+
+float isosplat_core_isocode(const IsosplatCore* core, double isovalue) {
+  return core->store ? core->store->info().mapping.isocode(isovalue)
+                     : std::numeric_limits<float>::quiet_NaN();
 }
 
 uint32_t isosplat_core_coarse_range(IsosplatCore* core, double max_bytes) {

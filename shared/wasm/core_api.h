@@ -62,6 +62,9 @@ uint32_t isosplat_core_open(IsosplatCore* core, const void* head, uint32_t bytes
 /// file_bytes. Result 1: content id, 16 bytes. Result 2: metadata, JSON text.
 uint32_t isosplat_core_info(IsosplatCore* core);
 
+/// ValueMapping::isocode; NaN where no store is open.
+float isosplat_core_isocode(const IsosplatCore* core, double isovalue);
+
 /// The coarse end of the file, at most max_bytes (StoreReader::coarse_range). Result 0: 3 doubles:
 /// first level, offset, bytes.
 uint32_t isosplat_core_coarse_range(IsosplatCore* core, double max_bytes);

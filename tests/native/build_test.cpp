@@ -66,8 +66,8 @@ void compare_with_brute_force(Index3 n, const std::vector<T>& voxels, const Buil
 
 template <class T>
 class BuildOfType : public testing::Test {};
-using VoxelTypes =
-    testing::Types<uint8_t, int8_t, uint16_t, int16_t, uint32_t, int32_t, float, double>;
+using VoxelTypes = testing::Types<uint8_t, int8_t, uint16_t, int16_t, uint32_t, int32_t, uint64_t,
+                                  int64_t, float, double>;
 TYPED_TEST_SUITE(BuildOfType, VoxelTypes);
 
 TYPED_TEST(BuildOfType, YieldsTheActiveCellsAtEveryLevel) {
@@ -148,10 +148,21 @@ TEST(Build, DoublesOfAnyMagnitudeAreQuantisedWithinTheBound) {
       v = low * (1 - share) + high * share;
     }
     voxels[0] = low, voxels[1] = high;
-    const ValueMapping mapping =
-        choose_mapping(VoxelType::f64, range_of(VoxelType::f64, std::as_bytes(std::span(voxels))));
+    VoxelScan scan(VoxelType::f64);
+    scan.add(std::as_bytes(std::span(voxels)));
+    VolumeHeader header;
+    header.type = VoxelType::f64;
+    const auto value_codes = choose_codes(header, scan);
+    ASSERT_TRUE(value_codes) << value_codes.error().message;
+    const ValueMapping& mapping = value_codes->mapping();
     std::vector<Code> codes(voxels.size());
-    encode_values(VoxelType::f64, mapping, std::as_bytes(std::span(voxels)), codes.data());
+    if (mapping.bits == 16) {
+      value_codes->encode(std::as_bytes(std::span(voxels)), codes.data());
+    } else {
+      std::vector<uint8_t> narrow(voxels.size());
+      value_codes->encode(std::as_bytes(std::span(voxels)), narrow.data());
+      std::copy(narrow.begin(), narrow.end(), codes.begin());
+    }
     for (size_t i = 0; i < voxels.size(); ++i) {
       EXPECT_LE(std::abs(mapping.value(codes[i]) - voxels[i]), mapping.max_error * (1 + 1e-6))
           << low << " " << high;
@@ -191,7 +202,7 @@ TEST(Survey, SuggestsWhatTheBuildDoes) {
   for (const size_t layer_bytes : {size_t{256} << 20, size_t{1}}) {
     const auto survey = survey_volume(source, layer_bytes);
     ASSERT_TRUE(survey) << survey.error().message;
-    EXPECT_EQ(survey->range.missing, 1u);
+    EXPECT_EQ(survey->missing, 1u);
     const auto histogram = value_histogram(survey->mapping, survey->statistics);
     EXPECT_EQ(metadata["histogram"]["low"], histogram.low);
     EXPECT_EQ(metadata["histogram"]["counts"], histogram.counts);

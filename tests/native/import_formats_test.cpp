@@ -76,8 +76,8 @@ TEST(ImportNrrd, ReadsEveryTypeInBothByteOrders) {
   check(int32_t{}, "int", VoxelType::i32);
   check(float{}, "float", VoxelType::f32);
   check(double{}, "double", VoxelType::f64);
-  check(int64_t{}, "int64", VoxelType::f64);
-  check(uint64_t{}, "uint64", VoxelType::f64);
+  check(int64_t{}, "int64", VoxelType::i64);
+  check(uint64_t{}, "uint64", VoxelType::u64);
 }
 
 TEST(ImportNrrd, ReadsDetachedDataWithSkips) {
@@ -206,7 +206,9 @@ TEST(ImportNifti, ReadsPlainAndCompressedAndScaled) {
   file.intercept = -100;
   write_file(folder / "c.nii", file.bytes());
   auto scaled = open(folder / "c.nii");
-  expect_pattern(scaled, VoxelType::f32, 0.5, -100);
+  expect_pattern(scaled, VoxelType::i16, 0.5, -100);
+  EXPECT_EQ(scaled.source->header().slope, 0.5);
+  EXPECT_EQ(scaled.source->header().intercept, -100);
 
   file.slope = 0;
   file.sizes = {5, 4, 3, 2};

@@ -59,7 +59,7 @@ inline std::string nrrd_header(Index3 n, const std::string& type, const std::str
                      more);
 }
 
-/// All voxels of an open volume, as doubles, x fastest.
+/// The values of all voxels of an open volume, as doubles, x fastest.
 inline std::vector<double> read_all(VolumeSource& source) {
   const VolumeHeader& header = source.header();
   const Index3 n = header.grid.voxels;
@@ -69,39 +69,13 @@ inline std::vector<double> read_all(VolumeSource& source) {
   const auto read = source.read_slices(0, n.z, bytes);
   EXPECT_TRUE(read) << read.error().message;
   std::vector<double> values(count);
-  const auto convert = [&]<class T>(T) {
+  with_voxel_type(header.type, [&]<class T>(T) {
     for (size_t i = 0; i < count; ++i) {
-      T value;
-      std::memcpy(&value, bytes.data() + i * sizeof(T), sizeof(T));
-      values[i] = static_cast<double>(value);
+      T voxel;
+      std::memcpy(&voxel, bytes.data() + i * sizeof(T), sizeof(T));
+      values[i] = header.value(static_cast<double>(voxel));
     }
-  };
-  switch (header.type) {
-    case VoxelType::u8:
-      convert(uint8_t{});
-      break;
-    case VoxelType::i8:
-      convert(int8_t{});
-      break;
-    case VoxelType::u16:
-      convert(uint16_t{});
-      break;
-    case VoxelType::i16:
-      convert(int16_t{});
-      break;
-    case VoxelType::u32:
-      convert(uint32_t{});
-      break;
-    case VoxelType::i32:
-      convert(int32_t{});
-      break;
-    case VoxelType::f32:
-      convert(float{});
-      break;
-    case VoxelType::f64:
-      convert(double{});
-      break;
-  }
+  });
   return values;
 }
 

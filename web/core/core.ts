@@ -150,8 +150,7 @@ export class Store {
 
   /** The isovalue as the store's codes, in single precision. */
   isocode(isovalue: number): number {
-    const { offset, scale } = this.info.mapping;
-    return Math.fround((isovalue - offset) / scale);
+    return this.#module._isosplat_core_isocode(this.#calls.core, isovalue);
   }
 
   /** The levels that fit, with their pages, in so many bytes; at least the coarsest one. */

@@ -39,6 +39,7 @@ export interface CoreModule {
     isocode: number,
     exact: number,
   ): number;
+  _isosplat_core_isocode(core: number, isovalue: number): number;
   _isosplat_core_select(core: number, view: number, isocodes: number, count: number): number;
   _isosplat_core_set_sight(core: number, answers: number, count: number): number;
   _isosplat_core_set_resident(core: number, handle: number, resident: number): number;
