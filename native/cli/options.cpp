@@ -127,6 +127,12 @@ void BuildFlags::add_to(CLI::App& command) {
                   "send fewer bytes for an isovalue")
       ->check(is_number(1e-4, 10))
       ->capture_default_str();
+  command
+      .add_option("--max-error", max_error_,
+                  "How far values may be from the voxels', in the volume's units: larger ones make "
+                  "smaller stores (default: lossless for integers and evenly spaced numbers, as "
+                  "exact as 16 bits allow for others)")
+      ->check(CLI::PositiveNumber);
   command.add_option("--name", title_, "The volume's name for people (default: the file's)");
   command.add_option("--units", units_, "Unit of the values, such as HU");
   command.add_option("--temporary-folder", temporary_folder_,
@@ -147,6 +153,7 @@ Result<BuildOptions> BuildFlags::options() const {
   }
   options.threads = threads_;
   options.lambda = lambda_;
+  options.max_error = max_error_;
   options.title = title_;
   options.value_units = units_;
   options.temporary_folder = temporary_folder_;
@@ -154,7 +161,8 @@ Result<BuildOptions> BuildFlags::options() const {
 }
 
 std::string BuildFlags::key() const {
-  return fmt::format("{}\n{}\n{}", lambda_, title_, units_);  // the others do not change the store
+  return fmt::format("{}\n{}\n{}\n{}", lambda_, title_, units_,
+                     max_error_);  // the others do not change the store
 }
 
 std::string examples(const std::string& lines) {

@@ -45,6 +45,7 @@ class BuildFlags {
  private:
   std::string title_, units_, memory_ = "1G";
   std::string temporary_folder_;
+  double max_error_ = 0;
   double lambda_ = BuildOptions{}.lambda;
   unsigned threads_ = 0;
 };

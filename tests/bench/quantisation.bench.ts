@@ -1,0 +1,68 @@
+// What --max-error saves: the store of a volume of floating-point numbers, and one isovalue of it.
+import { readdirSync } from "node:fs";
+import { join } from "node:path";
+import type { Bench, Benchmark } from "./harness/benchmark.ts";
+
+/** Greatest errors, as shares of the volume's range; 0: as exact as 16 bits allow. */
+const shares = [0, 1e-4, 1e-3, 4e-3];
+
+interface Report {
+  range: [number, number];
+  voxels: [number, number, number];
+  fileBytes: number;
+  mapping: { maxError: number; bits: number };
+  chunkReport: { queries: { bytes: number; activeCells: number }[] };
+}
+
+/** VTK image data as a raw volume whose name says its size and type. */
+async function rawOf(bench: Bench, image: string, name: string): Promise<string | undefined> {
+  const python = bench.pythonWithVtk();
+  if (!python) return undefined;
+  const raw = join(bench.folder, `${name}_64x64x64_f32.raw`);
+  await bench.command(python, [join(bench.root, "tests/bench/peers/image_to_raw.py"), image, raw]);
+  return raw;
+}
+
+async function volumes(bench: Bench): Promise<[string, string][]> {
+  const found: [string, string][] = [];
+  const add = (name: string, path: string | undefined) => path && found.push([name, path]);
+  add("fetal_atlas", bench.volume("fetal_atlas_f32.nrrd"));
+  const hydrogen = bench.volume("hydrogen_f32.vti");
+  if (hydrogen) add("hydrogen", await rawOf(bench, hydrogen, "hydrogen"));
+  const fingers = bench.volume("viscous_fingers");
+  if (fingers) {
+    const last = readdirSync(fingers).sort().at(-1) as string;
+    add("viscous_fingers", await rawOf(bench, join(fingers, last), "fingers"));
+  }
+  return found;
+}
+
+export default {
+  title: "floating-point volumes: what a greater --max-error saves",
+  async run(bench) {
+    for (const [name, volume] of await volumes(bench)) {
+      let range = 0;
+      for (const share of shares) {
+        const store = join(bench.folder, `${name}.isosplat`);
+        const options = share > 0 ? ["--max-error", String(share * range)] : [];
+        await bench.command(bench.isosplat, ["build", volume, "-o", store, ...options]);
+        const { stdout } = await bench.command(bench.isosplat, [
+          "info",
+          store,
+          "--chunks",
+          "--json",
+        ]);
+        const { mapping, chunkReport, ...report } = JSON.parse(stdout) as Report;
+        range ||= report.range[1] - report.range[0];
+        const what = `${name} ${share > 0 ? `±${share * 100} %` : "16 bits"}`;
+        const queries = chunkReport.queries.filter(({ activeCells }) => activeCells > 0);
+        const mean = queries.reduce((sum, { bytes }) => sum + bytes, 0) / queries.length;
+        bench.report(what, "greatest error", "", mapping.maxError);
+        bench.report(what, "bits", "", mapping.bits);
+        const [x, y, z] = report.voxels;
+        bench.report(what, "store / raw", "", report.fileBytes / (4 * x * y * z));
+        bench.report(what, "one isovalue, mean", "bytes", mean);
+      }
+    }
+  },
+} satisfies Benchmark;
