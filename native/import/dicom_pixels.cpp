@@ -106,24 +106,7 @@ void convert(const FramePixels& frame, std::span<const std::byte> stored,
 template <class Word>
 void convert_from(const FramePixels& frame, std::span<const std::byte> stored, VoxelType to,
                   std::span<std::byte> out) {
-  switch (to) {
-    case VoxelType::u8:
-      return convert<Word, uint8_t>(frame, stored, out);
-    case VoxelType::i8:
-      return convert<Word, int8_t>(frame, stored, out);
-    case VoxelType::u16:
-      return convert<Word, uint16_t>(frame, stored, out);
-    case VoxelType::i16:
-      return convert<Word, int16_t>(frame, stored, out);
-    case VoxelType::u32:
-      return convert<Word, uint32_t>(frame, stored, out);
-    case VoxelType::i32:
-      return convert<Word, int32_t>(frame, stored, out);
-    case VoxelType::f32:
-      return convert<Word, float>(frame, stored, out);
-    case VoxelType::f64:
-      return convert<Word, double>(frame, stored, out);
-  }
+  with_voxel_type(to, [&]<class To>(To) { convert<Word, To>(frame, stored, out); });
 }
 
 void convert(const FramePixels& frame, std::span<const std::byte> stored, VoxelType to,

@@ -37,18 +37,4 @@ void to_native_order(const StoredVoxels& voxels, std::span<std::byte> bytes) {
   if (voxel == 8) swap_each<uint64_t>(bytes);
 }
 
-void convert_voxels(VoxelType from, std::span<const std::byte> in, VoxelType to,
-                    std::span<std::byte> out) {
-  with_voxel_type(from, [&]<class From>(From) {
-    with_voxel_type(to, [&]<class To>(To) {
-      for (size_t i = 0; i < in.size() / sizeof(From); ++i) {
-        From voxel;
-        std::memcpy(&voxel, in.data() + i * sizeof(From), sizeof(From));
-        const auto converted = static_cast<To>(voxel);
-        std::memcpy(out.data() + i * sizeof(To), &converted, sizeof(To));
-      }
-    });
-  });
-}
-
 }  // namespace isosplat

@@ -25,9 +25,4 @@ struct StoredVoxels {
 /// Swaps bytes where the file's order is not this machine's.
 void to_native_order(const StoredVoxels& voxels, std::span<std::byte> bytes);
 
-/// Turns native-endian voxels of one type into those of another, which must be able to hold them.
-/// `out` has room for exactly as many voxels as `in` holds; the two do not overlap.
-void convert_voxels(VoxelType from, std::span<const std::byte> in, VoxelType to,
-                    std::span<std::byte> out);
-
 }  // namespace isosplat

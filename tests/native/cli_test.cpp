@@ -181,7 +181,11 @@ TEST(Cli, ReadsRawVolumesAndReportsWhatIsNotFinite) {
   EXPECT_EQ(built.exit_code, 0) << built.err;
   EXPECT_NE(built.out.find("2 voxels are not a number or infinite"), std::string::npos);
   EXPECT_NE(run(info).out.find("2 voxels"), std::string::npos);
-  EXPECT_NE(run({"info", folder / "v.isosplat"}).out.find("within"), std::string::npos);
+  EXPECT_NE(run({"info", folder / "v.isosplat"}).out.find("lossless"), std::string::npos);
+  build.insert(build.end(), {"--force", "--max-error", "2.5"});
+  EXPECT_EQ(run(build).exit_code, 0);
+  EXPECT_NE(run({"info", folder / "v.isosplat"}).out.find("values are within ±2 (16 bits"),
+            std::string::npos);
   EXPECT_EQ(run({"verify", folder / "v.isosplat"}).exit_code, 0);
 }
 
