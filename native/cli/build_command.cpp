@@ -92,7 +92,13 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "  isosplat build foot.raw --dims 256x256x256 --type u8 --spacing 1,1,1.5\n"
       "  isosplat build huge.nrrd --memory 4G --threads 8\n"
       "The store appears under its name only when it is whole. It replaces an older one of the "
-      "same volume; no file that is read is ever written to."));
+      "same volume; no file that is read is ever written to.\n\n"
+      "What --max-error saves of volumes of floating-point numbers (head atlas, hydrogen\n"
+      "atom, viscous fingers): bytes of the store, and of one isovalue, as shares of those\n"
+      "with the default, which is within 0.0008 % of the range of values\n"
+      "  0.01 % of the range   0.70  0.59  0.63    0.71  0.65  0.66\n"
+      "  0.1 %                 0.47  0.32  0.34    0.46  0.34  0.36\n"
+      "  0.4 % (8 bits)        0.33  0.22  0.23    0.31  0.22  0.21"));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

@@ -1,7 +1,8 @@
 // What --max-error saves: the store of a volume of floating-point numbers, and one isovalue of it.
-import { readdirSync } from "node:fs";
+import { readdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
+import { imageData } from "./harness/image_data.ts";
 
 /** Greatest errors, as shares of the volume's range; 0: as exact as 16 bits allow. */
 const shares = [0, 1e-4, 1e-3, 4e-3];
@@ -15,24 +16,22 @@ interface Report {
 }
 
 /** VTK image data as a raw volume whose name says its size and type. */
-async function rawOf(bench: Bench, image: string, name: string): Promise<string | undefined> {
-  const python = bench.pythonWithVtk();
-  if (!python) return undefined;
+function rawOf(bench: Bench, image: string, name: string): string {
   const raw = join(bench.folder, `${name}_64x64x64_f32.raw`);
-  await bench.command(python, [join(bench.root, "tests/bench/peers/image_to_raw.py"), image, raw]);
+  writeFileSync(raw, imageData(image));
   return raw;
 }
 
-async function volumes(bench: Bench): Promise<[string, string][]> {
+function volumes(bench: Bench): [string, string][] {
   const found: [string, string][] = [];
   const add = (name: string, path: string | undefined) => path && found.push([name, path]);
   add("fetal_atlas", bench.volume("fetal_atlas_f32.nrrd"));
   const hydrogen = bench.volume("hydrogen_f32.vti");
-  if (hydrogen) add("hydrogen", await rawOf(bench, hydrogen, "hydrogen"));
+  if (hydrogen) add("hydrogen", rawOf(bench, hydrogen, "hydrogen"));
   const fingers = bench.volume("viscous_fingers");
   if (fingers) {
     const last = readdirSync(fingers).sort().at(-1) as string;
-    add("viscous_fingers", await rawOf(bench, join(fingers, last), "fingers"));
+    add("viscous_fingers", rawOf(bench, join(fingers, last), "fingers"));
   }
   return found;
 }
@@ -40,7 +39,7 @@ async function volumes(bench: Bench): Promise<[string, string][]> {
 export default {
   title: "floating-point volumes: what a greater --max-error saves",
   async run(bench) {
-    for (const [name, volume] of await volumes(bench)) {
+    for (const [name, volume] of volumes(bench)) {
       let range = 0;
       for (const share of shares) {
         const store = join(bench.folder, `${name}.isosplat`);
