@@ -119,6 +119,22 @@ TEST(DicomSeries, RescalesSignedAndUnsignedPixels) {
   }
 }
 
+TEST(DicomSeries, PixelsStayIntegersWhateverTheSlope) {
+  const TempFolder folder;
+  BallSeries series;
+  series.stored = 12;
+  series.slope = 2.0078;
+  series.intercept = -1024;
+  series.add = -1024;
+  series.write(folder);
+  auto volume = open(folder.path());
+  expect_field(volume, series, series.slope);
+  const VolumeHeader& header = volume.source->header();
+  EXPECT_EQ(header.type, VoxelType::u16);
+  EXPECT_EQ(header.slope, 2.0078);
+  EXPECT_EQ(header.intercept, -1024);
+}
+
 TEST(DicomSeries, SlopesThatDifferFromSliceToSliceGiveEachSliceItsValues) {
   const TempFolder folder;
   BallSeries series;
