@@ -4,7 +4,9 @@
 #include <atomic>
 #include <chrono>
 #include <mutex>
+#include <new>
 #include <optional>
+#include <system_error>
 #include <thread>
 
 #include "native/build/code_reader.h"
@@ -113,16 +115,24 @@ Result<void> Builder::build_layer(const Layer& layer, int32_t z, const CoarserLa
   OrderedOutput output(writer, count);
   SharedSlabs slabs(threads_);
   std::atomic<size_t> next{0};
+  std::atomic<bool> has_thrown{false};
   on_threads(threads_, [&](unsigned thread) {
-    for (size_t i = next++; i < count && !output.has_failed(); i = next++) {
-      const auto n = static_cast<int32_t>(i);
-      const Index3 index{n % blocks.x, n / blocks.x, z};
-      EncodedBlock encoded;
-      workers_[thread].work(layer, index, coarser, slab_options_, slabs, encoded);
-      output.put(i, std::move(encoded));
-      const Index3 cells = block_cells(layer.grid, index);
-      report(phase, static_cast<uint64_t>(cells.x) * static_cast<uint64_t>(cells.y) *
-                        static_cast<uint64_t>(cells.z));
+    try {
+      for (size_t i = next++; i < count && !has_thrown && !output.has_failed(); i = next++) {
+        const auto n = static_cast<int32_t>(i);
+        const Index3 index{n % blocks.x, n / blocks.x, z};
+        EncodedBlock encoded;
+        workers_[thread].work(layer, index, coarser, slab_options_, slabs, encoded);
+        output.put(i, std::move(encoded));
+        const Index3 cells = block_cells(layer.grid, index);
+        report(phase, static_cast<uint64_t>(cells.x) * static_cast<uint64_t>(cells.y) *
+                          static_cast<uint64_t>(cells.z));
+      }
+    } catch (...) {
+      has_thrown = true;
+      // The others wait there for this thread.
+      workers_[thread].help(slabs);
+      throw;
     }
     workers_[thread].help(slabs);
   });
@@ -265,7 +275,16 @@ uint64_t least_memory(const VolumeSource& source, const BuildOptions& options) {
 }
 
 Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const BuildOptions& options) {
-  return Builder(source, options).build(sink);
+  try {
+    return Builder(source, options).build(sink);
+  } catch (const std::bad_alloc&) {
+    return fail(Status::out_of_memory,
+                "the system refused memory while the store was built: close other programs, or "
+                "allow the build less (--memory, --threads)");
+  } catch (const std::system_error& error) {
+    return fail(Status::out_of_memory, std::string("cannot start the build's threads (") +
+                                           error.what() + "): give fewer --threads");
+  }
 }
 
 Result<BuildReport> build_store_file(VolumeSource& source, const std::filesystem::path& target,

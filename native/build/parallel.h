@@ -3,28 +3,68 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <exception>
+#include <mutex>
 #include <thread>
 #include <vector>
 
 namespace isosplat {
 
 /// Calls f(thread) for each number below `threads`, each on a thread of its own. Returns when all
-/// calls have returned.
+/// calls have returned. Where calls throw, the first exception is thrown here, after the last call
+/// has ended. Where a thread cannot be started, f is not called at all: calls may wait for each
+/// other. Throws std::system_error then.
 template <class F>
 void on_threads(unsigned threads, F f) {
-  std::vector<std::thread> others;
-  for (unsigned t = 1; t < threads; ++t) others.emplace_back(f, t);
-  f(0u);
-  for (std::thread& other : others) other.join();
+  std::mutex mutex;
+  std::exception_ptr failure;
+  const auto run = [&](unsigned thread) {
+    try {
+      f(thread);
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+    }
+  };
+  enum Start { undecided, yes, no };
+  std::atomic<Start> start{undecided};
+  const auto decide = [&start](Start decision) {
+    start = decision;
+    start.notify_all();
+  };
+  {
+    std::vector<std::jthread> others;
+    try {
+      others.reserve(threads);
+      for (unsigned t = 1; t < threads; ++t) {
+        others.emplace_back([&, t] {
+          start.wait(undecided);
+          if (start == yes) run(t);
+        });
+      }
+    } catch (...) {
+      decide(no);
+      throw;
+    }
+    decide(yes);
+    run(0u);
+  }
+  if (failure) std::rethrow_exception(failure);
 }
 
 /// Calls f(thread, index) for every index below `count`, on up to `threads` threads, each index
 /// once; threads take the next index when they are free. Returns when all calls have returned.
+/// After a call that throws, no further index is taken; its exception is thrown here.
 template <class F>
 void parallel_for(unsigned threads, size_t count, F f) {
   std::atomic<size_t> next{0};
   on_threads(static_cast<unsigned>(std::min<size_t>(threads, count)), [&](unsigned thread) {
-    for (size_t i = next++; i < count; i = next++) f(thread, i);
+    try {
+      for (size_t i = next++; i < count; i = next++) f(thread, i);
+    } catch (...) {
+      next = count;
+      throw;
+    }
   });
 }
 

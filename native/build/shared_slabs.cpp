@@ -1,6 +1,7 @@
 #include "native/build/shared_slabs.h"
 
 #include <algorithm>
+#include <new>
 
 namespace isosplat {
 
@@ -17,23 +18,37 @@ void SharedSlabs::encode(ChunkEncoder& encoder, const BlockView& view, const Sla
                          std::vector<SlabChunk>& slabs, std::vector<std::byte>& bytes) {
   OpenBlock block{view, masks, begin, ends, 0, ends.size(), 0, {}, {}};
   std::unique_lock lock(mutex_);
-  if (!ends.empty()) open_.push_back(&block);
-  changed_.notify_all();
-  while (block.next < block.helped) {
-    const size_t slab = block.next++;
-    if (block.next == block.helped) std::erase(open_, &block);
-    lock.unlock();
-    slabs.push_back(encode_slab(encoder, block, slab, bytes));
-    lock.lock();
+  try {
+    block.slabs.reserve(ends.size());
+    block.chunks.reserve(ends.size());
+    if (!ends.empty()) open_.push_back(&block);
+    changed_.notify_all();
+    while (block.next < block.helped) {
+      const size_t slab = block.next++;
+      if (block.next == block.helped) std::erase(open_, &block);
+      lock.unlock();
+      slabs.push_back(encode_slab(encoder, block, slab, bytes));
+      lock.lock();
+    }
+  } catch (...) {
+    if (!lock) lock.lock();
+    close(block, lock);
+    throw;
   }
-  changed_.wait(lock, [&] { return block.helpers == 0; });
+  close(block, lock);
+  if (block.out_of_memory) throw std::bad_alloc();
   for (size_t i = block.slabs.size(); i-- > 0;) {
     slabs.push_back(block.slabs[i]);
     bytes.insert(bytes.end(), block.chunks[i].begin(), block.chunks[i].end());
   }
 }
 
-void SharedSlabs::help(ChunkEncoder& encoder) {
+void SharedSlabs::close(OpenBlock& block, std::unique_lock<std::mutex>& lock) {
+  std::erase(open_, &block);
+  changed_.wait(lock, [&] { return block.helpers == 0; });
+}
+
+void SharedSlabs::help(ChunkEncoder& encoder) noexcept {
   std::unique_lock lock(mutex_);
   --busy_;
   changed_.notify_all();
@@ -44,14 +59,22 @@ void SharedSlabs::help(ChunkEncoder& encoder) {
     const size_t slab = --block.helped, place = block.slabs.size();
     if (block.next == block.helped) std::erase(open_, &block);
     ++block.helpers;
+    // Within what encode() has reserved.
     block.slabs.emplace_back();
     block.chunks.emplace_back();
     lock.unlock();
+    SlabChunk chunk;
     std::vector<std::byte> bytes;
-    const SlabChunk chunk = encode_slab(encoder, block, slab, bytes);
+    bool is_encoded = true;
+    try {
+      chunk = encode_slab(encoder, block, slab, bytes);
+    } catch (const std::bad_alloc&) {
+      is_encoded = false;
+    }
     lock.lock();
     block.slabs[place] = chunk;
     block.chunks[place] = std::move(bytes);
+    block.out_of_memory = block.out_of_memory || !is_encoded;
     if (--block.helpers == 0) changed_.notify_all();
   }
 }

@@ -22,12 +22,14 @@ class SharedSlabs {
 
   /// Encodes the slabs of a block that end at `ends` and begin with `begin`, and appends them to
   /// `slabs` and `bytes` in their order. Others may help. masks: which cells each of them holds.
+  /// Throws std::bad_alloc, also where it was another thread that had no memory left.
   void encode(ChunkEncoder& encoder, const BlockView& view, const SlabMasks& masks, uint32_t begin,
               std::span<const uint32_t> ends, std::vector<SlabChunk>& slabs,
               std::vector<std::byte>& bytes);
 
-  /// Encodes slabs of other threads' blocks until no thread has a block.
-  void help(ChunkEncoder& encoder);
+  /// Encodes slabs of other threads' blocks until no thread has a block. Each thread has to call
+  /// it, also where encoding a block has failed: the others wait for it.
+  void help(ChunkEncoder& encoder) noexcept;
 
  private:
   /// A block whose slabs are encoded: by its own thread from the first on, by others from the last.
@@ -41,9 +43,13 @@ class SharedSlabs {
     size_t helpers = 0;                          ///< slabs that others are encoding
     std::vector<SlabChunk> slabs;                ///< of others, the last one first
     std::vector<std::vector<std::byte>> chunks;  ///< likewise
+    bool out_of_memory = false;                  ///< a helper had no memory for its slab
   };
   static SlabChunk encode_slab(ChunkEncoder& encoder, const OpenBlock& block, size_t slab,
                                std::vector<std::byte>& bytes);
+
+  /// Offers no more slabs of a block, and waits for those that others are at. `lock`: of mutex_.
+  void close(OpenBlock& block, std::unique_lock<std::mutex>& lock);
 
   std::mutex mutex_;
   std::condition_variable changed_;

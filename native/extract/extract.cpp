@@ -10,6 +10,8 @@
 #include <numeric>
 #include <thread>
 
+#include "native/build/parallel.h"
+
 namespace isosplat {
 namespace {
 
@@ -87,11 +89,8 @@ Result<void> for_each_chunk(const StoreFile& store, std::span<const ChunkRef> ch
     }
   };
   if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
-  {
-    std::vector<std::jthread> helpers;
-    for (unsigned t = 1; t < threads && t < chunks.size(); ++t) helpers.emplace_back(run);
-    run();
-  }
+  threads = static_cast<unsigned>(std::clamp<size_t>(chunks.size(), 1, threads));
+  on_threads(threads, [&](unsigned) { run(); });
   if (error.failed()) return error.get();
   return {};
 }
