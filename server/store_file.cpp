@@ -177,7 +177,8 @@ StoreFile::StoreFile(std::filesystem::path path, int descriptor, FileIdentity id
       opening_(reader.opening_range()),
       content_(hexadecimal(info_.content_id)),
       directory_bytes_(directory_bytes),
-      reader_(std::move(reader)) {}
+      reader_(std::move(reader)),
+      last_use_(pages_.size()) {}
 
 StoreFile::~StoreFile() {
   ::close(descriptor_);
@@ -224,27 +225,54 @@ Result<std::vector<std::byte>> StoreFile::load_page(uint32_t page) const {
 template <class LookUp>
 auto StoreFile::with_page(uint32_t page, LookUp look_up) const
     -> decltype(look_up(std::declval<const StoreReader&>())) {
+  last_use_[page] = ++uses_;
   {
     const std::shared_lock lock(mutex_);
     if (reader_.is_resident(page)) return look_up(reader_);
   }
-  // Without the lock: others look other pages up while the disk takes its time.
+  // Without the lock: others look other pages up while this one is read and parsed.
   const Result<std::vector<std::byte>> bytes = load_page(page);
   if (!bytes) return tl::unexpected(bytes.error());
+  Result<ParsedPage> parsed = reader_.parse_page(page, *bytes);
+  if (!parsed) return tl::unexpected(at(std::move(parsed.error())));
+  {
+    const std::unique_lock lock(mutex_);
+    if (!reader_.is_resident(page)) {
+      make_room(bytes->size());
+      reader_.add_page(std::move(*parsed));
+      resident_bytes_ += bytes->size();
+    }
+  }
+  {
+    const std::shared_lock lock(mutex_);
+    if (reader_.is_resident(page)) return look_up(reader_);
+  }
+  // Others have needed its room in between: it is looked up as soon as it is there again.
+  parsed = reader_.parse_page(page, *bytes);
+  if (!parsed) return tl::unexpected(at(std::move(parsed.error())));
   const std::unique_lock lock(mutex_);
   if (!reader_.is_resident(page)) {
-    if (resident_bytes_ > directory_bytes_) {
-      Result<StoreReader> fresh = StoreReader::open(head_);
-      if (!fresh) return tl::unexpected(at(std::move(fresh.error())));
-      reader_ = std::move(*fresh);
-      resident_bytes_ = 0;
-    }
-    if (Result<void> added = reader_.add_page(page, *bytes); !added) {
-      return tl::unexpected(at(std::move(added.error())));
-    }
+    make_room(bytes->size());
+    reader_.add_page(std::move(*parsed));
     resident_bytes_ += bytes->size();
   }
   return look_up(reader_);
+}
+
+void StoreFile::make_room(uint64_t bytes) const {
+  if (resident_bytes_ + bytes <= directory_bytes_) return;
+  std::vector<std::pair<uint64_t, uint32_t>> oldest;  // last use, page
+  for (uint32_t page = 0; page < pages_.size(); ++page) {
+    if (reader_.is_resident(page)) oldest.emplace_back(last_use_[page].load(), page);
+  }
+  std::sort(oldest.begin(), oldest.end());
+  // An eighth more than is needed, so that not every page that comes has to look for room.
+  const uint64_t aim = directory_bytes_ - directory_bytes_ / 8;
+  for (const auto& [use, page] : oldest) {
+    if (resident_bytes_ + bytes <= aim) break;
+    reader_.remove_page(page);
+    resident_bytes_ -= pages_[page].bytes;
+  }
 }
 
 Result<std::vector<std::byte>> StoreFile::read_page(uint32_t page) const {
@@ -262,7 +290,6 @@ Result<std::vector<std::byte>> StoreFile::read_page(uint32_t page) const {
 }
 
 Result<uint32_t> StoreFile::page_of(BlockKey block) const {
-  const std::shared_lock lock(mutex_);
   Result<uint32_t> page = reader_.page_of(block);
   if (!page) return tl::unexpected(at(std::move(page.error())));
   return page;

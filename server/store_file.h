@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -58,8 +59,8 @@ Result<FileIdentity> file_identity(const std::filesystem::path& path);
 /// those who hold it. A file changed in place is refused: every read checks.
 class StoreFile {
  public:
-  /// `directory_bytes`: of the pages kept at a time, as they are in the file; beyond it all are
-  /// dropped and loaded anew.
+  /// `directory_bytes`: of the pages kept at a time, as they are in the file, and the last one
+  /// whatever its size; beyond it those that no query has used for longest are dropped.
   /// Errors: those of StoreReader::open, truncated (the file is shorter than its head says), and
   /// io_error. Messages begin with the path.
   static Result<std::shared_ptr<StoreFile>> open(const std::filesystem::path& path,
@@ -128,7 +129,8 @@ class StoreFile {
   /// A page's bytes, unchecked.
   Result<std::vector<std::byte>> load_page(uint32_t page) const;
 
-  /// Calls `look_up` with the reader once it has the page.
+  /// Calls `look_up` with the reader once it has the page; queries that find theirs there run side
+  /// by side.
   template <class LookUp>
   auto with_page(uint32_t page, LookUp look_up) const
       -> decltype(look_up(std::declval<const StoreReader&>()));
@@ -143,9 +145,14 @@ class StoreFile {
   std::string content_;
   uint64_t directory_bytes_;
 
+  /// Drops pages until so many more bytes fit. The caller holds mutex_ alone.
+  void make_room(uint64_t bytes) const;
+
   mutable std::shared_mutex mutex_;
-  mutable StoreReader reader_;           // guarded by mutex_
+  mutable StoreReader reader_;           // guarded by mutex_; its head never changes
   mutable uint64_t resident_bytes_ = 0;  // guarded by mutex_
+  mutable std::atomic<uint64_t> uses_ = 0;
+  mutable std::vector<std::atomic<uint64_t>> last_use_;  // of each page, by uses_
 };
 
 }  // namespace isosplat

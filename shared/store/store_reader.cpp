@@ -145,17 +145,37 @@ Result<uint32_t> StoreReader::page_of(BlockKey block) const {
   return state_->page_of(block);
 }
 
-Result<void> StoreReader::add_page(uint32_t page, std::span<const std::byte> bytes) {
+ParsedPage::ParsedPage(uint32_t index, std::unique_ptr<DirectoryPage> page)
+    : index_(index), page_(std::move(page)) {}
+ParsedPage::ParsedPage(ParsedPage&&) noexcept = default;
+ParsedPage& ParsedPage::operator=(ParsedPage&&) noexcept = default;
+ParsedPage::~ParsedPage() = default;
+
+Result<ParsedPage> StoreReader::parse_page(uint32_t page, std::span<const std::byte> bytes) const {
   if (page >= state_->pages.size()) {
     return fail(Status::not_found, "page " + std::to_string(page) +
                                        " does not exist: the store has " +
                                        std::to_string(state_->pages.size()));
   }
   const PageRef& ref = state_->head.pages[page];
-  auto parsed = parse_page(bytes, ref, state_->head.levels[ref.level]);
+  auto parsed = isosplat::parse_page(bytes, ref, state_->head.levels[ref.level]);
   if (!parsed) return tl::unexpected(parsed.error());
-  state_->pages[page] = std::make_unique<DirectoryPage>(std::move(*parsed));
+  return ParsedPage(page, std::make_unique<DirectoryPage>(std::move(*parsed)));
+}
+
+void StoreReader::add_page(ParsedPage&& page) {
+  state_->pages[page.index_] = std::move(page.page_);
+}
+
+Result<void> StoreReader::add_page(uint32_t page, std::span<const std::byte> bytes) {
+  auto parsed = parse_page(page, bytes);
+  if (!parsed) return tl::unexpected(parsed.error());
+  add_page(std::move(*parsed));
   return {};
+}
+
+void StoreReader::remove_page(uint32_t page) {
+  if (page < state_->pages.size()) state_->pages[page].reset();
 }
 
 Result<BlockRef> StoreReader::block(BlockKey key) const {

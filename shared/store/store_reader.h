@@ -55,6 +55,8 @@ struct CoarseRange {
   uint64_t bytes = 0;
 };
 
+struct DirectoryPage;
+
 /// A chunk: the cells of one block that are active for some isocode in [slab_begin, slab_end).
 struct ChunkRef {
   BlockKey block;
@@ -84,6 +86,20 @@ struct BlockRef {
   BlockKey key;
   CellInterval interval;  ///< of all its cells
   uint32_t slab_count = 0;
+};
+
+/// A directory page that was accepted, and is not resident yet: see StoreReader::parse_page.
+class ParsedPage {
+ public:
+  ParsedPage(ParsedPage&&) noexcept;
+  ParsedPage& operator=(ParsedPage&&) noexcept;
+  ~ParsedPage();
+
+ private:
+  friend class StoreReader;
+  ParsedPage(uint32_t index, std::unique_ptr<DirectoryPage> page);
+  uint32_t index_;
+  std::unique_ptr<DirectoryPage> page_;
 };
 
 /// Answers "which chunks" from a store's head and the pages added so far. It reads nothing itself:
@@ -122,6 +138,13 @@ class StoreReader {
   /// Adds the bytes of pages()[page]. Adding a page again is harmless.
   /// Errors: not_found, truncated, checksum_mismatch, malformed_page.
   Result<void> add_page(uint32_t page, std::span<const std::byte> bytes);
+
+  /// The same in two steps, for readers that several threads share: `parse_page` may be called by
+  /// any of them at a time; `add_page` (harmless to repeat) and `remove_page` change what is
+  /// resident. Of an opened store, page_of, info, levels and pages never change.
+  Result<ParsedPage> parse_page(uint32_t page, std::span<const std::byte> bytes) const;
+  void add_page(ParsedPage&& page);
+  void remove_page(uint32_t page);
 
   /// Errors: not_found, page_not_resident.
   Result<BlockRef> block(BlockKey key) const;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -191,6 +192,53 @@ TEST_F(Stores, ManyThreadsOnOneStoreFile) {
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(Stores, ThePageThatIsUsedMostRecentlyStaysInTheDirectory) {
+  const KnownStore beta = make_store(4, {200, 200, 200}, 300);
+  const auto path = folder.path() / "beta.isosplat";
+  write_file(path, beta.file);
+  // One chunk of each page: here, a page describes a level.
+  std::vector<const KnownChunk*> chunks;
+  for (const KnownChunk& chunk : beta.chunks) {
+    if (chunks.empty() || chunks.back()->block.level != chunk.block.level) chunks.push_back(&chunk);
+  }
+  std::vector<uint64_t> page_bytes;
+  {
+    const auto store = StoreFile::open(path);
+    ASSERT_TRUE(store);
+    for (const PageRef& page : (*store)->pages()) page_bytes.push_back(page.bytes);
+  }
+  ASSERT_EQ(page_bytes.size(), chunks.size());
+  ASSERT_GE(chunks.size(), 3u);
+  // Pages are listed coarsest level first. Room for the largest and one more.
+  std::sort(page_bytes.rbegin(), page_bytes.rend());
+  const auto store = StoreFile::open(path, (page_bytes[0] + page_bytes[1]) * 8 / 7 + 8);
+  ASSERT_TRUE(store);
+  const auto is_there = [&](const KnownChunk* known) {
+    return (*store)->chunk(known->block, known->slab).has_value();
+  };
+  const KnownChunk* const hot = chunks.front();
+  for (size_t round = 0; round < 2; ++round) {
+    for (const KnownChunk* other : chunks) EXPECT_TRUE(is_there(hot) && is_there(other));
+  }
+  ASSERT_TRUE(is_there(hot));
+
+  // From here on no page can be read any more: those that are still known were kept. The file's
+  // size and time stay, so that it counts as unchanged.
+  const auto time = std::filesystem::last_write_time(path);
+  {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    for (const PageRef& page : (*store)->pages()) {
+      file.seekp(static_cast<std::streamoff>(page.offset));
+      file.write(std::string(page.bytes, 'x').data(), page.bytes);
+    }
+  }
+  std::filesystem::last_write_time(path, time);
+  EXPECT_TRUE(is_there(hot));
+  const auto kept = std::count_if(chunks.begin(), chunks.end(), is_there);
+  EXPECT_GE(kept, 2);
+  EXPECT_LT(kept, static_cast<std::ptrdiff_t>(chunks.size()));
 }
 
 }  // namespace
