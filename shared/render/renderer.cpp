@@ -105,7 +105,9 @@ Result<void> Renderer::add_chunk(uint64_t id, ChunkPlace place,
   }
   remove_chunk(id);
   State::Chunk chunk{{}, block, {kMissingCode, 0}, {}, {}, cluster_samples(samples, s.ordered)};
-  chunk.range = s.buffers.add(s.ordered);
+  const auto range = s.buffers.add(s.ordered);
+  if (!range) return tl::unexpected(range.error());
+  chunk.range = *range;
   for (const SampleCluster& cluster : chunk.clusters) {
     chunk.interval.min = std::min(chunk.interval.min, cluster.interval.min);
     chunk.interval.max = std::max(chunk.interval.max, cluster.interval.max);
@@ -123,8 +125,9 @@ Result<void> Renderer::check_gpu() const {
   if (state_->lost) return {};
   const GLenum first = glGetError();
   GLenum next = first;
-  while (next != GL_NO_ERROR) next = glGetError();
-  if (first == GL_NO_ERROR) return {};
+  constexpr GLenum kContextLost = 0x9242;  // WebGL repeats it as long as it holds
+  while (next != GL_NO_ERROR && next != kContextLost) next = glGetError();
+  if (first == GL_NO_ERROR || first == kContextLost) return {};
   if (first == GL_OUT_OF_MEMORY) {
     return fail(Status::out_of_memory, "the GPU has no room for " +
                                            std::to_string(state_->buffers.samples()) +

@@ -159,8 +159,8 @@ class Renderer {
 
   /// Uploads samples; the caller may free them afterwards. A chunk with the same id is replaced.
   /// New chunks are not visible until set_visible names them. Empty spans are allowed. Errors:
-  /// invalid_argument (no volume, or a block outside of it), gl_error (the context is lost).
-  /// Whether the GPU had room is told by check_gpu().
+  /// invalid_argument (no volume, or a block outside of it), gl_error (the context is lost),
+  /// out_of_memory. Some drivers find out late: check_gpu() tells.
   Result<void> add_chunk(uint64_t id, ChunkPlace place, std::span<const PackedSample> samples);
 
   /// What went wrong on the GPU since the last call. Waits until it has done what it was told, so

@@ -236,7 +236,9 @@ Result<const GlProgram*> Renderer::State::image_program(int pass) {
 
 Result<void> Renderer::State::warm_up(GLuint framebuffer) {
   const PackedSample inactive{};
-  const SampleRange range = buffers.add(std::span(&inactive, 1));
+  const auto added = buffers.add(std::span(&inactive, 1));
+  if (!added) return tl::unexpected(added.error());
+  const SampleRange range = *added;
   layers = 1;
   lit = false;
   auto done = targets.prepare(1, 1, layers, /*blended=*/false, limits.offered.float_blend);

@@ -2,12 +2,29 @@
 
 #include <algorithm>
 #include <iterator>
+#include <string>
 
 namespace isosplat {
+namespace {
 
-SampleRange SampleBuffers::add(std::span<const PackedSample> samples) {
+/// GL_CONTEXT_LOST (WebGL: CONTEXT_LOST_WEBGL) is not in the header of OpenGL ES 3.0.
+constexpr GLenum kContextLost = 0x9242;
+
+/// Of the errors since the last question, one is this; the others are forgotten.
+bool is_out_of_memory() {
+  bool is_full = false;
+  for (GLenum error = glGetError(); error != GL_NO_ERROR; error = glGetError()) {
+    is_full = is_full || error == GL_OUT_OF_MEMORY;
+    if (error == kContextLost) break;
+  }
+  return is_full;
+}
+
+}  // namespace
+
+Result<SampleRange> SampleBuffers::add(std::span<const PackedSample> samples) {
   const auto count = static_cast<uint32_t>(samples.size());
-  if (count == 0) return {};
+  if (count == 0) return SampleRange{};
   uint32_t index = 0;
   std::map<uint32_t, uint32_t>::iterator run;
   for (; index < buffers_.size(); ++index) {
@@ -27,6 +44,12 @@ SampleRange SampleBuffers::add(std::span<const PackedSample> samples) {
     glEnableVertexAttribArray(0);
     glVertexAttribIPointer(0, 4, GL_UNSIGNED_INT, sizeof(PackedSample), nullptr);
     glBindVertexArray(0);
+    if (is_out_of_memory()) {
+      glDeleteVertexArrays(1, &made.vertex_array);
+      glDeleteBuffers(1, &made.buffer);
+      return fail(Status::out_of_memory, "the GPU has no room beside " + std::to_string(samples_) +
+                                             " samples: remove chunks, or lower the sample budget");
+    }
     made.free[0] = made.capacity;
     buffers_.push_back(std::move(made));
     run = buffers_.back().free.begin();

@@ -31,8 +31,9 @@ class SampleBuffers {
   SampleBuffers(const SampleBuffers&) = delete;
   SampleBuffers& operator=(const SampleBuffers&) = delete;
 
-  /// Does not ask whether the GPU has room: that would wait for it (Renderer::check_gpu).
-  SampleRange add(std::span<const PackedSample> samples);
+  /// Where a new buffer is needed, waits for the GPU to say whether there is room for it; samples
+  /// go to existing ones without a question. Errors: out_of_memory; nothing is kept then.
+  Result<SampleRange> add(std::span<const PackedSample> samples);
   void remove(const SampleRange& range);
 
   /// Vertex array whose attribute 0 is the buffer's samples (uvec4).

@@ -194,7 +194,10 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
     // The few that are large are not culled, but all drawn at once.
     if ((pulled || large) && share == Share::not_hidden_of_rest) continue;
     const auto program = splat_program(chosen, pulled, frame.clipped());
-    if (!program) return tl::unexpected(program.error());
+    if (!program) {
+      write_colours(true);
+      return tl::unexpected(program.error());
+    }
     if (*program != current) {
       current = *program;
       glUseProgram(current->program.name());
@@ -295,9 +298,11 @@ Result<void> Renderer::State::draw_isosurface(SplatKind kind, const Frame& frame
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
   glBlendEquationSeparate(GL_FUNC_ADD, GL_MAX);
-  if (auto ok = draw_splats(pass_accumulate, frame, isosurface, Share::not_hidden); !ok) return ok;
+  const auto accumulated = draw_splats(pass_accumulate, frame, isosurface, Share::not_hidden);
+  // Also where it failed: what is drawn next sets neither.
   glDisable(GL_BLEND);
   glDepthMask(GL_TRUE);
+  if (!accumulated) return accumulated;
 
   glBindFramebuffer(GL_FRAMEBUFFER, targets.layer_framebuffer(layer));
   glViewport(0, 0, targets.width(), targets.height());

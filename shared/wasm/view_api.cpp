@@ -315,7 +315,7 @@ int32_t isosplat_view_hold_picture() {
 
 int32_t isosplat_view_begin_fade() {
   Renderer* renderer = current();
-  if (!renderer) return no_view();
+  if (!renderer) return -no_view();
   const auto begun = renderer->begin_fade();
   return begun ? (*begun ? 1 : 0) : -report(begun.error());
 }
