@@ -105,8 +105,13 @@ class HeldSource implements Source {
     return [chunks.slice(0, 2), chunks.slice(2)].filter((group) => group.length > 0);
   }
 
+  readonly fileBytes = undefined;
   warm(): void {}
   distrustCaches(): void {}
+  forget(): void {}
+  contentId(): Promise<string> {
+    throw new Error("not asked for here");
+  }
   head(): Promise<Uint8Array> {
     throw new Error("not asked for here");
   }
@@ -133,19 +138,24 @@ function queueOf(source: HeldSource) {
   const decoded: number[] = [];
   const errors: unknown[] = [];
   let wake = () => {};
-  const queue = new ChunkQueue(source, new InlineDecoder(core), new Backoff(() => {}), {
-    admit: () => true,
-    decoded: (chunk) => {
-      decoded.push(chunk.handle);
-      wake();
+  const queue = new ChunkQueue(
+    source,
+    new InlineDecoder(core),
+    new Backoff({ trouble: () => {} }),
+    {
+      admit: () => true,
+      decoded: (chunk) => {
+        decoded.push(chunk.handle);
+        wake();
+      },
+      released: (chunk) => {
+        released.push(chunk.handle);
+        wake();
+      },
+      failed: (error) => errors.push(error),
+      changed: () => wake(),
     },
-    released: (chunk) => {
-      released.push(chunk.handle);
-      wake();
-    },
-    error: (error) => errors.push(error),
-    changed: () => wake(),
-  });
+  );
   /** Until something holds; the queue says when it has changed. */
   const until = async (what: () => boolean): Promise<void> => {
     while (!what()) {

@@ -144,12 +144,23 @@ describe("the status line", () => {
     coarsestLevel: 2,
     limitedByBudget: false,
     complete: false,
+    damagedParts: 0,
+    fault: null,
   };
 
   it("says what is to go, and when it is complete", () => {
     expect(stateText(progress)).toBe("120 KB to go");
     expect(stateText({ ...progress, state: "complete" })).toBe("complete");
     expect(stateText({ ...progress, state: "offline" })).toContain("trying again");
+  });
+
+  it("says what is missing when no more comes", () => {
+    const fault = { kind: "damaged-part", message: "" } as const;
+    const damaged: Progress = { ...progress, state: "incomplete", fault, damagedParts: 3 };
+    expect(stateText(damaged)).toBe("complete but for 3 damaged parts");
+    expect(stateText({ ...damaged, damagedParts: 1 })).toBe("complete but for 1 damaged part");
+    const gone: Progress = { ...damaged, fault: { kind: "not-found", message: "" } };
+    expect(stateText(gone)).toBe("parts are missing");
   });
 
   it("says which levels are shown", () => {

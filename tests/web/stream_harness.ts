@@ -40,6 +40,9 @@ export class Harness {
   readonly resident = new Map<number, { place: ChunkPlace; samples: number }>();
   readonly delivered = new Map<number, number>();
   readonly errors: StreamError[] = [];
+  readonly replacements: StreamError[] = [];
+  /** Whether there is room for a chunk. */
+  takes: (id: number) => boolean = () => true;
   visible: number[] = [];
   progress: Progress | undefined;
   mostResident = 0;
@@ -55,6 +58,7 @@ export class Harness {
       ...options,
       events: {
         samples: (id, place, samples) => {
+          if (!this.takes(id)) return false;
           expect(this.resident.has(id)).toBe(false);
           expect(samples.length % 4).toBe(0);
           this.resident.set(id, {
@@ -63,6 +67,7 @@ export class Harness {
           });
           this.delivered.set(id, (this.delivered.get(id) ?? 0) + 1);
           this.mostResident = Math.max(this.mostResident, this.samples);
+          return true;
         },
         drop: (id) => {
           expect(this.resident.delete(id)).toBe(true);
@@ -79,6 +84,9 @@ export class Harness {
         },
         error: (error) => {
           this.errors.push(error);
+        },
+        replaced: (error) => {
+          this.replacements.push(error);
         },
       },
     });

@@ -43,13 +43,13 @@ export class Catalog {
     this.#render();
     try {
       this.#volumes = await withBackoff(fetchVolumes, signal, (error) => {
-        this.#problem = problemOf(error, "the list of volumes");
+        this.#problem = listProblem(error);
         this.#render();
       });
       this.#problem = null;
     } catch (error) {
       if (signal.aborted) return;
-      this.#problem = problemOf(error, "the list of volumes");
+      this.#problem = listProblem(error);
       if (error instanceof ApiError && !error.retry) {
         this.#problem = {
           ...this.#problem,
@@ -116,6 +116,10 @@ export class Catalog {
     );
     for (const element of this.#root.querySelectorAll("a.card")) this.#sight.observe(element);
   }
+}
+
+function listProblem(error: unknown): Problem {
+  return { ...problemOf(error, "the list of volumes"), offers: ["again"] };
 }
 
 function matches(volume: VolumeEntry, filter: string): boolean {

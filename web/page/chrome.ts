@@ -66,12 +66,19 @@ export function problemCard(problem: Problem, actions: ProblemActions): Template
     }
     <div class="problem-actions">
       ${
-        problem.canRetry
+        problem.offers.includes("again")
           ? html`<wa-button variant="brand" size="s" @click=${actions.retry}>Try again</wa-button>`
           : nothing
       }
       ${
-        problem.offersVolumes
+        problem.offers.includes("reload")
+          ? html`<wa-button variant="brand" size="s" @click=${() => location.reload()}
+              >Load the page anew</wa-button
+            >`
+          : nothing
+      }
+      ${
+        problem.offers.includes("volumes")
           ? html`<wa-button appearance="outlined" size="s" href="./">All volumes</wa-button>`
           : nothing
       }

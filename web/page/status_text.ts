@@ -19,12 +19,21 @@ export function stateText(progress: Progress): string {
     case "opening":
       return "opening";
     case "offline":
-      return "offline, trying again";
+      return progress.fault?.kind === "server-fault"
+        ? "server error, trying again"
+        : "offline, trying again";
     case "incomplete":
-      return "parts are missing";
+      return incompleteText(progress);
     case "waiting":
       return "";
     case "refining":
       return toGo || "refining";
   }
+}
+
+/** As complete as it gets until somebody mends what is wrong. */
+function incompleteText({ damagedParts, fault }: Progress): string {
+  const isDamaged = fault?.kind === "damaged-part" || fault?.kind === "damaged-page";
+  if (!isDamaged || damagedParts === 0) return "parts are missing";
+  return `complete but for ${damagedParts} damaged ${damagedParts === 1 ? "part" : "parts"}`;
 }

@@ -1,6 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { guard } from "lit/directives/guard.js";
-import type { StoreInfo } from "../stream/index.ts";
+import type { Offer, StoreInfo } from "../stream/index.ts";
 import type { Legend } from "../viewer/types.ts";
 import { brand, iconButton, problemCard, themeButton } from "./chrome.ts";
 import { formatDims, formatType } from "./format.ts";
@@ -24,10 +24,9 @@ export interface Banner {
   text: string;
   /** What was expected and found, for a report. */
   detail?: string;
-  /** It goes on by itself. */
+  /** It goes on by itself, soon. */
   isWaiting: boolean;
-  /** Offers "Try again". */
-  canRetry: boolean;
+  offers: readonly Offer[];
 }
 
 export interface LayoutState {
@@ -41,7 +40,8 @@ export interface LayoutState {
   legend: Legend | null;
   banner: Banner | null;
   toast: ToastMessage | null;
-  hasPicture: boolean;
+  /** There is nothing to see yet, and something is to come. */
+  isOpening: boolean;
   isSheetOpen: boolean;
   isPanelHidden: boolean;
   canvas: HTMLElement;
@@ -112,12 +112,12 @@ function cover(state: LayoutState, actions: LayoutActions): TemplateResult | typ
       ${problemCard(state.problem, { retry: actions.retry, names: state.names })}
     </div>`;
   }
-  if (state.hasPicture) return nothing;
+  if (!state.isOpening) return nothing;
   return html`<div class="opening" aria-hidden="true"><wa-spinner></wa-spinner></div>`;
 }
 
 function bannerPart(banner: Banner, actions: LayoutActions): TemplateResult {
-  const { text, detail, isWaiting, canRetry } = banner;
+  const { text, detail, isWaiting, offers } = banner;
   return html`<div class="banner" role="status">
     ${isWaiting ? html`<wa-spinner></wa-spinner>` : icon("alert")}
     <div>
@@ -132,9 +132,16 @@ function bannerPart(banner: Banner, actions: LayoutActions): TemplateResult {
       }
     </div>
     ${
-      canRetry
+      offers.includes("again")
         ? html`<wa-button size="s" appearance="outlined" @click=${actions.retry}
             >Try again</wa-button
+          >`
+        : nothing
+    }
+    ${
+      offers.includes("reload")
+        ? html`<wa-button size="s" appearance="outlined" @click=${() => location.reload()}
+            >Load the page anew</wa-button
           >`
         : nothing
     }

@@ -1,11 +1,18 @@
 import { render } from "lit";
-import { type Source, type StoreInfo, StreamError } from "../stream/index.ts";
-import { type Camera, type ViewError, Viewer } from "../viewer/index.ts";
+import {
+  faults,
+  type Progress,
+  type Source,
+  type StoreInfo,
+  StreamError,
+  slowRetry,
+} from "../stream/index.ts";
+import { type Camera, ViewError, Viewer } from "../viewer/index.ts";
 import { formatValue } from "./format.ts";
 import { showHelp } from "./help.ts";
 import { Histogram } from "./histogram.ts";
 import { handlePageKey } from "./page_keys.ts";
-import { type Problem, problemOf } from "./problems.ts";
+import { kindOf, type Problem, problemOf, problemOfFault } from "./problems.ts";
 import { StatusLine } from "./status_line.ts";
 import { onTheme, toggleTheme } from "./theme.ts";
 import { keepThumbnailWhenIdle } from "./thumbnails.ts";
@@ -20,17 +27,6 @@ import {
   volumeLayout,
 } from "./volume_layout.ts";
 import { fetchVolumes } from "./volumes_api.ts";
-
-const offlineBanner: Banner = {
-  text: "The server does not answer. What is here stays; the rest is tried again.",
-  isWaiting: true,
-  canRetry: false,
-};
-const contextLostBanner: Banner = {
-  text: "The browser took the graphics card away. Waiting to get it back.",
-  isWaiting: true,
-  canRetry: false,
-};
 
 export interface Target {
   /** The volume's name or the store's address. */
@@ -56,9 +52,14 @@ export class VolumePage {
   #info: StoreInfo | null = null;
   #camera: Camera | null = null;
 
+  /** Why the volume could not be opened. */
   #problem: Problem | null = null;
+  #reopenTimer = 0;
   #names: string[] = [];
-  #banner: Banner | null = null;
+  #progress: Progress | null = null;
+  /** What the renderer could not do, until it draws again. */
+  #viewError: ViewError | null = null;
+  #isContextLost = false;
   #isSheetOpen = false;
   #isPanelHidden = false;
   #hasPicture = false;
@@ -97,18 +98,30 @@ export class VolumePage {
     const viewer = this.#viewer;
     viewer.on("progress", (progress) => {
       this.#status.progress(progress);
-      if (progress.state === "offline") this.#showBanner(offlineBanner);
-      else if (this.#banner === offlineBanner) this.#showBanner(null);
+      const before = this.#progress;
+      this.#progress = progress;
+      const isOther =
+        before?.fault?.kind !== progress.fault?.kind || before?.state !== progress.state;
+      if (isOther) this.#render();
       if (progress.complete) this.#keepThumbnail();
     });
     viewer.on("frame", (frame) => {
       this.#status.frame(frame);
+      if (this.#viewError) {
+        this.#viewError = null;
+        this.#render();
+      }
       if (!this.#hasPicture && frame.samplesDrawn > 0) {
         this.#hasPicture = true;
         this.#render();
         // In the frame after the next, the browser has shown it.
         requestAnimationFrame(() => requestAnimationFrame(this.#seen));
       }
+    });
+    viewer.on("opened", (info) => this.#opened(info));
+    viewer.on("replaced", (info) => {
+      this.#settings.opened(info);
+      this.#toast.note("The volume was replaced while it was open: this is the new one.");
     });
     viewer.on("camera", (camera) => {
       this.#camera = camera;
@@ -118,11 +131,10 @@ export class VolumePage {
       if (!isBusy) this.#status.rests();
       this.#showBusy();
     });
-    viewer.on("error", (error) => {
-      this.#failed(error);
-    });
+    viewer.on("error", (error) => this.#failed(error));
     viewer.on("context", (state) => {
-      this.#showBanner(state === "lost" ? contextLostBanner : null);
+      this.#isContextLost = state === "lost";
+      this.#render();
     });
     onTheme(() => {
       this.#settings.themeChanged();
@@ -134,9 +146,12 @@ export class VolumePage {
     });
   }
 
-  async #open(): Promise<void> {
-    this.#problem = null;
-    this.#banner = null;
+  /** `again`: what is said of the last try stays until this one has succeeded. */
+  async #open({ again = false } = {}): Promise<void> {
+    clearTimeout(this.#reopenTimer);
+    if (!again) this.#problem = null;
+    this.#progress = null;
+    this.#viewError = null;
     this.#hasPicture = false;
     this.#status.clear();
     document.title = `${this.#target.name} · Isosplat`;
@@ -148,24 +163,25 @@ export class VolumePage {
         ...(surfaces.length > 0 ? { surfaces } : {}),
         ...(camera ? { camera } : {}),
       });
-      this.#opened(info, camera);
+      const notes = [...(this.#url.notes ?? []), ...this.#settings.opened(info)];
+      if (camera && JSON.stringify(camera) !== JSON.stringify(this.#viewer.camera)) {
+        this.#camera = this.#viewer.camera;
+        notes.push("The view of the address is too far from the volume: another is shown.");
+      }
+      if (notes.length > 0) this.#toast.note(notes.join(" "));
     } catch (error) {
       if (error instanceof DOMException && error.name === "AbortError") return;
       this.#fail(error);
     }
   }
 
-  /** `camera`: what was asked for. */
-  #opened(info: StoreInfo, camera: Camera | undefined): void {
+  /** By this page, or by the viewer, which opens it again after a loss. */
+  #opened(info: StoreInfo): void {
     this.#info = info;
     this.#problem = null;
+    this.#viewError = null;
     document.title = `${this.#title()} · Isosplat`;
-    const notes = [...(this.#url.notes ?? []), ...this.#settings.opened(info)];
-    if (camera && JSON.stringify(camera) !== JSON.stringify(this.#viewer.camera)) {
-      this.#camera = this.#viewer.camera;
-      notes.push("The view of the address is too far from the volume: another is shown.");
-    }
-    if (notes.length > 0) this.#toast.note(notes.join(" "));
+    this.#render();
   }
 
   #title(): string {
@@ -176,26 +192,13 @@ export class VolumePage {
     return this.#settings.surfaces.map((surface) => formatValue(surface.isovalue));
   }
 
-  /** An error that the viewer tells of while it goes on. */
+  /** An error that the viewer tells of. Of what hinders an open volume, its progress says more. */
   #failed(error: StreamError | ViewError): void {
-    const isOpen = this.#info !== null;
-    if (error instanceof StreamError && error.retrying) {
-      // Once open, progress says so; before, there is nothing else to see.
-      if (!isOpen) this.#fail(error);
-    } else if (error instanceof StreamError && isOpen) {
-      // What is drawn stays: the message goes beside it.
-      // Its head was read, so it is a store: what cannot be read now is damaged.
-      const kind = error.kind === "bad-store" ? "corrupt" : error.kind;
-      const problem = problemOf(new StreamError(kind, error.message), this.#target.name);
-      const { title, text, canRetry } = problem;
-      this.#showBanner({
-        text: `${title}. ${text}`,
-        detail: error.message,
-        isWaiting: false,
-        canRetry,
-      });
-    } else {
-      this.#fail(error);
+    if (this.#viewer.info === null) {
+      this.#fail(error, error instanceof StreamError && error.retrying);
+    } else if (error instanceof ViewError) {
+      this.#viewError = error;
+      this.#render();
     }
   }
 
@@ -204,15 +207,15 @@ export class VolumePage {
     this.#canvas.ariaBusy = String(this.#viewer.isBusy || this.#address.isPending);
   }
 
-  #showBanner(banner: Banner | null): void {
-    if (banner === this.#banner) return;
-    this.#banner = banner;
-    this.#render();
-  }
-
-  #fail(error: unknown): void {
+  /** The volume cannot be opened. `isTried`: it is tried again already. */
+  #fail(error: unknown, isTried = false): void {
     this.#seen();
     this.#problem = problemOf(error, this.#target.name);
+    clearTimeout(this.#reopenTimer);
+    const { retry } = faults[kindOf(error)];
+    if (!isTried && retry !== "never") {
+      this.#reopenTimer = window.setTimeout(() => void this.#open({ again: true }), slowRetry);
+    }
     this.#render();
     if (error instanceof StreamError && error.kind === "not-found" && this.#url.volume) {
       fetchVolumes()
@@ -224,11 +227,28 @@ export class VolumePage {
     }
   }
 
+  /** What stands in the way of the picture now, while the volume is open. */
+  get #hindrance(): (Problem & { isWaiting: boolean }) | null {
+    const { name } = this.#target;
+    if (this.#isContextLost) return { ...problemOfFault("context-lost", name), isWaiting: true };
+    if (this.#viewError) return { ...problemOf(this.#viewError, name), isWaiting: false };
+    const fault = this.#progress?.fault;
+    if (!fault) return null;
+    const isWaiting = faults[fault.kind].retry === "soon";
+    return { ...problemOfFault(fault.kind, name, fault.message), isWaiting };
+  }
+
+  #retry(): void {
+    // What the renderer failed at is begun anew; what streaming waits for is asked for.
+    if (this.#viewer.info === null || this.#viewError) void this.#open();
+    else this.#viewer.retry();
+  }
+
   // ---- What the controls do ----
 
   readonly #actions: LayoutActions = {
     ...this.#settings.actions,
-    retry: () => void this.#open(),
+    retry: () => this.#retry(),
     reset: () => this.#viewer.reset(),
     savePicture: () => void this.#saveScreenshot(),
     copyLink: () => void this.#copyLink(),
@@ -318,16 +338,24 @@ export class VolumePage {
       "aria-label",
       `Isosurface of ${this.#title()} at ${isovalues}. Arrow keys turn it, plus and minus zoom.`,
     );
+    const hindrance = this.#problem ? null : this.#hindrance;
+    const banner: Banner | null = hindrance && {
+      ...hindrance,
+      text: `${hindrance.title}. ${hindrance.text}`,
+    };
+    const { state } = this.#progress ?? {};
+    const isSettled = state === "complete" || state === "incomplete" || state === "offline";
     const layout: LayoutState = {
       title: this.#title(),
       panel: info ? { info, histogram: this.#histogram.element, ...settings } : null,
       background: settings.look.background,
-      problem: this.#problem,
+      // Where there is nothing to see, what is wrong takes its place.
+      problem: this.#problem ?? (this.#hasPicture ? null : hindrance),
       names: this.#names,
       legend: this.#viewer.legend,
-      banner: this.#banner,
+      banner: this.#hasPicture ? banner : null,
       toast: this.#toast.message,
-      hasPicture: this.#hasPicture,
+      isOpening: !this.#hasPicture && !isSettled,
       isSheetOpen: this.#isSheetOpen,
       isPanelHidden: this.#isPanelHidden,
       canvas: this.#canvas,

@@ -1,3 +1,4 @@
+import { faults, slowRetry } from "./faults.ts";
 import { TransferError } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
@@ -6,62 +7,93 @@ const longestWait = 10_000;
 /** Faults in a row after which the source counts as out of reach, and the viewer is told. */
 const faultsUntilOffline = 3;
 
+export interface BackoffEvents {
+  /** A fault has lasted so long that it is told of; or undefined: the source is in order again. */
+  trouble(error: StreamError | undefined): void;
+  /** Something failed that is tried again slowly: each time. */
+  slow?(error: StreamError): void;
+}
+
 /**
- * When a source that failed is tried again: after 1/4 s, then twice as long each time, up to 10 s,
- * give or take a quarter so that many clients do not come back at once; or when the server said, if
- * that is later; or at once when the browser finds itself online again.
+ * When a source that failed is tried again (`Retry` in faults.ts): soon, after 1/4 s, then twice as
+ * long each time, up to 10 s, and up to a quarter more so that many clients do not come back at
+ * once; or slowly; or when the server said, if that is later; or at once when the browser finds
+ * itself online again. Until it has answered, one request at a time tries it.
  */
 export class Backoff {
   #faults = 0;
   #until = 0;
-  #reported = false;
-  readonly #report: (error: StreamError) => void;
+  #underway = 0;
+  #trouble: StreamError | undefined;
+  readonly #events: BackoffEvents;
   readonly #wake = new Set<() => void>();
   readonly #online = () => this.wake();
 
-  constructor(report: (error: StreamError) => void) {
-    this.#report = report;
+  constructor(events: BackoffEvents) {
+    this.#events = events;
     if (typeof addEventListener === "function") addEventListener("online", this.#online);
   }
 
-  /** The source has failed several times in a row and has not answered since. */
-  get offline(): boolean {
-    return this.#faults >= faultsUntilOffline;
+  /** What keeps the source from answering, once it has lasted; a slow fault at once. */
+  get trouble(): StreamError | undefined {
+    return this.#trouble;
   }
 
+  /** Nothing may be asked for now. */
   get waiting(): boolean {
-    return this.#until > Date.now();
+    return this.#until > Date.now() || (this.#faults > 0 && this.#underway > 0);
+  }
+
+  /** Call it before a request, and what it answers when that is over, however it ended. */
+  begin(): () => void {
+    ++this.#underway;
+    let isOver = false;
+    return () => {
+      if (isOver) return;
+      isOver = true;
+      --this.#underway;
+      this.#wakeAll();
+    };
   }
 
   succeeded(): void {
+    if (this.#faults === 0) return;
     this.#faults = 0;
     this.#until = 0;
-    this.#reported = false;
+    this.#tell(undefined);
+    this.#wakeAll();
   }
 
   failed(error: StreamError): void {
-    const random = 0.75 + Math.random() / 2;
-    const wait = Math.min(longestWait, firstWait * 2 ** this.#faults) * random;
+    const isSlow = faults[error.kind].retry !== "soon";
+    const random = 1 + Math.random() / 4;
+    const wait = isSlow ? slowRetry : Math.min(longestWait, firstWait * 2 ** this.#faults) * random;
     const asked = error instanceof TransferError ? error.retryAfter : 0;
     // Requests that were under way together fail together: that is one fault.
-    if (!this.waiting) {
-      ++this.#faults;
-      this.#until = Date.now() + Math.max(wait, asked);
-    }
-    if (this.offline && !this.#reported) {
-      this.#reported = true;
-      this.#report(error);
-    }
+    if (this.#until <= Date.now()) ++this.#faults;
+    this.#until = Math.max(this.#until, Date.now() + Math.max(wait, asked));
+    if (isSlow || this.#faults >= faultsUntilOffline) this.#tell(error);
+    if (isSlow) this.#events.slow?.(error);
   }
 
-  /** Nothing is asked for until then, whatever the faults. */
-  pause(milliseconds: number): void {
-    this.#until = Math.max(this.#until, Date.now() + milliseconds);
+  /** The cause of the present trouble is known better now. */
+  explain(error: StreamError): void {
+    if (this.#trouble) this.#tell(error);
   }
 
   wake(): void {
     this.#until = 0;
+    this.#wakeAll();
+  }
+
+  #wakeAll(): void {
     for (const wake of [...this.#wake]) wake();
+  }
+
+  #tell(error: StreamError | undefined): void {
+    if (error?.kind === this.#trouble?.kind) return;
+    this.#trouble = error;
+    this.#events.trouble(error);
   }
 
   /** Resolves when the source may be tried; rejects with the signal's reason. */
@@ -78,7 +110,9 @@ export class Backoff {
           done();
           reject(signal.reason);
         };
-        const timer = setTimeout(done, Math.max(1, this.#until - Date.now()));
+        const left = this.#until - Date.now();
+        // What is under way wakes whoever waits for it.
+        const timer = left > 0 ? setTimeout(done, left + 1) : undefined;
         this.#wake.add(done);
         signal.addEventListener("abort", aborted, { once: true });
       });
@@ -86,18 +120,30 @@ export class Backoff {
     }
   }
 
-  /** Tries until it succeeds, or fails for a reason that trying again does not mend. */
-  async retry<T>(signal: AbortSignal, attempt: () => Promise<T>): Promise<T> {
+  /**
+   * Tries until it succeeds, or fails for a reason that trying again soon does not mend; `slowly`:
+   * for a reason that trying again does not mend at all.
+   */
+  async retry<T>(
+    signal: AbortSignal,
+    attempt: () => Promise<T>,
+    { slowly = false } = {},
+  ): Promise<T> {
     for (;;) {
       await this.ready(signal);
+      const ended = this.begin();
       try {
         const result = await attempt();
         this.succeeded();
         return result;
       } catch (error) {
         signal.throwIfAborted();
-        if (!(error instanceof StreamError) || !error.retrying) throw error;
+        if (!(error instanceof StreamError)) throw error;
+        const { retry } = faults[error.kind];
+        if (retry === "never" || (retry === "slowly" && !slowly)) throw error;
         this.failed(error);
+      } finally {
+        ended();
       }
     }
   }

@@ -1,8 +1,10 @@
 import { type Chunk, CoreError } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
 import type { Decoder } from "./decoder.ts";
+import { type FaultKind, faultOfStatus, isOfPart } from "./faults.ts";
 import { OwnTask } from "./own_task.ts";
-import type { Source } from "./source.ts";
+import { SecondLook } from "./second_look.ts";
+import { PartError, type Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import { StreamError } from "./types.ts";
 
@@ -13,8 +15,8 @@ export type ChunkState = "queued" | "loading" | "decoding" | "failed";
 const mostDecoding = 64;
 /** Of this many of the most needed chunks the next requests are made. */
 const chunksPlanned = 256;
-/** A volume that is not there any more is asked for again after so long (ms). */
-const missingPause = 30_000;
+/** A chunk whose requests fail so often while others succeed counts as damaged. */
+const mostTries = 6;
 
 interface Entry {
   chunk: Chunk;
@@ -23,8 +25,12 @@ interface Entry {
   rank: number;
   /** Times that its bytes were not what the directory states. */
   refused: number;
-  /** A failed entry that may be there after the pause. */
-  comesBack: boolean;
+  /** Requests for it that failed. */
+  tries: number;
+  /** Asked for in a request of its own: an answer of many would break off at it. */
+  alone: boolean;
+  /** It has failed before; that it is whole now says that others may be. */
+  hasFailed: boolean;
 }
 
 interface Group {
@@ -56,6 +62,14 @@ export class ChunkQueue {
   #decoding = 0;
   #waking = false;
   #refusedRoom = false;
+  readonly #failed = new SecondLook<Entry>(
+    ({ rank }) => rank < Number.POSITIVE_INFINITY,
+    (entry) => {
+      entry.state = "queued";
+      entry.alone = true;
+      this.#pumping.request();
+    },
+  );
 
   constructor(source: Source, decoder: Decoder, backoff: Backoff, events: QueueEvents) {
     this.#source = source;
@@ -78,6 +92,16 @@ export class ChunkQueue {
     return this.#refusedRoom;
   }
 
+  /** Of the chunks that are needed, how many are damaged, and the first one's error. */
+  get damaged(): { count: number; error: StreamError | undefined } {
+    return this.#failed.needed;
+  }
+
+  /** What is damaged is asked for again now. */
+  retry(): void {
+    this.#failed.all();
+  }
+
   /** The chunks that are needed now and not resident, the most needed first; no others are. */
   need(chunks: readonly Chunk[]): void {
     for (const entry of this.#entries.values()) entry.rank = Number.POSITIVE_INFINITY;
@@ -85,8 +109,8 @@ export class ChunkQueue {
       const entry = this.#entries.get(chunk.handle);
       if (entry) entry.rank = rank;
       else {
-        const fresh: Entry = { chunk, state: "queued", rank, refused: 0, comesBack: false };
-        this.#entries.set(chunk.handle, fresh);
+        const count = { refused: 0, tries: 0, alone: false, hasFailed: false };
+        this.#entries.set(chunk.handle, { chunk, state: "queued", rank, ...count });
       }
     });
     for (const [handle, entry] of this.#entries) {
@@ -112,6 +136,7 @@ export class ChunkQueue {
   close(): void {
     this.#closing.abort(new DOMException("the volume was closed", "AbortError"));
     this.#pumping.cancel();
+    this.#failed.close();
     for (const group of this.#groups) group.abort.abort(this.#closing.signal.reason);
     this.#entries.clear();
   }
@@ -126,12 +151,15 @@ export class ChunkQueue {
     const free = this.#source.concurrency - this.#groups.size;
     if (free <= 0 || this.#decoding >= mostDecoding) return;
     const queued = [...this.#entries.values()]
-      .filter((entry) => this.#mayAsk(entry))
+      .filter(({ rank, state }) => rank < Number.POSITIVE_INFINITY && state === "queued")
       .sort((a, b) => a.rank - b.rank)
       .slice(0, chunksPlanned);
     if (queued.length === 0) return;
-    const groups = this.#source.group(queued.map((entry) => entry.chunk));
-    for (const chunks of groups.slice(0, free)) {
+    for (const chunks of this.#groupsOf(queued).slice(0, free)) {
+      if (this.#backoff.waiting) {
+        this.#pumpWhenReady();
+        return;
+      }
       const admitted = chunks.filter((chunk) => this.#events.admit(chunk));
       if (admitted.length > 0) void this.#load(admitted);
       if (admitted.length < chunks.length) {
@@ -141,10 +169,10 @@ export class ChunkQueue {
     }
   }
 
-  #mayAsk(entry: Entry): boolean {
-    if (entry.rank === Number.POSITIVE_INFINITY) return false;
-    if (entry.state === "failed" && entry.comesBack) entry.state = "queued";
-    return entry.state === "queued";
+  #groupsOf(queued: readonly Entry[]): Chunk[][] {
+    const chunks = (alone: boolean): Chunk[] =>
+      queued.filter((entry) => entry.alone === alone).map((entry) => entry.chunk);
+    return [...chunks(true).map((chunk) => [chunk]), ...this.#source.group(chunks(false))];
   }
 
   #pumpWhenReady(): void {
@@ -168,12 +196,13 @@ export class ChunkQueue {
       group.entries.add(entry);
     }
     this.#groups.add(group);
+    const ended = this.#backoff.begin();
     this.#events.changed();
     try {
       await this.#source.chunks(chunks, group.abort.signal, (chunk, bytes) => {
         const entry = this.#entries.get(chunk.handle);
         if (!entry || !group.entries.delete(entry)) return;
-        this.#backoff.succeeded();
+        if (!isOfDecoder(this.#backoff.trouble?.kind)) this.#backoff.succeeded();
         void this.#decode(entry, bytes);
       });
       if (group.entries.size > 0) throw new StreamError("internal", "the source left chunks out");
@@ -181,6 +210,7 @@ export class ChunkQueue {
       this.#loadFailed(group, error);
     } finally {
       this.#groups.delete(group);
+      ended();
       if (!this.#closing.signal.aborted) {
         this.#events.changed();
         this.#pumping.request();
@@ -191,28 +221,29 @@ export class ChunkQueue {
   #loadFailed(group: Group, error: unknown): void {
     const wasAborted = group.abort.signal.aborted;
     const reason =
-      error instanceof StreamError
-        ? error
-        : new StreamError("internal", String(error), false, error);
+      error instanceof StreamError ? error : new StreamError("internal", String(error), error);
     for (const entry of group.entries) {
       this.#events.released(entry.chunk);
       entry.state = "queued";
-      if (wasAborted) {
-        if (entry.rank === Number.POSITIVE_INFINITY) this.#entries.delete(entry.chunk.handle);
-      } else if (!reason.retrying) {
-        entry.state = "failed";
-        entry.comesBack = true;
+      if (wasAborted && entry.rank === Number.POSITIVE_INFINITY) {
+        this.#entries.delete(entry.chunk.handle);
       }
     }
     if (wasAborted || this.#closing.signal.aborted) return;
-    if (reason.retrying) {
-      this.#backoff.failed(reason);
+    const [first] = group.entries;
+    if (reason instanceof PartError) {
+      // The others are in order. Its own answer says what is wrong.
+      const broken = this.#entries.get(reason.handle);
+      if (broken) broken.alone = true;
+    } else if (first && group.entries.size === 1 && isOfPart(reason.kind)) {
+      this.#refuse(first, reason);
     } else {
-      // Others would meet the same fate: nothing is asked for until the pause is over. What was
-      // under way beside it is part of the same failure.
-      const isFirst = !this.#backoff.waiting;
-      this.#backoff.pause(missingPause);
-      if (isFirst) this.#events.error(reason);
+      for (const entry of group.entries) {
+        if (++entry.tries >= mostTries) this.#fail(entry, reason);
+      }
+      // A browser may lose the end of an answer that broke off, and with it which chunk is broken.
+      if (first && first.tries > 1) first.alone = true;
+      this.#backoff.failed(reason);
     }
   }
 
@@ -222,12 +253,14 @@ export class ChunkQueue {
     try {
       const samples = await this.#decoder.decode(entry.chunk, bytes, this.#closing.signal);
       if (this.#closing.signal.aborted) return;
+      this.#backoff.succeeded();
       this.#entries.delete(entry.chunk.handle);
       this.#events.decoded(entry.chunk, samples);
+      if (entry.hasFailed) this.#failed.all();
     } catch (error) {
       if (this.#closing.signal.aborted) return;
       this.#events.released(entry.chunk);
-      this.#refuse(entry, error);
+      this.#decodeFailed(entry, error);
     } finally {
       --this.#decoding;
       if (!this.#closing.signal.aborted) {
@@ -237,27 +270,46 @@ export class ChunkQueue {
     }
   }
 
-  /** Bytes that do not decode: once they are fetched again, past the caches; then it is reported. */
-  #refuse(entry: Entry, error: unknown): void {
+  #decodeFailed(entry: Entry, error: unknown): void {
     const { level, block, slab } = entry.chunk;
-    const name = `chunk ${level}/${block.join(".")}/${slab}`;
     const status = error instanceof CoreError ? error.status : "internal";
-    ++entry.refused;
-    if (entry.refused === 1 && status !== "malformed_chunk") {
-      if (status === "checksum_mismatch") this.#source.distrustCaches();
-      entry.state = "queued";
-      return;
-    }
-    entry.state = "failed";
-    entry.comesBack = false;
+    const kind = faultOfStatus(status) ?? "internal";
     const message = error instanceof Error ? error.message : String(error);
-    this.#events.error(
-      new StreamError(
-        status === "internal" ? "internal" : "corrupt",
-        `${name}: ${message}. Its coarser level is shown instead; rebuild the store, or copy it again`,
-        false,
-        error,
-      ),
-    );
+    const text = `chunk ${level}/${block.join(".")}/${slab}: ${message}`;
+    const reason = new StreamError(kind, text, error);
+    if (isOfDecoder(kind)) {
+      entry.state = "queued";
+      // Another worker has taken the place of one that was lost, mostly.
+      if (++entry.tries > 1) this.#backoff.failed(reason);
+    } else if (status === "malformed_chunk") {
+      // What has the right checksum would not be another the next time.
+      this.#fail(entry, reason);
+    } else {
+      this.#refuse(entry, reason);
+    }
   }
+
+  /** Bytes that are not the chunk's: once they are fetched again, past the caches. */
+  #refuse(entry: Entry, error: StreamError): void {
+    if (++entry.refused === 1) {
+      this.#source.distrustCaches();
+      entry.state = "queued";
+    } else {
+      this.#fail(entry, error);
+    }
+  }
+
+  /** It is done without; its coarser level is shown. The first one of a run is told of. */
+  #fail(entry: Entry, error: StreamError): void {
+    const isFirst = this.#failed.needed.count === 0 && !entry.hasFailed;
+    entry.state = "failed";
+    entry.hasFailed = true;
+    this.#failed.add(entry, error);
+    if (isFirst) this.#events.error(error);
+  }
+}
+
+/** Not the source is at fault, but who decodes what it sends. */
+function isOfDecoder(kind: FaultKind | undefined): boolean {
+  return kind === "worker-lost" || kind === "out-of-memory";
 }

@@ -1,4 +1,4 @@
-import type { Chunk, Store } from "../core/index.ts";
+import { type Chunk, CoreError, type Store } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
 import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
@@ -62,13 +62,15 @@ export class CoarseEnd {
     let samples = countSamples(coarsest.map(({ chunk }) => chunk));
     let finest = first.firstLevel;
     while (finest > all.firstLevel) {
-      samples += countSamples(this.#store.chunksFor(finest - 1, ...this.#everyIsovalue()));
+      const chunks = this.#chunksOf(finest - 1);
+      if (!chunks) break;
+      samples += countSamples(chunks);
       if (samples > sampleBudget * budgetShare) break;
       --finest;
     }
     if (finest === first.firstLevel) return finest;
     const from = Math.min(
-      ...this.#store.chunksFor(finest, ...this.#everyIsovalue()).map((chunk) => chunk.offset),
+      ...(this.#chunksOf(finest) ?? []).map((chunk) => chunk.offset),
       first.offset,
     );
     if (from < first.offset) {
@@ -83,11 +85,14 @@ export class CoarseEnd {
     const parts: Uint8Array[] = [];
     let have = 0;
     if (bytes > 0) {
-      await this.#backoff.retry(signal, () =>
-        this.#source.range(offset + have, bytes - have, signal, (part) => {
-          parts.push(part);
-          have += part.length;
-        }),
+      await this.#backoff.retry(
+        signal,
+        () =>
+          this.#source.range(offset + have, bytes - have, signal, (part) => {
+            parts.push(part);
+            have += part.length;
+          }),
+        { slowly: true },
       );
     }
     return { offset, bytes: joined(parts) };
@@ -107,8 +112,20 @@ export class CoarseEnd {
     for (const page of this.#store.pages()) {
       const at = page.offset - part.offset;
       if (page.resident || at < 0 || at + page.bytes > part.bytes.length) continue;
-      this.#store.addPage(page.index, part.bytes.subarray(at, at + page.bytes));
+      try {
+        this.#store.addPage(page.index, part.bytes.subarray(at, at + page.bytes));
+      } catch (error) {
+        // A damaged page is fetched anew, and told of, when the view needs it (PageLoader).
+        if (!(error instanceof CoreError)) throw error;
+        this.#source.distrustCaches();
+      }
     }
+  }
+
+  /** Undefined: a page of the level has not come, or is damaged. */
+  #chunksOf(level: number): Chunk[] | undefined {
+    if (this.#store.missingPages(level, ...this.#everyIsovalue()).length > 0) return undefined;
+    return this.#store.chunksFor(level, ...this.#everyIsovalue());
   }
 
   /** The chunks of levels [from, to) that lie in the part, the coarsest first. */
@@ -116,7 +133,7 @@ export class CoarseEnd {
     this.#addPages(part);
     const result: CoarseChunk[] = [];
     for (let level = to - 1; level >= from; --level) {
-      for (const chunk of this.#store.chunksFor(level, ...this.#everyIsovalue())) {
+      for (const chunk of this.#chunksOf(level) ?? []) {
         const at = chunk.offset - part.offset;
         if (at < 0 || at + chunk.bytes > part.bytes.length) continue;
         result.push({ chunk, bytes: part.bytes.slice(at, at + chunk.bytes) });
@@ -139,9 +156,8 @@ function countSamples(chunks: readonly Chunk[]): number {
 export function badDirectory(error: unknown): StreamError {
   const message = error instanceof Error ? error.message : String(error);
   return new StreamError(
-    "bad-store",
+    "damaged-page",
     `the store's directory cannot be read: ${message}. Rebuild the store, or copy it again`,
-    false,
     error,
   );
 }

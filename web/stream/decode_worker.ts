@@ -22,12 +22,19 @@ const worker = globalThis as unknown as {
   postMessage(answer: WorkerAnswer, transfer: Transferable[]): void;
 };
 
+let start: WorkerStart | undefined;
 let core: Promise<Core> | undefined;
+
+/** An instance; the one before, if any, has aborted, and cannot go on. */
+function begin(): void {
+  core = loadCore(start?.view ? { view: start.view } : {});
+  core.catch(() => {}); // told for each chunk
+}
 
 worker.onmessage = async ({ data }) => {
   if ("view" in data) {
-    core = loadCore(data.view ? { view: data.view } : {});
-    core.catch(() => {}); // told for each chunk
+    start = data;
+    begin();
     return;
   }
   try {
@@ -35,7 +42,8 @@ worker.onmessage = async ({ data }) => {
     const samples = decodeChecked(await core, data.job, data.bytes);
     worker.postMessage({ id: data.id, samples }, [samples.buffer as ArrayBuffer]);
   } catch (error) {
-    const status = error instanceof CoreError ? error.status : "internal";
+    const status = error instanceof CoreError ? error.status : "worker_lost";
+    if (!(error instanceof CoreError)) begin();
     const message = error instanceof Error ? error.message : String(error);
     worker.postMessage({ id: data.id, status, message }, []);
   }

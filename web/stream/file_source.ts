@@ -1,5 +1,5 @@
 import type { ChunkPlaceInFile, PagePlace, Source } from "./source.ts";
-import { joined, Traffic, transfer, transferWhole } from "./transfer.ts";
+import { beginsAsStore, type FileIdentity, joined, Traffic, transfer } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
 /**
@@ -13,6 +13,8 @@ const mostBytesTogether = 1024 * 1024;
 const chunksLookedAt = 48;
 /** Heads are mostly much smaller than their limit. */
 const firstHeadBytes = 16 * 1024;
+/** Where the content id lies in the head (shared/store/FORMAT.md). */
+const contentIdPlace = [32, 48] as const;
 
 export interface Stretch<C> {
   offset: number;
@@ -45,15 +47,25 @@ export function stretches<C extends { offset: number; bytes: number }>(
   return result;
 }
 
+export interface SourceOptions {
+  /** When nothing has arrived for so long (ms), a connection counts as broken. Default: 20 s. */
+  longestSilence?: number;
+}
+
 /** A store as one file on any host that answers HTTP Range requests. */
 export class FileSource implements Source {
   readonly name: string;
   protected readonly traffic = new Traffic();
   #fresh = false;
   #warm: Promise<Uint8Array> | undefined;
+  /** What the answers have said of the file so far; whether another ETag is another file. */
+  #etag: string | undefined;
+  #fileBytes: number | undefined;
+  #etagTells = true;
 
-  constructor(url: string) {
+  constructor(url: string, options: SourceOptions = {}) {
     this.name = url;
+    if (options.longestSilence) this.traffic.longestSilence = options.longestSilence;
   }
 
   get concurrency(): number {
@@ -68,8 +80,61 @@ export class FileSource implements Source {
     return this.traffic.bytesReceived;
   }
 
+  get fileBytes(): number | undefined {
+    return this.#fileBytes;
+  }
+
   distrustCaches(): void {
     this.#fresh = true;
+  }
+
+  forget(): void {
+    this.#warm = undefined;
+    this.#etag = undefined;
+    this.#fileBytes = undefined;
+    this.#fresh = false;
+  }
+
+  async contentId(signal: AbortSignal): Promise<string> {
+    const before = { etag: this.#etag, bytes: this.#fileBytes };
+    this.#etag = undefined;
+    this.#fileBytes = undefined;
+    const [from, end] = contentIdPlace;
+    try {
+      const head: Uint8Array[] = [];
+      await this.#ask([0, end - 1], signal, (part) => head.push(part), true);
+      const bytes = joined(head);
+      if (!beginsAsStore(bytes)) {
+        throw new StreamError(
+          "not-a-store",
+          `${this.name}: expected a store, found something else`,
+        );
+      }
+      // Hosts that are several machines may give one file several ETags.
+      const isOtherEtag = before.etag !== undefined && this.#etag !== before.etag;
+      if (isOtherEtag && before.bytes === this.#fileBytes) this.#etagTells = false;
+      return hexadecimal(bytes.subarray(from, end));
+    } catch (error) {
+      this.#etag = before.etag;
+      this.#fileBytes = before.bytes;
+      throw error;
+    }
+  }
+
+  /** Every answer has to be of the file that was opened. */
+  #identify({ etag, bytes }: FileIdentity): void {
+    const isOther =
+      (bytes !== undefined && this.#fileBytes !== undefined && bytes !== this.#fileBytes) ||
+      (this.#etagTells && etag !== undefined && this.#etag !== undefined && etag !== this.#etag);
+    if (isOther) {
+      throw new StreamError(
+        "replaced",
+        `${this.name}: expected the file that was opened (${this.#fileBytes} bytes, ETag ` +
+          `${this.#etag}), found another (${bytes} bytes, ETag ${etag})`,
+      );
+    }
+    this.#etag ??= etag;
+    this.#fileBytes ??= bytes;
   }
 
   protected get fresh(): boolean {
@@ -98,9 +163,10 @@ export class FileSource implements Source {
   }
 
   protected async fetchHead(signal: AbortSignal, whole: boolean): Promise<Uint8Array> {
+    const parts: Uint8Array[] = [];
     const last = (whole ? 64 * 1024 : firstHeadBytes) - 1;
-    const options = { range: [0, last] as const, fresh: this.fresh };
-    return transferWhole(this.fileUrl(), options, this.traffic, signal);
+    await this.#ask([0, last], signal, (part) => parts.push(part));
+    return joined(parts);
   }
 
   async range(
@@ -110,19 +176,30 @@ export class FileSource implements Source {
     arrived: (part: Uint8Array, offset: number) => void,
   ): Promise<void> {
     let at = offset;
-    const options = { range: [offset, offset + bytes - 1] as const, fresh: this.fresh };
-    await transfer(this.fileUrl(), options, this.traffic, signal, (part) => {
+    await this.#ask([offset, offset + bytes - 1], signal, (part) => {
       arrived(part, at);
       at += part.length;
     });
+    // The answer was whole, by its own account: the file has no more.
     if (at !== offset + bytes) {
       throw new StreamError(
-        "unreachable",
-        `${this.name}: expected ${bytes} bytes from ${offset}, found ${at - offset}: the file may ` +
-          "have been cut short or replaced",
-        true,
+        "cut-short",
+        `${this.name}: expected ${bytes} bytes from ${offset}, found ${at - offset}` +
+          `${this.#fileBytes === undefined ? "" : ` of a file of ${this.#fileBytes}`}: the file ` +
+          "was cut short",
       );
     }
+  }
+
+  #ask(
+    range: readonly [first: number, last: number],
+    signal: AbortSignal,
+    arrived: (part: Uint8Array) => void,
+    fresh = this.fresh,
+  ): Promise<void> {
+    const identify = (answer: FileIdentity): void => this.#identify(answer);
+    const options = { range, fresh, identify };
+    return transfer(this.fileUrl(), options, this.traffic, signal, arrived);
   }
 
   async pages(
@@ -156,15 +233,46 @@ export class FileSource implements Source {
     signal: AbortSignal,
     arrived: (place: C, bytes: Uint8Array) => void,
   ): Promise<void> {
-    await Promise.all(
-      stretches(places).map((stretch) => {
-        const cutter = new Cutter(stretch, arrived);
-        return this.range(stretch.offset, stretch.bytes, signal, (part, offset) =>
-          cutter.add(part, offset),
-        );
-      }),
-    );
+    await together(signal, stretches(places), (stretch, ending) => {
+      const cutter = new Cutter(stretch, arrived);
+      return this.range(stretch.offset, stretch.bytes, ending, (part, offset) =>
+        cutter.add(part, offset),
+      );
+    });
   }
+}
+
+/**
+ * Does something for each item at the same time. When it fails for one, it is ended for the others;
+ * settles when nothing is under way any more, with the first failure.
+ */
+export async function together<T>(
+  signal: AbortSignal,
+  items: readonly T[],
+  work: (item: T, signal: AbortSignal) => Promise<void>,
+): Promise<void> {
+  const ending = new AbortController();
+  const aborted = (): void => ending.abort(signal.reason);
+  signal.addEventListener("abort", aborted, { once: true });
+  if (signal.aborted) aborted();
+  const failures: unknown[] = [];
+  await Promise.all(
+    items.map(async (item) => {
+      try {
+        await work(item, ending.signal);
+      } catch (error) {
+        failures.push(error);
+        ending.abort(new DOMException("another request of the group has failed", "AbortError"));
+      }
+    }),
+  );
+  signal.removeEventListener("abort", aborted);
+  signal.throwIfAborted();
+  if (failures.length > 0) throw failures[0];
+}
+
+export function hexadecimal(bytes: Uint8Array): string {
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }
 
 /** Cuts a stretch into its places while it arrives. */

@@ -1,4 +1,4 @@
-import type { ChunkPlaceInFile } from "./source.ts";
+import { type ChunkPlaceInFile, PartError } from "./source.ts";
 import { TransferError } from "./transfer.ts";
 
 const headerBytes = 48;
@@ -45,7 +45,6 @@ export class FrameReader<C extends ChunkPlaceInFile> {
       throw new TransferError(
         "unreachable",
         `expected ${this.#chunks.length} chunks, found ${this.#next}: the answer broke off`,
-        true,
       );
     }
   }
@@ -55,25 +54,23 @@ export class FrameReader<C extends ChunkPlaceInFile> {
     const header = new DataView(this.#frame.buffer);
     const word = (i: number): number => header.getUint32(4 * i, true);
     const status = word(1);
-    if (status !== 0) {
-      throw new TransferError(
-        "unreachable",
-        `the server cannot read chunk ${word(2)}/${word(3)}.${word(4)}.${word(5)}/${word(6)} ` +
-          `(status ${status})`,
-        true,
-      );
-    }
-    const isAsked =
+    const isNamed =
       chunk !== undefined &&
-      word(0) === chunk.bytes &&
       word(2) === chunk.level &&
       chunk.block.every((index, axis) => word(3 + axis) === index) &&
       word(6) === chunk.slab;
-    if (!isAsked) {
+    if (isNamed && status !== 0) {
+      const name = `${word(2)}/${word(3)}.${word(4)}.${word(5)}/${word(6)}`;
+      throw new PartError(
+        chunk.handle,
+        `the server cannot read chunk ${name} (status ${status} of the core)`,
+      );
+    }
+    if (!isNamed || word(0) !== chunk.bytes) {
       throw new TransferError(
-        "unreachable",
-        "the answer's chunks are not those asked for: the server may have been replaced",
-        true,
+        "server-fault",
+        "the answer's chunks are not those asked for: the bytes were changed on their way, or the " +
+          "server is not an Isosplat server",
       );
     }
     const padded = Math.ceil(chunk.bytes / alignment) * alignment;

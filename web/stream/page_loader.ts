@@ -1,9 +1,10 @@
-import type { Page, Store } from "../core/index.ts";
+import { CoreError, type Page, type Store } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
 import { badDirectory } from "./coarse_end.ts";
+import { SecondLook } from "./second_look.ts";
 import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
-import { StreamError } from "./types.ts";
+import type { StreamError } from "./types.ts";
 
 /** Of so many pages one request is made. */
 const mostTogether = 32;
@@ -16,7 +17,11 @@ export class PageLoader {
   readonly #signal: AbortSignal;
   readonly #events: { added(): void; error(error: StreamError): void };
   readonly #places: Page[];
-  readonly #failed = new Set<number>();
+  readonly #failed = new SecondLook<number>(
+    (index) => this.#needed.includes(index),
+    () => this.need(this.#needed),
+  );
+  /** Pages whose bytes were not theirs: once they are fetched again, past the caches. */
   readonly #refused = new Set<number>();
   #needed: readonly number[] = [];
   #loading = false;
@@ -41,6 +46,24 @@ export class PageLoader {
     return this.#places[page]?.level ?? 0;
   }
 
+  /** Of the pages that are needed, how many are damaged, and the first one's error. */
+  get damaged(): { count: number; error: StreamError | undefined } {
+    return this.#failed.needed;
+  }
+
+  isDamaged(page: number): boolean {
+    return this.#failed.has(page);
+  }
+
+  /** What is damaged is asked for again now. */
+  retry(): void {
+    this.#failed.all();
+  }
+
+  close(): void {
+    this.#failed.close();
+  }
+
   /** The pages that are missing now, in order of need. */
   need(pages: readonly number[]): void {
     this.#needed = pages;
@@ -61,16 +84,21 @@ export class PageLoader {
     this.#loading = true;
     for (let pages = this.#next(); pages.length > 0; pages = this.#next()) {
       try {
-        await this.#backoff.retry(this.#signal, async () => {
-          const missing = pages.filter((page) => !page.resident);
-          await this.#source.pages(missing, this.#signal, (index, bytes) => {
-            this.#add(index, bytes);
-          });
-        });
+        await this.#backoff.retry(
+          this.#signal,
+          () => {
+            const missing = pages.filter((page) => !page.resident);
+            return this.#source.pages(missing, this.#signal, (index, bytes) => {
+              this.#add(index, bytes);
+            });
+          },
+          { slowly: true },
+        );
       } catch (error) {
         if (this.#signal.aborted) return;
-        for (const page of pages) if (!page.resident) this.#failed.add(page.index);
-        this.#events.error(error instanceof StreamError ? error : badDirectory(error));
+        for (const { index, resident } of pages) {
+          if (!resident && !this.#failed.has(index)) this.#fail(index, badDirectory(error));
+        }
       }
       this.#events.added();
     }
@@ -83,12 +111,21 @@ export class PageLoader {
     if (this.#signal.aborted || !page) return;
     try {
       measured("isosplat:streaming", () => this.#store.addPage(index, bytes));
-      page.resident = true;
     } catch (error) {
-      if (this.#refused.has(index)) throw badDirectory(error);
+      if (!(error instanceof CoreError)) throw error;
+      if (this.#refused.has(index)) this.#fail(index, badDirectory(error));
       this.#refused.add(index);
       this.#source.distrustCaches();
-      throw new StreamError("corrupt", `directory page ${index}: ${String(error)}`, true, error);
+      return;
     }
+    page.resident = true;
+    // What is whole now had failed before: so may others.
+    if (this.#refused.delete(index)) this.#failed.all();
+  }
+
+  #fail(index: number, error: StreamError): void {
+    const isFirst = this.#failed.needed.count === 0;
+    this.#failed.add(index, error);
+    if (isFirst) this.#events.error(error);
   }
 }

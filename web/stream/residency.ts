@@ -13,7 +13,8 @@ interface Resident {
  * been of no use for longest goes. What the present view uses stays, and so does what is pinned.
  */
 export class Residency {
-  readonly budget: number;
+  readonly #mostSamples: number;
+  #budget: number;
   readonly #store: Store;
   readonly #dropped: (handle: number) => void;
   readonly #residents = new Map<number, Resident>();
@@ -25,8 +26,24 @@ export class Residency {
 
   constructor(store: Store, budget: number, dropped: (handle: number) => void) {
     this.#store = store;
-    this.budget = budget;
+    this.#mostSamples = budget;
+    this.#budget = budget;
     this.#dropped = dropped;
+  }
+
+  /** Most samples held. */
+  get budget(): number {
+    return this.#budget;
+  }
+
+  /** Less than the budget has turned out to be possible; pinned samples stay. */
+  limit(samples: number): void {
+    this.#budget = Math.max(this.#pinnedSamples, Math.min(this.#budget, Math.floor(samples)));
+  }
+
+  /** All of the budget may be used again. */
+  restoreBudget(): void {
+    this.#budget = this.#mostSamples;
   }
 
   get chunks(): number {
@@ -90,13 +107,18 @@ export class Residency {
   }
 
   drop(handle: number): void {
+    if (this.lose(handle)) this.#dropped(handle);
+  }
+
+  /** It has turned out not to be there. Answers whether it counted as resident. */
+  lose(handle: number): boolean {
     const resident = this.#residents.get(handle);
-    if (!resident) return;
+    if (!resident) return false;
     this.#residents.delete(handle);
     this.#samples -= resident.samples;
     if (resident.pinned) this.#pinnedSamples -= resident.samples;
     this.#store.setResident(handle, false);
-    this.#dropped(handle);
+    return true;
   }
 
   dropAll(): void {

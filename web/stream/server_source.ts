@@ -1,4 +1,5 @@
-import { FileSource } from "./file_source.ts";
+import { isOfPart } from "./faults.ts";
+import { FileSource, hexadecimal, type SourceOptions, together } from "./file_source.ts";
 import { FrameReader } from "./frames.ts";
 import type { ChunkPlaceInFile } from "./source.ts";
 import { transfer, transferWhole } from "./transfer.ts";
@@ -13,7 +14,7 @@ const [fewestBatchBytes, mostBatchBytes] = [128 * 1024, 1024 * 1024];
 /** Keeps the batch's URL below 2 KB. */
 const batchChunks = 96;
 
-export interface ServerSourceOptions {
+export interface ServerSourceOptions extends SourceOptions {
   /** The server's address. Default: that of the page. */
   base?: string;
   /** The volume's name on the server. */
@@ -37,19 +38,42 @@ export class ServerSource extends FileSource {
   #batchBytes = 192 * 1024;
 
   constructor(options: ServerSourceOptions) {
-    super(options.volume);
+    super(options.volume, options);
     const page = typeof location === "undefined" ? undefined : location.href;
     const base = new URL(options.base ?? ".", page).href.replace(/\/*$/, "/");
     this.#volumeUrl = `${base}v1/volumes/${encodeURIComponent(options.volume)}`;
   }
 
+  override forget(): void {
+    super.forget();
+    this.#contentUrl = undefined;
+    this.#opening = undefined;
+  }
+
+  override async contentId(signal: AbortSignal): Promise<string> {
+    const options = { fresh: true };
+    const answer = await ofVolume(
+      transferWhole(this.#volumeUrl, options, this.traffic, signal),
+      this.#volumeUrl,
+    );
+    try {
+      const { contentId } = JSON.parse(new TextDecoder().decode(answer)) as { contentId?: unknown };
+      if (typeof contentId === "string") return contentId;
+    } catch {} // said below
+    throw new StreamError(
+      "server-fault",
+      `${this.#volumeUrl}: expected what the server says of the volume, found something else`,
+    );
+  }
+
   protected override async fetchHead(signal: AbortSignal): Promise<Uint8Array> {
     const options = { fresh: this.fresh };
     if (this.#contentUrl) {
-      return transferWhole(`${this.#contentUrl}/head`, options, this.traffic, signal);
+      const url = `${this.#contentUrl}/head`;
+      return ofVolume(transferWhole(url, options, this.traffic, signal), url);
     }
     const url = `${this.#volumeUrl}/opening`;
-    const answer = await transferWhole(url, options, this.traffic, signal);
+    const answer = await ofVolume(transferWhole(url, options, this.traffic, signal), url);
     const opening = readOpening(answer, url);
     this.#contentUrl = `${this.#volumeUrl}/${opening.contentId}`;
     this.#multiplexed = isMultiplexed(url);
@@ -79,12 +103,11 @@ export class ServerSource extends FileSource {
   ): Promise<void> {
     const options = { fresh: this.fresh };
     if (this.#multiplexed || chunks.length === 1) {
-      await Promise.all(
-        chunks.map(async (chunk) => {
-          const url = `${this.#contentUrl}/chunks/${place(chunk)}`;
-          arrived(chunk, await transferWhole(url, options, this.traffic, signal));
-        }),
-      );
+      await together(signal, chunks, async (chunk, ending) => {
+        const url = `${this.#contentUrl}/chunks/${place(chunk)}`;
+        const bytes = await transferWhole(url, options, this.traffic, ending);
+        if (!ending.aborted) arrived(chunk, bytes);
+      });
       return;
     }
     const url = `${this.#contentUrl}/batch?chunks=${chunks.map(place).join(",")}`;
@@ -123,6 +146,16 @@ export class ServerSource extends FileSource {
   }
 }
 
+/** What is wrong with a part of the head is wrong with the head. */
+async function ofVolume(answer: Promise<Uint8Array>, url: string): Promise<Uint8Array> {
+  try {
+    return await answer;
+  } catch (error) {
+    if (!(error instanceof StreamError) || !isOfPart(error.kind)) throw error;
+    throw new StreamError("damaged-head", `${url}: ${error.message}`, error);
+  }
+}
+
 function place(chunk: ChunkPlaceInFile): string {
   return `${chunk.level}/${chunk.block.join(".")}/${chunk.slab}`;
 }
@@ -147,14 +180,14 @@ function readOpening(answer: Uint8Array, url: string): Opening {
   const headEnd = openingHeaderBytes + headBytes;
   if (words === 0 || headEnd + restBytes !== answer.length) {
     throw new StreamError(
-      "bad-store",
+      "server-fault",
       `${url}: expected the volume's head and coarse levels, found ${answer.length} bytes of ` +
         "something else: is it an Isosplat server?",
     );
   }
   const id = answer.subarray(16, openingHeaderBytes);
   return {
-    contentId: Array.from(id, (byte) => byte.toString(16).padStart(2, "0")).join(""),
+    contentId: hexadecimal(id),
     head: answer.subarray(openingHeaderBytes, headEnd),
     rest: answer.subarray(headEnd),
     offset: low + high * 2 ** 32,

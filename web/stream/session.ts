@@ -5,6 +5,7 @@ import { badDirectory, CoarseEnd } from "./coarse_end.ts";
 import type { Decoder } from "./decoder.ts";
 import { Deliveries } from "./deliveries.ts";
 import { defaultSampleBudget } from "./device.ts";
+import { type FaultKind, faultOfStatus, isOfPart } from "./faults.ts";
 import { Motion } from "./motion.ts";
 import { OwnTask } from "./own_task.ts";
 import { PageLoader } from "./page_loader.ts";
@@ -13,6 +14,7 @@ import { Residency } from "./residency.ts";
 import { SightQueries, type SightQuery } from "./sight.ts";
 import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
+import { beginsAsStore } from "./transfer.ts";
 import {
   type Progress,
   type StoreInfo,
@@ -33,6 +35,9 @@ const aheadBytes = 160 * 1024;
 
 /** Progress is told at most so often, unless its state changes (ms). */
 const progressInterval = 60;
+
+/** Where there was no room for what is held, so much of it is aimed at from then on. */
+const shareAfterOverflow = 0.75;
 
 /** One open volume: fetches, decodes and keeps what the current view needs. See README.md. */
 export class StreamSession {
@@ -70,6 +75,12 @@ export class StreamSession {
   #regions: Uint32Array = new Uint32Array();
   #told = { text: "", state: "", at: 0 };
   #tellTimer: ReturnType<typeof setTimeout> | undefined;
+  /** What the GPU, or the main thread, could not take. */
+  #overflow: StreamError | undefined;
+  /** Not asked for again until `retry`. */
+  readonly #notTaken = new Set<number>();
+  #isExamining = false;
+  #isReplaced = false;
 
   private constructor(
     source: Source,
@@ -95,11 +106,7 @@ export class StreamSession {
       this.#events.drop(id),
     );
     this.#deliveries = new Deliveries(
-      (chunk, samples, pinned) => {
-        if (this.#residency.has(chunk.handle)) return this.#residency.release(chunk.handle);
-        this.#events.samples(chunk.handle, chunk, samples);
-        this.#residency.add(chunk.handle, samples.length / 4, pinned);
-      },
+      (chunk, samples, pinned) => this.#deliver(chunk, samples, pinned),
       () => this.#selecting.request(),
     );
     this.#motion = new Motion(() => this.#select());
@@ -107,12 +114,12 @@ export class StreamSession {
       admit: (chunk) => this.#residency.reserve(chunk),
       decoded: (chunk, samples) => this.#deliveries.add(chunk, samples, false),
       released: (chunk) => this.#residency.release(chunk.handle),
-      error: (error) => this.#report(error),
+      error: (error) => this.#partFailed(error),
       changed: () => this.#tell(),
     });
     this.#pages = new PageLoader(source, store, backoff, this.#closing.signal, {
       added: () => this.#selecting.request(),
-      error: (error) => this.#report(error),
+      error: (error) => this.#partFailed(error),
     });
   }
 
@@ -127,12 +134,22 @@ export class StreamSession {
     options: StreamOptions & { decoder?: Decoder },
   ): Promise<StreamSession> {
     const signal = options.signal ?? new AbortController().signal;
-    const backoff = new Backoff((error) => options.events.error(error));
+    let session: StreamSession | undefined;
+    const backoff = new Backoff({
+      trouble: (error) => {
+        if (session) session.#sourceTroubled(error);
+        else if (error) options.events.error(error);
+      },
+      slow: (error) => {
+        if (session) void session.#examine(error);
+      },
+    });
     try {
       const store = await openStore(source, core, backoff, signal);
       signal.throwIfAborted();
-      const session = new StreamSession(source, store, backoff, options);
-      signal.addEventListener("abort", () => session.close(), { once: true });
+      session = new StreamSession(source, store, backoff, options);
+      const { close } = session;
+      signal.addEventListener("abort", () => close.call(session), { once: true });
       void session.#loadCoarse();
       return session;
     } catch (error) {
@@ -183,9 +200,27 @@ export class StreamSession {
     this.#select();
   }
 
-  /** Tries again at once what waits for its next try. */
+  /** Tries again at once what waits for its next try, what is damaged, and what had no room. */
   retry(): void {
+    if (this.isClosed) return;
+    this.#overflow = undefined;
+    this.#notTaken.clear();
+    this.#residency.restoreBudget();
     this.#backoff.wake();
+    this.#queue.retry();
+    this.#pages.retry();
+    this.#selecting.request();
+    this.#tell();
+  }
+
+  /** These were handed over (`samples`), but the GPU does not have them after all. */
+  notTaken(ids: readonly number[], message: string): void {
+    if (this.isClosed) return;
+    const lost = ids.filter((id) => this.#residency.lose(id));
+    this.#overflowed(message, lost);
+    // What is drawn is told before it is dropped.
+    this.#select();
+    for (const id of lost) this.#events.drop(id);
   }
 
   /** Cancels what is under way, drops every chunk (`drop`), and frees all memory. No event follows. */
@@ -196,11 +231,17 @@ export class StreamSession {
     this.#selecting.cancel();
     clearTimeout(this.#tellTimer);
     this.#queue.close();
+    this.#pages.close();
     this.#deliveries.close();
     this.#backoff.close();
     if (this.#ownsDecoder) this.#decoder.close();
-    this.#residency.dropAll();
-    this.#store.close();
+    try {
+      this.#residency.dropAll();
+      this.#store.close();
+    } catch (error) {
+      // An instance that has aborted goes as a whole.
+      if (!(error instanceof WebAssembly.RuntimeError)) throw error;
+    }
   }
 
   /** The coarse end, for every isovalue, the first view's isovalues before the others. */
@@ -250,6 +291,74 @@ export class StreamSession {
     }
   }
 
+  #deliver(chunk: Chunk, samples: Uint32Array, pinned: boolean): void {
+    if (this.#residency.has(chunk.handle)) {
+      this.#residency.release(chunk.handle);
+    } else if (this.#events.samples(chunk.handle, chunk, samples)) {
+      this.#residency.add(chunk.handle, samples.length / 4, pinned);
+    } else {
+      this.#residency.release(chunk.handle);
+      this.#overflowed("the graphics card has no room for more samples", [chunk.handle]);
+    }
+  }
+
+  /** From now on less is held than what there was no room for. */
+  #overflowed(message: string, ids: readonly number[]): void {
+    for (const id of ids) this.#notTaken.add(id);
+    this.#residency.limit(this.#residency.samples * shareAfterOverflow);
+    const isFirst = !this.#overflow;
+    this.#overflow = new StreamError("out-of-memory", message);
+    if (isFirst) this.#report(this.#overflow);
+    this.#selecting.request();
+  }
+
+  /** The source fails and goes on failing; or it is in order again. */
+  #sourceTroubled(error: StreamError | undefined): void {
+    if (this.isClosed) return;
+    if (!error) {
+      this.#queue.retry();
+      this.#pages.retry();
+      this.#tell();
+      return;
+    }
+    // Who opens it anew is told of that alone.
+    if (error.kind === "replaced") this.#tell();
+    else this.#report(error);
+  }
+
+  #partFailed(error: StreamError): void {
+    this.#report(error);
+    void this.#examine(error);
+  }
+
+  /**
+   * Bytes are missing, or are not what they should be: asks what is at the address now. Another
+   * store: this one was replaced. Nothing, or one that is broken: that is the cause.
+   */
+  async #examine(error: StreamError): Promise<void> {
+    if (this.#isExamining || this.#isReplaced || !isOfStore(error.kind)) return;
+    this.#isExamining = true;
+    try {
+      const contentId = await this.source.contentId(this.#closing.signal);
+      const found = this.source.fileBytes;
+      if (contentId !== this.info.contentId) {
+        this.#isReplaced = true;
+        const text = `${this.source.name}: expected the store ${this.info.contentId}, found ${contentId}`;
+        this.#events.replaced(new StreamError("replaced", text, error));
+      } else if (found !== undefined && found < this.info.fileBytes) {
+        this.#backoff.explain(cutShort(this.source.name, this.info.fileBytes, found));
+      } else if (!isOfPart(error.kind) && error.kind !== "cut-short") {
+        // It is there, as it was: there is no reason to wait.
+        this.#backoff.wake();
+      }
+    } catch (reason) {
+      if (this.isClosed) return;
+      if (reason instanceof StreamError && !reason.retrying) this.#backoff.explain(reason);
+    } finally {
+      this.#isExamining = false;
+    }
+  }
+
   /** What the view needs now: draws what is there, asks for what is not. */
   #select(): void {
     const view = this.#view;
@@ -286,7 +395,7 @@ export class StreamSession {
         this.#queue.need(needed);
       }
     } catch (error) {
-      this.#report(new StreamError("internal", `selection: ${String(error)}`, false, error));
+      this.#report(new StreamError("internal", `selection: ${String(error)}`, error));
     }
     this.#tell();
   }
@@ -323,11 +432,16 @@ export class StreamSession {
 
   #isToBeFetched(chunk: Chunk): boolean {
     return (
-      !this.#awaitsSurface && !this.#comesAnyway(chunk.level) && !this.#deliveries.has(chunk.handle)
+      !this.#awaitsSurface &&
+      !this.#isReplaced &&
+      !this.#comesAnyway(chunk.level) &&
+      !this.#deliveries.has(chunk.handle) &&
+      !this.#notTaken.has(chunk.handle)
     );
   }
 
   #pagesToFetch(selection: CoreSelection): number[] {
+    if (this.#isReplaced) return [];
     return selection.pages.filter((page) => !this.#comesAnyway(this.#pages.level(page)));
   }
 
@@ -382,24 +496,29 @@ export class StreamSession {
   #progress(): Progress {
     const selection = this.#selection;
     const load = selection?.load ?? [];
-    const nothingToGo =
+    const isFailed = ({ handle }: Chunk): boolean =>
+      this.#queue.state(handle) === "failed" || this.#notTaken.has(handle);
+    const isSettled =
       selection !== undefined &&
-      load.length === 0 &&
-      selection.pages.length === 0 &&
+      load.every(isFailed) &&
+      selection.pages.every((page) => this.#pages.isDamaged(page)) &&
       selection.undecided === 0 &&
       this.#sight.done &&
       !this.#selecting.isRequested &&
       !this.#coarse.loading &&
       this.#deliveries.empty;
+    const nothingToGo = isSettled && load.length === 0 && selection.pages.length === 0;
     const isDrawn = (selection?.finestLevel ?? -1) >= 0;
-    const isFailed = (chunk: Chunk): boolean => this.#queue.state(chunk.handle) === "failed";
     const moves = this.#motion.isovalueMoves || this.#motion.cameraMoves;
+    const trouble = nothingToGo ? undefined : this.#backoff.trouble;
     let state: Progress["state"] = "refining";
-    if (this.#backoff.offline) state = "offline";
+    if (trouble) state = trouble.retrying ? "offline" : "incomplete";
     else if (nothingToGo && !moves) state = "complete";
     else if (!isDrawn && this.#coarse.loading) state = "opening";
     else if (moves) state = "waiting";
-    else if (load.length > 0 && load.every(isFailed)) state = "incomplete";
+    else if (isSettled) state = "incomplete";
+    const [chunks, pages] = [this.#queue.damaged, this.#pages.damaged];
+    const fault = trouble ?? pages.error ?? chunks.error ?? this.#overflow;
     return {
       state,
       chunksToGo: load.length,
@@ -413,8 +532,22 @@ export class StreamSession {
       coarsestLevel: selection?.coarsestLevel ?? -1,
       limitedByBudget: (selection?.limitedByBudget ?? false) || this.#queue.full,
       complete: state === "complete",
+      damagedParts: chunks.count + pages.count,
+      fault: fault ? { kind: fault.kind, message: fault.message } : null,
     };
   }
+}
+
+/** What the address holds decides over these; of others it says nothing. */
+function isOfStore(kind: FaultKind): boolean {
+  return !["cors-refused", "worker-lost", "out-of-memory", "internal"].includes(kind);
+}
+
+function cutShort(name: string, expected: number, found: number): StreamError {
+  return new StreamError(
+    "cut-short",
+    `${name}: expected ${expected} bytes, found ${found}: rebuild the store, or copy it again`,
+  );
 }
 
 /** Fetches the head and opens it; a head that turns out longer than expected is fetched whole. */
@@ -427,8 +560,9 @@ async function openStore(
   for (let attempt = 0; ; ++attempt) {
     const whole = attempt > 0;
     const head = await backoff.retry(signal, () => source.head(signal, whole));
+    let store: Store;
     try {
-      return core.openStore(head);
+      store = core.openStore(head);
     } catch (error) {
       const status = error instanceof CoreError ? error.status : "internal";
       if (attempt === 0 && (status === "truncated" || status === "checksum_mismatch")) {
@@ -436,8 +570,15 @@ async function openStore(
         continue;
       }
       const message = error instanceof Error ? error.message : String(error);
-      throw new StreamError("bad-store", `${source.name}: ${message}`, false, error);
+      const kind = faultOfStatus(status) ?? "internal";
+      const isNone = kind === "cut-short" && !beginsAsStore(head);
+      const ofHead = isOfPart(kind) ? "damaged-head" : isNone ? "not-a-store" : kind;
+      throw new StreamError(ofHead, `${source.name}: ${message}`, error);
     }
+    const [expected, found] = [store.info.fileBytes, source.fileBytes];
+    if (found === undefined || found >= expected) return store;
+    store.close();
+    throw cutShort(source.name, expected, found);
   }
 }
 

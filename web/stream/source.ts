@@ -1,4 +1,4 @@
-import type { Triple } from "./types.ts";
+import { StreamError, type Triple } from "./types.ts";
 
 /** A directory page's place in the store file. */
 export interface PagePlace {
@@ -9,11 +9,25 @@ export interface PagePlace {
 
 /** A chunk's place in the store and in the store file. */
 export interface ChunkPlaceInFile {
+  /** Of the directory: what the session knows the chunk by. */
+  handle: number;
   level: number;
   block: Triple;
   slab: number;
   offset: number;
   bytes: number;
+}
+
+/**
+ * An answer of many chunks broke off at one that the server cannot read. The others are in order;
+ * the chunk's own URL says what is wrong with it.
+ */
+export class PartError extends StreamError {
+  readonly handle: number;
+  constructor(handle: number, message: string) {
+    super("damaged-part", message);
+    this.handle = handle;
+  }
 }
 
 /**
@@ -48,8 +62,9 @@ export interface Source {
     arrived: (index: number, bytes: Uint8Array) => void,
   ): Promise<void>;
   /**
-   * Many chunks; each is handed on as soon as it is whole, in any order. When this rejects, those
-   * not handed on have not arrived.
+   * Many chunks; each is handed on as soon as it is whole, in any order, before this settles. When
+   * it rejects, those not handed on do not arrive any more. Rejects with a PartError where one of
+   * them cannot be read and the others may be.
    */
   chunks<C extends ChunkPlaceInFile>(
     chunks: readonly C[],
@@ -58,6 +73,15 @@ export interface Source {
   ): Promise<void>;
   /** From now on every request goes past the caches: they hold wrong bytes. */
   distrustCaches(): void;
+  /**
+   * The content id (32 hex digits) of the store that is at the address now, past the caches. Not
+   * that which was opened: the volume was replaced. Rejects with what is wrong with it otherwise.
+   */
+  contentId(signal: AbortSignal): Promise<string>;
+  /** Bytes of the whole file, where the source has been told. */
+  readonly fileBytes: number | undefined;
+  /** The next `head` is of what is at the address then, whatever it was before. */
+  forget(): void;
   /**
    * How to cut a list of wanted chunks, in order of need, into calls of `chunks`: the first group
    * is asked for next. A source that pays by request makes groups large.

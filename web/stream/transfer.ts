@@ -1,9 +1,14 @@
+import { faultOfCode, faultOfStatus } from "./faults.ts";
 import { StreamError } from "./types.ts";
 
 /** What has been asked for and received, by one source. */
 export class Traffic {
   requests = 0;
   bytesReceived = 0;
+  /** The source has answered, and this page may read its answers. */
+  hasAnswered = false;
+  /** When nothing has arrived for so long (ms), the connection counts as broken. */
+  longestSilence = 20_000;
 }
 
 export interface TransferOptions {
@@ -11,12 +16,26 @@ export interface TransferOptions {
   range?: readonly [first: number, last: number];
   /** Past every cache: what the caches hold has turned out wrong. */
   fresh?: boolean;
+  /** Is told what the answer says of its file, before its body; what this throws ends the request. */
+  identify?: (answer: FileIdentity) => void;
+}
+
+/** What an answer says of the file it is of; undefined where it does not, or CORS hides it. */
+export interface FileIdentity {
+  etag: string | undefined;
+  /** Of the whole file. */
+  bytes: number | undefined;
 }
 
 /** A failed request's StreamError with how long the server asks to wait, in ms. */
 export class TransferError extends StreamError {
   retryAfter = 0;
 }
+
+/** Of what a server says of an error, so much is read (bytes). */
+const longestExplanation = 16 * 1024;
+/** What every store begins with (shared/store/FORMAT.md). */
+const storeMagic = [0x89, 0x49, 0x53, 0x4f, 0x53, 0x0d, 0x0a, 0x1a];
 
 /**
  * Makes one request and hands on the answer's body as it arrives; `expected` (of a range or a
@@ -31,25 +50,30 @@ export async function transfer(
   arrived: (part: Uint8Array) => void,
 ): Promise<void> {
   signal.throwIfAborted();
-  ++traffic.requests;
-  const headers: Record<string, string> = {};
-  if (options.range) headers.Range = `bytes=${options.range[0]}-${options.range[1]}`;
-  let response: Response;
+  const silence = new Silence(signal, traffic.longestSilence);
   try {
-    response = await fetch(url, { headers, signal, cache: options.fresh ? "reload" : "default" });
+    const response = await ask(url, options, traffic, signal, silence);
+    try {
+      await check(response, url, options);
+      const wanted = identify(response, url, options);
+      await read(response, url, { ...options, wanted }, traffic, (part) => {
+        silence.broken();
+        arrived(part);
+      });
+    } catch (cause) {
+      // Nobody reads on: let the connection go.
+      void response.body?.cancel().catch(() => {});
+      throw cause;
+    }
   } catch (cause) {
-    signal.throwIfAborted();
-    throw new TransferError("unreachable", `${url}: the server cannot be reached`, true, cause);
-  }
-  try {
-    await check(response, url, options);
-    await read(response, url, options, traffic, arrived);
-  } catch (cause) {
-    // Nobody reads on: let the connection go.
-    void response.body?.cancel().catch(() => {});
     signal.throwIfAborted();
     if (cause instanceof StreamError) throw cause;
-    throw new TransferError("unreachable", `${url}: the connection broke`, true, cause);
+    const what = silence.isOver
+      ? `nothing has arrived for ${traffic.longestSilence / 1000} s`
+      : "the connection broke";
+    throw new TransferError("unreachable", `${url}: ${what}`, cause);
+  } finally {
+    silence.end();
   }
 }
 
@@ -77,51 +101,198 @@ export function joined(parts: readonly Uint8Array[]): Uint8Array {
   return whole;
 }
 
+/** Whether these are the first bytes of a store. */
+export function beginsAsStore(bytes: Uint8Array): boolean {
+  return storeMagic.every((byte, i) => bytes[i] === byte);
+}
+
+/** Ends a request when its signal does, or when nothing has arrived for too long. */
+class Silence {
+  readonly #ending = new AbortController();
+  readonly #outer: AbortSignal;
+  readonly #aborted = (): void => this.#ending.abort(this.#outer.reason);
+  #timer: ReturnType<typeof setTimeout> | undefined;
+  isOver = false;
+  readonly #longest: number;
+
+  constructor(outer: AbortSignal, longest: number) {
+    this.#outer = outer;
+    this.#longest = longest;
+    outer.addEventListener("abort", this.#aborted, { once: true });
+    this.broken();
+  }
+
+  get signal(): AbortSignal {
+    return this.#ending.signal;
+  }
+
+  /** Something has arrived. */
+  broken(): void {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => {
+      this.isOver = true;
+      this.#ending.abort(new DOMException("nothing has arrived for too long", "TimeoutError"));
+    }, this.#longest);
+  }
+
+  end(): void {
+    clearTimeout(this.#timer);
+    this.#outer.removeEventListener("abort", this.#aborted);
+  }
+}
+
+async function ask(
+  url: string,
+  options: TransferOptions,
+  traffic: Traffic,
+  signal: AbortSignal,
+  silence: Silence,
+): Promise<Response> {
+  ++traffic.requests;
+  const headers: Record<string, string> = {};
+  if (options.range) headers.Range = `bytes=${options.range[0]}-${options.range[1]}`;
+  try {
+    const cache = options.fresh ? "reload" : "default";
+    const response = await fetch(url, { headers, signal: silence.signal, cache });
+    silence.broken();
+    traffic.hasAnswered = true;
+    return response;
+  } catch (cause) {
+    signal.throwIfAborted();
+    if (silence.isOver || !(await answersWithoutCors(url, signal))) {
+      const what = silence.isOver ? "the server does not answer" : "the server cannot be reached";
+      throw new TransferError("unreachable", `${url}: ${what}`, cause);
+    }
+    // A host that let this page read before: its errors come without the fields that allow it.
+    throw new TransferError(
+      traffic.hasAnswered ? "server-fault" : "cors-refused",
+      `${url}: the host answers, without Access-Control-Allow-Origin for this page`,
+      cause,
+    );
+  }
+}
+
+/**
+ * Whether a host of another origin answers at all. A browser does not tell a refusal by CORS from a
+ * host that is not there; but where nothing is to be read of the answer, CORS refuses nothing.
+ */
+async function answersWithoutCors(url: string, signal: AbortSignal): Promise<boolean> {
+  if (typeof location === "undefined") return false;
+  if (new URL(url, location.href).origin === location.origin) return false;
+  try {
+    await fetch(url, { method: "HEAD", mode: "no-cors", cache: "no-store", signal });
+    return true;
+  } catch {
+    signal.throwIfAborted();
+    return false;
+  }
+}
+
 async function check(response: Response, url: string, options: TransferOptions): Promise<void> {
   const { status } = response;
   if (status === (options.range ? 206 : 200)) return;
-  if (options.range && status === 200) {
-    throw new StreamError(
-      "range-unsupported",
-      `${url}: expected an answer to a Range request (206), found the whole file (200). ` +
-        "Check that the host supports HTTP Range requests",
+  if (options.range && status === 200) throw await whyWhole(response, url, options.range[0]);
+  const said = await explanation(response);
+  const kind = faultOfStatus(said?.status ?? "") ?? faultOfCode(status);
+  const words = said ? `${said.status}: ${said.message}` : codeInWords(response, status);
+  const error = new TransferError(kind, `${url}: the server answers ${status} (${words})`);
+  const wait = Number(response.headers.get("Retry-After"));
+  if (wait > 0) error.retryAfter = Math.min(wait, 60) * 1000;
+  throw error;
+}
+
+function codeInWords(response: Response, status: number): string {
+  if (status !== 416) return response.statusText || "no more is said";
+  const bytes = contentRange(response)?.total;
+  return `the file ends before what is asked for${bytes === undefined ? "" : `, at ${bytes} bytes`}`;
+}
+
+/** Why a Range request was answered with the whole file. */
+async function whyWhole(response: Response, url: string, first: number): Promise<StreamError> {
+  if (response.headers.get("Content-Length") === "0") {
+    return new StreamError("cut-short", `${url}: expected a store, found a file of 0 bytes`);
+  }
+  // Hosts that answer every address with a page answer this one, too.
+  if (first === 0 && !beginsAsStore(await firstBytes(response, storeMagic.length))) {
+    return new StreamError(
+      "not-a-store",
+      `${url}: expected a store, found ${response.headers.get("Content-Type") ?? "something else"}`,
     );
   }
-  if (status === 408 || status === 429 || status >= 500) {
-    const error = new TransferError("unreachable", `${url}: the server answers ${status}`, true);
-    const wait = Number(response.headers.get("Retry-After"));
-    if (wait > 0) error.retryAfter = Math.min(wait, 60) * 1000;
-    throw error;
-  }
-  const said = await explanation(response);
-  throw new StreamError(
-    "not-found",
-    `${url}: the server answers ${status}${said}. The volume may have been moved or replaced: ` +
-      "reload the page",
+  return new StreamError(
+    "no-range",
+    `${url}: expected an answer to a Range request (206), found the whole file (200). ` +
+      "Check that the host supports HTTP Range requests",
   );
 }
 
-/** The server's own words (server/HTTP.md: error.message), if it has any. */
-async function explanation(response: Response): Promise<string> {
-  if (!response.headers.get("Content-Type")?.includes("json")) return "";
+/** The server's own words (server/HTTP.md, Errors), if it has any. */
+async function explanation(
+  response: Response,
+): Promise<{ status: string; message: string } | undefined> {
+  if (!response.headers.get("Content-Type")?.includes("json")) return undefined;
   try {
-    const answer = (await response.json()) as { error?: { message?: unknown } };
-    return typeof answer.error?.message === "string" ? ` (${answer.error.message})` : "";
+    const text = new TextDecoder().decode(await firstBytes(response, longestExplanation));
+    const { status, message } = JSON.parse(text) as { status?: unknown; message?: unknown };
+    if (typeof status !== "string" || typeof message !== "string") return undefined;
+    return { status, message };
   } catch {
-    return "";
+    return undefined;
   }
+}
+
+/** The first bytes of the body, at least so many where it has them; the rest is not read. */
+async function firstBytes(response: Response, count: number): Promise<Uint8Array> {
+  const parts: Uint8Array[] = [];
+  const reader = response.body?.getReader();
+  for (let have = 0; have < count; ) {
+    const step = await reader?.read();
+    if (!step || step.done) break;
+    parts.push(step.value);
+    have += step.value.length;
+  }
+  void reader?.cancel().catch(() => {});
+  return joined(parts);
+}
+
+/** Of Content-Range: the bytes that the answer has, and of the whole file. */
+function contentRange(
+  response: Response,
+): { first: number | undefined; last: number | undefined; total: number | undefined } | undefined {
+  const field = response.headers.get("Content-Range") ?? "";
+  const match = /^bytes (?:(\d+)-(\d+)|\*)\/(\d+|\*)$/.exec(field);
+  if (!match) return undefined;
+  const number = (text: string | undefined): number | undefined =>
+    text === undefined || text === "*" ? undefined : Number(text);
+  return { first: number(match[1]), last: number(match[2]), total: number(match[3]) };
+}
+
+/** Looks at what the answer says of itself; answers how many bytes are to come, if that is known. */
+function identify(response: Response, url: string, options: TransferOptions): number | undefined {
+  const range = contentRange(response);
+  const etag = response.headers.get("ETag") ?? undefined;
+  options.identify?.({ etag, bytes: range?.total });
+  if (!options.range || !range) return undefined;
+  const [first, last] = options.range;
+  if (range.first !== first || range.last === undefined || range.last > last) {
+    throw new TransferError(
+      "server-fault",
+      `${url}: expected bytes ${first} to ${last}, found ${response.headers.get("Content-Range")}`,
+    );
+  }
+  return range.last - first + 1;
 }
 
 async function read(
   response: Response,
   url: string,
-  options: TransferOptions,
+  options: TransferOptions & { wanted: number | undefined },
   traffic: Traffic,
   arrived: (part: Uint8Array) => void,
 ): Promise<void> {
   const length = response.headers.get("Content-Length");
   const isCoded = response.headers.has("Content-Encoding");
-  const announced = length === null || isCoded ? undefined : Number(length);
+  const announced = length === null || isCoded ? options.wanted : Number(length);
   const most = options.range ? options.range[1] - options.range[0] + 1 : announced;
   let received = 0;
   const reader = response.body?.getReader();
@@ -132,9 +303,8 @@ async function read(
     traffic.bytesReceived += step.value.length;
     if (most !== undefined && received > most) {
       throw new TransferError(
-        "unreachable",
+        "server-fault",
         `${url}: expected ${most} bytes, found more: the answer is not the one asked for`,
-        true,
       );
     }
     arrived(step.value);
@@ -143,7 +313,6 @@ async function read(
     throw new TransferError(
       "unreachable",
       `${url}: expected ${announced} bytes, found ${received}: the connection broke`,
-      true,
     );
   }
 }

@@ -1,5 +1,7 @@
 /** What the viewer and the page see of streaming. Values and isovalues are in the volume's units. */
 
+import { type FaultKind, faults } from "./faults.ts";
+
 export type Triple = [number, number, number];
 
 /** What a store says of its volume. */
@@ -61,9 +63,10 @@ export interface ViewState {
 export interface Progress {
   /**
    * opening: the first surface is on its way. refining: finer data is on its way. waiting: the
-   * isovalue or the camera moves, finer data is asked for when it rests. offline: the source cannot
-   * be reached, and is tried again. incomplete: what is still wanted has failed (see `error`), and
-   * coarser data is shown in its place. complete: nothing is left to fetch for this view.
+   * isovalue or the camera moves, finer data is asked for when it rests. offline: the source does
+   * not answer, and is tried again soon. incomplete: what is still wanted has failed, and is tried
+   * again slowly; coarser data is shown in its place. `fault` says why, for both. complete: nothing
+   * is left to fetch for this view.
    */
   state: "opening" | "refining" | "waiting" | "offline" | "incomplete" | "complete";
   /** Chunks wanted for this view that are not there yet, and their bytes. */
@@ -84,33 +87,24 @@ export interface Progress {
   limitedByBudget: boolean;
   /** `state` is complete: nothing is wanted, loading, or failed. */
   complete: boolean;
+  /** Chunks and directory pages wanted for this view that are damaged. */
+  damagedParts: number;
+  /** What stands in the way now; null as soon as it does not any more. */
+  fault: { kind: FaultKind; message: string } | null;
 }
-
-export type StreamErrorKind =
-  /** The source cannot be reached, or answers 5xx or 429; it is tried again. */
-  | "unreachable"
-  /** 404 and the like: the volume is not there (any more). */
-  | "not-found"
-  /** A static host that ignores Range. */
-  | "range-unsupported"
-  /** Bytes that differ from what the store's directory states, twice. */
-  | "corrupt"
-  /** Not a store, or one of a newer version. */
-  | "bad-store"
-  /** The address of a store cannot be one: no request was made. */
-  | "bad-address"
-  | "internal";
 
 /** Something went wrong. `message` says what was expected, what was found, and the remedy. */
 export class StreamError extends Error {
-  readonly kind: StreamErrorKind;
-  /** The session goes on and tries again by itself. */
-  readonly retrying: boolean;
-  constructor(kind: StreamErrorKind, message: string, retrying = false, cause?: unknown) {
+  readonly kind: FaultKind;
+  constructor(kind: FaultKind, message: string, cause?: unknown) {
     super(message, cause === undefined ? undefined : { cause });
     this.name = "StreamError";
     this.kind = kind;
-    this.retrying = retrying;
+  }
+
+  /** The session goes on and tries again by itself, soon. */
+  get retrying(): boolean {
+    return faults[this.kind].retry === "soon";
   }
 }
 
@@ -121,9 +115,10 @@ export class StreamError extends Error {
 export interface StreamEvents {
   /**
    * A chunk has arrived: put it on the GPU under this id (below 2^32). `samples`: PackedSample, 4 words each;
-   * the viewer owns the array. At most a few per frame.
+   * the viewer owns the array. At most a few per frame. Answers whether there was room for it: a
+   * chunk that was not taken is not resident, and the view is refined less from then on.
    */
-  samples(id: number, place: ChunkPlace, samples: Uint32Array): void;
+  samples(id: number, place: ChunkPlace, samples: Uint32Array): boolean;
   /** The chunk with this id is no longer needed: free it. Never one that is visible. */
   drop(id: number): void;
   /**
@@ -139,7 +134,13 @@ export interface StreamEvents {
    */
   testSight?(): void;
   progress(progress: Progress): void;
+  /** Told once for each run of a fault; `Progress.fault` says how long it lasts. */
   error(error: StreamError): void;
+  /**
+   * Another store has come to the address. This session shows what it has, and asks for nothing
+   * more: close it, and open the source again.
+   */
+  replaced(error: StreamError): void;
 }
 
 export interface StreamOptions {

@@ -4,7 +4,10 @@ import type { DecodeJob, Decoder } from "./decoder.ts";
 
 /** Jobs that a worker is given ahead, so that it never waits for the main thread. */
 const jobsAhead = 2;
-/** A worker that dies takes its instance with it; more often than this, something is wrong. */
+/**
+ * A worker that dies takes its instance with it, and another one is started at once; more often than
+ * this without a chunk decoded, something is wrong: then only when the next chunk is to be decoded.
+ */
 const mostRespawns = 3;
 
 interface Task {
@@ -53,9 +56,8 @@ export class WorkerPool implements Decoder {
 
   decode(job: DecodeJob, bytes: Uint8Array, signal: AbortSignal): Promise<Uint32Array> {
     if (signal.aborted) return Promise.reject(signal.reason);
-    if (this.#members.length === 0) {
-      return Promise.reject(new CoreError("internal", "no decoding worker is left"));
-    }
+    // All were lost some time ago: whoever asks again has waited.
+    if (this.#members.length === 0 && !this.#closed) this.#members.push(this.#spawn());
     return new Promise((resolve, reject) => {
       const { level, blockCells, slabBegin, slabEnd, cells, checksum } = job;
       // What a worker has begun is worth finishing; what waits is taken back.
@@ -110,6 +112,7 @@ export class WorkerPool implements Decoder {
       const task = member.tasks.get(data.id);
       member.tasks.delete(data.id);
       this.#feed();
+      if ("samples" in data) this.#respawns = 0;
       if ("samples" in data) task?.resolve(data.samples);
       else task?.reject(new CoreError(data.status, data.message));
     };
@@ -126,11 +129,11 @@ export class WorkerPool implements Decoder {
     const at = this.#members.indexOf(member);
     if (at < 0) return;
     this.#members.splice(at, 1);
-    for (const task of member.tasks.values()) task.reject(new CoreError("internal", message));
+    for (const task of member.tasks.values()) task.reject(new CoreError("worker_lost", message));
     if (++this.#respawns <= mostRespawns) this.#members.push(this.#spawn());
     if (this.#members.length === 0) {
       for (const task of this.#waiting.splice(0)) {
-        task.reject(new CoreError("internal", message));
+        task.reject(new CoreError("worker_lost", message));
       }
     }
     this.#feed();

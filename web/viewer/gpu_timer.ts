@@ -43,6 +43,7 @@ export class GpuTimer {
     this.#timer = window.setTimeout(poll, Math.max(pollMs, firstPollShare * this.#lastTook));
   }
 
+  /** Whatever is being drawn is not waited for: it is of no interest, or was lost with the context. */
   stop(): void {
     clearTimeout(this.#timer);
     this.#timer = 0;
@@ -61,6 +62,12 @@ export class GpuPulse {
 
   constructor(gl: WebGL2RenderingContext) {
     this.#gl = gl;
+  }
+
+  /** The context is lost: fences of it mean nothing to the one that comes after it. */
+  contextLost(): void {
+    this.#fence = null;
+    this.#isLate = false;
   }
 
   /**

@@ -30,6 +30,8 @@ export interface PictureOwner {
   scene(): Scene | null;
   /** Does what may fail in the renderer; answers whether it did not. */
   guard(action: (view: ViewModule) => void): boolean;
+  /** Asks the GPU whether all is there that was sent to it, these chunks among it. */
+  checkGpu(ids: readonly number[]): void;
   isContextLost(): boolean;
   /** Gives the canvas its size; answers whether that is another one. */
   fitCanvas(): boolean;
@@ -50,6 +52,7 @@ export class Picture {
   readonly #choice = new SplatChoice();
   readonly #timer: GpuTimer;
   readonly #fade: Fade;
+  readonly #pulse: GpuPulse;
   readonly #sight: SightTester;
   #lastMotion = Number.NEGATIVE_INFINITY;
   #lastArrival = Number.NEGATIVE_INFINITY;
@@ -66,8 +69,8 @@ export class Picture {
   #nextArrivals = 0;
   /** What the last picture that was measured took (ms), and of what. */
   #took: { kind: SplatKind; milliseconds: number } | null = null;
-  /** Samples went to the GPU, and it has not been asked since whether there was room for them. */
-  #hasUnchecked = false;
+  /** Chunks that went to the GPU, which has not been asked since whether there was room for them. */
+  #unchecked: number[] = [];
   /** Of this volume: until there is something to see, drawing would only take the GPU's time. */
   #isBegun = false;
 
@@ -80,11 +83,13 @@ export class Picture {
     this.#view = view;
     this.#timer = new GpuTimer(gl);
     this.#fade = new Fade(view);
-    const pulse = new GpuPulse(gl);
+    this.#pulse = new GpuPulse(gl);
     this.#sight = new SightTester({
       guard: (action) => owner.guard(action),
       isIdle: () =>
-        performance.now() - this.#lastMotion >= restAfter && !this.#timer.isBusy && pulse.beats(),
+        performance.now() - this.#lastMotion >= restAfter &&
+        !this.#timer.isBusy &&
+        this.#pulse.beats(),
       isContextLost: () => owner.isContextLost(),
       ended: () => this.request(),
     });
@@ -121,9 +126,9 @@ export class Picture {
     this.request();
   }
 
-  /** Samples went to the GPU. */
-  added(): void {
-    this.#hasUnchecked = true;
+  /** A chunk's samples went to the GPU. */
+  added(id: number): void {
+    this.#unchecked.push(id);
   }
 
   /** Other chunks are drawn. */
@@ -139,10 +144,19 @@ export class Picture {
     const isLast = this.#chunksToGo > 0 && chunksToGo === 0;
     const isEmpty = !this.#isBegun && state !== "opening";
     this.#chunksToGo = chunksToGo;
-    this.#isStreaming = state !== "complete" && state !== "incomplete";
+    this.#isStreaming = state !== "complete" && state !== "incomplete" && state !== "offline";
     if (isEmpty) this.#isBegun = true;
     if (isLast || isEmpty) this.request();
     else this.#owner.busyChanged();
+  }
+
+  /** Nothing that was asked of the GPU is answered any more. */
+  contextLost(): void {
+    this.#timer.stop();
+    this.#pulse.contextLost();
+    this.#sight.stop();
+    this.#unchecked = [];
+    this.forget();
   }
 
   /** What is drawn next has nothing to do with what is there. */
@@ -155,6 +169,8 @@ export class Picture {
     this.#isBegun = false;
     this.#chunksToGo = 0;
     this.#isStreaming = false;
+    this.#unchecked = [];
+    this.#sight.stop();
     this.forget();
   }
 
@@ -258,17 +274,19 @@ export class Picture {
   }
 
   #draw({ camera }: Scene, draw: () => DrawStatistics): void {
+    let report: DrawStatistics | undefined;
     this.#owner.guard(() => {
       const startedAt = performance.now();
       const drawn = measured("isosplat:drawing", draw);
+      report = drawn;
       this.#timer.measure(startedAt, (milliseconds) => {
         this.#choice.measured(drawn, milliseconds, camera.distance);
         this.#nextArrivals = performance.now() + milliseconds;
         this.#took = { kind: drawn.kind, milliseconds };
         this.#settled();
       });
-      this.#owner.drawn({ ...drawn, framesPerSecond: this.#loop.framesPerSecond });
     });
+    if (report) this.#owner.drawn({ ...report, framesPerSecond: this.#loop.framesPerSecond });
   }
 
   /** A picture is done: where the view rests, what waited for the GPU goes on. */
@@ -279,8 +297,9 @@ export class Picture {
       return;
     }
     // Now the GPU has little else to do: asking it while frames follow each other would wait.
-    if (this.#hasUnchecked) this.#owner.guard((view) => view.checkGpu());
-    this.#hasUnchecked = false;
+    const unchecked = this.#unchecked;
+    this.#unchecked = [];
+    if (unchecked.length > 0) this.#owner.checkGpu(unchecked);
     this.request();
   }
 }

@@ -50,21 +50,31 @@ export class SightTester {
         this.#viewer.ended();
         return;
       }
-      this.#viewer.guard((view) => {
-        const answer = this.#viewer.isIdle() ? view.takeSightQuery() : undefined;
-        if (answer) {
-          session.answerSight(query, answer, settled);
-          this.#viewer.ended();
-        } else {
-          this.#timer = window.setTimeout(poll, polling);
-        }
+      let answer: Uint32Array | undefined;
+      const isAsked = this.#viewer.guard((view) => {
+        if (this.#viewer.isIdle()) answer = view.takeSightQuery();
       });
+      if (answer) {
+        session.answerSight(query, answer, settled);
+        this.#viewer.ended();
+      } else if (isAsked) {
+        this.#timer = window.setTimeout(poll, polling);
+      } else {
+        this.#failed(session);
+      }
     };
     if (this.#viewer.guard((view) => view.beginSightQuery(query.ids, least))) {
       this.#timer = window.setTimeout(poll, polling);
-    } else if (!this.#viewer.isContextLost()) {
-      session.sightFailed();
+    } else {
+      this.#failed(session);
     }
+  }
+
+  /** The session goes on without answers; after a lost context it begins anew. */
+  #failed(session: StreamSession): void {
+    if (this.#viewer.isContextLost()) return;
+    session.sightFailed();
+    this.#viewer.ended();
   }
 
   stop(): void {

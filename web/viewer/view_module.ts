@@ -1,5 +1,6 @@
 import wasmUrl from "@wasm/isosplat-view.wasm?url";
 import { type CoreModule, instantiate, type ModuleFactory, sightWords } from "../core/index.ts";
+import { type FaultKind, faultOfStatus } from "../stream/faults.ts";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
 import { mostClipPlanes } from "./clipping.ts";
 import type { Camera, Clip, ColourMap, Look, SplatKind, Surface } from "./types.ts";
@@ -62,6 +63,11 @@ interface Exports extends CoreModule {
 /** The renderer failed. `message` is the core's. */
 export class ViewError extends Error {
   override readonly name = "ViewError";
+  readonly kind: FaultKind;
+  constructor(message: string, kind: FaultKind = "renderer-failed", cause?: unknown) {
+    super(message, cause === undefined ? undefined : { cause });
+    this.kind = kind;
+  }
 }
 
 export interface DrawStatistics {
@@ -82,6 +88,15 @@ export function colourChannels(colour: string): [number, number, number] {
   return [(value >> 16) / 255, ((value >> 8) & 255) / 255, (value & 255) / 255];
 }
 
+/** Whether this browser offers what is drawn with. */
+export function hasWebGl2(): boolean {
+  try {
+    return document.createElement("canvas").getContext("webgl2") !== null;
+  } catch {
+    return false;
+  }
+}
+
 let canvasNumber = 0;
 let compiled: Promise<WebAssembly.Module> | null = null;
 
@@ -96,9 +111,12 @@ export function compiledView(): Promise<WebAssembly.Module> {
 }
 
 async function compile(): Promise<WebAssembly.Module> {
-  const response = await fetch(wasmUrl);
+  const response = await fetch(wasmUrl).catch((cause) => {
+    throw new ViewError(`${wasmUrl}: the renderer cannot be fetched`, "unreachable", cause);
+  });
   if (!response.ok) {
-    throw new ViewError(`expected the renderer at ${wasmUrl}, found status ${response.status}`);
+    const text = `expected the renderer at ${wasmUrl}, found status ${response.status}`;
+    throw new ViewError(text, "server-fault");
   }
   // Static hosts that do not know .wasm send another type, which streaming refuses.
   const isTyped = response.headers.get("content-type")?.startsWith("application/wasm");
@@ -130,7 +148,9 @@ export class ViewModule {
    */
   static async create(canvas: HTMLCanvasElement): Promise<ViewModule> {
     const [{ default: factory }, wasm] = await Promise.all([
-      import("@wasm/isosplat-view.js"),
+      import("@wasm/isosplat-view.js").catch((cause: unknown) => {
+        throw new ViewError("the renderer's program cannot be fetched", "unreachable", cause);
+      }),
       compiledView(),
     ]);
     const exports = await instantiate<Exports>(factory as ModuleFactory, wasm);
@@ -140,6 +160,9 @@ export class ViewModule {
     const selector = view.#text(`#${CSS.escape(canvas.id)}`);
     try {
       view.#check(exports._isosplat_view_create(selector));
+    } catch (error) {
+      if (hasWebGl2() || !(error instanceof ViewError)) throw error;
+      throw new ViewError(error.message, "no-webgl2");
     } finally {
       exports._free(selector);
     }
@@ -351,7 +374,11 @@ export class ViewModule {
   }
 
   #check(status: number): void {
-    if (status !== 0) throw new ViewError(this.#read(this.#exports._isosplat_view_error()));
+    if (status === 0) return;
+    const message = this.#read(this.#exports._isosplat_view_error());
+    const name = this.#read(this.#exports._isosplat_core_status_name(Math.abs(status)));
+    const isFull = faultOfStatus(name) === "out-of-memory";
+    throw new ViewError(message, isFull ? "out-of-memory" : "renderer-failed");
   }
 
   #doubles(values: readonly number[]): void {
@@ -392,7 +419,8 @@ export class ViewModule {
       this.#bulk = this.#exports._malloc(this.#bulkBytes);
       if (this.#bulk === 0) {
         this.#bulkBytes = 0;
-        throw new ViewError(`out of memory: ${bytes} bytes for a chunk's samples`);
+        const text = `out of memory: ${bytes} bytes for a chunk's samples`;
+        throw new ViewError(text, "out-of-memory");
       }
     }
     return this.#bulk;

@@ -35,7 +35,13 @@ export interface ViewerEvents {
   busy: boolean;
   /** The camera moved, by a gesture or by a call. */
   camera: Camera;
-  /** A StreamError that says `retrying` needs no action; after any other the picture stays as it is. */
+  /** Another volume has come to the address: it is open now. */
+  replaced: StoreInfo;
+  /**
+   * Told once for each run of a fault (web/stream/faults.ts); Progress.fault says how long those of
+   * streaming last. The picture stays as it is. `info` is null where the volume could not be opened
+   * again: open it.
+   */
   error: StreamError | ViewError;
   /** The browser took the GPU away, and gave it back. */
   context: "lost" | "restored";
@@ -58,6 +64,9 @@ export interface OpenOptions {
   camera?: Camera;
   signal?: AbortSignal;
 }
+
+/** A renderer that fails again so soon (ms) after it was replaced is not replaced once more. */
+const shortestLife = 30_000;
 
 /** The GPU is asked so often whether the first shaders are compiled (ms). */
 const shaderPolling = 8;
@@ -92,6 +101,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #isBusy = false;
   #isWarm = false;
   #disposed = false;
+  #rendererMadeAt = Number.NEGATIVE_INFINITY;
 
   constructor(canvas: HTMLCanvasElement, options: ViewerOptions = {}) {
     super();
@@ -131,6 +141,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       return await this.#openSession(source, options, opening.signal);
     } catch (error) {
       if (this.#opening === opening) this.close();
+      if (error instanceof StreamError && error.cause instanceof WebAssembly.RuntimeError) {
+        // The instance has aborted: the next open makes another.
+        this.#view = null;
+        this.#parts = null;
+      }
       throw error;
     }
   }
@@ -156,9 +171,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const session = await StreamSession.open(source, core, {
       events: {
         samples: (id, place, samples) => {
-          if (this.#contextLost) return;
-          this.#guard((view) => view.addChunk(id, place, samples));
-          this.#picture?.added();
+          // When the context comes back, all of it is opened anew.
+          if (this.#contextLost) return true;
+          const isTaken = this.#guard((view) => view.addChunk(id, place, samples));
+          if (isTaken) this.#picture?.added(id);
+          return isTaken || this.#contextLost;
         },
         drop: (id) => this.#guard((view) => view.removeChunk(id)),
         visible: (ids, regions) => {
@@ -170,7 +187,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
           this.#picture?.progressed(progress);
           this.emit("progress", progress);
         },
-        error: (error) => this.emit("error", error),
+        error: (error) => this.#streamFailed(error),
+        replaced: () => void this.#openReplacement(),
       },
       signal,
       decoder,
@@ -421,6 +439,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return new Picture(this.canvas, view, {
       scene: () => this.#scene(),
       guard: (action) => this.#guard(action),
+      checkGpu: (ids) => this.#checkGpu(ids),
       isContextLost: () => this.#contextLost,
       fitCanvas: () => this.#size.fit(),
       drawn: (report) => this.emit("frame", report),
@@ -440,7 +459,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /**
    * Does what may fail in the renderer; says whether it did not. A context that is lost is no
-   * error: it comes back.
+   * error: it comes back. That memory is full is told by streaming, which makes do with less.
    */
   #guard(action: (view: ViewModule) => void): boolean {
     if (!this.#view) return false;
@@ -448,21 +467,77 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       action(this.#view);
       return true;
     } catch (error) {
-      if (this.#contextLost || this.canvas.getContext("webgl2")?.isContextLost()) return false;
-      if (!(error instanceof ViewError)) {
-        // The instance has aborted, and cannot go on: the next open makes another.
-        this.#view = null;
-        this.#parts = null;
+      if (this.#isWithoutContext()) return false;
+      if (error instanceof ViewError) {
+        if (error.kind !== "out-of-memory") this.emit("error", error);
+      } else if (error instanceof WebAssembly.RuntimeError) {
+        this.#replaceRenderer(error);
+      } else {
+        // A fault in JavaScript: the renderer is in order.
+        this.emit("error", new ViewError(String(error), "internal", error));
       }
-      this.emit("error", error instanceof ViewError ? error : new ViewError(String(error)));
       return false;
     }
+  }
+
+  #isWithoutContext(): boolean {
+    return this.#contextLost || this.canvas.getContext("webgl2")?.isContextLost() === true;
+  }
+
+  #checkGpu(ids: readonly number[]): void {
+    this.#guard((view) => {
+      try {
+        view.checkGpu();
+      } catch (error) {
+        if (!(error instanceof ViewError) || error.kind !== "out-of-memory") throw error;
+        this.#session?.notTaken(ids, error.message);
+      }
+    });
+  }
+
+  #streamFailed(error: StreamError): void {
+    // Streaming asks the core of the renderer's instance.
+    if (error.cause instanceof WebAssembly.RuntimeError) this.#replaceRenderer(error.cause);
+    else this.emit("error", error);
+  }
+
+  /** The instance has aborted, and cannot go on: another one opens the volume again. */
+  #replaceRenderer(error: WebAssembly.RuntimeError): void {
+    if (!this.#view) return;
+    this.#view = null;
+    this.#parts = null;
+    this.#isWarm = false;
+    this.#picture?.stop();
+    const isToStay = performance.now() - this.#rendererMadeAt < shortestLife;
+    this.#rendererMadeAt = performance.now();
+    // Not within the call that has failed.
+    setTimeout(() => {
+      if (this.#disposed) return;
+      if (isToStay) {
+        this.close();
+        this.emit("error", new ViewError(String(error), "renderer-failed", error));
+        return;
+      }
+      // What the old instance has on the GPU goes with its context.
+      const context = this.canvas.getContext("webgl2");
+      const loss = context?.getExtension("WEBGL_lose_context");
+      if (!context || !loss || context.isContextLost()) {
+        void this.#reopen();
+        return;
+      }
+      const restore = (): void => {
+        this.canvas.removeEventListener("webglcontextlost", restore);
+        setTimeout(() => loss.restoreContext());
+      };
+      this.canvas.addEventListener("webglcontextlost", restore);
+      loss.loseContext();
+    });
   }
 
   #onContextLost(event: Event): void {
     event.preventDefault(); // asks the browser to restore it
     this.#contextLost = true;
-    this.#picture?.forget();
+    this.#picture?.contextLost();
     this.#view?.contextLost();
     this.#showBusy();
     this.emit("context", "lost");
@@ -470,15 +545,44 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /** The chunks went with the context. They are read again, mostly from the browser's cache. */
   #onContextRestored(): void {
-    const source = this.#source;
     this.#contextLost = false;
     this.#guard((view) => view.contextRestored());
     this.emit("context", "restored");
-    if (!source) return;
+    void this.#reopen();
+  }
+
+  /** Opens what is at the source's address now, with the present view. */
+  async #reopen(): Promise<StoreInfo | undefined> {
+    const source = this.#source;
+    if (!source) return undefined;
     const options: OpenOptions = { surfaces: this.#surfaces };
     if (this.#camera) options.camera = this.#camera;
-    this.open(source, options).catch((error: unknown) => {
+    source.forget();
+    try {
+      return await this.open(source, options);
+    } catch (error) {
       if (error instanceof StreamError || error instanceof ViewError) this.emit("error", error);
-    });
+      return undefined;
+    }
   }
+
+  async #openReplacement(): Promise<void> {
+    const before = this.#info;
+    const info = await this.#reopen();
+    if (!info) return;
+    // Another grid: the camera looks elsewhere, or at nothing.
+    if (!before || !isSameGrid(before, info)) this.reset();
+    this.emit("replaced", info);
+  }
+}
+
+function isSameGrid(a: StoreInfo, b: StoreInfo): boolean {
+  const numbers = ({ voxels, spacing, origin, direction }: StoreInfo): number[] => [
+    ...voxels,
+    ...spacing,
+    ...origin,
+    ...direction,
+  ];
+  const other = numbers(b);
+  return numbers(a).every((number, i) => number === other[i]);
 }

@@ -1,0 +1,416 @@
+// What the page says and does when a file, a host or the graphics driver is at fault, and that it
+// goes on afterwards: against the real server, nginx, and real losses of the WebGL context.
+import {
+  copyFileSync,
+  mkdtempSync,
+  readFileSync,
+  renameSync,
+  rmSync,
+  truncateSync,
+  writeFileSync,
+} from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { expect, type Page, test } from "@playwright/test";
+import { FaultProxy } from "../support/fault_proxy.ts";
+import { type Nginx, nginx } from "../support/nginx.ts";
+import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+import { compare, complete, savedPicture, settled } from "./support/view.ts";
+
+test.use({ viewport: { width: 800, height: 500 } });
+/** Two tries of what is tried slowly, on a slow machine. */
+const slow = 60_000;
+const bucky = join(demoFolder, "bucky.isosplat");
+const mandelbulb = join(demoFolder, "mandelbulb.isosplat");
+const lobb = join(demoFolder, "marschner_lobb.isosplat");
+
+let folder: string;
+let server: RunningServer;
+let host: Nginx;
+let number = 0;
+
+test.beforeAll(async () => {
+  folder = mkdtempSync(join(tmpdir(), "isosplat-faults-"));
+  server = await serve([folder]);
+  host = await nginx({ folders: [folder] });
+});
+test.afterAll(async () => {
+  await server.stop();
+  await host.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+const path = (name: string): string => join(folder, `${name}.isosplat`);
+
+/** A store of its own name, changed, that the server knows. Appears as one that is renamed. */
+async function put(
+  from: string,
+  change: (bytes: Buffer) => Buffer = (bytes) => bytes,
+  name = `store-${++number}`,
+): Promise<string> {
+  const before = await contentId(name);
+  writeFileSync(`${path(name)}.part`, change(readFileSync(from)));
+  renameSync(`${path(name)}.part`, path(name));
+  await expect.poll(() => contentId(name)).not.toBe(before);
+  return name;
+}
+
+/** As the server knows it; of a broken one its status. */
+async function contentId(name: string): Promise<string> {
+  const answer = await fetch(`${server.url}v1/volumes/${name}`);
+  const said = (await answer.json()) as { contentId?: string; status?: string };
+  return said.contentId ?? said.status ?? "";
+}
+
+/** 64 bytes, from 40 % of each of so many pieces of the file's chunks. */
+function damagedChunks(bytes: Buffer, pieces: number): Buffer {
+  // Chunks make up the file but for its head and, at its end, the coarse levels and pages.
+  const [from, to] = [0.1 * bytes.length, 0.7 * bytes.length];
+  for (let i = 0; i < pieces; ++i) {
+    const at = Math.floor(from + ((i + 0.4) / pieces) * (to - from));
+    for (let k = 0; k < 64; ++k) bytes[at + k] = (bytes[at + k] ?? 0) ^ 0x55;
+  }
+  return bytes;
+}
+
+const onServer = (name: string): string => `${server.url}?volume=${name}`;
+const onHost = (name: string, of: Nginx = host): string =>
+  `${server.url}?src=${encodeURIComponent(`${of.url}${name}.isosplat`)}`;
+
+async function slide(page: Page, value: number): Promise<void> {
+  await page.evaluate((to) => {
+    const slider = document.querySelector<HTMLElement & { value: number }>(
+      "wa-slider.isovalue-slider",
+    );
+    if (!slider) throw new Error("no slider");
+    slider.value = to;
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+  }, value);
+}
+
+/** Loses the view's context; answers when the page has been told. */
+async function loseContext(page: Page): Promise<void> {
+  await page.evaluate(async () => {
+    const canvas = document.querySelector<HTMLCanvasElement>("canvas.view");
+    const extension = canvas?.getContext("webgl2")?.getExtension("WEBGL_lose_context");
+    if (!canvas || !extension) throw new Error("no context to lose");
+    (window as unknown as { loss: WEBGL_lose_context }).loss = extension;
+    const lost = new Promise((resolve) =>
+      canvas.addEventListener("webglcontextlost", resolve, { once: true }),
+    );
+    extension.loseContext();
+    await lost;
+  });
+}
+
+async function restoreContext(page: Page): Promise<void> {
+  await page.evaluate(() => {
+    (window as unknown as { loss: WEBGL_lose_context }).loss.restoreContext();
+  });
+}
+
+/** Nothing covers the picture, and nothing is said beside it. */
+async function expectNoWord(page: Page): Promise<void> {
+  await expect(page.getByRole("alert")).toHaveCount(0);
+  await expect(page.locator(".banner")).toHaveCount(0);
+  await expect(page.locator("wa-spinner")).toHaveCount(0);
+}
+
+test.describe("the graphics context is lost", () => {
+  test("and comes back, again and again: the same picture, and no word", async ({ page }) => {
+    test.setTimeout(120_000);
+    const name = await put(bucky);
+    await page.goto(onServer(name));
+    await settled(page);
+    await complete(page);
+    const before = await savedPicture(page);
+    for (let round = 0; round < 3; ++round) {
+      await loseContext(page);
+      await expect(page.locator(".banner")).toContainText("took the graphics card away");
+      await restoreContext(page);
+      await complete(page);
+      await settled(page);
+      await expectNoWord(page);
+    }
+    const { differing, covered } = await compare(page, await savedPicture(page), before);
+    expect(covered).toBeGreaterThan(0.05);
+    expect(differing).toBe(0);
+  });
+
+  test("while data are on their way, and before there are any", async ({ page }) => {
+    const name = await put(bucky);
+    const proxy = new FaultProxy(server.url);
+    await proxy.start();
+    proxy.fault = (asked) =>
+      /\/(batch|chunks|file|opening)/.test(asked) ? { kind: "drip", bytes: 900 } : undefined;
+    try {
+      await page.goto(`${proxy.url}/?volume=${name}`);
+      await page.waitForFunction(() =>
+        document.querySelector<HTMLCanvasElement>("canvas.view")?.getContext("webgl2"),
+      );
+      await loseContext(page);
+      await restoreContext(page);
+      await expect(page.locator(".status-samples")).toHaveText(/samples/);
+      await loseContext(page);
+      await restoreContext(page);
+      proxy.fault = () => undefined;
+      await complete(page);
+      await settled(page);
+      await expectNoWord(page);
+    } finally {
+      await proxy.stop();
+    }
+  });
+});
+
+test.describe("a store is damaged", () => {
+  for (const [where, address] of [
+    ["isosplat serve", onServer],
+    ["nginx", onHost],
+  ] as const) {
+    test(`in its chunks, on ${where}: complete but for them`, async ({ page }) => {
+      const name = await put(bucky, (bytes) => damagedChunks(bytes, 3));
+      const asked: string[] = [];
+      page.on("request", (request) => asked.push(request.url()));
+      await page.goto(`${address(name)}&isovalue=128&camera=30,20,300,64,64,64`);
+      await expect(page.locator(".status-state")).toHaveText(
+        /^complete but for \d+ damaged parts?$/,
+      );
+      await settled(page);
+      await expect(page.locator(".banner")).toContainText("The store is damaged");
+      await expect(page.locator("wa-spinner")).toHaveCount(0);
+      await expect(page.locator(".status-samples")).toHaveText(/samples/);
+      // From here on, one of them is looked at now and then.
+      const before = asked.length;
+      await page.waitForTimeout(5000);
+      expect(asked.length - before).toBeLessThanOrEqual(2);
+    });
+  }
+
+  test("in its directory: no spinner without an end", async ({ page }) => {
+    const name = await put(bucky, (bytes) => {
+      for (let i = 1; i < 2000; ++i) bytes[bytes.length - i] = 0x55;
+      return bytes;
+    });
+    await page.goto(onHost(name));
+    await expect(page.locator("[role=alert], .banner").first()).toContainText("damaged");
+    await settled(page);
+    await expect(page.locator("wa-spinner")).toHaveCount(0);
+  });
+
+  test("in its head", async ({ page }) => {
+    const name = await put(bucky, (bytes) => {
+      bytes[100] = (bytes[100] ?? 0) ^ 1;
+      return bytes;
+    });
+    for (const address of [onServer(name), onHost(name)]) {
+      await page.goto(address);
+      await expect(page.getByRole("alert")).toContainText("The store is damaged");
+    }
+  });
+
+  test("cut short, and empty", async ({ page }) => {
+    const short = await put(bucky, (bytes) => bytes.subarray(0, bytes.length - 1000));
+    const half = await put(bucky, (bytes) => bytes.subarray(0, bytes.length / 2));
+    const empty = await put(bucky, () => Buffer.alloc(0));
+    for (const address of [onServer(short), onHost(short), onHost(half), onHost(empty)]) {
+      await page.goto(address);
+      await expect(page.getByRole("alert")).toContainText("cut short");
+      await expect(page.getByRole("alert")).not.toContainText("Range");
+      await settled(page);
+    }
+    await page.goto(onServer(empty));
+    await expect(page.getByRole("alert")).toContainText("not a store");
+    // Copied again, it is opened by itself.
+    await page.goto(onHost(short));
+    await expect(page.getByRole("alert")).toContainText("cut short");
+    await put(bucky, (bytes) => bytes, short);
+    await complete(page, slow);
+    await expectNoWord(page);
+  });
+
+  test("cut short while it is open", async ({ page }) => {
+    const name = await put(lobb);
+    await page.goto(`${onServer(name)}&isovalue=60`);
+    await complete(page);
+    truncateSync(path(name), 30_000);
+    await expect.poll(() => contentId(name)).toBe("truncated");
+    await slide(page, 200);
+    await expect(page.locator(".banner")).toContainText("cut short", { timeout: slow });
+    await settled(page);
+    await expect(page.locator(".status-samples")).toHaveText(/samples/);
+  });
+});
+
+test.describe("a store is", () => {
+  for (const [where, address] of [
+    ["isosplat serve", onServer],
+    ["nginx", onHost],
+  ] as const) {
+    test(`renamed away and back, on ${where}: no word outlives it`, async ({ page }) => {
+      test.setTimeout(120_000);
+      const name = await put(lobb);
+      await page.goto(`${address(name)}&isovalue=60`);
+      await complete(page);
+      renameSync(path(name), `${path(name)}.away`);
+      await expect.poll(() => contentId(name)).toBe("not_found");
+      await slide(page, 200);
+      await expect(page.locator(".banner")).toContainText("No such volume");
+      await settled(page);
+      renameSync(`${path(name)}.away`, path(name));
+      await complete(page, slow);
+      await expectNoWord(page);
+    });
+
+    test(`replaced under its name, on ${where}: the new one is opened`, async ({ page }) => {
+      test.setTimeout(120_000);
+      const name = await put(lobb);
+      await page.goto(`${address(name)}&isovalue=60&camera=30,20,40,20,20,20`);
+      await complete(page);
+      await put(mandelbulb, (bytes) => bytes, name);
+      await slide(page, 200);
+      await expect(page.locator(".toast")).toContainText("The volume was replaced", {
+        timeout: slow,
+      });
+      await complete(page);
+      await settled(page);
+      await expectNoWord(page);
+      await expect(page.locator(".volume-name")).toContainText(/mandelbulb/i);
+      // The camera fits: the new volume is seen, with background around it.
+      const picture = await savedPicture(page);
+      const { covered } = await compare(page, picture, picture);
+      expect(covered).toBeGreaterThan(0.05);
+      expect(covered).toBeLessThan(0.95);
+    });
+  }
+
+  test("not there when it is asked for, and then it is", async ({ page }) => {
+    await page.goto(onHost("late"));
+    await expect(page.getByRole("alert")).toContainText("No such volume");
+    copyFileSync(bucky, path("late"));
+    await complete(page, slow);
+    await expectNoWord(page);
+  });
+});
+
+test("a host without CORS is told from one that is not there", async ({ page }) => {
+  test.setTimeout(120_000);
+  const name = await put(bucky);
+  const closed = await nginx({ folders: [folder], cors: "none" });
+  try {
+    await page.goto(onHost(name, closed));
+    const message = page.getByRole("alert");
+    await expect(message).toContainText("does not let other sites read");
+    await expect(message).toContainText("Access-Control-Allow-Origin");
+    await expect(message).toContainText("Access-Control-Expose-Headers");
+    await settled(page);
+  } finally {
+    await closed.stop();
+  }
+  // Now it is not there at all; and then it sends what it should.
+  await expect(page.getByRole("alert")).toContainText("does not answer", { timeout: slow });
+  const open = await nginx({ folders: [folder], port: Number(new URL(closed.url).port) });
+  try {
+    await complete(page, slow);
+    await expectNoWord(page);
+  } finally {
+    await open.stop();
+  }
+});
+
+test("a host whose answers do not say what they are of", async ({ page }) => {
+  const name = await put(bucky);
+  const silent = await nginx({ folders: [folder], cors: "body" });
+  try {
+    await page.goto(onHost(name, silent));
+    await complete(page);
+    truncateSync(path(name), 50_000);
+    await slide(page, 30);
+    await expect(page.locator(".banner")).toContainText("cut short", { timeout: slow });
+  } finally {
+    await silent.stop();
+  }
+});
+
+test.describe("the renderer", () => {
+  test("aborts: another one takes its place", async ({ page }) => {
+    test.setTimeout(120_000);
+    const name = await put(bucky);
+    await page.goto(onServer(name));
+    await complete(page);
+    await settled(page);
+    const before = await savedPicture(page);
+    // A trap goes through the instance like this exception, and leaves it as unusable.
+    await page.evaluate(() => {
+      const { prototype } = WebGL2RenderingContext;
+      const clear = prototype.clearBufferfv;
+      prototype.clearBufferfv = () => {
+        prototype.clearBufferfv = clear;
+        throw new WebAssembly.RuntimeError("unreachable executed");
+      };
+    });
+    await slide(page, 60);
+    await expect(page.locator(".status-state")).not.toHaveText(/^complete/);
+    await slide(page, 128);
+    await complete(page, slow);
+    await settled(page);
+    await expectNoWord(page);
+    await page.reload();
+    await complete(page);
+    await settled(page);
+    expect((await compare(page, await savedPicture(page), before)).covered).toBeGreaterThan(0.05);
+  });
+
+  test("has no room for a chunk: a coarser picture, and it is said", async ({ page }) => {
+    await page.addInitScript(() => {
+      const { prototype } = WebGL2RenderingContext;
+      const state = window as unknown as { isFull: boolean };
+      state.isFull = true;
+      let isTold = true;
+      const { bufferData, getError } = prototype;
+      // As a driver that has no memory left for a buffer of samples.
+      prototype.bufferData = function (this: WebGL2RenderingContext, ...args: unknown[]) {
+        const [, size] = args;
+        if (state.isFull && typeof size === "number" && size >= 1 << 23) isTold = false;
+        return (bufferData as (...all: unknown[]) => void).apply(this, args);
+      } as typeof bufferData;
+      prototype.getError = function (this: WebGL2RenderingContext) {
+        const error = getError.call(this);
+        if (isTold) return error;
+        isTold = true;
+        return this.OUT_OF_MEMORY;
+      };
+    });
+    const name = await put(bucky);
+    await page.goto(onServer(name));
+    await expect(page.locator("[role=alert], .banner").first()).toContainText("memory is full");
+    await settled(page);
+    await page.evaluate(() => {
+      (window as unknown as { isFull: boolean }).isFull = false;
+    });
+    await page.getByRole("button", { name: "Try again" }).click();
+    await complete(page);
+    await expectNoWord(page);
+  });
+
+  test("a test of what is hidden that fails keeps nothing from being complete", async ({
+    page,
+  }) => {
+    await page.addInitScript(() => {
+      const { prototype } = WebGL2RenderingContext;
+      const { getBufferSubData } = prototype;
+      let isFirst = true;
+      prototype.getBufferSubData = function (this: WebGL2RenderingContext, ...args: unknown[]) {
+        if (isFirst) {
+          isFirst = false;
+          throw new TypeError("the driver gives nothing back");
+        }
+        return (getBufferSubData as (...all: unknown[]) => void).apply(this, args);
+      } as typeof getBufferSubData;
+    });
+    const name = await put(lobb);
+    await page.goto(onServer(name));
+    await complete(page);
+    await settled(page);
+  });
+});

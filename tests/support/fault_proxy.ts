@@ -1,0 +1,208 @@
+/**
+ * A way to a real server on which things go wrong on request. It knows HTTP, and nothing of what
+ * the server says: what it does not disturb passes as it is.
+ */
+import {
+  createServer,
+  type IncomingMessage,
+  request as makeRequest,
+  type Server,
+  type ServerResponse,
+} from "node:http";
+import type { AddressInfo, Socket } from "node:net";
+
+/** How one answer goes wrong. */
+export type Fault =
+  /** Answers itself, as a gateway does whose server is out of order. */
+  | { kind: "status"; status: number; retryAfter?: number }
+  /** Asks the server for something else: it answers in its own words. */
+  | { kind: "elsewhere"; path: string }
+  /** Breaks the connection before the answer. */
+  | { kind: "reset" }
+  /** Never answers. */
+  | { kind: "silence" }
+  /** Breaks it after so many bytes of the body. */
+  | { kind: "truncate"; bytes: number }
+  /** Flips a bit of the body's byte at this place (negative: from its end). */
+  | { kind: "corrupt"; at: number }
+  | { kind: "delay"; milliseconds: number }
+  /** Sends the body in pieces of this size, a moment apart. */
+  | { kind: "drip"; bytes: number };
+
+export interface Asked {
+  method: string;
+  path: string;
+  range?: string;
+  /** Of the answer; 0 while there is none. */
+  status: number;
+  /** Bytes of the body that were sent. */
+  bytes: number;
+  /** When it was asked (ms). */
+  at: number;
+}
+
+export class FaultProxy {
+  /** Every request, in the order they came. */
+  readonly asked: Asked[] = [];
+  /** Where requests go: a server's address, without a slash at the end. */
+  target: string;
+  /** Decides for each request whether it goes wrong. */
+  fault: (path: string, number: number) => Fault | undefined = () => undefined;
+  #server: Server | undefined;
+  #port = 0;
+  readonly #sockets = new Set<Socket>();
+
+  constructor(target: string) {
+    this.target = target.replace(/\/$/, "");
+  }
+
+  /** Without a slash at the end. */
+  get url(): string {
+    return `http://127.0.0.1:${this.#port}`;
+  }
+
+  get bytesSent(): number {
+    return this.asked.reduce((bytes, { bytes: sent }) => bytes + sent, 0);
+  }
+
+  /** Starts, or comes back on the same port. */
+  async start(): Promise<void> {
+    const server = createServer((request, response) => void this.#answer(request, response));
+    server.on("connection", (socket) => {
+      this.#sockets.add(socket);
+      socket.on("close", () => this.#sockets.delete(socket));
+    });
+    await new Promise<void>((resolve, reject) => {
+      server.once("error", reject);
+      server.listen(this.#port, "127.0.0.1", resolve);
+    });
+    this.#port = (server.address() as AddressInfo).port;
+    this.#server = server;
+  }
+
+  /** Nobody listens any more, and what was under way breaks. */
+  async stop(): Promise<void> {
+    const server = this.#server;
+    this.#server = undefined;
+    for (const socket of this.#sockets) socket.destroy();
+    await new Promise((resolve) => (server ? server.close(resolve) : resolve(undefined)));
+  }
+
+  async #answer(request: IncomingMessage, response: ServerResponse): Promise<void> {
+    const path = request.url ?? "/";
+    const method = request.method ?? "GET";
+    const asked: Asked = { method, path, status: 0, bytes: 0, at: Date.now() };
+    if (request.headers.range) asked.range = request.headers.range;
+    this.asked.push(asked);
+    const fault = this.fault(decodeURIComponent(path), this.asked.length);
+    if (fault?.kind === "silence") return;
+    if (fault?.kind === "delay") await pause(fault.milliseconds);
+    if (fault?.kind === "reset") {
+      request.socket.destroy();
+      return;
+    }
+    if (fault?.kind === "status") {
+      asked.status = fault.status;
+      const headers: Record<string, string> = { "Content-Type": "text/html" };
+      headers["Access-Control-Allow-Origin"] = "*";
+      if (fault.retryAfter !== undefined) headers["Retry-After"] = String(fault.retryAfter);
+      response.writeHead(fault.status, headers).end(`<h1>${fault.status}</h1>`);
+      return;
+    }
+    const { hostname, port } = new URL(this.target);
+    const upstream = makeRequest({
+      hostname,
+      port,
+      method,
+      path: fault?.kind === "elsewhere" ? fault.path : path,
+      headers: { ...request.headers, host: `${hostname}:${port}` },
+    });
+    response.on("close", () => upstream.destroy());
+    upstream.on("error", () => request.socket.destroy());
+    upstream.on("response", (answer) => {
+      asked.status = answer.statusCode ?? 0;
+      void this.#pass(answer, response, asked, fault);
+    });
+    upstream.end();
+  }
+
+  async #pass(
+    answer: IncomingMessage,
+    response: ServerResponse,
+    asked: Asked,
+    fault: Fault | undefined,
+  ): Promise<void> {
+    response.writeHead(asked.status, answer.headers);
+    const send = (bytes: Uint8Array): void => {
+      asked.bytes += bytes.length;
+      response.write(bytes);
+    };
+    try {
+      if (fault?.kind === "truncate" || fault?.kind === "corrupt" || fault?.kind === "drip") {
+        await this.#disturb(await whole(answer), response, fault, send);
+      } else {
+        for await (const piece of answer) send(piece as Uint8Array);
+        response.end();
+      }
+    } catch {
+      // The server broke off: so does this. What came before is on its way.
+      setTimeout(() => response.destroy(), 5);
+    }
+  }
+
+  async #disturb(
+    body: Buffer,
+    response: ServerResponse,
+    fault: Fault & { kind: "truncate" | "corrupt" | "drip" },
+    send: (bytes: Uint8Array) => void,
+  ): Promise<void> {
+    if (fault.kind === "corrupt" && body.length > 0) {
+      const at = (((fault.at % body.length) + body.length) % body.length) | 0;
+      body[at] = (body[at] ?? 0) ^ 4;
+    }
+    const end = fault.kind === "truncate" ? Math.min(fault.bytes, body.length) : body.length;
+    const piece = fault.kind === "drip" ? fault.bytes : Math.max(1, end);
+    for (let at = 0; at < end && !response.destroyed; at += piece) {
+      send(body.subarray(at, Math.min(at + piece, end)));
+      if (fault.kind === "drip") await pause(1);
+    }
+    if (end < body.length) setTimeout(() => response.destroy(), 5);
+    else response.end();
+  }
+}
+
+async function whole(answer: IncomingMessage): Promise<Buffer> {
+  const pieces: Buffer[] = [];
+  for await (const piece of answer) pieces.push(piece as Buffer);
+  return Buffer.concat(pieces);
+}
+
+function pause(milliseconds: number): Promise<void> {
+  return new Promise((resolve) => setTimeout(resolve, milliseconds));
+}
+
+/** Bytes of the file, or chunks by name, that were asked for in full more than once. */
+export function askedTwice(asked: readonly Asked[]): string[] {
+  const seen = new Set<string>();
+  const twice: string[] = [];
+  const note = (name: string): void => {
+    if (seen.has(name)) twice.push(name);
+    seen.add(name);
+  };
+  const ranges: [number, number][] = [];
+  for (const { path, range } of asked) {
+    const text = decodeURIComponent(path);
+    const single = /\/chunks\/(\d+\/[\d.]+\/\d+)$/.exec(text)?.[1];
+    const batch = /batch\?chunks=(.*)$/.exec(text)?.[1]?.split(",") ?? [];
+    for (const name of single ? [single] : batch) note(name);
+    const bytes = /^bytes=(\d+)-(\d+)$/.exec(range ?? "");
+    // The head is asked for by a guess of its length.
+    if (bytes && bytes[1] !== "0") ranges.push([Number(bytes[1]), Number(bytes[2])]);
+  }
+  ranges.sort(([a], [b]) => a - b);
+  ranges.forEach(([from], i) => {
+    const [, end = -1] = ranges[i - 1] ?? [];
+    if (from <= end) twice.push(`bytes ${from} to ${end}`);
+  });
+  return twice;
+}

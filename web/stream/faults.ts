@@ -1,0 +1,203 @@
+/**
+ * What can go wrong on the way from an address to a picture: the only list. README.md says of each
+ * how it is told apart, what stays on the screen, and how it ends.
+ */
+
+/**
+ * When what failed is tried again by itself. soon: after ¼, ½, 1 … 10 s (backoff.ts). slowly: every
+ * `slowRetry` ms, for what only changes when somebody mends it. never: when the visitor says so.
+ */
+export type Retry = "soon" | "slowly" | "never";
+
+/** What the page offers: to try again at once, the list of volumes, to load the page anew. */
+export type Offer = "again" | "volumes" | "reload";
+
+export interface Fault {
+  retry: Retry;
+  /** What has happened: a line of its own, or the first sentence of a banner. */
+  title: string;
+  /** What it means, and what to do. NAME stands for the volume's name or the store's address. */
+  text: string;
+  offers: readonly Offer[];
+}
+
+/** Milliseconds between two tries of what is tried slowly. */
+export const slowRetry = 12_000;
+
+export const faults = {
+  unreachable: {
+    retry: "soon",
+    title: "The server does not answer",
+    text: "“NAME” cannot be reached: the server may be starting, or the connection is down. It is tried again by itself.",
+    offers: ["again", "volumes"],
+  },
+  "server-fault": {
+    retry: "soon",
+    title: "The server answers with an error",
+    text: "It may be starting, overloaded, or out of order. “NAME” is tried again by itself.",
+    offers: ["again", "volumes"],
+  },
+  "cors-refused": {
+    retry: "slowly",
+    title: "This host does not let other sites read its files",
+    text:
+      "The host of “NAME” answers, but keeps its answer from this page (CORS); or the file is not there. Its operator must send " +
+      "“Access-Control-Allow-Origin: *” with every answer, errors too (nginx: add_header … always), and " +
+      "should send “Access-Control-Expose-Headers: Content-Range, Content-Length, ETag”.",
+    offers: ["again", "volumes"],
+  },
+  "access-denied": {
+    retry: "slowly",
+    title: "The server refuses access",
+    text: "“NAME” is not public, or is not there. Ask its owner to let it be read without signing in.",
+    offers: ["again", "volumes"],
+  },
+  "not-found": {
+    retry: "slowly",
+    title: "No such volume",
+    text: "There is no volume “NAME”. It may have been renamed or removed. Should it come back, it is opened by itself.",
+    offers: ["volumes"],
+  },
+  replaced: {
+    retry: "slowly",
+    title: "The volume was replaced",
+    text: "“NAME” is another store now. It is opened by itself.",
+    offers: ["again", "volumes"],
+  },
+  "cut-short": {
+    retry: "slowly",
+    title: "The store was cut short",
+    text: "The file of “NAME” is shorter than its own beginning says. Copy it again as a whole, or rebuild it with “isosplat build”.",
+    offers: ["again", "volumes"],
+  },
+  "no-range": {
+    retry: "slowly",
+    title: "This host does not serve parts of files",
+    text:
+      "Isosplat reads stores in pieces, by HTTP Range requests, and this host answers with the " +
+      "whole file. Put the store on a host that supports Range (nginx, S3 and most object stores " +
+      "do), or serve it with “isosplat serve”.",
+    offers: ["again", "volumes"],
+  },
+  "not-a-store": {
+    retry: "slowly",
+    title: "This is not a store",
+    text: "What is at the address of “NAME” was not made by Isosplat. Check the address, or build a store with “isosplat build”.",
+    offers: ["again", "volumes"],
+  },
+  "newer-version": {
+    retry: "slowly",
+    title: "This store is newer than this page",
+    text: "“NAME” was made by a newer version of Isosplat than this page is of. Open it with that version, or rebuild it with this one.",
+    offers: ["again", "volumes"],
+  },
+  "damaged-head": {
+    retry: "slowly",
+    title: "The store is damaged",
+    text: "The beginning of “NAME” is not what it was when it was written. Copy the store again, or rebuild it with “isosplat build”.",
+    offers: ["again", "volumes"],
+  },
+  "damaged-page": {
+    retry: "slowly",
+    title: "The store is damaged",
+    text: "A part of its directory arrived twice with a wrong checksum; the rest is shown. Copy the store again, or rebuild it with “isosplat build”.",
+    offers: ["again"],
+  },
+  "damaged-part": {
+    retry: "slowly",
+    title: "The store is damaged",
+    text: "Parts of it arrived twice with a wrong checksum; coarser ones are shown in their place. Copy the store again, or rebuild it with “isosplat build”.",
+    offers: ["again"],
+  },
+  "out-of-memory": {
+    retry: "never",
+    title: "The memory is full",
+    text: "The picture is coarser than the screen could show. Close other programs or tabs, and try again.",
+    offers: ["again"],
+  },
+  "worker-lost": {
+    retry: "slowly",
+    title: "The browser ended what decodes the data",
+    text: "It may be short of memory. It is started again by itself; close other tabs if this does not go away.",
+    offers: ["again", "reload"],
+  },
+  "no-webgl2": {
+    retry: "never",
+    title: "This browser offers no WebGL 2",
+    text:
+      "Isosplat draws with WebGL 2. Switch on hardware acceleration in the browser's settings, update " +
+      "the graphics driver, or open this address in a current Firefox, Chrome, Edge or Safari.",
+    offers: [],
+  },
+  "context-lost": {
+    retry: "soon",
+    title: "The browser took the graphics card away",
+    text: "The picture comes back when the browser gives it back.",
+    offers: [],
+  },
+  "renderer-failed": {
+    retry: "never",
+    title: "The picture cannot be drawn",
+    text: "The graphics driver refused. Try again; if that does not help, restart the browser.",
+    offers: ["again", "volumes"],
+  },
+  "bad-address": {
+    retry: "never",
+    title: "This is not the address of a store",
+    text: "“NAME” cannot be fetched. Give the http or https address of a store, such as https://example.org/head.isosplat.",
+    offers: ["volumes"],
+  },
+  internal: {
+    retry: "never",
+    title: "Something went wrong",
+    text: "This is a fault of the page, not of your data. Load the page anew, and report the details if it comes back.",
+    offers: ["reload", "volumes"],
+  },
+} as const satisfies Record<string, Fault>;
+
+export type FaultKind = keyof typeof faults;
+
+/** Of these, everything else goes on: a part is missing, and a coarser one stands in for it. */
+export function isOfPart(kind: FaultKind): boolean {
+  return kind === "damaged-part" || kind === "damaged-page";
+}
+
+/**
+ * What the statuses of the core (shared/base/status.h) and the server's own (server/HTTP.md) mean
+ * here. `undefined`: this status says no more than its HTTP code.
+ */
+export function faultOfStatus(status: string): FaultKind | undefined {
+  switch (status) {
+    case "not_a_store":
+      return "not-a-store";
+    case "unsupported_version":
+      return "newer-version";
+    case "truncated":
+      return "cut-short";
+    case "malformed_header":
+      return "damaged-head";
+    case "malformed_page":
+      return "damaged-page";
+    case "checksum_mismatch":
+    case "malformed_chunk":
+      return "damaged-part";
+    case "not_found":
+      return "not-found";
+    case "io_error":
+      return "server-fault";
+    case "out_of_memory":
+      return "out-of-memory";
+    case "worker_lost":
+      return "worker-lost";
+    default:
+      return undefined;
+  }
+}
+
+/** What an HTTP status code means where the answer says nothing else. */
+export function faultOfCode(code: number): FaultKind {
+  if (code === 404 || code === 410) return "not-found";
+  if (code === 401 || code === 403) return "access-denied";
+  if (code === 416) return "cut-short";
+  return "server-fault";
+}
