@@ -16,7 +16,10 @@ export const hasNginx = program !== undefined;
 export interface NginxOptions {
   /** Folders to look in, in turn. */
   folders: readonly string[];
-  /** Answers Range requests with parts (default); without, with the whole file. */
+  /**
+   * Answers Range requests with parts (default); without, with the whole file, which is not to be
+   * stored: a browser that has all of it in its cache answers Range requests itself.
+   */
   range?: boolean;
   /**
    * What pages of other origins may read. all: every answer, and the fields that say what it is of
@@ -41,6 +44,7 @@ export async function nginx(options: NginxOptions): Promise<Nginx> {
   const port = options.port ?? (await freePort());
   const { cors = "all" } = options;
   const headers = [
+    ...(options.range === false ? ["Cache-Control no-store"] : []),
     ...(cors === "none" ? [] : ["Access-Control-Allow-Origin *"]),
     ...(cors === "all"
       ? ['Access-Control-Expose-Headers "Content-Range, Content-Length, ETag"']

@@ -45,7 +45,8 @@ export interface QueueEvents {
   decoded(chunk: Chunk, samples: Uint32Array): void;
   /** An admitted chunk does not come after all. */
   released(chunk: Chunk): void;
-  error(error: StreamError): void;
+  /** A chunk is damaged, and done without. `isFirst`: of those that are needed, and not before. */
+  failed(error: StreamError, isFirst: boolean): void;
   changed(): void;
 }
 
@@ -299,13 +300,13 @@ export class ChunkQueue {
     }
   }
 
-  /** It is done without; its coarser level is shown. The first one of a run is told of. */
+  /** It is done without; its coarser level is shown. */
   #fail(entry: Entry, error: StreamError): void {
     const isFirst = this.#failed.needed.count === 0 && !entry.hasFailed;
     entry.state = "failed";
     entry.hasFailed = true;
     this.#failed.add(entry, error);
-    if (isFirst) this.#events.error(error);
+    this.#events.failed(error, isFirst);
   }
 }
 

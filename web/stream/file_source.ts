@@ -99,7 +99,7 @@ export class FileSource implements Source {
     const before = { etag: this.#etag, bytes: this.#fileBytes };
     this.#etag = undefined;
     this.#fileBytes = undefined;
-    const [from, end] = contentIdPlace;
+    const [, end] = contentIdPlace;
     try {
       const head: Uint8Array[] = [];
       await this.#ask([0, end - 1], signal, (part) => head.push(part), true);
@@ -113,7 +113,7 @@ export class FileSource implements Source {
       // Hosts that are several machines may give one file several ETags.
       const isOtherEtag = before.etag !== undefined && this.#etag !== before.etag;
       if (isOtherEtag && before.bytes === this.#fileBytes) this.#etagTells = false;
-      return hexadecimal(bytes.subarray(from, end));
+      return contentIdOf(bytes);
     } catch (error) {
       this.#etag = before.etag;
       this.#fileBytes = before.bytes;
@@ -269,6 +269,11 @@ export async function together<T>(
   signal.removeEventListener("abort", aborted);
   signal.throwIfAborted();
   if (failures.length > 0) throw failures[0];
+}
+
+/** Of a store's first bytes. */
+export function contentIdOf(head: Uint8Array): string {
+  return hexadecimal(head.subarray(...contentIdPlace));
 }
 
 export function hexadecimal(bytes: Uint8Array): string {

@@ -4,10 +4,16 @@ import { badDirectory } from "./coarse_end.ts";
 import { SecondLook } from "./second_look.ts";
 import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
-import type { StreamError } from "./types.ts";
+import { StreamError } from "./types.ts";
 
 /** Of so many pages one request is made. */
 const mostTogether = 32;
+
+export interface PageEvents {
+  added(): void;
+  /** As QueueEvents.failed, of a page. */
+  failed(error: StreamError, isFirst: boolean): void;
+}
 
 /** Fetches directory pages, the most needed first, one request at a time. */
 export class PageLoader {
@@ -15,7 +21,7 @@ export class PageLoader {
   readonly #store: Store;
   readonly #backoff: Backoff;
   readonly #signal: AbortSignal;
-  readonly #events: { added(): void; error(error: StreamError): void };
+  readonly #events: PageEvents;
   readonly #places: Page[];
   readonly #failed = new SecondLook<number>(
     (index) => this.#needed.includes(index),
@@ -23,6 +29,7 @@ export class PageLoader {
   );
   /** Pages whose bytes were not theirs: once they are fetched again, past the caches. */
   readonly #refused = new Set<number>();
+  readonly #hasFailed = new Set<number>();
   #needed: readonly number[] = [];
   #loading = false;
 
@@ -31,7 +38,7 @@ export class PageLoader {
     store: Store,
     backoff: Backoff,
     signal: AbortSignal,
-    events: { added(): void; error(error: StreamError): void },
+    events: PageEvents,
   ) {
     this.#source = source;
     this.#store = store;
@@ -96,8 +103,9 @@ export class PageLoader {
         );
       } catch (error) {
         if (this.#signal.aborted) return;
+        const reason = error instanceof StreamError ? error : badDirectory(error);
         for (const { index, resident } of pages) {
-          if (!resident && !this.#failed.has(index)) this.#fail(index, badDirectory(error));
+          if (!resident && !this.#failed.has(index)) this.#fail(index, reason);
         }
       }
       this.#events.added();
@@ -119,13 +127,15 @@ export class PageLoader {
       return;
     }
     page.resident = true;
+    this.#refused.delete(index);
     // What is whole now had failed before: so may others.
-    if (this.#refused.delete(index)) this.#failed.all();
+    if (this.#hasFailed.delete(index)) this.#failed.all();
   }
 
   #fail(index: number, error: StreamError): void {
-    const isFirst = this.#failed.needed.count === 0;
+    const isFirst = this.#failed.needed.count === 0 && !this.#hasFailed.has(index);
+    this.#hasFailed.add(index);
     this.#failed.add(index, error);
-    if (isFirst) this.#events.error(error);
+    this.#events.failed(error, isFirst);
   }
 }

@@ -1,7 +1,13 @@
 import { isOfPart } from "./faults.ts";
-import { FileSource, hexadecimal, type SourceOptions, together } from "./file_source.ts";
+import {
+  contentIdOf,
+  FileSource,
+  hexadecimal,
+  type SourceOptions,
+  together,
+} from "./file_source.ts";
 import { FrameReader } from "./frames.ts";
-import type { ChunkPlaceInFile } from "./source.ts";
+import { type ChunkPlaceInFile, PartError } from "./source.ts";
 import { transfer, transferWhole } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
@@ -74,7 +80,7 @@ export class ServerSource extends FileSource {
     }
     const url = `${this.#volumeUrl}/opening`;
     const answer = await ofVolume(transferWhole(url, options, this.traffic, signal), url);
-    const opening = readOpening(answer, url);
+    const opening = this.#checked(() => readOpening(answer, url));
     this.#contentUrl = `${this.#volumeUrl}/${opening.contentId}`;
     this.#multiplexed = isMultiplexed(url);
     this.#opening = opening;
@@ -113,7 +119,9 @@ export class ServerSource extends FileSource {
     const url = `${this.#contentUrl}/batch?chunks=${chunks.map(place).join(",")}`;
     const frames = new FrameReader(chunks, arrived);
     const begin = performance.now();
-    await transfer(url, options, this.traffic, signal, (part) => frames.add(part));
+    await transfer(url, options, this.traffic, signal, (part) =>
+      this.#checked(() => frames.add(part)),
+    );
     frames.end();
     const bytes = chunks.reduce((sum, chunk) => sum + chunk.bytes, 0);
     const fitting = (bytes * batchTime) / Math.max(1, performance.now() - begin);
@@ -121,6 +129,16 @@ export class ServerSource extends FileSource {
     if (bytes >= fewestBatchBytes / 2 || fitting > this.#batchBytes) {
       const next = (this.#batchBytes + fitting) / 2;
       this.#batchBytes = Math.min(mostBatchBytes, Math.max(fewestBatchBytes, next));
+    }
+  }
+
+  /** Reads an answer. One that is not what was asked for may have come from a cache. */
+  #checked<T>(read: () => T): T {
+    try {
+      return read();
+    } catch (error) {
+      if (!(error instanceof PartError)) this.distrustCaches();
+      throw error;
     }
   }
 
@@ -185,10 +203,18 @@ function readOpening(answer: Uint8Array, url: string): Opening {
         "something else: is it an Isosplat server?",
     );
   }
-  const id = answer.subarray(16, openingHeaderBytes);
+  const contentId = hexadecimal(answer.subarray(16, openingHeaderBytes));
+  const head = answer.subarray(openingHeaderBytes, headEnd);
+  if (contentIdOf(head) !== contentId) {
+    throw new StreamError(
+      "server-fault",
+      `${url}: expected the head of ${contentId}, found that of ${contentIdOf(head)}: the bytes ` +
+        "were changed on their way",
+    );
+  }
   return {
-    contentId: hexadecimal(id),
-    head: answer.subarray(openingHeaderBytes, headEnd),
+    contentId,
+    head,
     rest: answer.subarray(headEnd),
     offset: low + high * 2 ** 32,
   };

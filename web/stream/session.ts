@@ -114,12 +114,12 @@ export class StreamSession {
       admit: (chunk) => this.#residency.reserve(chunk),
       decoded: (chunk, samples) => this.#deliveries.add(chunk, samples, false),
       released: (chunk) => this.#residency.release(chunk.handle),
-      error: (error) => this.#partFailed(error),
+      failed: (error, isFirst) => this.#partFailed(error, isFirst),
       changed: () => this.#tell(),
     });
     this.#pages = new PageLoader(source, store, backoff, this.#closing.signal, {
       added: () => this.#selecting.request(),
-      error: (error) => this.#partFailed(error),
+      failed: (error, isFirst) => this.#partFailed(error, isFirst),
     });
   }
 
@@ -148,8 +148,8 @@ export class StreamSession {
       const store = await openStore(source, core, backoff, signal);
       signal.throwIfAborted();
       session = new StreamSession(source, store, backoff, options);
-      const { close } = session;
-      signal.addEventListener("abort", () => close.call(session), { once: true });
+      const opened = session;
+      signal.addEventListener("abort", () => opened.close(), { once: true });
       void session.#loadCoarse();
       return session;
     } catch (error) {
@@ -326,8 +326,8 @@ export class StreamSession {
     else this.#report(error);
   }
 
-  #partFailed(error: StreamError): void {
-    this.#report(error);
+  #partFailed(error: StreamError, isFirst: boolean): void {
+    if (isFirst) this.#report(error);
     void this.#examine(error);
   }
 
@@ -565,8 +565,9 @@ async function openStore(
       store = core.openStore(head);
     } catch (error) {
       const status = error instanceof CoreError ? error.status : "internal";
-      if (attempt === 0 && (status === "truncated" || status === "checksum_mismatch")) {
-        if (status === "checksum_mismatch") source.distrustCaches();
+      // More of it, where it has turned out longer; and whatever is wrong, past the caches.
+      if (attempt === 0 && status !== "internal") {
+        if (status !== "truncated") source.distrustCaches();
         continue;
       }
       const message = error instanceof Error ? error.message : String(error);

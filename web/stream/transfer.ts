@@ -283,6 +283,16 @@ function identify(response: Response, url: string, options: TransferOptions): nu
   return range.last - first + 1;
 }
 
+/** What fails in who takes the bytes is no fault of the connection. */
+function hand(part: Uint8Array, arrived: (part: Uint8Array) => void): void {
+  try {
+    arrived(part);
+  } catch (error) {
+    if (error instanceof StreamError) throw error;
+    throw new StreamError("internal", String(error), error);
+  }
+}
+
 async function read(
   response: Response,
   url: string,
@@ -307,7 +317,7 @@ async function read(
         `${url}: expected ${most} bytes, found more: the answer is not the one asked for`,
       );
     }
-    arrived(step.value);
+    hand(step.value, arrived);
   }
   if (announced !== undefined && received !== announced) {
     throw new TransferError(

@@ -141,7 +141,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       return await this.#openSession(source, options, opening.signal);
     } catch (error) {
       if (this.#opening === opening) this.close();
-      if (error instanceof StreamError && error.cause instanceof WebAssembly.RuntimeError) {
+      if (abortOf(error)) {
         // The instance has aborted: the next open makes another.
         this.#view = null;
         this.#parts = null;
@@ -497,7 +497,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   #streamFailed(error: StreamError): void {
     // Streaming asks the core of the renderer's instance.
-    if (error.cause instanceof WebAssembly.RuntimeError) this.#replaceRenderer(error.cause);
+    const abort = abortOf(error);
+    if (abort) this.#replaceRenderer(abort);
     else this.emit("error", error);
   }
 
@@ -574,6 +575,14 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (!before || !isSameGrid(before, info)) this.reset();
     this.emit("replaced", info);
   }
+}
+
+/** The trap that an error comes from: the instance has aborted. */
+function abortOf(error: unknown): WebAssembly.RuntimeError | undefined {
+  for (let cause = error; cause instanceof Error; cause = cause.cause) {
+    if (cause instanceof WebAssembly.RuntimeError) return cause;
+  }
+  return undefined;
 }
 
 function isSameGrid(a: StoreInfo, b: StoreInfo): boolean {
