@@ -437,45 +437,6 @@ double parse(std::string_view text) {
   return whole && std::isfinite(number) ? number : std::nan("");
 }
 
-Result<Elements> read(ByteReader& file, const std::filesystem::path& path, bool may_inflate) {
-  std::array<std::byte, 132> prefix{};
-  const uint64_t size = file.size_limit();
-  uint64_t start = 0;
-  if (size >= prefix.size()) {
-    if (auto r = file.read(0, prefix); !r) return tl::unexpected(r.error());
-    if (std::memcmp(prefix.data() + 128, "DICM", 4) == 0) start = prefix.size();
-  }
-  Elements out;
-  Walker walker(file, path, start, size);
-  if (auto r = walker.read_meta(out.data); !r) return tl::unexpected(r.error());
-  out.transfer_syntax = out.data.text(kTransferSyntax);
-  const std::string& uid = out.transfer_syntax;
-  Syntax syntax;
-  syntax.is_explicit = uid != "1.2.840.10008.1.2" && uid != "1.2.840.113619.5.2";
-  syntax.big_endian = uid == "1.2.840.10008.1.2.2";
-  if (uid == "1.2.840.10008.1.2.1.99") {
-    if (!may_inflate) {
-      return fail(Status::unsupported_format, path.string() + ": a deflated data set");
-    }
-    out.deflated = true;
-    out.deflated_start = walker.position();
-    auto inflated = open_deflated(path, out.deflated_start, Deflate::raw);
-    if (!inflated) return tl::unexpected(inflated.error());
-    Walker inner(**inflated, path, 0, std::nullopt);
-    if (auto r = inner.read_data(syntax, out); !r) return tl::unexpected(r.error());
-    return out;
-  }
-  const auto found = walker.guess_syntax(syntax);
-  if (!found) return tl::unexpected(found.error());
-  if (auto r = walker.read_data(*found, out); !r) return tl::unexpected(r.error());
-  if (uid.empty()) {
-    out.transfer_syntax = found->big_endian    ? "1.2.840.10008.1.2.2"
-                          : found->is_explicit ? "1.2.840.10008.1.2.1"
-                                               : "1.2.840.10008.1.2";
-  }
-  return out;
-}
-
 }  // namespace
 
 const Element* Item::find(Tag tag) const {
@@ -543,13 +504,42 @@ bool looks_like_dicom(std::string_view beginning) {
 }
 
 Result<Elements> read_elements(const std::filesystem::path& path) {
-  auto file = open_plain(path);
-  if (!file) return tl::unexpected(file.error());
-  return read(**file, path, true);
-}
-
-Result<Elements> read_elements(ByteReader& file, const std::filesystem::path& path) {
-  return read(file, path, false);
+  auto opened = open_plain(path);
+  if (!opened) return tl::unexpected(opened.error());
+  ByteReader& file = **opened;
+  std::array<std::byte, 132> prefix{};
+  const uint64_t size = file.size_limit();
+  uint64_t start = 0;
+  if (size >= prefix.size()) {
+    if (auto r = file.read(0, prefix); !r) return tl::unexpected(r.error());
+    if (std::memcmp(prefix.data() + 128, "DICM", 4) == 0) start = prefix.size();
+  }
+  Elements out;
+  Walker walker(file, path, start, size);
+  if (auto r = walker.read_meta(out.data); !r) return tl::unexpected(r.error());
+  out.transfer_syntax = out.data.text(kTransferSyntax);
+  const std::string& uid = out.transfer_syntax;
+  Syntax syntax;
+  syntax.is_explicit = uid != "1.2.840.10008.1.2" && uid != "1.2.840.113619.5.2";
+  syntax.big_endian = uid == "1.2.840.10008.1.2.2";
+  if (uid == "1.2.840.10008.1.2.1.99") {
+    out.deflated = true;
+    out.deflated_start = walker.position();
+    auto inflated = open_deflated(path, out.deflated_start, Deflate::raw);
+    if (!inflated) return tl::unexpected(inflated.error());
+    Walker inner(**inflated, path, 0, std::nullopt);
+    if (auto r = inner.read_data(syntax, out); !r) return tl::unexpected(r.error());
+    return out;
+  }
+  const auto found = walker.guess_syntax(syntax);
+  if (!found) return tl::unexpected(found.error());
+  if (auto r = walker.read_data(*found, out); !r) return tl::unexpected(r.error());
+  if (uid.empty()) {
+    out.transfer_syntax = found->big_endian    ? "1.2.840.10008.1.2.2"
+                          : found->is_explicit ? "1.2.840.10008.1.2.1"
+                                               : "1.2.840.10008.1.2";
+  }
+  return out;
 }
 
 }  // namespace isosplat::dicom

@@ -72,8 +72,4 @@ bool looks_like_dicom(std::string_view beginning);
 /// truncated where the file ends within an element, malformed_volume.
 Result<Elements> read_elements(const std::filesystem::path& path);
 
-/// The same for a file's bytes. `path` is for messages. A deflated data set cannot be read so:
-/// unsupported_format.
-Result<Elements> read_elements(ByteReader& file, const std::filesystem::path& path);
-
 }  // namespace isosplat::dicom

@@ -7,7 +7,6 @@
 #include <set>
 
 #include "native/import/dicom_steps.h"
-#include "native/import/formats.h"
 
 namespace isosplat::dicom {
 namespace {
@@ -129,11 +128,8 @@ class Arranger {
                       "single slice has no isosurface",
                       path_.string(), placed.size()));
     }
-    const Image& image = image_of(placed[0].frame);
-    std::vector<int64_t> sizes{image.columns, image.rows, static_cast<int64_t>(places.size()), 1};
     if (most == 1) {
-      const auto only = choose_time_step(path_, sizes, options_);
-      if (!only) return tl::unexpected(only.error());
+      if (auto r = chosen_step(1, ""); !r) return tl::unexpected(r.error());
       std::vector<uint32_t> frames;
       for (const auto& place : places) frames.push_back(place[0]);
       return frames;
@@ -148,14 +144,7 @@ class Arranger {
           most, name_of(crowded(places, 0)), name_of(crowded(places, 1))));
     }
     const size_t count = steps.frames.size();
-    if (!options_.time_step) {
-      return fail(Status::invalid_argument,
-                  fmt::format("{}: expected one volume, found {} at the same place, told apart by "
-                              "their {}: choose one with --time-step 0 to --time-step {}",
-                              path_.string(), count, steps.told_apart_by, count - 1));
-    }
-    sizes[3] = static_cast<int64_t>(count);
-    const auto step = choose_time_step(path_, sizes, options_);
+    const auto step = chosen_step(count, steps.told_apart_by);
     if (!step) return tl::unexpected(step.error());
     std::vector<uint32_t>& frames = steps.frames[*step];
     notes_.push_back(fmt::format("this is volume {} of 0 to {}, told apart by their {}", *step,
@@ -170,6 +159,23 @@ class Arranger {
       notes_.push_back(what);
     }
     return std::move(frames);
+  }
+
+  /// Which of several volumes the options choose. Errors: invalid_argument.
+  Result<size_t> chosen_step(size_t count, const std::string& told_apart_by) const {
+    if (count > 1 && !options_.time_step) {
+      return fail(Status::invalid_argument,
+                  fmt::format("{}: expected one volume, found {} at the same place, told apart by "
+                              "their {}: choose one with --time-step 0 to --time-step {}",
+                              path_.string(), count, told_apart_by, count - 1));
+    }
+    const int64_t step = options_.time_step.value_or(0);
+    if (step < 0 || static_cast<uint64_t>(step) >= count) {
+      return fail(Status::invalid_argument,
+                  fmt::format("{}: expected a --time-step from 0 to {}, found {}: choose another",
+                              path_.string(), count - 1, step));
+    }
+    return static_cast<size_t>(step);
   }
 
   /// The which-th frame of the first place that has several.
@@ -344,11 +350,7 @@ class Arranger {
     }
     std::sort(frames.begin(), frames.end(),
               [&](uint32_t a, uint32_t b) { return number(a) < number(b); });
-    const std::vector<int64_t> sizes{image_of(frames[0]).columns, image_of(frames[0]).rows,
-                                     static_cast<int64_t>(frames.size()), 1};
-    if (const auto r = choose_time_step(path_, sizes, options_); !r) {
-      return tl::unexpected(r.error());
-    }
+    if (auto r = chosen_step(1, ""); !r) return tl::unexpected(r.error());
     Arrangement out;
     set_plane(frame_of(frames[0]), out.geometry);
     const double stated = image_of(frames[0]).stated_slice_spacing;

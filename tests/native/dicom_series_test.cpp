@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "native/build/builder.h"
 #include "tests/native/dicom_files.h"
 
 // Folders with a file per slice.
@@ -602,6 +603,16 @@ TEST(DicomSeries, LargePrivateElementsLoseNoSliceAndTakeNoMemory) {
   setrlimit(RLIMIT_AS, &before);
   expect_field(volume, series);
   EXPECT_EQ(volume.source->header().grid.voxels.z, 3000);
+
+  BuildOptions build;
+  build.memory_bytes = uint64_t{1} << 30;
+#ifndef __SANITIZE_ADDRESS__
+  const rlimit gibibyte{pages * static_cast<rlim_t>(getpagesize()) + (1 << 30), before.rlim_max};
+  setrlimit(RLIMIT_AS, &gibibyte);
+#endif
+  const auto report = build_store_file(*volume.source, folder / "a.isosplat", build);
+  setrlimit(RLIMIT_AS, &before);
+  ASSERT_TRUE(report) << report.error().message;
 }
 
 }  // namespace

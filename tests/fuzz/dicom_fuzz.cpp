@@ -1,0 +1,106 @@
+// DICOM files: elements, what frames they describe, how those are ordered, and native pixels. What
+// GDCM decompresses runs in a child process, and is not looked at here.
+//
+// The input is a file as it is where its first byte is 128 or more; otherwise the byte names a
+// valid file, and the rest edits it.
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <numeric>
+
+#include "native/import/dicom_order.h"
+#include "native/import/dicom_pixels.h"
+#include "tests/fuzz/edits.h"
+#include "tests/native/dicom_files.h"
+
+namespace isosplat {
+namespace {
+
+std::vector<std::string> make_files() {
+  test::BallSeries series;
+  series.size = {4, 3, 3};
+  test::DicomItem nuclear = series.common();
+  nuclear[0x00080008] = test::dicom_text("CS", "ORIGINAL\\PRIMARY\\RECON TOMO");
+  nuclear[0x00080060] = test::dicom_text("CS", "NM");
+  nuclear[0x00180088] = test::dicom_text("DS", "-2");
+  nuclear[0x00280008] = test::dicom_text("IS", "3");
+  nuclear[0x00540022] = test::dicom_sequence(
+      {{{0x00200032, series.position_value(0)}, {0x00200037, series.orientation_value()}}});
+  nuclear[0x00540080] = test::dicom_numbers("US", std::vector<uint16_t>{2, 1, 3});
+  test::DicomItem dose = series.slice(0);
+  dose[0x00280008] = test::dicom_text("IS", "3");
+  dose[0x3004000c] = test::dicom_text("DS", "0\\2\\4");
+  dose[0x3004000e] = test::dicom_text("DS", "0.5");
+  const auto pixels = test::dicom_numbers("OW", std::vector<uint16_t>(36, 7));
+  nuclear[0x7fe00010] = dose[0x7fe00010] = pixels;
+  test::DicomItem encapsulated = series.enhanced({0, 1, 2});
+  encapsulated[0x7fe00010] =
+      test::dicom_fragments({"first", "second", "third", "fourth"}, {0, 14, 28});
+  std::vector<std::string> files;
+  for (test::DicomSyntax syntax : {test::DicomSyntax{}, test::implicit_little(),
+                                   test::explicit_big(), test::deflated_little()}) {
+    for (const bool undefined : {false, true}) {
+      syntax.undefined_lengths = undefined;
+      const test::DicomWriter writer(syntax);
+      for (const auto& data : {series.enhanced({2, 0, 1}), nuclear, dose, series.slice(1)}) {
+        files.push_back(writer.file(data));
+      }
+    }
+  }
+  test::DicomSyntax compressed;
+  compressed.uid = "1.2.840.10008.1.2.4.70";
+  files.push_back(test::DicomWriter(compressed).file(encapsulated));
+  return files;
+}
+
+void import(const std::filesystem::path& path) {
+  const auto elements = dicom::read_elements(path);
+  if (!elements) return;
+  dicom::Collection collection;
+  const auto verdict = dicom::add_frames(*elements, path, collection);
+  if (!verdict || *verdict != dicom::Verdict::taken) return;
+  ImportOptions options;
+  for (const AllowanceFlag& allowance : kAllowances) options.allowed.add(allowance.allowance);
+  std::vector<std::string> notes;
+  const auto stack = dicom::choose_stack(collection, path, options, notes);
+  if (!stack) return;
+  const auto arranged = dicom::arrange(collection, *stack, path, options, notes);
+  if (!arranged) return;
+  std::vector<std::byte> out;
+  for (const dicom::Plane& plane : arranged->planes) {
+    const dicom::Frame& frame = collection.frames[plane.first];
+    const dicom::Image& image = collection.images[frame.image];
+    if (image.is_encapsulated || !image.obstacle.empty()) return;
+    const uint64_t pixels =
+        static_cast<uint64_t>(image.columns) * static_cast<uint64_t>(image.rows);
+    if (pixels > 1 << 20) return;
+    const dicom::FramePixels one{&image, frame.index, frame.slope, frame.intercept};
+    out.resize(static_cast<size_t>(8 * pixels));
+    static_cast<void>(dicom::read_frames({&one, 1}, VoxelType::f64, true, 1 << 30, out));
+  }
+}
+
+}  // namespace
+}  // namespace isosplat
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace isosplat;
+  static const std::vector<std::string> files = make_files();
+  static const int memory = memfd_create("dicom", 0);
+  static const std::filesystem::path path = fmt::format("/proc/self/fd/{}", memory);
+  fuzz::Input input(data, size);
+  const uint32_t which = input.number(1);
+  std::string file;
+  if (which >= 128) {
+    const auto rest = input.rest();
+    file.assign(reinterpret_cast<const char*>(rest.data()), rest.size());
+  } else {
+    file = files[which % files.size()];
+    if (which & 64) file.resize(input.number(2) % file.size());
+    edit(std::as_writable_bytes(std::span(file)), input);
+  }
+  if (ftruncate(memory, 0) != 0) return 0;
+  if (pwrite(memory, file.data(), file.size(), 0) != static_cast<ssize_t>(file.size())) return 0;
+  import(path);
+  return 0;
+}
