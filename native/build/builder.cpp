@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
+#include <limits>
 #include <mutex>
 #include <new>
 #include <optional>
@@ -14,10 +16,12 @@
 #include "native/build/memory_plan.h"
 #include "native/build/metadata.h"
 #include "native/build/ordered_output.h"
-#include "native/files/output_file.h"
 #include "native/build/parallel.h"
+#include "native/build/size_budget.h"
 #include "native/build/slice_store.h"
 #include "native/build/value_codes.h"
+#include "native/build/volume_sample.h"
+#include "native/files/output_file.h"
 #include "shared/store/format.h"
 
 namespace isosplat {
@@ -28,6 +32,13 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
+
+/// λ, the weight of a stored byte, at a fetch weight of 1 where the store has room for it.
+constexpr double kLeastLambda = 0.09;
+
+/// Blocks that are built at a time where the store's size has to be watched: a quarter of a
+/// level's, so that what the first ones take still helps the others, but not more than these.
+constexpr uint64_t kMostAtATime = 64;
 
 /// One level while it waits for its turn.
 struct WaitingLevel {
@@ -50,6 +61,7 @@ class Builder {
   Result<void> build_layer(const Layer& layer, int32_t z, const CoarserLayer& coarser,
                            StoreWriter& writer);
   Result<void> create_waiting(uint32_t level);
+  Result<void> make_budget(uint64_t head_bytes);
   void report(const char* phase, uint64_t voxels_done);
 
   VolumeSource& source_;
@@ -61,6 +73,9 @@ class Builder {
   ValueMapping mapping_;
   SlabOptions slab_options_;
   std::vector<double> isovalue_distribution_;
+  uint64_t most_bytes_ = 0;  // of the store
+  std::optional<SizeForecast> forecast_;
+  std::optional<SizeBudget> budget_;
   std::vector<BlockWorker> workers_;
   std::optional<CodeReader> codes_;
   std::vector<std::optional<WaitingLevel>> waiting_;  // per level
@@ -112,17 +127,28 @@ Result<void> Builder::build_layer(const Layer& layer, int32_t z, const CoarserLa
   const size_t count = static_cast<size_t>(blocks.x) * static_cast<size_t>(blocks.y);
   static constexpr const char* kPhases[] = {"level 0", "level 1", "level 2", "level 3", "level 4"};
   const char* phase = kPhases[std::min<size_t>(layer.grid.level, std::size(kPhases) - 1)];
-  OrderedOutput output(writer, count);
+  const bool is_watched = !budget_->is_ample();
+  const size_t at_a_time =
+      is_watched ? std::clamp<size_t>(layer.grid.block_count() / 4, 1, kMostAtATime) : count;
+  OrderedOutput output(writer, *budget_, layer.grid, z, at_a_time);
   SharedSlabs slabs(threads_);
   std::atomic<size_t> next{0};
   std::atomic<bool> has_thrown{false};
   on_threads(threads_, [&](unsigned thread) {
     try {
       for (size_t i = next++; i < count && !has_thrown && !output.has_failed(); i = next++) {
-        const auto n = static_cast<int32_t>(i);
-        const Index3 index{n % blocks.x, n / blocks.x, z};
+        const Index3 index = output.index_of(i);
+        const auto grant = output.grant(i);
+        if (!grant) break;
+        SlabOptions options = slab_options_;
+        options.lambda = grant->lambda;
+        double most = std::numeric_limits<double>::infinity();
+        if (is_watched) {
+          most = budget_->least_bytes(*grant, layer.grid.level, index) +
+                 std::max(grant->slack, 0.0) / static_cast<double>(at_a_time);
+        }
         EncodedBlock encoded;
-        workers_[thread].work(layer, index, coarser, slab_options_, slabs, encoded);
+        workers_[thread].work(layer, index, coarser, options, most, slabs, encoded);
         output.put(i, std::move(encoded));
         const Index3 cells = block_cells(layer.grid, index);
         report(phase, static_cast<uint64_t>(cells.x) * static_cast<uint64_t>(cells.y) *
@@ -131,6 +157,7 @@ Result<void> Builder::build_layer(const Layer& layer, int32_t z, const CoarserLa
     } catch (...) {
       has_thrown = true;
       // The others wait there for this thread.
+      output.stop();
       workers_[thread].help(slabs);
       throw;
     }
@@ -205,6 +232,22 @@ Result<void> Builder::build_level(uint32_t level, StoreWriter& writer) {
   return {};
 }
 
+Result<void> Builder::make_budget(uint64_t head_bytes) {
+  const auto sample = sample_volume(source_, value_codes_, threads_);
+  if (!sample) return tl::unexpected(sample.error());
+  isovalue_distribution_ = guess_isovalues(sample->statistics, sample->voxels);
+  slab_options_.isovalue_distribution = isovalue_distribution_;
+  slab_options_.lambda = std::min(kLeastLambda / options_.fetch_weight, kMostLambda);
+  const Index3 n = header_.grid.voxels;
+  const auto voxel_size = std::min<size_t>(voxel_bytes(header_.type), mapping_.bits / 8);
+  const double most = double{1} * n.x * n.y * n.z * static_cast<double>(voxel_size) *
+                      std::sqrt(options_.fetch_weight);
+  most_bytes_ = static_cast<uint64_t>(most);
+  forecast_.emplace(*sample, n, slab_options_, threads_);
+  budget_.emplace(*forecast_, most, static_cast<double>(head_bytes));
+  return {};
+}
+
 Result<BuildReport> Builder::build(ByteSink& sink) {
   const Index3 n = header_.grid.voxels;
   auto writer = StoreWriter::create(n, metadata_limit(header_, options_), sink);
@@ -236,12 +279,7 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
   value_codes_ = std::move(*codes);
   mapping_ = value_codes_.mapping();
   codes_.emplace(source_, value_codes_, threads_);
-  auto distribution = guess_isovalues(source_, value_codes_);
-  if (!distribution) return tl::unexpected(distribution.error());
-  isovalue_distribution_ = std::move(*distribution);
-  slab_options_.isovalue_distribution = isovalue_distribution_;
-  slab_options_.lambda = options_.lambda;
-  slab_options_.overhead_cells = options_.overhead_cells;
+  if (auto made = make_budget(writer->bytes_written()); !made) return tl::unexpected(made.error());
   encoding_start_ = Clock::now();
   for (uint32_t l = 0; l < levels; ++l) {
     if (auto built = build_level(l, *writer); !built) return tl::unexpected(built.error());
@@ -260,6 +298,7 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
   BuildReport report;
   report.info = std::move(*finished);
   report.raw_bytes = volume * voxel_bytes(header_.type);
+  report.most_bytes = most_bytes_;
   report.needed_bytes = plan_.bytes;
   for (uint32_t l = 1; l < levels; ++l) report.uses_temporary_files |= !plan_.in_memory[l];
   report.seconds = seconds_since(start_);

@@ -25,10 +25,10 @@ struct BuildOptions {
   std::vector<std::string> notes;
   std::string source_file;  ///< for the metadata (FORMAT.md): name of the volume's file or folder;
   std::string source_path_hash;  ///< and its path's hash; empty: unknown
-  /// The dial between bytes stored and bytes fetched: SlabOptions::lambda. Half of it fetches about
-  /// a fifteenth less for an isovalue, and stores about a sixth more.
-  double lambda = 0.09;
-  double overhead_cells = 300;  ///< SlabOptions::overhead_cells
+  /// How much a byte fetched for an isovalue weighs against a byte stored, above 0; 1 is the
+  /// default. More makes stores larger and isovalues smaller. The store takes at most √fetch_weight
+  /// times the bytes of the voxels or of their codes, whichever are fewer, if it can.
+  double fetch_weight = 1;
   /// How far a value may be from the voxel's: 0 for lossless where 16 bits allow, else as exact as
   /// they do. Larger ones make smaller stores. See choose_codes.
   double max_error = 0;
@@ -45,6 +45,7 @@ struct BuildOptions {
 struct BuildReport {
   StoreInfo info;
   uint64_t raw_bytes = 0;     ///< of the volume's voxels as they are in the file
+  uint64_t most_bytes = 0;    ///< that the store was to take: noise may need more
   uint64_t needed_bytes = 0;  ///< of memory, by the build's own account
   bool uses_temporary_files = false;
   double seconds = 0;

@@ -2,13 +2,12 @@
 
 #include <vector>
 
-#include "native/build/value_codes.h"
-#include "native/import/volume_source.h"
+#include "native/build/statistics.h"
 
 namespace isosplat {
 
 /// How likely an isovalue is below each code, as SlabOptions::isovalue_distribution wants it: 65537
-/// entries. Reads a few slices, front to back. Errors: those of the source.
-Result<std::vector<double>> guess_isovalues(VolumeSource& source, const ValueCodes& codes);
+/// entries. `sample`: the codes of a part of the volume, of `voxels` voxels.
+std::vector<double> guess_isovalues(const VolumeStatistics& sample, uint64_t voxels);
 
 }  // namespace isosplat

@@ -22,7 +22,7 @@ void round_intervals(GatheredBlock& block) {
   while (bits < 16 && 5 * (below + cells[static_cast<size_t>(bits)]) <= all) {
     below += cells[static_cast<size_t>(bits++)];
   }
-  const int shift = std::clamp(bits - 3, 0, kMostBits);
+  const int shift = std::clamp(bits - 2, 0, kMostBits);
   if (shift == 0) return;
   const auto low = static_cast<Code>((1 << shift) - 1);
   for (CellInterval& interval : block.intervals) {

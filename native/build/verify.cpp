@@ -10,9 +10,9 @@
 #include <thread>
 #include <utility>
 
-#include "native/files/file_io.h"
 #include "native/build/parallel.h"
 #include "native/build/verify_block.h"
+#include "native/files/file_io.h"
 #include "shared/store/checksum.h"
 #include "shared/store/format.h"
 

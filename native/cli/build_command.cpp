@@ -61,6 +61,12 @@ int run(const BuildCall& call) {
       static_cast<double>(info.file_bytes) / static_cast<double>(built->raw_bytes),
       with_commas(info.chunk_count), in_seconds(built->seconds),
       voxels / std::max(built->seconds, 1e-9) / 1e6);
+  if (info.file_bytes > built->most_bytes) {
+    fmt::print(
+        "That is more than the {} that were aimed at: its voxels are mostly noise, or few, and the "
+        "store is about as small as it can be\n",
+        in_bytes(built->most_bytes));
+  }
   if (info.missing_voxels > 0) {
     fmt::print("{} voxels are not a number or infinite: cells that touch them are left empty\n",
                with_commas(info.missing_voxels));
@@ -98,7 +104,17 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "with the default, which is within 0.0008 % of the range of values\n"
       "  0.01 % of the range   0.70  0.59  0.63    0.71  0.65  0.66\n"
       "  0.1 %                 0.47  0.32  0.34    0.46  0.34  0.36\n"
-      "  0.4 % (8 bits)        0.33  0.22  0.23    0.31  0.22  0.21"));
+      "  0.4 % (8 bits)        0.33  0.22  0.23    0.31  0.22  0.21\n"
+      "\n"
+      "The store takes at most √W times the voxels for --fetch-weight W, unless noise leaves "
+      "nothing to\n"
+      "save; volumes without noise take less. Measured, as store / voxels and bytes of an "
+      "isovalue, all\n"
+      "levels, against those with weight 1:\n"
+      "  W                     1/4          1/2      1            2            4\n"
+      "  engine, CT     0.49 +32 %   0.58  +8 %   0.68   0.84  -7 %   1.06 -11 %\n"
+      "  head, noisy MR 0.49 +76 %   0.69 +13 %   0.98   1.38 -10 %   1.96 -16 %\n"
+      "  aneurysm       0.12  +8 %   0.16  +3 %   0.21   0.28  -3 %   0.39  -4 %"));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

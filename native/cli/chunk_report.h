@@ -7,7 +7,7 @@
 
 namespace isosplat::cli {
 
-/// How a store's chunks are distributed: what λ and the codec lead to.
+/// How a store's chunks are distributed: what the cuts and the codec lead to.
 struct ChunkReport {
   struct Level {
     uint64_t blocks = 0;        ///< with at least one chunk

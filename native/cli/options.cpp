@@ -122,10 +122,10 @@ void BuildFlags::add_to(CLI::App& command) {
       ->check(is_whole_number(0, kMaxThreads))
       ->capture_default_str();
   command
-      .add_option("--lambda", lambda_,
-                  "Bytes stored against bytes fetched: smaller values make larger stores that "
-                  "send fewer bytes for an isovalue")
-      ->check(is_number(1e-4, 10))
+      .add_option("--fetch-weight", fetch_weight_,
+                  "How much a byte fetched for an isovalue weighs against a byte stored: more "
+                  "makes larger stores that send less (table: isosplat build --help)")
+      ->check(is_number(0.01, 100))
       ->capture_default_str();
   command
       .add_option("--max-error", max_error_,
@@ -152,7 +152,7 @@ Result<BuildOptions> BuildFlags::options() const {
                      in_bytes(options.memory_bytes)));
   }
   options.threads = threads_;
-  options.lambda = lambda_;
+  options.fetch_weight = fetch_weight_;
   options.max_error = max_error_;
   options.title = title_;
   options.value_units = units_;
@@ -161,7 +161,7 @@ Result<BuildOptions> BuildFlags::options() const {
 }
 
 std::string BuildFlags::key() const {
-  return fmt::format("{}\n{}\n{}\n{}", lambda_, title_, units_,
+  return fmt::format("{}\n{}\n{}\n{}", fetch_weight_, title_, units_,
                      max_error_);  // the others do not change the store
 }
 

@@ -46,7 +46,7 @@ class BuildFlags {
   std::string title_, units_, memory_ = "1G";
   std::string temporary_folder_;
   double max_error_ = 0;
-  double lambda_ = BuildOptions{}.lambda;
+  double fetch_weight_ = BuildOptions{}.fetch_weight;
   unsigned threads_ = 0;
 };
 

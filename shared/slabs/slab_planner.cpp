@@ -67,6 +67,7 @@ void SlabPlanner::choose_candidates(uint32_t most) {
 
 const std::vector<uint32_t>& SlabPlanner::plan(const SlabOptions& options) {
   ends_.clear();
+  slab_cells_.clear();
   if (cells_ == 0) return ends_;
   choose_candidates(options.max_candidates);
   const size_t n = candidates_.size();
@@ -97,8 +98,10 @@ const std::vector<uint32_t>& SlabPlanner::plan(const SlabOptions& options) {
   }
   for (auto j = static_cast<uint32_t>(n - 1); j > 0; j = from_[j]) {
     ends_.push_back(candidates_[j].code);
+    slab_cells_.push_back(cells_ - candidates_[j].not_begun - candidates_[from_[j]].ended);
   }
   std::reverse(ends_.begin(), ends_.end());
+  std::reverse(slab_cells_.begin(), slab_cells_.end());
   return ends_;
 }
 

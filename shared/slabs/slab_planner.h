@@ -52,6 +52,9 @@ class SlabPlanner {
   /// The ends of the slabs, ascending; the last is interval().max. Empty where cells() is 0.
   const std::vector<uint32_t>& plan(const SlabOptions& options);
 
+  /// Cells in each slab of the plan made last.
+  const std::vector<uint32_t>& slab_cells() const { return slab_cells_; }
+
  private:
   void choose_candidates(uint32_t most);
 
@@ -68,7 +71,7 @@ class SlabPlanner {
   std::vector<Candidate> candidates_;
   std::vector<double> cost_;
   std::vector<uint32_t> from_;
-  std::vector<uint32_t> ends_;
+  std::vector<uint32_t> ends_, slab_cells_;
 };
 
 }  // namespace isosplat

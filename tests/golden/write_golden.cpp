@@ -40,7 +40,7 @@ void write(const std::filesystem::path& folder, const std::string& name, Index3 
   ArraySource<T> source(grid, voxels, name);
   MemorySink sink;
   BuildOptions options;
-  options.lambda = 0.05;
+  options.fetch_weight = 1.8;
   if (const auto built = build_store(source, sink, options); !built) {
     throw std::runtime_error(built.error().message);
   }

@@ -129,7 +129,7 @@ inline void round_plainly(PlainLevel& level) {
                   for (int next = 2; next <= 128; next *= 2) {
                     const auto wide = std::count_if(
                         active.begin(), active.end(),
-                        [&](const CellInterval* c) { return c->max - c->min >= 4 * next; });
+                        [&](const CellInterval* c) { return c->max - c->min >= 2 * next; });
                     if (5 * static_cast<size_t>(wide) >= 4 * active.size()) quantum = next;
                   }
                   for (CellInterval* c : active) {

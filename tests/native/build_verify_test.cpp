@@ -29,7 +29,7 @@ std::vector<std::byte> small_store() {
   VolumeGrid grid;
   grid.voxels = n;
   BuildOptions options;
-  options.lambda = 0.02;
+  options.fetch_weight = 4;
   return *build_store_bytes<uint8_t>(grid, voxels, options);
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <thread>
 
 #include "tests/native/cli_program.h"
@@ -37,6 +38,24 @@ TEST(Cli, HelpShowsExamplesForEveryCommand) {
   EXPECT_EQ(run({"--version"}).exit_code, 0);
 }
 
+TEST(Cli, BuildSaysWhereAStoreIsLargerThanWasAimedAt) {
+  const TempFolder folder;
+  std::mt19937 random(1);
+  std::string noise;
+  for (int i = 0; i < 40 * 40 * 40; ++i) noise.push_back(static_cast<char>(random() % 256));
+  const std::string volume = folder / "noise.raw", store = folder / "noise.isosplat";
+  write_file(volume, noise);
+  const std::vector<std::string> build = {"build",  volume,     "-o",     store,
+                                          "--dims", "40x40x40", "--type", "u8"};
+  const Ended ended = run(build);
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_NE(ended.out.find("more than the 64 kB that were aimed at"), std::string::npos)
+      << ended.out;
+  std::vector<std::string> larger = build;
+  larger.insert(larger.end(), {"--fetch-weight", "9"});
+  EXPECT_EQ(run(larger).out.find("aimed at"), std::string::npos);
+}
+
 TEST(Cli, WrongCallsEndWithTwoAndOneLine) {
   const TempFolder folder;
   const std::string volume = write_ball(folder, 8);
@@ -45,7 +64,7 @@ TEST(Cli, WrongCallsEndWithTwoAndOneLine) {
       {"frobnicate"},
       {"build"},
       {"build", volume, "--memory", "lots"},
-      {"build", volume, "--lambda", "-1"},
+      {"build", volume, "--fetch-weight", "-1"},
       {"build", volume, "--spacing", "1,2"},
       {"build", volume, "--dims", "8x8x8", "--type", "u8"},
       {"build", volume, "--time-step", "3"},

@@ -1,5 +1,5 @@
 // Builds a store from a volume that is in memory, and prints what it took and what it holds as one
-// line of JSON: isosplat_build_bench VOLUME [--u8 LOW HIGH] [--lambda L] [--overhead N] [--threads
+// line of JSON: isosplat_build_bench VOLUME [--u8 LOW HIGH] [--fetch-weight W] [--threads
 // N]
 // [--runs N] [isovalue…].
 #include <sys/resource.h>
@@ -7,31 +7,15 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
-#include <memory>
 #include <string_view>
 
-#include "native/build/array_source.h"
+#include "native/build/builder.h"
 #include "native/import/open_volume.h"
 #include "shared/store/store_reader.h"
+#include "tests/bench/build/held_volume.h"
 
 namespace isosplat {
 namespace {
-
-/// A volume that was read once, so that reading costs what the page cache costs.
-class HeldVolume : public VolumeSource {
- public:
-  VolumeHeader header_;
-  std::vector<std::byte> voxels;
-  const VolumeHeader& header() const override { return header_; }
-  Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
-    const size_t slice = out.size() / static_cast<size_t>(count);
-    std::memcpy(out.data(), voxels.data() + slice * static_cast<size_t>(first), out.size());
-    return {};
-  }
-  uint64_t resident_bytes() const override { return 0; }
-  std::vector<std::filesystem::path> files() const override { return {}; }
-};
 
 /// 16-bit voxels as 8 bits: [low, high] to [0, 255].
 void squeeze(HeldVolume& volume, double low, double high) {
@@ -87,10 +71,8 @@ int run(int count, char** arguments) {
   for (int i = 2; i < count; ++i) {
     const std::string option = arguments[i];
     const auto next = [&] { return std::atof(arguments[++i]); };
-    if (option == "--lambda")
-      options.lambda = next();
-    else if (option == "--overhead")
-      options.overhead_cells = next();
+    if (option == "--fetch-weight")
+      options.fetch_weight = next();
     else if (option == "--threads")
       options.threads = static_cast<unsigned>(next());
     else if (option == "--runs")
@@ -100,17 +82,10 @@ int run(int count, char** arguments) {
     else
       isovalues.push_back(std::atof(option.c_str()));
   }
-  auto opened = open_volume(arguments[1], {});
-  if (!opened) return std::fprintf(stderr, "%s\n", opened.error().message.c_str()), 1;
-  VolumeSource& source = *opened->source;
-  HeldVolume volume;
-  volume.header_ = source.header();
+  auto held = hold_volume(arguments[1]);
+  if (!held) return std::fprintf(stderr, "%s\n", held.error().message.c_str()), 1;
+  HeldVolume& volume = *held;
   const Index3 n = volume.header_.grid.voxels;
-  volume.voxels.resize(static_cast<size_t>(n.x) * static_cast<size_t>(n.y) *
-                       static_cast<size_t>(n.z) * voxel_bytes(volume.header_.type));
-  if (auto read = source.read_slices(0, n.z, volume.voxels); !read) {
-    return std::fprintf(stderr, "%s\n", read.error().message.c_str()), 1;
-  }
   if (low < high) squeeze(volume, low, high);
   std::vector<double> seconds;
   double user = user_seconds();
