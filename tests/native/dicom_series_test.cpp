@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "native/build/builder.h"
+#include "native/import/dicom_order.h"
 #include "tests/native/dicom_files.h"
 
 // Folders with a file per slice.
@@ -486,6 +487,25 @@ TEST(DicomSeries, AGantryTiltShearsTheVolumeAndIsNamed) {
   series.write(folder);
   auto volume = open(folder.path());
   expect_note(volume, "tilted by 15.0°");
+
+  // The header's geometry, which the grid is made of, puts every slice where its file says.
+  dicom::Collection collection;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+    const auto elements = dicom::read_elements(entry.path());
+    ASSERT_TRUE(elements);
+    ASSERT_TRUE(dicom::add_frames(*elements, entry.path(), collection));
+  }
+  std::vector<std::string> notes;
+  const auto stack = dicom::choose_stack(collection, folder.path(), {}, notes);
+  ASSERT_TRUE(stack);
+  const auto arranged = dicom::arrange(collection, *stack, folder.path(), {}, notes);
+  ASSERT_TRUE(arranged);
+  const HeaderGeometry& geometry = arranged->geometry;
+  const Vec3d axis{geometry.direction[2], geometry.direction[5], geometry.direction[8]};
+  for (int z = 0; z < series.size.z; ++z) {
+    const Vec3d at = geometry.origin + axis * (geometry.spacing.z * z);
+    EXPECT_LT(length(at - series.position(z)), 1e-6);
+  }
 }
 
 TEST(DicomSeries, SlicesShiftedWithoutOrderAreAnError) {
