@@ -18,7 +18,8 @@ struct ExtractCall {
   double isovalue = 0;
   uint32_t level = 0;
   unsigned threads = 0;
-  bool exact = false, force = false;
+  ProjectionOptions projection;
+  bool force = false;
 };
 
 int run(const ExtractCall& call) {
@@ -40,8 +41,9 @@ int run(const ExtractCall& call) {
       fmt::format("isosurface {} of {}, level {}, by isosplat " ISOSPLAT_VERSION, call.isovalue,
                   std::filesystem::path(call.store).filename().string(), call.level));
   if (!file) return report(file.error());
-  const auto points = extract_points(**store, call.isovalue, call.exact, {call.level, call.threads},
-                                     [&](const PointArrays& some) { return file->append(some); });
+  const auto points =
+      extract_points(**store, call.isovalue, call.projection, {call.level, call.threads},
+                     [&](const PointArrays& some) { return file->append(some); });
   if (!points) return report(points.error());
   if (auto published = file->publish(); !published) return report(published.error());
   fmt::print("{}: {} points with normals, {}\n", path.string(), with_commas(*points),
@@ -72,13 +74,20 @@ void add_extract_command(CLI::App& program, int& exit_code) {
   command->add_option("--level", call->level, "0 is the finest; each further one halves each axis")
       ->check(is_whole_number(0, 32))
       ->capture_default_str();
-  command->add_flag("--exact", call->exact,
+  command->add_flag("--exact", call->projection.exact,
                     "Put points exactly on the trilinear surface where it is met in the cell");
+  command->add_flag_callback(
+      "--drop-displaced", [call] { call->projection.displaced = Displaced::drop; },
+      "Leave out points that one Newton step moves by more than half a cell's longest diagonal\n"
+      "(Co, Hamann, Joy 2003, section 3.2), at level 0, and let the others leave their cells");
   command->add_flag("--force", call->force, "Replace the file of that name whatever it is");
   command->add_option("--threads", call->threads, "Threads (0: one per core)")
       ->check(is_whole_number(0, kMaxThreads))
       ->capture_default_str();
   command->footer(
+      "There is one point for each active cell, inside of it, as `isosplat render` draws it. On\n"
+      "noisy volumes --drop-displaced leaves an eighth of them out, and holes where they "
+      "were.\n\n" +
       examples("  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
                "  isosplat extract head.isosplat -i -300 --exact --level 1\n"
                "MeshLab, CloudCompare, Open3D and VTK open the file. Positions are in the volume's "

@@ -116,8 +116,8 @@ Result<void> extract_samples(const StoreFile& store, double isovalue, const Extr
   return done;
 }
 
-Result<uint64_t> extract_points(const StoreFile& store, double isovalue, bool exact,
-                                const ExtractOptions& options,
+Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
+                                const ProjectionOptions& projection, const ExtractOptions& options,
                                 const std::function<Result<void>(const PointArrays&)>& take) {
   const auto chunks = chunks_of(store, isovalue, options);
   if (!chunks) return tl::unexpected(chunks.error());
@@ -134,8 +134,8 @@ Result<uint64_t> extract_points(const StoreFile& store, double isovalue, bool ex
           DecodedCells cells;
           auto decoded = decoder.decode(bytes, shape_of(info, some[i]), cells);
           if (!decoded) return decoded;
-          points[i] =
-              project_samples(cells, {&info.grid, &info.mapping, some[i].block}, isocode, exact);
+          points[i] = project_samples(cells, {&info.grid, &info.mapping, some[i].block}, isocode,
+                                      projection);
           return {};
         });
     if (!done) return tl::unexpected(done.error());

@@ -28,12 +28,12 @@ struct ChunkSamples {
 Result<void> extract_samples(const StoreFile& store, double isovalue, const ExtractOptions& options,
                              std::vector<ChunkSamples>& result);
 
-/// Points on the isosurface, one for each active cell, with unit normals towards smaller values.
-/// Hands them to `take` chunk by chunk in file order, from the calling thread; at most a few chunks
-/// are held at a time. `exact`: PointArrays project_samples(…). Returns how many points there were.
+/// Points on the isosurface with unit normals towards smaller values: one for each active cell,
+/// unless `projection` drops some. Hands them to `take` chunk by chunk in file order, from the
+/// calling thread; at most a few chunks are held at a time. Returns how many points there were.
 /// Errors: as extract_samples, and the first error of `take`, which ends the work.
-Result<uint64_t> extract_points(const StoreFile& store, double isovalue, bool exact,
-                                const ExtractOptions& options,
+Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
+                                const ProjectionOptions& projection, const ExtractOptions& options,
                                 const std::function<Result<void>(const PointArrays&)>& take);
 
 }  // namespace isosplat

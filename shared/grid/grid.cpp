@@ -18,11 +18,6 @@ Index3 cells_at(Index3 voxels, uint32_t level) {
   return cells;
 }
 
-Vec3d rotate(const std::array<double, 9>& m, Vec3d v) {
-  return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,
-          m[6] * v.x + m[7] * v.y + m[8] * v.z};
-}
-
 /// Whether two numbers near the values of codes are the same up to rounding: see isocode().
 bool is_same(const ValueMapping& mapping, double a, double b) {
   const double most = std::abs(mapping.offset) + 65536 * mapping.scale;
@@ -52,12 +47,28 @@ float ValueMapping::isocode(double isovalue) const {
 
 Vec3d VolumeGrid::world(Vec3d index) const {
   return origin +
-         rotate(direction, {index.x * spacing.x, index.y * spacing.y, index.z * spacing.z});
+         multiply(direction, {index.x * spacing.x, index.y * spacing.y, index.z * spacing.z});
 }
 
 Vec3d VolumeGrid::world_gradient(Vec3d index_gradient) const {
-  return rotate(direction, {index_gradient.x / spacing.x, index_gradient.y / spacing.y,
-                            index_gradient.z / spacing.z});
+  return multiply(dual_edges(), index_gradient);
+}
+
+bool is_basis(const Matrix3d& direction) {
+  for (size_t axis = 0; axis < 3; ++axis) {
+    // Not a number is no unit length either.
+    if (!(std::abs(length(column(direction, axis)) - 1) <= 1e-6)) return false;
+  }
+  return std::abs(determinant(direction)) >= 1e-3;
+}
+
+double shear_degrees(const Matrix3d& axes) {
+  const auto cosine = [&](size_t one, size_t other) {
+    const Vec3d a = column(axes, one), b = column(axes, other);
+    return std::abs(dot(a, b)) / (length(a) * length(b));
+  };
+  const double most = std::max({cosine(0, 1), cosine(1, 2), cosine(2, 0)});
+  return std::asin(std::min(most, 1.0)) * (180 / 3.14159265358979323846);
 }
 
 uint32_t level_count(Index3 voxels) {

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 
+#include "shared/base/matrix3.h"
 #include "shared/base/vec3.h"
 
 namespace isosplat {
@@ -36,20 +36,43 @@ struct ValueMapping {
   float isocode(double isovalue) const;
 };
 
-/// Where a volume's voxels are: world = origin + direction · (spacing ∘ index), right-handed, in
-/// the units of the file's header (millimetres for medical images, in LPS orientation).
+/// Where a volume's voxels are: world = origin + direction · (spacing ∘ index), in the units of the
+/// file's header (millimetres for medical images, in LPS orientation). The axes need not be
+/// perpendicular: a CT with gantry tilt has a sheared grid.
 struct VolumeGrid {
-  Index3 voxels;                                               ///< voxels along each axis, ≥ 2
-  Vec3d spacing{1, 1, 1};                                      ///< > 0
-  Vec3d origin{0, 0, 0};                                       ///< the centre of voxel (0, 0, 0)
-  std::array<double, 9> direction{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major, orthonormal
+  Index3 voxels;                    ///< voxels along each axis, ≥ 2
+  Vec3d spacing{1, 1, 1};           ///< > 0; the distance between neighbours along each axis
+  Vec3d origin{0, 0, 0};            ///< the centre of voxel (0, 0, 0)
+  Matrix3d direction = kIdentity3;  ///< its columns are the axes in the world; is_basis() holds
 
   /// The world position of a point given in level-0 voxel units.
   Vec3d world(Vec3d index) const;
 
   /// A gradient with respect to world position, from one with respect to voxel index.
   Vec3d world_gradient(Vec3d index_gradient) const;
+
+  /// direction · diag(spacing): its columns are the edges of a cell of level 0.
+  Matrix3d cell_edges() const { return scale_columns(direction, spacing); }
+
+  /// Its transposed inverse. Times a gradient with respect to voxel index: the gradient in the
+  /// world. Transposed, times a vector of the world: the vector in voxels.
+  Matrix3d dual_edges() const {
+    return scale_columns(inverse_transpose(direction),
+                         {1 / spacing.x, 1 / spacing.y, 1 / spacing.z});
+  }
 };
+
+/// Whether the columns are of unit length (to within 10⁻⁶) and far enough from lying in a plane:
+/// |determinant| ≥ 10⁻³. For a grid sheared in one plane that is an angle of 0.06° or more between
+/// its axes; no instrument comes near, and single precision would lose flatter cells.
+bool is_basis(const Matrix3d& direction);
+
+/// By how much an angle between two columns, of any length, differs from 90°, at most, in degrees.
+/// Headers in single precision are rounded to some 10⁻⁵ degrees.
+double shear_degrees(const Matrix3d& axes);
+
+/// Below this, axes count as perpendicular, and nobody is told of it.
+inline constexpr double kLeastShearDegrees = 0.01;
 
 /// Cells along each axis of a block, at every level.
 inline constexpr int32_t kBlockCells = 64;

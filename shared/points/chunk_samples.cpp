@@ -1,9 +1,9 @@
 #include "shared/points/chunk_samples.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "shared/sampling/exact_projection.h"
-#include "shared/sampling/projection.h"
 #include "shared/sampling/sample.h"
 
 namespace isosplat {
@@ -15,6 +15,10 @@ Vec3d as_double(Vec3f v) {
 
 Vec3f as_float(Vec3d v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+
+Vec3f clamped_to_cell(Vec3f p) {
+  return {std::clamp(p.x, 0.0f, 1.0f), std::clamp(p.y, 0.0f, 1.0f), std::clamp(p.z, 0.0f, 1.0f)};
 }
 
 /// The way from a block's cells to level-0 voxel units.
@@ -56,47 +60,47 @@ SampleArrays samples_of(const DecodedCells& cells, const ChunkFrame& frame) {
 }
 
 PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame, float isocode,
-                            bool exact) {
+                            const ProjectionOptions& options) {
   const CellFrame cell_frame(frame.block);
   const VolumeGrid& grid = *frame.grid;
-  const Vec3f size = as_float(grid.spacing * cell_frame.cell);
-  const float threshold = displacement_threshold(size);
+  // The step is found in the world, about the cell's centre, and brought back into the cell.
+  const Matrix3d dual = grid.dual_edges();
+  const double per_cell = 1 / cell_frame.cell;
+  const auto world_gradient = [&](Vec3f g) { return multiply(dual, as_double(g) * per_cell); };
+  const auto in_cells = [&](Vec3d v) { return as_float(multiply_transposed(dual, v) * per_cell); };
+  const auto threshold =
+      static_cast<float>(displacement_threshold(grid.cell_edges()) * cell_frame.cell);
+  const bool drops = options.displaced == Displaced::drop && frame.block.level == 0;
   PointArrays result;
   for (size_t i = 0; i < cells.cell.size(); ++i) {
     if (!is_active(cells.interval[i], isocode)) continue;
     const Trilinear field(cells.corners[i]);
     const Sample sample = centre_sample(cells.corners[i], cells.interval[i]);
-    // The step is found in the cell's own frame, scaled to the proportions of the world.
-    const Vec3f gradient{sample.gradient.x / size.x, sample.gradient.y / size.y,
-                         sample.gradient.z / size.z};
-    const Vec3f direction{gradient.x / size.x, gradient.y / size.y, gradient.z / size.z};
-    Vec3f in_cell = sample.position;
+    // Coarse cells may reach beyond their corners.
+    const CellInterval reached = corner_interval(cells.corners[i]);
+    const float target =
+        std::clamp(isocode, static_cast<float>(reached.min), static_cast<float>(reached.max));
+    const Vec3d gradient = world_gradient(sample.gradient);
+    Vec3f in_cell = sample.position, at_gradient = sample.gradient;
     std::optional<Vec3f> met;
-    if (exact) {
-      met = project_exactly(field, sample.position, direction, isocode);
-    }
+    if (options.exact) met = project_exactly(field, in_cell, in_cells(gradient), target);
     if (met) {
       in_cell = *met;
-    } else {
-      const auto step = project({0, 0, 0}, sample.value, gradient, isocode);
-      if (!step) {
-        if (frame.block.level == 0) continue;
-      } else {
-        const float distance = length(*step);
-        float scale = 1;
-        if (distance > threshold) {
-          if (frame.block.level == 0) continue;
-          scale = threshold / distance;
-        }
-        in_cell = in_cell + Vec3f{step->x / size.x, step->y / size.y, step->z / size.z} * scale;
-      }
+      at_gradient = field.at(in_cell).gradient;
+    } else if (const auto step = project({0, 0, 0}, sample.value, as_float(gradient), target)) {
+      const float distance = length(*step);
+      if (drops && distance > threshold) continue;
+      const float scale = distance > threshold ? threshold / distance : 1;
+      in_cell = in_cell + in_cells(as_double(*step * scale));
+      if (!drops) in_cell = clamped_to_cell(in_cell);
+    } else if (drops) {
+      continue;
     }
     const Vec3d index = cell_frame.index(cells.cell[i], as_double(in_cell));
     result.positions.push_back(grid.world(index));
-    const Vec3f at_point = met ? field.at(*met).gradient : sample.gradient;
-    const Vec3d world_gradient = grid.world_gradient(as_double(at_point));
-    const double steepness = length(world_gradient);
-    result.normals.push_back(as_float(world_gradient * (steepness > 0 ? -1 / steepness : 0.0)));
+    const Vec3d normal = world_gradient(at_gradient);
+    const double steepness = length(normal);
+    result.normals.push_back(as_float(normal * (steepness > 0 ? -1 / steepness : 0.0)));
   }
   return result;
 }

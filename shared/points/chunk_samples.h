@@ -4,6 +4,7 @@
 
 #include "shared/codec/chunk_codec.h"
 #include "shared/grid/grid.h"
+#include "shared/sampling/projection.h"
 
 namespace isosplat {
 
@@ -30,12 +31,19 @@ struct PointArrays {
   std::vector<Vec3f> normals;
 };
 
-/// The projections of the active cells' samples. `exact`: along the gradient's ray to the trilinear
-/// surface within the cell where it is met there (paper, section 3.1), otherwise, and without
-/// `exact`, by one Newton step (equations 5 and 6). A sample that moves further than the
-/// displacement threshold is dropped at level 0, and moved just so far at coarser levels, where the
-/// cell's surface may lie outside of its corners' range.
+struct ProjectionOptions {
+  /// Along the gradient's ray to the trilinear surface within the cell where it is met there
+  /// (paper, section 3.1), otherwise, and without `exact`, by one Newton step (equations 5 and 6).
+  bool exact = false;
+
+  /// Of one Newton step. `clamp`: every active cell has exactly one point, inside of it, as the
+  /// renderer draws it; at its centre where the gradient is zero. `drop`: at level 0 the paper's
+  /// criterion, so there are fewer, some outside of their cell; those without a gradient have none.
+  Displaced displaced = Displaced::clamp;
+};
+
+/// The projections of the active cells' samples onto the isosurface.
 PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame, float isocode,
-                            bool exact);
+                            const ProjectionOptions& options);
 
 }  // namespace isosplat

@@ -12,6 +12,7 @@
 #include "shared/grid/region_mask.h"
 #include "shared/render/camera.h"
 #include "shared/sampling/packed_sample.h"
+#include "shared/sampling/projection.h"
 
 namespace isosplat {
 
@@ -35,12 +36,6 @@ enum class ColourBy : uint8_t {
 
 enum class ColourMap : uint8_t { viridis, magma, cividis, turbo };
 inline constexpr int kColourMaps = 4;
-
-/// What becomes of a sample whose projection leads further than Δd = ½ √(sx² + sy² + sz²).
-enum class Displaced : uint8_t {
-  clamp,  ///< it is moved that far and no further, and not out of its cell: closes all holes
-  drop,   ///< it is not drawn (paper, section 3.2); coarse levels clamp nevertheless
-};
 
 inline constexpr int kMaxIsosurfaces = 8;
 inline constexpr int kMaxClipPlanes = 6;

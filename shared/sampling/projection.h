@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
+#include "shared/base/matrix3.h"
 #include "shared/base/vec3.h"
 
 namespace isosplat {
@@ -10,8 +12,8 @@ namespace isosplat {
 /// p' = p + ∇f · (isovalue − f) / (∇f · ∇f) (paper, equations 5 and 6).
 ///
 /// All arguments in one frame: `gradient` is with respect to the space of `position`, and the
-/// gradient's values are in the units of `value` and `isovalue`. The frame must have the volume's
-/// proportions (world, or spacing-scaled index space), else the step is not along the normal.
+/// gradient's values are in the units of `value` and `isovalue`. Lengths and angles of the frame
+/// must be those of the world, else the step is not along the normal.
 ///
 /// Returns nothing where the gradient is zero: there is no direction to go.
 inline std::optional<Vec3f> project(Vec3f position, float value, Vec3f gradient, float isovalue) {
@@ -20,10 +22,17 @@ inline std::optional<Vec3f> project(Vec3f position, float value, Vec3f gradient,
   return position + gradient * ((isovalue - value) / squared);
 }
 
-/// Δd = ½ √(sx² + sy² + sz²): a sample projected further than this from its cell's centre is not
-/// drawn (paper, section 3.2, figure 3). `cell_size` in the units of the projection.
-inline float displacement_threshold(Vec3f cell_size) {
-  return 0.5f * length(cell_size);
+/// Δd, the displacement threshold: half the longest diagonal of the cell with these edges (the
+/// columns), ½ √(sx² + sy² + sz²) where they are perpendicular (paper, section 3.2, figure 3). No
+/// point of the cell is further from its centre, however the cell is sheared.
+inline double displacement_threshold(const Matrix3d& cell_edges) {
+  return 0.5 * longest_diagonal(cell_edges);
 }
+
+/// What becomes of a sample whose projection leads further than Δd.
+enum class Displaced : uint8_t {
+  clamp,  ///< it is moved that far and no further, and not out of its cell: closes all holes
+  drop,   ///< it is left out (paper, section 3.2); coarse levels clamp nevertheless
+};
 
 }  // namespace isosplat

@@ -274,7 +274,8 @@ uint32_t isosplat_core_project(IsosplatCore* core, const void* data, uint32_t by
   if (!core->store) return no_store(core);
   const auto frame = decode_cells(core, data, bytes, shape, block);
   if (!frame) return report(core, frame.error());
-  const PointArrays points = project_samples(core->cells, *frame, isocode, exact != 0);
+  const PointArrays points =
+      project_samples(core->cells, *frame, isocode, {exact != 0, Displaced::clamp});
   std::vector<Vec3f> positions;
   for (const Vec3d& at : points.positions) {
     positions.push_back(

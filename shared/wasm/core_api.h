@@ -99,11 +99,10 @@ uint32_t isosplat_core_decode_packed(IsosplatCore* core, const void* data, uint3
 uint32_t isosplat_core_decode_samples(IsosplatCore* core, const void* data, uint32_t bytes,
                                       const uint32_t* shape, const uint32_t* block);
 
-/// Projects the chunk's active samples onto an isosurface. `exact` 0: one Newton step, 1: along the
-/// gradient to the trilinear surface in the cell, or one Newton step where it is not met. Level 0
-/// drops samples that move further than the displacement threshold, coarser levels clamp them.
-/// Results: 0: world position (3 floats), 1: unit normal, the negative gradient's direction (3
-/// floats).
+/// Projects the chunk's active samples onto an isosurface: one point for each, inside of its cell.
+/// `exact` 0: one Newton step, as far as the displacement threshold allows, 1: along the gradient
+/// to the trilinear surface in the cell, or one Newton step where it is not met. Results: 0: world
+/// position (3 floats), 1: unit normal, the negative gradient's direction (3 floats).
 uint32_t isosplat_core_project(IsosplatCore* core, const void* data, uint32_t bytes,
                                const uint32_t* shape, const uint32_t* block, float isocode,
                                uint32_t exact);

@@ -101,6 +101,43 @@ TEST(VolumeGrid, GradientsFollowTheWorld) {
   EXPECT_NEAR(gradient.z, slope.z, 1e-12);
 }
 
+// Differences along world axes, on a grid whose axes are not perpendicular.
+TEST(VolumeGrid, GradientsFollowTheWorldOnShearedGrids) {
+  VolumeGrid grid;
+  grid.spacing = {0.5, 2, 3};
+  grid.origin = {1, 2, 3};
+  grid.direction = {1, 0.6, 0, 0, 0.8, -0.28, 0, 0, 0.96};
+  const Vec3d slope{3, -4, 5};  // f(world) = slope · world
+  const auto f = [&](Vec3d index) { return dot(slope, grid.world(index)); };
+  const Vec3d gradient = grid.world_gradient(
+      {f({1, 0, 0}) - f({0, 0, 0}), f({0, 1, 0}) - f({0, 0, 0}), f({0, 0, 1}) - f({0, 0, 0})});
+  EXPECT_LT(length(gradient - slope), 1e-12);
+  // The transposed dual takes the world to voxels.
+  const Vec3d index = multiply_transposed(grid.dual_edges(), grid.world({4, 5, 6}) - grid.origin);
+  EXPECT_LT(length(index - Vec3d{4, 5, 6}), 1e-12);
+}
+
+TEST(VolumeGrid, TellsHowFarItsAxesAreFromPerpendicular) {
+  EXPECT_EQ(shear_degrees(kIdentity3), 0);
+  const double s = std::sin(0.3), c = std::cos(0.3);
+  EXPECT_NEAR(shear_degrees({c, -s, 0, s, c, 0, 0, 0, 1}), 0, 1e-6);
+  EXPECT_NEAR(shear_degrees({1, 0, 0, 0, 1, 0, 0, std::tan(0.25), 1}),
+              0.25 * 180 / 3.14159265358979, 1e-9);
+  EXPECT_NEAR(shear_degrees({5, 0, -3, 0, 2, 0, 0, 0, 3}), 45, 1e-9);  // columns of any length
+}
+
+TEST(VolumeGrid, AxesAreABasisOrAreRefused) {
+  EXPECT_TRUE(is_basis(kIdentity3));
+  EXPECT_TRUE(is_basis({-1, 0, 0, 0, 1, 0, 0, 0, 1}));
+  EXPECT_TRUE(is_basis({1, 0.6, 0, 0, 0.8, 0.6, 0, 0, 0.8}));
+  EXPECT_FALSE(is_basis({1.001, 0, 0, 0, 1, 0, 0, 0, 1}));
+  EXPECT_FALSE(is_basis({1, 0, 0, 0, 0, 0, 0, 0, 1}));
+  EXPECT_FALSE(is_basis({1, 0.6, 0.8, 0, 0.8, -0.6, 0, 0, 0}));  // in a plane
+  EXPECT_FALSE(is_basis({1, 1 - 1e-8, 0, 0, 1e-4, 0, 0, 0, 1}));
+  EXPECT_FALSE(is_basis({std::nan(""), 0, 0, 0, 1, 0, 0, 0, 1}));
+  EXPECT_FALSE(is_basis({HUGE_VAL, 0, 0, 0, 1, 0, 0, 0, 1}));
+}
+
 TEST(ValueMapping, TurnsIsovaluesIntoCodesAndBack) {
   EXPECT_EQ((ValueMapping{.offset = -32768}.isocode(1000.5)), 33768.5f);
   const ValueMapping mapping{.offset = -1.5, .scale = 1.0 / 1024};

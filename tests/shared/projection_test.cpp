@@ -98,8 +98,11 @@ TEST(Projection, HasNoDirectionWhereTheGradientVanishes) {
 }
 
 TEST(Projection, ThresholdIsHalfTheCellsDiagonal) {
-  EXPECT_FLOAT_EQ(displacement_threshold({1, 1, 1}), std::sqrt(3.0f) / 2);
-  EXPECT_FLOAT_EQ(displacement_threshold({2, 3, 6}), 3.5f);
+  EXPECT_DOUBLE_EQ(displacement_threshold(kIdentity3), std::sqrt(3) / 2);
+  EXPECT_DOUBLE_EQ(displacement_threshold(scale_columns(kIdentity3, {2, 3, 6})), 3.5);
+  // Sheared, the diagonals differ: no corner is further from the centre than half the longest.
+  EXPECT_DOUBLE_EQ(displacement_threshold({1, 1, 0, 0, 1, 0, 0, 0, 2}), 1.5);
+  EXPECT_DOUBLE_EQ(displacement_threshold({1, -1, 0, 0, 1, 0, 0, 0, 2}), 1.5);
 }
 
 // Figure 3 of the paper: the threshold drops samples that a flat gradient throws far away, and
@@ -112,12 +115,12 @@ TEST(Projection, ThresholdKeepsPlanesAndDropsFarJumps) {
     const Vec3f centre{0.5f, 0.5f, 0.5f};
     const auto p = project(centre, dot(slope, centre), slope, dot(slope, inside));
     ASSERT_TRUE(p);
-    EXPECT_LE(length(*p - centre), displacement_threshold({1, 1, 1}) * 1.0001f);
+    EXPECT_LE(length(*p - centre), displacement_threshold(kIdentity3) * 1.0001);
   }
   const Sample flat = centre_sample({0, 0, 0, 0, 0, 0, 0, 80}, {0, 80});
   const auto p = project(flat.position, flat.value, flat.gradient, 79);
   ASSERT_TRUE(p);
-  EXPECT_GT(length(*p - flat.position), displacement_threshold({1, 1, 1}));
+  EXPECT_GT(length(*p - flat.position), displacement_threshold(kIdentity3));
 }
 
 }  // namespace

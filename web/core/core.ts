@@ -225,8 +225,8 @@ export class Store {
   }
 
   /**
-   * Projects a chunk's active samples onto an isosurface. `exact`: to the trilinear surface along
-   * the gradient instead of by one Newton step.
+   * Projects a chunk's active samples onto an isosurface: one point for each, inside of its cell.
+   * `exact`: to the trilinear surface along the gradient instead of by one Newton step.
    */
   project(
     chunk: ChunkShape & { block: Triple },
