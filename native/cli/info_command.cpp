@@ -37,6 +37,10 @@ Json mapping_json(const ValueMapping& mapping) {
           {"bits", mapping.bits}};
 }
 
+bool is_sheared(const VolumeGrid& grid) {
+  return shear_degrees(grid.direction) >= kLeastShearDegrees;
+}
+
 Json grid_json(const VolumeGrid& grid) {
   Json levels = Json::array();
   for (uint32_t level = 0; level < level_count(grid.voxels); ++level) {
@@ -47,6 +51,7 @@ Json grid_json(const VolumeGrid& grid) {
           {"spacing", to_json(grid.spacing)},
           {"origin", to_json(grid.origin)},
           {"direction", grid.direction},
+          {"shearDegrees", is_sheared(grid) ? shear_degrees(grid.direction) : 0.0},
           {"levels", std::move(levels)}};
 }
 
@@ -67,13 +72,18 @@ void print_grid(const VolumeGrid& grid) {
   print_line("dims", fmt::format("{} × {} × {} voxels", n.x, n.y, n.z));
   print_line("spacing", triple(grid.spacing));
   print_line("origin", triple(grid.origin));
-  const std::array<double, 9> identity{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  if (grid.direction != identity) {
+  if (grid.direction != kIdentity3) {
     std::string text;
     for (size_t i = 0; i < 9; ++i) {
       text += fmt::format("{}{:.4g}", i == 0 ? "" : i % 3 == 0 ? " | " : " ", grid.direction[i]);
     }
     print_line("direction", text);
+  }
+  if (is_sheared(grid)) {
+    print_line(
+        "axes",
+        fmt::format("not perpendicular: {:.1f}° off; the grid is sheared, as the header says",
+                    shear_degrees(grid.direction)));
   }
 }
 

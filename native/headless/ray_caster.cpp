@@ -83,17 +83,10 @@ std::optional<double> first_root(const double (&k)[4], double lo, double hi) {
   return std::nullopt;
 }
 
-Vec3d to_axes(const VolumeGrid& grid, Vec3d v) {
-  const auto& d = grid.direction;
-  return {(d[0] * v.x + d[3] * v.y + d[6] * v.z) / grid.spacing.x,
-          (d[1] * v.x + d[4] * v.y + d[7] * v.z) / grid.spacing.y,
-          (d[2] * v.x + d[5] * v.y + d[8] * v.z) / grid.spacing.z};
-}
-
 }  // namespace
 
 RayCaster::RayCaster(const VolumeGrid& grid, std::span<const Code> codes, bool has_missing)
-    : grid_(grid), codes_(codes), has_missing_(has_missing) {
+    : grid_(grid), dual_edges_(grid.dual_edges()), codes_(codes), has_missing_(has_missing) {
   const Index3 cells{grid.voxels.x - 1, grid.voxels.y - 1, grid.voxels.z - 1};
   bricks_ = {(cells.x + kBrick - 1) / kBrick, (cells.y + kBrick - 1) / kBrick,
              (cells.z + kBrick - 1) / kBrick};
@@ -129,7 +122,8 @@ std::optional<RayCaster::Hit> RayCaster::cast(const Camera& camera, int width, i
   const double px = 2 * frame.tan_half_field_of_view / height;
   const Vec3d direction = frame.forward + frame.right * ((x + 0.5 - 0.5 * width) * px) +
                           frame.up * ((y + 0.5 - 0.5 * height) * px);
-  return cast_ray(to_axes(grid_, frame.eye - grid_.origin), to_axes(grid_, direction), isocode);
+  const auto in_cells = [&](Vec3d v) { return multiply_transposed(dual_edges_, v); };
+  return cast_ray(in_cells(frame.eye - grid_.origin), in_cells(direction), isocode);
 }
 
 std::optional<RayCaster::Hit> RayCaster::cast_ray(Vec3d o, Vec3d r, double isocode) const {
@@ -190,9 +184,9 @@ std::optional<RayCaster::Hit> RayCaster::cast_ray(Vec3d o, Vec3d r, double isoco
           if (const auto root = first_root(cubic, 0, leave - t)) {
             const Vec3d at = p + r * *root;
             const Vec3d gradient =
-                grid_.world_gradient({k[1] + k[3] * at.y + k[5] * at.z + k[7] * at.y * at.z,
-                                      k[2] + k[3] * at.x + k[6] * at.z + k[7] * at.x * at.z,
-                                      k[4] + k[5] * at.x + k[6] * at.y + k[7] * at.x * at.y});
+                multiply(dual_edges_, {k[1] + k[3] * at.y + k[5] * at.z + k[7] * at.y * at.z,
+                                       k[2] + k[3] * at.x + k[6] * at.z + k[7] * at.x * at.z,
+                                       k[4] + k[5] * at.x + k[6] * at.y + k[7] * at.x * at.y});
             const double size = length(gradient);
             return Hit{t + *root, size > 0 ? gradient * (1 / size) : Vec3d{}, size};
           }

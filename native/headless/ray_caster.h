@@ -31,6 +31,7 @@ class RayCaster {
   CellInterval cell_interval(Index3 cell) const;
 
   VolumeGrid grid_;
+  Matrix3d dual_edges_;
   std::span<const Code> codes_;
   bool has_missing_;
   Index3 bricks_;

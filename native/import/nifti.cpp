@@ -10,8 +10,8 @@
 #include "native/import/formats.h"
 
 // NIfTI-1 (.nii, .nii.gz). ITK reads the geometry (of the header's two transforms it chooses the
-// right one, and turns RAS into LPS); where the voxels are, and their scaling, is read here, so
-// that they can be streamed.
+// right one, and turns RAS into LPS), but for sheared grids, which it does not know; where the
+// voxels are, and their scaling, is read here, so that they can be streamed.
 //
 //   bytes 0–3     348: tells the byte order        108–111  f32: the first voxel's offset
 //         40–55   i16[8]: dimension, sizes         112–115  f32: slope    116–119  f32: intercept
@@ -69,8 +69,8 @@ std::optional<StoredType> type_of(int16_t code) {
   }
 }
 
-/// The geometry of the header's affine transform ("sform"), which may be oblique: ITK refuses
-/// those. Nothing where the header has none.
+/// The geometry of the header's affine transform ("sform"), which may be sheared. Nothing where the
+/// header has none.
 std::optional<HeaderGeometry> affine_geometry(const Fields& fields) {
   if (fields.get<int16_t>(254) <= 0) return std::nullopt;
   HeaderGeometry geometry;
@@ -130,10 +130,15 @@ Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOpt
   const auto step = choose_time_step(path, sizes, options);
   if (!step) return tl::unexpected(step.error());
 
+  // Where the affine transform is sheared, ITK takes the other one, a rotation, or refuses the
+  // file.
   HeaderGeometry geometry;
-  if (const auto itk_header = read_itk_header(ItkFormat::nifti, path)) {
+  const auto affine = affine_geometry(fields);
+  if (affine && shear_degrees(affine->direction) >= kLeastShearDegrees) {
+    geometry = *affine;
+  } else if (const auto itk_header = read_itk_header(ItkFormat::nifti, path)) {
     geometry = itk_header->geometry;
-  } else if (const auto affine = affine_geometry(fields)) {
+  } else if (affine) {
     geometry = *affine;
   } else {
     return tl::unexpected(itk_header.error());

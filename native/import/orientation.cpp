@@ -8,46 +8,11 @@
 namespace isosplat {
 namespace {
 
-using Matrix = std::array<double, 9>;
-
-double determinant(const Matrix& m) {
-  return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
-         m[2] * (m[3] * m[7] - m[4] * m[6]);
-}
-
-/// The transposed inverse. Requires det = determinant(m) ≠ 0.
-Matrix inverse_transpose(const Matrix& m, double det) {
-  return {(m[4] * m[8] - m[5] * m[7]) / det, (m[5] * m[6] - m[3] * m[8]) / det,
-          (m[3] * m[7] - m[4] * m[6]) / det, (m[2] * m[7] - m[1] * m[8]) / det,
-          (m[0] * m[8] - m[2] * m[6]) / det, (m[1] * m[6] - m[0] * m[7]) / det,
-          (m[1] * m[5] - m[2] * m[4]) / det, (m[2] * m[3] - m[0] * m[5]) / det,
-          (m[0] * m[4] - m[1] * m[3]) / det};
-}
-
-/// The nearest orthonormal matrix, of the same handedness: Newton's iteration for the polar
-/// decomposition (Higham 1986). Each step averages the matrix with its transposed inverse.
-Matrix nearest_orthonormal(Matrix m) {
-  for (int i = 0; i < 50; ++i) {
-    const Matrix other = inverse_transpose(m, determinant(m));
-    double change = 0;
-    for (size_t k = 0; k < 9; ++k) {
-      const double average = (m[k] + other[k]) / 2;
-      change = std::max(change, std::abs(average - m[k]));
-      m[k] = average;
-    }
-    if (change < 1e-15) break;
-  }
-  return m;
-}
-
-/// Columns scaled to length 1. False where that is impossible, or the columns lie in a plane.
-bool normalise_columns(Matrix& m) {
-  for (size_t column = 0; column < 3; ++column) {
-    const double length = std::hypot(m[column], m[3 + column], m[6 + column]);
-    if (!(length > 0) || !std::isfinite(length)) return false;
-    for (size_t row = 0; row < 3; ++row) m[3 * row + column] /= length;
-  }
-  return std::abs(determinant(m)) > 1e-3;
+/// Columns scaled to length 1. False where that gives no basis.
+bool normalise_columns(Matrix3d& m) {
+  const auto inverse_length = [&](size_t axis) { return 1 / length(column(m, axis)); };
+  m = scale_columns(m, {inverse_length(0), inverse_length(1), inverse_length(2)});
+  return is_basis(m);
 }
 
 std::string shape(Vec3<int64_t> voxels) {
@@ -99,24 +64,15 @@ Result<Orientation> orient(Vec3<int64_t> voxels, HeaderGeometry geometry) {
     grid.origin = origin;
   }
 
-  Matrix direction = geometry.direction;
+  Matrix3d direction = geometry.direction;
   if (!normalise_columns(direction)) {
     result.notes.push_back(
         "the header's axes are no basis of space: the volume is shown along x, y and z");
     return result;
   }
-  const Matrix orthonormal = nearest_orthonormal(direction);
-  double error = 0;
-  for (size_t k = 0; k < 9; ++k) error = std::max(error, std::abs(orthonormal[k] - direction[k]));
-  if (error > 1e-3) {
-    result.notes.push_back(fmt::format(
-        "the header's axes are not perpendicular (off by {:.1f}°): the nearest perpendicular ones "
-        "are taken",
-        2 * std::asin(std::min(1.0, error / 2)) * 180 / 3.14159265358979));
-  }
-  grid.direction = orthonormal;
+  grid.direction = direction;
 
-  if (determinant(orthonormal) < 0) {
+  if (determinant(direction) < 0) {
     result.reverse_rows = true;
     grid.origin = grid.world({0, static_cast<double>(voxels.y - 1), 0});
     for (size_t row = 0; row < 3; ++row) grid.direction[3 * row + 1] *= -1;

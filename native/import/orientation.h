@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -12,8 +11,8 @@ namespace isosplat {
 /// Where voxels are, as a file's header says it: any matrix, any handedness.
 struct HeaderGeometry {
   Vec3d spacing{1, 1, 1};
-  Vec3d origin{0, 0, 0};                                       ///< the centre of voxel (0, 0, 0)
-  std::array<double, 9> direction{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major: columns are the axes
+  Vec3d origin{0, 0, 0};            ///< the centre of voxel (0, 0, 0)
+  Matrix3d direction = kIdentity3;  ///< its columns are the axes, of any length
 };
 
 /// A grid as VolumeGrid wants it, and what had to be done for it.
@@ -27,10 +26,10 @@ struct Orientation {
   std::vector<std::string> notes;  ///< for people, where the header was not taken word by word
 };
 
-/// Makes a header's geometry orthonormal and right-handed. Axes that are not perpendicular are
-/// replaced by the nearest ones that are; a spacing that is not a positive number by 1; a matrix
-/// without an inverse by the identity. Errors: no_cells, volume_too_large, and malformed_volume
-/// where an axis has no voxel.
+/// Makes a grid of a header's geometry: axes of unit length, right-handed. Axes that are not
+/// perpendicular stay so: every voxel keeps its place. A spacing that is not a positive number is
+/// replaced by 1, and axes that (nearly) lie in a plane (is_basis) by x, y and z. Errors: no_cells,
+/// volume_too_large, and malformed_volume where an axis has no voxel.
 Result<Orientation> orient(Vec3<int64_t> voxels, HeaderGeometry geometry);
 
 }  // namespace isosplat

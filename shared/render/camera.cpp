@@ -28,8 +28,7 @@ CameraFrame camera_frame(const Camera& camera) {
 
 BoundingSphere bounding_sphere(const VolumeGrid& grid) {
   const Vec3d last{grid.voxels.x - 1.0, grid.voxels.y - 1.0, grid.voxels.z - 1.0};
-  const Vec3d diagonal{last.x * grid.spacing.x, last.y * grid.spacing.y, last.z * grid.spacing.z};
-  return {grid.world(last * 0.5), 0.5 * length(diagonal)};
+  return {grid.world(last * 0.5), 0.5 * longest_diagonal(scale_columns(grid.cell_edges(), last))};
 }
 
 Camera default_camera(const VolumeGrid& grid, double aspect) {

@@ -13,13 +13,6 @@ std::array<float, 4> floats(Vec3d v, double w) {
           static_cast<float>(w)};
 }
 
-/// The world vector in the volume's axes.
-Vec3d to_axes(const VolumeGrid& grid, Vec3d v) {
-  const auto& d = grid.direction;
-  return {d[0] * v.x + d[3] * v.y + d[6] * v.z, d[1] * v.x + d[4] * v.y + d[7] * v.z,
-          d[2] * v.x + d[5] * v.y + d[8] * v.z};
-}
-
 double reach(Vec3d normal, Vec3d half) {
   return std::abs(normal.x) * half.x + std::abs(normal.y) * half.y + std::abs(normal.z) * half.z;
 }
@@ -49,22 +42,39 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   const BoundingSphere sphere = bounding_sphere(grid);
   const Projection to_clip = projection(camera, sphere, sphere.centre, width, height);
   mesh_clip_ = to_clip.clip_from_world;
-  right_ = to_axes(grid, camera_.right);
-  up_ = to_axes(grid, camera_.up);
-  forward_ = to_axes(grid, camera_.forward);
-  eye_ = to_axes(grid, camera_.eye - grid.origin) * (1 / unit_);
+
+  // p along the axes is direction · p in the world. So dot(v, direction · p) = dot(row(v), p), and
+  // a step v of the world is along(v). The two differ where the axes are not perpendicular.
+  const Matrix3d dual = inverse_transpose(grid.direction);
+  const auto row = [&](Vec3d v) { return multiply_transposed(grid.direction, v); };
+  const auto along = [&](Vec3d v) { return multiply_transposed(dual, v); };
+  right_ = row(camera_.right);
+  up_ = row(camera_.up);
+  forward_ = row(camera_.forward);
+  eye_ = along(camera_.eye - grid.origin) * (1 / unit_);
+  cell_side_ =
+      std::cbrt(spacing_.x * spacing_.y * spacing_.z * std::abs(determinant(grid.direction)));
 
   const double near_plane = to_clip.near_plane / unit_, far_plane = to_clip.far_plane / unit_;
-  block_.right = floats(right_, 0);
+  // How far a sphere of one unit reaches along each axis: the lengths of the inverse's rows.
+  const Vec3d reach{length(column(dual, 0)), length(column(dual, 1)), length(column(dual, 2))};
+  block_.right =
+      floats(right_, std::min({spacing_.x / reach.x, spacing_.y / reach.y, spacing_.z / reach.z}));
   block_.up = floats(up_, 0);
   block_.forward = floats(forward_, 0);
+  block_.step_right = floats(along(camera_.right), reach.x);
+  block_.step_up = floats(along(camera_.up), reach.y);
+  block_.step_forward = floats(along(camera_.forward), reach.z);
+  for (size_t axis = 0; axis < 3; ++axis) {
+    block_.ascent[axis] = floats(multiply_transposed(dual, column(dual, axis)), 0);
+  }
   block_.depth = floats({(far_plane + near_plane) / (far_plane - near_plane),
                          -2 * far_plane * near_plane / (far_plane - near_plane), near_plane},
                         far_plane);
   block_.image = floats({double(width), double(height), width / (width + 2.0 * guard_px)},
                         height / (height + 2.0 * guard_px));
   block_.lens = floats({focal_px, 1 / focal_px, double(max_point_px)}, settings.splat_scale);
-  block_.spacing = floats(spacing_, 0);
+  block_.cell = floats(spacing_, displacement_threshold(grid.cell_edges()) / unit_);
 
   int planes = 0;
   const auto add = [&](Vec3d normal, double least) {
@@ -74,7 +84,7 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   };
   for (size_t i = 0; i < settings.clip_planes.size() && i < kMaxClipPlanes; ++i) {
     const ClipPlane& plane = settings.clip_planes[i];
-    add(to_axes(grid, plane.normal), (plane.offset - dot(plane.normal, camera_.eye)) / unit_);
+    add(row(plane.normal), (plane.offset - dot(plane.normal, camera_.eye)) / unit_);
   }
   const Vec3d extent{(grid.voxels.x - 1) * spacing_.x, (grid.voxels.y - 1) * spacing_.y,
                      (grid.voxels.z - 1) * spacing_.z};

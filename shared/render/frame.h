@@ -10,19 +10,24 @@ namespace isosplat {
 /// The uniform block of shaders/frame.glsl, laid out as std140.
 struct FrameBlock {
   std::array<float, 4> right, up, forward;
+  std::array<float, 4> step_right, step_up, step_forward;
+  std::array<std::array<float, 4>, 3> ascent;
   std::array<float, 4> depth;
   std::array<float, 4> image;
   std::array<float, 4> lens;
-  std::array<float, 4> spacing;
+  std::array<float, 4> cell;
   std::array<std::array<float, 4>, 12> clip_plane;
   std::array<int32_t, 4> switches;
 };
-static_assert(sizeof(FrameBlock) == 4 * (7 * 4 + 12 * 4 + 4));
+static_assert(sizeof(FrameBlock) == 4 * (13 * 4 + 12 * 4 + 4));
 
 /// The geometry of one frame, computed in double precision and handed to the GPU relative to the
 /// eye, so that far-off origins and large volumes cost no precision where it is seen.
 ///
-/// "Frame space": the volume's axes, one unit = the smallest spacing, the eye at the origin.
+/// "Frame space": coordinates along the volume's axes, one unit = the smallest spacing, the eye at
+/// the origin. Cells are boxes there, also of a sheared grid: what is measured along a direction of
+/// the world is measured with a row vector (right, up, forward, planes), and what is true of
+/// lengths and angles with FrameBlock::ascent and the steps.
 class Frame {
  public:
   /// `offset`: by how much splats are moved in the image; meshes stay.
@@ -41,6 +46,9 @@ class Frame {
   };
   Box box(Vec3d low_cell, Vec3d high_cell) const;
 
+  /// The length of the side of a cube as large as a cell of level 0, in units.
+  double cell_side() const { return cell_side_; }
+
   /// Whether a part of the box may be seen: inside the frustum and the clip planes.
   bool may_see(const Box& box) const;
 
@@ -54,9 +62,10 @@ class Frame {
  private:
   FrameBlock block_{};
   double unit_ = 1;
-  Vec3d spacing_;  // in units
-  Vec3d eye_;      // from the volume's voxel (0, 0, 0), frame space axes
-  Vec3d right_, up_, forward_;
+  double cell_side_ = 1;
+  Vec3d spacing_;               // in units
+  Vec3d eye_;                   // from the volume's voxel (0, 0, 0), frame space axes
+  Vec3d right_, up_, forward_;  // row vectors
   CameraFrame camera_;
   Matrix4d mesh_clip_;
   std::array<std::array<double, 4>, 5> sides_;  // frustum: dot(xyz, p) ≥ w

@@ -32,8 +32,7 @@ void Renderer::State::collect_items(const Frame& frame) {
     }
     const double level_scale = std::ldexp(1.0, static_cast<int>(chunk.block.level));
     const double nearest = frame.nearest(box);
-    const auto& s = frame.block().spacing;
-    const double diagonal = level_scale * length(Vec3d{s[0], s[1], s[2]});
+    const double diagonal = 2 * level_scale * double(frame.block().cell[3]);
     // Oblique cells near the image's corners look larger than their diagonal.
     const double largest_px = 1.5 * diagonal * double(lens[0]) * double(lens[3]) /
                               std::max(nearest - diagonal, double(frame.block().depth[2]));
@@ -103,7 +102,7 @@ void Renderer::State::load_samples(const SampleRange& range) {
 /// The box of a cluster's cells, in frame space.
 Occluders::Box Renderer::State::cluster_box(const Frame& frame, const DrawItem& item,
                                             const SampleCluster& cluster) {
-  const auto& s = frame.block().spacing;
+  const auto& s = frame.block().cell;
   const auto& [x, y, z, scale] = item.block;
   const Vec3f size = Vec3f{s[0], s[1], s[2]} * scale;
   const auto along = [](uint8_t low, uint8_t high, float from, float cell) {
@@ -121,11 +120,10 @@ Occluders::Box Renderer::State::cluster_box(const Frame& frame, const DrawItem& 
 uint64_t Renderer::State::find_sights(const Frame& frame, float isocode) {
   occluders.begin(frame.block());
   sights.clear();
-  const auto& spacing = frame.block().spacing;
-  const float face = std::cbrt(spacing[0] * spacing[1] * spacing[2]);
+  const auto side = static_cast<float>(frame.cell_side());
   for (DrawItem& item : items) {
     item.first_sight = static_cast<uint32_t>(sights.size());
-    const float cell = item.block[3] * face;
+    const float cell = item.block[3] * side;
     for (const SampleCluster& cluster : item.chunk->clusters) {
       const bool drawn =
           is_active(cluster.interval, isocode) && item.regions.contains(cluster.region_index());

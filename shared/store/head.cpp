@@ -108,6 +108,12 @@ Result<void> parse_volume(std::span<const std::byte> payload, StoreInfo& info) {
   if (!(grid.spacing.x > 0 && grid.spacing.y > 0 && grid.spacing.z > 0)) {
     return malformed("spacing: expected numbers above 0");
   }
+  if (!is_basis(grid.direction)) {
+    return malformed(
+        "direction: expected three columns of length 1 that do not lie in a plane, found the "
+        "determinant " +
+        std::to_string(determinant(grid.direction)));
+  }
   if (!(info.mapping.scale > 0) || info.mapping.max_error < 0) {
     return malformed("scale or error bound of the values: expected numbers above 0");
   }

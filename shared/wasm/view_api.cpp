@@ -158,11 +158,15 @@ int32_t isosplat_view_set_volume(const double* g, const double* mapping) {
     }
   }
   VolumeGrid grid;
+  std::copy_n(g + 9, 9, grid.direction.begin());
+  if (!is_basis(grid.direction)) {
+    return report({Status::invalid_argument,
+                   "a volume's direction needs columns of length 1 that do not lie in a plane"});
+  }
   grid.voxels = {static_cast<int32_t>(g[0]), static_cast<int32_t>(g[1]),
                  static_cast<int32_t>(g[2])};
   grid.spacing = {g[3], g[4], g[5]};
   grid.origin = {g[6], g[7], g[8]};
-  std::copy_n(g + 9, 9, grid.direction.begin());
   ValueMapping values;
   values.offset = mapping[0];
   values.scale = mapping[1];

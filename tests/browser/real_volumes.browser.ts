@@ -16,6 +16,7 @@ const volumes = [
   { name: "lobster", file: "lobster.nhdr" },
   { name: "statueLeg", file: "statueLeg.nhdr" },
   { name: "mni152", file: "mni152.nii.gz" },
+  { name: "ct_shear", file: "ct_shear.nii.gz" },
   { name: "mr_t1_dicom", file: "mr_t1_dicom" },
   { name: "cthead_tif", file: "cthead_tif", options: ["--spacing", "1,1,2"] },
   { name: "iron_protein", file: "iron_protein.vtk" },

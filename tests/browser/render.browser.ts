@@ -81,7 +81,7 @@ test("draws what the native renderer draws, before and after a lost context", as
       m._isosplat_view_limits(limits);
       const floatTargets = m.HEAPF64[limits / 8 + 2];
       const samples = new Uint8Array(await (await fetch("/fixture/samples.bin")).arrayBuffer());
-      const grid = [60, 50, 30, 1, 1.25, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1];
+      const grid = [60, 50, 30, 1, 1.25, 2, 0, 0, 0, 1, 0.6, 0, 0, 0.8, 0, 0, 0, 1];
       check(m._isosplat_view_set_volume(doubles(grid), doubles([0, 1])));
       const add = () => {
         const at = m._malloc(samples.length);

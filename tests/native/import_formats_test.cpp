@@ -233,21 +233,37 @@ TEST(ImportNifti, TurnsRasIntoLps) {
   EXPECT_EQ(grid.world({1, 1, 1}), (Vec3d{-12, -23, 34}));
 }
 
-TEST(ImportNifti, MakesObliqueAxesPerpendicular) {
-  const TempFolder folder;
-  test::NiftiFile file;
-  file.sizes = {5, 4, 3};
-  file.rows = {{{2, 0.4f, 0, 10}, {0, 3, 0, 20}, {0, 0, 4, 30}}};
-  file.voxels = bytes_of(pattern_voxels<int16_t>(kSize));
-  write_file(folder / "a.nii", file.bytes());
-  auto volume = open(folder / "a.nii");
-  expect_pattern(volume, VoxelType::i16);
-  ASSERT_EQ(volume.notes.size(), 1u);
-  EXPECT_NE(volume.notes[0].find("not perpendicular"), std::string::npos);
+// With and without a rotation beside it, which says something else.
+TEST(ImportNifti, KeepsTheShearOfItsAffineTransform) {
+  for (const bool rotation : {false, true}) {
+    const TempFolder folder;
+    test::NiftiFile file;
+    file.sizes = {5, 4, 3};
+    file.rows = {{{2, 0.4f, 0, 10}, {0, 3, 0, 20}, {0, 0, 4, 30}}};
+    file.has_rotation = rotation;
+    file.voxels = bytes_of(pattern_voxels<int16_t>(kSize));
+    write_file(folder / "a.nii", file.bytes());
+    auto volume = open(folder / "a.nii");
+    expect_pattern(volume, VoxelType::i16);
+    EXPECT_TRUE(volume.notes.empty());
+    const VolumeGrid& grid = volume.source->header().grid;
+    EXPECT_NEAR(length(grid.world({1, 2, 2}) - Vec3d{-12.8, -26, 38}), 0, 1e-6);
+    EXPECT_NEAR(shear_degrees(grid.direction), std::atan(0.4 / 3) * 180 / 3.14159265358979, 1e-5);
+  }
+}
+
+// A CT with gantry tilt: y leads up as well.
+TEST(ImportNifti, KeepsGantryTilt) {
+  ISOSPLAT_NEEDS_VOLUMES(volumes);
+  auto volume = open(volumes / "ct_shear.nii.gz");
+  EXPECT_TRUE(volume.notes.empty());
   const VolumeGrid& grid = volume.source->header().grid;
-  EXPECT_NEAR(grid.spacing.x, 2, 1e-6);
-  EXPECT_NEAR(grid.spacing.z, 4, 1e-6);
-  EXPECT_EQ(grid.origin, (Vec3d{-10, -20, 30}));
+  EXPECT_NEAR(shear_degrees(grid.direction), 18.5, 0.05);
+  // The header's rows times (0, 100, 10, 1), from RAS to LPS.
+  const Vec3d place = grid.world({0, 100, 10});
+  EXPECT_NEAR(place.x, 94.379356, 1e-4);
+  EXPECT_NEAR(place.y, 117.106018 - 45.749205, 1e-4);
+  EXPECT_NEAR(place.z, -102.203552 + 15.307474 + 23.708093, 1e-4);
 }
 
 TEST(ImportVtk, ReadsBinaryAndText) {

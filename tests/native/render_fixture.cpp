@@ -1,5 +1,5 @@
-// Writes what the browser's picture test draws again: samples of a small anisotropic volume, and
-// native pictures of it by every kind.  isosplat_render_fixture FOLDER
+// Writes what the browser's picture test draws again: samples of a small anisotropic and sheared
+// volume, and native pictures of it by every kind.  isosplat_render_fixture FOLDER
 #include <cstdio>
 #include <fstream>
 
@@ -18,7 +18,10 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", renderer.error().message.c_str());
     return 1;
   }
-  const TestVolume volume = sphere_volume({60, 50, 30}, {1, 1.25, 2});
+  VolumeGrid grid{{60, 50, 30}, {1, 1.25, 2}};
+  grid.direction = {1, 0.6, 0, 0, 0.8, 0, 0, 0, 1};
+  const Vec3d centre = grid.world({29.5, 24.5, 14.5});
+  const TestVolume volume = sampled_volume(grid, [&](Vec3d p) { return 100 * length(p - centre); });
   const auto samples = block_samples(volume, {0, {0, 0, 0}}, 1500, 2500);
   std::ofstream(folder + "/samples.bin", std::ios::binary)
       .write(reinterpret_cast<const char*>(samples.data()),

@@ -131,15 +131,15 @@ TEST_F(RenderGlslGpu, UnpacksExactly) {
 // Relative to the cell's span: value and gradient to 10⁻⁵, the Newton step to 10⁻⁴ of a cell where
 // it is at most a cell long.
 TEST_F(RenderGlslGpu, InterpolatesAndProjectsAsTheCoreDoes) {
-  const auto found = run_shader(
-      samples_,
-      "Cell cell = unpack_sample(bits);\n"
-      "Trilinear f = trilinear(cell.lower, cell.upper);\n"
-      "o_0 = value_and_gradient_at_centre(cell);\n"
-      "o_1 = value_and_gradient(f, vec3(0.25, 0.75, 0.1));\n"
-      "vec3 size = vec3(1.0, 1.5, 2.0);\n"
-      "float isocode = mix(cell.interval.x, cell.interval.y, 0.3);\n"
-      "o_2 = vec4(newton_step(o_0.x, o_0.yzw / size, isocode), isocode);\no_3 = vec4(0.0);\n");
+  const auto found = run_shader(samples_,
+                                "Cell cell = unpack_sample(bits);\n"
+                                "Trilinear f = trilinear(cell.lower, cell.upper);\n"
+                                "o_0 = value_and_gradient_at_centre(cell);\n"
+                                "o_1 = value_and_gradient(f, vec3(0.25, 0.75, 0.1));\n"
+                                "vec3 size = vec3(1.0, 1.5, 2.0);\n"
+                                "float isocode = mix(cell.interval.x, cell.interval.y, 0.3);\n"
+                                "o_2 = vec4(newton_step(o_0.x, o_0.yzw / size, o_0.yzw / size, "
+                                "isocode), isocode);\no_3 = vec4(0.0);\n");
   for (size_t i = 0; i < kSamples; ++i) {
     const UnpackedSample sample = unpack_sample(samples_[i]);
     const Trilinear f(sample.corners);

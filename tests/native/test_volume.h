@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -40,6 +41,32 @@ inline TestVolume sampled_volume(Index3 voxels, Vec3d spacing,
     }
   }
   return volume;
+}
+
+/// A volume on this grid whose codes are f at each voxel's place in the world, rounded and clamped.
+inline TestVolume sampled_volume(const VolumeGrid& grid, const std::function<double(Vec3d)>& f) {
+  TestVolume volume =
+      sampled_volume(grid.voxels, grid.spacing, [&](Vec3d index) { return f(grid.world(index)); });
+  volume.grid = grid;
+  return volume;
+}
+
+/// A grid with these axes (of any length) and spacing about `centre`, two cells larger on each side
+/// than it takes to hold a sphere of that radius.
+inline VolumeGrid grid_about(Vec3d centre, double radius, Matrix3d axes, Vec3d spacing) {
+  const auto inverse_length = [&](size_t axis) { return 1 / length(column(axes, axis)); };
+  VolumeGrid grid;
+  grid.direction = scale_columns(axes, {inverse_length(0), inverse_length(1), inverse_length(2)});
+  grid.spacing = spacing;
+  const Matrix3d dual = grid.dual_edges();
+  const auto voxels = [&](size_t axis) {
+    return 2 * static_cast<int32_t>(std::ceil(radius * length(column(dual, axis)) + 2)) + 1;
+  };
+  grid.voxels = {voxels(0), voxels(1), voxels(2)};
+  grid.origin =
+      grid.origin + centre -
+      grid.world({0.5 * (grid.voxels.x - 1), 0.5 * (grid.voxels.y - 1), 0.5 * (grid.voxels.z - 1)});
+  return grid;
 }
 
 /// Distance from the volume's centre in world units × 100: a sphere at isovalue 100 r.

@@ -86,6 +86,7 @@ struct NiftiFile {
   int16_t bits = 16;
   float slope = 0, intercept = 0;
   std::array<std::array<float, 4>, 3> rows{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};  ///< RAS
+  bool has_rotation = false;  ///< "qform": the identity
   std::string voxels;
 
   std::string bytes() const {
@@ -107,7 +108,8 @@ struct NiftiFile {
     put(h, 108, 352.0f);
     put(h, 112, slope);
     put(h, 116, intercept);
-    h[123] = 2;               // millimetres
+    h[123] = 2;  // millimetres
+    put(h, 252, static_cast<int16_t>(has_rotation));
     put(h, 254, int16_t{1});  // sform: scanner coordinates
     for (size_t row = 0; row < 3; ++row) {
       for (size_t i = 0; i < 4; ++i) put(h, 280 + 16 * row + 4 * i, rows[row][i]);

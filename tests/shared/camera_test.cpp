@@ -49,6 +49,30 @@ TEST(Camera, DefaultShowsTheWholeVolumeWithinTheDepthRange) {
   }
 }
 
+// Of a sheared volume the diagonals differ: the sphere holds all corners, and touches two.
+TEST(Camera, DefaultShowsAllOfAShearedVolume) {
+  for (const double tilt : {0.8, -0.8}) {
+    VolumeGrid g = grid();
+    g.direction = {1, tilt, 0, 0, std::sqrt(1 - tilt * tilt), 0.6, 0, 0, 0.8};
+    const Camera camera = default_camera(g);
+    const BoundingSphere sphere = bounding_sphere(g);
+    const Projection p = projection(camera, sphere, sphere.centre, 480, 480);
+    double farthest = 0, widest = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3d at =
+          g.world({corner & 1 ? 64.0 : 0.0, corner & 2 ? 32.0 : 0.0, corner & 4 ? 16.0 : 0.0}) -
+          sphere.centre;
+      farthest = std::max(farthest, length(at));
+      const Vec3d ndc = transformed(p.clip_from_world, at);
+      widest = std::max({widest, std::abs(ndc.x), std::abs(ndc.y)});
+      EXPECT_LE(std::abs(ndc.z), 1) << corner;
+    }
+    EXPECT_NEAR(farthest, sphere.radius, 1e-9);
+    EXPECT_LT(widest, 1);
+    EXPECT_GT(widest, 0.9);
+  }
+}
+
 TEST(Camera, PanningKeepsTheTargetUnderThePointer) {
   const VolumeGrid g = grid();
   const Camera before = default_camera(g);

@@ -14,6 +14,43 @@ using fixture::view_from;
 
 namespace {
 
+// No block of a sheared volume counts as outside of the frustum if any of it is inside.
+TEST(ScreenProjection, SeesShearedBlocksWhereTheyAre) {
+  VolumeGrid grid{kVoxels, {1, 1, 1.5}, {-10, 20, 30}};
+  grid.direction = {1, 0.6, 0, 0, 0.8, 0.6, 0, 0, 0.8};
+  const LevelGrid level = level_grid(grid.voxels, 0);
+  int outside = 0, inside = 0;
+  for (int step = 0; step < 24; ++step) {
+    const View view = view_from(60 + 30 * (step % 5), 0.9 * step, 0.25 * (step % 7) - 0.7, 100);
+    const ScreenProjection screen(grid, view);
+    const auto& m = view.view_projection;
+    const auto is_seen = [&](Vec3d p) {
+      const auto row = [&](size_t r) {
+        return m[r] * p.x + m[4 + r] * p.y + m[8 + r] * p.z + m[12 + r];
+      };
+      const double w = row(3);
+      return std::abs(row(0)) < w && std::abs(row(1)) < w && std::abs(row(2)) < w;
+    };
+    for (int32_t b = 0; b < static_cast<int32_t>(level.block_count()); ++b) {
+      const Index3 block{b % level.blocks.x, b / level.blocks.x % level.blocks.y,
+                         b / (level.blocks.x * level.blocks.y)};
+      const Index3 cells = block_cells(level, block);
+      bool any = false;
+      for (int32_t i = 0; i < 9 * 9 * 9 && !any; ++i) {
+        any = is_seen(grid.world({block.x * 64 + cells.x * (i % 9) / 8.0,
+                                  block.y * 64 + cells.y * (i / 9 % 9) / 8.0,
+                                  block.z * 64 + cells.z * (i / 81) / 8.0}));
+      }
+      const bool counts_as_outside = screen.footprint(level, block).outside;
+      EXPECT_FALSE(any && counts_as_outside) << "block " << b << " at step " << step;
+      outside += counts_as_outside;
+      inside += any;
+    }
+  }
+  EXPECT_GT(outside, 100);
+  EXPECT_GT(inside, 100);
+}
+
 TEST_F(SelectTest, NeverLeavesAHoleNorDrawsTwiceWhileLoading) {
   const StoreReader store = open();
   std::mt19937 random(7);

@@ -2,6 +2,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <random>
 
@@ -260,6 +261,31 @@ TEST(Store, LyingHeadsAreRefused) {
       EXPECT_TRUE(status == Status::malformed_header || (status == Status::unsupported_version))
           << at << " " << status_name(status);
     }
+  }
+}
+
+// Section VOLU is the first: its direction begins at byte 64 of its payload.
+TEST(Store, AxesThatAreNoBasisAreRefused) {
+  const Written store = random_store({70, 70, 70}, 9);
+  const size_t direction = kFixedHeadBytes + kSectionHeadBytes + 64;
+  const auto opened = [&](const Matrix3d& axes) {
+    auto bytes = store.bytes;
+    std::memcpy(bytes.data() + direction, axes.data(), sizeof axes);
+    reseal(bytes);
+    return StoreReader::open(bytes);
+  };
+  const Matrix3d sheared{1, 0.6, 0, 0, 0.8, 0.6, 0, 0, 0.8};
+  const auto reader = opened(sheared);
+  ASSERT_TRUE(reader) << reader.error().message;
+  EXPECT_EQ(reader->info().grid.direction, sheared);
+  EXPECT_TRUE(opened({-1, 0, 0, 0, 1, 0, 0, 0, 1}));
+  for (const Matrix3d& axes :
+       {Matrix3d{}, Matrix3d{2, 0, 0, 0, 1, 0, 0, 0, 1}, Matrix3d{1, 1, 0, 0, 0, 0, 0, 0, 1},
+        Matrix3d{std::nan(""), 0, 0, 0, 1, 0, 0, 0, 1}}) {
+    const auto refused = opened(axes);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().status, Status::malformed_header);
+    EXPECT_NE(refused.error().message.find("direction"), std::string::npos);
   }
 }
 

@@ -1,5 +1,11 @@
 import { describe, expect, it } from "vitest";
-import { formatBytes, formatCount, formatValue, parseValue } from "../../web/page/format.ts";
+import {
+  formatAxes,
+  formatBytes,
+  formatCount,
+  formatValue,
+  parseValue,
+} from "../../web/page/format.ts";
 import { isovalueScale, roundStep, snapped } from "../../web/page/isovalue_scale.ts";
 import { levelText, stateText } from "../../web/page/status_text.ts";
 import { surfacesAt, withAddedSurface } from "../../web/page/surfaces.ts";
@@ -99,6 +105,17 @@ describe("a surface that is added", () => {
 
   it("is at a suggestion as long as there is one", () => {
     expect(added(3, [60.5, 100.5, 180.5])).toEqual([60.5, 180.5, 100.5]);
+  });
+});
+
+describe("axes", () => {
+  it("are named where they are not perpendicular", () => {
+    expect(formatAxes([1, 0, 0, 0, 1, 0, 0, 0, 1])).toBeUndefined();
+    expect(formatAxes([0.6, -0.8, 0, 0.8, 0.6, 0, 0, 0, 1])).toBeUndefined();
+    // 18.5° of gantry tilt: the second axis leads up as well.
+    expect(formatAxes([1, 0, 0, 0, Math.cos(0.3229), 0, 0, Math.sin(0.3229), 1])).toBe(
+      "not perpendicular: 18.5° off",
+    );
   });
 });
 

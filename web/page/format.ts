@@ -60,6 +60,18 @@ export function formatDims(voxels: readonly number[]): string {
   return voxels.join(" × ");
 }
 
+/**
+ * How far the axes of a volume (columns, row-major) are from being perpendicular; nothing where they
+ * are, to within what headers in single precision say.
+ */
+export function formatAxes(direction: readonly number[]): string | undefined {
+  const cosine = (a: number, b: number): number =>
+    [0, 3, 6].reduce((sum, row) => sum + (direction[row + a] ?? 0) * (direction[row + b] ?? 0), 0);
+  const most = Math.max(...[cosine(0, 1), cosine(1, 2), cosine(2, 0)].map(Math.abs));
+  const degrees = (Math.asin(Math.min(most, 1)) * 180) / Math.PI;
+  return degrees < 0.01 ? undefined : `not perpendicular: ${degrees.toFixed(1)}° off`;
+}
+
 const typeNames: Record<string, string> = {
   u8: "8 bit",
   i8: "8 bit signed",

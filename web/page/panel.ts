@@ -5,6 +5,7 @@ import type { StoreInfo, Triple } from "../stream/types.ts";
 import { extentAlong, isWhole, wholeVolume } from "../viewer/clipping.ts";
 import { type Clip, type Look, mostSurfaces, type Surface } from "../viewer/types.ts";
 import {
+  formatAxes,
   formatBytes,
   formatCount,
   formatDims,
@@ -379,6 +380,8 @@ export function volumeSection({ info }: PanelState): TemplateResult {
     rows.splice(4, 0, ["Stored to within", formatValue(info.mapping.maxError)]);
   }
   if (info.missingVoxels > 0) rows.splice(4, 0, ["Missing", formatCount(info.missingVoxels)]);
+  const axes = formatAxes(info.direction);
+  if (axes) rows.splice(2, 0, ["Axes", axes]);
   return html`<wa-details class="section" appearance="plain" summary="About this volume">
     <dl class="facts">
       ${rows.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}

@@ -12,7 +12,10 @@ export interface StoreInfo {
   spacing: Triple;
   /** World position of the centre of voxel (0, 0, 0). */
   origin: Triple;
-  /** Row-major, orthonormal: world = origin + direction · (spacing ∘ index). */
+  /**
+   * Row-major; its columns are the axes, of unit length, not always perpendicular:
+   * world = origin + direction · (spacing ∘ index).
+   */
   direction: number[];
   /** value = offset + scale · code. */
   mapping: { offset: number; scale: number; maxError: number; bits: 8 | 16; hasMissing: boolean };

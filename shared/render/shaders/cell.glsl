@@ -66,8 +66,9 @@ vec4 value_and_gradient_at_centre(Cell cell) {
                      sum.z + sum.w - sum.x - sum.y, rise.x + rise.y + rise.z + rise.w);
 }
 
-// The displacement of one Newton step (paper, equations 5 and 6) in the units of `gradient`'s space.
-vec3 newton_step(float value, vec3 gradient, float isocode) {
-  float squared = dot(gradient, gradient);
-  return squared > 0.0 ? gradient * ((isocode - value) / squared) : vec3(0.0);
+// The displacement of one Newton step (paper, equations 5 and 6). ascent: the gradient as a vector
+// (u_ascent * gradient), the same where the axes are perpendicular.
+vec3 newton_step(float value, vec3 gradient, vec3 ascent, float isocode) {
+  float squared = dot(gradient, ascent);
+  return squared > 0.0 ? ascent * ((isocode - value) / squared) : vec3(0.0);
 }

@@ -44,5 +44,5 @@ void main() {
     at = value_and_gradient(f, p + t * along);
   }
   gl_FragDepth = window_depth(v_distance.x + t);
-  o_pixel = encode_surface(to_view(at.yzw / v_size), v_scalar, u_isosurface, 1.0);
+  o_pixel = encode_surface(row_to_view(at.yzw / v_size), v_scalar, u_isosurface, 1.0);
 }

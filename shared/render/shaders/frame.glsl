@@ -1,14 +1,21 @@
-// What stays the same throughout a frame. Space of all positions and directions here: the volume's
-// axes, one unit = the smallest spacing, the eye at the origin. (Index space scaled by spacing:
-// lengths and angles are true, so Newton steps run along the normal.)
+// What stays the same throughout a frame. Positions are coordinates along the volume's axes, one
+// unit = the smallest spacing, the eye at the origin. So cells are boxes. The axes may be sheared:
+// there are vectors (positions, rays, displacements: what moves a position) and row vectors (camera
+// axes, clip planes, gradients and normals: what a dot product with a vector measures). The dot
+// product of the one with the other is that of the world; lengths and angles of two of a kind are
+// not. Where the axes are perpendicular, both are the same, and u_ascent is the identity.
 layout(std140) uniform Frame {
-  vec4 u_right;           // camera axes in that space; w unused
-  vec4 u_up;
-  vec4 u_forward;
+  vec4 u_right;           // row vectors: how far a vector leads to the right, up, forward
+  vec4 u_up;              // u_right.w: least distance between opposite faces of a cell, in its least
+  vec4 u_forward;         // edges
+  vec4 u_step_right;      // vectors: one unit to the right, up, forward. w: how far a sphere of one
+  vec4 u_step_up;         // unit reaches along the first, second, third axis
+  vec4 u_step_forward;
+  mat3 u_ascent;          // the vector of a gradient, which is a row vector; symmetric
   vec4 u_depth;           // x, y: depth in [-1, 1] is x + y / z; z, w: near and far plane
   vec4 u_image;           // x, y: width and height in px; z, w: shrink into the guard band
   vec4 u_lens;            // x: focal length in px; y: 1 / x; z: largest point in px; w: splat scale
-  vec4 u_spacing;         // spacing / smallest spacing
+  vec4 u_cell;            // xyz: edges of a cell of level 0; w: half its longest diagonal
   vec4 u_clip_plane[MAX_CLIP_PLANES];  // keeps dot(xyz, position) >= w
   ivec4 u_switches;       // x: clip planes; y: 1 projects samples; z: 1 drops those projected too far
 };
@@ -16,7 +23,14 @@ layout(std140) uniform Frame {
 float window_depth(float z) { return 0.5 + 0.5 * (u_depth.x + u_depth.y / z); }
 float distance_of(float depth) { return u_depth.y / (2.0 * depth - 1.0 - u_depth.x); }
 
+// A vector in the camera's frame: right, up, towards the eye.
 vec3 to_view(vec3 v) { return vec3(dot(v, u_right.xyz), dot(v, u_up.xyz), -dot(v, u_forward.xyz)); }
+
+// A row vector (gradient, normal) in the camera's frame, where its length is the world's, and back.
+vec3 row_to_view(vec3 row) {
+  return vec3(dot(row, u_step_right.xyz), dot(row, u_step_up.xyz), -dot(row, u_step_forward.xyz));
+}
+vec3 row_from_view(vec3 v) { return v.x * u_right.xyz + v.y * u_up.xyz - v.z * u_forward.xyz; }
 
 // Where a point z away along the view comes to lie on the image.
 vec2 to_px(vec3 e, float z) {

@@ -32,8 +32,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
     }
     at = value_and_gradient(f, displacement / size + 0.5);
     gradient = at.yzw / size;
-    displacement =
-        clamp(displacement + newton_step(at.x, gradient, isocode), -0.5 * size, 0.5 * size);
+    displacement = displace_further(at, size, isocode, displacement);
   }
   vec3 position = centre + displacement;
   float z = dot(position, u_forward.xyz);
@@ -41,15 +40,17 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
     drop();
     return;
   }
-  float steepness = length(gradient);
+  vec3 in_view = row_to_view(gradient);  // the gradient, and then the normal
+  float steepness = length(in_view);
+  in_view = steepness > 0.0 ? in_view / steepness : vec3(0.0, 0.0, 1.0);
   vec3 normal = steepness > 0.0 ? gradient / steepness : -u_forward.xyz;
   float scalar = scalar_of(f, displacement / size + 0.5, steepness);
 #ifdef LIT
   vec3 base = base_colour(u_isosurface, scalar, z);
-  vec3 light = lit(to_view(normal), normalize(-to_view(position)), base);
+  vec3 light = lit(in_view, normalize(-to_view(position)), base);
   vec3 colour = picture_code(vec4(light, 1.0)).rgb;
 #else
-  v_pixel = encode_surface(to_view(normal), scalar, u_isosurface, 1.0);
+  v_pixel = encode_surface(in_view, scalar, u_isosurface, 1.0);
 #endif
 
   // Where the tangent plane cuts off a corner of the cell, its part inside is in a smaller box at
@@ -58,7 +59,8 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   float footprint = thin_footprint(cell, isocode);
   if (footprint < 1.0) {
     half_box *= footprint;
-    normal = towards_eye(normal, position);
+    in_view = towards_eye(in_view, position);
+    normal = row_from_view(in_view);
     middle = displacement = vec3(0.0);
   }
   float offset = dot(normal, displacement);
@@ -68,7 +70,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
 
   // Of overlapping squares the nearest is seen, which brings the surface forward: put it back.
   float flatness = QUAD_FLATNESS;
-  vec3 along_view = u_forward.xyz - flatness * dot(normal, u_forward.xyz) * normal;
+  vec3 along_view = u_forward.xyz + flatness * in_view.z * normal;
   float back = z + dot(along_view, middle) + QUAD_SETBACK * dot(abs(along_view), part);
   // What one plane cannot stand for is covered by all of the cell.
   if (footprint == 1.0 && u_switches.y != 0 &&
@@ -81,9 +83,9 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   // For any c, no point of a plane's part inside of a box is further along r than the box is along
   // r - c n.
   vec3 to_hit = position / z;
-  vec3 right = u_right.xyz - u_forward.xyz * dot(to_hit, u_right.xyz);
-  vec3 up = u_up.xyz - u_forward.xyz * dot(to_hit, u_up.xyz);
-  vec2 edge = vec2(dot(normal, right), dot(normal, up));
+  vec2 aside = vec2(dot(to_hit, u_right.xyz), dot(to_hit, u_up.xyz));
+  vec3 right = u_right.xyz - u_forward.xyz * aside.x, up = u_up.xyz - u_forward.xyz * aside.y;
+  vec2 edge = in_view.xy + in_view.z * aside;  // the normal along right and up
   vec3 n = flatness * normal;
   vec3 along_right = right - edge.x * n, along_up = up - edge.y * n;
   vec3 along_edge = edge.x * right + edge.y * up - dot(edge, edge) * n;

@@ -8,14 +8,14 @@ struct Ray {
 
 Ray pixel_ray(vec4 centre) {
   vec2 slope = (gl_FragCoord.xy - 0.5 * u_image.xy) * u_lens.y;
-  vec3 direction = u_forward.xyz + u_right.xyz * slope.x + u_up.xyz * slope.y;
+  vec3 direction = u_step_forward.xyz + u_step_right.xyz * slope.x + u_step_up.xyz * slope.y;
   return Ray(direction * centre.w - centre.xyz, direction);
 }
 
 // The same, where the centre's place on the image is known.
 Ray pixel_ray(vec4 centre, vec2 centre_px) {
   vec2 offset = (gl_FragCoord.xy - centre_px) * u_lens.y;
-  vec3 across = u_right.xyz * offset.x + u_up.xyz * offset.y;
+  vec3 across = u_step_right.xyz * offset.x + u_step_up.xyz * offset.y;
   return Ray(across * centre.w, centre.xyz / centre.w + across);
 }
 

@@ -28,7 +28,7 @@ float near_miss(Trilinear f, vec4 k, vec3 origin, vec3 direction, float end, flo
   t = extremum(k, 0.0, end);
   if (t < 0.0) return 0.0;
   vec4 there = value_and_gradient(f, origin + t * direction);
-  return 0.499 - abs(there.x) / (length(there.yzw / v_size) * (z + t) * u_lens.y);
+  return 0.499 - abs(there.x) / (length(row_to_view(there.yzw / v_size)) * (z + t) * u_lens.y);
 }
 #endif
 
@@ -78,13 +78,13 @@ void main() {
   if (t < 0.0) discard;
   t += between.x;
 #ifdef VISIBILITY
-  gl_FragDepth =
-      window_depth(v_centre.w + t + BLEND_DEPTH_CELLS * min(min(v_size.x, v_size.y), v_size.z));
+  float thickness = u_right.w * min(min(v_size.x, v_size.y), v_size.z);
+  gl_FragDepth = window_depth(v_centre.w + t + BLEND_DEPTH_CELLS * thickness);
 #else
   vec3 p = (ray.origin + t * ray.direction) / v_size + 0.5;
-  vec3 gradient = value_and_gradient(Trilinear(v_a, v_b), p).yzw / v_size;
+  vec3 gradient = row_to_view(value_and_gradient(Trilinear(v_a, v_b), p).yzw / v_size);
   float steepness = length(gradient);
-  vec3 normal = to_view(steepness > 0.0 ? gradient / steepness : -ray.direction);
+  vec3 normal = steepness > 0.0 ? gradient / steepness : vec3(0.0, 0.0, 1.0);
   gl_FragDepth = window_depth(v_centre.w + t);
   float scalar = v_scalar + u_scalar.y * steepness * v_span;
 #ifdef LIT

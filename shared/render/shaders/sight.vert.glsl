@@ -19,7 +19,7 @@ bool is_active_for_any(vec2 interval) {
 // Whether a layer of the picture shows a surface inside of the box, at this px.
 bool is_shown(ivec2 px, vec3 centre, vec3 half_box) {
   vec2 slope = (vec2(px) + 0.5 - 0.5 * u_image.xy) * u_lens.y;
-  vec3 ray = u_forward.xyz + slope.x * u_right.xyz + slope.y * u_up.xyz;
+  vec3 ray = u_step_forward.xyz + slope.x * u_step_right.xyz + slope.y * u_step_up.xyz;
   float opaque = texelFetch(u_depths, ivec3(px, 0), 0).x;
   for (int layer = 0; layer < u_layers; ++layer) {
     float depth = layer == 0 ? opaque : texelFetch(u_depths, ivec3(px, layer), 0).x;
@@ -58,10 +58,11 @@ void main() {
   v_answer = vec4(0.0);
   Cell cell = unpack_sample(a_sample);
   if (!is_active_for_any(cell.interval) || !is_drawn(cell.low)) return;
-  vec3 half_box = 0.5 * u_block.w * u_spacing.xyz;
-  vec3 centre = u_block.xyz + u_block.w * u_spacing.xyz * (cell.low + 0.5);
+  vec3 half_box = 0.5 * u_block.w * u_cell.xyz;
+  vec3 centre = u_block.xyz + u_block.w * u_cell.xyz * (cell.low + 0.5);
   float z = max(dot(centre, u_forward.xyz), u_depth.z);
-  int shown = px_shown(centre, half_box + SIGHT_MARGIN_PX * u_lens.y * z);
+  vec3 reach_of_unit = vec3(u_step_right.w, u_step_up.w, u_step_forward.w);
+  int shown = px_shown(centre, half_box + SIGHT_MARGIN_PX * u_lens.y * z * reach_of_unit);
   if (shown == 0) return;
 
   uvec3 region = uvec3(cell.low) >> 3;

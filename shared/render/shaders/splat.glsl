@@ -61,9 +61,9 @@ float thin_footprint(Cell cell, float reached) {
 }
 
 // What is thinner than a cell may run any way: halfway between its normal and the view, so that the
-// plane there is never seen from its edge.
+// plane there is never seen from its edge. normal: in the camera's frame, as the answer.
 vec3 towards_eye(vec3 normal, vec3 position) {
-  vec3 to_eye = -normalize(position);
+  vec3 to_eye = -normalize(to_view(position));
   return normalize(dot(normal, to_eye) < 0.0 ? to_eye - normal : to_eye + normal);
 }
 
@@ -71,14 +71,23 @@ vec3 towards_eye(vec3 normal, vec3 position) {
 // Where it is longer than the threshold the sample is dropped (false), or moved that far and no
 // further, and not out of its cell.
 bool displace(float value, vec3 gradient, vec3 size, float isocode, out vec3 displacement) {
-  displacement = newton_step(value, gradient, isocode);
-  float threshold = 0.5 * length(size), distance = length(displacement);
+  vec3 ascent = u_ascent * gradient;
+  displacement = newton_step(value, gradient, ascent, isocode);
+  float threshold = u_cell.w * u_block.w;
+  float distance = abs(isocode - value) * inversesqrt(max(dot(gradient, ascent), 1e-30));
   if (distance > threshold) {
     if (u_switches.z != 0 && u_block.w == 1.0) return false;
     displacement *= threshold / distance;
   }
   displacement = clamp(displacement, -0.5 * size, 0.5 * size);
   return true;
+}
+
+// A further step, to the surface from where the last one led; not out of the cell.
+vec3 displace_further(vec4 at, vec3 size, float isocode, vec3 displacement) {
+  vec3 gradient = at.yzw / size;
+  vec3 further = displacement + newton_step(at.x, gradient, u_ascent * gradient, isocode);
+  return clamp(further, -0.5 * size, 0.5 * size);
 }
 
 float scalar_of(Trilinear f, vec3 place, float steepness) {
@@ -127,7 +136,7 @@ bool is_hidden(vec2 centre_px, vec2 half_px, float nearest) {
 // The sample's cell, its size and its centre; false where the isosurface does not pass through it.
 bool find_cell(out Cell cell, out vec3 size, out vec3 centre) {
   cell = unpack_sample(fetch_sample());
-  size = u_spacing.xyz * u_block.w;
+  size = u_cell.xyz * u_block.w;
   centre = u_block.xyz + (cell.low + 0.5) * size;
   return is_active(cell.interval, u_isocode);
 }

@@ -84,14 +84,14 @@ void main() {
     // Further steps, from where the first one led: the gradient there is the surface's.
     for (int i = 0; i < 2; ++i) {
       at = value_and_gradient(f, displacement / size + 0.5);
-      gradient = at.yzw / size;
-      displacement =
-          clamp(displacement + newton_step(at.x, gradient, isocode), -0.5 * size, 0.5 * size);
+      displacement = displace_further(at, size, isocode, displacement);
     }
     at = value_and_gradient(f, displacement / size + 0.5);
     gradient = at.yzw / size;
   }
-  float steepness = length(gradient);
+  vec3 in_view = row_to_view(gradient);  // the gradient, and then the normal
+  float steepness = length(in_view);
+  in_view = steepness > 0.0 ? in_view / steepness : vec3(0.0, 0.0, 1.0);
   vec3 normal = steepness > 0.0 ? gradient / steepness : -u_forward.xyz;
 #if KIND == KIND_ELLIPSE
   v_scalar = scalar_of(f, displacement / size + 0.5, steepness);
@@ -106,7 +106,10 @@ void main() {
     size *= footprint;
     centre = position;
     displacement = vec3(0.0);
-    if (footprint < 1.0) normal = towards_eye(normal, position);
+    if (footprint < 1.0) {
+      in_view = towards_eye(in_view, position);
+      normal = row_from_view(in_view);
+    }
     vec3 across = size * normal * (steepness > 0.0 ? steepness : 1.0);
     f = Trilinear(vec4(isocode - 0.5 * (across.x + across.y + across.z), across.xy, 0.0),
                   vec4(across.z, 0.0, 0.0, 0.0));
@@ -128,18 +131,19 @@ void main() {
   vec3 to_hit = position / z;
   float facing = dot(normal, to_hit);
   facing = facing < 0.0 ? min(facing, -ELLIPSE_LEAST_FACING) : max(facing, ELLIPSE_LEAST_FACING);
-  vec2 slope = -vec2(dot(normal, u_right.xyz), dot(normal, u_up.xyz)) / facing;
+  vec2 slope = -in_view.xy / facing;
   float px = z * u_lens.y;  // size of a pixel there
   // Bounds of the tangent plane's part inside of the cell's box: for any c, no point of it is
   // further along r than the box is along r - c n. The more the surface bends, by the mixed second
   // derivatives, the less of n is discounted.
-  vec3 right = u_right.xyz - u_forward.xyz * dot(to_hit, u_right.xyz);
-  vec3 up = u_up.xyz - u_forward.xyz * dot(to_hit, u_up.xyz);
+  vec2 aside = vec2(dot(to_hit, u_right.xyz), dot(to_hit, u_up.xyz));
+  vec3 right = u_right.xyz - u_forward.xyz * aside.x, up = u_up.xyz - u_forward.xyz * aside.y;
+  vec2 edge = in_view.xy + in_view.z * aside;  // the normal along right and up
   float bent = (abs(f.a.w) + abs(f.b.y) + abs(f.b.z) + abs(f.b.w)) /
                max(length(gradient * size), 1e-9);
   float flatness = clamp(0.95 - bent, 0.0, 1.0);
-  vec3 along_right = right - flatness * dot(right, normal) * normal;
-  vec3 along_up = up - flatness * dot(up, normal) * normal;
+  vec3 along_right = right - flatness * edge.x * normal;
+  vec3 along_up = up - flatness * edge.y * normal;
   vec2 box_px = vec2(dot(abs(right), half_box), dot(abs(up), half_box));
   vec2 plane_px = vec2(dot(abs(along_right), half_box), dot(abs(along_up), half_box));
   vec2 box_from = vec2(dot(right, displacement), dot(up, displacement));
@@ -149,8 +153,8 @@ void main() {
   v_centre_px = to_px(position, z);
   v_distance = vec4(z, px * slope, bent);
   v_place = displacement / size + 0.5;
-  v_place_x = px * u_right.xyz / size;
-  v_place_y = px * u_up.xyz / size;
+  v_place_x = px * u_step_right.xyz / size;
+  v_place_y = px * u_step_up.xyz / size;
   v_along = to_hit / size;
   place_splat(v_centre_px + 0.5 * (low_px + high_px), 0.5 * (high_px - low_px) + 0.5,
               dot(centre, u_forward.xyz) - reach);

@@ -65,11 +65,9 @@ uint64_t show_mesh(Renderer& renderer, const VolumeGrid& grid, const std::string
   read(normals);
   read(triangles);
   if (!file) give_up(path + ": not a mesh file");
-  const auto& d = grid.direction;
-  const auto rotated = [&](Vec3f v) {
-    const Vec3d p{double(v.x), double(v.y), double(v.z)};
-    return Vec3d{d[0] * p.x + d[1] * p.y + d[2] * p.z, d[3] * p.x + d[4] * p.y + d[5] * p.z,
-                 d[6] * p.x + d[7] * p.y + d[8] * p.z};
+  const Matrix3d dual = inverse_transpose(grid.direction);
+  const auto turned = [&](const Matrix3d& by, Vec3f v) {
+    return multiply(by, {double(v.x), double(v.y), double(v.z)});
   };
   const auto single = [](Vec3d v) {
     return Vec3f{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
@@ -77,7 +75,8 @@ uint64_t show_mesh(Renderer& renderer, const VolumeGrid& grid, const std::string
   const Vec3d shift = grid.origin - bounding_sphere(grid).centre;
   std::vector<MeshVertex> vertices(counts[0]);
   for (size_t i = 0; i < vertices.size(); ++i) {
-    vertices[i] = {single(rotated(positions[i]) + shift), single(rotated(normals[i]))};
+    vertices[i] = {single(turned(grid.direction, positions[i]) + shift),
+                   single(turned(dual, normals[i]))};
   }
   if (const auto set = renderer.set_mesh(vertices, triangles); !set) give_up(set.error().message);
   return counts[1];
