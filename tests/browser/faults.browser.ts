@@ -18,6 +18,8 @@ import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { compare, complete, savedPicture, settled } from "./support/view.ts";
 
 test.use({ viewport: { width: 800, height: 500 } });
+// What is tried slowly takes its time, and a slow machine as well.
+test.describe.configure({ timeout: 240_000 });
 /** Two tries of what is tried slowly, on a slow machine. */
 const slow = 60_000;
 const bucky = join(demoFolder, "bucky.isosplat");
@@ -118,7 +120,7 @@ async function expectNoWord(page: Page): Promise<void> {
 
 test.describe("the graphics context is lost", () => {
   test("and comes back, again and again: the same picture, and no word", async ({ page }) => {
-    test.setTimeout(120_000);
+    test.setTimeout(300_000);
     const name = await put(bucky);
     await page.goto(onServer(name));
     await settled(page);
@@ -248,7 +250,7 @@ test.describe("a store is", () => {
     ["nginx", onHost],
   ] as const) {
     test(`renamed away and back, on ${where}: no word outlives it`, async ({ page }) => {
-      test.setTimeout(120_000);
+      test.setTimeout(300_000);
       const name = await put(lobb);
       await page.goto(`${address(name)}&isovalue=60`);
       await complete(page);
@@ -263,7 +265,7 @@ test.describe("a store is", () => {
     });
 
     test(`replaced under its name, on ${where}: the new one is opened`, async ({ page }) => {
-      test.setTimeout(120_000);
+      test.setTimeout(300_000);
       const name = await put(lobb);
       await page.goto(`${address(name)}&isovalue=60&camera=30,20,40,20,20,20`);
       await complete(page);
@@ -294,7 +296,7 @@ test.describe("a store is", () => {
 });
 
 test("a host without CORS is told from one that is not there", async ({ page }) => {
-  test.setTimeout(120_000);
+  test.setTimeout(300_000);
   const name = await put(bucky);
   const closed = await nginx({ folders: [folder], cors: "none" });
   try {
@@ -334,7 +336,7 @@ test("a host whose answers do not say what they are of", async ({ page }) => {
 
 test.describe("the renderer", () => {
   test("aborts: another one takes its place", async ({ page }) => {
-    test.setTimeout(120_000);
+    test.setTimeout(300_000);
     const name = await put(bucky);
     await page.goto(onServer(name));
     await complete(page);
