@@ -81,6 +81,7 @@ Result<void> Renderer::warm_up(uint32_t framebuffer) {
 void Renderer::set_volume(const VolumeGrid& grid, const ValueMapping& mapping) {
   state_->grid = grid;
   state_->mapping = mapping;
+  state_->set_sheared(shear_degrees(grid.direction) >= kLeastShearDegrees);
   for (const auto& [id, chunk] : state_->chunks) state_->buffers.remove(chunk.range);
   state_->chunks.clear();
   state_->visible.clear();

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "shared/render/renderer_state.h"
@@ -59,9 +60,7 @@ Result<void> Renderer::State::make_gl_objects() {
   lit = false;
   // What most first pictures are made with: the driver is at it while their samples arrive.
   start(image_programs[pass_compose + 2], pass_compose + 2);
-  for (const Pass pass : {pass_exact, pass_ellipse}) {
-    start(splat_programs[pass][0][0][0], pass, /*pulled=*/false, /*clipped=*/false);
-  }
+  start_first_splat_programs();
 
   glGenBuffers(1, &frame_buffer);
   glBindBuffer(GL_UNIFORM_BUFFER, frame_buffer);
@@ -119,6 +118,23 @@ void Renderer::State::release_gl_objects() {
   }
 }
 
+void Renderer::State::start_first_splat_programs() {
+  const bool was_lit = std::exchange(lit, false);
+  for (const Pass pass : {pass_exact, pass_ellipse}) {
+    start(splat_programs[pass][0][0][0], pass, /*pulled=*/false, /*clipped=*/false);
+  }
+  lit = was_lit;
+}
+
+/// Forgets the splat programs where they are not made for such a grid.
+void Renderer::State::set_sheared(bool is_sheared) {
+  if (is_sheared == sheared) return;
+  sheared = is_sheared;
+  if (lost) return;
+  for_each_splat_program([](SplatProgram& splat) { splat = SplatProgram{}; });
+  start_first_splat_programs();
+}
+
 void Renderer::State::start(SplatProgram& splat, Pass pass, bool pulled, bool clipped) {
   static constexpr int kKind[kPasses] = {KIND_QUAD, KIND_ELLIPSE, KIND_EXACT, KIND_BLENDED,
                                          KIND_BLENDED};
@@ -126,6 +142,7 @@ void Renderer::State::start(SplatProgram& splat, Pass pass, bool pulled, bool cl
   if (pulled) defines += "#define PULLED\n";
   if (clipped) defines += "#define CLIPPED\n";
   if (lit) defines += "#define LIT\n";
+  if (sheared) defines += "#define SHEARED\n";
   if (pass == pass_visibility) defines += "#define VISIBILITY\n";
   const std::initializer_list<std::string_view> vertex = {"frame.glsl", "cell.glsl", "splat.glsl",
                                                           "splat.vert.glsl"};

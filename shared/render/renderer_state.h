@@ -99,7 +99,8 @@ struct Renderer::State {
   bool lost = false;
   bool dirty = true;
   int drawn_width = 0, drawn_height = 0;
-  bool lit = false;  // the last draw made a picture, and no layers but depths
+  bool lit = false;      // the last draw made a picture, and no layers but depths
+  bool sheared = false;  // the grid is: splat programs know
 
   std::optional<VolumeGrid> grid;
   ValueMapping mapping;
@@ -140,6 +141,8 @@ struct Renderer::State {
   void forget_gl_objects();
   void release_gl_objects();
   void start(SplatProgram& splat, Pass pass, bool pulled, bool clipped);
+  void start_first_splat_programs();
+  void set_sheared(bool is_sheared);
   Result<SplatProgram*> splat_program(Pass pass, bool pulled, bool clipped);
   void start(ImageProgram& image, int pass);
   Result<const GlProgram*> image_program(int pass);

@@ -486,6 +486,7 @@ TEST(DicomSeries, AGantryTiltShearsTheVolumeAndIsNamed) {
   series.step = Vec3d{0, std::sin(tilt), std::cos(tilt)} * 2;
   series.write(folder);
   auto volume = open(folder.path());
+  expect_field(volume, series);
   expect_note(volume, "tilted by 15.0°");
 
   // The header's geometry, which the grid is made of, puts every slice where its file says.

@@ -67,7 +67,7 @@ vec4 value_and_gradient_at_centre(Cell cell) {
 }
 
 // The displacement of one Newton step (paper, equations 5 and 6). ascent: the gradient as a vector
-// (u_ascent * gradient), the same where the axes are perpendicular.
+// (ascent_of), the same where the axes are perpendicular.
 vec3 newton_step(float value, vec3 gradient, vec3 ascent, float isocode) {
   float squared = dot(gradient, ascent);
   return squared > 0.0 ? ascent * ((isocode - value) / squared) : vec3(0.0);

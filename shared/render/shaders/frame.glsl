@@ -32,6 +32,16 @@ vec3 row_to_view(vec3 row) {
 }
 vec3 row_from_view(vec3 v) { return v.x * u_right.xyz + v.y * u_up.xyz - v.z * u_forward.xyz; }
 
+// The direction of steepest ascent. Programs for perpendicular axes save the product: a thirtieth of
+// a software renderer's time for squares.
+vec3 ascent_of(vec3 gradient) {
+#ifdef SHEARED
+  return u_ascent * gradient;
+#else
+  return gradient;
+#endif
+}
+
 // Where a point z away along the view comes to lie on the image.
 vec2 to_px(vec3 e, float z) {
   return 0.5 * u_image.xy + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_lens.x / z);

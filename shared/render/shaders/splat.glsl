@@ -71,7 +71,7 @@ vec3 towards_eye(vec3 normal, vec3 position) {
 // Where it is longer than the threshold the sample is dropped (false), or moved that far and no
 // further, and not out of its cell.
 bool displace(float value, vec3 gradient, vec3 size, float isocode, out vec3 displacement) {
-  vec3 ascent = u_ascent * gradient;
+  vec3 ascent = ascent_of(gradient);
   displacement = newton_step(value, gradient, ascent, isocode);
   float threshold = u_cell.w * u_block.w;
   float distance = abs(isocode - value) * inversesqrt(max(dot(gradient, ascent), 1e-30));
@@ -86,7 +86,7 @@ bool displace(float value, vec3 gradient, vec3 size, float isocode, out vec3 dis
 // A further step, to the surface from where the last one led; not out of the cell.
 vec3 displace_further(vec4 at, vec3 size, float isocode, vec3 displacement) {
   vec3 gradient = at.yzw / size;
-  vec3 further = displacement + newton_step(at.x, gradient, u_ascent * gradient, isocode);
+  vec3 further = displacement + newton_step(at.x, gradient, ascent_of(gradient), isocode);
   return clamp(further, -0.5 * size, 0.5 * size);
 }
 

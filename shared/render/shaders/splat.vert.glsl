@@ -91,8 +91,9 @@ void main() {
   }
   vec3 in_view = row_to_view(gradient);  // the gradient, and then the normal
   float steepness = length(in_view);
-  in_view = steepness > 0.0 ? in_view / steepness : vec3(0.0, 0.0, 1.0);
-  vec3 normal = steepness > 0.0 ? gradient / steepness : -u_forward.xyz;
+  float per_steepness = 1.0 / steepness;
+  in_view = steepness > 0.0 ? in_view * per_steepness : vec3(0.0, 0.0, 1.0);
+  vec3 normal = steepness > 0.0 ? gradient * per_steepness : -u_forward.xyz;
 #if KIND == KIND_ELLIPSE
   v_scalar = scalar_of(f, displacement / size + 0.5, steepness);
 #else
