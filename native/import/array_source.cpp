@@ -3,12 +3,27 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 
 #include "native/import/formats.h"
 
 namespace isosplat {
 namespace {
+
+/// A file with less than 1/kLeastShare of its voxels is not read even where it may be truncated:
+/// its header is wrong.
+constexpr uint64_t kLeastShare = 1024;
+
+tl::unexpected<Error> too_much(const std::string& path, uint64_t expected, uint64_t surplus,
+                               bool at_least) {
+  return fail(
+      Status::malformed_volume,
+      fmt::format("{}: expected {} bytes of voxels, found {}{} more: the header's sizes or "
+                  "type do not fit the data; correct them, or leave the surplus out with {}",
+                  path, expected, at_least ? "at least " : "", surplus,
+                  flag_of(Allowance::surplus)));
+}
 
 class ArraySource : public VolumeSource {
  public:
@@ -30,14 +45,21 @@ class ArraySource : public VolumeSource {
         out.size() != slice * static_cast<size_t>(count)) {
       return fail(Status::invalid_argument, "slices outside the volume were asked for");
     }
-    const uint64_t offset = volume_.offset + static_cast<uint64_t>(first) * slice;
-    if (auto r = reader_->read(offset, out); !r) return r;
-    to_native_order(volume_.stored, out);
-    if (reverse_rows_) {
-      for (size_t z = 0; z < static_cast<size_t>(count); ++z) {
-        reverse_rows(out.subspan(z * slice, slice), nx * voxel_bytes(header_.type));
-      }
+    const bool at_once = (volume_.steps == 1 || volume_.step_axis == 3) && volume_.missing.empty();
+    if (at_once) {
+      const uint64_t voxels = nx * ny * static_cast<uint64_t>(volume_.voxels.z);
+      const uint64_t begin = place(static_cast<uint64_t>(first) * nx * ny, voxels);
+      if (auto r = reader_->read(begin, out); !r) return r;
+      to_native_order(volume_.stored, out);
     }
+    for (size_t z = 0; z < static_cast<size_t>(count); ++z) {
+      const auto to = out.subspan(z * slice, slice);
+      if (!at_once) {
+        if (auto r = read_slice(static_cast<uint64_t>(first) + z, to); !r) return r;
+      }
+      if (reverse_rows_) reverse_rows(to, nx * voxel_bytes(header_.type));
+    }
+    if (int64_t{first} + count == volume_.voxels.z) return check_end();
     return {};
   }
 
@@ -51,37 +73,129 @@ class ArraySource : public VolumeSource {
   }
 
  private:
+  size_t stored_voxel() const { return voxel_bytes(volume_.stored.type); }
+
+  Result<void> read_slice(uint64_t z, std::span<std::byte> out) {
+    const auto nx = static_cast<uint64_t>(volume_.voxels.x);
+    const auto ny = static_cast<uint64_t>(volume_.voxels.y);
+    const auto nz = static_cast<uint64_t>(volume_.voxels.z);
+    const uint64_t inner[] = {1, nx, nx * ny, nx * ny * nz};  // voxels that lie together, by axis
+    const uint64_t together = volume_.steps == 1 ? inner[3] : inner[volume_.step_axis];
+    const size_t voxels = static_cast<size_t>(nx * ny);
+    Result<void> read;
+    if (together == 1) {
+      read = gather_slice(z, out);
+    } else {
+      for (uint64_t done = 0; done < voxels && read;) {
+        const uint64_t voxel = z * nx * ny + done;
+        const uint64_t some = std::min(together - voxel % together, voxels - done);
+        read = read_bytes(place(voxel, together),
+                          out.subspan(done * stored_voxel(), some * stored_voxel()));
+        done += some;
+      }
+    }
+    if (!read) return read;
+    to_native_order(volume_.stored, out);
+    if (!volume_.missing.empty()) fill_missing(z, together, out);
+    return {};
+  }
+
+  /// Where a voxel of the step taken is in the reader.
+  uint64_t place(uint64_t voxel, uint64_t together) const {
+    const uint64_t group = voxel / together;
+    const uint64_t steps_before = group * volume_.steps + volume_.step;
+    return volume_.offset + (steps_before * together + voxel % together) * stored_voxel();
+  }
+
+  /// A slice whose voxels have those of the other steps between them, a row at a time.
+  Result<void> gather_slice(uint64_t z, std::span<std::byte> stored) {
+    const auto nx = static_cast<size_t>(volume_.voxels.x);
+    const auto ny = static_cast<size_t>(volume_.voxels.y);
+    const size_t bytes = stored_voxel(), steps = static_cast<size_t>(volume_.steps);
+    row_.resize(((nx - 1) * steps + 1) * bytes);
+    for (size_t y = 0; y < ny; ++y) {
+      const uint64_t voxel = (z * ny + y) * nx;
+      if (auto r = read_bytes(place(voxel, 1), row_); !r) return r;
+      for (size_t x = 0; x < nx; ++x) {
+        std::copy_n(row_.data() + x * steps * bytes, bytes, stored.data() + (y * nx + x) * bytes);
+      }
+    }
+    return {};
+  }
+
+  /// Reads bytes; those that are missing are 0.
+  Result<void> read_bytes(uint64_t offset, std::span<std::byte> out) {
+    if (volume_.missing.empty()) return reader_->read(offset, out);
+    while (!out.empty()) {
+      const auto range =
+          std::ranges::find_if(volume_.missing, [&](const ByteRange& r) { return r.end > offset; });
+      const uint64_t begin =
+          range == volume_.missing.end() ? std::numeric_limits<uint64_t>::max() : range->begin;
+      const bool is_missing = begin <= offset;
+      const auto some = static_cast<size_t>(
+          std::min<uint64_t>(out.size(), (is_missing ? range->end : begin) - offset));
+      if (is_missing) {
+        std::ranges::fill(out.first(some), std::byte{0});
+      } else if (auto r = reader_->read(offset, out.first(some)); !r) {
+        return r;
+      }
+      out = out.subspan(some);
+      offset += some;
+    }
+    return {};
+  }
+
+  void fill_missing(uint64_t z, uint64_t together, std::span<std::byte> out) {
+    const auto fill = [&]<class T>(T value) {
+      const uint64_t voxels = out.size() / sizeof(T);
+      for (uint64_t i = 0; i < voxels; ++i) {
+        const uint64_t begin = place(z * voxels + i, together), end = begin + stored_voxel();
+        for (const ByteRange& range : volume_.missing) {
+          if (range.begin < end && begin < range.end) {
+            std::memcpy(out.data() + i * sizeof(T), &value, sizeof(T));
+          }
+        }
+      }
+    };
+    if (header_.type == VoxelType::f32) fill(std::numeric_limits<float>::quiet_NaN());
+    if (header_.type == VoxelType::f64) fill(std::numeric_limits<double>::quiet_NaN());
+  }
+
+  /// Of compressed data and text only the end tells whether there is more than the header says.
+  Result<void> check_end() {
+    if (volume_.plain || !volume_.ends_with_file || end_is_checked_ || !volume_.missing.empty() ||
+        volume_.allowed.has(Allowance::surplus)) {
+      return {};
+    }
+    const uint64_t end =
+        volume_.offset + array_bytes(volume_.voxels, volume_.steps, stored_voxel());
+    const auto more = reader_->count_after(end, 1 << 20);
+    if (!more) return tl::unexpected(more.error());
+    end_is_checked_ = *more == 0;
+    if (end_is_checked_) return {};
+    return too_much(volume_.path, end - volume_.offset, *more, *more == 1 << 20);
+  }
+
   ArrayVolume volume_;
   bool reverse_rows_;
+  bool end_is_checked_ = false;
   std::unique_ptr<ByteReader> reader_;
   VolumeHeader header_;
+  std::vector<std::byte> row_;  ///< one row with all its steps
 };
 
 }  // namespace
 
-ArrayVolume make_array(std::string format, const std::filesystem::path& path,
-                       std::span<const int64_t> sizes, const HeaderGeometry& geometry,
-                       const ImportOptions& options) {
+ArrayVolume make_array(std::string format, const std::filesystem::path& path, Vec3<int64_t> voxels,
+                       const HeaderGeometry& geometry, const ImportOptions& options) {
   ArrayVolume array;
   array.format = std::move(format);
   array.name = volume_name(path);
   array.path = path.string();
-  array.voxels = {sizes[0], sizes[1], sizes[2]};
+  array.voxels = voxels;
   array.geometry = geometry;
+  array.allowed = options.allowed;
   if (options.spacing) array.geometry.spacing = *options.spacing;
-  return array;
-}
-
-Result<ArrayVolume> make_array(std::string format, const std::filesystem::path& path,
-                               const ItkHeader& header, std::string_view type,
-                               const ImportOptions& options) {
-  if (header.components != 1) return not_scalar(path, header.components);
-  if (!header.has_known_type) return unknown_type(path, type);
-  const auto step = choose_time_step(path, header.sizes, options);
-  if (!step) return tl::unexpected(step.error());
-  ArrayVolume array = make_array(std::move(format), path, header.sizes, header.geometry, options);
-  array.stored.type = header.type;
-  array.time_step = *step;
   return array;
 }
 
@@ -91,21 +205,32 @@ Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> re
   if (!orientation) {
     return fail(orientation.error().status, volume.path + ": " + orientation.error().message);
   }
-  const uint64_t needed = volume_bytes(volume.voxels, voxel_bytes(volume.stored.type));
-  const uint64_t limit = reader->size_limit();
-  uint64_t skipped = 0;
-  if (__builtin_mul_overflow(needed, volume.time_step, &skipped) ||
-      __builtin_add_overflow(volume.offset, skipped, &volume.offset)) {
-    volume.offset = std::numeric_limits<uint64_t>::max();
-  }
-  if (volume.offset > limit || needed > limit - volume.offset) {
-    const uint64_t found = limit - std::min(limit, volume.offset);
-    return fail(
-        Status::truncated,
-        fmt::format("{}: expected {} bytes of voxels ({} × {} × {}, {} bytes each), found {}{}: "
-                    "the file is incomplete, or its header is wrong; copy or download it again",
+  const size_t bytes = voxel_bytes(volume.stored.type);
+  const uint64_t needed = array_bytes(volume.voxels, volume.steps, bytes);
+  const bool checks_all = volume.allowed.has(Allowance::truncated) && !volume.plain;
+  const uint64_t limit = checks_all ? reader->available_bytes() : reader->size_limit();
+  const uint64_t found = limit - std::min(limit, volume.offset);
+  if (needed > found) {
+    const auto text =
+        fmt::format("{}: expected {} bytes of voxels ({} × {} × {}{}, {} bytes each), found {}{}",
                     volume.path, needed, volume.voxels.x, volume.voxels.y, volume.voxels.z,
-                    voxel_bytes(volume.stored.type), volume.plain ? "" : "at most ", found));
+                    volume.steps > 1 ? fmt::format(" × {}", volume.steps) : "", bytes,
+                    volume.plain || checks_all ? "" : "at most ", found);
+    if (!volume.allowed.has(Allowance::truncated) || found < needed / kLeastShare) {
+      return fail(
+          Status::truncated,
+          fmt::format("{}: the file is incomplete, or its header is wrong; copy or download "
+                      "it again, or read what is there with {}",
+                      text, flag_of(Allowance::truncated)));
+    }
+    notes.push_back(text + ": the rest is filled");
+    volume.missing.push_back({volume.offset + found - found % bytes, volume.offset + needed});
+  } else if (volume.plain && volume.ends_with_file && found > needed) {
+    if (!volume.allowed.has(Allowance::surplus)) {
+      return too_much(volume.path, needed, found - needed, false);
+    }
+    notes.push_back(
+        fmt::format("{}: {} bytes after the last voxel are left out", volume.path, found - needed));
   }
   for (std::string& note : orientation->notes) notes.push_back(std::move(note));
   return OpenVolume{
@@ -113,12 +238,14 @@ Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> re
       std::move(notes)};
 }
 
-uint64_t offset_from_end(uint64_t file_bytes, std::span<const int64_t> sizes, size_t voxel_bytes) {
+uint64_t array_bytes(Vec3<int64_t> voxels, uint64_t steps, size_t voxel_bytes) {
   uint64_t bytes = voxel_bytes;
-  for (const int64_t size : sizes) {
-    if (__builtin_mul_overflow(bytes, static_cast<uint64_t>(size), &bytes)) return file_bytes;
+  for (const int64_t size : {voxels.x, voxels.y, voxels.z, static_cast<int64_t>(steps)}) {
+    if (size < 0 || __builtin_mul_overflow(bytes, static_cast<uint64_t>(size), &bytes)) {
+      return std::numeric_limits<uint64_t>::max();
+    }
   }
-  return bytes <= file_bytes ? file_bytes - bytes : file_bytes;
+  return bytes;
 }
 
 void reverse_rows(std::span<std::byte> slice, size_t row_bytes) {

@@ -5,47 +5,46 @@
 #include <vector>
 
 #include "native/import/byte_reader.h"
-#include "native/import/itk_reader.h"
+#include "native/import/data_files.h"
 #include "native/import/open_volume.h"
 #include "native/import/orientation.h"
 #include "native/import/stored_voxels.h"
 
 namespace isosplat {
 
-/// A volume as one array of voxels, x fastest, in a file.
+/// A volume as one array of voxels, x fastest, in a file. Beside x, y and z the array may have one
+/// more axis, of which one step is taken.
 struct ArrayVolume {
-  std::string format;       ///< for VolumeHeader
-  std::string name;         ///< for VolumeHeader
-  std::string path;         ///< of the file with the header
-  Vec3<int64_t> voxels;     ///< as the header says
-  HeaderGeometry geometry;  ///< as the header says
-  StoredVoxels stored;      ///< how a voxel is stored
-  uint64_t offset = 0;      ///< in the reader, of the first voxel of time step 0
-  uint64_t time_step = 0;   ///< which of the volumes that follow each other in the reader
-  bool plain = true;        ///< the reader's size is exact, and says how many voxels there are
+  std::string format;          ///< for VolumeHeader
+  std::string name;            ///< for VolumeHeader
+  std::string path;            ///< of the file with the header
+  Vec3<int64_t> voxels;        ///< as the header says
+  HeaderGeometry geometry;     ///< as the header says
+  StoredVoxels stored;         ///< how a voxel is stored
+  uint64_t offset = 0;         ///< in the reader, of the first voxel of all
+  size_t step_axis = 3;        ///< where the other axis is among the four: 0 fastest, 3 slowest
+  uint64_t steps = 1;          ///< its size
+  uint64_t step = 0;           ///< the one taken
+  bool plain = true;           ///< the reader's size is exact, and says how many voxels there are
+  bool ends_with_file = true;  ///< nothing may follow the last voxel
+  std::vector<ByteRange> missing = {};  ///< of the reader, ascending: filled
+  Allowances allowed = {};
 };
 
 /// An array with the file's name and path, and what options say of it; how its voxels are stored,
-/// and where, is still to be filled in. `sizes`: at least three, fastest first.
-ArrayVolume make_array(std::string format, const std::filesystem::path& path,
-                       std::span<const int64_t> sizes, const HeaderGeometry& geometry,
-                       const ImportOptions& options);
-
-/// The array of a file whose header ITK has read; byte order and offset are still to be filled in.
-/// `type`: as the header names it, for messages. Errors: unsupported_type, and those of
-/// choose_time_step.
-Result<ArrayVolume> make_array(std::string format, const std::filesystem::path& path,
-                               const ItkHeader& header, std::string_view type,
-                               const ImportOptions& options);
+/// and where, is still to be filled in.
+ArrayVolume make_array(std::string format, const std::filesystem::path& path, Vec3<int64_t> voxels,
+                       const HeaderGeometry& geometry, const ImportOptions& options);
 
 /// Opens an array as a source that reads it slice by slice and holds nothing. `notes`: what a
-/// person should know so far. Errors: those of orient, and truncated where the reader cannot have
-/// all voxels.
+/// person should know so far. Voxels that are missing are not a number where the type has that, and
+/// stored as 0 otherwise. Errors: those of orient, and truncated or malformed_volume where the
+/// reader has too few bytes or too many; of compressed data that shows when its end is read.
 Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> reader,
                               std::vector<std::string> notes = {});
 
-/// Where an array begins that ends with the file; the file's end where it cannot.
-uint64_t offset_from_end(uint64_t file_bytes, std::span<const int64_t> sizes, size_t voxel_bytes);
+/// Bytes of the array with all its steps; the greatest number where that is more.
+uint64_t array_bytes(Vec3<int64_t> voxels, uint64_t steps, size_t voxel_bytes);
 
 /// Reverses the order of the rows of one slice. `row_bytes` divides slice.size().
 void reverse_rows(std::span<std::byte> slice, size_t row_bytes);

@@ -91,6 +91,13 @@ class PlainReader : public ByteReader {
   }
 
   uint64_t size_limit() const override { return file_.size(); }
+
+  Result<uint64_t> count_after(uint64_t offset, uint64_t most) override {
+    return std::min(most, file_.size() - std::min(file_.size(), offset));
+  }
+
+  uint64_t available_bytes() override { return file_.size(); }
+
   std::vector<std::filesystem::path> files() const override { return {file_.path()}; }
 
  private:
@@ -104,14 +111,29 @@ class DeflatedReader : public ByteReader {
   ~DeflatedReader() override { stop(); }
 
   Result<void> read(uint64_t offset, std::span<std::byte> out) override {
-    if (!running_ || offset < position_) {
-      if (auto begun = begin(); !begun) return begun;
-    }
-    while (position_ < offset) {
-      const auto skip = std::min<uint64_t>(offset - position_, skipped_.size());
-      if (auto r = expand(std::span(skipped_).first(static_cast<size_t>(skip))); !r) return r;
-    }
+    if (auto there = go_to(offset); !there) return there;
     return expand(out);
+  }
+
+  Result<uint64_t> count_after(uint64_t offset, uint64_t most) override {
+    if (auto there = go_to(offset); !there) return tl::unexpected(there.error());
+    uint64_t count = 0;
+    while (count < most) {
+      const auto room = static_cast<size_t>(std::min<uint64_t>(most - count, skipped_.size()));
+      const auto made = expand_some(std::span(skipped_).first(room));
+      if (!made) return tl::unexpected(made.error());
+      if (*made == 0) break;
+      count += *made;
+    }
+    return count;
+  }
+
+  uint64_t available_bytes() override {
+    if (!begin()) return 0;
+    for (;;) {
+      const auto made = expand_some(skipped_);
+      if (!made || *made == 0) return position_;
+    }
   }
 
   uint64_t size_limit() const override {
@@ -140,23 +162,42 @@ class DeflatedReader : public ByteReader {
     running_ = false;
   }
 
-  Result<void> damaged(const char* reason) {
+  tl::unexpected<Error> damaged(const char* reason) {
     return fail(Status::malformed_volume,
                 fmt::format("{}: the compressed data is damaged near byte {} ({}): copy or "
                             "download the file again",
                             file_.path().string(), input_offset_ - stream_.avail_in, reason));
   }
 
+  Result<void> go_to(uint64_t offset) {
+    if (!running_ || offset < position_) {
+      if (auto begun = begin(); !begun) return begun;
+    }
+    while (position_ < offset) {
+      const auto skip = std::min<uint64_t>(offset - position_, skipped_.size());
+      if (auto r = expand(std::span(skipped_).first(static_cast<size_t>(skip))); !r) return r;
+    }
+    return {};
+  }
+
   Result<void> expand(std::span<std::byte> out) {
+    const auto done = expand_some(out);
+    if (!done) return tl::unexpected(done.error());
+    if (*done == out.size()) return {};
+    return ends_early(file_.path(), position_ + (out.size() - *done), position_,
+                      "after decompression");
+  }
+
+  /// Expands up to out.size() bytes; fewer only where the data ends as it should.
+  Result<size_t> expand_some(std::span<std::byte> out) {
     size_t done = 0;
+    bool is_last = false;
     while (done < out.size()) {
       if (stream_.avail_in == 0) {
         const auto got = file_.read_some(input_offset_, input_);
         if (!got) return tl::unexpected(got.error());
-        if (*got == 0) {
-          return ends_early(file_.path(), position_ + (out.size() - done), position_,
-                            "after decompression");
-        }
+        if (*got == 0 && ended_member_) return done;
+        is_last = *got == 0;  // zlib may still hold what it has taken
         input_offset_ += *got;
         stream_.next_in = reinterpret_cast<Bytef*>(input_.data());
         stream_.avail_in = static_cast<uInt>(*got);
@@ -176,17 +217,21 @@ class DeflatedReader : public ByteReader {
       if (status == Z_STREAM_END) {
         inflateReset(&stream_);  // another member may follow
         ended_member_ = true;
-      } else if (status == Z_DATA_ERROR && ended_member_ && made == 0) {
-        // What follows the last member is not gzip data: the data ends here.
+      } else if (is_last && made == 0) {
         return ends_early(file_.path(), position_ + (out.size() - done), position_,
                           "after decompression");
+      } else if (status == Z_DATA_ERROR && ended_member_ && made == 0) {
+        // What follows the last member is not gzip data: the data ends here.
+        stream_.avail_in = 0;
+        input_offset_ = file_.size();
+        return done;
       } else if (status != Z_OK && status != Z_BUF_ERROR) {
         return damaged(stream_.msg ? stream_.msg : "not gzip data");
       } else if (made > 0) {
         ended_member_ = false;
       }
     }
-    return {};
+    return done;
   }
 
   File file_;

@@ -25,6 +25,13 @@ class ByteReader {
   /// (deflate expands at most 1032 times).
   virtual uint64_t size_limit() const = 0;
 
+  /// How many bytes follow `offset`, counted up to `most`. What is compressed is expanded for it,
+  /// and where it ends its checksum is verified. Errors: those of read.
+  virtual Result<uint64_t> count_after(uint64_t offset, uint64_t most) = 0;
+
+  /// How many bytes can be read before an error or the end. Expands all that is compressed.
+  virtual uint64_t available_bytes() = 0;
+
   /// The files that the bytes come from.
   virtual std::vector<std::filesystem::path> files() const = 0;
 };

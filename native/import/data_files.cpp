@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
+#include <utility>
+
 #include "native/import/header_text.h"
 
 namespace isosplat {
@@ -59,6 +63,109 @@ std::vector<std::string> numbered(std::string_view value) {
   return names;
 }
 
+struct Part {
+  std::filesystem::path path;
+  uint64_t start = 0;  ///< in its file
+  uint64_t bytes = 0;  ///< that are there; the rest of bytes_each is read as zeros
+};
+
+class JoinedReader : public ByteReader {
+ public:
+  JoinedReader(std::vector<Part> parts, uint64_t bytes_each, bool deflated)
+      : parts_(std::move(parts)), bytes_each_(bytes_each), deflated_(deflated) {}
+
+  Result<void> read(uint64_t offset, std::span<std::byte> out) override {
+    while (!out.empty()) {
+      const uint64_t index = offset / bytes_each_, inside = offset % bytes_each_;
+      if (index >= parts_.size()) {
+        return fail(Status::truncated, parts_.front().path.string() +
+                                           ": expected more data files than the header names");
+      }
+      const Part& part = parts_[static_cast<size_t>(index)];
+      const auto some = static_cast<size_t>(std::min<uint64_t>(out.size(), bytes_each_ - inside));
+      const auto there =
+          static_cast<size_t>(std::min<uint64_t>(some, part.bytes - std::min(part.bytes, inside)));
+      if (there > 0) {
+        if (auto opened = open(static_cast<size_t>(index)); !opened) return opened;
+        if (auto r = current_->read(part.start + inside, out.first(there)); !r) return r;
+      }
+      std::ranges::fill(out.subspan(there, some - there), std::byte{0});
+      out = out.subspan(some);
+      offset += some;
+    }
+    return {};
+  }
+
+  Result<uint64_t> count_after(uint64_t offset, uint64_t most) override {
+    const uint64_t size = size_limit();
+    return std::min(most, size - std::min(size, offset));
+  }
+
+  uint64_t size_limit() const override { return parts_.size() * bytes_each_; }
+  uint64_t available_bytes() override { return size_limit(); }
+
+  std::vector<std::filesystem::path> files() const override {
+    std::vector<std::filesystem::path> files;
+    for (const Part& part : parts_) files.push_back(part.path);
+    return files;
+  }
+
+ private:
+  Result<void> open(size_t index) {
+    if (current_ && current_index_ == index) return {};
+    auto reader = deflated_ ? open_deflated(parts_[index].path) : open_plain(parts_[index].path);
+    if (!reader) return tl::unexpected(reader.error());
+    current_ = std::move(*reader);
+    current_index_ = index;
+    return {};
+  }
+
+  std::vector<Part> parts_;
+  uint64_t bytes_each_;
+  bool deflated_;
+  std::unique_ptr<ByteReader> current_;
+  size_t current_index_ = 0;
+};
+
+/// Where the voxels of one file are. Errors: truncated, malformed_volume, io_error.
+Result<Part> find_part(const std::filesystem::path& path, const DataFiles& files,
+                       Allowances allowed, std::vector<std::string>& notes) {
+  Part part{path, files.skip > 0 ? static_cast<uint64_t>(files.skip) : 0, files.bytes_each};
+  uint64_t size = 0;
+  if (files.deflated) {
+    auto reader = open_deflated(path);
+    if (!reader) return tl::unexpected(reader.error());
+    size = (*reader)->available_bytes();
+  } else {
+    const auto found = size_of_file(path);
+    if (!found) return tl::unexpected(found.error());
+    size = *found;
+  }
+  if (files.skip < 0) part.start = size - std::min(size, files.bytes_each);
+  const uint64_t found = size - std::min(size, part.start);
+  const auto numbers = fmt::format("{}: expected {} bytes of voxels, found {}", path.string(),
+                                   files.bytes_each, found);
+  if (found < files.bytes_each) {
+    if (!allowed.has(Allowance::truncated)) {
+      return fail(Status::truncated,
+                  fmt::format("{}: the file is incomplete, or the header is wrong; copy it again, "
+                              "or read it as it is with {}",
+                              numbers, flag_of(Allowance::truncated)));
+    }
+    part.bytes = found - found % files.voxel_bytes;
+    notes.push_back(numbers + ": the rest is filled");
+  } else if (found > files.bytes_each) {
+    if (!allowed.has(Allowance::surplus)) {
+      return fail(Status::malformed_volume,
+                  fmt::format("{}: the header's sizes or type do not fit the file; correct them, "
+                              "or leave the surplus out with {}",
+                              numbers, flag_of(Allowance::surplus)));
+    }
+    notes.push_back(numbers + ": the surplus is left out");
+  }
+  return part;
+}
+
 }  // namespace
 
 std::vector<std::filesystem::path> named_data_files(const std::filesystem::path& header,
@@ -70,6 +177,51 @@ std::vector<std::filesystem::path> named_data_files(const std::filesystem::path&
     files.push_back(file.is_relative() ? header.parent_path() / file : file);
   }
   return files;
+}
+
+Result<JoinedFiles> open_data_files(const std::filesystem::path& header, DataFiles files,
+                                    Allowances allowed) {
+  JoinedFiles joined;
+  std::vector<Part> parts;
+  std::vector<std::filesystem::path> absent;
+  std::vector<std::string> odd;
+  for (const std::filesystem::path& path : files.paths) {
+    std::error_code error;
+    const uint64_t begin = parts.size() * files.bytes_each;
+    Part part{path, 0, 0};
+    if (std::filesystem::exists(path, error)) {
+      auto found = find_part(path, files, allowed, odd);
+      if (!found) return tl::unexpected(found.error());
+      part = std::move(*found);
+    } else {
+      absent.push_back(path);
+    }
+    if (part.bytes < files.bytes_each) {
+      joined.missing.push_back({begin + part.bytes, begin + files.bytes_each});
+    }
+    parts.push_back(std::move(part));
+  }
+  if (!absent.empty()) {
+    const auto text =
+        fmt::format("{}: {} of the {} data files that it names are missing, the first is {}",
+                    header.string(), absent.size(), parts.size(), absent.front().string());
+    if (!allowed.has(Allowance::gaps) || absent.size() == parts.size()) {
+      return fail(Status::io_error, fmt::format("{}: put them there, or correct the header{}", text,
+                                                absent.size() == parts.size()
+                                                    ? ""
+                                                    : fmt::format(", or fill the gaps with {}",
+                                                                  flag_of(Allowance::gaps))));
+    }
+    joined.notes.push_back(text + ": their voxels are filled");
+  }
+  if (!odd.empty()) joined.notes.push_back(odd.front());
+  if (odd.size() > 1) {
+    joined.notes.push_back(
+        fmt::format("{} data files in all have another size than expected", odd.size()));
+  }
+  joined.reader =
+      std::make_unique<JoinedReader>(std::move(parts), files.bytes_each, files.deflated);
+  return joined;
 }
 
 }  // namespace isosplat

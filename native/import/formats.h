@@ -2,7 +2,6 @@
 
 #include <filesystem>
 
-#include "native/import/itk_reader.h"
 #include "native/import/open_volume.h"
 
 // One function per format: each opens a file or folder that open_volume has found to be of its
@@ -26,13 +25,6 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
 /// Whether a raw file's name holds its dims and type.
 bool raw_name_is_complete(const std::filesystem::path& path);
 
-/// A volume that only ITK can take from its file, held whole once the first slice is asked for.
-/// `data_files`: where the voxels are, if they are in other files, so that the size of this one
-/// says nothing.
-Result<OpenVolume> open_whole(ItkFormat itk_format, const ItkHeader& header, std::string format,
-                              const std::filesystem::path& path, const ImportOptions& options,
-                              std::vector<std::filesystem::path> data_files = {});
-
 /// A name without folder and suffixes: "a/b.nii.gz" → "b".
 std::string volume_name(const std::filesystem::path& path);
 
@@ -42,6 +34,11 @@ std::string volume_name(const std::filesystem::path& path);
 /// a volume without time.
 Result<uint64_t> choose_time_step(const std::filesystem::path& path,
                                   const std::vector<int64_t>& sizes, const ImportOptions& options);
+
+/// Which of `steps` volumes options choose, 0 where there is one. Errors: invalid_argument for
+/// several without a --time-step, or one that is not there.
+Result<uint64_t> choose_step(const std::filesystem::path& path, int64_t steps,
+                             const ImportOptions& options);
 
 /// The error for a volume whose voxels are vectors or colours.
 tl::unexpected<Error> not_scalar(const std::filesystem::path& path, int components);

@@ -62,6 +62,24 @@ std::optional<int64_t> whole_number(std::string_view text) {
   return number;
 }
 
+std::optional<double> number_in(std::string_view text) {
+  if (text.size() > 1 && text.front() == '+' && text[1] != '-') text.remove_prefix(1);
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+std::optional<std::vector<double>> numbers_in(std::string_view line) {
+  std::vector<double> numbers;
+  for (const std::string_view word : words(line)) {
+    const auto number = number_in(word);
+    if (!number) return std::nullopt;
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
 std::optional<std::vector<int64_t>> whole_numbers(std::string_view line) {
   std::vector<int64_t> numbers;
   for (const std::string_view word : words(line)) {

@@ -29,6 +29,12 @@ std::vector<std::string_view> words(std::string_view line);
 /// A whole number that makes up all of `text`. Nothing otherwise, or where it does not fit.
 std::optional<int64_t> whole_number(std::string_view text);
 
+/// A number that makes up all of `text`: "1.5", "-2e3", "+4", "nan". Nothing otherwise.
+std::optional<double> number_in(std::string_view text);
+
+/// Numbers, separated by white space. Nothing where anything else is among them.
+std::optional<std::vector<double>> numbers_in(std::string_view line);
+
 /// Whole numbers, separated by white space. Nothing where anything else is among them.
 std::optional<std::vector<int64_t>> whole_numbers(std::string_view line);
 

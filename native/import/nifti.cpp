@@ -2,168 +2,130 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
 
 #include "native/import/array_source.h"
 #include "native/import/formats.h"
+#include "native/import/header_text.h"
+#include "native/import/nifti_header.h"
 
-// NIfTI-1 (.nii, .nii.gz). ITK reads the geometry (of the header's two transforms it chooses the
-// right one, and turns RAS into LPS), but for sheared grids, which it does not know; where the
-// voxels are, and their scaling, is read here, so that they can be streamed.
-//
-//   bytes 0–3     348: tells the byte order        108–111  f32: the first voxel's offset
-//         40–55   i16[8]: dimension, sizes         112–115  f32: slope    116–119  f32: intercept
-//         70–71   i16: data type                   344–347  "n+1\0" (one file)
+// NIfTI-1 and NIfTI-2, in one file (.nii, .nii.gz) or as a pair (.hdr and .img).
 namespace isosplat {
 namespace {
 
-constexpr size_t kHeaderBytes = 348;
-
-class Fields {
- public:
-  explicit Fields(std::span<const std::byte, kHeaderBytes> bytes) : bytes_(bytes) {
-    swap_ = get<int32_t>(0) != static_cast<int32_t>(kHeaderBytes);
-  }
-
-  template <class T>
-  T get(size_t offset) const {
-    std::array<std::byte, sizeof(T)> raw;
-    std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset), sizeof(T), raw.begin());
-    if (swap_) std::reverse(raw.begin(), raw.end());
-    return std::bit_cast<T>(raw);
-  }
-
-  bool big_endian() const { return swap_ != (std::endian::native == std::endian::big); }
-
- private:
-  std::span<const std::byte, kHeaderBytes> bytes_;
-  bool swap_ = false;
-};
-
-std::optional<StoredType> type_of(int16_t code) {
-  switch (code) {
-    case 2:
-      return StoredType::u8;
-    case 4:
-      return StoredType::i16;
-    case 8:
-      return StoredType::i32;
-    case 16:
-      return StoredType::f32;
-    case 64:
-      return StoredType::f64;
-    case 256:
-      return StoredType::i8;
-    case 512:
-      return StoredType::u16;
-    case 768:
-      return StoredType::u32;
-    case 1024:
-      return StoredType::i64;
-    case 1280:
-      return StoredType::u64;
-    default:
-      return std::nullopt;
-  }
-}
-
-/// The geometry of the header's affine transform ("sform"), which may be sheared. Nothing where the
-/// header has none.
-std::optional<HeaderGeometry> affine_geometry(const Fields& fields) {
-  if (fields.get<int16_t>(254) <= 0) return std::nullopt;
-  HeaderGeometry geometry;
-  double* const spacing[] = {&geometry.spacing.x, &geometry.spacing.y, &geometry.spacing.z};
-  double* const origin[] = {&geometry.origin.x, &geometry.origin.y, &geometry.origin.z};
-  for (size_t row = 0; row < 3; ++row) {
-    const double sign = row < 2 ? -1 : 1;  // RAS → LPS
-    for (size_t axis = 0; axis < 4; ++axis) {
-      const double value = sign * static_cast<double>(fields.get<float>(280 + 16 * row + 4 * axis));
-      if (!std::isfinite(value)) return std::nullopt;
-      (axis < 3 ? geometry.direction[3 * row + axis] : *origin[row]) = value;
+/// A path with the extension before ".gz" replaced, with or without ".gz", whichever is there.
+std::optional<std::filesystem::path> sibling(std::filesystem::path path, const char* lower,
+                                             const char* upper) {
+  if (lower_case(path.extension().string()) == ".gz") path.replace_extension();
+  for (const char* extension : {lower, upper}) {
+    for (const char* gz : {"", ".gz"}) {
+      std::filesystem::path other = path;
+      other.replace_extension(std::string(extension) + gz);
+      std::error_code error;
+      if (std::filesystem::is_regular_file(other, error)) return other;
     }
   }
-  for (size_t axis = 0; axis < 3; ++axis) {
-    const auto& d = geometry.direction;
-    *spacing[axis] = std::hypot(d[axis], d[3 + axis], d[6 + axis]);
+  return std::nullopt;
+}
+
+Result<std::unique_ptr<ByteReader>> open_bytes(const std::filesystem::path& path, bool deflated) {
+  return deflated ? open_deflated(path) : open_plain(path);
+}
+
+/// Three axes of space, a time step, and no more.
+Result<uint64_t> check_sizes(const std::filesystem::path& path, std::vector<int64_t>& sizes,
+                             const ImportOptions& options, std::vector<std::string>& notes) {
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    if (sizes[i] == 0 && i > 2) {
+      notes.push_back(fmt::format("the header's size of dimension {} is 0: 1 is taken", i + 1));
+      sizes[i] = 1;
+    }
+    if (sizes[i] >= 1) continue;
+    return fail(Status::malformed_volume,
+                fmt::format("{}: expected sizes above 0, found {} along dimension {}: the NIfTI "
+                            "header is damaged; export the volume again",
+                            path.string(), sizes[i], i + 1));
   }
-  return geometry;
+  if (sizes.size() > 4 && sizes[4] > 1) return not_scalar(path, static_cast<int>(sizes[4]));
+  return choose_time_step(path, sizes, options);
 }
 
 }  // namespace
 
-Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOptions& options) {
-  const bool deflated = is_gzip(path);
-  auto bytes = deflated ? open_deflated(path) : open_plain(path);
+Result<OpenVolume> open_nifti(const std::filesystem::path& named, const ImportOptions& options) {
+  std::filesystem::path path = named;
+  const bool names_voxels = lower_case(named.filename().string()).find(".img") != std::string::npos;
+  if (names_voxels) path = sibling(named, ".hdr", ".HDR").value_or(named);
+  bool deflated = is_gzip(path);
+  auto bytes = open_bytes(path, deflated);
   if (!bytes) return tl::unexpected(bytes.error());
-  std::array<std::byte, kHeaderBytes> raw{};
-  if (auto read = (*bytes)->read(0, raw); !read) return tl::unexpected(read.error());
-  const Fields fields(raw);
-  if (fields.get<int32_t>(0) != static_cast<int32_t>(kHeaderBytes) ||
-      std::memcmp(raw.data() + 344, "n+1", 4) != 0) {
-    return fail(Status::malformed_volume,
-                fmt::format("{}: expected a NIfTI-1 header (size 348, magic 'n+1'), found size {}: "
-                            "the file is damaged, or NIfTI-2 or a .hdr/.img pair; save it as "
-                            ".nii.gz (NIfTI-1)",
-                            path.string(), fields.get<int32_t>(0)));
+  std::array<std::byte, kNifti2Bytes> raw{};
+  const auto some = (*bytes)->count_after(0, raw.size());
+  if (!some) return tl::unexpected(some.error());
+  const auto header_bytes = std::span(raw).first(static_cast<size_t>(*some));
+  if (*some < 348) {
+    return fail(Status::truncated,
+                fmt::format("{}: expected a header of 348 bytes, found {}: the file is incomplete; "
+                            "copy or download it again",
+                            path.string(), *some));
   }
-  const int16_t dimension = fields.get<int16_t>(40);
-  if (dimension < 1 || dimension > 7) {
-    return fail(Status::malformed_volume,
-                fmt::format("{}: expected 1 to 7 dimensions, found {}: the header is damaged; "
-                            "export the volume again",
-                            path.string(), dimension));
-  }
-  std::vector<int64_t> sizes;
-  for (int16_t i = 1; i <= dimension; ++i) {
-    sizes.push_back(fields.get<int16_t>(40 + 2 * static_cast<size_t>(i)));
-  }
-  const int16_t code = fields.get<int16_t>(70);
+  if (auto read = (*bytes)->read(0, header_bytes); !read) return tl::unexpected(read.error());
+  auto header = parse_nifti(path, header_bytes);
+  if (!header) return tl::unexpected(header.error());
+
+  std::vector<std::string> notes;
+  const int16_t code = header->data_type;
   if (code == 128 || code == 2304) return not_scalar(path, code == 128 ? 3 : 4);
-  if (code == 32 || code == 1792) return not_scalar(path, 2);
-  const auto type = type_of(code);
+  if (code == 32 || code == 1792 || code == 2048) return not_scalar(path, 2);
+  const auto type = nifti_type(code);
   if (!type) return unknown_type(path, fmt::format("NIfTI data type {}", code));
-  if (sizes.size() > 4 && sizes[4] > 1) {
-    return not_scalar(path, static_cast<int>(sizes[4]));
-  }
-  const auto step = choose_time_step(path, sizes, options);
-  if (!step) return tl::unexpected(step.error());
-
-  // Where the affine transform is sheared, ITK takes the other one, a rotation, or refuses the
-  // file.
-  HeaderGeometry geometry;
-  const auto affine = affine_geometry(fields);
-  if (affine && shear_degrees(affine->direction) >= kLeastShearDegrees) {
-    geometry = *affine;
-  } else if (const auto itk_header = read_itk_header(ItkFormat::nifti, path)) {
-    geometry = itk_header->geometry;
-  } else if (affine) {
-    geometry = *affine;
-  } else {
-    return tl::unexpected(itk_header.error());
-  }
-
-  ArrayVolume array = make_array("NIfTI", path, sizes, geometry, options);
-  array.stored.type = *type;
-  array.stored.big_endian = fields.big_endian();
-  const auto slope = static_cast<double>(fields.get<float>(112));
-  const auto intercept = static_cast<double>(fields.get<float>(116));
-  if (std::isfinite(slope) && slope != 0 && std::isfinite(intercept)) {
-    array.stored.slope = slope;
-    array.stored.intercept = intercept;
-  }
-  const float offset = fields.get<float>(108);
-  if (!(offset >= 348 && offset < 1e9f)) {
+  const auto bad = [&](const std::string& what) {
     return fail(Status::malformed_volume,
-                fmt::format("{}: expected the voxels' offset to be 352 or so, found {}: the header "
-                            "is damaged; export the volume again",
-                            path.string(), offset));
+                fmt::format("{}: {}: the NIfTI header is damaged; export the volume again",
+                            path.string(), what));
+  };
+  std::vector<int64_t> sizes = header->sizes;
+  const auto step = check_sizes(path, sizes, options, notes);
+  if (!step) return tl::unexpected(step.error());
+  if (header->bits != 0 && static_cast<size_t>(header->bits) != 8 * voxel_bytes(*type)) {
+    return bad(fmt::format("expected {} bits per voxel of data type {}, found {}",
+                           8 * voxel_bytes(*type), code, header->bits));
+  }
+  auto geometry = nifti_geometry(path, *header, notes);
+  if (!geometry) return tl::unexpected(geometry.error());
+
+  ArrayVolume array = make_array("NIfTI", path, {sizes[0], sizes[1], sizes[2]}, *geometry, options);
+  array.stored.type = *type;
+  array.stored.big_endian = header->big_endian;
+  array.steps = static_cast<uint64_t>(sizes.size() > 3 ? sizes[3] : 1);
+  array.step = *step;
+  if (std::isfinite(header->slope) && header->slope != 0) {
+    if (!std::isfinite(header->intercept)) {
+      return bad(fmt::format("expected a finite scl_inter beside scl_slope {}, found {}",
+                             header->slope, header->intercept));
+    }
+    array.stored.slope = header->slope;
+    array.stored.intercept = header->intercept;
+  }
+  const double offset = header->voxel_offset;
+  const double least = header->is_pair ? 0 : header->version == 2 ? 540 : 348;
+  if (!(offset >= least && offset < 1e12 && offset == std::floor(offset))) {
+    return bad(fmt::format("expected the voxels' offset to be a whole number from {} on, found {}",
+                           least, offset));
   }
   array.offset = static_cast<uint64_t>(offset);
-  array.time_step = *step;
+  if (header->is_pair) {
+    const auto voxels = names_voxels ? named : sibling(path, ".img", ".IMG");
+    if (!voxels) {
+      return fail(Status::io_error, fmt::format("{}: its voxels are missing: expected {} beside it",
+                                                path.string(), path.stem().string() + ".img"));
+    }
+    deflated = is_gzip(*voxels);
+    bytes = open_bytes(*voxels, deflated);
+    if (!bytes) return tl::unexpected(bytes.error());
+  }
   array.plain = !deflated;
-  return open_array(std::move(array), std::move(*bytes));
+  return open_array(std::move(array), std::move(*bytes), std::move(notes));
 }
 
 }  // namespace isosplat

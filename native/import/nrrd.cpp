@@ -1,127 +1,21 @@
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <map>
+#include <bit>
 
 #include "native/import/array_source.h"
 #include "native/import/data_files.h"
 #include "native/import/formats.h"
 #include "native/import/header_text.h"
+#include "native/import/nrrd_axes.h"
+#include "native/import/nrrd_header.h"
+#include "native/import/text_voxels.h"
 
-// NRRD (http://teem.sourceforge.net/nrrd/format.html). ITK reads the geometry; where the voxels
-// are in which file is read here, so that they can be streamed.
+// NRRD (http://teem.sourceforge.net/nrrd/format.html): where the voxels are, and in which coding.
 namespace isosplat {
 namespace {
 
-struct NrrdHeader {
-  std::map<std::string, std::string> fields;  ///< names in lower case, without spaces
-  uint64_t data_offset = 0;                   ///< of what follows the header in its file
-  std::string geometry_lines;                 ///< all lines but those that say where the data is
-
-  std::string_view field(std::string_view name) const {
-    const auto found = fields.find(std::string(name));
-    return found == fields.end() ? std::string_view{} : std::string_view(found->second);
-  }
-};
-
-tl::unexpected<Error> bad(const std::filesystem::path& path, const std::string& what) {
-  return fail(Status::malformed_volume,
-              fmt::format("{}: {}: the NRRD header is damaged; export the volume again",
-                          path.string(), what));
-}
-
-Result<NrrdHeader> read_header(const std::filesystem::path& path) {
-  auto beginning = read_beginning(path, 1024 * 1024);
-  if (!beginning) return tl::unexpected(beginning.error());
-  std::string_view rest = *beginning;
-  const bool whole_file = rest.size() < 1024 * 1024;
-  NrrdHeader header;
-  auto line = take_line(rest);
-  if (!line || !line->starts_with("NRRD000")) {
-    return bad(path, "expected 'NRRD000' and a version in the first line");
-  }
-  for (;;) {
-    line = take_line(rest);
-    if (!line && whole_file && !rest.empty()) {  // a detached header's last line may lack its end
-      line = rest;
-      rest = {};
-    }
-    if (!line || line->empty()) break;
-    if (line->starts_with('#')) continue;
-    const size_t colon = line->find(':');
-    if (colon == line->npos) return bad(path, fmt::format("no ':' in the line '{}'", *line));
-    if (line->substr(colon).starts_with(":=")) continue;  // a key and value for other programs
-    std::string name = lower_case(trimmed(line->substr(0, colon)));
-    name.erase(std::remove(name.begin(), name.end(), ' '), name.end());
-    const std::string_view value = trimmed(line->substr(colon + 1));
-    header.fields[name] = std::string(value);
-    if (name != "datafile" && name != "encoding" && !name.ends_with("skip")) {
-      header.geometry_lines.append(*line).push_back('\n');
-    }
-    if (name == "datafile" && lower_case(value).starts_with("list")) break;
-  }
-  header.data_offset = beginning->size() - rest.size();
-  return header;
-}
-
-std::optional<StoredType> type_of(std::string_view text) {
-  static const std::map<std::string_view, StoredType> kTypes = {
-      {"signed char", StoredType::i8},
-      {"int8", StoredType::i8},
-      {"int8_t", StoredType::i8},
-      {"uchar", StoredType::u8},
-      {"unsigned char", StoredType::u8},
-      {"uint8", StoredType::u8},
-      {"uint8_t", StoredType::u8},
-      {"short", StoredType::i16},
-      {"short int", StoredType::i16},
-      {"signed short", StoredType::i16},
-      {"signed short int", StoredType::i16},
-      {"int16", StoredType::i16},
-      {"int16_t", StoredType::i16},
-      {"ushort", StoredType::u16},
-      {"unsigned short", StoredType::u16},
-      {"unsigned short int", StoredType::u16},
-      {"uint16", StoredType::u16},
-      {"uint16_t", StoredType::u16},
-      {"int", StoredType::i32},
-      {"signed int", StoredType::i32},
-      {"int32", StoredType::i32},
-      {"int32_t", StoredType::i32},
-      {"uint", StoredType::u32},
-      {"unsigned int", StoredType::u32},
-      {"uint32", StoredType::u32},
-      {"uint32_t", StoredType::u32},
-      {"longlong", StoredType::i64},
-      {"long long", StoredType::i64},
-      {"long long int", StoredType::i64},
-      {"signed long long", StoredType::i64},
-      {"signed long long int", StoredType::i64},
-      {"int64", StoredType::i64},
-      {"int64_t", StoredType::i64},
-      {"ulonglong", StoredType::u64},
-      {"unsigned long long", StoredType::u64},
-      {"unsigned long long int", StoredType::u64},
-      {"uint64", StoredType::u64},
-      {"uint64_t", StoredType::u64},
-      {"float", StoredType::f32},
-      {"double", StoredType::f64},
-  };
-  const auto found = kTypes.find(text);
-  if (found == kTypes.end()) return std::nullopt;
-  return found->second;
-}
-
-/// Axes that hold the numbers of one voxel, by the names that the specification gives.
-bool is_component_kind(std::string_view kind) {
-  const std::string k = lower_case(kind);
-  return k == "vector" || k == "covariant-vector" || k == "normal" || k == "complex" ||
-         k == "stub" || k.ends_with("-color") || k.find("-vector") != k.npos ||
-         k.find("-normal") != k.npos || k.find("-gradient") != k.npos ||
-         k.find("matrix") != k.npos || k == "quaternion" || k == "point";
-}
+enum class Coding { raw, gzip, text, hex };
 
 struct DataFile {
   std::filesystem::path path;
@@ -129,7 +23,7 @@ struct DataFile {
 };
 
 Result<DataFile> find_data_file(const std::filesystem::path& path, const NrrdHeader& header,
-                                bool& deflated, std::vector<std::string>& notes) {
+                                Coding& coding, std::vector<std::string>& notes) {
   const std::string_view name = header.field("datafile");
   if (name.empty()) return DataFile{path, header.data_offset};
   std::filesystem::path data = std::filesystem::path(std::string(name));
@@ -138,10 +32,10 @@ Result<DataFile> find_data_file(const std::filesystem::path& path, const NrrdHea
   if (!std::filesystem::exists(data, error)) {
     std::filesystem::path compressed = data;
     compressed += ".gz";
-    if (!deflated && std::filesystem::exists(compressed, error)) {
+    if (coding == Coding::raw && std::filesystem::exists(compressed, error)) {
       notes.push_back(fmt::format("{} is missing; {} is read instead", data.filename().string(),
                                   compressed.filename().string()));
-      deflated = true;
+      coding = Coding::gzip;
       return DataFile{compressed, 0};
     }
     return fail(Status::io_error,
@@ -152,116 +46,146 @@ Result<DataFile> find_data_file(const std::filesystem::path& path, const NrrdHea
   return DataFile{data, 0};
 }
 
-/// The geometry, by ITK, which would open the data file even to read the header alone, and stumble
-/// over one that is missing: it gets a copy of the header that needs none.
-Result<HeaderGeometry> read_geometry(const std::filesystem::path& path, const NrrdHeader& header) {
-  const std::string text = "NRRD0005\n" + header.geometry_lines + "encoding: raw\n\n";
-  const int memory = ::memfd_create("nrrd-header", MFD_CLOEXEC);
-  if (memory < 0 ||
-      ::write(memory, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
-    if (memory >= 0) ::close(memory);
-    return fail(Status::out_of_memory, path.string() + ": no memory for a copy of its header");
-  }
-  auto itk_header = read_itk_header(ItkFormat::nrrd, fmt::format("/proc/self/fd/{}", memory));
-  ::close(memory);
-  if (!itk_header) {  // name the file, not the copy
-    std::string message = itk_header.error().message;
-    if (const auto colon = message.find(": "); colon != message.npos) message.erase(0, colon);
-    return fail(itk_header.error().status, path.string() + message);
-  }
-  return itk_header->geometry;
-}
-
 /// The offset after `lines` lines of a file. Errors: truncated.
 Result<uint64_t> skip_lines(const std::filesystem::path& path, uint64_t offset, int64_t lines) {
-  if (lines <= 0) return offset;
+  if (lines == 0) return offset;
+  if (lines < 0) return bad_nrrd(path, fmt::format("line skip {} is not possible", lines));
   auto text = read_beginning(path, static_cast<size_t>(offset) + 1024 * 1024);
   if (!text) return tl::unexpected(text.error());
   std::string_view rest =
       std::string_view(*text).substr(std::min<size_t>(text->size(), static_cast<size_t>(offset)));
   for (int64_t i = 0; i < lines; ++i) {
-    if (!take_line(rest)) return bad(path, "'line skip' goes beyond the file");
+    if (!take_line(rest)) return bad_nrrd(path, "'line skip' goes beyond the file");
   }
   return text->size() - rest.size();
+}
+
+Result<Coding> coding_of(const std::filesystem::path& path, const NrrdHeader& header) {
+  const std::string encoding = lower_case(header.field("encoding"));
+  if (encoding == "raw") return Coding::raw;
+  if (encoding == "gzip" || encoding == "gz") return Coding::gzip;
+  if (encoding == "ascii" || encoding == "text" || encoding == "txt") return Coding::text;
+  if (encoding == "hex") return Coding::hex;
+  if (encoding.empty()) return bad_nrrd(path, "expected a field 'encoding', found none");
+  return fail(Status::unsupported_format,
+              fmt::format("{}: expected encoding raw, gzip, ascii or hex, found '{}': save it with "
+                          "encoding gzip or raw",
+                          path.string(), encoding));
+}
+
+/// A skip as the header has it; 0 where it has none.
+Result<int64_t> skip_of(const std::filesystem::path& path, const NrrdHeader& header,
+                        const char* name) {
+  const std::string_view text = header.field(name);
+  if (text.empty()) return 0;
+  if (const auto number = whole_number(text)) return *number;
+  return bad_nrrd(path, fmt::format("expected a whole number for '{}', found '{}'", name, text));
+}
+
+/// The data of all files that the header lists, as one.
+Result<OpenVolume> open_several(const std::filesystem::path& path, const NrrdHeader& header,
+                                ArrayVolume array, Coding coding, int64_t byte_skip,
+                                int64_t line_skip, std::vector<std::string> notes) {
+  DataFiles files;
+  files.paths = named_data_files(path, header.field("datafile"));
+  if (files.paths.empty()) {
+    return bad_nrrd(path, fmt::format("expected data files, found '{}' and none listed",
+                                      header.field("datafile")));
+  }
+  if ((coding != Coding::raw && coding != Coding::gzip) || line_skip != 0 ||
+      (coding == Coding::gzip && byte_skip != 0)) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: several data files are read with encoding raw or gzip and without "
+                            "line skips: save the volume as one file",
+                            path.string()));
+  }
+  const uint64_t all = array_bytes(array.voxels, array.steps, voxel_bytes(array.stored.type));
+  if (all % files.paths.size() != 0) {
+    return bad_nrrd(path, fmt::format("expected data files that share {} bytes evenly, found {} "
+                                      "files",
+                                      all, files.paths.size()));
+  }
+  files.voxel_bytes = voxel_bytes(array.stored.type);
+  files.bytes_each = all / files.paths.size();
+  files.skip = byte_skip;
+  files.deflated = coding == Coding::gzip;
+  if (byte_skip < -1) return bad_nrrd(path, fmt::format("byte skip {} is not possible", byte_skip));
+  auto joined = open_data_files(path, std::move(files), array.allowed);
+  if (!joined) return tl::unexpected(joined.error());
+  array.missing = std::move(joined->missing);
+  for (std::string& note : joined->notes) notes.push_back(std::move(note));
+  return open_array(std::move(array), std::move(joined->reader), std::move(notes));
 }
 
 }  // namespace
 
 Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOptions& options) {
-  const auto header = read_header(path);
+  const auto header = read_nrrd_header(path);
   if (!header) return tl::unexpected(header.error());
-
-  const auto sizes = whole_numbers(header->field("sizes"));
-  const auto dimension = whole_number(header->field("dimension"));
-  if (!sizes || sizes->empty() || !dimension || *dimension != static_cast<int64_t>(sizes->size())) {
-    return bad(path, fmt::format("expected as many sizes as dimensions, found dimension '{}' and "
-                                 "sizes '{}'",
-                                 header->field("dimension"), header->field("sizes")));
-  }
-  const auto type = type_of(lower_case(header->field("type")));
+  const auto type = nrrd_type(header->field("type"));
   if (!type) return unknown_type(path, header->field("type"));
-  const auto kinds = words(header->field("kinds"));
-  if (sizes->size() > 3 && !kinds.empty() && is_component_kind(kinds[0])) {
-    return not_scalar(path, static_cast<int>(std::min<int64_t>((*sizes)[0], 1000000)));
-  }
-  const auto step = choose_time_step(path, *sizes, options);
+  auto axes = read_nrrd_axes(path, *header);
+  if (!axes) return tl::unexpected(axes.error());
+  const auto step = choose_step(path, axes->steps, options);
   if (!step) return tl::unexpected(step.error());
+  auto coding = coding_of(path, *header);
+  if (!coding) return tl::unexpected(coding.error());
 
-  const std::string encoding = lower_case(header->field("encoding"));
-  bool deflated = encoding == "gzip" || encoding == "gz";
-  const bool raw = encoding == "raw";
-  std::vector<std::string> notes;
-  if (encoding == "bzip2" || encoding == "bz2") {
-    return fail(Status::unsupported_format,
-                fmt::format("{}: bzip2-compressed NRRD is not read: save it with encoding gzip or "
-                            "raw",
-                            path.string()));
-  }
-  const std::string named = lower_case(header->field("datafile"));
-  const bool several_files = named.starts_with("list") || named.find('%') != named.npos;
-  if (several_files || (!deflated && !raw)) {
-    const auto whole = read_itk_header(ItkFormat::nrrd, path);
-    if (!whole) return tl::unexpected(whole.error());
-    std::vector<std::filesystem::path> data_files;
-    if (several_files) {
-      data_files = named_data_files(path, header->field("datafile"));
-    } else if (!named.empty()) {
-      const auto data = find_data_file(path, *header, deflated, notes);
-      if (!data) return tl::unexpected(data.error());
-      data_files = {data->path};
-    }
-    return open_whole(ItkFormat::nrrd, *whole, "NRRD", path, options, std::move(data_files));
-  }
-  auto data = find_data_file(path, *header, deflated, notes);
-  if (!data) return tl::unexpected(data.error());
-  const auto geometry = read_geometry(path, *header);
-  if (!geometry) return tl::unexpected(geometry.error());
-
-  ArrayVolume array = make_array("NRRD", path, *sizes, *geometry, options);
+  ArrayVolume array = make_array("NRRD", path, axes->voxels, axes->geometry, options);
   array.stored.type = *type;
+  array.steps = static_cast<uint64_t>(axes->steps);
+  array.step_axis = axes->step_axis;
+  array.step = *step;
   const std::string endian = lower_case(header->field("endian"));
-  if (stored_bytes(*type) > 1 && endian != "little" && endian != "big") {
-    return bad(path, fmt::format("expected endian: little or big, found '{}'", endian));
+  if (voxel_bytes(*type) > 1 && *coding != Coding::text && endian != "little" && endian != "big") {
+    return bad_nrrd(path, fmt::format("expected endian: little or big, found '{}'", endian));
   }
-  array.stored.big_endian = endian == "big";
-  array.plain = !deflated;
+  array.stored.big_endian =
+      *coding == Coding::text ? std::endian::native == std::endian::big : endian == "big";
 
-  const auto lines = whole_number(header->field("lineskip")).value_or(0);
-  const auto skip = whole_number(header->field("byteskip")).value_or(0);
-  const auto start = skip_lines(data->path, data->offset, lines);
-  if (!start) return tl::unexpected(start.error());
-  auto bytes = deflated ? open_deflated(data->path, *start) : open_plain(data->path);
-  if (!bytes) return tl::unexpected(bytes.error());
-  array.offset = deflated ? 0 : *start;
-  if (skip >= 0) {
-    array.offset += static_cast<uint64_t>(skip);
-  } else if (skip == -1 && !deflated) {  // −1: the data is at the end of the file
-    array.offset = offset_from_end((*bytes)->size_limit(), *sizes, stored_bytes(*type));
-  } else {
-    return bad(path, fmt::format("byte skip {} is not possible here", skip));
+  const auto line_skip = skip_of(path, *header, "lineskip");
+  if (!line_skip) return tl::unexpected(line_skip.error());
+  const auto byte_skip = skip_of(path, *header, "byteskip");
+  if (!byte_skip) return tl::unexpected(byte_skip.error());
+  const std::string named = lower_case(header->field("datafile"));
+  if (named.starts_with("list") || (named.find('%') != named.npos && words(named).size() >= 4)) {
+    return open_several(path, *header, std::move(array), *coding, *byte_skip, *line_skip,
+                        std::move(axes->notes));
   }
-  array.time_step = *step;
-  return open_array(std::move(array), std::move(*bytes), std::move(notes));
+  auto data = find_data_file(path, *header, *coding, axes->notes);
+  if (!data) return tl::unexpected(data.error());
+  auto start = skip_lines(data->path, data->offset, *line_skip);
+  if (!start) return tl::unexpected(start.error());
+  if (*byte_skip < (*coding == Coding::raw ? -1 : 0)) {
+    return bad_nrrd(path, fmt::format("byte skip {} is not possible here", *byte_skip));
+  }
+  array.plain = *coding == Coding::raw;
+  Result<std::unique_ptr<ByteReader>> bytes;
+  switch (*coding) {
+    case Coding::raw:
+      bytes = open_plain(data->path);
+      break;
+    case Coding::gzip:
+      bytes = open_deflated(data->path, *start);
+      break;
+    case Coding::text:
+      bytes = open_text_voxels(data->path, *start + static_cast<uint64_t>(*byte_skip), *type);
+      break;
+    case Coding::hex:
+      bytes = open_hex(data->path, *start + static_cast<uint64_t>(*byte_skip));
+      break;
+  }
+  if (!bytes) return tl::unexpected(bytes.error());
+  if (*coding == Coding::raw && *byte_skip == -1) {  // the data is at the end of the file
+    const uint64_t all = array_bytes(array.voxels, array.steps, voxel_bytes(*type));
+    const uint64_t size = (*bytes)->size_limit();
+    array.offset = size - std::min(size, all);
+  } else if (*coding == Coding::raw) {
+    array.offset = *start + static_cast<uint64_t>(*byte_skip);
+  } else if (*coding == Coding::gzip) {  // teem skips bytes of what is expanded
+    array.offset = static_cast<uint64_t>(*byte_skip);
+  }
+  return open_array(std::move(array), std::move(*bytes), std::move(axes->notes));
 }
 
 }  // namespace isosplat

@@ -5,8 +5,10 @@
 #include <algorithm>
 
 #include "native/import/byte_reader.h"
+#include "native/import/file_stamps.h"
 #include "native/import/formats.h"
 #include "native/import/header_text.h"
+#include "native/import/missing_values.h"
 #include "native/import/slice_files.h"
 
 namespace isosplat {
@@ -25,12 +27,29 @@ Opener opener_for(std::string_view beginning) {
       beginning.starts_with("II+\0"sv) || beginning.starts_with("MM\0+"sv)) {
     return open_tiff_file;
   }
-  if (beginning.size() > 348 && beginning.substr(344, 4) == "n+1\0"sv) return open_nifti;
+  if (beginning.size() >= 348 &&
+      (beginning.substr(344, 4) == "n+1\0"sv || beginning.substr(344, 4) == "ni1\0"sv)) {
+    return open_nifti;
+  }
+  if (beginning.size() >= 12 && (beginning.substr(4, 8) == "n+2\0\r\n\032\n"sv ||
+                                 beginning.substr(4, 8) == "ni2\0\r\n\032\n"sv)) {
+    return open_nifti;
+  }
   const std::string_view text = beginning.substr(0, std::min<size_t>(beginning.size(), 4096));
   if (text.find("ElementDataFile") != text.npos || text.find("NDims") != text.npos) {
     return open_meta_image;
   }
   return nullptr;
+}
+
+/// The first bytes of a file, expanded where it is gzip data. Nothing where it cannot be read.
+std::optional<std::string> expanded_beginning(const std::filesystem::path& path) {
+  auto bytes = is_gzip(path) ? open_deflated(path) : open_plain(path);
+  if (!bytes) return std::nullopt;
+  const auto some = (*bytes)->count_after(0, 4096);
+  std::string text(static_cast<size_t>(some.value_or(540)), '\0');
+  if (!(*bytes)->read(0, std::as_writable_bytes(std::span(text)))) return std::nullopt;
+  return text;
 }
 
 struct Known {
@@ -56,13 +75,26 @@ constexpr Known kNotRead[] = {
     {".jpeg", "a single image"},
     {".zip", "an archive"},
     {".tar", "an archive"},
-    {".img", "one half of a pair"},
-    {".hdr", "one half of a pair"},
+    {".img", "the voxels of a pair, whose .hdr is missing or no NIfTI"},
+    {".hdr", "an ANALYZE header, which does not tell left from right, or an ENVI or other one"},
     {".npy", "a NumPy array"},
     {".stl", "a mesh"},
     {".ply", "a mesh or point cloud"},
     {".obj", "a mesh"},
 };
+
+/// Whether the header of a pair is beside a file with its voxels.
+bool has_nifti_header(const std::filesystem::path& voxels) {
+  std::filesystem::path header = voxels;
+  if (lower_case(header.extension().string()) == ".gz") header.replace_extension();
+  if (lower_case(header.extension().string()) != ".img") return false;
+  for (const char* extension : {".hdr", ".HDR", ".hdr.gz"}) {
+    header.replace_extension(extension);
+    const auto beginning = expanded_beginning(header);
+    if (beginning && opener_for(*beginning) == open_nifti) return true;
+  }
+  return false;
+}
 
 tl::unexpected<Error> unsupported(const std::filesystem::path& path) {
   const std::string extension = lower_case(path.extension().string());
@@ -108,7 +140,10 @@ Result<OpenVolume> open_folder(const std::filesystem::path& path, const ImportOp
 
 }  // namespace
 
-Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options) {
+namespace {
+
+/// Opens a volume by the reader of its format.
+Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOptions& options) {
   std::error_code error;
   const bool raw_options =
       options.dims || options.type || options.big_endian || options.skip_bytes > 0;
@@ -126,8 +161,21 @@ Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOp
   if (beginning->empty()) return tl::unexpected(size_of_file(path).error());
   Opener opener = opener_for(*beginning);
   const std::string name = lower_case(path.filename().string());
-  if (!opener && name.ends_with(".nii.gz")) opener = open_nifti;
-  if (!opener && name.ends_with(".nii")) opener = open_nifti;
+  const bool compressed = is_gzip(path);
+  if (compressed) {
+    // Whatever it is called, what is inside decides.
+    const auto inside = expanded_beginning(path);
+    opener = inside ? opener_for(*inside) : nullptr;
+    if (opener && opener != open_nifti) {
+      return fail(
+          Status::unsupported_format,
+          fmt::format("{}: expected a volume, found a compressed one of a format that is not "
+                      "read compressed: expand it with gunzip",
+                      path.string()));
+    }
+  }
+  if (!opener && (name.ends_with(".nii.gz") || name.ends_with(".nii"))) opener = open_nifti;
+  if (!opener && has_nifti_header(path)) opener = open_nifti;
   if (opener && raw_options) {
     return fail(Status::invalid_argument,
                 fmt::format("{}: --dims, --type, --endian and --skip-bytes are for raw files, this "
@@ -141,6 +189,17 @@ Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOp
   if (!opener && is_dicom(path)) opener = open_dicom_file;  // without the prefix "DICM"
   if (!opener) return unsupported(path);
   return opener(path, options);
+}
+
+}  // namespace
+
+Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options) {
+  const FileStamps before = FileStamps::of({path});
+  auto volume = open_format(path, options);
+  if (!volume) return volume;
+  if (auto same = before.check(); !same) return tl::unexpected(same.error());
+  volume->source = watch_files(std::move(volume->source));
+  return with_missing_values(std::move(*volume), options);
 }
 
 std::string volume_name(const std::filesystem::path& path) {
@@ -167,8 +226,12 @@ Result<uint64_t> choose_time_step(const std::filesystem::path& path,
                             "volume of it on its own",
                             path.string(), axes));
   }
-  const int64_t steps = axes == 4 ? sizes[3] : 1;
-  if (axes == 4 && !options.time_step) {
+  return choose_step(path, axes == 4 ? sizes[3] : 1, options);
+}
+
+Result<uint64_t> choose_step(const std::filesystem::path& path, int64_t steps,
+                             const ImportOptions& options) {
+  if (steps > 1 && !options.time_step) {
     return fail(Status::invalid_argument,
                 fmt::format("{}: expected one volume, found {} time steps: choose one with "
                             "--time-step 0 to --time-step {}",

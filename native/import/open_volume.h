@@ -37,7 +37,10 @@ struct ImportOptions {
 /// shown, and kept in the store.
 struct OpenVolume {
   std::unique_ptr<VolumeSource> source;
-  std::vector<std::string> notes;
+  std::vector<std::string> notes = {};
+  /// The value that the file's header gives to voxels without one. open_volume has taken it into
+  /// account; it is for readers of formats to fill in.
+  std::optional<double> fill_value = std::nullopt;
 };
 
 /// Opens a volume: NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI (.nii, .nii.gz), legacy VTK

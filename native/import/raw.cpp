@@ -82,8 +82,7 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
     notes.push_back(fmt::format("dims {}x{}x{} and type {} are taken from the file's name", shape.x,
                                 shape.y, shape.z, voxel_type_name(type)));
   }
-  ArrayVolume array =
-      make_array("raw", path, std::array{shape.x, shape.y, shape.z}, HeaderGeometry{}, options);
+  ArrayVolume array = make_array("raw", path, shape, HeaderGeometry{}, options);
   array.stored.type = type;
   array.stored.big_endian = options.big_endian;
   array.offset = options.skip_bytes;
@@ -96,7 +95,10 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
   if (array.plain && shape.x > 0 && shape.y > 0 && shape.z > 0 && shape.x <= kMaxVoxelsPerAxis &&
       shape.y <= kMaxVoxelsPerAxis && shape.z <= kMaxVoxelsPerAxis) {
     const uint64_t expected = volume_bytes(shape, voxel_bytes(type));
-    if (array.offset > found || found - array.offset != expected) {
+    const bool fits = array.offset <= found && found - array.offset == expected;
+    const Allowance needed =
+        found < array.offset + expected ? Allowance::truncated : Allowance::surplus;
+    if (!fits && !options.allowed.has(needed)) {
       std::string hint;
       for (const size_t bytes_per_voxel : {1, 2, 4, 8}) {
         if (array.offset <= found && volume_bytes(shape, bytes_per_voxel) == found - array.offset) {

@@ -7,11 +7,6 @@
 
 namespace isosplat {
 
-using StoredType = VoxelType;
-inline size_t stored_bytes(StoredType type) {
-  return voxel_bytes(type);
-}
-
 /// How a file stores its voxels, and what values they stand for: intercept + slope · voxel. Both
 /// are kept apart from the voxels all the way to the store, whose codes are the voxels' own
 /// integers.

@@ -1,73 +1,112 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
 #include "native/import/array_source.h"
+#include "native/import/conventions.h"
 #include "native/import/formats.h"
 #include "native/import/header_text.h"
+#include "native/import/text_voxels.h"
+#include "native/import/vtk_sections.h"
 
-// Legacy VTK files with structured points. ITK reads geometry and type, and text files; binary
-// voxels (always big-endian) are streamed from here.
+// Legacy VTK files with structured points: the array of scalars among their sections.
 namespace isosplat {
 namespace {
 
-struct VtkLayout {
-  bool structured_points = false;
-  std::string dataset = "nothing";
-  std::optional<uint64_t> binary_offset;  ///< of the first voxel
-};
+tl::unexpected<Error> bad(const std::filesystem::path& path, const std::string& what) {
+  return fail(
+      Status::malformed_volume,
+      fmt::format("{}: {}: the VTK file is damaged; export the volume again", path.string(), what));
+}
 
-VtkLayout find_layout(std::string_view text) {
-  VtkLayout layout;
-  const size_t size = text.size();
-  std::string_view rest = text;
-  take_line(rest);  // the version
-  take_line(rest);  // a title, perhaps empty
-  bool coding_seen = false, binary = false, scalars = false;
-  for (int line_number = 3; line_number < 200; ++line_number) {
-    const auto line = take_line(rest);
-    if (!line) break;
-    const auto parts = words(*line);
-    if (parts.empty()) continue;
-    const std::string key = lower_case(parts[0]);
-    if (!coding_seen) binary = key == "binary";
-    coding_seen = true;
-    if (key == "dataset" && parts.size() > 1) {
-      layout.dataset = lower_case(parts[1]);
-      layout.structured_points = layout.dataset == "structured_points";
-    }
-    if (key == "scalars") scalars = true;
-    if (key == "lookup_table") {
-      if (binary && scalars) layout.binary_offset = size - rest.size();
-      break;
+/// The array to read: the first scalars of the points, else of the cells, SCALARS before FIELDs.
+const VtkArray* choose_array(const std::vector<VtkArray>& arrays) {
+  for (const bool of_cells : {false, true}) {
+    for (const bool is_field : {false, true}) {
+      for (const VtkArray& array : arrays) {
+        if (array.of_cells == of_cells && array.is_field == is_field && array.components == 1 &&
+            array.type) {
+          return &array;
+        }
+      }
     }
   }
-  return layout;
+  return nullptr;
 }
 
 }  // namespace
 
 Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
                                    const ImportOptions& options) {
-  const auto text = read_beginning(path);
-  if (!text) return tl::unexpected(text.error());
-  const VtkLayout layout = find_layout(*text);
-  if (!layout.structured_points) {
-    return fail(Status::unsupported_format,
-                fmt::format("{}: expected DATASET STRUCTURED_POINTS, found {}: only regular grids "
-                            "are volumes; resample it to an image (in ParaView: Resample To "
-                            "Image)",
-                            path.string(), layout.dataset));
+  const auto file = read_vtk_sections(path);
+  if (!file) return tl::unexpected(file.error());
+  std::vector<std::string> notes;
+  const VtkArray* array = choose_array(file->arrays);
+  if (!array) {
+    for (const VtkArray& other : file->arrays) {
+      if (other.components > 1) return not_scalar(path, other.components);
+      return unknown_type(path, other.type_name);
+    }
+    return bad(path, "expected POINT_DATA or CELL_DATA with SCALARS, found none");
   }
-  const auto itk_header = read_itk_header(ItkFormat::vtk, path);
-  if (!itk_header) return tl::unexpected(itk_header.error());
-  const ItkHeader& info = *itk_header;
-  if (!layout.binary_offset) return open_whole(ItkFormat::vtk, info, "VTK", path, options);
-  auto array = make_array("VTK", path, info, "unknown", options);
-  if (!array) return tl::unexpected(array.error());
-  array->stored.big_endian = true;
-  array->offset = *layout.binary_offset;
-  auto bytes = open_plain(path);
+  // Scalars of cells are only taken where there are none of points that may be cut off.
+  const bool points_are_empty =
+      file->has_point_data &&
+      std::ranges::none_of(file->arrays, [](const VtkArray& a) { return !a.of_cells; });
+  if (array->of_cells &&
+      (points_are_empty || (file->ends_early && array != &file->arrays.back()))) {
+    return fail(Status::truncated,
+                fmt::format("{}: expected values of points, found the end: the file is incomplete; "
+                            "copy or download it again",
+                            path.string()));
+  }
+  if (const auto step = choose_step(path, 1, options); !step) return tl::unexpected(step.error());
+  size_t others = 0;
+  for (const VtkArray& other : file->arrays) others += other.type && other.components == 1;
+  if (others > 1) {
+    notes.push_back(fmt::format("the file has {} arrays of scalars: '{}' of its {} is taken",
+                                others, array->name, array->of_cells ? "cells" : "points"));
+  }
+
+  if (file->has_no_spacing) {
+    notes.push_back(
+        "the header does not say how far apart voxels are: spacing 1,1,1 is taken; --spacing sets "
+        "another");
+  }
+  Vec3<int64_t> voxels = file->dimensions;
+  Vec3d origin = file->origin;
+  if (array->of_cells) {
+    // A value per cell is a voxel at the cell's centre.
+    voxels = {voxels.x - 1, voxels.y - 1, voxels.z - 1};
+    origin = origin + file->spacing * 0.5;
+    notes.push_back("the values are of cells: each is taken for a voxel at its cell's centre");
+  }
+  for (const double spacing : {file->spacing.x, file->spacing.y, file->spacing.z}) {
+    if (spacing < 0) {
+      notes.push_back(
+          fmt::format("the spacing {} is negative: the axis is taken to run backwards", spacing));
+    }
+  }
+  const uint64_t needed = array_bytes(voxels, 1, 1);
+  if (needed != array->values) {
+    return bad(path, fmt::format("expected {} values for {} × {} × {} {}, found {} announced",
+                                 needed, voxels.x, voxels.y, voxels.z,
+                                 array->of_cells ? "cells" : "points", array->values));
+  }
+  ArrayVolume volume =
+      make_array("VTK", path, voxels, geometry_of_spacing(file->spacing, origin), options);
+  volume.stored.type = *array->type;
+  volume.stored.big_endian =
+      file->is_binary || std::endian::native == std::endian::big;  // text becomes native voxels
+  volume.ends_with_file = false;                                   // other arrays may follow
+  volume.plain = file->is_binary;
+  if (file->is_binary) volume.offset = array->offset;
+  auto bytes =
+      file->is_binary ? open_plain(path) : open_text_voxels(path, array->offset, *array->type);
   if (!bytes) return tl::unexpected(bytes.error());
-  return open_array(std::move(*array), std::move(*bytes));
+  return open_array(std::move(volume), std::move(*bytes), std::move(notes));
 }
 
 }  // namespace isosplat

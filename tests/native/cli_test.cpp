@@ -334,7 +334,9 @@ TEST(Cli, ViewBuildsOnceIntoTheCache) {
   }
   EXPECT_NE(serve_and_stop(call).err.find("Building"), std::string::npos) << "of a damaged store";
 
-  write_file(volume, read_file(volume) + " ");  // another size
+  std::string longer = read_file(volume);
+  longer.insert(longer.find('\n') + 1, "# another size\n");
+  write_file(volume, longer);
   EXPECT_NE(serve_and_stop(call).err.find("Building"), std::string::npos);
   const Call other{.arguments = {"view", volume, "--port", "0", "--spacing", "1,1,3"},
                    .cache = cache.path()};

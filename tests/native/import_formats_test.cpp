@@ -123,7 +123,7 @@ TEST(ImportNrrd, ReadsText) {
   write_file(folder / "v.nrrd", nrrd_header(kSize, "short", "encoding: ascii\n\n") + text);
   auto volume = open(folder / "v.nrrd");
   expect_pattern(volume, VoxelType::i16);
-  EXPECT_EQ(volume.source->resident_bytes(), 120u);
+  EXPECT_EQ(volume.source->resident_bytes(), 0u);
 }
 
 TEST(ImportNrrd, ReadsGzipMembersOneAfterTheOther) {
@@ -245,7 +245,7 @@ TEST(ImportNifti, KeepsTheShearOfItsAffineTransform) {
     write_file(folder / "a.nii", file.bytes());
     auto volume = open(folder / "a.nii");
     expect_pattern(volume, VoxelType::i16);
-    EXPECT_TRUE(volume.notes.empty());
+    EXPECT_EQ(volume.notes.size(), rotation ? 1u : 0u) << "which of the two is taken";
     const VolumeGrid& grid = volume.source->header().grid;
     EXPECT_NEAR(length(grid.world({1, 2, 2}) - Vec3d{-12.8, -26, 38}), 0, 1e-6);
     EXPECT_NEAR(shear_degrees(grid.direction), std::atan(0.4 / 3) * 180 / 3.14159265358979, 1e-5);
@@ -256,7 +256,8 @@ TEST(ImportNifti, KeepsTheShearOfItsAffineTransform) {
 TEST(ImportNifti, KeepsGantryTilt) {
   ISOSPLAT_NEEDS_VOLUMES(volumes);
   auto volume = open(volumes / "ct_shear.nii.gz");
-  EXPECT_TRUE(volume.notes.empty());
+  ASSERT_EQ(volume.notes.size(), 1u);
+  EXPECT_NE(volume.notes[0].find("the sform is taken"), std::string::npos);
   const VolumeGrid& grid = volume.source->header().grid;
   EXPECT_NEAR(shear_degrees(grid.direction), 18.5, 0.05);
   // The header's rows times (0, 100, 10, 1), from RAS to LPS.
@@ -283,7 +284,7 @@ TEST(ImportVtk, ReadsBinaryAndText) {
     expect_pattern(volume, VoxelType::i16);
     EXPECT_EQ(volume.source->header().grid.spacing, (Vec3d{0.5, 1, 2}));
     EXPECT_EQ(volume.source->header().grid.origin, (Vec3d{1, 2, 3}));
-    EXPECT_EQ(volume.source->resident_bytes(), name[0] == 'a' ? 0u : 120u);
+    EXPECT_EQ(volume.source->resident_bytes(), 0u);
   }
 }
 
@@ -391,7 +392,8 @@ TEST(ImportTiff, TakesTheSpacingThatImageJWrites) {
   page.resolution = 4;
   write_tiff(folder / "stack.tif", pattern_pages(page), "wl");
   auto volume = open(folder / "stack.tif");
-  EXPECT_EQ(volume.source->header().grid.spacing, (Vec3d{0.25, 0.25, 2.5}));
+  EXPECT_NEAR(length(volume.source->header().grid.spacing - Vec3d{2.5e-4, 2.5e-4, 2.5e-3}), 0, 1e-9)
+      << "millimetres";
   EXPECT_TRUE(volume.notes.empty());
 }
 

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "native/import/orientation.h"
+#include "native/import/stored_voxels.h"
+
+namespace isosplat {
+
+/// The fields of a NIfTI-1 or NIfTI-2 header that are read here, in this machine's byte order.
+struct NiftiHeader {
+  int version = 1;
+  bool is_pair = false;  ///< the voxels are in the .img file beside the .hdr
+  bool big_endian = false;
+  std::vector<int64_t> sizes;  ///< as "dim" has them, 1 to 7
+  int16_t data_type = 0;
+  int16_t bits = 0;
+  std::array<double, 8> pixdim{};
+  double voxel_offset = 0;
+  double slope = 0, intercept = 0;
+  int32_t qform_code = 0, sform_code = 0;
+  std::array<double, 3> quaternion{};  ///< b, c, d
+  std::array<double, 3> qoffset{};
+  std::array<double, 12> srow{};  ///< row by row
+  int32_t units = 0;              ///< xyzt_units
+};
+
+/// Bytes of a NIfTI-2 header; of a NIfTI-1 header 348.
+constexpr size_t kNifti2Bytes = 540;
+
+/// Parses the first bytes of a file: 348 at least, 540 of NIfTI-2. Errors: malformed_volume, and
+/// unsupported_format for ANALYZE 7.5.
+Result<NiftiHeader> parse_nifti(const std::filesystem::path& path,
+                                std::span<const std::byte> bytes);
+
+/// The voxel type of a data type code. Nothing for those that are not scalar, or not read.
+std::optional<VoxelType> nifti_type(int16_t code);
+
+/// Where the voxels are, in LPS and millimetres: by the sform, or else the qform, or else the
+/// spacings alone. What had to be assumed is added to `notes`. Errors: malformed_volume.
+Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const NiftiHeader& header,
+                                      std::vector<std::string>& notes);
+
+}  // namespace isosplat

@@ -1,0 +1,127 @@
+#include "native/import/nrrd_header.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "native/import/header_text.h"
+
+namespace isosplat {
+namespace {
+
+constexpr size_t kMaxHeader = 1024 * 1024;
+
+/// The one name of fields that have two.
+std::string field_name(std::string_view text) {
+  std::string name = lower_case(trimmed(text));
+  name.erase(std::remove(name.begin(), name.end(), ' '), name.end());
+  if (name == "centerings") return "centers";
+  return name;
+}
+
+}  // namespace
+
+Result<NrrdHeader> read_nrrd_header(const std::filesystem::path& path) {
+  auto beginning = read_beginning(path, kMaxHeader);
+  if (!beginning) return tl::unexpected(beginning.error());
+  std::string_view rest = *beginning;
+  const bool whole_file = rest.size() < kMaxHeader;
+  NrrdHeader header;
+  auto line = take_line(rest);
+  if (!line || !line->starts_with("NRRD000")) {
+    return bad_nrrd(path, "expected 'NRRD000' and a version in the first line");
+  }
+  bool ended = false;
+  while (!ended) {
+    line = take_line(rest);
+    if (!line && whole_file && !rest.empty()) {  // a detached header's last line may lack its end
+      line = rest;
+      rest = {};
+    }
+    if (!line && whole_file) break;  // a detached header need not end with an empty line
+    if (!line) return bad_nrrd(path, "expected an empty line after the header, found none");
+    if (line->empty()) break;
+    if (line->starts_with('#')) continue;
+    const size_t colon = line->find(':');
+    if (colon == line->npos) return bad_nrrd(path, fmt::format("no ':' in the line '{}'", *line));
+    if (line->substr(colon).starts_with(":=")) continue;  // a key and value for other programs
+    const std::string name = field_name(line->substr(0, colon));
+    const std::string_view value = trimmed(line->substr(colon + 1));
+    const auto [at, is_new] = header.fields.emplace(name, value);
+    if (!is_new && at->second != value) {
+      return bad_nrrd(path, fmt::format("the field '{}' is there twice, as '{}' and '{}'", name,
+                                        at->second, value));
+    }
+    ended = name == "datafile" && lower_case(value).starts_with("list");
+  }
+  header.data_offset = beginning->size() - rest.size();
+  return header;
+}
+
+tl::unexpected<Error> bad_nrrd(const std::filesystem::path& path, const std::string& what) {
+  return fail(Status::malformed_volume,
+              fmt::format("{}: {}: the NRRD header is damaged; export the volume again",
+                          path.string(), what));
+}
+
+std::optional<VoxelType> nrrd_type(std::string_view text) {
+  static const std::map<std::string, VoxelType> kTypes = {
+      {"signed char", VoxelType::i8},
+      {"int8", VoxelType::i8},
+      {"int8_t", VoxelType::i8},
+      {"uchar", VoxelType::u8},
+      {"unsigned char", VoxelType::u8},
+      {"uint8", VoxelType::u8},
+      {"uint8_t", VoxelType::u8},
+      {"short", VoxelType::i16},
+      {"short int", VoxelType::i16},
+      {"signed short", VoxelType::i16},
+      {"signed short int", VoxelType::i16},
+      {"int16", VoxelType::i16},
+      {"int16_t", VoxelType::i16},
+      {"ushort", VoxelType::u16},
+      {"unsigned short", VoxelType::u16},
+      {"unsigned short int", VoxelType::u16},
+      {"uint16", VoxelType::u16},
+      {"uint16_t", VoxelType::u16},
+      {"int", VoxelType::i32},
+      {"signed int", VoxelType::i32},
+      {"int32", VoxelType::i32},
+      {"int32_t", VoxelType::i32},
+      {"uint", VoxelType::u32},
+      {"unsigned int", VoxelType::u32},
+      {"uint32", VoxelType::u32},
+      {"uint32_t", VoxelType::u32},
+      {"longlong", VoxelType::i64},
+      {"long long", VoxelType::i64},
+      {"long long int", VoxelType::i64},
+      {"signed long long", VoxelType::i64},
+      {"signed long long int", VoxelType::i64},
+      {"int64", VoxelType::i64},
+      {"int64_t", VoxelType::i64},
+      {"ulonglong", VoxelType::u64},
+      {"unsigned long long", VoxelType::u64},
+      {"unsigned long long int", VoxelType::u64},
+      {"uint64", VoxelType::u64},
+      {"uint64_t", VoxelType::u64},
+      {"float", VoxelType::f32},
+      {"double", VoxelType::f64},
+  };
+  const auto found = kTypes.find(lower_case(text));
+  if (found == kTypes.end()) return std::nullopt;
+  return found->second;
+}
+
+std::optional<std::vector<std::string>> quoted_strings(std::string_view text) {
+  std::vector<std::string> strings;
+  for (;;) {
+    const size_t begin = text.find('"');
+    if (begin == text.npos) return strings;
+    const size_t end = text.find('"', begin + 1);
+    if (end == text.npos) return std::nullopt;
+    strings.emplace_back(text.substr(begin + 1, end - begin - 1));
+    text.remove_prefix(end + 1);
+  }
+}
+
+}  // namespace isosplat

@@ -1,0 +1,223 @@
+#include "native/import/slice_order.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <regex>
+
+#include "native/import/header_text.h"
+#include "native/import/slice_files.h"
+
+namespace isosplat {
+namespace {
+
+/// A name with its numbers taken out.
+struct Name {
+  size_t file = 0;
+  std::string shape;  ///< the name with # for each number
+  std::vector<std::string> numbers;
+};
+
+Name take_numbers(const std::string& text, size_t file, const std::regex& number) {
+  Name name;
+  name.file = file;
+  size_t at = 0;
+  for (std::sregex_iterator match(text.begin(), text.end(), number), end; match != end; ++match) {
+    const auto begin = static_cast<size_t>(match->position());
+    name.shape.append(text, at, begin - at).push_back('#');
+    name.numbers.push_back(match->str());
+    at = begin + match->str().size();
+  }
+  name.shape.append(text, at);
+  return name;
+}
+
+std::vector<Name> names_of(const std::vector<std::filesystem::path>& files, const char* number) {
+  const std::regex pattern(number);
+  std::vector<Name> names;
+  for (size_t i = 0; i < files.size(); ++i) {
+    names.push_back(take_numbers(files[i].stem().string(), i, pattern));
+  }
+  return names;
+}
+
+bool have_one_shape(const std::vector<Name>& names) {
+  return std::ranges::all_of(names, [&](const Name& n) { return n.shape == names[0].shape; });
+}
+
+/// The values of one number of every name. Numbers too long for a double are no numbers.
+using Values = std::vector<double>;
+
+Values values_of(const std::vector<Name>& names, size_t field) {
+  Values values;
+  for (const Name& name : names) values.push_back(number_in(name.numbers[field]).value_or(0));
+  return values;
+}
+
+std::vector<size_t> sorted_by(const std::vector<const Values*>& fields, size_t count) {
+  std::vector<size_t> order(count);
+  for (size_t i = 0; i < count; ++i) order[i] = i;
+  std::ranges::stable_sort(order, [&](size_t a, size_t b) {
+    for (const Values* field : fields) {
+      if ((*field)[a] != (*field)[b]) return (*field)[a] < (*field)[b];
+    }
+    return false;
+  });
+  return order;
+}
+
+bool all_differ(Values values) {
+  std::ranges::sort(values);
+  return std::ranges::adjacent_find(values) == values.end();
+}
+
+bool all_equal(const Values& values) {
+  return std::ranges::all_of(values, [&](double v) { return v == values[0]; });
+}
+
+/// The distance between neighbours, where it is the same everywhere but for gaps, which are
+/// multiples of it. `gaps`: slices missing. Nothing where there is no such distance.
+std::optional<double> even_step(Values values, uint64_t& gaps) {
+  std::ranges::sort(values);
+  double step = values[1] - values[0];
+  for (size_t i = 1; i < values.size(); ++i) step = std::min(step, values[i] - values[i - 1]);
+  gaps = 0;
+  for (size_t i = 1; i < values.size(); ++i) {
+    const double steps = (values[i] - values[i - 1]) / step;
+    if (!(std::abs(steps - std::round(steps)) < 1e-3) || steps > 1e6) return std::nullopt;
+    gaps += static_cast<uint64_t>(std::round(steps)) - 1;
+  }
+  return step;
+}
+
+tl::unexpected<Error> unclear(const std::filesystem::path& folder, const std::string& what) {
+  return fail(Status::malformed_volume,
+              fmt::format("{}: the order of its slices is not clear: {}", folder.string(), what));
+}
+
+/// Joins the parts of decimal numbers ("z#.#", where both vary) into one field. Errors: where the
+/// order would be another than that of the parts as whole numbers.
+Result<void> join_decimals(const std::filesystem::path& folder, std::vector<Name>& names) {
+  for (;;) {
+    const size_t point = names[0].shape.find("#.#");
+    if (point == std::string::npos) return {};
+    const auto field = static_cast<size_t>(std::count(
+        names[0].shape.begin(), names[0].shape.begin() + static_cast<std::ptrdiff_t>(point), '#'));
+    const Values whole = values_of(names, field), part = values_of(names, field + 1);
+    std::vector<Name> joined = names;
+    for (Name& name : joined) {
+      name.numbers[field].append(1, '.').append(name.numbers[field + 1]);
+      name.numbers.erase(name.numbers.begin() + static_cast<std::ptrdiff_t>(field) + 1);
+      name.shape.erase(point + 1, 2);
+    }
+    if (all_equal(whole) || all_equal(part)) {  // numbers on their own; hide the point
+      for (Name& name : names) name.shape[point + 1] = ' ';
+      continue;
+    }
+    const Values decimal = values_of(joined, field);
+    if (sorted_by({&whole, &part}, names.size()) != sorted_by({&decimal}, names.size())) {
+      return unclear(folder,
+                     "it depends on whether the numbers in their names are decimals, as in "
+                     "1.5 and 1.25: give all of them the same number of digits");
+    }
+    names = std::move(joined);
+  }
+}
+
+}  // namespace
+
+Result<SliceOrder> order_slices(const std::filesystem::path& folder,
+                                std::vector<std::filesystem::path> files, Allowances allowed) {
+  SliceOrder result;
+  std::vector<Name> names = names_of(files, "[0-9]+");
+  if (!have_one_shape(names)) {
+    const auto with_signs = names_of(files, "[-+]?[0-9]+(?:\\.[0-9]+)?");
+    if (have_one_shape(with_signs)) {
+      names = with_signs;
+    } else {
+      std::map<std::string, std::vector<size_t>> kinds;
+      for (const Name& name : names) kinds[name.shape].push_back(name.file);
+      const auto one = kinds.begin();
+      const auto other = std::next(one);
+      if (kinds.size() < files.size()) {
+        return unclear(folder, fmt::format("their names are of {} kinds, as {} and {}: leave the "
+                                           "files of one stack alone in the folder",
+                                           kinds.size(), files[one->second[0]].filename().string(),
+                                           files[other->second[0]].filename().string()));
+      }
+      result.notes.push_back(
+          "the slices' names have nothing in common: they are taken in alphabetical order");
+      result.slices = std::move(files);
+      std::ranges::sort(result.slices);
+      return result;
+    }
+  } else if (names[0].numbers.empty() && files.size() > 1) {
+    return unclear(folder, "their names have no numbers: number them");
+  }
+  if (files.size() < 2) {
+    result.slices = std::move(files);
+    return result;
+  }
+  if (auto joined = join_decimals(folder, names); !joined) return tl::unexpected(joined.error());
+
+  std::vector<Values> fields;
+  for (size_t i = 0; i < names[0].numbers.size(); ++i) {
+    Values values = values_of(names, i);
+    if (!all_equal(values)) fields.push_back(std::move(values));
+  }
+  std::vector<const Values*> all;
+  for (const Values& field : fields) all.push_back(&field);
+  const auto order = sorted_by(all, files.size());
+  const Values* counting = nullptr;  // numbers that count the slices
+  uint64_t gaps = 0;
+  for (const Values& field : fields) {
+    if (!all_differ(field)) continue;
+    if (sorted_by({&field}, files.size()) != order) {
+      return unclear(folder,
+                     "their names have several numbers that order them differently: leave "
+                     "one number that differs");
+    }
+    uint64_t missing = 0;
+    const bool even = even_step(field, missing).has_value();
+    if (!counting || (even && missing == 0)) {
+      counting = &field;
+      gaps = even ? missing : UINT64_MAX;
+    }
+  }
+  if (!counting) {
+    return unclear(folder,
+                   "their names count along several numbers at once (times or channels, and "
+                   "slices?): give the folder of one stack");
+  }
+  if (gaps > 0 && !allowed.has(Allowance::gaps)) {
+    return fail(Status::malformed_volume,
+                fmt::format("{}: expected slices that are numbered evenly, found {}: put them "
+                            "there, or fill the gaps with {}",
+                            folder.string(),
+                            gaps == UINT64_MAX ? "uneven numbers"
+                                               : fmt::format("{} missing between them", gaps),
+                            flag_of(Allowance::gaps)));
+  }
+  const bool fills = gaps > 0 && gaps <= 16 * files.size();
+  if (fills) {
+    result.notes.push_back(fmt::format("{} slices are missing: they are filled", gaps));
+  } else if (gaps > 0) {
+    result.notes.push_back(
+        "the slices are not numbered evenly: they are taken to lie at even distances");
+  }
+  uint64_t ignored = 0;
+  const double step = fills ? *even_step(*counting, ignored) : 1;
+  for (size_t i = 0; i < order.size(); ++i) {
+    if (fills && i > 0) {
+      const double apart = ((*counting)[order[i]] - (*counting)[order[i - 1]]) / step;
+      for (int64_t k = 1; k < std::llround(apart); ++k) result.slices.emplace_back();
+    }
+    result.slices.push_back(files[order[i]]);
+  }
+  return result;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,210 @@
+#include "native/import/tiff_pages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "native/import/byte_reader.h"
+#include "native/import/header_text.h"
+
+//                 TIFF (42)              BigTIFF (43)
+// header          II or MM, 42, u32      II or MM, 43, u16 8, u16 0, u64: the first directory
+// directory       u16 n, n entries,      u64 n, n entries,
+//                 u32 next               u64 next (0: the last)
+// entry           u16 tag, u16 type,     u16 tag, u16 type,
+//                 u32 count, 4 bytes     u64 count, 8 bytes: the values, or where they are
+namespace isosplat {
+namespace {
+
+constexpr uint64_t kSubfileType = 254, kOldSubfileType = 255, kNoData = 42113;
+
+class Walker {
+ public:
+  explicit Walker(std::unique_ptr<ByteReader> file) : file_(std::move(file)) {}
+
+  Result<TiffPages> walk(const std::filesystem::path& path) {
+    TiffPages pages;
+    std::array<std::byte, 2> order{};
+    if (auto read = file_->read(0, order); !read) return tl::unexpected(read.error());
+    big_endian_ = pages.big_endian = order[0] == std::byte{'M'};
+    const auto version = number(2, 2);
+    big_tiff_ = version == 43;
+    auto next = big_tiff_ ? number(8, 8) : number(4, 4);
+    std::set<uint64_t> seen;
+    while (next && *next != 0) {
+      const uint64_t at = *next;
+      const auto entries = number(at, big_tiff_ ? 8 : 2);
+      const uint64_t first = at + (big_tiff_ ? 8 : 2), entry = big_tiff_ ? 20 : 12;
+      if (!entries || *entries == 0 || *entries > 65536 || !seen.insert(at).second) {
+        next = std::nullopt;
+        break;
+      }
+      next = number(first + *entries * entry, big_tiff_ ? 8 : 4);
+      if (!next) break;
+      bool is_copy = false;
+      for (uint64_t i = 0; i < *entries; ++i) {
+        const uint64_t place = first + i * entry;
+        const auto tag = number(place, 2);
+        if (tag == kSubfileType) is_copy = (value(place).value_or(0) & 5) != 0;
+        if (tag == kOldSubfileType) is_copy = value(place) == 2;
+        if (tag == kNoData && pages.offsets.empty())
+          pages.no_data = number_in(trimmed(text(place)));
+      }
+      if (is_copy) {
+        ++pages.left_out;
+      } else {
+        pages.offsets.push_back(at);
+      }
+    }
+    pages.ends_early = !next;
+    if (!pages.offsets.empty()) return pages;
+    return fail(
+        Status::malformed_volume,
+        fmt::format("{}: expected TIFF pages, found none that is whole: the file is damaged "
+                    "or incomplete; copy or download it again",
+                    path.string()));
+  }
+
+ private:
+  /// An unsigned number of 2, 4 or 8 bytes. Nothing where the file ends before.
+  std::optional<uint64_t> number(uint64_t at, size_t bytes) {
+    std::array<std::byte, 8> raw{};
+    const auto part = std::span(raw).first(bytes);
+    if (at > file_->size_limit() || file_->size_limit() - at < bytes || !file_->read(at, part)) {
+      return std::nullopt;
+    }
+    if (!big_endian_) std::reverse(part.begin(), part.end());
+    uint64_t result = 0;
+    for (const std::byte b : part) result = result << 8 | std::to_integer<uint64_t>(b);
+    return result;
+  }
+
+  /// The one number of an entry, of type SHORT or LONG.
+  std::optional<uint64_t> value(uint64_t entry) {
+    const auto type = number(entry + 2, 2);
+    const uint64_t at = entry + (big_tiff_ ? 12 : 8);
+    return number(at, type == 3 ? 2 : 4);
+  }
+
+  /// An entry of type ASCII.
+  std::string text(uint64_t entry) {
+    const auto count = number(entry + 4, big_tiff_ ? 8 : 4);
+    const uint64_t field = entry + (big_tiff_ ? 12 : 8), room = big_tiff_ ? 8 : 4;
+    if (!count || *count == 0 || *count > 256) return {};
+    const auto at = *count <= room ? std::optional(field) : number(field, big_tiff_ ? 8 : 4);
+    std::string found(static_cast<size_t>(*count), '\0');
+    if (!at || *at > file_->size_limit() || file_->size_limit() - *at < *count ||
+        !file_->read(*at, std::as_writable_bytes(std::span(found)))) {
+      return {};
+    }
+    return found.c_str();
+  }
+
+  std::unique_ptr<ByteReader> file_;
+  bool big_endian_ = false, big_tiff_ = false;
+};
+
+/// The value of `name=…` on a line of its own.
+std::optional<std::string_view> line_value(std::string_view text, std::string_view name) {
+  for (size_t at = 0; (at = text.find(name, at)) != text.npos; at += name.size()) {
+    const bool begins = at == 0 || text[at - 1] == '\n';
+    const size_t equals = at + name.size();
+    if (!begins || equals >= text.size() || text[equals] != '=') continue;
+    const size_t end = std::min(text.find('\n', equals), text.size());
+    return trimmed(text.substr(equals + 1, end - equals - 1));
+  }
+  return std::nullopt;
+}
+
+/// The value of name="…" in an XML element's text.
+std::optional<std::string_view> attribute(std::string_view element, const std::string& name) {
+  for (const char* before : {" ", "\n", "\t"}) {
+    const std::string key = before + name + "=\"";
+    const size_t at = element.find(key);
+    if (at == element.npos) continue;
+    const size_t begin = at + key.size(), end = element.find('"', begin);
+    if (end != element.npos) return element.substr(begin, end - begin);
+  }
+  return std::nullopt;
+}
+
+Result<TiffDescription> parse_ome(const std::filesystem::path& path, std::string_view text) {
+  TiffDescription d;
+  const size_t begin = text.find("<Pixels");
+  if (begin == text.npos) return d;
+  if (text.find("<Pixels", begin + 1) != text.npos) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected an OME-TIFF with one image, found several: save one of "
+                            "them on its own",
+                            path.string()));
+  }
+  const std::string_view pixels = text.substr(begin, text.find('>', begin) - begin);
+  const auto count = [&](const char* name) -> uint64_t {
+    const auto value = whole_number(attribute(pixels, name).value_or("1"));
+    return value && *value > 0 && *value < int64_t{1} << 20 ? static_cast<uint64_t>(*value) : 0;
+  };
+  d.slices = count("SizeZ");
+  d.channels = count("SizeC");
+  d.frames = count("SizeT");
+  if (d.slices == 0 || d.channels == 0 || d.frames == 0) {
+    return fail(Status::malformed_volume,
+                path.string() + ": expected SizeZ, SizeC and SizeT above 0 in its OME description");
+  }
+  d.images = d.slices * d.channels * d.frames;
+  const std::string_view order = attribute(pixels, "DimensionOrder").value_or("XYZCT");
+  d.frames_before_slices = order.find('T') < order.find('Z');
+  const auto size = [&](const char* name) {
+    return number_in(attribute(pixels, name).value_or("")).value_or(0);
+  };
+  const Vec3d voxel{size("PhysicalSizeX"), size("PhysicalSizeY"), size("PhysicalSizeZ")};
+  if (voxel.x > 0 && voxel.y > 0 && voxel.z > 0) d.voxel = voxel;
+  d.unit = attribute(pixels, "PhysicalSizeXUnit").value_or("um");
+  return d;
+}
+
+}  // namespace
+
+Result<TiffPages> find_tiff_pages(const std::filesystem::path& path) {
+  auto file = open_plain(path);
+  if (!file) return tl::unexpected(file.error());
+  return Walker(std::move(*file)).walk(path);
+}
+
+Result<TiffDescription> parse_tiff_description(const std::filesystem::path& path,
+                                               std::string_view text) {
+  if (text.find("<OME") != text.npos) return parse_ome(path, text);
+  TiffDescription d;
+  if (!text.starts_with("ImageJ=")) return d;
+  d.is_imagej = true;
+  const auto count = [&](const char* name) -> std::optional<uint64_t> {
+    const auto value = line_value(text, name);
+    if (!value) return std::nullopt;
+    const auto number = whole_number(*value);
+    return number && *number > 0 && *number < int64_t{1} << 20 ? static_cast<uint64_t>(*number) : 0;
+  };
+  d.images = count("images");
+  d.channels = count("channels").value_or(1);
+  d.frames = count("frames").value_or(1);
+  const auto slices = count("slices");
+  const uint64_t others = d.channels * d.frames;
+  d.slices = slices ? *slices : others > 0 ? d.images.value_or(1) / others : 0;
+  if (d.channels == 0 || d.frames == 0 || d.slices == 0) {
+    return fail(Status::malformed_volume,
+                path.string() + ": expected numbers above 0 in its ImageJ description");
+  }
+  if (d.images && *d.images != d.channels * d.slices * d.frames) {
+    return fail(Status::malformed_volume,
+                fmt::format("{}: expected channels × slices × frames = images in its ImageJ "
+                            "description, found {} × {} × {} and {}",
+                            path.string(), d.channels, d.slices, d.frames, *d.images));
+  }
+  d.unit = line_value(text, "unit").value_or("");
+  const auto spacing = number_in(line_value(text, "spacing").value_or(""));
+  if (spacing && *spacing != 0 && std::isfinite(*spacing)) d.between_slices = std::abs(*spacing);
+  return d;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,217 @@
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+
+#include "tests/conformance/sample.h"
+#include "tests/native/test_files.h"
+
+// The rule of the importers: the right volume, or the right volume with a note of what was assumed,
+// or an error. Never another volume.
+//
+//   ISOSPLAT_CONFORMANCE_CASES   files of each format (60)
+//   ISOSPLAT_CONFORMANCE_SEED    the first seed (1); a failure names the seed of its file
+namespace isosplat::conformance {
+
+std::string gzipped(const std::string& bytes, bool zlib) {
+  z_stream stream{};
+  deflateInit2(&stream, 6, Z_DEFLATED, zlib ? 15 : 31, 8, Z_DEFAULT_STRATEGY);
+  std::string out(deflateBound(&stream, bytes.size()) + 64, '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  deflate(&stream, Z_FINISH);
+  out.resize(stream.total_out);
+  deflateEnd(&stream);
+  return out;
+}
+
+namespace {
+
+using Files = std::map<std::string, std::string>;
+
+int number_of(const char* variable, int otherwise) {
+  const char* text = std::getenv(variable);
+  return text ? std::atoi(text) : otherwise;
+}
+
+/// All voxels of a volume as numbers. Errors: those of reading.
+Result<std::vector<double>> read_values(VolumeSource& source) {
+  const VolumeHeader& header = source.header();
+  const Index3 n = header.grid.voxels;
+  const size_t count =
+      static_cast<size_t>(n.x) * static_cast<size_t>(n.y) * static_cast<size_t>(n.z);
+  const size_t bytes = voxel_bytes(header.type), slice = count / static_cast<size_t>(n.z) * bytes;
+  std::vector<std::byte> voxels(count * bytes);
+  for (int32_t z = 0; z < n.z; ++z) {
+    auto read = source.read_slices(z, 1, std::span(voxels).subspan(z * slice, slice));
+    if (!read) return tl::unexpected(read.error());
+  }
+  std::vector<double> values;
+  with_voxel_type(header.type, [&]<class T>(T) {
+    for (size_t i = 0; i < count; ++i) {
+      T voxel;
+      std::memcpy(&voxel, voxels.data() + i * sizeof(T), sizeof(T));
+      values.push_back(header.value(static_cast<double>(voxel)));
+    }
+  });
+  return values;
+}
+
+/// What is different from the truth; empty: nothing. `fill`: voxels may be missing, and then are no
+/// number or have this value.
+std::string difference(const VolumeGrid& grid, const std::vector<double>& values,
+                       const Truth& truth, std::optional<double> fill = std::nullopt) {
+  // Where voxels may be missing, so may whole slices at the end.
+  if (fill ? values.size() > truth.values.size() : values.size() != truth.values.size()) {
+    return "expected " + std::to_string(truth.values.size()) + " voxels, found " +
+           std::to_string(values.size());
+  }
+  const auto& s = truth.steps;
+  const double volume = dot(s[0], cross(s[1], s[2]));
+  const Vec3d rows[] = {cross(s[1], s[2]) * (1 / volume), cross(s[2], s[0]) * (1 / volume),
+                        cross(s[0], s[1]) * (1 / volume)};
+  std::vector<bool> seen(values.size());
+  size_t n = 0;
+  for (int z = 0; z < grid.voxels.z; ++z) {
+    for (int y = 0; y < grid.voxels.y; ++y) {
+      for (int x = 0; x < grid.voxels.x; ++x, ++n) {
+        const Vec3d place = grid.world({double(x), double(y), double(z)}) - truth.origin;
+        int index[3];
+        for (int axis = 0; axis < 3; ++axis) {
+          const double i = dot(rows[axis], place);
+          index[axis] = static_cast<int>(std::lround(i));
+          if (std::abs(i - index[axis]) > 1e-3 || index[axis] < 0 ||
+              index[axis] >= truth.sizes[axis]) {
+            return "voxel " + std::to_string(n) + " lies at " + std::to_string(i) + " of axis " +
+                   std::to_string(axis);
+          }
+        }
+        const auto at =
+            static_cast<size_t>((index[2] * truth.sizes[1] + index[1]) * truth.sizes[0] + index[0]);
+        if (seen[at]) return "two voxels lie at the same place";
+        seen[at] = true;
+        const double expected = truth.values[at];
+        if (std::abs(values[n] - expected) <= 1e-6 * std::max(1.0, std::abs(expected))) continue;
+        if (fill && (std::isnan(values[n]) || std::abs(values[n] - *fill) < 1e-6)) continue;
+        return "voxel " + std::to_string(n) + " has the value " + std::to_string(values[n]) +
+               ", expected " + std::to_string(expected);
+      }
+    }
+  }
+  return {};
+}
+
+struct Outcome {
+  std::optional<Error> error;
+  std::string difference;  ///< from the truth, where there is no error
+  std::vector<std::string> notes;
+};
+
+Outcome open_sample(const Sample& sample, const Files& files, const ImportOptions& options,
+                    std::optional<double> fill = std::nullopt) {
+  const test::TempFolder folder;
+  for (const auto& [name, content] : files) test::write_file(folder / name, content);
+  auto volume = open_volume(sample.main.empty() ? folder.path() : folder / sample.main, options);
+  if (!volume) return {volume.error(), {}, {}};
+  const auto values = read_values(*volume->source);
+  if (!values) return {values.error(), {}, volume->notes};
+  return {
+      {}, difference(volume->source->header().grid, *values, sample.truth, fill), volume->notes};
+}
+
+void expect_sane(const Error& error) {
+  EXPECT_EQ(error.message.find('\n'), std::string::npos) << error.message;
+  EXPECT_GT(error.message.size(), 20u);
+}
+
+/// A damaged sample is read as what it was, or refused; where damage is allowed, what is there is
+/// right, and a note says that something is missing.
+void expect_rule(const Sample& sample, const Files& files, bool try_allowed) {
+  const Outcome outcome = open_sample(sample, files, sample.options);
+  if (outcome.error) expect_sane(*outcome.error);
+  EXPECT_EQ(outcome.error ? "" : outcome.difference, "") << "read without an error";
+  if (!try_allowed || !sample.try_allowances) return;
+  ImportOptions options = sample.options;
+  for (const AllowanceFlag& flag : kAllowances) options.allowed.add(flag.allowance);
+  const Outcome allowed = open_sample(sample, files, options, sample.truth.fill);
+  if (allowed.error) return expect_sane(*allowed.error);
+  EXPECT_EQ(allowed.difference, "") << "read with all allowances";
+  const bool is_whole = open_sample(sample, files, options).difference.empty();
+  EXPECT_TRUE(is_whole || !allowed.notes.empty()) << "nothing says what is missing";
+}
+
+void check_sample(const Sample& sample, Random& random) {
+  const Outcome outcome = open_sample(sample, sample.files, sample.options);
+  ASSERT_FALSE(outcome.error) << outcome.error->message;
+  ASSERT_EQ(outcome.difference, "");
+  EXPECT_FALSE(sample.must_be_noted && outcome.notes.empty()) << "an assumption is not noted";
+
+  for (const auto& damage : sample.damages) {
+    SCOPED_TRACE("contradiction " + std::to_string(&damage - sample.damages.data()));
+    Files files = sample.files;
+    damage(files);
+    expect_rule(sample, files, false);
+  }
+  std::vector<std::string> names;
+  for (const auto& [name, content] : sample.files) {
+    if (!sample.open_ended.contains(name)) names.push_back(name);
+  }
+  if (names.empty()) return;
+  for (int i = 0; i < 3; ++i) {
+    const std::string& name = names[random.between(0, static_cast<int>(names.size()) - 1)];
+    Files files = sample.files;
+    std::string& content = files[name];
+    const int size = static_cast<int>(content.size());
+    // Anywhere, near the end, and the last byte.
+    const int cut = i == 0   ? random.between(0, size - 1)
+                    : i == 1 ? random.between(size / 2, size - 1)
+                             : size - 1;
+    if (sample.whole_at.contains(cut) || sample.whole_at.contains(cut + 1)) continue;
+    content.resize(static_cast<size_t>(cut));
+    SCOPED_TRACE(name + " cut to " + std::to_string(cut) + " of " + std::to_string(size) +
+                 " bytes");
+    expect_rule(sample, files, true);
+  }
+  if (!sample.may_be_longer) {
+    Files files = sample.files;
+    files[names[random.between(0, static_cast<int>(names.size()) - 1)]] += "0123456789abcdef";
+    SCOPED_TRACE("16 bytes too many");
+    expect_rule(sample, files, false);
+  }
+  for (const std::string& name : sample.removable) {
+    Files files = sample.files;
+    files.erase(name);
+    SCOPED_TRACE(name + " is missing");
+    EXPECT_TRUE(open_sample(sample, files, sample.options).error);
+    expect_rule(sample, files, true);
+  }
+}
+
+class Conformance : public testing::TestWithParam<Format> {};
+
+TEST_P(Conformance, TheRightVolumeOrAnError) {
+  const int cases = number_of("ISOSPLAT_CONFORMANCE_CASES", 60);
+  const int first = number_of("ISOSPLAT_CONFORMANCE_SEED", 1);
+  for (int i = 0; i < cases; ++i) {
+    Random random(static_cast<uint64_t>(first + i));
+    const Sample sample = GetParam().make(random);
+    SCOPED_TRACE("seed " + std::to_string(first + i) + ": " + sample.text);
+    check_sample(sample, random);
+    if (HasFailure() && cases > 100) break;
+  }
+}
+
+const Format kFormats[] = {{"Nrrd", make_nrrd},   {"MetaImage", make_meta_image},
+                           {"Nifti", make_nifti}, {"Vtk", make_vtk},
+                           {"Tiff", make_tiff},   {"Raw", make_raw}};
+
+INSTANTIATE_TEST_SUITE_P(Formats, Conformance, testing::ValuesIn(kFormats),
+                         [](const auto& format) { return std::string(format.param.name); });
+
+}  // namespace
+}  // namespace isosplat::conformance

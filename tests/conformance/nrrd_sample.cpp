@@ -1,0 +1,248 @@
+#include <fmt/format.h>
+
+#include "tests/conformance/sample.h"
+
+// From http://teem.sourceforge.net/nrrd/format.html.
+namespace isosplat::conformance {
+namespace {
+
+struct SpaceName {
+  const char* name;
+  std::array<int, 3> signs;  ///< of x, y and z against LPS
+  bool has_time;
+};
+
+constexpr SpaceName kSpaces[] = {
+    {"right-anterior-superior", {-1, -1, 1}, false},
+    {"RAS", {-1, -1, 1}, false},
+    {"left-anterior-superior", {1, -1, 1}, false},
+    {"LAS", {1, -1, 1}, false},
+    {"left-posterior-superior", {1, 1, 1}, false},
+    {"LPS", {1, 1, 1}, false},
+    {"right-anterior-superior-time", {-1, -1, 1}, true},
+    {"LAST", {1, -1, 1}, true},
+    {"left-posterior-superior-time", {1, 1, 1}, true},
+    {"scanner-xyz", {1, 1, 1}, false},
+    {"3D-right-handed", {1, 1, 1}, false},
+    {"3D-left-handed", {1, 1, -1}, false},
+    {"", {1, 1, 1}, false},  // "space dimension: 3"
+};
+
+const char* type_name(Random& random, Number type) {
+  switch (type) {
+    case Number::u8:
+      return random.one_of({"uchar", "unsigned char", "uint8", "uint8_t"});
+    case Number::i8:
+      return random.one_of({"signed char", "int8", "int8_t"});
+    case Number::u16:
+      return random.one_of({"ushort", "unsigned short", "unsigned short int", "uint16"});
+    case Number::i16:
+      return random.one_of({"short", "short int", "signed short", "int16", "int16_t"});
+    case Number::u32:
+      return random.one_of({"uint", "unsigned int", "uint32", "uint32_t"});
+    case Number::i32:
+      return random.one_of({"int", "signed int", "int32", "int32_t"});
+    case Number::u64:
+      return random.one_of({"ulonglong", "unsigned long long", "uint64"});
+    case Number::i64:
+      return random.one_of({"longlong", "long long", "signed long long int", "int64_t"});
+    case Number::f32:
+      return "float";
+    case Number::f64:
+      break;
+  }
+  return "double";
+}
+
+std::string vector_text(Vec3d v, const char* more = "") {
+  return fmt::format("({:.17g},{:.17g},{:.17g}{})", v.x, v.y, v.z, more);
+}
+
+std::string hex_of(const std::string& bytes) {
+  std::string out;
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    out += fmt::format("{:02x}", static_cast<unsigned char>(bytes[i]));
+    if (i % 35 == 34) out += "\n";
+  }
+  return out + "\n";
+}
+
+/// One of the four axes that a file may have, in its order.
+struct Axis {
+  bool is_space = true;
+  size_t index = 0;  ///< of space: 0, 1, 2
+  int size = 0;
+};
+
+}  // namespace
+
+Sample make_nrrd(Random& random) {
+  Sample sample;
+  Truth& truth = sample.truth;
+  const auto type = static_cast<Number>(random.between(0, 9));
+  choose_voxels(random, type, truth);
+
+  // Axes: x, y, z, and perhaps time or a list somewhere among them.
+  std::vector<Axis> axes;
+  for (size_t i = 0; i < 3; ++i) axes.push_back({true, i, truth.sizes[i]});
+  const bool has_steps = random.chance(40);
+  int steps = 1, step = 0;
+  if (has_steps) {
+    steps = random.between(1, 3);
+    step = random.between(0, steps - 1);
+    axes.insert(axes.begin() + random.between(0, 3), {false, 0, steps});
+    if (steps > 1 || random.chance(50)) sample.options.time_step = step;
+  }
+  const char* kind = random.one_of({"time", "list"});
+
+  // Values of all steps, the first axis fastest; other steps have other values.
+  std::vector<double> stored;
+  size_t total = 1;
+  for (const Axis& axis : axes) total *= static_cast<size_t>(axis.size);
+  for (size_t n = 0; n < total; ++n) {
+    size_t rest = n;
+    std::array<int, 3> place{};
+    int at_step = 0;
+    for (const Axis& axis : axes) {
+      const int i = static_cast<int>(rest % static_cast<size_t>(axis.size));
+      rest /= static_cast<size_t>(axis.size);
+      (axis.is_space ? place[axis.index] : at_step) = i;
+    }
+    const double value = truth.values[static_cast<size_t>(
+        (place[2] * truth.sizes[1] + place[1]) * truth.sizes[0] + place[0])];
+    stored.push_back(at_step == step ? value : 7);
+  }
+
+  std::string header = fmt::format("NRRD000{}\n# by a test\n", random.between(1, 5));
+  std::string sizes = "sizes:", kinds = "kinds:", directions = "space directions:";
+  for (const Axis& axis : axes) {
+    sizes += fmt::format(" {}", axis.size);
+    kinds += fmt::format(" {}", axis.is_space ? random.one_of({"domain", "space"}) : kind);
+  }
+  header +=
+      fmt::format("type: {}\ndimension: {}\n{}\n", type_name(random, type), axes.size(), sizes);
+
+  if (random.chance(60)) {  // a space
+    const SpaceName& space = kSpaces[random.between(0, std::size(kSpaces) - 1)];
+    const double unit = random.one_of({1.0, 1.0, 0.001, 10.0});
+    const auto in_file = choose_steps(random, true);
+    const Vec3d origin = choose_place(random);
+    for (size_t i = 0; i < 3; ++i) truth.steps[i] = with_signs(in_file[i], space.signs) * unit;
+    truth.origin = with_signs(origin, space.signs) * unit;
+    for (const Axis& axis : axes) {
+      directions += " ";
+      if (axis.is_space) {
+        directions += vector_text(in_file[axis.index], space.has_time ? ",0" : "");
+      } else {
+        directions += space.has_time ? "(0,0,0,2.5)" : "none";
+      }
+    }
+    header += *space.name ? fmt::format("space: {}\n", space.name) : "space dimension: 3\n";
+    header +=
+        directions + "\nspace origin: " + vector_text(origin, space.has_time ? ",1" : "") + "\n";
+    if (unit != 1 || random.chance(30)) {
+      const char* name = unit == 1 ? "mm" : unit == 10 ? "cm" : "um";
+      header += fmt::format("space units: \"{0}\" \"{0}\" \"{0}\"{1}\n", name,
+                            space.has_time ? " \"s\"" : "");
+    }
+    if (has_steps || random.chance(50)) header += kinds + "\n";
+    if (random.chance(20)) header += "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n";
+  } else {
+    header += kinds + "\n";
+    std::string spacings = "spacings:", mins = "axis mins:", maxs = "axis maxs:",
+                centers = "centers:";
+    const bool has_spacings = random.chance(60), has_mins = random.chance(60);
+    const bool has_maxs = !has_spacings && has_mins;
+    const bool cell = random.chance(50);
+    for (const Axis& axis : axes) {
+      if (!axis.is_space) {
+        spacings += " nan";
+        mins += " nan";
+        maxs += " nan";
+        centers += " ???";
+        continue;
+      }
+      const double spacing =
+          (random.chance(20) && (has_spacings || has_mins) ? -1 : 1) * random.between(1, 20) * 0.25;
+      const double min = random.between(-50, 50) * 0.5;
+      const double used = has_spacings || has_maxs ? spacing : 1;
+      const double first = has_mins ? min + (cell ? used / 2 : 0) : 0;
+      double* const origin[] = {&truth.origin.x, &truth.origin.y, &truth.origin.z};
+      *origin[axis.index] = first;
+      truth.steps[axis.index] = {axis.index == 0 ? used : 0, axis.index == 1 ? used : 0,
+                                 axis.index == 2 ? used : 0};
+      spacings += fmt::format(" {:.17g}", spacing);
+      mins += fmt::format(" {:.17g}", min);
+      maxs += fmt::format(" {:.17g}", min + used * (cell ? axis.size : axis.size - 1));
+      centers += cell ? " cell" : " node";
+    }
+    if (has_spacings) header += spacings + "\n";
+    if (has_mins) header += mins + "\n";
+    if (has_maxs) header += maxs + "\n";
+    if (has_mins || random.chance(30)) header += centers + "\n";
+    sample.must_be_noted = !has_spacings && !has_mins;
+  }
+  header += "a key:=with a value\n";
+
+  const bool big_endian = random.chance(50);
+  const std::string data = binary_of(stored, type, big_endian);
+  const char* encoding = random.one_of({"raw", "raw", "gzip", "gz", "ascii", "txt", "hex"});
+  const std::string coding = encoding;
+  const bool gzip = coding[0] == 'g', text = coding == "ascii" || coding == "txt";
+  std::string coded = gzip              ? gzipped(data)
+                      : text            ? text_of(stored, random)
+                      : coding == "hex" ? hex_of(data)
+                                        : data;
+  header += fmt::format("encoding: {}\n", encoding);
+  if (bytes_of(type) > 1 || random.chance(30)) {
+    header += fmt::format("endian: {}\n", big_endian ? "big" : "little");
+  }
+  const int layout = random.between(0, 3);
+  if (layout == 0 || (layout > 1 && coding != "raw")) {
+    sample.main = "v.nrrd";
+    sample.files["v.nrrd"] = header + "\n" + coded;
+  } else if (layout == 1) {
+    sample.main = "v.nhdr";
+    if (coding == "raw" && random.chance(40)) {
+      const bool at_end = random.chance(50);
+      if (at_end) sample.open_ended = {"v.nhdr", "v.data"};
+      header += at_end ? "byte skip: -1\n" : "line skip: 1\nbyte skip: 3\n";
+      coded = (at_end ? "anything at all" : "a line\nabc") + coded;
+    }
+    sample.files["v.nhdr"] = header + "data file: v.data\n";
+    sample.files["v.data"] = coded;
+    sample.removable.insert("v.data");
+  } else {  // a file for each step of the slowest axis
+    sample.main = "v.nhdr";
+    const int count = axes.back().size;
+    const size_t each = coded.size() / static_cast<size_t>(count);
+    std::string list;
+    for (int i = 0; i < count; ++i) {
+      const std::string name = fmt::format("slice_{:03}.raw", 2 * i + 5);
+      sample.files[name] = coded.substr(each * static_cast<size_t>(i), each);
+      list += name + "\n";
+      sample.removable.insert(name);
+    }
+    header += layout == 2 ? "data file: LIST\n" + list
+                          : fmt::format("data file: slice_%03d.raw 5 {} 2\n", 2 * count + 3);
+    sample.files["v.nhdr"] = header;
+  }
+  sample.text = header;
+
+  const std::string main = sample.main;
+  if (sample.open_ended.empty())
+    sample.damages.push_back([=](auto& files) {  // another size
+      std::string& h = files[main];
+      const size_t at = h.find("sizes: ") + 7;
+      h[at] = h[at] == '2' ? '3' : '2';
+    });
+  if (text) {
+    sample.damages.push_back([=](auto& files) {  // a bad word among the numbers
+      auto& file = files.count("v.data") ? files["v.data"] : files[main];
+      file.insert(file.find_last_of(" \n", file.size() - 4) + 1, 1, 'x');
+    });
+  }
+  return sample;
+}
+
+}  // namespace isosplat::conformance
