@@ -76,11 +76,11 @@ Result<void> Renderer::State::draw_layers(int width, int height, ImageOffset off
   const int surfaces =
       static_cast<int>(std::min<size_t>(settings.isosurfaces.size(), kMaxIsosurfaces));
   // Layer 0 for what is opaque (or for nothing), one more for each translucent isosurface.
-  int layer_of[kMaxIsosurfaces];
   layers = 1;
   for (int i = 0; i < surfaces; ++i) {
-    const float opacity = settings.isosurfaces[static_cast<size_t>(i)].opacity;
-    layer_of[i] = opacity <= 0 ? -1 : opacity >= kOpaque ? 0 : layers++;
+    const auto surface = static_cast<size_t>(i);
+    const float opacity = settings.isosurfaces[surface].opacity;
+    layer_of[surface] = opacity <= 0 ? -1 : opacity >= kOpaque ? 0 : layers++;
   }
   if (auto ok = targets.prepare(width, height, layers, kind == SplatKind::blended,
                                 limits.offered.float_blend);
@@ -123,8 +123,9 @@ Result<void> Renderer::State::draw_layers(int width, int height, ImageOffset off
   }
   if (mesh_indices) return draw_mesh(frame);
   for (int i = 0; i < surfaces; ++i) {
-    if (layer_of[i] < 0) continue;
-    if (auto ok = draw_isosurface(kind, frame, i, layer_of[i]); !ok) return ok;
+    const int layer = layer_of[static_cast<size_t>(i)];
+    if (layer < 0) continue;
+    if (auto ok = draw_isosurface(kind, frame, i, layer); !ok) return ok;
   }
   return {};
 }

@@ -115,7 +115,8 @@ struct Renderer::State {
   Occluders occluders;
   DrawnDepths drawn_depths;
   DepthTiles depth_tiles;
-  int layers = 1;  // of `targets`, that the last draw used
+  int layers = 1;                 // of `targets`, that the last draw used
+  int layer_of[kMaxIsosurfaces];  // by isosurface; −1: not drawn
   Accumulation accumulation;
   CrossFade cross_fade;
   SightQuery sight_query;

@@ -1,7 +1,10 @@
 #include "shared/render/sight_query.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <numeric>
+#include <span>
 
 #include "shared/render/renderer_state.h"
 #include "shared/render/shader_constants.h"
@@ -15,6 +18,9 @@ namespace isosplat {
 namespace {
 
 constexpr size_t kMaxItems = 1024;
+/// Regions that may be seen in few pixels are left: in so many, altogether, of those that the
+/// picture covers.
+constexpr double kLeftShare = 0.006;
 constexpr size_t kRowBytes = 4 * SIGHT_ROW_TEXELS;
 static_assert(kRowBytes == kBlockRegions * kBlockRegions * kBlockRegions);
 
@@ -22,6 +28,19 @@ int power_of_two_above(int number) {
   int power = 1;
   while (power < number) power *= 2;
   return power;
+}
+
+/// A region counts as seen with so many pixels: those with fewer have, altogether, no more than
+/// `most_left`.
+int least_seen(std::span<const uint8_t> counts, double most_left) {
+  std::array<size_t, SIGHT_MOST_PX + 1> regions{};
+  for (const uint8_t count : counts) ++regions[count];
+  double left = 0;
+  for (size_t count = 1; count < SIGHT_MOST_PX; ++count) {
+    left += static_cast<double>(count * regions[count]);
+    if (left > most_left) return static_cast<int>(count);
+  }
+  return SIGHT_MOST_PX;
 }
 
 /// Copies what the bound pixel pack buffer begins with.
@@ -40,7 +59,10 @@ void read_pack_buffer(std::vector<uint8_t>& bytes) {
 }  // namespace
 
 Result<void> SightQuery::link(GLuint frame_binding) {
-  if (program_) return {};
+  if (program_ && tiles_program_) return {};
+  auto tiles = GlProgram::link("", {"sight_tiles.vert.glsl"}, {"sight.frag.glsl"});
+  if (!tiles) return tl::unexpected(tiles.error());
+  tiles_program_ = std::move(*tiles);
   auto sight = GlProgram::link("", {"frame.glsl", "cell.glsl", "regions.glsl", "sight.vert.glsl"},
                                {"sight.frag.glsl"});
   if (!sight) return tl::unexpected(sight.error());
@@ -56,19 +78,19 @@ Result<void> SightQuery::make_answer(int rows) {
   return answer_.prepare(SIGHT_ROW_TEXELS, power_of_two_above(rows));
 }
 
-Result<void> SightQuery::begin(const SurfaceTargets& targets, const std::vector<Item>& items,
-                               const std::vector<float>& isocodes, int layers, int least_px,
+Result<void> SightQuery::begin(const Picture& picture, const std::vector<Item>& items, int least_px,
                                GLuint frame_binding) {
   if (done_) glDeleteSync(done_);
   done_ = nullptr;
   asked_.clear();
-  least_px_ = std::clamp(least_px, 1, 255);
+  least_px_ = std::clamp(least_px, 0, SIGHT_MOST_PX);
   if (auto ok = link(frame_binding); !ok) return ok;
   const size_t tested = std::min(items.size(), kMaxItems);
   for (size_t i = 0; i < items.size(); ++i) {
     asked_.push_back({items[i].id, items[i].regions, i < tested ? RegionMask{} : items[i].regions});
   }
-  const auto rows = static_cast<GLsizei>(std::max<size_t>(tested, 1));
+  // One more, for the tiles.
+  const auto rows = static_cast<GLsizei>(tested) + 1;
   glActiveTexture(GL_TEXTURE0);
   if (auto ok = make_answer(rows); !ok) return ok;
   glBindFramebuffer(GL_FRAMEBUFFER, answer_.framebuffer());
@@ -82,13 +104,20 @@ Result<void> SightQuery::begin(const SurfaceTargets& targets, const std::vector<
   glBlendFunc(GL_ONE, GL_ONE);
   const GlProgram& program = program_;
   glUseProgram(program.name());
-  glBindTexture(GL_TEXTURE_2D_ARRAY, targets.depths());
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D, picture.farthest_depths);
+  glUniform1i(program.uniform("u_farthest"), 1);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, picture.depths);
   glUniform1i(program.uniform("u_depths"), 0);
-  glUniform1i(program.uniform("u_layers"), layers);
-  glUniform1i(program.uniform("u_isocode_count"), static_cast<GLint>(isocodes.size()));
-  if (!isocodes.empty()) {
-    glUniform1fv(program.uniform("u_isocodes"), static_cast<GLsizei>(isocodes.size()),
-                 isocodes.data());
+  glUniform1i(program.uniform("u_in_front"), least_px_ == 0);
+  glUniform1i(program.uniform("u_layers"), picture.layers);
+  const auto isosurfaces = static_cast<GLsizei>(picture.isocodes.size());
+  glUniform1i(program.uniform("u_isocode_count"), isosurfaces);
+  if (isosurfaces > 0) {
+    glUniform1fv(program.uniform("u_isocodes"), isosurfaces, picture.isocodes.data());
+    glUniform1iv(program.uniform("u_isosurface_layers"), isosurfaces,
+                 picture.isosurface_layers.data());
   }
   const GLint block = program.uniform("u_block"), regions = program.uniform("u_regions"),
               row = program.uniform("u_row");
@@ -101,7 +130,18 @@ Result<void> SightQuery::begin(const SurfaceTargets& targets, const std::vector<
     glBindVertexArray(item.vertex_array);
     glDrawArrays(GL_POINTS, item.first, item.count);
   }
+  if (least_px_ == 0) {
+    glUseProgram(tiles_program_.name());
+    glUniform1i(tiles_program_.uniform("u_farthest"), 1);
+    glUniform2f(tiles_program_.uniform("u_row"), static_cast<float>(tested) + 0.5f,
+                static_cast<float>(answer_.height()));
+    glBindVertexArray(picture.empty_vertex_array);
+    glDrawArrays(GL_POINTS, 0, picture.tiles);
+  }
   glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  glActiveTexture(GL_TEXTURE0);
   glDisable(GL_BLEND);
   glBindBuffer(GL_PIXEL_PACK_BUFFER, read_buffer_);
   // New storage each time: browsers read ahead from a buffer that is written once.
@@ -120,12 +160,21 @@ std::optional<std::vector<ChunkSight>> SightQuery::take() {
   if (state != GL_ALREADY_SIGNALED && state != GL_CONDITION_SATISFIED) return std::nullopt;
   glDeleteSync(done_);
   done_ = nullptr;
-  std::vector<uint8_t> bytes(std::min(asked_.size(), kMaxItems) * kRowBytes);
+  const size_t tested = std::min(asked_.size(), kMaxItems) * kRowBytes;
+  std::vector<uint8_t> bytes(tested + kRowBytes);
   glBindBuffer(GL_PIXEL_PACK_BUFFER, read_buffer_);
   read_pack_buffer(bytes);
   glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
-  for (size_t i = 0; i < bytes.size(); ++i) {
-    if (bytes[i] < least_px_) continue;
+  const auto counts = std::span<const uint8_t>(bytes).first(tested);
+  int least = least_px_;
+  if (least == 0) {
+    const auto covered = std::span<const uint8_t>(bytes).subspan(tested);
+    const double covered_px =
+        std::accumulate(covered.begin(), covered.end(), 0.0) * HIDING_TILE_PX * HIDING_TILE_PX;
+    least = least_seen(counts, kLeftShare * covered_px);
+  }
+  for (size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] < least) continue;
     const auto bit = static_cast<int32_t>(i % kRowBytes);
     asked_[i / kRowBytes].seen.insert({bit % 8, bit / 8 % 8, bit / 64});
   }
@@ -137,11 +186,13 @@ void SightQuery::release() {
   answer_.release();
   if (read_buffer_) glDeleteBuffers(1, &read_buffer_);
   program_ = GlProgram{};
+  tiles_program_ = GlProgram{};
   forget();
 }
 
 void SightQuery::forget() {
   program_.forget();
+  tiles_program_.forget();
   answer_.forget();
   read_buffer_ = 0;
   done_ = nullptr;
@@ -170,13 +221,20 @@ Result<void> Renderer::begin_sight_query(std::span<const uint64_t> ids, int leas
     }
     items.push_back(item);
   }
-  std::vector<float> isocodes;
-  for (const Isosurface& surface : s.settings.isosurfaces) {
-    if (surface.opacity > 0 && isocodes.size() < kMaxIsosurfaces) {
-      isocodes.push_back(s.mapping.isocode(surface.isovalue));
-    }
+  if (auto ok = s.depth_tiles.prepare(s.targets.width(), s.targets.height()); !ok) return ok;
+  s.depth_tiles.take(s.targets.layer(0), s.empty_vertex_array);
+  SightQuery::Picture picture;
+  picture.depths = s.targets.depths();
+  picture.layers = s.layers;
+  picture.farthest_depths = s.depth_tiles.texture();
+  picture.tiles = s.depth_tiles.count();
+  picture.empty_vertex_array = s.empty_vertex_array;
+  for (size_t i = 0; i < s.settings.isosurfaces.size() && i < kMaxIsosurfaces; ++i) {
+    if (s.layer_of[i] < 0) continue;
+    picture.isocodes.push_back(s.mapping.isocode(s.settings.isosurfaces[i].isovalue));
+    picture.isosurface_layers.push_back(s.layer_of[i]);
   }
-  return s.sight_query.begin(s.targets, items, isocodes, s.layers, least_px, kFrameBinding);
+  return s.sight_query.begin(picture, items, least_px, kFrameBinding);
 }
 
 std::optional<std::vector<ChunkSight>> Renderer::take_sight_query() {

@@ -10,12 +10,13 @@
 #include "shared/render/gl_program.h"
 #include "shared/render/image_target.h"
 #include "shared/render/renderer.h"
-#include "shared/render/surface_targets.h"
 
 namespace isosplat {
 
 /// Finds out on the GPU which regions of chunks a picture shows: how many of its pixels lie in the
-/// boxes of their active cells. The answer comes back later, so that nobody waits.
+/// boxes of their active cells, or in how many any part of these boxes is in front of what it
+/// shows, so that what finer cells have there might be seen. The answer comes back later, so that
+/// nobody waits.
 class SightQuery {
  public:
   /// A visible chunk; without samples where it was culled.
@@ -28,16 +29,25 @@ class SightQuery {
     GLsizei count = 0;
   };
 
+  /// What is tested: a picture's layers as they were drawn.
+  struct Picture {
+    GLuint depths = 0;           ///< texture array; layer 0 is opaque
+    GLuint farthest_depths = 0;  ///< DepthTiles of layer 0
+    int tiles = 0;               ///< of farthest_depths
+    int layers = 1;
+    std::vector<float> isocodes;
+    std::vector<GLint> isosurface_layers;  ///< of each isocode
+    GLuint empty_vertex_array = 0;
+  };
+
   SightQuery() = default;
   ~SightQuery() { release(); }
   SightQuery(const SightQuery&) = delete;
   SightQuery& operator=(const SightQuery&) = delete;
 
-  /// Tests the picture in the targets' first layers, seen as the uniform block at `frame_binding`
-  /// says. A region is seen that shows in `least_px` (1 … 255) pixels. Beyond the first 1024, items
-  /// count as seen. Errors: gl_error.
-  Result<void> begin(const SurfaceTargets& targets, const std::vector<Item>& items,
-                     const std::vector<float>& isocodes, int layers, int least_px,
+  /// Tests the picture, seen as the uniform block at `frame_binding` says. `least_px`: see
+  /// Renderer::begin_sight_query. Beyond the first 1024, items count as seen. Errors: gl_error.
+  Result<void> begin(const Picture& picture, const std::vector<Item>& items, int least_px,
                      GLuint frame_binding);
 
   /// The answer to the last query, once; nothing before it is there.
@@ -51,7 +61,7 @@ class SightQuery {
   Result<void> link(GLuint frame_binding);
   Result<void> make_answer(int rows);
 
-  GlProgram program_;
+  GlProgram program_, tiles_program_;
   ImageTarget answer_{GL_RGBA8, "for a sight query"};
   GLuint read_buffer_ = 0;
   int least_px_ = 1;

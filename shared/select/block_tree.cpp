@@ -3,24 +3,14 @@
 #include <algorithm>
 #include <queue>
 
-#include "shared/select/block_code.h"
-
 namespace isosplat {
-namespace {
-
-/// A block that was refined stays so until its cells are smaller than 1/1.25 of what would refine
-/// it anew: a view that trembles changes nothing.
-constexpr double kHysteresis = 1.25;
-
-}  // namespace
 
 BlockTree::BlockTree(const StoreReader& store, ChunkTable& table, const View& view,
-                     const SightMap& sight, const RefinedBlocks& refined_before)
+                     const SightMap& sight)
     : store_(store),
       table_(table),
       view_(view),
       sight_(sight),
-      refined_before_(refined_before),
       projection_(store.info().grid, view) {
   for (uint32_t l = 0; l < store.info().levels; ++l) {
     levels_.push_back(level_grid(store.info().grid.voxels, l));
@@ -116,9 +106,7 @@ Result<void> BlockTree::refine() {
   const auto enqueue = [&](int32_t index) {
     const BlockNode& node = nodes_[index];
     if (node.key.level == 0 || node.sight == Sight::hidden) return;
-    const bool held = refined_before_.contains(block_code(node.key));
-    const double priority = node.cell_px * (held ? kHysteresis : 1);
-    if (priority > view_.load_cell_px) queue.push({priority, index});
+    if (node.cell_px > view_.load_cell_px) queue.push({node.cell_px, index});
   };
   uint64_t total = 0;
   for (size_t i = 0; i < nodes_.size(); ++i) {

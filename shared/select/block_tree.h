@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <span>
-#include <unordered_set>
 #include <vector>
 
 #include "shared/select/chunk_table.h"
@@ -11,9 +10,6 @@
 #include "shared/store/store_reader.h"
 
 namespace isosplat {
-
-/// Codes of blocks (block_code) that a view refined.
-using RefinedBlocks = std::unordered_set<uint64_t>;
 
 /// A block with a cell that is active for one of the isovalues, in the frustum.
 struct BlockNode {
@@ -44,9 +40,8 @@ struct WantedPage {
 /// does not depend on the budget, which only says where to stop: a larger one refines more.
 class BlockTree {
  public:
-  /// `refined_before`: by the view before, for hysteresis. All must outlive the tree.
-  BlockTree(const StoreReader& store, ChunkTable& table, const View& view, const SightMap& sight,
-            const RefinedBlocks& refined_before);
+  /// All must outlive the tree.
+  BlockTree(const StoreReader& store, ChunkTable& table, const View& view, const SightMap& sight);
 
   /// Call it once. Errors: those of the store's directory.
   Result<void> grow();
@@ -82,7 +77,6 @@ class BlockTree {
   ChunkTable& table_;
   const View& view_;
   const SightMap& sight_;
-  const RefinedBlocks& refined_before_;
   ScreenProjection projection_;
   std::vector<LevelGrid> levels_;
   std::vector<BlockNode> nodes_;

@@ -149,6 +149,7 @@ void SelectionMaker::emit(int32_t index) {
   const auto level = static_cast<int32_t>(block.key.level);
   auto& finest = result_.finest_drawn_level;
   finest = finest < 0 ? level : std::min(finest, level);
+  if (stands_for_finer && block.sight == Sight::hidden) return;
   result_.coarsest_drawn_level = std::max(result_.coarsest_drawn_level, level);
 }
 
@@ -157,6 +158,7 @@ Selection SelectionMaker::make() {
   list_pages();
   const std::vector<BlockNode>& nodes = tree_.nodes();
   for (size_t i = 0; i < nodes.size() && nodes[i].parent < 0; ++i) emit(static_cast<int32_t>(i));
+  result_.coarsest_drawn_level = std::max(result_.coarsest_drawn_level, result_.finest_drawn_level);
   result_.target_cells = tree_.target_cells();
   result_.limited_by_budget = tree_.limited_by_budget();
   return std::move(result_);
@@ -181,26 +183,22 @@ bool same_sight(const View& a, const View& b) {
 struct Selector::State {
   const StoreReader* store;
   ChunkTable table;
-  RefinedBlocks refined;  ///< by the last selection
-  View seen_from;         ///< the view that `sight` is of
+  View seen_from;  ///< the view that `sight` is of
   SightMap sight;
 
-  Result<Selection> select(const View& view, RefinedBlocks& refined_now) {
+  Result<Selection> select(const View& view) {
     if (!is_usable(view)) {
       return fail(Status::invalid_argument,
                   "view: expected a finite matrix and size, cell sizes above 0, and 1 to 64 "
                   "isovalues");
     }
-    BlockTree tree(*store, table, view, sight, refined);
+    BlockTree tree(*store, table, view, sight);
     if (auto grown = tree.grow(); !grown) return tl::unexpected(grown.error());
-    for (const BlockNode& block : tree.nodes()) {
-      if (block.wanted_finer) refined_now.insert(block_code(block.key));
-    }
     return SelectionMaker(table, view, tree).make();
   }
 };
 
-Selector::Selector(const StoreReader& store) : state_(new State{&store, {}, {}, {}, {}}) {}
+Selector::Selector(const StoreReader& store) : state_(new State{&store, {}, {}, {}}) {}
 Selector::Selector(Selector&&) noexcept = default;
 Selector& Selector::operator=(Selector&&) noexcept = default;
 Selector::~Selector() = default;
@@ -227,17 +225,13 @@ Result<Selection> Selector::select(const View& view) {
     state_->seen_from = view;
     state_->sight.clear();
   }
-  RefinedBlocks refined_now;
-  auto selection = state_->select(view, refined_now);
-  if (selection) state_->refined = std::move(refined_now);
-  return selection;
+  return state_->select(view);
 }
 
 Result<Selection> Selector::select_ahead(const View& view) {
   View expected = view;
   expected.occlusion = false;
-  RefinedBlocks refined_now;
-  return state_->select(expected, refined_now);
+  return state_->select(expected);
 }
 
 Result<void> Selector::set_sight(std::span<const DrawnSight> answer) {

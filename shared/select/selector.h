@@ -41,8 +41,8 @@ struct Selection {
   /// seen is to be told by set_sight, whenever what is drawn has changed.
   std::vector<ChunkHandle> test;
   uint32_t undecided = 0;  ///< chunks that are wanted if the next set_sight says they may be seen
-  int32_t finest_drawn_level = -1;  ///< −1: nothing is drawn
-  int32_t coarsest_drawn_level = -1;
+  int32_t finest_drawn_level = -1;    ///< −1: nothing is drawn
+  int32_t coarsest_drawn_level = -1;  ///< of what is not known to be hidden
   uint64_t target_cells = 0;  ///< of the chunks that this view comes down to when all is loaded
   bool limited_by_budget = false;
 
@@ -64,6 +64,9 @@ struct Selection {
 /// stay, and what is drawn still has no hole. As finer chunks take the place of thick coarse ones,
 /// others come to light, or turn out to be hidden; what has been fetched stays. So a view is
 /// complete after at most as many tests as it has blocks, and nothing flickers.
+///
+/// What a complete view draws where it can be seen depends on the view alone: neither on the views
+/// before, nor on what else is resident.
 class Selector {
  public:
   /// `store` must outlive the selector.

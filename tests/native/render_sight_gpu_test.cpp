@@ -91,6 +91,35 @@ TEST_F(SightGpu, RegionsAreSeenThatShowInEnoughPixels) {
   EXPECT_GT(hidden, 300);
 }
 
+TEST_F(SightGpu, WithNoLeastEveryRegionCountsThatMayBeSeen) {
+  const ChunkSight shown = sight(1);
+  const ChunkSight answer = sight(0);
+  EXPECT_EQ(answer.tested, RegionMask::all());
+  auto counts = pixels_of_regions();
+  int seen = 0, more = 0;
+  for (int bit = 0; bit < 512; ++bit) {
+    const Index3 region{bit % 8, bit / 8 % 8, bit / 64};
+    if (answer.seen.contains(region)) ++seen;
+    // At the outline, cells of the hidden half reach beyond what is shown.
+    if (answer.seen.contains(region) && !shown.seen.contains(region)) ++more;
+    if (counts[bit] > 40) {
+      EXPECT_TRUE(answer.seen.contains(region)) << "region " << bit;
+    }
+  }
+  EXPECT_GT(more, 0);
+  EXPECT_LT(seen, 250);
+}
+
+TEST_F(SightGpu, WhatHidesAllOfARegionHidesItWithNoLeast) {
+  // A sphere of radius 30 inside of an opaque one.
+  settings_.isosurfaces = {{5000, {1, 1, 1}, 1}};
+  const RegionMask outer = sight(0).seen;
+  settings_.isosurfaces.push_back({3000, {1, 0, 0}, 1});
+  EXPECT_EQ(sight(0).seen, outer);
+  settings_.isosurfaces[0].opacity = 0.5f;
+  EXPECT_NE(sight(0).seen, outer);
+}
+
 TEST_F(SightGpu, WhatIsInsideOfAnOpaqueSurfaceIsHiddenAndSeenThroughATranslucentOne) {
   // The inner sphere's cells, of radius 30, are in no region of the outer one's.
   settings_.isosurfaces = {{5000, {1, 1, 1}, 1}, {3000, {1, 0, 0}, 1}};

@@ -122,8 +122,14 @@ describe.each(sources)("from %s", (_, target, source) => {
     const session = await harness.open(source(), core, { sampleBudget });
     for (const isovalue of [100.5, 300.5, 0.5, 450.5, 100.5]) {
       session.update(view(isovalue));
-      await harness.until(() => harness.visible.length > 0 && harness.progress?.complete === true);
-      if (isovalue === 100.5) expect(harness.progress?.limitedByBudget).toBe(true);
+      await harness.until(
+        () =>
+          harness.visible.length > 0 && /^(complete|limited)$/.test(harness.progress?.state ?? ""),
+      );
+      if (isovalue === 100.5) {
+        expect(harness.progress?.state).toBe("limited");
+        expect(harness.progress?.complete).toBe(false);
+      }
     }
     expect(harness.mostResident).toBeLessThanOrEqual(sampleBudget);
     expect(harness.progress?.samplesResident).toBe(harness.samples);

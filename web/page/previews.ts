@@ -78,7 +78,11 @@ export class Previews {
         setTimeout(() => resolve(true), longest.refining);
       });
       forget.push(stopFrames, () => clearTimeout(late));
-      forget.push(viewer.on("progress", ({ complete }) => complete && resolve(true)));
+      forget.push(
+        viewer.on("progress", ({ state }) => {
+          if (state === "complete" || state === "limited") resolve(true);
+        }),
+      );
     });
     try {
       viewer.setSurfaces([]);

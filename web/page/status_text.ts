@@ -14,8 +14,9 @@ export function stateText(progress: Progress): string {
   const toGo = progress.bytesToGo > 0 ? `${formatBytes(progress.bytesToGo)} to go` : "";
   switch (progress.state) {
     case "complete":
-      if (progress.finestLevel < 0) return "complete: no surface in this view";
-      return progress.limitedByBudget ? "complete within the memory budget" : "complete";
+      return progress.finestLevel < 0 ? "complete: no surface in this view" : "complete";
+    case "limited":
+      return "limited by memory";
     case "opening":
       return "opening";
     case "offline":

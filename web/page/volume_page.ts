@@ -103,7 +103,7 @@ export class VolumePage {
       const isOther =
         before?.fault?.kind !== progress.fault?.kind || before?.state !== progress.state;
       if (isOther) this.#render();
-      if (progress.complete) this.#keepThumbnail();
+      if (progress.state === "complete" || progress.state === "limited") this.#keepThumbnail();
     });
     viewer.on("frame", (frame) => {
       this.#status.frame(frame);

@@ -173,7 +173,7 @@ export class StreamSession {
 
   /** Something other than the view has changed that decides what is hidden: opacity, clipping. */
   sceneChanged(): void {
-    this.#sight.pictureChanged();
+    this.#sight.viewChanged();
     this.#tell();
   }
 
@@ -383,7 +383,9 @@ export class StreamSession {
       this.#selection = selection;
       this.#residency.use(selection.drawn, selection.keep, this.#visible);
       this.#show(selection);
-      this.#sight.need(asked.occlusion ? selection.test : undefined);
+      const isMoreWanted =
+        selection.load.length > 0 || selection.pages.length > 0 || selection.undecided > 0;
+      this.#sight.need(asked.occlusion ? selection.test : undefined, isMoreWanted);
       if (!this.#sight.done) this.#events.testSight?.();
       this.#pages.need(this.#pagesToFetch(selection));
       const needed = selection.load.filter((chunk) => this.#isToBeFetched(chunk));
@@ -488,7 +490,10 @@ export class StreamSession {
       }, progressInterval);
       return;
     }
-    if (progress.complete && this.#told.state !== "complete") this.#mark("isosplat:complete");
+    if (progress.state !== this.#told.state) {
+      if (progress.state === "complete") this.#mark("isosplat:complete");
+      if (progress.state === "limited") this.#mark("isosplat:limited");
+    }
     this.#told = { text, state: progress.state, at: now };
     this.#events.progress(progress);
   }
@@ -498,22 +503,27 @@ export class StreamSession {
     const load = selection?.load ?? [];
     const isFailed = ({ handle }: Chunk): boolean =>
       this.#queue.state(handle) === "failed" || this.#notTaken.has(handle);
-    const isSettled =
+    const isIdle =
       selection !== undefined &&
-      load.every(isFailed) &&
-      selection.pages.every((page) => this.#pages.isDamaged(page)) &&
-      selection.undecided === 0 &&
-      this.#sight.done &&
       !this.#selecting.isRequested &&
       !this.#coarse.loading &&
       this.#deliveries.empty;
+    const isSettled =
+      isIdle &&
+      load.every(isFailed) &&
+      selection.pages.every((page) => this.#pages.isDamaged(page)) &&
+      selection.undecided === 0 &&
+      this.#sight.done;
     const nothingToGo = isSettled && load.length === 0 && selection.pages.length === 0;
+    // What is wanted finds no room, and nothing that is under way could make some.
+    const isFull = isIdle && load.length > 0 && this.#queue.full && this.#queue.idle;
+    const limitedByBudget = (selection?.limitedByBudget ?? false) || this.#queue.full;
     const isDrawn = (selection?.finestLevel ?? -1) >= 0;
     const moves = this.#motion.isovalueMoves || this.#motion.cameraMoves;
     const trouble = nothingToGo ? undefined : this.#backoff.trouble;
     let state: Progress["state"] = "refining";
     if (trouble) state = trouble.retrying ? "offline" : "incomplete";
-    else if (nothingToGo && !moves) state = "complete";
+    else if ((nothingToGo || isFull) && !moves) state = limitedByBudget ? "limited" : "complete";
     else if (!isDrawn && this.#coarse.loading) state = "opening";
     else if (moves) state = "waiting";
     else if (isSettled) state = "incomplete";
@@ -530,7 +540,7 @@ export class StreamSession {
       sampleBudget: this.#residency.budget,
       finestLevel: selection?.finestLevel ?? -1,
       coarsestLevel: selection?.coarsestLevel ?? -1,
-      limitedByBudget: (selection?.limitedByBudget ?? false) || this.#queue.full,
+      limitedByBudget,
       complete: state === "complete",
       damagedParts: chunks.count + pages.count,
       fault: fault ? { kind: fault.kind, message: fault.message } : null,

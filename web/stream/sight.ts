@@ -1,6 +1,21 @@
+/**
+ * What a test asks of each region of the drawn coarse chunks: whether it shows in so many pixels, or
+ * with 0, whether any part of its cells is in front of what the picture shows.
+ */
+export type LeastPixels = number;
+
+/**
+ * Most of a picture's coarse parts are hidden once those in front of them are refined, so what shows
+ * most is refined first: before the view rests, and then step by step. What is left at the end is
+ * refined unless nothing of it can be seen.
+ */
+const beforeRest = 255;
+const atRest: readonly LeastPixels[] = [160, 0];
+
 /** What a sight query is to find out: which regions of these drawn chunks may be seen. */
 export interface SightQuery {
   readonly ids: Uint32Array;
+  readonly leastPixels: LeastPixels;
   /** Of the view and of the picture that it is asked for. */
   readonly view: number;
   readonly picture: number;
@@ -12,11 +27,14 @@ export class SightQueries {
   #picture = 0;
   /** What is to be tested; undefined: occlusion is not asked for. */
   #ids: Uint32Array | undefined;
-  #answered = { picture: -1, settled: false };
+  #answered: { picture: number; settled: boolean; leastPixels: LeastPixels } | undefined;
+  /** Of `atRest`: all that shows in so many pixels of this view as the one before says is refined. */
+  #step = 0;
 
   /** Something else is looked at: answers to older questions say nothing of it. */
   viewChanged(): void {
     ++this.#view;
+    this.#step = 0;
     this.pictureChanged();
   }
 
@@ -25,27 +43,50 @@ export class SightQueries {
     ++this.#picture;
   }
 
-  /** From now on these chunks are to be tested. */
-  need(ids: Uint32Array | undefined): void {
+  /**
+   * From now on these chunks are to be tested. `isMoreWanted`: by the last answer, there is something
+   * to fetch.
+   */
+  need(ids: Uint32Array | undefined, isMoreWanted: boolean): void {
     this.#ids = ids;
+    if (!isMoreWanted && this.#isAnswered() && this.#step < atRest.length - 1) ++this.#step;
   }
 
-  /** The picture hides what it hides: nothing is to be tested, or all of it has been. */
+  /** Nothing that can be seen is to be refined: nothing is to be tested, or all of it has been. */
   get done(): boolean {
     if (!this.#ids || this.#ids.length === 0) return true;
-    return this.#answered.picture === this.#picture && this.#answered.settled;
+    return this.#step === atRest.length - 1 && this.#isAnswered();
   }
 
   /** `settled`: a picture drawn now would not be drawn more exactly when the view rests. */
   query(settled: boolean): SightQuery | undefined {
     if (this.done || !this.#ids) return undefined;
-    if (this.#answered.picture === this.#picture && !settled) return undefined;
-    return { ids: this.#ids, view: this.#view, picture: this.#picture };
+    const isFirst = !settled && this.#step === 0;
+    const leastPixels = isFirst ? beforeRest : this.#leastAtRest;
+    const before = this.#answered;
+    const isSame =
+      before?.picture === this.#picture &&
+      before.leastPixels <= leastPixels &&
+      (before.settled || !settled);
+    if (isSame) return undefined;
+    return { ids: this.#ids, leastPixels, view: this.#view, picture: this.#picture };
   }
 
   /** Takes note of an answer; says whether it is about the present view. */
-  answered(query: SightQuery, settled: boolean): boolean {
-    this.#answered = { picture: query.picture, settled };
-    return query.view === this.#view;
+  answered({ view, picture, leastPixels }: SightQuery, settled: boolean): boolean {
+    this.#answered = { picture, settled, leastPixels };
+    return view === this.#view;
+  }
+
+  get #leastAtRest(): LeastPixels {
+    return atRest[this.#step] ?? 0;
+  }
+
+  /** This step's test has been made of the present picture, as it is at rest. */
+  #isAnswered(): boolean {
+    const before = this.#answered;
+    return (
+      before?.picture === this.#picture && before.settled && before.leastPixels <= this.#leastAtRest
+    );
   }
 }

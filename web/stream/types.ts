@@ -68,10 +68,12 @@ export interface Progress {
    * opening: the first surface is on its way. refining: finer data is on its way. waiting: the
    * isovalue or the camera moves, finer data is asked for when it rests. offline: the source does
    * not answer, and is tried again soon. incomplete: what is still wanted has failed, and is tried
-   * again slowly; coarser data is shown in its place. `fault` says why, for both. complete: nothing
-   * is left to fetch for this view.
+   * again slowly; coarser data is shown in its place. `fault` says why, for both. limited: the same
+   * as complete, but the sample budget keeps parts coarser than the view could show. complete: all
+   * that can be seen is drawn at the level that the view resolves, whatever was looked at before:
+   * cells are no larger than `targetCellPixels`, or of level 0.
    */
-  state: "opening" | "refining" | "waiting" | "offline" | "incomplete" | "complete";
+  state: "opening" | "refining" | "waiting" | "offline" | "incomplete" | "limited" | "complete";
   /** Chunks wanted for this view that are not there yet, and their bytes. */
   chunksToGo: number;
   bytesToGo: number;
@@ -83,12 +85,15 @@ export interface Progress {
   samplesResident: number;
   /** Most samples that may be resident. */
   sampleBudget: number;
-  /** Finest and coarsest level drawn now; −1 where nothing is drawn. */
+  /**
+   * Finest and coarsest level drawn now, of what is not known to be hidden; −1 where nothing is
+   * drawn.
+   */
   finestLevel: number;
   coarsestLevel: number;
   /** The budget keeps this view coarser than the screen could show. */
   limitedByBudget: boolean;
-  /** `state` is complete: nothing is wanted, loading, or failed. */
+  /** `state` is complete: nothing is wanted, loading, failed, or kept coarse by the budget. */
   complete: boolean;
   /** Chunks and directory pages wanted for this view that are damaged. */
   damagedParts: number;

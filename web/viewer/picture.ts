@@ -144,7 +144,7 @@ export class Picture {
     const isLast = this.#chunksToGo > 0 && chunksToGo === 0;
     const isEmpty = !this.#isBegun && state !== "opening";
     this.#chunksToGo = chunksToGo;
-    this.#isStreaming = state !== "complete" && state !== "incomplete" && state !== "offline";
+    this.#isStreaming = !["complete", "limited", "incomplete", "offline"].includes(state);
     if (isEmpty) this.#isBegun = true;
     if (isLast || isEmpty) this.request();
     else this.#owner.busyChanged();

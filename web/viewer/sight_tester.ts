@@ -1,11 +1,6 @@
 import type { StreamSession } from "../stream/index.ts";
 import type { ViewModule } from "./view_module.ts";
 
-/**
- * A block is refined when its coarse stand-in shows in so many pixels: of the picture at rest, and
- * before. What shows in few is most often hidden once coarse parts in front of it are refined.
- */
-const leastSeenPixels = { settled: 40, before: 160 };
 /** The GPU is asked so often whether a test is done (ms). */
 const polling = 8;
 
@@ -42,7 +37,6 @@ export class SightTester {
     if (this.isRunning) return;
     const query = session.sightQuery(settled);
     if (!query) return;
-    const least = settled ? leastSeenPixels.settled : leastSeenPixels.before;
     const poll = (): void => {
       this.#timer = 0;
       if (this.#viewer.isContextLost()) return;
@@ -63,7 +57,7 @@ export class SightTester {
         this.#failed(session);
       }
     };
-    if (this.#viewer.guard((view) => view.beginSightQuery(query.ids, least))) {
+    if (this.#viewer.guard((view) => view.beginSightQuery(query.ids, query.leastPixels))) {
       this.#timer = window.setTimeout(poll, polling);
     } else {
       this.#failed(session);

@@ -327,7 +327,7 @@ export class ViewModule {
 
   /**
    * Starts to find out which regions of these chunks show in so many pixels of the picture drawn
-   * last, which must not need to be redrawn.
+   * last, which must not need to be redrawn; with 0, of which any part may be seen.
    */
   beginSightQuery(ids: Uint32Array, leastPixels: number): void {
     const pointer = this.#reserve(ids.byteLength);

@@ -54,3 +54,14 @@ vec2 half_extent_px(vec3 e, vec3 h, float z) {
   float nearest = max(z - dot(abs(u_forward.xyz), h), u_depth.z);
   return vec2(dot(abs(right), h), dot(abs(up), h)) * (u_lens.x / nearest);
 }
+
+// Whether a box is wholly beside what the camera sees. Rectangles cannot tell: those of boxes beside
+// the eye, which the near plane cuts, reach across the image.
+bool is_beside(vec3 e, vec3 h) {
+  vec2 slope = 0.5 * u_image.xy * u_lens.y;
+  vec3 right = u_right.xyz + u_forward.xyz * slope.x, left = u_forward.xyz * slope.x - u_right.xyz;
+  vec3 up = u_up.xyz + u_forward.xyz * slope.y, down = u_forward.xyz * slope.y - u_up.xyz;
+  vec4 reach = vec4(dot(e, right) + dot(abs(right), h), dot(e, left) + dot(abs(left), h),
+                    dot(e, up) + dot(abs(up), h), dot(e, down) + dot(abs(down), h));
+  return any(lessThan(reach, vec4(0.0)));
+}

@@ -18,17 +18,6 @@ flat out vec4 v_a, v_b;         // the trilinear interpolant minus the isocode, 
 flat out float v_scalar;
 
 #ifdef PULLED
-// Whether a box is wholly beside what the camera sees. Rectangles cannot tell: those of boxes beside
-// the eye, which the near plane cuts, reach across the image.
-bool is_beside(vec3 e, vec3 h) {
-  vec2 slope = 0.5 * u_image.xy * u_lens.y;
-  vec3 right = u_right.xyz + u_forward.xyz * slope.x, left = u_forward.xyz * slope.x - u_right.xyz;
-  vec3 up = u_up.xyz + u_forward.xyz * slope.y, down = u_forward.xyz * slope.y - u_up.xyz;
-  vec4 reach = vec4(dot(e, right) + dot(abs(right), h), dot(e, left) + dot(abs(left), h),
-                    dot(e, up) + dot(abs(up), h), dot(e, down) + dot(abs(down), h));
-  return any(lessThan(reach, vec4(0.0)));
-}
-
 // Bounds in px (lowest, highest) of the part of a box beyond the near plane.
 vec4 bounds_px(vec3 e, vec3 h) {
   mat3 to_camera = transpose(mat3(u_right.xyz, u_up.xyz, u_forward.xyz));
