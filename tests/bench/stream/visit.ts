@@ -84,8 +84,12 @@ export class Visitor {
     this.#cdp = cdp;
   }
 
-  static async arrive(browser: Browser, link?: Link): Promise<Visitor> {
-    const context = await browser.newContext({ viewport: { width: 1024, height: 768 } });
+  static async arrive(
+    browser: Browser,
+    link?: Link,
+    viewport = { width: 1024, height: 768 },
+  ): Promise<Visitor> {
+    const context = await browser.newContext({ viewport });
     const page = await context.newPage();
     const cdp = await context.newCDPSession(page);
     const visitor = new Visitor(context, page, cdp);

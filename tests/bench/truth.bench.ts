@@ -1,0 +1,77 @@
+// Complete means complete: the page's picture against the native renderer's of every sample, at level
+// 0, which is what these views resolve. Differing: by more than 60, summed over R, G and B. Stray:
+// covered pixels further than 1 px from any covered one of the true picture; lost: the other way
+// round. And what was fetched until then.
+import { join } from "node:path";
+import {
+  completeAndSettled,
+  differenceFrom,
+  mostDiffering,
+  nativePicture,
+  pageSize,
+  queryOf,
+  type TrueCase,
+  trueCases,
+} from "../browser/support/truth.ts";
+import type { Bench, Benchmark } from "./harness/benchmark.ts";
+import { buildStore, serve } from "./stream/serving.ts";
+import { launch, Visitor } from "./stream/visit.ts";
+
+const canvas = { width: 944, height: 748 };
+
+async function measure(bench: Bench, visitor: Visitor, what: string, truth: Buffer): Promise<void> {
+  await completeAndSettled(visitor.page, 300_000);
+  const found = await differenceFrom(visitor.page, truth);
+  const most = Math.floor(mostDiffering * found.covered);
+  bench.report(what, "covered", "px", found.covered);
+  bench.report(what, "differing", "px", found.differing, { atMost: most });
+  bench.report(what, "stray", "px", found.stray, { atMost: 0 });
+  bench.report(what, "lost", "px", found.lost);
+  const { bytesReceived } = await visitor.markDetail("isosplat:complete");
+  bench.report(what, "until complete", "KB", bytesReceived / 1000);
+}
+
+/** To the right and back to the very same view. */
+async function dragAndBack({ page }: Visitor): Promise<void> {
+  await page.mouse.move(400, 300);
+  await page.mouse.down();
+  for (let step = 1; step <= 20; ++step) await page.mouse.move(400 + 5 * step, 300 + 2 * step);
+  for (let step = 19; step >= 0; --step) await page.mouse.move(400 + 5 * step, 300 + 2 * step);
+  await page.mouse.up();
+}
+
+export default {
+  title: "the page's complete pictures against all samples, 944 × 748",
+  async run(bench) {
+    const stores = new Map<TrueCase, string>();
+    for (const each of trueCases) {
+      const volume = bench.volume(each.file);
+      if (volume) stores.set(each, await buildStore(bench, volume, each.name));
+    }
+    if (stores.size === 0) return;
+    const url = await serve(bench, [...stores.values()]);
+    const browser = await launch();
+    try {
+      for (const [each, store] of stores) {
+        for (const view of ["far", "near"] as const) {
+          const what = `${each.name} ${each.isovalue}, ${view}`;
+          bench.say(what);
+          const camera = each[view];
+          const truth = nativePicture(store, each, camera, canvas, join(bench.folder, "truth.png"));
+          const visitor = await Visitor.arrive(browser, undefined, pageSize(canvas));
+          visitor.page.setDefaultTimeout(300_000);
+          try {
+            await visitor.page.goto(url + queryOf(each, camera));
+            await measure(bench, visitor, what, truth);
+            await dragAndBack(visitor);
+            await measure(bench, visitor, `${what}, dragged and back`, truth);
+          } finally {
+            await visitor.leave();
+          }
+        }
+      }
+    } finally {
+      await browser.close();
+    }
+  },
+} satisfies Benchmark;

@@ -1,0 +1,126 @@
+/** The page's picture of a complete view against the native renderer's of every sample. */
+import { execFileSync } from "node:child_process";
+import { readFileSync } from "node:fs";
+import type { Page } from "@playwright/test";
+import { type Comparison, comparePixels, decodePng } from "./pixels.ts";
+import { program } from "./server.ts";
+import { complete, savedPicture, settled } from "./view.ts";
+
+/** Most of the covered pixels that may differ. */
+export const mostDiffering = 1e-4;
+
+/** An isosurface of a real volume, and cameras for which level 0 is what the view resolves. */
+export interface TrueCase {
+  name: string;
+  file: string;
+  isovalue: number;
+  /** As in the page's address. */
+  far: string;
+  near: string;
+}
+
+export const trueCases: TrueCase[] = [
+  {
+    name: "aneurysm",
+    file: "aneurysm.nhdr",
+    isovalue: 150.5,
+    far: "37.2,22.4,800,127,127,127",
+    near: "37.2,22.4,220,127,127,127",
+  },
+  {
+    name: "bonsai",
+    file: "bonsai.nhdr",
+    isovalue: 71.5,
+    far: "37.2,22.4,800,127,127,127",
+    near: "60,15,260,127,127,150",
+  },
+  {
+    name: "engine",
+    file: "engine.nhdr",
+    isovalue: 60.5,
+    far: "37.2,22.4,700,127,127,64",
+    near: "37.2,22.4,250,127,127,64",
+  },
+  {
+    name: "lobster",
+    file: "lobster.nhdr",
+    isovalue: 40.5,
+    far: "37.2,42.4,800,150,160,40",
+    near: "20,50,220,150,160,40",
+  },
+  {
+    name: "bunny_ct_i16",
+    file: "bunny_ct_i16.nrrd",
+    isovalue: 1000.5,
+    far: "37.2,22.4,400,86,86,90",
+    near: "37.2,22.4,150,86,86,90",
+  },
+  {
+    name: "CT_AVM",
+    file: "CT_AVM.nii.gz",
+    isovalue: 300.5,
+    far: "37.2,22.4,650,-18.4,-17,12",
+    near: "37.2,22.4,180,-18.4,-17,12",
+  },
+  {
+    name: "chris_t1",
+    file: "chris_t1.nii.gz",
+    isovalue: 70.5,
+    far: "37.2,22.4,700,1,6,7",
+    near: "37.2,22.4,240,1,6,7",
+  },
+];
+
+/** What the panel and the status bar take of the page's width and height, in px. */
+const besideCanvas = { width: 336, height: 52 };
+
+export interface Size {
+  width: number;
+  height: number;
+}
+
+/** The page's size for which its canvas has this size. */
+export function pageSize(canvas: Size): Size {
+  return {
+    width: canvas.width + besideCanvas.width,
+    height: canvas.height + besideCanvas.height,
+  };
+}
+
+/** The query of a case's page: drawn as `nativePicture` draws. */
+export function queryOf({ name, isovalue }: TrueCase, camera: string): string {
+  return `?volume=${name}&isovalue=${isovalue}&camera=${camera}&kind=exact&background=ffffff`;
+}
+
+/** Draws every sample of level 0 into a PNG. */
+export function nativePicture(
+  store: string,
+  { isovalue }: TrueCase,
+  camera: string,
+  { width, height }: Size,
+  output: string,
+): Buffer {
+  execFileSync(
+    program,
+    [
+      ...["render", store, "--isovalue", String(isovalue), "--camera", camera, "-o", output],
+      ...["--size", `${width}x${height}`, "--level", "0", "--samples", "1000000000"],
+      ...["--kind", "exact", "--background", "ffffff", "--colour", "d9ccb3"],
+    ],
+    { stdio: "pipe" },
+  );
+  return readFileSync(output);
+}
+
+/** Waits until the page says that its view is complete, and that its picture is the last one. */
+export async function completeAndSettled(page: Page, timeout = 120_000): Promise<void> {
+  await complete(page, timeout);
+  await settled(page, timeout);
+  await complete(page, timeout);
+}
+
+/** What differs between the picture that the page saves and the true one. */
+export async function differenceFrom(page: Page, truth: Buffer): Promise<Comparison> {
+  const ours = await decodePng(page, await savedPicture(page));
+  return comparePixels(ours, await decodePng(page, truth), 0xffffff);
+}
