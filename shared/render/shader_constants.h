@@ -81,7 +81,7 @@
 #define SIGHT_DEPTH_MARGIN 1.5e-7
 
 // A chunk's answer is a row of texels, with four regions in each: 1/255 for each px, up to 255. As
-// how many px one counts that shows a coarse chunk's own surface, at least.
+// how many px one counts that shows a coarse chunk's own surface, away from the background.
 #define SIGHT_ROW_TEXELS 128
 #define SIGHT_MOST_PX 255
-#define SIGHT_SHOWN_PX 8
+#define SIGHT_SHOWN_PX 16

@@ -84,16 +84,15 @@ vec2 ray_in_box(vec3 ray, vec3 centre, vec3 half_box) {
   return between;
 }
 
-// As how many px one counts that shows what is inside of a box: it is wrong, most likely. The more,
-// the more of this layer is background around it: far from anything else it would be conspicuous.
+// As how many px one counts that shows what is inside of a box: it is wrong, most likely. Where this
+// layer is background nearby, it is conspicuous.
 int weight_shown(ivec2 px, int layer) {
   ivec2 last = ivec2(u_image.xy) - 1;
-  int weight = SIGHT_SHOWN_PX;
   for (int i = 0; i < 9; ++i) {
     ivec2 at = clamp(px + 2 * (ivec2(i % 3, i / 3) - 1), ivec2(0), last);
-    if (texelFetch(u_depths, ivec3(at, layer), 0).x == 1.0) weight += SIGHT_SHOWN_PX;
+    if (texelFetch(u_depths, ivec3(at, layer), 0).x == 1.0) return SIGHT_MOST_PX;
   }
-  return weight;
+  return SIGHT_SHOWN_PX;
 }
 
 // As how many px this one counts, in which something else might be seen: 1 where a part of the box
