@@ -189,7 +189,7 @@ export class StreamSession {
   answerSight(query: SightQuery, answers: Uint32Array, settled: boolean): void {
     if (this.isClosed) return;
     measured("isosplat:streaming", () => {
-      if (this.#sight.answered(query, settled)) this.#store.setSight(answers);
+      if (this.#sight.take(query, settled)) this.#store.setSight(answers);
     });
     this.#selecting.request();
   }
@@ -513,8 +513,9 @@ export class StreamSession {
       load.every(isFailed) &&
       selection.pages.every((page) => this.#pages.isDamaged(page)) &&
       selection.undecided === 0 &&
-      this.#sight.done;
-    const nothingToGo = isSettled && load.length === 0 && selection.pages.length === 0;
+      this.#sight.answered;
+    const nothingToGo =
+      isSettled && load.length === 0 && selection.pages.length === 0 && this.#sight.done;
     // What is wanted finds no room, and nothing that is under way could make some.
     const isFull = isIdle && load.length > 0 && this.#queue.full && this.#queue.idle;
     const limitedByBudget = (selection?.limitedByBudget ?? false) || this.#queue.full;
@@ -526,7 +527,9 @@ export class StreamSession {
     else if ((nothingToGo || isFull) && !moves) state = limitedByBudget ? "limited" : "complete";
     else if (!isDrawn && this.#coarse.loading) state = "opening";
     else if (moves) state = "waiting";
-    else if (isSettled) state = "incomplete";
+    else if (isSettled && !nothingToGo && load.length + selection.pages.length > 0) {
+      state = "incomplete";
+    }
     const [chunks, pages] = [this.#queue.damaged, this.#pages.damaged];
     const fault = trouble ?? pages.error ?? chunks.error ?? this.#overflow;
     return {

@@ -58,6 +58,11 @@ export class SightQueries {
     return this.#step === atRest.length - 1 && this.#isAnswered();
   }
 
+  /** The present step's test has been made: as far as it gets while something wanted has failed. */
+  get answered(): boolean {
+    return !this.#ids || this.#ids.length === 0 || this.#isAnswered();
+  }
+
   /** `settled`: a picture drawn now would not be drawn more exactly when the view rests. */
   query(settled: boolean): SightQuery | undefined {
     if (this.done || !this.#ids) return undefined;
@@ -73,7 +78,7 @@ export class SightQueries {
   }
 
   /** Takes note of an answer; says whether it is about the present view. */
-  answered({ view, picture, leastPixels }: SightQuery, settled: boolean): boolean {
+  take({ view, picture, leastPixels }: SightQuery, settled: boolean): boolean {
     this.#answered = { picture, settled, leastPixels };
     return view === this.#view;
   }
