@@ -192,6 +192,7 @@ class DeflatedReader : public ByteReader {
   Result<size_t> expand_some(std::span<std::byte> out) {
     size_t done = 0;
     bool is_last = false;
+    if (kind_ == Deflate::raw && ended_member_) return done;
     while (done < out.size()) {
       if (stream_.avail_in == 0) {
         const auto got = file_.read_some(input_offset_, input_);
@@ -210,9 +211,8 @@ class DeflatedReader : public ByteReader {
       done += made;
       position_ += made;
       if (status == Z_STREAM_END && kind_ == Deflate::raw) {
-        if (done == out.size()) return {};
-        return ends_early(file_.path(), position_ + (out.size() - done), position_,
-                          "after decompression");
+        ended_member_ = true;
+        return done;
       }
       if (status == Z_STREAM_END) {
         inflateReset(&stream_);  // another member may follow

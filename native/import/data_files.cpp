@@ -179,6 +179,15 @@ std::vector<std::filesystem::path> named_data_files(const std::filesystem::path&
   return files;
 }
 
+bool divides_axes(size_t files, std::span<const int64_t> sizes) {
+  uint64_t count = 1;
+  for (size_t axis = sizes.size(); axis > 0 && count <= files; --axis) {
+    if (count == files) return true;
+    if (__builtin_mul_overflow(count, static_cast<uint64_t>(sizes[axis - 1]), &count)) return false;
+  }
+  return count == files;
+}
+
 Result<JoinedFiles> open_data_files(const std::filesystem::path& header, DataFiles files,
                                     Allowances allowed) {
   JoinedFiles joined;

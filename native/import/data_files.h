@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,10 @@ namespace isosplat {
 /// is neither.
 std::vector<std::filesystem::path> named_data_files(const std::filesystem::path& header,
                                                     std::string_view value);
+
+/// Whether so many files can share an array with these sizes (fastest first) evenly: each has all
+/// samples of some axes, and there is one for each sample of the others.
+bool divides_axes(size_t files, std::span<const int64_t> sizes);
 
 /// A range of bytes without data.
 struct ByteRange {

@@ -215,9 +215,10 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
                               "volume as one file",
                               path.string()));
     }
-    if (files.paths.empty() || all % files.paths.size() != 0) {
-      return bad(path, fmt::format("expected data files that share {} bytes evenly, found {} files",
-                                   all, files.paths.size()));
+    if (files.paths.empty() || !divides_axes(files.paths.size(), *sizes)) {
+      return bad(path, fmt::format("expected a data file for each step of the last axes, found {} "
+                                   "files",
+                                   files.paths.size()));
     }
     files.voxel_bytes = voxel_bytes(*type);
     files.bytes_each = all / files.paths.size();

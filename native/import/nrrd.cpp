@@ -100,10 +100,19 @@ Result<OpenVolume> open_several(const std::filesystem::path& path, const NrrdHea
                             path.string()));
   }
   const uint64_t all = array_bytes(array.voxels, array.steps, voxel_bytes(array.stored.type));
-  if (all % files.paths.size() != 0) {
-    return bad_nrrd(path, fmt::format("expected data files that share {} bytes evenly, found {} "
-                                      "files",
-                                      all, files.paths.size()));
+  // "LIST 3" and "… 1 20 1 3" say that files share the slowest axis, however it is cut.
+  const auto sizes = whole_numbers(header.field("sizes")).value_or(std::vector<int64_t>{});
+  const auto parts = words(header.field("datafile"));
+  const bool is_list = lower_case(parts[0]) == "list";
+  const auto sub_dimension =
+      parts.size() > (is_list ? 1 : 4) ? whole_number(parts[is_list ? 1 : 4]) : std::nullopt;
+  const bool fits = sub_dimension == static_cast<int64_t>(sizes.size())
+                        ? all % files.paths.size() == 0
+                        : divides_axes(files.paths.size(), sizes);
+  if (!fits) {
+    return bad_nrrd(path, fmt::format("expected a data file for each step of the slowest axes, "
+                                      "found {} files for sizes '{}'",
+                                      files.paths.size(), header.field("sizes")));
   }
   files.voxel_bytes = voxel_bytes(array.stored.type);
   files.bytes_each = all / files.paths.size();

@@ -47,12 +47,17 @@ class Walker {
       bool is_copy = false;
       for (uint64_t i = 0; i < *entries; ++i) {
         const uint64_t place = first + i * entry;
+        if (!has_values(place)) {
+          next = std::nullopt;
+          break;
+        }
         const auto tag = number(place, 2);
         if (tag == kSubfileType) is_copy = (value(place).value_or(0) & 5) != 0;
         if (tag == kOldSubfileType) is_copy = value(place) == 2;
         if (tag == kNoData && pages.offsets.empty())
           pages.no_data = number_in(trimmed(text(place)));
       }
+      if (!next) break;
       if (is_copy) {
         ++pages.left_out;
       } else {
@@ -80,6 +85,20 @@ class Walker {
     uint64_t result = 0;
     for (const std::byte b : part) result = result << 8 | std::to_integer<uint64_t>(b);
     return result;
+  }
+
+  /// Whether the values of an entry lie in the file.
+  bool has_values(uint64_t entry) {
+    constexpr uint64_t kBytes[] = {0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4, 0, 0, 8, 8, 8};
+    const auto type = number(entry + 2, 2), count = number(entry + 4, big_tiff_ ? 8 : 4);
+    if (!type || !count) return false;
+    const uint64_t each = *type < std::size(kBytes) ? kBytes[*type] : 0;
+    if (each == 0) return true;  // a type that no reader knows
+    const uint64_t size = file_->size_limit(), room = big_tiff_ ? 8 : 4;
+    if (*count > size / each) return false;
+    if (*count * each <= room) return true;
+    const auto at = number(entry + (big_tiff_ ? 12 : 8), big_tiff_ ? 8 : 4);
+    return at && *at <= size && *count * each <= size - *at;
   }
 
   /// The one number of an entry, of type SHORT or LONG.
