@@ -379,15 +379,17 @@ TEST(MaxError, ChoosesTheFewestCodes) {
     voxels.push_back(static_cast<float>(n) / 1000 + static_cast<float>(random() % 1000) * 1e-6f);
   }
   voxels[5] = -100, voxels[6] = 100.001f;
-  size_t before = store_of(voxels)->size();
-  const double least = StoreReader::open(*store_of(voxels))->info().mapping.max_error;
+  const auto finest = store_of(voxels);
+  size_t before = finest->size();
+  const double least = StoreReader::open(*finest)->info().mapping.max_error;
   for (const double max_error : {0.002, 0.01, 0.1, 1.0, 30.0, 1000.0}) {
     SCOPED_TRACE(max_error);
     BuildOptions options;
     options.max_error = max_error;
     const auto store = store_of(voxels, 1, 0, options);
     ASSERT_TRUE(store) << store.error().message;
-    EXPECT_LT(store->size(), before);
+    // Where there is room for it, the builder cuts a store so that isovalues cost less.
+    EXPECT_LT(static_cast<double>(store->size()), 1.05 * static_cast<double>(before));
     before = store->size();
     const StoreInfo info = StoreReader::open(*store)->info();
     EXPECT_LE(info.mapping.max_error, max_error);
@@ -402,6 +404,7 @@ TEST(MaxError, ChoosesTheFewestCodes) {
     }
     expect_store_of<float>(*store, kSize, voxels);
   }
+  EXPECT_LT(before, finest->size() / 4);
   BuildOptions options;
   options.max_error = least * 0.99;
   const auto refused = store_of(voxels, 1, 0, options);
