@@ -171,7 +171,7 @@ test.describe("a store is damaged", () => {
     ["nginx", onHost],
   ] as const) {
     test(`in its chunks, on ${where}: complete but for them`, async ({ page }) => {
-      const name = await put(bucky, (bytes) => damagedChunks(bytes, 3));
+      const name = await put(bucky, (bytes) => damagedChunks(bytes, 24));
       const asked: string[] = [];
       page.on("request", (request) => asked.push(request.url()));
       await page.goto(`${address(name)}&isovalue=128&camera=30,20,300,64,64,64`);
