@@ -6,6 +6,8 @@ export default defineConfig({
     environment: "node",
     include: ["tests/web/**/*.spec.ts"],
     testTimeout: 30_000,
+    // Tests of faults wait for real servers, which other work may hold up.
+    retry: 2,
     passWithNoTests: true,
   },
 });
