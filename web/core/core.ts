@@ -1,6 +1,6 @@
-import type { StoreInfo, Triple } from "../stream/types.ts";
 import type { CoreModule } from "./module.ts";
 import { type Chunk, type Page, readChunks, readInfo, readPages, readWords } from "./records.ts";
+import type { StoreInfo, Triple } from "./types.ts";
 
 /** A call into the core failed. `status` is the name in shared/base/status.h. */
 export class CoreError extends Error {

@@ -17,6 +17,7 @@ export * from "./core.ts";
 export { instantiate, type ModuleFactory } from "./instantiate.ts";
 export type { CoreModule } from "./module.ts";
 export type { Chunk, Page } from "./records.ts";
+export type { StoreInfo, StoreMetadata, Triple } from "./types.ts";
 
 /** Where the core's functions come from: its own module, or a larger one that contains it. */
 export interface CoreOptions {

@@ -1,4 +1,4 @@
-import type { StoreInfo, StoreMetadata, Triple } from "../stream/types.ts";
+import type { StoreInfo, StoreMetadata, Triple } from "./types.ts";
 
 /** A chunk as the store's directory describes it (IsosplatChunk in core_api.h). */
 export interface Chunk {

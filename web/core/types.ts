@@ -1,0 +1,43 @@
+/** What a store says of its volume. Values and isovalues are in the volume's units. */
+
+export type Triple = [number, number, number];
+
+/** What a store says of its volume. */
+export interface StoreInfo {
+  /** Voxels along x, y, z. */
+  voxels: Triple;
+  /** Size of a cell of level 0, in the units of the volume's header. */
+  spacing: Triple;
+  /** World position of the centre of voxel (0, 0, 0). */
+  origin: Triple;
+  /**
+   * Row-major; its columns are the axes, of unit length, not always perpendicular:
+   * world = origin + direction · (spacing ∘ index).
+   */
+  direction: number[];
+  /** value = offset + scale · code. */
+  mapping: { offset: number; scale: number; maxError: number; bits: 8 | 16; hasMissing: boolean };
+  /** The smallest and largest value of the volume. */
+  range: [number, number];
+  /** The same as codes. */
+  codeRange: [number, number];
+  /** Levels of detail; level 0 is the volume itself, level `levels − 1` the coarsest. */
+  levels: number;
+  chunkCount: number;
+  missingVoxels: number;
+  fileBytes: number;
+  /** 32 hex digits: two stores with the same id hold the same content. */
+  contentId: string;
+  metadata: StoreMetadata;
+}
+
+/** Free text for people and pages; every field may be missing. */
+export interface StoreMetadata {
+  name?: string;
+  title?: string;
+  units?: string;
+  source?: Record<string, unknown>;
+  histogram?: { low: number; high: number; counts: number[] };
+  suggested_isovalues?: number[];
+  [key: string]: unknown;
+}
