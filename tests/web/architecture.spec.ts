@@ -1,0 +1,110 @@
+import { readFileSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { describe, expect, it } from "vitest";
+import {
+  importsOf,
+  includesOf,
+  targetsOf,
+  trackedFiles,
+  type Use,
+} from "../support/source_graph.ts";
+
+const root = fileURLToPath(new URL("../..", import.meta.url));
+const document = readFileSync(join(root, "docs/ARCHITECTURE.md"), "utf8");
+const diagram = document.match(/```mermaid\n([\s\S]*?)```/)?.[1] ?? "";
+
+const parts = ["shared", "native", "server", "web"];
+const sources = trackedFiles(root, ...parts);
+const cpp = sources.filter((file) => /\.(h|cpp)$/.test(file));
+const typescript = sources.filter((file) => /\.ts$/.test(file));
+const folders = new Set([...cpp, ...typescript].map((file) => dirname(file)));
+const targets = targetsOf(root, trackedFiles(root, "*CMakeLists.txt"));
+const uses = [...includesOf(root, cpp), ...importsOf(root, typescript)].filter(
+  ({ from, to }) => from !== to,
+);
+
+const drawnFolders = new Set(
+  [...diagram.matchAll(/^\s*([\w/]+)\["\1"\]\s*$/gm)].map((match) => match[1] ?? ""),
+);
+const arrows = [...diagram.matchAll(/^\s*([\w/]+) --> ([\w/]+)\s*$/gm)].map(
+  ([, from = "", to = ""]) => ({ from, to }),
+);
+
+/** Whether arrows lead from one folder to another, without the one that is left out. */
+function leads(from: string, to: string, without?: { from: string; to: string }): boolean {
+  const seen = new Set([from]);
+  for (const folder of seen) {
+    for (const arrow of arrows) {
+      if (arrow === without || arrow.from !== folder) continue;
+      if (arrow.to === to) return true;
+      seen.add(arrow.to);
+    }
+  }
+  return false;
+}
+
+const lines = (list: Use[]) => list.map((use) => `${use.from} --> ${use.to}   (${use.where})`);
+
+describe("the diagram of docs/ARCHITECTURE.md", () => {
+  it("shows every folder with sources, and no other", () => {
+    expect([...drawnFolders].sort()).toEqual([...folders].sort());
+  });
+
+  it("is understood line by line", () => {
+    const others = diagram
+      .split("\n")
+      .map((line) => line.trim())
+      .filter((line) => !/^(flowchart .*|subgraph .*|direction .*|end|)$/.test(line));
+    expect(others.length).toBe(drawnFolders.size + arrows.length);
+    for (const { from, to } of arrows) {
+      expect(folders).toContain(from);
+      expect(folders).toContain(to);
+    }
+  });
+
+  it("has an arrow, or a chain of them, for every include and import", () => {
+    expect(uses.length).toBeGreaterThan(100);
+    expect(lines(uses.filter(({ from, to }) => !leads(from, to)))).toEqual([]);
+  });
+
+  it("has an arrow, or a chain of them, for every library that a target links", () => {
+    const links = targets.links.filter(
+      ({ from, to }) => folders.has(from) && folders.has(to) && from !== to,
+    );
+    expect(links.length).toBeGreaterThan(10);
+    expect(lines(links.filter(({ from, to }) => !leads(from, to)))).toEqual([]);
+  });
+
+  it("has no arrow without an include or import", () => {
+    const idle = arrows.filter(
+      (arrow) => !uses.some(({ from, to }) => from === arrow.from && to === arrow.to),
+    );
+    expect(idle).toEqual([]);
+  });
+
+  it("has no arrow that a chain of others says already", () => {
+    expect(arrows.filter((arrow) => leads(arrow.from, arrow.to, arrow))).toEqual([]);
+  });
+});
+
+describe("folders", () => {
+  it("with C++ sources have a CMake target", () => {
+    const compiled = new Set(
+      cpp.filter((file) => file.endsWith(".cpp")).map((file) => dirname(file)),
+    );
+    const built = new Set(targets.folders.values());
+    expect([...compiled].filter((folder) => !built.has(folder))).toEqual([]);
+  });
+
+  it("use nothing of tests/", () => {
+    expect(lines(uses.filter(({ to }) => to.split("/")[0] === "tests"))).toEqual([]);
+  });
+
+  it("of shared/ use shared/ alone", () => {
+    const outside = uses.filter(
+      ({ from, to }) => from.startsWith("shared/") && !to.startsWith("shared/"),
+    );
+    expect(lines(outside)).toEqual([]);
+  });
+});

@@ -1,0 +1,48 @@
+import { existsSync, readFileSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { describe, expect, it } from "vitest";
+import { trackedFiles } from "../support/source_graph.ts";
+
+const root = fileURLToPath(new URL("../..", import.meta.url));
+const read = (file: string) => readFileSync(join(root, file), "utf8");
+
+describe("the glossary", () => {
+  const file = "docs/GLOSSARY.md";
+  const rows = [...read(file).matchAll(/^\| (.+?) \| (.+) \| (.+) \|$/gm)]
+    .map(([, term = "", meaning = "", places = ""]) => ({ term, meaning, places }))
+    .filter(({ term }) => term !== "term");
+
+  it("has each term once, in alphabetical order", () => {
+    const terms = rows.map(({ term }) => term);
+    expect(terms.length).toBeGreaterThan(30);
+    expect(terms).toEqual([...new Set(terms)].sort());
+  });
+
+  it.each(rows.map((row) => [row.term, row] as const))("defines %s where it says", (_, row) => {
+    expect(row.meaning).toMatch(/\.$/);
+    const links = [...row.places.matchAll(/`(\w+)`\]\(([^)]+)\)/g)];
+    expect(links).not.toEqual([]);
+    for (const [, name = "", link = ""] of links) {
+      const path = join(dirname(file), link);
+      expect(existsSync(join(root, path)), path).toBe(true);
+      expect(read(path), `${path} has ${name}`).toMatch(new RegExp(`\\b${name}\\b`));
+    }
+  });
+});
+
+describe("documents", () => {
+  // `folder/file.extension`, or a folder: of the repository, not of what the build writes.
+  const path = /`((?:shared|native|server|web|tests|docs|\.ci)\/[\w./-]*[\w])`/g;
+  const named = trackedFiles(root, "*.md")
+    .filter((document) => document !== "CHANGELOG.md")
+    .flatMap((document) =>
+      [...read(document).matchAll(path)].map((match) => [document, match[1] ?? ""] as const),
+    );
+
+  it("name files and folders", () => expect(named.length).toBeGreaterThan(20));
+
+  it.each(named)("%s names %s, which is there", (_, name) => {
+    expect(existsSync(join(root, name))).toBe(true);
+  });
+});
