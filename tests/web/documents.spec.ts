@@ -67,3 +67,11 @@ describe("the workflow of continuous integration", () => {
     expect(workflow).toContain(`image: node:${wanted}-bookworm`);
   });
 });
+
+describe("the README", () => {
+  it("names packages of the present version", () => {
+    const { version } = JSON.parse(read("package.json")) as { version: string };
+    const packages = [...read("README.md").matchAll(/isosplat_([\d.]+)_amd64\.deb/g)];
+    expect(packages.map((match) => match[1])).toEqual([version]);
+  });
+});
