@@ -83,6 +83,10 @@ describe("the diagram of docs/ARCHITECTURE.md", () => {
     expect(idle).toEqual([]);
   });
 
+  it("has no circle", () => {
+    expect([...folders].filter((folder) => leads(folder, folder))).toEqual([]);
+  });
+
   it("has no arrow that a chain of others says already", () => {
     expect(arrows.filter((arrow) => leads(arrow.from, arrow.to, arrow))).toEqual([]);
   });
@@ -101,10 +105,14 @@ describe("folders", () => {
     expect(lines(uses.filter(({ to }) => to.split("/")[0] === "tests"))).toEqual([]);
   });
 
-  it("of shared/ use shared/ alone", () => {
-    const outside = uses.filter(
-      ({ from, to }) => from.startsWith("shared/") && !to.startsWith("shared/"),
-    );
-    expect(lines(outside)).toEqual([]);
+  const part = (folder: string) => folder.split("/")[0] ?? "";
+  it.each([
+    ["shared", /^shared\//],
+    ["server", /^(server|shared)(\/|$)/],
+    ["web", /^(web\/|shared\/wasm$)/],
+  ])("of %s use only %s", (name, allowed) => {
+    const own = uses.filter(({ from }) => part(from) === name);
+    expect(own.length).toBeGreaterThan(0);
+    expect(lines(own.filter(({ to }) => !allowed.test(to)))).toEqual([]);
   });
 });

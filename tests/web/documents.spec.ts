@@ -47,6 +47,53 @@ describe("documents", () => {
   });
 });
 
+describe("links to headings", () => {
+  /** The anchor that repository hosts give a heading. */
+  const anchor = (heading: string) =>
+    heading
+      .toLowerCase()
+      .replace(/[^\p{L}\p{N} _-]/gu, "")
+      .replaceAll(" ", "-");
+  const prose = (file: string) => read(file).replace(/```[\s\S]*?```/g, "");
+  const links = trackedFiles(root, "*.md").flatMap((document) =>
+    [...prose(document).matchAll(/\]\((?!https?:)([^)#\s]*)#([^)\s]+)\)/g)].map(
+      ([, path = "", name = ""]) =>
+        [document, path === "" ? document : join(dirname(document), path), name] as const,
+    ),
+  );
+
+  it("are there", () => expect(links.length).toBeGreaterThan(3));
+
+  it.each(links)("%s links to a heading of %s: %s", (_, path, name) => {
+    const headings = [...prose(path).matchAll(/^#+ (.+)$/gm)].map((match) =>
+      anchor(match[1] ?? ""),
+    );
+    expect(headings).toContain(name);
+  });
+});
+
+describe("decision records", () => {
+  const folder = "docs/decisions";
+  const records = trackedFiles(root, `${folder}/*.md`).filter((file) => /\/\d/.test(file));
+  const index = read(`${folder}/README.md`);
+
+  it("are numbered from 001 without a gap", () => {
+    expect(records.length).toBeGreaterThanOrEqual(10);
+    expect(records.map((file) => file.slice(folder.length + 1, folder.length + 4))).toEqual(
+      records.map((_, i) => String(i + 1).padStart(3, "0")),
+    );
+  });
+
+  it.each(records)("%s has its sections, and a line in the list", (file) => {
+    const text = read(file);
+    const number = file.slice(folder.length + 1, folder.length + 4);
+    expect(text).toMatch(new RegExp(`^# ${number}\\. `));
+    const sections = [...text.matchAll(/^## (.+)$/gm)].map((match) => match[1]);
+    expect(sections).toEqual(["Context", "Decision", "Consequences", "Figures"]);
+    expect(index).toContain(`[${number}](${file.slice(folder.length + 1)})`);
+  });
+});
+
 describe("the workflow of continuous integration", () => {
   const workflow = read(".github/workflows/ci.yml");
 
