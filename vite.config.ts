@@ -68,7 +68,6 @@ export default defineConfig({
   // Relative addresses: the page works at any path of any static host.
   base: "./",
   plugins: [preloadedRenderer(), compressed()],
-  resolve: { alias: { "@wasm": here("build/wasm/web") } },
   build: {
     outDir: here("build/page"),
     emptyOutDir: true,

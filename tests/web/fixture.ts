@@ -4,12 +4,8 @@ import { type Core, loadCore, type Store } from "../../web/core/index.ts";
 
 const built = new URL("../../build/", import.meta.url);
 
-export function wasmBinary(): Uint8Array {
-  return readFileSync(new URL("wasm/web/isosplat-core.wasm", built));
-}
-
 export async function core(): Promise<Core> {
-  return loadCore({ wasmBinary: wasmBinary() });
+  return loadCore();
 }
 
 /** From the first preset in which the tests were built. */
@@ -31,6 +27,26 @@ export function code(x: number, y: number, z: number): number {
   const fall = Math.trunc((600 * (dx * dx + dy * dy + dz * dz)) / (70 * 70 * 2));
   const hash = Math.imul(x * 31 + y * 17 + z * 7, 2654435761) >>> 29;
   return Math.max(0, 600 - fall) + hash;
+}
+
+/** Active cells of level 0, by brute force. */
+export function countActive(isocode: number): number {
+  const [nx, ny, nz] = voxels;
+  let count = 0;
+  for (let z = 0; z + 1 < nz; ++z) {
+    for (let y = 0; y + 1 < ny; ++y) {
+      for (let x = 0; x + 1 < nx; ++x) {
+        let [low, high] = [Infinity, -Infinity];
+        for (let i = 0; i < 8; ++i) {
+          const value = code(x + (i & 1), y + ((i >> 1) & 1), z + (i >> 2));
+          low = Math.min(low, value);
+          high = Math.max(high, value);
+        }
+        if (low <= isocode && isocode < high) ++count;
+      }
+    }
+  }
+  return count;
 }
 
 export function openWhole(core: Core, bytes: Uint8Array): Store {

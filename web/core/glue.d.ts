@@ -8,3 +8,9 @@ declare module "*/isosplat-core.js" {
   }) => Promise<CoreModule>;
   export default createModule;
 }
+
+/** The same for isosplat-view.wasm. */
+declare module "*/isosplat-view.js" {
+  const createModule: (options: object) => Promise<unknown>;
+  export default createModule;
+}

@@ -1,7 +1,7 @@
 /**
  * The core in WebAssembly, for Node and browsers:
  *
- *     const core = await loadCore({ wasmBinary: readFileSync("build/wasm/web/isosplat-core.wasm") });
+ *     const core = await loadCore();
  *     const store = core.openStore(bytes.subarray(0, 65536));
  *     for (const page of store.missingPages(0, isovalue)) store.addPage(page, …);
  *     for (const chunk of store.chunksFor(0, isovalue)) {
@@ -21,9 +21,9 @@ export type { StoreInfo, StoreMetadata, Triple } from "./types.ts";
 
 /** Where the core's functions come from: its own module, or a larger one that contains it. */
 export interface CoreOptions {
-  /** The bytes of isosplat-core.wasm (Node). */
+  /** The bytes of isosplat-core.wasm. */
   wasmBinary?: Uint8Array;
-  /** The address of isosplat-core.wasm (browser). Default: beside its module, as Vite places it. */
+  /** The address of isosplat-core.wasm. Default: beside its module. */
   url?: string;
   /** An instance that has the core's functions already, such as that of isosplat-view. */
   module?: CoreModule;
@@ -31,15 +31,25 @@ export interface CoreOptions {
   view?: WebAssembly.Module;
 }
 
+/** Makes an instance of the core, in a browser, a worker, or Node (20.16 or newer). */
 export async function loadCore(options: CoreOptions = {}): Promise<Core> {
   if (options.module) return new Core(options.module);
   if (options.view) {
-    const { default: factory } = await import("@wasm/isosplat-view.js");
+    const { default: factory } = await import("../../build/wasm/web/isosplat-view.js");
     return new Core(await instantiate<CoreModule>(factory as ModuleFactory, options.view));
   }
   const { default: createModule } = await import("../../build/wasm/web/isosplat-core.js");
-  if (options.wasmBinary) return new Core(await createModule({ wasmBinary: options.wasmBinary }));
-  const url =
-    options.url ?? new URL("../../build/wasm/web/isosplat-core.wasm", import.meta.url).href;
-  return new Core(await createModule({ locateFile: () => url }));
+  const url = new URL("../../build/wasm/web/isosplat-core.wasm", import.meta.url);
+  const wasmBinary = options.wasmBinary ?? (options.url ? undefined : await fileBytes(url));
+  if (wasmBinary) return new Core(await createModule({ wasmBinary }));
+  return new Core(await createModule({ locateFile: () => options.url ?? url.href }));
+}
+
+/**
+ * The bytes of a file, if the address is a file's: Node does not fetch these. Node's module is not
+ * imported, since bundlers for browsers would look for it.
+ */
+async function fileBytes(url: URL): Promise<Uint8Array | undefined> {
+  if (url.protocol !== "file:") return undefined;
+  return globalThis.process?.getBuiltinModule?.("node:fs/promises").readFile(url);
 }

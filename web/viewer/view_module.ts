@@ -1,4 +1,3 @@
-import wasmUrl from "@wasm/isosplat-view.wasm?url";
 import { type CoreModule, instantiate, type ModuleFactory, sightWords } from "../core/index.ts";
 import { type FaultKind, faultOfStatus } from "../stream/faults.ts";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
@@ -97,6 +96,8 @@ export function hasWebGl2(): boolean {
   }
 }
 
+const wasmUrl = new URL("../../build/wasm/web/isosplat-view.wasm", import.meta.url).href;
+
 let canvasNumber = 0;
 let compiled: Promise<WebAssembly.Module> | null = null;
 
@@ -148,7 +149,7 @@ export class ViewModule {
    */
   static async create(canvas: HTMLCanvasElement): Promise<ViewModule> {
     const [{ default: factory }, wasm] = await Promise.all([
-      import("@wasm/isosplat-view.js").catch((cause: unknown) => {
+      import("../../build/wasm/web/isosplat-view.js").catch((cause: unknown) => {
         throw new ViewError("the renderer's program cannot be fetched", "unreachable", cause);
       }),
       compiledView(),
