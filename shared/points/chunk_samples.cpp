@@ -42,6 +42,24 @@ struct CellFrame {
 
 }  // namespace
 
+DecodedCells cells_of(std::span<const PackedSample> samples, const RegionMask& regions) {
+  DecodedCells cells;
+  for (const PackedSample& packed : samples) {
+    const UnpackedSample sample = unpack_sample(packed);
+    const Index3 at = sample.cell;
+    constexpr int32_t kRegionCells = kBlockCells / kBlockRegions;
+    if (!regions.contains({at.x / kRegionCells, at.y / kRegionCells, at.z / kRegionCells}))
+      continue;
+    cells.cell.push_back(static_cast<uint32_t>(at.x | at.y << 6 | at.z << 12));
+    cells.interval.push_back(sample.interval);
+    CellCorners& corners = cells.corners.emplace_back();
+    // Whole numbers. Those of foreign bytes may be beyond the last code.
+    std::transform(sample.corners.begin(), sample.corners.end(), corners.begin(),
+                   [](float corner) { return static_cast<Code>(std::min(corner, 65535.0f)); });
+  }
+  return cells;
+}
+
 SampleArrays samples_of(const DecodedCells& cells, const ChunkFrame& frame) {
   const CellFrame cell_frame(frame.block);
   SampleArrays result;

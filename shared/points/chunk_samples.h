@@ -1,9 +1,11 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "shared/codec/chunk_codec.h"
 #include "shared/grid/grid.h"
+#include "shared/grid/region_mask.h"
 #include "shared/sampling/projection.h"
 
 namespace isosplat {
@@ -22,6 +24,10 @@ struct SampleArrays {
   std::vector<Vec3f> gradients;                 ///< values per world unit
   std::vector<std::array<float, 2>> intervals;  ///< lowest and highest value of the cell
 };
+
+/// Unpacks the samples that lie in these regions of their block. Corners are as near to the voxels
+/// as packing leaves them (PackedSample); any bytes unpack to something.
+DecodedCells cells_of(std::span<const PackedSample> samples, const RegionMask& regions);
 
 SampleArrays samples_of(const DecodedCells& cells, const ChunkFrame& frame);
 

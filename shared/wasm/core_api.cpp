@@ -106,19 +106,36 @@ ChunkShape chunk_shape(const uint32_t* shape) {
   return result;
 }
 
-/// Decodes to core->cells, and says where they are.
-Result<ChunkFrame> decode_cells(IsosplatCore* core, const void* data, uint32_t bytes,
-                                const uint32_t* shape, const uint32_t* block) {
-  const uint32_t level = shape[6];
+/// Where a block of the open store is.
+Result<ChunkFrame> chunk_frame(const IsosplatCore* core, uint32_t level, const uint32_t* block) {
   const StoreInfo& info = core->store->info();
   if (level >= info.levels) {
     return fail(Status::not_found, "level " + std::to_string(level) + " does not exist");
   }
-  auto decoded = core->decoder.decode(as_bytes(data, bytes), chunk_shape(shape), core->cells);
-  if (!decoded) return tl::unexpected(decoded.error());
   const Index3 index{static_cast<int32_t>(block[0]), static_cast<int32_t>(block[1]),
                      static_cast<int32_t>(block[2])};
   return ChunkFrame{&info.grid, &info.mapping, {level, index}};
+}
+
+/// Decodes to core->cells, and says where they are.
+Result<ChunkFrame> decode_cells(IsosplatCore* core, const void* data, uint32_t bytes,
+                                const uint32_t* shape, const uint32_t* block) {
+  const auto frame = chunk_frame(core, shape[6], block);
+  if (!frame) return frame;
+  auto decoded = core->decoder.decode(as_bytes(data, bytes), chunk_shape(shape), core->cells);
+  if (!decoded) return tl::unexpected(decoded.error());
+  return frame;
+}
+
+/// Result 0: positions, 1: normals.
+void put_points(IsosplatCore* core, const PointArrays& points) {
+  std::vector<Vec3f> positions;
+  for (const Vec3d& at : points.positions) {
+    positions.push_back(
+        {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)});
+  }
+  put(core, 0, positions);
+  put(core, 1, points.normals);
 }
 
 }  // namespace
@@ -274,15 +291,19 @@ uint32_t isosplat_core_project(IsosplatCore* core, const void* data, uint32_t by
   if (!core->store) return no_store(core);
   const auto frame = decode_cells(core, data, bytes, shape, block);
   if (!frame) return report(core, frame.error());
-  const PointArrays points =
-      project_samples(core->cells, *frame, isocode, {exact != 0, Displaced::clamp});
-  std::vector<Vec3f> positions;
-  for (const Vec3d& at : points.positions) {
-    positions.push_back(
-        {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)});
-  }
-  put(core, 0, positions);
-  put(core, 1, points.normals);
+  put_points(core, project_samples(core->cells, *frame, isocode, {exact != 0, Displaced::clamp}));
+  return kOk;
+}
+
+uint32_t isosplat_core_project_packed(IsosplatCore* core, const void* samples, uint32_t count,
+                                      const uint32_t* regions, uint32_t level,
+                                      const uint32_t* block, float isocode, uint32_t exact) {
+  if (!core->store) return no_store(core);
+  const auto frame = chunk_frame(core, level, block);
+  if (!frame) return report(core, frame.error());
+  const auto mask = regions ? RegionMask::from_words(regions) : RegionMask::all();
+  const DecodedCells cells = cells_of({static_cast<const PackedSample*>(samples), count}, mask);
+  put_points(core, project_samples(cells, *frame, isocode, {exact != 0, Displaced::clamp}));
   return kOk;
 }
 

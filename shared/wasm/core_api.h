@@ -107,6 +107,13 @@ uint32_t isosplat_core_project(IsosplatCore* core, const void* data, uint32_t by
                                const uint32_t* shape, const uint32_t* block, float isocode,
                                uint32_t exact);
 
+/// The same of samples as isosplat_core_decode_packed yields them, `count` of the block `block` of
+/// a level, as far as they lie in `regions` (16 words, RegionMask; null: all). Points are as near
+/// to the isosurface as packing leaves the corners (PackedSample).
+uint32_t isosplat_core_project_packed(IsosplatCore* core, const void* samples, uint32_t count,
+                                      const uint32_t* regions, uint32_t level,
+                                      const uint32_t* block, float isocode, uint32_t exact);
+
 /// Chooses what a view needs (Selector). `view` has 23 doubles: view_projection (16,
 /// column-major), width_px, height_px, load_cell_px, draw_cell_px, cell_budget, ahead (1: only
 /// expected, see select_ahead), occlusion (0 or 1). Results: 0: IsosplatChunk to load, 1: pages to

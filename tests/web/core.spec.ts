@@ -1,6 +1,14 @@
 import { afterEach, beforeAll, expect, test } from "vitest";
-import { type Chunk, type Core, CoreError, type Store } from "../../web/core/index.ts";
-import { code, core as load, offset, openWhole, storeBytes, voxels } from "./fixture.ts";
+import { type Chunk, type Core, CoreError, regionWords, type Store } from "../../web/core/index.ts";
+import {
+  code,
+  countActive,
+  core as load,
+  offset,
+  openWhole,
+  storeBytes,
+  voxels,
+} from "./fixture.ts";
 
 let core: Core;
 let file: Uint8Array;
@@ -94,25 +102,6 @@ function cellOf(positions: Float32Array, i: number): [number, number, number] {
   ];
 }
 
-function countActive(isocode: number): number {
-  const [nx, ny, nz] = voxels;
-  let count = 0;
-  for (let z = 0; z + 1 < nz; ++z) {
-    for (let y = 0; y + 1 < ny; ++y) {
-      for (let x = 0; x + 1 < nx; ++x) {
-        let [low, high] = [Infinity, -Infinity];
-        for (let i = 0; i < 8; ++i) {
-          const value = code(x + (i & 1), y + ((i >> 1) & 1), z + (i >> 2));
-          low = Math.min(low, value);
-          high = Math.max(high, value);
-        }
-        if (low <= isocode && isocode < high) ++count;
-      }
-    }
-  }
-  return count;
-}
-
 test("samples carry the trilinear value and gradient at the cell's centre", () => {
   const store = whole();
   const [chunk] = store.chunksFor(0, 200.5);
@@ -155,6 +144,35 @@ test("exactly projected points lie on the trilinear surface", () => {
   }
   // The others' gradient rays leave the cell before they meet the surface.
   expect(onSurface / exact.count).toBeGreaterThan(0.7);
+});
+
+test("packed samples project to the same points, and region by region", () => {
+  const store = whole();
+  const isovalue = 60.5;
+  const [chunk] = store.chunksFor(0, isovalue);
+  if (!chunk) throw new Error("no chunk");
+  const packed = store.decodePacked(chunk, bytesOf(chunk));
+  // No cell spans 512 codes, so packing loses nothing.
+  for (const exact of [false, true]) {
+    const expected = store.project(chunk, bytesOf(chunk), isovalue, { exact });
+    expect(expected.count).toBeGreaterThan(100);
+    expect(store.projectPacked(chunk, packed, isovalue, { exact })).toEqual(expected);
+  }
+  // The lower half of each slice, and what it leaves out.
+  const lower = Uint32Array.from({ length: regionWords }, (_, i) => (i % 2 === 0 ? ~0 : 0));
+  const upper = lower.map((word) => ~word);
+  const parts = [lower, upper].map((regions) =>
+    store.projectPacked(chunk, packed, isovalue, { regions }),
+  );
+  const all = store.projectPacked(chunk, packed, isovalue);
+  expect(parts.map(({ count }) => count > 0)).toEqual([true, true]);
+  expect(parts.reduce((sum, { count }) => sum + count, 0)).toBe(all.count);
+  // Regions of the lower half have y below 32 cells.
+  const highest = (points: Float32Array): number =>
+    points.reduce((most, y, i) => (i % 3 === 1 ? Math.max(most, y) : most), -Infinity);
+  const middle = 20 + 64 * chunk.block[1] + 32;
+  expect(highest(parts[0]?.positions ?? all.positions)).toBeLessThanOrEqual(middle);
+  expect(() => store.projectPacked({ level: 9, block: [0, 0, 0] }, packed, 0)).toThrow(/not_found/);
 });
 
 function trilinear(x: number, y: number, z: number): number {

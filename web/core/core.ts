@@ -1,39 +1,7 @@
+import { asBytes, Calls, type ChunkShape, copyIn } from "./calls.ts";
 import type { CoreModule } from "./module.ts";
 import { type Chunk, type Page, readChunks, readInfo, readPages, readWords } from "./records.ts";
-import type { StoreInfo, Triple } from "./types.ts";
-
-/** A call into the core failed. `status` is the name in shared/base/status.h. */
-export class CoreError extends Error {
-  readonly status: string;
-  constructor(status: string, message: string) {
-    super(`${status}: ${message}`);
-    this.name = "CoreError";
-    this.status = status;
-  }
-}
-
-/** What a chunk's decoding needs to know beside its bytes. */
-export type ChunkShape = Pick<Chunk, "level" | "blockCells" | "slabBegin" | "slabEnd" | "cells">;
-
-/** The samples at the centres of a chunk's cells; arrays of three per sample are x, y, z. */
-export interface Samples {
-  count: number;
-  /** World positions. */
-  positions: Float32Array;
-  /** In the volume's values. */
-  values: Float32Array;
-  /** Values per world unit. */
-  gradients: Float32Array;
-  /** Lowest and highest value of each cell, two per sample. */
-  intervals: Float32Array;
-}
-
-/** Points of an isosurface, x, y, z each; normals of unit length, towards smaller values. */
-export interface Points {
-  count: number;
-  positions: Float32Array;
-  normals: Float32Array;
-}
+import type { Points, Samples, StoreInfo, Triple } from "./types.ts";
 
 /** What is looked at, for Store.select. */
 export interface CoreView {
@@ -250,8 +218,41 @@ export class Store {
         ),
       ),
     );
-    const positions = calls.floats(0);
-    return { count: positions.length / 3, positions, normals: calls.floats(1) };
+    return calls.points();
+  }
+
+  /**
+   * The same of samples as `decodePacked` yields them, for renderers that hold these.
+   * `regions`: `regionWords` words; samples in other regions of the block are left out.
+   */
+  projectPacked(
+    place: { level: number; block: Triple },
+    samples: Uint32Array,
+    isovalue: number,
+    options: { exact?: boolean; regions?: Uint32Array } = {},
+  ): Points {
+    const calls = this.#calls;
+    const { regions, exact } = options;
+    // One copy: the block, the regions, the samples.
+    const words = new Uint32Array(4 + regionWords + samples.length);
+    words.set(place.block);
+    if (regions) words.set(regions.subarray(0, regionWords), 4);
+    words.set(samples, 4 + regionWords);
+    calls.withBytes(asBytes(words), (at) =>
+      calls.check(
+        this.#module._isosplat_core_project_packed(
+          calls.core,
+          at + 4 * (4 + regionWords),
+          samples.length >> 2,
+          regions ? at + 16 : 0,
+          place.level,
+          at,
+          this.isocode(isovalue),
+          exact ? 1 : 0,
+        ),
+      ),
+    );
+    return calls.points();
   }
 
   /** Which chunks to load and to draw for a view. */
@@ -325,93 +326,4 @@ export class Store {
   close(): void {
     this.#calls.close();
   }
-}
-
-/** Calls with memory: what goes in is freed in `finally`, what comes out is read anew each time. */
-class Calls {
-  readonly module: CoreModule;
-  core: number;
-
-  constructor(module: CoreModule, core = module._isosplat_core_create()) {
-    this.module = module;
-    this.core = core;
-  }
-
-  check(status: number): void {
-    if (status === 0) return;
-    throw new CoreError(
-      text(this.module, this.module._isosplat_core_status_name(status)),
-      text(this.module, this.module._isosplat_core_error(this.core)),
-    );
-  }
-
-  /** A result buffer, valid until the next call. */
-  result(buffer: number): Uint8Array {
-    const at = this.module._isosplat_core_result(this.core, buffer);
-    const bytes = this.module._isosplat_core_result_bytes(this.core, buffer);
-    return this.module.HEAPU8.subarray(at, at + bytes);
-  }
-
-  /** A result buffer of floats, copied. */
-  floats(buffer: number): Float32Array {
-    return new Float32Array(this.result(buffer).slice().buffer);
-  }
-
-  withBytes(bytes: Uint8Array, use: (at: number) => void): void {
-    const at = copyIn(this.module, bytes);
-    try {
-      use(at);
-    } finally {
-      this.module._free(at);
-    }
-  }
-
-  withChunk(
-    chunk: ChunkShape & { block?: Triple },
-    bytes: Uint8Array,
-    use: (at: number, shape: number, block: number) => void,
-  ): void {
-    const words = Uint32Array.from([
-      ...chunk.blockCells,
-      chunk.slabBegin,
-      chunk.slabEnd,
-      chunk.cells,
-      chunk.level,
-      ...(chunk.block ?? [0, 0, 0]),
-    ]);
-    this.withBytes(bytes, (at) =>
-      this.withBytes(asBytes(words), (shape) => use(at, shape, shape + 28)),
-    );
-  }
-
-  decodePacked(shape: ChunkShape, bytes: Uint8Array): Uint32Array {
-    this.withChunk(shape, bytes, (at, words) =>
-      this.check(this.module._isosplat_core_decode_packed(this.core, at, bytes.length, words)),
-    );
-    return new Uint32Array(this.result(0).slice().buffer);
-  }
-
-  close(): void {
-    if (this.core) this.module._isosplat_core_destroy(this.core);
-    this.core = 0;
-  }
-}
-
-function asBytes(array: Float64Array | Float32Array | Uint32Array): Uint8Array {
-  return new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
-}
-
-function copyIn(module: CoreModule, bytes: Uint8Array): number {
-  // One byte more, so that nothing is asked of malloc(0).
-  const at = module._malloc(bytes.length + 1);
-  if (at === 0) {
-    throw new CoreError("out_of_memory", `no room for ${bytes.length} bytes in the core's memory`);
-  }
-  module.HEAPU8.set(bytes, at);
-  return at;
-}
-
-function text(module: CoreModule, at: number): string {
-  const end = module.HEAPU8.indexOf(0, at);
-  return new TextDecoder().decode(module.HEAPU8.slice(at, end));
 }

@@ -13,11 +13,12 @@ import { Core } from "./core.ts";
 import { instantiate, type ModuleFactory } from "./instantiate.ts";
 import type { CoreModule } from "./module.ts";
 
+export { type ChunkShape, CoreError } from "./calls.ts";
 export * from "./core.ts";
 export { instantiate, type ModuleFactory } from "./instantiate.ts";
 export type { CoreModule } from "./module.ts";
 export type { Chunk, Page } from "./records.ts";
-export type { StoreInfo, StoreMetadata, Triple } from "./types.ts";
+export type { Points, Samples, StoreInfo, StoreMetadata, Triple } from "./types.ts";
 
 /** Where the core's functions come from: its own module, or a larger one that contains it. */
 export interface CoreOptions {

@@ -39,6 +39,16 @@ export interface CoreModule {
     isocode: number,
     exact: number,
   ): number;
+  _isosplat_core_project_packed(
+    core: number,
+    samples: number,
+    count: number,
+    regions: number,
+    level: number,
+    block: number,
+    isocode: number,
+    exact: number,
+  ): number;
   _isosplat_core_isocode(core: number, isovalue: number): number;
   _isosplat_core_select(core: number, view: number, isocodes: number, count: number): number;
   _isosplat_core_set_sight(core: number, answers: number, count: number): number;

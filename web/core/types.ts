@@ -1,4 +1,4 @@
-/** What a store says of its volume. Values and isovalues are in the volume's units. */
+/** What a store says of its volume, and what it yields. Values are in the volume's units. */
 
 export type Triple = [number, number, number];
 
@@ -40,4 +40,24 @@ export interface StoreMetadata {
   histogram?: { low: number; high: number; counts: number[] };
   suggested_isovalues?: number[];
   [key: string]: unknown;
+}
+
+/** The samples at the centres of a chunk's cells; arrays of three per sample are x, y, z. */
+export interface Samples {
+  count: number;
+  /** World positions. */
+  positions: Float32Array;
+  /** In the volume's values. */
+  values: Float32Array;
+  /** Values per world unit. */
+  gradients: Float32Array;
+  /** Lowest and highest value of each cell, two per sample. */
+  intervals: Float32Array;
+}
+
+/** Points of an isosurface, x, y, z each; normals of unit length, towards smaller values. */
+export interface Points {
+  count: number;
+  positions: Float32Array;
+  normals: Float32Array;
 }

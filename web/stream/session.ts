@@ -1,4 +1,11 @@
-import { type Chunk, type Core, CoreError, type CoreSelection, type Store } from "../core/index.ts";
+import {
+  type Chunk,
+  type Core,
+  CoreError,
+  type CoreSelection,
+  type Points,
+  type Store,
+} from "../core/index.ts";
 import { Backoff } from "./backoff.ts";
 import { ChunkQueue } from "./chunk_queue.ts";
 import { badDirectory, CoarseEnd } from "./coarse_end.ts";
@@ -16,6 +23,7 @@ import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import { beginsAsStore } from "./transfer.ts";
 import {
+  type ChunkPlace,
   type Progress,
   type StoreInfo,
   StreamError,
@@ -169,6 +177,19 @@ export class StreamSession {
       isovalues: [...view.isovalues],
     };
     this.#select();
+  }
+
+  /**
+   * Projects samples, as `StreamEvents.samples` hands them over, onto an isosurface: for renderers
+   * that draw points. `regions`: their chunk's 16 words of `StreamEvents.visible`; default: all.
+   */
+  project(
+    place: ChunkPlace,
+    samples: Uint32Array,
+    isovalue: number,
+    options: { exact?: boolean; regions?: Uint32Array } = {},
+  ): Points {
+    return this.#store.projectPacked(place, samples, isovalue, options);
   }
 
   /** Something other than the view has changed that decides what is hidden: opacity, clipping. */
