@@ -59,7 +59,7 @@ export interface ViewerOptions {
 }
 
 export interface OpenOptions {
-  /** The isosurfaces of the first view. Default: the volume's first suggestion. */
+  /** The isosurfaces of the first view. Default: one, at the volume's first suggestion. */
   surfaces?: readonly Surface[];
   camera?: Camera;
   signal?: AbortSignal;
@@ -67,6 +67,8 @@ export interface OpenOptions {
 
 /** A renderer that fails again so soon (ms) after it was replaced is not replaced once more. */
 const shortestLife = 30_000;
+
+const firstLook = { colour: "#d9ccb3", opacity: 1 };
 
 /** The GPU is asked so often whether the first shaders are compiled (ms). */
 const shaderPolling = 8;
@@ -202,6 +204,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#session = session;
     this.#source = source;
     this.#info = session.info;
+    if (!options.surfaces) this.#surfaces = [firstSurface(session.info)];
     this.#warmUp();
     view.setVolume(session.info);
     this.#camera = options.camera ? view.bounded(options.camera) : this.#firstCamera(view);
@@ -258,7 +261,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /** Changes the isovalues and keeps the surfaces' colours; more isovalues take the first's. */
   setIsovalues(isovalues: readonly number[]): void {
-    const first = this.#surfaces[0] ?? { isovalue: 0, colour: "#d9ccb3", opacity: 1 };
+    const first = this.#surfaces[0] ?? { isovalue: 0, ...firstLook };
     this.setSurfaces(
       isovalues.map((isovalue, i) => ({ ...(this.#surfaces[i] ?? first), isovalue })),
     );
@@ -556,7 +559,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   async #reopen(): Promise<StoreInfo | undefined> {
     const source = this.#source;
     if (!source) return undefined;
-    const options: OpenOptions = { surfaces: this.#surfaces };
+    const options: OpenOptions = {};
+    if (this.#surfaces.length > 0) options.surfaces = this.#surfaces;
     if (this.#camera) options.camera = this.#camera;
     source.forget();
     try {
@@ -575,6 +579,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (!before || !isSameGrid(before, info)) this.reset();
     this.emit("replaced", info);
   }
+}
+
+/** The volume's first suggestion, or the middle of its range. */
+function firstSurface({ metadata, range: [low, high] }: StoreInfo): Surface {
+  return { isovalue: metadata.suggested_isovalues?.[0] ?? (low + high) / 2, ...firstLook };
 }
 
 /** The trap that an error comes from: the instance has aborted. */
