@@ -2,13 +2,13 @@ import { defineConfig } from "@playwright/test";
 import { launchOptions } from "./tests/browser/support/chromium.ts";
 
 /**
- * Tests that run in Debian's Chromium: tests/browser/*.browser.ts. Each starts the real server on a
+ * Tests that run in Debian's Chromium: tests/browser/*.browser.ts and tests/packages. Each starts the real server on a
  * free port. WebGL is drawn by llvmpipe, which gives the pixels of native EGL; Chromium falls back
  * to another renderer silently, so picture tests assert UNMASKED_RENDERER_WEBGL.
  */
 export default defineConfig({
-  testDir: "tests/browser",
-  testMatch: "**/*.browser.ts",
+  testDir: "tests",
+  testMatch: ["browser/**/*.browser.ts", "packages/**/*.browser.ts"],
   outputDir: "build/test-results/browser",
   workers: 1,
   fullyParallel: false,

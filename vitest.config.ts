@@ -1,10 +1,10 @@
 import { defineConfig } from "vitest/config";
 
-/** Tests that run in Node: tests/web/*.spec.ts. Those in a browser belong to Playwright. */
+/** Tests that run in Node: tests/web/*.spec.ts and tests/packages. Those in a browser belong to Playwright. */
 export default defineConfig({
   test: {
     environment: "node",
-    include: ["tests/web/**/*.spec.ts"],
+    include: ["tests/web/**/*.spec.ts", "tests/packages/**/*.spec.ts"],
     testTimeout: 30_000,
     // Tests of faults wait for real servers, which other work may hold up.
     retry: 2,

@@ -1,0 +1,97 @@
+// The npm package in Chromium: installed from the tarball into an empty folder, then as plain files
+// on a static server, and built by Vite. The pages are the README's examples.
+import { join } from "node:path";
+import { expect, type Page, test } from "@playwright/test";
+import { build } from "vite";
+import { decodePng } from "../../browser/support/pixels.ts";
+import { type Nginx, nginx } from "../../support/nginx.ts";
+import { type Consumer, consumer } from "./consumer.ts";
+
+let project: Consumer;
+let plain: Nginx;
+let built: Nginx;
+
+test.beforeAll(async () => {
+  test.setTimeout(180_000);
+  project = consumer();
+  const output = join(project.folder, "dist");
+  await build({
+    root: project.folder,
+    configFile: false,
+    logLevel: "warn",
+    build: {
+      outDir: output,
+      rolldownOptions: { input: ["index.html", "own.html"].map((f) => join(project.folder, f)) },
+    },
+  });
+  plain = await nginx({ folders: [project.folder] });
+  // The store lies beside the pages.
+  built = await nginx({ folders: [output, project.folder] });
+});
+
+test.afterAll(async () => {
+  await plain?.stop();
+  await built?.stop();
+  project?.remove();
+});
+
+/** The share of the canvas's pixels that are not as its corner. */
+async function covered(page: Page): Promise<number> {
+  const png = await page.locator("canvas").screenshot();
+  const { width, height, rgba } = await decodePng(page, png);
+  let count = 0;
+  for (let i = 0; i < rgba.length; i += 4) {
+    const difference = [0, 1, 2].map((c) => Math.abs((rgba[i + c] ?? 0) - (rgba[c] ?? 0)));
+    if (Math.max(...difference) > 12) ++count;
+  }
+  return count / (width * height);
+}
+
+function complaints(page: Page): string[] {
+  const found: string[] = [];
+  page.on("console", (message) => {
+    if (message.type() === "error" && !message.location().url.endsWith("/favicon.ico")) {
+      found.push(message.text());
+    }
+  });
+  page.on("pageerror", (error) => found.push(error.message));
+  return found;
+}
+
+test("example 3: plain HTML on a static server", async ({ page }) => {
+  const found = complaints(page);
+  await page.goto(`${plain.url}plain.html`);
+  await expect.poll(() => covered(page)).toBeGreaterThan(0.05);
+  expect(found).toEqual([]);
+});
+
+test("example 4: a user interface, built by Vite", async ({ page }) => {
+  const found = complaints(page);
+  await page.goto(`${built.url}index.html`);
+  await expect(page.locator("output")).toHaveText("complete");
+  const slider = page.locator("#isovalue");
+  // The range of the store: codes from 0, less 100.
+  expect(await slider.getAttribute("min")).toBe("-100");
+
+  await slider.fill("60.5");
+  await expect.poll(() => covered(page)).toBeGreaterThan(0.05);
+  await expect(page.locator("output")).toHaveText("complete");
+  const large = await covered(page);
+  await slider.fill("400.5");
+  await expect.poll(() => covered(page)).toBeLessThan(0.6 * large);
+
+  await slider.fill("60.5");
+  await page.getByRole("button", { name: "From above" }).click();
+  // The ball is longer along z.
+  await expect.poll(() => covered(page)).toBeGreaterThan(0.6 * large);
+  await expect.poll(() => covered(page)).toBeLessThan(0.95 * large);
+  expect(found).toEqual([]);
+});
+
+test("example 5: a renderer of one's own, built by Vite", async ({ page }) => {
+  const found = complaints(page);
+  await page.goto(`${built.url}own.html`);
+  await expect(page).toHaveTitle("complete");
+  await expect.poll(() => covered(page)).toBeGreaterThan(0.05);
+  expect(found).toEqual([]);
+});

@@ -1,0 +1,128 @@
+// The npm package in Node, and its types: installed from the tarball into an empty folder.
+import { execFile, execFileSync } from "node:child_process";
+import { existsSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import { promisify } from "node:util";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { hasNginx, nginx } from "../../support/nginx.ts";
+import { countActive, offset } from "../../web/fixture.ts";
+import { type Consumer, consumer, examples, root, tarball, version } from "./consumer.ts";
+
+let project: Consumer;
+
+beforeAll(() => {
+  project = consumer();
+}, 120_000);
+afterAll(() => project.remove());
+
+/** What a program of the project prints. */
+async function run(file: string): Promise<string> {
+  const options = { cwd: project.folder, encoding: "utf8" } as const;
+  return (await promisify(execFile)(process.execPath, [file], options)).stdout.trim();
+}
+
+const points = (): number => countActive(60.5 - offset);
+
+test("the tarball holds what its manifest promises, and no sources", () => {
+  const files = execFileSync("tar", ["-tf", tarball], { encoding: "utf8" }).trim().split("\n");
+  for (const file of ["LICENSE", "README.md", "THIRD_PARTY_LICENSES.md"]) {
+    expect(files).toContain(`package/${file}`);
+  }
+  expect(files.filter((file) => /(?<!\.d)\.ts$/.test(file))).toEqual([]);
+  const installed = join(project.folder, "node_modules/isosplat");
+  const manifest = JSON.parse(readFileSync(join(installed, "package.json"), "utf8"));
+  expect(manifest.version).toBe(version);
+  expect(manifest.license).toBe("Apache-2.0");
+  expect(manifest.dependencies).toBeUndefined();
+  const targets = Object.values<string | object>(manifest.exports).flatMap((target) =>
+    typeof target === "string" ? [target] : Object.values<string>(target as never),
+  );
+  for (const file of [...targets, ...manifest.sideEffects]) {
+    expect(existsSync(join(installed, file)), file).toBe(true);
+  }
+});
+
+test("the README has the examples", () => {
+  expect([...examples(project.folder).keys()]).toEqual(
+    expect.arrayContaining(["points.mjs", "remote.mjs", "plain.html", "main.js", "own.js"]),
+  );
+});
+
+test("example 1: a local store in Node", async () => {
+  expect(await run("points.mjs")).toBe(`150 × 131 × 70 voxels, ${points()} points`);
+});
+
+test.skipIf(!hasNginx)("example 2: a remote store in Node", async () => {
+  const server = await nginx({ folders: [project.folder] });
+  try {
+    const text = examples(project.folder).get("remote.mjs") ?? "";
+    expect(text).toContain("https://example.org/");
+    project.write("remote_here.mjs", text.replace("https://example.org/", server.url));
+    const [, count, bytes] = /^(\d+) points, (\d+) bytes/.exec(await run("remote_here.mjs")) ?? [];
+    expect(Number(count)).toBe(points());
+    const whole = readFileSync(join(project.folder, "head.isosplat")).length;
+    expect(Number(bytes)).toBeLessThan(whole);
+  } finally {
+    await server.stop();
+  }
+});
+
+// Everything that an entry point exports is compiled with it: the libraries' types are checked.
+const use = `
+import { type Chunk, type Core, CoreError, loadCore, type Points, type Store } from "isosplat/core";
+import { FileSource, type Progress, ServerSource, StreamSession, faults } from "isosplat/stream";
+import { type Camera, Viewer, ViewError } from "isosplat/viewer";
+
+export async function run(canvas: HTMLCanvasElement, bytes: Uint8Array): Promise<number> {
+  const core: Core = await loadCore();
+  const store: Store = core.openStore(bytes);
+  const [chunk]: Chunk[] = store.chunksFor(0, 60.5);
+  if (!chunk) throw new CoreError("not_found", "no chunk");
+  const points: Points = store.project(chunk, bytes, 60.5, { exact: true });
+  const viewer = new Viewer(canvas, { controls: false });
+  viewer.on("progress", (progress: Progress) => console.log(progress.state, Object.keys(faults).length));
+  viewer.on("error", (error) => console.log(error instanceof ViewError, error.kind));
+  await viewer.open(new ServerSource({ volume: "head" }), { signal: AbortSignal.timeout(1) });
+  const camera: Camera | null = viewer.camera;
+  const session = await StreamSession.open(new FileSource("head.isosplat"), core, {
+    events: {
+      samples: () => true,
+      drop() {},
+      visible() {},
+      progress() {},
+      error() {},
+      replaced() {},
+    },
+  });
+  session.close();
+  // @ts-expect-error: a volume is opened from a source
+  await viewer.open("head.isosplat");
+  // @ts-expect-error: there is no such event
+  viewer.on("nothing", () => {});
+  return points.count + (camera?.azimuth ?? 0);
+}
+`;
+
+test.each([
+  { module: "node16", moduleResolution: "node16" },
+  { module: "esnext", moduleResolution: "bundler" },
+])("the types hold in a strict project: $moduleResolution", async (resolution) => {
+  project.write("use.ts", use);
+  const compilerOptions = {
+    ...resolution,
+    target: "es2022",
+    lib: ["es2022", "dom", "dom.iterable"],
+    types: [],
+    strict: true,
+    exactOptionalPropertyTypes: true,
+    skipLibCheck: false,
+    noEmit: true,
+  };
+  project.write("tsconfig.json", JSON.stringify({ compilerOptions, files: ["use.ts"] }));
+  const tsc = join(root, "node_modules/.bin/tsc");
+  const printed = await promisify(execFile)(tsc, ["-p", project.folder]).then(
+    ({ stdout }) => stdout,
+    (error: { stdout: string }) => error.stdout,
+  );
+  expect(printed).toBe("");
+});
