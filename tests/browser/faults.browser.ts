@@ -14,6 +14,8 @@ import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import { FaultProxy } from "../support/fault_proxy.ts";
 import { type Nginx, nginx } from "../support/nginx.ts";
+import { damagedChunks } from "./support/damage.ts";
+import { loseContext, restoreContext, slideTo } from "./support/in_page.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { compare, complete, savedPicture, settled } from "./support/view.ts";
 
@@ -64,52 +66,11 @@ async function contentId(name: string): Promise<string> {
   return said.contentId ?? said.status ?? "";
 }
 
-/** 64 bytes, from 40 % of each of so many pieces of the file's chunks. */
-function damagedChunks(bytes: Buffer, pieces: number): Buffer {
-  // Chunks make up the file but for its head and, at its end, the coarse levels and pages.
-  const [from, to] = [0.1 * bytes.length, 0.7 * bytes.length];
-  for (let i = 0; i < pieces; ++i) {
-    const at = Math.floor(from + ((i + 0.4) / pieces) * (to - from));
-    for (let k = 0; k < 64; ++k) bytes[at + k] = (bytes[at + k] ?? 0) ^ 0x55;
-  }
-  return bytes;
-}
-
 const onServer = (name: string): string => `${server.url}?volume=${name}`;
 const onHost = (name: string, of: Nginx = host): string =>
   `${server.url}?src=${encodeURIComponent(`${of.url}${name}.isosplat`)}`;
 
-async function slide(page: Page, value: number): Promise<void> {
-  await page.evaluate((to) => {
-    const slider = document.querySelector<HTMLElement & { value: number }>(
-      "wa-slider.isovalue-slider",
-    );
-    if (!slider) throw new Error("no slider");
-    slider.value = to;
-    slider.dispatchEvent(new Event("input", { bubbles: true }));
-  }, value);
-}
-
-/** Loses the view's context; answers when the page has been told. */
-async function loseContext(page: Page): Promise<void> {
-  await page.evaluate(async () => {
-    const canvas = document.querySelector<HTMLCanvasElement>("canvas.view");
-    const extension = canvas?.getContext("webgl2")?.getExtension("WEBGL_lose_context");
-    if (!canvas || !extension) throw new Error("no context to lose");
-    (window as unknown as { loss: WEBGL_lose_context }).loss = extension;
-    const lost = new Promise((resolve) =>
-      canvas.addEventListener("webglcontextlost", resolve, { once: true }),
-    );
-    extension.loseContext();
-    await lost;
-  });
-}
-
-async function restoreContext(page: Page): Promise<void> {
-  await page.evaluate(() => {
-    (window as unknown as { loss: WEBGL_lose_context }).loss.restoreContext();
-  });
-}
+const slide = (page: Page, value: number): Promise<void> => page.evaluate(slideTo, value);
 
 /** Nothing covers the picture, and nothing is said beside it. */
 async function expectNoWord(page: Page): Promise<void> {
@@ -127,9 +88,9 @@ test.describe("the graphics context is lost", () => {
     await complete(page);
     const before = await savedPicture(page);
     for (let round = 0; round < 3; ++round) {
-      await loseContext(page);
+      await page.evaluate(loseContext);
       await expect(page.locator(".banner")).toContainText("took the graphics card away");
-      await restoreContext(page);
+      await page.evaluate(restoreContext);
       await complete(page);
       await settled(page);
       await expectNoWord(page);
@@ -150,11 +111,11 @@ test.describe("the graphics context is lost", () => {
       await page.waitForFunction(() =>
         document.querySelector<HTMLCanvasElement>("canvas.view")?.getContext("webgl2"),
       );
-      await loseContext(page);
-      await restoreContext(page);
+      await page.evaluate(loseContext);
+      await page.evaluate(restoreContext);
       await expect(page.locator(".status-samples")).toHaveText(/samples/);
-      await loseContext(page);
-      await restoreContext(page);
+      await page.evaluate(loseContext);
+      await page.evaluate(restoreContext);
       proxy.fault = () => undefined;
       await complete(page);
       await settled(page);

@@ -1,19 +1,11 @@
 // One volume in the page, from the real server: opened, scrubbed, turned, restored from its
 // address, and compared with the native renderer's picture.
-import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
-import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
-import {
-  compare,
-  complete,
-  openSection,
-  rendererName,
-  savedPicture,
-  settled,
-} from "./support/view.ts";
+import { rendererName } from "./support/in_page.ts";
+import { drawNatively } from "./support/native_picture.ts";
+import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+import { compare, complete, openSection, savedPicture, settled } from "./support/view.ts";
 
 let server: RunningServer;
 test.beforeAll(async () => {
@@ -46,7 +38,7 @@ test("lists the volumes, and opens one", async ({ page }) => {
   await expect(bucky.locator("img")).toBeVisible({ timeout: 30_000 });
   await bucky.click();
   await complete(page);
-  expect(await rendererName(page)).toContain("llvmpipe");
+  expect(await page.evaluate(rendererName)).toContain("llvmpipe");
   await expect(page).toHaveURL(/volume=bucky.*isovalue=/);
   await expect(page.locator(".status-samples")).toHaveText(/samples/);
   await expect(page.locator(".status-bytes")).toHaveText(/fetched/);
@@ -62,21 +54,16 @@ test("draws the native renderer's picture", async ({ page }) => {
   const ours = await savedPicture(page);
   const { width, height } = await compare(page, ours, ours);
 
-  const folder = mkdtempSync(join(tmpdir(), "isosplat-picture-"));
-  try {
-    const out = join(folder, "native.png");
-    const store = join(demoFolder, "bucky.isosplat");
-    execFileSync(program, [
-      ...["render", store, "--isovalue", "100.5", "-o", out],
-      ...["--size", `${width}x${height}`, "--camera", camera],
-      ...["--kind", "ellipse", "--background", "ffffff", "--colour", "d9ccb3", "--level", "0"],
-    ]);
-    const difference = await compare(page, ours, readFileSync(out));
-    expect(difference.covered).toBeGreaterThan(0.1);
-    expect(difference.differing).toBeLessThan(0.002);
-  } finally {
-    rmSync(folder, { recursive: true });
-  }
+  const native = drawNatively(join(demoFolder, "bucky.isosplat"), {
+    isovalue: 100.5,
+    camera,
+    kind: "ellipse",
+    width,
+    height,
+  });
+  const difference = await compare(page, ours, native);
+  expect(difference.covered).toBeGreaterThan(0.1);
+  expect(difference.differing).toBeLessThan(0.002);
 });
 
 test("a moved slider shows another surface, without a request where its chunks are there", async ({

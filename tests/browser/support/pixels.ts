@@ -1,5 +1,4 @@
 /** Pictures as pixels, and what two of them have in common. */
-import type { Page } from "@playwright/test";
 
 export interface Pixels {
   width: number;
@@ -8,8 +7,19 @@ export interface Pixels {
   rgba: Buffer;
 }
 
+interface Decoded {
+  width: number;
+  height: number;
+  base64: string;
+}
+
+/** A page of Playwright or of Puppeteer. */
+export interface EvaluatingPage {
+  evaluate(decode: (encoded: string) => Promise<Decoded>, encoded: string): Promise<Decoded>;
+}
+
 /** Decodes a PNG in the browser, which knows how. */
-export async function decodePng(page: Page, png: Buffer): Promise<Pixels> {
+export async function decodePng(page: EvaluatingPage, png: Buffer): Promise<Pixels> {
   const { width, height, base64 } = await page.evaluate(async (encoded) => {
     const bytes = Uint8Array.from(atob(encoded), (c) => c.charCodeAt(0));
     const bitmap = await createImageBitmap(new Blob([bytes], { type: "image/png" }));

@@ -25,15 +25,6 @@ export async function openSection(page: Page, name: string): Promise<void> {
   });
 }
 
-/** What GL draws with: the tests' pictures are only comparable on llvmpipe. */
-export function rendererName(page: Page): Promise<string> {
-  return page.evaluate(() => {
-    const gl = document.createElement("canvas").getContext("webgl2");
-    const info = gl?.getExtension("WEBGL_debug_renderer_info");
-    return String(gl?.getParameter(info?.UNMASKED_RENDERER_WEBGL ?? 0));
-  });
-}
-
 /** The picture that "Save a picture" saves: a PNG. */
 export async function savedPicture(page: Page): Promise<Buffer> {
   const [download] = await Promise.all([

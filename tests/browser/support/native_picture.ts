@@ -1,0 +1,30 @@
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { program } from "./server.ts";
+
+export interface NativeView {
+  isovalue: number;
+  /** As in the page's address. */
+  camera: string;
+  kind: "quad" | "ellipse" | "blended" | "exact";
+  width: number;
+  height: number;
+}
+
+/** What `isosplat render` draws of level 0, before white, in the page's first colour: a PNG. */
+export function drawNatively(store: string, view: NativeView): Buffer {
+  const folder = mkdtempSync(join(tmpdir(), "isosplat-picture-"));
+  try {
+    const output = join(folder, "native.png");
+    execFileSync(program, [
+      ...["render", store, "--isovalue", String(view.isovalue), "-o", output, "--level", "0"],
+      ...["--size", `${view.width}x${view.height}`, "--camera", view.camera],
+      ...["--kind", view.kind, "--background", "ffffff", "--colour", "d9ccb3"],
+    ]);
+    return readFileSync(output);
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+}
