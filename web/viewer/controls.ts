@@ -93,10 +93,9 @@ export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions
     "wheel",
     (event) => {
       event.preventDefault();
-      const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
       // A pinch on a touchpad arrives as a wheel with Ctrl, in smaller steps.
       const speed = event.ctrlKey ? 0.01 : 0.0015;
-      const delta = Math.max(-240, Math.min(240, event.deltaY * lines));
+      const delta = Math.max(-240, Math.min(240, event.deltaY * pixelsPerUnit(event)));
       actions.zoom(Math.exp(delta * speed), fromCentre({ x: event.clientX, y: event.clientY }));
     },
     { signal, passive: false },
@@ -111,6 +110,15 @@ export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions
   );
 
   return () => listeners.abort();
+}
+
+/**
+ * Firefox counts a mouse wheel in lines, three to a notch, which is some 120 px elsewhere; in pages,
+ * where the system is set up so.
+ */
+function pixelsPerUnit({ deltaMode }: WheelEvent): number {
+  if (deltaMode === WheelEvent.DOM_DELTA_LINE) return 40;
+  return deltaMode === WheelEvent.DOM_DELTA_PAGE ? 120 : 1;
 }
 
 /** Does what the key asks of the camera; false when it asks nothing. For keys outside the canvas. */
