@@ -1,6 +1,9 @@
 import { defineConfig } from "vitest/config";
 
-/** Tests that run in Node: tests/web/*.spec.ts and tests/packages. Those in a browser belong to Playwright. */
+/**
+ * Tests that run in Node: tests/web/*.spec.ts and tests/packages. Those in Chromium belong to
+ * Playwright; those in Firefox have a configuration of their own (tests/firefox/vitest.config.ts).
+ */
 export default defineConfig({
   test: {
     environment: "node",

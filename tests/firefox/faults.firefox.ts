@@ -1,0 +1,102 @@
+// What the page says and does in Firefox when a file, the server or the graphics driver is at fault,
+// and that it goes on afterwards.
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import type { Page } from "puppeteer-core";
+import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest";
+import { damagedChunks } from "../browser/support/damage.ts";
+import { loseContext, restoreContext, slideTo } from "../browser/support/in_page.ts";
+import { comparePixels, decodePng } from "../browser/support/pixels.ts";
+import { demoFolder, type RunningServer, serve } from "../browser/support/server.ts";
+import { nginx } from "../support/nginx.ts";
+import { type Firefox, startFirefox } from "./support/firefox.ts";
+import { complete, savedPicture, saysNothing, settled, shows } from "./support/view.ts";
+
+let firefox: Firefox;
+let server: RunningServer;
+let folder: string;
+let page: Page;
+beforeAll(async () => {
+  folder = mkdtempSync(join(tmpdir(), "isosplat-firefox-"));
+  const bucky = readFileSync(join(demoFolder, "bucky.isosplat"));
+  writeFileSync(join(folder, "damaged.isosplat"), damagedChunks(bucky, 24));
+  server = await serve([demoFolder, folder]);
+  firefox = await startFirefox();
+});
+afterAll(async () => {
+  await firefox?.close();
+  await server?.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+beforeEach(async () => {
+  page = await firefox.browser.newPage();
+  await page.setViewport({ width: 800, height: 500 });
+});
+afterEach(() => page.close());
+
+test("an unknown volume: those that are there are named", async () => {
+  await page.goto(`${server.url}?volume=nothing-of-this-name`);
+  await shows(page, "[role=alert]", /No such volume/);
+  await shows(page, "[role=alert]", /nothing-of-this-name/);
+  await page.locator("[role=alert] a[href*=bucky]").click();
+  await complete(page);
+});
+
+test("no store at the address, and a host that is not there", async () => {
+  const host = await nginx({ folders: [folder] });
+  const address = `${server.url}?src=${encodeURIComponent(`${host.url}missing.isosplat`)}`;
+  try {
+    await page.goto(address);
+    await shows(page, "[role=alert]", /No such volume/);
+  } finally {
+    await host.stop();
+  }
+  await page.goto(address);
+  await shows(page, "[role=alert]", /does not answer/);
+});
+
+test("the server goes away and comes back", async () => {
+  const own = await serve([demoFolder]);
+  const port = Number(new URL(own.url).port);
+  await page.goto(`${own.url}?volume=mandelbulb&isovalue=60`);
+  await complete(page);
+  await own.stop();
+  await page.evaluate(slideTo, 200);
+  await shows(page, ".banner", /The server does not answer/);
+  await shows(page, ".status-samples", /samples/);
+  const again = await serve([demoFolder], port);
+  try {
+    await complete(page);
+    await saysNothing(page);
+  } finally {
+    await again.stop();
+  }
+});
+
+test("damaged chunks: complete but for them", async () => {
+  await page.goto(`${server.url}?volume=damaged&isovalue=128&camera=30,20,300,64,64,64`);
+  await shows(page, ".status-state", /^complete but for \d+ damaged parts?$/);
+  await shows(page, ".banner", /The store is damaged/);
+  await settled(page);
+  await shows(page, ".status-samples", /^[1-9].* samples$/);
+});
+
+test("the graphics context is lost and comes back: the same picture, and no word", async () => {
+  await page.goto(`${server.url}?volume=bucky&isovalue=100&kind=exact&background=ffffff`);
+  await complete(page);
+  await settled(page);
+  const before = await decodePng(page, await savedPicture(firefox, page));
+  for (let round = 0; round < 2; ++round) {
+    await page.evaluate(loseContext);
+    await shows(page, ".banner", /took the graphics card away/);
+    await page.evaluate(restoreContext);
+    await complete(page);
+    await settled(page);
+    await saysNothing(page);
+  }
+  const after = await decodePng(page, await savedPicture(firefox, page));
+  const { covered, differing } = comparePixels(after, before, 0xffffff);
+  expect(covered).toBeGreaterThan(0.05 * before.width * before.height);
+  expect(differing).toBe(0);
+});

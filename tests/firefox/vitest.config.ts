@@ -1,0 +1,15 @@
+import { defineConfig } from "vitest/config";
+
+/** Tests that run in Debian's Firefox: tests/firefox/*.firefox.ts. */
+export default defineConfig({
+  test: {
+    environment: "node",
+    include: ["tests/firefox/**/*.firefox.ts"],
+    // Each file starts a Firefox of its own.
+    fileParallelism: false,
+    testTimeout: 60_000,
+    hookTimeout: 60_000,
+    // A picture may come late on a machine that does other things beside.
+    retry: process.env.CI ? 1 : 0,
+  },
+});
