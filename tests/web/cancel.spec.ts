@@ -106,6 +106,7 @@ class HeldSource implements Source {
   }
 
   readonly fileBytes = undefined;
+  readonly fresh = false;
   warm(): void {}
   distrustCaches(): void {}
   forget(): void {}

@@ -5,7 +5,7 @@ import {
   type Source,
   type StoreInfo,
   StreamError,
-  slowRetry,
+  slowWait,
 } from "../stream/index.ts";
 import { type Camera, ViewError, Viewer } from "../viewer/index.ts";
 import { formatValue } from "./format.ts";
@@ -55,6 +55,8 @@ export class VolumePage {
   /** Why the volume could not be opened. */
   #problem: Problem | null = null;
   #reopenTimer = 0;
+  /** Times in a row that it could not be opened. */
+  #failures = 0;
   #names: string[] = [];
   #progress: Progress | null = null;
   /** What the renderer could not do, until it draws again. */
@@ -149,7 +151,10 @@ export class VolumePage {
   /** `again`: what is said of the last try stays until this one has succeeded. */
   async #open({ again = false } = {}): Promise<void> {
     clearTimeout(this.#reopenTimer);
-    if (!again) this.#problem = null;
+    if (!again) {
+      this.#problem = null;
+      this.#failures = 0;
+    }
     this.#progress = null;
     this.#viewError = null;
     this.#hasPicture = false;
@@ -159,7 +164,10 @@ export class VolumePage {
     try {
       const { surfaces } = this.#settings;
       const camera = this.#camera ?? this.#url.camera;
-      const info = await this.#viewer.open(this.#target.source(), {
+      const source = this.#target.source();
+      // What the caches hold may be what is wrong.
+      if (again) source.distrustCaches();
+      const info = await this.#viewer.open(source, {
         ...(surfaces.length > 0 ? { surfaces } : {}),
         ...(camera ? { camera } : {}),
       });
@@ -178,6 +186,7 @@ export class VolumePage {
   /** By this page, or by the viewer, which opens it again after a loss. */
   #opened(info: StoreInfo): void {
     this.#info = info;
+    this.#failures = 0;
     this.#problem = null;
     this.#viewError = null;
     document.title = `${this.#title()} · Isosplat`;
@@ -214,7 +223,8 @@ export class VolumePage {
     clearTimeout(this.#reopenTimer);
     const { retry } = faults[kindOf(error)];
     if (!isTried && retry !== "never") {
-      this.#reopenTimer = window.setTimeout(() => void this.#open({ again: true }), slowRetry);
+      const wait = slowWait(this.#failures++);
+      this.#reopenTimer = window.setTimeout(() => void this.#open({ again: true }), wait);
     }
     this.#render();
     if (error instanceof StreamError && error.kind === "not-found" && this.#url.volume) {

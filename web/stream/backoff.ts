@@ -1,4 +1,4 @@
-import { faults, slowRetry } from "./faults.ts";
+import { faults, slowWait } from "./faults.ts";
 import { TransferError } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
@@ -23,6 +23,7 @@ export interface BackoffEvents {
 export class Backoff {
   #faults = 0;
   #until = 0;
+  #hasBeenHastened = false;
   #underway = 0;
   #trouble: StreamError | undefined;
   readonly #events: BackoffEvents;
@@ -60,6 +61,7 @@ export class Backoff {
     if (this.#faults === 0) return;
     this.#faults = 0;
     this.#until = 0;
+    this.#hasBeenHastened = false;
     this.#tell(undefined);
     this.#wakeAll();
   }
@@ -67,7 +69,8 @@ export class Backoff {
   failed(error: StreamError): void {
     const isSlow = faults[error.kind].retry !== "soon";
     const random = 1 + Math.random() / 4;
-    const wait = isSlow ? slowRetry : Math.min(longestWait, firstWait * 2 ** this.#faults) * random;
+    const soon = Math.min(longestWait, firstWait * 2 ** this.#faults) * random;
+    const wait = isSlow ? slowWait(this.#faults) : soon;
     const asked = error instanceof TransferError ? error.retryAfter : 0;
     // Requests that were under way together fail together: that is one fault.
     if (this.#until <= Date.now()) ++this.#faults;
@@ -79,6 +82,16 @@ export class Backoff {
   /** The cause of the present trouble is known better now. */
   explain(error: StreamError): void {
     if (this.#trouble) this.#tell(error);
+  }
+
+  /**
+   * There seems to be no reason to wait. Once only, until the source has answered: what then fails
+   * again has another reason, and would be asked for without end.
+   */
+  hasten(): void {
+    if (this.#hasBeenHastened) return;
+    this.#hasBeenHastened = true;
+    this.wake();
   }
 
   wake(): void {

@@ -5,7 +5,8 @@
 
 /**
  * When what failed is tried again by itself. soon: after ¼, ½, 1 … 10 s (backoff.ts). slowly: every
- * `slowRetry` ms, for what only changes when somebody mends it. never: when the visitor says so.
+ * 12 to 16 s (`slowWait`), for what only changes when somebody mends it. never: when the visitor
+ * says so.
  */
 export type Retry = "soon" | "slowly" | "never";
 
@@ -21,8 +22,17 @@ export interface Fault {
   offers: readonly Offer[];
 }
 
-/** Milliseconds between two tries of what is tried slowly. */
+/** Milliseconds until what is tried slowly is tried for the first time, and at most. */
 export const slowRetry = 12_000;
+export const longestSlowRetry = 16_000;
+
+/**
+ * Milliseconds until the next try of what is tried slowly and has failed so often before: 12, 14,
+ * then always 16 s. No longer, because a page shows within 20 s that what was wrong is mended.
+ */
+export function slowWait(failedBefore: number): number {
+  return Math.min(longestSlowRetry, slowRetry + 2000 * failedBefore);
+}
 
 export const faults = {
   unreachable: {

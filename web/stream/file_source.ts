@@ -57,7 +57,7 @@ export class FileSource implements Source {
   readonly name: string;
   protected readonly traffic = new Traffic();
   #fresh = false;
-  #warm: Promise<Uint8Array> | undefined;
+  #warm: { head: Promise<Uint8Array>; whole: boolean } | undefined;
   /** What the answers have said of the file so far; whether another ETag is another file. */
   #etag: string | undefined;
   #fileBytes: number | undefined;
@@ -137,7 +137,7 @@ export class FileSource implements Source {
     this.#fileBytes ??= bytes;
   }
 
-  protected get fresh(): boolean {
+  get fresh(): boolean {
     return this.#fresh;
   }
 
@@ -146,18 +146,22 @@ export class FileSource implements Source {
   }
 
   warm(): void {
-    this.#warm ??= this.fetchHead(new AbortController().signal, false);
-    // A failure is met again, and told, when the head is asked for.
-    this.#warm.catch(() => {});
+    if (this.#warm) return;
+    const head = this.fetchHead(new AbortController().signal, this.fresh);
+    // A failure is told when the head is asked for.
+    head.catch(() => {});
+    this.#warm = { head, whole: this.fresh };
   }
 
   async head(signal: AbortSignal, whole = false): Promise<Uint8Array> {
     const warm = this.#warm;
     this.#warm = undefined;
-    if (warm && !whole) {
-      const head = await warm.catch(() => undefined);
-      signal.throwIfAborted();
-      if (head) return head;
+    if (warm && (warm.whole || !whole)) {
+      try {
+        return await warm.head;
+      } finally {
+        signal.throwIfAborted();
+      }
     }
     return this.fetchHead(signal, whole);
   }

@@ -1,5 +1,13 @@
 export { InlineDecoder } from "./decoder.ts";
-export { type Fault, type FaultKind, faults, type Offer, slowRetry } from "./faults.ts";
+export {
+  type Fault,
+  type FaultKind,
+  faults,
+  longestSlowRetry,
+  type Offer,
+  slowRetry,
+  slowWait,
+} from "./faults.ts";
 export { FileSource } from "./file_source.ts";
 export { ServerSource, type ServerSourceOptions } from "./server_source.ts";
 export { StreamSession } from "./session.ts";

@@ -1,10 +1,10 @@
-import { slowRetry } from "./faults.ts";
+import { slowWait } from "./faults.ts";
 import type { StreamError } from "./types.ts";
 
 /**
  * What has failed although its source answers: damaged parts. One of them at a time is asked for
- * again every `slowRetry` ms, that which has not been for longest; once one is whole, so are the
- * others, perhaps: all are asked for.
+ * again after 12, 14, then every 16 s (`slowWait`), that which has not been for longest; once one
+ * is whole, so are the others, perhaps: all are asked for.
  */
 export class SecondLook<T> {
   /** The longest failed first. */
@@ -12,6 +12,8 @@ export class SecondLook<T> {
   readonly #isNeeded: (item: T) => boolean;
   readonly #again: (item: T) => void;
   #timer: ReturnType<typeof setTimeout> | undefined;
+  /** Since all were asked for. */
+  #looks = 0;
 
   /** `again`: asks for an item; it is not a failed one any more. */
   constructor(isNeeded: (item: T) => boolean, again: (item: T) => void) {
@@ -32,13 +34,14 @@ export class SecondLook<T> {
   add(item: T, error: StreamError): void {
     this.#failed.delete(item);
     this.#failed.set(item, error);
-    this.#timer ??= setTimeout(this.#look, slowRetry);
+    this.#timer ??= setTimeout(this.#look, slowWait(this.#looks));
   }
 
   /** Whatever was wrong may be mended: all are asked for. */
   all(): void {
     clearTimeout(this.#timer);
     this.#timer = undefined;
+    this.#looks = 0;
     const items = [...this.#failed.keys()];
     this.#failed.clear();
     for (const item of items) this.#again(item);
@@ -52,7 +55,7 @@ export class SecondLook<T> {
   readonly #look = (): void => {
     this.#timer = undefined;
     if (this.#failed.size === 0) return;
-    this.#timer = setTimeout(this.#look, slowRetry);
+    this.#timer = setTimeout(this.#look, slowWait(++this.#looks));
     for (const item of this.#failed.keys()) {
       if (!this.#isNeeded(item)) continue;
       this.#failed.delete(item);

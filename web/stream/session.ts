@@ -369,8 +369,8 @@ export class StreamSession {
       } else if (found !== undefined && found < this.info.fileBytes) {
         this.#backoff.explain(cutShort(this.source.name, this.info.fileBytes, found));
       } else if (!isOfPart(error.kind) && error.kind !== "cut-short") {
-        // It is there, as it was: there is no reason to wait.
-        this.#backoff.wake();
+        // It is there, as it was.
+        this.#backoff.hasten();
       }
     } catch (reason) {
       if (this.isClosed) return;
@@ -584,15 +584,18 @@ function cutShort(name: string, expected: number, found: number): StreamError {
   );
 }
 
-/** Fetches the head and opens it; a head that turns out longer than expected is fetched whole. */
+/**
+ * Fetches the head and opens it. One that cannot be read is fetched once more, as a whole and past
+ * the caches, unless it has just been fetched so.
+ */
 async function openStore(
   source: Source,
   core: Core,
   backoff: Backoff,
   signal: AbortSignal,
 ): Promise<Store> {
-  for (let attempt = 0; ; ++attempt) {
-    const whole = attempt > 0;
+  let whole = source.fresh;
+  for (;;) {
     const head = await backoff.retry(signal, () => source.head(signal, whole));
     let store: Store;
     try {
@@ -600,8 +603,9 @@ async function openStore(
     } catch (error) {
       const status = error instanceof CoreError ? error.status : "internal";
       // More of it, where it has turned out longer; and whatever is wrong, past the caches.
-      if (attempt === 0 && status !== "internal") {
+      if (!whole && status !== "internal") {
         if (status !== "truncated") source.distrustCaches();
+        whole = true;
         continue;
       }
       const message = error instanceof Error ? error.message : String(error);

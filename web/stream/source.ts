@@ -42,7 +42,10 @@ export interface Source {
   /** Requests made and payload bytes received so far. */
   readonly requests: number;
   readonly bytesReceived: number;
-  /** Begins to fetch what `head` will be asked for: for while the program itself is loading. */
+  /**
+   * Begins to fetch what `head` will be asked for: for while the program itself is loading. Should
+   * that fail, `head` rejects with the reason. As a whole once the caches are distrusted.
+   */
   warm(): void;
   /**
    * The store's head: the first bytes of the file. `whole`: as many as a head may have, where fewer
@@ -73,6 +76,8 @@ export interface Source {
   ): Promise<void>;
   /** From now on every request goes past the caches: they hold wrong bytes. */
   distrustCaches(): void;
+  /** The caches are distrusted. */
+  readonly fresh: boolean;
   /**
    * The content id (32 hex digits) of the store that is at the address now, past the caches. Not
    * that which was opened: the volume was replaced. Rejects with what is wrong with it otherwise.

@@ -1,0 +1,103 @@
+/** How often what has failed is asked for again, by a clock that the tests turn. */
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { Backoff } from "../../web/stream/backoff.ts";
+import { longestSlowRetry, StreamError } from "../../web/stream/index.ts";
+import { SecondLook } from "../../web/stream/second_look.ts";
+
+beforeEach(() => {
+  vi.useFakeTimers();
+});
+afterEach(() => {
+  vi.useRealTimers();
+});
+
+/** No try comes sooner after the one before. */
+const shortestGap = 10_000;
+/** What is mended is found out within this. */
+const longestGap = 20_000;
+
+const gaps = (times: readonly number[]): number[] =>
+  times.slice(1).map((time, i) => time - (times[i] ?? 0));
+
+/** When a source that always fails so is tried, in so many ms. */
+async function tries(kind: "not-found" | "unreachable", milliseconds: number): Promise<number[]> {
+  const backoff = new Backoff({ trouble: () => {} });
+  const ending = new AbortController();
+  const times: number[] = [];
+  const attempt = (): Promise<void> => {
+    times.push(Date.now());
+    return Promise.reject(new StreamError(kind, "it always does"));
+  };
+  const tried = backoff.retry(ending.signal, attempt, { slowly: true });
+  tried.catch(() => {});
+  await vi.advanceTimersByTimeAsync(milliseconds);
+  ending.abort();
+  backoff.close();
+  return times;
+}
+
+test("what is tried slowly is tried after 12, 14, and then every 16 s", async () => {
+  const seconds = gaps(await tries("not-found", 80_000)).map((gap) => Math.round(gap / 1000));
+  expect(seconds).toEqual([12, 14, 16, 16, 16]);
+  expect(longestSlowRetry).toBeLessThan(longestGap);
+});
+
+test("what is tried soon comes to one try in ten seconds", async () => {
+  const times = await tries("unreachable", 120_000);
+  const late = gaps(times.filter((time) => time - (times[0] ?? 0) > 20_000));
+  expect(late.length).toBeGreaterThan(5);
+  expect(Math.min(...late)).toBeGreaterThanOrEqual(shortestGap);
+  expect(Math.max(...gaps(times))).toBeLessThan(longestGap);
+});
+
+test("what fails for another reason than what was looked up is not hastened twice", async () => {
+  let hastened = 0;
+  const backoff = new Backoff({
+    trouble: () => {},
+    // As a session does that finds the store at its address in order.
+    slow: () => {
+      ++hastened;
+      backoff.hasten();
+    },
+  });
+  const ending = new AbortController();
+  const times: number[] = [];
+  let isInOrder = false;
+  const attempt = (): Promise<void> => {
+    times.push(Date.now());
+    // A loop of requests would leave the clock no time to go on.
+    if (isInOrder || times.length > 20) return Promise.resolve();
+    return Promise.reject(new StreamError("not-found", "a directory page is missing"));
+  };
+  const tried = backoff.retry(ending.signal, attempt, { slowly: true });
+  tried.catch(() => {});
+  await vi.advanceTimersByTimeAsync(60_000);
+  // At once, and then slowly.
+  expect(hastened).toBe(times.length);
+  expect(gaps(times)[0]).toBeLessThan(1000);
+  expect(Math.min(...gaps(times).slice(1))).toBeGreaterThanOrEqual(shortestGap);
+  isInOrder = true;
+  await vi.advanceTimersByTimeAsync(longestGap);
+  await tried;
+  backoff.close();
+});
+
+test("one damaged part is looked at slowly, of several one at a time", async () => {
+  for (const parts of [["a"], ["a", "b", "c"]]) {
+    const looks: { part: string; at: number }[] = [];
+    const isDamaged = new StreamError("damaged-part", "its checksum differs");
+    const second = new SecondLook<string>(
+      () => true,
+      (part) => {
+        looks.push({ part, at: Date.now() });
+        second.add(part, isDamaged);
+      },
+    );
+    for (const part of parts) second.add(part, isDamaged);
+    await vi.advanceTimersByTimeAsync(100_000);
+    second.close();
+    const seconds = gaps(looks.map(({ at }) => at)).map((gap) => Math.round(gap / 1000));
+    expect(seconds).toEqual([14, 16, 16, 16, 16]);
+    expect(looks.map(({ part }) => part)).toEqual(looks.map((_, i) => parts[i % parts.length]));
+  }
+});
