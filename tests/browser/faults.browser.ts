@@ -325,6 +325,39 @@ test.describe("the renderer", () => {
     expect((await compare(page, await savedPicture(page), before)).covered).toBeGreaterThan(0.05);
   });
 
+  test("fails in JavaScript: it is said until the next picture, and nothing is replaced", async ({
+    page,
+  }) => {
+    const name = await put(bucky);
+    await page.goto(onServer(name));
+    await complete(page);
+    await settled(page);
+    await page.evaluate(() => {
+      const state = window as unknown as { losses: number };
+      state.losses = 0;
+      document.querySelector("canvas.view")?.addEventListener("webglcontextlost", () => {
+        ++state.losses;
+      });
+      const { prototype } = WebGL2RenderingContext;
+      const clear = prototype.clearBufferfv;
+      prototype.clearBufferfv = () => {
+        throw new TypeError("not a trap");
+      };
+      (window as unknown as { mend: () => void }).mend = () => {
+        prototype.clearBufferfv = clear;
+      };
+    });
+    await page.getByRole("application").focus();
+    await page.keyboard.press("ArrowLeft");
+    await expect(page.locator(".banner")).toContainText("Something went wrong");
+    await page.evaluate(() => (window as unknown as { mend: () => void }).mend());
+    await page.keyboard.press("ArrowLeft");
+    await complete(page);
+    await settled(page);
+    await expectNoWord(page);
+    expect(await page.evaluate(() => (window as unknown as { losses: number }).losses)).toBe(0);
+  });
+
   test("has no room for a chunk: a coarser picture, and it is said", async ({ page }) => {
     await page.addInitScript(() => {
       const { prototype } = WebGL2RenderingContext;
