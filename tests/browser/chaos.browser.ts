@@ -2,8 +2,8 @@
  * Everything goes wrong at once: between the page and the real server, or nginx, answers are delayed,
  * cut, changed, refused, or those of another store; the store is replaced and taken away; the WebGL
  * context is lost; and the visitor goes on meanwhile. Once it is over, the page shows the picture
- * of a page that nothing was done to, and says so; no request is repeated without end, and nothing
- * is held that was not before.
+ * of a page that nothing was done to, and says so. Where a fault lasts, the page names it, and asks
+ * for nothing more often than once in ten seconds. Nothing is held that was not before.
  *
  *   CHAOS_SECONDS=3600 CHAOS_SEED=7 npx playwright test chaos
  */
@@ -11,38 +11,55 @@ import { mkdtempSync, readFileSync, renameSync, rmSync, writeFileSync } from "no
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { type Browser, expect, type Page, test } from "@playwright/test";
+import { faults } from "../../web/stream/faults.ts";
 import { FaultProxy } from "../support/fault_proxy.ts";
 import { type Nginx, nginx } from "../support/nginx.ts";
-import { anyFault, Chance, countHoldings, type Holdings } from "./support/chaos.ts";
+import { anyFault, Chance } from "./support/chaos.ts";
+import { countHoldings, type Holdings, heapBytes, holdingsOf } from "./support/holdings.ts";
+import { isOfData, type LastingFault, lastingFaults, titleOf } from "./support/lasting_faults.ts";
+import { RequestLog } from "./support/request_log.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { compare, complete, savedPicture, settled } from "./support/view.ts";
 
-/** So long are new rounds begun (s); a round takes some 10 s. */
+/** So long are new rounds begun (s); a round takes some 10 s, and a minute with a lasting fault. */
 const seconds = Number(process.env.CHAOS_SECONDS ?? 20);
 const firstSeed = Number(process.env.CHAOS_SEED ?? 1);
 /** How long faults go on in a round (ms). */
 const roundLength = 4000;
-/** The invariant says 20 s on a machine that has nothing else to do. */
-const longestRecovery = 120_000;
-/** Edges of coarse stand-ins, which what was looked at before decides; see occlusion.browser.ts. */
-const mostDiffering = 0.002;
+/** Every so many rounds ends with a lasting fault. */
+const roundsToLasting = 2;
+/** 20 s are wanted of a machine that has nothing else to do: CHAOS_RECOVERY=20. */
+const longestRecovery = 1000 * Number(process.env.CHAOS_RECOVERY ?? 120);
+/** After so long (ms), what is tried again soon has come to its longest wait. */
+const warmUp = 28_000;
+/** So long is looked at (ms) how often what is asked for. */
+const watch = 24_000;
+const shortestGap = 10_000;
+/** Of the pixels that are covered, and so many beside: what one splat more or less changes. */
+const mostDiffering = 1e-4;
+const fewPixels = 4;
 const titles = [/bucky/i, /marschner/i];
-const versions = ["bucky", "marschner_lobb"].map((name) => join(demoFolder, `${name}.isosplat`));
+const names = ["bucky", "marschner_lobb"];
+const versions = names.map((name) => join(demoFolder, `${name}.isosplat`));
 
 test.use({ viewport: { width: 640, height: 420 } });
 
 let folder: string;
 let server: RunningServer;
+/** Has every version, and nothing is done to it. */
+let reference: RunningServer;
 let host: Nginx;
 
 test.beforeAll(async () => {
   folder = mkdtempSync(join(tmpdir(), "isosplat-chaos-"));
   put(0);
   server = await serve([folder]);
+  reference = await serve(versions);
   host = await nginx({ folders: [folder] });
 });
 test.afterAll(async () => {
   await server.stop();
+  await reference.stop();
   await host.stop();
   rmSync(folder, { recursive: true, force: true });
 });
@@ -50,17 +67,18 @@ test.afterAll(async () => {
 const store = (): string => join(folder, "chaos.isosplat");
 
 /** This version takes the place of whatever is there. */
-function put(version: number): void {
-  writeFileSync(`${store()}.part`, readFileSync(versions[version] ?? ""));
+function put(version: number, change: (bytes: Buffer) => Buffer = (bytes) => bytes): void {
+  writeFileSync(`${store()}.part`, change(readFileSync(versions[version] ?? "")));
   renameSync(`${store()}.part`, store());
 }
 
-/** The same, and the server has seen it. */
-async function putAndServe(version: number): Promise<void> {
-  put(version);
-  await expect
-    .poll(async () => (await fetch(`${server.url}v1/volumes/chaos`)).text())
-    .toMatch(titles[version] ?? "");
+/** The same, and the server has seen it, whatever it had before. */
+async function putAndServe(change?: (bytes: Buffer) => Buffer): Promise<void> {
+  const status = async (): Promise<number> => (await fetch(`${server.url}v1/volumes/chaos`)).status;
+  rmSync(store(), { force: true });
+  await expect.poll(status).toBe(404);
+  put(0, change);
+  await expect.poll(status).not.toBe(404);
 }
 
 /** Which version the page shows. */
@@ -122,98 +140,142 @@ async function undisturbed(browser: Browser, address: string): Promise<Buffer> {
   const context = await browser.newContext({ viewport: { width: 640, height: 420 } });
   const page = await context.newPage();
   await page.goto(address);
-  await complete(page, longestRecovery);
-  await settled(page, longestRecovery);
+  await complete(page, 120_000);
+  await settled(page, 120_000);
   const picture = await savedPicture(page);
   await context.close();
   return picture;
 }
 
-const holdings = (page: Page): Promise<Holdings> =>
-  page.evaluate(() => (window as unknown as { holdings: () => Holdings }).holdings());
+/** The page says that the picture is right, and nothing else; and it is right. */
+async function expectTruth(page: Page, browser: Browser, name: string): Promise<void> {
+  const from = Date.now();
+  await complete(page, longestRecovery);
+  const recovery = ((Date.now() - from) / 1000).toFixed(1);
+  test.info().annotations.push({ type: "recovery", description: `${name}: ${recovery} s` });
+  await settled(page, longestRecovery);
+  await expect(page.getByRole("alert")).toHaveCount(0);
+  await expect(page.locator(".banner")).toHaveCount(0);
+  await expect(page.locator("wa-spinner")).toHaveCount(0);
+  const view = new URL(page.url()).searchParams;
+  for (const key of ["volume", "src"]) view.delete(key);
+  const ours = await savedPicture(page);
+  // Of two versions it may show either: one that was whole before the other came is right.
+  const volume = names[await versionOf(page)];
+  const wanted = await undisturbed(browser, `${reference.url}?volume=${volume}&${view}`);
+  const { differing, covered, width, height } = await compare(page, ours, wanted);
+  const most = mostDiffering * covered + fewPixels / (width * height);
+  if (differing > most) {
+    for (const [file, body] of Object.entries({ ours, wanted })) {
+      await test.info().attach(file, { body, contentType: "image/png" });
+    }
+  }
+  const pixels = Math.round(differing * width * height);
+  expect(differing, `${name}: ${pixels} pixels differ: ${page.url()}`).toBeLessThanOrEqual(most);
+}
 
-/** After a collection of garbage. */
-async function heapBytes(page: Page): Promise<number> {
-  const session = await page.context().newCDPSession(page);
-  await session.send("HeapProfiler.collectGarbage");
-  const { usedSize } = await session.send("Runtime.getHeapUsage");
-  await session.detach();
-  return usedSize;
+/** The page says what is wrong, and asks for it now and then. */
+async function expectCause(page: Page, fault: LastingFault, log: RequestLog): Promise<void> {
+  const begun = Date.now();
+  const said = page.locator("[role=alert], .banner").filter({ hasText: titleOf(fault) });
+  await expect(said, fault.name).toHaveCount(1, { timeout: longestRecovery });
+  // The spinner stands for what is tried again soon.
+  if (faults[fault.kind].retry !== "soon") {
+    await settled(page, longestRecovery);
+    await expect(page.locator("wa-spinner")).toHaveCount(0);
+  }
+  if (fault.kind === "damaged-part") {
+    const state = page.locator(".status-state");
+    await expect(state).toHaveText(/^complete but for \d+ damaged parts?$/);
+  } else {
+    await expect(page.locator(".status-state")).not.toHaveText(/^complete/);
+  }
+  await page.waitForTimeout(Math.max(0, begun + warmUp - Date.now()));
+  log.clear();
+  await page.waitForTimeout(watch);
+  expect(log.closerThan(shortestGap), fault.name).toEqual([]);
+  // It does ask: what is mended is to be found out.
+  expect(log.size, fault.name).toBeGreaterThan(0);
+  await expect(said).toHaveCount(1);
+}
+
+/** Nothing is held that was not at first; `before` and `heap` are of then. */
+async function expectNoLeak(page: Page, before: Holdings, heap: number): Promise<void> {
+  // What is said for a moment, and what is made ready for the next one, have timers.
+  const isLess = async (): Promise<boolean> => {
+    const { timers, listeners } = await holdingsOf(page);
+    return timers <= before.timers && listeners <= before.listeners;
+  };
+  await expect.poll(isLess, { timeout: 30_000 }).toBe(true);
+  const now = await holdingsOf(page);
+  expect(now.workers).toBeLessThanOrEqual(before.workers);
+  expect(now.contexts).toBe(before.contexts);
+  // Programs are made as they are needed, and buffers with the samples.
+  expect(now.glObjects).toBeLessThanOrEqual(2 * before.glObjects + 20);
+  expect(await heapBytes(page)).toBeLessThan(1.5 * heap + 10e6);
 }
 
 for (const where of ["isosplat serve", "nginx"] as const) {
   test(`between the page and ${where}`, async ({ page, browser }) => {
-    test.setTimeout(1000 * seconds + 600_000);
+    test.setTimeout(1000 * seconds + 900_000);
     const isServer = where !== "nginx";
     const proxy = new FaultProxy(isServer ? server.url : host.url);
     await proxy.start();
-    const [through, straight] = isServer
-      ? [`${proxy.url}/?volume=chaos`, `${server.url}?volume=chaos`]
-      : [
-          `${server.url}?src=${encodeURIComponent(`${proxy.url}/chaos.isosplat`)}`,
-          `${server.url}?src=${encodeURIComponent(`${host.url}chaos.isosplat`)}`,
-        ];
+    const through = isServer
+      ? `${proxy.url}/?volume=chaos`
+      : `${server.url}?src=${encodeURIComponent(`${proxy.url}/chaos.isosplat`)}`;
+    const lasting = lastingFaults.filter((fault) => fault.where === "both" || !isServer);
     const thrown: string[] = [];
     page.on("pageerror", (error) => thrown.push(String(error)));
     await page.addInitScript(countHoldings);
+    const log = await RequestLog.of(page);
     const end = Date.now() + (1000 * seconds) / 2;
-    let heapAtFirst = 0;
+    await putAndServe();
     try {
       // Which splats are drawn is not to depend on how fast they are.
       await page.goto(`${through}&kind=ellipse`);
-      await complete(page, longestRecovery);
-      await settled(page, longestRecovery);
-      const before = { ...(await holdings(page)), workers: page.workers().length };
+      await complete(page, 120_000);
+      await settled(page, 120_000);
+      const before = await holdingsOf(page);
+      const heap = await heapBytes(page);
       for (let round = 0; round === 0 || Date.now() < end; ++round) {
         const seed = firstSeed + 1000 * round + (isServer ? 0 : 1);
         const chance = new Chance(seed);
         const share = 0.2 + 0.6 * chance.next();
         await test.step(`seed ${seed}: ${Math.round(100 * share)} % of the answers`, async () => {
           proxy.fault = (path) =>
-            /^\/v1\/|\.isosplat$/.test(path) && chance.next() < share
-              ? anyFault(chance)
-              : undefined;
+            isOfData(path) && chance.next() < share ? anyFault(chance) : undefined;
           await page.getByRole("application").focus();
           for (const until = Date.now() + roundLength; Date.now() < until; ) {
             await happen(page, chance);
             await page.waitForTimeout(chance.whole(0, 600));
           }
           proxy.fault = () => undefined;
+          await expectTruth(page, browser, `seed ${seed}`);
+          // At rest nothing is asked for.
+          log.clear();
+          await page.waitForTimeout(1500);
+          expect(log.size).toBe(0);
         });
 
-        // The state says that the picture is right, and nothing else is said.
-        await complete(page, longestRecovery);
-        await settled(page, longestRecovery);
-        await expect(page.getByRole("alert")).toHaveCount(0);
-        await expect(page.locator(".banner")).toHaveCount(0);
-        await expect(page.locator("wa-spinner")).toHaveCount(0);
-        const view = new URL(page.url()).searchParams;
-        for (const name of ["volume", "src"]) view.delete(name);
-        const ours = await savedPicture(page);
-        // Of two versions it may show either: one that was whole before the other came is right.
-        await putAndServe(await versionOf(page));
-        const wanted = await undisturbed(browser, `${straight}&${view}`);
-        const { differing } = await compare(page, ours, wanted);
-        if (differing > mostDiffering) {
-          for (const [name, body] of Object.entries({ ours, wanted })) {
-            await test.info().attach(name, { body, contentType: "image/png" });
-          }
+        if (round % roundsToLasting === 0) {
+          const fault = lasting[(firstSeed + round / roundsToLasting) % lasting.length];
+          if (!fault) throw new Error("no fault");
+          await test.step(`seed ${seed}: ${fault.name}`, async () => {
+            await fault.begin({ proxy, change: putAndServe });
+            // What the page and the browser hold would do without the store.
+            await log.clearCaches();
+            if (fault.isForNewPage) await page.reload();
+            else await loseContext(page, 100);
+            await expectCause(page, fault, log);
+            if (fault.kind === "unreachable") await proxy.start();
+            proxy.fault = () => undefined;
+            await putAndServe();
+            await expectTruth(page, browser, `seed ${seed}, ${fault.name}`);
+          });
         }
-        expect(differing, `seed ${seed}: ${page.url()}`).toBeLessThanOrEqual(mostDiffering);
-
-        // At rest nothing is asked for.
-        const asked = proxy.asked.length;
-        await page.waitForTimeout(1500);
-        expect(proxy.asked.length).toBe(asked);
         expect(thrown).toEqual([]);
-        expect(page.workers().length).toBeLessThanOrEqual(before.workers);
-        const now = await holdings(page);
-        expect(now.contexts).toBe(before.contexts);
-        // Programs are made as they are needed, and buffers with the samples.
-        expect(now.glObjects).toBeLessThanOrEqual(2 * before.glObjects + 20);
-        const heap = await heapBytes(page);
-        heapAtFirst ||= heap;
-        expect(heap).toBeLessThan(1.5 * heapAtFirst + 10e6);
+        await expectNoLeak(page, before, heap);
         proxy.asked.length = 0;
       }
     } finally {

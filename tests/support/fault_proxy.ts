@@ -26,6 +26,10 @@ export type Fault =
   /** Flips a bit of the body's byte at this place (negative: from its end). */
   | { kind: "corrupt"; at: number }
   | { kind: "delay"; milliseconds: number }
+  /** Keeps the fields of the answer's head to itself whose names, in lower case, match. */
+  | { kind: "without"; field: RegExp }
+  /** Asks the server for the whole file where a Range is asked for. */
+  | { kind: "whole" }
   /** Sends the body in pieces of this size, a moment apart. */
   | { kind: "drip"; bytes: number };
 
@@ -110,12 +114,14 @@ export class FaultProxy {
       return;
     }
     const { hostname, port } = new URL(this.target);
+    const headers = { ...request.headers, host: `${hostname}:${port}` };
+    if (fault?.kind === "whole") delete headers.range;
     const upstream = makeRequest({
       hostname,
       port,
       method,
       path: fault?.kind === "elsewhere" ? fault.path : path,
-      headers: { ...request.headers, host: `${hostname}:${port}` },
+      headers,
     });
     response.on("close", () => upstream.destroy());
     upstream.on("error", () => request.socket.destroy());
@@ -132,7 +138,11 @@ export class FaultProxy {
     asked: Asked,
     fault: Fault | undefined,
   ): Promise<void> {
-    response.writeHead(asked.status, answer.headers);
+    const headers = { ...answer.headers };
+    if (fault?.kind === "without") {
+      for (const field of Object.keys(headers)) if (fault.field.test(field)) delete headers[field];
+    }
+    response.writeHead(asked.status, headers);
     const send = (bytes: Uint8Array): void => {
       asked.bytes += bytes.length;
       response.write(bytes);

@@ -1,0 +1,84 @@
+/** Faults that do not end by themselves: tests/browser/chaos.browser.ts leaves the page with one. */
+import { type FaultKind, faults } from "../../../web/stream/faults.ts";
+import type { FaultProxy } from "../../support/fault_proxy.ts";
+
+/** What lies between the page and the store's bytes. */
+export interface Way {
+  proxy: FaultProxy;
+  /** Puts the store with these changes at its place; resolves when whoever serves it has seen it. */
+  change: (change: (bytes: Buffer) => Buffer) => Promise<void>;
+}
+
+export interface LastingFault {
+  name: string;
+  where: "both" | "nginx";
+  /** Loads the page anew, where what an open page says of it is another cause, or none. */
+  isForNewPage?: boolean;
+  begin: (way: Way) => void | Promise<void>;
+  /** What the page is to say. */
+  kind: FaultKind;
+}
+
+/** Whether this is the address of data, not of the page. */
+export const isOfData = (path: string): boolean => /^\/v1\/|\.isosplat$/.test(path);
+
+const answersWith = (status: number, kind: FaultKind): LastingFault => ({
+  name: `status ${status}`,
+  where: "both",
+  begin: ({ proxy }) => {
+    proxy.fault = (path) => (isOfData(path) ? { kind: "status", status } : undefined);
+  },
+  kind,
+});
+
+const isChanged = (
+  name: string,
+  kind: FaultKind,
+  change: (bytes: Buffer) => Buffer,
+): LastingFault => ({ name, where: "both", begin: (way) => way.change(change), kind });
+
+export const lastingFaults: readonly LastingFault[] = [
+  {
+    name: "nobody listens",
+    where: "both",
+    begin: ({ proxy }) => proxy.stop(),
+    kind: "unreachable",
+  },
+  isChanged("damaged chunks", "damaged-part", (bytes) => {
+    // Chunks make up the file but for its head and, at its end, the coarse levels and pages.
+    for (let at = 0.1 * bytes.length; at < 0.7 * bytes.length; at += 600) {
+      for (let i = Math.floor(at); i < at + 64; ++i) bytes[i] = (bytes[i] ?? 0) ^ 0x55;
+    }
+    return bytes;
+  }),
+  answersWith(404, "not-found"),
+  {
+    name: "no CORS",
+    where: "nginx",
+    // A host that this page has read from is taken for one whose error pages come without it.
+    isForNewPage: true,
+    begin: ({ proxy }) => {
+      proxy.fault = () => ({ kind: "without", field: /^access-control-/ });
+    },
+    kind: "cors-refused",
+  },
+  answersWith(503, "server-fault"),
+  isChanged("not a store", "not-a-store", () => Buffer.from("no store at all. ".repeat(9000))),
+  {
+    name: "no Range",
+    where: "nginx",
+    begin: ({ proxy }) => {
+      proxy.fault = () => ({ kind: "whole" });
+    },
+    kind: "no-range",
+  },
+  isChanged("cut short", "cut-short", (bytes) => bytes.subarray(0, 0.6 * bytes.length)),
+  answersWith(403, "access-denied"),
+  isChanged("a damaged head", "damaged-head", (bytes) => {
+    bytes[100] = (bytes[100] ?? 0) ^ 1;
+    return bytes;
+  }),
+  answersWith(500, "server-fault"),
+];
+
+export const titleOf = ({ kind }: LastingFault): string => faults[kind].title;
