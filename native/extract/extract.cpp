@@ -7,7 +7,10 @@
 #include <cmath>
 #include <functional>
 #include <mutex>
+#include <new>
 #include <numeric>
+#include <string>
+#include <system_error>
 #include <thread>
 
 #include "native/build/parallel.h"
@@ -95,28 +98,35 @@ Result<void> for_each_chunk(const StoreFile& store, std::span<const ChunkRef> ch
   return {};
 }
 
-}  // namespace
-
-Result<void> extract_samples(const StoreFile& store, double isovalue, const ExtractOptions& options,
-                             std::vector<ChunkSamples>& result) {
-  const auto chunks = chunks_of(store, isovalue, options);
-  if (!chunks) {
-    result.clear();
-    return tl::unexpected(chunks.error());
+/// Calls work(), and answers with an error where the system refuses it memory or threads.
+template <class Work>
+auto within_memory(const StoreFile& store, const Work& work) -> decltype(work()) {
+  try {
+    return work();
+  } catch (const std::bad_alloc&) {
+    return fail(Status::out_of_memory,
+                store.path().string() + ": the system refused memory while the isosurface was " +
+                    "extracted: close other programs, or take a coarser --level");
+  } catch (const std::system_error& error) {
+    return fail(Status::out_of_memory, std::string("cannot start the extraction's threads (") +
+                                           error.what() + "): give fewer --threads");
   }
-  result.resize(chunks->size());
-  auto done =
-      for_each_chunk(store, *chunks, options.threads,
-                     [&](ChunkDecoder& decoder, std::span<const std::byte> bytes, size_t i) {
-                       result[i].chunk = (*chunks)[i];
-                       return decoder.decode_packed(bytes, shape_of(store.info(), (*chunks)[i]),
-                                                    result[i].samples);
-                     });
-  if (!done) result.clear();
-  return done;
 }
 
-Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
+Result<void> extract_to(const StoreFile& store, double isovalue, const ExtractOptions& options,
+                        std::vector<ChunkSamples>& result) {
+  const auto chunks = chunks_of(store, isovalue, options);
+  if (!chunks) return tl::unexpected(chunks.error());
+  result.resize(chunks->size());
+  return for_each_chunk(store, *chunks, options.threads,
+                        [&](ChunkDecoder& decoder, std::span<const std::byte> bytes, size_t i) {
+                          result[i].chunk = (*chunks)[i];
+                          return decoder.decode_packed(bytes, shape_of(store.info(), (*chunks)[i]),
+                                                       result[i].samples);
+                        });
+}
+
+Result<uint64_t> project_chunks(const StoreFile& store, double isovalue,
                                 const ProjectionOptions& projection, const ExtractOptions& options,
                                 const std::function<Result<void>(const PointArrays&)>& take) {
   const auto chunks = chunks_of(store, isovalue, options);
@@ -145,6 +155,22 @@ Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
     }
   }
   return count;
+}
+
+}  // namespace
+
+Result<void> extract_samples(const StoreFile& store, double isovalue, const ExtractOptions& options,
+                             std::vector<ChunkSamples>& result) {
+  auto done = within_memory(store, [&] { return extract_to(store, isovalue, options, result); });
+  if (!done) result.clear();
+  return done;
+}
+
+Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
+                                const ProjectionOptions& projection, const ExtractOptions& options,
+                                const std::function<Result<void>(const PointArrays&)>& take) {
+  return within_memory(store,
+                       [&] { return project_chunks(store, isovalue, projection, options, take); });
 }
 
 }  // namespace isosplat

@@ -24,7 +24,8 @@ struct ChunkSamples {
 /// may cross its one chunk, decoded. Chunks hold some cells beside the active ones, which the
 /// vertex shader drops. In file order. Replaces the content of `result`, and uses its memory again:
 /// pass the same one for the next isovalue. Errors: not_found (no such level), invalid_argument
-/// (the isovalue is not a number), and those of StoreFile and ChunkDecoder; `result` is then empty.
+/// (the isovalue is not a number), out_of_memory (the system refuses memory or threads), and those
+/// of StoreFile and ChunkDecoder; `result` is then empty.
 Result<void> extract_samples(const StoreFile& store, double isovalue, const ExtractOptions& options,
                              std::vector<ChunkSamples>& result);
 

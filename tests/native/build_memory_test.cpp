@@ -2,44 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <cstdlib>
 #include <new>
 #include <stdexcept>
 #include <vector>
 
 #include "native/build/array_source.h"
 #include "native/build/parallel.h"
-
-namespace {
-
-/// Allocations of other threads than the test's that still succeed; then one is refused. Negative:
-/// all succeed.
-std::atomic<int64_t> allocations_left{-1};
-thread_local bool is_test_thread = false;
-
-bool is_refused() {
-  if (is_test_thread) return false;
-  int64_t left = allocations_left;
-  while (left >= 0 && !allocations_left.compare_exchange_weak(left, left - 1)) {
-  }
-  return left == 0;
-}
-
-}  // namespace
-
-// The program's own: what the library and the tests allocate with new goes through it.
-[[gnu::noinline]] void* operator new(std::size_t bytes) {
-  if (!is_refused()) {
-    if (void* memory = std::malloc(bytes > 0 ? bytes : 1)) return memory;
-  }
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
+#include "tests/native/refused_memory.h"
 
 namespace isosplat {
 namespace {
