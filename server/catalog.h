@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/store_file.h"
+#include "shared/store_file/store_file.h"
 
 namespace isosplat {
 

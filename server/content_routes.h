@@ -6,8 +6,8 @@
 
 #include "server/message.h"
 #include "server/router.h"
-#include "server/store_file.h"
 #include "server/target.h"
+#include "shared/store_file/store_file.h"
 
 namespace isosplat {
 

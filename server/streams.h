@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/message.h"
-#include "server/store_file.h"
+#include "shared/store_file/store_file.h"
 
 namespace isosplat {
 

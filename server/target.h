@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "server/store_file.h"
 #include "shared/base/status.h"
 #include "shared/grid/grid.h"
+#include "shared/store_file/store_file.h"
 
 namespace isosplat {
 

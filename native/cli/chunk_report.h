@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "server/store_file.h"
+#include "shared/store_file/store_file.h"
 
 namespace isosplat::cli {
 

@@ -3,9 +3,9 @@
 #include <functional>
 #include <vector>
 
-#include "server/store_file.h"
 #include "shared/points/chunk_samples.h"
 #include "shared/sampling/packed_sample.h"
+#include "shared/store_file/store_file.h"
 
 namespace isosplat {
 

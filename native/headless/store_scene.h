@@ -2,8 +2,8 @@
 
 #include <span>
 
-#include "server/store_file.h"
 #include "shared/render/renderer.h"
+#include "shared/store_file/store_file.h"
 
 namespace isosplat {
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "server/store_file.h"
+#include "shared/store_file/store_file.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

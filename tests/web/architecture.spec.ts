@@ -105,6 +105,11 @@ describe("folders", () => {
     expect(lines(uses.filter(({ to }) => to.split("/")[0] === "tests"))).toEqual([]);
   });
 
+  it("of native/ but the program use nothing of the server", () => {
+    const native = [...folders].filter((folder) => folder.startsWith("native/"));
+    expect(native.filter((folder) => leads(folder, "server"))).toEqual(["native/cli"]);
+  });
+
   const part = (folder: string) => folder.split("/")[0] ?? "";
   it.each([
     ["shared", /^shared\//],

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <ctime>
 
-#include "server/store_file.h"
+#include "shared/store_file/store_file.h"
 #include "shared/codec/chunk_codec.h"
 
 namespace isosplat {

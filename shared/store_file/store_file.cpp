@@ -1,4 +1,4 @@
-#include "server/store_file.h"
+#include "shared/store_file/store_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
