@@ -71,9 +71,7 @@ CatalogEntry Catalog::examine(const std::filesystem::path& path, const CatalogSn
       (identity || old->second.error)) {
     return old->second;
   }
-  if (!identity) {
-    entry.error = identity.error();
-  } else if (auto store = StoreFile::open(path, directory_bytes_)) {
+  if (auto store = StoreFile::open(path, directory_bytes_)) {
     entry.store = std::move(*store);
   } else {
     entry.error = store.error();

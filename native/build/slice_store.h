@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/base/status.h"
+#include "shared/posix_file/posix_file.h"
 
 namespace isosplat {
 
@@ -17,10 +17,6 @@ class SliceStore {
   /// In memory if `in_memory`, else in `folder`. Errors: io_error.
   static Result<SliceStore> create(size_t slice_bytes, int32_t slices, bool in_memory,
                                    const std::filesystem::path& folder);
-
-  SliceStore(SliceStore&&) noexcept;
-  SliceStore& operator=(SliceStore&&) noexcept;
-  ~SliceStore();
 
   /// Room to write slices [first, first + count) into; valid until commit().
   std::byte* prepare(int32_t first, int32_t count);
@@ -35,7 +31,7 @@ class SliceStore {
   SliceStore() = default;
   size_t slice_bytes_ = 0;
   std::vector<std::byte> memory_;  // all slices, or the room given last
-  int file_ = -1;
+  PosixFile file_;
   int32_t prepared_first_ = 0, prepared_count_ = 0;
 };
 

@@ -1,9 +1,5 @@
 #include "native/build/verify.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <mutex>
@@ -12,7 +8,7 @@
 
 #include "native/build/parallel.h"
 #include "native/build/verify_block.h"
-#include "native/files/file_io.h"
+#include "shared/posix_file/posix_file.h"
 #include "shared/store/checksum.h"
 #include "shared/store/format.h"
 
@@ -21,43 +17,12 @@ namespace {
 
 constexpr const char* kRemedy = ": rebuild the store, or fetch it again";
 
-/// A file that is open for reading.
-class ReadFile {
- public:
-  static Result<ReadFile> open(const std::filesystem::path& path) {
-    ReadFile file;
-    file.path_ = path;
-    file.file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    struct stat found {};
-    if (file.file_ < 0 || ::fstat(file.file_, &found) != 0) return system_error("open", path);
-    if (!S_ISREG(found.st_mode)) {
-      return fail(Status::io_error, path.string() + ": expected a file, found a folder or device");
-    }
-    file.size_ = static_cast<uint64_t>(found.st_size);
-    return file;
-  }
-  ReadFile(ReadFile&& other) noexcept
-      : path_(std::move(other.path_)), file_(std::exchange(other.file_, -1)), size_(other.size_) {}
-  ReadFile& operator=(ReadFile&&) = delete;
-  ~ReadFile() {
-    if (file_ >= 0) ::close(file_);
-  }
-  uint64_t size() const { return size_; }
-  Result<void> read(uint64_t offset, std::span<std::byte> bytes) const {
-    return read_fully(file_, offset, bytes, path_);
-  }
-
- private:
-  ReadFile() = default;
-  std::filesystem::path path_;
-  int file_ = -1;
-  uint64_t size_ = 0;
-};
-
 class Verifier {
  public:
-  Verifier(const ReadFile& file, StoreReader reader, const VerifyOptions& options)
+  Verifier(const PosixFile& file, uint64_t file_bytes, StoreReader reader,
+           const VerifyOptions& options)
       : file_(file),
+        file_bytes_(file_bytes),
         reader_(std::move(reader)),
         options_(options),
         threads_(options.threads > 0 ? options.threads
@@ -73,7 +38,8 @@ class Verifier {
   Result<void> check_tree(BlockKey key, std::vector<BlockVerifier>& by_level, HalvedBlock& halved);
   Result<void> check_block(BlockKey key, BlockVerifier& verifier, HalvedBlock& halved);
 
-  const ReadFile& file_;
+  const PosixFile& file_;
+  const uint64_t file_bytes_;
   StoreReader reader_;
   const VerifyOptions& options_;
   const unsigned threads_;
@@ -83,10 +49,10 @@ class Verifier {
 
 Result<void> Verifier::check_content() {
   const StoreInfo& info = reader_.info();
-  if (file_.size() != info.file_bytes) {
-    return fail(file_.size() < info.file_bytes ? Status::truncated : Status::malformed_header,
+  if (file_bytes_ != info.file_bytes) {
+    return fail(file_bytes_ < info.file_bytes ? Status::truncated : Status::malformed_header,
                 "bytes of the file: expected " + std::to_string(info.file_bytes) + ", found " +
-                    std::to_string(file_.size()) + kRemedy);
+                    std::to_string(file_bytes_) + kRemedy);
   }
   ContentHash hash;
   std::vector<std::byte> buffer(4 << 20);
@@ -251,13 +217,15 @@ Result<VerifyReport> Verifier::verify() {
 
 Result<VerifyReport> verify_store_file(const std::filesystem::path& path,
                                        const VerifyOptions& options) {
-  auto file = ReadFile::open(path);
+  const auto file = PosixFile::open(path);
   if (!file) return tl::unexpected(file.error());
-  std::vector<std::byte> head(std::min<uint64_t>(kMaxHeadBytes, file->size()));
+  const auto identity = file->identity();
+  if (!identity) return tl::unexpected(identity.error());
+  std::vector<std::byte> head(std::min<uint64_t>(kMaxHeadBytes, identity->bytes));
   if (auto read = file->read(0, head); !read) return tl::unexpected(read.error());
   auto reader = StoreReader::open(head);
   if (!reader) return tl::unexpected(reader.error());
-  return Verifier(*file, std::move(*reader), options).verify();
+  return Verifier(*file, identity->bytes, std::move(*reader), options).verify();
 }
 
 }  // namespace isosplat

@@ -15,8 +15,6 @@
 #include <optional>
 #include <utility>
 
-#include "native/files/file_io.h"
-
 namespace isosplat {
 namespace {
 
@@ -131,37 +129,38 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
                                       ": expected the name of a file, found a link that leads "
                                       "nowhere: remove it, or give another name");
   }
-  if (exists && ::access(end->c_str(), W_OK) != 0) return system_error("replace", target);
+  if (exists && ::access(end->c_str(), W_OK) != 0)
+    return file_error(errno, target.string(), "replaced");
   remove_stale(*end);
   OutputFile output;
   output.target_ = *end;
   // Between its creation and its lock another program may take the temporary for a stale one.
-  for (int attempt = 0; attempt < 8 && output.file_ < 0; ++attempt) {
+  for (int attempt = 0; attempt < 8 && !output.file_.is_open(); ++attempt) {
     output.temporary_ = std::make_unique<const std::filesystem::path>(
         folder_of(*end) / (temporary_prefix(*end) + unique_suffix()));
     const char* name = output.temporary_->c_str();
     replace_unfinished(nullptr, name);  // before it exists: a signal may come at once
-    output.file_ = ::open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
-    if (output.file_ < 0 && errno != EEXIST) {
+    output.file_ = PosixFile(::open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666),
+                             target.string());
+    if (!output.file_.is_open() && errno != EEXIST) {
       const int number = errno;
       replace_unfinished(name, nullptr);
       output.temporary_.reset();
-      errno = number;
-      return system_error("create a file in", folder_of(*end));
+      return file_error(number, target.string(), "created");
     }
     struct stat found {};
-    if (output.file_ >= 0 && ::flock(output.file_, LOCK_EX | LOCK_NB) == 0 &&
+    if (output.file_.is_open() && ::flock(output.file_.descriptor(), LOCK_EX | LOCK_NB) == 0 &&
         ::stat(name, &found) == 0) {
       break;
     }
     replace_unfinished(name, nullptr);
-    if (output.file_ >= 0) ::close(std::exchange(output.file_, -1));
+    output.file_.close();
   }
-  if (output.file_ < 0) {
+  if (!output.file_.is_open()) {
     output.temporary_.reset();
-    return system_error("lock a file in", folder_of(*end));
+    return file_error(errno, target.string(), "locked");
   }
-  if (exists) ::fchmod(output.file_, static_cast<mode_t>(status.permissions()) & 0777);
+  if (exists) ::fchmod(output.file_.descriptor(), static_cast<mode_t>(status.permissions()) & 0777);
   output.pending_.reserve(kBufferBytes);
   return output;
 }
@@ -169,19 +168,18 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
 OutputFile::OutputFile(OutputFile&& other) noexcept
     : target_(std::move(other.target_)),
       temporary_(std::move(other.temporary_)),
-      file_(std::exchange(other.file_, -1)),
+      file_(std::move(other.file_)),
       pending_(std::move(other.pending_)),
       pending_offset_(other.pending_offset_) {}
 
 OutputFile::~OutputFile() {
-  if (file_ >= 0) ::close(file_);
   if (!temporary_) return;
   ::unlink(temporary_->c_str());
   replace_unfinished(temporary_->c_str(), nullptr);
 }
 
 Result<void> OutputFile::flush() {
-  auto written = write_fully(file_, pending_offset_, pending_, target_);
+  auto written = file_.write(pending_offset_, pending_);
   pending_.clear();
   return written;
 }
@@ -191,7 +189,7 @@ Result<void> OutputFile::write(uint64_t offset, std::span<const std::byte> bytes
                             pending_.size() + bytes.size() > kBufferBytes)) {
     if (auto flushed = flush(); !flushed) return flushed;
   }
-  if (bytes.size() > kBufferBytes) return write_fully(file_, offset, bytes, target_);
+  if (bytes.size() > kBufferBytes) return file_.write(offset, bytes);
   if (pending_.empty()) pending_offset_ = offset;
   pending_.insert(pending_.end(), bytes.begin(), bytes.end());
   return {};
@@ -199,9 +197,9 @@ Result<void> OutputFile::write(uint64_t offset, std::span<const std::byte> bytes
 
 Result<void> OutputFile::publish() {
   if (auto flushed = flush(); !flushed) return flushed;
-  if (::fsync(file_) != 0) return system_error("write", target_);
+  if (auto synchronized = file_.synchronize(); !synchronized) return synchronized;
   if (::rename(temporary_->c_str(), target_.c_str()) != 0) {
-    return system_error("rename a finished file to", target_);
+    return file_error(errno, target_.string(), "replaced by the finished file");
   }
   replace_unfinished(temporary_->c_str(), nullptr);
   temporary_.reset();

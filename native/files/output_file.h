@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "shared/posix_file/posix_file.h"
 #include "shared/store/store_writer.h"
 
 namespace isosplat {
@@ -42,7 +43,7 @@ class OutputFile : public ByteSink {
 
   std::filesystem::path target_;
   std::unique_ptr<const std::filesystem::path> temporary_;  // null once it is published
-  int file_ = -1;
+  PosixFile file_;
   std::vector<std::byte> pending_;  // not yet written, from pending_offset_ on
   uint64_t pending_offset_ = 0;
 };

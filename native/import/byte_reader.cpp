@@ -1,74 +1,32 @@
 #include "native/import/byte_reader.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "shared/posix_file/posix_file.h"
+
 namespace isosplat {
 namespace {
 
-/// A file descriptor and the size that the file had when it was opened.
-class File {
- public:
+/// A file and the size that it had when it was opened.
+struct File {
   static Result<File> open(const std::filesystem::path& path) {
     const auto size = size_of_file(path);
     if (!size) return tl::unexpected(size.error());
-    File file;
-    file.path_ = path;
-    file.size_ = *size;
-    file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file.descriptor_ < 0) {
-      return fail(Status::io_error,
-                  fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
-    }
-    return file;
+    auto opened = PosixFile::open(path);
+    if (!opened) return tl::unexpected(opened.error());
+    return File{path, *size, std::move(*opened)};
   }
 
-  File(File&& other) noexcept
-      : path_(std::move(other.path_)),
-        size_(other.size_),
-        descriptor_(std::exchange(other.descriptor_, -1)) {}
-  File& operator=(File&&) = delete;
-  ~File() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-
-  uint64_t size() const { return size_; }
-  const std::filesystem::path& path() const { return path_; }
-
-  /// Reads up to out.size() bytes; fewer only at the end of the file.
-  Result<size_t> read_some(uint64_t offset, std::span<std::byte> out) const {
-    size_t done = 0;
-    while (done < out.size()) {
-      const ssize_t got = ::pread(descriptor_, out.data() + done, out.size() - done,
-                                  static_cast<off_t>(offset + done));
-      if (got < 0 && errno == EINTR) continue;
-      if (got < 0) {
-        return fail(Status::io_error,
-                    fmt::format("{}: cannot be read at byte {}: {}", path_.string(), offset + done,
-                                std::strerror(errno)));
-      }
-      if (got == 0) break;
-      done += static_cast<size_t>(got);
-    }
-    return done;
-  }
-
- private:
-  File() = default;
-  std::filesystem::path path_;
-  uint64_t size_ = 0;
-  int descriptor_ = -1;
+  std::filesystem::path path;
+  uint64_t size = 0;
+  PosixFile open_file;
 };
 
 tl::unexpected<Error> ends_early(const std::filesystem::path& path, uint64_t needed, uint64_t found,
@@ -84,21 +42,21 @@ class PlainReader : public ByteReader {
   explicit PlainReader(File file) : file_(std::move(file)) {}
 
   Result<void> read(uint64_t offset, std::span<std::byte> out) override {
-    const auto got = file_.read_some(offset, out);
+    const auto got = file_.open_file.read_some(offset, out);
     if (!got) return tl::unexpected(got.error());
-    if (*got < out.size()) return ends_early(file_.path(), offset + out.size(), offset + *got, "");
+    if (*got < out.size()) return ends_early(file_.path, offset + out.size(), offset + *got, "");
     return {};
   }
 
-  uint64_t size_limit() const override { return file_.size(); }
+  uint64_t size_limit() const override { return file_.size; }
 
   Result<uint64_t> count_after(uint64_t offset, uint64_t most) override {
-    return std::min(most, file_.size() - std::min(file_.size(), offset));
+    return std::min(most, file_.size - std::min(file_.size, offset));
   }
 
-  uint64_t available_bytes() override { return file_.size(); }
+  uint64_t available_bytes() override { return file_.size; }
 
-  std::vector<std::filesystem::path> files() const override { return {file_.path()}; }
+  std::vector<std::filesystem::path> files() const override { return {file_.path}; }
 
  private:
   File file_;
@@ -137,10 +95,10 @@ class DeflatedReader : public ByteReader {
   }
 
   uint64_t size_limit() const override {
-    const uint64_t bytes = file_.size() - std::min(start_, file_.size());
+    const uint64_t bytes = file_.size - std::min(start_, file_.size);
     return bytes > std::numeric_limits<uint64_t>::max() / 1040 ? bytes : bytes * 1040;
   }
-  std::vector<std::filesystem::path> files() const override { return {file_.path()}; }
+  std::vector<std::filesystem::path> files() const override { return {file_.path}; }
 
  private:
   Result<void> begin() {
@@ -166,7 +124,7 @@ class DeflatedReader : public ByteReader {
     return fail(Status::malformed_volume,
                 fmt::format("{}: the compressed data is damaged near byte {} ({}): copy or "
                             "download the file again",
-                            file_.path().string(), input_offset_ - stream_.avail_in, reason));
+                            file_.path.string(), input_offset_ - stream_.avail_in, reason));
   }
 
   Result<void> go_to(uint64_t offset) {
@@ -184,7 +142,7 @@ class DeflatedReader : public ByteReader {
     const auto done = expand_some(out);
     if (!done) return tl::unexpected(done.error());
     if (*done == out.size()) return {};
-    return ends_early(file_.path(), position_ + (out.size() - *done), position_,
+    return ends_early(file_.path, position_ + (out.size() - *done), position_,
                       "after decompression");
   }
 
@@ -195,7 +153,7 @@ class DeflatedReader : public ByteReader {
     if (kind_ == Deflate::raw && ended_member_) return done;
     while (done < out.size()) {
       if (stream_.avail_in == 0) {
-        const auto got = file_.read_some(input_offset_, input_);
+        const auto got = file_.open_file.read_some(input_offset_, input_);
         if (!got) return tl::unexpected(got.error());
         if (*got == 0 && ended_member_) return done;
         is_last = *got == 0;  // zlib may still hold what it has taken
@@ -218,12 +176,12 @@ class DeflatedReader : public ByteReader {
         inflateReset(&stream_);  // another member may follow
         ended_member_ = true;
       } else if (is_last && made == 0) {
-        return ends_early(file_.path(), position_ + (out.size() - done), position_,
+        return ends_early(file_.path, position_ + (out.size() - done), position_,
                           "after decompression");
       } else if (status == Z_DATA_ERROR && ended_member_ && made == 0) {
         // What follows the last member is not gzip data: the data ends here.
         stream_.avail_in = 0;
-        input_offset_ = file_.size();
+        input_offset_ = file_.size;
         return done;
       } else if (status != Z_OK && status != Z_BUF_ERROR) {
         return damaged(stream_.msg ? stream_.msg : "not gzip data");
@@ -269,21 +227,13 @@ bool is_gzip(const std::filesystem::path& path) {
 }
 
 Result<uint64_t> size_of_file(const std::filesystem::path& path) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) {
-    return fail(Status::io_error,
-                fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
-  }
-  if (!S_ISREG(status.st_mode)) {
-    return fail(Status::io_error,
-                fmt::format("{}: expected a file, found {}", path.string(),
-                            S_ISDIR(status.st_mode) ? "a folder" : "a device or socket"));
-  }
-  if (status.st_size == 0) {
+  const auto identity = file_identity(path);
+  if (!identity) return tl::unexpected(identity.error());
+  if (identity->bytes == 0) {
     return fail(Status::malformed_volume,
                 fmt::format("{}: the file is empty: copy or download it again", path.string()));
   }
-  return static_cast<uint64_t>(status.st_size);
+  return identity->bytes;
 }
 
 }  // namespace isosplat

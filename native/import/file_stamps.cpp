@@ -1,9 +1,6 @@
 #include "native/import/file_stamps.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <array>
 
@@ -17,11 +14,10 @@ constexpr size_t kBeginning = 4096;
 
 uint64_t checksum_of(const std::filesystem::path& path) {
   std::array<std::byte, kBeginning> bytes;
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return 0;
-  const ssize_t got = ::pread(file, bytes.data(), bytes.size(), 0);
-  ::close(file);
-  return got < 0 ? 0 : XXH3_64bits(bytes.data(), static_cast<size_t>(got));
+  const auto file = PosixFile::open(path);
+  if (!file) return 0;
+  const auto got = file->read_some(0, bytes);
+  return got ? XXH3_64bits(bytes.data(), *got) : 0;
 }
 
 class WatchedSource : public VolumeSource {
@@ -49,37 +45,24 @@ class WatchedSource : public VolumeSource {
 
 }  // namespace
 
-bool FileStamps::look(Stamp& stamp) {
-  struct stat status {};
-  if (::stat(stamp.path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return false;
-  stamp.size = static_cast<uint64_t>(status.st_size);
-  stamp.seconds = status.st_mtim.tv_sec;
-  stamp.nanoseconds = status.st_mtim.tv_nsec;
-  return true;
-}
-
 FileStamps FileStamps::of(const std::vector<std::filesystem::path>& paths) {
   FileStamps stamps;
   for (const std::filesystem::path& path : paths) {
-    Stamp stamp;
-    stamp.path = path;
-    if (!look(stamp)) continue;
-    stamp.checksum = checksum_of(path);
-    stamps.stamps_.push_back(std::move(stamp));
+    const auto identity = file_identity(path);
+    if (identity) stamps.stamps_.push_back({path, *identity, checksum_of(path)});
   }
   return stamps;
 }
 
 Result<void> FileStamps::check(bool with_checksums) const {
   for (const Stamp& before : stamps_) {
-    Stamp now;
-    now.path = before.path;
+    const auto now = file_identity(before.path);
     const char* what = nullptr;
-    if (!look(now)) {
+    if (!now) {
       what = "is gone";
-    } else if (now.size != before.size) {
+    } else if (now->bytes != before.identity.bytes) {
       what = "has another size";
-    } else if (now.seconds != before.seconds || now.nanoseconds != before.nanoseconds) {
+    } else if (now->modified_ns != before.identity.modified_ns) {
       what = "was written to";
     } else if (with_checksums && checksum_of(before.path) != before.checksum) {
       what = "has another beginning";

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "native/import/volume_source.h"
+#include "shared/posix_file/posix_file.h"
 
 namespace isosplat {
 
@@ -23,11 +24,9 @@ class FileStamps {
  private:
   struct Stamp {
     std::filesystem::path path;
-    uint64_t size = 0;
-    int64_t seconds = 0, nanoseconds = 0;
+    FileIdentity identity;
     uint64_t checksum = 0;
   };
-  static bool look(Stamp& stamp);
 
   std::vector<Stamp> stamps_;
 };

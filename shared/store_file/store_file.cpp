@@ -1,25 +1,15 @@
 #include "shared/store_file/store_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstdio>
 #include <mutex>
-#include <system_error>
 #include <utility>
 
 #include "shared/store/checksum.h"
 
 namespace isosplat {
 namespace {
-
-std::string system_message(int error) {
-  return std::generic_category().message(error);
-}
 
 std::string hexadecimal(std::span<const uint8_t> bytes) {
   constexpr char kDigits[] = "0123456789abcdef";
@@ -29,29 +19,6 @@ std::string hexadecimal(std::span<const uint8_t> bytes) {
     text += kDigits[byte & 15];
   }
   return text;
-}
-
-FileIdentity identity_of(const struct stat& status) {
-  return {static_cast<uint64_t>(status.st_dev), static_cast<uint64_t>(status.st_ino),
-          static_cast<uint64_t>(status.st_size),
-          static_cast<int64_t>(status.st_mtim.tv_sec) * 1'000'000'000 + status.st_mtim.tv_nsec};
-}
-
-Result<void> read_exactly(int descriptor, uint64_t offset, std::span<std::byte> out) {
-  while (!out.empty()) {
-    const ssize_t got = ::pread(descriptor, out.data(), out.size(), static_cast<off_t>(offset));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return fail(Status::io_error, "cannot read: " + system_message(errno));
-    if (got == 0) {
-      return fail(Status::truncated, "expected " + std::to_string(out.size()) +
-                                         " more bytes at offset " + std::to_string(offset) +
-                                         ", found the end of the file: rebuild the store, or copy "
-                                         "it again");
-    }
-    out = out.subspan(static_cast<size_t>(got));
-    offset += static_cast<uint64_t>(got);
-  }
-  return {};
 }
 
 std::string describe(const ChunkRef& chunk) {
@@ -116,42 +83,24 @@ class Selector {
 
 }  // namespace
 
-Result<FileIdentity> file_identity(const std::filesystem::path& path) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) {
-    return fail(Status::io_error, path.string() + ": " + system_message(errno));
-  }
-  return identity_of(status);
-}
-
 Result<std::shared_ptr<StoreFile>> StoreFile::open(const std::filesystem::path& path,
                                                    uint64_t directory_bytes) {
   const std::string name = path.string();
   const auto refused = [&](Status status, const std::string& why) {
     return fail(status, name + ": " + why);
   };
-  // O_NONBLOCK: opening a pipe that someone named *.isosplat must not wait for its other end.
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (descriptor < 0) return refused(Status::io_error, "cannot open: " + system_message(errno));
-  struct Closer {
-    int descriptor;
-    ~Closer() {
-      if (descriptor >= 0) ::close(descriptor);
-    }
-  } closer{descriptor};
-
-  struct stat status {};
-  if (::fstat(descriptor, &status) != 0) {
-    return refused(Status::io_error, "cannot read: " + system_message(errno));
+  Result<PosixFile> file = PosixFile::open(path);
+  if (!file) {
+    std::error_code ignored;
+    const bool is_other =
+        std::filesystem::is_other(path, ignored) || std::filesystem::is_directory(path, ignored);
+    return fail(is_other ? Status::not_a_store : Status::io_error, file.error().message);
   }
-  if (!S_ISREG(status.st_mode)) {
-    return refused(Status::not_a_store, "expected a file, found something else");
-  }
-  const FileIdentity identity = identity_of(status);
+  const Result<FileIdentity> found = file->identity();
+  if (!found) return tl::unexpected(found.error());
+  const FileIdentity identity = *found;
   std::vector<std::byte> head(std::min<uint64_t>(kMaxHeadBytes, identity.bytes));
-  if (Result<void> read = read_exactly(descriptor, 0, head); !read) {
-    return refused(read.error().status, read.error().message);
-  }
+  if (Result<void> read = file->read(0, head); !read) return tl::unexpected(read.error());
   Result<StoreReader> reader = StoreReader::open(head);
   if (!reader) return refused(reader.error().status, reader.error().message);
   if (reader->info().file_bytes != identity.bytes) {
@@ -161,15 +110,16 @@ Result<std::shared_ptr<StoreFile>> StoreFile::open(const std::filesystem::path& 
             std::to_string(identity.bytes) + ": rebuild the store, or copy it again");
   }
   head.resize(std::min<uint64_t>(head.size(), reader->levels()[0].chunks_offset));
-  closer.descriptor = -1;
-  return std::shared_ptr<StoreFile>(new StoreFile(path, descriptor, identity, std::move(head),
+  // Answers to clients hold these messages: they name no folder.
+  file->set_name(path.filename().string());
+  return std::shared_ptr<StoreFile>(new StoreFile(path, std::move(*file), identity, std::move(head),
                                                   std::move(*reader), directory_bytes));
 }
 
-StoreFile::StoreFile(std::filesystem::path path, int descriptor, FileIdentity identity,
+StoreFile::StoreFile(std::filesystem::path path, PosixFile file, FileIdentity identity,
                      std::vector<std::byte> head, StoreReader reader, uint64_t directory_bytes)
     : path_(std::move(path)),
-      descriptor_(descriptor),
+      file_(std::move(file)),
       identity_(identity),
       head_(std::move(head)),
       info_(reader.info()),
@@ -180,22 +130,15 @@ StoreFile::StoreFile(std::filesystem::path path, int descriptor, FileIdentity id
       reader_(std::move(reader)),
       last_use_(pages_.size()) {}
 
-StoreFile::~StoreFile() {
-  ::close(descriptor_);
-}
-
 Error StoreFile::at(Error error) const {
   error.message = path_.filename().string() + ": " + error.message;
   return error;
 }
 
 Result<void> StoreFile::check_unchanged() const {
-  struct stat status {};
-  if (::fstat(descriptor_, &status) != 0) {
-    return tl::unexpected(at({Status::io_error, "cannot read: " + system_message(errno)}));
-  }
-  const FileIdentity now = identity_of(status);
-  if (now.bytes == identity_.bytes && now.modified_ns == identity_.modified_ns) return {};
+  const Result<FileIdentity> now = file_.identity();
+  if (!now) return tl::unexpected(now.error());
+  if (now->has_same_content(identity_)) return {};
   return tl::unexpected(
       at({Status::io_error,
           "the file was written to since it was opened: ask again, and replace stores by renaming "
@@ -205,9 +148,7 @@ Result<void> StoreFile::check_unchanged() const {
 Result<void> StoreFile::read(uint64_t offset, std::span<std::byte> out) const {
   Result<void> result = check_unchanged();
   if (!result) return result;
-  result = read_exactly(descriptor_, offset, out);
-  if (!result) return tl::unexpected(at(std::move(result.error())));
-  return {};
+  return file_.read(offset, out);
 }
 
 Result<std::vector<std::byte>> StoreFile::load_page(uint32_t page) const {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "shared/base/status.h"
+#include "shared/posix_file/posix_file.h"
 #include "shared/store/store_reader.h"
 
 namespace isosplat {
@@ -38,20 +39,6 @@ struct ChunkSelection {
   bool over_budget = false;      ///< `chunks` is empty: the budget does not suffice
 };
 
-/// Which file lies at a path. A build writes a new file and renames it, so that another identity
-/// under the same path means another store.
-struct FileIdentity {
-  uint64_t device = 0;
-  uint64_t inode = 0;
-  uint64_t bytes = 0;
-  int64_t modified_ns = 0;
-
-  friend bool operator==(const FileIdentity&, const FileIdentity&) = default;
-};
-
-/// Errors: io_error.
-Result<FileIdentity> file_identity(const std::filesystem::path& path);
-
 /// A store on disk behind StoreReader: opens it, reads the head, loads directory pages when they
 /// are needed, and reads chunks. All functions may be called from any thread at a time.
 ///
@@ -65,7 +52,6 @@ class StoreFile {
   /// io_error. Messages begin with the path.
   static Result<std::shared_ptr<StoreFile>> open(const std::filesystem::path& path,
                                                  uint64_t directory_bytes = uint64_t{256} << 20);
-  ~StoreFile();
   StoreFile(const StoreFile&) = delete;
   StoreFile& operator=(const StoreFile&) = delete;
 
@@ -118,7 +104,7 @@ class StoreFile {
   Result<void> check_unchanged() const;
 
  private:
-  StoreFile(std::filesystem::path path, int descriptor, FileIdentity identity,
+  StoreFile(std::filesystem::path path, PosixFile file, FileIdentity identity,
             std::vector<std::byte> head, StoreReader reader, uint64_t directory_bytes);
 
   Error at(Error error) const;
@@ -136,7 +122,7 @@ class StoreFile {
       -> decltype(look_up(std::declval<const StoreReader&>()));
 
   std::filesystem::path path_;
-  int descriptor_;
+  PosixFile file_;
   FileIdentity identity_;
   std::vector<std::byte> head_;
   StoreInfo info_;
