@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/beast/core/string.hpp>
+#include <boost/beast/http/rfc7230.hpp>
 #include <cstdio>
 #include <limits>
 #include <optional>
@@ -12,21 +14,12 @@
 namespace isosplat {
 namespace {
 
+namespace beast = boost::beast;
+
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
   while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
   return text;
-}
-
-bool equal_ignoring_case(std::string_view a, std::string_view b) {
-  if (a.size() != b.size()) return false;
-  for (size_t i = 0; i < a.size(); ++i) {
-    const auto lower = [](char c) {
-      return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    };
-    if (lower(a[i]) != lower(b[i])) return false;
-  }
-  return true;
 }
 
 /// Digits only; more than 64 bits hold counts as the largest.
@@ -79,7 +72,7 @@ RangeAnswer parse_range(std::string_view field, uint64_t size) {
   field = trimmed(field);
   const size_t equals = field.find('=');
   if (equals == std::string_view::npos) return kWhole;
-  if (!equal_ignoring_case(trimmed(field.substr(0, equals)), "bytes")) return kWhole;
+  if (!beast::iequals(trimmed(field.substr(0, equals)), "bytes")) return kWhole;
   const std::string_view spec = trimmed(field.substr(equals + 1));
   const size_t dash = spec.find('-');
   if (dash == std::string_view::npos || spec.find(',') != std::string_view::npos) return kWhole;
@@ -102,23 +95,44 @@ RangeAnswer parse_range(std::string_view field, uint64_t size) {
   return {RangeKind::part, {*first, std::min(last, size - 1)}};
 }
 
+RangeAnswer requested_range(const Request& request, std::string_view etag, uint64_t size) {
+  const bool applies = request.method == Method::get && !request.range.empty() &&
+                       (request.if_range.empty() || request.if_range == etag);
+  return applies ? parse_range(request.range, size) : RangeAnswer{};
+}
+
+Response begin_answer(const Request& request, const std::string& etag, CachePolicy policy) {
+  if (!request.if_match.empty() && !names_etag(request.if_match, etag, /*weak=*/false)) {
+    return error_response(412, "precondition_failed",
+                          "If-Match: the content has another ETag: ask without the condition");
+  }
+  Response response;
+  response.set("ETag", etag);
+  response.set("Cache-Control", policy == CachePolicy::immutable
+                                    ? "public, max-age=31536000, immutable"
+                                    : "no-cache");
+  if (!request.if_none_match.empty() && names_etag(request.if_none_match, etag, /*weak=*/true)) {
+    response.status = 304;
+  }
+  return response;
+}
+
+bool is_answered(const Response& response) {
+  return response.status != 200;
+}
+
 bool accepts_encoding(std::string_view field, Encoding encoding) {
   const std::string_view name = encoding == Encoding::brotli ? "br" : "gzip";
   bool by_star = false;
-  while (!field.empty()) {
-    const size_t comma = std::min(field.find(','), field.size());
-    const std::string_view item = field.substr(0, comma);
-    field.remove_prefix(std::min(comma + 1, field.size()));
-    const size_t semicolon = std::min(item.find(';'), item.size());
-    const std::string_view coding = trimmed(item.substr(0, semicolon));
-    const std::string_view parameter = trimmed(item.substr(semicolon));
+  for (const auto& [coding, parameters] : beast::http::ext_list(field)) {
     // q=0, q=0.0, q=0.000 exclude; any other weight admits: the server prefers the smallest.
-    const size_t q = parameter.find('=');
-    const bool excluded =
-        q != std::string_view::npos && trimmed(parameter.substr(q + 1)).starts_with('0') &&
-        parameter.substr(q + 1).find_first_of("123456789") == std::string_view::npos;
-    if (equal_ignoring_case(coding, name) ||
-        (encoding == Encoding::gzip && equal_ignoring_case(coding, "x-gzip"))) {
+    const auto is_zero = [](const auto& parameter) {
+      return beast::iequals(parameter.first, "q") &&
+             parameter.second.find_first_not_of("0.") == parameter.second.npos;
+    };
+    const bool excluded = std::any_of(parameters.begin(), parameters.end(), is_zero);
+    if (beast::iequals(coding, name) ||
+        (encoding == Encoding::gzip && beast::iequals(coding, "x-gzip"))) {
       return !excluded;
     }
     if (coding == "*") by_star = !excluded;

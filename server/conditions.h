@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "server/message.h"
+
 namespace isosplat {
 
 /// A strong ETag, with its quotes, that differs for other bytes.
@@ -34,6 +36,22 @@ struct RangeAnswer {
 /// Reads a Range field for a resource of `size` bytes (RFC 9110, section 14). Numbers that overflow
 /// 64 bits count as beyond the end.
 RangeAnswer parse_range(std::string_view field, uint64_t size);
+
+/// The part of a resource that the request asks for: of its Range where the method is GET and
+/// If-Range, if there is one, names the very ETag.
+RangeAnswer requested_range(const Request& request, std::string_view etag, uint64_t size);
+
+enum class CachePolicy : uint8_t {
+  revalidated,  ///< may change at any time
+  immutable,    ///< never changes under its URL
+};
+
+/// Begins the answer about a resource with this ETag: with the fields ETag and Cache-Control, or
+/// with status 304 or 412 as If-Match and If-None-Match demand (RFC 9110, section 13.2.2).
+Response begin_answer(const Request& request, const std::string& etag, CachePolicy policy);
+
+/// Whether begin_answer() has said all: the answer gets no body.
+bool is_answered(const Response& response);
 
 enum class Encoding : uint8_t { identity, gzip, brotli };
 

@@ -1,20 +1,22 @@
 #pragma once
 
-#include <memory>
-#include <span>
-#include <string>
-
-#include "server/message.h"
-#include "server/router.h"
-#include "server/target.h"
-#include "shared/store_file/store_file.h"
+#include "server/routes.h"
 
 namespace isosplat {
 
-/// Answers what lies below /v1/volumes/{name}/{content}: bytes that never change under their URL.
-/// `rest`: the segments after {content}; `query`: as in Target.
-Response content_answer(const Request& request, std::shared_ptr<const StoreFile> store,
-                        std::span<const std::string> rest, const Target& target,
-                        const RouterLimits& limits);
+// What lies below /v1/volumes/{name}/{content}: bytes that never change under their URL.
+
+Response head_answer(const RouteCall& call);
+Response directory_page_answer(const RouteCall& call);
+Response chunk_answer(const RouteCall& call);
+
+/// The chunks of a level that an isovalue range needs, as frames.
+Response chunks_answer(const RouteCall& call);
+
+/// The chunks named, as frames.
+Response batch_answer(const RouteCall& call);
+
+/// The store file, or a range of it.
+Response file_answer(const RouteCall& call);
 
 }  // namespace isosplat

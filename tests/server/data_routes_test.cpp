@@ -180,6 +180,12 @@ TEST_F(DataRoutes, ConditionalRequests) {
   EXPECT_EQ(unchanged.header("etag"), etag);
   EXPECT_EQ(unchanged.header("content-length"), "");
   EXPECT_EQ(get(port(), content("chunks/0/9.9.9/0"), "If-None-Match: *\r\n").status, 404);
+  // Conditions hold for whatever has an ETag.
+  for (const char* volume : {"/v1/volumes", "/v1/volumes/alpha", "/v1/volumes/alpha/opening"}) {
+    const std::string own = get(port(), volume).header("etag");
+    EXPECT_EQ(get(port(), volume, "If-Match: " + own + "\r\n").status, 200) << volume;
+    EXPECT_EQ(get(port(), volume, "If-Match: \"other\"\r\n").status, 412) << volume;
+  }
 }
 
 TEST_F(DataRoutes, HeadHasTheFieldsOfGet) {

@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <ctime>
 
-#include "shared/store_file/store_file.h"
 #include "shared/codec/chunk_codec.h"
+#include "shared/store_file/store_file.h"
 
 namespace isosplat {
 namespace {

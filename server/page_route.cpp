@@ -1,0 +1,80 @@
+#include "server/page_route.h"
+
+#include <algorithm>
+#include <span>
+
+#include "server/conditions.h"
+
+namespace isosplat {
+namespace {
+
+/// The page runs its own scripts, WASM and workers, and fetches stores from any host (?src=…). The
+/// components of the page set style attributes, hence 'unsafe-inline' for styles only.
+constexpr std::string_view kContentSecurityPolicy =
+    "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
+    "connect-src * data: blob:; object-src 'none'; base-uri 'none'; form-action 'none'";
+
+constexpr std::string_view kNoPage =
+    "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Isosplat</title>"
+    "<p>This Isosplat server was started without a page (web_root), or it has no index.html. "
+    "The volumes are listed at <a href=\"/v1/volumes\">/v1/volumes</a>.</p></html>\n";
+
+void preload_volume(Response& response, const RouteCall& call) {
+  for (const auto& [key, value] : call.target.query) {
+    if (key != "volume") continue;
+    const auto found = call.catalog->find(value);
+    if (found == call.catalog->end() || !found->second.store) return;
+    // The catalog's name, of characters that need no escape.
+    response.set("Link", "<v1/volumes/" + found->first +
+                             "/opening>; rel=preload; as=fetch; crossorigin=anonymous");
+    return;
+  }
+}
+
+/// The smallest variant that the client takes: they ascend in size.
+const AssetVariant& choose_variant(const Asset& asset, std::string_view accept_encoding) {
+  return *std::ranges::find_if(asset.variants, [&](const AssetVariant& candidate) {
+    return candidate.encoding == Encoding::identity ||
+           accepts_encoding(accept_encoding, candidate.encoding);
+  });
+}
+
+Response asset_answer(const RouteCall& call, const Asset& asset) {
+  const AssetVariant& variant = choose_variant(asset, call.request.accept_encoding);
+  Response response =
+      begin_answer(call.request, variant.etag,
+                   asset.immutable ? CachePolicy::immutable : CachePolicy::revalidated);
+  response.set("Vary", "Accept-Encoding");
+  if (asset.mime_type.starts_with("text/html")) preload_volume(response, call);
+  if (is_answered(response)) return response;
+  response.set("Content-Type", asset.mime_type);
+  if (variant.encoding != Encoding::identity) {
+    response.set("Content-Encoding", variant.encoding == Encoding::gzip ? "gzip" : "br");
+  }
+  response.bytes = std::as_bytes(std::span(variant.bytes));
+  response.owner = call.page;
+  return response;
+}
+
+}  // namespace
+
+Response page_answer(const RouteCall& call) {
+  const std::string path = call.target.path();
+  const Asset* asset = call.page ? call.page->find(path) : nullptr;
+  Response response;
+  if (asset) {
+    response = asset_answer(call, *asset);
+  } else if (path == "/") {
+    response.set("Content-Type", "text/html; charset=utf-8");
+    response.set("Cache-Control", "no-store");
+    response.text = kNoPage;
+  } else {
+    response = error_response(404, status_name(Status::not_found), "the page has no such file");
+  }
+  response.set("Content-Security-Policy", kContentSecurityPolicy);
+  response.set("Referrer-Policy", "no-referrer");
+  return response;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,71 @@
+#include "server/routes.h"
+
+#include <algorithm>
+#include <array>
+
+#include "server/content_routes.h"
+#include "server/page_route.h"
+#include "server/volume_routes.h"
+
+namespace isosplat {
+namespace {
+
+/// Of the names of the interface, the page cannot have any.
+Response no_such_path(const RouteCall&) {
+  return error_response(404, status_name(Status::not_found),
+                        "expected /v1/volumes, /v1/volumes/{name}, and below a content id head, "
+                        "pages/{page}, chunks/{level}/{x}.{y}.{z}/{slab}, chunks?isovalue=…, "
+                        "batch?chunks=… or file");
+}
+
+constexpr auto kRoutes = std::to_array<Route>({
+    {Method::get, "/healthz", health_answer},
+    {Method::get, "/v1/volumes", volumes_answer},
+    {Method::get, "/v1/volumes/{name}", volume_answer},
+    {Method::get, "/v1/volumes/{name}/opening", opening_answer},
+    {Method::get, "/v1/volumes/{name}/{content}/head", head_answer},
+    {Method::get, "/v1/volumes/{name}/{content}/pages/{page}", directory_page_answer},
+    {Method::get, "/v1/volumes/{name}/{content}/chunks/{level}/{x}.{y}.{z}/{slab}", chunk_answer},
+    {Method::get, "/v1/volumes/{name}/{content}/chunks", chunks_answer},
+    {Method::get, "/v1/volumes/{name}/{content}/batch", batch_answer},
+    {Method::get, "/v1/volumes/{name}/{content}/file", file_answer},
+    {Method::get, "/v1/…", no_such_path},
+    {Method::get, "/…", page_answer},
+});
+
+constexpr std::string_view kAnySegments = "/…";
+
+bool has_pattern(const std::vector<std::string>& path, std::string_view pattern,
+                 std::vector<std::string_view>& arguments) {
+  arguments.clear();
+  for (const std::string& segment : path) {
+    if (pattern.empty()) return false;
+    if (pattern == kAnySegments) return true;
+    pattern.remove_prefix(1);  // the "/"
+    const std::string_view expected = pattern.substr(0, pattern.find('/'));
+    pattern.remove_prefix(expected.size());
+    if (expected.starts_with('{')) {
+      arguments.push_back(segment);
+    } else if (segment != expected) {
+      return false;
+    }
+  }
+  return pattern.empty() || pattern == kAnySegments;
+}
+
+}  // namespace
+
+std::span<const Route> routes() {
+  return kRoutes;
+}
+
+const Route* find_route(Method method, const Target& target,
+                        std::vector<std::string_view>& arguments) {
+  if (method == Method::head) method = Method::get;
+  const auto found = std::ranges::find_if(kRoutes, [&](const Route& route) {
+    return route.method == method && has_pattern(target.segments, route.pattern, arguments);
+  });
+  return found == kRoutes.end() ? nullptr : &*found;
+}
+
+}  // namespace isosplat
