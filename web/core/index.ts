@@ -10,12 +10,12 @@
  *     store.close();
  */
 import { Core } from "./core.ts";
-import { instantiate, type ModuleFactory } from "./instantiate.ts";
+import { type CompiledModule, instantiate, type ModuleFactory } from "./instantiate.ts";
 import type { CoreModule } from "./module.ts";
 
 export { type ChunkShape, CoreError } from "./calls.ts";
 export * from "./core.ts";
-export { instantiate, type ModuleFactory } from "./instantiate.ts";
+export { type CompiledModule, instantiate, type ModuleFactory } from "./instantiate.ts";
 export type { CoreModule } from "./module.ts";
 export type { Chunk, Page } from "./records.ts";
 export type { Points, Samples, StoreInfo, StoreMetadata, Triple } from "./types.ts";
@@ -29,7 +29,7 @@ export interface CoreOptions {
   /** An instance that has the core's functions already, such as that of isosplat-view. */
   module?: CoreModule;
   /** The compiled code of isosplat-view, of which another instance is to be made. */
-  view?: WebAssembly.Module;
+  view?: CompiledModule;
 }
 
 /** Makes an instance of the core, in a browser, a worker, or Node (20.16 or newer). */

@@ -1,8 +1,15 @@
+/** WebAssembly.Module, where the types of a project have it: those of Node alone do not. */
+export type CompiledModule = typeof globalThis extends {
+  WebAssembly: { Module: { prototype: infer Module } };
+}
+  ? Module
+  : object;
+
 /** Emscripten's module factories, as far as they are used here. */
 export type ModuleFactory = (options: {
   instantiateWasm(
-    imports: WebAssembly.Imports,
-    receive: (instance: WebAssembly.Instance, program: WebAssembly.Module) => void,
+    imports: object,
+    receive: (instance: object, program: CompiledModule) => void,
   ): object;
 }) => Promise<unknown>;
 
@@ -12,12 +19,12 @@ export type ModuleFactory = (options: {
  */
 export function instantiate<Exports>(
   factory: ModuleFactory,
-  program: WebAssembly.Module,
+  program: CompiledModule,
 ): Promise<Exports> {
   return new Promise((resolve, reject) => {
     factory({
       instantiateWasm: (imports, receive) => {
-        WebAssembly.instantiate(program, imports).then(
+        WebAssembly.instantiate(program, imports as WebAssembly.Imports).then(
           (instance) => receive(instance, program),
           reject,
         );

@@ -1,4 +1,4 @@
-import { CoreError } from "../core/index.ts";
+import { type CompiledModule, CoreError } from "../core/index.ts";
 import type { WorkerAnswer, WorkerRequest, WorkerStart } from "./decode_worker.ts";
 import type { DecodeJob, Decoder } from "./decoder.ts";
 
@@ -31,7 +31,7 @@ export interface WorkerPoolOptions {
    * The compiled code of isosplat-view, where the page has it anyway: workers run it too, and need
    * not fetch and compile isosplat-core.
    */
-  view?: Promise<WebAssembly.Module>;
+  view?: Promise<CompiledModule>;
 }
 
 /** As many workers as help: the main thread and the browser need a core too. */

@@ -103,16 +103,12 @@ export async function run(canvas: HTMLCanvasElement, bytes: Uint8Array): Promise
 }
 `;
 
-test.each([
-  { module: "node16", moduleResolution: "node16" },
-  { module: "esnext", moduleResolution: "bundler" },
-])("the types hold in a strict project: $moduleResolution", async (resolution) => {
-  project.write("use.ts", use);
+/** What TypeScript says of a source in a strict project. */
+async function complaints(source: string, options: object): Promise<string> {
+  project.write("use.ts", source);
   const compilerOptions = {
-    ...resolution,
+    ...options,
     target: "es2022",
-    lib: ["es2022", "dom", "dom.iterable"],
-    types: [],
     strict: true,
     exactOptionalPropertyTypes: true,
     skipLibCheck: false,
@@ -120,9 +116,32 @@ test.each([
   };
   project.write("tsconfig.json", JSON.stringify({ compilerOptions, files: ["use.ts"] }));
   const tsc = join(root, "node_modules/.bin/tsc");
-  const printed = await promisify(execFile)(tsc, ["-p", project.folder]).then(
+  return promisify(execFile)(tsc, ["-p", project.folder]).then(
     ({ stdout }) => stdout,
     (error: { stdout: string }) => error.stdout,
   );
-  expect(printed).toBe("");
+}
+
+test.each([
+  { module: "node16", moduleResolution: "node16" },
+  { module: "esnext", moduleResolution: "bundler" },
+])("the types hold in a project for browsers: $moduleResolution", async (resolution) => {
+  const lib = ["es2022", "dom", "dom.iterable"];
+  expect(await complaints(use, { ...resolution, lib, types: [] })).toBe("");
+});
+
+test("the types of core and stream hold in a project for Node, without the browser's", async () => {
+  const source = `
+    import { loadCore } from "isosplat/core";
+    import { FileSource } from "isosplat/stream";
+    const head: Uint8Array = await new FileSource("u").head(AbortSignal.timeout(1));
+    export const { info } = (await loadCore()).openStore(head);
+  `;
+  const options = {
+    module: "node16",
+    lib: ["es2022"],
+    types: ["node"],
+    typeRoots: [join(root, "node_modules/@types")],
+  };
+  expect(await complaints(source, options)).toBe("");
 });
