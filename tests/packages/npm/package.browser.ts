@@ -2,9 +2,9 @@
 // on a static server, and built by Vite. The pages are the README's examples.
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
-import { build } from "vite";
+import { build, createServer } from "vite";
 import { decodePng } from "../../browser/support/pixels.ts";
-import { type Nginx, nginx } from "../../support/nginx.ts";
+import { freePort, type Nginx, nginx } from "../../support/nginx.ts";
 import { type Consumer, consumer } from "./consumer.ts";
 
 let project: Consumer;
@@ -35,17 +35,25 @@ test.afterAll(async () => {
   project?.remove();
 });
 
-/** The share of the canvas's pixels that are not as its corner. */
-async function covered(page: Page): Promise<number> {
+interface Coverage {
+  /** The share of the canvas's pixels that are not as its corner. */
+  share: number;
+  /** Whether the pixel in its middle is one of them. */
+  middle: boolean;
+}
+
+async function coverage(page: Page): Promise<Coverage> {
   const png = await page.locator("canvas").screenshot();
   const { width, height, rgba } = await decodePng(page, png);
+  const isCovered = (pixel: number): boolean =>
+    [0, 1, 2].some((c) => Math.abs((rgba[4 * pixel + c] ?? 0) - (rgba[c] ?? 0)) > 12);
   let count = 0;
-  for (let i = 0; i < rgba.length; i += 4) {
-    const difference = [0, 1, 2].map((c) => Math.abs((rgba[i + c] ?? 0) - (rgba[c] ?? 0)));
-    if (Math.max(...difference) > 12) ++count;
-  }
-  return count / (width * height);
+  for (let pixel = 0; pixel < width * height; ++pixel) if (isCovered(pixel)) ++count;
+  const middle = Math.floor(height / 2) * width + Math.floor(width / 2);
+  return { share: count / (width * height), middle: isCovered(middle) };
 }
+
+const covered = async (page: Page): Promise<number> => (await coverage(page)).share;
 
 function complaints(page: Page): string[] {
   const found: string[] = [];
@@ -81,11 +89,31 @@ test("example 4: a user interface, built by Vite", async ({ page }) => {
   await expect.poll(() => covered(page)).toBeLessThan(0.6 * large);
 
   await slider.fill("60.5");
+  await expect.poll(() => covered(page)).toBeGreaterThan(0.9 * large);
+  expect((await coverage(page)).middle).toBe(true);
+  // The ball is cut off at the volume's top and bottom: from there one looks through it.
   await page.getByRole("button", { name: "From above" }).click();
-  // The ball is longer along z.
-  await expect.poll(() => covered(page)).toBeGreaterThan(0.6 * large);
-  await expect.poll(() => covered(page)).toBeLessThan(0.95 * large);
+  await expect.poll(async () => (await coverage(page)).middle).toBe(false);
+  await expect.poll(() => covered(page)).toBeGreaterThan(0.03);
   expect(found).toEqual([]);
+});
+
+test("example 4 again, on Vite's development server", async ({ page }) => {
+  const found = complaints(page);
+  const server = await createServer({
+    root: project.folder,
+    configFile: false,
+    logLevel: "warn",
+    server: { host: "127.0.0.1", port: await freePort(), strictPort: true, hmr: false },
+  });
+  try {
+    await server.listen();
+    await page.goto(server.resolvedUrls?.local[0] ?? "");
+    await expect(page.locator("output")).toHaveText("complete");
+    expect(found).toEqual([]);
+  } finally {
+    await server.close();
+  }
 });
 
 test("example 5: a renderer of one's own, built by Vite", async ({ page }) => {
