@@ -101,6 +101,31 @@ test.describe("the graphics context is lost", () => {
     expect(differing).toBe(0);
   });
 
+  test("while the server is out of order: nothing is called complete meanwhile", async ({
+    page,
+  }) => {
+    const name = await put(bucky);
+    const proxy = new FaultProxy(server.url);
+    await proxy.start();
+    try {
+      await page.goto(`${proxy.url}/?volume=${name}`);
+      await complete(page);
+      await settled(page);
+      proxy.fault = () => ({ kind: "status", status: 500 });
+      await page.evaluate(loseContext);
+      await expect(page.locator(".status-state")).toHaveText("");
+      await page.evaluate(restoreContext);
+      await expect(page.getByRole("alert")).toContainText("answers with an error");
+      await expect(page.locator(".status-state")).toHaveText("");
+      proxy.fault = () => undefined;
+      await complete(page, slow);
+      await settled(page);
+      await expectNoWord(page);
+    } finally {
+      await proxy.stop();
+    }
+  });
+
   test("while data are on their way, and before there are any", async ({ page }) => {
     const name = await put(bucky);
     const proxy = new FaultProxy(server.url);

@@ -99,6 +99,8 @@ export class VolumePage {
   #listen(): void {
     const viewer = this.#viewer;
     viewer.on("progress", (progress) => {
+      // Of chunks that went with the context.
+      if (this.#isContextLost) return;
       this.#status.progress(progress);
       const before = this.#progress;
       this.#progress = progress;
@@ -136,6 +138,8 @@ export class VolumePage {
     viewer.on("error", (error) => this.#failed(error));
     viewer.on("context", (state) => {
       this.#isContextLost = state === "lost";
+      // The picture that was complete is gone.
+      this.#forgetProgress();
       this.#render();
     });
     onTheme(() => {
@@ -155,10 +159,9 @@ export class VolumePage {
       this.#problem = null;
       this.#failures = 0;
     }
-    this.#progress = null;
+    this.#forgetProgress();
     this.#viewError = null;
     this.#hasPicture = false;
-    this.#status.clear();
     document.title = `${this.#target.name} · Isosplat`;
     this.#render();
     try {
@@ -216,9 +219,16 @@ export class VolumePage {
     this.#canvas.ariaBusy = String(this.#viewer.isBusy || this.#address.isPending);
   }
 
+  /** What was said of a view that is not shown any more. */
+  #forgetProgress(): void {
+    this.#progress = null;
+    this.#status.clear();
+  }
+
   /** The volume cannot be opened. `isTried`: it is tried again already. */
   #fail(error: unknown, isTried = false): void {
     this.#seen();
+    this.#forgetProgress();
     this.#problem = problemOf(error, this.#target.name);
     clearTimeout(this.#reopenTimer);
     const { retry } = faults[kindOf(error)];
