@@ -1,5 +1,6 @@
 // The page in a phone's window, by touch, by keyboard, in both themes.
 import { expect, type Page, test } from "@playwright/test";
+import { slideTo } from "./support/in_page.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { complete, settled } from "./support/view.ts";
 
@@ -52,6 +53,23 @@ test.describe("a phone", () => {
     });
     expect(state).toBeLessThan(status);
     expect(status).toBeLessThanOrEqual(320);
+  });
+
+  test("at 320 px a banner leaves the picture in sight", async ({ page }) => {
+    await page.setViewportSize({ width: 320, height: 640 });
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    await page.route(/\/v1\//, (route) => route.fulfill({ status: 503 }));
+    await page.evaluate(slideTo, 200);
+    const banner = page.locator(".banner");
+    await expect(banner).toContainText("The server answers with an error");
+    const again = banner.getByRole("button", { name: "Try again" });
+    const [box, button] = [await banner.boundingBox(), await again.boundingBox()];
+    const view = await page.locator("canvas.view").boundingBox();
+    if (!box || !button || !view) throw new Error("not shown");
+    expect(box.height).toBeLessThan(0.5 * view.height);
+    expect(button.x + button.width).toBeLessThanOrEqual(box.x + box.width);
+    expect(box.x + box.width).toBeLessThanOrEqual(320);
   });
 
   test("one finger turns, two pinch and move", async ({ page }) => {
