@@ -65,6 +65,7 @@ Result<void> BlockTree::expand(int32_t index) {
   const LevelGrid& level = levels_[parent.level - 1];
   const auto first = static_cast<int32_t>(nodes_.size());
   bool page_missing = false;
+  unsigned empty_octants = 0;
   for (unsigned octant = 0; octant < 8; ++octant) {
     const Index3 child{parent.index.x * 2 + static_cast<int32_t>(octant & 1),
                        parent.index.y * 2 + static_cast<int32_t>(octant >> 1 & 1),
@@ -72,12 +73,15 @@ Result<void> BlockTree::expand(int32_t index) {
     if (child.x >= level.blocks.x || child.y >= level.blocks.y || child.z >= level.blocks.z) {
       continue;
     }
-    if (auto added = add_block({level.level, child}, index, page_missing); !added) {
-      return added;
-    }
+    const size_t nodes_before = nodes_.size();
+    bool is_unknown = false;
+    if (auto added = add_block({level.level, child}, index, is_unknown); !added) return added;
+    page_missing = page_missing || is_unknown;
+    if (nodes_.size() == nodes_before && !is_unknown) empty_octants |= 1u << octant;
   }
   nodes_[index].expanded = true;
   nodes_[index].unknown_children = page_missing;
+  nodes_[index].empty_octants = static_cast<uint8_t>(empty_octants);
   nodes_[index].first_child = first;
   nodes_[index].child_count = static_cast<int32_t>(nodes_.size()) - first;
   return {};
@@ -130,6 +134,7 @@ Result<void> BlockTree::refine() {
       pages_.resize(pages_before);
       node.expanded = node.unknown_children = false;
       node.child_count = 0;
+      node.empty_octants = 0;
       limited_by_budget_ = true;
       break;
     }

@@ -110,19 +110,33 @@ void SelectionMaker::list_pages() {
   }
 }
 
+/// The regions of the block `drawn` that a block at most kRegionLevels below it covers.
+RegionMask regions_of(BlockKey child, BlockKey drawn) {
+  const uint32_t levels = drawn.level - child.level;
+  const Index3 origin = drawn.index;
+  return RegionMask::of_block_below(
+      {child.index.x - (origin.x << levels), child.index.y - (origin.y << levels),
+       child.index.z - (origin.z << levels)},
+      levels);
+}
+
 /// Emits what is below the node and can be drawn by itself, and takes its regions from the drawn
-/// chunk's.
+/// chunk's; also those of blocks without an active cell: a coarse cell may be active where no finer
+/// one is.
 void SelectionMaker::carve(int32_t index, const BlockNode& drawn, RegionMask& regions) {
   const BlockNode& block = node(index);
+  for (int32_t octant = 0; octant < 8; ++octant) {
+    if ((block.empty_octants >> octant & 1) == 0) continue;
+    const Index3 corner{2 * block.key.index.x, 2 * block.key.index.y, 2 * block.key.index.z};
+    const Index3 child{corner.x + (octant & 1), corner.y + (octant >> 1 & 1),
+                       corner.z + (octant >> 2)};
+    regions -= regions_of({block.key.level - 1, child}, drawn.key);
+  }
   for (int32_t c = block.first_child; c < block.first_child + block.child_count; ++c) {
     const BlockKey child = node(c).key;
     const uint32_t levels = drawn.key.level - child.level;
     if (node(c).full()) {
-      const Index3 origin = drawn.key.index;
-      regions -= RegionMask::of_block_below(
-          {child.index.x - (origin.x << levels), child.index.y - (origin.y << levels),
-           child.index.z - (origin.z << levels)},
-          levels);
+      regions -= regions_of(child, drawn.key);
       emit(c);
     } else if (levels < kRegionLevels) {
       carve(c, drawn, regions);

@@ -148,6 +148,38 @@ TEST_F(SelectSightTest, WhatHasBeenFetchedStaysWhenItIsHidden) {
   EXPECT_TRUE(selector.select(view)->complete());
 }
 
+TEST_F(SelectSightTest, CoarseChunksAreNotDrawnWhereAllFinerBlocksAreKnownToBeInactive) {
+  const StoreReader store = open();
+  Selector selector(store);
+  load_coarse(store, selector, 2);
+  const View view = view_from(260, 0.3, 0.4, 100.5f, 1024);
+  const Selection selection = *selector.select(view);
+  ASSERT_FALSE(selection.draw.empty());
+  const Index3 blocks = level_grid(store.info().grid.voxels, 0).blocks;
+  int active = 0, inactive = 0;
+  for (int32_t z = 0; z < blocks.z; ++z) {
+    for (int32_t y = 0; y < blocks.y; ++y) {
+      for (int32_t x = 0; x < blocks.x; ++x) {
+        const bool is_active = store.chunk_for({0, {x, y, z}}, 100.5f)->has_value();
+        ++(is_active ? active : inactive);
+        for (const DrawnChunk& drawn : selection.draw) {
+          const BlockKey coarse = selector.chunk(drawn.handle)->block;
+          const uint32_t levels = coarse.level;
+          if (Index3{x >> levels, y >> levels, z >> levels} != coarse.index) continue;
+          RegionMask both = RegionMask::of_block_below(
+              {x - (coarse.index.x << levels), y - (coarse.index.y << levels),
+               z - (coarse.index.z << levels)},
+              levels);
+          both &= drawn.regions;
+          EXPECT_EQ(both.any(), is_active) << x << ' ' << y << ' ' << z << " level " << levels;
+        }
+      }
+    }
+  }
+  EXPECT_GT(active, 5);
+  EXPECT_GT(inactive, 5);
+}
+
 TEST(SightMapTest, TellsBlocksAboveAndBelowWhatWasTested) {
   SightMap sight;
   EXPECT_EQ(sight.of({0, {9, 9, 9}}), Sight::unknown);
