@@ -19,7 +19,6 @@ class DepthTiles {
 
   /// R32UI, bits of the depth (0 to 1): they compare as it does.
   GLuint texture() const { return tiles_.texture(); }
-  int count() const { return tiles_.width() * tiles_.height(); }
   uint64_t bytes() const { return tiles_.bytes(); }
 
   void release();

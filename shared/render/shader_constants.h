@@ -74,14 +74,14 @@
 
 // Sight query: probes of a cell along each axis of the image, at most, where px are counted; tiles
 // of a cell along each axis, at most, where it is looked at px by px; by how many px a cell is
-// enlarged, and by how much of the depth brought nearer, so that rounding loses none.
+// enlarged, and by how much of the depth brought nearer, so that rounding loses none; and how far
+// exact splats and ellipses reach beyond their cells at most, in cells.
 #define SIGHT_PROBES 8
 #define SIGHT_MOST_TILES 64
 #define SIGHT_MARGIN_PX 0.25
+#define SIGHT_MARGIN_CELLS 0.01
 #define SIGHT_DEPTH_MARGIN 1.5e-7
 
-// A chunk's answer is a row of texels, with four regions in each: 1/255 for each px, up to 255. As
-// how many px one counts that shows a coarse chunk's own surface, away from the background.
+// A chunk's answer is a row of texels, with four regions in each: 1/255 for each px, up to 255.
 #define SIGHT_ROW_TEXELS 128
 #define SIGHT_MOST_PX 255
-#define SIGHT_SHOWN_PX 16

@@ -1,9 +1,7 @@
 #include "shared/render/sight_query.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
-#include <numeric>
 #include <span>
 
 #include "shared/render/renderer_state.h"
@@ -18,11 +16,6 @@ namespace isosplat {
 namespace {
 
 constexpr size_t kMaxItems = 1024;
-/// Regions that may be seen in few pixels are left: in so many, altogether, of those that the
-/// picture covers. A compromise with the bytes of bunny CT, chosen by measuring the pictures of
-/// tests/bench/truth.bench.ts themselves: 0 fetches 3.97 MB for it, 0.4 % fetches 3.81 MB with 3 of
-/// 275,367 pixels wrong. What a picture leaves out could be wrong in so many pixels at the most.
-constexpr double kLeftShare = 0.004;
 constexpr size_t kRowBytes = 4 * SIGHT_ROW_TEXELS;
 static_assert(kRowBytes == kBlockRegions * kBlockRegions * kBlockRegions);
 
@@ -30,19 +23,6 @@ int power_of_two_above(int number) {
   int power = 1;
   while (power < number) power *= 2;
   return power;
-}
-
-/// A region counts as seen with so many pixels: those with fewer have, altogether, no more than
-/// `most_left`.
-int least_seen(std::span<const uint8_t> counts, double most_left) {
-  std::array<size_t, SIGHT_MOST_PX + 1> regions{};
-  for (const uint8_t count : counts) ++regions[count];
-  double left = 0;
-  for (size_t count = 1; count < SIGHT_MOST_PX; ++count) {
-    left += static_cast<double>(count * regions[count]);
-    if (left > most_left) return static_cast<int>(count);
-  }
-  return SIGHT_MOST_PX;
 }
 
 /// Copies what the bound pixel pack buffer begins with.
@@ -61,10 +41,7 @@ void read_pack_buffer(std::vector<uint8_t>& bytes) {
 }  // namespace
 
 Result<void> SightQuery::link(GLuint frame_binding) {
-  if (program_ && tiles_program_) return {};
-  auto tiles = GlProgram::link("", {"sight_tiles.vert.glsl"}, {"sight.frag.glsl"});
-  if (!tiles) return tl::unexpected(tiles.error());
-  tiles_program_ = std::move(*tiles);
+  if (program_) return {};
   auto sight = GlProgram::link("", {"frame.glsl", "cell.glsl", "regions.glsl", "sight.vert.glsl"},
                                {"sight.frag.glsl"});
   if (!sight) return tl::unexpected(sight.error());
@@ -91,8 +68,7 @@ Result<void> SightQuery::begin(const Picture& picture, const std::vector<Item>& 
   for (size_t i = 0; i < items.size(); ++i) {
     asked_.push_back({items[i].id, items[i].regions, i < tested ? RegionMask{} : items[i].regions});
   }
-  // One more, for the tiles.
-  const auto rows = static_cast<GLsizei>(tested) + 1;
+  const auto rows = static_cast<GLsizei>(std::max<size_t>(tested, 1));
   glActiveTexture(GL_TEXTURE0);
   if (auto ok = make_answer(rows); !ok) return ok;
   glBindFramebuffer(GL_FRAMEBUFFER, answer_.framebuffer());
@@ -132,14 +108,6 @@ Result<void> SightQuery::begin(const Picture& picture, const std::vector<Item>& 
     glBindVertexArray(item.vertex_array);
     glDrawArrays(GL_POINTS, item.first, item.count);
   }
-  if (least_px_ == 0) {
-    glUseProgram(tiles_program_.name());
-    glUniform1i(tiles_program_.uniform("u_farthest"), 1);
-    glUniform2f(tiles_program_.uniform("u_row"), static_cast<float>(tested) + 0.5f,
-                static_cast<float>(answer_.height()));
-    glBindVertexArray(picture.empty_vertex_array);
-    glDrawArrays(GL_POINTS, 0, picture.tiles);
-  }
   glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D, 0);
@@ -162,19 +130,11 @@ std::optional<std::vector<ChunkSight>> SightQuery::take() {
   if (state != GL_ALREADY_SIGNALED && state != GL_CONDITION_SATISFIED) return std::nullopt;
   glDeleteSync(done_);
   done_ = nullptr;
-  const size_t tested = std::min(asked_.size(), kMaxItems) * kRowBytes;
-  std::vector<uint8_t> bytes(tested + kRowBytes);
+  std::vector<uint8_t> counts(std::min(asked_.size(), kMaxItems) * kRowBytes);
   glBindBuffer(GL_PIXEL_PACK_BUFFER, read_buffer_);
-  read_pack_buffer(bytes);
+  read_pack_buffer(counts);
   glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
-  const auto counts = std::span<const uint8_t>(bytes).first(tested);
-  int least = least_px_;
-  if (least == 0) {
-    const auto covered = std::span<const uint8_t>(bytes).subspan(tested);
-    const double covered_px =
-        std::accumulate(covered.begin(), covered.end(), 0.0) * HIDING_TILE_PX * HIDING_TILE_PX;
-    least = least_seen(counts, kLeftShare * covered_px);
-  }
+  const int least = std::max(least_px_, 1);
   for (size_t i = 0; i < counts.size(); ++i) {
     if (counts[i] < least) continue;
     const auto bit = static_cast<int32_t>(i % kRowBytes);
@@ -188,13 +148,11 @@ void SightQuery::release() {
   answer_.release();
   if (read_buffer_) glDeleteBuffers(1, &read_buffer_);
   program_ = GlProgram{};
-  tiles_program_ = GlProgram{};
   forget();
 }
 
 void SightQuery::forget() {
   program_.forget();
-  tiles_program_.forget();
   answer_.forget();
   read_buffer_ = 0;
   done_ = nullptr;
@@ -229,8 +187,6 @@ Result<void> Renderer::begin_sight_query(std::span<const uint64_t> ids, int leas
   picture.depths = s.targets.depths();
   picture.layers = s.layers;
   picture.farthest_depths = s.depth_tiles.texture();
-  picture.tiles = s.depth_tiles.count();
-  picture.empty_vertex_array = s.empty_vertex_array;
   for (size_t i = 0; i < s.settings.isosurfaces.size() && i < kMaxIsosurfaces; ++i) {
     if (s.layer_of[i] < 0) continue;
     picture.isocodes.push_back(s.mapping.isocode(s.settings.isosurfaces[i].isovalue));

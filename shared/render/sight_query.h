@@ -14,9 +14,9 @@
 namespace isosplat {
 
 /// Finds out on the GPU which regions of chunks a picture shows: how many of its pixels lie in the
-/// boxes of their active cells, or in how many any part of these boxes is in front of what it
-/// shows, so that what finer cells have there might be seen. The answer comes back later, so that
-/// nobody waits.
+/// boxes of their active cells, or whether any part of these boxes is in front of what it shows, so
+/// that what finer cells have there might be seen. The answer comes back later, so that nobody
+/// waits.
 class SightQuery {
  public:
   /// A visible chunk; without samples where it was culled.
@@ -33,11 +33,9 @@ class SightQuery {
   struct Picture {
     GLuint depths = 0;           ///< texture array; layer 0 is opaque
     GLuint farthest_depths = 0;  ///< DepthTiles of layer 0
-    int tiles = 0;               ///< of farthest_depths
     int layers = 1;
     std::vector<float> isocodes;
     std::vector<GLint> isosurface_layers;  ///< of each isocode
-    GLuint empty_vertex_array = 0;
   };
 
   SightQuery() = default;
@@ -61,7 +59,7 @@ class SightQuery {
   Result<void> link(GLuint frame_binding);
   Result<void> make_answer(int rows);
 
-  GlProgram program_, tiles_program_;
+  GlProgram program_;
   ImageTarget answer_{GL_RGBA8, "for a sight query"};
   GLuint read_buffer_ = 0;
   int least_px_ = 1;

@@ -150,6 +150,46 @@ TEST_F(SightGpu, ClippedSurfacesHideNothingAndAreNotSeen) {
   EXPECT_TRUE(more);
 }
 
+TEST_F(SightGpu, SplatsOfWhatIsThinnerThanACoarseCellStayInsideOfTheCell) {
+  // A slope on which single voxels stand out that no corner of a cell of level 2 is: the slope
+  // moves samples to the faces of their cells.
+  constexpr uint32_t level = 2;
+  const auto stands_out = [](int32_t i) { return i % 16 == 6; };
+  volume_ = sampled_volume({129, 129, 129}, {1, 1, 1}, [&](Vec3d p) {
+    const bool all =
+        stands_out(int32_t(p.x)) && stands_out(int32_t(p.y)) && stands_out(int32_t(p.z));
+    return all ? 30000 : 10 * p.x + 5 * p.y + 2 * p.z;
+  });
+  settings_.isosurfaces = {{15000, {1, 1, 1}, 1}};
+  renderer_->set_camera(default_camera(volume_.grid, double(kWidth) / kHeight));
+  for (const SplatKind kind : {SplatKind::exact, SplatKind::ellipse}) {
+    settings_.kind = kind;
+    show_volume(*renderer_, volume_, 15000, 15000, level);
+    renderer_->set_settings(settings_);
+    ASSERT_TRUE(draw_image(*renderer_, kWidth, kHeight));
+    const auto pixels = renderer_->read_surface().value();
+    const CameraFrame frame = camera_frame(renderer_->camera());
+    const double scale = frame.tan_half_field_of_view * 2 / kHeight;
+    int hits = 0, outside = 0;
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      if (!pixels[size_t(i)].hit) continue;
+      ++hits;
+      const double x = (i % kWidth + 0.5 - 0.5 * kWidth) * scale;
+      const double y = (i / kWidth + 0.5 - 0.5 * kHeight) * scale;
+      const Vec3d p =
+          frame.eye + (frame.forward + frame.right * x + frame.up * y) * pixels[size_t(i)].depth;
+      // Voxel 6 is inside of the cell from 4 to 8.
+      const auto is_inside = [](double at) {
+        const double in_pattern = at - 16 * std::floor(at / 16);
+        return in_pattern > 4 - 0.05 && in_pattern < 8 + 0.05;
+      };
+      outside += !(is_inside(p.x) && is_inside(p.y) && is_inside(p.z));
+    }
+    EXPECT_GT(hits, 1000);
+    EXPECT_EQ(outside, 0) << "of " << hits << ", kind " << int(kind);
+  }
+}
+
 TEST_F(SightGpu, NeedsAPictureThatIsTrue) {
   const uint64_t id = 0;
   EXPECT_EQ(renderer_->begin_sight_query({&id, 1}, 1).error().status, Status::invalid_argument);

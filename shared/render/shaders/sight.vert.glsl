@@ -1,6 +1,6 @@
 // One sample becomes one dot in the answer, at its region's place in its chunk's row: in how many px
-// the picture shows a surface inside of its cell (no px shows two cells), or with u_in_front, in how
-// many px any part of its cell is in front of what the picture shows.
+// the picture shows a surface inside of its cell (no px shows two cells), or with u_in_front, whether
+// any part of its cell is in front of what the picture shows in any px.
 layout(location = 0) in uvec4 a_sample;
 uniform vec4 u_block;        // as in splat.vert.glsl
 uniform float u_isocodes[MAX_ISOSURFACES];
@@ -84,44 +84,26 @@ vec2 ray_in_box(vec3 ray, vec3 centre, vec3 half_box) {
   return between;
 }
 
-// As how many px one counts that shows what is inside of a box: it is wrong, most likely. Where this
-// layer is background nearby, it is conspicuous.
-int weight_shown(ivec2 px, int layer) {
-  ivec2 last = ivec2(u_image.xy) - 1;
-  for (int i = 0; i < 9; ++i) {
-    ivec2 at = clamp(px + 2 * (ivec2(i % 3, i / 3) - 1), ivec2(0), last);
-    if (texelFetch(u_depths, ivec3(at, layer), 0).x == 1.0) return SIGHT_MOST_PX;
-  }
-  return SIGHT_SHOWN_PX;
-}
-
-// As how many px this one counts, in which something else might be seen: 1 where a part of the box
-// is in front of what it shows, of the opaque surfaces or of one of these layers.
-int in_front(ivec2 px, vec3 centre, vec3 half_box, uint layers) {
+// Whether any part of the box is in front of what this px shows, of the opaque surfaces or of one of
+// these layers: something else might be seen there.
+bool is_in_front(ivec2 px, vec3 centre, vec3 half_box, uint layers) {
   vec2 between = ray_in_box(ray_through(px), centre, half_box);
-  if (between.x > between.y) return 0;
+  if (between.x > between.y) return false;
   float nearest = window_depth(between.x) - SIGHT_DEPTH_MARGIN;
-  float farthest = window_depth(between.y) + SIGHT_DEPTH_MARGIN;
-  float opaque = texelFetch(u_depths, ivec3(px, 0), 0).x;
-  if (nearest > opaque) return 0;
-  int found = 0;
+  if (nearest > texelFetch(u_depths, ivec3(px, 0), 0).x) return false;
   for (int layer = 0; layer < u_layers; ++layer) {
     if ((layers >> layer & 1u) == 0u) continue;
-    float depth = layer == 0 ? opaque : texelFetch(u_depths, ivec3(px, layer), 0).x;
-    if (nearest > depth) continue;
-    if (depth < 1.0 && depth <= min(opaque, farthest)) return weight_shown(px, layer);
-    found = 1;
+    if (layer == 0 || nearest <= texelFetch(u_depths, ivec3(px, layer), 0).x) return true;
   }
-  return found;
+  return false;
 }
 
-// The px in which any part of the box is in front of what the picture shows, up to SIGHT_MOST_PX:
-// that many if one shows what is inside of the box. Looks px by px in the tiles whose farthest depth
-// does not say no. Boxes so large that this takes long count as in front.
-int px_in_front(vec3 centre, vec3 half_box, ivec4 bounds, float nearest, uint layers) {
+// Whether any px is one in which a part of the box is in front of what the picture shows. Looks px by
+// px in the tiles whose farthest depth does not say no. Boxes so large that this takes long count as
+// in front.
+bool is_anywhere_in_front(vec3 centre, vec3 half_box, ivec4 bounds, float nearest, uint layers) {
   ivec4 tiles = bounds / HIDING_TILE_PX;
-  if (any(greaterThan(tiles.zw - tiles.xy, ivec2(SIGHT_MOST_TILES)))) return SIGHT_MOST_PX;
-  int count = 0;
+  if (any(greaterThan(tiles.zw - tiles.xy, ivec2(SIGHT_MOST_TILES)))) return true;
   float depth = window_depth(nearest) - SIGHT_DEPTH_MARGIN;
   for (int tile_y = tiles.y; tile_y <= tiles.w; ++tile_y) {
     for (int tile_x = tiles.x; tile_x <= tiles.z; ++tile_x) {
@@ -131,13 +113,12 @@ int px_in_front(vec3 centre, vec3 half_box, ivec4 bounds, float nearest, uint la
       ivec2 high = min(bounds.zw, tile * HIDING_TILE_PX + (HIDING_TILE_PX - 1));
       for (int y = low.y; y <= high.y; ++y) {
         for (int x = low.x; x <= high.x; ++x) {
-          count += in_front(ivec2(x, y), centre, half_box, layers);
-          if (count >= SIGHT_MOST_PX) return count;
+          if (is_in_front(ivec2(x, y), centre, half_box, layers)) return true;
         }
       }
     }
   }
-  return count;
+  return false;
 }
 
 void main() {
@@ -151,14 +132,19 @@ void main() {
   vec3 centre = u_block.xyz + u_block.w * u_cell.xyz * (cell.low + 0.5);
   float z = dot(centre, u_forward.xyz);
   vec3 reach_of_unit = vec3(u_step_right.w, u_step_up.w, u_step_forward.w);
-  if (!u_in_front) half_box += SIGHT_MARGIN_PX * u_lens.y * max(z, u_depth.z) * reach_of_unit;
+  if (u_in_front) half_box *= max(u_lens.w, 1.0) * (1.0 + 2.0 * SIGHT_MARGIN_CELLS);
+  else half_box += SIGHT_MARGIN_PX * u_lens.y * max(z, u_depth.z) * reach_of_unit;
   float reach = dot(abs(u_forward.xyz), half_box);
   if (z + reach < u_depth.z || is_beside(centre, half_box)) return;
   ivec4 bounds = px_bounds(centre, half_box, z, reach);
   if (any(greaterThan(bounds.xy, bounds.zw))) return;
-  int found = u_in_front
-                  ? px_in_front(centre, half_box, bounds, max(z - reach, u_depth.z), layers)
-                  : px_shown(centre, half_box, bounds);
+  int found;
+  if (u_in_front) {
+    float nearest = max(z - reach, u_depth.z);
+    found = is_anywhere_in_front(centre, half_box, bounds, nearest, layers) ? SIGHT_MOST_PX : 0;
+  } else {
+    found = px_shown(centre, half_box, bounds);
+  }
   if (found == 0) return;
 
   uvec3 region = uvec3(cell.low) >> 3;

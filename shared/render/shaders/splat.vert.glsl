@@ -92,9 +92,13 @@ void main() {
 
   float footprint = thin_footprint(cell, isocode);
   if (footprint < 1.0 || u_switches.y == 0) {
-    // The corners know no surface there, or it is not asked for: a plane in a cell about the sample.
+    // The corners know no surface there, or it is not asked for: a plane in a smaller cell about the
+    // sample, or as near to it as the cell has room for that. The sight query asks of no more than
+    // the cell.
+    vec3 room = 0.5 * (1.0 - footprint) * size;
     size *= footprint;
-    centre = position;
+    centre += clamp(displacement, -room, room);
+    position = centre;
     displacement = vec3(0.0);
     if (footprint < 1.0) {
       in_view = towards_eye(in_view, position);
