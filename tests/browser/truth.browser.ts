@@ -21,7 +21,9 @@ import {
   trueCases,
 } from "./support/truth.ts";
 
-const cases = trueCases.filter(({ name }) => ["aneurysm", "engine", "CT_AVM"].includes(name));
+/** Small volumes; and views that were wrong although those that had been measured were not. */
+const tested = ["aneurysm 150.5", "aneurysm 60.5", "bonsai 150.5", "engine 60.5", "CT_AVM 220.5"];
+const cases = trueCases.filter(({ name, isovalue }) => tested.includes(`${name} ${isovalue}`));
 const canvas = { width: 608, height: 472 };
 
 test.skip(!existsSync(volumesFolder), `no real volumes in ${volumesFolder}`);
@@ -37,14 +39,14 @@ test.beforeAll(async () => {
   test.setTimeout(300_000);
   folder = mkdtempSync(join(tmpdir(), "isosplat-truth-"));
   for (const each of cases) {
-    const volume = join(volumesFolder, each.file);
-    execFileSync(program, ["build", volume, "-o", storeOf(each)], { stdio: "pipe" });
-    for (const camera of [each.far, each.near]) {
-      const output = join(folder, "truth.png");
-      truths.set(
-        `${each.name} ${camera}`,
-        nativePicture(storeOf(each), each, camera, canvas, output),
-      );
+    const store = storeOf(each);
+    if (!existsSync(store)) {
+      const volume = join(volumesFolder, each.file);
+      execFileSync(program, ["build", volume, "-o", store], { stdio: "pipe" });
+    }
+    for (const camera of Object.values(each.views)) {
+      const picture = nativePicture(store, each, camera, canvas, join(folder, "truth.png"));
+      truths.set(queryOf(each, camera), picture);
     }
   }
   server = await serve([folder]);
@@ -54,10 +56,10 @@ test.afterAll(async () => {
   if (folder) rmSync(folder, { recursive: true });
 });
 
-async function expectTruth(page: Page, { name }: TrueCase, camera: string): Promise<void> {
+async function expectTruth(page: Page, each: TrueCase, camera: string): Promise<void> {
   await completeAndSettled(page);
-  const truth = truths.get(`${name} ${camera}`);
-  if (!truth) throw new Error(`no picture of ${name} from ${camera}`);
+  const truth = truths.get(queryOf(each, camera));
+  if (!truth) throw new Error(`no picture of ${each.name} from ${camera}`);
   const { covered, differing, stray } = await differenceFrom(page, truth);
   expect(covered).toBeGreaterThan(5000);
   expect(differing).toBeLessThanOrEqual(mostDiffering * covered);
@@ -86,11 +88,12 @@ async function setIsovalue(page: Page, isovalue: number): Promise<void> {
 }
 
 for (const each of cases) {
-  for (const view of ["far", "near"] as const) {
-    test(`${each.name}, ${view}: a complete picture is the true one`, async ({ page }) => {
+  for (const [view, camera] of Object.entries(each.views)) {
+    const what = `${each.name} ${each.isovalue}, ${view}`;
+    test(`${what}: a complete picture is the true one`, async ({ page }) => {
       test.setTimeout(240_000);
-      await page.goto(server.url + queryOf(each, each[view]));
-      await expectTruth(page, each, each[view]);
+      await page.goto(server.url + queryOf(each, camera));
+      await expectTruth(page, each, camera);
       await expect(page.locator(".status-level")).toHaveText("full resolution");
     });
   }
@@ -99,19 +102,20 @@ for (const each of cases) {
 test("whatever was looked at before", async ({ page }) => {
   test.setTimeout(300_000);
   const [each] = cases;
-  if (!each) throw new Error("no volume");
-  await page.goto(server.url + queryOf(each, each.far));
+  const camera = each?.views.far;
+  if (!each || !camera) throw new Error("no volume");
+  await page.goto(server.url + queryOf(each, camera));
   await completeAndSettled(page);
   await dragAndBack(page, 12);
-  await expectTruth(page, each, each.far);
+  await expectTruth(page, each, camera);
 
   // Another isovalue, left before it is complete.
   await setIsovalue(page, 60.5);
   await setIsovalue(page, each.isovalue);
-  await expectTruth(page, each, each.far);
+  await expectTruth(page, each, camera);
 
   await setIsovalue(page, 40.5);
   await completeAndSettled(page);
   await setIsovalue(page, each.isovalue);
-  await expectTruth(page, each, each.far);
+  await expectTruth(page, each, camera);
 });

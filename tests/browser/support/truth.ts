@@ -9,14 +9,13 @@ import { complete, savedPicture, settled } from "./view.ts";
 /** Most of the covered pixels that may differ. */
 export const mostDiffering = 1e-4;
 
-/** An isosurface of a real volume, and cameras for which level 0 is what the view resolves. */
+/** An isosurface of a real volume, and views for which level 0 is what they resolve. */
 export interface TrueCase {
   name: string;
   file: string;
   isovalue: number;
-  /** As in the page's address. */
-  far: string;
-  near: string;
+  /** Cameras as in the page's address, by a name. */
+  views: Record<string, string>;
 }
 
 export const trueCases: TrueCase[] = [
@@ -24,50 +23,132 @@ export const trueCases: TrueCase[] = [
     name: "aneurysm",
     file: "aneurysm.nhdr",
     isovalue: 150.5,
-    far: "37.2,22.4,800,127,127,127",
-    near: "37.2,22.4,220,127,127,127",
+    views: {
+      far: "37.2,22.4,800,127,127,127",
+      near: "37.2,22.4,220,127,127,127",
+    },
+  },
+  {
+    name: "aneurysm",
+    file: "aneurysm.nhdr",
+    isovalue: 60.5,
+    views: {
+      aside: "10,60,300,127,127,127",
+    },
   },
   {
     name: "bonsai",
     file: "bonsai.nhdr",
     isovalue: 71.5,
-    far: "37.2,22.4,800,127,127,127",
-    near: "60,15,260,127,127,150",
+    views: {
+      far: "37.2,22.4,800,127,127,127",
+      near: "60,15,260,127,127,150",
+    },
+  },
+  {
+    name: "bonsai",
+    file: "bonsai.nhdr",
+    isovalue: 150.5,
+    views: {
+      aside: "30,-20,350,127,127,100",
+    },
   },
   {
     name: "engine",
     file: "engine.nhdr",
     isovalue: 60.5,
-    far: "37.2,22.4,700,127,127,64",
-    near: "37.2,22.4,250,127,127,64",
+    views: {
+      far: "37.2,22.4,700,127,127,64",
+      near: "37.2,22.4,250,127,127,64",
+    },
   },
   {
     name: "lobster",
     file: "lobster.nhdr",
     isovalue: 40.5,
-    far: "37.2,42.4,800,150,160,40",
-    near: "20,50,220,150,160,40",
+    views: {
+      far: "37.2,42.4,800,150,160,40",
+      near: "20,50,220,150,160,40",
+    },
   },
   {
     name: "bunny_ct_i16",
     file: "bunny_ct_i16.nrrd",
     isovalue: 1000.5,
-    far: "37.2,22.4,400,86,86,90",
-    near: "37.2,22.4,150,86,86,90",
+    views: {
+      far: "37.2,22.4,400,86,86,90",
+      near: "37.2,22.4,150,86,86,90",
+    },
+  },
+  {
+    name: "bunny_ct_i16",
+    file: "bunny_ct_i16.nrrd",
+    isovalue: 1500.5,
+    views: {
+      aside: "250,40,250,86,86,90",
+    },
   },
   {
     name: "CT_AVM",
     file: "CT_AVM.nii.gz",
     isovalue: 300.5,
-    far: "37.2,22.4,650,-18.4,-17,12",
-    near: "37.2,22.4,180,-18.4,-17,12",
+    views: {
+      far: "37.2,22.4,650,-18.4,-17,12",
+      near: "37.2,22.4,180,-18.4,-17,12",
+    },
+  },
+  {
+    name: "CT_AVM",
+    file: "CT_AVM.nii.gz",
+    isovalue: 220.5,
+    views: {
+      aside: "200,10,500,-18.4,-17,12",
+    },
+  },
+  {
+    name: "CT_AVM",
+    file: "CT_AVM.nii.gz",
+    isovalue: 60.5,
+    views: {
+      above: "110,55,420,-18.4,-17,12",
+      below: "300,-35,330,-18.4,-17,12",
+    },
+  },
+  {
+    name: "CT_AVM",
+    file: "CT_AVM.nii.gz",
+    isovalue: 400.5,
+    views: {
+      above: "110,55,420,-18.4,-17,12",
+      below: "300,-35,330,-18.4,-17,12",
+    },
   },
   {
     name: "chris_t1",
     file: "chris_t1.nii.gz",
     isovalue: 70.5,
-    far: "37.2,22.4,700,1,6,7",
-    near: "37.2,22.4,240,1,6,7",
+    views: {
+      far: "37.2,22.4,700,1,6,7",
+      near: "37.2,22.4,240,1,6,7",
+    },
+  },
+  {
+    name: "chris_t1",
+    file: "chris_t1.nii.gz",
+    isovalue: 150.5,
+    views: {
+      above: "110,55,450,1,6,7",
+      below: "300,-35,330,1,6,7",
+    },
+  },
+  {
+    name: "chris_t1",
+    file: "chris_t1.nii.gz",
+    isovalue: 25.5,
+    views: {
+      above: "110,55,450,1,6,7",
+      below: "300,-35,330,1,6,7",
+    },
   },
 ];
 

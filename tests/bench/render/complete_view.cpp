@@ -1,0 +1,260 @@
+// Complete means complete, without a browser: fetches of a store what a view needs, as web/stream
+// does, and compares the picture with that of all samples of level 0. One line for each camera:
+// what truth.bench.ts measures of the page, and the chunks' bytes. "shown": bytes of the chunks of
+// level 0 that show in the picture, the least that could be fetched.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
+
+#include "native/headless/draw_image.h"
+#include "native/headless/egl_context.h"
+#include "native/headless/store_scene.h"
+#include "server/store_file.h"
+#include "shared/codec/chunk_codec.h"
+#include "shared/select/selector.h"
+
+namespace isosplat {
+namespace {
+
+constexpr int kWidth = 944, kHeight = 748;
+constexpr uint64_t kCoarseBytes = 160 * 1024;
+
+[[noreturn]] void die(const Error& error) {
+  fmt::print(stderr, "{}\n", error.message);
+  std::exit(1);
+}
+
+template <class T>
+T need(Result<T> result) {
+  if (!result) die(result.error());
+  return std::move(*result);
+}
+void need(Result<void> result) {
+  if (!result) die(result.error());
+}
+
+struct Difference {
+  int covered = 0, differing = 0, stray = 0, lost = 0;
+};
+
+bool is_covered(const Image& image, int x, int y) {
+  const uint8_t* p = image.at(x, y);
+  return 3 * 255 - p[0] - p[1] - p[2] > 12;
+}
+bool is_near_covered(const Image& image, int x, int y) {
+  for (int v = std::max(0, y - 1); v <= std::min(image.height - 1, y + 1); ++v) {
+    for (int u = std::max(0, x - 1); u <= std::min(image.width - 1, x + 1); ++u) {
+      if (is_covered(image, u, v)) return true;
+    }
+  }
+  return false;
+}
+
+Difference compare(const Image& ours, const Image& truth) {
+  Difference d;
+  for (int y = 0; y < truth.height; ++y) {
+    for (int x = 0; x < truth.width; ++x) {
+      int sum = 0;
+      for (int c = 0; c < 3; ++c) sum += std::abs(ours.at(x, y)[c] - truth.at(x, y)[c]);
+      d.differing += sum > 60;
+      const bool covered = is_covered(truth, x, y);
+      d.covered += covered;
+      d.stray += is_covered(ours, x, y) && !is_near_covered(truth, x, y);
+      d.lost += covered && !is_near_covered(ours, x, y);
+    }
+  }
+  return d;
+}
+
+RenderSettings settings_of(double isovalue) {
+  RenderSettings settings;
+  settings.kind = SplatKind::exact;
+  settings.isosurfaces = {{isovalue, {0.85f, 0.8f, 0.7f}, 1}};
+  settings.background = {1, 1, 1, 1};
+  return settings;
+}
+
+/// What a visitor to one view fetches.
+class Visit {
+ public:
+  Visit(const StoreFile& file, Renderer& renderer, const Camera& camera, double isovalue)
+      : file_(file),
+        renderer_(renderer),
+        store_(need(StoreReader::open(file.head()))),
+        selector_(store_) {
+    const StoreInfo& info = file.info();
+    renderer.set_volume(info.grid, info.mapping);
+    renderer.set_settings(settings_of(isovalue));
+    renderer.set_camera(camera);
+    view_.view_projection =
+        projection(camera, bounding_sphere(info.grid), {0, 0, 0}, kWidth, kHeight).clip_from_world;
+    view_.width_px = kWidth;
+    view_.height_px = kHeight;
+    view_.isocodes = {info.mapping.isocode(isovalue)};
+    view_.occlusion = true;
+    const CoarseRange coarse = store_.coarse_range(kCoarseBytes);
+    for (uint32_t l = coarse.first_level; l < info.levels; ++l) {
+      for (const uint32_t index : store_.missing_pages(l, 0, 65535)) page(index);
+    }
+    for (uint32_t l = coarse.first_level; l < info.levels; ++l) {
+      for (const ChunkRef& chunk : need(store_.chunks_for(l, 0, 65535))) {
+        load(selector_.handle_of(chunk));
+      }
+    }
+  }
+
+  void run() {
+    const std::vector<int> steps = {255, 160, 0};
+    for (size_t step = 0, turns = 0; turns < 400; ++turns) {
+      Selection selection = need(selector_.select(view_));
+      if (fetch(selection)) continue;
+      show(selection);
+      ++tests;
+      need(selector_.set_sight(ask(selection, steps[step])));
+      selection = need(selector_.select(view_));
+      if (!selection.pages.empty() || !selection.load.empty()) continue;
+      if (selection.undecided > 0) {
+        fmt::print("stuck: {} undecided at step {}\n", selection.undecided, steps[step]);
+        return;
+      }
+      if (++step == steps.size()) return;
+    }
+    fmt::print("does not end\n");
+  }
+
+  Image picture() { return need(draw_image(renderer_, kWidth, kHeight, nullptr, true)); }
+
+  uint64_t bytes_shown() {
+    const Selection selection = need(selector_.select(view_));
+    show(selection);
+    std::vector<uint64_t> ids;
+    for (const DrawnChunk& drawn : selection.draw) ids.push_back(drawn.handle);
+    uint64_t sum = 0;
+    for (size_t i = 0; i < ids.size(); i += 1000) {
+      const size_t count = std::min<size_t>(1000, ids.size() - i);
+      need(renderer_.begin_sight_query(std::span(ids).subspan(i, count), 1));
+      for (const ChunkSight& sight : answer()) {
+        if (sight.seen.any())
+          sum += need(selector_.chunk(static_cast<ChunkHandle>(sight.id))).bytes;
+      }
+    }
+    return sum;
+  }
+
+  std::map<uint32_t, uint64_t> bytes;  ///< by level
+  int tests = 0;
+
+ private:
+  void page(uint32_t index) {
+    if (!store_.is_resident(index)) need(store_.add_page(index, need(file_.read_page(index))));
+  }
+
+  void load(ChunkHandle handle) {
+    const ChunkRef chunk = need(selector_.chunk(handle));
+    std::vector<std::byte> encoded;
+    need(file_.read_chunk(chunk, encoded));
+    const LevelGrid grid = level_grid(file_.info().grid.voxels, chunk.block.level);
+    const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.slab_begin, chunk.slab_end,
+                           chunk.cells, chunk.block.level > 0};
+    std::vector<PackedSample> samples;
+    need(decoder_.decode_packed(encoded, shape, samples));
+    need(renderer_.add_chunk(handle, {chunk.block}, samples));
+    need(selector_.set_resident(handle, true));
+    bytes[chunk.block.level] += chunk.bytes;
+  }
+
+  bool fetch(const Selection& selection) {
+    for (const uint32_t index : selection.pages) page(index);
+    for (const ChunkHandle handle : selection.load) load(handle);
+    return !selection.pages.empty() || !selection.load.empty();
+  }
+
+  void show(const Selection& selection) {
+    std::vector<VisibleChunk> visible;
+    for (const DrawnChunk& drawn : selection.draw) visible.push_back({drawn.handle, drawn.regions});
+    renderer_.set_visible(visible);
+    if (renderer_.needs_redraw(kWidth, kHeight)) need(draw_image(renderer_, kWidth, kHeight));
+  }
+
+  std::vector<ChunkSight> answer() {
+    for (;;) {
+      if (auto taken = renderer_.take_sight_query()) return *taken;
+    }
+  }
+
+  std::vector<DrawnSight> ask(const Selection& selection, int least_px) {
+    if (selection.test.empty()) return {};
+    const std::vector<uint64_t> ids(selection.test.begin(), selection.test.end());
+    need(renderer_.begin_sight_query(ids, least_px));
+    std::vector<DrawnSight> sights;
+    for (const ChunkSight& sight : answer()) {
+      sights.push_back({static_cast<ChunkHandle>(sight.id), sight.tested, sight.seen});
+    }
+    return sights;
+  }
+
+  const StoreFile& file_;
+  Renderer& renderer_;
+  StoreReader store_;
+  Selector selector_;
+  ChunkDecoder decoder_;
+  View view_;
+};
+
+Camera parse_camera(const std::string& text) {
+  std::vector<double> c;
+  for (size_t at = 0; at <= text.size();) {
+    const size_t end = std::min(text.find(',', at), text.size());
+    c.push_back(std::atof(text.substr(at, end - at).c_str()));
+    at = end + 1;
+  }
+  return {{c.at(3), c.at(4), c.at(5)}, c[2], c[0], c[1], 0, 30};
+}
+
+int run(int argc, char** argv) {
+  if (argc < 4) {
+    fmt::print(stderr, "usage: isosplat_complete_view STORE ISOVALUE CAMERA...\n");
+    return 2;
+  }
+  const auto file = need(StoreFile::open(argv[1]));
+  const double isovalue = std::atof(argv[2]);
+  const auto context = need(EglContext::create());
+  const auto renderer = need(Renderer::create());
+  int wrong = 0;
+  for (int i = 3; i < argc; ++i) {
+    const Camera camera = parse_camera(argv[i]);
+    Visit visit(*file, *renderer, camera, isovalue);
+    visit.run();
+    const Image ours = visit.picture();
+    const uint64_t shown = visit.bytes_shown();
+    std::string levels;
+    uint64_t sum = 0;
+    for (const auto& [level, bytes] : visit.bytes) {
+      levels += fmt::format(" {}:{}", level, bytes / 1000);
+      sum += bytes;
+    }
+    const std::vector<double> isovalues{isovalue};
+    need(show_store(*renderer, *file, isovalues, 0, UINT64_MAX));
+    const Image truth = need(draw_image(*renderer, kWidth, kHeight, nullptr, true));
+    const Difference d = compare(ours, truth);
+    fmt::print(
+        "{} {}: covered {} differing {} stray {} lost {}; {} KB (shown {}), by level{}; {} tests\n",
+        argv[2], argv[i], d.covered, d.differing, d.stray, d.lost, sum / 1000, shown / 1000, levels,
+        visit.tests);
+    std::fflush(stdout);
+    wrong += d.stray > 0 || d.differing > d.covered / 10000;
+  }
+  return wrong > 0;
+}
+
+}  // namespace
+}  // namespace isosplat
+
+int main(int argc, char** argv) {
+  return isosplat::run(argc, argv);
+}
