@@ -25,7 +25,7 @@ struct BlockNode {
   bool expanded = false;          ///< its children are known
   bool unknown_children = false;  ///< … but for those whose page is missing
   int32_t first_child = 0, child_count = 0;
-  uint8_t empty_octants = 0;  ///< bit x + 2y + 4z: known to have no active cell in the frustum
+  uint8_t empty_octants = 0;      ///< bit x + 2y + 4z: known to have no active cell in the frustum
   bool full_by_children = false;  ///< resident blocks below cover all of it
 
   bool full() const { return full_by_children || resident; }
