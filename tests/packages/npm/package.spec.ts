@@ -48,6 +48,24 @@ test("the README has the examples", () => {
   );
 });
 
+test("the README names members that the declarations have", () => {
+  const installed = join(project.folder, "node_modules/isosplat");
+  const declarations: Record<string, string> = {
+    core: "core/core.d.ts",
+    store: "core/core.d.ts",
+    session: "stream/session.d.ts",
+    viewer: "viewer/viewer.d.ts",
+  };
+  const readme = readFileSync(join(installed, "README.md"), "utf8");
+  const members = [...readme.matchAll(/`(core|store|session|viewer)\.(\w+)/g)];
+  expect(members.length).toBeGreaterThan(15);
+  for (const [, object = "", member = ""] of members) {
+    const declared = readFileSync(join(installed, declarations[object] ?? ""), "utf8");
+    const inherited = member === "on"; // Emitter
+    if (!inherited) expect(declared).toMatch(new RegExp(`^ {4}(readonly |get )?${member}\\b`, "m"));
+  }
+});
+
 test("example 1: a local store in Node", async () => {
   expect(await run("points.mjs")).toBe(`150 × 131 × 70 voxels, ${points()} points`);
 });
