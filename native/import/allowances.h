@@ -21,7 +21,7 @@ inline constexpr AllowanceFlag kAllowances[] = {
     {Allowance::gaps, "--allow-gaps",
      "Read a series or list of slices though some are missing, unreadable or unevenly spaced"},
     {Allowance::truncated, "--allow-truncated",
-     "Read a file that ends before its last voxel; what is missing is filled"},
+     "Read a file that ends before its last voxel; what is missing has no value"},
     {Allowance::surplus, "--allow-surplus",
      "Read a file that holds more voxels than its header says; what is too much is left out"},
     {Allowance::unplaced, "--allow-unplaced",

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "native/import/absent_voxels.h"
 #include "native/import/formats.h"
 
 namespace isosplat {
@@ -31,8 +32,10 @@ class ArraySource : public VolumeSource {
       : volume_(std::move(volume)),
         reverse_rows_(orientation.reverse_rows),
         reader_(std::move(reader)) {
-    header_ = {orientation.grid, volume_.stored.type,  volume_.format,
-               volume_.name,     volume_.stored.slope, volume_.stored.intercept};
+    const VoxelType type = volume_.stored.type;
+    header_ = {orientation.grid,     volume_.missing.empty() ? type : type_with_absent(type),
+               volume_.format,       volume_.name,
+               volume_.stored.slope, volume_.stored.intercept};
   }
 
   const VolumeHeader& header() const override { return header_; }
@@ -55,7 +58,7 @@ class ArraySource : public VolumeSource {
     for (size_t z = 0; z < static_cast<size_t>(count); ++z) {
       const auto to = out.subspan(z * slice, slice);
       if (!at_once) {
-        if (auto r = read_slice(static_cast<uint64_t>(first) + z, to); !r) return r;
+        if (auto r = read_some(static_cast<uint64_t>(first) + z, to); !r) return r;
       }
       if (reverse_rows_) reverse_rows(to, nx * voxel_bytes(header_.type));
     }
@@ -75,12 +78,26 @@ class ArraySource : public VolumeSource {
  private:
   size_t stored_voxel() const { return voxel_bytes(volume_.stored.type); }
 
+  /// A slice that is not read at once: as it is stored, or with absent voxels.
+  Result<void> read_some(uint64_t z, std::span<std::byte> out) {
+    if (volume_.missing.empty()) return read_slice(z, out);
+    std::span<std::byte> stored = out;
+    if (header_.type != volume_.stored.type) {
+      stored_.resize(out.size() / voxel_bytes(header_.type) * stored_voxel());
+      stored = stored_;
+    }
+    if (auto r = read_slice(z, stored); !r) return r;
+    if (header_.type != volume_.stored.type) {
+      convert_voxels(volume_.stored.type, stored, header_.type, out);
+    }
+    mark_absent(z, out);
+    return {};
+  }
+
   Result<void> read_slice(uint64_t z, std::span<std::byte> out) {
     const auto nx = static_cast<uint64_t>(volume_.voxels.x);
     const auto ny = static_cast<uint64_t>(volume_.voxels.y);
-    const auto nz = static_cast<uint64_t>(volume_.voxels.z);
-    const uint64_t inner[] = {1, nx, nx * ny, nx * ny * nz};  // voxels that lie together, by axis
-    const uint64_t together = volume_.steps == 1 ? inner[3] : inner[volume_.step_axis];
+    const uint64_t together = voxels_together();
     const size_t voxels = static_cast<size_t>(nx * ny);
     Result<void> read;
     if (together == 1) {
@@ -96,8 +113,16 @@ class ArraySource : public VolumeSource {
     }
     if (!read) return read;
     to_native_order(volume_.stored, out);
-    if (!volume_.missing.empty()) fill_missing(z, together, out);
     return {};
+  }
+
+  /// How many voxels of the step taken follow each other before those of another step.
+  uint64_t voxels_together() const {
+    const auto nx = static_cast<uint64_t>(volume_.voxels.x);
+    const auto ny = static_cast<uint64_t>(volume_.voxels.y);
+    const auto nz = static_cast<uint64_t>(volume_.voxels.z);
+    const uint64_t inner[] = {1, nx, nx * ny, nx * ny * nz};  // by axis
+    return volume_.steps == 1 ? inner[3] : inner[volume_.step_axis];
   }
 
   /// Where a voxel of the step taken is in the reader.
@@ -145,20 +170,17 @@ class ArraySource : public VolumeSource {
     return {};
   }
 
-  void fill_missing(uint64_t z, uint64_t together, std::span<std::byte> out) {
-    const auto fill = [&]<class T>(T value) {
-      const uint64_t voxels = out.size() / sizeof(T);
-      for (uint64_t i = 0; i < voxels; ++i) {
-        const uint64_t begin = place(z * voxels + i, together), end = begin + stored_voxel();
-        for (const ByteRange& range : volume_.missing) {
-          if (range.begin < end && begin < range.end) {
-            std::memcpy(out.data() + i * sizeof(T), &value, sizeof(T));
-          }
+  void mark_absent(uint64_t z, std::span<std::byte> out) {
+    const size_t bytes = voxel_bytes(header_.type);
+    const uint64_t voxels = out.size() / bytes, together = voxels_together();
+    for (uint64_t i = 0; i < voxels; ++i) {
+      const uint64_t begin = place(z * voxels + i, together), end = begin + stored_voxel();
+      for (const ByteRange& range : volume_.missing) {
+        if (range.begin < end && begin < range.end) {
+          make_absent(header_.type, out.subspan(i * bytes, bytes));
         }
       }
-    };
-    if (header_.type == VoxelType::f32) fill(std::numeric_limits<float>::quiet_NaN());
-    if (header_.type == VoxelType::f64) fill(std::numeric_limits<double>::quiet_NaN());
+    }
   }
 
   /// Of compressed data and text only the end tells whether there is more than the header says.
@@ -181,7 +203,8 @@ class ArraySource : public VolumeSource {
   bool end_is_checked_ = false;
   std::unique_ptr<ByteReader> reader_;
   VolumeHeader header_;
-  std::vector<std::byte> row_;  ///< one row with all its steps
+  std::vector<std::byte> row_;     ///< one row with all its steps
+  std::vector<std::byte> stored_;  ///< a slice as it is stored, where voxels are absent
 };
 
 }  // namespace
@@ -223,7 +246,7 @@ Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> re
                       "it again, or read what is there with {}",
                       text, flag_of(Allowance::truncated)));
     }
-    notes.push_back(text + ": the rest is filled");
+    notes.push_back(text + ": the voxels after it have no value");
     volume.missing.push_back({volume.offset + found - found % bytes, volume.offset + needed});
   } else if (volume.plain && volume.ends_with_file && found > needed) {
     if (!volume.allowed.has(Allowance::surplus)) {

@@ -27,7 +27,7 @@ struct ArrayVolume {
   uint64_t step = 0;           ///< the one taken
   bool plain = true;           ///< the reader's size is exact, and says how many voxels there are
   bool ends_with_file = true;  ///< nothing may follow the last voxel
-  std::vector<ByteRange> missing = {};  ///< of the reader, ascending: filled
+  std::vector<ByteRange> missing = {};  ///< of the reader, ascending: no value
   Allowances allowed = {};
 };
 
@@ -37,9 +37,9 @@ ArrayVolume make_array(std::string format, const std::filesystem::path& path, Ve
                        const HeaderGeometry& geometry, const ImportOptions& options);
 
 /// Opens an array as a source that reads it slice by slice and holds nothing. `notes`: what a
-/// person should know so far. Voxels that are missing are not a number where the type has that, and
-/// stored as 0 otherwise. Errors: those of orient, and truncated or malformed_volume where the
-/// reader has too few bytes or too many; of compressed data that shows when its end is read.
+/// person should know so far. Voxels that are missing are absent (absent_voxels.h). Errors: those
+/// of orient, and truncated or malformed_volume where the reader has too few bytes or too many; of
+/// compressed data that shows when its end is read.
 Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> reader,
                               std::vector<std::string> notes = {});
 

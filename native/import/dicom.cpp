@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "native/import/absent_voxels.h"
 #include "native/import/array_source.h"
 #include "native/import/dicom_order.h"
 #include "native/import/dicom_pixels.h"
@@ -49,12 +50,13 @@ VoxelType type_for(double low, double high) {
 }
 
 /// Integers stay integers where slope and intercept are, or are the same for all frames: then they
-/// are the volume's own. Others become floats, of 64 bits where pixels have more than 16.
+/// are the volume's own. Others become floats, of 64 bits where pixels have more than 16; so do
+/// integers some of which are absent.
 Values find_values(const Collection& collection, const std::vector<uint32_t>& frames) {
   Values values;
   const Frame& first = collection.frames[frames[0]];
   double low = 0, high = 0, least_pixel = 0, greatest_pixel = 0;
-  bool is_whole = true, is_wide = false, is_float = false;
+  bool is_whole = true, is_wide = false, is_float = false, lacks_some = false;
   values.least_slope = values.greatest_slope = first.slope;
   for (const uint32_t index : frames) {
     const Frame& frame = collection.frames[index];
@@ -64,6 +66,7 @@ Values find_values(const Collection& collection, const std::vector<uint32_t>& fr
     values.least_slope = std::min(values.least_slope, frame.slope);
     values.greatest_slope = std::max(values.greatest_slope, frame.slope);
     is_float = is_float || image.is_float;
+    lacks_some = lacks_some || image.cut_off;
     is_whole = is_whole && !image.is_float && frame.slope == std::round(frame.slope) &&
                frame.intercept == std::round(frame.intercept);
     is_wide = is_wide || (image.is_float ? image.allocated == 64 : image.stored > 16);
@@ -84,6 +87,7 @@ Values find_values(const Collection& collection, const std::vector<uint32_t>& fr
   } else {
     values.type = is_wide ? VoxelType::f64 : VoxelType::f32;
   }
+  if (lacks_some) values.type = type_with_absent(values.type);
   return values;
 }
 
@@ -217,7 +221,7 @@ Result<void> check_images(const Collection& collection, const std::vector<uint32
   };
   const Case cases[] = {
       {cut_off, Allowance::truncated, Status::truncated, "end before their last pixel",
-       "what is missing has the stored value 0"},
+       "the pixels that are missing have no value"},
       {surplus, Allowance::surplus, Status::malformed_volume,
        "have more pixels than their header says", "the first are taken"},
   };
@@ -233,6 +237,30 @@ Result<void> check_images(const Collection& collection, const std::vector<uint32
   }
   if (!assumption.empty()) notes.push_back(std::move(assumption));
   return {};
+}
+
+/// The values that the files of the chosen frames say are padding, if all say the same.
+std::optional<FillValue> padding_of(const Collection& collection,
+                                    const std::vector<uint32_t>& frames, const Values& values,
+                                    std::vector<std::string>& notes) {
+  const Frame& first = collection.frames[frames[0]];
+  const Image& image = collection.images[first.image];
+  bool is_same = values.has_one_rescaling, is_any = false;
+  for (const uint32_t index : frames) {
+    const Image& other = collection.images[collection.frames[index].image];
+    is_any = is_any || other.padding;
+    is_same =
+        is_same && other.padding == image.padding && other.padding_limit == image.padding_limit;
+  }
+  if (!is_any) return std::nullopt;
+  if (!is_same) {
+    notes.push_back(
+        "the slices name different values as padding (Pixel Padding Value): they are kept");
+    return std::nullopt;
+  }
+  const double a = first.intercept + first.slope * *image.padding;
+  const double b = first.intercept + first.slope * image.padding_limit.value_or(*image.padding);
+  return FillValue{std::min(a, b), std::max(a, b), false};
 }
 
 /// The volume that frames form.
@@ -294,6 +322,7 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
     slices.push_back({pixels_of(plane.first), pixels_of(plane.second), plane.weight});
   }
   OpenVolume volume;
+  volume.fill_value = padding_of(collection, used, values, notes);
   volume.notes = std::move(notes);
   VolumeHeader header{orientation->grid, values.type,  "DICOM",
                       volume_name(path), values.slope, values.intercept};
@@ -306,6 +335,18 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
 /// The files of a folder that give no frames, by the reason.
 struct LeftOut {
   std::vector<std::string> not_dicom, no_pixels, colour, unreadable;
+
+  /// A file that ends before its pixels. Errors: truncated, unless gaps are allowed.
+  Result<void> add_broken(const std::string& file, const ImportOptions& options) {
+    if (options.allowed.has(Allowance::gaps)) {
+      unreadable.push_back(file);
+      return {};
+    }
+    return fail(Status::truncated,
+                fmt::format("{}: expected a slice, found a file that ends before its pixels: copy "
+                            "or export it again, or leave it out with {}",
+                            file, flag_of(Allowance::gaps)));
+  }
 
   void describe(std::vector<std::string>& notes) const {
     const auto add = [&](const std::vector<std::string>& files, const char* one, const char* many) {
@@ -325,6 +366,23 @@ struct LeftOut {
 bool is_named_dicom(const std::filesystem::path& path) {
   const std::string extension = lower_case(path.extension().string());
   return extension == ".dcm" || extension == ".dicom" || extension == ".ima";
+}
+
+/// Whether a file is so short that DICOM's prefix is cut off, and what there is of it has zeros.
+bool is_blank(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::file_size(path, error) == 0) return true;
+  const auto beginning = read_beginning(path, 256);
+  return beginning && beginning->size() < 132 &&
+         beginning->find_first_not_of('\0') >= std::min<size_t>(128, beginning->size());
+}
+
+/// Whether a file without pixels should have some: others of its kind are images, or it ends before
+/// its kind is said. Reports, plans and indices have kinds of their own.
+bool is_cut_image(const Collection& collection, const Pixelless& file) {
+  return file.sop_class.empty() ||
+         std::any_of(collection.images.begin(), collection.images.end(),
+                     [&](const Image& image) { return image.sop_class == file.sop_class; });
 }
 
 Result<Verdict> add_file(const std::filesystem::path& path, Collection& collection) {
@@ -369,7 +427,11 @@ Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
   for (const std::filesystem::path& file : files_of_folder(path, {})) {
     const std::string name = file.string();
     if (!is_dicom(file) && !is_named_dicom(file)) {
-      left_out.not_dicom.push_back(name);
+      if (!is_blank(file)) {
+        left_out.not_dicom.push_back(name);
+        continue;
+      }
+      if (auto r = left_out.add_broken(name, options); !r) return tl::unexpected(r.error());
       continue;
     }
     const auto verdict = add_file(file, collection);
@@ -380,10 +442,15 @@ Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
                                 verdict.error().message, flag_of(Allowance::gaps)));
       }
       left_out.unreadable.push_back(name);
-    } else if (*verdict == Verdict::no_pixels) {
-      left_out.no_pixels.push_back(name);
     } else if (*verdict == Verdict::colour) {
       left_out.colour.push_back(name);
+    }
+  }
+  for (const Pixelless& file : collection.without_pixels) {
+    if (!is_cut_image(collection, file)) {
+      left_out.no_pixels.push_back(file.file);
+    } else if (auto r = left_out.add_broken(file.file, options); !r) {
+      return tl::unexpected(r.error());
     }
   }
   std::vector<std::string> notes;

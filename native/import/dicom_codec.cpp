@@ -29,9 +29,12 @@ gdcm::Image describe(const Image& image) {
   out.SetNumberOfDimensions(2);
   out.SetDimension(0, static_cast<unsigned>(image.columns));
   out.SetDimension(1, static_cast<unsigned>(image.rows));
-  out.SetPixelFormat(gdcm::PixelFormat(
-      1, static_cast<unsigned short>(image.allocated), static_cast<unsigned short>(image.stored),
-      static_cast<unsigned short>(image.high_bit), image.is_signed ? 1 : 0));
+  // GDCM aborts where the stored bits do not begin with the lowest one; those below the high bit
+  // are stored bits to it then, and to be shifted out by the caller.
+  out.SetPixelFormat(gdcm::PixelFormat(1, static_cast<unsigned short>(image.allocated),
+                                       static_cast<unsigned short>(image.high_bit + 1),
+                                       static_cast<unsigned short>(image.high_bit),
+                                       image.is_signed ? 1 : 0));
   out.SetPhotometricInterpretation(gdcm::PhotometricInterpretation::MONOCHROME2);
   out.SetTransferSyntax(gdcm::TransferSyntax::GetTSType(image.transfer_syntax.c_str()));
   return out;
@@ -65,17 +68,19 @@ Result<void> decompress_frame(ByteReader& file, const Image& image, uint32_t ind
   return {};
 }
 
+/// `absent`: a byte for each frame, 1 where it is absent.
 Result<std::string> decompress_all(std::span<const EncodedFrame> frames, bool fills,
-                                   std::span<std::byte> out) {
+                                   std::span<std::byte> out, std::span<std::byte> absent) {
   std::unique_ptr<ByteReader> file;
   std::vector<std::vector<Fragment>> fragments;
   const Image* opened = nullptr;
   size_t at = 0;
-  for (const EncodedFrame& frame : frames) {
+  for (size_t i = 0; i < frames.size(); ++i) {
+    const EncodedFrame& frame = frames[i];
     const Image& image = *frame.image;
     const auto to = out.subspan(at, static_cast<size_t>(stored_frame_bytes(image)));
     at += to.size();
-    const bool may_lack = fills && image.cut_off;  // the memory for it has zeros
+    const bool may_lack = fills && image.cut_off;
     if (opened != &image) {
       auto plain = open_plain(image.file);
       if (!plain) return tl::unexpected(plain.error());
@@ -85,10 +90,13 @@ Result<std::string> decompress_all(std::span<const EncodedFrame> frames, bool fi
       fragments = std::move(*found);
       opened = &image;
     }
-    if (fragments[frame.index].empty() && may_lack) continue;
+    if (fragments[frame.index].empty() && may_lack) {
+      absent[i] = std::byte{1};
+      continue;
+    }
     if (auto r = decompress_frame(*file, image, frame.index, fragments[frame.index], to); !r) {
       if (!may_lack) return tl::unexpected(r.error());
-      std::fill(to.begin(), to.end(), std::byte{0});
+      absent[i] = std::byte{1};
     }
   }
   return std::string();
@@ -97,13 +105,15 @@ Result<std::string> decompress_all(std::span<const EncodedFrame> frames, bool fi
 }  // namespace
 
 Result<void> decompress(std::span<const EncodedFrame> frames, bool fills, uint64_t memory_bytes,
-                        std::span<std::byte> out) {
-  auto shared = SharedBytes::allocate(out.size());
+                        std::span<std::byte> out, std::vector<bool>& is_absent) {
+  auto shared = SharedBytes::allocate(out.size() + frames.size());
   if (!shared) return tl::unexpected(shared.error());
+  const auto pixels = shared->bytes().first(out.size());
+  const auto absent = shared->bytes().last(frames.size());
   const auto done =
       run_isolated(frames.front().image->file, memory_bytes, [&]() -> Result<std::string> {
         try {
-          return decompress_all(frames, fills, shared->bytes());
+          return decompress_all(frames, fills, pixels, absent);
         } catch (const std::bad_alloc&) {
           return fail(Status::out_of_memory,
                       fmt::format("{}: decompressing it takes more memory than is allowed: allow "
@@ -117,7 +127,9 @@ Result<void> decompress(std::span<const EncodedFrame> frames, bool fills, uint64
         }
       });
   if (!done) return tl::unexpected(done.error());
-  std::copy(shared->bytes().begin(), shared->bytes().end(), out.begin());
+  std::copy(pixels.begin(), pixels.end(), out.begin());
+  is_absent.clear();
+  for (const std::byte b : absent) is_absent.push_back(b != std::byte{0});
   return {};
 }
 

@@ -6,33 +6,10 @@
 #include <cmath>
 #include <set>
 
-#include "native/import/dicom_fragments.h"
+#include "native/import/dicom_image.h"
 
 namespace isosplat::dicom {
 namespace {
-
-constexpr double kMaxFrames = 1 << 20;
-
-constexpr std::string_view kNativeSyntaxes[] = {
-    "1.2.840.10008.1.2",   "1.2.840.10008.1.2.1", "1.2.840.10008.1.2.1.99",
-    "1.2.840.10008.1.2.2", "1.2.840.113619.5.2",
-};
-
-/// What GDCM decodes: JPEG baseline, extended and lossless, JPEG-LS, JPEG 2000, RLE.
-constexpr std::string_view kCompressedSyntaxes[] = {
-    "1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.57",
-    "1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81",
-    "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91", "1.2.840.10008.1.2.5",
-};
-
-/// Kinds of images whose frames follow each other in time.
-constexpr std::string_view kFilmModalities[] = {"XA", "RF", "US", "XC", "ES", "GM",  "OP",
-                                                "DX", "CR", "MG", "IO", "PX", "IVUS"};
-
-template <size_t N>
-bool contains(const std::string_view (&names)[N], std::string_view name) {
-  return std::find(std::begin(names), std::end(names), name) != std::end(names);
-}
 
 uint32_t text_id(Collection& collection, std::string_view text) {
   if (text.empty()) return 0;
@@ -89,14 +66,17 @@ class FileReader {
   }
 
   Result<Verdict> read() {
-    if (elements_.pixels.tag == 0) return Verdict::no_pixels;
+    if (elements_.pixels.tag == 0) {
+      to_.without_pixels.push_back({path_.string(), std::string(sop_class(data_))});
+      return Verdict::no_pixels;
+    }
     photometric_ = data_.text(kPhotometric);
     const bool is_grey =
         photometric_.empty() || photometric_ == "MONOCHROME1" || photometric_ == "MONOCHROME2";
     if (!is_grey || data_.number(kSamplesPerPixel).value_or(1) != 1) return Verdict::colour;
-    if (auto r = read_pixels(); !r) return tl::unexpected(r.error());
-    if (auto r = check_extent(); !r) return tl::unexpected(r.error());
-    find_obstacles();
+    auto image = read_image(elements_, path_);
+    if (!image) return tl::unexpected(image.error());
+    image_ = std::move(*image);
 
     const auto frames = static_cast<size_t>(image_.frames);
     if (per_frame_ && !per_frame_->empty() && per_frame_->size() != frames) {
@@ -114,131 +94,7 @@ class FileReader {
   }
 
  private:
-  tl::unexpected<Error> malformed(std::string_view why) const {
-    return fail(Status::malformed_volume,
-                fmt::format("{}: its DICOM header contradicts itself or is incomplete: {}: export "
-                            "the file again",
-                            path_.string(), why));
-  }
-
-  void refuse(Status status, std::string why) {
-    if (!image_.obstacle.empty()) return;
-    image_.refusal = status;
-    image_.obstacle = std::move(why);
-  }
-
-  /// A whole number of the header. Errors: malformed_volume.
-  Result<int> whole(Tag tag, const char* name, double least, double most,
-                    std::optional<int> otherwise = std::nullopt) const {
-    if (otherwise && !data_.find(tag)) return *otherwise;
-    const auto number = data_.number(tag);
-    if (!number || *number < least || *number > most || *number != std::floor(*number)) {
-      return malformed(fmt::format("expected {} from {} to {}, found {}", name, least, most,
-                                   number ? fmt::format("{}", *number) : "none"));
-    }
-    return static_cast<int>(*number);
-  }
-
-  Result<void> read_pixels() {
-    image_.file = path_.string();
-    image_.transfer_syntax = elements_.transfer_syntax;
-    image_.pixels = elements_.pixels;
-    image_.deflated = elements_.deflated;
-    image_.deflated_start = elements_.deflated_start;
-    image_.instance_uid = data_.text(kSopInstance);
-    image_.stated_slice_spacing = std::abs(data_.number(kSpacingBetweenSlices).value_or(0));
-    image_.is_encapsulated = image_.pixels.bytes == PixelPlace::kUndefined;
-    const auto rows = whole(kRows, "rows", 1, 65535);
-    if (!rows) return tl::unexpected(rows.error());
-    const auto columns = whole(kColumns, "columns", 1, 65535);
-    if (!columns) return tl::unexpected(columns.error());
-    const auto frames = whole(kNumberOfFrames, "frames", 0, kMaxFrames, 1);
-    if (!frames) return tl::unexpected(frames.error());
-    image_.rows = *rows;
-    image_.columns = *columns;
-    image_.frames = std::max(*frames, 1);
-    image_.is_float = image_.pixels.tag != kPixels;
-    if (image_.is_float) {
-      image_.allocated = image_.stored = image_.pixels.tag == kFloatPixels ? 32 : 64;
-      image_.high_bit = image_.stored - 1;
-      return {};
-    }
-    const auto allocated = whole(kBitsAllocated, "bits allocated", 1, 64);
-    if (!allocated) return tl::unexpected(allocated.error());
-    const auto stored = whole(kBitsStored, "bits stored", 1, *allocated, *allocated);
-    if (!stored) return tl::unexpected(stored.error());
-    const auto high = whole(kHighBit, "high bit", *stored - 1, *allocated - 1, *stored - 1);
-    if (!high) return tl::unexpected(high.error());
-    image_.allocated = *allocated;
-    image_.stored = *stored;
-    image_.high_bit = *high;
-    image_.is_signed = data_.number(kPixelRepresentation).value_or(0) == 1;
-    return {};
-  }
-
-  /// Whether the file has all its pixels.
-  Result<void> check_extent() {
-    const bool is_native = contains(kNativeSyntaxes, image_.transfer_syntax);
-    if (!is_native && !contains(kCompressedSyntaxes, image_.transfer_syntax)) {
-      refuse(Status::unsupported_format,
-             fmt::format("expected native, deflated, RLE, JPEG, JPEG-LS or JPEG 2000 pixels, found "
-                         "the transfer syntax {}: export it uncompressed",
-                         image_.transfer_syntax));
-      return {};
-    }
-    if (image_.allocated != 8 && image_.allocated != 16 && image_.allocated != 32 &&
-        !(image_.is_float && image_.allocated == 64)) {
-      refuse(Status::unsupported_type,
-             fmt::format("expected pixels of 8, 16 or 32 bits, found {}: export it with 16",
-                         image_.allocated));
-      return {};
-    }
-    if (image_.deflated) return {};  // told when it is inflated
-    auto file = open_plain(path_);
-    if (!file) return tl::unexpected(file.error());
-    if (!is_native && image_.is_encapsulated) {
-      const auto fragments = find_fragments(**file, image_);
-      if (fragments) return {};
-      if (fragments.error().status != Status::truncated) return tl::unexpected(fragments.error());
-      image_.cut_off = true;
-      return {};
-    }
-    if (image_.is_encapsulated != !is_native) {
-      return malformed("its transfer syntax and the form of its pixels do not agree");
-    }
-    const uint64_t frame_bytes = static_cast<uint64_t>(image_.rows) *
-                                 static_cast<uint64_t>(image_.columns) *
-                                 static_cast<uint64_t>(image_.allocated / 8);
-    const uint64_t needed = frame_bytes * static_cast<uint64_t>(image_.frames);
-    const uint64_t size = (*file)->size_limit();
-    const uint64_t left = size - std::min(size, image_.pixels.offset);
-    image_.cut_off = std::min(left, image_.pixels.bytes) < needed;
-    image_.has_surplus = std::min(left, image_.pixels.bytes) >= needed + frame_bytes;
-    return {};
-  }
-
-  /// What can be read, but is no volume.
-  void find_obstacles() {
-    const std::string_view type = data_.text(kImageType), modality = data_.text(kModality);
-    if (type.find("MOSAIC") != type.npos) {
-      refuse(Status::unsupported_format,
-             "expected a slice per frame, found a Siemens mosaic of all slices: convert it with "
-             "dcm2niix, or export it as enhanced DICOM");
-    }
-    const bool has_groups = per_frame_ && !per_frame_->empty();
-    if (image_.frames == 1 || has_groups || data_.find(kGridFrameOffsets)) return;
-    if (modality == "NM" && type.find("RECON") == type.npos) {
-      refuse(Status::unsupported_format,
-             "expected reconstructed slices, found projections, views or a dynamic study: give a "
-             "reconstruction");
-    }
-    const bool has_spacing = data_.find(kSpacingBetweenSlices) || data_.find(kSliceVector);
-    if (!has_spacing && (contains(kFilmModalities, modality) || data_.find(kFrameTime) ||
-                         data_.find(kFrameTimeVector))) {
-      refuse(Status::unsupported_format,
-             "expected slices of a volume, found the frames of a film: give a volume");
-    }
-  }
+  tl::unexpected<Error> malformed(std::string_view why) const { return contradiction(path_, why); }
 
   /// The item of a functional group that holds for a frame: its own, or the one for all frames.
   const Item* group(size_t frame, Tag sequence) const {
@@ -349,9 +205,10 @@ class FileReader {
     if (frame.slope == 0)
       return malformed("its rescale slope is 0, so that all values are the same");
     if (const Element* lut = data_.find(kModalityLut); lut && !lut->items.empty()) {
-      refuse(Status::unsupported_type,
-             "expected pixels with slope and intercept, found a lookup table for their values: "
-             "export it with the table applied");
+      refuse_image(
+          image_, Status::unsupported_type,
+          "expected pixels with slope and intercept, found a lookup table for their values: "
+          "export it with the table applied");
     }
     return {};
   }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "native/import/dicom_elements.h"
+#include "native/import/dicom_image.h"
 #include "shared/base/vec3.h"
 
 // What the files of a folder, or one file, hold: frames with their places and their values. The
@@ -41,26 +41,6 @@ enum class Key : uint8_t {
 };
 inline constexpr size_t kKeys = static_cast<size_t>(Key::instance) + 1;
 
-/// A file's pixels.
-struct Image {
-  std::string file;
-  std::string transfer_syntax;
-  PixelPlace pixels;
-  bool deflated = false;
-  uint64_t deflated_start = 0;
-  int32_t columns = 0, rows = 0, frames = 1;
-  int allocated = 16, stored = 16, high_bit = 15;  ///< bits of a pixel
-  bool is_signed = false, is_float = false;
-  bool is_encapsulated = false;
-  bool cut_off = false;             ///< the file ends before its last pixel
-  bool has_surplus = false;         ///< there are pixels for at least one frame more
-  Status refusal = Status::ok;      ///< why no volume can be made of it; the reason in `obstacle`
-  std::string obstacle;             ///< empty: none
-  std::string assumption;           ///< a note, where a place was assumed; empty: none
-  std::string instance_uid;         ///< of the SOP instance
-  double stated_slice_spacing = 0;  ///< SpacingBetweenSlices; 0: not said
-};
-
 struct Frame {
   uint32_t image = 0;   ///< in Collection::images
   uint32_t index = 0;   ///< in its image
@@ -77,6 +57,11 @@ struct Frame {
   std::array<double, kKeys> keys{};
 };
 
+/// A file that has no pixels, and its kind.
+struct Pixelless {
+  std::string file, sop_class;
+};
+
 struct Series {
   std::string uid, modality, description;
 };
@@ -86,6 +71,7 @@ struct Collection {
   std::vector<Image> images;
   std::vector<Frame> frames;
   std::vector<Series> series;
+  std::vector<Pixelless> without_pixels;
   std::vector<std::string> texts{""};
   std::map<std::string, uint32_t> series_ids, text_ids;
 };

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "native/import/absent_voxels.h"
 #include "native/import/dicom_codec.h"
 
 namespace isosplat::dicom {
@@ -23,7 +24,10 @@ class NativeReader {
  public:
   explicit NativeReader(bool fills) : fills_(fills) {}
 
-  Result<void> read(const Image& image, uint32_t index, std::span<std::byte> out) {
+  /// How many pixels were read: all, unless what a file lacks is to be filled.
+  Result<size_t> read(const Image& image, uint32_t index, std::span<std::byte> out) {
+    const size_t pixel = static_cast<size_t>(image.allocated) / 8;
+    auto whole = out.size();
     if (opened_ != &image) {
       auto file = image.deflated ? open_deflated(image.file, image.deflated_start, Deflate::raw)
                                  : open_plain(image.file);
@@ -33,17 +37,16 @@ class NativeReader {
     }
     const uint64_t start = image.pixels.offset + index * uint64_t{out.size()};
     if (fills_ && image.cut_off) {
-      std::fill(out.begin(), out.end(), std::byte{0});
-      const uint64_t end = std::min(file_->size_limit(), image.pixels.offset + image.pixels.bytes);
+      const uint64_t end = image.pixels.offset + image.pixels.bytes;
       const uint64_t there = start < end ? std::min<uint64_t>(out.size(), end - start) : 0;
-      const size_t pixel = static_cast<size_t>(image.allocated) / 8;
-      const auto whole = static_cast<size_t>(there) / pixel * pixel;
-      if (auto r = file_->read(start, out.first(whole)); whole > 0 && !r) return r;
-    } else if (auto r = file_->read(start, out); !r) {
-      return r;
+      whole = static_cast<size_t>(there) / pixel * pixel;
     }
-    swap_bytes(image, out);
-    return {};
+    if (whole > 0) {
+      auto r = file_->read(start, out.first(whole));
+      if (!r) return tl::unexpected(r.error());
+    }
+    swap_bytes(image, out.first(whole));
+    return whole / pixel;
   }
 
  private:
@@ -158,18 +161,24 @@ Result<void> read_frames(std::span<const FramePixels> frames, VoxelType to, bool
       continue;
     }
     stored.resize(static_cast<size_t>(stored_frame_bytes(image)));
-    if (auto r = native.read(image, frames[i].index, stored); !r) return r;
+    const auto pixels = native.read(image, frames[i].index, stored);
+    if (!pixels) return tl::unexpected(pixels.error());
     convert(frames[i], stored, to, target(i));
+    const size_t there = *pixels * voxel_bytes(to);
+    if (there < frame_bytes) make_absent(to, target(i).subspan(there));
   }
   if (encoded.empty()) return {};
   stored.resize(static_cast<size_t>(encoded_bytes));
-  if (auto r = decompress(encoded, fills, memory_bytes, stored); !r) return r;
+  std::vector<bool> is_absent;
+  if (auto r = decompress(encoded, fills, memory_bytes, stored, is_absent); !r) return r;
   size_t at = 0;
-  for (const size_t i : encoded_at) {
+  for (size_t k = 0; k < encoded_at.size(); ++k) {
+    const size_t i = encoded_at[k];
     const auto bytes = static_cast<size_t>(stored_frame_bytes(*frames[i].image));
     const auto pixels = std::span(stored).subspan(at, bytes);
     at += bytes;
     convert(frames[i], pixels, to, target(i));
+    if (is_absent[k]) make_absent(to, target(i));
   }
   return {};
 }

@@ -16,9 +16,9 @@ struct FramePixels {
 
 /// Reads the values of frames, one after the other, as voxels of type `to` (which must be able to
 /// hold them; floats take the nearest) into `out`, which has room for exactly them. `memory_bytes`:
-/// what a child process may take. `fills`: pixels that a file lacks become stored zeros, as do the
-/// frames of a file that is cut off where they cannot be decompressed. Errors: io_error, truncated,
-/// malformed_volume, out_of_memory.
+/// what a child process may take. `fills`: pixels that a file that is cut off lacks are absent
+/// (absent_voxels.h), as are its frames that cannot be decompressed; `to` is f32 or f64 then.
+/// Errors: io_error, truncated, malformed_volume, out_of_memory.
 Result<void> read_frames(std::span<const FramePixels> frames, VoxelType to, bool fills,
                          uint64_t memory_bytes, std::span<std::byte> out);
 

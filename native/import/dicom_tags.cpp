@@ -8,6 +8,7 @@ namespace {
 
 /// In ascending order.
 constexpr WantedTag kWanted[] = {
+    {kMediaSopClass, Kind::text},
     {kTransferSyntax, Kind::text},
     {kImageType, Kind::text},
     {kSopClass, Kind::text},
@@ -70,6 +71,8 @@ constexpr WantedTag kWanted[] = {
     {kBitsStored, Kind::u16},
     {kHighBit, Kind::u16},
     {kPixelRepresentation, Kind::u16},
+    {kPixelPadding, Kind::u16},
+    {kPixelPaddingLimit, Kind::u16},
     {kRescaleIntercept, Kind::text},
     {kRescaleSlope, Kind::text},
     {kRescaleType, Kind::text},

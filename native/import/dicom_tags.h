@@ -11,6 +11,7 @@ using Tag = uint32_t;
 /// How an element's value is stored where the file does not say (PS3.5, 6.2).
 enum class Kind : uint8_t { text, u16, i16, u32, i32, f32, f64, sequence };
 
+inline constexpr Tag kMediaSopClass = 0x00020002;
 inline constexpr Tag kTransferSyntax = 0x00020010;
 inline constexpr Tag kImageType = 0x00080008;
 inline constexpr Tag kSopClass = 0x00080016;
@@ -73,6 +74,8 @@ inline constexpr Tag kBitsAllocated = 0x00280100;
 inline constexpr Tag kBitsStored = 0x00280101;
 inline constexpr Tag kHighBit = 0x00280102;
 inline constexpr Tag kPixelRepresentation = 0x00280103;
+inline constexpr Tag kPixelPadding = 0x00280120;
+inline constexpr Tag kPixelPaddingLimit = 0x00280121;
 inline constexpr Tag kRescaleIntercept = 0x00281052;
 inline constexpr Tag kRescaleSlope = 0x00281053;
 inline constexpr Tag kRescaleType = 0x00281054;

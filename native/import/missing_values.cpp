@@ -8,6 +8,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "native/import/absent_voxels.h"
+
 namespace isosplat {
 namespace {
 
@@ -18,25 +20,21 @@ bool is_float(VoxelType type) {
   return type == VoxelType::f32 || type == VoxelType::f64;
 }
 
-/// The floating-point type that holds all values of a type.
-VoxelType type_with_nan(VoxelType type) {
-  if (is_float(type)) return type;
-  return voxel_bytes(type) <= 2 ? VoxelType::f32 : VoxelType::f64;
-}
-
-/// Whether a voxel is the value that a header or a person wrote down, perhaps with fewer digits.
+/// Whether a voxel has a value that a header or a person wrote down, perhaps with fewer digits.
 template <class T>
-bool is_same(const VolumeHeader& header, T voxel, double missing) {
-  const double tolerance =
-      std::is_floating_point_v<T> ? 3e-7 * std::abs(missing) : 1e-3 * std::abs(header.slope);
-  return std::abs(header.value(static_cast<double>(voxel)) - missing) <= tolerance;
+bool is_in(const VolumeHeader& header, T voxel, const FillValue& fill) {
+  const double value = header.value(static_cast<double>(voxel));
+  const double tolerance = std::is_floating_point_v<T>
+                               ? 3e-7 * std::max(std::abs(fill.low), std::abs(fill.high))
+                               : 1e-3 * std::abs(header.slope);
+  return value >= fill.low - tolerance && value <= fill.high + tolerance;
 }
 
 class MissingSource : public VolumeSource {
  public:
-  MissingSource(std::unique_ptr<VolumeSource> source, double missing)
+  MissingSource(std::unique_ptr<VolumeSource> source, const FillValue& missing)
       : source_(std::move(source)), missing_(missing), header_(source_->header()) {
-    header_.type = type_with_nan(header_.type);
+    header_.type = type_with_absent(header_.type);
   }
 
   const VolumeHeader& header() const override { return header_; }
@@ -73,14 +71,14 @@ class MissingSource : public VolumeSource {
     for (size_t i = 0; i < voxels; ++i) {
       From from;
       std::memcpy(&from, in.data() + i * sizeof(From), sizeof(From));
-      const To to = is_same(header_, from, missing_) ? std::numeric_limits<To>::quiet_NaN()
-                                                     : static_cast<To>(from);
+      const To to = is_in(header_, from, missing_) ? std::numeric_limits<To>::quiet_NaN()
+                                                   : static_cast<To>(from);
       std::memcpy(out.data() + i * sizeof(To), &to, sizeof(To));
     }
   }
 
   std::unique_ptr<VolumeSource> source_;
-  double missing_;
+  FillValue missing_;
   VolumeHeader header_;
   std::vector<std::byte> scratch_;
 };
@@ -108,9 +106,10 @@ struct End {
 struct Seen {
   End low, high;  ///< of high, all values are negated
   uint64_t count = 0;
+  uint64_t filled = 0;  ///< voxels that have a fill value, which are seen by nothing else
 };
 
-Result<Seen> sample(VolumeSource& source) {
+Result<Seen> sample(VolumeSource& source, const std::optional<FillValue>& fill = std::nullopt) {
   const VolumeHeader& header = source.header();
   const Index3 n = header.grid.voxels;
   const size_t voxels = static_cast<size_t>(n.x) * static_cast<size_t>(n.y);
@@ -127,6 +126,10 @@ Result<Seen> sample(VolumeSource& source) {
         std::memcpy(&voxel, slice.data() + k * sizeof(T), sizeof(T));
         const double v = header.value(static_cast<double>(voxel));
         if (!std::isfinite(v)) continue;
+        if (fill && is_in(header, voxel, *fill)) {
+          ++seen.filled;
+          continue;
+        }
         seen.low.see(v);
         seen.high.see(-v);
         ++seen.count;
@@ -143,63 +146,109 @@ bool is_common_fill(double value) {
   return std::abs(value) >= 1e20;  // 1e20, 9.96921e36 (netCDF), 3.4e38
 }
 
+/// Of integers also the ends of their ranges, and what CT scanners give to pixels outside of the
+/// circle that they see.
+bool is_common_integer_fill(double value) {
+  for (const double known :
+       {-2000.0, -3024.0, -32767.0, 32767.0, 65535.0, -2147483648.0, 2147483647.0, 4294967295.0}) {
+    if (value == known) return true;
+  }
+  return is_common_fill(value);
+}
+
 /// The value at one end of the range that stands for none. `rest`: the range of all others.
-/// `is_sure` becomes false where it may as well be a value.
 std::optional<double> fill_at(const End& end, double rest, uint64_t count, double sign,
-                              bool& is_sure) {
+                              bool is_common(double)) {
   const auto least = std::max(8.0, kLeastShare * static_cast<double>(count));
   const double gap = end.next - end.value;
   if (!std::isfinite(end.next) || !(rest > 0) || static_cast<double>(end.count) < least) {
     return std::nullopt;
   }
   const double value = sign * end.value;
-  is_sure = value != 0;
-  if (is_common_fill(value) ? gap > 0.1 * rest : gap > 10 * rest) return value;
+  if (is_common(value) ? gap > 0.1 * rest : gap > 10 * rest) return value;
   return std::nullopt;
+}
+
+/// A single value far outside the range of all others that fills a share of the voxels.
+std::optional<double> outlying_value(const Seen& seen, bool is_common(double)) {
+  const auto low = fill_at(seen.low, -seen.high.value - seen.low.next, seen.count, 1, is_common);
+  if (low) return low;
+  return fill_at(seen.high, -seen.high.next - seen.low.value, seen.count, -1, is_common);
+}
+
+/// Whether a fill value lies apart from all other values: by more than 1/50 of their range.
+bool lies_apart(const FillValue& fill, const Seen& seen) {
+  const double low = seen.low.value, high = -seen.high.value;
+  const double gap = std::max(low - fill.high, fill.low - high);
+  return seen.count > 0 && gap > 0.02 * (high - low);
+}
+
+std::string text_of(const FillValue& fill) {
+  return fill.low == fill.high ? fmt::format("value {:.10g}", fill.low)
+                               : fmt::format("values {:.10g} to {:.10g}", fill.low, fill.high);
+}
+
+OpenVolume without(OpenVolume volume, const FillValue& missing, const std::string& why) {
+  volume.notes.push_back(fmt::format("voxels of the {}{}", text_of(missing), why));
+  volume.source = std::make_unique<MissingSource>(std::move(volume.source), missing);
+  return volume;
+}
+
+/// What a header says, where it is not certain.
+Result<OpenVolume> with_padding(OpenVolume volume, const FillValue& fill) {
+  const auto seen = sample(*volume.source, fill);
+  if (!seen) return tl::unexpected(seen.error());
+  if (seen->filled == 0) return volume;
+  if (lies_apart(fill, *seen)) {
+    return without(std::move(volume), fill,
+                   " are taken to have none, as the file's header says; --missing-value none keeps "
+                   "them");
+  }
+  volume.notes.push_back(fmt::format(
+      "the file's header says that voxels of the {} are padding: they are kept, as other voxels "
+      "have values close to it; --missing-value={:.10g} takes them to have none",
+      text_of(fill), fill.low));
+  return volume;
 }
 
 }  // namespace
 
 Result<OpenVolume> with_missing_values(OpenVolume volume, const ImportOptions& options) {
   const VoxelType type = volume.source->header().type;
-  std::optional<double> missing = options.missing_value;
-  if (missing) {
-    volume.notes.push_back(fmt::format(
-        "voxels of the value {:g} are taken to have none, as --missing-value says", *missing));
-  } else if (!options.finds_missing_values) {
-    return volume;
-  } else if (volume.fill_value) {
-    missing = volume.fill_value;
-    volume.notes.push_back(
-        fmt::format("voxels of the value {:g} are taken to have none, as the "
-                    "file's header says; --missing-value none keeps them",
-                    *missing));
-  } else if (is_float(type)) {
-    const auto seen = sample(*volume.source);
-    if (!seen) return tl::unexpected(seen.error());
-    bool is_sure = true;
-    missing = fill_at(seen->low, -seen->high.value - seen->low.next, seen->count, 1, is_sure);
-    if (!missing) {
-      missing = fill_at(seen->high, -seen->high.next - seen->low.value, seen->count, -1, is_sure);
-    }
-    if (missing && !is_sure) {
-      volume.notes.push_back(fmt::format(
-          "the value {:g} lies far outside the range of all others: if it stands for no "
-          "value, say so with --missing-value={:g}",
-          *missing, *missing));
-      return volume;
-    }
-    if (missing) {
-      volume.notes.push_back(
-          fmt::format("voxels of the value {:g}, far outside the range of all "
-                      "others, are taken to have none; --missing-value none "
-                      "keeps them",
-                      *missing));
-    }
+  if (options.missing_value) {
+    const double value = *options.missing_value;
+    return without(std::move(volume), {value, value},
+                   " are taken to have none, as --missing-value says");
   }
-  if (!missing) return volume;
-  volume.source = std::make_unique<MissingSource>(std::move(volume.source), *missing);
-  return volume;
+  if (!options.finds_missing_values) return volume;
+  if (volume.fill_value && !volume.fill_value->is_certain) {
+    const FillValue fill = *volume.fill_value;
+    return with_padding(std::move(volume), fill);
+  }
+  if (volume.fill_value) {
+    const FillValue fill = *volume.fill_value;
+    return without(std::move(volume), fill,
+                   " are taken to have none, as the file's header says; --missing-value none keeps "
+                   "them");
+  }
+  if (voxel_bytes(type) == 1) return volume;  // 0 and 255 are ordinary values
+  const auto seen = sample(*volume.source);
+  if (!seen) return tl::unexpected(seen.error());
+  const auto value =
+      outlying_value(*seen, is_float(type) ? is_common_fill : is_common_integer_fill);
+  if (!value) return volume;
+  // Integers are often labels or saturated; of floats, 0 is often a background.
+  if (!is_float(type) || *value == 0) {
+    volume.notes.push_back(
+        fmt::format("the value {:.10g} lies far outside the range of all others: if it stands for "
+                    "no value, say "
+                    "so with --missing-value={:.10g}",
+                    *value, *value));
+    return volume;
+  }
+  return without(std::move(volume), {*value, *value},
+                 ", far outside the range of all others, are taken to have none; --missing-value "
+                 "none keeps them");
 }
 
 }  // namespace isosplat

@@ -32,15 +32,23 @@ struct ImportOptions {
   bool finds_missing_values = true;
 };
 
+/// Values from `low` to `high`, which are most often the same, that a file's header says stand for
+/// no value. Where it is not certain (in DICOM, where padding is often written as the value of
+/// air), they are taken so only if they lie apart from all others.
+struct FillValue {
+  double low = 0, high = 0;
+  bool is_certain = true;
+};
+
 /// An open volume, and what a person should know of how it was read. Each note is one sentence that
 /// says what was assumed, left out or filled, and where it helps how to say otherwise. They are
 /// shown, and kept in the store.
 struct OpenVolume {
   std::unique_ptr<VolumeSource> source;
   std::vector<std::string> notes = {};
-  /// The value that the file's header gives to voxels without one. open_volume has taken it into
+  /// What the file's header gives to voxels without one. open_volume has taken it into
   /// account; it is for readers of formats to fill in.
-  std::optional<double> fill_value = std::nullopt;
+  std::optional<FillValue> fill_value = std::nullopt;
 };
 
 /// Opens a volume: NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI (.nii, .nii.gz), legacy VTK

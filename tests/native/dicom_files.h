@@ -317,4 +317,34 @@ inline void expect_field(OpenVolume& volume, const BallSeries& series, double to
   EXPECT_GT(greatest, 1000) << "the volume lies beside the balls";
 }
 
+inline OpenVolume open(const std::filesystem::path& path, const ImportOptions& options = {}) {
+  auto volume = open_volume(path, options);
+  EXPECT_TRUE(volume) << volume.error().message;
+  return volume ? std::move(*volume) : OpenVolume{};
+}
+
+inline ImportOptions allowing(Allowance allowance) {
+  ImportOptions options;
+  options.allowed.add(allowance);
+  return options;
+}
+
+/// One of the notes has `text`.
+inline void expect_note(const OpenVolume& volume, const std::string& text) {
+  for (const std::string& note : volume.notes) {
+    if (note.find(text) != std::string::npos) return;
+  }
+  ADD_FAILURE() << "no note says \"" << text << "\": " << ::testing::PrintToString(volume.notes);
+}
+
+/// Opening fails, and the message has all of `texts`.
+inline void expect_error(const std::filesystem::path& path, const std::vector<std::string>& texts,
+                         const ImportOptions& options = {}) {
+  const auto volume = open_volume(path, options);
+  ASSERT_FALSE(volume) << "expected an error that says \"" << texts[0] << "\"";
+  for (const std::string& text : texts) {
+    EXPECT_NE(volume.error().message.find(text), std::string::npos) << volume.error().message;
+  }
+}
+
 }  // namespace isosplat::test

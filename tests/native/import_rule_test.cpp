@@ -218,9 +218,12 @@ TEST(RuleMetaImage, MissingAndShortSlicesAreErrorsUnlessAllowed) {
     expect_error(folder / "v.mhd", "--allow-gaps");
     auto gap = open(folder / "v.mhd", allowing(Allowance::gaps));
     expect_note(gap, "1 of the 3 data files");
-    auto expected = pattern_voxels<double>(kSize);
-    std::fill(expected.begin() + 20, expected.begin() + 40, 0.0);
-    EXPECT_EQ(read_all(*gap.source), expected);
+    // Nobody knows the values between: no value is made up, and all others stay as they are.
+    const auto expected = pattern_voxels<double>(kSize), found = read_all(*gap.source);
+    EXPECT_EQ(gap.source->header().type, VoxelType::f32);
+    for (size_t i = 0; i < 60; ++i) {
+      EXPECT_TRUE(i / 20 == 1 ? std::isnan(found[i]) : found[i] == expected[i]) << i;
+    }
     write_file(folder / "s2", voxels().substr(40, 40) + "more");
     expect_error(folder / "v.mhd", "--allow-surplus");
   }
@@ -356,7 +359,8 @@ TEST(RuleTiff, FoldersOfStacksAndUnclearNamesAreErrors) {
   for (const int z : {1, 2, 4}) one_page(folder, fmt::format("z{}.tif", z), z % 3);
   auto filled = open(folder.path(), allowing(Allowance::gaps));
   EXPECT_EQ(filled.source->header().grid.voxels.z, 4);
-  EXPECT_EQ(read_all(*filled.source)[40], 0);
+  const auto values = read_all(*filled.source);
+  for (size_t i = 0; i < values.size(); ++i) EXPECT_EQ(std::isnan(values[i]), i / 20 == 2) << i;
   expect_note(filled, "1 slices are missing");
 }
 
@@ -402,6 +406,27 @@ TEST(RuleVtk, CellDataIsNotTakenForPointData) {
                                        "POINT_DATA 24\nSCALARS c short\nLOOKUP_TABLE default\n" +
                                        points + "\n");
   expect_error(folder / "wrong.vtk", "expected 60 values");
+}
+
+TEST(RuleVtk, WordsThatAreNoNumbersAndShortTextAreErrors) {
+  const TempFolder folder;
+  const auto write = [&](int count, const std::string& word) {
+    std::string text;
+    for (int i = 0; i < count; ++i) text += i == 33 ? word + " " : fmt::format("{} ", i);
+    write_file(folder / "v.vtk",
+               "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\n"
+               "DIMENSIONS 5 4 3\nSPACING 1 2 3\nORIGIN 0 0 0\nPOINT_DATA 60\n"
+               "SCALARS p short\nLOOKUP_TABLE default\n" +
+                   text + "\n");
+  };
+  write(60, "12");
+  EXPECT_EQ(error_of(folder / "v.vtk"), "");
+  for (const char* word : {"abc", "nan", "1.5", "70000", "12x"}) {
+    write(60, word);
+    expect_error(folder / "v.vtk", fmt::format("value 34, found '{}'", word));
+  }
+  write(59, "12");
+  EXPECT_NE(error_of(folder / "v.vtk"), "");
 }
 
 // NIfTI -------------------------------------------------------------------------------------------
@@ -479,6 +504,50 @@ TEST(RuleMissingValues, AFillValueOfFloatsIsFoundAndNoted) {
   EXPECT_FALSE(std::isnan(read_all(*open(folder / "v.nrrd").source)[5]));
   write_file(folder / "v.nrrd", header + with_fill(-20));
   EXPECT_FALSE(std::isnan(read_all(*open(folder / "v.nrrd").source)[5]));
+}
+
+/// Integers from 0 to 59, one in five of which is `fill`.
+template <class T>
+std::string integers_with_fill(T fill) {
+  std::vector<T> values;
+  for (int i = 0; i < 60; ++i) values.push_back(i % 5 == 0 ? fill : static_cast<T>(i));
+  return bytes_of(values);
+}
+
+TEST(RuleMissingValues, AFillValueOfIntegersIsKeptAndNoted) {
+  const TempFolder folder;
+  const auto check = [&](const char* type, const std::string& voxels, const char* value) {
+    SCOPED_TRACE(value);
+    const std::string head = std::string("endian: little\nencoding: raw\n\n");
+    write_file(folder / "v.nrrd", nrrd_header(kSize, type, head) + voxels);
+    auto volume = open(folder / "v.nrrd");
+    EXPECT_NE(volume.source->header().type, VoxelType::f32);
+    EXPECT_NE(volume.source->header().type, VoxelType::f64);
+    EXPECT_EQ(read_all(*volume.source)[5], std::stod(value));
+    expect_note(volume, fmt::format("--missing-value={}", value));
+    ImportOptions options;
+    options.missing_value = std::stod(value);  // what the note says works
+    EXPECT_TRUE(std::isnan(read_all(*open(folder / "v.nrrd", options).source)[5]));
+  };
+  check("short", integers_with_fill<int16_t>(-9999), "-9999");
+  check("short", integers_with_fill<int16_t>(-32768), "-32768");
+  check("short", integers_with_fill<int16_t>(-3024), "-3024");
+  check("ushort", integers_with_fill<uint16_t>(65535), "65535");
+  check("int", integers_with_fill<int32_t>(-2147483647 - 1), "-2147483648");
+  check("uint", integers_with_fill<uint32_t>(4294967295u), "4294967295");
+
+  // Ordinary values, a value beside others, and the ends of bytes are none.
+  const auto has_note = [&](const char* type, const std::string& voxels) {
+    write_file(folder / "v.nrrd",
+               nrrd_header(kSize, type, "endian: little\nencoding: raw\n\n") + voxels);
+    const auto volume = open(folder / "v.nrrd");
+    return std::ranges::any_of(volume.notes, [](const std::string& note) {
+      return note.find("--missing-value") != std::string::npos;
+    });
+  };
+  EXPECT_FALSE(has_note("short", integers_with_fill<int16_t>(0)));
+  EXPECT_FALSE(has_note("short", integers_with_fill<int16_t>(-100)));
+  EXPECT_FALSE(has_note("uchar", integers_with_fill<uint8_t>(255)));
 }
 
 TEST(RuleMissingValues, AnOptionNamesThemForEveryType) {

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <tiffio.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "native/import/volume_source.h"
+
+// Pages of TIFF files as slices: libtiff decodes them.
+namespace isosplat {
+
+using TiffHandle = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
+
+/// Null where libtiff cannot open the file. Its messages go nowhere.
+TiffHandle open_tiff(const std::filesystem::path& path);
+
+/// What the current page of a file holds.
+struct TiffPage {
+  int64_t width = 0;
+  int64_t height = 0;
+  VoxelType type = VoxelType::u8;
+  int samples = 1;
+  bool white_is_zero = false;
+  bool palette = false;
+  uint16_t orientation = ORIENTATION_TOPLEFT;
+  std::string unknown;  ///< why the type is none of VoxelType; empty: it is one
+
+  bool same_kind(const TiffPage& other) const {
+    return width == other.width && height == other.height && type == other.type &&
+           samples == other.samples && white_is_zero == other.white_is_zero &&
+           orientation == other.orientation && unknown == other.unknown;
+  }
+};
+
+TiffPage describe_page(TIFF* tiff);
+
+/// Whether all strips or tiles of the current page lie inside of the file.
+bool is_whole_page(TIFF* tiff, uint64_t file_bytes);
+
+/// Whether voxels of a type have no sign, so that 0 as white inverts them.
+bool is_unsigned(VoxelType type);
+
+/// The error for a page that cannot be decoded. `where`: the file, and the page in it.
+tl::unexpected<Error> damaged_tiff(const std::string& where);
+
+/// Where a slice is. An empty path: nowhere, its voxels are absent (absent_voxels.h).
+struct TiffSlice {
+  std::filesystem::path path;
+  uint64_t page = 0;  ///< offset of the page's directory
+};
+
+/// A volume of the pages that `slices` name, all like `page`; `header` has the type of `page`.
+std::unique_ptr<VolumeSource> make_tiff_source(VolumeHeader header, TiffPage page,
+                                               std::vector<TiffSlice> slices);
+
+}  // namespace isosplat
