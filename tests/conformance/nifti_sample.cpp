@@ -173,7 +173,6 @@ Sample make_nifti(Random& random) {
     real(112, 176, slope);
     real(116, 184, intercept);
     for (double& value : truth.values) value = value * slope + intercept;
-    truth.fill = intercept;
   } else if (random.chance(30)) {
     real(112, 176, std::nan(""));
     real(116, 184, std::nan(""));

@@ -48,7 +48,6 @@ struct Truth {
   std::vector<double> values;    ///< x fastest
   std::array<Vec3d, 3> steps{};  ///< from voxel to voxel, LPS, mm
   Vec3d origin{0, 0, 0};         ///< centre of voxel (0, 0, 0), LPS, mm
-  double fill = 0;               ///< value of a voxel that is stored as 0
 };
 
 /// A volume as files, and what it must be read as.
@@ -84,6 +83,7 @@ Sample make_nifti(Random& random);
 Sample make_vtk(Random& random);
 Sample make_tiff(Random& random);
 Sample make_raw(Random& random);
+Sample make_dicom(Random& random);
 
 // Helpers of generators ---------------------------------------------------------------------------
 

@@ -1,0 +1,104 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "tests/conformance/compare.h"
+#include "tests/native/test_files.h"
+
+// Generated files, as other programs read them: what a generator and the importer both take the
+// wrong way from a specification shows here. Each reader is skipped where it is not installed.
+namespace isosplat::conformance {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kFiles = 60;
+
+struct Reader {
+  Format format;
+  int least;  ///< files of kFiles that the reader must be able to read
+};
+
+Vec3d vector_of(const json& numbers) {
+  return {numbers[0].get<double>(), numbers[1].get<double>(), numbers[2].get<double>()};
+}
+
+Truth truth_of(const json& answer) {
+  Truth truth;
+  for (size_t i = 0; i < 3; ++i) {
+    truth.sizes[i] = answer["sizes"][i].get<int>();
+    truth.steps[i] = vector_of(answer["steps"][i]);
+  }
+  truth.origin = vector_of(answer["origin"]);
+  truth.values = answer["values"].get<std::vector<double>>();
+  return truth;
+}
+
+/// The answers of reference_readers.py, one for each request. It runs in Debian's Python, which has
+/// Debian's packages whatever other one is first on PATH.
+std::vector<json> ask(const char* format, const std::vector<json>& requests) {
+  const test::TempFolder folder;
+  std::string lines;
+  for (const json& request : requests) lines += request.dump() + "\n";
+  test::write_file(folder / "requests", lines);
+  const std::string command = "/usr/bin/python3 '" ISOSPLAT_SOURCE_DIR
+                              "/tests/conformance/reference_readers.py' " +
+                              std::string(format) + " < '" + (folder / "requests").string() +
+                              "' > '" + (folder / "answers").string() + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0) << command;
+  std::vector<json> answers;
+  std::istringstream text(test::read_file(folder / "answers"));
+  for (std::string line; std::getline(text, line);) answers.push_back(json::parse(line));
+  return answers;
+}
+
+class Reference : public testing::TestWithParam<Reader> {};
+
+TEST_P(Reference, OtherProgramsReadTheSameVolume) {
+  if (!std::filesystem::exists("/usr/bin/python3")) GTEST_SKIP() << "/usr/bin/python3 is missing";
+  const Format format = GetParam().format;
+  const test::TempFolder folder;
+  std::vector<Sample> samples;
+  std::vector<json> requests;
+  for (int i = 0; i < kFiles; ++i) {
+    Random random(static_cast<uint64_t>(5000 + i));
+    samples.push_back(format.make(random));
+    const auto place = folder / std::to_string(i);
+    std::filesystem::create_directory(place);
+    for (const auto& [name, content] : samples.back().files) {
+      test::write_file(place / name, content);
+    }
+    const auto step = samples.back().options.time_step;
+    requests.push_back({{"path", (place / samples.back().main).string()},
+                        {"step", step ? json(*step) : json(nullptr)}});
+  }
+  const std::vector<json> answers = ask(format.name, requests);
+  ASSERT_FALSE(answers.empty());
+  if (answers[0].contains("absent")) {
+    GTEST_SKIP() << answers[0]["absent"].get<std::string>() << " is not installed";
+  }
+  ASSERT_EQ(answers.size(), requests.size());
+  int compared = 0;
+  for (size_t i = 0; i < answers.size(); ++i) {
+    SCOPED_TRACE("seed " + std::to_string(5000 + i) + ": " + samples[i].text);
+    if (answers[i].contains("skipped")) continue;
+    ++compared;
+    auto volume = open_volume(requests[i]["path"].get<std::string>(), samples[i].options);
+    ASSERT_TRUE(volume) << volume.error().message;
+    const auto values = read_values(*volume->source);
+    ASSERT_TRUE(values) << values.error().message;
+    EXPECT_EQ(difference(volume->source->header().grid, *values, truth_of(answers[i])), "");
+  }
+  EXPECT_GE(compared, GetParam().least);
+}
+
+INSTANTIATE_TEST_SUITE_P(Readers, Reference,
+                         testing::Values(Reader{{"Dicom", make_dicom}, kFiles},
+                                         Reader{{"Tiff", make_tiff}, kFiles / 2},
+                                         Reader{{"Nrrd", make_nrrd}, kFiles / 3}),
+                         [](const auto& reader) { return std::string(reader.param.format.name); });
+
+}  // namespace
+}  // namespace isosplat::conformance
