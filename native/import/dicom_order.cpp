@@ -156,6 +156,10 @@ class Arranger {
         return malformed(
             fmt::format("{}: add them, or allow it with {}", what, flag_of(Allowance::gaps)));
       }
+      if (frames.size() < 2) {
+        return fail(Status::no_cells,
+                    fmt::format("{}: {}: a single slice has no isosurface", path_.string(), what));
+      }
       notes_.push_back(what);
     }
     return std::move(frames);
@@ -243,9 +247,11 @@ class Arranger {
         return malformed(fmt::format("{}: add what is missing, or have it interpolated with {}",
                                      what, flag_of(Allowance::gaps)));
       }
-      std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2),
+      // The lower median: of two gaps, the larger is where a slice is missing.
+      const size_t middle = (gaps.size() - 1) / 2;
+      std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(middle),
                        gaps.end());
-      count = std::max(1.0, std::round(extent / gaps[gaps.size() / 2]));
+      count = std::max(1.0, std::round(extent / gaps[middle]));
       if (count > kMostFilled * static_cast<double>(placed.size())) {
         return malformed(what + ": too many are missing");
       }

@@ -444,6 +444,39 @@ TEST(DicomSeries, ATimePointThatLacksASliceIsAnError) {
                with_step(1));
 }
 
+TEST(DicomSeries, ATimePointOfOneSliceIsAnErrorWhateverIsAllowed) {
+  const TempFolder folder;
+  BallSeries series;
+  series.size.z = 2;
+  for (int t = 0; t < 2; ++t) {
+    for (int z = 0; z < 2 - t; ++z) {
+      series.first_instance = 1 + 10 * t;
+      DicomItem data = series.slice(z);
+      data[0x00200100] = dicom_text("IS", std::to_string(t));
+      series.write_slice(folder, z, data);
+    }
+  }
+  open(folder.path(), with_step(0));
+  ImportOptions options = with_step(1);
+  options.allowed.add(Allowance::gaps);
+  expect_error(folder.path(), {"1 of 2 slices are missing from volume 1", "no isosurface"},
+               options);
+}
+
+TEST(DicomSeries, OfTwoGapsTheSmallerIsTheSliceDistance) {
+  for (const int missing : {1, 2}) {
+    const TempFolder folder;
+    BallSeries series;
+    series.size.z = 4;
+    series.centre = {0, 0, 5};
+    series.write(folder);
+    std::filesystem::remove(folder / series.file_name(missing));
+    auto volume = open(folder.path(), allowing(Allowance::gaps));
+    EXPECT_EQ(volume.source->header().grid.voxels.z, 4);
+    expect_note(volume, "1 of 4 slices are interpolated");
+  }
+}
+
 TEST(DicomSeries, CopiesOfAFileAreLeftOut) {
   const TempFolder folder;
   const BallSeries series;
