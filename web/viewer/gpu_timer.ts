@@ -3,8 +3,8 @@ const pollMs = 8;
 const firstPollShare = 0.5;
 /** What was sent longer ago (ms) says nothing of how the GPU does now. */
 const longestBeat = 50;
-/** A GPU that has not answered at once for so long (ms) will not: whatever waits for that goes on. */
-const longestWait = 400;
+/** A GPU that has not answered at once when asked so many times will not: what waits for that goes on. */
+const mostAsked = 40;
 
 /**
  * How long frames take on the GPU, by fences: a call that draws returns long before the picture is
@@ -61,8 +61,8 @@ export class GpuPulse {
   #fence: WebGLSync | null = null;
   #sentAt = 0;
   #isLate = false;
-  /** When it was first asked since it last beat. */
-  #askedAt: number | undefined;
+  /** Times since it last beat. */
+  #asked = 0;
 
   constructor(gl: WebGL2RenderingContext) {
     this.#gl = gl;
@@ -72,24 +72,23 @@ export class GpuPulse {
   contextLost(): void {
     this.#fence = null;
     this.#isLate = false;
-    this.#askedAt = undefined;
+    this.#asked = 0;
   }
 
   /**
    * Call it every few milliseconds until it says so: what was sent at the last call had been done
    * when it was first looked at. On a machine that is always busy that never happens: after
-   * `longestWait` it says so as well.
+   * `mostAsked` calls it says so as well.
    */
   beats(): boolean {
-    const now = performance.now();
-    this.#askedAt ??= now;
-    const beats = this.#isAnsweredAtOnce(now) || now - this.#askedAt >= longestWait;
-    if (beats) this.#askedAt = undefined;
+    const beats = this.#isAnsweredAtOnce() || ++this.#asked >= mostAsked;
+    if (beats) this.#asked = 0;
     return beats;
   }
 
-  #isAnsweredAtOnce(now: number): boolean {
+  #isAnsweredAtOnce(): boolean {
     const gl = this.#gl;
+    const now = performance.now();
     const fence = this.#fence;
     if (fence && gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED) {
       this.#isLate = true;
