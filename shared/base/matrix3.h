@@ -1,17 +1,11 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "shared/base/vec3.h"
 
 namespace isosplat {
-
-/// A 3×3 matrix, row by row.
-using Matrix3d = std::array<double, 9>;
-
-inline constexpr Matrix3d kIdentity3{1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 constexpr Vec3d column(const Matrix3d& m, size_t index) {
   return {m[index], m[3 + index], m[6 + index]};

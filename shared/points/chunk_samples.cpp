@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "shared/sampling/exact_projection.h"
+#include "shared/sampling/projection.h"
 #include "shared/sampling/sample.h"
 
 namespace isosplat {

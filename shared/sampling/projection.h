@@ -1,8 +1,8 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
 
+#include "isosplat/points.h"
 #include "shared/base/matrix3.h"
 #include "shared/base/vec3.h"
 
@@ -28,11 +28,5 @@ inline std::optional<Vec3f> project(Vec3f position, float value, Vec3f gradient,
 inline double displacement_threshold(const Matrix3d& cell_edges) {
   return 0.5 * longest_diagonal(cell_edges);
 }
-
-/// What becomes of a sample whose projection leads further than Δd.
-enum class Displaced : uint8_t {
-  clamp,  ///< it is moved that far and no further, and not out of its cell: closes all holes
-  drop,   ///< it is left out (paper, section 3.2); coarse levels clamp nevertheless
-};
 
 }  // namespace isosplat

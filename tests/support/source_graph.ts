@@ -41,7 +41,8 @@ export function includesOf(root: string, files: string[]): Use[] {
     [...readFileSync(join(root, file), "utf8").matchAll(includePattern)].flatMap((match) => {
       const target = match[1] ?? "";
       const beside = join(dirname(file), target);
-      const found = [target, beside].find((path) => existsSync(join(root, path)));
+      const installed = join("shared/include", target);
+      const found = [target, installed, beside].find((path) => existsSync(join(root, path)));
       return found
         ? [{ from: dirname(file), to: dirname(found), where: `${file}: ${target}` }]
         : [];
@@ -77,7 +78,9 @@ export function targetsOf(root: string, files: string[]): Targets {
     }));
   const folders = new Map<string, string>();
   for (const { file, text } of texts) {
-    for (const [, name] of text.matchAll(/\badd_(?:library|executable)\s*\(\s*([\w-]+)/g)) {
+    for (const [, name] of text.matchAll(
+      /\badd_(?:library|executable)\s*\(\s*([\w-]+)(?=[\s)])/g,
+    )) {
       if (name) folders.set(name, dirname(file));
     }
   }
