@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "native/build/builder.h"
+#include "native/builder/builder.h"
 #include "native/import/open_volume.h"
 
 namespace isosplat::cli {

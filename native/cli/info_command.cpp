@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "native/build/metadata.h"
-#include "native/build/survey.h"
+#include "native/builder/metadata.h"
+#include "native/builder/survey.h"
 #include "native/cli/building.h"
 #include "native/cli/chunk_report.h"
 #include "native/cli/command.h"

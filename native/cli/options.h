@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "native/build/builder.h"
+#include "native/builder/builder.h"
 #include "native/import/open_volume.h"
 
 // Options that several subcommands share.

@@ -1,4 +1,4 @@
-#include "native/build/verify.h"
+#include "native/builder/verify.h"
 
 #include <fmt/format.h>
 

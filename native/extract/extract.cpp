@@ -13,7 +13,7 @@
 #include <system_error>
 #include <thread>
 
-#include "native/build/parallel.h"
+#include "native/builder/parallel.h"
 
 namespace isosplat {
 namespace {

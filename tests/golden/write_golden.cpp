@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "native/build/array_source.h"
+#include "native/builder/array_source.h"
 #include "tests/golden/digest.h"
 
 namespace isosplat {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <random>
 
-#include "native/build/array_source.h"
-#include "native/build/isovalue_guess.h"
-#include "native/build/size_budget.h"
+#include "native/builder/array_source.h"
+#include "native/builder/isovalue_guess.h"
+#include "native/builder/size_budget.h"
 
 namespace isosplat {
 namespace {

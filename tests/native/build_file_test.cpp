@@ -8,8 +8,8 @@
 #include <random>
 #include <set>
 
-#include "native/build/array_source.h"
-#include "native/build/verify.h"
+#include "native/builder/array_source.h"
+#include "native/builder/verify.h"
 #include "native/files/output_file.h"
 #include "tests/native/temporary_folder.h"
 

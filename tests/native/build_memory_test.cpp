@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "native/build/array_source.h"
-#include "native/build/parallel.h"
+#include "native/builder/array_source.h"
+#include "native/builder/parallel.h"
 #include "tests/native/refused_memory.h"
 
 namespace isosplat {

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <random>
 
-#include "native/build/array_source.h"
-#include "native/build/builder.h"
+#include "native/builder/array_source.h"
+#include "native/builder/builder.h"
 #include "native/import/open_volume.h"
 #include "tests/native/brute_force.h"
 

@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "native/build/array_source.h"
-#include "native/build/metadata.h"
-#include "native/build/survey.h"
-#include "native/build/value_codes.h"
+#include "native/builder/array_source.h"
+#include "native/builder/metadata.h"
+#include "native/builder/survey.h"
+#include "native/builder/value_codes.h"
 #include "shared/codec/chunk_codec.h"
 #include "tests/native/brute_force.h"
 

@@ -6,10 +6,10 @@
 #include <limits>
 #include <random>
 
-#include "native/build/array_source.h"
-#include "native/build/survey.h"
-#include "native/build/value_codes.h"
-#include "native/build/verify.h"
+#include "native/builder/array_source.h"
+#include "native/builder/survey.h"
+#include "native/builder/value_codes.h"
+#include "native/builder/verify.h"
 #include "native/import/open_volume.h"
 #include "tests/native/brute_force.h"
 

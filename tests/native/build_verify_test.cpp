@@ -5,8 +5,8 @@
 #include <fstream>
 #include <random>
 
-#include "native/build/array_source.h"
-#include "native/build/verify.h"
+#include "native/builder/array_source.h"
+#include "native/builder/verify.h"
 #include "shared/store/directory_page.h"
 #include "shared/store/head.h"
 #include "tests/native/brute_force.h"

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-#include "native/build/builder.h"
+#include "native/builder/builder.h"
 #include "native/import/dicom_order.h"
 #include "tests/native/dicom_files.h"
 

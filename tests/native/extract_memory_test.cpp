@@ -3,7 +3,7 @@
 
 #include <thread>
 
-#include "native/build/array_source.h"
+#include "native/builder/array_source.h"
 #include "native/extract/extract.h"
 #include "tests/native/refused_memory.h"
 #include "tests/native/temporary_folder.h"

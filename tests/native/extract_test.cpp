@@ -9,7 +9,7 @@
 #include <tuple>
 #include <utility>
 
-#include "native/build/array_source.h"
+#include "native/builder/array_source.h"
 #include "shared/sampling/sample.h"
 #include "tests/native/temporary_folder.h"
 

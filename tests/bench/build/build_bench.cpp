@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "native/build/builder.h"
+#include "native/builder/builder.h"
 #include "native/import/open_volume.h"
 #include "shared/store/store_reader.h"
 #include "tests/bench/build/held_volume.h"

@@ -6,9 +6,9 @@
 #include <fstream>
 #include <string>
 
-#include "native/build/builder.h"
-#include "native/build/survey.h"
-#include "native/build/value_codes.h"
+#include "native/builder/builder.h"
+#include "native/builder/survey.h"
+#include "native/builder/value_codes.h"
 #include "shared/codec/cell_mask.h"
 #include "shared/codec/chunk_codec.h"
 #include "shared/store/store_reader.h"

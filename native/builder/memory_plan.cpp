@@ -1,0 +1,70 @@
+#include "native/builder/memory_plan.h"
+
+#include <algorithm>
+
+#include "native/builder/code_reader.h"
+#include "native/builder/layer.h"
+
+namespace isosplat {
+namespace {
+
+/// Scratch memory of a thread: statistics, planner, encoder, the gathered block and its chunks.
+constexpr uint64_t kThreadBytes = 20 << 20;
+
+/// The program itself, the output's buffer, and chunks that wait for those before them.
+constexpr uint64_t kBaseBytes = 48 << 20;
+
+/// The directory: a record per block and about twelve per block for its chunks.
+constexpr uint64_t kDirectoryBytesPerBlock = 24 + 12 * 16;
+
+std::string mebibytes(uint64_t bytes) {
+  return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB";
+}
+
+}  // namespace
+
+Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes, unsigned threads,
+                               uint64_t allowance) {
+  const Index3 voxels = header.grid.voxels;
+  const auto bits = static_cast<uint8_t>(voxel_bytes(header.type) == 1 ? 8 : 16);
+  const uint32_t levels = level_count(voxels);
+
+  uint64_t fixed = kBaseBytes + threads * kThreadBytes + staging_bytes(header, bits) + source_bytes;
+  std::vector<uint64_t> layer(levels), room(levels), whole(levels);
+  for (uint32_t l = 0; l < levels; ++l) {
+    const LevelGrid grid = level_grid(voxels, l);
+    const uint64_t voxel_slice = voxel_slice_bytes(grid, bits);
+    const uint64_t interval_slice = interval_slice_bytes(grid, bits);
+    const auto depth = static_cast<uint64_t>(std::min(grid.cells.z, kBlockCells));
+    layer[l] = (depth + 2) * voxel_slice + (l > 0 ? depth * interval_slice : 0);
+    room[l] = (depth / 2 + 2) * voxel_slice + (depth / 2 + 1) * interval_slice;
+    whole[l] = static_cast<uint64_t>(grid.cells.z + 1) * voxel_slice +
+               static_cast<uint64_t>(grid.cells.z) * interval_slice;
+    fixed += grid.block_count() * kDirectoryBytesPerBlock;
+  }
+  MemoryPlan plan;
+  plan.in_memory.resize(levels, false);
+  for (uint32_t l = 0; l < levels; ++l) {
+    const uint64_t work = plan.in_memory[l] ? whole[l] : layer[l];
+    const uint64_t least_next = l + 1 < levels ? std::min(room[l + 1], whole[l + 1]) : 0;
+    plan.least_bytes = std::max(plan.least_bytes, fixed + layer[l] + least_next);
+    uint64_t next = least_next;
+    if (l + 1 < levels && fixed + work + whole[l + 1] <= allowance) {
+      plan.in_memory[l + 1] = true;
+      next = whole[l + 1];
+    }
+    plan.bytes = std::max(plan.bytes, fixed + work + next);
+  }
+  if (plan.least_bytes > allowance) {
+    return fail(Status::out_of_memory,
+                "expected an allowance of at least " + mebibytes(plan.least_bytes) + ", found " +
+                    mebibytes(allowance) +
+                    (source_bytes > 0 ? ": this format is held whole (" + mebibytes(source_bytes) +
+                                            "), which raw data or uncompressed NRRD are not;"
+                                      : ":") +
+                    " allow more (--memory " + std::to_string((plan.least_bytes >> 20) + 1) + "M)");
+  }
+  return plan;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,167 @@
+#include "native/builder/size_forecast.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "native/builder/block_lambda.h"
+#include "native/builder/parallel.h"
+
+namespace isosplat {
+namespace {
+
+/// The fewer cells of a block a chunk has, the more points there are for each, and the worse they
+/// are predicted. Measured on eleven volumes: bytes per cell fall from 1.0 to 2.4 times those of a
+/// chunk with half the cells to one with a two-hundredth.
+constexpr double kDensityPower = 0.8;
+
+/// Fitted weights, models, state of the coders, and the slab's place in the directory.
+constexpr double kChunkBytes = 72;
+
+/// A cell of a coarse level takes about so many times the bytes of one of level 0, for its
+/// interval.
+constexpr double kCoarseCell = 1.8;
+
+/// A block has more slabs than a few slices of it: their values are nearer to each other. Measured:
+/// 1.05 to 1.4.
+constexpr double kThinness = 1.18;
+
+/// Points of a block are shared with the blocks around it.
+constexpr double kSharedPoints = 1.047;
+
+/// Places for a cut that are considered: a forecast needs no more.
+constexpr uint32_t kCandidates = 32;
+
+/// The intervals of the cells of the next level.
+std::vector<CellInterval> unite(const SampleColumn& column, Index3 coarse) {
+  std::vector<CellInterval> united(
+      static_cast<size_t>(coarse.x) * static_cast<size_t>(coarse.y) * static_cast<size_t>(coarse.z),
+      CellInterval{65535, 0});
+  const CellInterval* from = column.intervals.data();
+  for (int32_t z = 0; z < column.cells.z; ++z) {
+    for (int32_t y = 0; y < column.cells.y; ++y) {
+      CellInterval* to =
+          &united[static_cast<size_t>((z / 2) * coarse.y + y / 2) * static_cast<size_t>(coarse.x)];
+      for (int32_t x = 0; x < column.cells.x; ++x, ++from) {
+        CellInterval& interval = to[x / 2];
+        interval.min = std::min(interval.min, from->min);
+        interval.max = std::max(interval.max, from->max);
+      }
+    }
+  }
+  return united;
+}
+
+/// Bytes per cell of a block like these cells, of which each takes `cell_bytes` where all are
+/// coded.
+PerDial plan(SlabPlanner& planner, const std::vector<CellInterval>& cells, double cell_bytes,
+             uint32_t level, SlabOptions options, const PerDial& lambdas) {
+  constexpr double kBlock = double{kBlockCells} * kBlockCells * kBlockCells;
+  const auto count = static_cast<double>(cells.size());
+  planner.count(cells);
+  options.max_candidates = kCandidates;
+  options.overhead_cells *= count / kBlock;
+  PerDial bytes{};
+  for (size_t dial = 0; dial < kDials; ++dial) {
+    options.lambda = lambdas[dial];
+    planner.plan(block_options(options, level, planner.cells(), cells.size()));
+    for (const uint32_t slab : planner.slab_cells()) {
+      if (slab == 0) continue;
+      bytes[dial] += cell_bytes * std::pow(slab / count, kDensityPower) + kChunkBytes / kBlock;
+    }
+    if (planner.slab_cells().size() <= 1) {
+      // A greater λ cuts no more.
+      std::fill(bytes.begin() + static_cast<ptrdiff_t>(dial), bytes.end(), bytes[dial]);
+      break;
+    }
+  }
+  return bytes;
+}
+
+/// Makes one of the columns of one block, the last axis of the lattice, and mixes in some of the
+/// mean of all: a column may have missed what its block holds.
+void blend(std::vector<PerDial>& columns, int32_t layers_per_block) {
+  constexpr double kOfMean = 0.15;
+  const size_t count = columns.size() / static_cast<size_t>(layers_per_block);
+  PerDial mean{};
+  for (size_t i = 0; i < columns.size(); ++i) {
+    for (size_t dial = 0; dial < kDials; ++dial) {
+      mean[dial] += columns[i][dial] / static_cast<double>(columns.size());
+      if (i >= count) columns[i % count][dial] += columns[i][dial];
+    }
+  }
+  columns.resize(count);
+  for (PerDial& column : columns) {
+    for (size_t dial = 0; dial < kDials; ++dial) {
+      column[dial] = (1 - kOfMean) * column[dial] / layers_per_block + kOfMean * mean[dial];
+    }
+  }
+}
+
+}  // namespace
+
+SizeForecast::SizeForecast(const VolumeSample& sample, Index3 voxels, const SlabOptions& options,
+                           unsigned threads)
+    : voxels_(voxels), across_(sample.columns_across), stride_(sample.stride), all_{} {
+  for (size_t dial = 0; dial < kDials; ++dial) {
+    lambdas_[dial] = options.lambda * std::pow(std::max(kMostLambda / options.lambda, 1.0),
+                                               static_cast<double>(dial) / (kDials - 1));
+  }
+  for (auto& per_cell : per_cell_) per_cell.resize(sample.columns.size());
+  std::vector<SlabPlanner> planners(threads);
+  parallel_for(threads, sample.columns.size(), [&](unsigned thread, size_t i) {
+    const SampleColumn& column = sample.columns[i];
+    const double cell_bytes = column.bits / 8 * kSharedPoints * kThinness;
+    per_cell_[0][i] = plan(planners[thread], column.intervals, cell_bytes, 0, options, lambdas_);
+    const Index3 coarse{(column.cells.x + 1) / 2, (column.cells.y + 1) / 2,
+                        (column.cells.z + 1) / 2};
+    per_cell_[1][i] = plan(planners[thread], unite(column, coarse), cell_bytes * kCoarseCell, 1,
+                           options, lambdas_);
+  });
+  for (auto& per_cell : per_cell_) blend(per_cell, sample.layers_per_block);
+  across_.z /= sample.layers_per_block;
+  for (uint32_t level = 0; level < level_count(voxels); ++level) {
+    const Index3 blocks = level_grid(voxels, level).blocks;
+    for (int32_t z = 0; z < blocks.z; ++z) {
+      for (int32_t y = 0; y < blocks.y; ++y) {
+        for (int32_t x = 0; x < blocks.x; ++x) {
+          const PerDial bytes = block(level, {x, y, z});
+          for (size_t dial = 0; dial < kDials; ++dial) all_[level > 0][dial] += bytes[dial];
+        }
+      }
+    }
+  }
+}
+
+const PerDial& SizeForecast::column(uint32_t level, Index3 block) const {
+  const Index3 blocks = level_grid(voxels_, 0).blocks;
+  const int32_t x = std::min(block.x, blocks.x - 1) / stride_;
+  const int32_t y = std::min(block.y, blocks.y - 1) / stride_;
+  const auto z = static_cast<int32_t>((2 * int64_t{std::min(block.z, blocks.z - 1)} + 1) *
+                                      across_.z / (2 * int64_t{blocks.z}));
+  return per_cell_[level > 0][static_cast<size_t>((z * across_.y + y) * across_.x + x)];
+}
+
+PerDial SizeForecast::block(uint32_t level, Index3 index) const {
+  const Index3 cells = block_cells(level_grid(voxels_, level), index);
+  const double count = double{1} * cells.x * cells.y * cells.z;
+  PerDial bytes{};
+  const auto add = [&](Index3 place, double weight) {
+    const PerDial& per_cell = column(level, place);
+    for (size_t dial = 0; dial < kDials; ++dial) bytes[dial] += weight * per_cell[dial];
+  };
+  if (level == 0) {
+    add(index, count);
+    return bytes;
+  }
+  // The blocks of level 0 in the middles of the eight parts of what it stands for.
+  const int32_t wide = 1 << level;
+  for (int32_t part = 0; part < 8; ++part) {
+    const auto place = [&](int32_t at, int32_t bit) {
+      return at * wide + wide / 4 + (part >> bit & 1) * (wide / 2);
+    };
+    add({place(index.x, 0), place(index.y, 1), place(index.z, 2)}, count / 8);
+  }
+  return bytes;
+}
+
+}  // namespace isosplat

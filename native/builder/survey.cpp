@@ -1,0 +1,76 @@
+#include "native/builder/survey.h"
+
+#include <algorithm>
+#include <thread>
+#include <tuple>
+
+#include "native/builder/block_gather.h"
+#include "native/builder/code_reader.h"
+#include "native/builder/parallel.h"
+#include "native/builder/value_codes.h"
+
+namespace isosplat {
+namespace {
+
+/// Of one thread.
+struct Counter {
+  GatheredBlock block;
+  SlabPlanner planner;
+  VolumeStatistics statistics;
+};
+
+}  // namespace
+
+Result<VolumeSurvey> survey_volume(VolumeSource& source, size_t layer_bytes) {
+  const Index3 n = source.header().grid.voxels;
+  const unsigned threads = std::max(1u, std::thread::hardware_concurrency());
+  const auto scan = scan_volume(source, threads, true, [](uint64_t) {});
+  if (!scan) return tl::unexpected(scan.error());
+  const auto value_codes = choose_codes(source.header(), *scan);
+  if (!value_codes) return tl::unexpected(value_codes.error());
+  VolumeSurvey survey;
+  survey.mapping = value_codes->mapping();
+  survey.missing = scan->missing();
+  if (!scan->is_empty()) {
+    std::tie(survey.min, survey.max) =
+        std::minmax({source.header().value(scan->min()), source.header().value(scan->max())});
+  }
+
+  std::vector<Counter> counters(threads);
+  CodeReader reader(source, *value_codes, threads);
+  const auto count_codes = [&](unsigned thread, const std::byte* codes, size_t voxels) {
+    counters[thread].statistics.add_codes(codes, voxels, survey.mapping.bits,
+                                          survey.mapping.has_missing);
+  };
+  const size_t slice = reader.slice_bytes();
+  const auto slices_at_once = std::clamp<size_t>(layer_bytes / slice, 2, kBlockCells + 1);
+  const int32_t most_cells = std::min(static_cast<int32_t>(slices_at_once), n.z) - 1;
+  std::vector<std::byte> buffer(slice * static_cast<size_t>(most_cells + 1));
+  for (int32_t z = 0; z < n.z - 1; z += most_cells) {
+    // The slice that the layer before ended with is the first of this one.
+    const int32_t cells = std::min(most_cells, n.z - 1 - z), kept = z > 0 ? 1 : 0;
+    if (kept) std::copy_n(buffer.end() - static_cast<ptrdiff_t>(slice), slice, buffer.begin());
+    if (auto read = reader.read(z + kept, cells + 1 - kept,
+                                buffer.data() + slice * static_cast<size_t>(kept), count_codes);
+        !read) {
+      return tl::unexpected(read.error());
+    }
+    Layer layer;
+    layer.grid = level_grid({n.x, n.y, cells + 1}, 0);
+    layer.bits = survey.mapping.bits;
+    layer.has_missing = survey.mapping.has_missing;
+    layer.voxels = buffer.data();
+    const Index3 blocks = layer.grid.blocks;
+    parallel_for(threads, layer.grid.block_count(), [&](unsigned thread, size_t i) {
+      Counter& counter = counters[thread];
+      const auto block = static_cast<int32_t>(i);
+      gather_block(layer, {block % blocks.x, block / blocks.x, 0}, counter.block);
+      counter.planner.count(counter.block.intervals);
+      counter.statistics.add_block(counter.planner, counter.block.intervals);
+    });
+  }
+  for (const Counter& counter : counters) survey.statistics.add(counter.statistics);
+  return survey;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,156 @@
+#include "native/builder/verify_block.h"
+
+#include <algorithm>
+
+#include "shared/store/checksum.h"
+
+namespace isosplat {
+namespace {
+
+constexpr const char* kRemedy = ": rebuild the store, or fetch it again";
+constexpr CellInterval kNone{65535, 0};
+
+}  // namespace
+
+std::string name_of(const ChunkRef& chunk) {
+  const Index3 b = chunk.block.index;
+  return "chunk " + std::to_string(chunk.block.level) + "/" + std::to_string(b.x) + "." +
+         std::to_string(b.y) + "." + std::to_string(b.z) + "/" + std::to_string(chunk.slab);
+}
+
+void BlockVerifier::begin(const BlockRef& block, Index3 cells) {
+  block_ = block;
+  cells_ = cells;
+  const size_t count = static_cast<size_t>(cells.x * cells.y * cells.z);
+  intervals_.assign(count, kNone);
+  last_slab_.assign(count, 0);
+  voxels_.assign(static_cast<size_t>((cells.x + 1) * (cells.y + 1) * (cells.z + 1)), -1);
+  united_ = kNone;
+  reaching_ = 0;
+}
+
+Result<void> BlockVerifier::add(const ChunkRef& chunk) {
+  const auto malformed = [&](const std::string& what) {
+    return fail(Status::malformed_chunk, name_of(chunk) + ": " + what + kRemedy);
+  };
+  if (checksum32(bytes) != chunk.checksum) {
+    return fail(Status::checksum_mismatch,
+                name_of(chunk) + ": its checksum differs from the recorded one" + kRemedy);
+  }
+  if (chunk.cells > 0) {
+    const ChunkShape shape{cells_, chunk.slab_begin, chunk.slab_end, chunk.cells,
+                           chunk.block.level > 0};
+    if (auto decoded = decoder_.decode(bytes, shape, decoded_); !decoded) {
+      return fail(decoded.error().status, name_of(chunk) + ": " + decoded.error().message);
+    }
+  } else {
+    decoded_.cell.clear();
+  }
+  if (decoded_.cell.size() != chunk.cells) {
+    return malformed("expected " + std::to_string(chunk.cells) + " cells, found " +
+                     std::to_string(decoded_.cell.size()));
+  }
+  const uint32_t expected_from_before = reaching_;
+  uint32_t from_before = 0;
+  reaching_ = 0;
+  int64_t previous = -1;
+  for (size_t i = 0; i < decoded_.cell.size(); ++i) {
+    const uint32_t place = decoded_.cell[i];
+    const Index3 cell{static_cast<int32_t>(place & 63), static_cast<int32_t>(place >> 6 & 63),
+                      static_cast<int32_t>(place >> 12)};
+    if (cell.x >= cells_.x || cell.y >= cells_.y || cell.z >= cells_.z ||
+        static_cast<int64_t>(place) <= previous) {
+      return malformed("its cells are not in raster order within the block");
+    }
+    previous = place;
+    const CellInterval interval = decoded_.interval[i];
+    if (std::max<uint32_t>(interval.min, chunk.slab_begin) >=
+        std::min<uint32_t>(interval.max, chunk.slab_end)) {
+      return malformed("a cell is never active in the slab");
+    }
+    if (chunk.block.level == 0 && interval != corner_interval(decoded_.corners[i])) {
+      return malformed("a cell's interval is not that of its corners");
+    }
+    const size_t at = cell_at(cell);
+    const bool is_from_before = interval.min < chunk.slab_begin;
+    from_before += is_from_before;
+    reaching_ += interval.max > chunk.slab_end;
+    if (is_from_before ? last_slab_[at] != chunk.slab || intervals_[at] != interval
+                       : last_slab_[at] != 0) {
+      return malformed("a cell is missing in the slab before, or another there");
+    }
+    last_slab_[at] = static_cast<uint16_t>(chunk.slab + 1);
+    intervals_[at] = interval;
+    united_.min = std::min(united_.min, interval.min);
+    united_.max = std::max(united_.max, interval.max);
+    for (int32_t c = 0; c < 8; ++c) {
+      const Index3 v{cell.x + (c & 1), cell.y + (c >> 1 & 1), cell.z + (c >> 2)};
+      int32_t& voxel =
+          voxels_[static_cast<size_t>((v.z * (cells_.y + 1) + v.y) * (cells_.x + 1) + v.x)];
+      const int32_t corner = decoded_.corners[i][static_cast<size_t>(c)];
+      if (voxel >= 0 && voxel != corner) return malformed("a voxel has two values");
+      voxel = corner;
+    }
+  }
+  if (from_before != expected_from_before) {
+    return malformed("expected " + std::to_string(expected_from_before) +
+                     " cells that reach into it from the slab before, found " +
+                     std::to_string(from_before));
+  }
+  return {};
+}
+
+Result<void> BlockVerifier::end() {
+  if (block_.slab_count == 0) return {};
+  if (reaching_ != 0 || united_ != block_.interval) {
+    return fail(Status::malformed_page,
+                "block " + std::to_string(block_.key.index.x) + "." +
+                    std::to_string(block_.key.index.y) + "." + std::to_string(block_.key.index.z) +
+                    " of level " + std::to_string(block_.key.level) + ": expected the interval " +
+                    std::to_string(block_.interval.min) + " to " +
+                    std::to_string(block_.interval.max) + ", found cells from " +
+                    std::to_string(united_.min) + " to " + std::to_string(united_.max) + kRemedy);
+  }
+  return {};
+}
+
+void BlockVerifier::halve(HalvedBlock& halved) const {
+  halved.cells = {(cells_.x + 1) / 2, (cells_.y + 1) / 2, (cells_.z + 1) / 2};
+  halved.intervals.assign(static_cast<size_t>(halved.cells.x * halved.cells.y * halved.cells.z),
+                          kNone);
+  size_t at = 0;
+  for (int32_t z = 0; z < cells_.z; ++z) {
+    for (int32_t y = 0; y < cells_.y; ++y) {
+      for (int32_t x = 0; x < cells_.x; ++x, ++at) {
+        CellInterval& to = halved.intervals[static_cast<size_t>(
+            (z / 2 * halved.cells.y + y / 2) * halved.cells.x + x / 2)];
+        to.min = std::min(to.min, intervals_[at].min);
+        to.max = std::max(to.max, intervals_[at].max);
+      }
+    }
+  }
+}
+
+Result<void> BlockVerifier::contains(Index3 octant, const HalvedBlock& child) const {
+  const Index3 first = octant * (kBlockCells / 2);
+  size_t at = 0;
+  for (int32_t z = 0; z < child.cells.z; ++z) {
+    for (int32_t y = 0; y < child.cells.y; ++y) {
+      for (int32_t x = 0; x < child.cells.x; ++x, ++at) {
+        const CellInterval below = child.intervals[at];
+        if (below.min >= below.max) continue;
+        const CellInterval own = intervals_[cell_at(first + Index3{x, y, z})];
+        if (below.min >= own.min && below.max <= own.max) continue;
+        return fail(Status::malformed_chunk,
+                    "block " + std::to_string(block_.key.index.x) + "." +
+                        std::to_string(block_.key.index.y) + "." +
+                        std::to_string(block_.key.index.z) + " of level " +
+                        std::to_string(block_.key.level) +
+                        ": a cell's interval does not contain those below it" + kRemedy);
+      }
+    }
+  }
+  return {};
+}
+
+}  // namespace isosplat
