@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "native/builder/block_lambda.h"
-#include "native/builder/coarsen.h"
-#include "native/builder/round_intervals.h"
-#include "native/builder/size_forecast.h"
+#include "shared/preprocess/block_lambda.h"
+#include "shared/preprocess/coarsen.h"
+#include "shared/preprocess/round_intervals.h"
+#include "shared/preprocess/size_forecast.h"
 
 namespace isosplat {
 

@@ -2,12 +2,12 @@
 
 #include <vector>
 
-#include "native/builder/block_gather.h"
-#include "native/builder/layer.h"
 #include "native/builder/shared_slabs.h"
-#include "native/builder/statistics.h"
 #include "shared/codec/chunk_codec.h"
 #include "shared/codec/slab_masks.h"
+#include "shared/preprocess/block_gather.h"
+#include "shared/preprocess/layer.h"
+#include "shared/preprocess/statistics.h"
 #include "shared/slabs/slab_planner.h"
 #include "shared/store/store_writer.h"
 

@@ -12,16 +12,17 @@
 #include <thread>
 
 #include "native/builder/code_reader.h"
-#include "native/builder/isovalue_guess.h"
 #include "native/builder/memory_plan.h"
 #include "native/builder/metadata.h"
 #include "native/builder/ordered_output.h"
 #include "native/builder/parallel.h"
-#include "native/builder/size_budget.h"
+#include "native/builder/sample_volume.h"
+#include "native/builder/scan_volume.h"
 #include "native/builder/slice_store.h"
-#include "native/builder/value_codes.h"
-#include "native/builder/volume_sample.h"
 #include "native/files/output_file.h"
+#include "shared/preprocess/isovalue_guess.h"
+#include "shared/preprocess/size_budget.h"
+#include "shared/preprocess/value_codes.h"
 #include "shared/store/format.h"
 
 namespace isosplat {
@@ -243,7 +244,12 @@ Result<void> Builder::make_budget(uint64_t head_bytes) {
   const double most = double{1} * n.x * n.y * n.z * static_cast<double>(voxel_size) *
                       std::sqrt(options_.fetch_weight);
   most_bytes_ = static_cast<uint64_t>(most);
-  forecast_.emplace(*sample, n, slab_options_, threads_);
+  std::vector<ColumnForecast> columns(sample->columns.size());
+  std::vector<SlabPlanner> planners(threads_);
+  parallel_for(threads_, columns.size(), [&](unsigned thread, size_t i) {
+    columns[i] = forecast_column(sample->columns[i], slab_options_, planners[thread]);
+  });
+  forecast_.emplace(*sample, n, slab_options_, columns);
   budget_.emplace(*forecast_, most, static_cast<double>(head_bytes));
   return {};
 }

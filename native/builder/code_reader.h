@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "native/builder/value_codes.h"
 #include "native/import/volume_source.h"
+#include "shared/preprocess/value_codes.h"
 
 namespace isosplat {
 

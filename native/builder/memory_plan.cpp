@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "native/builder/code_reader.h"
-#include "native/builder/layer.h"
+#include "shared/preprocess/layer.h"
 
 namespace isosplat {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "native/builder/builder.h"
-#include "native/builder/statistics.h"
+#include "shared/preprocess/statistics.h"
 
 namespace isosplat {
 

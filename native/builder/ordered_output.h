@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "native/builder/block_worker.h"
-#include "native/builder/size_budget.h"
+#include "shared/preprocess/size_budget.h"
 #include "shared/store/format.h"
 
 namespace isosplat {

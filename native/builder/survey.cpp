@@ -4,10 +4,11 @@
 #include <thread>
 #include <tuple>
 
-#include "native/builder/block_gather.h"
 #include "native/builder/code_reader.h"
 #include "native/builder/parallel.h"
-#include "native/builder/value_codes.h"
+#include "native/builder/scan_volume.h"
+#include "shared/preprocess/block_gather.h"
+#include "shared/preprocess/value_codes.h"
 
 namespace isosplat {
 namespace {

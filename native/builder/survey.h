@@ -1,7 +1,7 @@
 #pragma once
 
-#include "native/builder/statistics.h"
 #include "native/import/volume_source.h"
+#include "shared/preprocess/statistics.h"
 
 namespace isosplat {
 

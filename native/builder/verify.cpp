@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "native/builder/parallel.h"
-#include "native/builder/verify_block.h"
 #include "shared/posix_file/posix_file.h"
+#include "shared/preprocess/verify_block.h"
 #include "shared/store/checksum.h"
 #include "shared/store/format.h"
 

@@ -3,12 +3,12 @@
 #include <cstddef>
 #include <span>
 
-#include "native/import/voxel_type.h"
+#include "shared/grid/voxel_type.h"
 
 // Voxels without a value: those that a file lacks, and those that hold a fill value. They are not a
 // number (NaN), so that no surface is drawn around them and they take no part of the range of
 // values. Volumes of integers that have such voxels are read as floating-point numbers; the store
-// keeps these as exactly as integers (native/build/value_lattice.h).
+// keeps these as exactly as integers (shared/preprocess/value_lattice.h).
 namespace isosplat {
 
 /// The floating-point type that holds the values of a type: itself, f32 for integers of 8 and 16

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <span>
 
-#include "native/import/voxel_type.h"
+#include "shared/grid/voxel_type.h"
 
 namespace isosplat {
 

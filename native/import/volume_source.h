@@ -4,27 +4,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "native/import/voxel_type.h"
 #include "shared/base/status.h"
-#include "shared/grid/grid.h"
+#include "shared/grid/volume_header.h"
 
 namespace isosplat {
-
-/// What a volume file says of itself, before a voxel is read. A voxel is a number as the file
-/// stores it; its value is intercept + slope · voxel.
-struct VolumeHeader {
-  VolumeGrid grid;
-  VoxelType type = VoxelType::u8;
-  std::string format;    ///< "NRRD", "NIfTI", "raw", …
-  std::string name;      ///< the file's or folder's name without its suffixes
-  double slope = 1;      ///< finite and not 0; negative slopes are allowed
-  double intercept = 0;  ///< finite
-
-  double value(double voxel) const { return intercept + slope * voxel; }
-};
 
 /// A volume as a stack of slices along z. Every slice can be read any number of times; reading in
 /// ascending order is the fast way. One thread at a time.

@@ -8,8 +8,8 @@
 #include "native/builder/array_source.h"
 #include "native/builder/metadata.h"
 #include "native/builder/survey.h"
-#include "native/builder/value_codes.h"
 #include "shared/codec/chunk_codec.h"
+#include "shared/preprocess/value_codes.h"
 #include "tests/native/brute_force.h"
 
 namespace isosplat {

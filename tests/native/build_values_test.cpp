@@ -8,9 +8,9 @@
 
 #include "native/builder/array_source.h"
 #include "native/builder/survey.h"
-#include "native/builder/value_codes.h"
 #include "native/builder/verify.h"
 #include "native/import/open_volume.h"
+#include "shared/preprocess/value_codes.h"
 #include "tests/native/brute_force.h"
 
 // Stores against their volumes in *values*: what a person computes from the file, and never a code.

@@ -7,10 +7,11 @@
 #include <string>
 
 #include "native/builder/builder.h"
+#include "native/builder/scan_volume.h"
 #include "native/builder/survey.h"
-#include "native/builder/value_codes.h"
 #include "shared/codec/cell_mask.h"
 #include "shared/codec/chunk_codec.h"
+#include "shared/preprocess/value_codes.h"
 #include "shared/store/store_reader.h"
 #include "tests/bench/build/held_volume.h"
 

@@ -1,10 +1,9 @@
-#include "native/builder/size_forecast.h"
+#include "shared/preprocess/size_forecast.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "native/builder/block_lambda.h"
-#include "native/builder/parallel.h"
+#include "shared/preprocess/block_lambda.h"
 
 namespace isosplat {
 namespace {
@@ -99,24 +98,35 @@ void blend(std::vector<PerDial>& columns, int32_t layers_per_block) {
 
 }  // namespace
 
-SizeForecast::SizeForecast(const VolumeSample& sample, Index3 voxels, const SlabOptions& options,
-                           unsigned threads)
-    : voxels_(voxels), across_(sample.columns_across), stride_(sample.stride), all_{} {
+PerDial dial_lambdas(double least) {
+  PerDial lambdas{};
   for (size_t dial = 0; dial < kDials; ++dial) {
-    lambdas_[dial] = options.lambda * std::pow(std::max(kMostLambda / options.lambda, 1.0),
-                                               static_cast<double>(dial) / (kDials - 1));
+    lambdas[dial] = least * std::pow(std::max(kMostLambda / least, 1.0),
+                                     static_cast<double>(dial) / (kDials - 1));
   }
-  for (auto& per_cell : per_cell_) per_cell.resize(sample.columns.size());
-  std::vector<SlabPlanner> planners(threads);
-  parallel_for(threads, sample.columns.size(), [&](unsigned thread, size_t i) {
-    const SampleColumn& column = sample.columns[i];
-    const double cell_bytes = column.bits / 8 * kSharedPoints * kThinness;
-    per_cell_[0][i] = plan(planners[thread], column.intervals, cell_bytes, 0, options, lambdas_);
-    const Index3 coarse{(column.cells.x + 1) / 2, (column.cells.y + 1) / 2,
-                        (column.cells.z + 1) / 2};
-    per_cell_[1][i] = plan(planners[thread], unite(column, coarse), cell_bytes * kCoarseCell, 1,
-                           options, lambdas_);
-  });
+  return lambdas;
+}
+
+ColumnForecast forecast_column(const SampleColumn& column, const SlabOptions& options,
+                               SlabPlanner& planner) {
+  const PerDial lambdas = dial_lambdas(options.lambda);
+  const double cell_bytes = column.bits / 8 * kSharedPoints * kThinness;
+  const Index3 coarse{(column.cells.x + 1) / 2, (column.cells.y + 1) / 2, (column.cells.z + 1) / 2};
+  return {plan(planner, column.intervals, cell_bytes, 0, options, lambdas),
+          plan(planner, unite(column, coarse), cell_bytes * kCoarseCell, 1, options, lambdas)};
+}
+
+SizeForecast::SizeForecast(const VolumeSample& sample, Index3 voxels, const SlabOptions& options,
+                           std::span<const ColumnForecast> columns)
+    : voxels_(voxels),
+      across_(sample.columns_across),
+      stride_(sample.stride),
+      lambdas_(dial_lambdas(options.lambda)),
+      all_{} {
+  for (const ColumnForecast& column : columns) {
+    per_cell_[0].push_back(column.finest);
+    per_cell_[1].push_back(column.coarse);
+  }
   for (auto& per_cell : per_cell_) blend(per_cell, sample.layers_per_block);
   across_.z /= sample.layers_per_block;
   for (uint32_t level = 0; level < level_count(voxels); ++level) {

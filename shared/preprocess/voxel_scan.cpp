@@ -1,11 +1,9 @@
-#include "native/builder/voxel_scan.h"
+#include "shared/preprocess/voxel_scan.h"
 
 #include <algorithm>
 #include <limits>
 #include <numeric>
 #include <type_traits>
-
-#include "native/builder/parallel.h"
 
 namespace isosplat {
 namespace {
@@ -104,43 +102,6 @@ void VoxelScan::add(const VoxelScan& other) {
   min_ = std::min(min_, other.min_), max_ = std::max(max_, other.max_);
   is_empty_ = false;
   distinct_.add(other.distinct_);
-}
-
-Result<VoxelScan> scan_volume(VolumeSource& source, unsigned threads, bool whole,
-                              const std::function<void(uint64_t voxels)>& progress) {
-  const VolumeHeader& header = source.header();
-  const Index3 n = header.grid.voxels;
-  const size_t row = static_cast<size_t>(n.x) * voxel_bytes(header.type);
-  const size_t slice = row * static_cast<size_t>(n.y);
-  const auto most =
-      static_cast<int32_t>(std::clamp<size_t>((8 << 20) / slice, 1, static_cast<size_t>(n.z)));
-  std::vector<std::byte> voxels;
-  std::vector<VoxelScan> scans(threads, VoxelScan(header.type));
-  const auto is_settled = [&] {
-    return !whole && std::any_of(scans.begin(), scans.end(),
-                                 [](const VoxelScan& scan) { return scan.is_settled(); });
-  };
-  // Narrow integers are nearly always settled after a slice or two.
-  int32_t at_once = voxel_bytes(header.type) <= 2 ? 1 : most;
-  for (int32_t z = 0; z < n.z && !is_settled(); at_once = std::min(2 * at_once, most)) {
-    const int32_t count = std::min(at_once, n.z - z);
-    voxels.resize(slice * static_cast<size_t>(count));
-    if (auto read = source.read_slices(z, count, voxels); !read) {
-      return tl::unexpected(read.error());
-    }
-    z += count;
-    // Rows, not slices: a slice may be all that fits at a time.
-    const size_t rows = static_cast<size_t>(n.y) * static_cast<size_t>(count);
-    const size_t part = (rows + 4 * threads - 1) / (4 * threads);
-    parallel_for(threads, (rows + part - 1) / part, [&](unsigned thread, size_t i) {
-      const size_t first = i * part, last = std::min(rows, first + part);
-      scans[thread].add(std::span(voxels).subspan(first * row, (last - first) * row));
-    });
-    progress(static_cast<uint64_t>(count) * static_cast<uint64_t>(n.x) *
-             static_cast<uint64_t>(n.y));
-  }
-  for (size_t t = 1; t < scans.size(); ++t) scans[0].add(scans[t]);
-  return std::move(scans[0]);
 }
 
 }  // namespace isosplat

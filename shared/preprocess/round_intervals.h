@@ -1,6 +1,6 @@
 #pragma once
 
-#include "native/builder/block_gather.h"
+#include "shared/preprocess/block_gather.h"
 
 namespace isosplat {
 

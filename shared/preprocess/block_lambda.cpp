@@ -1,4 +1,4 @@
-#include "native/builder/block_lambda.h"
+#include "shared/preprocess/block_lambda.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "native/builder/coarsen.h"
+#include "shared/preprocess/coarsen.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "native/builder/value_lattice.h"
+#include "shared/preprocess/value_lattice.h"
 
 #include <algorithm>
 #include <cmath>

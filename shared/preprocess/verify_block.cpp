@@ -1,4 +1,4 @@
-#include "native/builder/verify_block.h"
+#include "shared/preprocess/verify_block.h"
 
 #include <algorithm>
 

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -47,7 +47,9 @@ class DistinctValues {
     if (2 * count_ >= slots_.size()) grow();
     const size_t mask = slots_.size() - 1;
     // Fibonacci hashing: the upper bits of the product depend on all bits of the value.
-    const uint64_t hash = std::bit_cast<uint64_t>(value) * 0x9e3779b97f4a7c15u;
+    uint64_t bits = 0;
+    std::memcpy(&bits, &value, sizeof bits);
+    const uint64_t hash = bits * 0x9e3779b97f4a7c15u;
     for (size_t at = static_cast<size_t>(hash >> 32) & mask;; at = (at + 1) & mask) {
       if (slots_[at] == value) return;
       if (slots_[at] == slots_[at]) continue;

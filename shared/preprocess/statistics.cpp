@@ -1,4 +1,4 @@
-#include "native/builder/statistics.h"
+#include "shared/preprocess/statistics.h"
 
 #include <algorithm>
 #include <cmath>

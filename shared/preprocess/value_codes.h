@@ -4,8 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "native/builder/voxel_scan.h"
-#include "native/import/volume_source.h"
+#include "shared/base/status.h"
+#include "shared/grid/volume_header.h"
+#include "shared/preprocess/voxel_scan.h"
 
 namespace isosplat {
 

@@ -1,16 +1,16 @@
-#include "native/builder/value_codes.h"
-
-#include <fmt/format.h>
+#include "shared/preprocess/value_codes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <optional>
 #include <type_traits>
 #include <utility>
 
-#include "native/builder/value_lattice.h"
+#include "shared/preprocess/value_lattice.h"
 
 namespace isosplat {
 namespace {
@@ -103,13 +103,19 @@ void thin_out(Places& places, double max_error) {
   places.count = (places.count + reach) / together;
 }
 
+std::string text_of(double value, int digits) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
+  return text.data();
+}
+
 tl::unexpected<Error> too_exact(double max_error, double least, const VolumeHeader& header,
                                 const VoxelScan& scan) {
   const auto [low, high] = std::minmax({header.value(scan.min()), header.value(scan.max())});
   return fail(Status::invalid_argument,
-              fmt::format("--max-error {}: expected at least {:.3g}, which is what 16 bits can do "
-                          "for values from {:.6g} to {:.6g}: give {:.3g}, or leave it away",
-                          max_error, least, low, high, least * 1.01));
+              "--max-error " + text_of(max_error, 6) + ": expected at least " + text_of(least, 3) +
+                  ", which is what 16 bits can do for values from " + text_of(low, 6) + " to " +
+                  text_of(high, 6) + ": give " + text_of(least * 1.01, 3) + ", or leave it away");
 }
 
 }  // namespace
@@ -152,11 +158,10 @@ Result<ValueCodes> choose_codes(const VolumeHeader& header, const VoxelScan& sca
   mapping.bits = is_narrow && !mapping.has_missing ? 8 : 16;
   if (!std::isfinite(mapping.offset) || !std::isfinite(mapping.scale) || !(mapping.scale > 0) ||
       !std::isfinite(mapping.max_error)) {
-    return fail(
-        Status::malformed_volume,
-        fmt::format("expected a slope and an intercept with which values can be told apart, "
-                    "found {} and {}: the header is damaged; export the volume again",
-                    header.slope, header.intercept));
+    return fail(Status::malformed_volume,
+                "expected a slope and an intercept with which values can be told apart, found " +
+                    text_of(header.slope, 6) + " and " + text_of(header.intercept, 6) +
+                    ": the header is damaged; export the volume again");
   }
 
   codes.is_plain_ = is_plain;

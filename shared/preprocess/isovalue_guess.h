@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "native/builder/statistics.h"
+#include "shared/preprocess/statistics.h"
 
 namespace isosplat {
 

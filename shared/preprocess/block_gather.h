@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "native/builder/layer.h"
+#include "shared/preprocess/layer.h"
 #include "shared/sampling/cell.h"
 
 namespace isosplat {

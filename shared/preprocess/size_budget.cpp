@@ -1,4 +1,4 @@
-#include "native/builder/size_budget.h"
+#include "shared/preprocess/size_budget.h"
 
 #include <algorithm>
 #include <cmath>

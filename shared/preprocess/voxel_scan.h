@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
+#include <limits>
 #include <span>
 
-#include "native/builder/distinct_values.h"
-#include "native/import/volume_source.h"
+#include "shared/grid/voxel_type.h"
+#include "shared/preprocess/distinct_values.h"
 
 namespace isosplat {
 
@@ -83,11 +83,5 @@ bool has_value(T voxel) {
   if constexpr (sizeof(T) == 8) return voxel >= -kMost && voxel <= kMost;
   return voxel >= -std::numeric_limits<T>::max() && voxel <= std::numeric_limits<T>::max();
 }
-
-/// Scans a volume, front to back, some MB at a time, on up to `threads` threads; stops where the
-/// scan is settled, unless `whole`. Calls progress(voxels read since the last call). Errors: those
-/// of the source.
-Result<VoxelScan> scan_volume(VolumeSource& source, unsigned threads, bool whole,
-                              const std::function<void(uint64_t voxels)>& progress);
 
 }  // namespace isosplat

@@ -1,4 +1,4 @@
-#include "native/builder/isovalue_guess.h"
+#include "shared/preprocess/isovalue_guess.h"
 
 #include <cmath>
 

@@ -1,51 +1,65 @@
+// Forecasts of a store's size, and the budget that follows them, for a volume of noise.
+
+#include "shared/preprocess/size_budget.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "native/builder/array_source.h"
-#include "native/builder/isovalue_guess.h"
-#include "native/builder/size_budget.h"
+#include "shared/preprocess/isovalue_guess.h"
 
 namespace isosplat {
 namespace {
 
 constexpr Index3 kVoxels{193, 193, 193};
 
-VolumeSample noisy_sample(unsigned threads = 2) {
-  VolumeGrid grid;
-  grid.voxels = kVoxels;
+/// Columns of four slices of cells through the middle of each of the 3×3×3 blocks.
+VolumeSample noisy_sample() {
   std::mt19937 random(1);
-  std::vector<uint8_t> voxels(size_t{193} * 193 * 193);
-  for (uint8_t& voxel : voxels) voxel = static_cast<uint8_t>(100 + random() % 32);
-  ArraySource<uint8_t> source(grid, voxels);
-  const auto scan = scan_volume(source, threads, true, [](uint64_t) {});
-  return *sample_volume(source, *choose_codes(source.header(), *scan), threads);
+  std::vector<uint8_t> codes(size_t{193} * 193 * 5);
+  VolumeSample sample;
+  sample.columns_across = {3, 3, 3};
+  GatheredBlock scratch;
+  for (int32_t z = 0; z < 3; ++z) {
+    for (uint8_t& code : codes) code = static_cast<uint8_t>(random() % 32);
+    sample.statistics.add_codes(codes.data(), codes.size(), 8, false);
+    sample.voxels += codes.size();
+    Layer layer;
+    layer.grid = level_grid({193, 193, 5}, 0);
+    layer.bits = 8;
+    layer.voxels = reinterpret_cast<const std::byte*>(codes.data());
+    for (int32_t block = 0; block < 9; ++block) {
+      sample.columns.push_back(sample_column(layer, {block % 3, block / 3, 0}, scratch));
+    }
+  }
+  return sample;
 }
 
-SizeForecast forecast_of(const VolumeSample& sample) {
+SizeForecast noisy_forecast() {
+  const VolumeSample sample = noisy_sample();
   const std::vector<double> distribution = guess_isovalues(sample.statistics, sample.voxels);
   SlabOptions options;
   options.isovalue_distribution = distribution;
   options.lambda = 0.01;
-  return {sample, kVoxels, options, 2};
+  std::vector<ColumnForecast> columns;
+  SlabPlanner planner;
+  for (const SampleColumn& column : sample.columns) {
+    columns.push_back(forecast_column(column, options, planner));
+  }
+  return {sample, kVoxels, options, columns};
 }
 
-TEST(VolumeSample, IsTheSameWhateverTheThreads) {
-  const VolumeSample one = noisy_sample(1), many = noisy_sample(5);
-  ASSERT_EQ(one.columns.size(), many.columns.size());
-  EXPECT_EQ(one.voxels, size_t{24} * 193 * 193);
-  EXPECT_EQ(one.voxels, many.voxels);
-  for (size_t i = 0; i < one.columns.size(); ++i) {
-    EXPECT_EQ(one.columns[i].bits, many.columns[i].bits);
-    EXPECT_TRUE(one.columns[i].intervals == many.columns[i].intervals);
+TEST(VolumeSample, EstimatesTheBitsOfNoise) {
+  for (const SampleColumn& column : noisy_sample().columns) {
+    EXPECT_EQ(column.cells, (Index3{64, 64, 4}));
+    EXPECT_EQ(column.intervals.size(), size_t{64} * 64 * 4);
+    EXPECT_NEAR(column.bits, 5, 0.6);
   }
-  // Five bits of noise.
-  EXPECT_NEAR(one.columns[0].bits, 5, 0.6);
 }
 
 TEST(SizeForecast, FallsWithLambdaAndAddsUp) {
-  const SizeForecast forecast = forecast_of(noisy_sample());
+  const SizeForecast forecast = noisy_forecast();
   EXPECT_EQ(forecast.lambda(0), 0.01);
   EXPECT_NEAR(forecast.lambda(kDials - 1), kMostLambda, 1e-9);
   for (const bool coarse : {false, true}) {
@@ -60,7 +74,7 @@ TEST(SizeForecast, FallsWithLambdaAndAddsUp) {
 }
 
 TEST(SizeBudget, TakesTheLeastLambdaWhereThereIsRoom) {
-  const SizeForecast forecast = forecast_of(noisy_sample());
+  const SizeForecast forecast = noisy_forecast();
   const double all = forecast.all(false)[0] + forecast.all(true)[0];
   EXPECT_TRUE(SizeBudget(forecast, 4 * all, 0).is_ample());
   EXPECT_FALSE(SizeBudget(forecast, 2 * all, 0).is_ample());
@@ -70,14 +84,14 @@ TEST(SizeBudget, TakesTheLeastLambdaWhereThereIsRoom) {
 }
 
 TEST(SizeBudget, TakesTheMostLambdaWhereNothingFits) {
-  const SizeForecast forecast = forecast_of(noisy_sample());
+  const SizeForecast forecast = noisy_forecast();
   const SizeBudget::Grant grant = SizeBudget(forecast, 0.5 * forecast.all(false).back(), 0).grant();
   EXPECT_EQ(grant.lambda, forecast.lambda(kDials - 1));
   EXPECT_LT(grant.slack, 0);
 }
 
 TEST(SizeBudget, LearnsFromWhatBlocksTake) {
-  const SizeForecast forecast = forecast_of(noisy_sample());
+  const SizeForecast forecast = noisy_forecast();
   const double most = 1.2 * (forecast.all(false)[4] + forecast.all(true)[4]);
   // Blocks that take as forecast, more, and less, with the λ that they were granted.
   const auto lambda_after = [&](double ratio) {

@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "native/builder/statistics.h"
-#include "native/builder/value_codes.h"
-#include "native/import/volume_source.h"
+#include "shared/preprocess/block_gather.h"
+#include "shared/preprocess/layer.h"
+#include "shared/preprocess/statistics.h"
 
 namespace isosplat {
 
@@ -29,9 +29,8 @@ struct VolumeSample {
   std::vector<SampleColumn> columns;  ///< x fastest, then y, then z
 };
 
-/// Reads 24 slices evenly spread, and up to 60 others, front to back; at most
-/// 192 columns. Errors: those of the source.
-Result<VolumeSample> sample_volume(VolumeSource& source, const ValueCodes& value_codes,
-                                   unsigned threads);
+/// A column of all cells of a block of `layer`, which has some slices of the volume. `scratch`:
+/// reused.
+SampleColumn sample_column(const Layer& layer, Index3 block, GatheredBlock& scratch);
 
 }  // namespace isosplat

@@ -1,10 +1,7 @@
-#include "native/builder/volume_sample.h"
+#include "native/builder/sample_volume.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 
-#include "native/builder/block_gather.h"
 #include "native/builder/parallel.h"
 
 namespace isosplat {
@@ -18,46 +15,6 @@ constexpr int32_t kColumns = 192;  ///< at most
 /// The middles of `count` equal parts of [0, n).
 int32_t middle(int32_t i, int32_t count, int32_t n) {
   return static_cast<int32_t>((2 * int64_t{i} + 1) * n / (2 * count));
-}
-
-/// The entropy of a voxel of the block's active cells, in bits, if it were predicted as well as the
-/// chunk codec can: from how far two simple predictions are off, row by row. Where noise dominates,
-/// their errors are 1.15 and 2 times as large as the noise; where a gradient does, the second one's
-/// is small. The codec's fitted prediction comes near the better of the two.
-double voxel_bits(const GatheredBlock& block) {
-  const auto row = static_cast<size_t>(block.cells.x + 1);
-  const size_t slice = row * static_cast<size_t>(block.cells.y + 1);
-  double bits = 0;
-  uint64_t cells = 0;
-  const CellInterval* interval = block.intervals.data();
-  for (int32_t z = 0; z < block.cells.z; ++z) {
-    for (int32_t y = 0; y < block.cells.y; ++y, interval += block.cells.x) {
-      // The corner of each cell with the greatest coordinates, and its neighbours before it.
-      const Code* here = block.voxels.data() + static_cast<size_t>(z + 1) * slice +
-                         static_cast<size_t>(y + 1) * row;
-      const Code *up = here - row, *back = here - slice;
-      uint64_t active = 0, from_mean = 0, from_plane = 0;
-      for (int32_t x = 0; x < block.cells.x; ++x) {
-        const int32_t v = here[x + 1], left = here[x], above = up[x + 1];
-        const uint32_t is_active = interval[x].min < interval[x].max;
-        active += is_active;
-        from_mean +=
-            is_active * static_cast<uint32_t>(std::abs(3 * v - left - above - back[x + 1]));
-        from_plane += is_active * static_cast<uint32_t>(std::abs(v - left - above + up[x]));
-      }
-      if (active == 0) continue;
-      const auto count = static_cast<double>(active);
-      const double error = 1.08 *
-                           std::min(static_cast<double>(from_mean) / (3 * 1.1547),
-                                    static_cast<double>(from_plane) / 2) /
-                           count;
-      // Of a normal distribution with this mean absolute value, rounded to whole numbers.
-      const double variance = error * error * 1.5708 + 1.0 / 12;
-      bits += count * 0.5 * std::log2(17.0795 * variance);
-      cells += active;
-    }
-  }
-  return cells > 0 ? bits / static_cast<double>(cells) : 0;
 }
 
 }  // namespace
@@ -128,12 +85,10 @@ Result<VolumeSample> sample_volume(VolumeSource& source, const ValueCodes& value
       const auto place = [&](int32_t at, int32_t count) {
         return std::min(at * sample.stride + sample.stride / 2, count - 1);
       };
-      GatheredBlock& block = scratch[thread];
-      gather_block(layer,
-                   {place(c % sample.columns_across.x, blocks.x),
-                    place(c / sample.columns_across.x, blocks.y), 0},
-                   block);
-      sample.columns[base + i] = {block.cells, block.intervals, voxel_bits(block)};
+      sample.columns[base + i] = sample_column(layer,
+                                               {place(c % sample.columns_across.x, blocks.x),
+                                                place(c / sample.columns_across.x, blocks.y), 0},
+                                               scratch[thread]);
     });
   }
   return sample;

@@ -1,4 +1,4 @@
-#include "native/builder/block_gather.h"
+#include "shared/preprocess/block_gather.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "native/builder/round_intervals.h"
+#include "shared/preprocess/round_intervals.h"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "native/builder/size_forecast.h"
+#include "shared/preprocess/size_forecast.h"
 
 namespace isosplat {
 

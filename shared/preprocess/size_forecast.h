@@ -1,9 +1,10 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
-#include "native/builder/volume_sample.h"
+#include "shared/preprocess/volume_sample.h"
 #include "shared/slabs/slab_planner.h"
 
 namespace isosplat {
@@ -14,14 +15,27 @@ inline constexpr size_t kDials = 12;
 inline constexpr double kMostLambda = 200;
 using PerDial = std::array<double, kDials>;
 
+/// λ of each dial, of which `least` is the first.
+PerDial dial_lambdas(double least);
+
+/// Bytes per cell of blocks like a column, for each dial.
+struct ColumnForecast {
+  PerDial finest;  ///< at level 0
+  PerDial coarse;  ///< at level 1
+};
+
+/// Cuts a column of a sample as blocks will be. `options.lambda` is the least λ. `planner`: reused.
+ColumnForecast forecast_column(const SampleColumn& column, const SlabOptions& options,
+                               SlabPlanner& planner);
+
 /// How many bytes a store's blocks will take, as far as a sample of the volume tells: the sample's
 /// columns are cut as blocks will be, for each dial. What the codec makes of a volume is only
 /// guessed at: SizeBudget compares with what was written.
 class SizeForecast {
  public:
-  /// `options.lambda` is the least λ. Columns are planned on up to `threads` threads.
+  /// `columns`: forecast_column() of each column of the sample, with the same options.
   SizeForecast(const VolumeSample& sample, Index3 voxels, const SlabOptions& options,
-               unsigned threads);
+               std::span<const ColumnForecast> columns);
 
   double lambda(size_t dial) const { return lambdas_[dial]; }
 

@@ -1,0 +1,238 @@
+// The steps from voxels to blocks, against brute force: natively and as WebAssembly.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "shared/preprocess/coarsen.h"
+#include "shared/preprocess/round_intervals.h"
+#include "shared/preprocess/statistics.h"
+#include "shared/preprocess/value_codes.h"
+
+namespace isosplat {
+namespace {
+
+/// Level 0 of a volume of noise, in blocks that the volume's end cuts.
+class Noise : public ::testing::TestWithParam<uint8_t> {
+ protected:
+  Noise() : codes_(size_t{75} * 70 * 68) {
+    std::mt19937 random(GetParam());
+    const uint32_t most = GetParam() == 8 ? 255 : 4095;
+    for (uint16_t& code : codes_) code = static_cast<uint16_t>(random() % (most + 1));
+    bytes_.assign(codes_.begin(), codes_.end());
+    layer_.grid = level_grid(kVoxels, 0);
+    layer_.bits = GetParam();
+    layer_.voxels = GetParam() == 8 ? reinterpret_cast<const std::byte*>(bytes_.data())
+                                    : reinterpret_cast<const std::byte*>(codes_.data());
+  }
+
+  static constexpr Index3 kVoxels{75, 70, 68};
+
+  uint16_t at(Index3 voxel) const {
+    return codes_[static_cast<size_t>((voxel.z * 70 + voxel.y) * 75 + voxel.x)];
+  }
+
+  CellInterval interval_at(Index3 cell) const {
+    CellInterval interval{65535, 0};
+    for (int32_t k = 0; k < 8; ++k) {
+      const uint16_t code = at({cell.x + (k & 1), cell.y + (k >> 1 & 1), cell.z + (k >> 2)});
+      interval.min = std::min(interval.min, code);
+      interval.max = std::max(interval.max, code);
+    }
+    return interval;
+  }
+
+  std::vector<uint16_t> codes_;
+  std::vector<uint8_t> bytes_;
+  Layer layer_;
+};
+
+TEST_P(Noise, BlocksHaveTheirVoxelsAndTheIntervalsOfTheirCells) {
+  GatheredBlock block;
+  uint64_t cells = 0, wrong = 0;
+  for (int32_t b = 0; b < 8; ++b) {
+    const Index3 index{b & 1, b >> 1 & 1, b >> 2};
+    gather_block(layer_, index, block);
+    EXPECT_EQ(block.cells, block_cells(layer_.grid, index));
+    size_t i = 0;
+    for (int32_t z = 0; z < block.cells.z; ++z) {
+      for (int32_t y = 0; y < block.cells.y; ++y) {
+        for (int32_t x = 0; x < block.cells.x; ++x, ++i) {
+          const Index3 cell{index.x * kBlockCells + x, index.y * kBlockCells + y,
+                            index.z * kBlockCells + z};
+          const CellInterval expected = interval_at(cell);
+          const auto corner =
+              static_cast<size_t>((z * (block.cells.y + 1) + y) * (block.cells.x + 1) + x);
+          wrong += !(block.intervals[i] == expected) || block.voxels[corner] != at(cell);
+          ++cells;
+        }
+      }
+    }
+  }
+  EXPECT_EQ(cells, uint64_t{74} * 69 * 67);
+  EXPECT_EQ(wrong, 0u);
+}
+
+TEST_P(Noise, ACoarserLevelAveragesVoxelsAndUnitesIntervals) {
+  const LevelGrid grid = level_grid(kVoxels, 1);
+  const size_t code_bytes = GetParam() / 8;
+  std::vector<std::byte> voxels(voxel_slice_bytes(grid, GetParam()) *
+                                static_cast<size_t>(grid.cells.z + 1));
+  std::vector<std::byte> intervals(interval_slice_bytes(grid, GetParam()) *
+                                   static_cast<size_t>(grid.cells.z));
+  const CoarserLayer coarser{grid, voxels.data(), 0, intervals.data(), 0};
+  GatheredBlock block;
+  for (int32_t b = 0; b < 8; ++b) {
+    gather_block(layer_, {b & 1, b >> 1 & 1, b >> 2}, block);
+    coarsen_block(layer_, block, coarser);
+  }
+  const auto code_at = [&](const std::vector<std::byte>& bytes, size_t i) {
+    const std::byte* const code = bytes.data() + i * code_bytes;
+    return code_bytes == 1 ? static_cast<uint32_t>(code[0])
+                           : static_cast<uint32_t>(code[0]) | static_cast<uint32_t>(code[1]) << 8;
+  };
+  uint64_t wrong = 0;
+  size_t i = 0;
+  for (int32_t z = 0; z <= grid.cells.z; ++z) {
+    for (int32_t y = 0; y <= grid.cells.y; ++y) {
+      for (int32_t x = 0; x <= grid.cells.x; ++x, ++i) {
+        const Index3 centre{std::min(2 * x, 74), std::min(2 * y, 69), std::min(2 * z, 67)};
+        uint32_t sum = 0;
+        for (int32_t k = 0; k < 27; ++k) {
+          const int32_t dx = k % 3 - 1, dy = k / 3 % 3 - 1, dz = k / 9 - 1;
+          const uint32_t weight = uint32_t{8} >> (std::abs(dx) + std::abs(dy) + std::abs(dz));
+          sum += weight * at({std::clamp(centre.x + dx, 0, 74), std::clamp(centre.y + dy, 0, 69),
+                              std::clamp(centre.z + dz, 0, 67)});
+        }
+        wrong += code_at(voxels, i) != (sum + 32) / 64;
+      }
+    }
+  }
+  EXPECT_EQ(wrong, 0u) << "voxels";
+  i = 0;
+  for (int32_t z = 0; z < grid.cells.z; ++z) {
+    for (int32_t y = 0; y < grid.cells.y; ++y) {
+      for (int32_t x = 0; x < grid.cells.x; ++x, i += 2) {
+        CellInterval united{65535, 0};
+        for (int32_t k = 0; k < 8; ++k) {
+          const Index3 cell{2 * x + (k & 1), 2 * y + (k >> 1 & 1), 2 * z + (k >> 2)};
+          if (cell.x >= 74 || cell.y >= 69 || cell.z >= 67) continue;
+          const CellInterval below = interval_at(cell);
+          united.min = std::min(united.min, below.min);
+          united.max = std::max(united.max, below.max);
+        }
+        wrong += code_at(intervals, i) != united.min || code_at(intervals, i + 1) != united.max;
+      }
+    }
+  }
+  EXPECT_EQ(wrong, 0u) << "intervals";
+}
+
+TEST_P(Noise, RoundedIntervalsContainTheirs) {
+  GatheredBlock block;
+  gather_block(layer_, {0, 0, 0}, block);
+  const std::vector<CellInterval> before = block.intervals;
+  round_intervals(block);
+  uint64_t narrower = 0, wider = 0;
+  for (size_t i = 0; i < before.size(); ++i) {
+    narrower += block.intervals[i].min > before[i].min || block.intervals[i].max < before[i].max;
+    wider += !(block.intervals[i] == before[i]);
+  }
+  EXPECT_EQ(narrower, 0u);
+  EXPECT_GT(wider, before.size() / 2) << "noise has wide spans";
+}
+
+TEST_P(Noise, StatisticsCountEveryVoxel) {
+  VolumeStatistics one, other;
+  const size_t half = codes_.size() / 2;
+  one.add_codes(layer_.voxels, half, GetParam(), false);
+  other.add_codes(layer_.voxels + half * GetParam() / 8, codes_.size() - half, GetParam(), false);
+  one.add(other);
+  const CellInterval range = one.range();
+  EXPECT_EQ(range.min, *std::min_element(codes_.begin(), codes_.end()));
+  EXPECT_EQ(range.max, *std::max_element(codes_.begin(), codes_.end()));
+  const CodeBins bins = CodeBins::over(range, 100);
+  std::vector<uint64_t> expected(bins.count);
+  for (const uint16_t code : codes_) ++expected[(code - bins.first) / bins.width];
+  EXPECT_EQ(one.histogram(bins), expected);
+}
+
+INSTANTIATE_TEST_SUITE_P(Bits, Noise, ::testing::Values(uint8_t{8}, uint8_t{16}));
+
+template <class T>
+ValueCodes codes_for(const std::vector<T>& voxels, VoxelType type, double slope, double max_error) {
+  VoxelScan scan(type);
+  scan.add(std::as_bytes(std::span(voxels)));
+  VolumeHeader header;
+  header.type = type;
+  header.slope = slope;
+  auto codes = choose_codes(header, scan, max_error);
+  EXPECT_TRUE(codes) << codes.error().message;
+  return std::move(*codes);
+}
+
+/// The values of voxels after the way into the store and back.
+template <class T>
+std::vector<double> kept_values(const std::vector<T>& voxels, const ValueCodes& codes) {
+  std::vector<uint16_t> wide(voxels.size());
+  std::vector<uint8_t> narrow(voxels.size());
+  const ValueMapping& mapping = codes.mapping();
+  const bool is_narrow = mapping.bits == 8;
+  codes.encode(std::as_bytes(std::span(voxels)),
+               is_narrow ? static_cast<void*>(narrow.data()) : wide.data());
+  std::vector<double> values;
+  for (size_t i = 0; i < voxels.size(); ++i) {
+    values.push_back(mapping.value(is_narrow ? narrow[i] : wide[i]));
+  }
+  return values;
+}
+
+TEST(ValueCodes, KeepIntegersUnderANegativeSlope) {
+  std::vector<int16_t> voxels;
+  for (int32_t v = -1024; v <= 3071; ++v) voxels.push_back(static_cast<int16_t>(v));
+  const ValueCodes codes = codes_for(voxels, VoxelType::i16, -0.25, 0);
+  EXPECT_EQ(codes.mapping().max_error, 0);
+  const std::vector<double> values = kept_values(voxels, codes);
+  for (size_t i = 0; i < voxels.size(); ++i) EXPECT_EQ(values[i], -0.25 * voxels[i]);
+}
+
+TEST(ValueCodes, KeepFloatsThatAreMultiplesOfATenth) {
+  std::vector<float> voxels;
+  for (int32_t i = -500; i < 1500; ++i) voxels.push_back(static_cast<float>(i) / 10);
+  const ValueCodes codes = codes_for(voxels, VoxelType::f32, 1, 0);
+  const std::vector<double> values = kept_values(voxels, codes);
+  for (size_t i = 0; i < voxels.size(); ++i) EXPECT_EQ(static_cast<float>(values[i]), voxels[i]);
+}
+
+TEST(ValueCodes, KeepWithinTheErrorThatWasAskedFor) {
+  std::mt19937 random(5);
+  std::vector<double> voxels;
+  for (int32_t i = 0; i < 5000; ++i) voxels.push_back(std::sqrt(static_cast<double>(random())));
+  const double most = 65536;  // the square root of 2³²
+  const ValueCodes codes = codes_for(voxels, VoxelType::f64, 1, most / 400);
+  EXPECT_EQ(codes.mapping().bits, 8);
+  EXPECT_LE(codes.mapping().max_error, most / 400);
+  const std::vector<double> values = kept_values(voxels, codes);
+  for (size_t i = 0; i < voxels.size(); ++i) {
+    EXPECT_NEAR(values[i], voxels[i], codes.mapping().max_error * (1 + 1e-9));
+  }
+}
+
+TEST(ValueCodes, AnErrorThatSixteenBitsCannotReachNamesTheLeast) {
+  const std::vector<double> voxels{0, 0.1234567, 1e6};
+  VoxelScan scan(VoxelType::f64);
+  scan.add(std::as_bytes(std::span(voxels)));
+  VolumeHeader header;
+  header.type = VoxelType::f64;
+  const auto codes = choose_codes(header, scan, 1e-3);
+  ASSERT_FALSE(codes);
+  EXPECT_EQ(codes.error().status, Status::invalid_argument);
+  EXPECT_NE(codes.error().message.find("0.001: expected at least 7.6"), std::string::npos)
+      << codes.error().message;
+}
+
+}  // namespace
+}  // namespace isosplat
