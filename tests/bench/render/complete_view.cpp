@@ -14,9 +14,9 @@
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
 #include "native/headless/store_scene.h"
-#include "server/store_file.h"
 #include "shared/codec/chunk_codec.h"
 #include "shared/select/selector.h"
+#include "shared/store_file/store_file.h"
 
 namespace isosplat {
 namespace {
