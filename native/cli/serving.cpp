@@ -12,8 +12,10 @@ std::filesystem::path find_page(const std::string& given) {
   std::error_code error;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
   if (error) return {};
-  // build/release/native/cli/isosplat → build/page; bin/isosplat → share/isosplat/page
-  for (const char* relative : {"../../../page", "../share/isosplat/page"}) {
+  // build/release/native/cli/isosplat → build/page; libexec/isosplat/x86-64/isosplat and
+  // bin/isosplat → share/isosplat/page
+  for (const char* relative :
+       {"../../../page", "../../../share/isosplat/page", "../share/isosplat/page"}) {
     const auto folder = (program.parent_path() / relative).lexically_normal();
     if (std::filesystem::exists(folder / "index.html", error)) return folder;
   }

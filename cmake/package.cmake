@@ -1,0 +1,62 @@
+# The program, the page and their documents as `cmake --install BUILD --component program` and CPack
+# install them; `npm run release` makes the packages.
+#
+#   bin/isosplat                    chooses one of the programs
+#   libexec/isosplat/ARCH/isosplat  the program for each instruction set that was built
+#   share/isosplat/page             the page
+#   share/man, share/bash-completion, share/zsh, share/doc, lib/systemd
+
+set(page ${PROJECT_SOURCE_DIR}/build/page)
+set(documents ${PROJECT_BINARY_DIR}/documents)
+
+if(TARGET isosplat_launcher)
+  install(TARGETS isosplat DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/isosplat/${ISOSPLAT_ARCH}
+          COMPONENT program)
+  install(PROGRAMS $<TARGET_FILE:isosplat_launcher> DESTINATION ${CMAKE_INSTALL_BINDIR}
+          RENAME isosplat COMPONENT program)
+else()
+  install(TARGETS isosplat DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+endif()
+
+find_program(HELP2MAN help2man)
+add_custom_target(documents
+  COMMAND ${PROJECT_SOURCE_DIR}/packaging/write-documents $<TARGET_FILE:isosplat> ${documents}
+          ${ISOSPLAT_VERSION}
+  DEPENDS isosplat COMMENT "Manual pages and changelog")
+
+install(DIRECTORY ${page}/ DESTINATION ${CMAKE_INSTALL_DATADIR}/isosplat/page COMPONENT program)
+install(DIRECTORY ${documents}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT program)
+install(FILES ${documents}/changelog.gz packaging/copyright
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/isosplat COMPONENT program)
+install(FILES packaging/isosplat.bash RENAME isosplat
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
+install(FILES packaging/isosplat.zsh RENAME _isosplat
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
+# Nothing enables the unit: that is the administrator's decision.
+install(FILES packaging/isosplat.service DESTINATION lib/systemd/system COMPONENT program)
+
+set(CPACK_GENERATOR DEB TGZ)
+set(CPACK_PACKAGE_NAME isosplat)
+set(CPACK_PACKAGE_VERSION ${ISOSPLAT_VERSION})
+set(CPACK_PACKAGE_VENDOR Isosplat)
+set(CPACK_PACKAGE_CONTACT "Isosplat <isosplat@localhost>")
+string(JSON CPACK_PACKAGE_DESCRIPTION_SUMMARY GET "${ISOSPLAT_PACKAGE}" description)
+set(CPACK_PACKAGE_DESCRIPTION
+    "Isosplat turns volumes (DICOM, NIfTI, NRRD, MetaImage, TIFF, VTK, raw) into stores from which any isosurface can be read at once, serves them over HTTP, and draws them in the browser.")
+set(CPACK_PACKAGE_FILE_NAME isosplat-${ISOSPLAT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
+set(CPACK_PACKAGE_CHECKSUM SHA256)
+set(CPACK_STRIP_FILES ON)
+# Each program comes from a build tree of its own.
+set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};isosplat;program;/")
+if(ISOSPLAT_OTHER_BUILDS)
+  foreach(build ${ISOSPLAT_OTHER_BUILDS})
+    list(PREPEND CPACK_INSTALL_CMAKE_PROJECTS "${build};isosplat;program;/")
+  endforeach()
+endif()
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+# What draws where there is no GPU, for `isosplat render`.
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS libgl1-mesa-dri)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+include(CPack)

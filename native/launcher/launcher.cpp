@@ -1,0 +1,33 @@
+// bin/isosplat of an installation: starts the program in libexec/isosplat that was compiled for the
+// newest instruction set of this machine, in the same process.
+//
+// The choice is between whole programs, not functions: an AVX2 copy of an inline function that
+// other files use too may be the one that the linker keeps, and would end the program on a machine
+// without AVX2. The programs are exactly those of plain builds for either instruction set.
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+int main(int, char** argv) {
+  std::error_code error;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+  const auto programs = self.parent_path().parent_path() / ISOSPLAT_LIBEXEC;
+  const auto start = [&](const char* architecture) {
+    ::execv((programs / architecture / "isosplat").c_str(), argv);
+  };
+  // The levels of the x86-64 psABI; libgcc asks the operating system as well as the processor.
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("x86-64-v3")) start("x86-64-v3");
+  start("x86-64");
+  std::fprintf(stderr,
+               "isosplat: %s: expected a program for this machine, found none (%s): "
+               "install the package again\n",
+               programs.c_str(), std::strerror(errno));
+  return 1;
+}
