@@ -15,7 +15,10 @@ const page = await (await load("/", "text/html")).text();
 const files = [...page.matchAll(/(?:src|href)="(\.?\/?assets\/[^"]+)"/g)].map((match) => match[1]);
 if (files.length === 0) throw new Error("expected the page to name its scripts");
 for (const file of files) {
-  await load(file, file.endsWith(".js") ? "text/javascript" : file.endsWith(".css") ? "text/css" : "");
+  await load(
+    file,
+    file.endsWith(".js") ? "text/javascript" : file.endsWith(".css") ? "text/css" : "",
+  );
 }
 const { volumes } = await (await load("/v1/volumes", "application/json")).json();
 if (volumes.length !== 1) throw new Error(`expected one volume, found ${volumes.length}`);
