@@ -47,10 +47,10 @@ function preloadedRenderer(): Plugin {
           injectTo: "head" as const,
         });
         return [
-          ...find(/isosplat-view-[^.]*\.wasm$/).map((file) =>
+          ...find(/isosplat-renderer-[^.]*\.wasm$/).map((file) =>
             link({ rel: "preload", as: "fetch", type: "application/wasm", href: `./${file}` }),
           ),
-          ...find(/isosplat-view-[^.]*\.js$/).map((file) =>
+          ...find(/isosplat-renderer-[^.]*\.js$/).map((file) =>
             link({ rel: "modulepreload", href: `./${file}` }),
           ),
         ];

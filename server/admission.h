@@ -17,26 +17,26 @@ class Admission {
     ignored             ///< so many refusals are under way that this one is not worth an answer
   };
 
-  Admission(uint32_t most, uint32_t most_per_address)
-      : most_(most), most_per_address_(most_per_address) {}
+  Admission(uint32_t most, uint32_t max_per_address)
+      : max_(most), max_per_address_(max_per_address) {}
 
   /// Counts a connection. Every verdict but ignored needs one leave() with the same arguments.
   Verdict enter(const std::string& address) {
-    constexpr uint32_t kMostRefusals = 64;
+    constexpr uint32_t kMaxRefusals = 64;
     const std::lock_guard lock(mutex_);
     Verdict verdict = Verdict::admitted;
-    if (open_ >= most_) {
+    if (open_ >= max_) {
       verdict = Verdict::too_many;
-    } else if (most_per_address_ != 0) {
+    } else if (max_per_address_ != 0) {
       const auto found = by_address_.find(address);
-      if (found != by_address_.end() && found->second >= most_per_address_) {
+      if (found != by_address_.end() && found->second >= max_per_address_) {
         verdict = Verdict::too_many_from_one;
       }
     }
     if (verdict == Verdict::admitted) {
       ++open_;
-      if (most_per_address_ != 0) ++by_address_[address];
-    } else if (refusals_ >= kMostRefusals) {
+      if (max_per_address_ != 0) ++by_address_[address];
+    } else if (refusals_ >= kMaxRefusals) {
       verdict = Verdict::ignored;
     } else {
       ++refusals_;
@@ -56,8 +56,8 @@ class Admission {
   }
 
  private:
-  const uint32_t most_;
-  const uint32_t most_per_address_;
+  const uint32_t max_;
+  const uint32_t max_per_address_;
   std::mutex mutex_;
   uint32_t open_ = 0;
   uint32_t refusals_ = 0;

@@ -10,7 +10,7 @@ namespace {
 constexpr std::string_view kExtension = ".isosplat";
 
 /// So that a scan's work is bounded whatever lies in a folder.
-constexpr size_t kMostStores = 10'000;
+constexpr size_t kMaxStores = 10'000;
 
 bool is_name_character(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
@@ -97,7 +97,7 @@ void Catalog::scan() {
       continue;
     }
     std::filesystem::directory_iterator file(source, error);
-    for (; !error && file != std::filesystem::directory_iterator() && paths.size() < kMostStores;
+    for (; !error && file != std::filesystem::directory_iterator() && paths.size() < kMaxStores;
          file.increment(error)) {
       const std::filesystem::path& path = file->path();
       const std::string name = path.filename().string();

@@ -245,13 +245,13 @@ Awaitable<bool> Connection::State::write_response(Response& response, bool close
 /// reset the connection, and the client could lose the answer.
 Awaitable<void> Connection::State::linger() {
   constexpr auto kLongest = std::chrono::seconds(2);
-  constexpr size_t kMostBytes = 256 * 1024;
+  constexpr size_t kMaxBytes = 256 * 1024;
   error_code failed;
   stream.socket().shutdown(tcp::socket::shutdown_send, failed);
   if (failed) co_return;
   std::array<std::byte, 4096> unread;
   stream.expires_after(std::min<Clock::duration>(kLongest, shared.limits.write_time));
-  for (size_t total = 0; total < kMostBytes;) {
+  for (size_t total = 0; total < kMaxBytes;) {
     const auto [error, bytes] = co_await stream.async_read_some(asio::buffer(unread), kAwait);
     if (error) co_return;
     total += bytes;

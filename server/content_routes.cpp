@@ -89,12 +89,12 @@ class Parameters {
 
 }  // namespace
 
-Response head_answer(const RouteCall& call) {
+Response header_answer(const RouteCall& call) {
   const StoreFile& store = *call.volume->store;
   Response response = begin_answer(call.request, etag_of(store), CachePolicy::immutable);
   if (is_answered(response)) return response;
-  const std::span<const std::byte> head = store.head();
-  return with_bytes(std::move(response), {head.begin(), head.end()});
+  const std::span<const std::byte> header = store.header();
+  return with_bytes(std::move(response), {header.begin(), header.end()});
 }
 
 Response directory_page_answer(const RouteCall& call) {
@@ -112,13 +112,13 @@ Response chunk_answer(const RouteCall& call) {
   const StoreFile& store = *call.volume->store;
   const auto level = parse_index(call.arguments[2]);
   const auto block = parse_block(call.arguments[3]);
-  const auto slab = parse_index(call.arguments[4]);
-  if (!level || !block || !slab) {
+  const auto band = parse_index(call.arguments[4]);
+  if (!level || !block || !band) {
     return bad_request(
-        "chunk: expected chunks/{level}/{x}.{y}.{z}/{slab}, all decimal numbers "
+        "chunk: expected chunks/{level}/{x}.{y}.{z}/{band}, all decimal numbers "
         "without leading zeros");
   }
-  const Result<ChunkRef> chunk = store.chunk({*level, *block}, *slab);
+  const Result<ChunkRef> chunk = store.chunk({*level, *block}, *band);
   if (!chunk) return error_response(chunk.error());
   Response response = begin_answer(call.request, etag_of(store), CachePolicy::immutable);
   if (is_answered(response)) return response;
@@ -145,8 +145,8 @@ Response chunks_answer(const RouteCall& call) {
 
   const StoreFile& store = *call.volume->store;
   const ValueMapping& mapping = store.info().mapping;
-  float low = mapping.isocode(range->low);
-  float high = mapping.isocode(range->high);
+  float low = mapping.quantized_isovalue(range->low);
+  float high = mapping.quantized_isovalue(range->high);
   if (low > high) std::swap(low, high);
   const ChunkBudget budget = budget_of(call.limits);
   Result<ChunkSelection> selection = ChunkSelection{};
@@ -168,7 +168,7 @@ Response batch_answer(const RouteCall& call) {
   Parameters parameters(call.target);
   const auto list = parameters.take("chunks");
   if (!list || !parameters.complete()) {
-    return bad_request("batch: expected chunks=level/x.y.z/slab,… once and nothing else");
+    return bad_request("batch: expected chunks=level/x.y.z/band,… once and nothing else");
   }
   const Result<std::vector<ChunkAddress>> addresses = parse_chunks(*list);
   if (!addresses) return bad_request("chunks: " + addresses.error().message);

@@ -6,7 +6,7 @@ namespace isosplat {
 
 // What lies below /v1/volumes/{name}/{content}: bytes that never change under their URL.
 
-Response head_answer(const RouteCall& call);
+Response header_answer(const RouteCall& call);
 Response directory_page_answer(const RouteCall& call);
 Response chunk_answer(const RouteCall& call);
 

@@ -83,12 +83,12 @@ std::string gzipped(const std::string& bytes) {
   return out;
 }
 
-Result<std::string> read_file(const fs::path& path, uint64_t most_bytes) {
+Result<std::string> read_file(const fs::path& path, uint64_t max_bytes) {
   std::ifstream file(path, std::ios::binary);
   std::error_code error;
   const uint64_t size = fs::file_size(path, error);
   if (!file || error) return fail(Status::io_error, path.string() + ": cannot read");
-  if (size > most_bytes) {
+  if (size > max_bytes) {
     return fail(Status::invalid_argument,
                 path.string() +
                     ": the page's files exceed the limit held in memory: serve a "
@@ -105,12 +105,12 @@ Result<std::string> read_file(const fs::path& path, uint64_t most_bytes) {
 /// Every regular file below root, by its path from there with "/" in front.
 std::map<std::string, fs::path> files_below(const fs::path& root, const PageAssets::Log& log,
                                             std::error_code& error) {
-  constexpr size_t kMostFiles = 10'000;
+  constexpr size_t kMaxFiles = 10'000;
   std::map<std::string, fs::path> files;
   const fs::path real_root = fs::canonical(root, error);
   if (error) return files;
   fs::recursive_directory_iterator entry(real_root, error);
-  for (size_t seen = 0; !error && seen < kMostFiles && entry != fs::recursive_directory_iterator();
+  for (size_t seen = 0; !error && seen < kMaxFiles && entry != fs::recursive_directory_iterator();
        ++seen, entry.increment(error)) {
     std::error_code ignored;
     if (!entry->is_regular_file(ignored)) continue;
@@ -129,7 +129,7 @@ std::map<std::string, fs::path> files_below(const fs::path& root, const PageAsse
 
 }  // namespace
 
-Result<std::shared_ptr<PageAssets>> PageAssets::load(const fs::path& root, uint64_t most_bytes,
+Result<std::shared_ptr<PageAssets>> PageAssets::load(const fs::path& root, uint64_t max_bytes,
                                                      const Log& log) {
   std::error_code error;
   const std::map<std::string, fs::path> files = files_below(root, log, error);
@@ -137,7 +137,7 @@ Result<std::shared_ptr<PageAssets>> PageAssets::load(const fs::path& root, uint6
     return fail(Status::io_error, "page folder " + root.string() + ": " + error.message());
   }
   auto page = std::make_shared<PageAssets>();
-  uint64_t left = most_bytes;
+  uint64_t left = max_bytes;
   const auto variant = [&](Encoding encoding, std::string bytes) {
     left -= std::min<uint64_t>(left, bytes.size());
     std::string etag = etag_for(bytes);
@@ -210,7 +210,7 @@ std::vector<std::string> PageAssets::missing() const {
   return names;
 }
 
-void PageAssets::keep_hashed(const PageAssets& before, uint64_t most_bytes,
+void PageAssets::keep_hashed(const PageAssets& before, uint64_t max_bytes,
                              std::chrono::seconds kept_for) {
   const Clock::time_point now = Clock::now();
   std::vector<std::pair<std::string, Kept>> candidates;
@@ -226,8 +226,8 @@ void PageAssets::keep_hashed(const PageAssets& before, uint64_t most_bytes,
     if (assets_.contains(path)) continue;
     uint64_t bytes = 0;
     for (const AssetVariant& variant : kept.asset->variants) bytes += variant.bytes.size();
-    if (bytes > most_bytes) return;
-    most_bytes -= bytes;
+    if (bytes > max_bytes) return;
+    max_bytes -= bytes;
     kept_.emplace(std::move(path), std::move(kept));
   }
 }

@@ -36,9 +36,9 @@ class PageAssets {
 
   /// Reads every file below `root`. Files F.br and F.gz beside F are F's encodings; where there is
   /// no F.gz, text and WASM are compressed here. Errors: io_error, invalid_argument (more than
-  /// `most_bytes`).
+  /// `max_bytes`).
   static Result<std::shared_ptr<PageAssets>> load(const std::filesystem::path& root,
-                                                  uint64_t most_bytes, const Log& log);
+                                                  uint64_t max_bytes, const Log& log);
 
   /// `path`: decoded, e.g. "/assets/index-x7Hd9aK2.js"; "/" is "/index.html". Null: no such file.
   const Asset* find(std::string_view path) const;
@@ -53,8 +53,8 @@ class PageAssets {
   /// Goes on to hand out what has a hashed name in `before` and is not here any more, for whoever
   /// has loaded that page and has yet to load parts of it: for `kept_for` from now on, and beyond
   /// it until the page changes again. What `before` has kept stays for the rest of its time. At
-  /// most `most_bytes`, the latest first.
-  void keep_hashed(const PageAssets& before, uint64_t most_bytes, std::chrono::seconds kept_for);
+  /// most `max_bytes`, the latest first.
+  void keep_hashed(const PageAssets& before, uint64_t max_bytes, std::chrono::seconds kept_for);
 
  private:
   using Clock = std::chrono::steady_clock;

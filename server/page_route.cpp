@@ -27,7 +27,7 @@ void preload_volume(Response& response, const RouteCall& call) {
     if (found == call.catalog->end() || !found->second.store) return;
     // The catalog's name, of characters that need no escape.
     response.set("Link", "<v1/volumes/" + found->first +
-                             "/opening>; rel=preload; as=fetch; crossorigin=anonymous");
+                             "/bootstrap>; rel=preload; as=fetch; crossorigin=anonymous");
     return;
   }
 }

@@ -51,8 +51,8 @@ bool names_a_version(std::string_view header) {
 
 }  // namespace
 
-HeaderScan scan_header(std::string_view received, size_t scanned, size_t most_bytes,
-                       size_t most_target_bytes) {
+HeaderScan scan_header(std::string_view received, size_t scanned, size_t max_bytes,
+                       size_t max_target_bytes) {
   using State = HeaderScan::State;
   if (received.empty()) return {};
   // A TLS greeting, say: its end would never be seen.
@@ -65,20 +65,19 @@ HeaderScan scan_header(std::string_view received, size_t scanned, size_t most_by
       return {State::refused, 0, bad_request("expected lines that end in CR LF")};
     }
     if (at >= 3 && received.substr(at - 3, 4) == "\r\n\r\n") {
-      if (at + 1 > most_bytes) break;
+      if (at + 1 > max_bytes) break;
       return {State::complete, at + 1, std::nullopt};
     }
   }
-  if (received.size() <= most_bytes) return {};
-  if (received.substr(0, most_bytes).find('\n') == std::string_view::npos) {
-    return {
-        State::refused, 0,
-        closing(414, "target_too_long",
-                "expected a target of at most " + std::to_string(most_target_bytes) + " bytes")};
+  if (received.size() <= max_bytes) return {};
+  if (received.substr(0, max_bytes).find('\n') == std::string_view::npos) {
+    return {State::refused, 0,
+            closing(414, "target_too_long",
+                    "expected a target of at most " + std::to_string(max_target_bytes) + " bytes")};
   }
   return {State::refused, 0,
           closing(431, "header_too_large",
-                  "expected a header of at most " + std::to_string(most_bytes) + " bytes")};
+                  "expected a header of at most " + std::to_string(max_bytes) + " bytes")};
 }
 
 struct RequestParser::State {

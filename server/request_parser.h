@@ -27,8 +27,8 @@ struct HeaderScan {
 /// The limit is kept here: Beast 1.81 counts it anew for each piece that it is given, so that a
 /// header of many small fields has no bound. A line feed without its carriage return, which
 /// servers and proxies read differently, is refused.
-HeaderScan scan_header(std::string_view received, size_t scanned, size_t most_bytes,
-                       size_t most_target_bytes);
+HeaderScan scan_header(std::string_view received, size_t scanned, size_t max_bytes,
+                       size_t max_target_bytes);
 
 /// One request's header. Refuses what would make it unsafe to go on with the connection: two
 /// readers could see the request's end in two places. Beast alone takes those.

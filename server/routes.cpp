@@ -13,8 +13,8 @@ namespace {
 /// Of the names of the interface, the page cannot have any.
 Response no_such_path(const RouteCall&) {
   return error_response(404, status_name(Status::not_found),
-                        "expected /v1/volumes, /v1/volumes/{name}, and below a content id head, "
-                        "pages/{page}, chunks/{level}/{x}.{y}.{z}/{slab}, chunks?isovalue=…, "
+                        "expected /v1/volumes, /v1/volumes/{name}, and below a content id header, "
+                        "pages/{page}, chunks/{level}/{x}.{y}.{z}/{band}, chunks?isovalue=…, "
                         "batch?chunks=… or file");
 }
 
@@ -22,10 +22,10 @@ constexpr auto kRoutes = std::to_array<Route>({
     {Method::get, "/healthz", health_answer},
     {Method::get, "/v1/volumes", volumes_answer},
     {Method::get, "/v1/volumes/{name}", volume_answer},
-    {Method::get, "/v1/volumes/{name}/opening", opening_answer},
-    {Method::get, "/v1/volumes/{name}/{content}/head", head_answer},
+    {Method::get, "/v1/volumes/{name}/bootstrap", bootstrap_answer},
+    {Method::get, "/v1/volumes/{name}/{content}/header", header_answer},
     {Method::get, "/v1/volumes/{name}/{content}/pages/{page}", directory_page_answer},
-    {Method::get, "/v1/volumes/{name}/{content}/chunks/{level}/{x}.{y}.{z}/{slab}", chunk_answer},
+    {Method::get, "/v1/volumes/{name}/{content}/chunks/{level}/{x}.{y}.{z}/{band}", chunk_answer},
     {Method::get, "/v1/volumes/{name}/{content}/chunks", chunks_answer},
     {Method::get, "/v1/volumes/{name}/{content}/batch", batch_answer},
     {Method::get, "/v1/volumes/{name}/{content}/file", file_answer},

@@ -114,8 +114,8 @@ struct Server::State {
 Result<void> Server::State::load_page() {
   if (options.web_root.empty()) return {};
   page_signature = page_signature_seen = PageAssets::signature(options.web_root);
-  const uint64_t most_bytes = options.limits.page_asset_bytes;
-  auto loaded = PageAssets::load(options.web_root, most_bytes,
+  const uint64_t max_bytes = options.limits.page_asset_bytes;
+  auto loaded = PageAssets::load(options.web_root, max_bytes,
                                  [this](std::string_view line) { log.line(line); });
   if (!loaded) return tl::unexpected(loaded.error());
   if (const std::vector<std::string> missing = (*loaded)->missing(); !missing.empty()) {
@@ -124,7 +124,7 @@ Result<void> Server::State::load_page() {
     if (page) return fail(Status::io_error, text + ": the page of before is served until it is");
     log.line(text + ": build the page anew");
   }
-  if (page) (*loaded)->keep_hashed(*page, most_bytes, kOldPageKept);
+  if (page) (*loaded)->keep_hashed(*page, max_bytes, kOldPageKept);
   page = *loaded;
   router.set_page(page);
   return {};

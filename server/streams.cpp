@@ -13,7 +13,7 @@ void append_u32(std::vector<std::byte>& out, uint32_t value) {
 
 /// byte  0        4        8       12       16       20       24       28
 ///      +--------+--------+--------+--------+--------+--------+--------+--------+
-///      | bytes  | status | level  |   x    |   y    |   z    |  slab  | cells  |
+///      | bytes  | status | level  |   x    |   y    |   z    |  band  | cells  |
 ///      +--------+--------+--------+--------+--------+--------+--------+--------+
 ///   32 | begin  |  end   |checksum|   0    | 48: the chunk's bytes, padded with 0 to 16
 ///      +--------+--------+--------+--------+
@@ -23,8 +23,8 @@ void append_frame_header(std::vector<std::byte>& out, const ChunkRef& chunk, Sta
   for (const uint32_t value :
        {good ? chunk.bytes : 0, static_cast<uint32_t>(status), chunk.block.level,
         static_cast<uint32_t>(index.x), static_cast<uint32_t>(index.y),
-        static_cast<uint32_t>(index.z), chunk.slab, chunk.cells,
-        static_cast<uint32_t>(chunk.slab_begin), chunk.slab_end, chunk.checksum, uint32_t{0}}) {
+        static_cast<uint32_t>(index.z), chunk.band, chunk.cells,
+        static_cast<uint32_t>(chunk.band_begin), chunk.band_end, chunk.checksum, uint32_t{0}}) {
     append_u32(out, value);
   }
 }
@@ -70,25 +70,25 @@ BodyStream::Step FileStream::next(std::vector<std::byte>& out, Error& error) {
   return offset_ == end_ ? Step::last : Step::more;
 }
 
-OpeningStream::OpeningStream(std::shared_ptr<const StoreFile> store)
-    : store_(store), rest_(store, store->opening().offset, store->opening().bytes) {}
+BootstrapStream::BootstrapStream(std::shared_ptr<const StoreFile> store)
+    : store_(store), rest_(store, store->bootstrap().offset, store->bootstrap().bytes) {}
 
-uint64_t OpeningStream::size() const {
-  return kOpeningHeaderBytes + store_->head().size() + rest_.size();
+uint64_t BootstrapStream::size() const {
+  return kBootstrapHeaderBytes + store_->header().size() + rest_.size();
 }
 
-BodyStream::Step OpeningStream::next(std::vector<std::byte>& out, Error& error) {
+BodyStream::Step BootstrapStream::next(std::vector<std::byte>& out, Error& error) {
   if (!begun_) {
     begun_ = true;
-    const CoarseRange& opening = store_->opening();
-    const std::span<const std::byte> head = store_->head();
+    const CoarseRange& opening = store_->bootstrap();
+    const std::span<const std::byte> header = store_->header();
     const std::array<uint8_t, 16>& id = store_->info().content_id;
-    append_u32(out, static_cast<uint32_t>(head.size()));
+    append_u32(out, static_cast<uint32_t>(header.size()));
     append_u32(out, static_cast<uint32_t>(opening.bytes));
     append_u32(out, static_cast<uint32_t>(opening.offset));
     append_u32(out, static_cast<uint32_t>(opening.offset >> 32));
     for (const uint8_t byte : id) out.push_back(static_cast<std::byte>(byte));
-    out.insert(out.end(), head.begin(), head.end());
+    out.insert(out.end(), header.begin(), header.end());
   }
   return rest_.next(out, error);
 }

@@ -51,20 +51,20 @@ class FileStream final : public BodyStream {
   uint64_t size_;
 };
 
-/// Bytes before the head in an answer that opens a volume.
-inline constexpr size_t kOpeningHeaderBytes = 32;
+/// Bytes before the header in an answer that opens a volume.
+inline constexpr size_t kBootstrapHeaderBytes = 32;
 
-/// What a viewer needs for its first picture: content id, head, and StoreFile::opening (HTTP.md
+/// What a viewer needs for its first picture: content id, header, and StoreFile::bootstrap (HTTP.md
 /// draws the layout). As unchecked as FileStream.
-class OpeningStream final : public BodyStream {
+class BootstrapStream final : public BodyStream {
  public:
-  explicit OpeningStream(std::shared_ptr<const StoreFile> store);
+  explicit BootstrapStream(std::shared_ptr<const StoreFile> store);
   uint64_t size() const override;
   Step next(std::vector<std::byte>& out, Error& error) override;
 
  private:
   std::shared_ptr<const StoreFile> store_;
-  FileStream rest_;  ///< what follows the head
+  FileStream rest_;  ///< what follows the header
   bool begun_ = false;
 };
 

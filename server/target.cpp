@@ -198,11 +198,11 @@ Result<std::vector<ChunkAddress>> parse_chunks(std::string_view text) {
     if (second == std::string_view::npos) return std::nullopt;
     const auto level = parse_index(item.substr(0, first), 31);
     const auto block = parse_block(item.substr(first + 1, second - first - 1));
-    const auto slab = parse_index(item.substr(second + 1), 65535);
-    if (!level || !block || !slab) return std::nullopt;
-    return ChunkAddress{BlockKey{*level, *block}, *slab};
+    const auto band = parse_index(item.substr(second + 1), 65535);
+    if (!level || !block || !band) return std::nullopt;
+    return ChunkAddress{BlockKey{*level, *block}, *band};
   };
-  return parse_list<ChunkAddress>(text, "chunks level/x.y.z/slab", parse);
+  return parse_list<ChunkAddress>(text, "chunks level/x.y.z/band", parse);
 }
 
 }  // namespace isosplat

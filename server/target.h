@@ -52,7 +52,7 @@ std::optional<ValueRange> parse_value_range(std::string_view text);
 /// "x.y.z,x.y.z,…". Errors (invalid_argument) name the item.
 Result<std::vector<Index3>> parse_blocks(std::string_view text);
 
-/// Chunks, each "level/x.y.z/slab": "0/1.2.3/4,1/0.0.0/2,…". Errors (invalid_argument) name the
+/// Chunks, each "level/x.y.z/band": "0/1.2.3/4,1/0.0.0/2,…". Errors (invalid_argument) name the
 /// item.
 Result<std::vector<ChunkAddress>> parse_chunks(std::string_view text);
 

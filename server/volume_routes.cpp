@@ -38,7 +38,7 @@ Response volume_answer(const RouteCall& call) {
   return revalidated_json(call.request, volume_json(*call.volume));
 }
 
-Response opening_answer(const RouteCall& call) {
+Response bootstrap_answer(const RouteCall& call) {
   const std::shared_ptr<const StoreFile>& store = call.volume->store;
   if (Result<void> unchanged = store->check_unchanged(); !unchanged) {
     return error_response(unchanged.error());
@@ -47,7 +47,7 @@ Response opening_answer(const RouteCall& call) {
       begin_answer(call.request, "\"" + store->content() + "-opening1\"", CachePolicy::revalidated);
   if (is_answered(response)) return response;
   response.set("Content-Type", "application/octet-stream");
-  response.stream = std::make_unique<OpeningStream>(store);
+  response.stream = std::make_unique<BootstrapStream>(store);
   return response;
 }
 

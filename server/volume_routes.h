@@ -11,6 +11,6 @@ Response volumes_answer(const RouteCall& call);
 Response volume_answer(const RouteCall& call);
 
 /// What a viewer needs for its first picture, in one answer.
-Response opening_answer(const RouteCall& call);
+Response bootstrap_answer(const RouteCall& call);
 
 }  // namespace isosplat

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "shared/preprocess/block_lambda.h"
+#include "shared/preprocess/block_storage_weight.h"
 #include "shared/preprocess/coarsen.h"
 #include "shared/preprocess/round_intervals.h"
 #include "shared/preprocess/size_forecast.h"
@@ -10,7 +10,7 @@
 namespace isosplat {
 
 void BlockWorker::work(const Layer& layer, Index3 block, const CoarserLayer& coarser,
-                       const SlabOptions& options, double most_bytes, SharedSlabs& slabs,
+                       const BandOptions& options, double max_bytes, SharedBands& bands,
                        EncodedBlock& out) {
   gather_block(layer, block, block_);
   if (layer.grid.level > 0) round_intervals(block_);
@@ -19,19 +19,19 @@ void BlockWorker::work(const Layer& layer, Index3 block, const CoarserLayer& coa
   planner_.count(block_.intervals);
   if (layer.grid.level == 0) statistics.add_block(planner_, block_.intervals);
   out.interval = planner_.interval();
-  const BlockView view{block_.cells, block_.voxels.data(), block_.intervals.data(),
-                       layer.grid.level > 0, block_.row_intervals.data()};
-  SlabOptions chosen = options;
-  for (;; chosen.lambda = std::min(kMostLambda, 3 * chosen.lambda)) {
-    out.lambda = chosen.lambda;
-    out.slabs.clear();
+  const BlockVoxels view{block_.cells, block_.voxels.data(), block_.intervals.data(),
+                         layer.grid.level > 0, block_.row_intervals.data()};
+  BandOptions chosen = options;
+  for (;; chosen.storage_weight = std::min(kMaxStorageWeight, 3 * chosen.storage_weight)) {
+    out.storage_weight = chosen.storage_weight;
+    out.bands.clear();
     out.bytes.clear();
     const std::vector<uint32_t>& ends = planner_.plan(
         block_options(chosen, layer.grid.level, planner_.cells(), block_.intervals.size()));
     masks_.set(view, out.interval.min, ends);
-    slabs.encode(encoder_, view, masks_, out.interval.min, ends, out.slabs, out.bytes);
-    const bool fits = static_cast<double>(out.bytes.size()) <= most_bytes;
-    if (fits || ends.size() <= 1 || chosen.lambda >= kMostLambda) return;
+    bands.encode(encoder_, view, masks_, out.interval.min, ends, out.bands, out.bytes);
+    const bool fits = static_cast<double>(out.bytes.size()) <= max_bytes;
+    if (fits || ends.size() <= 1 || chosen.storage_weight >= kMaxStorageWeight) return;
   }
 }
 

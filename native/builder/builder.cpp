@@ -11,18 +11,18 @@
 #include <system_error>
 #include <thread>
 
-#include "native/builder/code_reader.h"
 #include "native/builder/memory_plan.h"
 #include "native/builder/metadata.h"
 #include "native/builder/ordered_output.h"
 #include "native/builder/parallel.h"
+#include "native/builder/quantized_reader.h"
 #include "native/builder/sample_volume.h"
 #include "native/builder/scan_volume.h"
 #include "native/builder/slice_store.h"
 #include "native/files/output_file.h"
 #include "shared/preprocess/isovalue_guess.h"
+#include "shared/preprocess/quantization.h"
 #include "shared/preprocess/size_budget.h"
-#include "shared/preprocess/value_codes.h"
 #include "shared/store/format.h"
 
 namespace isosplat {
@@ -35,11 +35,11 @@ double seconds_since(Clock::time_point start) {
 }
 
 /// λ, the weight of a stored byte, at a fetch weight of 1 where the store has room for it.
-constexpr double kLeastLambda = 0.09;
+constexpr double kMinStorageWeight = 0.09;
 
 /// Blocks that are built at a time where the store's size has to be watched: a quarter of a
 /// level's, so that what the first ones take still helps the others, but not more than these.
-constexpr uint64_t kMostAtATime = 64;
+constexpr uint64_t kMaxAtATime = 64;
 
 /// One level while it waits for its turn.
 struct WaitingLevel {
@@ -62,7 +62,7 @@ class Builder {
   Result<void> build_layer(const Layer& layer, int32_t z, const CoarserLayer& coarser,
                            StoreWriter& writer);
   Result<void> create_waiting(uint32_t level);
-  Result<void> make_budget(uint64_t head_bytes);
+  Result<void> make_budget(uint64_t header_bytes);
   void report(const char* phase, uint64_t voxels_done);
 
   VolumeSource& source_;
@@ -70,15 +70,15 @@ class Builder {
   const BuildOptions& options_;
   const unsigned threads_;
   MemoryPlan plan_;
-  ValueCodes value_codes_;
+  Quantization quantization_;
   ValueMapping mapping_;
-  SlabOptions slab_options_;
+  BandOptions band_options_;
   std::vector<double> isovalue_distribution_;
-  uint64_t most_bytes_ = 0;  // of the store
+  uint64_t max_bytes_ = 0;  // of the store
   std::optional<SizeForecast> forecast_;
   std::optional<SizeBudget> budget_;
   std::vector<BlockWorker> workers_;
-  std::optional<CodeReader> codes_;
+  std::optional<QuantizedReader> reader_;
   std::vector<std::optional<WaitingLevel>> waiting_;  // per level
   Clock::time_point start_ = Clock::now(), encoding_start_ = start_, last_report_ = start_;
   uint64_t work_total_ = 0;  // voxels of all levels, and of reading the range
@@ -130,9 +130,9 @@ Result<void> Builder::build_layer(const Layer& layer, int32_t z, const CoarserLa
   const char* phase = kPhases[std::min<size_t>(layer.grid.level, std::size(kPhases) - 1)];
   const bool is_watched = !budget_->is_ample();
   const size_t at_a_time =
-      is_watched ? std::clamp<size_t>(layer.grid.block_count() / 4, 1, kMostAtATime) : count;
+      is_watched ? std::clamp<size_t>(layer.grid.block_count() / 4, 1, kMaxAtATime) : count;
   OrderedOutput output(writer, *budget_, layer.grid, z, at_a_time);
-  SharedSlabs slabs(threads_);
+  SharedBands bands(threads_);
   std::atomic<size_t> next{0};
   std::atomic<bool> has_thrown{false};
   on_threads(threads_, [&](unsigned thread) {
@@ -141,15 +141,15 @@ Result<void> Builder::build_layer(const Layer& layer, int32_t z, const CoarserLa
         const Index3 index = output.index_of(i);
         const auto grant = output.grant(i);
         if (!grant) break;
-        SlabOptions options = slab_options_;
-        options.lambda = grant->lambda;
+        BandOptions options = band_options_;
+        options.storage_weight = grant->storage_weight;
         double most = std::numeric_limits<double>::infinity();
         if (is_watched) {
-          most = budget_->least_bytes(*grant, layer.grid.level, index) +
+          most = budget_->min_bytes(*grant, layer.grid.level, index) +
                  std::max(grant->slack, 0.0) / static_cast<double>(at_a_time);
         }
         EncodedBlock encoded;
-        workers_[thread].work(layer, index, coarser, options, most, slabs, encoded);
+        workers_[thread].work(layer, index, coarser, options, most, bands, encoded);
         output.put(i, std::move(encoded));
         const Index3 cells = block_cells(layer.grid, index);
         report(phase, static_cast<uint64_t>(cells.x) * static_cast<uint64_t>(cells.y) *
@@ -159,10 +159,10 @@ Result<void> Builder::build_layer(const Layer& layer, int32_t z, const CoarserLa
       has_thrown = true;
       // The others wait there for this thread.
       output.stop();
-      workers_[thread].help(slabs);
+      workers_[thread].help(bands);
       throw;
     }
-    workers_[thread].help(slabs);
+    workers_[thread].help(bands);
   });
   return output.result();
 }
@@ -180,8 +180,10 @@ Result<void> Builder::build_level(uint32_t level, StoreWriter& writer) {
   }
   const size_t slice = voxel_slice_bytes(layer.grid, mapping_.bits);
   const int32_t last_voxel = layer.grid.cells.z;
-  const auto count_codes = [this](unsigned thread, const std::byte* codes, size_t voxels) {
-    workers_[thread].statistics.add_codes(codes, voxels, mapping_.bits, mapping_.has_missing);
+  const auto count_values = [this](unsigned thread, const std::byte* quantized_values,
+                                   size_t voxels) {
+    workers_[thread].statistics.add_values(quantized_values, voxels, mapping_.bits,
+                                           mapping_.has_missing);
   };
   std::vector<std::byte> buffer;  // level 0: the slices of a layer, and the one before it
   int32_t read_end = 0;           // slices below are, or were, in the buffer
@@ -199,8 +201,9 @@ Result<void> Builder::build_level(uint32_t level, StoreWriter& writer) {
         std::copy_n(buffer.data() + slice * (have - static_cast<size_t>(kept)),
                     slice * static_cast<size_t>(kept), buffer.data());
       }
-      if (auto read = codes_->read(read_end, end_cell + 1 - read_end,
-                                   buffer.data() + slice * static_cast<size_t>(kept), count_codes);
+      if (auto read =
+              reader_->read(read_end, end_cell + 1 - read_end,
+                            buffer.data() + slice * static_cast<size_t>(kept), count_values);
           !read) {
         return read;
       }
@@ -233,24 +236,25 @@ Result<void> Builder::build_level(uint32_t level, StoreWriter& writer) {
   return {};
 }
 
-Result<void> Builder::make_budget(uint64_t head_bytes) {
-  const auto sample = sample_volume(source_, value_codes_, threads_);
+Result<void> Builder::make_budget(uint64_t header_bytes) {
+  const auto sample = sample_volume(source_, quantization_, threads_);
   if (!sample) return tl::unexpected(sample.error());
   isovalue_distribution_ = guess_isovalues(sample->statistics, sample->voxels);
-  slab_options_.isovalue_distribution = isovalue_distribution_;
-  slab_options_.lambda = std::min(kLeastLambda / options_.fetch_weight, kMostLambda);
+  band_options_.isovalue_distribution = isovalue_distribution_;
+  band_options_.storage_weight =
+      std::min(kMinStorageWeight / options_.fetch_weight, kMaxStorageWeight);
   const Index3 n = header_.grid.voxels;
   const auto voxel_size = std::min<size_t>(voxel_bytes(header_.type), mapping_.bits / 8);
   const double most = double{1} * n.x * n.y * n.z * static_cast<double>(voxel_size) *
                       std::sqrt(options_.fetch_weight);
-  most_bytes_ = static_cast<uint64_t>(most);
+  max_bytes_ = static_cast<uint64_t>(most);
   std::vector<ColumnForecast> columns(sample->columns.size());
-  std::vector<SlabPlanner> planners(threads_);
+  std::vector<BandPlanner> planners(threads_);
   parallel_for(threads_, columns.size(), [&](unsigned thread, size_t i) {
-    columns[i] = forecast_column(sample->columns[i], slab_options_, planners[thread]);
+    columns[i] = forecast_column(sample->columns[i], band_options_, planners[thread]);
   });
-  forecast_.emplace(*sample, n, slab_options_, columns);
-  budget_.emplace(*forecast_, most, static_cast<double>(head_bytes));
+  forecast_.emplace(*sample, n, band_options_, columns);
+  budget_.emplace(*forecast_, most, static_cast<double>(header_bytes));
   return {};
 }
 
@@ -280,11 +284,11 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
     report("reading the value range", reads_range ? voxels : 0);
   });
   if (!scan) return tl::unexpected(scan.error());
-  auto codes = choose_codes(header_, *scan, options_.max_error);
-  if (!codes) return tl::unexpected(codes.error());
-  value_codes_ = std::move(*codes);
-  mapping_ = value_codes_.mapping();
-  codes_.emplace(source_, value_codes_, threads_);
+  auto quantization = choose_quantization(header_, *scan, options_.max_error);
+  if (!quantization) return tl::unexpected(quantization.error());
+  quantization_ = std::move(*quantization);
+  mapping_ = quantization_.mapping();
+  reader_.emplace(source_, quantization_, threads_);
   if (auto made = make_budget(writer->bytes_written()); !made) return tl::unexpected(made.error());
   encoding_start_ = Clock::now();
   for (uint32_t l = 0; l < levels; ++l) {
@@ -304,7 +308,7 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
   BuildReport report;
   report.info = std::move(*finished);
   report.raw_bytes = volume * voxel_bytes(header_.type);
-  report.most_bytes = most_bytes_;
+  report.max_bytes = max_bytes_;
   report.needed_bytes = plan_.bytes;
   for (uint32_t l = 1; l < levels; ++l) report.uses_temporary_files |= !plan_.in_memory[l];
   report.seconds = seconds_since(start_);
@@ -313,10 +317,10 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
 
 }  // namespace
 
-uint64_t least_memory(const VolumeSource& source, const BuildOptions& options) {
+uint64_t min_memory(const VolumeSource& source, const BuildOptions& options) {
   const unsigned threads =
       options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-  return plan_memory(source.header(), source.resident_bytes(), threads, UINT64_MAX)->least_bytes;
+  return plan_memory(source.header(), source.resident_bytes(), threads, UINT64_MAX)->min_bytes;
 }
 
 Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const BuildOptions& options) {

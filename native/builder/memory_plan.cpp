@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "native/builder/code_reader.h"
+#include "native/builder/quantized_reader.h"
 #include "shared/preprocess/layer.h"
 
 namespace isosplat {
@@ -46,23 +46,23 @@ Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes
   plan.in_memory.resize(levels, false);
   for (uint32_t l = 0; l < levels; ++l) {
     const uint64_t work = plan.in_memory[l] ? whole[l] : layer[l];
-    const uint64_t least_next = l + 1 < levels ? std::min(room[l + 1], whole[l + 1]) : 0;
-    plan.least_bytes = std::max(plan.least_bytes, fixed + layer[l] + least_next);
-    uint64_t next = least_next;
+    const uint64_t min_next = l + 1 < levels ? std::min(room[l + 1], whole[l + 1]) : 0;
+    plan.min_bytes = std::max(plan.min_bytes, fixed + layer[l] + min_next);
+    uint64_t next = min_next;
     if (l + 1 < levels && fixed + work + whole[l + 1] <= allowance) {
       plan.in_memory[l + 1] = true;
       next = whole[l + 1];
     }
     plan.bytes = std::max(plan.bytes, fixed + work + next);
   }
-  if (plan.least_bytes > allowance) {
+  if (plan.min_bytes > allowance) {
     return fail(Status::out_of_memory,
-                "expected an allowance of at least " + mebibytes(plan.least_bytes) + ", found " +
+                "expected an allowance of at least " + mebibytes(plan.min_bytes) + ", found " +
                     mebibytes(allowance) +
                     (source_bytes > 0 ? ": this format is held whole (" + mebibytes(source_bytes) +
                                             "), which raw data or uncompressed NRRD are not;"
                                       : ":") +
-                    " allow more (--memory " + std::to_string((plan.least_bytes >> 20) + 1) + "M)");
+                    " allow more (--memory " + std::to_string((plan.min_bytes >> 20) + 1) + "M)");
   }
   return plan;
 }

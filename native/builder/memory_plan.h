@@ -12,10 +12,10 @@ namespace isosplat {
 struct MemoryPlan {
   std::vector<bool> in_memory;  ///< per level; level 0 is read from the source, so false
   uint64_t bytes = 0;           ///< the most that is held at any time
-  uint64_t least_bytes = 0;     ///< the same, were every level in a temporary file
+  uint64_t min_bytes = 0;       ///< the same, were every level in a temporary file
 };
 
-/// Errors: out_of_memory where least_bytes exceeds the allowance.
+/// Errors: out_of_memory where min_bytes exceeds the allowance.
 Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes, unsigned threads,
                                uint64_t allowance);
 

@@ -18,7 +18,7 @@ constexpr size_t kMaxSuggestions = 5;
 constexpr size_t kMaxText = 512;
 constexpr size_t kMaxNotes = 3072;  // bytes of all notes
 
-/// Text of a file name or header: JSON must be UTF-8, and the head is small.
+/// Text of a file name or header: JSON must be UTF-8, and the header is small.
 std::string clean(const std::string& text) {
   const std::string dumped =
       Json(text.substr(0, kMaxText)).dump(-1, ' ', true, Json::error_handler_t::ignore);
@@ -55,12 +55,13 @@ double rounded(double value, int decimals) {
   return std::atof(text);
 }
 
-/// A value near an isocode that reads well: with as few decimals as leave it in the middle between
-/// two values where voxels are kept exactly, so that no voxel equals it; otherwise rounded to three
-/// digits of the volume's range.
-double round_isovalue(double isocode, const ValueMapping& mapping, CellInterval codes) {
+/// A value near a quantized isovalue that reads well: with as few decimals as leave it in the
+/// middle between two values where voxels are kept exactly, so that no voxel equals it; otherwise
+/// rounded to three digits of the volume's range.
+double round_isovalue(double quantized_isovalue, const ValueMapping& mapping,
+                      CellInterval quantized_values) {
   if (mapping.max_error == 0) {
-    const double between = mapping.value(std::floor(isocode) + 0.5);
+    const double between = mapping.value(std::floor(quantized_isovalue) + 0.5);
     if (mapping.scale == 1) return between;
     for (int decimals = 0; decimals <= 17; ++decimals) {
       const double value = rounded(between, decimals);
@@ -68,17 +69,18 @@ double round_isovalue(double isocode, const ValueMapping& mapping, CellInterval 
     }
     return between;
   }
-  const double value = mapping.value(isocode);
-  const double range = mapping.value(codes.max) - mapping.value(codes.min);
+  const double value = mapping.value(quantized_isovalue);
+  const double range = mapping.value(quantized_values.max) - mapping.value(quantized_values.min);
   if (!(range > 0)) return value;
   const int decimals = 2 - static_cast<int>(std::floor(std::log10(range)));
   if (decimals > 30 || decimals < 0) return value;
   return rounded(value, decimals);
 }
 
-ValueHistogram histogram_of(const ValueMapping& mapping, const CodeBins& bins,
+ValueHistogram histogram_of(const ValueMapping& mapping, const QuantizedBins& bins,
                             std::vector<uint64_t> counts) {
-  // Bins are of codes: the first begins half a code below the least, as the last ends above.
+  // Bins are of quantized values: the first begins half a quantized value below the least, as the
+  // last ends above.
   return {mapping.value(bins.first - 0.5),
           mapping.value(bins.first + double{1} * bins.width * bins.count - 0.5), std::move(counts)};
 }
@@ -97,16 +99,16 @@ size_t source_text_bytes(const BuildOptions& options) {
 }  // namespace
 
 ValueHistogram value_histogram(const ValueMapping& mapping, const VolumeStatistics& statistics) {
-  const CodeBins bins = CodeBins::over(statistics.range(), kBins);
+  const QuantizedBins bins = QuantizedBins::over(statistics.range(), kBins);
   return histogram_of(mapping, bins, statistics.histogram(bins));
 }
 
 std::vector<double> suggested_isovalues(const ValueMapping& mapping,
                                         const VolumeStatistics& statistics) {
-  const CellInterval codes = statistics.range();
-  std::vector<double> isovalues = statistics.suggest(codes, kMaxSuggestions);
+  const CellInterval quantized_values = statistics.range();
+  std::vector<double> isovalues = statistics.suggest(quantized_values, kMaxSuggestions);
   for (double& isovalue : isovalues) {
-    isovalue = round_isovalue(isovalue, mapping, codes);
+    isovalue = round_isovalue(isovalue, mapping, quantized_values);
   }
   return isovalues;
 }
@@ -125,7 +127,7 @@ size_t metadata_limit(const VolumeHeader& header, const BuildOptions& options) {
 
 std::string metadata_json(const VolumeHeader& header, const BuildOptions& options,
                           const StoreInfo& info, const VolumeStatistics& statistics) {
-  const CodeBins bins = CodeBins::over(info.range, kBins);
+  const QuantizedBins bins = QuantizedBins::over(info.range, kBins);
   Json json;
   json["name"] = clean(header.name);
   json["title"] = clean(options.title.empty() ? header.name : options.title);

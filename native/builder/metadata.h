@@ -8,7 +8,7 @@
 namespace isosplat {
 
 /// The most bytes that metadata_json() can return for a volume of these dimensions, and at most
-/// what a store's head can hold.
+/// what a store's header can hold.
 size_t metadata_limit(const VolumeHeader& header, const BuildOptions& options);
 
 /// Voxels in equal parts of the values [low, high].

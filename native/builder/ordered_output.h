@@ -55,9 +55,9 @@ class OrderedOutput {
     ready_[block] = std::move(encoded);
     for (; next_ < ready_.size() && ready_[next_]; ++next_) {
       const EncodedBlock& first = *ready_[next_];
-      if (result_) result_ = writer_.add_block(first.interval, first.slabs, first.bytes);
-      const size_t records = kBlockRecordBytes + kChunkRecordBytes * first.slabs.size();
-      budget_.add(grid_.level, index_of(next_), first.lambda,
+      if (result_) result_ = writer_.add_block(first.interval, first.bands, first.bytes);
+      const size_t records = kBlockRecordBytes + kChunkRecordBytes * first.bands.size();
+      budget_.add(grid_.level, index_of(next_), first.storage_weight,
                   static_cast<double>(first.bytes.size() + records));
       grants_.push_back(budget_.grant());
       ready_[next_].reset();

@@ -7,7 +7,7 @@
 namespace isosplat {
 namespace {
 
-constexpr int32_t kSlices = 24;    ///< whose codes are counted
+constexpr int32_t kSlices = 24;    ///< whose quantized values are counted
 constexpr int32_t kDepth = 4;      ///< slices of cells in a column
 constexpr int32_t kLayers = 12;    ///< of columns, at most
 constexpr int32_t kColumns = 192;  ///< at most
@@ -19,10 +19,10 @@ int32_t middle(int32_t i, int32_t count, int32_t n) {
 
 }  // namespace
 
-Result<VolumeSample> sample_volume(VolumeSource& source, const ValueCodes& value_codes,
+Result<VolumeSample> sample_volume(VolumeSource& source, const Quantization& quantization,
                                    unsigned threads) {
   const VolumeHeader& header = source.header();
-  const ValueMapping& mapping = value_codes.mapping();
+  const ValueMapping& mapping = quantization.mapping();
   const Index3 n = header.grid.voxels;
   const auto slice_voxels = static_cast<size_t>(n.x) * static_cast<size_t>(n.y);
   const size_t slice_bytes = slice_voxels * mapping.bits / 8;
@@ -43,10 +43,10 @@ Result<VolumeSample> sample_volume(VolumeSource& source, const ValueCodes& value
   const size_t columns =
       static_cast<size_t>(sample.columns_across.x) * static_cast<size_t>(sample.columns_across.y);
 
-  // Voxels of the size of codes become codes in place.
+  // Voxels of the size of quantized values become quantized values in place.
   const bool in_place = voxel_bytes(header.type) * 8 == mapping.bits;
   std::vector<std::byte> staging(in_place ? 0 : slice_voxels * voxel_bytes(header.type));
-  std::vector<std::byte> codes(slice_bytes * static_cast<size_t>(depth + 1));
+  std::vector<std::byte> quantized_values(slice_bytes * static_cast<size_t>(depth + 1));
   std::vector<GatheredBlock> scratch(threads);
   int32_t next_counted = 0, next_layer = 0;
   while (next_counted < counted || next_layer < sample.columns_across.z) {
@@ -60,12 +60,12 @@ Result<VolumeSample> sample_volume(VolumeSource& source, const ValueCodes& value
     const bool is_layer = layer_begin <= slice;
     const int32_t first = is_layer ? layer_begin : slice, end = first + (is_layer ? depth + 1 : 1);
     for (int32_t z = first; z < end; ++z) {
-      std::byte* const to = codes.data() + slice_bytes * static_cast<size_t>(z - first);
+      std::byte* const to = quantized_values.data() + slice_bytes * static_cast<size_t>(z - first);
       const std::span<std::byte> raw = in_place ? std::span(to, slice_bytes) : std::span(staging);
       if (auto read = source.read_slices(z, 1, raw); !read) return tl::unexpected(read.error());
-      value_codes.encode(raw, to);
+      quantization.encode(raw, to);
       if (next_counted < counted && z == middle(next_counted, counted, n.z)) {
-        sample.statistics.add_codes(to, slice_voxels, mapping.bits, mapping.has_missing);
+        sample.statistics.add_values(to, slice_voxels, mapping.bits, mapping.has_missing);
         sample.voxels += slice_voxels;
         ++next_counted;
       }
@@ -76,7 +76,7 @@ Result<VolumeSample> sample_volume(VolumeSource& source, const ValueCodes& value
     layer.grid = level_grid({n.x, n.y, depth + 1}, 0);
     layer.bits = mapping.bits;
     layer.has_missing = mapping.has_missing;
-    layer.voxels = codes.data();
+    layer.voxels = quantized_values.data();
     const size_t base = sample.columns.size();
     sample.columns.resize(base + columns);
     parallel_for(threads, columns, [&](unsigned thread, size_t i) {

@@ -4,11 +4,11 @@
 #include <thread>
 #include <tuple>
 
-#include "native/builder/code_reader.h"
 #include "native/builder/parallel.h"
+#include "native/builder/quantized_reader.h"
 #include "native/builder/scan_volume.h"
 #include "shared/preprocess/block_gather.h"
-#include "shared/preprocess/value_codes.h"
+#include "shared/preprocess/quantization.h"
 
 namespace isosplat {
 namespace {
@@ -16,7 +16,7 @@ namespace {
 /// Of one thread.
 struct Counter {
   GatheredBlock block;
-  SlabPlanner planner;
+  BandPlanner planner;
   VolumeStatistics statistics;
 };
 
@@ -27,10 +27,10 @@ Result<VolumeSurvey> survey_volume(VolumeSource& source, size_t layer_bytes) {
   const unsigned threads = std::max(1u, std::thread::hardware_concurrency());
   const auto scan = scan_volume(source, threads, true, [](uint64_t) {});
   if (!scan) return tl::unexpected(scan.error());
-  const auto value_codes = choose_codes(source.header(), *scan);
-  if (!value_codes) return tl::unexpected(value_codes.error());
+  const auto quantization = choose_quantization(source.header(), *scan);
+  if (!quantization) return tl::unexpected(quantization.error());
   VolumeSurvey survey;
-  survey.mapping = value_codes->mapping();
+  survey.mapping = quantization->mapping();
   survey.missing = scan->missing();
   if (!scan->is_empty()) {
     std::tie(survey.min, survey.max) =
@@ -38,21 +38,21 @@ Result<VolumeSurvey> survey_volume(VolumeSource& source, size_t layer_bytes) {
   }
 
   std::vector<Counter> counters(threads);
-  CodeReader reader(source, *value_codes, threads);
-  const auto count_codes = [&](unsigned thread, const std::byte* codes, size_t voxels) {
-    counters[thread].statistics.add_codes(codes, voxels, survey.mapping.bits,
-                                          survey.mapping.has_missing);
+  QuantizedReader reader(source, *quantization, threads);
+  const auto count_values = [&](unsigned thread, const std::byte* quantized_values, size_t voxels) {
+    counters[thread].statistics.add_values(quantized_values, voxels, survey.mapping.bits,
+                                           survey.mapping.has_missing);
   };
   const size_t slice = reader.slice_bytes();
   const auto slices_at_once = std::clamp<size_t>(layer_bytes / slice, 2, kBlockCells + 1);
-  const int32_t most_cells = std::min(static_cast<int32_t>(slices_at_once), n.z) - 1;
-  std::vector<std::byte> buffer(slice * static_cast<size_t>(most_cells + 1));
-  for (int32_t z = 0; z < n.z - 1; z += most_cells) {
+  const int32_t max_cells = std::min(static_cast<int32_t>(slices_at_once), n.z) - 1;
+  std::vector<std::byte> buffer(slice * static_cast<size_t>(max_cells + 1));
+  for (int32_t z = 0; z < n.z - 1; z += max_cells) {
     // The slice that the layer before ended with is the first of this one.
-    const int32_t cells = std::min(most_cells, n.z - 1 - z), kept = z > 0 ? 1 : 0;
+    const int32_t cells = std::min(max_cells, n.z - 1 - z), kept = z > 0 ? 1 : 0;
     if (kept) std::copy_n(buffer.end() - static_cast<ptrdiff_t>(slice), slice, buffer.begin());
     if (auto read = reader.read(z + kept, cells + 1 - kept,
-                                buffer.data() + slice * static_cast<size_t>(kept), count_codes);
+                                buffer.data() + slice * static_cast<size_t>(kept), count_values);
         !read) {
       return tl::unexpected(read.error());
     }

@@ -56,20 +56,20 @@ Result<void> Verifier::check_content() {
   }
   ContentHash hash;
   std::vector<std::byte> buffer(4 << 20);
-  for (uint64_t at = info.head_bytes; at < info.file_bytes; at += buffer.size()) {
+  for (uint64_t at = info.header_bytes; at < info.file_bytes; at += buffer.size()) {
     const auto part =
         std::span(buffer).first(std::min<uint64_t>(buffer.size(), info.file_bytes - at));
     if (auto read = file_.read(at, part); !read) return read;
     hash.add(part);
   }
-  std::vector<std::byte> head(info.head_bytes);
-  if (auto read = file_.read(0, head); !read) return read;
-  std::fill_n(head.begin() + kContentIdOffset, 16, std::byte{0});
-  hash.add(std::span(head).first(head.size() - kHeadChecksumBytes));
+  std::vector<std::byte> header(info.header_bytes);
+  if (auto read = file_.read(0, header); !read) return read;
+  std::fill_n(header.begin() + kContentIdOffset, 16, std::byte{0});
+  hash.add(std::span(header).first(header.size() - kHeaderChecksumBytes));
   if (hash.digest() != info.content_id) {
     return fail(
         Status::checksum_mismatch,
-        std::string("the file's content does not have the id that its head states") + kRemedy);
+        std::string("the file's content does not have the id that its header states") + kRemedy);
   }
   return {};
 }
@@ -95,7 +95,7 @@ Result<void> Verifier::check_tiling(const LevelRef& level) {
         const BlockKey key{level.grid.level, {x, y, z}};
         const auto block = reader_.block(key);
         if (!block) return tl::unexpected(block.error());
-        for (uint32_t s = 0; s < block->slab_count; ++s) {
+        for (uint32_t s = 0; s < block->band_count; ++s) {
           const auto chunk = reader_.chunk(key, s);
           if (!chunk) return tl::unexpected(chunk.error());
           if (chunk->offset != offset) {
@@ -123,7 +123,7 @@ Result<void> Verifier::check_block(BlockKey key, BlockVerifier& verifier, Halved
   const auto block = reader_.block(key);
   if (!block) return tl::unexpected(block.error());
   verifier.begin(*block, block_cells(reader_.levels()[key.level].grid, key.index));
-  for (uint32_t s = 0; s < block->slab_count; ++s) {
+  for (uint32_t s = 0; s < block->band_count; ++s) {
     const auto chunk = reader_.chunk(key, s);
     if (!chunk) return tl::unexpected(chunk.error());
     verifier.bytes.resize(chunk->bytes);
@@ -221,9 +221,9 @@ Result<VerifyReport> verify_store_file(const std::filesystem::path& path,
   if (!file) return tl::unexpected(file.error());
   const auto identity = file->identity();
   if (!identity) return tl::unexpected(identity.error());
-  std::vector<std::byte> head(std::min<uint64_t>(kMaxHeadBytes, identity->bytes));
-  if (auto read = file->read(0, head); !read) return tl::unexpected(read.error());
-  auto reader = StoreReader::open(head);
+  std::vector<std::byte> header(std::min<uint64_t>(kMaxStoreHeaderBytes, identity->bytes));
+  if (auto read = file->read(0, header); !read) return tl::unexpected(read.error());
+  auto reader = StoreReader::open(header);
   if (!reader) return tl::unexpected(reader.error());
   return Verifier(*file, identity->bytes, std::move(*reader), options).verify();
 }

@@ -16,16 +16,16 @@ struct VerifyOptions {
 struct VerifyReport {
   StoreInfo info;
   uint64_t chunks = 0;  ///< decoded
-  uint64_t cells = 0;   ///< in them; a cell counts in each slab that it is active in
+  uint64_t cells = 0;   ///< in them; a cell counts in each band that it is active in
 };
 
 /// Checks everything that a store promises, and decodes all of it:
-/// - the file has the size that its head states, and its bytes hash to the content id;
-/// - the head, every page and every chunk match their checksums;
+/// - the file has the size that its header states, and its bytes hash to the content id;
+/// - the header, every page and every chunk match their checksums;
 /// - the chunks of each level follow each other in raster order and leave no byte between them;
-/// - each block's slabs tile its interval, which is the union of its cells' intervals;
+/// - each block's bands tile its interval, which is the union of its cells' intervals;
 /// - each chunk decodes to its number of cells, in raster order, all of them active somewhere in
-///   the slab, and each cell is in exactly those slabs that its interval meets;
+///   the band, and each cell is in exactly those bands that its interval meets;
 /// - a voxel and a cell's interval are the same wherever they occur in a block; at level 0 the
 ///   interval is that of the cell's corners;
 /// - a coarse cell's interval contains those of the cells below it.

@@ -61,11 +61,11 @@ int run(const BuildCall& call) {
       static_cast<double>(info.file_bytes) / static_cast<double>(built->raw_bytes),
       with_commas(info.chunk_count), in_seconds(built->seconds),
       voxels / std::max(built->seconds, 1e-9) / 1e6);
-  if (info.file_bytes > built->most_bytes) {
+  if (info.file_bytes > built->max_bytes) {
     fmt::print(
         "That is more than the {} that were aimed at: its voxels are mostly noise, or few, and the "
         "store is about as small as it can be\n",
-        in_bytes(built->most_bytes));
+        in_bytes(built->max_bytes));
   }
   if (info.missing_voxels > 0) {
     fmt::print("{} voxels are not a number or infinite: cells that touch them are left empty\n",

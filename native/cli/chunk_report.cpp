@@ -21,7 +21,7 @@ std::array<uint32_t, 7> quantiles(std::vector<uint32_t> values) {
 
 Result<ChunkReport::Level> report_level(const StoreFile& store, uint32_t level) {
   ChunkReport::Level result;
-  std::vector<uint32_t> sizes, slabs;
+  std::vector<uint32_t> sizes, bands;
   const Index3 blocks = level_grid(store.info().grid.voxels, level).blocks;
   for (int32_t z = 0; z < blocks.z; ++z) {
     for (int32_t y = 0; y < blocks.y; ++y) {
@@ -29,14 +29,14 @@ Result<ChunkReport::Level> report_level(const StoreFile& store, uint32_t level) 
         const BlockKey key{level, {x, y, z}};
         const auto block = store.block(key);
         if (!block) return tl::unexpected(block.error());
-        if (block->slab_count == 0) {
+        if (block->band_count == 0) {
           ++result.empty_blocks;
           continue;
         }
         ++result.blocks;
-        slabs.push_back(block->slab_count);
-        for (uint32_t slab = 0; slab < block->slab_count; ++slab) {
-          const auto chunk = store.chunk(key, slab);
+        bands.push_back(block->band_count);
+        for (uint32_t band = 0; band < block->band_count; ++band) {
+          const auto chunk = store.chunk(key, band);
           if (!chunk) return tl::unexpected(chunk.error());
           if (chunk->cells == 0) continue;
           ++result.chunks;
@@ -48,7 +48,7 @@ Result<ChunkReport::Level> report_level(const StoreFile& store, uint32_t level) 
     }
   }
   result.chunk_bytes = quantiles(std::move(sizes));
-  result.block_slabs = quantiles(std::move(slabs));
+  result.block_bands = quantiles(std::move(bands));
   return result;
 }
 
@@ -68,15 +68,15 @@ Result<ChunkReport> report_chunks(const StoreFile& store, const std::vector<doub
     }
     ChunkReport::Query query;
     query.isovalue = isovalue;
-    const float isocode = store.info().mapping.isocode(isovalue);
+    const float quantized_isovalue = store.info().mapping.quantized_isovalue(isovalue);
     for (const ChunkSamples& chunk : chunks) {
       ++query.chunks;
       query.bytes += chunk.chunk.bytes;
       query.fetched_cells += chunk.samples.size();
       for (const PackedSample& sample : chunk.samples) {
-        const CellInterval interval{static_cast<Code>(sample.word[1] & 0xffff),
-                                    static_cast<Code>(sample.word[1] >> 16)};
-        query.active_cells += is_active(interval, isocode);
+        const CellInterval interval{static_cast<QuantizedValue>(sample.word[1] & 0xffff),
+                                    static_cast<QuantizedValue>(sample.word[1] >> 16)};
+        query.active_cells += is_active(interval, quantized_isovalue);
       }
     }
     report.queries.push_back(query);

@@ -14,7 +14,7 @@ struct ChunkReport {
     uint64_t empty_blocks = 0;  ///< without
     uint64_t chunks = 0, bytes = 0, cells = 0;
     std::array<uint32_t, 7> chunk_bytes{};  ///< at kQuantiles
-    std::array<uint32_t, 7> block_slabs{};  ///< per block with chunks, at kQuantiles
+    std::array<uint32_t, 7> block_bands{};  ///< per block with chunks, at kQuantiles
   };
   static constexpr std::array<double, 7> kQuantiles = {0, 0.05, 0.25, 0.5, 0.75, 0.95, 1};
 

@@ -38,7 +38,7 @@ Json mapping_json(const ValueMapping& mapping) {
 }
 
 bool is_sheared(const VolumeGrid& grid) {
-  return shear_degrees(grid.direction) >= kLeastShearDegrees;
+  return shear_degrees(grid.direction) >= kMinShearDegrees;
 }
 
 Json grid_json(const VolumeGrid& grid) {
@@ -89,9 +89,10 @@ void print_grid(const VolumeGrid& grid) {
 
 /// What a person can rely on.
 std::string exactness(const ValueMapping& mapping) {
-  const std::string codes = fmt::format("{} bits, steps of {:.6g}", mapping.bits, mapping.scale);
-  if (mapping.max_error == 0) return "lossless (" + codes + ")";
-  return fmt::format("values are within ±{:.3g} ({})", mapping.max_error, codes);
+  const std::string quantized_values =
+      fmt::format("{} bits, steps of {:.6g}", mapping.bits, mapping.scale);
+  if (mapping.max_error == 0) return "lossless (" + quantized_values + ")";
+  return fmt::format("values are within ±{:.3g} ({})", mapping.max_error, quantized_values);
 }
 
 void print_levels(const VolumeGrid& grid) {
@@ -216,7 +217,7 @@ Json chunks_json(const ChunkReport& chunks) {
                       {"bytes", level.bytes},
                       {"cells", level.cells},
                       {"chunkBytes", level.chunk_bytes},
-                      {"blockSlabs", level.block_slabs}});
+                      {"blockBands", level.block_bands}});
   }
   for (const auto& query : chunks.queries) {
     queries.push_back({{"isovalue", query.isovalue},
@@ -232,18 +233,18 @@ Json chunks_json(const ChunkReport& chunks) {
 
 void print_chunks(const ChunkReport& chunks) {
   fmt::print("\nchunks by level (sizes in bytes at the quantiles 0, 5, 25, 50, 75, 95, 100 %)\n");
-  fmt::print("  {:>5} {:>8} {:>8} {:>12} {:>12}  {:<44} slabs per block\n", "level", "blocks",
+  fmt::print("  {:>5} {:>8} {:>8} {:>12} {:>12}  {:<44} bands per block\n", "level", "blocks",
              "chunks", "bytes", "bytes/cell", "chunk size");
   for (size_t i = 0; i < chunks.levels.size(); ++i) {
     const auto& level = chunks.levels[i];
-    std::string sizes, slabs;
+    std::string sizes, bands;
     for (const uint32_t size : level.chunk_bytes) sizes += fmt::format("{} ", size);
-    for (const uint32_t count : level.block_slabs) slabs += fmt::format("{} ", count);
+    for (const uint32_t count : level.block_bands) bands += fmt::format("{} ", count);
     fmt::print(
         "  {:>5} {:>8} {:>8} {:>12} {:>12.2f}  {:<44} {}\n", i, level.blocks, level.chunks,
         level.bytes,
         level.cells > 0 ? static_cast<double>(level.bytes) / static_cast<double>(level.cells) : 0.0,
-        sizes, slabs);
+        sizes, bands);
   }
   fmt::print("\nwhat an isovalue takes at level 0\n  {:>12} {:>8} {:>12} {:>14} {:>14} {:>10}\n",
              "isovalue", "chunks", "bytes", "cells fetched", "active cells", "ratio");
@@ -260,8 +261,8 @@ void print_chunks(const ChunkReport& chunks) {
 std::vector<double> isovalues_of(const StoreInfo& info, const std::vector<double>& suggested) {
   std::vector<double> isovalues = suggested;
   for (int i = 1; i < 8; ++i) {
-    const double code = info.range.min + (info.range.max - info.range.min) * i / 8.0;
-    isovalues.push_back(info.mapping.value(std::floor(code) + 0.5));
+    const double quantized = info.range.min + (info.range.max - info.range.min) * i / 8.0;
+    isovalues.push_back(info.mapping.value(std::floor(quantized) + 0.5));
   }
   std::sort(isovalues.begin(), isovalues.end());
   isovalues.erase(std::unique(isovalues.begin(), isovalues.end()), isovalues.end());
@@ -341,7 +342,7 @@ void add_info_command(CLI::App& program, int& exit_code) {
   command->add_option("path", call->path, "A store, or a volume as for build")->required();
   command->add_flag("--json", call->json, "As JSON");
   command->add_flag("--chunks", call->chunks,
-                    "Stores: chunk sizes, slabs per block, and what isovalues take");
+                    "Stores: chunk sizes, bands per block, and what isovalues take");
   call->volume_flags.add_to(*command);
   command->footer(
       examples("  isosplat info engine.isosplat\n"

@@ -112,8 +112,8 @@ std::optional<PixelSize> parse_pixel_size(std::string_view text) {
 }
 
 CLI::Validator is_number() {
-  constexpr double kMost = std::numeric_limits<double>::max();
-  return number_check(-kMost, kMost, "a number such as 60.5");
+  constexpr double kMax = std::numeric_limits<double>::max();
+  return number_check(-kMax, kMax, "a number such as 60.5");
 }
 
 CLI::Validator is_number(double least, double most) {

@@ -36,9 +36,9 @@ void note(std::string_view text) {
 }
 
 std::string no_isosurface(const StoreInfo& info, double isovalue) {
-  const float isocode = info.mapping.isocode(isovalue);
-  if (isocode >= static_cast<float>(info.range.min) &&
-      isocode < static_cast<float>(info.range.max)) {
+  const float quantized_isovalue = info.mapping.quantized_isovalue(isovalue);
+  if (quantized_isovalue >= static_cast<float>(info.range.min) &&
+      quantized_isovalue < static_cast<float>(info.range.max)) {
     return {};
   }
   return fmt::format("no isosurface at {}: the volume's values are {} to {}", isovalue,

@@ -17,7 +17,7 @@
 namespace isosplat::cli {
 namespace {
 
-struct ViewCall {
+struct RendererCall {
   std::string volume, host = "127.0.0.1", web_root;
   uint16_t port = 8080;
   bool rebuild = false;
@@ -78,7 +78,7 @@ Result<std::filesystem::path> cache_folder() {
 }
 
 /// The store of the volume: itself, or the cached one, built where it is not there yet.
-Result<std::filesystem::path> store_of(const ViewCall& call) {
+Result<std::filesystem::path> store_of(const RendererCall& call) {
   if (is_store(call.volume)) {
     const auto opened = StoreFile::open(call.volume);
     if (!opened) return tl::unexpected(opened.error());
@@ -113,7 +113,7 @@ Result<std::filesystem::path> store_of(const ViewCall& call) {
   return store;
 }
 
-int run(const ViewCall& call) {
+int run(const RendererCall& call) {
   const auto store = store_of(call);
   if (!store) return report(store.error());
   ServerOptions options;
@@ -129,7 +129,7 @@ int run(const ViewCall& call) {
 void add_view_command(CLI::App& program, int& exit_code) {
   CLI::App* command =
       program.add_subcommand("view", "Look at a volume: build its store if needed, and serve it");
-  auto call = std::make_shared<ViewCall>();
+  auto call = std::make_shared<RendererCall>();
   command->add_option("volume", call->volume, "A volume as for build, or a store")->required();
   command->add_option("--port", call->port, "Port (0: any that is free)")
       ->check(is_whole_number(0, 65535))

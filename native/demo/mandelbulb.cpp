@@ -49,8 +49,8 @@ double distance(Vec3d c) {
 std::vector<uint8_t> mandelbulb(int32_t size, unsigned threads) {
   // The bulb's radius is about 1.2. The volume ends where the shells are still closed.
   constexpr double kHalfBox = 1.3;
-  // Codes are spread over the logarithm of the distance, from kFar (0) to kNear (255): equal steps
-  // of the isovalue halve the distance again and again.
+  // Quantized values are spread over the logarithm of the distance, from kFar (0) to kNear (255):
+  // equal steps of the isovalue halve the distance again and again.
   constexpr double kFar = 0.4;
   constexpr double kNear = 0.0015;
   const double low = portable::log(kFar);
@@ -65,8 +65,8 @@ std::vector<uint8_t> mandelbulb(int32_t size, unsigned threads) {
       for (int32_t x = 0; x < size; ++x) {
         const Vec3d p{-kHalfBox + step * x, -kHalfBox + step * y, -kHalfBox + step * z};
         const double d = std::max(distance(p), 1e-9);
-        const double code = (low - portable::log(d)) * per_unit;
-        *out++ = static_cast<uint8_t>(std::min(255.0, std::max(0.0, code)) + 0.5);
+        const double quantized = (low - portable::log(d)) * per_unit;
+        *out++ = static_cast<uint8_t>(std::min(255.0, std::max(0.0, quantized)) + 0.5);
       }
     }
   });

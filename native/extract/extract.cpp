@@ -20,7 +20,7 @@ namespace {
 
 ChunkShape shape_of(const StoreInfo& info, const ChunkRef& chunk) {
   const LevelGrid level = level_grid(info.grid.voxels, chunk.block.level);
-  return {block_cells(level, chunk.block.index), chunk.slab_begin, chunk.slab_end, chunk.cells,
+  return {block_cells(level, chunk.block.index), chunk.band_begin, chunk.band_end, chunk.cells,
           chunk.block.level > 0};
 }
 
@@ -36,8 +36,8 @@ Result<std::vector<ChunkRef>> chunks_of(const StoreFile& store, double isovalue,
     return fail(Status::invalid_argument,
                 fmt::format("expected a finite isovalue, found {}: choose another", isovalue));
   }
-  const float isocode = info.mapping.isocode(isovalue);
-  auto selection = store.chunks_for(options.level, isocode, isocode);
+  const float quantized_isovalue = info.mapping.quantized_isovalue(isovalue);
+  auto selection = store.chunks_for(options.level, quantized_isovalue, quantized_isovalue);
   if (!selection) return tl::unexpected(selection.error());
   std::erase_if(selection->chunks, [](const ChunkRef& chunk) { return chunk.cells == 0; });
   return std::move(selection->chunks);
@@ -63,7 +63,7 @@ Error name_chunk(Error error, const StoreFile& store, const ChunkRef& chunk) {
   const Index3 at = chunk.block.index;
   if (!error.message.starts_with(store.path().string())) {
     error.message = fmt::format("{}: chunk {}/{}.{}.{}/{}: {}", store.path().string(),
-                                chunk.block.level, at.x, at.y, at.z, chunk.slab, error.message);
+                                chunk.block.level, at.x, at.y, at.z, chunk.band, error.message);
   }
   return error;
 }
@@ -132,7 +132,7 @@ Result<uint64_t> project_chunks(const StoreFile& store, double isovalue,
   const auto chunks = chunks_of(store, isovalue, options);
   if (!chunks) return tl::unexpected(chunks.error());
   const StoreInfo& info = store.info();
-  const float isocode = info.mapping.isocode(isovalue);
+  const float quantized_isovalue = info.mapping.quantized_isovalue(isovalue);
   constexpr size_t kAtATime = 64;
   uint64_t count = 0;
   std::vector<PointArrays> points(kAtATime);
@@ -144,8 +144,8 @@ Result<uint64_t> project_chunks(const StoreFile& store, double isovalue,
           DecodedCells cells;
           auto decoded = decoder.decode(bytes, shape_of(info, some[i]), cells);
           if (!decoded) return decoded;
-          points[i] = project_samples(cells, {&info.grid, &info.mapping, some[i].block}, isocode,
-                                      projection);
+          points[i] = project_samples(cells, {&info.grid, &info.mapping, some[i].block},
+                                      quantized_isovalue, projection);
           return {};
         });
     if (!done) return tl::unexpected(done.error());

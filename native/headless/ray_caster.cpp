@@ -85,8 +85,12 @@ std::optional<double> first_root(const double (&k)[4], double lo, double hi) {
 
 }  // namespace
 
-RayCaster::RayCaster(const VolumeGrid& grid, std::span<const Code> codes, bool has_missing)
-    : grid_(grid), dual_edges_(grid.dual_edges()), codes_(codes), has_missing_(has_missing) {
+RayCaster::RayCaster(const VolumeGrid& grid, std::span<const QuantizedValue> quantized_values,
+                     bool has_missing)
+    : grid_(grid),
+      dual_edges_(grid.dual_edges()),
+      quantized_values_(quantized_values),
+      has_missing_(has_missing) {
   const Index3 cells{grid.voxels.x - 1, grid.voxels.y - 1, grid.voxels.z - 1};
   bricks_ = {(cells.x + kBrick - 1) / kBrick, (cells.y + kBrick - 1) / kBrick,
              (cells.z + kBrick - 1) / kBrick};
@@ -108,28 +112,30 @@ RayCaster::RayCaster(const VolumeGrid& grid, std::span<const Code> codes, bool h
 
 CellInterval RayCaster::cell_interval(Index3 cell) const {
   const size_t nx = size_t(grid_.voxels.x), nxy = nx * size_t(grid_.voxels.y);
-  const Code* v = &codes_[size_t(cell.x) + nx * size_t(cell.y) + nxy * size_t(cell.z)];
+  const QuantizedValue* v =
+      &quantized_values_[size_t(cell.x) + nx * size_t(cell.y) + nxy * size_t(cell.z)];
   const CellCorners corners{v[0],   v[1],       v[nx],       v[nx + 1],
                             v[nxy], v[nxy + 1], v[nxy + nx], v[nxy + nx + 1]};
   const CellInterval interval = corner_interval(corners);
-  if (has_missing_ && interval.max == kMissingCode) return {0, 0};
+  if (has_missing_ && interval.max == kMissingVoxel) return {0, 0};
   return interval;
 }
 
 std::optional<RayCaster::Hit> RayCaster::cast(const Camera& camera, int width, int height, int x,
-                                              int y, double isocode) const {
+                                              int y, double quantized_isovalue) const {
   const CameraFrame frame = camera_frame(camera);
   const double px = 2 * frame.tan_half_field_of_view / height;
   const Vec3d direction = frame.forward + frame.right * ((x + 0.5 - 0.5 * width) * px) +
                           frame.up * ((y + 0.5 - 0.5 * height) * px);
   const auto in_cells = [&](Vec3d v) { return multiply_transposed(dual_edges_, v); };
-  return cast_ray(in_cells(frame.eye - grid_.origin), in_cells(direction), isocode);
+  return cast_ray(in_cells(frame.eye - grid_.origin), in_cells(direction), quantized_isovalue);
 }
 
-std::optional<RayCaster::Hit> RayCaster::cast_ray(Vec3d o, Vec3d r, double isocode) const {
+std::optional<RayCaster::Hit> RayCaster::cast_ray(Vec3d o, Vec3d r,
+                                                  double quantized_isovalue) const {
   const Index3 cells{grid_.voxels.x - 1, grid_.voxels.y - 1, grid_.voxels.z - 1};
   double t0 = 0, t1 = HUGE_VAL;
-  const auto slab = [&](double from, double along, double size) {
+  const auto band = [&](double from, double along, double size) {
     if (along == 0) {
       if (from < 0 || from > size) t1 = -1;
       return;
@@ -138,9 +144,9 @@ std::optional<RayCaster::Hit> RayCaster::cast_ray(Vec3d o, Vec3d r, double isoco
     t0 = std::max(t0, std::min(a, b));
     t1 = std::min(t1, std::max(a, b));
   };
-  slab(o.x, r.x, cells.x);
-  slab(o.y, r.y, cells.y);
-  slab(o.z, r.z, cells.z);
+  band(o.x, r.x, cells.x);
+  band(o.y, r.y, cells.y);
+  band(o.z, r.z, cells.z);
   if (!(t0 < t1)) return std::nullopt;
 
   const size_t nx = size_t(grid_.voxels.x), nxy = nx * size_t(grid_.voxels.y);
@@ -151,7 +157,7 @@ std::optional<RayCaster::Hit> RayCaster::cast_ray(Vec3d o, Vec3d r, double isoco
     const CellInterval range =
         brick_[size_t(brick.at.x) +
                size_t(bricks_.x) * (size_t(brick.at.y) + size_t(bricks_.y) * size_t(brick.at.z))];
-    if (range.min <= isocode && isocode < range.max) {
+    if (range.min <= quantized_isovalue && quantized_isovalue < range.max) {
       const Index3 low{brick.at.x * kBrick, brick.at.y * kBrick, brick.at.z * kBrick};
       const Index3 high{std::min(low.x + kBrick, cells.x), std::min(low.y + kBrick, cells.y),
                         std::min(low.z + kBrick, cells.z)};
@@ -160,8 +166,9 @@ std::optional<RayCaster::Hit> RayCaster::cast_ray(Vec3d o, Vec3d r, double isoco
         const double leave = std::min(walk.leave(), t1);
         const Index3 c = walk.at;
         const CellInterval interval = cell_interval(c);
-        if (leave > t && interval.min <= isocode && isocode < interval.max) {
-          const Code* v = &codes_[size_t(c.x) + nx * size_t(c.y) + nxy * size_t(c.z)];
+        if (leave > t && interval.min <= quantized_isovalue && quantized_isovalue < interval.max) {
+          const QuantizedValue* v =
+              &quantized_values_[size_t(c.x) + nx * size_t(c.y) + nxy * size_t(c.z)];
           double k[8] = {double(v[0]),        double(v[1]),           double(v[nx]),
                          double(v[nx + 1]),   double(v[nxy]),         double(v[nxy + 1]),
                          double(v[nxy + nx]), double(v[nxy + nx + 1])};
@@ -174,7 +181,7 @@ std::optional<RayCaster::Hit> RayCaster::cast_ray(Vec3d o, Vec3d r, double isoco
           const Vec3d p = o + r * t - Vec3d{double(c.x), double(c.y), double(c.z)};
           const double cubic[4] = {
               k[0] + k[1] * p.x + k[2] * p.y + k[4] * p.z + k[3] * p.x * p.y + k[5] * p.x * p.z +
-                  k[6] * p.y * p.z + k[7] * p.x * p.y * p.z - isocode,
+                  k[6] * p.y * p.z + k[7] * p.x * p.y * p.z - quantized_isovalue,
               k[1] * r.x + k[2] * r.y + k[4] * r.z + k[3] * (p.x * r.y + r.x * p.y) +
                   k[5] * (p.x * r.z + r.x * p.z) + k[6] * (p.y * r.z + r.y * p.z) +
                   k[7] * (p.x * p.y * r.z + p.x * r.y * p.z + r.x * p.y * p.z),

@@ -13,8 +13,8 @@ Result<std::vector<ChunkRef>> chunks_at(const StoreFile& store, std::span<const 
                                         uint32_t level) {
   std::vector<ChunkRef> chunks;
   for (const double isovalue : isovalues) {
-    const float isocode = store.info().mapping.isocode(isovalue);
-    auto some = store.chunks_for(level, isocode, isocode);
+    const float quantized_isovalue = store.info().mapping.quantized_isovalue(isovalue);
+    auto some = store.chunks_for(level, quantized_isovalue, quantized_isovalue);
     if (!some) return tl::unexpected(some.error());
     chunks.insert(chunks.end(), some->chunks.begin(), some->chunks.end());
   }
@@ -59,7 +59,7 @@ Result<StoreScene> show_store(Renderer& renderer, const StoreFile& store,
   for (const ChunkRef& chunk : chunks) {
     bytes.clear();
     if (auto read = store.read_chunk(chunk, bytes); !read) return tl::unexpected(read.error());
-    const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.slab_begin, chunk.slab_end,
+    const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.band_begin, chunk.band_end,
                            chunk.cells, scene.level > 0};
     if (auto decoded = decoder.decode_packed(bytes, shape, samples); !decoded) {
       return tl::unexpected(decoded.error());

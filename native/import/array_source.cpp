@@ -12,9 +12,9 @@
 namespace isosplat {
 namespace {
 
-/// A file with less than 1/kLeastShare of its voxels is not read even where it may be truncated:
+/// A file with less than 1/kMinShare of its voxels is not read even where it may be truncated:
 /// its header is wrong.
-constexpr uint64_t kLeastShare = 1024;
+constexpr uint64_t kMinShare = 1024;
 
 tl::unexpected<Error> too_much(const std::string& path, uint64_t expected, uint64_t surplus,
                                bool at_least) {
@@ -239,7 +239,7 @@ Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> re
                     volume.path, needed, volume.voxels.x, volume.voxels.y, volume.voxels.z,
                     volume.steps > 1 ? fmt::format(" × {}", volume.steps) : "", bytes,
                     volume.plain || checks_all ? "" : "at most ", found);
-    if (!volume.allowed.has(Allowance::truncated) || found < needed / kLeastShare) {
+    if (!volume.allowed.has(Allowance::truncated) || found < needed / kMinShare) {
       return fail(
           Status::truncated,
           fmt::format("{}: the file is incomplete, or its header is wrong; copy or download "

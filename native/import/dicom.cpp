@@ -21,13 +21,13 @@ namespace {
 using namespace dicom;
 
 /// How many names a note gives.
-constexpr size_t kMostNames = 4;
+constexpr size_t kMaxNames = 4;
 
 /// How the pixels of all frames are read: as one type that holds them.
 struct Values {
   VoxelType type = VoxelType::i16;
   bool has_one_rescaling = true;
-  double least_slope = 1, greatest_slope = 1;
+  double min_slope = 1, greatest_slope = 1;
   /// For the header; where these are not 1 and 0, voxels are pixels as they are stored.
   double slope = 1, intercept = 0;
 };
@@ -55,15 +55,15 @@ VoxelType type_for(double low, double high) {
 Values find_values(const Collection& collection, const std::vector<uint32_t>& frames) {
   Values values;
   const Frame& first = collection.frames[frames[0]];
-  double low = 0, high = 0, least_pixel = 0, greatest_pixel = 0;
+  double low = 0, high = 0, min_pixel = 0, greatest_pixel = 0;
   bool is_whole = true, is_wide = false, is_float = false, lacks_some = false;
-  values.least_slope = values.greatest_slope = first.slope;
+  values.min_slope = values.greatest_slope = first.slope;
   for (const uint32_t index : frames) {
     const Frame& frame = collection.frames[index];
     const Image& image = collection.images[frame.image];
     values.has_one_rescaling = values.has_one_rescaling && frame.slope == first.slope &&
                                frame.intercept == first.intercept;
-    values.least_slope = std::min(values.least_slope, frame.slope);
+    values.min_slope = std::min(values.min_slope, frame.slope);
     values.greatest_slope = std::max(values.greatest_slope, frame.slope);
     is_float = is_float || image.is_float;
     lacks_some = lacks_some || image.cut_off;
@@ -71,7 +71,7 @@ Values find_values(const Collection& collection, const std::vector<uint32_t>& fr
                frame.intercept == std::round(frame.intercept);
     is_wide = is_wide || (image.is_float ? image.allocated == 64 : image.stored > 16);
     const auto [least, greatest] = stored_range(image);
-    least_pixel = std::min<double>(least_pixel, least);
+    min_pixel = std::min<double>(min_pixel, least);
     greatest_pixel = std::max<double>(greatest_pixel, greatest);
     for (const double stored : {least, greatest}) {
       low = std::min(low, frame.intercept + frame.slope * stored);
@@ -81,7 +81,7 @@ Values find_values(const Collection& collection, const std::vector<uint32_t>& fr
   if (is_whole) {
     values.type = type_for(low, high);
   } else if (values.has_one_rescaling && !is_float && first.slope != 0) {
-    values.type = type_for(least_pixel, greatest_pixel);
+    values.type = type_for(min_pixel, greatest_pixel);
     values.slope = first.slope;
     values.intercept = first.intercept;
   } else {
@@ -186,11 +186,11 @@ class DicomSource : public VolumeSource {
 /// "a.txt, b.txt and 3 more".
 std::string names_of(const std::vector<std::string>& files) {
   std::string text;
-  for (size_t i = 0; i < std::min(files.size(), kMostNames); ++i) {
+  for (size_t i = 0; i < std::min(files.size(), kMaxNames); ++i) {
     if (i > 0) text += ", ";
     text += std::filesystem::path(files[i]).filename().string();
   }
-  if (files.size() > kMostNames) text += fmt::format(" and {} more", files.size() - kMostNames);
+  if (files.size() > kMaxNames) text += fmt::format(" and {} more", files.size() - kMaxNames);
   return text;
 }
 
@@ -284,7 +284,7 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
     notes.push_back(
         fmt::format("the slices have different rescale slopes or intercepts (slopes from "
                     "{:.6g} to {:.6g}): each slice's values are computed with its own",
-                    values.least_slope, values.greatest_slope));
+                    values.min_slope, values.greatest_slope));
   }
   const Frame& first = collection.frames[used[0]];
   if (first.is_inverse) {

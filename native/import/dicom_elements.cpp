@@ -170,7 +170,7 @@ class Walker {
   /// Whether so many bytes follow. Where the end is unknown, and they are many, reading them tells.
   Result<bool> has(uint64_t bytes) {
     if (end_) return position_ <= *end_ && bytes <= *end_ - position_;
-    return bytes > kMostPeeked ? true : fill(static_cast<size_t>(bytes));
+    return bytes > kMaxPeeked ? true : fill(static_cast<size_t>(bytes));
   }
 
   /// Makes the window hold so many bytes from the position on; false where the file ends before.
@@ -229,7 +229,7 @@ class Walker {
     return file_.read(position_ - 1, std::span(&last, 1));
   }
 
-  Result<Head> read_head(Syntax syntax, uint64_t end) {
+  Result<Head> read_store_header(Syntax syntax, uint64_t end) {
     Head head;
     std::array<std::byte, 8> bytes{};
     const auto room = has(bytes.size());
@@ -263,7 +263,7 @@ class Walker {
   /// Reads one element into `out`, or passes it where `out` is null or nobody asks for it. `end`:
   /// of what holds it.
   Result<void> read_element(Syntax syntax, Item* out, uint64_t end, int depth) {
-    const auto head = read_head(syntax, end);
+    const auto head = read_store_header(syntax, end);
     if (!head) return tl::unexpected(head.error());
     const bool is_pixels =
         head->tag == kPixels || head->tag == kFloatPixels || head->tag == kDoublePixels;
@@ -359,7 +359,7 @@ class Walker {
       end = position_ + head.length;
     }
     while (position_ < end) {
-      const auto item = read_head(syntax, end);
+      const auto item = read_store_header(syntax, end);
       if (!item) return tl::unexpected(item.error());
       if (item->tag == kSequenceEnd) return {};
       if (item->tag != kItem) return malformed("expected an item of " + name_of(head.tag));
@@ -408,7 +408,7 @@ class Walker {
   }
 
   static constexpr size_t kWindow = 8 * 1024;
-  static constexpr uint64_t kMostPeeked = 16;
+  static constexpr uint64_t kMaxPeeked = 16;
 
   ByteReader& file_;
   const std::filesystem::path& path_;

@@ -55,9 +55,9 @@ Result<std::vector<std::vector<Fragment>>> find_fragments(ByteReader& file, cons
   uint64_t at = image.pixels.offset;
   for (;;) {
     std::array<std::byte, 8> head{};
-    const bool has_head = at <= file_bytes && file_bytes - at >= head.size();
-    if (!has_head && partial) break;
-    if (!has_head) return cut_off(at);
+    const bool has_header = at <= file_bytes && file_bytes - at >= head.size();
+    if (!has_header && partial) break;
+    if (!has_header) return cut_off(at);
     if (auto r = file.read(at, head); !r) return tl::unexpected(r.error());
     at += head.size();
     const uint32_t tag = u32_at(head.data()), bytes = u32_at(head.data() + 4);

@@ -18,10 +18,10 @@ double position_tolerance(double spacing) {
 }
 
 /// Slices that are interpolated because others are missing: at most this many for each that exists.
-constexpr double kMostFilled = 16;
+constexpr double kMaxFilled = 16;
 
 /// A tilt of the gantry below this is rounding.
-constexpr double kLeastTiltDegrees = 0.1;
+constexpr double kMinTiltDegrees = 0.1;
 
 struct Placed {
   uint32_t frame;
@@ -144,11 +144,11 @@ class Arranger {
           most, name_of(crowded(places, 0)), name_of(crowded(places, 1))));
     }
     const size_t count = steps.frames.size();
-    const auto step = chosen_step(count, steps.told_apart_by);
+    const auto step = chosen_step(count, steps.distinguished_by);
     if (!step) return tl::unexpected(step.error());
     std::vector<uint32_t>& frames = steps.frames[*step];
     notes_.push_back(fmt::format("this is volume {} of 0 to {}, told apart by their {}", *step,
-                                 count - 1, steps.told_apart_by));
+                                 count - 1, steps.distinguished_by));
     if (frames.size() < places.size()) {
       const std::string what = fmt::format("{} of {} slices are missing from volume {}",
                                            places.size() - frames.size(), places.size(), *step);
@@ -166,12 +166,12 @@ class Arranger {
   }
 
   /// Which of several volumes the options choose. Errors: invalid_argument.
-  Result<size_t> chosen_step(size_t count, const std::string& told_apart_by) const {
+  Result<size_t> chosen_step(size_t count, const std::string& distinguished_by) const {
     if (count > 1 && !options_.time_step) {
       return fail(Status::invalid_argument,
                   fmt::format("{}: expected one volume, found {} at the same place, told apart by "
                               "their {}: choose one with --time-step 0 to --time-step {}",
-                              path_.string(), count, told_apart_by, count - 1));
+                              path_.string(), count, distinguished_by, count - 1));
     }
     const int64_t step = options_.time_step.value_or(0);
     if (step < 0 || static_cast<uint64_t>(step) >= count) {
@@ -252,7 +252,7 @@ class Arranger {
       std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(middle),
                        gaps.end());
       count = std::max(1.0, std::round(extent / gaps[middle]));
-      if (count > kMostFilled * static_cast<double>(placed.size())) {
+      if (count > kMaxFilled * static_cast<double>(placed.size())) {
         return malformed(what + ": too many are missing");
       }
       fill_gaps(placed, extent / count, static_cast<size_t>(count) + 1, out);
@@ -317,7 +317,7 @@ class Arranger {
     geometry.spacing.z = distance / count;
     set_column(geometry, 2, way * (1 / distance));
     const double tilt = std::acos(std::min(1.0, extent / distance)) * 180 / 3.14159265358979;
-    if (tilt >= kLeastTiltDegrees) {
+    if (tilt >= kMinTiltDegrees) {
       notes_.push_back(fmt::format(
           "the slices are shifted against each other: the gantry was tilted by {:.1f}°", tilt));
     }

@@ -50,8 +50,8 @@ class StepFinder {
   StepFinder(const Collection& collection, const Places& places)
       : collection_(collection), places_(places) {
     for (const auto& place : places) {
-      most_ = std::max(most_, place.size());
-      least_ = std::min(least_, place.size());
+      max_ = std::max(max_, place.size());
+      min_ = std::min(min_, place.size());
     }
     // Text is compared as text, not by when it was first seen.
     std::map<std::string_view, double> in_order;
@@ -95,24 +95,24 @@ class StepFinder {
         if (std::find(seen.begin(), seen.end(), key) != seen.end()) return {};
         seen.push_back(key);
         groups[key].push_back(frame);
-        if (groups.size() > most_) return {};
+        if (groups.size() > max_) return {};
       }
     }
-    if (groups.size() != most_) return {};
+    if (groups.size() != max_) return {};
     Steps steps;
     for (auto& [key, frames] : groups) {
       if (2 * frames.size() < places_.size()) return {};  // a few strays are no volume
       steps.frames.push_back(std::move(frames));
     }
-    steps.told_apart_by = by[0].name;
-    if (by.size() > 1) steps.told_apart_by += " and " + std::string(by[1].name);
+    steps.distinguished_by = by[0].name;
+    if (by.size() > 1) steps.distinguished_by += " and " + std::string(by[1].name);
     return steps;
   }
 
   Steps rank(const Named& by) const {
-    if (least_ != most_) return {};
+    if (min_ != max_) return {};
     Steps steps;
-    steps.frames.resize(most_);
+    steps.frames.resize(max_);
     for (std::vector<uint32_t> place : places_) {
       std::sort(place.begin(), place.end(),
                 [&](uint32_t a, uint32_t b) { return value(a, by.key) < value(b, by.key); });
@@ -122,14 +122,14 @@ class StepFinder {
         steps.frames[i].push_back(place[i]);
       }
     }
-    steps.told_apart_by = by.name;
+    steps.distinguished_by = by.name;
     return steps;
   }
 
   const Collection& collection_;
   const Places& places_;
   std::vector<double> text_ranks_;  ///< of Collection::texts
-  size_t most_ = 0, least_ = std::numeric_limits<size_t>::max();
+  size_t max_ = 0, min_ = std::numeric_limits<size_t>::max();
 };
 
 }  // namespace

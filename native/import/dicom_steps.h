@@ -11,7 +11,7 @@ using Places = std::vector<std::vector<uint32_t>>;
 
 struct Steps {
   std::vector<std::vector<uint32_t>> frames;  ///< of each step, in the order of the places
-  std::string told_apart_by;                  ///< "trigger time", for messages
+  std::string distinguished_by;               ///< "trigger time", for messages
 };
 
 /// Divides frames into steps that hold each place at most once. First, whole groups of frames with

@@ -14,7 +14,7 @@ namespace isosplat {
 namespace {
 
 constexpr int32_t kSampledSlices = 64;
-constexpr double kLeastShare = 5e-4;  // of the sampled voxels
+constexpr double kMinShare = 5e-4;  // of the sampled voxels
 
 bool is_float(VoxelType type) {
   return type == VoxelType::f32 || type == VoxelType::f64;
@@ -159,7 +159,7 @@ bool is_common_integer_fill(double value) {
 /// The value at one end of the range that stands for none. `rest`: the range of all others.
 std::optional<double> fill_at(const End& end, double rest, uint64_t count, double sign,
                               bool is_common(double)) {
-  const auto least = std::max(8.0, kLeastShare * static_cast<double>(count));
+  const auto least = std::max(8.0, kMinShare * static_cast<double>(count));
   const double gap = end.next - end.value;
   if (!std::isfinite(end.next) || !(rest > 0) || static_cast<double>(end.count) < least) {
     return std::nullopt;

@@ -12,8 +12,8 @@ namespace isosplat {
 class BitWriter {
  public:
   /// Starts anew, for at most so many bits.
-  void begin(size_t most_bits) {
-    if (bytes_.size() < most_bits / 8 + 16) bytes_.resize(most_bits / 8 + 16);
+  void begin(size_t max_bits) {
+    if (bytes_.size() < max_bits / 8 + 16) bytes_.resize(max_bits / 8 + 16);
     size_ = 0, held_ = 0, hold_ = 0;
   }
 
@@ -57,8 +57,8 @@ class BackwardBitWriter {
     put(0, 0);
   }
 
-  /// bits: 0 to kMostBits, value < 2^bits.
-  static constexpr uint32_t kMostBits = 56;
+  /// bits: 0 to kMaxBits, value < 2^bits.
+  static constexpr uint32_t kMaxBits = 56;
   void put(uint64_t value, uint32_t bits) {
     hold_ = hold_ << bits | value;
     held_ += bits;

@@ -18,21 +18,21 @@ struct CellMask;
 /// decoder must be given the same, except for the cell count, which only the decoder needs.
 struct ChunkShape {
   Index3 block_cells;          ///< of its block, each 1 to kBlockCells
-  uint32_t slab_begin = 0;     ///< the slab's first isocode
-  uint32_t slab_end = 0;       ///< one beyond its last, > slab_begin, ≤ 65535
+  uint32_t band_begin = 0;     ///< the band's first quantized isovalue
+  uint32_t band_end = 0;       ///< one beyond its last, > band_begin, ≤ 65535
   uint32_t cell_count = 0;     ///< cells that the chunk holds, ≥ 1
   bool has_intervals = false;  ///< levels ≥ 1: the cells' intervals go beyond their corners'
 };
 
 /// A block of one level, to be encoded. Borrowed for the call.
-struct BlockView {
-  Index3 cells;                  ///< each 1 to kBlockCells
-  const Code* voxels = nullptr;  ///< (cells.x + 1)(cells.y + 1)(cells.z + 1), x fastest
+struct BlockVoxels {
+  Index3 cells;                            ///< each 1 to kBlockCells
+  const QuantizedValue* voxels = nullptr;  ///< (cells.x + 1)(cells.y + 1)(cells.z + 1), x fastest
   /// One per cell, x fastest. Level 0: the range of the cell's corners; coarser levels: the true
   /// interval. Cells with min ≥ max (such as those with a missing corner) are never active.
   const CellInterval* intervals = nullptr;
   bool has_intervals = false;  ///< levels ≥ 1: the intervals are coded, not taken from the corners
-  /// Of each row of cells (y fastest, then z) what its cells' intervals lie in: rows outside a slab
+  /// Of each row of cells (y fastest, then z) what its cells' intervals lie in: rows outside a band
   /// are passed over. Null where that is not known.
   const CellInterval* row_intervals = nullptr;
 };
@@ -53,15 +53,15 @@ class ChunkEncoder {
   ChunkEncoder& operator=(ChunkEncoder&&) noexcept;
   ~ChunkEncoder();
 
-  /// Appends to `out` the chunk of every cell that is active for some isocode in
-  /// [slab_begin, slab_end), i.e. max(min, slab_begin) < min(max, slab_end). Returns the number of
+  /// Appends to `out` the chunk of every cell that is active for some quantized isovalue in
+  /// [band_begin, band_end), i.e. max(min, band_begin) < min(max, band_end). Returns the number of
   /// those cells; where there is none, nothing is appended.
-  uint32_t encode(const BlockView& block, uint32_t slab_begin, uint32_t slab_end,
+  uint32_t encode(const BlockVoxels& block, uint32_t band_begin, uint32_t band_end,
                   std::vector<std::byte>& out);
 
-  /// The same where these cells are known: SlabMasks finds those of all slabs at once.
-  uint32_t encode(const BlockView& block, const CellMask& cells, uint32_t slab_begin,
-                  uint32_t slab_end, std::vector<std::byte>& out);
+  /// The same where these cells are known: BandMasks finds those of all bands at once.
+  uint32_t encode(const BlockVoxels& block, const CellMask& cells, uint32_t band_begin,
+                  uint32_t band_end, std::vector<std::byte>& out);
 
  private:
   struct Scratch;

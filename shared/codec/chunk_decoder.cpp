@@ -54,9 +54,9 @@ struct ChunkDecoder::Scratch {
   Row last_row;  // the last of an earlier plane
   Energies energies;
   PlanePoints points;
-  int32_t residuals[PlanePoints::kMost];          // of `points`
-  int16_t residual_energies[PlanePoints::kMost];  // Energies::energy_of()
-  int32_t sums[PlanePoints::kMost + 3];           // of what their predictions do not wait for
+  int32_t residuals[PlanePoints::kMax];          // of `points`
+  int16_t residual_energies[PlanePoints::kMax];  // Energies::energy_of()
+  int32_t sums[PlanePoints::kMax + 3];           // of what their predictions do not wait for
   ChunkHeader header;
   Predictor predictor;
   ResidualModels models;
@@ -139,8 +139,8 @@ bool ChunkDecoder::Scratch::decode_intervals(ChunkStreams& streams, uint64_t in_
     interval_energy = interval_energy_of(below, beyond);
     const auto min = static_cast<uint32_t>(range.min - below) << header.interval_shift;
     const auto end = static_cast<uint32_t>(range.max + beyond + 1) << header.interval_shift;
-    intervals.min[x] = static_cast<Code>(min);
-    intervals.max[x] = static_cast<Code>(end - 1);
+    intervals.min[x] = static_cast<QuantizedValue>(min);
+    intervals.max[x] = static_cast<QuantizedValue>(end - 1);
     good &= intervals.min[x] < intervals.max[x];
   }
   return good;
@@ -153,9 +153,9 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
   if (std::min({cells.x, cells.y, cells.z}) < 1 ||
       std::max({cells.x, cells.y, cells.z}) > kBlockCells || shape.cell_count < 1 ||
       shape.cell_count > static_cast<uint32_t>(cells.x * cells.y * cells.z) ||
-      shape.slab_begin >= shape.slab_end || shape.slab_end > 65536) {
+      shape.band_begin >= shape.band_end || shape.band_end > 65536) {
     return fail(Status::invalid_argument,
-                "chunk: block size, slab or cell count is outside its limits");
+                "chunk: block size, band or cell count is outside its limits");
   }
   if (chunk.size() < kSmallestChunk) return truncated();
 
@@ -166,7 +166,8 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
   const uint8_t* const begin = bytes.data() + kSlack;
   ChunkStreams streams{BitReader(begin), RansDecoder(begin + chunk.size())};
 
-  if (!streams.rans.starts_well()) return malformed("a coder state is outside its limits");
+  if (!streams.rans.has_valid_initial_states())
+    return malformed("a coder state is outside its limits");
   if (!read_header(streams.bits, shape.has_intervals, header)) return malformed("bad header");
   if (!streams.within()) return truncated();
   if (!models.set(header)) return malformed("no model");
@@ -189,7 +190,7 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
   if (count != shape.cell_count) return malformed("holds another number of cells than stated");
 
   energies.reset();
-  set_first_row(shape.slab_begin, shape.slab_end, last_row);
+  set_first_row(shape.band_begin, shape.band_end, last_row);
   const Row* last = &last_row;
   plane[1].clear();  // there is none before z = 0
   interval_energy = 0;
@@ -260,9 +261,9 @@ Result<void> ChunkDecoder::decode(std::span<const std::byte> bytes, const ChunkS
 Result<void> ChunkDecoder::decode_packed(std::span<const std::byte> bytes, const ChunkShape& shape,
                                          std::vector<PackedSample>& out) {
   // Cells are emitted only once their number is known to be cell_count, and that to be possible.
-  constexpr uint32_t kMostCells = kBlockCells * kBlockCells * kBlockCells;
+  constexpr uint32_t kMaxCells = kBlockCells * kBlockCells * kBlockCells;
   // Not cleared before: what an earlier call has left need not be set to zero, it is overwritten.
-  out.resize(std::min(shape.cell_count, kMostCells) + kBeyondPacked);
+  out.resize(std::min(shape.cell_count, kMaxCells) + kBeyondPacked);
   PackedSample* to = out.data();
   const Result<void> done = scratch_->decode<VectorOps>(
       bytes, shape,

@@ -1,11 +1,11 @@
 #include <algorithm>
 
+#include "shared/codec/band_masks.h"
 #include "shared/codec/chunk_codec.h"
 #include "shared/codec/chunk_header.h"
 #include "shared/codec/plane_residuals.h"
 #include "shared/codec/rans.h"
 #include "shared/codec/residual_encoder.h"
-#include "shared/codec/slab_masks.h"
 
 namespace isosplat {
 namespace {
@@ -17,7 +17,7 @@ constexpr uint32_t kFitSamples = 4096;
 constexpr uint32_t kMergeBelow[] = {64, 160, 400, 1000};
 
 /// A header has fewer bits than this.
-constexpr size_t kMostHeaderBits = 16384;
+constexpr size_t kMaxHeaderBits = 16384;
 
 constexpr uint32_t kQuadBits = 12;
 static_assert(kQuadTotal == 1u << kQuadBits);
@@ -25,7 +25,7 @@ static_assert(kQuadTotal == 1u << kQuadBits);
 static_assert(PlaneResiduals::kBeyond <= ResidualEncoder::kSlack);
 
 /// A quad for each 2×2 cells, and fewer for the bricks.
-constexpr size_t kMostQuads = kBlockCells * kBlockCells * kBlockCells / 2;
+constexpr size_t kMaxQuads = kBlockCells * kBlockCells * kBlockCells / 2;
 
 /// Collects the mask's symbols, which are encoded last.
 struct MaskEncoder {
@@ -51,7 +51,7 @@ uint32_t count_cells(const CellMask& mask, Index3 cells) {
 }
 
 /// Finds how many low bits all the cells' intervals leave unused: zeros in min and ones in max.
-int32_t unused_bits(const BlockView& block, const CellMask& mask) {
+int32_t unused_bits(const BlockVoxels& block, const CellMask& mask) {
   uint32_t used = 1u << kMaxIntervalShift;
   const CellInterval* intervals = block.intervals;
   for (int32_t z = 0; z < block.cells.z; ++z) {
@@ -74,9 +74,9 @@ struct IntervalResidual {
 
 struct ChunkEncoder::Scratch {
   RansSymbol quad_symbols[256 * 16];  // by context and quad
-  uint16_t mask_symbols[kMostQuads];
+  uint16_t mask_symbols[kMaxQuads];
 
-  SlabMasks slab_masks;           // of one slab
+  BandMasks band_masks;           // of one band
   const PointPlane nothing = {};  // stands for the plane before the first
   PointPlane planes[kLatticeAcross];
   Row rows[kLatticeAcross][kLatticeAcross];  // by z, y
@@ -93,11 +93,11 @@ struct ChunkEncoder::Scratch {
   Scratch();
   template <class F>
   void for_each_row(Index3 cells, int32_t z, const Row*& last, F f);
-  void set_values(const BlockView& block, uint32_t point_count, ChunkHeader& header);
+  void set_values(const BlockVoxels& block, uint32_t point_count, ChunkHeader& header);
   void sample_row(int32_t y, int32_t z, const Neighbours& n, uint32_t stride, uint32_t& skip);
-  void add_intervals(const BlockView& block, const CellMask& mask, const ChunkHeader& header,
+  void add_intervals(const BlockVoxels& block, const CellMask& mask, const ChunkHeader& header,
                      int32_t z, int32_t& interval_energy);
-  void set_residuals(const BlockView& block, const CellMask& mask, const ChunkHeader& header);
+  void set_residuals(const BlockVoxels& block, const CellMask& mask, const ChunkHeader& header);
   uint16_t* put_mask(RansEncoder rans, const uint16_t* end) const;
   const PointPlane& before(int32_t z) const { return z > 0 ? planes[z - 1] : nothing; }
 };
@@ -125,7 +125,7 @@ void ChunkEncoder::Scratch::for_each_row(Index3 cells, int32_t z, const Row*& la
 }
 
 /// Sets the rows' values, and fits the predictor to a sample of the points.
-void ChunkEncoder::Scratch::set_values(const BlockView& block, uint32_t point_count,
+void ChunkEncoder::Scratch::set_values(const BlockVoxels& block, uint32_t point_count,
                                        ChunkHeader& header) {
   const Index3 cells = block.cells;
   const uint32_t stride = std::max(1u, point_count / kFitSamples);
@@ -136,12 +136,13 @@ void ChunkEncoder::Scratch::set_values(const BlockView& block, uint32_t point_co
     for_each_row(cells, z, last, [&](int32_t y, const Neighbours& n) {
       fill_values(n, rows[z][y]);
       int16_t* const values = rows[z][y].value + kRowPad;
-      const Code* codes = block.voxels + (size_t(z) * (cells.y + 1) + y) * (cells.x + 1);
+      const QuantizedValue* quantized_values =
+          block.voxels + (size_t(z) * (cells.y + 1) + y) * (cells.x + 1);
       const PointMask points_here = planes[z].points[y];
-      all |= VectorOps::set_points(points_here.word[0], codes, cells.x, values);
+      all |= VectorOps::set_points(points_here.word[0], quantized_values, cells.x, values);
       if (points_here.has(cells.x)) {
-        values[cells.x] = static_cast<int16_t>(codes[cells.x] ^ 0x8000);
-        all |= codes[cells.x];
+        values[cells.x] = static_cast<int16_t>(quantized_values[cells.x] ^ 0x8000);
+        all |= quantized_values[cells.x];
       }
       pad_row(rows[z][y], cells.x);
       sample_row(y, z, n, stride, skip);
@@ -172,7 +173,7 @@ void ChunkEncoder::Scratch::sample_row(int32_t y, int32_t z, const Neighbours& n
 }
 
 /// Adds the intervals of slice z: how far each goes beyond the range of the cell's corners.
-void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const CellMask& mask,
+void ChunkEncoder::Scratch::add_intervals(const BlockVoxels& block, const CellMask& mask,
                                           const ChunkHeader& header, int32_t z,
                                           int32_t& interval_energy) {
   size_t count = 0;
@@ -216,7 +217,7 @@ void ChunkEncoder::Scratch::add_intervals(const BlockView& block, const CellMask
   }
 }
 
-void ChunkEncoder::Scratch::set_residuals(const BlockView& block, const CellMask& mask,
+void ChunkEncoder::Scratch::set_residuals(const BlockVoxels& block, const CellMask& mask,
                                           const ChunkHeader& header) {
   const Index3 cells = block.cells;
   plane_residuals.set_predictor(header.taps, header.wide);
@@ -245,15 +246,15 @@ ChunkEncoder::ChunkEncoder(ChunkEncoder&&) noexcept = default;
 ChunkEncoder& ChunkEncoder::operator=(ChunkEncoder&&) noexcept = default;
 ChunkEncoder::~ChunkEncoder() = default;
 
-uint32_t ChunkEncoder::encode(const BlockView& block, uint32_t slab_begin, uint32_t slab_end,
+uint32_t ChunkEncoder::encode(const BlockVoxels& block, uint32_t band_begin, uint32_t band_end,
                               std::vector<std::byte>& out) {
-  SlabMasks& masks = scratch_->slab_masks;
-  masks.set(block, slab_begin, std::span(&slab_end, 1));
-  return encode(block, masks[0], slab_begin, slab_end, out);
+  BandMasks& masks = scratch_->band_masks;
+  masks.set(block, band_begin, std::span(&band_end, 1));
+  return encode(block, masks[0], band_begin, band_end, out);
 }
 
-uint32_t ChunkEncoder::encode(const BlockView& block, const CellMask& mask, uint32_t slab_begin,
-                              uint32_t slab_end, std::vector<std::byte>& out) {
+uint32_t ChunkEncoder::encode(const BlockVoxels& block, const CellMask& mask, uint32_t band_begin,
+                              uint32_t band_end, std::vector<std::byte>& out) {
   Scratch& s = *scratch_;
   const uint32_t count = count_cells(mask, block.cells);
   if (count == 0) return 0;
@@ -262,26 +263,26 @@ uint32_t ChunkEncoder::encode(const BlockView& block, const CellMask& mask, uint
   for (int32_t z = 0; z <= block.cells.z; ++z) {
     point_count += s.planes[z].set(mask, block.cells, z);
   }
-  const size_t most_residuals = point_count + (block.has_intervals ? 2 * size_t{count} : 0);
-  s.residuals.begin(most_residuals);
+  const size_t max_residuals = point_count + (block.has_intervals ? 2 * size_t{count} : 0);
+  s.residuals.begin(max_residuals);
   BrickMask bricks = bricks_of(mask, block.cells);
   MaskEncoder mask_encoder{s.mask_symbols};
   code_mask(block.cells, bricks, mask, mask_encoder);
 
   ChunkHeader header;
-  set_first_row(slab_begin, slab_end, s.first_row);
+  set_first_row(band_begin, band_end, s.first_row);
   s.set_values(block, point_count, header);
   if (block.has_intervals) header.interval_shift = unused_bits(block, mask);
   for (const uint32_t below : kMergeBelow) header.levels.merge += point_count < below;
   s.set_residuals(block, mask, header);
   const size_t raw_bits = s.residuals.choose_models(header, block.has_intervals);
 
-  s.header_bits.begin(kMostHeaderBits);
+  s.header_bits.begin(kMaxHeaderBits);
   write_header(header, block.has_intervals, s.header_bits);
   s.raw_bits.begin(s.header_bits.size(), raw_bits);
-  const auto most_symbols = most_residuals + static_cast<size_t>(mask_encoder.to - s.mask_symbols);
-  if (s.words.size() < most_symbols + 2 * kRansStates) {
-    s.words.resize(most_symbols + 2 * kRansStates);
+  const auto max_symbols = max_residuals + static_cast<size_t>(mask_encoder.to - s.mask_symbols);
+  if (s.words.size() < max_symbols + 2 * kRansStates) {
+    s.words.resize(max_symbols + 2 * kRansStates);
   }
   RansEncoder rans(s.words.data());
   s.residuals.put(header, rans, s.raw_bits);

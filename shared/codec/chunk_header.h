@@ -14,7 +14,7 @@ inline constexpr int32_t kMaxIntervalShift = 7;
 
 /// What a chunk's bits begin with (CHUNK.md has the layout).
 struct ChunkHeader {
-  bool wide = false;           ///< codes may exceed 255
+  bool wide = false;           ///< quantized values may exceed 255
   int32_t interval_shift = 0;  ///< low bits that no interval uses; 0 to kMaxIntervalShift
   LevelMap levels;
   uint32_t fitted = 0;  ///< bit per class: its weights differ from the default ones
@@ -22,8 +22,8 @@ struct ChunkHeader {
   uint8_t model[kContexts] = {};  ///< kNoModel where the context is not used
 
   CellInterval shifted(CellInterval interval) const {
-    return {static_cast<Code>(interval.min >> interval_shift),
-            static_cast<Code>(interval.max >> interval_shift)};
+    return {static_cast<QuantizedValue>(interval.min >> interval_shift),
+            static_cast<QuantizedValue>(interval.max >> interval_shift)};
   }
 };
 

@@ -22,7 +22,7 @@ inline constexpr int32_t kLatticeAcross = kBlockCells + 1;
 inline constexpr int32_t kRowPad = 4;
 inline constexpr int32_t kRowSize = 86;
 
-/// A row's values, as code − 32768 so that they fit signed arithmetic.
+/// A row's values, as quantized value − 32768 so that they fit signed arithmetic.
 struct Row {
   int16_t value[kRowSize];
 };
@@ -39,9 +39,11 @@ struct CellRows {
         r11(row11.value + kRowPad) {}
 
   CellCorners corners(int32_t x) const {
-    const auto code = [](int16_t value) { return static_cast<Code>(value ^ -0x8000); };
-    return {code(r00[x]), code(r00[x + 1]), code(r10[x]), code(r10[x + 1]),
-            code(r01[x]), code(r01[x + 1]), code(r11[x]), code(r11[x + 1])};
+    const auto quantized = [](int16_t value) {
+      return static_cast<QuantizedValue>(value ^ -0x8000);
+    };
+    return {quantized(r00[x]), quantized(r00[x + 1]), quantized(r10[x]), quantized(r10[x + 1]),
+            quantized(r01[x]), quantized(r01[x + 1]), quantized(r11[x]), quantized(r11[x + 1])};
   }
 };
 
@@ -130,9 +132,9 @@ inline void fill_values(const Neighbours& n, Row& to) {
   fill(to.value, n.up->value, n.back->value, n.back_up->value);
 }
 
-/// What stands in for the rows before the first one: the middle of the slab.
-inline void set_first_row(uint32_t slab_begin, uint32_t slab_end, Row& row) {
-  const auto middle = static_cast<int32_t>((slab_begin + slab_end) / 2);
+/// What stands in for the rows before the first one: the middle of the band.
+inline void set_first_row(uint32_t band_begin, uint32_t band_end, Row& row) {
+  const auto middle = static_cast<int32_t>((band_begin + band_end) / 2);
   std::fill_n(row.value, kRowSize, static_cast<int16_t>(std::min(middle, 65535) - 32768));
 }
 
@@ -179,13 +181,13 @@ inline ClassBits class_bits(const PointPlane& current, const PointPlane& previou
 
 /// The points of a plane, in coding order, and what their contexts need.
 struct PlanePoints {
-  static constexpr int32_t kMost = kLatticeAcross * kLatticeAcross;
+  static constexpr int32_t kMax = kLatticeAcross * kLatticeAcross;
   static constexpr int32_t kSlack = 8;  ///< vectors read and write beyond the last
   int32_t first[kLatticeAcross + 1];    ///< of each row; the last is the number of points
   // What lies beyond the last point may be used, and is of another plane, or of none: valid.
-  uint8_t x[kMost + kSlack] = {};
-  uint8_t point_class[kMost + kSlack] = {};
-  uint8_t key[kMost + kSlack];  ///< octave and group: residual_key()
+  uint8_t x[kMax + kSlack] = {};
+  uint8_t point_class[kMax + kSlack] = {};
+  uint8_t key[kMax + kSlack];  ///< octave and group: residual_key()
 
   template <class Ops>
   void set(const PointPlane& current, const PointPlane& previous, const Energies& energies,

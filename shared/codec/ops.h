@@ -98,15 +98,15 @@ struct ScalarOps {
     for (int i = 0; i < 4; ++i) sums[i] = sum_taps(of(i));
   }
 
-  /// Sets those of a row's `count` values (at most 64) that bits of `points` are set for: to codes
-  /// less 32768. Returns the union of these codes' bits.
-  static uint32_t set_points(uint64_t points, const Code* codes, [[maybe_unused]] int32_t count,
-                             int16_t* values) {
+  /// Sets those of a row's `count` values (at most 64) that bits of `points` are set for: to
+  /// quantized values less 32768. Returns the union of these quantized values' bits.
+  static uint32_t set_points(uint64_t points, const QuantizedValue* quantized_values,
+                             [[maybe_unused]] int32_t count, int16_t* values) {
     uint32_t all = 0;
     for (; points; points &= points - 1) {
       const int x = __builtin_ctzll(points);
-      values[x] = static_cast<int16_t>(codes[x] ^ 0x8000);
-      all |= codes[x];
+      values[x] = static_cast<int16_t>(quantized_values[x] ^ 0x8000);
+      all |= quantized_values[x];
     }
     return all;
   }
@@ -195,16 +195,17 @@ struct VectorOps {
     store(sums, sum_each(rows[0], rows[1], rows[2], rows[3]));
   }
 
-  static uint32_t set_points(uint64_t points, const Code* codes, int32_t count, int16_t* values) {
+  static uint32_t set_points(uint64_t points, const QuantizedValue* quantized_values, int32_t count,
+                             int16_t* values) {
     using namespace simd;
     const V bits = load(kBitOfLane), sign = splat16(0x8000);
     V all = splat16(0);
     int32_t x = 0;
     for (; x + 8 <= count; x += 8) {
       const V set = equal16(and_(splat16(static_cast<uint32_t>(points >> x & 255)), bits), bits);
-      const V code = and_(load(codes + x), set);
-      store(values + x, select(load(values + x), xor_(code, sign), set));
-      all = or_(all, code);
+      const V quantized = and_(load(quantized_values + x), set);
+      store(values + x, select(load(values + x), xor_(quantized, sign), set));
+      all = or_(all, quantized);
     }
     uint64_t halves[2];
     store(halves, all);
@@ -212,7 +213,7 @@ struct VectorOps {
     both |= both >> 32;
     const auto here = static_cast<uint32_t>((both | both >> 16) & 0xffff);
     if (x >= 64) return here;
-    return here | ScalarOps::set_points(points >> x, codes + x, count - x, values + x);
+    return here | ScalarOps::set_points(points >> x, quantized_values + x, count - x, values + x);
   }
 
   static int32_t list_points(uint64_t points, const uint64_t* class_words,

@@ -10,8 +10,8 @@ namespace isosplat {
 
 /// The intervals of a row of cells, by x.
 struct IntervalRow {
-  Code min[kBlockCells + 8] = {};
-  Code max[kBlockCells + 8] = {};
+  QuantizedValue min[kBlockCells + 8] = {};
+  QuantizedValue max[kBlockCells + 8] = {};
 };
 
 /// Writes the cells of a row as pack_sample() does, in the order of x, and returns where the next

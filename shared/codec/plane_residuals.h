@@ -49,8 +49,8 @@ class PlaneResiduals {
     uint8_t x, y, point_class;
     uint16_t place;  ///< kPlaces · its window + the place therein
   };
-  static constexpr int32_t kMostWindows = kLatticeAcross * (kBlockCells / kPlaces + 1);
-  static constexpr int32_t kMostPoints = kLatticeAcross * kLatticeAcross;
+  static constexpr int32_t kMaxWindows = kLatticeAcross * (kBlockCells / kPlaces + 1);
+  static constexpr int32_t kMaxPoints = kLatticeAcross * kLatticeAcross;
 
   void add_word(const PointPlane& current, const PointPlane& previous, int32_t y, int word);
   void find_keys(const Energies& energies);
@@ -61,11 +61,11 @@ class PlaneResiduals {
     Neighbours neighbours;
     const int16_t* values;  ///< from point 0 on
   } rows_[kLatticeAcross];
-  Window window_[kMostWindows + 1];
-  Other other_[kMostPoints + 3];
+  Window window_[kMaxWindows + 1];
+  Other other_[kMaxPoints + 3];
   // By place:
-  int16_t key_[kMostWindows * kPlaces];
-  int16_t prediction_[kMostWindows * kPlaces] = {};  ///< of the others
+  int16_t key_[kMaxWindows * kPlaces];
+  int16_t prediction_[kMaxWindows * kPlaces] = {};  ///< of the others
   int32_t windows_ = 0, others_ = 0;
 };
 

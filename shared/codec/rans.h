@@ -112,7 +112,7 @@ class RansDecoder {
   const uint8_t* position() const { return at_; }
 
   /// All states lie where a decoder can be, so that x ≥ 2^16 holds from the first symbol on.
-  bool starts_well() const {
+  bool has_valid_initial_states() const {
     return next_ >= kRansLow && second_ >= kRansLow && third_ >= kRansLow && fourth_ >= kRansLow;
   }
 

@@ -34,7 +34,7 @@ uint32_t bits_beyond_one(uint32_t number) {
 }
 
 /// The least folded residual of a bin.
-uint32_t least_of_bin(uint32_t bin) {
+uint32_t min_of_bin(uint32_t bin) {
   return bin < 16 ? bin : (8 + (bin & 7)) << ((bin >> 3) - 1);
 }
 
@@ -52,7 +52,7 @@ uint32_t ResidualEncoder::bin_of(uint32_t folded) {
 ResidualEncoder::BinTokens::BinTokens() {
   for (uint32_t shift = 0; shift <= kMaxShift; ++shift) {
     for (uint32_t bin = 0; bin < kBins; ++bin) {
-      token[shift][bin] = static_cast<uint8_t>(token_of(least_of_bin(bin) >> shift).token);
+      token[shift][bin] = static_cast<uint8_t>(token_of(min_of_bin(bin) >> shift).token);
     }
   }
 }
@@ -70,10 +70,10 @@ ResidualEncoder::ResidualEncoder() {
   }
 }
 
-void ResidualEncoder::begin(size_t most_residuals) {
-  if (residuals_.size() < most_residuals + kSlack) {
+void ResidualEncoder::begin(size_t max_residuals) {
+  if (residuals_.size() < max_residuals + kSlack) {
     residuals_.clear();  // nothing to copy
-    residuals_.resize(most_residuals + most_residuals / 2 + kSlack);
+    residuals_.resize(max_residuals + max_residuals / 2 + kSlack);
   }
   size_ = 0;
 }
@@ -100,7 +100,7 @@ ResidualEncoder::Choice ResidualEncoder::choose_model(const uint32_t* bins) cons
   uint64_t count = 0, sum = 0;
   for (uint32_t bin = 0; bin < kBins; ++bin) {
     count += bins[bin];
-    sum += uint64_t{bins[bin]} * least_of_bin(bin);
+    sum += uint64_t{bins[bin]} * min_of_bin(bin);
   }
   // A mean of nine is where the broadest plain distribution ends.
   uint32_t middle = 0;
@@ -208,7 +208,7 @@ void ResidualEncoder::put(const ChunkHeader& header, RansEncoder& rans,
       // Hardly ever more bits than fit at once.
       const size_t a = i - 4, c = i - 2;
       const uint32_t bits_a = raw_bits[a] + raw_bits[a + 1], bits_c = raw_bits[c] + raw_bits[c + 1];
-      if (bits_a + bits_c > BackwardBitWriter::kMostBits) {
+      if (bits_a + bits_c > BackwardBitWriter::kMaxBits) {
         put_two(c), put_two(a);
         continue;
       }

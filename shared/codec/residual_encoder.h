@@ -19,7 +19,7 @@ class ResidualEncoder {
   ResidualEncoder();
 
   /// Starts anew, for at most so many residuals.
-  void begin(size_t most_residuals);
+  void begin(size_t max_residuals);
 
   /// Room for the next residuals in coding order, and kSlack more, to be filled with
   /// residual_entry() as far as set_end() says.

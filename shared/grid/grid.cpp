@@ -18,7 +18,8 @@ Index3 cells_at(Index3 voxels, uint32_t level) {
   return cells;
 }
 
-/// Whether two numbers near the values of codes are the same up to rounding: see isocode().
+/// Whether two numbers near the values of quantized values are the same up to rounding: see
+/// quantized_isovalue().
 bool is_same(const ValueMapping& mapping, double a, double b) {
   const double most = std::abs(mapping.offset) + 65536 * mapping.scale;
   if (std::abs(a - b) <= std::min(most * 0x1p-50, mapping.scale / 4)) return true;
@@ -28,21 +29,22 @@ bool is_same(const ValueMapping& mapping, double a, double b) {
 
 }  // namespace
 
-float ValueMapping::isocode(double isovalue) const {
-  // Beyond all codes it does not matter how far.
-  const double code = std::clamp((isovalue - offset) / scale, -65536.0, 131072.0);
-  if (std::isnan(code)) return static_cast<float>(code);
-  const double nearest = std::floor(code + 0.5);
+float ValueMapping::quantized_isovalue(double isovalue) const {
+  // Beyond all quantized values it does not matter how far.
+  const double quantized = std::clamp((isovalue - offset) / scale, -65536.0, 131072.0);
+  if (std::isnan(quantized)) return static_cast<float>(quantized);
+  const double nearest = std::floor(quantized + 0.5);
   if (is_same(*this, isovalue, value(nearest))) return static_cast<float>(nearest);
-  // Between two codes, and it stays there whatever division and single precision make of it.
-  double below = std::floor(code);
+  // Between two quantized values, and it stays there whatever division and single precision make of
+  // it.
+  double below = std::floor(quantized);
   if (value(below) > isovalue) below -= 1;
   if (value(below + 1) < isovalue) below += 1;
   // Not closer to 0 than this, as GPUs may take smaller numbers for 0.
-  constexpr float kLeast = 0x1p-24f;
+  constexpr float kMin = 0x1p-24f;
   const auto low = static_cast<float>(below), high = static_cast<float>(below + 1);
-  return std::clamp(static_cast<float>(code), std::max(std::nextafter(low, high), low + kLeast),
-                    std::min(std::nextafter(high, low), high - kLeast));
+  return std::clamp(static_cast<float>(quantized), std::max(std::nextafter(low, high), low + kMin),
+                    std::min(std::nextafter(high, low), high - kMin));
 }
 
 Vec3d VolumeGrid::world(Vec3d index) const {

@@ -8,32 +8,34 @@
 namespace isosplat {
 
 /// A voxel as the store holds it: its place among evenly spaced values.
-using Code = uint16_t;
+using QuantizedValue = uint16_t;
 
-/// The code of a voxel without a value (NaN, infinity); only where ValueMapping::has_missing.
-inline constexpr Code kMissingCode = 65535;
+/// The quantized value of a voxel without a value (NaN, infinity); only where
+/// ValueMapping::has_missing.
+inline constexpr QuantizedValue kMissingVoxel = 65535;
 
-/// How codes stand for the volume's values: value = offset + scale · code.
+/// How quantized values stand for the volume's values: value = offset + scale · quantized value.
 ///
-/// Everything between the store and the GPU works on codes; an isovalue is turned into a code once,
-/// by isocode(). Integers, with any slope and intercept, and floating-point numbers on an even
-/// lattice are kept as they are, as far as 16 bits allow; others are quantised, with an error of at
-/// most max_error.
+/// Everything between the store and the GPU works on quantized values; an isovalue is turned into a
+/// quantized value once, by quantized_isovalue(). Integers, with any slope and intercept, and
+/// floating-point numbers on an even lattice are kept as they are, as far as 16 bits allow; others
+/// are quantized, with an error of at most max_error.
 struct ValueMapping {
   double offset = 0;
-  double scale = 1;          ///< above 0: greater codes are greater values
+  double scale = 1;          ///< above 0: greater quantized values are greater values
   double max_error = 0;      ///< in value units; 0: lossless
-  uint8_t bits = 16;         ///< 8: all codes are < 256; otherwise 16
-  bool has_missing = false;  ///< kMissingCode marks voxels without a value
+  uint8_t bits = 16;         ///< 8: all quantized values are < 256; otherwise 16
+  bool has_missing = false;  ///< kMissingVoxel marks voxels without a value
 
-  double value(double code) const { return offset + scale * code; }
+  double value(double quantized) const { return offset + scale * quantized; }
 
-  /// The isovalue as a code, in single precision: what the CPU and the GPU compare codes with. For
-  /// every code c, c ≤ isocode(v) exactly where value(c) ≤ v, and c = isocode(v) exactly where the
-  /// two are the same number: a value has been rounded on the way from a file, and an isovalue on
-  /// the way from a person, so that numbers are the same which are equal in single precision (where
-  /// that tells the values of codes apart) or up to the rounding of value(). NaN for NaN.
-  float isocode(double isovalue) const;
+  /// The isovalue as a quantized value, in single precision: what the CPU and the GPU compare
+  /// quantized values with. For every quantized value c, c ≤ quantized_isovalue(v) exactly where
+  /// value(c) ≤ v, and c = quantized_isovalue(v) exactly where the two are the same number: a value
+  /// has been rounded on the way from a file, and an isovalue on the way from a person, so that
+  /// numbers are the same which are equal in single precision (where that tells the values of
+  /// quantized values apart) or up to the rounding of value(). NaN for NaN.
+  float quantized_isovalue(double isovalue) const;
 };
 
 /// Where a volume's voxels are: world = origin + direction · (spacing ∘ index), in the units of the
@@ -72,7 +74,7 @@ bool is_basis(const Matrix3d& direction);
 double shear_degrees(const Matrix3d& axes);
 
 /// Below this, axes count as perpendicular, and nobody is told of it.
-inline constexpr double kLeastShearDegrees = 0.01;
+inline constexpr double kMinShearDegrees = 0.01;
 
 /// Cells along each axis of a block, at every level.
 inline constexpr int32_t kBlockCells = 64;

@@ -34,14 +34,14 @@ ValueMapping mapping_of(const Volume& volume) {
 }
 
 Chunk chunk_of(const ChunkRef& ref) {
-  return {ref.block.level, ref.block.index, ref.slab,  ref.slab_begin, ref.slab_end,
+  return {ref.block.level, ref.block.index, ref.band,  ref.band_begin, ref.band_end,
           ref.offset,      ref.bytes,       ref.cells, ref.checksum};
 }
 
 ChunkRef chunk_ref_of(const Chunk& chunk) {
   return {{chunk.level, chunk.block},
           chunk.band,
-          static_cast<Code>(chunk.band_begin),
+          static_cast<QuantizedValue>(chunk.band_begin),
           chunk.band_end,
           chunk.offset,
           chunk.bytes,

@@ -30,8 +30,8 @@ SampleArrays Cells::samples() const {
 }
 
 PointArrays Cells::project(double isovalue, const ProjectionOptions& options) const {
-  return project_samples(state_->cells, state_->frame(), state_->mapping.isocode(isovalue),
-                         options);
+  return project_samples(state_->cells, state_->frame(),
+                         state_->mapping.quantized_isovalue(isovalue), options);
 }
 
 struct Decoder::State {

@@ -34,8 +34,8 @@ Result<std::vector<Chunk>> FileStore::chunks_for(uint32_t level, double isovalue
   if (auto checked = check_query(state_->volume, level, isovalue); !checked) {
     return tl::unexpected(std::move(checked.error()));
   }
-  const float isocode = state_->file->info().mapping.isocode(isovalue);
-  const auto selection = state_->file->chunks_for(level, isocode, isocode);
+  const float quantized_isovalue = state_->file->info().mapping.quantized_isovalue(isovalue);
+  const auto selection = state_->file->chunks_for(level, quantized_isovalue, quantized_isovalue);
   if (!selection) return tl::unexpected(selection.error());
   return chunks_of(selection->chunks);
 }

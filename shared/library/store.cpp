@@ -6,13 +6,15 @@
 
 namespace isosplat {
 
-static_assert(kMaxHeaderBytes == kMaxHeadBytes);
+static_assert(kMaxHeaderBytes == kMaxStoreHeaderBytes);
 
 struct Store::State {
   StoreReader reader;
   Volume volume;
 
-  float isocode(double isovalue) const { return reader.info().mapping.isocode(isovalue); }
+  float quantized_isovalue(double isovalue) const {
+    return reader.info().mapping.quantized_isovalue(isovalue);
+  }
 };
 
 Store::Store(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -41,9 +43,10 @@ std::string_view Store::metadata() const {
 
 std::vector<Page> Store::missing_pages(uint32_t level, double isovalue) const {
   if (!check_query(state_->volume, level, isovalue)) return {};
-  const float isocode = state_->isocode(isovalue);
+  const float quantized_isovalue = state_->quantized_isovalue(isovalue);
   std::vector<Page> pages;
-  for (const uint32_t index : state_->reader.missing_pages(level, isocode, isocode)) {
+  for (const uint32_t index :
+       state_->reader.missing_pages(level, quantized_isovalue, quantized_isovalue)) {
     const PageRef& ref = state_->reader.pages()[index];
     pages.push_back({index, ref.offset, ref.bytes});
   }
@@ -58,8 +61,8 @@ Result<std::vector<Chunk>> Store::chunks_for(uint32_t level, double isovalue) co
   if (auto checked = check_query(state_->volume, level, isovalue); !checked) {
     return tl::unexpected(std::move(checked.error()));
   }
-  const float isocode = state_->isocode(isovalue);
-  return state_->reader.chunks_for(level, isocode, isocode).map(chunks_of);
+  const float quantized_isovalue = state_->quantized_isovalue(isovalue);
+  return state_->reader.chunks_for(level, quantized_isovalue, quantized_isovalue).map(chunks_of);
 }
 
 }  // namespace isosplat

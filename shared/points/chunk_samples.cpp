@@ -54,9 +54,10 @@ DecodedCells cells_of(std::span<const PackedSample> samples, const RegionMask& r
     cells.cell.push_back(static_cast<uint32_t>(at.x | at.y << 6 | at.z << 12));
     cells.interval.push_back(sample.interval);
     CellCorners& corners = cells.corners.emplace_back();
-    // Whole numbers. Those of foreign bytes may be beyond the last code.
-    std::transform(sample.corners.begin(), sample.corners.end(), corners.begin(),
-                   [](float corner) { return static_cast<Code>(std::min(corner, 65535.0f)); });
+    // Whole numbers. Those of foreign bytes may be beyond the last quantized value.
+    std::transform(sample.corners.begin(), sample.corners.end(), corners.begin(), [](float corner) {
+      return static_cast<QuantizedValue>(std::min(corner, 65535.0f));
+    });
   }
   return cells;
 }
@@ -78,8 +79,8 @@ SampleArrays samples_of(const DecodedCells& cells, const ChunkFrame& frame) {
   return result;
 }
 
-PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame, float isocode,
-                            const ProjectionOptions& options) {
+PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
+                            float quantized_isovalue, const ProjectionOptions& options) {
   const CellFrame cell_frame(frame.block);
   const VolumeGrid& grid = *frame.grid;
   // The step is found in the world, about the cell's centre, and brought back into the cell.
@@ -92,13 +93,13 @@ PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame, 
   const bool drops = options.displaced == Displaced::drop && frame.block.level == 0;
   PointArrays result;
   for (size_t i = 0; i < cells.cell.size(); ++i) {
-    if (!is_active(cells.interval[i], isocode)) continue;
+    if (!is_active(cells.interval[i], quantized_isovalue)) continue;
     const Trilinear field(cells.corners[i]);
     const Sample sample = centre_sample(cells.corners[i], cells.interval[i]);
     // Coarse cells may reach beyond their corners.
     const CellInterval reached = corner_interval(cells.corners[i]);
-    const float target =
-        std::clamp(isocode, static_cast<float>(reached.min), static_cast<float>(reached.max));
+    const float target = std::clamp(quantized_isovalue, static_cast<float>(reached.min),
+                                    static_cast<float>(reached.max));
     const Vec3d gradient = world_gradient(sample.gradient);
     Vec3f in_cell = sample.position, at_gradient = sample.gradient;
     std::optional<Vec3f> met;

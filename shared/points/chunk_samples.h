@@ -24,7 +24,7 @@ DecodedCells cells_of(std::span<const PackedSample> samples, const RegionMask& r
 SampleArrays samples_of(const DecodedCells& cells, const ChunkFrame& frame);
 
 /// The projections of the active cells' samples onto the isosurface.
-PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame, float isocode,
-                            const ProjectionOptions& options);
+PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
+                            float quantized_isovalue, const ProjectionOptions& options);
 
 }  // namespace isosplat

@@ -14,7 +14,7 @@ void gather_voxels(const Layer& layer, GatheredBlock& block) {
   const auto ny = static_cast<size_t>(layer.grid.cells.y + 1);
   const auto* slices = reinterpret_cast<const T*>(layer.voxels);
   const auto row = static_cast<size_t>(block.cells.x + 1);
-  Code* to = block.voxels.data();
+  QuantizedValue* to = block.voxels.data();
   for (int32_t k = 0; k <= block.cells.z; ++k) {
     const auto slice =
         static_cast<size_t>(block.index.z * kBlockCells + k - layer.first_voxel_slice);
@@ -46,8 +46,9 @@ void gather_intervals(const Layer& layer, GatheredBlock& block) {
 }
 
 /// The least and greatest of four rows of voxels, each `count` long.
-void combine_rows(const Code* a, const Code* b, const Code* c, const Code* d, size_t count,
-                  Code* low, Code* high) {
+void combine_rows(const QuantizedValue* a, const QuantizedValue* b, const QuantizedValue* c,
+                  const QuantizedValue* d, size_t count, QuantizedValue* low,
+                  QuantizedValue* high) {
   for (size_t i = 0; i < count; ++i) {
     low[i] = std::min(std::min(a[i], b[i]), std::min(c[i], d[i]));
     high[i] = std::max(std::max(a[i], b[i]), std::max(c[i], d[i]));
@@ -58,11 +59,11 @@ void find_intervals(bool has_missing, GatheredBlock& block) {
   const auto row = static_cast<size_t>(block.cells.x + 1);
   const size_t slice = row * static_cast<size_t>(block.cells.y + 1);
   const auto cells_x = static_cast<size_t>(block.cells.x);
-  std::array<Code, kRow> low, high;
+  std::array<QuantizedValue, kRow> low, high;
   CellInterval* to = block.intervals.data();
   for (int32_t k = 0; k < block.cells.z; ++k) {
     for (int32_t j = 0; j < block.cells.y; ++j, to += cells_x) {
-      const Code* v =
+      const QuantizedValue* v =
           block.voxels.data() + static_cast<size_t>(k) * slice + static_cast<size_t>(j) * row;
       combine_rows(v, v + row, v + slice, v + slice + row, row, low.data(), high.data());
       for (size_t i = 0; i < cells_x; ++i) {
@@ -70,7 +71,7 @@ void find_intervals(bool has_missing, GatheredBlock& block) {
       }
       if (!has_missing) continue;
       for (size_t i = 0; i < cells_x; ++i) {
-        if (to[i].max == kMissingCode) to[i] = {kMissingCode, 0};
+        if (to[i].max == kMissingVoxel) to[i] = {kMissingVoxel, 0};
       }
     }
   }
@@ -100,7 +101,7 @@ void find_row_intervals(GatheredBlock& block) {
   block.row_intervals.resize(block.intervals.size() / across);
   const CellInterval* cells = block.intervals.data();
   for (CellInterval& row : block.row_intervals) {
-    Code low = 65535, high = 0;
+    QuantizedValue low = 65535, high = 0;
     for (size_t i = 0; i < across; ++i) {
       low = std::min(low, cells[i].min);
       high = std::max(high, cells[i].max);

@@ -11,7 +11,7 @@ namespace isosplat {
 struct GatheredBlock {
   Index3 index;
   Index3 cells;
-  std::vector<Code> voxels;                 ///< (cells.x + 1)(cells.y + 1)(cells.z + 1), x fastest
+  std::vector<QuantizedValue> voxels;       ///< (cells.x + 1)(cells.y + 1)(cells.z + 1), x fastest
   std::vector<CellInterval> intervals;      ///< one per cell; {65535, 0} where a corner is missing
   std::vector<CellInterval> row_intervals;  ///< of each row of cells: what theirs lie in
 };

@@ -27,7 +27,7 @@ std::array<int32_t, 3> neighbours(int32_t coarse, int32_t last) {
 
 constexpr std::array<uint32_t, 3> kWeight = {1, 2, 1};
 
-/// Weighted sums of nine voxels across x: at most sixteen times the greatest code.
+/// Weighted sums of nine voxels across x: at most sixteen times the greatest quantized value.
 template <class T>
 using Sum = std::conditional_t<sizeof(T) == 1, uint16_t, uint32_t>;
 template <class T>
@@ -55,7 +55,7 @@ void sum_present(const NineRows<T>& rows, size_t count, RowSums<T>& sums, RowSum
   for (size_t r = 0; r < rows.size(); ++r) {
     const uint32_t weight = kWeight[r / 3] * kWeight[r % 3];
     for (size_t x = 0; x < count; ++x) {
-      const uint32_t w = rows[r][x] == kMissingCode ? 0 : weight;
+      const uint32_t w = rows[r][x] == kMissingVoxel ? 0 : weight;
       sums[x] = static_cast<Sum<T>>(sums[x] + w * rows[r][x]);
       weights[x] = static_cast<Sum<T>>(weights[x] + w);
     }
@@ -106,7 +106,7 @@ void average_voxels(const Layer& layer, const GatheredBlock& block, const Coarse
         sum_present<T>(rows, count, sums, weights);
         for (int32_t i = xs.begin; i < xs.end; ++i) {
           const uint32_t sum = around(sums, i), weight = around(weights, i);
-          to[i] = static_cast<T>(weight ? (sum + weight / 2) / weight : kMissingCode);
+          to[i] = static_cast<T>(weight ? (sum + weight / 2) / weight : kMissingVoxel);
         }
         continue;
       }
@@ -132,7 +132,7 @@ void unite_intervals(const GatheredBlock& block, const CoarserLayer& coarser) {
   auto* out = reinterpret_cast<T*>(coarser.intervals);
   const auto row = static_cast<size_t>(block.cells.x);
   const size_t slice = row * static_cast<size_t>(block.cells.y);
-  std::array<Code, kBlockCells + 1> low, high;
+  std::array<QuantizedValue, kBlockCells + 1> low, high;
   for (int32_t k = 0; k < block.cells.z; k += 2) {
     const size_t above = k + 1 < block.cells.z ? slice : 0;
     for (int32_t j = 0; j < block.cells.y; j += 2) {

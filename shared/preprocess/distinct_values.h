@@ -10,10 +10,10 @@
 namespace isosplat {
 
 /// The distinct numbers among many, as long as they are few: a hash table that gives up, and frees
-/// its memory, where there are more than codes for them. At most 2 MiB.
+/// its memory, where there are more than quantized values for them. At most 2 MiB.
 class DistinctValues {
  public:
-  static constexpr size_t kMost = 65536;
+  static constexpr size_t kMax = 65536;
 
   /// Any number but NaN. −0 counts as 0.
   void add(double value) {
@@ -29,7 +29,7 @@ class DistinctValues {
     }
   }
 
-  /// Whether there were more than kMost. Then there are no values any more.
+  /// Whether there were more than kMax. Then there are no values any more.
   bool has_too_many() const { return has_too_many_; }
 
   std::vector<double> sorted() const {
@@ -53,7 +53,7 @@ class DistinctValues {
     for (size_t at = static_cast<size_t>(hash >> 32) & mask;; at = (at + 1) & mask) {
       if (slots_[at] == value) return;
       if (slots_[at] == slots_[at]) continue;
-      if (count_ == kMost) return give_up();
+      if (count_ == kMax) return give_up();
       slots_[at] = value;
       ++count_;
       return;

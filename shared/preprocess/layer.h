@@ -8,8 +8,8 @@
 namespace isosplat {
 
 /// The part of one level that a layer of blocks needs, in memory: slices of voxels and, at coarser
-/// levels, of cell intervals, each slice x fastest. Codes are bytes where the volume has 8 bits,
-/// else 16-bit numbers; an interval is two codes, min and max.
+/// levels, of cell intervals, each slice x fastest. Quantized values are bytes where the volume has
+/// 8 bits, else 16-bit numbers; an interval is two quantized values, min and max.
 struct Layer {
   LevelGrid grid;
   uint8_t bits = 16;

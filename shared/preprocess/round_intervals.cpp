@@ -7,7 +7,7 @@
 namespace isosplat {
 
 void round_intervals(GatheredBlock& block) {
-  constexpr int kMostBits = 7;
+  constexpr int kMaxBits = 7;
   // Cells by the number of bits of their span: a span of b bits is at least 2^(b − 1).
   std::array<size_t, 17> cells{};
   for (const CellInterval interval : block.intervals) {
@@ -22,13 +22,13 @@ void round_intervals(GatheredBlock& block) {
   while (bits < 16 && 5 * (below + cells[static_cast<size_t>(bits)]) <= all) {
     below += cells[static_cast<size_t>(bits++)];
   }
-  const int shift = std::clamp(bits - 2, 0, kMostBits);
+  const int shift = std::clamp(bits - 2, 0, kMaxBits);
   if (shift == 0) return;
-  const auto low = static_cast<Code>((1 << shift) - 1);
+  const auto low = static_cast<QuantizedValue>((1 << shift) - 1);
   for (CellInterval& interval : block.intervals) {
     if (interval.min >= interval.max) continue;
-    interval.min = static_cast<Code>(interval.min & ~low);
-    interval.max = static_cast<Code>(interval.max | low);
+    interval.min = static_cast<QuantizedValue>(interval.min & ~low);
+    interval.max = static_cast<QuantizedValue>(interval.max | low);
   }
 }
 

@@ -12,25 +12,25 @@ constexpr double kGuard = 0.98, kCaution = 0.05;
 
 /// How much the forecast itself counts against the sizes of blocks: as much as a share of the least
 /// that it says, and of the most bytes.
-constexpr double kTrust = 0.03, kTrustOfMost = 0.003;
+constexpr double kTrust = 0.03, kTrustOfMax = 0.003;
 
 /// Nothing measured takes more than so many times its forecast: 3.3 a sheared CT.
 constexpr double kWorstError = 3.5;
 
 }  // namespace
 
-SizeBudget::SizeBudget(const SizeForecast& forecast, double most_bytes, double fixed_bytes)
-    : forecast_(forecast), most_(most_bytes), spent_(fixed_bytes) {
+SizeBudget::SizeBudget(const SizeForecast& forecast, double max_bytes, double fixed_bytes)
+    : forecast_(forecast), max_(max_bytes), spent_(fixed_bytes) {
   for (size_t i = 0; i < parts_.size(); ++i) {
     Part& part = parts_[i];
     part.remaining = forecast.all(i > 0);
-    part.forecast = part.actual = kTrust * part.remaining.back() + kTrustOfMost * most_bytes;
+    part.forecast = part.actual = kTrust * part.remaining.back() + kTrustOfMax * max_bytes;
   }
 }
 
-double SizeBudget::at(const PerDial& bytes, double lambda) const {
-  const double first = forecast_.lambda(0), ratio = forecast_.lambda(1) / first;
-  const double place = ratio > 1 ? std::log(lambda / first) / std::log(ratio) : 0;
+double SizeBudget::at(const PerDial& bytes, double storage_weight) const {
+  const double first = forecast_.storage_weight(0), ratio = forecast_.storage_weight(1) / first;
+  const double place = ratio > 1 ? std::log(storage_weight / first) / std::log(ratio) : 0;
   const double dial = std::clamp(place, 0.0, double{kDials - 1});
   const auto below = std::min(static_cast<size_t>(dial), kDials - 2);
   const double share = dial - static_cast<double>(below);
@@ -46,37 +46,38 @@ double SizeBudget::total(size_t dial, const std::array<double, 2>& correction) c
 SizeBudget::Grant SizeBudget::grant() const {
   Grant grant;
   for (size_t i = 0; i < parts_.size(); ++i) grant.correction[i] = parts_[i].correction();
-  const double goal = kGuard * most_ - kCaution * std::max(kGuard * most_ - spent_, 0.0);
+  const double goal = kGuard * max_ - kCaution * std::max(kGuard * max_ - spent_, 0.0);
   size_t dial = 0;
   while (dial < kDials && total(dial, grant.correction) > goal) ++dial;
   if (dial == 0) {
-    grant.lambda = forecast_.lambda(0);
+    grant.storage_weight = forecast_.storage_weight(0);
   } else if (dial == kDials) {
-    grant.lambda = forecast_.lambda(kDials - 1);
+    grant.storage_weight = forecast_.storage_weight(kDials - 1);
   } else {
     const double above = total(dial - 1, grant.correction), below = total(dial, grant.correction);
     const double share = (above - goal) / std::max(above - below, 1e-9);
-    grant.lambda = forecast_.lambda(dial - 1) *
-                   std::pow(forecast_.lambda(dial) / forecast_.lambda(dial - 1), share);
+    grant.storage_weight =
+        forecast_.storage_weight(dial - 1) *
+        std::pow(forecast_.storage_weight(dial) / forecast_.storage_weight(dial - 1), share);
   }
-  grant.slack = kGuard * most_ - total(kDials - 1, grant.correction);
+  grant.slack = kGuard * max_ - total(kDials - 1, grant.correction);
   return grant;
 }
 
 bool SizeBudget::is_ample() const {
   const std::array<double, 2> correction = {parts_[0].correction(), parts_[1].correction()};
-  return spent_ + kWorstError * (total(0, correction) - spent_) < kGuard * most_;
+  return spent_ + kWorstError * (total(0, correction) - spent_) < kGuard * max_;
 }
 
-double SizeBudget::least_bytes(const Grant& grant, uint32_t level, Index3 block) const {
+double SizeBudget::min_bytes(const Grant& grant, uint32_t level, Index3 block) const {
   return grant.correction[level > 0] * forecast_.block(level, block).back();
 }
 
-void SizeBudget::add(uint32_t level, Index3 block, double lambda, double bytes) {
+void SizeBudget::add(uint32_t level, Index3 block, double storage_weight, double bytes) {
   const PerDial forecast = forecast_.block(level, block);
   Part& part = parts_[level > 0];
   for (size_t dial = 0; dial < kDials; ++dial) part.remaining[dial] -= forecast[dial];
-  part.forecast += at(forecast, lambda);
+  part.forecast += at(forecast, storage_weight);
   part.actual += bytes;
   spent_ += bytes;
 }

@@ -13,12 +13,12 @@ namespace isosplat {
 /// and their order, on nothing else.
 class SizeBudget {
  public:
-  /// `most_bytes`: of the whole file, of which `fixed_bytes` are taken by the head.
-  SizeBudget(const SizeForecast& forecast, double most_bytes, double fixed_bytes);
+  /// `max_bytes`: of the whole file, of which `fixed_bytes` are taken by the head.
+  SizeBudget(const SizeForecast& forecast, double max_bytes, double fixed_bytes);
 
   /// What a block is to be built with.
   struct Grant {
-    double lambda = 0;
+    double storage_weight = 0;
     /// Bytes that are left when every block to come takes as few as it can: those that are built at
     /// a time share them.
     double slack = 0;
@@ -31,10 +31,10 @@ class SizeBudget {
   bool is_ample() const;
 
   /// What a block takes at least, as far as is known at a grant.
-  double least_bytes(const Grant& grant, uint32_t level, Index3 block) const;
+  double min_bytes(const Grant& grant, uint32_t level, Index3 block) const;
 
-  /// The next block, in the store's order, was built with `lambda` and took so many bytes.
-  void add(uint32_t level, Index3 block, double lambda, double bytes);
+  /// The next block, in the store's order, was built with `storage_weight` and took so many bytes.
+  void add(uint32_t level, Index3 block, double storage_weight, double bytes);
 
  private:
   /// Forecast and actual sizes of one level or of several.
@@ -44,11 +44,11 @@ class SizeBudget {
     double actual = 0;
     double correction() const { return actual / forecast; }
   };
-  double at(const PerDial& bytes, double lambda) const;
+  double at(const PerDial& bytes, double storage_weight) const;
   double total(size_t dial, const std::array<double, 2>& correction) const;
 
   const SizeForecast& forecast_;
-  double most_, spent_;
+  double max_, spent_;
   std::array<Part, 2> parts_;
 };
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shared/preprocess/block_lambda.h"
+#include "shared/preprocess/block_storage_weight.h"
 
 namespace isosplat {
 namespace {
@@ -13,14 +13,14 @@ namespace {
 /// chunk with half the cells to one with a two-hundredth.
 constexpr double kDensityPower = 0.8;
 
-/// Fitted weights, models, state of the coders, and the slab's place in the directory.
+/// Fitted weights, models, state of the coders, and the band's place in the directory.
 constexpr double kChunkBytes = 72;
 
 /// A cell of a coarse level takes about so many times the bytes of one of level 0, for its
 /// interval.
 constexpr double kCoarseCell = 1.8;
 
-/// A block has more slabs than a few slices of it: their values are nearer to each other. Measured:
+/// A block has more bands than a few slices of it: their values are nearer to each other. Measured:
 /// 1.05 to 1.4.
 constexpr double kThinness = 1.18;
 
@@ -52,8 +52,8 @@ std::vector<CellInterval> unite(const SampleColumn& column, Index3 coarse) {
 
 /// Bytes per cell of a block like these cells, of which each takes `cell_bytes` where all are
 /// coded.
-PerDial plan(SlabPlanner& planner, const std::vector<CellInterval>& cells, double cell_bytes,
-             uint32_t level, SlabOptions options, const PerDial& lambdas) {
+PerDial plan(BandPlanner& planner, const std::vector<CellInterval>& cells, double cell_bytes,
+             uint32_t level, BandOptions options, const PerDial& storage_weights) {
   constexpr double kBlock = double{kBlockCells} * kBlockCells * kBlockCells;
   const auto count = static_cast<double>(cells.size());
   planner.count(cells);
@@ -61,13 +61,13 @@ PerDial plan(SlabPlanner& planner, const std::vector<CellInterval>& cells, doubl
   options.overhead_cells *= count / kBlock;
   PerDial bytes{};
   for (size_t dial = 0; dial < kDials; ++dial) {
-    options.lambda = lambdas[dial];
+    options.storage_weight = storage_weights[dial];
     planner.plan(block_options(options, level, planner.cells(), cells.size()));
-    for (const uint32_t slab : planner.slab_cells()) {
-      if (slab == 0) continue;
-      bytes[dial] += cell_bytes * std::pow(slab / count, kDensityPower) + kChunkBytes / kBlock;
+    for (const uint32_t band : planner.band_cells()) {
+      if (band == 0) continue;
+      bytes[dial] += cell_bytes * std::pow(band / count, kDensityPower) + kChunkBytes / kBlock;
     }
-    if (planner.slab_cells().size() <= 1) {
+    if (planner.band_cells().size() <= 1) {
       // A greater λ cuts no more.
       std::fill(bytes.begin() + static_cast<ptrdiff_t>(dial), bytes.end(), bytes[dial]);
       break;
@@ -99,29 +99,30 @@ void blend(std::vector<PerDial>& columns, int32_t layers_per_block) {
 }  // namespace
 
 PerDial dial_lambdas(double least) {
-  PerDial lambdas{};
+  PerDial storage_weights{};
   for (size_t dial = 0; dial < kDials; ++dial) {
-    lambdas[dial] = least * std::pow(std::max(kMostLambda / least, 1.0),
-                                     static_cast<double>(dial) / (kDials - 1));
+    storage_weights[dial] = least * std::pow(std::max(kMaxStorageWeight / least, 1.0),
+                                             static_cast<double>(dial) / (kDials - 1));
   }
-  return lambdas;
+  return storage_weights;
 }
 
-ColumnForecast forecast_column(const SampleColumn& column, const SlabOptions& options,
-                               SlabPlanner& planner) {
-  const PerDial lambdas = dial_lambdas(options.lambda);
+ColumnForecast forecast_column(const SampleColumn& column, const BandOptions& options,
+                               BandPlanner& planner) {
+  const PerDial storage_weights = dial_lambdas(options.storage_weight);
   const double cell_bytes = column.bits / 8 * kSharedPoints * kThinness;
   const Index3 coarse{(column.cells.x + 1) / 2, (column.cells.y + 1) / 2, (column.cells.z + 1) / 2};
-  return {plan(planner, column.intervals, cell_bytes, 0, options, lambdas),
-          plan(planner, unite(column, coarse), cell_bytes * kCoarseCell, 1, options, lambdas)};
+  return {
+      plan(planner, column.intervals, cell_bytes, 0, options, storage_weights),
+      plan(planner, unite(column, coarse), cell_bytes * kCoarseCell, 1, options, storage_weights)};
 }
 
-SizeForecast::SizeForecast(const VolumeSample& sample, Index3 voxels, const SlabOptions& options,
+SizeForecast::SizeForecast(const VolumeSample& sample, Index3 voxels, const BandOptions& options,
                            std::span<const ColumnForecast> columns)
     : voxels_(voxels),
       across_(sample.columns_across),
       stride_(sample.stride),
-      lambdas_(dial_lambdas(options.lambda)),
+      storage_weights_(dial_lambdas(options.storage_weight)),
       all_{} {
   for (const ColumnForecast& column : columns) {
     per_cell_[0].push_back(column.finest);

@@ -4,15 +4,15 @@
 #include <span>
 #include <vector>
 
+#include "shared/bands/band_planner.h"
 #include "shared/preprocess/volume_sample.h"
-#include "shared/slabs/slab_planner.h"
 
 namespace isosplat {
 
 /// Weights of stored bytes, λ, for which sizes are forecast: from the least that a build may use to
 /// one with which hardly any block is cut, at equal ratios.
 inline constexpr size_t kDials = 12;
-inline constexpr double kMostLambda = 200;
+inline constexpr double kMaxStorageWeight = 200;
 using PerDial = std::array<double, kDials>;
 
 /// λ of each dial, of which `least` is the first.
@@ -24,9 +24,10 @@ struct ColumnForecast {
   PerDial coarse;  ///< at level 1
 };
 
-/// Cuts a column of a sample as blocks will be. `options.lambda` is the least λ. `planner`: reused.
-ColumnForecast forecast_column(const SampleColumn& column, const SlabOptions& options,
-                               SlabPlanner& planner);
+/// Cuts a column of a sample as blocks will be. `options.storage_weight` is the least λ. `planner`:
+/// reused.
+ColumnForecast forecast_column(const SampleColumn& column, const BandOptions& options,
+                               BandPlanner& planner);
 
 /// How many bytes a store's blocks will take, as far as a sample of the volume tells: the sample's
 /// columns are cut as blocks will be, for each dial. What the codec makes of a volume is only
@@ -34,10 +35,10 @@ ColumnForecast forecast_column(const SampleColumn& column, const SlabOptions& op
 class SizeForecast {
  public:
   /// `columns`: forecast_column() of each column of the sample, with the same options.
-  SizeForecast(const VolumeSample& sample, Index3 voxels, const SlabOptions& options,
+  SizeForecast(const VolumeSample& sample, Index3 voxels, const BandOptions& options,
                std::span<const ColumnForecast> columns);
 
-  double lambda(size_t dial) const { return lambdas_[dial]; }
+  double storage_weight(size_t dial) const { return storage_weights_[dial]; }
 
   /// Bytes of a block's chunks and of their directory.
   PerDial block(uint32_t level, Index3 index) const;
@@ -52,7 +53,7 @@ class SizeForecast {
   Index3 voxels_;
   Index3 across_;
   int32_t stride_;
-  PerDial lambdas_;
+  PerDial storage_weights_;
   std::array<std::vector<PerDial>, 2> per_cell_;  ///< of each column: at level 0, at level 1
   std::array<PerDial, 2> all_;
 };

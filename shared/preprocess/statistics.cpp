@@ -6,25 +6,25 @@
 namespace isosplat {
 namespace {
 
-constexpr size_t kCodes = 65536;
+constexpr size_t kQuantizedValues = 65536;
 
 /// Spans are summed over every kSpanStride-th cell: their mean needs no more, and time is short.
 constexpr size_t kSpanStride = 5;
 
 template <class T>
-void count_codes(const T* codes, size_t count, std::vector<uint64_t>& into) {
+void count_values(const T* quantized_values, size_t count, std::vector<uint64_t>& into) {
   // Four tables in turn: equal neighbours would otherwise wait for each other's increment.
   constexpr size_t kTables = sizeof(T) == 1 ? 4 : 1;
   constexpr size_t kSize = sizeof(T) == 1 ? 256 : 1;
   if constexpr (kTables == 1) {
-    for (size_t i = 0; i < count; ++i) ++into[codes[i]];
+    for (size_t i = 0; i < count; ++i) ++into[quantized_values[i]];
   } else {
     std::array<std::array<uint32_t, kSize>, kTables> tables{};
     size_t i = 0;
     for (; i + kTables <= count; i += kTables) {
-      for (size_t t = 0; t < kTables; ++t) ++tables[t][codes[i + t]];
+      for (size_t t = 0; t < kTables; ++t) ++tables[t][quantized_values[i + t]];
     }
-    for (; i < count; ++i) ++tables[0][codes[i]];
+    for (; i < count; ++i) ++tables[0][quantized_values[i]];
     for (size_t c = 0; c < kSize; ++c) {
       for (const auto& table : tables) into[c] += table[c];
     }
@@ -34,26 +34,31 @@ void count_codes(const T* codes, size_t count, std::vector<uint64_t>& into) {
 }  // namespace
 
 VolumeStatistics::VolumeStatistics()
-    : voxels_(kCodes), minima_(kCodes), maxima_(kCodes), spans_from_(kCodes), spans_to_(kCodes) {}
+    : voxels_(kQuantizedValues),
+      minima_(kQuantizedValues),
+      maxima_(kQuantizedValues),
+      spans_from_(kQuantizedValues),
+      spans_to_(kQuantizedValues) {}
 
-void VolumeStatistics::add_codes(const void* codes, size_t count, uint8_t bits, bool has_missing) {
+void VolumeStatistics::add_values(const void* quantized_values, size_t count, uint8_t bits,
+                                  bool has_missing) {
   if (bits == 8) {
     // The tables of one call hold 32-bit counts.
     constexpr size_t kAtOnce = size_t{1} << 30;
-    const auto* at = static_cast<const uint8_t*>(codes);
+    const auto* at = static_cast<const uint8_t*>(quantized_values);
     for (; count > 0; at += std::min(count, kAtOnce), count -= std::min(count, kAtOnce)) {
-      count_codes(at, std::min(count, kAtOnce), voxels_);
+      count_values(at, std::min(count, kAtOnce), voxels_);
     }
   } else {
-    count_codes(static_cast<const uint16_t*>(codes), count, voxels_);
+    count_values(static_cast<const uint16_t*>(quantized_values), count, voxels_);
   }
   if (has_missing) {
-    missing_ += voxels_[kMissingCode];
-    voxels_[kMissingCode] = 0;
+    missing_ += voxels_[kMissingVoxel];
+    voxels_[kMissingVoxel] = 0;
   }
 }
 
-void VolumeStatistics::add_block(const SlabPlanner& planner,
+void VolumeStatistics::add_block(const BandPlanner& planner,
                                  std::span<const CellInterval> intervals) {
   if (planner.cells() == 0) return;
   const CellInterval range = planner.interval();
@@ -73,7 +78,7 @@ void VolumeStatistics::add_block(const SlabPlanner& planner,
 
 void VolumeStatistics::add(const VolumeStatistics& other) {
   const auto sum = [](std::vector<uint64_t>& to, const std::vector<uint64_t>& from) {
-    for (size_t i = 0; i < kCodes; ++i) to[i] += from[i];
+    for (size_t i = 0; i < kQuantizedValues; ++i) to[i] += from[i];
   };
   sum(voxels_, other.voxels_);
   sum(minima_, other.minima_);
@@ -88,27 +93,29 @@ CellInterval VolumeStatistics::range() const {
   const auto first = std::find_if(voxels_.begin(), voxels_.end(), used);
   if (first == voxels_.end()) return {};
   const auto last = std::find_if(voxels_.rbegin(), voxels_.rend(), used);
-  return {static_cast<Code>(first - voxels_.begin()), static_cast<Code>(voxels_.rend() - last - 1)};
+  return {static_cast<QuantizedValue>(first - voxels_.begin()),
+          static_cast<QuantizedValue>(voxels_.rend() - last - 1)};
 }
 
-std::vector<uint64_t> VolumeStatistics::histogram(const CodeBins& bins) const {
+std::vector<uint64_t> VolumeStatistics::histogram(const QuantizedBins& bins) const {
   std::vector<uint64_t> counts(bins.count);
-  const auto end = std::min<size_t>(kCodes, bins.first + size_t{bins.width} * bins.count);
-  for (size_t code = bins.first; code < end; ++code) {
-    counts[(code - bins.first) / bins.width] += voxels_[code];
+  const auto end = std::min<size_t>(kQuantizedValues, bins.first + size_t{bins.width} * bins.count);
+  for (size_t quantized = bins.first; quantized < end; ++quantized) {
+    counts[(quantized - bins.first) / bins.width] += voxels_[quantized];
   }
   return counts;
 }
 
-std::vector<uint64_t> VolumeStatistics::active_cells(const CodeBins& bins) const {
+std::vector<uint64_t> VolumeStatistics::active_cells(const QuantizedBins& bins) const {
   std::vector<uint64_t> active(bins.count);
   uint64_t running = 0;
-  size_t code = bins.first;
+  size_t quantized = bins.first;
   for (uint32_t bin = 0; bin < bins.count; ++bin) {
-    // The middle of the bin, whose first code begins half a code before it.
-    const double isocode = bins.first - 0.5 + (bin + 0.5) * bins.width;
-    for (; code < kCodes && static_cast<double>(code) <= isocode; ++code) {
-      running += minima_[code] - maxima_[code];
+    // The middle of the bin, whose first quantized value begins half a quantized value before it.
+    const double quantized_isovalue = bins.first - 0.5 + (bin + 0.5) * bins.width;
+    for (; quantized < kQuantizedValues && static_cast<double>(quantized) <= quantized_isovalue;
+         ++quantized) {
+      running += minima_[quantized] - maxima_[quantized];
     }
     active[bin] = running;
   }
@@ -124,13 +131,13 @@ std::vector<double> VolumeStatistics::suggest(CellInterval range, size_t most) c
   // Mean span of the active cells at each bin's middle, and how many there are.
   std::vector<double> steepness(bins), size(bins);
   uint64_t cells = 0, spans = 0;
-  uint32_t code = range.min;
+  uint32_t quantized = range.min;
   double largest = 0;
   for (uint32_t bin = 0; bin < bins; ++bin) {
-    const double isocode = range.min + (bin + 0.5) * width;
-    for (; code <= range.max && code <= isocode; ++code) {
-      cells += minima_[code] - maxima_[code];
-      spans += spans_from_[code] - spans_to_[code];
+    const double quantized_isovalue = range.min + (bin + 0.5) * width;
+    for (; quantized <= range.max && quantized <= quantized_isovalue; ++quantized) {
+      cells += minima_[quantized] - maxima_[quantized];
+      spans += spans_from_[quantized] - spans_to_[quantized];
     }
     size[bin] = static_cast<double>(cells);
     steepness[bin] = cells ? static_cast<double>(spans) * kSpanStride / size[bin] : 0;
@@ -158,11 +165,11 @@ std::vector<double> VolumeStatistics::suggest(CellInterval range, size_t most) c
   std::stable_sort(peaks.begin(), peaks.end(),
                    [&](uint32_t a, uint32_t b) { return score[a] > score[b]; });
   for (const uint32_t bin : peaks) {
-    const double isocode = range.min + (bin + 0.5) * width;
+    const double quantized_isovalue = range.min + (bin + 0.5) * width;
     const bool is_near = std::any_of(suggestions.begin(), suggestions.end(), [&](double other) {
-      return std::abs(other - isocode) < 0.06 * (range.max - range.min);
+      return std::abs(other - quantized_isovalue) < 0.06 * (range.max - range.min);
     });
-    if (!is_near) suggestions.push_back(isocode);
+    if (!is_near) suggestions.push_back(quantized_isovalue);
     if (suggestions.size() == most) break;
   }
   return suggestions;

@@ -23,7 +23,7 @@ double half_ulp(double value, bool is_single) {
 struct Fit {
   std::span<const double> values;
   bool is_single;
-  uint32_t most_steps;
+  uint32_t max_steps;
   std::vector<double> roundings;  ///< half_ulp of each
   std::vector<double> numbers;
 };
@@ -80,7 +80,7 @@ double number_values(Fit& fit, size_t start, double step, bool of_largest) {
     const double allowed = slack(from) + slack(to) + std::max(places, 1.0) * step_error;
     if (!(allowed < step / 4)) return 0;
     if (const double rest = std::abs(gap - places * step); rest > allowed) {
-      const double most = fit.most_steps * step / (values.back() - values.front());
+      const double most = fit.max_steps * step / (values.back() - values.front());
       for (double divisor = 2; divisor <= most; ++divisor) {
         const double part = rest * divisor / step;
         if (std::abs(part - std::floor(part + 0.5)) <= allowed * divisor / step) return divisor;
@@ -97,7 +97,7 @@ double number_values(Fit& fit, size_t start, double step, bool of_largest) {
   }
   const double first = fit.numbers.front();
   for (double& number : fit.numbers) number -= first;
-  return fit.numbers.back() <= fit.most_steps ? 1 : 0;
+  return fit.numbers.back() <= fit.max_steps ? 1 : 0;
 }
 
 /// Gives the values their numbers on a lattice that they lie on up to rounding.
@@ -110,7 +110,7 @@ bool find_numbers(Fit& fit) {
     least = values[i + 1] - values[i];
     start = i;
   }
-  if (least * fit.most_steps < (values.back() - values.front()) / 2) return false;
+  if (least * fit.max_steps < (values.back() - values.front()) / 2) return false;
   fit.numbers.assign(values.size(), 0);
   // A value that was computed in single precision carries the rounding of larger intermediate
   // results: then each may be off by as much as the largest.
@@ -192,10 +192,10 @@ double shortest(Interval interval) {
 }  // namespace
 
 std::optional<ValueLattice> find_lattice(std::span<const double> values, bool is_single,
-                                         uint32_t most_steps) {
+                                         uint32_t max_steps) {
   if (values.empty()) return std::nullopt;
   if (values.size() == 1) return ValueLattice{values[0], 1, 0, 0};
-  Fit fit{values, is_single, most_steps, {}, {}};
+  Fit fit{values, is_single, max_steps, {}, {}};
   for (const double value : values) fit.roundings.push_back(half_ulp(value, is_single));
   const double range = values.back() - values.front();
   ValueLattice best;
@@ -207,11 +207,11 @@ std::optional<ValueLattice> find_lattice(std::span<const double> values, bool is
     best = {origin, step, static_cast<uint32_t>(fit.numbers.back()), error};
   };
 
-  if (const double step = exact_step(values, range / most_steps * (1 - 1e-12)); step > 0) {
+  if (const double step = exact_step(values, range / max_steps * (1 - 1e-12)); step > 0) {
     for (const double value : values) {
       fit.numbers.push_back(std::floor((value - values.front()) / step + 0.5));
     }
-    if (fit.numbers.back() <= most_steps) consider(values.front(), step);
+    if (fit.numbers.back() <= max_steps) consider(values.front(), step);
     if (best.max_error == 0) return best;
   }
   if (!find_numbers(fit)) return std::nullopt;
@@ -231,7 +231,7 @@ std::optional<ValueLattice> find_lattice(std::span<const double> values, bool is
   const double step = shortest(range_of_steps);
   const double before = std::floor(values.front() / step + 0.5);
   const double last = before + fit.numbers.back();
-  if (before > 0 && last <= most_steps && (last < 256 || fit.numbers.back() >= 256)) {
+  if (before > 0 && last <= max_steps && (last < 256 || fit.numbers.back() >= 256)) {
     for (double& number : fit.numbers) number += before;
     consider(0, step);
   }

@@ -15,7 +15,7 @@ constexpr CellInterval kNone{65535, 0};
 std::string name_of(const ChunkRef& chunk) {
   const Index3 b = chunk.block.index;
   return "chunk " + std::to_string(chunk.block.level) + "/" + std::to_string(b.x) + "." +
-         std::to_string(b.y) + "." + std::to_string(b.z) + "/" + std::to_string(chunk.slab);
+         std::to_string(b.y) + "." + std::to_string(b.z) + "/" + std::to_string(chunk.band);
 }
 
 void BlockVerifier::begin(const BlockRef& block, Index3 cells) {
@@ -23,7 +23,7 @@ void BlockVerifier::begin(const BlockRef& block, Index3 cells) {
   cells_ = cells;
   const size_t count = static_cast<size_t>(cells.x * cells.y * cells.z);
   intervals_.assign(count, kNone);
-  last_slab_.assign(count, 0);
+  last_band_.assign(count, 0);
   voxels_.assign(static_cast<size_t>((cells.x + 1) * (cells.y + 1) * (cells.z + 1)), -1);
   united_ = kNone;
   reaching_ = 0;
@@ -38,7 +38,7 @@ Result<void> BlockVerifier::add(const ChunkRef& chunk) {
                 name_of(chunk) + ": its checksum differs from the recorded one" + kRemedy);
   }
   if (chunk.cells > 0) {
-    const ChunkShape shape{cells_, chunk.slab_begin, chunk.slab_end, chunk.cells,
+    const ChunkShape shape{cells_, chunk.band_begin, chunk.band_end, chunk.cells,
                            chunk.block.level > 0};
     if (auto decoded = decoder_.decode(bytes, shape, decoded_); !decoded) {
       return fail(decoded.error().status, name_of(chunk) + ": " + decoded.error().message);
@@ -64,22 +64,22 @@ Result<void> BlockVerifier::add(const ChunkRef& chunk) {
     }
     previous = place;
     const CellInterval interval = decoded_.interval[i];
-    if (std::max<uint32_t>(interval.min, chunk.slab_begin) >=
-        std::min<uint32_t>(interval.max, chunk.slab_end)) {
-      return malformed("a cell is never active in the slab");
+    if (std::max<uint32_t>(interval.min, chunk.band_begin) >=
+        std::min<uint32_t>(interval.max, chunk.band_end)) {
+      return malformed("a cell is never active in the band");
     }
     if (chunk.block.level == 0 && interval != corner_interval(decoded_.corners[i])) {
       return malformed("a cell's interval is not that of its corners");
     }
     const size_t at = cell_at(cell);
-    const bool is_from_before = interval.min < chunk.slab_begin;
+    const bool is_from_before = interval.min < chunk.band_begin;
     from_before += is_from_before;
-    reaching_ += interval.max > chunk.slab_end;
-    if (is_from_before ? last_slab_[at] != chunk.slab || intervals_[at] != interval
-                       : last_slab_[at] != 0) {
-      return malformed("a cell is missing in the slab before, or another there");
+    reaching_ += interval.max > chunk.band_end;
+    if (is_from_before ? last_band_[at] != chunk.band || intervals_[at] != interval
+                       : last_band_[at] != 0) {
+      return malformed("a cell is missing in the band before, or another there");
     }
-    last_slab_[at] = static_cast<uint16_t>(chunk.slab + 1);
+    last_band_[at] = static_cast<uint16_t>(chunk.band + 1);
     intervals_[at] = interval;
     united_.min = std::min(united_.min, interval.min);
     united_.max = std::max(united_.max, interval.max);
@@ -94,14 +94,14 @@ Result<void> BlockVerifier::add(const ChunkRef& chunk) {
   }
   if (from_before != expected_from_before) {
     return malformed("expected " + std::to_string(expected_from_before) +
-                     " cells that reach into it from the slab before, found " +
+                     " cells that reach into it from the band before, found " +
                      std::to_string(from_before));
   }
   return {};
 }
 
 Result<void> BlockVerifier::end() {
-  if (block_.slab_count == 0) return {};
+  if (block_.band_count == 0) return {};
   if (reaching_ != 0 || united_ != block_.interval) {
     return fail(Status::malformed_page,
                 "block " + std::to_string(block_.key.index.x) + "." +

@@ -8,7 +8,7 @@
 
 namespace isosplat {
 
-/// "chunk 2/1.0.3/5": level, block, slab.
+/// "chunk 2/1.0.3/5": level, block, band.
 std::string name_of(const ChunkRef& chunk);
 
 /// The intervals of a block's cells, united over 2×2×2 cells: what the block above must contain.
@@ -23,7 +23,7 @@ class BlockVerifier {
   /// Starts a block.
   void begin(const BlockRef& block, Index3 cells);
 
-  /// Checks the next slab's chunk, whose bytes are in `bytes`. Errors: checksum_mismatch,
+  /// Checks the next band's chunk, whose bytes are in `bytes`. Errors: checksum_mismatch,
   /// malformed_chunk, truncated.
   Result<void> add(const ChunkRef& chunk);
   std::vector<std::byte> bytes;
@@ -47,10 +47,10 @@ class BlockVerifier {
   ChunkDecoder decoder_;
   DecodedCells decoded_;
   std::vector<CellInterval> intervals_;  // {65535, 0}: not seen
-  std::vector<uint16_t> last_slab_;      // that the cell was in, plus 1
+  std::vector<uint16_t> last_band_;      // that the cell was in, plus 1
   std::vector<int32_t> voxels_;          // −1: not seen
   CellInterval united_;
-  uint32_t reaching_ = 0;  // cells of the last slab that must be in the next, too
+  uint32_t reaching_ = 0;  // cells of the last band that must be in the next, too
 };
 
 }  // namespace isosplat

@@ -20,9 +20,9 @@ double voxel_bits(const GatheredBlock& block) {
   for (int32_t z = 0; z < block.cells.z; ++z) {
     for (int32_t y = 0; y < block.cells.y; ++y, interval += block.cells.x) {
       // The corner of each cell with the greatest coordinates, and its neighbours before it.
-      const Code* here = block.voxels.data() + static_cast<size_t>(z + 1) * slice +
-                         static_cast<size_t>(y + 1) * row;
-      const Code *up = here - row, *back = here - slice;
+      const QuantizedValue* here = block.voxels.data() + static_cast<size_t>(z + 1) * slice +
+                                   static_cast<size_t>(y + 1) * row;
+      const QuantizedValue *up = here - row, *back = here - slice;
       uint64_t active = 0, from_mean = 0, from_plane = 0;
       for (int32_t x = 0; x < block.cells.x; ++x) {
         const int32_t v = here[x + 1], left = here[x], above = up[x + 1];

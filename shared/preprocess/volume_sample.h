@@ -15,10 +15,10 @@ struct SampleColumn {
   double bits = 0;  ///< that a voxel of an active cell takes when it is predicted, about
 };
 
-/// What is known of a volume before it is built: the codes of some slices, and some columns of
-/// cells. The same whatever the number of threads.
+/// What is known of a volume before it is built: the quantized values of some slices, and some
+/// columns of cells. The same whatever the number of threads.
 struct VolumeSample {
-  VolumeStatistics statistics;  ///< of the codes of `voxels` voxels
+  VolumeStatistics statistics;  ///< of the quantized values of `voxels` voxels
   uint64_t voxels = 0;
   /// Columns along each axis of a lattice that covers the volume's blocks evenly: a column for each
   /// stride × stride blocks in x and y; in z `layers_per_block` for each layer of blocks, if these

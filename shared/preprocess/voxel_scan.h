@@ -9,8 +9,8 @@
 
 namespace isosplat {
 
-/// What reading a volume's voxels once tells of them: what codes they can have. Voxels are taken as
-/// they are in the file; slope and intercept do not matter here.
+/// What reading a volume's voxels once tells of them: what quantized values they can have. Voxels
+/// are taken as they are in the file; slope and intercept do not matter here.
 class VoxelScan {
  public:
   explicit VoxelScan(VoxelType type) : type_(type) {}
@@ -42,8 +42,8 @@ class VoxelScan {
   /// Floating-point numbers: which ones there are.
   const DistinctValues& distinct() const { return distinct_; }
 
-  /// Whether more voxels would change nothing about the codes: integers of up to 16 bits that are
-  /// not all multiples of something are their own codes.
+  /// Whether more voxels would change nothing about the quantized values: integers of up to 16 bits
+  /// that are not all multiples of something are their own codes.
   bool is_settled() const { return voxel_bytes(type_) <= 2 && step_ == 1; }
 
  private:
@@ -79,8 +79,8 @@ double voxel_of_key(VoxelType type, uint64_t key);
 /// which may overflow; they are placeholders in all data that has them.
 template <class T>
 bool has_value(T voxel) {
-  constexpr double kMost = 1e300;
-  if constexpr (sizeof(T) == 8) return voxel >= -kMost && voxel <= kMost;
+  constexpr double kMax = 1e300;
+  if constexpr (sizeof(T) == 8) return voxel >= -kMax && voxel <= kMax;
   return voxel >= -std::numeric_limits<T>::max() && voxel <= std::numeric_limits<T>::max();
 }
 

@@ -25,8 +25,8 @@ void Accumulation::release() {
   pictures_ = 0;
 }
 
-void Accumulation::forget() {
-  sums_.forget();
+void Accumulation::abandon() {
+  sums_.abandon();
   pictures_ = 0;
 }
 

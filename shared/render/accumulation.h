@@ -32,7 +32,7 @@ class Accumulation {
   const ImageTarget& sums() const { return sums_; }
 
   void release();
-  void forget();
+  void abandon();
 
  private:
   ImageTarget sums_{GL_RGBA16F, "to smooth an image"};

@@ -29,8 +29,8 @@ void CrossFade::release() {
   holds_ = false;
 }
 
-void CrossFade::forget() {
-  for (ImageTarget& picture : pictures_) picture.forget();
+void CrossFade::abandon() {
+  for (ImageTarget& picture : pictures_) picture.abandon();
   holds_ = false;
 }
 

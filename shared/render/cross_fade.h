@@ -21,7 +21,7 @@ class CrossFade {
   uint64_t bytes() const { return from().bytes() + to().bytes(); }
 
   void release();
-  void forget();
+  void abandon();
 
  private:
   void copy(GLuint framebuffer, const ImageTarget& picture) const;

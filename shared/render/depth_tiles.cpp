@@ -32,9 +32,9 @@ void DepthTiles::release() {
   tiles_.release();
 }
 
-void DepthTiles::forget() {
-  program_.forget();
-  tiles_.forget();
+void DepthTiles::abandon() {
+  program_.abandon();
+  tiles_.abandon();
 }
 
 }  // namespace isosplat

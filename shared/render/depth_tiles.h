@@ -23,7 +23,7 @@ class DepthTiles {
 
   void release();
   /// The context that owned the objects is gone.
-  void forget();
+  void abandon();
 
  private:
   GlProgram program_;

@@ -20,7 +20,7 @@ class DrawnDepths {
   uint64_t bytes() const { return depths_.bytes(); }
 
   void release() { depths_.release(); }
-  void forget() { depths_.forget(); }
+  void abandon() { depths_.abandon(); }
 
  private:
   ImageTarget depths_{GL_DEPTH_COMPONENT24, "for the drawn depths of an image"};

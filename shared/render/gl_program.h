@@ -42,7 +42,7 @@ class GlProgram {
   explicit operator bool() const { return name_ != 0; }
 
   /// The context that owned the program is gone: there is nothing to delete.
-  void forget() { name_ = 0; }
+  void abandon() { name_ = 0; }
 
  private:
   GLuint name_ = 0;

@@ -42,10 +42,10 @@ uint64_t ImageTarget::bytes() const {
 void ImageTarget::release() {
   if (texture_) glDeleteTextures(1, &texture_);
   if (framebuffer_) glDeleteFramebuffers(1, &framebuffer_);
-  forget();
+  abandon();
 }
 
-void ImageTarget::forget() {
+void ImageTarget::abandon() {
   texture_ = framebuffer_ = 0;
   width_ = height_ = 0;
 }

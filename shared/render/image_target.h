@@ -31,7 +31,7 @@ class ImageTarget {
 
   void release();
   /// The context that owned the objects is gone.
-  void forget();
+  void abandon();
 
  private:
   GLenum format_;

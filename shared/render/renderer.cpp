@@ -45,7 +45,7 @@ Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 Renderer::~Renderer() {
   if (state_->lost) {
-    state_->forget_gl_objects();
+    state_->abandon_gl_objects();
   } else {
     state_->release_gl_objects();
   }
@@ -81,7 +81,7 @@ Result<void> Renderer::warm_up(uint32_t framebuffer) {
 void Renderer::set_volume(const VolumeGrid& grid, const ValueMapping& mapping) {
   state_->grid = grid;
   state_->mapping = mapping;
-  state_->set_sheared(shear_degrees(grid.direction) >= kLeastShearDegrees);
+  state_->set_sheared(shear_degrees(grid.direction) >= kMinShearDegrees);
   for (const auto& [id, chunk] : state_->chunks) state_->buffers.remove(chunk.range);
   state_->chunks.clear();
   state_->visible.clear();
@@ -105,7 +105,7 @@ Result<void> Renderer::add_chunk(uint64_t id, ChunkPlace place,
     return fail(Status::invalid_argument, "a chunk's block lies outside of the volume");
   }
   remove_chunk(id);
-  State::Chunk chunk{{}, block, {kMissingCode, 0}, {}, {}, cluster_samples(samples, s.ordered)};
+  State::Chunk chunk{{}, block, {kMissingVoxel, 0}, {}, {}, cluster_samples(samples, s.ordered)};
   const auto range = s.buffers.add(s.ordered);
   if (!range) return tl::unexpected(range.error());
   chunk.range = *range;
@@ -276,7 +276,7 @@ Result<void> Renderer::fade(float progress, uint32_t framebuffer) {
 
 void Renderer::context_lost() {
   state_->lost = true;
-  state_->forget_gl_objects();
+  state_->abandon_gl_objects();
 }
 
 Result<void> Renderer::context_restored() {

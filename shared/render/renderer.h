@@ -87,7 +87,7 @@ struct VisibleChunk {
 };
 
 /// Which regions of a drawn chunk can be seen.
-struct ChunkSight {
+struct ChunkVisibility {
   uint64_t id = 0;
   RegionMask tested;  ///< what was drawn
   RegionMask seen;    ///< of these
@@ -222,16 +222,16 @@ class Renderer {
   Result<std::vector<SurfacePixel>> read_surface();
 
   /// Starts to find out which regions of these chunks show in the picture drawn last, in at least
-  /// so many pixels (1 … 255), and returns before the GPU has done it. With `least_px` 0 a region
+  /// so many pixels (1 … 255), and returns before the GPU has done it. With `min_px` 0 a region
   /// counts that does not lie wholly behind the picture: of which any part of an active cell's box
   /// is in front of what a pixel shows at its middle, so that whatever is in the cell might be seen
   /// there. Chunks that are not visible by set_visible are left out. Forgets a query that is under
   /// way. Errors: gl_error, invalid_argument (there is no picture, or it is no longer true: draw
   /// first).
-  Result<void> begin_sight_query(std::span<const uint64_t> ids, int least_px);
+  Result<void> begin_occlusion_query(std::span<const uint64_t> ids, int min_px);
 
   /// The answer, once; nothing while the GPU is at work, or where none was begun.
-  std::optional<std::vector<ChunkSight>> take_sight_query();
+  std::optional<std::vector<ChunkVisibility>> take_occlusion_query();
 
   /// See the class comment.
   void context_lost();

@@ -72,23 +72,23 @@ Result<void> Renderer::State::make_gl_objects() {
   return {};
 }
 
-void Renderer::State::forget_gl_objects() {
+void Renderer::State::abandon_gl_objects() {
   chunks.clear();
   visible.clear();
   items.clear();
-  buffers.forget();
-  targets.forget();
-  drawn_depths.forget();
-  depth_tiles.forget();
-  accumulation.forget();
-  cross_fade.forget();
-  sight_query.forget();
+  buffers.abandon();
+  targets.abandon();
+  drawn_depths.abandon();
+  depth_tiles.abandon();
+  accumulation.abandon();
+  cross_fade.abandon();
+  occlusion_query.abandon();
   for_each_splat_program([](SplatProgram& splat) {
-    splat.program.forget();
+    splat.program.abandon();
     splat = SplatProgram{};
   });
   for (ImageProgram& image : image_programs) {
-    image.program.forget();
+    image.program.abandon();
     image = ImageProgram{};
   }
   frame_buffer = empty_vertex_array = colour_map = sample_texture = 0;
@@ -105,7 +105,7 @@ void Renderer::State::release_gl_objects() {
   depth_tiles.release();
   accumulation.release();
   cross_fade.release();
-  sight_query.release();
+  occlusion_query.release();
   for_each_splat_program([](SplatProgram& splat) { splat = SplatProgram{}; });
   for (ImageProgram& image : image_programs) image = ImageProgram{};
   glDeleteBuffers(1, &frame_buffer);
@@ -148,9 +148,9 @@ void Renderer::State::start(SplatProgram& splat, Pass pass, bool pulled, bool cl
                                                           "splat.vert.glsl"};
   if (pass == pass_quad) {
     splat.program = GlProgram::start(defines,
-                                     {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl",
+                                     {"frame.glsl", "surface_pixel.glsl", "apply_gamma.glsl",
                                       "light.glsl", "cell.glsl", "splat.glsl", "quad.vert.glsl"},
-                                     {"picture_code.glsl", "quad.frag.glsl"});
+                                     {"apply_gamma.glsl", "quad.frag.glsl"});
   } else if (pass == pass_ellipse) {
     splat.program = GlProgram::start(defines, vertex,
                                      {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",
@@ -158,7 +158,7 @@ void Renderer::State::start(SplatProgram& splat, Pass pass, bool pulled, bool cl
   } else {
     splat.program =
         GlProgram::start(defines, vertex,
-                         {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl", "light.glsl",
+                         {"frame.glsl", "surface_pixel.glsl", "apply_gamma.glsl", "light.glsl",
                           "cell.glsl", "ray.glsl", "cubic.glsl", "ray_cast.frag.glsl"});
   }
 }
@@ -173,7 +173,7 @@ Result<Renderer::State::SplatProgram*> Renderer::State::splat_program(Pass pass,
   glUniformBlockBinding(program.name(), glGetUniformBlockIndex(program.name(), "Frame"),
                         kFrameBinding);
   splat.block = program.uniform("u_block");
-  splat.isocode = program.uniform("u_isocode");
+  splat.quantized_isovalue = program.uniform("u_quantized_isovalue");
   splat.isosurface = program.uniform("u_isosurface");
   splat.scalar = program.uniform("u_scalar");
   splat.drops_hidden = program.uniform("u_drops_hidden");
@@ -197,12 +197,12 @@ void Renderer::State::start(ImageProgram& image, int pass) {
       return;
     case pass_present:
       image.program =
-          GlProgram::start("", {"image.vert.glsl"}, {"picture_code.glsl", "present.frag.glsl"});
+          GlProgram::start("", {"image.vert.glsl"}, {"apply_gamma.glsl", "present.frag.glsl"});
       return;
     case pass_darken:
       image.program = GlProgram::start(
           "", {"image.vert.glsl"},
-          {"frame.glsl", "picture_code.glsl", "light.glsl", "eye_dome.glsl", "darken.frag.glsl"});
+          {"frame.glsl", "apply_gamma.glsl", "light.glsl", "eye_dome.glsl", "darken.frag.glsl"});
       return;
     case pass_fade:
       image.program = GlProgram::start("", {"image.vert.glsl"}, {"fade.frag.glsl"});
@@ -214,7 +214,7 @@ void Renderer::State::start(ImageProgram& image, int pass) {
     case pass_lit_mesh:
       image.program =
           GlProgram::start(pass == pass_lit_mesh ? "#define LIT\n" : "",
-                           {"frame.glsl", "picture_code.glsl", "light.glsl", "mesh.vert.glsl"},
+                           {"frame.glsl", "apply_gamma.glsl", "light.glsl", "mesh.vert.glsl"},
                            {"surface_pixel.glsl", "mesh.frag.glsl"});
       return;
     default: {
@@ -222,7 +222,7 @@ void Renderer::State::start(ImageProgram& image, int pass) {
       const std::string defines = std::string(composes & 1 ? "" : "#define ONE_LAYER\n") +
                                   (composes & 2 ? "#define EYE_DOME\n" : "");
       image.program = GlProgram::start(defines, {"image.vert.glsl"},
-                                       {"frame.glsl", "surface_pixel.glsl", "picture_code.glsl",
+                                       {"frame.glsl", "surface_pixel.glsl", "apply_gamma.glsl",
                                         "light.glsl", "eye_dome.glsl", "compose.frag.glsl"});
     }
   }

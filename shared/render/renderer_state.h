@@ -15,10 +15,10 @@
 #include "shared/render/frame.h"
 #include "shared/render/gl_program.h"
 #include "shared/render/occluders.h"
+#include "shared/render/occlusion_query.h"
 #include "shared/render/renderer.h"
 #include "shared/render/sample_buffers.h"
 #include "shared/render/sample_clusters.h"
-#include "shared/render/sight_query.h"
 #include "shared/render/surface_targets.h"
 #include "shared/render/vertex_runs.h"
 
@@ -65,7 +65,7 @@ struct Renderer::State {
   struct SplatProgram {
     GlProgram program;
     bool is_ready = false;
-    GLint block = -1, isocode = -1, isosurface = -1, scalar = -1, drops_hidden = -1;
+    GLint block = -1, quantized_isovalue = -1, isosurface = -1, scalar = -1, drops_hidden = -1;
   };
 
   struct Chunk {
@@ -77,7 +77,7 @@ struct Renderer::State {
   };
 
   /// A cluster of a chunk that is drawn, as far as is known before.
-  enum class Sight : uint8_t { none, likely, unlikely };
+  enum class Visibility : uint8_t { none, likely, unlikely };
 
   /// Which clusters a pass draws, and whether its vertex shaders drop what is hidden behind what is
   /// drawn already.
@@ -90,8 +90,8 @@ struct Renderer::State {
     double nearest;
     std::array<float, 4> block;
     RegionMask regions;
-    float largest_px;      // no splat of it is larger
-    uint32_t first_sight;  // its clusters' in `sights`
+    float largest_px;           // no splat of it is larger
+    uint32_t first_visibility;  // its clusters' in `visibilities`
   };
 
   float max_point_size = 1;
@@ -119,7 +119,7 @@ struct Renderer::State {
   int layer_of[kMaxIsosurfaces];  // by isosurface; −1: not drawn
   Accumulation accumulation;
   CrossFade cross_fade;
-  SightQuery sight_query;
+  OcclusionQuery occlusion_query;
   SplatProgram splat_programs[kPasses][2][2][2];  // [pass][pulled][clipped][lit]
   ImageProgram image_programs[kImagePasses];
   GLuint frame_buffer = 0, empty_vertex_array = 0, colour_map = 0;
@@ -133,13 +133,14 @@ struct Renderer::State {
 
   // Kept between frames: no allocation once warm.
   std::vector<DrawItem> items;
-  VertexRuns runs;            // of the item being drawn
-  std::vector<Sight> sights;  // of the clusters of all items, for the isosurface being drawn
+  VertexRuns runs;  // of the item being drawn
+  std::vector<Visibility>
+      visibilities;  // of the clusters of all items, for the isosurface being drawn
   std::vector<PackedSample> ordered;
   FrameStatistics statistics;
 
   Result<void> make_gl_objects();
-  void forget_gl_objects();
+  void abandon_gl_objects();
   void release_gl_objects();
   void start(SplatProgram& splat, Pass pass, bool pulled, bool clipped);
   void start_first_splat_programs();
@@ -166,7 +167,7 @@ struct Renderer::State {
                        [id](const VisibleChunk& chunk) { return chunk.id == id; });
   }
   void collect_items(const Frame& frame);
-  uint64_t find_sights(const Frame& frame, float isocode);
+  uint64_t estimate_visibility(const Frame& frame, float quantized_isovalue);
   static Occluders::Box cluster_box(const Frame& frame, const DrawItem& item,
                                     const SampleCluster& cluster);
   template <typename Draw>

@@ -96,10 +96,10 @@ void SampleBuffers::release() {
     glDeleteVertexArrays(1, &buffer.vertex_array);
     glDeleteBuffers(1, &buffer.buffer);
   }
-  forget();
+  abandon();
 }
 
-void SampleBuffers::forget() {
+void SampleBuffers::abandon() {
   buffers_.clear();
   samples_ = 0;
 }

@@ -46,7 +46,7 @@ class SampleBuffers {
   /// Deletes all buffers.
   void release();
   /// The context that owned them is gone.
-  void forget();
+  void abandon();
 
  private:
   struct Buffer {

@@ -24,8 +24,10 @@ void include(SampleCluster& cluster, const PackedSample& sample) {
                  std::min(cluster.low.z, at.z)};
   cluster.high = {beyond(cluster.high.x, at.x), beyond(cluster.high.y, at.y),
                   beyond(cluster.high.z, at.z)};
-  cluster.interval.min = std::min(cluster.interval.min, static_cast<Code>(sample.word[1] & 0xffff));
-  cluster.interval.max = std::max(cluster.interval.max, static_cast<Code>(sample.word[1] >> 16));
+  cluster.interval.min =
+      std::min(cluster.interval.min, static_cast<QuantizedValue>(sample.word[1] & 0xffff));
+  cluster.interval.max =
+      std::max(cluster.interval.max, static_cast<QuantizedValue>(sample.word[1] >> 16));
 }
 
 }  // namespace
@@ -41,7 +43,7 @@ std::vector<SampleCluster> cluster_samples(std::span<const PackedSample> samples
     if (counts[region] == 0) continue;
     cluster_of[region] = static_cast<uint16_t>(clusters.size());
     clusters.push_back(
-        {first, 0, {kMissingCode, 0}, static_cast<uint16_t>(region), {63, 63, 63}, {0, 0, 0}});
+        {first, 0, {kMissingVoxel, 0}, static_cast<uint16_t>(region), {63, 63, 63}, {0, 0, 0}});
     first += counts[region];
   }
   ordered.resize(samples.size());

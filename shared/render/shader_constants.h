@@ -25,7 +25,7 @@
 #define QUAD_FLATNESS 0.95
 #define QUAD_CORNER 0.9
 #define QUAD_MARGIN_PX 0.3
-#define QUAD_LEAST_PX 0.2
+#define QUAD_MIN_PX 0.2
 #define QUAD_SETBACK 0.7
 #define QUAD_BEYOND 0.4
 
@@ -51,7 +51,7 @@
 // edge.
 #define ELLIPSE_TOLERANCE_CELLS 0.02
 #define ELLIPSE_MARGIN_CELLS 0.01
-#define ELLIPSE_LEAST_FACING 0.1
+#define ELLIPSE_MIN_FACING 0.1
 
 // A ray-cast splat accepts roots this far outside of its cell, in cells: neighbours then overlap by
 // more than single precision can part them, or, where the interval is wide, rounded corners.
@@ -72,16 +72,16 @@
 #define COVERAGE_MAX 4095.0
 #define ISOSURFACE_SHIFT 12
 
-// Sight query: probes of a cell along each axis of the image, at most, where px are counted; tiles
-// of a cell along each axis, at most, where it is looked at px by px; by how many px a cell is
-// enlarged, and by how much of the depth brought nearer, so that rounding loses none; and how far
-// exact splats and ellipses reach beyond their cells at most, in cells.
-#define SIGHT_PROBES 8
-#define SIGHT_MOST_TILES 64
-#define SIGHT_MARGIN_PX 0.25
-#define SIGHT_MARGIN_CELLS 0.01
-#define SIGHT_DEPTH_MARGIN 1.5e-7
+// Occlusion query: probes of a cell along each axis of the image, at most, where px are counted;
+// tiles of a cell along each axis, at most, where it is looked at px by px; by how many px a cell
+// is enlarged, and by how much of the depth brought nearer, so that rounding loses none; and how
+// far exact splats and ellipses reach beyond their cells at most, in cells.
+#define OCCLUSION_PROBES 8
+#define OCCLUSION_MAX_TILES 64
+#define OCCLUSION_MARGIN_PX 0.25
+#define OCCLUSION_MARGIN_CELLS 0.01
+#define OCCLUSION_DEPTH_MARGIN 1.5e-7
 
 // A chunk's answer is a row of texels, with four regions in each: 1/255 for each px, up to 255.
-#define SIGHT_ROW_TEXELS 128
-#define SIGHT_MOST_PX 255
+#define OCCLUSION_ROW_TEXELS 128
+#define OCCLUSION_MAX_PX 255

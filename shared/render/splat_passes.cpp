@@ -117,19 +117,19 @@ Occluders::Box Renderer::State::cluster_box(const Frame& frame, const DrawItem& 
 
 /// Finds out which clusters have a part of the isosurface in the image, and which of them are
 /// likely to be seen. Answers how many samples are not.
-uint64_t Renderer::State::find_sights(const Frame& frame, float isocode) {
+uint64_t Renderer::State::estimate_visibility(const Frame& frame, float quantized_isovalue) {
   occluders.begin(frame.block());
-  sights.clear();
+  visibilities.clear();
   const auto side = static_cast<float>(frame.cell_side());
   for (DrawItem& item : items) {
-    item.first_sight = static_cast<uint32_t>(sights.size());
+    item.first_visibility = static_cast<uint32_t>(visibilities.size());
     const float cell = item.block[3] * side;
     for (const SampleCluster& cluster : item.chunk->clusters) {
-      const bool drawn =
-          is_active(cluster.interval, isocode) && item.regions.contains(cluster.region_index());
+      const bool drawn = is_active(cluster.interval, quantized_isovalue) &&
+                         item.regions.contains(cluster.region_index());
       const auto box = cluster_box(frame, item, cluster);
       const bool seen = drawn && occluders.is_in_image(box, item.largest_px);
-      sights.push_back(seen ? Sight::likely : Sight::none);
+      visibilities.push_back(seen ? Visibility::likely : Visibility::none);
       if (seen)
         occluders.add(box, float(OCCLUDER_FILL) * static_cast<float>(cluster.count) * cell * cell);
     }
@@ -137,10 +137,10 @@ uint64_t Renderer::State::find_sights(const Frame& frame, float isocode) {
   uint64_t unlikely = 0;
   for (const DrawItem& item : items) {
     for (size_t i = 0; i < item.chunk->clusters.size(); ++i) {
-      Sight& sight = sights[item.first_sight + i];
-      if (sight == Sight::likely &&
+      Visibility& visibility = visibilities[item.first_visibility + i];
+      if (visibility == Visibility::likely &&
           occluders.hide(cluster_box(frame, item, item.chunk->clusters[i]))) {
-        sight = Sight::unlikely;
+        visibility = Visibility::unlikely;
         unlikely += item.chunk->clusters[i].count;
       }
     }
@@ -154,10 +154,10 @@ void Renderer::State::for_each_run(const DrawItem& item, Share share, Draw draw)
   uint32_t first = 0, count = 0;
   const auto& clusters = item.chunk->clusters;
   for (size_t i = 0; i < clusters.size(); ++i) {
-    const Sight sight = sights[item.first_sight + i];
-    const bool drawn = share == Share::likely_seen          ? sight == Sight::likely
-                       : share == Share::not_hidden_of_rest ? sight == Sight::unlikely
-                                                            : sight != Sight::none;
+    const Visibility visibility = visibilities[item.first_visibility + i];
+    const bool drawn = share == Share::likely_seen          ? visibility == Visibility::likely
+                       : share == Share::not_hidden_of_rest ? visibility == Visibility::unlikely
+                                                            : visibility != Visibility::none;
     if (drawn && count > 0 && clusters[i].first == first + count) {
       count += clusters[i].count;
     } else if (drawn) {
@@ -173,7 +173,7 @@ void Renderer::State::for_each_run(const DrawItem& item, Share share, Draw draw)
 Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int isosurface,
                                           Share share) {
   const Isosurface& surface = settings.isosurfaces[static_cast<size_t>(isosurface)];
-  const float isocode = mapping.isocode(surface.isovalue);
+  const float quantized_isovalue = mapping.quantized_isovalue(surface.isovalue);
   const int width = targets.width(), height = targets.height();
   // Points whose centres are outside of the image are not drawn, however large: so the viewport is
   // larger than the image.
@@ -184,7 +184,7 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
   write_colours(pass != pass_visibility);
   for (const DrawItem& item : items) {
     const Chunk& chunk = *item.chunk;
-    if (!is_active(chunk.interval, isocode)) continue;
+    if (!is_active(chunk.interval, quantized_isovalue)) continue;
     const bool pulled = item.largest_px > limits.offered.max_point_size;
     const bool large = settings.projected && item.largest_px > float(LARGE_SPLAT_PX) &&
                        (pass == pass_quad || pass == pass_ellipse);
@@ -199,7 +199,7 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
     if (*program != current) {
       current = *program;
       glUseProgram(current->program.name());
-      glUniform1f(current->isocode, isocode);
+      glUniform1f(current->quantized_isovalue, quantized_isovalue);
       glUniform1ui(current->isosurface, static_cast<GLuint>(isosurface));
       glUniform1i(current->drops_hidden, drops_hidden && !large);
       if (lit) set_light(current->program);
@@ -252,8 +252,9 @@ Result<void> Renderer::State::draw_splats(Pass pass, const Frame& frame, int iso
 /// occlusion culling).
 Result<void> Renderer::State::draw_culled(Pass pass, const Frame& frame, int isosurface,
                                           const SplatTarget& target) {
-  const uint64_t unlikely = find_sights(
-      frame, mapping.isocode(settings.isosurfaces[static_cast<size_t>(isosurface)].isovalue));
+  const uint64_t unlikely = estimate_visibility(
+      frame,
+      mapping.quantized_isovalue(settings.isosurfaces[static_cast<size_t>(isosurface)].isovalue));
   glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
   // Taking depths costs as much as drawing some samples, by the size of the image.
   const auto pixels = uint64_t(targets.width()) * uint64_t(targets.height());

@@ -98,10 +98,10 @@ void SurfaceTargets::release() {
   if (sums_framebuffer_) glDeleteFramebuffers(1, &sums_framebuffer_);
   if (sums_[0]) glDeleteTextures(2, sums_);
   if (sums_depth_) glDeleteTextures(1, &sums_depth_);
-  forget();
+  abandon();
 }
 
-void SurfaceTargets::forget() {
+void SurfaceTargets::abandon() {
   width_ = height_ = layers_ = 0;
   surfaces_ = depths_ = picture_ = picture_framebuffer_ = sums_framebuffer_ = sums_[0] = sums_[1] =
       sums_depth_ = 0;

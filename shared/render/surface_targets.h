@@ -46,7 +46,7 @@ class SurfaceTargets {
   uint64_t bytes() const { return bytes_; }
 
   void release();
-  void forget();
+  void abandon();
 
  private:
   int width_ = 0, height_ = 0, layers_ = 0;

@@ -7,13 +7,13 @@
 
 namespace isosplat {
 
-/// The codes of a cell's eight voxels. Corner i lies at (i & 1, i >> 1 & 1, i >> 2 & 1).
-using CellCorners = std::array<Code, 8>;
+/// The quantized values of a cell's eight voxels. Corner i lies at (i & 1, i >> 1 & 1, i >> 2 & 1).
+using CellCorners = std::array<QuantizedValue, 8>;
 
-/// The codes between which a cell's values lie.
+/// The quantized values between which a cell's values lie.
 struct CellInterval {
-  Code min = 0;
-  Code max = 0;
+  QuantizedValue min = 0;
+  QuantizedValue max = 0;
 
   friend constexpr bool operator==(const CellInterval&, const CellInterval&) = default;
 };
@@ -27,8 +27,9 @@ inline CellInterval corner_interval(const CellCorners& corners) {
 
 /// Whether the isosurface crosses the cell: min ≤ isovalue < max. The half-open interval gives
 /// voxels that equal the isovalue to exactly one side.
-inline bool is_active(CellInterval interval, float isocode) {
-  return static_cast<float>(interval.min) <= isocode && isocode < static_cast<float>(interval.max);
+inline bool is_active(CellInterval interval, float quantized_isovalue) {
+  return static_cast<float>(interval.min) <= quantized_isovalue &&
+         quantized_isovalue < static_cast<float>(interval.max);
 }
 
 }  // namespace isosplat

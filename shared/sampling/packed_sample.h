@@ -9,8 +9,10 @@ namespace isosplat {
 /// A sample as the GPU reads it: the cell's place, interval and corners in 16 bytes. Value,
 /// gradient and everything else is computed from the corners in the vertex shader.
 ///
-///   word 0   bits  0–5   x of the cell in its block        word 1   bits  0–15  interval min, code
-///                  6–11  y                                          bits 16–31  interval max, code
+///   word 0   bits  0–5   x of the cell in its block        word 1   bits  0–15  interval min,
+///   quantized value
+///                  6–11  y                                          bits 16–31  interval max,
+///                  quantized value
 ///                 12–17  z                                 word 2   low 8 bits of corners 0 to 3
 ///                 18–21  0                                 word 3   low 8 bits of corners 4 to 7
 ///                 22–29  ninth bits of corners 0 to 7      (corner i is byte i & 3 of its word)
@@ -18,9 +20,9 @@ namespace isosplat {
 ///
 /// A corner is held as q = (clamp(corner, min, max) − min) >> shift, nine bits, where
 /// shift = max(0, bit_width(max − min) − 9). It is read back as min + (q << shift) + (1 << shift >>
-/// 1). That is exact for spans below 512 codes, so always for 8-bit volumes, and within 1/512 of
-/// the cell's span otherwise. min and max are always exact: the same cells are active on every
-/// side.
+/// 1). That is exact for spans below 512 quantized values, so always for 8-bit volumes, and within
+/// 1/512 of the cell's span otherwise. min and max are always exact: the same cells are active on
+/// every side.
 struct PackedSample {
   uint32_t word[4];
 
@@ -35,7 +37,7 @@ static_assert(sizeof(PackedSample) == 16);
 struct UnpackedSample {
   Index3 cell;  ///< in the block
   CellInterval interval;
-  std::array<float, 8> corners;  ///< codes
+  std::array<float, 8> corners;  ///< quantized values
 };
 
 /// The shift by which corners of a cell with this interval are packed, 0 to 7.

@@ -9,8 +9,8 @@ namespace isosplat {
 /// takes them to the world.
 struct Sample {
   Vec3f position;         ///< in the cell
-  float value = 0;        ///< the trilinear interpolant there, in codes
-  Vec3f gradient;         ///< codes per cell
+  float value = 0;        ///< the trilinear interpolant there, in quantized values
+  Vec3f gradient;         ///< quantized values per cell
   CellInterval interval;  ///< of the sample's cell
 };
 

@@ -5,7 +5,7 @@
 
 namespace isosplat {
 
-/// A value and its gradient with respect to position in the cell, in codes per cell.
+/// A value and its gradient with respect to position in the cell, in quantized values per cell.
 struct ValueAndGradient {
   float value = 0;
   Vec3f gradient;

@@ -5,12 +5,12 @@
 
 namespace isosplat {
 
-BlockTree::BlockTree(const StoreReader& store, ChunkTable& table, const View& view,
-                     const SightMap& sight)
+BlockTree::BlockTree(const StoreReader& store, ChunkTable& table, const SelectionView& view,
+                     const VisibilityMap& visibility)
     : store_(store),
       table_(table),
       view_(view),
-      sight_(sight),
+      visibility_(visibility),
       projection_(store.info().grid, view) {
   for (uint32_t l = 0; l < store.info().levels; ++l) {
     levels_.push_back(level_grid(store.info().grid.voxels, l));
@@ -18,8 +18,9 @@ BlockTree::BlockTree(const StoreReader& store, ChunkTable& table, const View& vi
 }
 
 bool BlockTree::may_be_active(CellInterval interval) const {
-  return std::any_of(view_.isocodes.begin(), view_.isocodes.end(),
-                     [&](float isocode) { return is_active(interval, isocode); });
+  return std::any_of(
+      view_.quantized_isovalues.begin(), view_.quantized_isovalues.end(),
+      [&](float quantized_isovalue) { return is_active(interval, quantized_isovalue); });
 }
 
 /// Adds the block as a node, if it has an active cell and is in the frustum. Names its page, if
@@ -40,11 +41,11 @@ Result<void> BlockTree::add_block(BlockKey key, int32_t parent, bool& page_missi
   node.parent = parent;
   node.cell_px = footprint.cell_px;
   node.centre_distance = footprint.centre_distance;
-  if (view_.occlusion) node.sight = sight_.of(key);
+  if (view_.occlusion) node.visibility = visibility_.of(key);
   node.first_handle = static_cast<uint32_t>(handles_.size());
   node.resident = true;
-  for (const float isocode : view_.isocodes) {
-    const auto chunk = store_.chunk_for(key, isocode);
+  for (const float quantized_isovalue : view_.quantized_isovalues) {
+    const auto chunk = store_.chunk_for(key, quantized_isovalue);
     if (!chunk) return tl::unexpected(chunk.error());
     if (!*chunk) continue;
     const ChunkHandle handle = table_.handle_of(**chunk);
@@ -109,7 +110,7 @@ Result<void> BlockTree::refine() {
   std::priority_queue<Candidate> queue;
   const auto enqueue = [&](int32_t index) {
     const BlockNode& node = nodes_[index];
-    if (node.key.level == 0 || node.sight == Sight::hidden) return;
+    if (node.key.level == 0 || node.visibility == Visibility::hidden) return;
     if (node.cell_px > view_.load_cell_px) queue.push({node.cell_px, index});
   };
   uint64_t total = 0;

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "shared/select/chunk_table.h"
-#include "shared/select/sight.h"
-#include "shared/select/view.h"
+#include "shared/select/selection_view.h"
+#include "shared/select/visibility.h"
 #include "shared/store/store_reader.h"
 
 namespace isosplat {
@@ -19,7 +19,7 @@ struct BlockNode {
   double centre_distance = 0;
   uint32_t first_handle = 0, handle_count = 0;  ///< of its chunks: BlockTree::handles
   uint64_t cells = 0;
-  Sight sight = Sight::seen;
+  Visibility visibility = Visibility::seen;
   bool resident = false;          ///< every chunk that it needs is
   bool wanted_finer = false;      ///< refined by this view, not just explored
   bool expanded = false;          ///< its children are known
@@ -42,7 +42,8 @@ struct WantedPage {
 class BlockTree {
  public:
   /// All must outlive the tree.
-  BlockTree(const StoreReader& store, ChunkTable& table, const View& view, const SightMap& sight);
+  BlockTree(const StoreReader& store, ChunkTable& table, const SelectionView& view,
+            const VisibilityMap& visibility);
 
   /// Call it once. Errors: those of the store's directory.
   Result<void> grow();
@@ -76,8 +77,8 @@ class BlockTree {
 
   const StoreReader& store_;
   ChunkTable& table_;
-  const View& view_;
-  const SightMap& sight_;
+  const SelectionView& view_;
+  const VisibilityMap& visibility_;
   ScreenProjection projection_;
   std::vector<LevelGrid> levels_;
   std::vector<BlockNode> nodes_;

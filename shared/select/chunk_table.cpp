@@ -3,8 +3,8 @@
 namespace isosplat {
 
 ChunkHandle ChunkTable::handle_of(const ChunkRef& chunk) {
-  // Codes have 16 bits, so a block has at most 65536 slabs.
-  const uint64_t key = block_code(chunk.block) << 16 | chunk.slab;
+  // Quantized values have 16 bits, so a block has at most 65536 bands.
+  const uint64_t key = block_id(chunk.block) << 16 | chunk.band;
   const auto [place, added] = handles_.try_emplace(key, static_cast<ChunkHandle>(chunks_.size()));
   if (added) {
     chunks_.push_back(chunk);
@@ -20,7 +20,7 @@ void ChunkTable::set_resident(ChunkHandle handle, bool resident) {
   while (block.level < kMaxLevels) {
     ++block.level;
     block.index = {block.index.x / 2, block.index.y / 2, block.index.z / 2};
-    const auto place = below_.try_emplace(block_code(block), 0).first;
+    const auto place = below_.try_emplace(block_id(block), 0).first;
     if (resident) {
       ++place->second;
     } else if (--place->second == 0) {

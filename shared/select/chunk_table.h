@@ -3,7 +3,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "shared/select/block_code.h"
+#include "shared/select/block_id.h"
 #include "shared/select/selector.h"
 
 namespace isosplat {
@@ -19,12 +19,12 @@ class ChunkTable {
   void set_resident(ChunkHandle handle, bool resident);
 
   /// Whether a chunk of a finer block that lies within this block is resident.
-  bool any_resident_below(BlockKey block) const { return below_.contains(block_code(block)); }
+  bool any_resident_below(BlockKey block) const { return below_.contains(block_id(block)); }
 
  private:
   std::vector<ChunkRef> chunks_;
   std::vector<bool> resident_;
-  std::unordered_map<uint64_t, ChunkHandle> handles_;  ///< by packed block and slab
+  std::unordered_map<uint64_t, ChunkHandle> handles_;  ///< by packed block and band
   std::unordered_map<uint64_t, uint32_t> below_;       ///< resident chunks of finer blocks, if any
 };
 

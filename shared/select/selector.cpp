@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shared/select/block_code.h"
+#include "shared/select/block_id.h"
 #include "shared/select/block_tree.h"
 #include "shared/select/chunk_table.h"
-#include "shared/select/sight.h"
+#include "shared/select/visibility.h"
 
 namespace isosplat {
 namespace {
 
-constexpr size_t kMaxIsocodes = 64;
+constexpr size_t kMaxIsovalues = 64;
 
 /// A chunk to fetch.
 struct Need {
@@ -25,7 +25,7 @@ struct Need {
 /// What of a view's blocks is to be fetched, and what is drawn until it is there.
 class SelectionMaker {
  public:
-  SelectionMaker(const ChunkTable& table, const View& view, const BlockTree& tree)
+  SelectionMaker(const ChunkTable& table, const SelectionView& view, const BlockTree& tree)
       : table_(table), view_(view), tree_(tree), on_the_way_(tree.nodes().size()) {}
 
   Selection make();
@@ -40,7 +40,7 @@ class SelectionMaker {
   void emit(int32_t index);
 
   const ChunkTable& table_;
-  const View& view_;
+  const SelectionView& view_;
   const BlockTree& tree_;
   std::vector<bool> on_the_way_;  ///< by node: wanted for blocks below it to come in one by one
   Selection result_;
@@ -50,7 +50,7 @@ class SelectionMaker {
 bool SelectionMaker::is_wanted(int32_t index) const {
   const BlockNode& block = node(index);
   if (!tree_.is_target(block)) return on_the_way_[index];
-  if (block.sight == Sight::hidden && tree_.resident_above(block)) return false;
+  if (block.visibility == Visibility::hidden && tree_.resident_above(block)) return false;
   // Finer blocks that are all there serve as well, unless they are finer than can be seen.
   return !(block.full_by_children && block.cell_px > view_.draw_cell_px);
 }
@@ -81,8 +81,8 @@ void SelectionMaker::list_needs() {
     if (!block.wanted_finer && !is_target) continue;  // only explored
     const bool wanted = is_wanted(i);
     // What is drawn in the block's place is about to be tested.
-    const bool is_open =
-        block.sight == Sight::unknown || (block.sight == Sight::coarse && is_target);
+    const bool is_open = block.visibility == Visibility::unknown ||
+                         (block.visibility == Visibility::coarse && is_target);
     const bool waits = is_open && !block.resident && tree_.resident_above(block);
     for (const ChunkHandle handle : tree_.handles(block)) {
       if (table_.is_resident(handle)) {
@@ -163,7 +163,7 @@ void SelectionMaker::emit(int32_t index) {
   const auto level = static_cast<int32_t>(block.key.level);
   auto& finest = result_.finest_drawn_level;
   finest = finest < 0 ? level : std::min(finest, level);
-  if (stands_for_finer && block.sight == Sight::hidden) return;
+  if (stands_for_finer && block.visibility == Visibility::hidden) return;
   result_.coarsest_drawn_level = std::max(result_.coarsest_drawn_level, level);
 }
 
@@ -178,18 +178,18 @@ Selection SelectionMaker::make() {
   return std::move(result_);
 }
 
-bool is_usable(const View& view) {
+bool is_usable(const SelectionView& view) {
   const auto finite = [](double value) { return std::isfinite(value); };
   return std::all_of(view.view_projection.begin(), view.view_projection.end(), finite) &&
          view.width_px > 0 && view.height_px > 0 && finite(view.width_px) &&
          finite(view.height_px) && view.load_cell_px > 0 && view.draw_cell_px > 0 &&
-         !view.isocodes.empty() && view.isocodes.size() <= kMaxIsocodes;
+         !view.quantized_isovalues.empty() && view.quantized_isovalues.size() <= kMaxIsovalues;
 }
 
 /// Whether what can be seen in one view is the same in the other, but for what hides it.
-bool same_sight(const View& a, const View& b) {
+bool same_visibility(const SelectionView& a, const SelectionView& b) {
   return a.view_projection == b.view_projection && a.width_px == b.width_px &&
-         a.height_px == b.height_px && a.isocodes == b.isocodes;
+         a.height_px == b.height_px && a.quantized_isovalues == b.quantized_isovalues;
 }
 
 }  // namespace
@@ -197,16 +197,16 @@ bool same_sight(const View& a, const View& b) {
 struct Selector::State {
   const StoreReader* store;
   ChunkTable table;
-  View seen_from;  ///< the view that `sight` is of
-  SightMap sight;
+  SelectionView seen_from;  ///< the view that `visibility` is of
+  VisibilityMap visibility;
 
-  Result<Selection> select(const View& view) {
+  Result<Selection> select(const SelectionView& view) {
     if (!is_usable(view)) {
       return fail(Status::invalid_argument,
                   "view: expected a finite matrix and size, cell sizes above 0, and 1 to 64 "
                   "isovalues");
     }
-    BlockTree tree(*store, table, view, sight);
+    BlockTree tree(*store, table, view, visibility);
     if (auto grown = tree.grow(); !grown) return tl::unexpected(grown.error());
     return SelectionMaker(table, view, tree).make();
   }
@@ -234,26 +234,26 @@ Result<void> Selector::set_resident(ChunkHandle handle, bool resident) {
   return {};
 }
 
-Result<Selection> Selector::select(const View& view) {
-  if (!same_sight(view, state_->seen_from)) {
+Result<Selection> Selector::select(const SelectionView& view) {
+  if (!same_visibility(view, state_->seen_from)) {
     state_->seen_from = view;
-    state_->sight.clear();
+    state_->visibility.clear();
   }
   return state_->select(view);
 }
 
-Result<Selection> Selector::select_ahead(const View& view) {
-  View expected = view;
+Result<Selection> Selector::select_ahead(const SelectionView& view) {
+  SelectionView expected = view;
   expected.occlusion = false;
   return state_->select(expected);
 }
 
-Result<void> Selector::set_sight(std::span<const DrawnSight> answer) {
-  state_->sight.clear();
-  for (const DrawnSight& drawn : answer) {
+Result<void> Selector::set_visibility(std::span<const DrawnVisibility> answer) {
+  state_->visibility.clear();
+  for (const DrawnVisibility& drawn : answer) {
     const auto known = chunk(drawn.handle);
     if (!known) return tl::unexpected(known.error());
-    state_->sight.add(known->block, drawn.tested, drawn.seen);
+    state_->visibility.add(known->block, drawn.tested, drawn.seen);
   }
   return {};
 }

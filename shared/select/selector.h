@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "shared/grid/region_mask.h"
-#include "shared/select/view.h"
+#include "shared/select/selection_view.h"
 #include "shared/store/store_reader.h"
 
 namespace isosplat {
@@ -24,7 +24,7 @@ struct DrawnChunk {
 };
 
 /// What of a drawn chunk may be seen.
-struct DrawnSight {
+struct DrawnVisibility {
   ChunkHandle handle = 0;
   RegionMask tested;  ///< regions that were drawn
   RegionMask seen;    ///< of these
@@ -37,10 +37,11 @@ struct Selection {
   std::vector<DrawnChunk> draw;   ///< resident chunks to draw now
   std::vector<ChunkHandle> keep;  ///< resident chunks that this view needs, drawn yet or not
 
-  /// Drawn chunks that stand for finer ones. With View::occlusion: which of their regions may be
-  /// seen is to be told by set_sight, whenever what is drawn has changed.
+  /// Drawn chunks that stand for finer ones. With SelectionView::occlusion: which of their regions
+  /// may be seen is to be told by set_visibility, whenever what is drawn has changed.
   std::vector<ChunkHandle> test;
-  uint32_t undecided = 0;  ///< chunks that are wanted if the next set_sight says they may be seen
+  uint32_t undecided =
+      0;  ///< chunks that are wanted if the next set_visibility says they may be seen
   int32_t finest_drawn_level = -1;    ///< −1: nothing is drawn
   int32_t coarsest_drawn_level = -1;  ///< of what is not known to be hidden
   uint64_t target_cells = 0;  ///< of the chunks that this view comes down to when all is loaded
@@ -60,10 +61,10 @@ struct Selection {
 /// to them, so every third level above what is wanted is fetched on the way, where nothing as fine
 /// is there yet.
 ///
-/// Blocks behind what is drawn are left out where View::occlusion asks for it: their coarser chunks
-/// stay, and what is drawn still has no hole. As finer chunks take the place of thick coarse ones,
-/// others come to light, or turn out to be hidden; what has been fetched stays. So a view is
-/// complete after at most as many tests as it has blocks, and nothing flickers.
+/// Blocks behind what is drawn are left out where SelectionView::occlusion asks for it: their
+/// coarser chunks stay, and what is drawn still has no hole. As finer chunks take the place of
+/// thick coarse ones, others come to light, or turn out to be hidden; what has been fetched stays.
+/// So a view is complete after at most as many tests as it has blocks, and nothing flickers.
 ///
 /// What a complete view draws where it can be seen depends on the view alone: neither on the views
 /// before, nor on what else is resident.
@@ -85,15 +86,15 @@ class Selector {
   Result<void> set_resident(ChunkHandle handle, bool resident);
 
   /// Errors: invalid_argument (a matrix or a size that is not finite, no isovalue or more than 64).
-  Result<Selection> select(const View& view);
+  Result<Selection> select(const SelectionView& view);
 
   /// The answer of a test of what is drawn, in the view selected last: replaces the one before.
   /// Another camera, size or isovalue forgets it. Errors: not_found (a handle).
-  Result<void> set_sight(std::span<const DrawnSight> answer);
+  Result<void> set_visibility(std::span<const DrawnVisibility> answer);
 
   /// As select, for a view that is only expected: leaves no trace in what the next selection holds
   /// on to.
-  Result<Selection> select_ahead(const View& view);
+  Result<Selection> select_ahead(const SelectionView& view);
 
  private:
   struct State;

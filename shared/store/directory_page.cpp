@@ -37,7 +37,7 @@ Result<DirectoryPage> parse_page(std::span<const std::byte> bytes, const PageRef
   }
   const Index3 box = page.end_block - page.first_block;
   const auto block_count = static_cast<size_t>(box.x * box.y * box.z);  // at most 32³
-  if (bytes.size() < kPageHeadBytes) return malformed("it is too short for its own head");
+  if (bytes.size() < kPageHeaderBytes) return malformed("it is too short for its own header");
   FieldReader field(bytes.data());
   const uint32_t blocks_found = field.u32();
   const size_t chunk_count = field.u32();
@@ -45,7 +45,7 @@ Result<DirectoryPage> parse_page(std::span<const std::byte> bytes, const PageRef
     return malformed("expected " + std::to_string(block_count) + " blocks, found " +
                      std::to_string(blocks_found));
   }
-  const size_t block_end = kPageHeadBytes + block_count * kBlockRecordBytes;
+  const size_t block_end = kPageHeaderBytes + block_count * kBlockRecordBytes;
   if (bytes.size() < block_end || (bytes.size() - block_end) % kChunkRecordBytes != 0 ||
       (bytes.size() - block_end) / kChunkRecordBytes != chunk_count) {
     return malformed(std::to_string(chunk_count) + " chunks do not fill its " +
@@ -58,19 +58,19 @@ Result<DirectoryPage> parse_page(std::span<const std::byte> bytes, const PageRef
   for (auto& block : result.blocks) {
     block.offset = field.u48();
     block.interval = {field.u16(), field.u16()};
-    block.slab_count = field.u16();
+    block.band_count = field.u16();
     block.first_chunk = static_cast<uint32_t>(first_chunk);
-    first_chunk += block.slab_count;
+    first_chunk += block.band_count;
   }
   if (first_chunk != chunk_count) {
-    return malformed("its blocks have " + std::to_string(first_chunk) + " slabs, its chunks are " +
+    return malformed("its blocks have " + std::to_string(first_chunk) + " bands, its chunks are " +
                      std::to_string(chunk_count));
   }
   for (auto& chunk : result.chunks) {
     chunk.checksum = field.u32();
     chunk.bytes = field.u24();
     chunk.cells = field.u24();
-    chunk.slab_end = field.u16();
+    chunk.band_end = field.u16();
   }
 
   uint64_t end = level.chunks_offset;  // of the chunks seen so far
@@ -80,9 +80,9 @@ Result<DirectoryPage> parse_page(std::span<const std::byte> bytes, const PageRef
     const Index3 key = page.first_block + Index3{n % box.x, n / box.x % box.y, n / box.x / box.y};
     const std::string where = "block " + std::to_string(key.x) + "." + std::to_string(key.y) + "." +
                               std::to_string(key.z);
-    if (block.slab_count == 0) {
+    if (block.band_count == 0) {
       if (block.interval.min != block.interval.max || block.offset != 0) {
-        return malformed(where + " has cells, but no slab");
+        return malformed(where + " has cells, but no band");
       }
       continue;
     }
@@ -93,25 +93,25 @@ Result<DirectoryPage> parse_page(std::span<const std::byte> bytes, const PageRef
     end = block.offset;
     const Index3 size = block_cells(level.grid, key);
     const auto most = static_cast<uint32_t>(size.x * size.y * size.z);
-    uint32_t slab_begin = block.interval.min;
-    for (uint32_t s = 0; s < block.slab_count; ++s) {
+    uint32_t band_begin = block.interval.min;
+    for (uint32_t s = 0; s < block.band_count; ++s) {
       const auto& chunk = result.chunks[block.first_chunk + s];
-      if (chunk.slab_end <= slab_begin) {
-        return malformed(where + ": slab " + std::to_string(s) + " ends at " +
-                         std::to_string(chunk.slab_end) + ", where it begins or before");
+      if (chunk.band_end <= band_begin) {
+        return malformed(where + ": band " + std::to_string(s) + " ends at " +
+                         std::to_string(chunk.band_end) + ", where it begins or before");
       }
-      slab_begin = chunk.slab_end;
+      band_begin = chunk.band_end;
       if (chunk.cells > most || (chunk.cells == 0) != (chunk.bytes == 0)) {
-        return malformed(where + ": slab " + std::to_string(s) + " announces " +
+        return malformed(where + ": band " + std::to_string(s) + " announces " +
                          std::to_string(chunk.cells) + " cells in " + std::to_string(chunk.bytes) +
                          " bytes");
       }
       end += chunk.bytes;
     }
-    if (slab_begin != block.interval.max) {
-      return malformed(where + ": expected its slabs to end at " +
+    if (band_begin != block.interval.max) {
+      return malformed(where + ": expected its bands to end at " +
                        std::to_string(block.interval.max) + ", found " +
-                       std::to_string(slab_begin));
+                       std::to_string(band_begin));
     }
     if (end > level.chunks_offset + level.chunks_bytes) {
       return malformed(where + ": its chunks lie outside its level's");
@@ -122,7 +122,7 @@ Result<DirectoryPage> parse_page(std::span<const std::byte> bytes, const PageRef
 
 std::vector<std::byte> write_page(const DirectoryPage& page) {
   std::vector<std::byte> out;
-  out.reserve(kPageHeadBytes + page.blocks.size() * kBlockRecordBytes +
+  out.reserve(kPageHeaderBytes + page.blocks.size() * kBlockRecordBytes +
               page.chunks.size() * kChunkRecordBytes);
   FieldWriter to(out);
   to.field(4, page.blocks.size());
@@ -131,13 +131,13 @@ std::vector<std::byte> write_page(const DirectoryPage& page) {
     to.field(6, block.offset);
     to.field(2, block.interval.min);
     to.field(2, block.interval.max);
-    to.field(2, block.slab_count);
+    to.field(2, block.band_count);
   }
   for (const auto& chunk : page.chunks) {
     to.field(4, chunk.checksum);
     to.field(3, chunk.bytes);
     to.field(3, chunk.cells);
-    to.field(2, chunk.slab_end);
+    to.field(2, chunk.band_end);
   }
   return out;
 }

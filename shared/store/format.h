@@ -14,15 +14,15 @@ inline constexpr std::array<uint8_t, 8> kStoreMagic = {0x89, 'I', 'S', 'O', 'S',
 inline constexpr uint16_t kStoreMajor = 1;
 inline constexpr uint16_t kStoreMinor = 0;
 
-inline constexpr size_t kFixedHeadBytes = 48;
+inline constexpr size_t kFixedHeaderBytes = 48;
 inline constexpr size_t kContentIdOffset = 32;
-inline constexpr size_t kHeadChecksumBytes = 8;  ///< the head's last bytes
-inline constexpr size_t kSectionHeadBytes = 8;
+inline constexpr size_t kHeaderChecksumBytes = 8;  ///< the header's last bytes
+inline constexpr size_t kSectionHeaderBytes = 8;
 inline constexpr size_t kVolumeSectionBytes = 176;
-inline constexpr size_t kLevelSectionHeadBytes = 8;
+inline constexpr size_t kLevelSectionHeaderBytes = 8;
 inline constexpr size_t kLevelRecordBytes = 32;
 inline constexpr size_t kPageRecordBytes = 12;
-inline constexpr size_t kPageHeadBytes = 8;
+inline constexpr size_t kPageHeaderBytes = 8;
 inline constexpr size_t kBlockRecordBytes = 12;
 inline constexpr size_t kChunkRecordBytes = 12;
 
@@ -58,7 +58,7 @@ constexpr Index3 pages_of_level(Index3 blocks, uint32_t log2) {
   return {(blocks.x + round) >> log2, (blocks.y + round) >> log2, (blocks.z + round) >> log2};
 }
 
-/// The blocks along each axis of a page, as a power of two: the smallest for which the head can
+/// The blocks along each axis of a page, as a power of two: the smallest for which the header can
 /// list all pages. Errors: no_cells, volume_too_large.
 Result<uint32_t> choose_page_log2(Index3 voxels);
 

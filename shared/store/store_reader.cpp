@@ -4,7 +4,7 @@
 
 #include "shared/store/directory_page.h"
 #include "shared/store/format.h"
-#include "shared/store/head.h"
+#include "shared/store/store_header.h"
 
 namespace isosplat {
 namespace {
@@ -26,7 +26,7 @@ std::string name_of(BlockKey key) {
 }  // namespace
 
 struct StoreReader::State {
-  StoreHead head;
+  StoreHeader header;
   std::vector<std::unique_ptr<DirectoryPage>> pages;  ///< null: not resident
 
   struct Place {
@@ -35,14 +35,14 @@ struct StoreReader::State {
   };
 
   Result<uint32_t> page_of(BlockKey key) const {
-    if (key.level >= head.info.levels ||
-        !is_inside(key.index, head.levels[key.level].grid.blocks)) {
+    if (key.level >= header.info.levels ||
+        !is_inside(key.index, header.levels[key.level].grid.blocks)) {
       return fail(Status::not_found, name_of(key) + " does not exist");
     }
-    const LevelRef& level = head.levels[key.level];
-    const Index3 boxes = pages_of_level(level.grid.blocks, head.page_log2);
-    const Index3 box{key.index.x >> head.page_log2, key.index.y >> head.page_log2,
-                     key.index.z >> head.page_log2};
+    const LevelRef& level = header.levels[key.level];
+    const Index3 boxes = pages_of_level(level.grid.blocks, header.page_log2);
+    const Index3 box{key.index.x >> header.page_log2, key.index.y >> header.page_log2,
+                     key.index.z >> header.page_log2};
     return level.first_page + static_cast<uint32_t>((box.z * boxes.y + box.y) * boxes.x + box.x);
   }
 
@@ -54,35 +54,35 @@ struct StoreReader::State {
       return fail(Status::page_not_resident,
                   name_of(key) + ": add page " + std::to_string(*number) + " first");
     }
-    const PageRef& ref = head.pages[*number];
+    const PageRef& ref = header.pages[*number];
     const Index3 at = key.index - ref.first_block, box = ref.end_block - ref.first_block;
     return Place{page, &page->blocks[static_cast<size_t>((at.z * box.y + at.y) * box.x + at.x)]};
   }
 
-  /// Calls visit(ChunkRef) for the slabs of a block, ascending, until it returns false.
+  /// Calls visit(ChunkRef) for the bands of a block, ascending, until it returns false.
   template <class Visit>
-  static void visit_slabs(const DirectoryPage& page, const DirectoryPage::Block& block,
+  static void visit_bands(const DirectoryPage& page, const DirectoryPage::Block& block,
                           BlockKey key, Visit visit) {
     uint64_t offset = block.offset;
     uint32_t begin = block.interval.min;
-    for (uint32_t s = 0; s < block.slab_count; ++s) {
+    for (uint32_t s = 0; s < block.band_count; ++s) {
       const auto& chunk = page.chunks[block.first_chunk + s];
-      if (!visit(ChunkRef{key, s, static_cast<Code>(begin), chunk.slab_end, offset, chunk.bytes,
-                          chunk.cells, chunk.checksum})) {
+      if (!visit(ChunkRef{key, s, static_cast<QuantizedValue>(begin), chunk.band_end, offset,
+                          chunk.bytes, chunk.cells, chunk.checksum})) {
         return;
       }
-      begin = chunk.slab_end;
+      begin = chunk.band_end;
       offset += chunk.bytes;
     }
   }
 
-  /// Appends the chunks of a block whose slabs meet [low, high].
+  /// Appends the chunks of a block whose bands meet [low, high].
   static void append_chunks(const DirectoryPage& page, const DirectoryPage::Block& block,
                             BlockKey key, float low, float high, std::vector<ChunkRef>& out) {
     if (!meets(block.interval, low, high)) return;
-    visit_slabs(page, block, key, [&](const ChunkRef& chunk) {
-      if (static_cast<float>(chunk.slab_begin) > high) return false;
-      if (low < static_cast<float>(chunk.slab_end) && chunk.cells > 0) out.push_back(chunk);
+    visit_bands(page, block, key, [&](const ChunkRef& chunk) {
+      if (static_cast<float>(chunk.band_begin) > high) return false;
+      if (low < static_cast<float>(chunk.band_end) && chunk.cells > 0) out.push_back(chunk);
       return true;
     });
   }
@@ -94,43 +94,43 @@ StoreReader& StoreReader::operator=(StoreReader&&) noexcept = default;
 StoreReader::~StoreReader() = default;
 
 Result<StoreReader> StoreReader::open(std::span<const std::byte> bytes) {
-  auto head = parse_head(bytes.first(std::min(bytes.size(), kMaxHeadBytes)));
-  if (!head) return tl::unexpected(head.error());
+  auto header = parse_store_header(bytes.first(std::min(bytes.size(), kMaxStoreHeaderBytes)));
+  if (!header) return tl::unexpected(header.error());
   auto state = std::make_unique<State>();
-  state->head = std::move(*head);
-  state->pages.resize(state->head.pages.size());
+  state->header = std::move(*header);
+  state->pages.resize(state->header.pages.size());
   return StoreReader(std::move(state));
 }
 
 const StoreInfo& StoreReader::info() const {
-  return state_->head.info;
+  return state_->header.info;
 }
 
 std::span<const LevelRef> StoreReader::levels() const {
-  return state_->head.levels;
+  return state_->header.levels;
 }
 
 std::span<const PageRef> StoreReader::pages() const {
-  return state_->head.pages;
+  return state_->header.pages;
 }
 
 CoarseRange StoreReader::coarse_range(uint64_t max_bytes) const {
-  const StoreHead& head = state_->head;
+  const StoreHeader& header = state_->header;
   CoarseRange range;
-  for (auto l = static_cast<uint32_t>(head.levels.size()); l-- > 0;) {
-    const LevelRef& level = head.levels[l];
-    const PageRef& last_page = head.pages[level.first_page + level.page_count - 1];
+  for (auto l = static_cast<uint32_t>(header.levels.size()); l-- > 0;) {
+    const LevelRef& level = header.levels[l];
+    const PageRef& last_page = header.pages[level.first_page + level.page_count - 1];
     const uint64_t bytes = last_page.offset + last_page.bytes - level.chunks_offset;
-    if (bytes > max_bytes && l + 1 < head.levels.size()) break;
+    if (bytes > max_bytes && l + 1 < header.levels.size()) break;
     range = {l, level.chunks_offset, bytes};
   }
   return range;
 }
 
-CoarseRange StoreReader::opening_range() const {
-  CoarseRange range = coarse_range(kOpeningBytes);
-  const uint64_t limit = range.offset + std::max(range.bytes, kOpeningBytesWithPages);
-  for (const PageRef& page : state_->head.pages) {
+CoarseRange StoreReader::bootstrap_range() const {
+  CoarseRange range = coarse_range(kBootstrapBytes);
+  const uint64_t limit = range.offset + std::max(range.bytes, kBootstrapBytesWithPages);
+  for (const PageRef& page : state_->header.pages) {
     const uint64_t end = page.offset + page.bytes;
     if (end <= limit) range.bytes = std::max(range.bytes, end - range.offset);
   }
@@ -157,8 +157,8 @@ Result<ParsedPage> StoreReader::parse_page(uint32_t page, std::span<const std::b
                                        " does not exist: the store has " +
                                        std::to_string(state_->pages.size()));
   }
-  const PageRef& ref = state_->head.pages[page];
-  auto parsed = isosplat::parse_page(bytes, ref, state_->head.levels[ref.level]);
+  const PageRef& ref = state_->header.pages[page];
+  auto parsed = isosplat::parse_page(bytes, ref, state_->header.levels[ref.level]);
   if (!parsed) return tl::unexpected(parsed.error());
   return ParsedPage(page, std::make_unique<DirectoryPage>(std::move(*parsed)));
 }
@@ -181,32 +181,33 @@ void StoreReader::remove_page(uint32_t page) {
 Result<BlockRef> StoreReader::block(BlockKey key) const {
   const auto place = state_->find(key);
   if (!place) return tl::unexpected(place.error());
-  return BlockRef{key, place->block->interval, place->block->slab_count};
+  return BlockRef{key, place->block->interval, place->block->band_count};
 }
 
-Result<ChunkRef> StoreReader::chunk(BlockKey key, uint32_t slab) const {
+Result<ChunkRef> StoreReader::chunk(BlockKey key, uint32_t band) const {
   const auto place = state_->find(key);
   if (!place) return tl::unexpected(place.error());
-  if (slab >= place->block->slab_count) {
+  if (band >= place->block->band_count) {
     return fail(Status::not_found, name_of(key) + " has " +
-                                       std::to_string(place->block->slab_count) +
-                                       " slabs, not slab " + std::to_string(slab));
+                                       std::to_string(place->block->band_count) +
+                                       " bands, not band " + std::to_string(band));
   }
   ChunkRef found;
-  State::visit_slabs(*place->page, *place->block, key, [&](const ChunkRef& chunk) {
+  State::visit_bands(*place->page, *place->block, key, [&](const ChunkRef& chunk) {
     found = chunk;
-    return chunk.slab < slab;
+    return chunk.band < band;
   });
   return found;
 }
 
-Result<std::optional<ChunkRef>> StoreReader::chunk_for(BlockKey key, float isocode) const {
+Result<std::optional<ChunkRef>> StoreReader::chunk_for(BlockKey key,
+                                                       float quantized_isovalue) const {
   const auto place = state_->find(key);
   if (!place) return tl::unexpected(place.error());
   std::optional<ChunkRef> found;
-  if (!is_active(place->block->interval, isocode)) return found;
-  State::visit_slabs(*place->page, *place->block, key, [&](const ChunkRef& chunk) {
-    if (isocode >= static_cast<float>(chunk.slab_end)) return true;
+  if (!is_active(place->block->interval, quantized_isovalue)) return found;
+  State::visit_bands(*place->page, *place->block, key, [&](const ChunkRef& chunk) {
+    if (quantized_isovalue >= static_cast<float>(chunk.band_end)) return true;
     if (chunk.cells > 0) found = chunk;
     return false;
   });
@@ -214,16 +215,16 @@ Result<std::optional<ChunkRef>> StoreReader::chunk_for(BlockKey key, float isoco
 }
 
 Result<std::vector<ChunkRef>> StoreReader::chunks_for(uint32_t level, float low, float high) const {
-  const StoreHead& head = state_->head;
-  if (level >= head.info.levels) {
+  const StoreHeader& header = state_->header;
+  if (level >= header.info.levels) {
     return fail(Status::not_found, "level " + std::to_string(level) +
                                        " does not exist: the store has " +
-                                       std::to_string(head.info.levels));
+                                       std::to_string(header.info.levels));
   }
   std::vector<ChunkRef> found;
-  const LevelRef& of_level = head.levels[level];
+  const LevelRef& of_level = header.levels[level];
   for (uint32_t i = of_level.first_page; i < of_level.first_page + of_level.page_count; ++i) {
-    const PageRef& ref = head.pages[i];
+    const PageRef& ref = header.pages[i];
     if (!meets(ref.interval, low, high)) continue;
     const DirectoryPage* page = state_->pages[i].get();
     if (!page) {
@@ -250,12 +251,12 @@ Result<std::vector<ChunkRef>> StoreReader::chunks_for(BlockKey key, float low, f
 }
 
 std::vector<uint32_t> StoreReader::missing_pages(uint32_t level, float low, float high) const {
-  const StoreHead& head = state_->head;
+  const StoreHeader& header = state_->header;
   std::vector<uint32_t> missing;
-  if (level >= head.info.levels) return missing;
-  const LevelRef& of_level = head.levels[level];
+  if (level >= header.info.levels) return missing;
+  const LevelRef& of_level = header.levels[level];
   for (uint32_t i = of_level.first_page; i < of_level.first_page + of_level.page_count; ++i) {
-    if (!state_->pages[i] && meets(head.pages[i].interval, low, high)) missing.push_back(i);
+    if (!state_->pages[i] && meets(header.pages[i].interval, low, high)) missing.push_back(i);
   }
   return missing;
 }

@@ -14,24 +14,24 @@
 
 namespace isosplat {
 
-/// A store's head always ends within this many bytes of the file's start: one read opens a store.
-inline constexpr size_t kMaxHeadBytes = 64 * 1024;
+/// A store's header always ends within this many bytes of the file's start: one read opens a store.
+inline constexpr size_t kMaxStoreHeaderBytes = 64 * 1024;
 
-/// Sizes of opening_range(). With the largest head that is 144 KiB until the first surface; the
+/// Sizes of bootstrap_range(). With the largest header that is 144 KiB until the first surface; the
 /// coarsest level alone may take more.
-inline constexpr uint64_t kOpeningBytes = 64 * 1024;
-inline constexpr uint64_t kOpeningBytesWithPages = 80 * 1024;
+inline constexpr uint64_t kBootstrapBytes = 64 * 1024;
+inline constexpr uint64_t kBootstrapBytesWithPages = 80 * 1024;
 
 /// What a store says of its volume.
 struct StoreInfo {
   VolumeGrid grid;
   ValueMapping mapping;
-  CellInterval range;   ///< of all voxels that have a value, as codes
+  CellInterval range;   ///< of all voxels that have a value, as quantized values
   uint32_t levels = 0;  ///< level_count(grid.voxels)
   uint64_t chunk_count = 0;
   uint64_t missing_voxels = 0;  ///< voxels without a value
   uint64_t file_bytes = 0;
-  uint32_t head_bytes = 0;               ///< where the head ends; the chunks follow
+  uint32_t header_bytes = 0;             ///< where the header ends; the chunks follow
   std::array<uint8_t, 16> content_id{};  ///< hash of all content: two stores with it are the same
   std::string metadata;  ///< JSON text for people and pages: name, histogram, … (FORMAT.md)
 };
@@ -57,19 +57,20 @@ struct CoarseRange {
 
 struct DirectoryPage;
 
-/// A chunk: the cells of one block that are active for some isocode in [slab_begin, slab_end).
+/// A chunk: the cells of one block that are active for some quantized isovalue in [band_begin,
+/// band_end).
 struct ChunkRef {
   BlockKey block;
-  uint32_t slab = 0;  ///< index within the block, ascending by isovalue
-  Code slab_begin = 0;
-  uint32_t slab_end = 0;  ///< up to 65535
+  uint32_t band = 0;  ///< index within the block, ascending by isovalue
+  QuantizedValue band_begin = 0;
+  uint32_t band_end = 0;  ///< up to 65535
   uint64_t offset = 0;    ///< in the file
   uint32_t bytes = 0;
   uint32_t cells = 0;     ///< that it decodes to; 0 only where bytes is 0 (a gap between values)
   uint32_t checksum = 0;  ///< low 32 bits of XXH3-64 of its bytes
 };
 
-/// A directory page: a box of blocks of one level. The head lists all of them, coarsest level
+/// A directory page: a box of blocks of one level. The header lists all of them, coarsest level
 /// first.
 struct PageRef {
   uint32_t level = 0;
@@ -81,11 +82,11 @@ struct PageRef {
   uint32_t checksum = 0;  ///< low 32 bits of XXH3-64 of its bytes
 };
 
-/// A block, as its page describes it. Blocks without a single cell that can be active have no slab.
+/// A block, as its page describes it. Blocks without a single cell that can be active have no band.
 struct BlockRef {
   BlockKey key;
   CellInterval interval;  ///< of all its cells
-  uint32_t slab_count = 0;
+  uint32_t band_count = 0;
 };
 
 /// A directory page that was accepted, and is not resident yet: see StoreReader::parse_page.
@@ -102,14 +103,14 @@ class ParsedPage {
   std::unique_ptr<DirectoryPage> page_;
 };
 
-/// Answers "which chunks" from a store's head and the pages added so far. It reads nothing itself:
-/// the caller brings the bytes, from a file, a socket or a fetch. All bytes are taken as hostile;
-/// what has been accepted is consistent. Copies what it keeps.
+/// Answers "which chunks" from a store's header and the pages added so far. It reads nothing
+/// itself: the caller brings the bytes, from a file, a socket or a fetch. All bytes are taken as
+/// hostile; what has been accepted is consistent. Copies what it keeps.
 class StoreReader {
  public:
-  /// `head`: the file's first min(kMaxHeadBytes, file size) bytes; more is ignored.
+  /// `header`: the file's first min(kMaxStoreHeaderBytes, file size) bytes; more is ignored.
   /// Errors: not_a_store, unsupported_version, truncated, checksum_mismatch, malformed_header.
-  static Result<StoreReader> open(std::span<const std::byte> head);
+  static Result<StoreReader> open(std::span<const std::byte> header);
 
   StoreReader(StoreReader&&) noexcept;
   StoreReader& operator=(StoreReader&&) noexcept;
@@ -120,14 +121,14 @@ class StoreReader {
   /// info().levels entries.
   std::span<const LevelRef> levels() const;
 
-  /// The coarse end of the file: as many of the coarsest levels as fit in max_bytes with their
+  /// The coarse tail of the file: as many of the coarsest levels as fit in max_bytes with their
   /// pages, at least the coarsest one. One read of it makes these levels complete.
   CoarseRange coarse_range(uint64_t max_bytes) const;
 
-  /// What a viewer reads first, after the head: the coarse end within kOpeningBytes, and of the
-  /// pages of finer levels behind it those that end within kOpeningBytesWithPages of its begin, so
-  /// that these levels need no round trip of their own.
-  CoarseRange opening_range() const;
+  /// What a viewer reads first, after the header: the coarse tail within kBootstrapBytes, and of
+  /// the pages of finer levels behind it those that end within kBootstrapBytesWithPages of its
+  /// begin, so that these levels need no round trip of their own.
+  CoarseRange bootstrap_range() const;
 
   std::span<const PageRef> pages() const;
   bool is_resident(uint32_t page) const;
@@ -150,19 +151,19 @@ class StoreReader {
   Result<BlockRef> block(BlockKey key) const;
 
   /// The chunk by its place. Errors: not_found, page_not_resident.
-  Result<ChunkRef> chunk(BlockKey block, uint32_t slab) const;
+  Result<ChunkRef> chunk(BlockKey block, uint32_t band) const;
 
-  /// The one chunk that holds every cell of the block that is active for `isocode`; nothing where
-  /// none is. Errors: not_found, page_not_resident.
-  Result<std::optional<ChunkRef>> chunk_for(BlockKey block, float isocode) const;
+  /// The one chunk that holds every cell of the block that is active for `quantized_isovalue`;
+  /// nothing where none is. Errors: not_found, page_not_resident.
+  Result<std::optional<ChunkRef>> chunk_for(BlockKey block, float quantized_isovalue) const;
 
-  /// Every chunk of a level whose slab meets [low, high] (isocodes), page by page. Fails with
-  /// page_not_resident when a page whose interval meets the range is missing; `missing_pages`
+  /// Every chunk of a level whose band meets [low, high] (quantized isovalues), page by page. Fails
+  /// with page_not_resident when a page whose interval meets the range is missing; `missing_pages`
   /// names them.
   Result<std::vector<ChunkRef>> chunks_for(uint32_t level, float low, float high) const;
   std::vector<uint32_t> missing_pages(uint32_t level, float low, float high) const;
 
-  /// The same for one block, slabs ascending. Errors: not_found, page_not_resident.
+  /// The same for one block, bands ascending. Errors: not_found, page_not_resident.
   Result<std::vector<ChunkRef>> chunks_for(BlockKey block, float low, float high) const;
 
  private:

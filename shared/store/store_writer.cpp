@@ -5,7 +5,7 @@
 #include "shared/store/checksum.h"
 #include "shared/store/directory_page.h"
 #include "shared/store/format.h"
-#include "shared/store/head.h"
+#include "shared/store/store_header.h"
 
 namespace isosplat {
 
@@ -18,8 +18,8 @@ Result<void> MemorySink::write(uint64_t offset, std::span<const std::byte> data)
 
 struct StoreWriter::State {
   ByteSink* sink = nullptr;
-  StoreHead head;
-  ContentHash content;  ///< of everything after the head
+  StoreHeader header;
+  ContentHash content;  ///< of everything after the header
   uint64_t offset = 0;  ///< where the next bytes go
   uint32_t level = 0;   ///< of the next block
   uint64_t next_block = 0;
@@ -36,7 +36,7 @@ struct StoreWriter::State {
   /// The part of a level's directory that one page holds.
   DirectoryPage cut_page(const PageRef& ref) const {
     const DirectoryPage& all = levels[ref.level];
-    const Index3 blocks = head.levels[ref.level].grid.blocks;
+    const Index3 blocks = header.levels[ref.level].grid.blocks;
     DirectoryPage page;
     for (int32_t z = ref.first_block.z; z < ref.end_block.z; ++z) {
       for (int32_t y = ref.first_block.y; y < ref.end_block.y; ++y) {
@@ -48,7 +48,7 @@ struct StoreWriter::State {
           const auto& block = all.blocks[n];
           page.blocks.push_back(block);
           const auto first = all.chunks.begin() + block.first_chunk;
-          page.chunks.insert(page.chunks.end(), first, first + block.slab_count);
+          page.chunks.insert(page.chunks.end(), first, first + block.band_count);
         }
       }
     }
@@ -71,23 +71,24 @@ Result<StoreWriter> StoreWriter::create(Index3 voxels, size_t metadata_limit, By
   }
   auto state = std::make_unique<State>();
   state->sink = &sink;
-  StoreHead& head = state->head;
-  head.page_log2 = *page_log2;
-  head.info.head_bytes = static_cast<uint32_t>(head_bytes_for(voxels, *page_log2, metadata_limit));
-  head.pages = list_pages(voxels, *page_log2);
-  head.info.levels = level_count(voxels);
-  for (uint32_t l = 0; l < head.info.levels; ++l) {
+  StoreHeader& header = state->header;
+  header.page_log2 = *page_log2;
+  header.info.header_bytes =
+      static_cast<uint32_t>(header_bytes_for(voxels, *page_log2, metadata_limit));
+  header.pages = list_pages(voxels, *page_log2);
+  header.info.levels = level_count(voxels);
+  for (uint32_t l = 0; l < header.info.levels; ++l) {
     LevelRef level;
     level.grid = level_grid(voxels, l);
-    for (uint32_t i = 0; i < head.pages.size(); ++i) {
-      if (head.pages[i].level != l) continue;
+    for (uint32_t i = 0; i < header.pages.size(); ++i) {
+      if (header.pages[i].level != l) continue;
       if (level.page_count++ == 0) level.first_page = i;
     }
-    head.levels.push_back(level);
+    header.levels.push_back(level);
   }
-  state->levels.resize(head.info.levels);
-  state->offset = head.info.head_bytes;
-  head.levels[0].chunks_offset = state->offset;
+  state->levels.resize(header.info.levels);
+  state->offset = header.info.header_bytes;
+  header.levels[0].chunks_offset = state->offset;
   return StoreWriter(std::move(state));
 }
 
@@ -96,10 +97,10 @@ uint64_t StoreWriter::bytes_written() const {
 }
 
 uint64_t StoreWriter::level_bytes(uint32_t level) const {
-  return state_->head.levels[level].chunks_bytes;
+  return state_->header.levels[level].chunks_bytes;
 }
 
-Result<void> StoreWriter::add_block(CellInterval interval, std::span<const SlabChunk> slabs,
+Result<void> StoreWriter::add_block(CellInterval interval, std::span<const BandChunk> bands,
                                     std::span<const std::byte> bytes) {
   State& state = *state_;
   const auto invalid = [&](const char* what) {
@@ -107,35 +108,35 @@ Result<void> StoreWriter::add_block(CellInterval interval, std::span<const SlabC
                                               " of level " + std::to_string(state.level) + ": " +
                                               what);
   };
-  if (state.level >= state.head.info.levels) return invalid("there are no more blocks");
-  LevelRef& level = state.head.levels[state.level];
+  if (state.level >= state.header.info.levels) return invalid("there are no more blocks");
+  LevelRef& level = state.header.levels[state.level];
   DirectoryPage& directory = state.levels[state.level];
 
   DirectoryPage::Block block{};
-  if (!slabs.empty()) {
+  if (!bands.empty()) {
     block = {state.offset, interval, static_cast<uint32_t>(directory.chunks.size()),
-             static_cast<uint32_t>(slabs.size())};
+             static_cast<uint32_t>(bands.size())};
     uint32_t begin = interval.min;
     size_t at = 0;
-    for (const SlabChunk& slab : slabs) {
-      if (slab.slab_end <= begin || slab.slab_end > interval.max) {
-        return invalid("its slabs do not ascend within its interval");
+    for (const BandChunk& band : bands) {
+      if (band.band_end <= begin || band.band_end > interval.max) {
+        return invalid("its bands do not ascend within its interval");
       }
-      begin = slab.slab_end;
-      if ((slab.cells == 0) != (slab.bytes == 0) || bytes.size() - at < slab.bytes) {
+      begin = band.band_end;
+      if ((band.cells == 0) != (band.bytes == 0) || bytes.size() - at < band.bytes) {
         return invalid("its chunks' bytes are not those given");
       }
-      if (slab.bytes > kMaxChunkBytes) {
-        return fail(Status::volume_too_large, "a chunk has " + std::to_string(slab.bytes) +
+      if (band.bytes > kMaxChunkBytes) {
+        return fail(Status::volume_too_large, "a chunk has " + std::to_string(band.bytes) +
                                                   " bytes, more than the format can hold");
       }
-      directory.chunks.push_back({checksum32(bytes.subspan(at, slab.bytes)), slab.bytes, slab.cells,
-                                  static_cast<uint16_t>(slab.slab_end)});
-      at += slab.bytes;
-      level.chunk_count += slab.cells > 0;
+      directory.chunks.push_back({checksum32(bytes.subspan(at, band.bytes)), band.bytes, band.cells,
+                                  static_cast<uint16_t>(band.band_end)});
+      at += band.bytes;
+      level.chunk_count += band.cells > 0;
     }
     if (begin != interval.max || at != bytes.size()) {
-      return invalid("its slabs do not end where its interval or its bytes do");
+      return invalid("its bands do not end where its interval or its bytes do");
     }
     if (auto appended = state.append(bytes); !appended) return appended;
     level.chunks_bytes += bytes.size();
@@ -147,8 +148,8 @@ Result<void> StoreWriter::add_block(CellInterval interval, std::span<const SlabC
 
   if (++state.next_block == level.grid.block_count()) {
     state.next_block = 0;
-    if (++state.level < state.head.info.levels) {
-      state.head.levels[state.level].chunks_offset = state.offset;
+    if (++state.level < state.header.info.levels) {
+      state.header.levels[state.level].chunks_offset = state.offset;
     }
   }
   return {};
@@ -156,16 +157,16 @@ Result<void> StoreWriter::add_block(CellInterval interval, std::span<const SlabC
 
 Result<StoreInfo> StoreWriter::finish(const StoreInfo& info) {
   State& state = *state_;
-  StoreHead& head = state.head;
-  if (state.level != head.info.levels) {
+  StoreHeader& header = state.header;
+  if (state.level != header.info.levels) {
     return fail(Status::invalid_argument,
                 "blocks of level " + std::to_string(state.level) + " are missing");
   }
-  for (PageRef& ref : head.pages) {
+  for (PageRef& ref : header.pages) {
     const DirectoryPage page = state.cut_page(ref);
     ref.interval = {};
     for (const auto& block : page.blocks) {
-      if (block.slab_count == 0) continue;
+      if (block.band_count == 0) continue;
       if (ref.interval.min == ref.interval.max) ref.interval = block.interval;
       ref.interval.min = std::min(ref.interval.min, block.interval.min);
       ref.interval.max = std::max(ref.interval.max, block.interval.max);
@@ -176,23 +177,23 @@ Result<StoreInfo> StoreWriter::finish(const StoreInfo& info) {
     ref.checksum = checksum32(bytes);
     if (auto appended = state.append(bytes); !appended) return tl::unexpected(appended.error());
   }
-  const uint32_t head_bytes = head.info.head_bytes;
-  head.info = info;
-  head.info.head_bytes = head_bytes;
-  head.info.levels = static_cast<uint32_t>(head.levels.size());
-  head.info.chunk_count = 0;
-  for (const LevelRef& level : head.levels) head.info.chunk_count += level.chunk_count;
-  head.info.file_bytes = state.offset;
-  head.info.content_id = {};
-  auto bytes = write_head(head);
+  const uint32_t header_bytes = header.info.header_bytes;
+  header.info = info;
+  header.info.header_bytes = header_bytes;
+  header.info.levels = static_cast<uint32_t>(header.levels.size());
+  header.info.chunk_count = 0;
+  for (const LevelRef& level : header.levels) header.info.chunk_count += level.chunk_count;
+  header.info.file_bytes = state.offset;
+  header.info.content_id = {};
+  auto bytes = write_store_header(header);
   if (!bytes) return tl::unexpected(bytes.error());
-  state.content.add(std::span(*bytes).first(head_bytes - kHeadChecksumBytes));
-  head.info.content_id = state.content.digest();
-  bytes = write_head(head);
+  state.content.add(std::span(*bytes).first(header_bytes - kHeaderChecksumBytes));
+  header.info.content_id = state.content.digest();
+  bytes = write_store_header(header);
   if (auto written = state.sink->write(0, *bytes); !written) {
     return tl::unexpected(written.error());
   }
-  return head.info;
+  return header.info;
 }
 
 }  // namespace isosplat

@@ -9,7 +9,7 @@
 namespace isosplat {
 
 /// Where a store's bytes go: a file, or memory. Offsets come in ascending order and without gaps
-/// from head_bytes on; the head is written last, at offset 0.
+/// from header_bytes on; the header is written last, at offset 0.
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
@@ -24,9 +24,9 @@ class MemorySink : public ByteSink {
   std::vector<std::byte> bytes;
 };
 
-/// One encoded slab of a block.
-struct SlabChunk {
-  uint32_t slab_end = 0;  ///< it begins where the one before ends; the first at the block's min
+/// One encoded band of a block.
+struct BandChunk {
+  uint32_t band_end = 0;  ///< it begins where the one before ends; the first at the block's min
   uint32_t cells = 0;
   uint32_t bytes = 0;
 };
@@ -36,7 +36,7 @@ struct SlabChunk {
 /// chunks.
 class StoreWriter {
  public:
-  /// `metadata_limit`: bytes that the metadata given to finish() may have at most; the head is
+  /// `metadata_limit`: bytes that the metadata given to finish() may have at most; the header is
   /// sized by it. Errors: no_cells, volume_too_large, invalid_argument (metadata_limit above
   /// 16 KiB). The sink must outlive the writer.
   static Result<StoreWriter> create(Index3 voxels, size_t metadata_limit, ByteSink& sink);
@@ -46,10 +46,10 @@ class StoreWriter {
   ~StoreWriter();
 
   /// The next block, whose chunks' bytes are one after the other in `bytes`. `interval` is that of
-  /// the block's cells; where `slabs` is empty, no cell of the block is ever active.
-  /// Errors: invalid_argument (slabs do not tile the interval, more blocks than there are,
+  /// the block's cells; where `bands` is empty, no cell of the block is ever active.
+  /// Errors: invalid_argument (bands do not tile the interval, more blocks than there are,
   /// volume_too_large (a chunk above 16 MiB), io_error.
-  Result<void> add_block(CellInterval interval, std::span<const SlabChunk> slabs,
+  Result<void> add_block(CellInterval interval, std::span<const BandChunk> bands,
                          std::span<const std::byte> bytes);
 
   /// What remains to be said of the volume once every block is there. `info` brings grid, mapping,
@@ -57,7 +57,7 @@ class StoreWriter {
   /// Errors: invalid_argument (blocks are missing, the metadata is too long), io_error.
   Result<StoreInfo> finish(const StoreInfo& info);
 
-  /// Bytes handed to the sink so far, with the head.
+  /// Bytes handed to the sink so far, with the header.
   uint64_t bytes_written() const;
 
   /// Bytes of the chunks of a level that has been written, or of its part so far.

@@ -25,7 +25,7 @@ std::string describe(const ChunkRef& chunk) {
   const BlockKey& key = chunk.block;
   return "chunk " + std::to_string(key.level) + "/" + std::to_string(key.index.x) + "." +
          std::to_string(key.index.y) + "." + std::to_string(key.index.z) + "/" +
-         std::to_string(chunk.slab);
+         std::to_string(chunk.band);
 }
 
 Error checksum_error(const std::string& where, uint32_t expected, uint32_t found) {
@@ -99,9 +99,9 @@ Result<std::shared_ptr<StoreFile>> StoreFile::open(const std::filesystem::path& 
   const Result<FileIdentity> found = file->identity();
   if (!found) return tl::unexpected(found.error());
   const FileIdentity identity = *found;
-  std::vector<std::byte> head(std::min<uint64_t>(kMaxHeadBytes, identity.bytes));
-  if (Result<void> read = file->read(0, head); !read) return tl::unexpected(read.error());
-  Result<StoreReader> reader = StoreReader::open(head);
+  std::vector<std::byte> header(std::min<uint64_t>(kMaxStoreHeaderBytes, identity.bytes));
+  if (Result<void> read = file->read(0, header); !read) return tl::unexpected(read.error());
+  Result<StoreReader> reader = StoreReader::open(header);
   if (!reader) return refused(reader.error().status, reader.error().message);
   if (reader->info().file_bytes != identity.bytes) {
     return refused(
@@ -109,22 +109,22 @@ Result<std::shared_ptr<StoreFile>> StoreFile::open(const std::filesystem::path& 
         "expected " + std::to_string(reader->info().file_bytes) + " bytes, found " +
             std::to_string(identity.bytes) + ": rebuild the store, or copy it again");
   }
-  head.resize(std::min<uint64_t>(head.size(), reader->levels()[0].chunks_offset));
+  header.resize(std::min<uint64_t>(header.size(), reader->levels()[0].chunks_offset));
   // Answers to clients hold these messages: they name no folder.
   file->set_name(path.filename().string());
-  return std::shared_ptr<StoreFile>(new StoreFile(path, std::move(*file), identity, std::move(head),
-                                                  std::move(*reader), directory_bytes));
+  return std::shared_ptr<StoreFile>(new StoreFile(
+      path, std::move(*file), identity, std::move(header), std::move(*reader), directory_bytes));
 }
 
 StoreFile::StoreFile(std::filesystem::path path, PosixFile file, FileIdentity identity,
-                     std::vector<std::byte> head, StoreReader reader, uint64_t directory_bytes)
+                     std::vector<std::byte> header, StoreReader reader, uint64_t directory_bytes)
     : path_(std::move(path)),
       file_(std::move(file)),
       identity_(identity),
-      head_(std::move(head)),
+      header_(std::move(header)),
       info_(reader.info()),
       pages_(reader.pages().begin(), reader.pages().end()),
-      opening_(reader.opening_range()),
+      bootstrap_(reader.bootstrap_range()),
       content_(hexadecimal(info_.content_id)),
       directory_bytes_(directory_bytes),
       reader_(std::move(reader)),
@@ -242,17 +242,19 @@ Result<BlockRef> StoreFile::block(BlockKey key) const {
   return with_page(*page, [&](const StoreReader& reader) { return reader.block(key); });
 }
 
-Result<ChunkRef> StoreFile::chunk(BlockKey block, uint32_t slab) const {
+Result<ChunkRef> StoreFile::chunk(BlockKey block, uint32_t band) const {
   const Result<uint32_t> page = page_of(block);
   if (!page) return tl::unexpected(page.error());
-  return with_page(*page, [&](const StoreReader& reader) { return reader.chunk(block, slab); });
+  return with_page(*page, [&](const StoreReader& reader) { return reader.chunk(block, band); });
 }
 
-Result<std::optional<ChunkRef>> StoreFile::chunk_for(BlockKey block, float isocode) const {
+Result<std::optional<ChunkRef>> StoreFile::chunk_for(BlockKey block,
+                                                     float quantized_isovalue) const {
   const Result<uint32_t> page = page_of(block);
   if (!page) return tl::unexpected(page.error());
-  return with_page(*page,
-                   [&](const StoreReader& reader) { return reader.chunk_for(block, isocode); });
+  return with_page(*page, [&](const StoreReader& reader) {
+    return reader.chunk_for(block, quantized_isovalue);
+  });
 }
 
 Result<ChunkSelection> StoreFile::chunks_for(uint32_t level, float low, float high,
@@ -311,7 +313,7 @@ Result<ChunkSelection> StoreFile::chunks_at(std::span<const ChunkAddress> addres
     const Result<uint32_t> page = page_of(address.block);
     if (!page) return tl::unexpected(page.error());
     if (!selector.look_into(*page, pages_[*page])) break;
-    const Result<ChunkRef> found = chunk(address.block, address.slab);
+    const Result<ChunkRef> found = chunk(address.block, address.band);
     if (!found) return tl::unexpected(found.error());
     if (!selector.add({&*found, 1})) break;
   }

@@ -20,7 +20,7 @@ namespace isosplat {
 /// Names a chunk.
 struct ChunkAddress {
   BlockKey block;
-  uint32_t slab = 0;
+  uint32_t band = 0;
 };
 
 /// What one query for chunks may select, and what it may look through to find it.
@@ -39,7 +39,7 @@ struct ChunkSelection {
   bool over_budget = false;      ///< `chunks` is empty: the budget does not suffice
 };
 
-/// A store on disk behind StoreReader: opens it, reads the head, loads directory pages when they
+/// A store on disk behind StoreReader: opens it, reads the header, loads directory pages when they
 /// are needed, and reads chunks. All functions may be called from any thread at a time.
 ///
 /// It keeps the file open, so a store that was replaced (by rename) goes on to be read whole by
@@ -48,7 +48,7 @@ class StoreFile {
  public:
   /// `directory_bytes`: of the pages kept at a time, as they are in the file, and the last one
   /// whatever its size; beyond it those that no query has used for longest are dropped.
-  /// Errors: those of StoreReader::open, truncated (the file is shorter than its head says), and
+  /// Errors: those of StoreReader::open, truncated (the file is shorter than its header says), and
   /// io_error. Messages begin with the path.
   static Result<std::shared_ptr<StoreFile>> open(const std::filesystem::path& path,
                                                  uint64_t directory_bytes = uint64_t{256} << 20);
@@ -64,11 +64,11 @@ class StoreFile {
 
   std::span<const PageRef> pages() const { return pages_; }
 
-  /// What a viewer reads first, after the head (StoreReader::opening_range).
-  const CoarseRange& opening() const { return opening_; }
+  /// What a viewer reads first, after the header (StoreReader::bootstrap_range).
+  const CoarseRange& bootstrap() const { return bootstrap_; }
 
-  /// The bytes of the head, for StoreReader::open.
-  std::span<const std::byte> head() const { return head_; }
+  /// The bytes of the header, for StoreReader::open.
+  std::span<const std::byte> header() const { return header_; }
 
   /// The bytes of a page, its checksum compared. Errors: not_found, io_error, truncated,
   /// checksum_mismatch.
@@ -77,15 +77,15 @@ class StoreFile {
   /// As StoreReader's functions of these names; pages are loaded as needed. Errors: theirs but
   /// page_not_resident, and those of read_page.
   Result<BlockRef> block(BlockKey key) const;
-  Result<ChunkRef> chunk(BlockKey block, uint32_t slab) const;
-  Result<std::optional<ChunkRef>> chunk_for(BlockKey block, float isocode) const;
+  Result<ChunkRef> chunk(BlockKey block, uint32_t band) const;
+  Result<std::optional<ChunkRef>> chunk_for(BlockKey block, float quantized_isovalue) const;
 
-  /// Every chunk of a level whose slab meets [low, high] (isocodes), in file order. Stops when the
-  /// budget is exceeded, so that the work is bounded by it.
+  /// Every chunk of a level whose band meets [low, high] (quantized isovalues), in file order.
+  /// Stops when the budget is exceeded, so that the work is bounded by it.
   Result<ChunkSelection> chunks_for(uint32_t level, float low, float high,
                                     const ChunkBudget& budget = {}) const;
 
-  /// The same for the blocks named, in that order, slabs ascending. Errors also: not_found.
+  /// The same for the blocks named, in that order, bands ascending. Errors also: not_found.
   Result<ChunkSelection> chunks_for(std::span<const BlockKey> blocks, float low, float high,
                                     const ChunkBudget& budget = {}) const;
 
@@ -105,7 +105,7 @@ class StoreFile {
 
  private:
   StoreFile(std::filesystem::path path, PosixFile file, FileIdentity identity,
-            std::vector<std::byte> head, StoreReader reader, uint64_t directory_bytes);
+            std::vector<std::byte> header, StoreReader reader, uint64_t directory_bytes);
 
   Error at(Error error) const;
 
@@ -124,10 +124,10 @@ class StoreFile {
   std::filesystem::path path_;
   PosixFile file_;
   FileIdentity identity_;
-  std::vector<std::byte> head_;
+  std::vector<std::byte> header_;
   StoreInfo info_;
   std::vector<PageRef> pages_;
-  CoarseRange opening_;
+  CoarseRange bootstrap_;
   std::string content_;
   uint64_t directory_bytes_;
 
@@ -135,7 +135,7 @@ class StoreFile {
   void make_room(uint64_t bytes) const;
 
   mutable std::shared_mutex mutex_;
-  mutable StoreReader reader_;           // guarded by mutex_; its head never changes
+  mutable StoreReader reader_;           // guarded by mutex_; its header never changes
   mutable uint64_t resident_bytes_ = 0;  // guarded by mutex_
   mutable std::atomic<uint64_t> uses_ = 0;
   mutable std::vector<std::atomic<uint64_t>> last_use_;  // of each page, by uses_

@@ -83,9 +83,9 @@ IsosplatChunk describe(IsosplatCore* core, const ChunkRef& chunk) {
   result.block[0] = as_u32(chunk.block.index.x);
   result.block[1] = as_u32(chunk.block.index.y);
   result.block[2] = as_u32(chunk.block.index.z);
-  result.slab = chunk.slab;
-  result.slab_begin = chunk.slab_begin;
-  result.slab_end = chunk.slab_end;
+  result.band = chunk.band;
+  result.band_begin = chunk.band_begin;
+  result.band_end = chunk.band_end;
   result.bytes = chunk.bytes;
   result.cells = chunk.cells;
   result.checksum = chunk.checksum;
@@ -99,8 +99,8 @@ ChunkShape chunk_shape(const uint32_t* shape) {
   ChunkShape result;
   result.block_cells = {static_cast<int32_t>(shape[0]), static_cast<int32_t>(shape[1]),
                         static_cast<int32_t>(shape[2])};
-  result.slab_begin = shape[3];
-  result.slab_end = shape[4];
+  result.band_begin = shape[3];
+  result.band_end = shape[4];
   result.cell_count = shape[5];
   result.has_intervals = shape[6] != 0;
   return result;
@@ -167,10 +167,10 @@ uint32_t isosplat_core_result_bytes(const IsosplatCore* core, uint32_t buffer) {
   return buffer < core->results.size() ? static_cast<uint32_t>(core->results[buffer].size()) : 0;
 }
 
-uint32_t isosplat_core_open(IsosplatCore* core, const void* head, uint32_t bytes) {
+uint32_t isosplat_core_open(IsosplatCore* core, const void* header, uint32_t bytes) {
   core->selector.reset();
   core->store.reset();
-  auto store = StoreReader::open(as_bytes(head, bytes));
+  auto store = StoreReader::open(as_bytes(header, bytes));
   if (!store) return report(core, store.error());
   core->store = std::make_unique<StoreReader>(std::move(*store));
   core->selector.emplace(*core->store);
@@ -201,8 +201,8 @@ uint32_t isosplat_core_info(IsosplatCore* core) {
   return kOk;
 }
 
-float isosplat_core_isocode(const IsosplatCore* core, double isovalue) {
-  return core->store ? core->store->info().mapping.isocode(isovalue)
+float isosplat_core_quantized_isovalue(const IsosplatCore* core, double isovalue) {
+  return core->store ? core->store->info().mapping.quantized_isovalue(isovalue)
                      : std::numeric_limits<float>::quiet_NaN();
 }
 
@@ -213,9 +213,9 @@ uint32_t isosplat_core_coarse_range(IsosplatCore* core, double max_bytes) {
   return kOk;
 }
 
-uint32_t isosplat_core_opening_range(IsosplatCore* core) {
+uint32_t isosplat_core_bootstrap_range(IsosplatCore* core) {
   if (!core->store) return no_store(core);
-  put(core, 0, as_numbers(core->store->opening_range()));
+  put(core, 0, as_numbers(core->store->bootstrap_range()));
   return kOk;
 }
 
@@ -286,31 +286,34 @@ uint32_t isosplat_core_decode_samples(IsosplatCore* core, const void* data, uint
 }
 
 uint32_t isosplat_core_project(IsosplatCore* core, const void* data, uint32_t bytes,
-                               const uint32_t* shape, const uint32_t* block, float isocode,
-                               uint32_t exact) {
+                               const uint32_t* shape, const uint32_t* block,
+                               float quantized_isovalue, uint32_t exact) {
   if (!core->store) return no_store(core);
   const auto frame = decode_cells(core, data, bytes, shape, block);
   if (!frame) return report(core, frame.error());
-  put_points(core, project_samples(core->cells, *frame, isocode, {exact != 0, Displaced::clamp}));
+  put_points(core, project_samples(core->cells, *frame, quantized_isovalue,
+                                   {exact != 0, Displaced::clamp}));
   return kOk;
 }
 
 uint32_t isosplat_core_project_packed(IsosplatCore* core, const void* samples, uint32_t count,
                                       const uint32_t* regions, uint32_t level,
-                                      const uint32_t* block, float isocode, uint32_t exact) {
+                                      const uint32_t* block, float quantized_isovalue,
+                                      uint32_t exact) {
   if (!core->store) return no_store(core);
   const auto frame = chunk_frame(core, level, block);
   if (!frame) return report(core, frame.error());
   const auto mask = regions ? RegionMask::from_words(regions) : RegionMask::all();
   const DecodedCells cells = cells_of({static_cast<const PackedSample*>(samples), count}, mask);
-  put_points(core, project_samples(cells, *frame, isocode, {exact != 0, Displaced::clamp}));
+  put_points(core,
+             project_samples(cells, *frame, quantized_isovalue, {exact != 0, Displaced::clamp}));
   return kOk;
 }
 
-uint32_t isosplat_core_select(IsosplatCore* core, const double* view, const float* isocodes,
-                              uint32_t isocode_count) {
+uint32_t isosplat_core_select(IsosplatCore* core, const double* view,
+                              const float* quantized_isovalues, uint32_t isovalue_count) {
   if (!core->store) return no_store(core);
-  View asked;
+  SelectionView asked;
   std::copy_n(view, 16, asked.view_projection.begin());
   asked.width_px = view[16];
   asked.height_px = view[17];
@@ -318,7 +321,7 @@ uint32_t isosplat_core_select(IsosplatCore* core, const double* view, const floa
   asked.draw_cell_px = view[19];
   asked.cell_budget = static_cast<uint64_t>(std::clamp(view[20], 0.0, 9e15));
   asked.occlusion = view[22] != 0;
-  asked.isocodes.assign(isocodes, isocodes + isocode_count);
+  asked.quantized_isovalues.assign(quantized_isovalues, quantized_isovalues + isovalue_count);
   const auto selection =
       view[21] != 0 ? core->selector->select_ahead(asked) : core->selector->select(asked);
   if (!selection) return report(core, selection.error());
@@ -346,15 +349,15 @@ uint32_t isosplat_core_select(IsosplatCore* core, const double* view, const floa
   return kOk;
 }
 
-uint32_t isosplat_core_set_sight(IsosplatCore* core, const uint32_t* answer, uint32_t count) {
+uint32_t isosplat_core_set_visibility(IsosplatCore* core, const uint32_t* answer, uint32_t count) {
   if (!core->store) return no_store(core);
   constexpr size_t kMaskWords = std::tuple_size_v<RegionMask::Words>;
-  std::vector<DrawnSight> drawn;
+  std::vector<DrawnVisibility> drawn;
   for (uint32_t i = 0; i < count; ++i, answer += 1 + 2 * kMaskWords) {
     drawn.push_back({answer[0], RegionMask::from_words(answer + 1),
                      RegionMask::from_words(answer + 1 + kMaskWords)});
   }
-  const auto set = core->selector->set_sight(drawn);
+  const auto set = core->selector->set_visibility(drawn);
   return set ? kOk : report(core, set.error());
 }
 

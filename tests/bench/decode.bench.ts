@@ -101,8 +101,8 @@ class WasmDecoder {
         bytes: file.subarray(chunk.offset, chunk.offset + chunk.bytes),
         shape: Uint32Array.from([
           ...chunk.blockCells,
-          chunk.slabBegin,
-          chunk.slabEnd,
+          chunk.bandBegin,
+          chunk.bandEnd,
           chunk.cells,
           chunk.level,
         ]),

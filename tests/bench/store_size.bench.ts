@@ -40,8 +40,8 @@ export default {
       if (!path) continue;
       const what = volume.replace(/\..*/, "");
       bench.say(what);
-      const codes = join(bench.folder, `${what}.raw`);
-      const { stdout } = await bench.command(tool, [path, "--codes", codes]);
+      const quantizedValues = join(bench.folder, `${what}.raw`);
+      const { stdout } = await bench.command(tool, [path, "--codes", quantizedValues]);
       const report = JSON.parse(stdout) as Report;
       const raw = report.raw_bytes;
       bench.report(what, "store / raw", "", report.store_bytes / raw, { atMost: 1 });
@@ -57,8 +57,8 @@ export default {
       bench.report(what, "cells fetched / active", "", report.fetched_cells_per_active_cell);
       bench.report(what, "whole, our predictor", "bytes", report.whole_bytes);
       if (!zstd) continue;
-      const packed = `${codes}.zst`;
-      await bench.command(zstd, ["-19", "-q", "-f", "--rm", codes, "-o", packed]);
+      const packed = `${quantizedValues}.zst`;
+      await bench.command(zstd, ["-19", "-q", "-f", "--rm", quantizedValues, "-o", packed]);
       bench.report(what, "whole, zstd -19", "bytes", statSync(packed).size);
     }
   },

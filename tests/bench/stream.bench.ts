@@ -115,17 +115,17 @@ async function drag(bench: Bench, browser: Browser, url: string, name: string): 
   }
 }
 
-/** Isovalues next to each other, within the slabs that are resident: one a frame. */
+/** Isovalues next to each other, within the bands that are resident: one a frame. */
 async function step(bench: Bench, browser: Browser, url: string, name: string): Promise<void> {
   const visitor = await Visitor.arrive(browser, links[0]);
-  const what = `${name} 60.5, isovalue changed within its slabs`;
+  const what = `${name} 60.5, isovalue changed within its bands`;
   try {
     await visitor.page.goto(`${url}?volume=${name}&isovalue=60.5`);
     await visitor.mark("isosplat:complete");
     // The picture for the list of volumes is taken once the page is idle.
     await visitor.page.waitForTimeout(3000);
     const before = visitor.data.requests;
-    // Steps of the slider, so that each is a change; slabs of codes end at whole numbers.
+    // Steps of the slider, so that each is a change; bands of codes end at whole numbers.
     const places = Array.from({ length: 40 }, (_, i) => (60 + (i % 2) / 2) / 255);
     const taken = async () => ({
       ...(await visitor.mainThread()),

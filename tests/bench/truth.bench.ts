@@ -6,7 +6,7 @@ import { join } from "node:path";
 import {
   completeAndSettled,
   differenceFrom,
-  mostDiffering,
+  maxDiffering,
   nativePicture,
   pageSize,
   queryOf,
@@ -23,7 +23,7 @@ const wanted = new RegExp(process.env.ISOSPLAT_BENCH_TRUTH ?? "");
 async function measure(bench: Bench, visitor: Visitor, what: string, truth: Buffer): Promise<void> {
   await completeAndSettled(visitor.page, 300_000);
   const found = await differenceFrom(visitor.page, truth);
-  const most = Math.floor(mostDiffering * found.covered);
+  const most = Math.floor(maxDiffering * found.covered);
   bench.report(what, "covered", "px", found.covered);
   bench.report(what, "differing", "px", found.differing, { atMost: most });
   bench.report(what, "stray", "px", found.stray, { atMost: 0 });

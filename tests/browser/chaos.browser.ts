@@ -36,7 +36,7 @@ const warmUp = 28_000;
 const watch = 24_000;
 const shortestGap = 10_000;
 /** Of the pixels that are covered, and so many beside: what one splat more or less changes. */
-const mostDiffering = 1e-4;
+const maxDiffering = 1e-4;
 const fewPixels = 4;
 const titles = [/bucky/i, /marschner/i];
 const names = ["bucky", "marschner_lobb"];
@@ -164,7 +164,7 @@ async function expectTruth(page: Page, browser: Browser, name: string): Promise<
   const volume = names[await versionOf(page)];
   const wanted = await undisturbed(browser, `${reference.url}?volume=${volume}&${view}`);
   const { differing, covered, width, height } = await compare(page, ours, wanted);
-  const most = mostDiffering * covered + fewPixels / (width * height);
+  const most = maxDiffering * covered + fewPixels / (width * height);
   if (differing > most) {
     for (const [file, body] of Object.entries({ ours, wanted })) {
       await test.info().attach(file, { body, contentType: "image/png" });

@@ -102,7 +102,7 @@ test("a file that is no store, a missing one, and a damaged one", async ({ page 
   writeFileSync(join(folder, "text.isosplat"), "This is not a store. ".repeat(5000));
   copyFileSync(join(demoFolder, store), join(folder, "good.isosplat"));
   const damaged = readFileSync(join(demoFolder, store));
-  // Every chunk of the file, and none of its head.
+  // Every chunk of the file, and none of its header.
   for (let i = 70_000; i < damaged.length; i += 1000) damaged[i] = (damaged[i] ?? 0) ^ 0x55;
   writeFileSync(join(folder, "damaged.isosplat"), damaged);
   const host = await nginx({ folders: [folder] });

@@ -187,7 +187,7 @@ test.describe("a store is damaged", () => {
     await expect(page.locator("wa-spinner")).toHaveCount(0);
   });
 
-  test("in its head", async ({ page }) => {
+  test("in its header", async ({ page }) => {
     const name = await put(bucky, (bytes) => {
       bytes[100] = (bytes[100] ?? 0) ^ 1;
       return bytes;
@@ -388,18 +388,18 @@ test.describe("the renderer", () => {
       const { prototype } = WebGL2RenderingContext;
       const state = window as unknown as { isFull: boolean };
       state.isFull = true;
-      let isTold = true;
+      let isReported = true;
       const { bufferData, getError } = prototype;
       // As a driver that has no memory left for a buffer of samples.
       prototype.bufferData = function (this: WebGL2RenderingContext, ...args: unknown[]) {
         const [, size] = args;
-        if (state.isFull && typeof size === "number" && size >= 1 << 23) isTold = false;
+        if (state.isFull && typeof size === "number" && size >= 1 << 23) isReported = false;
         return (bufferData as (...all: unknown[]) => void).apply(this, args);
       } as typeof bufferData;
       prototype.getError = function (this: WebGL2RenderingContext) {
         const error = getError.call(this);
-        if (isTold) return error;
-        isTold = true;
+        if (isReported) return error;
+        isReported = true;
         return this.OUT_OF_MEMORY;
       };
     });

@@ -17,7 +17,7 @@ const volume = "mandelbulb";
 const isovalue = 226.5;
 const camera = "40,25,600,127.5,127.5,127.5";
 /** Of all pixels: edges of coarse stand-ins that show in fewer pixels than are worth a request. */
-const mostDiffering = 0.002;
+const maxDiffering = 0.002;
 
 let server: RunningServer;
 let folder: string;
@@ -45,7 +45,7 @@ async function expectEverything(page: Page, picture: Buffer): Promise<void> {
   ]);
   const difference = await compare(page, picture, readFileSync(out));
   expect(difference.covered).toBeGreaterThan(0.1);
-  expect(difference.differing).toBeLessThan(mostDiffering);
+  expect(difference.differing).toBeLessThan(maxDiffering);
 }
 
 /** How many chunks of level 0 the isovalue has. */

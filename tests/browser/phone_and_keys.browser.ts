@@ -55,7 +55,7 @@ test.describe("a phone", () => {
     expect(status).toBeLessThanOrEqual(320);
   });
 
-  test("at 320 px a banner leaves the picture in sight", async ({ page }) => {
+  test("at 320 px a banner leaves the picture in visibility", async ({ page }) => {
     await page.setViewportSize({ width: 320, height: 640 });
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
     await complete(page);

@@ -62,51 +62,51 @@ test("draws what the native renderer draws, before and after a lost context", as
   await page.goto(origin);
   const result = await page.evaluate(
     async ([cameraNumbers, kindCount]) => {
-      const { default: create } = await import(`${location.origin}/isosplat-view.js`);
+      const { default: create } = await import(`${location.origin}/isosplat-renderer.js`);
       const m = await create({ locateFile: (f: string) => `${location.origin}/${f}` });
       const canvas = document.querySelector("canvas") as HTMLCanvasElement;
       const check = (status: number) => {
-        if (status !== 0) throw new Error(m.UTF8ToString(m._isosplat_view_error()));
+        if (status !== 0) throw new Error(m.UTF8ToString(m._isosplat_renderer_error()));
       };
       const doubles = (values: number[]) => {
         const at = m._malloc(8 * values.length);
         m.HEAPF64.set(values, at / 8);
         return at;
       };
-      check(m._isosplat_view_create(m.stringToNewUTF8("#view")));
+      check(m._isosplat_renderer_create(m.stringToNewUTF8("#view")));
       const gl = canvas.getContext("webgl2") as WebGL2RenderingContext;
       const debug = gl.getExtension("WEBGL_debug_renderer_info");
       const renderer = String(gl.getParameter(debug?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER));
       const limits = doubles([0, 0, 0, 0]);
-      m._isosplat_view_limits(limits);
+      m._isosplat_renderer_limits(limits);
       const floatTargets = m.HEAPF64[limits / 8 + 2];
       const samples = new Uint8Array(await (await fetch("/fixture/samples.bin")).arrayBuffer());
       const grid = [60, 50, 30, 1, 1.25, 2, 0, 0, 0, 1, 0.6, 0, 0, 0.8, 0, 0, 0, 1];
-      check(m._isosplat_view_set_volume(doubles(grid), doubles([0, 1])));
+      check(m._isosplat_renderer_set_volume(doubles(grid), doubles([0, 1])));
       const add = () => {
         const at = m._malloc(samples.length);
         m.HEAPU8.set(samples, at);
-        check(m._isosplat_view_add_chunk(7, 0, 0, 0, 0, at, samples.length / 16));
+        check(m._isosplat_renderer_add_chunk(7, 0, 0, 0, 0, at, samples.length / 16));
         m._free(at);
         const ids = m._malloc(4);
         m.HEAPU32[ids / 4] = 7;
-        m._isosplat_view_set_visible(ids, 0, 1);
+        m._isosplat_renderer_set_visible(ids, 0, 1);
         m._free(ids);
       };
       add();
-      m._isosplat_view_set_camera(doubles(cameraNumbers as number[]));
+      m._isosplat_renderer_set_camera(doubles(cameraNumbers as number[]));
       const surfaces = [1500.5, 0.9, 0.3, 0.2, 1, 2500, 0.85, 0.8, 0.7, 0.4];
-      m._isosplat_view_set_clipping(doubles([0, 0, 0, 0.8, 1, 1]), 0, 0);
+      m._isosplat_renderer_set_clipping(doubles([0, 0, 0, 0.8, 1, 1]), 0, 0);
 
       const pixels = new Uint8Array(4 * 256 * 256);
       const differing = async () => {
         const shares: number[] = [];
         for (let kind = 0; kind < (kindCount as number); ++kind) {
           const atOnce = kind === 4;
-          m._isosplat_view_set_kind(kind % 4);
-          m._isosplat_view_set_isosurfaces(doubles(surfaces), atOnce ? 1 : 2);
-          m._isosplat_view_set_lighting(0.25, 0.15, atOnce ? 0 : 0.5);
-          check(m._isosplat_view_draw(256, 256, 0));
+          m._isosplat_renderer_set_kind(kind % 4);
+          m._isosplat_renderer_set_isosurfaces(doubles(surfaces), atOnce ? 1 : 2);
+          m._isosplat_renderer_set_lighting(0.25, 0.15, atOnce ? 0 : 0.5);
+          check(m._isosplat_renderer_draw(256, 256, 0));
           gl.readPixels(0, 0, 256, 256, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
           const native = new Uint8Array(await (await fetch(`/fixture/${kind}.rgba`)).arrayBuffer());
           let count = 0;
@@ -125,7 +125,7 @@ test("draws what the native renderer draws, before and after a lost context", as
         return shares;
       };
       const before = await differing();
-      const redrawWhenStill = m._isosplat_view_needs_redraw(256, 256);
+      const redrawWhenStill = m._isosplat_renderer_needs_redraw(256, 256);
 
       const lose = gl.getExtension("WEBGL_lose_context") as WEBGL_lose_context;
       const event = (name: string) =>
@@ -142,17 +142,17 @@ test("draws what the native renderer draws, before and after a lost context", as
       const lost = event("webglcontextlost");
       lose.loseContext();
       await lost;
-      m._isosplat_view_context_lost();
-      const statusWhileLost = m._isosplat_view_draw(256, 256, 0);
+      m._isosplat_renderer_context_lost();
+      const statusWhileLost = m._isosplat_renderer_draw(256, 256, 0);
       const restored = event("webglcontextrestored");
       await new Promise((resolve) => setTimeout(resolve, 50));
       lose.restoreContext();
       await restored;
-      check(m._isosplat_view_context_restored());
+      check(m._isosplat_renderer_context_restored());
       add();
       const after = await differing();
       const error = gl.getError();
-      m._isosplat_view_destroy();
+      m._isosplat_renderer_destroy();
       return { before, after, redrawWhenStill, statusWhileLost, renderer, floatTargets, error };
     },
     [camera, kinds.length] as const,

@@ -58,7 +58,7 @@ test("a session asks for little, in few requests, and for nothing twice", async 
   expect(complete.bytesReceived).toBeLessThan(0.35 * statSync(store).size);
   expect(complete.requests).toBeLessThanOrEqual(16);
 
-  // Within the resident slabs: nothing.
+  // Within the resident bands: nothing.
   const before = visitor.urls.length;
   await page.evaluate(() => {
     const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");

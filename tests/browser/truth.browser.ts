@@ -13,7 +13,7 @@ import { program, type RunningServer, serve } from "./support/server.ts";
 import {
   completeAndSettled,
   differenceFrom,
-  mostDiffering,
+  maxDiffering,
   nativePicture,
   pageSize,
   queryOf,
@@ -62,7 +62,7 @@ async function expectTruth(page: Page, each: TrueCase, camera: string): Promise<
   if (!truth) throw new Error(`no picture of ${each.name} from ${camera}`);
   const { covered, differing, stray } = await differenceFrom(page, truth);
   expect(covered).toBeGreaterThan(5000);
-  expect(differing).toBeLessThanOrEqual(mostDiffering * covered);
+  expect(differing).toBeLessThanOrEqual(maxDiffering * covered);
   expect(stray).toBe(0);
 }
 

@@ -120,7 +120,7 @@ test.describe("a viewer that goes while a volume opens", () => {
     });
     // The program itself, not the module that says where it is.
     const isProgram = ({ pathname, searchParams }: URL) =>
-      pathname.endsWith("/isosplat-view.wasm") && !searchParams.has("import");
+      pathname.endsWith("/isosplat-renderer.wasm") && !searchParams.has("import");
     await page.route(isProgram, async (route) => {
       await held;
       await route.continue().catch(() => {}); // the page may have gone
@@ -133,7 +133,7 @@ test.describe("a viewer that goes while a volume opens", () => {
     await expectGone(page);
   });
 
-  test("before the store's head has come", async ({ page }) => {
+  test("before the store's header has come", async ({ page }) => {
     let asked = () => {};
     const isAsked = new Promise<void>((resolve) => {
       asked = resolve;

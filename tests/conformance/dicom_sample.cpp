@@ -140,7 +140,7 @@ class Maker {
                                  unit * static_cast<double>(differ_ ? number * 4 : number));
         }
       }
-      codes_.push_back(std::move(codes));
+      quantized_values_.push_back(std::move(codes));
     }
     has_rescaling_ = differ_ || unit != 1 || intercept_ != 0 || random_.chance(30);
     is_inverse_ = random_.chance(15);
@@ -194,7 +194,9 @@ class Maker {
     return decimal_value({row_.x, row_.y, row_.z, column_.x, column_.y, column_.z});
   }
   DicomValue pixel_spacing_value() const { return decimal_value({spacing_.y, spacing_.x}); }
-  std::string frame(int z) const { return pixels_.encode(codes_[static_cast<size_t>(z)]); }
+  std::string frame(int z) const {
+    return pixels_.encode(quantized_values_[static_cast<size_t>(z)]);
+  }
 
   DicomItem common(const std::string& modality, const std::string& sop_class) const {
     DicomItem d;
@@ -286,7 +288,7 @@ class Maker {
         DicomItem d = make_slice(z);
         d[0x00080018] = test::dicom_text("UI", fmt::format("1.2.3.5.{}.{}", t, z));
         d[told_by] = test::dicom_text(told_by == 0x00180081u ? "DS" : "IS", std::to_string(t));
-        const std::vector<int64_t> other(codes_[0].size(), 3);
+        const std::vector<int64_t> other(quantized_values_[0].size(), 3);
         d[0x7fe00010] = pixels_.element({pixels_.encode(other)}, static_cast<size_t>(columns()));
         sample_.files[fmt::format("IM{}_{}{}", z, t, extension)] = file_of(d);
       }
@@ -508,7 +510,7 @@ class Maker {
     has_rescaling_ = true;
     std::vector<double>& values = sample_.truth.values;
     values.clear();
-    for (const auto& codes : codes_) {
+    for (const auto& codes : quantized_values_) {
       for (const int64_t code : codes) {
         values.push_back(intercept + slope * static_cast<double>(code));
       }
@@ -537,8 +539,8 @@ class Maker {
   Sample sample_;
   DicomSyntax syntax_;
   Vec3d row_{1, 0, 0}, column_{0, 1, 0}, spacing_{1, 1, 1};
-  std::vector<std::vector<int64_t>> codes_;  ///< by slice, as stored
-  std::vector<double> slopes_;               ///< by slice
+  std::vector<std::vector<int64_t>> quantized_values_;  ///< by slice, as stored
+  std::vector<double> slopes_;                          ///< by slice
   double intercept_ = 0;
   bool differ_ = false;  ///< slices have slopes of their own
   bool has_rescaling_ = false;

@@ -14,19 +14,19 @@ struct ValidChunk {
   std::vector<std::byte> bytes;
 };
 
-/// Chunks of two levels, of smooth and of rough data, thin and wide slabs.
+/// Chunks of two levels, of smooth and of rough data, thin and wide bands.
 std::vector<ValidChunk> make_chunks() {
   constexpr Index3 kVoxels{14, 11, 8};
   std::vector<ValidChunk> chunks;
   ChunkEncoder encoder;
   for (const int scale : {1, 200}) {
     const auto levels = fixture::make_levels(kVoxels, [&](int32_t x, int32_t y, int32_t z) {
-      return static_cast<Code>(scale * fixture::rough_ball(kVoxels, x, y, z) % 65535);
+      return static_cast<QuantizedValue>(scale * fixture::rough_ball(kVoxels, x, y, z) % 65535);
     });
     for (const fixture::Level& level : levels) {
       const bool has_intervals = level.grid.level > 0;
-      const BlockView view{level.grid.cells, level.voxels.data(), level.intervals.data(),
-                           has_intervals};
+      const BlockVoxels view{level.grid.cells, level.voxels.data(), level.intervals.data(),
+                             has_intervals};
       for (const auto& [begin, end] : {std::pair{0u, 65536u}, std::pair{40u, 60u}}) {
         ValidChunk chunk;
         const uint32_t cells = encoder.encode(view, begin, end, chunk.bytes);
@@ -74,8 +74,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     ChunkShape shape;
     shape.block_cells = {int32_t(input.number(1) % 65), int32_t(input.number(1) % 65),
                          int32_t(input.number(1) % 65)};
-    shape.slab_begin = input.number(2);
-    shape.slab_end = input.number(3) % 65537;
+    shape.band_begin = input.number(2);
+    shape.band_end = input.number(3) % 65537;
     shape.cell_count = input.number(3) % 300000;
     shape.has_intervals = which & 1;
     decode(input.rest(), shape);

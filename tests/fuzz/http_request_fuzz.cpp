@@ -65,15 +65,15 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   }
 
   // In two pieces, as a socket may bring it: the scan must find the same.
-  constexpr size_t kMostBytes = 4096;
-  const HeaderScan whole = scan_header(input, 0, kMostBytes, 1024);
-  const HeaderScan first = scan_header(input.substr(0, size / 2), 0, kMostBytes, 1024);
+  constexpr size_t kMaxBytes = 4096;
+  const HeaderScan whole = scan_header(input, 0, kMaxBytes, 1024);
+  const HeaderScan first = scan_header(input.substr(0, size / 2), 0, kMaxBytes, 1024);
   if (first.state == HeaderScan::State::partial) {
-    const HeaderScan second = scan_header(input, size / 2, kMostBytes, 1024);
+    const HeaderScan second = scan_header(input, size / 2, kMaxBytes, 1024);
     require(second.state == whole.state && second.bytes == whole.bytes);
   }
   if (whole.state != HeaderScan::State::complete) return 0;
-  require(whole.bytes <= kMostBytes && whole.bytes <= size);
+  require(whole.bytes <= kMaxBytes && whole.bytes <= size);
   RequestParser parser;
   const std::optional<Response> refused = parser.parse(input.substr(0, whole.bytes));
   if (refused) {

@@ -1,9 +1,9 @@
-// Stores that are hostile: a head or page with fields that lie, under checksums that are right.
+// Stores that are hostile: a header or page with fields that lie, under checksums that are right.
 #include <cstdlib>
 
 #include "shared/codec/chunk_codec.h"
 #include "shared/store/checksum.h"
-#include "shared/store/head.h"
+#include "shared/store/store_header.h"
 #include "tests/fuzz/edits.h"
 #include "tests/shared/store_fixture.h"
 
@@ -18,9 +18,9 @@ std::vector<std::byte> make_valid_store() {
   return fixture::make_store(levels, 40);
 }
 
-/// Everything a client does with a store: the head, all pages, look-ups, some chunks.
-void read_store(std::span<const std::byte> head, std::span<const std::byte> file) {
-  auto reader = StoreReader::open(head);
+/// Everything a client does with a store: the header, all pages, look-ups, some chunks.
+void read_store(std::span<const std::byte> header, std::span<const std::byte> file) {
+  auto reader = StoreReader::open(header);
   if (!reader) return;
   for (uint32_t p = 0; p < reader->pages().size(); ++p) {
     const PageRef page = reader->pages()[p];
@@ -29,14 +29,16 @@ void read_store(std::span<const std::byte> head, std::span<const std::byte> file
     static ChunkDecoder decoder;
     static DecodedCells cells;
     const BlockKey key{page.level, page.first_block};
-    for (const float isocode : {0.0f, 50.5f, 99.5f, 65535.0f}) {
-      const auto chunk = reader->chunk_for(key, isocode);
+    for (const float quantized_isovalue : {0.0f, 50.5f, 99.5f, 65535.0f}) {
+      const auto chunk = reader->chunk_for(key, quantized_isovalue);
       if (!chunk || !*chunk) continue;
       const ChunkRef& ref = **chunk;
-      if (!(isocode >= float(ref.slab_begin) && isocode < float(ref.slab_end))) std::abort();
+      if (!(quantized_isovalue >= float(ref.band_begin) &&
+            quantized_isovalue < float(ref.band_end)))
+        std::abort();
       if (ref.offset > file.size() || ref.bytes > file.size() - ref.offset) continue;
       const LevelGrid grid = level_grid(reader->info().grid.voxels, page.level);
-      const ChunkShape shape{block_cells(grid, key.index), ref.slab_begin, ref.slab_end, ref.cells,
+      const ChunkShape shape{block_cells(grid, key.index), ref.band_begin, ref.band_end, ref.cells,
                              page.level > 0};
       static_cast<void>(decoder.decode(file.subspan(ref.offset, ref.bytes), shape, cells));
     }
@@ -53,15 +55,15 @@ void read_store(std::span<const std::byte> head, std::span<const std::byte> file
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace isosplat;
   static const std::vector<std::byte> valid = make_valid_store();
-  static const StoreHead head = *parse_head(valid);
+  static const StoreHeader header = *parse_store_header(valid);
   fuzz::Input input(data, size);
   std::vector<std::byte> store = valid;
   switch (input.number(1) % 4) {
     case 0:  // anything at all
       read_store(input.rest(), valid);
       break;
-    case 1: {  // a head that lies, with its checksum made right
-      const std::span<std::byte> bytes(store.data(), head.info.head_bytes);
+    case 1: {  // a header that lies, with its checksum made right
+      const std::span<std::byte> bytes(store.data(), header.info.header_bytes);
       fuzz::edit(bytes.first(bytes.size() - 8), input);
       const uint64_t checksum = checksum64(bytes.first(bytes.size() - 8));
       for (size_t i = 0; i < 8; ++i) {
@@ -71,19 +73,19 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       break;
     }
     case 2: {  // a page that lies, with its checksum made right
-      StoreHead changed = head;
+      StoreHeader changed = header;
       PageRef& page = changed.pages[input.number(1) % changed.pages.size()];
       const std::span<std::byte> bytes(store.data() + page.offset, page.bytes);
       fuzz::edit(bytes, input);
       page.checksum = checksum32(bytes);
-      const auto written = write_head(changed);
+      const auto written = write_store_header(changed);
       if (written) read_store(*written, store);
       break;
     }
     default:  // damage anywhere, found by the checksums
       store.resize(store.size() - input.number(2) % store.size());
       fuzz::edit(store, input);
-      read_store(std::span(store).first(std::min(store.size(), kMaxHeadBytes)), store);
+      read_store(std::span(store).first(std::min(store.size(), kMaxStoreHeaderBytes)), store);
   }
   return 0;
 }

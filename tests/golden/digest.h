@@ -24,8 +24,8 @@ class Crc32 {
 };
 
 /// What a store decodes to, as text: for each level a line "level chunks cells crc", where crc is
-/// the CRC-32 (hexadecimal) over its chunks in directory order (page by page, block by block, slab
-/// by slab) and their cells in raster order, each as x, y, z in the block (a byte each), eight
+/// the CRC-32 (hexadecimal) over its chunks in directory order (page by page, block by block, band
+/// by band) and their cells in raster order, each as x, y, z in the block (a byte each), eight
 /// corners, min and max (16 bits each, little-endian).
 inline std::string digest_of(std::span<const std::byte> store) {
   auto reader = StoreReader::open(store);
@@ -43,8 +43,8 @@ inline std::string digest_of(std::span<const std::byte> store) {
     unsigned long long cells = 0;
     const auto chunks = reader->chunks_for(level.grid.level, 0, 65535);
     for (const ChunkRef& chunk : *chunks) {
-      const ChunkShape shape{block_cells(level.grid, chunk.block.index), chunk.slab_begin,
-                             chunk.slab_end, chunk.cells, level.grid.level > 0};
+      const ChunkShape shape{block_cells(level.grid, chunk.block.index), chunk.band_begin,
+                             chunk.band_end, chunk.cells, level.grid.level > 0};
       const auto bytes = store.subspan(static_cast<size_t>(chunk.offset), chunk.bytes);
       if (auto result = decoder.decode(bytes, shape, decoded); !result) {
         return result.error().message;
@@ -52,7 +52,7 @@ inline std::string digest_of(std::span<const std::byte> store) {
       cells += decoded.cell.size();
       for (size_t i = 0; i < decoded.cell.size(); ++i) {
         for (const int shift : {0, 6, 12}) crc.add(decoded.cell[i] >> shift & 63, 1);
-        for (const Code corner : decoded.corners[i]) crc.add(corner, 2);
+        for (const QuantizedValue corner : decoded.corners[i]) crc.add(corner, 2);
         crc.add(decoded.interval[i].min, 2);
         crc.add(decoded.interval[i].max, 2);
       }

@@ -17,7 +17,7 @@ namespace isosplat {
 /// A level computed the plain way: the oracle that stores are compared with.
 struct PlainLevel {
   Index3 cells;
-  std::vector<int32_t> voxels;          ///< codes; −1: missing
+  std::vector<int32_t> voxels;          ///< quantized values; −1: missing
   std::vector<CellInterval> intervals;  ///< {65535, 0}: never active
 
   size_t voxel_at(int32_t x, int32_t y, int32_t z) const {
@@ -41,8 +41,8 @@ void for_each_cell(Index3 cells, Visit visit) {
   }
 }
 
-/// Level 0 of a volume whose codes are given by the store's own mapping, computed from the values
-/// one by one.
+/// Level 0 of a volume whose quantized values are given by the store's own mapping, computed from
+/// the values one by one.
 template <class T>
 PlainLevel plain_level_0(Index3 n, const std::vector<T>& values, const ValueMapping& mapping) {
   PlainLevel level;
@@ -65,8 +65,9 @@ PlainLevel plain_level_0(Index3 n, const std::vector<T>& values, const ValueMapp
       high = std::max(high, v);
     }
     level.intervals[level.cell_at(x, y, z)] =
-        is_missing ? CellInterval{65535, 0}
-                   : CellInterval{static_cast<Code>(low), static_cast<Code>(high)};
+        is_missing
+            ? CellInterval{65535, 0}
+            : CellInterval{static_cast<QuantizedValue>(low), static_cast<QuantizedValue>(high)};
   });
   return level;
 }
@@ -133,8 +134,8 @@ inline void round_plainly(PlainLevel& level) {
                     if (5 * static_cast<size_t>(wide) >= 4 * active.size()) quantum = next;
                   }
                   for (CellInterval* c : active) {
-                    c->min = static_cast<Code>(c->min / quantum * quantum);
-                    c->max = static_cast<Code>(c->max / quantum * quantum + quantum - 1);
+                    c->min = static_cast<QuantizedValue>(c->min / quantum * quantum);
+                    c->max = static_cast<QuantizedValue>(c->max / quantum * quantum + quantum - 1);
                   }
                 });
 }
@@ -152,21 +153,21 @@ inline StoreReader open_whole(std::span<const std::byte> store) {
   return std::move(*reader);
 }
 
-/// Checks that at each level, for isocodes at voxel values, between them, at the ends of the range
-/// and beyond, the store yields exactly the active cells, each once, with the corners and intervals
-/// of the oracle; and that a coarse cell over an active cell is active.
+/// Checks that at each level, for quantized isovalues at voxel values, between them, at the ends of
+/// the range and beyond, the store yields exactly the active cells, each once, with the corners and
+/// intervals of the oracle; and that a coarse cell over an active cell is active.
 template <class T>
 void expect_store_of(std::span<const std::byte> store, Index3 n, const std::vector<T>& values) {
   const StoreReader reader = open_whole(store);
   const StoreInfo& info = reader.info();
   PlainLevel level = plain_level_0(n, values, info.mapping), finer;
-  std::set<float> isocodes = {-1, 0, 65535, 70000};
-  for (const Code end : {info.range.min, info.range.max}) {
-    for (const float d : {-1.f, -0.5f, 0.f, 0.5f, 1.f}) isocodes.insert(end + d);
+  std::set<float> quantized_isovalues = {-1, 0, 65535, 70000};
+  for (const QuantizedValue end : {info.range.min, info.range.max}) {
+    for (const float d : {-1.f, -0.5f, 0.f, 0.5f, 1.f}) quantized_isovalues.insert(end + d);
   }
   for (size_t i = 1; i < 8; ++i) {
     const auto v = static_cast<float>(level.voxels[i * (level.voxels.size() - 1) / 8]);
-    isocodes.insert({v, v + 0.5f, v + 0.25f});
+    quantized_isovalues.insert({v, v + 0.5f, v + 0.25f});
   }
   ChunkDecoder decoder;
   DecodedCells decoded;
@@ -178,24 +179,25 @@ void expect_store_of(std::span<const std::byte> store, Index3 n, const std::vect
     }
     const LevelGrid grid = level_grid(n, l);
     ASSERT_EQ(grid.cells, level.cells);
-    for (const float isocode : isocodes) {
-      SCOPED_TRACE(testing::Message() << "level " << l << " isocode " << isocode);
+    for (const float quantized_isovalue : quantized_isovalues) {
+      SCOPED_TRACE(testing::Message()
+                   << "level " << l << " quantized_isovalue " << quantized_isovalue);
       std::vector<uint8_t> found(level.intervals.size());
-      const auto chunks = reader.chunks_for(l, isocode, isocode);
+      const auto chunks = reader.chunks_for(l, quantized_isovalue, quantized_isovalue);
       ASSERT_TRUE(chunks);
       std::set<std::tuple<int32_t, int32_t, int32_t>> blocks;
       for (const ChunkRef& chunk : *chunks) {
         const Index3 block = chunk.block.index;
         ASSERT_TRUE(blocks.emplace(block.x, block.y, block.z).second) << "two chunks of a block";
-        ASSERT_EQ(reader.chunk_for(chunk.block, isocode)->value().slab, chunk.slab);
+        ASSERT_EQ(reader.chunk_for(chunk.block, quantized_isovalue)->value().band, chunk.band);
         const auto bytes = store.subspan(chunk.offset, chunk.bytes);
         ASSERT_EQ(checksum32(bytes), chunk.checksum);
-        const ChunkShape shape{block_cells(grid, block), chunk.slab_begin, chunk.slab_end,
+        const ChunkShape shape{block_cells(grid, block), chunk.band_begin, chunk.band_end,
                                chunk.cells, l > 0};
         const auto result = decoder.decode(bytes, shape, decoded);
         ASSERT_TRUE(result) << result.error().message;
         for (size_t i = 0; i < decoded.cell.size(); ++i) {
-          if (!is_active(decoded.interval[i], isocode)) continue;
+          if (!is_active(decoded.interval[i], quantized_isovalue)) continue;
           const uint32_t c = decoded.cell[i];
           const Index3 at{block.x * kBlockCells + static_cast<int32_t>(c & 63),
                           block.y * kBlockCells + static_cast<int32_t>(c >> 6 & 63),
@@ -211,11 +213,11 @@ void expect_store_of(std::span<const std::byte> store, Index3 n, const std::vect
         }
       }
       for (size_t i = 0; i < found.size(); ++i) {
-        ASSERT_EQ(found[i] != 0, is_active(level.intervals[i], isocode)) << i;
+        ASSERT_EQ(found[i] != 0, is_active(level.intervals[i], quantized_isovalue)) << i;
       }
       if (l == 0) continue;
       for_each_cell(finer.cells, [&](int32_t x, int32_t y, int32_t z) {
-        if (is_active(finer.intervals[finer.cell_at(x, y, z)], isocode)) {
+        if (is_active(finer.intervals[finer.cell_at(x, y, z)], quantized_isovalue)) {
           EXPECT_TRUE(found[level.cell_at(x / 2, y / 2, z / 2)]);
         }
       });

@@ -169,7 +169,7 @@ TEST(BuildFile, StaysWithinItsMemory) {
   ComputedSource source({900, 900, 70});
   BuildOptions options;
   options.threads = 2;
-  options.memory_bytes = least_memory(source, options);
+  options.memory_bytes = min_memory(source, options);
   const pid_t child = ::fork();
   if (child == 0) {
     const auto report = build_store_file(source, folder.path() / "ramp.isosplat", options);

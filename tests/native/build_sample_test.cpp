@@ -19,7 +19,7 @@ VolumeSample noisy_sample(unsigned threads = 2) {
   for (uint8_t& voxel : voxels) voxel = static_cast<uint8_t>(100 + random() % 32);
   ArraySource<uint8_t> source(grid, voxels);
   const auto scan = scan_volume(source, threads, true, [](uint64_t) {});
-  return *sample_volume(source, *choose_codes(source.header(), *scan), threads);
+  return *sample_volume(source, *choose_quantization(source.header(), *scan), threads);
 }
 
 TEST(VolumeSample, IsTheSameWhateverTheThreads) {

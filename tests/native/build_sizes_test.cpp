@@ -31,28 +31,28 @@ std::string test_name(const std::string& volume) {
 
 struct Expectation {
   std::string volume;
-  double most_of_raw;   ///< the whole store against the voxels
-  double isovalue;      ///< one isovalue of level 0
-  uint64_t most_bytes;  ///< takes at most these bytes
+  double max_of_raw;   ///< the whole store against the voxels
+  double isovalue;     ///< one isovalue of level 0
+  uint64_t max_bytes;  ///< takes at most these bytes
 };
 
 class BuildSizes : public testing::TestWithParam<Expectation> {};
 
 TEST_P(BuildSizes, StayWithinTheirMarks) {
-  const auto& [name, most_of_raw, isovalue, most_bytes] = GetParam();
+  const auto& [name, max_of_raw, isovalue, max_bytes] = GetParam();
   const auto volume = real_volume(name);
   if (!volume) GTEST_SKIP() << name << " is not in the folder of real volumes";
   MemorySink sink;
   const auto report = build_store(*volume, sink, {});
   ASSERT_TRUE(report) << report.error().message;
   EXPECT_LE(static_cast<double>(sink.bytes.size()),
-            most_of_raw * static_cast<double>(report->raw_bytes));
+            max_of_raw * static_cast<double>(report->raw_bytes));
   const StoreReader reader = open_whole(sink.bytes);
-  const float isocode = reader.info().mapping.isocode(isovalue);
+  const float quantized_isovalue = reader.info().mapping.quantized_isovalue(isovalue);
   uint64_t bytes = 0;
-  const auto chunks = reader.chunks_for(0, isocode, isocode);
+  const auto chunks = reader.chunks_for(0, quantized_isovalue, quantized_isovalue);
   for (const ChunkRef& chunk : *chunks) bytes += chunk.bytes;
-  EXPECT_LE(bytes, most_bytes);
+  EXPECT_LE(bytes, max_bytes);
 }
 
 INSTANTIATE_TEST_SUITE_P(Volumes, BuildSizes,
@@ -72,8 +72,8 @@ TEST_P(BuildDefault, TakesNoMoreThanTheVolume) {
   MemorySink sink;
   const auto report = build_store(*volume, sink, {});
   ASSERT_TRUE(report) << report.error().message;
-  EXPECT_LE(report->most_bytes, report->raw_bytes);
-  EXPECT_LE(sink.bytes.size(), report->most_bytes);
+  EXPECT_LE(report->max_bytes, report->raw_bytes);
+  EXPECT_LE(sink.bytes.size(), report->max_bytes);
 }
 
 INSTANTIATE_TEST_SUITE_P(Volumes, BuildDefault,
@@ -150,7 +150,7 @@ double isovalue_bytes(const std::vector<std::byte>& store) {
   for (const LevelRef& level : reader.levels()) {
     const auto chunks = reader.chunks_for(level.grid.level, 0, 65535);
     for (const ChunkRef& chunk : *chunks) {
-      sum += double{1} * chunk.bytes * (chunk.slab_end - chunk.slab_begin);
+      sum += double{1} * chunk.bytes * (chunk.band_end - chunk.band_begin);
     }
   }
   return sum / (reader.info().range.max - reader.info().range.min);
@@ -165,7 +165,7 @@ TEST(BuildSize, OfANoisyVolumeIsAtMostThatOfItsVoxels) {
         return 20 + 220 * scene(x, y, z, n) + 255 * noise * random.next();
       });
       const Built eight = build(n, byte);
-      EXPECT_EQ(eight.report.most_bytes, byte.size());
+      EXPECT_EQ(eight.report.max_bytes, byte.size());
       EXPECT_LE(eight.store.size(), byte.size());
       const auto word = generate<uint16_t>(n, [&](int32_t x, int32_t y, int32_t z) {
         return 300 + 3400 * scene(x, y, z, n) + 4095 * noise * random.next();
@@ -202,7 +202,7 @@ TEST(BuildSize, OfNothingButNoiseIsTheLeastAndSaidToBeMore) {
   const auto voxels =
       generate<uint8_t>(n, [&](int32_t, int32_t, int32_t) { return random() % 256; });
   const Built built = build(n, voxels);
-  EXPECT_EQ(built.report.most_bytes, voxels.size());
+  EXPECT_EQ(built.report.max_bytes, voxels.size());
   EXPECT_GT(built.store.size(), voxels.size());
   EXPECT_LT(static_cast<double>(built.store.size()), 1.4 * static_cast<double>(voxels.size()));
   const StoreReader reader = open_whole(built.store);
@@ -226,7 +226,7 @@ TEST(BuildSize, FetchWeightMovesBothFiguresOneWay) {
       const auto bytes = static_cast<double>(built.store.size());
       EXPECT_GT(bytes, store) << weight;
       EXPECT_LT(isovalue_bytes(built.store), isovalue) << weight;
-      EXPECT_NEAR(static_cast<double>(built.report.most_bytes),
+      EXPECT_NEAR(static_cast<double>(built.report.max_bytes),
                   static_cast<double>(voxels.size()) * std::sqrt(weight), 1);
       store = bytes;
       isovalue = isovalue_bytes(built.store);
@@ -248,7 +248,7 @@ TEST(BuildSize, IsTheSameWhateverTheThreadsAndTheMemory) {
   const std::vector<std::byte> expected = build(n, voxels, options).store;
   for (const unsigned threads : {2u, 3u, 7u, 16u}) {
     options.threads = threads;
-    for (const uint64_t memory : {least_memory(source, options), uint64_t{1} << 32}) {
+    for (const uint64_t memory : {min_memory(source, options), uint64_t{1} << 32}) {
       options.memory_bytes = memory;
       EXPECT_TRUE(build(n, voxels, options).store == expected) << threads;
     }

@@ -9,7 +9,7 @@
 #include "native/builder/metadata.h"
 #include "native/builder/survey.h"
 #include "shared/codec/chunk_codec.h"
-#include "shared/preprocess/value_codes.h"
+#include "shared/preprocess/quantization.h"
 #include "tests/native/brute_force.h"
 
 namespace isosplat {
@@ -138,7 +138,7 @@ TEST(Build, AVolumeWithoutAnyValueHasNoChunk) {
   EXPECT_EQ(reader->info().chunk_count, 0u);
 }
 
-TEST(Build, DoublesOfAnyMagnitudeAreQuantisedWithinTheBound) {
+TEST(Build, DoublesOfAnyMagnitudeAreQuantizedWithinTheBound) {
   for (const auto& [low, high] : std::vector<std::pair<double, double>>{
            {-1e300, 1e300}, {1e-300, 2e-300}, {-5, -4.999}, {0, 5e-324}, {1e15, 1e15 + 3}}) {
     std::vector<double> voxels(8 * 9 * 10);
@@ -152,19 +152,20 @@ TEST(Build, DoublesOfAnyMagnitudeAreQuantisedWithinTheBound) {
     scan.add(std::as_bytes(std::span(voxels)));
     VolumeHeader header;
     header.type = VoxelType::f64;
-    const auto value_codes = choose_codes(header, scan);
-    ASSERT_TRUE(value_codes) << value_codes.error().message;
-    const ValueMapping& mapping = value_codes->mapping();
-    std::vector<Code> codes(voxels.size());
+    const auto quantization = choose_quantization(header, scan);
+    ASSERT_TRUE(quantization) << quantization.error().message;
+    const ValueMapping& mapping = quantization->mapping();
+    std::vector<QuantizedValue> quantized_values(voxels.size());
     if (mapping.bits == 16) {
-      value_codes->encode(std::as_bytes(std::span(voxels)), codes.data());
+      quantization->encode(std::as_bytes(std::span(voxels)), quantized_values.data());
     } else {
       std::vector<uint8_t> narrow(voxels.size());
-      value_codes->encode(std::as_bytes(std::span(voxels)), narrow.data());
-      std::copy(narrow.begin(), narrow.end(), codes.begin());
+      quantization->encode(std::as_bytes(std::span(voxels)), narrow.data());
+      std::copy(narrow.begin(), narrow.end(), quantized_values.begin());
     }
     for (size_t i = 0; i < voxels.size(); ++i) {
-      EXPECT_LE(std::abs(mapping.value(codes[i]) - voxels[i]), mapping.max_error * (1 + 1e-6))
+      EXPECT_LE(std::abs(mapping.value(quantized_values[i]) - voxels[i]),
+                mapping.max_error * (1 + 1e-6))
           << low << " " << high;
     }
   }
@@ -180,7 +181,7 @@ TEST(Build, IsTheSameWhateverTheThreadsAndTheMemory) {
   for (const unsigned threads : {2u, 3u, 8u}) {
     options.threads = threads;
     ArraySource<uint16_t> source(grid_of(n), voxels);
-    for (const uint64_t memory : {least_memory(source, options), uint64_t{1} << 32}) {
+    for (const uint64_t memory : {min_memory(source, options), uint64_t{1} << 32}) {
       options.memory_bytes = memory;
       MemorySink sink;
       const auto report = build_store(source, sink, options);
@@ -220,7 +221,7 @@ TEST(Build, TooLittleMemoryIsSaidBeforeTheStart) {
   const std::vector<float> voxels(50 * 50 * 50);
   ArraySource<float> source(grid_of({50, 50, 50}), voxels);
   BuildOptions options;
-  options.memory_bytes = least_memory(source, options) - 1;
+  options.memory_bytes = min_memory(source, options) - 1;
   MemorySink sink;
   const auto report = build_store(source, sink, options);
   ASSERT_FALSE(report);

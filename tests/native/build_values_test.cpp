@@ -10,10 +10,11 @@
 #include "native/builder/survey.h"
 #include "native/builder/verify.h"
 #include "native/import/open_volume.h"
-#include "shared/preprocess/value_codes.h"
+#include "shared/preprocess/quantization.h"
 #include "tests/native/brute_force.h"
 
-// Stores against their volumes in *values*: what a person computes from the file, and never a code.
+// Stores against their volumes in *values*: what a person computes from the file, and never a
+// quantized value.
 namespace isosplat {
 namespace {
 
@@ -61,20 +62,20 @@ struct FoundCells {
 FoundCells find_cells(std::span<const std::byte> store, double isovalue) {
   const StoreReader reader = open_whole(store);
   const ValueMapping& mapping = reader.info().mapping;
-  const float isocode = mapping.isocode(isovalue);
+  const float quantized_isovalue = mapping.quantized_isovalue(isovalue);
   FoundCells found;
   found.is_active.resize(voxel_count(kSize));
   found.corners.resize(voxel_count(kSize), std::nan(""));
   const LevelGrid grid = level_grid(kSize, 0);
   ChunkDecoder decoder;
   DecodedCells cells;
-  const auto chunks = reader.chunks_for(0, isocode, isocode);
+  const auto chunks = reader.chunks_for(0, quantized_isovalue, quantized_isovalue);
   for (const ChunkRef& chunk : *chunks) {
-    const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.slab_begin, chunk.slab_end,
+    const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.band_begin, chunk.band_end,
                            chunk.cells, false};
     EXPECT_TRUE(decoder.decode(store.subspan(chunk.offset, chunk.bytes), shape, cells));
     for (size_t i = 0; i < cells.cell.size(); ++i) {
-      if (!is_active(cells.interval[i], isocode)) continue;
+      if (!is_active(cells.interval[i], quantized_isovalue)) continue;
       const Index3 block = chunk.block.index * kBlockCells;
       const uint32_t c = cells.cell[i];
       const auto x = static_cast<size_t>(block.x) + (c & 63);
@@ -167,7 +168,7 @@ class Scaled : public testing::TestWithParam<Scaling> {
     }
     expect_active_cells(*store, values);
     expect_active_cells(*store, singles);
-    // As small as the same voxels without slope: the head's metadata have other digits.
+    // As small as the same voxels without slope: the header's metadata have other digits.
     const auto plain = store_of(voxels);
     EXPECT_EQ(StoreReader::open(*plain)->info().chunk_count, info.chunk_count);
     const double size = static_cast<double>(plain->size());
@@ -206,8 +207,9 @@ ValueMapping expect_kept(double low, double high, Make make, int bits, const cha
   EXPECT_EQ(mapping.max_error, 0);
   EXPECT_EQ(mapping.bits, bits);
   for (const Real voxel : voxels) {
-    const double code = std::round((static_cast<double>(voxel) - mapping.offset) / mapping.scale);
-    const auto value = static_cast<Real>(mapping.value(code));
+    const double quantized =
+        std::round((static_cast<double>(voxel) - mapping.offset) / mapping.scale);
+    const auto value = static_cast<Real>(mapping.value(quantized));
     if (value == voxel) continue;
     ADD_FAILURE() << "expected " << voxel << ", found " << value;
     break;
@@ -289,9 +291,11 @@ TEST(Lattice, RoundingThatNoLatticeHasIsStated) {
     using Real = std::decay_t<decltype(voxels[0])>;
     double found = 0;
     for (const Real voxel : voxels) {
-      const double code = std::round((static_cast<double>(voxel) - mapping.offset) / mapping.scale);
-      found = std::max(found, std::abs(static_cast<double>(static_cast<Real>(mapping.value(code))) -
-                                       static_cast<double>(voxel)));
+      const double quantized =
+          std::round((static_cast<double>(voxel) - mapping.offset) / mapping.scale);
+      found = std::max(found,
+                       std::abs(static_cast<double>(static_cast<Real>(mapping.value(quantized))) -
+                                static_cast<double>(voxel)));
     }
     EXPECT_EQ(found, mapping.max_error);
   };
@@ -299,7 +303,7 @@ TEST(Lattice, RoundingThatNoLatticeHasIsStated) {
   check(doubles, 1e-14);
 }
 
-TEST(Lattice, FewValuesThatAreNotEvenAreQuantised) {
+TEST(Lattice, FewValuesThatAreNotEvenAreQuantized) {
   std::vector<float> voxels;
   for (const int32_t n : integers<int32_t>(0, 255, 3)) {
     voxels.push_back(std::exp(static_cast<float>(n) / 20));
@@ -327,7 +331,7 @@ TEST(Lattice, VoxelsWithoutAValueLeaveTheOthersExact) {
   expect_store_of<float>(*store, kSize, voxels);
 }
 
-TEST(Lattice, IntegersWithACoarserStepTakeFewerCodes) {
+TEST(Lattice, IntegersWithACoarserStepTakeFewerValues) {
   const auto check = [](auto zero, int factor, int64_t offset, int bits) {
     using T = decltype(zero);
     std::vector<T> voxels;
@@ -372,7 +376,7 @@ TEST(Lattice, IntegersBeyondDoublesSayHowFarTheyAre) {
   EXPECT_GE(info.mapping.max_error, 512);
 }
 
-TEST(MaxError, ChoosesTheFewestCodes) {
+TEST(MaxError, ChoosesTheFewestValues) {
   std::mt19937 random(1);
   std::vector<float> voxels;
   for (const int32_t n : integers<int32_t>(-100000, 100000, 3)) {
@@ -396,11 +400,11 @@ TEST(MaxError, ChoosesTheFewestCodes) {
     EXPECT_GT(info.mapping.max_error, std::min(0.8 * max_error, 99.0));
     EXPECT_EQ(info.mapping.bits, max_error < 0.4 ? 16 : 8);
     for (const float voxel : voxels) {
-      const double code =
+      const double quantized =
           std::round((static_cast<double>(voxel) - info.mapping.offset) / info.mapping.scale);
-      ASSERT_LE(std::abs(info.mapping.value(code) - static_cast<double>(voxel)), max_error);
-      ASSERT_GE(code, 0);
-      ASSERT_LE(code, info.mapping.bits == 8 ? 255 : 65534);
+      ASSERT_LE(std::abs(info.mapping.value(quantized) - static_cast<double>(voxel)), max_error);
+      ASSERT_GE(quantized, 0);
+      ASSERT_LE(quantized, info.mapping.bits == 8 ? 255 : 65534);
     }
     expect_store_of<float>(*store, kSize, voxels);
   }

@@ -8,7 +8,7 @@
 #include "native/builder/array_source.h"
 #include "native/builder/verify.h"
 #include "shared/store/directory_page.h"
-#include "shared/store/head.h"
+#include "shared/store/store_header.h"
 #include "tests/native/brute_force.h"
 #include "tests/native/temporary_folder.h"
 
@@ -39,18 +39,18 @@ void write_file(const std::filesystem::path& path, std::span<const std::byte> by
              static_cast<std::streamsize>(bytes.size()));
 }
 
-/// The head and pages again, with checksums and content id that match the chunks.
-void reseal(std::vector<std::byte>& store, StoreHead head) {
-  for (PageRef& page : head.pages) {
+/// The header and pages again, with checksums and content id that match the chunks.
+void reseal(std::vector<std::byte>& store, StoreHeader header) {
+  for (PageRef& page : header.pages) {
     page.checksum = checksum32(std::span(store).subspan(page.offset, page.bytes));
   }
-  head.info.content_id = {};
+  header.info.content_id = {};
   ContentHash hash;
-  hash.add(std::span(store).subspan(head.info.head_bytes));
-  auto bytes = *write_head(head);
+  hash.add(std::span(store).subspan(header.info.header_bytes));
+  auto bytes = *write_store_header(header);
   hash.add(std::span(bytes).first(bytes.size() - 8));
-  head.info.content_id = hash.digest();
-  bytes = *write_head(head);
+  header.info.content_id = hash.digest();
+  bytes = *write_store_header(header);
   std::copy(bytes.begin(), bytes.end(), store.begin());
 }
 
@@ -100,38 +100,38 @@ TEST(Verify, FindsLiesWhoseChecksumsMatch) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "a";
   const auto store = small_store();
-  const StoreHead head = *parse_head(store);
+  const StoreHeader header = *parse_store_header(store);
   auto copy = store;
-  reseal(copy, head);
+  reseal(copy, header);
   ASSERT_TRUE(copy == store);
 
   // Level 0's first page: its blocks, then its chunks.
-  const PageRef page_ref = head.pages[head.levels[0].first_page];
+  const PageRef page_ref = header.pages[header.levels[0].first_page];
   const auto with_page = [&](auto change) {
     auto bytes = store;
     DirectoryPage page = *parse_page(std::span(store).subspan(page_ref.offset, page_ref.bytes),
-                                     page_ref, head.levels[0]);
+                                     page_ref, header.levels[0]);
     change(page, bytes);
     const auto written = write_page(page);
     std::copy(written.begin(), written.end(),
               bytes.begin() + static_cast<std::ptrdiff_t>(page_ref.offset));
-    reseal(bytes, head);
+    reseal(bytes, header);
     write_file(path, bytes);
     const auto report = verify_store_file(path);
     EXPECT_FALSE(report);
     return report ? Status::ok : report.error().status;
   };
   const auto rehash = [](DirectoryPage& page, std::span<std::byte> bytes, size_t block,
-                         size_t slab) {
+                         size_t band) {
     uint64_t offset = page.blocks[block].offset;
-    for (size_t s = 0; s < slab; ++s)
+    for (size_t s = 0; s < band; ++s)
       offset += page.chunks[page.blocks[block].first_chunk + s].bytes;
-    auto& chunk = page.chunks[page.blocks[block].first_chunk + slab];
+    auto& chunk = page.chunks[page.blocks[block].first_chunk + band];
     chunk.checksum = checksum32(bytes.subspan(offset, chunk.bytes));
   };
   EXPECT_EQ(with_page([](DirectoryPage& page, auto&) { ++page.chunks[1].cells; }),
             Status::malformed_chunk);
-  EXPECT_EQ(with_page([](DirectoryPage& page, auto&) { ++page.chunks[0].slab_end; }),
+  EXPECT_EQ(with_page([](DirectoryPage& page, auto&) { ++page.chunks[0].band_end; }),
             Status::malformed_chunk);
   EXPECT_NE(with_page([](DirectoryPage& page, auto&) { ++page.chunks[0].checksum; }), Status::ok);
   with_page([](DirectoryPage& page, auto&) {

@@ -138,7 +138,7 @@ TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
   const Ended info = run({"info", store, "--chunks"});
   EXPECT_EQ(info.exit_code, 0);
   for (const char* part : {"A ball", "40 × 40 × 40", "1 × 1 × 2", "HU", "lossless", "histogram",
-                           "slabs per block", "active cells"}) {
+                           "bands per block", "active cells"}) {
     EXPECT_NE(info.out.find(part), std::string::npos) << part << "\n" << info.out;
   }
   const auto json = nlohmann::json::parse(run({"info", store, "--json", "--chunks"}).out);

@@ -208,16 +208,16 @@ TEST_P(Extract, DroppingFollowsThePaper) {
 }
 
 TEST_P(Extract, GivesOnePointForEachActiveCellOfCoarseLevels) {
-  const float isocode = store_->info().mapping.isocode(kIsovalue);
+  const float quantized_isovalue = store_->info().mapping.quantized_isovalue(kIsovalue);
   for (const uint32_t level : {1u, 2u}) {
-    const auto selection = store_->chunks_for(level, isocode, isocode);
+    const auto selection = store_->chunks_for(level, quantized_isovalue, quantized_isovalue);
     ASSERT_TRUE(selection);
     uint64_t active = 0;
     std::vector<ChunkSamples> chunks;
     ASSERT_TRUE(extract_samples(*store_, kIsovalue, {level, 1}, chunks));
     for (const ChunkSamples& chunk : chunks) {
       for (const PackedSample& sample : chunk.samples) {
-        active += is_active(unpack_sample(sample).interval, isocode);
+        active += is_active(unpack_sample(sample).interval, quantized_isovalue);
       }
     }
     ASSERT_GT(active, 100u);
@@ -253,7 +253,7 @@ TEST(ExtractSheared, PointsAndNormalsAreThoseOfTheWorld) {
   ASSERT_TRUE(store);
   for (const bool exact : {false, true}) {
     size_t count = 0;
-    double distance = 0, farthest = 0, least_cosine = 1;
+    double distance = 0, farthest = 0, min_cosine = 1;
     const auto done = extract_points(
         **store, 100 * kRadius, {exact, Displaced::clamp}, {}, [&](const PointArrays& some) {
           for (size_t i = 0; i < some.positions.size(); ++i, ++count) {
@@ -262,15 +262,14 @@ TEST(ExtractSheared, PointsAndNormalsAreThoseOfTheWorld) {
             distance += off;
             farthest = std::max(farthest, off);
             // Values grow outwards, and normals point towards smaller ones.
-            least_cosine =
-                std::min(least_cosine, -dot(out, as_double(some.normals[i])) / length(out));
+            min_cosine = std::min(min_cosine, -dot(out, as_double(some.normals[i])) / length(out));
           }
           return Result<void>{};
         });
     // Where a step would lead out of the cell, the point stays at its face.
     EXPECT_LT(distance / static_cast<double>(count), 0.1);
     EXPECT_LT(farthest, 0.7);
-    EXPECT_GT(least_cosine, std::cos(6 * 3.14159265 / 180));
+    EXPECT_GT(min_cosine, std::cos(6 * 3.14159265 / 180));
     ASSERT_TRUE(done);
     EXPECT_GT(count, 4000u);
   }

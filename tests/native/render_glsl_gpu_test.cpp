@@ -97,7 +97,8 @@ class RenderGlslGpu : public ::testing::Test {
       const uint32_t span = 1u << (2 + i % 15);
       const uint32_t base = random() % (65537 - span);
       CellCorners corners;
-      for (Code& corner : corners) corner = static_cast<Code>(base + random() % span);
+      for (QuantizedValue& corner : corners)
+        corner = static_cast<QuantizedValue>(base + random() % span);
       const auto axis = [&] { return static_cast<int32_t>(random() % 64); };
       const Index3 cell{axis(), axis(), axis()};
       samples_.push_back(pack_sample(cell, corner_interval(corners), corners));
@@ -131,15 +132,16 @@ TEST_F(RenderGlslGpu, UnpacksExactly) {
 // Relative to the cell's span: value and gradient to 10⁻⁵, the Newton step to 10⁻⁴ of a cell where
 // it is at most a cell long.
 TEST_F(RenderGlslGpu, InterpolatesAndProjectsAsTheCoreDoes) {
-  const auto found = run_shader(samples_,
-                                "Cell cell = unpack_sample(bits);\n"
-                                "Trilinear f = trilinear(cell.lower, cell.upper);\n"
-                                "o_0 = value_and_gradient_at_centre(cell);\n"
-                                "o_1 = value_and_gradient(f, vec3(0.25, 0.75, 0.1));\n"
-                                "vec3 size = vec3(1.0, 1.5, 2.0);\n"
-                                "float isocode = mix(cell.interval.x, cell.interval.y, 0.3);\n"
-                                "o_2 = vec4(newton_step(o_0.x, o_0.yzw / size, o_0.yzw / size, "
-                                "isocode), isocode);\no_3 = vec4(0.0);\n");
+  const auto found =
+      run_shader(samples_,
+                 "Cell cell = unpack_sample(bits);\n"
+                 "Trilinear f = trilinear(cell.lower, cell.upper);\n"
+                 "o_0 = value_and_gradient_at_centre(cell);\n"
+                 "o_1 = value_and_gradient(f, vec3(0.25, 0.75, 0.1));\n"
+                 "vec3 size = vec3(1.0, 1.5, 2.0);\n"
+                 "float quantized_isovalue = mix(cell.interval.x, cell.interval.y, 0.3);\n"
+                 "o_2 = vec4(newton_step(o_0.x, o_0.yzw / size, o_0.yzw / size, "
+                 "quantized_isovalue), quantized_isovalue);\no_3 = vec4(0.0);\n");
   for (size_t i = 0; i < kSamples; ++i) {
     const UnpackedSample sample = unpack_sample(samples_[i]);
     const Trilinear f(sample.corners);

@@ -50,7 +50,7 @@ class RenderGpu : public ::testing::Test {
   Difference compare(const TestVolume& volume, double isovalue, int width, int height) {
     const auto pixels = renderer_->read_surface();
     EXPECT_TRUE(pixels);
-    const RayCaster caster(volume.grid, volume.codes, volume.mapping.has_missing);
+    const RayCaster caster(volume.grid, volume.quantized_values, volume.mapping.has_missing);
     const CameraFrame frame = camera_frame(renderer_->camera());
     const double cell =
         std::min({volume.grid.spacing.x, volume.grid.spacing.y, volume.grid.spacing.z});
@@ -60,8 +60,8 @@ class RenderGpu : public ::testing::Test {
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         const size_t i = size_t(y) * size_t(width) + size_t(x);
-        const auto truth =
-            caster.cast(renderer_->camera(), width, height, x, y, volume.mapping.isocode(isovalue));
+        const auto truth = caster.cast(renderer_->camera(), width, height, x, y,
+                                       volume.mapping.quantized_isovalue(isovalue));
         hit[i] = truth.has_value();
         const auto& ours = (*pixels)[i];
         d.reference += truth.has_value();

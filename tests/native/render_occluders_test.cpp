@@ -13,8 +13,9 @@ TEST(SampleClusters, HoldEachSampleOnceInTheRegionOfItsCell) {
   std::vector<PackedSample> samples, ordered;
   for (int32_t z = 0; z < 64; z += 3) {
     for (int32_t x = 0; x < 64; x += 5) {
-      const auto code = static_cast<Code>(10 * x + z);
-      samples.push_back(pack_sample({x, (x + z) % 64, z}, {code, Code(code + 7)}, {}));
+      const auto quantized = static_cast<QuantizedValue>(10 * x + z);
+      samples.push_back(
+          pack_sample({x, (x + z) % 64, z}, {quantized, QuantizedValue(quantized + 7)}, {}));
     }
   }
   const auto clusters = cluster_samples(samples, ordered);
@@ -24,7 +25,7 @@ TEST(SampleClusters, HoldEachSampleOnceInTheRegionOfItsCell) {
     EXPECT_EQ(cluster.first, next);
     EXPECT_GT(cluster.count, 0u);
     next += cluster.count;
-    CellInterval interval{kMissingCode, 0};
+    CellInterval interval{kMissingVoxel, 0};
     Index3 low{63, 63, 63}, high{0, 0, 0};
     for (uint32_t i = cluster.first; i < next; ++i) {
       EXPECT_NE(std::find(samples.begin(), samples.end(), ordered[i]), samples.end());

@@ -37,7 +37,7 @@ constexpr SplatKind kKinds[] = {SplatKind::quad, SplatKind::ellipse, SplatKind::
                                 SplatKind::exact};
 constexpr const char* kKindNames[] = {"quad", "ellipse", "blended", "exact"};
 
-/// 100 codes per world unit from the centre: a sphere at isovalue 100 r.
+/// 100 quantized values per world unit from the centre: a sphere at isovalue 100 r.
 TestVolume ball(const NamedGrid& grid) {
   return sampled_volume(grid_about(kCentre, kRadius, grid.axes, grid.spacing),
                         [](Vec3d p) { return 100 * length(p - kCentre); });
@@ -237,7 +237,7 @@ TestVolume lumps(const NamedGrid& grid) {
 // A field and its copy on a perpendicular grid look the same: their light, and what colours them.
 TEST_F(ShearGpu, LooksLikeItsCopyOnAPerpendicularGrid) {
   settings_.colour_low = 60;
-  settings_.colour_high = 140;  // codes per world unit
+  settings_.colour_high = 140;  // quantized values per world unit
   // Mean difference of 255, and the largest share of values that differ by more than 24 (outlines).
   constexpr double kMean[] = {2.5, 1, 1, 1}, kShare[] = {0.03, 0.01, 0.01, 0.01};
   for (const ColourBy colour_by : {ColourBy::isosurface, ColourBy::gradient}) {
@@ -340,7 +340,7 @@ TEST_F(ShearGpu, TheRayCasterFindsTheSphere) {
   for (const NamedGrid& grid : kSheared) {
     SCOPED_TRACE(grid.name);
     const TestVolume volume = ball(grid);
-    const RayCaster caster(volume.grid, volume.codes, false);
+    const RayCaster caster(volume.grid, volume.quantized_values, false);
     int hits = 0, differing = 0;
     for (int y = 0; y < kSize; y += 5) {
       for (int x = 0; x < kSize; x += 5) {
@@ -362,11 +362,11 @@ TEST_F(ShearGpu, TheRayCasterFindsTheSphere) {
   }
 }
 
-// What a sight query says is seen is what pixels show in its regions.
-TEST_F(ShearGpu, SightQueriesFindTheRegionsThatShow) {
+// What an occlusion query says is seen is what pixels show in its regions.
+TEST_F(ShearGpu, OcclusionQueriesFindTheVisibleRegions) {
   settings_.kind = SplatKind::exact;
   constexpr uint32_t kLevel = 0;
-  constexpr int kLeast = 40;
+  constexpr int kMin = 40;
   for (const NamedGrid& named : kSheared) {
     SCOPED_TRACE(named.name);
     const TestVolume volume = ball(named);
@@ -374,9 +374,9 @@ TEST_F(ShearGpu, SightQueriesFindTheRegionsThatShow) {
     ASSERT_EQ(level_grid(grid.voxels, kLevel).block_count(), 1u);
     draw(volume, kLevel);
     const uint64_t id = 0;
-    ASSERT_TRUE(renderer_->begin_sight_query({&id, 1}, kLeast));
-    std::optional<std::vector<ChunkSight>> answer;
-    while (!answer) answer = renderer_->take_sight_query();
+    ASSERT_TRUE(renderer_->begin_occlusion_query({&id, 1}, kMin));
+    std::optional<std::vector<ChunkVisibility>> answer;
+    while (!answer) answer = renderer_->take_occlusion_query();
     const auto pixels = renderer_->read_surface().value();
     const CameraFrame frame = camera_frame(camera_);
     int counts[512] = {};
@@ -393,9 +393,9 @@ TEST_F(ShearGpu, SightQueriesFindTheRegionsThatShow) {
     for (int bit = 0; bit < 512; ++bit) {
       const bool is_seen = answer->at(0).seen.contains({bit % 8, bit / 8 % 8, bit / 64});
       if (is_seen) {
-        EXPECT_GE(counts[bit], kLeast / 2) << "region " << bit;
+        EXPECT_GE(counts[bit], kMin / 2) << "region " << bit;
       } else {
-        EXPECT_LE(counts[bit], kLeast * 5 / 4) << "region " << bit;
+        EXPECT_LE(counts[bit], kMin * 5 / 4) << "region " << bit;
       }
       ++(is_seen ? seen : hidden);
     }

@@ -70,7 +70,7 @@ double mean_fragments(const TestVolume& volume, double isovalue, SplatKind kind,
   glUniform4f(uniform("u_block"), static_cast<float>(corner.x), static_cast<float>(corner.y),
               static_cast<float>(corner.z), 1);
   glUniform4uiv(uniform("u_regions"), 4, std::vector<GLuint>(16, ~0u).data());
-  glUniform1f(uniform("u_isocode"), volume.mapping.isocode(isovalue));
+  glUniform1f(uniform("u_quantized_isovalue"), volume.mapping.quantized_isovalue(isovalue));
   glUniform1i(uniform("u_samples"), 0);
   glViewport(0, 0, size, size);
   glClearColor(0, 0, 0, 0);
@@ -92,8 +92,8 @@ double mean_fragments(const TestVolume& volume, double isovalue, SplatKind kind,
   return sum / (double(size) * size);
 }
 
-// From inside of a sphere, close to its wall: one layer of surface in sight, and a ring of hundreds
-// of cells that the plane through the eye cuts.
+// From inside of a sphere, close to its wall: one layer of surface in visibility, and a ring of
+// hundreds of cells that the plane through the eye cuts.
 TEST(RenderWorkGpu, CloseUpsCastFewRaysForEachPixel) {
   const auto context = EglContext::create();
   ASSERT_TRUE(context) << context.error().message;

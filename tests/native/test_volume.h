@@ -17,33 +17,36 @@ namespace isosplat {
 struct TestVolume {
   VolumeGrid grid;
   ValueMapping mapping;
-  std::vector<Code> codes;  // x fastest
+  std::vector<QuantizedValue> quantized_values;  // x fastest
 
-  Code at(int32_t x, int32_t y, int32_t z) const {
-    return codes[size_t(x) +
-                 size_t(grid.voxels.x) * (size_t(y) + size_t(grid.voxels.y) * size_t(z))];
+  QuantizedValue at(int32_t x, int32_t y, int32_t z) const {
+    return quantized_values[size_t(x) + size_t(grid.voxels.x) *
+                                            (size_t(y) + size_t(grid.voxels.y) * size_t(z))];
   }
 };
 
-/// A volume of this many voxels whose codes are f at each voxel index, rounded and clamped.
+/// A volume of this many voxels whose quantized values are f at each voxel index, rounded and
+/// clamped.
 inline TestVolume sampled_volume(Index3 voxels, Vec3d spacing,
                                  const std::function<double(Vec3d)>& f) {
   TestVolume volume;
   volume.grid.voxels = voxels;
   volume.grid.spacing = spacing;
-  volume.codes.reserve(size_t(voxels.x) * size_t(voxels.y) * size_t(voxels.z));
+  volume.quantized_values.reserve(size_t(voxels.x) * size_t(voxels.y) * size_t(voxels.z));
   for (int32_t z = 0; z < voxels.z; ++z) {
     for (int32_t y = 0; y < voxels.y; ++y) {
       for (int32_t x = 0; x < voxels.x; ++x) {
-        const double code = f({double(x), double(y), double(z)});
-        volume.codes.push_back(static_cast<Code>(std::clamp(code + 0.5, 0.0, 65534.0)));
+        const double quantized = f({double(x), double(y), double(z)});
+        volume.quantized_values.push_back(
+            static_cast<QuantizedValue>(std::clamp(quantized + 0.5, 0.0, 65534.0)));
       }
     }
   }
   return volume;
 }
 
-/// A volume on this grid whose codes are f at each voxel's place in the world, rounded and clamped.
+/// A volume on this grid whose quantized values are f at each voxel's place in the world, rounded
+/// and clamped.
 inline TestVolume sampled_volume(const VolumeGrid& grid, const std::function<double(Vec3d)>& f) {
   TestVolume volume =
       sampled_volume(grid.voxels, grid.spacing, [&](Vec3d index) { return f(grid.world(index)); });
@@ -89,7 +92,7 @@ inline CellCorners corners_at(const TestVolume& volume, int32_t x, int32_t y, in
           volume.at(x, y, z1), volume.at(x1, y, z1), volume.at(x, y1, z1), volume.at(x1, y1, z1)};
 }
 
-/// The samples of a block that are active for some isocode in [low, high].
+/// The samples of a block that are active for some quantized isovalue in [low, high].
 inline std::vector<PackedSample> block_samples(const TestVolume& volume, BlockKey block, double low,
                                                double high) {
   std::vector<PackedSample> samples;
@@ -133,8 +136,9 @@ inline uint64_t show_volume(Renderer& renderer, const TestVolume& volume, double
     for (int32_t y = 0; y < grid.blocks.y; ++y) {
       for (int32_t x = 0; x < grid.blocks.x; ++x) {
         const BlockKey block{level, {x, y, z}};
-        const auto samples = block_samples(volume, block, volume.mapping.isocode(isovalue_low),
-                                           volume.mapping.isocode(isovalue_high));
+        const auto samples =
+            block_samples(volume, block, volume.mapping.quantized_isovalue(isovalue_low),
+                          volume.mapping.quantized_isovalue(isovalue_high));
         if (!renderer.add_chunk(ids.size(), {block}, samples)) return 0;
         ids.push_back(ids.size());
         count += samples.size();

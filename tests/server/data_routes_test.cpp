@@ -63,29 +63,29 @@ TEST_F(DataRoutes, ListHasWhatACardShows) {
   EXPECT_EQ(volume["histogram"]["counts"][1], 4 + 5 + 6 + 7);
 }
 
-TEST_F(DataRoutes, VolumeSaysWhatItsHeadSays) {
+TEST_F(DataRoutes, VolumeSaysWhatItsHeaderSays) {
   const Answer answer = get(port(), "/v1/volumes/alpha");
   EXPECT_EQ(answer.status, 200);
   const Json volume = Json::parse(answer.body);
   EXPECT_EQ(volume["contentId"], alpha.content);
   EXPECT_EQ(volume["mapping"]["offset"], -100);
   EXPECT_EQ(volume["mapping"]["scale"], 0.5);
-  EXPECT_EQ(volume["codeRange"], Json({0, 255}));
+  EXPECT_EQ(volume["quantizedRange"], Json({0, 255}));
   EXPECT_EQ(volume["levels"], alpha.info.levels);
   EXPECT_EQ(volume["levelGrids"][0]["blocks"], Json({4, 3, 2}));
   EXPECT_EQ(volume["metadata"]["histogram"]["counts"].size(), 256u);
-  EXPECT_EQ(volume["urls"]["head"], content("head"));
+  EXPECT_EQ(volume["urls"]["header"], content("header"));
   EXPECT_EQ(
       get(port(), "/v1/volumes/alpha", "If-None-Match: " + answer.header("etag") + "\r\n").status,
       304);
 }
 
-TEST_F(DataRoutes, OpeningHasIdHeadAndCoarseEnd) {
-  const Answer answer = get(port(), "/v1/volumes/alpha/opening");
+TEST_F(DataRoutes, BootstrapHasIdHeaderAndCoarseTail) {
+  const Answer answer = get(port(), "/v1/volumes/alpha/bootstrap");
   EXPECT_EQ(answer.status, 200);
   EXPECT_EQ(answer.header("cache-control"), "no-cache");
   EXPECT_EQ(answer.header("content-type"), "application/octet-stream");
-  ASSERT_GE(answer.body.size(), kOpeningHeaderBytes);
+  ASSERT_GE(answer.body.size(), kBootstrapHeaderBytes);
   const auto word = [&](size_t at) {
     uint32_t value = 0;
     for (size_t i = 4; i-- > 0;) value = value << 8 | static_cast<uint8_t>(answer.body[at + i]);
@@ -95,25 +95,25 @@ TEST_F(DataRoutes, OpeningHasIdHeadAndCoarseEnd) {
     return std::string(reinterpret_cast<const char*>(alpha.file.data()) + offset, bytes);
   };
   const StoreReader reader = *StoreReader::open(alpha.file);
-  const CoarseRange range = reader.opening_range();
+  const CoarseRange range = reader.bootstrap_range();
   const auto& id = alpha.info.content_id;
-  EXPECT_EQ(word(0), alpha.info.head_bytes);
+  EXPECT_EQ(word(0), alpha.info.header_bytes);
   EXPECT_EQ(word(4), range.bytes);
   EXPECT_EQ(word(8) + (uint64_t{word(12)} << 32), range.offset);
   EXPECT_EQ(answer.body.substr(16, 16), std::string(id.begin(), id.end()));
-  EXPECT_EQ(answer.body.substr(kOpeningHeaderBytes),
-            part(0, alpha.info.head_bytes) + part(range.offset, range.bytes));
+  EXPECT_EQ(answer.body.substr(kBootstrapHeaderBytes),
+            part(0, alpha.info.header_bytes) + part(range.offset, range.bytes));
   const std::string etag = "If-None-Match: " + answer.header("etag") + "\r\n";
-  EXPECT_EQ(get(port(), "/v1/volumes/alpha/opening", etag).status, 304);
-  expect_error(get(port(), "/v1/volumes/beta/opening"), 404, "not_found");
+  EXPECT_EQ(get(port(), "/v1/volumes/alpha/bootstrap", etag).status, 304);
+  expect_error(get(port(), "/v1/volumes/beta/bootstrap"), 404, "not_found");
 }
 
-TEST_F(DataRoutes, HeadAndPagesOpenTheStore) {
-  const Answer head = get(port(), content("head"));
-  EXPECT_EQ(head.status, 200);
-  expect_immutable(head);
-  EXPECT_TRUE(text_of(alpha.file).starts_with(head.body));
-  Result<StoreReader> reader = StoreReader::open(std::as_bytes(std::span(head.body)));
+TEST_F(DataRoutes, HeaderAndPagesOpenTheStore) {
+  const Answer header = get(port(), content("header"));
+  EXPECT_EQ(header.status, 200);
+  expect_immutable(header);
+  EXPECT_TRUE(text_of(alpha.file).starts_with(header.body));
+  Result<StoreReader> reader = StoreReader::open(std::as_bytes(std::span(header.body)));
   ASSERT_TRUE(reader) << reader.error().message;
   for (uint32_t page = 0; page < reader->pages().size(); ++page) {
     const Answer answer = get(port(), content("pages/" + std::to_string(page)));
@@ -154,12 +154,12 @@ TEST_F(DataRoutes, ChunksThatAreNotThere) {
 
 TEST_F(DataRoutes, OtherContentIsNeverAnswered) {
   const std::string other(32, '0');
-  const Answer answer = get(port(), "/v1/volumes/alpha/" + other + "/head");
+  const Answer answer = get(port(), "/v1/volumes/alpha/" + other + "/header");
   expect_error(answer, 404, "not_found");
   EXPECT_NE(answer.body.find(alpha.content), std::string::npos) << "the hint";
   std::string upper = alpha.content;
   for (char& c : upper) c = static_cast<char>(std::toupper(c));
-  expect_error(get(port(), "/v1/volumes/alpha/" + upper + "/head"), 404, "not_found");
+  expect_error(get(port(), "/v1/volumes/alpha/" + upper + "/header"), 404, "not_found");
 }
 
 TEST_F(DataRoutes, ConditionalRequests) {
@@ -181,7 +181,7 @@ TEST_F(DataRoutes, ConditionalRequests) {
   EXPECT_EQ(unchanged.header("content-length"), "");
   EXPECT_EQ(get(port(), content("chunks/0/9.9.9/0"), "If-None-Match: *\r\n").status, 404);
   // Conditions hold for whatever has an ETag.
-  for (const char* volume : {"/v1/volumes", "/v1/volumes/alpha", "/v1/volumes/alpha/opening"}) {
+  for (const char* volume : {"/v1/volumes", "/v1/volumes/alpha", "/v1/volumes/alpha/bootstrap"}) {
     const std::string own = get(port(), volume).header("etag");
     EXPECT_EQ(get(port(), volume, "If-Match: " + own + "\r\n").status, 200) << volume;
     EXPECT_EQ(get(port(), volume, "If-Match: \"other\"\r\n").status, 412) << volume;
@@ -191,7 +191,7 @@ TEST_F(DataRoutes, ConditionalRequests) {
 TEST_F(DataRoutes, HeadHasTheFieldsOfGet) {
   Client client(port());
   for (const std::string& url :
-       {std::string("/healthz"), std::string("/v1/volumes"), content("head"), content("file"),
+       {std::string("/healthz"), std::string("/v1/volumes"), content("header"), content("file"),
         content("chunks/" + place_of(alpha.chunks.front())), content("chunks?isovalue=0&level=0"),
         std::string("/v1/volumes/none")}) {
     Answer with_body = client.request("GET", url);
@@ -307,9 +307,9 @@ TEST_F(DataRoutes, RangeWithConditions) {
   EXPECT_EQ(ask("If-Range: Sun, 06 Nov 1994 08:49:37 GMT\r\n").status, 200);
   EXPECT_EQ(ask("If-None-Match: " + etag + "\r\n").status, 304);
   EXPECT_EQ(ask("If-Match: \"other\"\r\n").status, 412);
-  const Answer head = Client(port()).request("HEAD", url, "Range: bytes=1-2\r\n");
-  EXPECT_EQ(head.status, 200) << "Range is for GET";
-  EXPECT_EQ(head.header("content-length"), std::to_string(alpha.file.size()));
+  const Answer header = Client(port()).request("HEAD", url, "Range: bytes=1-2\r\n");
+  EXPECT_EQ(header.status, 200) << "Range is for GET";
+  EXPECT_EQ(header.header("content-length"), std::to_string(alpha.file.size()));
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace isosplat::test {
 namespace {
 
 struct Frame {
-  uint32_t bytes, status, level, x, y, z, slab, cells, begin, end, checksum, reserved;
+  uint32_t bytes, status, level, x, y, z, band, cells, begin, end, checksum, reserved;
   std::string chunk;
 };
 
@@ -67,15 +67,17 @@ class Frames : public ServerTest {
       EXPECT_EQ((Index3{static_cast<int32_t>(frame.x), static_cast<int32_t>(frame.y),
                         static_cast<int32_t>(frame.z)}),
                 chunk.block.index);
-      EXPECT_EQ(frame.slab, chunk.slab);
+      EXPECT_EQ(frame.band, chunk.band);
       EXPECT_EQ(frame.cells, chunk.cells);
-      EXPECT_EQ(frame.begin, chunk.slab_begin);
-      EXPECT_EQ(frame.end, chunk.slab_end);
+      EXPECT_EQ(frame.begin, chunk.band_begin);
+      EXPECT_EQ(frame.end, chunk.band_end);
       EXPECT_EQ(frame.reserved, 0u);
     }
   }
 
-  float isocode(double isovalue) const { return alpha.info.mapping.isocode(isovalue); }
+  float quantized_isovalue(double isovalue) const {
+    return alpha.info.mapping.quantized_isovalue(isovalue);
+  }
 
   /// Puts a store in the place of alpha's that differs in one byte of the chunk.
   void corrupt(const KnownChunk& chunk) {
@@ -103,14 +105,15 @@ TEST_F(Frames, RangeQueriesGiveWhatBruteForceGives) {
           low == high ? std::to_string(low) : std::to_string(low) + ".." + std::to_string(high);
       const Answer answer = client.request(
           "GET", content("chunks?isovalue=" + isovalue + "&level=" + std::to_string(level)));
-      expect_frames(answer, alpha.meeting(level, isocode(low), isocode(high)));
+      expect_frames(answer,
+                    alpha.meeting(level, quantized_isovalue(low), quantized_isovalue(high)));
     }
   }
 }
 
 TEST_F(Frames, BlocksInTheOrderAsked) {
   start();
-  const auto all = alpha.meeting(0, isocode(-90), isocode(-50));
+  const auto all = alpha.meeting(0, quantized_isovalue(-90), quantized_isovalue(-50));
   std::vector<Index3> blocks;
   for (const KnownChunk* chunk : all) {
     if (blocks.empty() || !(blocks.back() == chunk->block.index)) {
@@ -151,8 +154,8 @@ TEST_F(Frames, BatchInTheOrderAsked) {
                 "If-None-Match: " + answer.header("etag") + "\r\n")
                 .status,
             304);
-  const Answer head = Client(port()).request("HEAD", content("batch?chunks=" + list));
-  EXPECT_EQ(head.header("content-length"), std::to_string(answer.body.size()));
+  const Answer header = Client(port()).request("HEAD", content("batch?chunks=" + list));
+  EXPECT_EQ(header.header("content-length"), std::to_string(answer.body.size()));
 }
 
 TEST_F(Frames, QueriesThatAreWrong) {
@@ -233,7 +236,7 @@ TEST_F(Frames, ALargeDirectoryIsNotSearchedToItsEnd) {
 
 TEST_F(Frames, ABrokenChunkIsNeverGood) {
   const KnownChunk* broken = nullptr;
-  const auto chunks = alpha.meeting(0, isocode(-200), isocode(200));
+  const auto chunks = alpha.meeting(0, quantized_isovalue(-200), quantized_isovalue(200));
   for (const KnownChunk* chunk : chunks) {
     if (chunk->bytes.size() > 100) broken = chunk;
   }
@@ -258,7 +261,7 @@ TEST_F(Frames, ABrokenChunkIsNeverGood) {
   EXPECT_EQ(frames[0].chunk, text_of(good.bytes));
   EXPECT_EQ(frames[1].status, static_cast<uint32_t>(Status::checksum_mismatch));
   EXPECT_EQ(frames[1].bytes, 0u);
-  EXPECT_EQ(frames[1].slab, broken->slab);
+  EXPECT_EQ(frames[1].band, broken->band);
 }
 
 TEST_F(Frames, ABrokenPageIsNeverGood) {

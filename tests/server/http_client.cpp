@@ -80,7 +80,7 @@ std::string Client::read(size_t bytes) {
   return result;
 }
 
-Answer Client::receive(bool to_head) {
+Answer Client::receive(bool to_header) {
   Answer answer;
   size_t end = 0;
   while ((end = received_.find("\r\n\r\n")) == std::string::npos) {
@@ -100,7 +100,8 @@ Answer Client::receive(bool to_head) {
     line = next + 2;
   }
   const std::string length = answer.header("content-length");
-  const bool has_body = !to_head && answer.status != 204 && answer.status != 304 && !length.empty();
+  const bool has_body =
+      !to_header && answer.status != 204 && answer.status != 304 && !length.empty();
   const size_t expected = has_body ? std::stoull(length) : 0;
   answer.body = read(expected);
   answer.complete = answer.body.size() == expected;

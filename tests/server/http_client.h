@@ -32,8 +32,8 @@ class Client {
   /// False where the server has closed the connection.
   bool send(std::string_view bytes);
 
-  /// The next answer. `to_head`: it answers HEAD, so no body follows.
-  Answer receive(bool to_head = false);
+  /// The next answer. `to_header`: it answers HEAD, so no body follows.
+  Answer receive(bool to_header = false);
 
   /// send() of a request with these further header lines ("Name: value\r\n"), then receive().
   Answer request(std::string_view method, std::string_view target, std::string_view headers = {});

@@ -75,7 +75,7 @@ TEST_F(Page, IndexIsRevalidated) {
 TEST_F(Page, NamesTheVolumesFirstBytes) {
   start();
   EXPECT_EQ(get(port(), "/?volume=alpha").header("link"),
-            "<v1/volumes/alpha/opening>; rel=preload; as=fetch; crossorigin=anonymous");
+            "<v1/volumes/alpha/bootstrap>; rel=preload; as=fetch; crossorigin=anonymous");
   for (const char* url : {"/", "/?volume=beta", "/?volume=%0d%0aX:y", "/empty.txt?volume=alpha"}) {
     EXPECT_EQ(get(port(), url).header("link"), "") << url;
   }

@@ -37,7 +37,7 @@ TEST_F(Stores, ANewStoreAppears) {
 
 TEST_F(Stores, AReplacedStoreHasOtherUrls) {
   start();
-  const std::string old_url = content("head");
+  const std::string old_url = content("header");
   EXPECT_EQ(get(port(), old_url).status, 200);
   const KnownStore other = make_store(3);
   write_file(folder.path() / "alpha.isosplat", other.file);
@@ -52,7 +52,7 @@ TEST_F(Stores, ARemovedStoreIsGone) {
   start();
   std::filesystem::remove(folder.path() / "alpha.isosplat");
   EXPECT_TRUE(eventually([&] { return volume("alpha").is_null(); }));
-  EXPECT_EQ(get(port(), content("head")).status, 404);
+  EXPECT_EQ(get(port(), content("header")).status, 404);
   EXPECT_TRUE(log_mentions("alpha is gone"));
 }
 
@@ -182,10 +182,10 @@ TEST_F(Stores, ManyThreadsOnOneStoreFile) {
       for (size_t i = 0; i < 500; ++i) {
         const KnownChunk& known = alpha.chunks[(i * 13 + thread * 31) % alpha.chunks.size()];
         bytes.clear();
-        const auto chunk = (*store)->chunk(known.block, known.slab);
+        const auto chunk = (*store)->chunk(known.block, known.band);
         if (!chunk || !(*store)->read_chunk(*chunk, bytes) || bytes != known.bytes) ++wrong;
-        const auto code = static_cast<float>(known.slab_begin);
-        const auto found = (*store)->chunk_for(known.block, code);
+        const auto quantized = static_cast<float>(known.band_begin);
+        const auto found = (*store)->chunk_for(known.block, quantized);
         if (!found || found->has_value() != (known.cells > 0)) ++wrong;
       }
     });
@@ -218,7 +218,7 @@ TEST_F(Stores, ThePageThatIsUsedMostRecentlyStaysInTheDirectory) {
   const auto store = StoreFile::open(path, page_bytes / 2);
   ASSERT_TRUE(store);
   const auto is_there = [&](const KnownChunk* known) {
-    return (*store)->chunk(known->block, known->slab).has_value();
+    return (*store)->chunk(known->block, known->band).has_value();
   };
   const KnownChunk* const hot = chunks.front();
   for (size_t round = 0; round < 2; ++round) {

@@ -133,7 +133,7 @@ TEST(Target, Chunks) {
   ASSERT_TRUE(chunks);
   ASSERT_EQ(chunks->size(), 2u);
   EXPECT_EQ((*chunks)[0].block, (BlockKey{0, {1, 2, 3}}));
-  EXPECT_EQ((*chunks)[0].slab, 4u);
+  EXPECT_EQ((*chunks)[0].band, 4u);
   for (const char* text : {"", "0", "0/1.2.3", "0/1.2.3/", "/1.2.3/4", "0/1.2.3/4/5", "32/1.2.3/4",
                            "0/1.2.3/65536", "0/1.2.3/4,"}) {
     EXPECT_FALSE(parse_chunks(text)) << text;

@@ -23,9 +23,9 @@ T required(Result<T> result) {
 
 }  // namespace
 
-const KnownChunk& KnownStore::at(BlockKey block, uint32_t slab) const {
+const KnownChunk& KnownStore::at(BlockKey block, uint32_t band) const {
   for (const KnownChunk& chunk : chunks) {
-    if (chunk.block == block && chunk.slab == slab) return chunk;
+    if (chunk.block == block && chunk.band == band) return chunk;
   }
   throw std::runtime_error("no such chunk");
 }
@@ -34,7 +34,7 @@ std::vector<const KnownChunk*> KnownStore::meeting(uint32_t level, float low, fl
   std::vector<const KnownChunk*> found;
   for (const KnownChunk& chunk : chunks) {
     if (chunk.block.level == level && chunk.cells > 0 &&
-        static_cast<float>(chunk.slab_begin) <= high && low < static_cast<float>(chunk.slab_end)) {
+        static_cast<float>(chunk.band_begin) <= high && low < static_cast<float>(chunk.band_end)) {
       found.push_back(&chunk);
     }
   }
@@ -55,18 +55,18 @@ KnownStore make_store(uint32_t seed, Index3 voxels, uint32_t largest_chunk,
     for (int32_t z = 0; z < grid.blocks.z; ++z) {
       for (int32_t y = 0; y < grid.blocks.y; ++y) {
         for (int32_t x = 0; x < grid.blocks.x; ++x) {
-          std::vector<SlabChunk> slabs;
+          std::vector<BandChunk> bands;
           std::vector<std::byte> bytes;
           const uint32_t min = number(0, 120);
           uint32_t end = min;
-          // Some blocks are homogeneous, and have no slab.
+          // Some blocks are homogeneous, and have no band.
           const uint32_t count = number(0, 6);
-          for (uint32_t slab = 0; slab < count; ++slab) {
+          for (uint32_t band = 0; band < count; ++band) {
             const uint32_t begin = end;
             end += number(1, 20);
-            KnownChunk chunk{{level, {x, y, z}}, slab, begin, end, 0, {}};
-            // The first and last slab of a block hold cells; between them there may be gaps.
-            if (slab == 0 || slab + 1 == count || number(0, 4) != 0) {
+            KnownChunk chunk{{level, {x, y, z}}, band, begin, end, 0, {}};
+            // The first and last band of a block hold cells; between them there may be gaps.
+            if (band == 0 || band + 1 == count || number(0, 4) != 0) {
               const Index3 cells = block_cells(grid, {x, y, z});
               chunk.cells = number(1, static_cast<uint32_t>(cells.x * cells.y * cells.z));
               chunk.bytes.resize(number(1, largest_chunk));
@@ -76,11 +76,12 @@ KnownStore make_store(uint32_t seed, Index3 voxels, uint32_t largest_chunk,
               }
             }
             bytes.insert(bytes.end(), chunk.bytes.begin(), chunk.bytes.end());
-            slabs.push_back({end, chunk.cells, static_cast<uint32_t>(chunk.bytes.size())});
+            bands.push_back({end, chunk.cells, static_cast<uint32_t>(chunk.bytes.size())});
             store.chunks.push_back(std::move(chunk));
           }
-          const CellInterval interval{static_cast<Code>(min), static_cast<Code>(end)};
-          if (auto added = writer.add_block(interval, slabs, bytes); !added) {
+          const CellInterval interval{static_cast<QuantizedValue>(min),
+                                      static_cast<QuantizedValue>(end)};
+          if (auto added = writer.add_block(interval, bands, bytes); !added) {
             throw std::runtime_error(added.error().message);
           }
         }

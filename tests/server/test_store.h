@@ -15,9 +15,9 @@ namespace isosplat::test {
 /// A chunk that a test store holds.
 struct KnownChunk {
   BlockKey block;
-  uint32_t slab = 0;
-  uint32_t slab_begin = 0;
-  uint32_t slab_end = 0;
+  uint32_t band = 0;
+  uint32_t band_begin = 0;
+  uint32_t band_end = 0;
   uint32_t cells = 0;  ///< 0: a gap, without bytes
   std::vector<std::byte> bytes;
 };
@@ -29,9 +29,10 @@ struct KnownStore {
   std::string content;             ///< hexadecimal content id
   std::vector<KnownChunk> chunks;  ///< in file order
 
-  const KnownChunk& at(BlockKey block, uint32_t slab) const;
+  const KnownChunk& at(BlockKey block, uint32_t band) const;
 
-  /// By brute force: every chunk of the level with bytes whose slab meets [low, high] (isocodes).
+  /// By brute force: every chunk of the level with bytes whose band meets [low, high] (quantized
+  /// isovalues).
   std::vector<const KnownChunk*> meeting(uint32_t level, float low, float high) const;
 };
 

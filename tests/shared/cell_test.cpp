@@ -28,7 +28,7 @@ TEST(Cell, IsNeverActiveWhenConstantEmptyOrForNaN) {
   EXPECT_FALSE(is_active({0, 65535}, std::nanf("")));
 }
 
-TEST(Cell, IsActiveAtEndsOfTheCodes) {
+TEST(Cell, IsActiveAtEndsOfTheRange) {
   EXPECT_TRUE(is_active({0, 65535}, 0.0f));
   EXPECT_TRUE(is_active({0, 65535}, 65534.996f));
   EXPECT_FALSE(is_active({0, 65535}, 65535.0f));
@@ -38,10 +38,11 @@ TEST(Cell, IsActiveAtEndsOfTheCodes) {
 // Half-open intervals: along a line of voxels that rises through the isovalue exactly one cell is
 // active, even if the isovalue is a voxel's value.
 TEST(Cell, VoxelsThatEqualTheIsovalueBelongToOneSide) {
-  for (float isocode = 0; isocode < 8; isocode += 0.5f) {
+  for (float quantized_isovalue = 0; quantized_isovalue < 8; quantized_isovalue += 0.5f) {
     int active = 0;
-    for (Code v = 0; v < 8; ++v) active += is_active({v, static_cast<Code>(v + 1)}, isocode);
-    EXPECT_EQ(active, 1) << isocode;
+    for (QuantizedValue v = 0; v < 8; ++v)
+      active += is_active({v, static_cast<QuantizedValue>(v + 1)}, quantized_isovalue);
+    EXPECT_EQ(active, 1) << quantized_isovalue;
   }
 }
 

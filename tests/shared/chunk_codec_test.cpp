@@ -21,11 +21,11 @@ struct Random {
 
 struct Block {
   Index3 cells;
-  std::vector<Code> voxels;
+  std::vector<QuantizedValue> voxels;
   std::vector<CellInterval> intervals;
   bool has_intervals = false;
 
-  BlockView view() const { return {cells, voxels.data(), intervals.data(), has_intervals}; }
+  BlockVoxels view() const { return {cells, voxels.data(), intervals.data(), has_intervals}; }
 
   CellCorners corners(Index3 p) const {
     CellCorners result;
@@ -52,7 +52,7 @@ Block make_block(Index3 cells, Kind kind, uint32_t largest, bool widened, uint32
           value = uint32_t(x * x + 3 * y * z + 5 * y + int32_t(seed)) * largest / 16000 + noise % 3;
         }
         if (kind == Kind::steps) value = (x + y * 2 + z) % 19 < 9 ? largest / 5 : largest;
-        block.voxels.push_back(Code(std::min(value, largest)));
+        block.voxels.push_back(QuantizedValue(std::min(value, largest)));
       }
     }
   }
@@ -61,8 +61,9 @@ Block make_block(Index3 cells, Kind kind, uint32_t largest, bool widened, uint32
       for (int32_t x = 0; x < cells.x; ++x) {
         CellInterval interval = corner_interval(block.corners({x, y, z}));
         if (widened) {
-          interval.min = Code(interval.min - std::min<uint32_t>(interval.min, random() % 9));
-          interval.max = Code(std::min<uint32_t>(largest, interval.max + random() % 9));
+          interval.min =
+              QuantizedValue(interval.min - std::min<uint32_t>(interval.min, random() % 9));
+          interval.max = QuantizedValue(std::min<uint32_t>(largest, interval.max + random() % 9));
         }
         block.intervals.push_back(interval);
       }
@@ -136,7 +137,7 @@ TEST(ChunkCodec, RoundTripsBlocksOfEveryShape) {
                 std::pair{largest / 4, largest / 2 + 1}, std::pair{largest / 2, 65536u}}) {
             SCOPED_TRACE(testing::Message()
                          << cells.x << "x" << cells.y << "x" << cells.z << " kind " << int(kind)
-                         << " largest " << largest << " widened " << widened << " slab " << begin
+                         << " largest " << largest << " widened " << widened << " band " << begin
                          << ".." << end << " seed " << seed);
             expect_round_trip(block, begin, end, encoder, decoder);
             if (HasFatalFailure()) return;
@@ -147,7 +148,8 @@ TEST(ChunkCodec, RoundTripsBlocksOfEveryShape) {
   }
 }
 
-/// Small chunks of every kind: smooth and rough, narrow and wide codes, both kinds of level.
+/// Small chunks of every kind: smooth and rough, narrow and wide quantized values, both kinds of
+/// level.
 struct SmallChunk {
   ChunkShape shape;
   std::vector<std::byte> bytes;
@@ -161,7 +163,7 @@ std::vector<SmallChunk> small_chunks() {
         const Block block = make_block({11, 9, 6}, kind, largest, widened, largest + widened);
         SmallChunk chunk{{block.cells, largest / 4, largest / 2, 0, widened}, {}};
         chunk.shape.cell_count =
-            encoder.encode(block.view(), chunk.shape.slab_begin, chunk.shape.slab_end, chunk.bytes);
+            encoder.encode(block.view(), chunk.shape.band_begin, chunk.shape.band_end, chunk.bytes);
         if (chunk.shape.cell_count > 0) chunks.push_back(chunk);
       }
     }
@@ -263,7 +265,7 @@ TEST(ChunkCodec, LeavesOutTheBitsThatNoIntervalUses) {
   std::vector<std::byte> exact, rounded;
   encoder.encode(block.view(), 0, 65536, exact);
   for (CellInterval& interval : block.intervals) {
-    interval = {Code(interval.min & ~15), Code(interval.max | 15)};
+    interval = {QuantizedValue(interval.min & ~15), QuantizedValue(interval.max | 15)};
   }
   encoder.encode(block.view(), 0, 65536, rounded);
   EXPECT_LT(rounded.size() + 8000 * 2 * 3 / 8, exact.size());
@@ -331,17 +333,18 @@ TEST(ChunkCodec, VectorOperationsEqualScalarOnes) {
       ASSERT_TRUE(std::equal(scalar[k].begin(), scalar[k].begin() + points, vector[k].begin()));
     }
 
-    Code codes[64];
-    for (Code& code : codes) code = Code(random());
+    QuantizedValue quantized_values[64];
+    for (QuantizedValue& quantized : quantized_values) quantized = QuantizedValue(random());
     const auto columns = int32_t(1 + random() % 64);
     const uint64_t here = words[0] & valid_cells(columns);
     std::array<int16_t, 64> scalar_row{}, vector_row{};
-    ASSERT_EQ(VectorOps::set_points(here, codes, columns, vector_row.data()),
-              ScalarOps::set_points(here, codes, columns, scalar_row.data()));
+    ASSERT_EQ(VectorOps::set_points(here, quantized_values, columns, vector_row.data()),
+              ScalarOps::set_points(here, quantized_values, columns, scalar_row.data()));
     ASSERT_EQ(vector_row, scalar_row);
 
     CellInterval intervals[23];
-    for (CellInterval& interval : intervals) interval = {Code(random()), Code(random())};
+    for (CellInterval& interval : intervals)
+      interval = {QuantizedValue(random()), QuantizedValue(random())};
     if (i % 5 == 0) intervals[i % 23] = {65535, 65535};
     const uint32_t begin = random() % 65536, end = i % 3 ? begin + random() % 100 : 65536;
     ASSERT_EQ(VectorOps::active_cells(intervals, 23, begin, end),
@@ -396,8 +399,9 @@ TEST(PackCells, VectorsEqualScalars) {
     }
     IntervalRow intervals;
     for (int x = 0; x < kBlockCells; ++x) {
-      intervals.min[x] = Code(random() % 65535);
-      intervals.max[x] = Code(intervals.min[x] + 1 + random() % (65535u - intervals.min[x]));
+      intervals.min[x] = QuantizedValue(random() % 65535);
+      intervals.max[x] =
+          QuantizedValue(intervals.min[x] + 1 + random() % (65535u - intervals.min[x]));
     }
     const CellRows rows(values[0], values[1], values[2], values[3]);
     const uint64_t some = uint64_t{random()} << 41 | uint64_t{random()} << 20 | random();

@@ -59,12 +59,12 @@ TEST(ExactProjection, LandsOnTheIsosurfaceToAHundredThousandthOfACell) {
   RandomCells random(21);
   int found = 0;
   for (int n = 0; n < 20000; ++n) {
-    const CellCorners codes = random.cell();
-    const auto corners = Trilinear::as_floats(codes);
-    const CellInterval interval = corner_interval(codes);
+    const CellCorners quantized_values = random.cell();
+    const auto corners = Trilinear::as_floats(quantized_values);
+    const CellInterval interval = corner_interval(quantized_values);
     const float isovalue =
         interval.min + random.unit() * static_cast<float>(interval.max - interval.min);
-    const Trilinear f(codes);
+    const Trilinear f(quantized_values);
     const Vec3f gradient = f.at(kCentre).gradient;
     const double slope = length(gradient);
     if (slope == 0) continue;
@@ -156,8 +156,8 @@ TEST(ExactProjection, FailsOnFewSmoothCells) {
     const float a = random.unit() * 400, b = random.unit() * 400, c = random.unit() * 400;
     CellCorners corners;
     for (int i = 0; i < 8; ++i) {
-      corners[i] = static_cast<Code>(1000 + float(i & 1) * a + float(i >> 1 & 1) * b +
-                                     float(i >> 2 & 1) * c + float(random.integer(20)));
+      corners[i] = static_cast<QuantizedValue>(1000 + float(i & 1) * a + float(i >> 1 & 1) * b +
+                                               float(i >> 2 & 1) * c + float(random.integer(20)));
     }
     const CellInterval interval = corner_interval(corners);
     const float isovalue =

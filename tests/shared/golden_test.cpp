@@ -26,7 +26,7 @@ TEST(Golden, StoresOfEveryVersionDecodeToWhatTheyDidThen) {
   }
 }
 
-/// Reads the head and all pages; the status of the first that is refused.
+/// Reads the header and all pages; the status of the first that is refused.
 Status open_directory(std::span<const std::byte> store) {
   auto reader = StoreReader::open(store);
   if (!reader) return reader.error().status;
@@ -65,11 +65,11 @@ TEST(Golden, EveryTruncationIsRefused) {
   });
 }
 
-TEST(Golden, EveryFlippedBitOfHeadAndDirectoryIsRefused) {
+TEST(Golden, EveryFlippedBitOfHeaderAndDirectoryIsRefused) {
   for_each_store([](std::vector<std::byte> store) {
     const auto reader = StoreReader::open(store);
     ASSERT_TRUE(reader);
-    std::vector<std::pair<size_t, size_t>> parts{{0, reader->info().head_bytes}};
+    std::vector<std::pair<size_t, size_t>> parts{{0, reader->info().header_bytes}};
     for (const PageRef& page : reader->pages()) parts.emplace_back(page.offset, page.bytes);
     for (const auto& [begin, size] : parts) {
       for (size_t bit = 8 * begin; bit < 8 * (begin + size); ++bit) {

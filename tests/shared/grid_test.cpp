@@ -138,51 +138,55 @@ TEST(VolumeGrid, AxesAreABasisOrAreRefused) {
   EXPECT_FALSE(is_basis({HUGE_VAL, 0, 0, 0, 1, 0, 0, 0, 1}));
 }
 
-TEST(ValueMapping, TurnsIsovaluesIntoCodesAndBack) {
-  EXPECT_EQ((ValueMapping{.offset = -32768}.isocode(1000.5)), 33768.5f);
+TEST(ValueMapping, QuantizesIsovaluesAndBack) {
+  EXPECT_EQ((ValueMapping{.offset = -32768}.quantized_isovalue(1000.5)), 33768.5f);
   const ValueMapping mapping{.offset = -1.5, .scale = 1.0 / 1024};
-  EXPECT_EQ(mapping.isocode(-1.5), 0.0f);
-  EXPECT_EQ(mapping.isocode(0), 1536.0f);
+  EXPECT_EQ(mapping.quantized_isovalue(-1.5), 0.0f);
+  EXPECT_EQ(mapping.quantized_isovalue(0), 1536.0f);
   EXPECT_EQ(mapping.value(1536), 0.0);
 }
 
-TEST(ValueMapping, AnIsovalueOnAValueIsItsCode) {
+TEST(ValueMapping, AnIsovalueOnAValueIsItsQuantizedValue) {
   for (const double scale : {1.0, 2.0078, 0.1, 1e-3, 7.1098, 1.0 / 3, 1e-9, 3e7}) {
     for (const double offset : {0.0, -1024.0, -32768.0, -32768 * scale, 1234.5678, 1e6}) {
       const ValueMapping mapping{.offset = offset, .scale = scale};
       const double infinity = std::numeric_limits<double>::infinity();
       // Single precision tells values apart only where the offset is not too large for the scale.
       const bool singles = std::abs(offset) + 65536 * scale < 0x1p21 * scale;
-      for (int code = 0; code < 65536; code += code < 300 ? 1 : 997) {
-        const auto c = static_cast<float>(code);
-        const double value = mapping.value(code);
-        SCOPED_TRACE(testing::Message() << offset << " + " << scale << " * " << code);
-        ASSERT_EQ(mapping.isocode(value), c);
-        ASSERT_EQ(mapping.isocode(offset - (-code * scale)), c);
-        ASSERT_EQ(mapping.isocode((code + offset / scale) * scale), c);
+      for (int quantized = 0; quantized < 65536; quantized += quantized < 300 ? 1 : 997) {
+        const auto c = static_cast<float>(quantized);
+        const double value = mapping.value(quantized);
+        SCOPED_TRACE(testing::Message() << offset << " + " << scale << " * " << quantized);
+        ASSERT_EQ(mapping.quantized_isovalue(value), c);
+        ASSERT_EQ(mapping.quantized_isovalue(offset - (-quantized * scale)), c);
+        ASSERT_EQ(mapping.quantized_isovalue((quantized + offset / scale) * scale), c);
         if (singles) {
           const auto single = static_cast<float>(value);
-          ASSERT_EQ(mapping.isocode(static_cast<double>(single)), c);
+          ASSERT_EQ(mapping.quantized_isovalue(static_cast<double>(single)), c);
           // Next to 0 there are numbers that only the rounding of others makes.
           if (std::abs(value) > 0x1p-25 * (std::abs(offset) + 65536 * scale)) {
-            ASSERT_LT(mapping.isocode(static_cast<double>(std::nextafter(single, -HUGE_VALF))), c);
-            ASSERT_GT(mapping.isocode(static_cast<double>(std::nextafter(single, HUGE_VALF))), c);
+            ASSERT_LT(
+                mapping.quantized_isovalue(static_cast<double>(std::nextafter(single, -HUGE_VALF))),
+                c);
+            ASSERT_GT(
+                mapping.quantized_isovalue(static_cast<double>(std::nextafter(single, HUGE_VALF))),
+                c);
           }
         }
         // Clearly beside it, but closer than single precision can say at great codes.
         const double near = std::max({scale * 1e-6, std::abs(value) * 1e-6 * singles,
                                       (std::abs(offset) + 65536 * scale) * 0x1p-49});
         if (near > scale / 8) continue;
-        ASSERT_LT(mapping.isocode(value - near), c);
-        ASSERT_GT(mapping.isocode(value - near), c - 1);
-        ASSERT_GT(mapping.isocode(value + near), c);
-        ASSERT_LT(mapping.isocode(value + near), c + 1);
+        ASSERT_LT(mapping.quantized_isovalue(value - near), c);
+        ASSERT_GT(mapping.quantized_isovalue(value - near), c - 1);
+        ASSERT_GT(mapping.quantized_isovalue(value + near), c);
+        ASSERT_LT(mapping.quantized_isovalue(value + near), c + 1);
       }
-      EXPECT_LT(mapping.isocode(-infinity), 0);
-      EXPECT_GT(mapping.isocode(infinity), 65535);
-      EXPECT_LT(mapping.isocode(offset - scale / 2), 0);
-      EXPECT_GT(mapping.isocode(offset + 65535.5 * scale), 65535);
-      EXPECT_TRUE(std::isnan(mapping.isocode(std::nan(""))));
+      EXPECT_LT(mapping.quantized_isovalue(-infinity), 0);
+      EXPECT_GT(mapping.quantized_isovalue(infinity), 65535);
+      EXPECT_LT(mapping.quantized_isovalue(offset - scale / 2), 0);
+      EXPECT_GT(mapping.quantized_isovalue(offset + 65535.5 * scale), 65535);
+      EXPECT_TRUE(std::isnan(mapping.quantized_isovalue(std::nan(""))));
     }
   }
 }

@@ -8,9 +8,9 @@
 #include <random>
 
 #include "shared/preprocess/coarsen.h"
+#include "shared/preprocess/quantization.h"
 #include "shared/preprocess/round_intervals.h"
 #include "shared/preprocess/statistics.h"
-#include "shared/preprocess/value_codes.h"
 
 namespace isosplat {
 namespace {
@@ -18,34 +18,35 @@ namespace {
 /// Level 0 of a volume of noise, in blocks that the volume's end cuts.
 class Noise : public ::testing::TestWithParam<uint8_t> {
  protected:
-  Noise() : codes_(size_t{75} * 70 * 68) {
+  Noise() : quantized_values_(size_t{75} * 70 * 68) {
     std::mt19937 random(GetParam());
     const uint32_t most = GetParam() == 8 ? 255 : 4095;
-    for (uint16_t& code : codes_) code = static_cast<uint16_t>(random() % (most + 1));
-    bytes_.assign(codes_.begin(), codes_.end());
+    for (uint16_t& quantized : quantized_values_)
+      quantized = static_cast<uint16_t>(random() % (most + 1));
+    bytes_.assign(quantized_values_.begin(), quantized_values_.end());
     layer_.grid = level_grid(kVoxels, 0);
     layer_.bits = GetParam();
     layer_.voxels = GetParam() == 8 ? reinterpret_cast<const std::byte*>(bytes_.data())
-                                    : reinterpret_cast<const std::byte*>(codes_.data());
+                                    : reinterpret_cast<const std::byte*>(quantized_values_.data());
   }
 
   static constexpr Index3 kVoxels{75, 70, 68};
 
   uint16_t at(Index3 voxel) const {
-    return codes_[static_cast<size_t>((voxel.z * 70 + voxel.y) * 75 + voxel.x)];
+    return quantized_values_[static_cast<size_t>((voxel.z * 70 + voxel.y) * 75 + voxel.x)];
   }
 
   CellInterval interval_at(Index3 cell) const {
     CellInterval interval{65535, 0};
     for (int32_t k = 0; k < 8; ++k) {
-      const uint16_t code = at({cell.x + (k & 1), cell.y + (k >> 1 & 1), cell.z + (k >> 2)});
-      interval.min = std::min(interval.min, code);
-      interval.max = std::max(interval.max, code);
+      const uint16_t quantized = at({cell.x + (k & 1), cell.y + (k >> 1 & 1), cell.z + (k >> 2)});
+      interval.min = std::min(interval.min, quantized);
+      interval.max = std::max(interval.max, quantized);
     }
     return interval;
   }
 
-  std::vector<uint16_t> codes_;
+  std::vector<uint16_t> quantized_values_;
   std::vector<uint8_t> bytes_;
   Layer layer_;
 };
@@ -90,9 +91,10 @@ TEST_P(Noise, ACoarserLevelAveragesVoxelsAndUnitesIntervals) {
     coarsen_block(layer_, block, coarser);
   }
   const auto code_at = [&](const std::vector<std::byte>& bytes, size_t i) {
-    const std::byte* const code = bytes.data() + i * code_bytes;
-    return code_bytes == 1 ? static_cast<uint32_t>(code[0])
-                           : static_cast<uint32_t>(code[0]) | static_cast<uint32_t>(code[1]) << 8;
+    const std::byte* const quantized = bytes.data() + i * code_bytes;
+    return code_bytes == 1
+               ? static_cast<uint32_t>(quantized[0])
+               : static_cast<uint32_t>(quantized[0]) | static_cast<uint32_t>(quantized[1]) << 8;
   };
   uint64_t wrong = 0;
   size_t i = 0;
@@ -147,42 +149,46 @@ TEST_P(Noise, RoundedIntervalsContainTheirs) {
 
 TEST_P(Noise, StatisticsCountEveryVoxel) {
   VolumeStatistics one, other;
-  const size_t half = codes_.size() / 2;
-  one.add_codes(layer_.voxels, half, GetParam(), false);
-  other.add_codes(layer_.voxels + half * GetParam() / 8, codes_.size() - half, GetParam(), false);
+  const size_t half = quantized_values_.size() / 2;
+  one.add_values(layer_.voxels, half, GetParam(), false);
+  other.add_values(layer_.voxels + half * GetParam() / 8, quantized_values_.size() - half,
+                   GetParam(), false);
   one.add(other);
   const CellInterval range = one.range();
-  EXPECT_EQ(range.min, *std::min_element(codes_.begin(), codes_.end()));
-  EXPECT_EQ(range.max, *std::max_element(codes_.begin(), codes_.end()));
-  const CodeBins bins = CodeBins::over(range, 100);
+  EXPECT_EQ(range.min, *std::min_element(quantized_values_.begin(), quantized_values_.end()));
+  EXPECT_EQ(range.max, *std::max_element(quantized_values_.begin(), quantized_values_.end()));
+  const QuantizedBins bins = QuantizedBins::over(range, 100);
   std::vector<uint64_t> expected(bins.count);
-  for (const uint16_t code : codes_) ++expected[(code - bins.first) / bins.width];
+  for (const uint16_t quantized : quantized_values_)
+    ++expected[(quantized - bins.first) / bins.width];
   EXPECT_EQ(one.histogram(bins), expected);
 }
 
 INSTANTIATE_TEST_SUITE_P(Bits, Noise, ::testing::Values(uint8_t{8}, uint8_t{16}));
 
 template <class T>
-ValueCodes codes_for(const std::vector<T>& voxels, VoxelType type, double slope, double max_error) {
+Quantization codes_for(const std::vector<T>& voxels, VoxelType type, double slope,
+                       double max_error) {
   VoxelScan scan(type);
   scan.add(std::as_bytes(std::span(voxels)));
   VolumeHeader header;
   header.type = type;
   header.slope = slope;
-  auto codes = choose_codes(header, scan, max_error);
-  EXPECT_TRUE(codes) << codes.error().message;
-  return std::move(*codes);
+  auto quantized_values = choose_quantization(header, scan, max_error);
+  EXPECT_TRUE(quantized_values) << quantized_values.error().message;
+  return std::move(*quantized_values);
 }
 
 /// The values of voxels after the way into the store and back.
 template <class T>
-std::vector<double> kept_values(const std::vector<T>& voxels, const ValueCodes& codes) {
+std::vector<double> kept_values(const std::vector<T>& voxels,
+                                const Quantization& quantized_values) {
   std::vector<uint16_t> wide(voxels.size());
   std::vector<uint8_t> narrow(voxels.size());
-  const ValueMapping& mapping = codes.mapping();
+  const ValueMapping& mapping = quantized_values.mapping();
   const bool is_narrow = mapping.bits == 8;
-  codes.encode(std::as_bytes(std::span(voxels)),
-               is_narrow ? static_cast<void*>(narrow.data()) : wide.data());
+  quantized_values.encode(std::as_bytes(std::span(voxels)),
+                          is_narrow ? static_cast<void*>(narrow.data()) : wide.data());
   std::vector<double> values;
   for (size_t i = 0; i < voxels.size(); ++i) {
     values.push_back(mapping.value(is_narrow ? narrow[i] : wide[i]));
@@ -190,48 +196,49 @@ std::vector<double> kept_values(const std::vector<T>& voxels, const ValueCodes& 
   return values;
 }
 
-TEST(ValueCodes, KeepIntegersUnderANegativeSlope) {
+TEST(Quantization, KeepIntegersUnderANegativeSlope) {
   std::vector<int16_t> voxels;
   for (int32_t v = -1024; v <= 3071; ++v) voxels.push_back(static_cast<int16_t>(v));
-  const ValueCodes codes = codes_for(voxels, VoxelType::i16, -0.25, 0);
-  EXPECT_EQ(codes.mapping().max_error, 0);
-  const std::vector<double> values = kept_values(voxels, codes);
+  const Quantization quantized_values = codes_for(voxels, VoxelType::i16, -0.25, 0);
+  EXPECT_EQ(quantized_values.mapping().max_error, 0);
+  const std::vector<double> values = kept_values(voxels, quantized_values);
   for (size_t i = 0; i < voxels.size(); ++i) EXPECT_EQ(values[i], -0.25 * voxels[i]);
 }
 
-TEST(ValueCodes, KeepFloatsThatAreMultiplesOfATenth) {
+TEST(Quantization, KeepFloatsThatAreMultiplesOfATenth) {
   std::vector<float> voxels;
   for (int32_t i = -500; i < 1500; ++i) voxels.push_back(static_cast<float>(i) / 10);
-  const ValueCodes codes = codes_for(voxels, VoxelType::f32, 1, 0);
-  const std::vector<double> values = kept_values(voxels, codes);
+  const Quantization quantized_values = codes_for(voxels, VoxelType::f32, 1, 0);
+  const std::vector<double> values = kept_values(voxels, quantized_values);
   for (size_t i = 0; i < voxels.size(); ++i) EXPECT_EQ(static_cast<float>(values[i]), voxels[i]);
 }
 
-TEST(ValueCodes, KeepWithinTheErrorThatWasAskedFor) {
+TEST(Quantization, KeepWithinTheErrorThatWasAskedFor) {
   std::mt19937 random(5);
   std::vector<double> voxels;
   for (int32_t i = 0; i < 5000; ++i) voxels.push_back(std::sqrt(static_cast<double>(random())));
   const double most = 65536;  // the square root of 2³²
-  const ValueCodes codes = codes_for(voxels, VoxelType::f64, 1, most / 400);
-  EXPECT_EQ(codes.mapping().bits, 8);
-  EXPECT_LE(codes.mapping().max_error, most / 400);
-  const std::vector<double> values = kept_values(voxels, codes);
+  const Quantization quantized_values = codes_for(voxels, VoxelType::f64, 1, most / 400);
+  EXPECT_EQ(quantized_values.mapping().bits, 8);
+  EXPECT_LE(quantized_values.mapping().max_error, most / 400);
+  const std::vector<double> values = kept_values(voxels, quantized_values);
   for (size_t i = 0; i < voxels.size(); ++i) {
-    EXPECT_NEAR(values[i], voxels[i], codes.mapping().max_error * (1 + 1e-9));
+    EXPECT_NEAR(values[i], voxels[i], quantized_values.mapping().max_error * (1 + 1e-9));
   }
 }
 
-TEST(ValueCodes, AnErrorThatSixteenBitsCannotReachNamesTheLeast) {
+TEST(Quantization, AnErrorThatSixteenBitsCannotReachNamesTheLeast) {
   const std::vector<double> voxels{0, 0.1234567, 1e6};
   VoxelScan scan(VoxelType::f64);
   scan.add(std::as_bytes(std::span(voxels)));
   VolumeHeader header;
   header.type = VoxelType::f64;
-  const auto codes = choose_codes(header, scan, 1e-3);
-  ASSERT_FALSE(codes);
-  EXPECT_EQ(codes.error().status, Status::invalid_argument);
-  EXPECT_NE(codes.error().message.find("0.001: expected at least 7.6"), std::string::npos)
-      << codes.error().message;
+  const auto quantized_values = choose_quantization(header, scan, 1e-3);
+  ASSERT_FALSE(quantized_values);
+  EXPECT_EQ(quantized_values.error().status, Status::invalid_argument);
+  EXPECT_NE(quantized_values.error().message.find("0.001: expected at least 7.6"),
+            std::string::npos)
+      << quantized_values.error().message;
 }
 
 }  // namespace

@@ -15,8 +15,9 @@ TEST(Projection, LandsOnAPlaneInOneStep) {
     const Vec3f slope{float(random.integer(2001)) - 1000, float(random.integer(2001)) - 1000, 500};
     CellCorners corners;
     for (int i = 0; i < 8; ++i) {
-      corners[i] = static_cast<Code>(30000 + float(i & 1) * slope.x + float(i >> 1 & 1) * slope.y +
-                                     float(i >> 2 & 1) * slope.z);
+      corners[i] =
+          static_cast<QuantizedValue>(30000 + float(i & 1) * slope.x + float(i >> 1 & 1) * slope.y +
+                                      float(i >> 2 & 1) * slope.z);
     }
     const Sample sample = centre_sample(corners, corner_interval(corners));
     const float isovalue =

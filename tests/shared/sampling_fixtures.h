@@ -19,13 +19,13 @@ class RandomCells {
   /// In [0, 1), a multiple of 2^-24.
   float unit() { return static_cast<float>(engine_() >> 8) * 0x1p-24f; }
 
-  /// A cell whose codes lie in [low, low + span] and reach both.
+  /// A cell whose quantized values lie in [low, low + span] and reach both.
   CellCorners cell(uint32_t low, uint32_t span) {
     CellCorners corners;
-    for (Code& c : corners) c = static_cast<Code>(low + integer(span + 1));
+    for (QuantizedValue& c : corners) c = static_cast<QuantizedValue>(low + integer(span + 1));
     const uint32_t at_low = integer(8), at_high = (at_low + 1 + integer(7)) % 8;
-    corners[at_low] = static_cast<Code>(low);
-    corners[at_high] = static_cast<Code>(low + span);
+    corners[at_low] = static_cast<QuantizedValue>(low);
+    corners[at_high] = static_cast<QuantizedValue>(low + span);
     return corners;
   }
 

@@ -13,20 +13,22 @@ namespace isosplat::fixture {
 
 inline constexpr Index3 kVoxels{300, 200, 150};
 
-/// A volume with empty stretches: two rough balls of different size, each below isocode 600.
-inline Code two_balls(int32_t x, int32_t y, int32_t z) {
+/// A volume with empty ranges: two rough balls of different size, each below quantized isovalue
+/// 600.
+inline QuantizedValue two_balls(int32_t x, int32_t y, int32_t z) {
   const auto ball = [&](int32_t cx, int32_t cy, int32_t cz, int32_t radius) {
     const int32_t dx = x - cx, dy = y - cy, dz = z - cz;
     return 600 - 600 * (dx * dx + dy * dy + dz * dz) / (radius * radius);
   };
   const int32_t hash =
       static_cast<int32_t>(static_cast<uint32_t>(x * 31 + y * 17 + z * 7) * 2654435761u >> 29);
-  return static_cast<Code>(std::max({0, ball(70, 80, 70, 60), ball(240, 130, 90, 25)}) + hash);
+  return static_cast<QuantizedValue>(std::max({0, ball(70, 80, 70, 60), ball(240, 130, 90, 25)}) +
+                                     hash);
 }
 
 /// A camera on a sphere around the volume's centre.
-inline View view_from(double distance, double azimuth, double elevation, float isocode,
-                      double pixels = 512) {
+inline SelectionView view_from(double distance, double azimuth, double elevation,
+                               float quantized_isovalue, double pixels = 512) {
   const VolumeGrid grid{kVoxels, {1, 1, 1.5}, {-10, 20, 30}};
   const Vec3d centre = grid.world({150, 100, 75});
   const Vec3d out{std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
@@ -38,7 +40,7 @@ inline View view_from(double distance, double azimuth, double elevation, float i
   const double near = 0.5, far = 5000;
   const double a = (far + near) / (near - far), b = 2 * far * near / (near - far);
   const Vec3d rows[3] = {right, up, out};
-  View view;
+  SelectionView view;
   for (size_t row = 0; row < 4; ++row) {
     const Vec3d axis = row < 3 ? rows[row] : out * -1.0;
     const double scale = row < 2 ? focal : row == 2 ? a : 1;
@@ -49,7 +51,7 @@ inline View view_from(double distance, double azimuth, double elevation, float i
     view.view_projection[12 + row] = shift;
   }
   view.width_px = view.height_px = pixels;
-  view.isocodes = {isocode};
+  view.quantized_isovalues = {quantized_isovalue};
   return view;
 }
 
@@ -66,7 +68,7 @@ class SelectTest : public testing::Test {
 
   StoreReader open() const { return fixture::open_store(*bytes_); }
 
-  static bool in_frustum(const View& view, Vec3d world) {
+  static bool in_frustum(const SelectionView& view, Vec3d world) {
     double clip[4];
     for (size_t row = 0; row < 4; ++row) {
       clip[row] = view.view_projection[row] * world.x + view.view_projection[4 + row] * world.y +
@@ -77,14 +79,14 @@ class SelectTest : public testing::Test {
   }
 
   /// The active cells of level 0.
-  static const std::vector<Index3>& active_cells(float isocode) {
+  static const std::vector<Index3>& active_cells(float quantized_isovalue) {
     static std::map<float, std::vector<Index3>> known;
-    const auto [place, added] = known.try_emplace(isocode);
+    const auto [place, added] = known.try_emplace(quantized_isovalue);
     const fixture::Level& finest = (*levels_)[0];
     for (int32_t z = 0; added && z < finest.grid.cells.z; ++z) {
       for (int32_t y = 0; y < finest.grid.cells.y; ++y) {
         for (int32_t x = 0; x < finest.grid.cells.x; ++x) {
-          if (is_active(finest.intervals[finest.cell(x, y, z)], isocode)) {
+          if (is_active(finest.intervals[finest.cell(x, y, z)], quantized_isovalue)) {
             place->second.push_back({x, y, z});
           }
         }
@@ -96,14 +98,14 @@ class SelectTest : public testing::Test {
   /// How often each active cell of level 0 is drawn, by itself or by a coarser cell over it.
   /// Cells outside of the frustum are left out.
   static std::map<int, int> coverage(const StoreReader& store, const Selector& selector,
-                                     const View& view, const Selection& selection) {
+                                     const SelectionView& view, const Selection& selection) {
     std::map<std::tuple<uint32_t, int, int, int>, RegionMask> regions;
     for (const DrawnChunk& chunk : selection.draw) {
       const BlockKey key = selector.chunk(chunk.handle)->block;
       regions[{key.level, key.index.x, key.index.y, key.index.z}] |= chunk.regions;
     }
     std::map<int, int> times;
-    for (const Index3 cell : active_cells(view.isocodes[0])) {
+    for (const Index3 cell : active_cells(view.quantized_isovalues[0])) {
       const Vec3d centre{cell.x + 0.5, cell.y + 0.5, cell.z + 0.5};
       if (!in_frustum(view, store.info().grid.world(centre))) continue;
       int count = 0;

@@ -21,7 +21,8 @@ TEST(ScreenProjection, SeesShearedBlocksWhereTheyAre) {
   const LevelGrid level = level_grid(grid.voxels, 0);
   int outside = 0, inside = 0;
   for (int step = 0; step < 24; ++step) {
-    const View view = view_from(60 + 30 * (step % 5), 0.9 * step, 0.25 * (step % 7) - 0.7, 100);
+    const SelectionView view =
+        view_from(60 + 30 * (step % 5), 0.9 * step, 0.25 * (step % 7) - 0.7, 100);
     const ScreenProjection screen(grid, view);
     const auto& m = view.view_projection;
     const auto is_seen = [&](Vec3d p) {
@@ -54,11 +55,11 @@ TEST(ScreenProjection, SeesShearedBlocksWhereTheyAre) {
 TEST_F(SelectTest, NeverLeavesAHoleNorDrawsTwiceWhileLoading) {
   const StoreReader store = open();
   std::mt19937 random(7);
-  for (const float isocode : {100.5f, 340.25f, 20.0f}) {
+  for (const float quantized_isovalue : {100.5f, 340.25f, 20.0f}) {
     Selector selector(store);
     load_coarse(store, selector, 2);
     for (const double distance : {900.0, 320.0, 120.0, 400.0}) {
-      const View view = view_from(distance, 0.4 + distance, 0.3, isocode);
+      const SelectionView view = view_from(distance, 0.4 + distance, 0.3, quantized_isovalue);
       for (int step = 0;; ++step) {
         const Selection selection = *selector.select(view);
         const auto times = coverage(store, selector, view, selection);
@@ -83,8 +84,8 @@ TEST_F(SelectTest, StaysWholeWhileChunksAreEvicted) {
   load_coarse(store, selector, 2);
   std::vector<ChunkHandle> resident;
   for (int step = 0; step < 60; ++step) {
-    const View view = view_from(150 + 50 * (step % 7), 0.2 * step, 0.3,
-                                100.5f + static_cast<float>(20 * (step / 20)));
+    const SelectionView view = view_from(150 + 50 * (step % 7), 0.2 * step, 0.3,
+                                         100.5f + static_cast<float>(20 * (step / 20)));
     const Selection selection = *selector.select(view);
     for (const ChunkHandle handle : selection.load) {
       if (random() % 2) continue;
@@ -108,7 +109,7 @@ TEST_F(SelectTest, ComesDownToTheErrorBound) {
   const StoreReader store = open();
   for (const double distance : {2000.0, 700.0, 250.0}) {
     for (const double target : {1.0, 3.0}) {
-      View view = view_from(distance, 1.1, -0.4, 100.5f);
+      SelectionView view = view_from(distance, 1.1, -0.4, 100.5f);
       view.load_cell_px = view.draw_cell_px = target;
       Selector selector(store);
       for (int step = 0; step < 20; ++step) {
@@ -135,7 +136,7 @@ TEST_F(SelectTest, ComesDownToTheErrorBound) {
 
 TEST_F(SelectTest, CellSizeOnScreenIsThatOfTheProjection) {
   const StoreReader store = open();
-  const View view = view_from(500, 0, 0, 100.5f, 1000);
+  const SelectionView view = view_from(500, 0, 0, 100.5f, 1000);
   const ScreenProjection projection(store.info().grid, view);
   const LevelGrid coarsest = level_grid(kVoxels, store.info().levels - 1);
   // Seen along −x: the block's nearest corner is a cell beyond the volume's high x.
@@ -148,7 +149,7 @@ TEST_F(SelectTest, CellSizeOnScreenIsThatOfTheProjection) {
 
 TEST_F(SelectTest, AsksOnlyForActiveBlocksInSight) {
   const StoreReader store = open();
-  const View view = view_from(160, 2.0, 0.2, 340.25f);
+  const SelectionView view = view_from(160, 2.0, 0.2, 340.25f);
   Selector selector(store);
   for (int step = 0; step < 30; ++step) {
     const Selection selection = *selector.select(view);
@@ -156,7 +157,7 @@ TEST_F(SelectTest, AsksOnlyForActiveBlocksInSight) {
       const ChunkRef chunk = *selector.chunk(handle);
       const auto needed = store.chunk_for(chunk.block, 340.25f);
       ASSERT_TRUE(needed && *needed);
-      EXPECT_EQ((*needed)->slab, chunk.slab);
+      EXPECT_EQ((*needed)->band, chunk.band);
       const ScreenProjection projection(store.info().grid, view);
       EXPECT_FALSE(
           projection.footprint(level_grid(kVoxels, chunk.block.level), chunk.block.index).outside);
@@ -164,7 +165,7 @@ TEST_F(SelectTest, AsksOnlyForActiveBlocksInSight) {
     }
   }
   // Away from the volume there is nothing to see.
-  View away = view;
+  SelectionView away = view;
   away.view_projection[3] = away.view_projection[7] = away.view_projection[11] = 0;
   away.view_projection[15] = -1;
   const Selection selection = *Selector(store).select(away);
@@ -174,9 +175,9 @@ TEST_F(SelectTest, AsksOnlyForActiveBlocksInSight) {
 
 TEST_F(SelectTest, LargerBudgetRefinesASuperset) {
   const StoreReader store = open();
-  const View view = view_from(260, 0.7, 0.5, 100.5f);
+  const SelectionView view = view_from(260, 0.7, 0.5, 100.5f);
   const auto leaves = [&](uint64_t budget) {
-    View limited = view;
+    SelectionView limited = view;
     limited.cell_budget = budget;
     Selector selector(store);
     for (int step = 0; step < 30; ++step) {
@@ -235,7 +236,7 @@ TEST_F(SelectTest, ACompleteViewDrawsTheSameWhateverWasLookedAtBefore) {
 TEST_F(SelectTest, FinerDataStaysWhileTheCameraMovesAndNothingCoarserIsAskedFor) {
   const StoreReader store = open();
   Selector selector(store);
-  View view = view_from(300, 0.7, 0.5, 100.5f);
+  SelectionView view = view_from(300, 0.7, 0.5, 100.5f);
   for (int step = 0; step < 30; ++step) {
     const Selection selection = *selector.select(view);
     for (const ChunkHandle handle : selection.load) {
@@ -250,8 +251,8 @@ TEST_F(SelectTest, FinerDataStaysWhileTheCameraMovesAndNothingCoarserIsAskedFor)
 }
 
 TEST_F(SelectTest, NamesMissingPagesAndGoesOnWithout) {
-  StoreReader store = *StoreReader::open(std::span(*bytes_).first(kMaxHeadBytes));
-  const View view = view_from(200, 0.7, 0.5, 100.5f);
+  StoreReader store = *StoreReader::open(std::span(*bytes_).first(kMaxStoreHeaderBytes));
+  const SelectionView view = view_from(200, 0.7, 0.5, 100.5f);
   Selector selector(store);
   for (int step = 0; step < 100; ++step) {
     const Selection selection = *selector.select(view);
@@ -276,16 +277,16 @@ TEST_F(SelectTest, SeveralIsovaluesAreCoveredTogether) {
   const StoreReader store = open();
   Selector selector(store);
   load_coarse(store, selector, 2);
-  View view = view_from(320, 0.7, 0.5, 100.5f);
-  view.isocodes = {100.5f, 400.5f};
+  SelectionView view = view_from(320, 0.7, 0.5, 100.5f);
+  view.quantized_isovalues = {100.5f, 400.5f};
   std::mt19937 random(3);
   for (int step = 0; step < 500; ++step) {
     const Selection selection = *selector.select(view);
-    for (const float isocode : {100.5f, 400.5f}) {
-      View one = view;
-      one.isocodes = {isocode};
+    for (const float quantized_isovalue : {100.5f, 400.5f}) {
+      SelectionView one = view;
+      one.quantized_isovalues = {quantized_isovalue};
       for (const auto& [count, cells] : coverage(store, selector, one, selection)) {
-        ASSERT_EQ(count, 1) << cells << " cells of " << isocode << " at step " << step;
+        ASSERT_EQ(count, 1) << cells << " cells of " << quantized_isovalue << " at step " << step;
       }
     }
     if (selection.complete()) return;
@@ -297,8 +298,8 @@ TEST_F(SelectTest, SeveralIsovaluesAreCoveredTogether) {
 TEST_F(SelectTest, LooksAheadWithoutATrace) {
   const StoreReader store = open();
   Selector selector(store), other(store);
-  const View view = view_from(300, 0.7, 0.5, 100.5f);
-  const View ahead = view_from(100, 0.1, 0.5, 300.5f);
+  const SelectionView view = view_from(300, 0.7, 0.5, 100.5f);
+  const SelectionView ahead = view_from(100, 0.1, 0.5, 300.5f);
   (void)*selector.select(view);
   (void)*other.select(view);
   EXPECT_FALSE(other.select_ahead(ahead)->load.empty());
@@ -312,13 +313,13 @@ TEST_F(SelectTest, LooksAheadWithoutATrace) {
 TEST_F(SelectTest, RefusesViewsThatAreNone) {
   const StoreReader store = open();
   Selector selector(store);
-  View view = view_from(300, 0, 0, 100.5f);
+  SelectionView view = view_from(300, 0, 0, 100.5f);
   view.view_projection[5] = NAN;
   EXPECT_EQ(selector.select(view).error().status, Status::invalid_argument);
   view = view_from(300, 0, 0, 100.5f);
-  view.isocodes.clear();
+  view.quantized_isovalues.clear();
   EXPECT_EQ(selector.select(view).error().status, Status::invalid_argument);
-  view.isocodes.assign(65, 1.0f);
+  view.quantized_isovalues.assign(65, 1.0f);
   EXPECT_EQ(selector.select(view).error().status, Status::invalid_argument);
   view = view_from(300, 0, 0, 100.5f);
   view.width_px = 0;

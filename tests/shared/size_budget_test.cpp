@@ -17,18 +17,18 @@ constexpr Index3 kVoxels{193, 193, 193};
 /// Columns of four slices of cells through the middle of each of the 3×3×3 blocks.
 VolumeSample noisy_sample() {
   std::mt19937 random(1);
-  std::vector<uint8_t> codes(size_t{193} * 193 * 5);
+  std::vector<uint8_t> quantized_values(size_t{193} * 193 * 5);
   VolumeSample sample;
   sample.columns_across = {3, 3, 3};
   GatheredBlock scratch;
   for (int32_t z = 0; z < 3; ++z) {
-    for (uint8_t& code : codes) code = static_cast<uint8_t>(random() % 32);
-    sample.statistics.add_codes(codes.data(), codes.size(), 8, false);
-    sample.voxels += codes.size();
+    for (uint8_t& quantized : quantized_values) quantized = static_cast<uint8_t>(random() % 32);
+    sample.statistics.add_values(quantized_values.data(), quantized_values.size(), 8, false);
+    sample.voxels += quantized_values.size();
     Layer layer;
     layer.grid = level_grid({193, 193, 5}, 0);
     layer.bits = 8;
-    layer.voxels = reinterpret_cast<const std::byte*>(codes.data());
+    layer.voxels = reinterpret_cast<const std::byte*>(quantized_values.data());
     for (int32_t block = 0; block < 9; ++block) {
       sample.columns.push_back(sample_column(layer, {block % 3, block / 3, 0}, scratch));
     }
@@ -39,11 +39,11 @@ VolumeSample noisy_sample() {
 SizeForecast noisy_forecast() {
   const VolumeSample sample = noisy_sample();
   const std::vector<double> distribution = guess_isovalues(sample.statistics, sample.voxels);
-  SlabOptions options;
+  BandOptions options;
   options.isovalue_distribution = distribution;
-  options.lambda = 0.01;
+  options.storage_weight = 0.01;
   std::vector<ColumnForecast> columns;
-  SlabPlanner planner;
+  BandPlanner planner;
   for (const SampleColumn& column : sample.columns) {
     columns.push_back(forecast_column(column, options, planner));
   }
@@ -58,10 +58,10 @@ TEST(VolumeSample, EstimatesTheBitsOfNoise) {
   }
 }
 
-TEST(SizeForecast, FallsWithLambdaAndAddsUp) {
+TEST(SizeForecast, FallsWithTheStorageWeightAndAddsUp) {
   const SizeForecast forecast = noisy_forecast();
-  EXPECT_EQ(forecast.lambda(0), 0.01);
-  EXPECT_NEAR(forecast.lambda(kDials - 1), kMostLambda, 1e-9);
+  EXPECT_EQ(forecast.storage_weight(0), 0.01);
+  EXPECT_NEAR(forecast.storage_weight(kDials - 1), kMaxStorageWeight, 1e-9);
   for (const bool coarse : {false, true}) {
     for (size_t dial = 1; dial < kDials; ++dial) {
       EXPECT_LE(forecast.all(coarse)[dial], forecast.all(coarse)[dial - 1]);
@@ -73,20 +73,20 @@ TEST(SizeForecast, FallsWithLambdaAndAddsUp) {
   EXPECT_NEAR(sum, forecast.all(false)[3], 1e-6 * sum);
 }
 
-TEST(SizeBudget, TakesTheLeastLambdaWhereThereIsRoom) {
+TEST(SizeBudget, TakesTheLeastStorageWeightWhereThereIsRoom) {
   const SizeForecast forecast = noisy_forecast();
   const double all = forecast.all(false)[0] + forecast.all(true)[0];
   EXPECT_TRUE(SizeBudget(forecast, 4 * all, 0).is_ample());
   EXPECT_FALSE(SizeBudget(forecast, 2 * all, 0).is_ample());
-  EXPECT_EQ(SizeBudget(forecast, 1.2 * all, 0).grant().lambda, 0.01);
-  EXPECT_GT(SizeBudget(forecast, all, 0).grant().lambda, 0.01);
-  EXPECT_GT(SizeBudget(forecast, 1.2 * all, 0.3 * all).grant().lambda, 0.01);
+  EXPECT_EQ(SizeBudget(forecast, 1.2 * all, 0).grant().storage_weight, 0.01);
+  EXPECT_GT(SizeBudget(forecast, all, 0).grant().storage_weight, 0.01);
+  EXPECT_GT(SizeBudget(forecast, 1.2 * all, 0.3 * all).grant().storage_weight, 0.01);
 }
 
-TEST(SizeBudget, TakesTheMostLambdaWhereNothingFits) {
+TEST(SizeBudget, TakesTheGreatestStorageWeightWhereNothingFits) {
   const SizeForecast forecast = noisy_forecast();
   const SizeBudget::Grant grant = SizeBudget(forecast, 0.5 * forecast.all(false).back(), 0).grant();
-  EXPECT_EQ(grant.lambda, forecast.lambda(kDials - 1));
+  EXPECT_EQ(grant.storage_weight, forecast.storage_weight(kDials - 1));
   EXPECT_LT(grant.slack, 0);
 }
 
@@ -94,19 +94,19 @@ TEST(SizeBudget, LearnsFromWhatBlocksTake) {
   const SizeForecast forecast = noisy_forecast();
   const double most = 1.2 * (forecast.all(false)[4] + forecast.all(true)[4]);
   // Blocks that take as forecast, more, and less, with the λ that they were granted.
-  const auto lambda_after = [&](double ratio) {
+  const auto storage_weight_after = [&](double ratio) {
     SizeBudget budget(forecast, most, 0);
     for (int32_t x = 0; x < 3; ++x) {
-      const double lambda = forecast.lambda(5);
-      budget.add(0, {x, 0, 0}, lambda, ratio * forecast.block(0, {x, 0, 0})[5]);
+      const double storage_weight = forecast.storage_weight(5);
+      budget.add(0, {x, 0, 0}, storage_weight, ratio * forecast.block(0, {x, 0, 0})[5]);
     }
     return budget.grant();
   };
-  EXPECT_GT(lambda_after(1.2).lambda, lambda_after(1.0).lambda);
-  EXPECT_LT(lambda_after(0.8).lambda, lambda_after(1.0).lambda);
-  EXPECT_GT(lambda_after(1.2).correction[0], 1.15);
-  EXPECT_EQ(lambda_after(1.2).correction[1], 1);
-  EXPECT_LT(lambda_after(1.2).slack, lambda_after(1.0).slack);
+  EXPECT_GT(storage_weight_after(1.2).storage_weight, storage_weight_after(1.0).storage_weight);
+  EXPECT_LT(storage_weight_after(0.8).storage_weight, storage_weight_after(1.0).storage_weight);
+  EXPECT_GT(storage_weight_after(1.2).correction[0], 1.15);
+  EXPECT_EQ(storage_weight_after(1.2).correction[1], 1);
+  EXPECT_LT(storage_weight_after(1.2).slack, storage_weight_after(1.0).slack);
 }
 
 }  // namespace

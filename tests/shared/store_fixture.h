@@ -12,7 +12,7 @@ namespace isosplat::fixture {
 /// One level of a volume in memory: its voxels, and the interval of each cell.
 struct Level {
   LevelGrid grid;
-  std::vector<Code> voxels;
+  std::vector<QuantizedValue> voxels;
   std::vector<CellInterval> intervals;
 
   size_t voxel(int32_t x, int32_t y, int32_t z) const {
@@ -24,8 +24,8 @@ struct Level {
 };
 
 /// All levels of a volume. Coarse voxels are taken, not averaged: only intervals matter to tests.
-inline std::vector<Level> make_levels(Index3 voxels,
-                                      const std::function<Code(int32_t, int32_t, int32_t)>& code) {
+inline std::vector<Level> make_levels(
+    Index3 voxels, const std::function<QuantizedValue(int32_t, int32_t, int32_t)>& quantized) {
   std::vector<Level> levels;
   for (uint32_t l = 0; l < level_count(voxels); ++l) {
     Level level{level_grid(voxels, l), {}, {}};
@@ -33,9 +33,9 @@ inline std::vector<Level> make_levels(Index3 voxels,
     for (int32_t z = 0; z <= n.z; ++z) {
       for (int32_t y = 0; y <= n.y; ++y) {
         for (int32_t x = 0; x <= n.x; ++x) {
-          level.voxels.push_back(code(std::min(x << l, voxels.x - 1),
-                                      std::min(y << l, voxels.y - 1),
-                                      std::min(z << l, voxels.z - 1)));
+          level.voxels.push_back(quantized(std::min(x << l, voxels.x - 1),
+                                           std::min(y << l, voxels.y - 1),
+                                           std::min(z << l, voxels.z - 1)));
         }
       }
     }
@@ -46,7 +46,8 @@ inline std::vector<Level> make_levels(Index3 voxels,
           for (int32_t i = 0; i < 8; ++i) {
             CellInterval part;
             if (l == 0) {
-              const Code v = level.voxels[level.voxel(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))];
+              const QuantizedValue v =
+                  level.voxels[level.voxel(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))];
               part = {v, v};
             } else {
               const Level& below = levels.back();
@@ -69,8 +70,8 @@ inline std::vector<Level> make_levels(Index3 voxels,
   return levels;
 }
 
-/// Writes a store whose slabs are `slab_codes` codes wide.
-inline std::vector<std::byte> make_store(const std::vector<Level>& levels, uint32_t slab_codes) {
+/// Writes a store whose bands are `band_values` quantized values wide.
+inline std::vector<std::byte> make_store(const std::vector<Level>& levels, uint32_t band_values) {
   const Index3 cells = levels[0].grid.cells;
   const Index3 voxels{cells.x + 1, cells.y + 1, cells.z + 1};
   MemorySink sink;
@@ -84,7 +85,7 @@ inline std::vector<std::byte> make_store(const std::vector<Level>& levels, uint3
       const Index3 index{b % blocks.x, b / blocks.x % blocks.y, b / blocks.x / blocks.y};
       const Index3 first{index.x * kBlockCells, index.y * kBlockCells, index.z * kBlockCells};
       const Index3 n = block_cells(level.grid, index);
-      std::vector<Code> block_voxels;
+      std::vector<QuantizedValue> block_voxels;
       std::vector<CellInterval> intervals;
       CellInterval all{65535, 0};
       for (int32_t z = 0; z <= n.z; ++z) {
@@ -101,17 +102,17 @@ inline std::vector<std::byte> make_store(const std::vector<Level>& levels, uint3
       }
       range.min = std::min(range.min, all.min);
       range.max = std::max(range.max, all.max);
-      const BlockView view{n, block_voxels.data(), intervals.data(), level.grid.level > 0};
-      std::vector<SlabChunk> slabs;
+      const BlockVoxels view{n, block_voxels.data(), intervals.data(), level.grid.level > 0};
+      std::vector<BandChunk> bands;
       std::vector<std::byte> bytes;
       for (uint32_t begin = all.min; begin < all.max;) {
-        const uint32_t end = std::min<uint32_t>((begin / slab_codes + 1) * slab_codes, all.max);
+        const uint32_t end = std::min<uint32_t>((begin / band_values + 1) * band_values, all.max);
         const size_t before = bytes.size();
         const uint32_t count = encoder.encode(view, begin, end, bytes);
-        slabs.push_back({end, count, static_cast<uint32_t>(bytes.size() - before)});
+        bands.push_back({end, count, static_cast<uint32_t>(bytes.size() - before)});
         begin = end;
       }
-      if (!writer->add_block(all.min < all.max ? all : CellInterval{}, slabs, bytes)) return {};
+      if (!writer->add_block(all.min < all.max ? all : CellInterval{}, bands, bytes)) return {};
     }
   }
   StoreInfo info;
@@ -127,19 +128,19 @@ inline std::vector<std::byte> make_store(const std::vector<Level>& levels, uint3
   return std::move(sink.bytes);
 }
 
-/// A ball with a rough surface, in integers so that every language computes the same: codes fall
-/// from 600 at the centre by the squared distance, and a hash roughens them.
-inline Code rough_ball(Index3 voxels, int32_t x, int32_t y, int32_t z) {
+/// A ball with a rough surface, in integers so that every language computes the same: quantized
+/// values fall from 600 at the centre by the squared distance, and a hash roughens them.
+inline QuantizedValue rough_ball(Index3 voxels, int32_t x, int32_t y, int32_t z) {
   const int32_t dx = 2 * x - voxels.x, dy = 2 * y - voxels.y, dz = 2 * z - voxels.z;
   const int32_t smallest = std::min({voxels.x, voxels.y, voxels.z});
   const int32_t fall = 600 * (dx * dx + dy * dy + dz * dz) / (smallest * smallest * 2);
   const uint32_t hash = static_cast<uint32_t>(x * 31 + y * 17 + z * 7) * 2654435761u >> 29;
-  return static_cast<Code>(std::max(0, 600 - fall) + static_cast<int32_t>(hash));
+  return static_cast<QuantizedValue>(std::max(0, 600 - fall) + static_cast<int32_t>(hash));
 }
 
 /// A reader with every page added.
 inline StoreReader open_store(std::span<const std::byte> bytes) {
-  auto reader = StoreReader::open(bytes.first(std::min(bytes.size(), kMaxHeadBytes)));
+  auto reader = StoreReader::open(bytes.first(std::min(bytes.size(), kMaxStoreHeaderBytes)));
   for (uint32_t i = 0; i < reader->pages().size(); ++i) {
     const PageRef& page = reader->pages()[i];
     (void)reader->add_page(i, bytes.subspan(static_cast<size_t>(page.offset), page.bytes));

@@ -10,7 +10,7 @@
 #include "shared/store/checksum.h"
 #include "shared/store/directory_page.h"
 #include "shared/store/format.h"
-#include "shared/store/head.h"
+#include "shared/store/store_header.h"
 #include "shared/store/store_reader.h"
 #include "shared/store/store_writer.h"
 
@@ -26,7 +26,7 @@ struct Written {
   std::vector<std::byte> bytes;
 };
 
-/// A store of random slabs whose chunks are random bytes: what they decode to is not the
+/// A store of random bands whose chunks are random bytes: what they decode to is not the
 /// directory's business.
 Written random_store(Index3 voxels, uint32_t seed, const std::string& metadata = "{}") {
   std::mt19937 random(seed);
@@ -40,17 +40,17 @@ Written random_store(Index3 voxels, uint32_t seed, const std::string& metadata =
         EXPECT_TRUE(writer->add_block({}, {}, {}));
         continue;
       }
-      std::vector<SlabChunk> slabs;
+      std::vector<BandChunk> bands;
       std::vector<std::byte> bytes;
-      const CellInterval interval{static_cast<Code>(10 + random() % 50),
-                                  static_cast<Code>(100 + random() % 100)};
+      const CellInterval interval{static_cast<QuantizedValue>(10 + random() % 50),
+                                  static_cast<QuantizedValue>(100 + random() % 100)};
       for (uint32_t end = interval.min; end < interval.max;) {
         end = std::min<uint32_t>(end + 1 + uint32_t(random() % 40), interval.max);
         const uint32_t size = random() % 8 == 0 ? 0 : 1 + uint32_t(random() % 20);
-        slabs.push_back({end, size ? 1 : 0u, size});
+        bands.push_back({end, size ? 1 : 0u, size});
         for (uint32_t i = 0; i < size; ++i) bytes.push_back(static_cast<std::byte>(random()));
       }
-      EXPECT_TRUE(writer->add_block(interval, slabs, bytes));
+      EXPECT_TRUE(writer->add_block(interval, bands, bytes));
     }
   }
   StoreInfo info;
@@ -75,13 +75,14 @@ void add_all_pages(StoreReader& reader, std::span<const std::byte> bytes) {
   }
 }
 
-/// Recomputes the head's checksum after a test has changed the head.
+/// Recomputes the header's checksum after a test has changed the header.
 void reseal(std::vector<std::byte>& store) {
-  const auto head_bytes = static_cast<size_t>(read_le(store.data() + 12, 4));
-  write_le(store.data() + head_bytes - 8, 8, checksum64(std::span(store).first(head_bytes - 8)));
+  const auto header_bytes = static_cast<size_t>(read_le(store.data() + 12, 4));
+  write_le(store.data() + header_bytes - 8, 8,
+           checksum64(std::span(store).first(header_bytes - 8)));
 }
 
-TEST(Store, HeadSaysWhatWasWritten) {
+TEST(Store, HeaderSaysWhatWasWritten) {
   const Written store = random_store({300, 200, 130}, 1, R"({"name":"x"})");
   const auto reader = StoreReader::open(store.bytes);
   ASSERT_TRUE(reader) << reader.error().message;
@@ -100,22 +101,22 @@ TEST(Store, HeadSaysWhatWasWritten) {
   EXPECT_EQ(reader->levels().size(), info.levels);
   const CoarseRange all = reader->coarse_range(UINT64_MAX);
   EXPECT_EQ(all.first_level, 0u);
-  EXPECT_EQ(all.offset, info.head_bytes);
+  EXPECT_EQ(all.offset, info.header_bytes);
   EXPECT_EQ(all.offset + all.bytes, info.file_bytes);
   EXPECT_EQ(reader->coarse_range(0).first_level, info.levels - 1);
-  const CoarseRange coarse = reader->coarse_range(kOpeningBytes);
-  const CoarseRange opening = reader->opening_range();
+  const CoarseRange coarse = reader->coarse_range(kBootstrapBytes);
+  const CoarseRange opening = reader->bootstrap_range();
   EXPECT_EQ(opening.first_level, coarse.first_level);
   EXPECT_EQ(opening.offset, coarse.offset);
   EXPECT_GE(opening.bytes, coarse.bytes);
-  EXPECT_LE(opening.bytes, std::max(coarse.bytes, kOpeningBytesWithPages));
+  EXPECT_LE(opening.bytes, std::max(coarse.bytes, kBootstrapBytesWithPages));
   // It ends with a page, and the next one would be too much.
   uint64_t end = 0;
   for (const PageRef& page : reader->pages()) {
     if (page.offset + page.bytes <= opening.offset + opening.bytes) {
       end = page.offset + page.bytes;
     } else {
-      EXPECT_GT(page.offset + page.bytes - opening.offset, kOpeningBytesWithPages);
+      EXPECT_GT(page.offset + page.bytes - opening.offset, kBootstrapBytesWithPages);
     }
   }
   EXPECT_EQ(end, opening.offset + opening.bytes);
@@ -123,7 +124,7 @@ TEST(Store, HeadSaysWhatWasWritten) {
 
 TEST(Store, EveryBlockAnswersForEveryIsovalue) {
   const Written store = random_store({400, 300, 200}, 2);
-  auto reader = StoreReader::open(std::span(store.bytes).first(store.info.head_bytes));
+  auto reader = StoreReader::open(std::span(store.bytes).first(store.info.header_bytes));
   ASSERT_TRUE(reader);
   EXPECT_EQ(reader->chunk_for({0, {0, 0, 0}}, 50).error().status, Status::page_not_resident);
   EXPECT_FALSE(reader->missing_pages(0, 0, 65535).empty());
@@ -137,25 +138,26 @@ TEST(Store, EveryBlockAnswersForEveryIsovalue) {
           const BlockKey key{level.grid.level, {x, y, z}};
           const BlockRef block = *reader->block(key);
           uint32_t begin = block.interval.min;
-          for (uint32_t s = 0; s < block.slab_count; ++s) {
+          for (uint32_t s = 0; s < block.band_count; ++s) {
             const ChunkRef chunk = *reader->chunk(key, s);
-            EXPECT_EQ(chunk.slab_begin, begin);
-            EXPECT_EQ(chunk.slab, s);
-            begin = chunk.slab_end;
+            EXPECT_EQ(chunk.band_begin, begin);
+            EXPECT_EQ(chunk.band, s);
+            begin = chunk.band_end;
             if (chunk.bytes == 0) continue;
             ++chunks;
             EXPECT_EQ(checksum32(std::span(store.bytes).subspan(chunk.offset, chunk.bytes)),
                       chunk.checksum);
           }
           EXPECT_EQ(begin, block.interval.max);
-          for (float isocode : {0.f, 9.5f, 10.f, 57.f, 99.5f, 100.f, 163.25f, 199.f, 200.f}) {
-            const auto chunk = *reader->chunk_for(key, isocode);
+          for (float quantized_isovalue :
+               {0.f, 9.5f, 10.f, 57.f, 99.5f, 100.f, 163.25f, 199.f, 200.f}) {
+            const auto chunk = *reader->chunk_for(key, quantized_isovalue);
             if (!chunk) continue;
-            EXPECT_TRUE(is_active(block.interval, isocode));
-            EXPECT_LE(static_cast<float>(chunk->slab_begin), isocode);
-            EXPECT_LT(isocode, static_cast<float>(chunk->slab_end));
+            EXPECT_TRUE(is_active(block.interval, quantized_isovalue));
+            EXPECT_LE(static_cast<float>(chunk->band_begin), quantized_isovalue);
+            EXPECT_LT(quantized_isovalue, static_cast<float>(chunk->band_end));
           }
-          EXPECT_EQ(reader->chunk(key, block.slab_count).error().status, Status::not_found);
+          EXPECT_EQ(reader->chunk(key, block.band_count).error().status, Status::not_found);
         }
       }
     }
@@ -163,7 +165,7 @@ TEST(Store, EveryBlockAnswersForEveryIsovalue) {
     std::vector<ChunkRef> expected;
     const std::vector<ChunkRef> every = *reader->chunks_for(level.grid.level, 0, 65535);
     for (const ChunkRef& chunk : every) {
-      if (chunk.slab_begin <= 80.5f && 60 < chunk.slab_end) expected.push_back(chunk);
+      if (chunk.band_begin <= 80.5f && 60 < chunk.band_end) expected.push_back(chunk);
     }
     EXPECT_EQ(reader->chunks_for(level.grid.level, 60, 80.5f)->size(), expected.size());
   }
@@ -190,19 +192,19 @@ TEST(Store, TheSameContentHasTheSameId) {
             random_store({70, 70, 70}, 4, "{ }").info.content_id);
 }
 
-TEST(Store, EveryTruncationOfTheHeadIsRefused) {
+TEST(Store, EveryTruncationOfTheHeaderIsRefused) {
   const Written store = random_store({100, 80, 70}, 6);
-  for (size_t n = 0; n < store.info.head_bytes; ++n) {
+  for (size_t n = 0; n < store.info.header_bytes; ++n) {
     const auto reader = StoreReader::open(std::span(store.bytes).first(n));
     ASSERT_FALSE(reader) << n;
     EXPECT_EQ(reader.error().status, n < 8 ? Status::not_a_store : Status::truncated) << n;
   }
 }
 
-TEST(Store, EveryFlippedBitOfTheHeadIsRefused) {
+TEST(Store, EveryFlippedBitOfTheHeaderIsRefused) {
   const Written store = random_store({100, 80, 70}, 7);
   auto bytes = store.bytes;
-  for (size_t bit = 0; bit < 8 * size_t{store.info.head_bytes}; ++bit) {
+  for (size_t bit = 0; bit < 8 * size_t{store.info.header_bytes}; ++bit) {
     bytes[bit / 8] ^= std::byte{1} << (bit % 8);
     const auto reader = StoreReader::open(bytes);
     ASSERT_FALSE(reader) << bit;
@@ -244,12 +246,12 @@ TEST(Store, EveryFlippedBitAndTruncationOfAPageIsRefused) {
   }
 }
 
-TEST(Store, LyingHeadsAreRefused) {
+TEST(Store, LyingHeadersAreRefused) {
   const Written store = random_store({200, 80, 70}, 9);
   // Any field of any section changed, with a checksum that matches: either it is a field that can
   // have any value (a spacing, the metadata), or it is malformed; nothing else, and no crash.
   std::mt19937 random(10);
-  for (size_t at = 8; at < store.info.head_bytes - 8; ++at) {
+  for (size_t at = 8; at < store.info.header_bytes - 8; ++at) {
     for (const int value : {0x00, 0x01, 0x7f, 0x80, 0xff}) {
       auto bytes = store.bytes;
       bytes[at] = static_cast<std::byte>(value);
@@ -267,7 +269,7 @@ TEST(Store, LyingHeadsAreRefused) {
 // Section VOLU is the first: its direction begins at byte 64 of its payload.
 TEST(Store, AxesThatAreNoBasisAreRefused) {
   const Written store = random_store({70, 70, 70}, 9);
-  const size_t direction = kFixedHeadBytes + kSectionHeadBytes + 64;
+  const size_t direction = kFixedHeaderBytes + kSectionHeaderBytes + 64;
   const auto opened = [&](const Matrix3d& axes) {
     auto bytes = store.bytes;
     std::memcpy(bytes.data() + direction, axes.data(), sizeof axes);
@@ -305,12 +307,12 @@ TEST(Store, AFutureVersionSaysSo) {
 TEST(Store, UnknownSectionsAreSkippedOnlyIfOptional) {
   Written store = random_store({70, 70, 70}, 12);
   // The padding after the metadata has room for an empty section.
-  const size_t end = store.info.head_bytes - 16;
+  const size_t end = store.info.header_bytes - 16;
   auto bytes = store.bytes;
   write_le(bytes.data() + 24, 4, 5);
-  size_t at = kFixedHeadBytes;
+  size_t at = kFixedHeaderBytes;
   for (int i = 0; i < 4; ++i) {
-    at += kSectionHeadBytes + padded_to_8(static_cast<size_t>(read_le(bytes.data() + at + 4, 4)));
+    at += kSectionHeaderBytes + padded_to_8(static_cast<size_t>(read_le(bytes.data() + at + 4, 4)));
   }
   ASSERT_LE(at, end);
   write_le(bytes.data() + at, 4, section_tag('x', 'T', 'R', 'A'));
@@ -330,24 +332,24 @@ TEST(Store, UnknownSectionsAreSkippedOnlyIfOptional) {
 TEST(Store, LyingPagesAreRefused) {
   // Every byte of a page changed, with checksums that match.
   const Written store = random_store({200, 80, 70}, 13);
-  const auto head = parse_head(store.bytes);
-  ASSERT_TRUE(head);
+  const auto header = parse_store_header(store.bytes);
+  ASSERT_TRUE(header);
   uint32_t accepted = 0, refused = 0;
-  for (uint32_t p = 0; p < head->pages.size(); ++p) {
-    const PageRef& page = head->pages[p];
+  for (uint32_t p = 0; p < header->pages.size(); ++p) {
+    const PageRef& page = header->pages[p];
     for (size_t at = 0; at < page.bytes; ++at) {
       for (const int flip : {0x01, 0x10, 0x80, 0xff}) {
         auto bytes = store.bytes;
         bytes[page.offset + at] ^= static_cast<std::byte>(flip);
-        StoreHead changed = *head;
+        StoreHeader changed = *header;
         changed.pages[p].checksum = checksum32(std::span(bytes).subspan(page.offset, page.bytes));
-        const auto resealed = write_head(changed);
+        const auto resealed = write_store_header(changed);
         ASSERT_TRUE(resealed);
         auto reader = StoreReader::open(*resealed);
         ASSERT_TRUE(reader);
         const auto added = reader->add_page(p, std::span(bytes).subspan(page.offset, page.bytes));
         if (added) {
-          ++accepted;  // a checksum, an offset, a size, a slab's end: consistent in themselves
+          ++accepted;  // a checksum, an offset, a size, a band's end: consistent in themselves
         } else {
           ++refused;
           EXPECT_EQ(added.error().status, Status::malformed_page) << at;
@@ -358,34 +360,34 @@ TEST(Store, LyingPagesAreRefused) {
   EXPECT_GT(refused, accepted / 10);
 }
 
-TEST(Store, SlabsThatOverlapOrLeaveAGapAreRefused) {
+TEST(Store, BandsThatOverlapOrLeaveAGapAreRefused) {
   const Written store = random_store({200, 80, 70}, 14);
-  const auto head = parse_head(store.bytes);
-  ASSERT_TRUE(head);
+  const auto header = parse_store_header(store.bytes);
+  ASSERT_TRUE(header);
   const PageRef& largest =
-      *std::max_element(head->pages.begin(), head->pages.end(),
+      *std::max_element(header->pages.begin(), header->pages.end(),
                         [](const PageRef& a, const PageRef& b) { return a.bytes < b.bytes; });
-  const LevelRef& level = head->levels[largest.level];
+  const LevelRef& level = header->levels[largest.level];
   const auto bytes = std::span(store.bytes).subspan(largest.offset, largest.bytes);
   const auto sound = parse_page(bytes, largest, level);
   ASSERT_TRUE(sound);
   const auto several =
       std::find_if(sound->blocks.begin(), sound->blocks.end(),
-                   [](const DirectoryPage::Block& block) { return block.slab_count >= 3; });
+                   [](const DirectoryPage::Block& block) { return block.band_count >= 3; });
   ASSERT_NE(several, sound->blocks.end());
-  const auto status = [&](uint32_t slab, int change) {
+  const auto status = [&](uint32_t band, int change) {
     DirectoryPage page = *sound;
-    page.chunks[several->first_chunk + slab].slab_end += static_cast<uint16_t>(change);
+    page.chunks[several->first_chunk + band].band_end += static_cast<uint16_t>(change);
     const std::vector<std::byte> changed = write_page(page);
     PageRef ref = largest;
     ref.checksum = checksum32(changed);
     const auto parsed = parse_page(changed, ref, level);
     return parsed ? Status::ok : parsed.error().status;
   };
-  const auto end = [&](uint32_t slab) {
-    return int{sound->chunks[several->first_chunk + slab].slab_end};
+  const auto end = [&](uint32_t band) {
+    return int{sound->chunks[several->first_chunk + band].band_end};
   };
-  const uint32_t last = several->slab_count - 1;
+  const uint32_t last = several->band_count - 1;
   EXPECT_EQ(status(0, 0), Status::ok);
   EXPECT_EQ(status(0, end(1) - end(0)), Status::malformed_page) << "nothing is left of the second";
   EXPECT_EQ(status(0, end(1) - end(0) + 1), Status::malformed_page) << "it reaches into the third";
@@ -418,7 +420,7 @@ TEST(Store, CountsBeyondTheFileAllocateNothing) {
     return int64_t{usage.ru_maxrss} * 1024;
   };
   const int64_t before = peak_bytes();
-  for (size_t at = 16; at + 4 <= store.info.head_bytes - 8; at += 4) {
+  for (size_t at = 16; at + 4 <= store.info.header_bytes - 8; at += 4) {
     for (const uint64_t count : {0xffffffffu, 0x7fffffffu, 0x10000000u}) {
       auto bytes = store.bytes;
       write_le(bytes.data() + at, 4, count);
@@ -443,7 +445,7 @@ TEST(Store, SizesBeyondTheFormatAreRefused) {
   for (const Index3 voxels : {Index3{2, 2, 2}, Index3{8192, 8192, 8192}, Index3{1 << 20, 64, 2}}) {
     const auto log2 = choose_page_log2(voxels);
     ASSERT_TRUE(log2);
-    EXPECT_LE(head_bytes_for(voxels, *log2, kMaxMetadataBytes), kMaxHeadBytes);
+    EXPECT_LE(header_bytes_for(voxels, *log2, kMaxMetadataBytes), kMaxStoreHeaderBytes);
   }
 }
 
@@ -452,9 +454,9 @@ TEST(Store, WriterRefusesWhatReadersWould) {
   auto writer = StoreWriter::create({10, 10, 10}, 100, sink);
   const std::string text = "abc";
   const auto bytes = as_bytes(text);
-  const SlabChunk backwards[] = {{20, 1, 1}, {15, 1, 2}};
+  const BandChunk backwards[] = {{20, 1, 1}, {15, 1, 2}};
   EXPECT_EQ(writer->add_block({10, 20}, backwards, bytes).error().status, Status::invalid_argument);
-  const SlabChunk gap[] = {{15, 1, 3}};
+  const BandChunk gap[] = {{15, 1, 3}};
   EXPECT_EQ(
       StoreWriter::create({10, 10, 10}, 100, sink)->add_block({10, 20}, gap, bytes).error().status,
       Status::invalid_argument);

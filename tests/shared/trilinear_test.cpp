@@ -48,7 +48,8 @@ TEST(Trilinear, IsExactForPlanes) {
   // f = 100 + 3x + 5y − 7z
   CellCorners corners;
   for (int i = 0; i < 8; ++i) {
-    corners[i] = static_cast<Code>(100 + 3 * (i & 1) + 5 * (i >> 1 & 1) - 7 * (i >> 2 & 1));
+    corners[i] =
+        static_cast<QuantizedValue>(100 + 3 * (i & 1) + 5 * (i >> 1 & 1) - 7 * (i >> 2 & 1));
   }
   const Trilinear f(corners);
   const auto [value, gradient] = f.at({0.25f, 0.5f, 0.75f});
@@ -62,7 +63,7 @@ TEST(Sample, LiesAtTheCentreWithTheMeanOfTheCorners) {
     const CellCorners corners = random.cell();
     const Sample sample = centre_sample(corners, corner_interval(corners));
     uint32_t sum = 0;
-    for (const Code c : corners) sum += c;
+    for (const QuantizedValue c : corners) sum += c;
     EXPECT_EQ(sample.position, (Vec3f{0.5f, 0.5f, 0.5f}));
     EXPECT_EQ(sample.value, static_cast<float>(sum) / 8);
     EXPECT_EQ(sample.interval, corner_interval(corners));

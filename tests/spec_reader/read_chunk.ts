@@ -313,8 +313,8 @@ export function readChunk(bytes: Uint8Array, shape: ChunkShape, tables: Tables):
       const prediction = Math.min(Math.max(predicted, -32768), most);
       const group = (kind & 6) === 6 ? 0 : 1;
       const residual = readResidual(streams, tables, header, group, eOf(x));
-      const code = (prediction + residual + 32768) & 65535;
-      v.set(x, code - 32768);
+      const quantized = (prediction + residual + 32768) & 65535;
+      v.set(x, quantized - 32768);
       residualAt(x, residual);
     }
     v.set(cx + 1, row(cx));

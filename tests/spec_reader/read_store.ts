@@ -5,7 +5,7 @@
 export interface Chunk {
   level: number;
   block: [number, number, number];
-  slab: number;
+  band: number;
   begin: number;
   end: number;
   offset: number;
@@ -41,7 +41,7 @@ export function readStore(file: Uint8Array): Store {
   const u64 = (at: number) => Number(view.getBigUint64(at, true));
   const f64 = (at: number) => view.getFloat64(at, true);
 
-  // The head.
+  // The header.
   const magic = [0x89, 0x49, 0x53, 0x4f, 0x53, 0x0d, 0x0a, 0x1a];
   check(
     magic.every((byte, i) => file[i] === byte),
@@ -49,14 +49,17 @@ export function readStore(file: Uint8Array): Store {
   );
   const version: [number, number] = [u16(8), u16(10)];
   check(version[0] === 1, "major version");
-  const headBytes = u32(12);
+  const headerBytes = u32(12);
   const fileBytes = u64(16);
-  check(headBytes % 8 === 0 && headBytes <= 65536 && headBytes <= file.length, "head_bytes");
+  check(
+    headerBytes % 8 === 0 && headerBytes <= 65536 && headerBytes <= file.length,
+    "header_bytes",
+  );
   check(fileBytes === file.length, "file_bytes");
   const sections = new Map<string, number>();
   let at = 48;
   for (let i = 0; i < u32(24); ++i) {
-    check(at + 8 <= headBytes - 8, "section");
+    check(at + 8 <= headerBytes - 8, "section");
     const tag = String.fromCharCode(...file.subarray(at, at + 4));
     check(!sections.has(tag), "a section twice");
     sections.set(tag, at + 8);
@@ -83,7 +86,7 @@ export function readStore(file: Uint8Array): Store {
   const levl = section("LEVL");
   check(u32(levl) === levels.length, "levels");
   const pageSide = 2 ** u32(levl + 4);
-  let chunksEnd = headBytes;
+  let chunksEnd = headerBytes;
   levels.forEach((_, l) => {
     check(u64(levl + 8 + 32 * l) === chunksEnd, "chunks_offset");
     chunksEnd += u64(levl + 16 + 32 * l);
@@ -121,22 +124,22 @@ export function readStore(file: Uint8Array): Store {
     const end = first.map((n, axis) => Math.min(n + pageSide, blocks[axis] as number));
     const [ex, ey, ez] = end as [number, number, number];
     let block = page + 8;
-    let slab = block + 12 * u32(page);
-    check(slab + 12 * u32(page + 4) === page + u32(record), "bytes of a page");
+    let band = block + 12 * u32(page);
+    check(band + 12 * u32(page + 4) === page + u32(record), "bytes of a page");
     for (let z = first[2]; z < ez; ++z) {
       for (let y = first[1]; y < ey; ++y) {
         for (let x = first[0]; x < ex; ++x, block += 12) {
           let offset = u48(block);
           let begin = u16(block + 6);
-          for (let s = 0; s < u16(block + 10); ++s, slab += 12) {
-            const [bytes, cells, slabEnd] = [u24(slab + 4), u24(slab + 7), u16(slab + 10)];
-            check(slabEnd > begin, "slabs ascend");
-            const chunk = { level, slab: s, begin, end: slabEnd, offset, bytes, cells };
+          for (let s = 0; s < u16(block + 10); ++s, band += 12) {
+            const [bytes, cells, bandEnd] = [u24(band + 4), u24(band + 7), u16(band + 10)];
+            check(bandEnd > begin, "bands ascend");
+            const chunk = { level, band: s, begin, end: bandEnd, offset, bytes, cells };
             if (cells > 0) chunks.push({ ...chunk, block: [x, y, z] });
             offset += bytes;
-            begin = slabEnd;
+            begin = bandEnd;
           }
-          check(begin === u16(block + 8), "slabs tile the block's interval");
+          check(begin === u16(block + 8), "bands tile the block's interval");
         }
       }
     }

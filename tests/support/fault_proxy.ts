@@ -26,7 +26,7 @@ export type Fault =
   /** Flips a bit of the body's byte at this place (negative: from its end). */
   | { kind: "corrupt"; at: number }
   | { kind: "delay"; milliseconds: number }
-  /** Keeps the fields of the answer's head to itself whose names, in lower case, match. */
+  /** Keeps the fields of the answer's header to itself whose names, in lower case, match. */
   | { kind: "without"; field: RegExp }
   /** Asks the server for the whole file where a Range is asked for. */
   | { kind: "whole" }
@@ -206,7 +206,7 @@ export function askedTwice(asked: readonly Asked[]): string[] {
     const batch = /batch\?chunks=(.*)$/.exec(text)?.[1]?.split(",") ?? [];
     for (const name of single ? [single] : batch) note(name);
     const bytes = /^bytes=(\d+)-(\d+)$/.exec(range ?? "");
-    // The head is asked for by a guess of its length.
+    // The header is asked for by a guess of its length.
     if (bytes && bytes[1] !== "0") ranges.push([Number(bytes[1]), Number(bytes[2])]);
   }
   ranges.sort(([a], [b]) => a - b);

@@ -108,12 +108,12 @@ class HeldSource implements Source {
   readonly fileBytes = undefined;
   readonly fresh = false;
   warm(): void {}
-  distrustCaches(): void {}
+  bypassCaches(): void {}
   forget(): void {}
   contentId(): Promise<string> {
     throw new Error("not asked for here");
   }
-  head(): Promise<Uint8Array> {
+  header(): Promise<Uint8Array> {
     throw new Error("not asked for here");
   }
   range(): Promise<void> {

@@ -1,7 +1,7 @@
 import { afterEach, beforeAll, expect, test } from "vitest";
 import { type Chunk, type Core, CoreError, regionWords, type Store } from "../../web/core/index.ts";
 import {
-  code,
+  quantized,
   countActive,
   core as load,
   offset,
@@ -33,7 +33,7 @@ function bytesOf(chunk: Chunk): Uint8Array {
   return file.subarray(chunk.offset, chunk.offset + chunk.bytes);
 }
 
-test("the head says what the volume is", () => {
+test("the header says what the volume is", () => {
   const { info } = whole();
   expect(info.voxels).toEqual(voxels);
   expect(info.spacing).toEqual([1, 1, 1.5]);
@@ -69,7 +69,7 @@ test("pages that are missing are named, and chunks need them", () => {
 test("the chunks of an isovalue hold exactly its active cells, once each", () => {
   const store = whole();
   for (const isovalue of [-100, -99.5, 0, 100.5, 420.25, 506, 1000]) {
-    const isocode = isovalue - offset;
+    const quantizedIsovalue = isovalue - offset;
     const active = new Set<number>();
     let repeated = 0;
     for (const chunk of store.chunksFor(0, isovalue)) {
@@ -80,7 +80,7 @@ test("the chunks of an isovalue hold exactly its active cells, once each", () =>
       for (let i = 0; i < samples.count; ++i) {
         const low = (samples.intervals[2 * i] ?? 0) - offset;
         const high = (samples.intervals[2 * i + 1] ?? 0) - offset;
-        if (!(low <= isocode && isocode < high)) continue;
+        if (!(low <= quantizedIsovalue && quantizedIsovalue < high)) continue;
         const [x, y, z] = cellOf(samples.positions, i);
         const cell = (z * voxels[1] + y) * voxels[0] + x;
         if (active.has(cell)) ++repeated;
@@ -88,7 +88,7 @@ test("the chunks of an isovalue hold exactly its active cells, once each", () =>
       }
     }
     expect(repeated).toBe(0);
-    expect(active.size).toBe(countActive(isocode));
+    expect(active.size).toBe(countActive(quantizedIsovalue));
   }
 });
 
@@ -110,7 +110,7 @@ test("samples carry the trilinear value and gradient at the cell's centre", () =
   for (let i = 0; i < samples.count; i += 97) {
     const [x, y, z] = cellOf(samples.positions, i);
     const corner = (c: number): number =>
-      code(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2)) + offset;
+      quantized(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2)) + offset;
     const sum = (weight: (c: number) => number): number =>
       [0, 1, 2, 3, 4, 5, 6, 7].reduce((total, c) => total + weight(c) * corner(c), 0);
     expect(samples.values[i]).toBeCloseTo(
@@ -152,7 +152,7 @@ test("packed samples project to the same points, and region by region", () => {
   const [chunk] = store.chunksFor(0, isovalue);
   if (!chunk) throw new Error("no chunk");
   const packed = store.decodePacked(chunk, bytesOf(chunk));
-  // No cell spans 512 codes, so packing loses nothing.
+  // No cell spans 512 quantized values, so packing loses nothing.
   for (const exact of [false, true]) {
     const expected = store.project(chunk, bytesOf(chunk), isovalue, { exact });
     expect(expected.count).toBeGreaterThan(100);
@@ -181,7 +181,7 @@ function trilinear(x: number, y: number, z: number): number {
   let value = 0;
   for (let c = 0; c < 8; ++c) {
     const weight = f.reduce((w, v, axis) => w * ((c >> axis) & 1 ? v : 1 - v), 1);
-    value += weight * code(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
+    value += weight * quantized(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
   }
   return value;
 }

@@ -1,7 +1,7 @@
 // When pictures fade into each other, told by what is asked of the renderer.
 import { expect, it } from "vitest";
 import { Fade } from "../../web/viewer/fade.ts";
-import type { ViewModule } from "../../web/viewer/view_module.ts";
+import type { RendererModule } from "../../web/viewer/renderer_module.ts";
 
 function recorded(): { fade: Fade; calls: string[] } {
   const calls: string[] = [];
@@ -13,7 +13,7 @@ function recorded(): { fade: Fade; calls: string[] } {
     },
     fade: (progress: number) => calls.push(`fade ${progress.toFixed(2)}`),
   };
-  return { fade: new Fade(view as unknown as ViewModule), calls };
+  return { fade: new Fade(view as unknown as RendererModule), calls };
 }
 
 it("fades from a picture to the one that what arrives makes of it", () => {

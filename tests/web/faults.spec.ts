@@ -131,10 +131,10 @@ describe("a store that cannot be opened is told by what is wrong with it", () =>
     ["an empty file", "cut-short", () => new Uint8Array()],
     ["a text", "not-a-store", () => new TextEncoder().encode("no store at all. ".repeat(5000))],
     ["a short text", "not-a-store", () => new TextEncoder().encode("no")],
-    ["half of a head", "cut-short", () => whole.slice(0, 100)],
+    ["half of a header", "cut-short", () => whole.slice(0, 100)],
     ["a file short by 1000 bytes", "cut-short", () => whole.slice(0, -1000)],
     ["half of a file", "cut-short", () => whole.slice(0, whole.length / 2)],
-    ["a damaged head", "damaged-head", () => damaged([{ offset: 60, bytes: 64 }])],
+    ["a damaged header", "damaged-header", () => damaged([{ offset: 60, bytes: 64 }])],
     [
       "a newer version",
       "newer-version",
@@ -177,15 +177,15 @@ describe("a store that cannot be opened is told by what is wrong with it", () =>
     const proxy = await proxyTo(host.url);
     const nothing = new FileSource(`${proxy.url}/nothing.isosplat`);
     nothing.warm();
-    await expect(nothing.head(signal)).rejects.toMatchObject({ kind: "not-found" });
+    await expect(nothing.header(signal)).rejects.toMatchObject({ kind: "not-found" });
     expect(proxy.asked.length).toBe(1);
     // Past the caches at once, which may hold what is wrong.
     proxy.asked.length = 0;
     const name = put(damaged([{ offset: 60, bytes: 64 }]));
     const again = new FileSource(`${proxy.url}/${name}.isosplat`);
-    again.distrustCaches();
+    again.bypassCaches();
     again.warm();
-    expect(await openingFault(again)).toBe("damaged-head");
+    expect(await openingFault(again)).toBe("damaged-header");
     expect(proxy.asked.length).toBe(1);
   });
 
@@ -429,7 +429,7 @@ test("another file of the same size, on a host that says neither ETag nor length
   }
 }, 60_000);
 
-test("of a group of requests that fails, nothing is delivered late", async () => {
+test("of a group of requests that fails, nothing is uploaded late", async () => {
   const store = openWhole(core, whole);
   const chunks = [...store.chunksFor(0, 100.5), ...store.chunksFor(1, 100.5)];
   store.close();
@@ -489,7 +489,7 @@ describe("what the GPU does not take", () => {
     expect(session.source.requests).toBeGreaterThan(requests);
     for (const id of lost) {
       expect(harness.resident.has(id)).toBe(true);
-      expect(harness.delivered.get(id)).toBe(2);
+      expect(harness.uploaded.get(id)).toBe(2);
     }
   });
 });

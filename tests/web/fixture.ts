@@ -18,11 +18,11 @@ export function storeBytes(): Uint8Array {
 }
 
 export const voxels = [150, 131, 70] as const;
-/** The fixture's values are its codes less 100. */
+/** The fixture's values are its quantized values less 100. */
 export const offset = -100;
 
-/** The code of a voxel, by the formula of tests/shared/store_fixture.h. */
-export function code(x: number, y: number, z: number): number {
+/** The quantized value of a voxel, by the formula of tests/shared/store_fixture.h. */
+export function quantized(x: number, y: number, z: number): number {
   const [dx, dy, dz] = [2 * x - voxels[0], 2 * y - voxels[1], 2 * z - voxels[2]];
   const fall = Math.trunc((600 * (dx * dx + dy * dy + dz * dz)) / (70 * 70 * 2));
   const hash = Math.imul(x * 31 + y * 17 + z * 7, 2654435761) >>> 29;
@@ -30,7 +30,7 @@ export function code(x: number, y: number, z: number): number {
 }
 
 /** Active cells of level 0, by brute force. */
-export function countActive(isocode: number): number {
+export function countActive(quantizedIsovalue: number): number {
   const [nx, ny, nz] = voxels;
   let count = 0;
   for (let z = 0; z + 1 < nz; ++z) {
@@ -38,11 +38,11 @@ export function countActive(isocode: number): number {
       for (let x = 0; x + 1 < nx; ++x) {
         let [low, high] = [Infinity, -Infinity];
         for (let i = 0; i < 8; ++i) {
-          const value = code(x + (i & 1), y + ((i >> 1) & 1), z + (i >> 2));
+          const value = quantized(x + (i & 1), y + ((i >> 1) & 1), z + (i >> 2));
           low = Math.min(low, value);
           high = Math.max(high, value);
         }
-        if (low <= isocode && isocode < high) ++count;
+        if (low <= quantizedIsovalue && quantizedIsovalue < high) ++count;
       }
     }
   }

@@ -10,7 +10,7 @@ const root = fileURLToPath(new URL("../..", import.meta.url));
 const binaries = join(root, "build/release/native/cli");
 
 /** A NIfTI file of 24³ bytes, a ball: what the README calls head.nii.gz. */
-function head(): Buffer {
+function header(): Buffer {
   const size = 24;
   const file = Buffer.alloc(352 + size ** 3);
   file.writeInt32LE(348, 0);
@@ -41,7 +41,7 @@ describe("the README's commands", () => {
   let folder = "";
   beforeAll(() => {
     folder = mkdtempSync(join(tmpdir(), "isosplat-readme-"));
-    writeFileSync(join(folder, "head.nii.gz"), head());
+    writeFileSync(join(folder, "head.nii.gz"), header());
   });
   afterAll(() => rmSync(folder, { recursive: true, force: true }));
 

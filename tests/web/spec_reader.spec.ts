@@ -100,7 +100,7 @@ describe("the worked examples", () => {
   test("say what the golden store holds", () => {
     expect(store).toMatchObject({ version: [1, 0], fileBytes: 2584, voxels: [3, 3, 3], bits: 8 });
     expect(store.range).toEqual([0, 42]);
-    const chunk = { level: 0, block: [0, 0, 0], slab: 0, begin: 0, end: 42 };
+    const chunk = { level: 0, block: [0, 0, 0], band: 0, begin: 0, end: 42 };
     expect(level.chunks).toEqual([{ ...chunk, offset: 2520, bytes: 32, cells: 8 }]);
     const cells = readCells(file, level, level.chunks[0] as Chunk);
     for (const { place, corners, min, max } of cells) {

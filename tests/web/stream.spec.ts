@@ -66,7 +66,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     expect(harness.errors).toEqual([]);
     expect(harness.progress?.finestLevel).toBe(0);
     expect(askedTwice(server.asked)).toEqual([]);
-    expect([...harness.delivered.values()].every((times) => times === 1)).toBe(true);
+    expect([...harness.uploaded.values()].every((times) => times === 1)).toBe(true);
     expect(harness.progress?.bytesFetched).toBe(server.bytesSent);
     expect(harness.progress?.requests).toBe(server.asked.length);
   });
@@ -82,7 +82,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     expect(requests).toBeLessThanOrEqual(6);
   });
 
-  test("any isovalue has a surface without a request once the coarse end is there", async () => {
+  test("any isovalue has a surface without a request once the coarse tail is there", async () => {
     const session = await harness.open(source(), core, { firstIsovalues: [100.5] });
     session.update(view(100.5));
     await harness.complete();
@@ -96,7 +96,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     await harness.complete();
   });
 
-  test("an isovalue within resident slabs asks for nothing", async () => {
+  test("an isovalue within resident bands asks for nothing", async () => {
     const session = await harness.open(source(), core, { firstIsovalues: [100.5] });
     session.update(view(100.5));
     await harness.complete();
@@ -131,7 +131,7 @@ describe.each(sources)("from %s", (_, target, source) => {
         expect(harness.progress?.complete).toBe(false);
       }
     }
-    expect(harness.mostResident).toBeLessThanOrEqual(sampleBudget);
+    expect(harness.maxResident).toBeLessThanOrEqual(sampleBudget);
     expect(harness.progress?.samplesResident).toBe(harness.samples);
   });
 
@@ -144,7 +144,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     session.update(view(300.5));
     await harness.complete();
     expect(harness.errors).toEqual([]);
-    expect([...harness.delivered.values()].every((times) => times === 1)).toBe(true);
+    expect([...harness.uploaded.values()].every((times) => times === 1)).toBe(true);
   });
 
   test("broken connections and 5xx are tried again, without a word where it helps", async () => {
@@ -301,7 +301,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     const before = await use();
     for (let round = 0; round < 2; ++round) await use();
     expect(core.heapBytes).toBe(before);
-    expect(harness.mostResident).toBeLessThanOrEqual(sampleBudget);
+    expect(harness.maxResident).toBeLessThanOrEqual(sampleBudget);
     expect(harness.errors).toEqual([]);
   }, 60_000);
 

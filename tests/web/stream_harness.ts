@@ -8,12 +8,12 @@ import {
   type Source,
   type StreamError,
   StreamSession,
-  type ViewState,
+  type CameraView,
 } from "../../web/stream/index.ts";
 import { offset } from "./fixture.ts";
 
 /** Looks at the fixture's volume from the front; `distance` in volume sizes from its centre. */
-export function view(isovalue: number, distance = 1.5, size = 768): ViewState {
+export function view(isovalue: number, distance = 1.5, size = 768): CameraView {
   const centre = [-10 + 74.5, 20 + 65, 30 + 51.75];
   const eye = distance * 150;
   const focal = 1 / Math.tan(((45 / 180) * Math.PI) / 2);
@@ -38,14 +38,14 @@ export function view(isovalue: number, distance = 1.5, size = 768): ViewState {
 
 export class Harness {
   readonly resident = new Map<number, { place: ChunkPlace; samples: number }>();
-  readonly delivered = new Map<number, number>();
+  readonly uploaded = new Map<number, number>();
   readonly errors: StreamError[] = [];
   readonly replacements: StreamError[] = [];
   /** Whether there is room for a chunk. */
   takes: (id: number) => boolean = () => true;
   visible: number[] = [];
   progress: Progress | undefined;
-  mostResident = 0;
+  maxResident = 0;
   session: StreamSession | undefined;
 
   async open(
@@ -65,8 +65,8 @@ export class Harness {
             place: { level: place.level, block: place.block },
             samples: samples.length / 4,
           });
-          this.delivered.set(id, (this.delivered.get(id) ?? 0) + 1);
-          this.mostResident = Math.max(this.mostResident, this.samples);
+          this.uploaded.set(id, (this.uploaded.get(id) ?? 0) + 1);
+          this.maxResident = Math.max(this.maxResident, this.samples);
           return true;
         },
         drop: (id) => {
@@ -120,7 +120,7 @@ export class Harness {
   }
 }
 
-/** The isocode of an isovalue of the fixture. */
-export function isocodeOf(isovalue: number): number {
+/** The quantized isovalue of an isovalue of the fixture. */
+export function quantizedIsovalueOf(isovalue: number): number {
   return isovalue - offset;
 }

@@ -31,7 +31,7 @@ class StubWorker {
   }
 
   postMessage(message: WorkerStart | WorkerRequest): void {
-    if ("view" in message) this.isStarted = true;
+    if ("renderer" in message) this.isStarted = true;
     else this.requests.push(message);
   }
 

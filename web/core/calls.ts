@@ -13,7 +13,7 @@ export class CoreError extends Error {
 }
 
 /** What a chunk's decoding needs to know beside its bytes. */
-export type ChunkShape = Pick<Chunk, "level" | "blockCells" | "slabBegin" | "slabEnd" | "cells">;
+export type ChunkShape = Pick<Chunk, "level" | "blockCells" | "bandBegin" | "bandEnd" | "cells">;
 
 /** Calls with memory: what goes in is freed in `finally`, what comes out is read anew each time. */
 export class Calls {
@@ -67,8 +67,8 @@ export class Calls {
   ): void {
     const words = Uint32Array.from([
       ...chunk.blockCells,
-      chunk.slabBegin,
-      chunk.slabEnd,
+      chunk.bandBegin,
+      chunk.bandEnd,
       chunk.cells,
       chunk.level,
       ...(chunk.block ?? [0, 0, 0]),

@@ -4,7 +4,7 @@ import { type Chunk, type Page, readChunks, readInfo, readPages, readWords } fro
 import type { Points, Samples, StoreInfo, Triple } from "./types.ts";
 
 /** What is looked at, for Store.select. */
-export interface CoreView {
+export interface SelectionView {
   /** World to clip space, 16 numbers, column-major. */
   viewProjection: ArrayLike<number>;
   width: number;
@@ -15,14 +15,14 @@ export interface CoreView {
   cellBudget: number;
   /** Only expected: leaves no trace in what later selections hold on to. */
   ahead?: boolean;
-  /** Leaves out what `setSight` says is hidden, and waits for it to say so. */
+  /** Leaves out what `setVisibility` says is hidden, and waits for it to say so. */
   occlusion?: boolean;
 }
 
 /** Words of the regions of one chunk (RegionMask in shared/grid/region_mask.h). */
 export const regionWords = 16;
-/** Words of one chunk in the answer of a sight query: its handle, the regions tested, those seen. */
-export const sightWords = 1 + 2 * regionWords;
+/** Words of one chunk in the answer of an occlusion query: its handle, the regions tested, those seen. */
+export const visibilityWords = 1 + 2 * regionWords;
 
 /** What a view needs (Selection in shared/select/selector.h). */
 export interface CoreSelection {
@@ -34,7 +34,7 @@ export interface CoreSelection {
   regions: Uint32Array;
   /** Resident chunks that the view needs, drawn yet or not. */
   keep: Uint32Array;
-  /** Drawn chunks that stand for finer ones: `setSight` is to say what of them may be seen. */
+  /** Drawn chunks that stand for finer ones: `setVisibility` is to say what of them may be seen. */
   test: Uint32Array;
   /** Chunks that wait for that. */
   undecided: number;
@@ -60,11 +60,11 @@ export class Core {
   }
 
   /** Opens a store from its first min(64 KiB, file size) bytes. Close it to free its memory. */
-  openStore(head: Uint8Array): Store {
+  openStore(header: Uint8Array): Store {
     const calls = new Calls(this.#module);
     try {
-      calls.withBytes(head, (at) =>
-        calls.check(this.#module._isosplat_core_open(calls.core, at, head.length)),
+      calls.withBytes(header, (at) =>
+        calls.check(this.#module._isosplat_core_open(calls.core, at, header.length)),
       );
       return new Store(this.#module, calls);
     } catch (error) {
@@ -116,9 +116,9 @@ export class Store {
     this.info = readInfo(calls.result(0), calls.result(1), calls.result(2));
   }
 
-  /** The isovalue as the store's codes, in single precision. */
-  isocode(isovalue: number): number {
-    return this.#module._isosplat_core_isocode(this.#calls.core, isovalue);
+  /** The isovalue as the store's quantized values, in single precision. */
+  quantizedIsovalue(isovalue: number): number {
+    return this.#module._isosplat_core_quantized_isovalue(this.#calls.core, isovalue);
   }
 
   /** The levels that fit, with their pages, in so many bytes; at least the coarsest one. */
@@ -127,9 +127,9 @@ export class Store {
     return this.#coarseRange();
   }
 
-  /** What to fetch first, after the head: of it, `firstLevel` and those above are complete. */
-  openingRange(): CoarseRange {
-    this.#calls.check(this.#module._isosplat_core_opening_range(this.#calls.core));
+  /** What to fetch first, after the header: of it, `firstLevel` and those above are complete. */
+  bootstrapRange(): CoarseRange {
+    this.#calls.check(this.#module._isosplat_core_bootstrap_range(this.#calls.core));
     return this.#coarseRange();
   }
 
@@ -155,7 +155,7 @@ export class Store {
 
   /** The pages that `chunksFor` of the same arguments still needs. */
   missingPages(level: number, low: number, high = low): number[] {
-    const [from, to] = [this.isocode(low), this.isocode(high)];
+    const [from, to] = [this.quantizedIsovalue(low), this.quantizedIsovalue(high)];
     this.#calls.check(this.#module._isosplat_core_missing_pages(this.#calls.core, level, from, to));
     return Array.from(readWords(this.#calls.result(0)));
   }
@@ -165,7 +165,7 @@ export class Store {
    * `low` to `high`, in file order.
    */
   chunksFor(level: number, low: number, high = low): Chunk[] {
-    const [from, to] = [this.isocode(low), this.isocode(high)];
+    const [from, to] = [this.quantizedIsovalue(low), this.quantizedIsovalue(high)];
     this.#calls.check(this.#module._isosplat_core_chunks_for(this.#calls.core, level, from, to));
     return readChunks(this.#calls.result(0));
   }
@@ -203,7 +203,7 @@ export class Store {
     options: { exact?: boolean } = {},
   ): Points {
     const calls = this.#calls;
-    const isocode = this.isocode(isovalue);
+    const quantizedIsovalue = this.quantizedIsovalue(isovalue);
     const exact = options.exact ? 1 : 0;
     calls.withChunk(chunk, bytes, (at, shape, block) =>
       calls.check(
@@ -213,7 +213,7 @@ export class Store {
           bytes.length,
           shape,
           block,
-          isocode,
+          quantizedIsovalue,
           exact,
         ),
       ),
@@ -247,7 +247,7 @@ export class Store {
           regions ? at + 16 : 0,
           place.level,
           at,
-          this.isocode(isovalue),
+          this.quantizedIsovalue(isovalue),
           exact ? 1 : 0,
         ),
       ),
@@ -256,7 +256,7 @@ export class Store {
   }
 
   /** Which chunks to load and to draw for a view. */
-  select(view: CoreView): CoreSelection {
+  select(view: SelectionView): CoreSelection {
     const calls = this.#calls;
     const numbers = new Float64Array(23);
     numbers.set(Array.from({ length: 16 }, (_, i) => view.viewProjection[i] ?? 0));
@@ -272,11 +272,18 @@ export class Store {
       ],
       16,
     );
-    const isocodes = Float32Array.from(view.isovalues, (isovalue) => this.isocode(isovalue));
+    const quantizedIsovalues = Float32Array.from(view.isovalues, (isovalue) =>
+      this.quantizedIsovalue(isovalue),
+    );
     calls.withBytes(asBytes(numbers), (numbersAt) =>
-      calls.withBytes(asBytes(isocodes), (isocodesAt) =>
+      calls.withBytes(asBytes(quantizedIsovalues), (quantizedIsovaluesAt) =>
         calls.check(
-          this.#module._isosplat_core_select(calls.core, numbersAt, isocodesAt, isocodes.length),
+          this.#module._isosplat_core_select(
+            calls.core,
+            numbersAt,
+            quantizedIsovaluesAt,
+            quantizedIsovalues.length,
+          ),
         ),
       ),
     );
@@ -305,12 +312,16 @@ export class Store {
     };
   }
 
-  /** The answer of a sight query for the view selected last: `sightWords` for each chunk. */
-  setSight(answers: Uint32Array): void {
+  /** The answer of an occlusion query for the view selected last: `visibilityWords` for each chunk. */
+  setVisibility(answers: Uint32Array): void {
     const calls = this.#calls;
     calls.withBytes(asBytes(answers), (at) =>
       calls.check(
-        this.#module._isosplat_core_set_sight(calls.core, at, answers.length / sightWords),
+        this.#module._isosplat_core_set_visibility(
+          calls.core,
+          at,
+          answers.length / visibilityWords,
+        ),
       ),
     );
   }

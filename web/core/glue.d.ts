@@ -9,8 +9,8 @@ declare module "*/isosplat-core.js" {
   export default createModule;
 }
 
-/** The same for isosplat-view.wasm. */
-declare module "*/isosplat-view.js" {
+/** The same for isosplat-renderer.wasm. */
+declare module "*/isosplat-renderer.js" {
   const createModule: (options: object) => Promise<unknown>;
   export default createModule;
 }

@@ -26,18 +26,18 @@ export interface CoreOptions {
   wasmBinary?: Uint8Array;
   /** The address of isosplat-core.wasm. Default: beside its module. */
   url?: string;
-  /** An instance that has the core's functions already, such as that of isosplat-view. */
+  /** An instance that has the core's functions already, such as that of isosplat-renderer. */
   module?: CoreModule;
-  /** The compiled code of isosplat-view, of which another instance is to be made. */
-  view?: CompiledModule;
+  /** The compiled code of isosplat-renderer, of which another instance is to be made. */
+  renderer?: CompiledModule;
 }
 
 /** Makes an instance of the core, in a browser, a worker, or Node (20.16 or newer). */
 export async function loadCore(options: CoreOptions = {}): Promise<Core> {
   if (options.module) return new Core(options.module);
-  if (options.view) {
-    const { default: factory } = await import("../../build/wasm/web/isosplat-view.js");
-    return new Core(await instantiate<CoreModule>(factory as ModuleFactory, options.view));
+  if (options.renderer) {
+    const { default: factory } = await import("../../build/wasm/web/isosplat-renderer.js");
+    return new Core(await instantiate<CoreModule>(factory as ModuleFactory, options.renderer));
   }
   const { default: createModule } = await import("../../build/wasm/web/isosplat-core.js");
   const url = new URL("../../build/wasm/web/isosplat-core.wasm", import.meta.url);

@@ -1,6 +1,6 @@
 /**
  * The exports of shared/wasm/core_api.h, which says what each means: of the module isosplat-core,
- * and of isosplat-view, which contains them.
+ * and of isosplat-renderer, which contains them.
  */
 export interface CoreModule {
   /** Valid until the next call into the module: a growing heap replaces it. */
@@ -13,10 +13,10 @@ export interface CoreModule {
   _isosplat_core_status_name(status: number): number;
   _isosplat_core_result(core: number, buffer: number): number;
   _isosplat_core_result_bytes(core: number, buffer: number): number;
-  _isosplat_core_open(core: number, head: number, bytes: number): number;
+  _isosplat_core_open(core: number, header: number, bytes: number): number;
   _isosplat_core_info(core: number): number;
   _isosplat_core_coarse_range(core: number, maxBytes: number): number;
-  _isosplat_core_opening_range(core: number): number;
+  _isosplat_core_bootstrap_range(core: number): number;
   _isosplat_core_pages(core: number): number;
   _isosplat_core_add_page(core: number, page: number, data: number, bytes: number): number;
   _isosplat_core_missing_pages(core: number, level: number, low: number, high: number): number;
@@ -36,7 +36,7 @@ export interface CoreModule {
     bytes: number,
     shape: number,
     block: number,
-    isocode: number,
+    quantizedIsovalue: number,
     exact: number,
   ): number;
   _isosplat_core_project_packed(
@@ -46,11 +46,16 @@ export interface CoreModule {
     regions: number,
     level: number,
     block: number,
-    isocode: number,
+    quantizedIsovalue: number,
     exact: number,
   ): number;
-  _isosplat_core_isocode(core: number, isovalue: number): number;
-  _isosplat_core_select(core: number, view: number, isocodes: number, count: number): number;
-  _isosplat_core_set_sight(core: number, answers: number, count: number): number;
+  _isosplat_core_quantized_isovalue(core: number, isovalue: number): number;
+  _isosplat_core_select(
+    core: number,
+    view: number,
+    quantizedIsovalues: number,
+    count: number,
+  ): number;
+  _isosplat_core_set_visibility(core: number, answers: number, count: number): number;
   _isosplat_core_set_resident(core: number, handle: number, resident: number): number;
 }

@@ -9,10 +9,10 @@ export interface Chunk {
   block: Triple;
   /** Cells that the block has. */
   blockCells: Triple;
-  /** Index within the block; it holds the isocodes from slabBegin up to, but not, slabEnd. */
-  slab: number;
-  slabBegin: number;
-  slabEnd: number;
+  /** Index within the block; it holds the quantized isovalues from bandBegin up to, but not, bandEnd. */
+  band: number;
+  bandBegin: number;
+  bandEnd: number;
   /** In the store file. */
   offset: number;
   bytes: number;
@@ -51,9 +51,9 @@ export function readChunks(bytes: Uint8Array): Chunk[] {
       handle: data.getUint32(at + 8, true),
       level: data.getUint32(at + 12, true),
       block: triple(data, at + 16),
-      slab: data.getUint32(at + 28, true),
-      slabBegin: data.getUint32(at + 32, true),
-      slabEnd: data.getUint32(at + 36, true),
+      band: data.getUint32(at + 28, true),
+      bandBegin: data.getUint32(at + 32, true),
+      bandEnd: data.getUint32(at + 36, true),
       bytes: data.getUint32(at + 40, true),
       cells: data.getUint32(at + 44, true),
       checksum: data.getUint32(at + 48, true),
@@ -105,7 +105,7 @@ export function readInfo(
     direction: Array.from(numbers.slice(9, 18)),
     mapping,
     range: [mapping.offset + mapping.scale * at(23), mapping.offset + mapping.scale * at(24)],
-    codeRange: [at(23), at(24)],
+    quantizedRange: [at(23), at(24)],
     levels: at(25),
     chunkCount: at(26),
     missingVoxels: at(27),

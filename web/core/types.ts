@@ -15,12 +15,12 @@ export interface StoreInfo {
    * world = origin + direction · (spacing ∘ index).
    */
   direction: number[];
-  /** value = offset + scale · code. */
+  /** value = offset + scale · quantized value. */
   mapping: { offset: number; scale: number; maxError: number; bits: 8 | 16; hasMissing: boolean };
   /** The smallest and largest value of the volume. */
   range: [number, number];
   /** The same as codes. */
-  codeRange: [number, number];
+  quantizedRange: [number, number];
   /** Levels of detail; level 0 is the volume itself, level `levels − 1` the coarsest. */
   levels: number;
   chunkCount: number;

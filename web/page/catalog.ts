@@ -16,8 +16,8 @@ export class Catalog {
   #filter = "";
   #loading = new AbortController();
   readonly #previews = new Previews(() => this.#render());
-  /** Cards in sight want pictures. */
-  readonly #sight = new IntersectionObserver((entries) => {
+  /** Cards in visibility want pictures. */
+  readonly #visibility = new IntersectionObserver((entries) => {
     for (const { isIntersecting, target } of entries) {
       const volume = this.#volumes?.find(
         ({ name }) => name === (target as HTMLElement).dataset.name,
@@ -114,7 +114,7 @@ export class Catalog {
       </div>`,
       this.#root,
     );
-    for (const element of this.#root.querySelectorAll("a.card")) this.#sight.observe(element);
+    for (const element of this.#root.querySelectorAll("a.card")) this.#visibility.observe(element);
   }
 }
 

@@ -17,11 +17,14 @@ export function roundStep(step: number): number {
   return Number((round * power).toPrecision(12));
 }
 
-export function isovalueScale(range: readonly [number, number], codeStep: number): IsovalueScale {
+export function isovalueScale(
+  range: readonly [number, number],
+  quantizationStep: number,
+): IsovalueScale {
   const [low, high] = range;
   const span = high - low;
   if (!(span > 0)) return { low, high: low + 1, step: 1 };
-  const isWhole = codeStep === 1 && Number.isInteger(low);
+  const isWhole = quantizationStep === 1 && Number.isInteger(low);
   const step = isWhole && span <= 1000 ? 0.5 : roundStep(span / 2000);
   return { low, high, step };
 }

@@ -1,5 +1,5 @@
 import "./style.css";
-import { compiledView } from "../viewer/index.ts";
+import { compiledRenderer } from "../viewer/index.ts";
 import { openTarget } from "./open_target.ts";
 import { startTheme } from "./theme.ts";
 import { readUrl } from "./url_state.ts";
@@ -15,7 +15,7 @@ root.replaceChildren();
 const { volume, src } = readUrl(location.search);
 const isOpening = volume !== undefined || src !== undefined;
 // Asked for before anything else; a failure is reported by whoever needs it.
-if (isOpening) compiledView().catch(() => {});
+if (isOpening) compiledRenderer().catch(() => {});
 
 startTheme();
 
@@ -26,7 +26,10 @@ try {
   } else {
     // The controls' code is a few times the size of the rest: the first surface goes first.
     const page = new VolumePage(root, openTarget(volume, src));
-    await Promise.race([page.firstSight, new Promise((late) => setTimeout(late, latestControls))]);
+    await Promise.race([
+      page.firstVisibility,
+      new Promise((late) => setTimeout(late, latestControls)),
+    ]);
   }
   // Should the controls not come, the picture and the keyboard work without.
   await import("./components.ts");

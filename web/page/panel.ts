@@ -3,7 +3,7 @@ import { guard } from "lit/directives/guard.js";
 import { live } from "lit/directives/live.js";
 import type { StoreInfo, Triple } from "../stream/types.ts";
 import { extentAlong, isWhole, wholeVolume } from "../viewer/clipping.ts";
-import { type Clip, type Look, mostSurfaces, type Surface } from "../viewer/types.ts";
+import { type Clip, type Look, maxSurfaces, type Surface } from "../viewer/types.ts";
 import {
   formatAxes,
   formatBytes,
@@ -123,7 +123,7 @@ export function surfacesSection(state: PanelState, actions: PanelActions): Templ
         appearance="plain"
         size="s"
         title="Add a surface"
-        ?disabled=${surfaces.length >= mostSurfaces}
+        ?disabled=${surfaces.length >= maxSurfaces}
         @click=${actions.addSurface}
         ><span class="visually-hidden">Add a surface</span>${icon("plus")}</wa-button
       >

@@ -1,5 +1,5 @@
 import { ServerSource } from "../stream/index.ts";
-import { ViewError, Viewer } from "../viewer/index.ts";
+import { RendererError, Viewer } from "../viewer/index.ts";
 import { firstIsovalue } from "./isovalue_scale.ts";
 import { surfacesAt } from "./surfaces.ts";
 import { theme, themeBackground } from "./theme.ts";
@@ -93,7 +93,7 @@ export class Previews {
       }
       return await drawn;
     } catch (error) {
-      if (error instanceof ViewError) throw error;
+      if (error instanceof RendererError) throw error;
       return false; // its page says what is wrong with it
     } finally {
       for (const stop of forget) stop();

@@ -1,5 +1,5 @@
 import { type FaultKind, faults, type Offer, StreamError } from "../stream/index.ts";
-import { ViewError } from "../viewer/index.ts";
+import { RendererError } from "../viewer/index.ts";
 import type { IconName } from "./icons.ts";
 import { ApiError } from "./volumes_api.ts";
 
@@ -31,7 +31,7 @@ export function problemOf(error: unknown, what: string): Problem {
 }
 
 export function kindOf(error: unknown): FaultKind {
-  if (error instanceof StreamError || error instanceof ViewError) return error.kind;
+  if (error instanceof StreamError || error instanceof RendererError) return error.kind;
   return error instanceof ApiError ? "unreachable" : "internal";
 }
 

@@ -17,7 +17,7 @@ export class StatusLine {
   #progress: Progress | null = null;
   #frame: FrameReport | null = null;
   #timer = 0;
-  #mostToGo = 0;
+  #maxToGo = 0;
 
   constructor() {
     this.element.className = "status";
@@ -80,8 +80,8 @@ export class StatusLine {
     this.element.dataset.state = progress?.state ?? "none";
 
     const toGo = progress?.bytesToGo ?? 0;
-    this.#mostToGo = toGo === 0 ? 0 : Math.max(this.#mostToGo, toGo);
-    const done = this.#mostToGo === 0 ? 1 : 1 - toGo / this.#mostToGo;
+    this.#maxToGo = toGo === 0 ? 0 : Math.max(this.#maxToGo, toGo);
+    const done = this.#maxToGo === 0 ? 1 : 1 - toGo / this.#maxToGo;
     this.#bar.style.setProperty("--done", String(done));
   }
 }

@@ -4,7 +4,7 @@
  */
 const prefix = "isosplat-picture-";
 const orderKey = "isosplat-pictures";
-const mostPictures = 40;
+const maxPictures = 40;
 export const pictureSize = { width: 360, height: 225 };
 
 export function thumbnail(contentId: string): string | null {
@@ -31,7 +31,7 @@ export async function keepThumbnail(contentId: string, picture: Blob): Promise<v
   try {
     const order = (localStorage.getItem(orderKey) ?? "").split(" ").filter(Boolean);
     const next = [contentId, ...order.filter((id) => id !== contentId)];
-    for (const old of next.splice(mostPictures)) localStorage.removeItem(prefix + old);
+    for (const old of next.splice(maxPictures)) localStorage.removeItem(prefix + old);
     localStorage.setItem(prefix + contentId, data);
     localStorage.setItem(orderKey, next.join(" "));
   } catch {

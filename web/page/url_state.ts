@@ -1,4 +1,4 @@
-import { isWhole, mostClipPlanes, wholeVolume } from "../viewer/clipping.ts";
+import { isWhole, maxClipPlanes, wholeVolume } from "../viewer/clipping.ts";
 import {
   type Camera,
   type Clip,
@@ -7,13 +7,13 @@ import {
   type ColourMap,
   colourings,
   colourMaps,
-  mostSurfaces,
+  maxSurfaces,
   type SplatKind,
   splatKinds,
 } from "../viewer/types.ts";
 
 /** A surface fainter than this cannot be told from none; the panel's slider begins here. */
-export const leastOpacity = 0.05;
+export const minOpacity = 0.05;
 
 /**
  * What the address says of the view. What is missing is the page's choice; what cannot be read is
@@ -88,7 +88,7 @@ function readPlane(text: string): ClipPlane | undefined {
 function readClip(query: URLSearchParams): Clip | undefined {
   const box = readBox(query.get("clip"));
   const planes = query.getAll("plane").map(readPlane);
-  const known = planes.filter((plane) => plane !== undefined).slice(0, mostClipPlanes);
+  const known = planes.filter((plane) => plane !== undefined).slice(0, maxClipPlanes);
   if (!box && known.length === 0) return undefined;
   return { ...wholeVolume, ...box, planes: known };
 }
@@ -127,15 +127,13 @@ export function readUrl(search: string): UrlState {
   if (src) state.src = src;
 
   const isovalues = read("isovalue", numbers, "numbers, such as 60.5,180");
-  if (isovalues) state.isovalues = isovalues.slice(0, mostSurfaces);
+  if (isovalues) state.isovalues = isovalues.slice(0, maxSurfaces);
   const colours = read("colour", readColours, "colours such as d9ccb3");
   if (colours) state.colours = colours;
   const opacities = read("opacity", readOpacities, "numbers from 0 to 1");
-  if (opacities) state.opacities = opacities.map((o) => Math.max(o, leastOpacity));
-  if (opacities?.some((o) => o < leastOpacity)) {
-    notes.push(
-      `The address asks for an invisible surface: it is shown at ${100 * leastOpacity} %.`,
-    );
+  if (opacities) state.opacities = opacities.map((o) => Math.max(o, minOpacity));
+  if (opacities?.some((o) => o < minOpacity)) {
+    notes.push(`The address asks for an invisible surface: it is shown at ${100 * minOpacity} %.`);
   }
 
   const camera = read("camera", readCamera, "azimuth,elevation,distance,x,y,z");

@@ -7,7 +7,7 @@ import {
   StreamError,
   slowWait,
 } from "../stream/index.ts";
-import { type Camera, ViewError, Viewer } from "../viewer/index.ts";
+import { type Camera, RendererError, Viewer } from "../viewer/index.ts";
 import { formatValue } from "./format.ts";
 import { showHelp } from "./help.ts";
 import { Histogram } from "./histogram.ts";
@@ -18,8 +18,8 @@ import { onTheme, toggleTheme } from "./theme.ts";
 import { keepThumbnailWhenIdle } from "./thumbnails.ts";
 import { Toast } from "./toast.ts";
 import { readUrl } from "./url_state.ts";
-import { AddressBar } from "./view_address.ts";
-import { ViewSettings } from "./view_settings.ts";
+import { AddressBar } from "./page_address.ts";
+import { DisplaySettings } from "./display_settings.ts";
 import {
   type Banner,
   type LayoutActions,
@@ -42,7 +42,7 @@ export class VolumePage {
   readonly #status = new StatusLine();
   readonly #viewer = new Viewer(this.#canvas);
   readonly #url = readUrl(location.search);
-  readonly #settings = new ViewSettings(this.#viewer, this.#url, () => {
+  readonly #settings = new DisplaySettings(this.#viewer, this.#url, () => {
     this.#address.changed();
     this.#render();
   });
@@ -60,7 +60,7 @@ export class VolumePage {
   #names: string[] = [];
   #progress: Progress | null = null;
   /** What the renderer could not do, until it draws again. */
-  #viewError: ViewError | null = null;
+  #rendererError: RendererError | null = null;
   #isContextLost = false;
   #isSheetOpen = false;
   #isPanelHidden = false;
@@ -81,14 +81,14 @@ export class VolumePage {
   );
 
   /** Resolves when there is something to see: a surface, or what went wrong. */
-  readonly firstSight: Promise<void>;
+  readonly firstVisibility: Promise<void>;
   #seen = () => {};
 
   constructor(root: HTMLElement, target: Target) {
     this.#root = root;
     this.#target = target;
     this.#listen();
-    this.firstSight = new Promise((resolve) => {
+    this.firstVisibility = new Promise((resolve) => {
       this.#seen = resolve;
     });
     // Requests and workers start before the page is laid out.
@@ -111,8 +111,8 @@ export class VolumePage {
     });
     viewer.on("frame", (frame) => {
       this.#status.frame(frame);
-      if (this.#viewError) {
-        this.#viewError = null;
+      if (this.#rendererError) {
+        this.#rendererError = null;
         this.#render();
       }
       if (!this.#hasPicture && frame.samplesDrawn > 0) {
@@ -160,7 +160,7 @@ export class VolumePage {
       this.#failures = 0;
     }
     this.#forgetProgress();
-    this.#viewError = null;
+    this.#rendererError = null;
     this.#hasPicture = false;
     document.title = `${this.#target.name} · Isosplat`;
     this.#render();
@@ -169,7 +169,7 @@ export class VolumePage {
       const camera = this.#camera ?? this.#url.camera;
       const source = this.#target.source();
       // What the caches hold may be what is wrong.
-      if (again) source.distrustCaches();
+      if (again) source.bypassCaches();
       const info = await this.#viewer.open(source, {
         ...(surfaces.length > 0 ? { surfaces } : {}),
         ...(camera ? { camera } : {}),
@@ -191,7 +191,7 @@ export class VolumePage {
     this.#info = info;
     this.#failures = 0;
     this.#problem = null;
-    this.#viewError = null;
+    this.#rendererError = null;
     document.title = `${this.#title()} · Isosplat`;
     this.#render();
   }
@@ -205,11 +205,11 @@ export class VolumePage {
   }
 
   /** An error that the viewer tells of. Of what hinders an open volume, its progress says more. */
-  #failed(error: StreamError | ViewError): void {
+  #failed(error: StreamError | RendererError): void {
     if (this.#viewer.info === null) {
       this.#fail(error, error instanceof StreamError && error.retrying);
-    } else if (error instanceof ViewError) {
-      this.#viewError = error;
+    } else if (error instanceof RendererError) {
+      this.#rendererError = error;
       this.#render();
     }
   }
@@ -251,7 +251,7 @@ export class VolumePage {
   get #hindrance(): (Problem & { isWaiting: boolean }) | null {
     const { name } = this.#target;
     if (this.#isContextLost) return { ...problemOfFault("context-lost", name), isWaiting: true };
-    if (this.#viewError) return { ...problemOf(this.#viewError, name), isWaiting: false };
+    if (this.#rendererError) return { ...problemOf(this.#rendererError, name), isWaiting: false };
     const fault = this.#progress?.fault;
     if (!fault) return null;
     const isWaiting = faults[fault.kind].retry === "soon";
@@ -260,7 +260,7 @@ export class VolumePage {
 
   #retry(): void {
     // What the renderer failed at is begun anew; what streaming waits for is asked for.
-    if (this.#viewer.info === null || this.#viewError) void this.#open();
+    if (this.#viewer.info === null || this.#rendererError) void this.#open();
     else this.#viewer.retry();
   }
 

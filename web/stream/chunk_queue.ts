@@ -2,7 +2,7 @@ import { type Chunk, CoreError } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
 import type { Decoder } from "./decoder.ts";
 import { type FaultKind, faultOfStatus, isOfPart } from "./faults.ts";
-import { OwnTask } from "./own_task.ts";
+import { CoalescedTask } from "./coalesced_task.ts";
 import { SecondLook } from "./second_look.ts";
 import { PartError, type Source } from "./source.ts";
 import { measured } from "./timeline.ts";
@@ -12,11 +12,11 @@ import { StreamError } from "./types.ts";
 export type ChunkState = "queued" | "loading" | "decoding" | "failed";
 
 /** Chunks that have arrived and wait for a worker: beyond this, nothing more is asked for. */
-const mostDecoding = 64;
+const maxDecoding = 64;
 /** Of this many of the most needed chunks the next requests are made. */
 const chunksPlanned = 256;
 /** A chunk whose requests fail so often while others succeed counts as damaged. */
-const mostTries = 6;
+const maxTries = 6;
 
 interface Entry {
   chunk: Chunk;
@@ -59,7 +59,7 @@ export class ChunkQueue {
   readonly #entries = new Map<number, Entry>();
   readonly #groups = new Set<Group>();
   readonly #closing = new AbortController();
-  readonly #pumping = new OwnTask(() => measured("isosplat:streaming", () => this.#pump()));
+  readonly #pumping = new CoalescedTask(() => measured("isosplat:streaming", () => this.#pump()));
   #decoding = 0;
   #waking = false;
   #refusedRoom = false;
@@ -150,7 +150,7 @@ export class ChunkQueue {
     }
     this.#refusedRoom = false;
     const free = this.#source.concurrency - this.#groups.size;
-    if (free <= 0 || this.#decoding >= mostDecoding) return;
+    if (free <= 0 || this.#decoding >= maxDecoding) return;
     const queued = [...this.#entries.values()]
       .filter(({ rank, state }) => rank < Number.POSITIVE_INFINITY && state === "queued")
       .sort((a, b) => a.rank - b.rank)
@@ -240,7 +240,7 @@ export class ChunkQueue {
       this.#refuse(first, reason);
     } else {
       for (const entry of group.entries) {
-        if (++entry.tries >= mostTries) this.#fail(entry, reason);
+        if (++entry.tries >= maxTries) this.#fail(entry, reason);
       }
       // A browser may lose the end of an answer that broke off, and with it which chunk is broken.
       if (first && first.tries > 1) first.alone = true;
@@ -272,11 +272,11 @@ export class ChunkQueue {
   }
 
   #decodeFailed(entry: Entry, error: unknown): void {
-    const { level, block, slab } = entry.chunk;
+    const { level, block, band } = entry.chunk;
     const status = error instanceof CoreError ? error.status : "internal";
     const kind = faultOfStatus(status) ?? "internal";
     const message = error instanceof Error ? error.message : String(error);
-    const text = `chunk ${level}/${block.join(".")}/${slab}: ${message}`;
+    const text = `chunk ${level}/${block.join(".")}/${band}: ${message}`;
     const reason = new StreamError(kind, text, error);
     if (isOfDecoder(kind)) {
       entry.state = "queued";
@@ -293,7 +293,7 @@ export class ChunkQueue {
   /** Bytes that are not the chunk's: once they are fetched again, past the caches. */
   #refuse(entry: Entry, error: StreamError): void {
     if (++entry.refused === 1) {
-      this.#source.distrustCaches();
+      this.#source.bypassCaches();
       entry.state = "queued";
     } else {
       this.#fail(entry, error);

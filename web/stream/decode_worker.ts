@@ -4,7 +4,7 @@ import { type DecodeJob, decodeChecked } from "./decoder.ts";
 
 /** The first message: what the worker is to run. See WorkerPool. */
 export interface WorkerStart {
-  view: WebAssembly.Module | undefined;
+  renderer: WebAssembly.Module | undefined;
 }
 
 export interface WorkerRequest {
@@ -27,12 +27,12 @@ let core: Promise<Core> | undefined;
 
 /** An instance; the one before, if any, has aborted, and cannot go on. */
 function begin(): void {
-  core = loadCore(start?.view ? { view: start.view } : {});
+  core = loadCore(start?.renderer ? { renderer: start.renderer } : {});
   core.catch(() => {}); // told for each chunk
 }
 
 worker.onmessage = async ({ data }) => {
-  if ("view" in data) {
+  if ("renderer" in data) {
     start = data;
     begin();
     return;

@@ -4,7 +4,7 @@ import { type Core, CoreError } from "../core/index.ts";
 /** What decoding a chunk takes: its shape, and what its bytes have to hash to. */
 export type DecodeJob = Pick<
   Chunk,
-  "level" | "blockCells" | "slabBegin" | "slabEnd" | "cells" | "checksum"
+  "level" | "blockCells" | "bandBegin" | "bandEnd" | "cells" | "checksum"
 >;
 
 /** Turns chunks into samples, somewhere. */

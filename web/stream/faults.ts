@@ -101,7 +101,7 @@ export const faults = {
     text: "“NAME” was made by a newer version of Isosplat than this page is of. Open it with that version, or rebuild it with this one.",
     offers: ["again", "volumes"],
   },
-  "damaged-head": {
+  "damaged-header": {
     retry: "slowly",
     title: "The store is damaged",
     text: "The beginning of “NAME” is not what it was when it was written. Copy the store again, or rebuild it with “isosplat build”.",
@@ -185,7 +185,7 @@ export function faultOfStatus(status: string): FaultKind | undefined {
     case "truncated":
       return "cut-short";
     case "malformed_header":
-      return "damaged-head";
+      return "damaged-header";
     case "malformed_page":
       return "damaged-page";
     case "checksum_mismatch":

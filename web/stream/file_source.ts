@@ -8,27 +8,27 @@ import { StreamError } from "./types.ts";
  */
 const gapWorthFetching = 32 * 1024;
 /** One request carries at most so much: the order of need may change while it is under way. */
-const mostBytesTogether = 1024 * 1024;
+const maxBytesTogether = 1024 * 1024;
 /** Neighbours are looked for among so many of the most needed chunks. */
 const chunksLookedAt = 48;
-/** Heads are mostly much smaller than their limit. */
-const firstHeadBytes = 16 * 1024;
-/** Where the content id lies in the head (shared/store/FORMAT.md). */
+/** Headers are mostly much smaller than their limit. */
+const firstHeaderBytes = 16 * 1024;
+/** Where the content id lies in the header (shared/store/FORMAT.md). */
 const contentIdPlace = [32, 48] as const;
 
-export interface Stretch<C> {
+export interface ByteRange<C> {
   offset: number;
   bytes: number;
   chunks: C[];
 }
 
-/** Joins places in a file that are neighbours, or nearly, to stretches of at most `most` bytes. */
-export function stretches<C extends { offset: number; bytes: number }>(
+/** Joins places in a file that are neighbours, or nearly, to ranges of at most `most` bytes. */
+export function ranges<C extends { offset: number; bytes: number }>(
   places: readonly C[],
   gap = gapWorthFetching,
-  most = mostBytesTogether,
-): Stretch<C>[] {
-  const result: Stretch<C>[] = [];
+  most = maxBytesTogether,
+): ByteRange<C>[] {
+  const result: ByteRange<C>[] = [];
   for (const place of [...places].sort((a, b) => a.offset - b.offset)) {
     const last = result.at(-1);
     const end = place.offset + place.bytes;
@@ -57,11 +57,11 @@ export class FileSource implements Source {
   readonly name: string;
   protected readonly traffic = new Traffic();
   #fresh = false;
-  #warm: { head: Promise<Uint8Array>; whole: boolean } | undefined;
+  #warm: { header: Promise<Uint8Array>; whole: boolean } | undefined;
   /** What the answers have said of the file so far; whether another ETag is another file. */
   #etag: string | undefined;
   #fileBytes: number | undefined;
-  #etagTells = true;
+  #etagIdentifies = true;
 
   constructor(url: string, options: SourceOptions = {}) {
     this.name = url;
@@ -84,7 +84,7 @@ export class FileSource implements Source {
     return this.#fileBytes;
   }
 
-  distrustCaches(): void {
+  bypassCaches(): void {
     this.#fresh = true;
   }
 
@@ -101,9 +101,9 @@ export class FileSource implements Source {
     this.#fileBytes = undefined;
     const [, end] = contentIdPlace;
     try {
-      const head: Uint8Array[] = [];
-      await this.#ask([0, end - 1], signal, (part) => head.push(part), true);
-      const bytes = joined(head);
+      const header: Uint8Array[] = [];
+      await this.#ask([0, end - 1], signal, (part) => header.push(part), true);
+      const bytes = joined(header);
       if (!beginsAsStore(bytes)) {
         throw new StreamError(
           "not-a-store",
@@ -112,7 +112,7 @@ export class FileSource implements Source {
       }
       // Hosts that are several machines may give one file several ETags.
       const isOtherEtag = before.etag !== undefined && this.#etag !== before.etag;
-      if (isOtherEtag && before.bytes === this.#fileBytes) this.#etagTells = false;
+      if (isOtherEtag && before.bytes === this.#fileBytes) this.#etagIdentifies = false;
       return contentIdOf(bytes);
     } catch (error) {
       this.#etag = before.etag;
@@ -125,7 +125,10 @@ export class FileSource implements Source {
   #identify({ etag, bytes }: FileIdentity): void {
     const isOther =
       (bytes !== undefined && this.#fileBytes !== undefined && bytes !== this.#fileBytes) ||
-      (this.#etagTells && etag !== undefined && this.#etag !== undefined && etag !== this.#etag);
+      (this.#etagIdentifies &&
+        etag !== undefined &&
+        this.#etag !== undefined &&
+        etag !== this.#etag);
     if (isOther) {
       throw new StreamError(
         "replaced",
@@ -147,28 +150,28 @@ export class FileSource implements Source {
 
   warm(): void {
     if (this.#warm) return;
-    const head = this.fetchHead(new AbortController().signal, this.fresh);
-    // A failure is told when the head is asked for.
-    head.catch(() => {});
-    this.#warm = { head, whole: this.fresh };
+    const header = this.fetchHeader(new AbortController().signal, this.fresh);
+    // A failure is told when the header is asked for.
+    header.catch(() => {});
+    this.#warm = { header, whole: this.fresh };
   }
 
-  async head(signal: AbortSignal, whole = false): Promise<Uint8Array> {
+  async header(signal: AbortSignal, whole = false): Promise<Uint8Array> {
     const warm = this.#warm;
     this.#warm = undefined;
     if (warm && (warm.whole || !whole)) {
       try {
-        return await warm.head;
+        return await warm.header;
       } finally {
         signal.throwIfAborted();
       }
     }
-    return this.fetchHead(signal, whole);
+    return this.fetchHeader(signal, whole);
   }
 
-  protected async fetchHead(signal: AbortSignal, whole: boolean): Promise<Uint8Array> {
+  protected async fetchHeader(signal: AbortSignal, whole: boolean): Promise<Uint8Array> {
     const parts: Uint8Array[] = [];
-    const last = (whole ? 64 * 1024 : firstHeadBytes) - 1;
+    const last = (whole ? 64 * 1024 : firstHeaderBytes) - 1;
     await this.#ask([0, last], signal, (part) => parts.push(part));
     return joined(parts);
   }
@@ -211,7 +214,7 @@ export class FileSource implements Source {
     signal: AbortSignal,
     arrived: (index: number, bytes: Uint8Array) => void,
   ): Promise<void> {
-    await this.#fetchStretches(pages, signal, (page, bytes) => arrived(page.index, bytes));
+    await this.#fetchRanges(pages, signal, (page, bytes) => arrived(page.index, bytes));
   }
 
   async chunks<C extends ChunkPlaceInFile>(
@@ -219,27 +222,27 @@ export class FileSource implements Source {
     signal: AbortSignal,
     arrived: (chunk: C, bytes: Uint8Array) => void,
   ): Promise<void> {
-    await this.#fetchStretches(chunks, signal, arrived);
+    await this.#fetchRanges(chunks, signal, arrived);
   }
 
   group<C extends ChunkPlaceInFile>(chunks: readonly C[]): C[][] {
-    // Sets keep the order of need: a stretch is as urgent as its most needed chunk.
+    // Sets keep the order of need: a range is as urgent as its most needed chunk.
     const rank = new Map(chunks.map((chunk, i) => [chunk, i]));
-    const mostNeeded = (stretch: Stretch<C>): number =>
-      Math.min(...stretch.chunks.map((chunk) => rank.get(chunk) ?? 0));
-    return stretches(chunks.slice(0, chunksLookedAt))
+    const mostNeeded = (range: ByteRange<C>): number =>
+      Math.min(...range.chunks.map((chunk) => rank.get(chunk) ?? 0));
+    return ranges(chunks.slice(0, chunksLookedAt))
       .sort((a, b) => mostNeeded(a) - mostNeeded(b))
-      .map((stretch) => stretch.chunks);
+      .map((range) => range.chunks);
   }
 
-  async #fetchStretches<C extends { offset: number; bytes: number }>(
+  async #fetchRanges<C extends { offset: number; bytes: number }>(
     places: readonly C[],
     signal: AbortSignal,
     arrived: (place: C, bytes: Uint8Array) => void,
   ): Promise<void> {
-    await together(signal, stretches(places), (stretch, ending) => {
-      const cutter = new Cutter(stretch, arrived);
-      return this.range(stretch.offset, stretch.bytes, ending, (part, offset) =>
+    await together(signal, ranges(places), (range, ending) => {
+      const cutter = new Cutter(range, arrived);
+      return this.range(range.offset, range.bytes, ending, (part, offset) =>
         cutter.add(part, offset),
       );
     });
@@ -276,23 +279,23 @@ export async function together<T>(
 }
 
 /** Of a store's first bytes. */
-export function contentIdOf(head: Uint8Array): string {
-  return hexadecimal(head.subarray(...contentIdPlace));
+export function contentIdOf(header: Uint8Array): string {
+  return hexadecimal(header.subarray(...contentIdPlace));
 }
 
 export function hexadecimal(bytes: Uint8Array): string {
   return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }
 
-/** Cuts a stretch into its places while it arrives. */
+/** Cuts a range into its places while it arrives. */
 class Cutter<C extends { offset: number; bytes: number }> {
   readonly #places: C[];
   readonly #arrived: (place: C, bytes: Uint8Array) => void;
   #parts: Uint8Array[] = [];
   #have = 0;
 
-  constructor(stretch: Stretch<C>, arrived: (place: C, bytes: Uint8Array) => void) {
-    this.#places = [...stretch.chunks];
+  constructor(range: ByteRange<C>, arrived: (place: C, bytes: Uint8Array) => void) {
+    this.#places = [...range.chunks];
     this.#arrived = arrived;
   }
 

@@ -10,7 +10,7 @@ const alignment = 16;
  *
  *     byte  0        4        8       12       16       20       24       28
  *          +--------+--------+--------+--------+--------+--------+--------+--------+
- *          | bytes  | status | level  |   x    |   y    |   z    |  slab  | cells  |
+ *          | bytes  | status | level  |   x    |   y    |   z    |  band  | cells  |
  *          +--------+--------+--------+--------+--------+--------+--------+--------+
  *       32 | begin  |  end   |checksum|   0    | 48: the chunk's bytes, padded to 16
  *          +--------+--------+--------+--------+
@@ -58,7 +58,7 @@ export class FrameReader<C extends ChunkPlaceInFile> {
       chunk !== undefined &&
       word(2) === chunk.level &&
       chunk.block.every((index, axis) => word(3 + axis) === index) &&
-      word(6) === chunk.slab;
+      word(6) === chunk.band;
     if (isNamed && status !== 0) {
       const name = `${word(2)}/${word(3)}.${word(4)}.${word(5)}/${word(6)}`;
       throw new PartError(

@@ -1,4 +1,4 @@
-import type { ViewState } from "./types.ts";
+import type { CameraView } from "./types.ts";
 
 /** A change that follows another within this time is part of a movement (ms). */
 const movementGap = 180;
@@ -14,7 +14,7 @@ const speedSpan = { least: 100, most: 300 };
 /** What moves: the camera, the isovalue, or nothing, told from the views that come in. */
 export class Motion {
   readonly #rested: () => void;
-  #view: ViewState | undefined;
+  #view: CameraView | undefined;
   #cameraChanged = Number.NEGATIVE_INFINITY;
   #isovalueChanged = Number.NEGATIVE_INFINITY;
   #isovalueMoves = false;
@@ -39,7 +39,7 @@ export class Motion {
   }
 
   /** Takes in the next view; answers whether anything about it is new. */
-  changed(view: ViewState): boolean {
+  changed(view: CameraView): boolean {
     const before = this.#view;
     this.#view = {
       ...view,

@@ -1,13 +1,13 @@
 import { CoreError, type Page, type Store } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
-import { badDirectory } from "./coarse_end.ts";
+import { badDirectory } from "./coarse_tail.ts";
 import { SecondLook } from "./second_look.ts";
 import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import { StreamError } from "./types.ts";
 
 /** Of so many pages one request is made. */
-const mostTogether = 32;
+const maxTogether = 32;
 
 export interface PageEvents {
   added(): void;
@@ -82,7 +82,7 @@ export class PageLoader {
     for (const index of this.#needed) {
       const place = this.#places[index];
       if (place && !place.resident && !this.#failed.has(index)) pages.push(place);
-      if (pages.length === mostTogether) break;
+      if (pages.length === maxTogether) break;
     }
     return pages;
   }
@@ -123,7 +123,7 @@ export class PageLoader {
       if (!(error instanceof CoreError)) throw error;
       if (this.#refused.has(index)) this.#fail(index, badDirectory(error));
       this.#refused.add(index);
-      this.#source.distrustCaches();
+      this.#source.bypassCaches();
       return;
     }
     page.resident = true;

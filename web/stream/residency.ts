@@ -13,7 +13,7 @@ interface Resident {
  * been of no use for longest goes. What the present view uses stays, and so does what is pinned.
  */
 export class Residency {
-  readonly #mostSamples: number;
+  readonly #maxSamples: number;
   #budget: number;
   readonly #store: Store;
   readonly #dropped: (handle: number) => void;
@@ -26,7 +26,7 @@ export class Residency {
 
   constructor(store: Store, budget: number, dropped: (handle: number) => void) {
     this.#store = store;
-    this.#mostSamples = budget;
+    this.#maxSamples = budget;
     this.#budget = budget;
     this.#dropped = dropped;
   }
@@ -43,7 +43,7 @@ export class Residency {
 
   /** All of the budget may be used again. */
   restoreBudget(): void {
-    this.#budget = this.#mostSamples;
+    this.#budget = this.#maxSamples;
   }
 
   get chunks(): number {

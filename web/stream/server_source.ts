@@ -16,7 +16,7 @@ import { StreamError } from "./types.ts";
  * takes are asked for together, as far as the last batches tell, within these limits.
  */
 const batchTime = 250;
-const [fewestBatchBytes, mostBatchBytes] = [128 * 1024, 1024 * 1024];
+const [fewestBatchBytes, maxBatchBytes] = [128 * 1024, 1024 * 1024];
 /** Keeps the batch's URL below 2 KB. */
 const batchChunks = 96;
 
@@ -38,8 +38,8 @@ export class ServerSource extends FileSource {
   }
   readonly #volumeUrl: string;
   #contentUrl: string | undefined;
-  /** What came with the head, until it is asked for. */
-  #opening: Opening | undefined;
+  /** What came with the header, until it is asked for. */
+  #bootstrap: Bootstrap | undefined;
   #multiplexed = false;
   #batchBytes = 192 * 1024;
 
@@ -53,7 +53,7 @@ export class ServerSource extends FileSource {
   override forget(): void {
     super.forget();
     this.#contentUrl = undefined;
-    this.#opening = undefined;
+    this.#bootstrap = undefined;
   }
 
   override async contentId(signal: AbortSignal): Promise<string> {
@@ -72,19 +72,19 @@ export class ServerSource extends FileSource {
     );
   }
 
-  protected override async fetchHead(signal: AbortSignal): Promise<Uint8Array> {
+  protected override async fetchHeader(signal: AbortSignal): Promise<Uint8Array> {
     const options = { fresh: this.fresh };
     if (this.#contentUrl) {
-      const url = `${this.#contentUrl}/head`;
+      const url = `${this.#contentUrl}/header`;
       return ofVolume(transferWhole(url, options, this.traffic, signal), url);
     }
-    const url = `${this.#volumeUrl}/opening`;
+    const url = `${this.#volumeUrl}/bootstrap`;
     const answer = await ofVolume(transferWhole(url, options, this.traffic, signal), url);
-    const opening = this.#checked(() => readOpening(answer, url));
-    this.#contentUrl = `${this.#volumeUrl}/${opening.contentId}`;
+    const bootstrap = this.#checked(() => readBootstrap(answer, url));
+    this.#contentUrl = `${this.#volumeUrl}/${bootstrap.contentId}`;
     this.#multiplexed = isMultiplexed(url);
-    this.#opening = opening;
-    return opening.head;
+    this.#bootstrap = bootstrap;
+    return bootstrap.header;
   }
 
   override async range(
@@ -93,10 +93,10 @@ export class ServerSource extends FileSource {
     signal: AbortSignal,
     arrived: (part: Uint8Array, offset: number) => void,
   ): Promise<void> {
-    const opening = this.#opening;
-    this.#opening = undefined;
-    if (opening && offset === opening.offset && bytes <= opening.rest.length) {
-      arrived(opening.rest.subarray(0, bytes), offset);
+    const bootstrap = this.#bootstrap;
+    this.#bootstrap = undefined;
+    if (bootstrap && offset === bootstrap.offset && bytes <= bootstrap.rest.length) {
+      arrived(bootstrap.rest.subarray(0, bytes), offset);
       return;
     }
     await super.range(offset, bytes, signal, arrived);
@@ -128,7 +128,7 @@ export class ServerSource extends FileSource {
     // A small batch tells of the round trip, not of the link.
     if (bytes >= fewestBatchBytes / 2 || fitting > this.#batchBytes) {
       const next = (this.#batchBytes + fitting) / 2;
-      this.#batchBytes = Math.min(mostBatchBytes, Math.max(fewestBatchBytes, next));
+      this.#batchBytes = Math.min(maxBatchBytes, Math.max(fewestBatchBytes, next));
     }
   }
 
@@ -137,7 +137,7 @@ export class ServerSource extends FileSource {
     try {
       return read();
     } catch (error) {
-      if (!(error instanceof PartError)) this.distrustCaches();
+      if (!(error instanceof PartError)) this.bypassCaches();
       throw error;
     }
   }
@@ -164,58 +164,59 @@ export class ServerSource extends FileSource {
   }
 }
 
-/** What is wrong with a part of the head is wrong with the head. */
+/** What is wrong with a part of the header is wrong with the header. */
 async function ofVolume(answer: Promise<Uint8Array>, url: string): Promise<Uint8Array> {
   try {
     return await answer;
   } catch (error) {
     if (!(error instanceof StreamError) || !isOfPart(error.kind)) throw error;
-    throw new StreamError("damaged-head", `${url}: ${error.message}`, error);
+    throw new StreamError("damaged-header", `${url}: ${error.message}`, error);
   }
 }
 
 function place(chunk: ChunkPlaceInFile): string {
-  return `${chunk.level}/${chunk.block.join(".")}/${chunk.slab}`;
+  return `${chunk.level}/${chunk.block.join(".")}/${chunk.band}`;
 }
 
 /** The answer that opens a volume (server/HTTP.md). */
-interface Opening {
+interface Bootstrap {
   contentId: string;
-  head: Uint8Array;
-  /** A stretch of the file, and where it begins. */
+  header: Uint8Array;
+  /** A range of the file, and where it begins. */
   rest: Uint8Array;
   offset: number;
 }
 
-const openingHeaderBytes = 32;
+const bootstrapHeaderBytes = 32;
 
-function readOpening(answer: Uint8Array, url: string): Opening {
+function readBootstrap(answer: Uint8Array, url: string): Bootstrap {
   const view = new DataView(answer.buffer, answer.byteOffset, answer.byteLength);
-  const words = answer.length < openingHeaderBytes ? 0 : 4;
-  const [headBytes = 0, restBytes = 0, low = 0, high = 0] = Array.from({ length: words }, (_, i) =>
-    view.getUint32(4 * i, true),
+  const words = answer.length < bootstrapHeaderBytes ? 0 : 4;
+  const [headerBytes = 0, restBytes = 0, low = 0, high = 0] = Array.from(
+    { length: words },
+    (_, i) => view.getUint32(4 * i, true),
   );
-  const headEnd = openingHeaderBytes + headBytes;
-  if (words === 0 || headEnd + restBytes !== answer.length) {
+  const headerEnd = bootstrapHeaderBytes + headerBytes;
+  if (words === 0 || headerEnd + restBytes !== answer.length) {
     throw new StreamError(
       "server-fault",
-      `${url}: expected the volume's head and coarse levels, found ${answer.length} bytes of ` +
+      `${url}: expected the volume's header and coarse levels, found ${answer.length} bytes of ` +
         "something else: is it an Isosplat server?",
     );
   }
-  const contentId = hexadecimal(answer.subarray(16, openingHeaderBytes));
-  const head = answer.subarray(openingHeaderBytes, headEnd);
-  if (contentIdOf(head) !== contentId) {
+  const contentId = hexadecimal(answer.subarray(16, bootstrapHeaderBytes));
+  const header = answer.subarray(bootstrapHeaderBytes, headerEnd);
+  if (contentIdOf(header) !== contentId) {
     throw new StreamError(
       "server-fault",
-      `${url}: expected the head of ${contentId}, found that of ${contentIdOf(head)}: the bytes ` +
+      `${url}: expected the header of ${contentId}, found that of ${contentIdOf(header)}: the bytes ` +
         "were changed on their way",
     );
   }
   return {
     contentId,
-    head,
-    rest: answer.subarray(headEnd),
+    header,
+    rest: answer.subarray(headerEnd),
     offset: low + high * 2 ** 32,
   };
 }

@@ -8,17 +8,17 @@ import {
 } from "../core/index.ts";
 import { Backoff } from "./backoff.ts";
 import { ChunkQueue } from "./chunk_queue.ts";
-import { badDirectory, CoarseEnd } from "./coarse_end.ts";
+import { badDirectory, CoarseTail } from "./coarse_tail.ts";
 import type { Decoder } from "./decoder.ts";
-import { Deliveries } from "./deliveries.ts";
+import { UploadQueue } from "./upload_queue.ts";
 import { defaultSampleBudget } from "./device.ts";
 import { type FaultKind, faultOfStatus, isOfPart } from "./faults.ts";
 import { Motion } from "./motion.ts";
-import { OwnTask } from "./own_task.ts";
+import { CoalescedTask } from "./coalesced_task.ts";
 import { PageLoader } from "./page_loader.ts";
 import { Prefetch } from "./prefetch.ts";
 import { Residency } from "./residency.ts";
-import { SightQueries, type SightQuery } from "./sight.ts";
+import { OcclusionQueries, type OcclusionQuery } from "./occlusion_queries.ts";
 import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import { beginsAsStore } from "./transfer.ts";
@@ -29,7 +29,7 @@ import {
   StreamError,
   type StreamEvents,
   type StreamOptions,
-  type ViewState,
+  type CameraView,
 } from "./types.ts";
 import { WorkerPool } from "./worker_pool.ts";
 
@@ -57,25 +57,25 @@ export class StreamSession {
   readonly #ownsDecoder: boolean;
   readonly #backoff: Backoff;
   readonly #queue: ChunkQueue;
-  readonly #coarseEnd: CoarseEnd;
+  readonly #coarseTail: CoarseTail;
   readonly #pages: PageLoader;
-  readonly #deliveries: Deliveries;
+  readonly #uploads: UploadQueue;
   readonly #residency: Residency;
   readonly #motion: Motion;
   readonly #prefetch = new Prefetch();
-  readonly #sight = new SightQueries();
+  readonly #visibility = new OcclusionQueries();
   readonly #targetPixels: number;
   readonly #movingPixels: number;
   readonly #firstIsovalues: readonly number[];
   readonly #closing = new AbortController();
   /** After something has arrived. What is looked at is selected for at once. */
-  readonly #selecting = new OwnTask(() => this.#select());
+  readonly #selecting = new CoalescedTask(() => this.#select());
 
-  /** Sight queries are answered. */
-  #tellsSight: boolean;
-  #view: ViewState | undefined;
+  /** Occlusion queries are answered. */
+  #reportsOcclusion: boolean;
+  #view: CameraView | undefined;
   #selection: CoreSelection | undefined;
-  /** The finest level of the coarse end, and whether that is still on its way. */
+  /** The finest level of the coarse tail, and whether that is still on its way. */
   readonly #coarse: { finestLevel: number; loading: boolean };
   /** Until the first surface is there, nothing finer competes with it for the link. */
   #awaitsSurface = true;
@@ -100,7 +100,7 @@ export class StreamSession {
     this.info = store.info;
     this.#store = store;
     this.#events = options.events;
-    this.#tellsSight = options.events.testSight !== undefined;
+    this.#reportsOcclusion = options.events.testOcclusion !== undefined;
     this.#ownsDecoder = !options.decoder;
     this.#decoder = options.decoder ?? new WorkerPool();
     this.#backoff = backoff;
@@ -108,19 +108,19 @@ export class StreamSession {
     this.#movingPixels = options.movingCellPixels ?? 5;
     this.#firstIsovalues =
       options.firstIsovalues ?? (this.info.metadata.suggested_isovalues ?? []).slice(0, 1);
-    this.#coarseEnd = new CoarseEnd(source, store, backoff);
-    this.#coarse = { finestLevel: this.#coarseEnd.finestLevel, loading: true };
+    this.#coarseTail = new CoarseTail(source, store, backoff);
+    this.#coarse = { finestLevel: this.#coarseTail.finestLevel, loading: true };
     this.#residency = new Residency(store, options.sampleBudget ?? defaultSampleBudget(), (id) =>
       this.#events.drop(id),
     );
-    this.#deliveries = new Deliveries(
-      (chunk, samples, pinned) => this.#deliver(chunk, samples, pinned),
+    this.#uploads = new UploadQueue(
+      (chunk, samples, pinned) => this.#upload(chunk, samples, pinned),
       () => this.#selecting.request(),
     );
     this.#motion = new Motion(() => this.#select());
     this.#queue = new ChunkQueue(source, this.#decoder, backoff, {
       admit: (chunk) => this.#residency.reserve(chunk),
-      decoded: (chunk, samples) => this.#deliveries.add(chunk, samples, false),
+      decoded: (chunk, samples) => this.#uploads.add(chunk, samples, false),
       released: (chunk) => this.#residency.release(chunk.handle),
       failed: (error, isFirst) => this.#partFailed(error, isFirst),
       changed: () => this.#tell(),
@@ -135,7 +135,7 @@ export class StreamSession {
     return this.#closing.signal.aborted;
   }
 
-  /** Reads the store's head and starts to fetch the coarse levels. Rejects with a StreamError. */
+  /** Reads the store's header and starts to fetch the coarse levels. Rejects with a StreamError. */
   static async open(
     source: Source,
     core: Core,
@@ -167,10 +167,10 @@ export class StreamSession {
   }
 
   /** What is looked at now. Cheap when nothing has changed; call it once per frame at most. */
-  update(view: ViewState): void {
+  update(view: CameraView): void {
     if (this.isClosed) return;
     if (!this.#motion.changed(view)) return;
-    this.#sight.viewChanged();
+    this.#visibility.viewChanged();
     this.#view = {
       ...view,
       viewProjection: Array.from(view.viewProjection),
@@ -194,30 +194,30 @@ export class StreamSession {
 
   /** Something other than the view has changed that decides what is hidden: opacity, clipping. */
   sceneChanged(): void {
-    this.#sight.viewChanged();
+    this.#visibility.viewChanged();
     this.#tell();
   }
 
   /**
-   * The sight query that is wanted of the picture as it is drawn now, if any: see
-   * `StreamEvents.testSight`. `settled`: when the view rests, it would be drawn no differently.
+   * The occlusion query that is wanted of the picture as it is drawn now, if any: see
+   * `StreamEvents.testOcclusion`. `settled`: when the view rests, it would be drawn no differently.
    */
-  sightQuery(settled: boolean): SightQuery | undefined {
-    return this.isClosed ? undefined : this.#sight.query(settled);
+  occlusionQuery(settled: boolean): OcclusionQuery | undefined {
+    return this.isClosed ? undefined : this.#visibility.query(settled);
   }
 
-  /** The answer: `sightWords` (core) for each chunk that was drawn. */
-  answerSight(query: SightQuery, answers: Uint32Array, settled: boolean): void {
+  /** The answer: `visibilityWords` (core) for each chunk that was drawn. */
+  answerOcclusion(query: OcclusionQuery, answers: Uint32Array, settled: boolean): void {
     if (this.isClosed) return;
     measured("isosplat:streaming", () => {
-      if (this.#sight.take(query, settled)) this.#store.setSight(answers);
+      if (this.#visibility.take(query, settled)) this.#store.setVisibility(answers);
     });
     this.#selecting.request();
   }
 
   /** No answers come any more: from now on, what is hidden is fetched as well. */
-  sightFailed(): void {
-    this.#tellsSight = false;
+  occlusionFailed(): void {
+    this.#reportsOcclusion = false;
     this.#select();
   }
 
@@ -253,7 +253,7 @@ export class StreamSession {
     clearTimeout(this.#tellTimer);
     this.#queue.close();
     this.#pages.close();
-    this.#deliveries.close();
+    this.#uploads.close();
     this.#backoff.close();
     if (this.#ownsDecoder) this.#decoder.close();
     try {
@@ -265,15 +265,19 @@ export class StreamSession {
     }
   }
 
-  /** The coarse end, for every isovalue, the first view's isovalues before the others. */
+  /** The coarse tail, for every isovalue, the first view's isovalues before the others. */
   async #loadCoarse(): Promise<void> {
     const { signal } = this.#closing;
     const decoding: Promise<void>[] = [];
-    const isocodes = this.#firstIsovalues.map((isovalue) => this.#store.isocode(isovalue));
-    const isFirst = ({ slabBegin, slabEnd }: Chunk): boolean =>
-      isocodes.some((isocode) => slabBegin <= isocode && isocode < slabEnd);
+    const quantizedIsovalues = this.#firstIsovalues.map((isovalue) =>
+      this.#store.quantizedIsovalue(isovalue),
+    );
+    const isFirst = ({ bandBegin, bandEnd }: Chunk): boolean =>
+      quantizedIsovalues.some(
+        (quantizedIsovalue) => bandBegin <= quantizedIsovalue && quantizedIsovalue < bandEnd,
+      );
     try {
-      const finest = await this.#coarseEnd.load(this.#residency.budget, signal, (chunks) => {
+      const finest = await this.#coarseTail.load(this.#residency.budget, signal, (chunks) => {
         const urgent = chunks.filter(({ chunk }) => isFirst(chunk));
         const others = chunks.filter(({ chunk }) => !isFirst(chunk));
         const first = urgent.map(({ chunk, bytes }) => this.#decodeCoarse(chunk, bytes));
@@ -281,7 +285,7 @@ export class StreamSession {
         for (const { chunk, bytes } of others) decoding.push(this.#decodeCoarse(chunk, bytes));
         this.#selecting.request();
         return Promise.all(first)
-          .then(() => this.#deliveries.handedOn())
+          .then(() => this.#uploads.drained())
           .then(() => this.#surfaceArrived());
       });
       this.#coarse.finestLevel = finest;
@@ -304,15 +308,15 @@ export class StreamSession {
     if (this.#residency.has(chunk.handle)) return;
     try {
       const samples = await this.#decoder.decode(chunk, bytes, this.#closing.signal);
-      this.#deliveries.add(chunk, samples, true);
+      this.#uploads.add(chunk, samples, true);
     } catch (error) {
       if (error instanceof CoreError && error.status === "checksum_mismatch") {
-        this.source.distrustCaches();
+        this.source.bypassCaches();
       }
     }
   }
 
-  #deliver(chunk: Chunk, samples: Uint32Array, pinned: boolean): void {
+  #upload(chunk: Chunk, samples: Uint32Array, pinned: boolean): void {
     if (this.#residency.has(chunk.handle)) {
       this.#residency.release(chunk.handle);
     } else if (this.#events.samples(chunk.handle, chunk, samples)) {
@@ -388,7 +392,7 @@ export class StreamSession {
     measured("isosplat:streaming", () => this.#selectFor(view));
   }
 
-  #selectFor(view: ViewState): void {
+  #selectFor(view: CameraView): void {
     const left = this.#residency.budget - this.#residency.pinnedSamples;
     const asked = {
       viewProjection: view.viewProjection,
@@ -397,7 +401,7 @@ export class StreamSession {
       loadCellPixels: this.#motion.cameraMoves ? this.#movingPixels : this.#targetPixels,
       drawCellPixels: this.#targetPixels,
       cellBudget: Math.max(0, left * targetShare),
-      occlusion: this.#asksForSight(),
+      occlusion: this.#asksForOcclusion(),
     };
     try {
       const selection = this.#store.select({ ...asked, isovalues: view.isovalues });
@@ -406,8 +410,8 @@ export class StreamSession {
       this.#show(selection);
       const isMoreWanted =
         selection.load.length > 0 || selection.pages.length > 0 || selection.undecided > 0;
-      this.#sight.need(asked.occlusion ? selection.test : undefined, isMoreWanted);
-      if (!this.#sight.done) this.#events.testSight?.();
+      this.#visibility.need(asked.occlusion ? selection.test : undefined, isMoreWanted);
+      if (!this.#visibility.done) this.#events.testOcclusion?.();
       this.#pages.need(this.#pagesToFetch(selection));
       const needed = selection.load.filter((chunk) => this.#isToBeFetched(chunk));
       if (this.#motion.isovalueMoves) {
@@ -424,9 +428,9 @@ export class StreamSession {
   }
 
   /** While something moves, little is fetched anyway, and an answer would come too late. */
-  #asksForSight(): boolean {
+  #asksForOcclusion(): boolean {
     const moves = this.#motion.cameraMoves || this.#motion.isovalueMoves;
-    return this.#tellsSight && !moves;
+    return this.#reportsOcclusion && !moves;
   }
 
   /** The first chunks for where the isovalue is going, when it goes slowly enough to use them. */
@@ -458,7 +462,7 @@ export class StreamSession {
       !this.#awaitsSurface &&
       !this.#isReplaced &&
       !this.#comesAnyway(chunk.level) &&
-      !this.#deliveries.has(chunk.handle) &&
+      !this.#uploads.has(chunk.handle) &&
       !this.#notTaken.has(chunk.handle)
     );
   }
@@ -468,7 +472,7 @@ export class StreamSession {
     return selection.pages.filter((page) => !this.#comesAnyway(this.#pages.level(page)));
   }
 
-  /** The coarse end brings it. */
+  /** The coarse tail brings it. */
   #comesAnyway(level: number): boolean {
     return this.#coarse.loading && level >= this.#coarse.finestLevel;
   }
@@ -476,7 +480,7 @@ export class StreamSession {
   #show(selection: CoreSelection): void {
     if (same(selection.drawn, this.#visible) && same(selection.regions, this.#regions)) return;
     if (this.#visible.length === 0) this.#mark("isosplat:surface");
-    this.#sight.pictureChanged();
+    this.#visibility.pictureChanged();
     this.#visible = selection.drawn;
     this.#regions = selection.regions;
     this.#events.visible(selection.drawn.slice(), selection.regions.slice());
@@ -528,15 +532,15 @@ export class StreamSession {
       selection !== undefined &&
       !this.#selecting.isRequested &&
       !this.#coarse.loading &&
-      this.#deliveries.empty;
+      this.#uploads.empty;
     const isSettled =
       isIdle &&
       load.every(isFailed) &&
       selection.pages.every((page) => this.#pages.isDamaged(page)) &&
       selection.undecided === 0 &&
-      this.#sight.answered;
+      this.#visibility.answered;
     const nothingToGo =
-      isSettled && load.length === 0 && selection.pages.length === 0 && this.#sight.done;
+      isSettled && load.length === 0 && selection.pages.length === 0 && this.#visibility.done;
     // What is wanted finds no room, and nothing that is under way could make some.
     const isFull = isIdle && load.length > 0 && this.#queue.full && this.#queue.idle;
     const limitedByBudget = (selection?.limitedByBudget ?? false) || this.#queue.full;
@@ -585,7 +589,7 @@ function cutShort(name: string, expected: number, found: number): StreamError {
 }
 
 /**
- * Fetches the head and opens it. One that cannot be read is fetched once more, as a whole and past
+ * Fetches the header and opens it. One that cannot be read is fetched once more, as a whole and past
  * the caches, unless it has just been fetched so.
  */
 async function openStore(
@@ -596,23 +600,23 @@ async function openStore(
 ): Promise<Store> {
   let whole = source.fresh;
   for (;;) {
-    const head = await backoff.retry(signal, () => source.head(signal, whole));
+    const header = await backoff.retry(signal, () => source.header(signal, whole));
     let store: Store;
     try {
-      store = core.openStore(head);
+      store = core.openStore(header);
     } catch (error) {
       const status = error instanceof CoreError ? error.status : "internal";
       // More of it, where it has turned out longer; and whatever is wrong, past the caches.
       if (!whole && status !== "internal") {
-        if (status !== "truncated") source.distrustCaches();
+        if (status !== "truncated") source.bypassCaches();
         whole = true;
         continue;
       }
       const message = error instanceof Error ? error.message : String(error);
       const kind = faultOfStatus(status) ?? "internal";
-      const isNone = kind === "cut-short" && !beginsAsStore(head);
-      const ofHead = isOfPart(kind) ? "damaged-head" : isNone ? "not-a-store" : kind;
-      throw new StreamError(ofHead, `${source.name}: ${message}`, error);
+      const isNone = kind === "cut-short" && !beginsAsStore(header);
+      const ofHeader = isOfPart(kind) ? "damaged-header" : isNone ? "not-a-store" : kind;
+      throw new StreamError(ofHeader, `${source.name}: ${message}`, error);
     }
     const [expected, found] = [store.info.fileBytes, source.fileBytes];
     if (found === undefined || found >= expected) return store;

@@ -13,7 +13,7 @@ export interface ChunkPlaceInFile {
   handle: number;
   level: number;
   block: Triple;
-  slab: number;
+  band: number;
   offset: number;
   bytes: number;
 }
@@ -43,16 +43,16 @@ export interface Source {
   readonly requests: number;
   readonly bytesReceived: number;
   /**
-   * Begins to fetch what `head` will be asked for: for while the program itself is loading. Should
-   * that fail, `head` rejects with the reason. As a whole once the caches are distrusted.
+   * Begins to fetch what `header` will be asked for: for while the program itself is loading. Should
+   * that fail, `header` rejects with the reason. As a whole once the caches are distrusted.
    */
   warm(): void;
   /**
-   * The store's head: the first bytes of the file. `whole`: as many as a head may have, where fewer
+   * The store's header: the first bytes of the file. `whole`: as many as a header may have, where fewer
    * turned out too few.
    */
-  head(signal: AbortSignal, whole?: boolean): Promise<Uint8Array>;
-  /** A stretch of the file, handed on in order as it arrives (pages, the coarse end). */
+  header(signal: AbortSignal, whole?: boolean): Promise<Uint8Array>;
+  /** A range of the file, handed on in order as it arrives (pages, the coarse tail). */
   range(
     offset: number,
     bytes: number,
@@ -75,7 +75,7 @@ export interface Source {
     arrived: (chunk: C, bytes: Uint8Array) => void,
   ): Promise<void>;
   /** From now on every request goes past the caches: they hold wrong bytes. */
-  distrustCaches(): void;
+  bypassCaches(): void;
   /** The caches are distrusted. */
   readonly fresh: boolean;
   /**
@@ -85,7 +85,7 @@ export interface Source {
   contentId(signal: AbortSignal): Promise<string>;
   /** Bytes of the whole file, where the source has been told. */
   readonly fileBytes: number | undefined;
-  /** The next `head` is of what is at the address then, whatever it was before. */
+  /** The next `header` is of what is at the address then, whatever it was before. */
   forget(): void;
   /**
    * How to cut a list of wanted chunks, in order of need, into calls of `chunks`: the first group

@@ -12,7 +12,7 @@ export interface ChunkPlace {
 }
 
 /** What is looked at. Give it to `StreamSession.update` whenever it changes. */
-export interface ViewState {
+export interface CameraView {
   /** World to clip space (projection · view), 16 numbers, column-major as WebGL takes them. */
   viewProjection: ArrayLike<number>;
   /** Drawing size in device pixels. */
@@ -98,10 +98,10 @@ export interface StreamEvents {
    */
   visible(ids: Uint32Array, regions: Uint32Array): void;
   /**
-   * A sight query is wanted: soon, find out what `sightQuery` of the session asks, and call
-   * `answerSight`. Without this event, what is hidden behind the picture is fetched as well.
+   * An occlusion query is wanted: soon, find out what `occlusionQuery` of the session asks, and call
+   * `answerOcclusion`. Without this event, what is hidden behind the picture is fetched as well.
    */
-  testSight?(): void;
+  testOcclusion?(): void;
   progress(progress: Progress): void;
   /** Told once for each run of a fault; `Progress.fault` says how long it lasts. */
   error(error: StreamError): void;

@@ -8,7 +8,7 @@ const jobsAhead = 2;
  * A worker that dies takes its instance with it, and another one is started at once; more often than
  * this without a chunk decoded, something is wrong: then only when the next chunk is to be decoded.
  */
-const mostRespawns = 3;
+const maxRespawns = 3;
 
 interface Task {
   id: number;
@@ -28,10 +28,10 @@ interface Member {
 export interface WorkerPoolOptions {
   workers?: number;
   /**
-   * The compiled code of isosplat-view, where the page has it anyway: workers run it too, and need
+   * The compiled code of isosplat-renderer, where the page has it anyway: workers run it too, and need
    * not fetch and compile isosplat-core.
    */
-  view?: Promise<CompiledModule>;
+  renderer?: Promise<CompiledModule>;
 }
 
 /** As many workers as help: the main thread and the browser need a core too. */
@@ -47,10 +47,10 @@ export class WorkerPool implements Decoder {
   #nextId = 0;
   #respawns = 0;
   #closed = false;
-  readonly #view: Promise<WebAssembly.Module> | undefined;
+  readonly #renderer: Promise<WebAssembly.Module> | undefined;
 
-  constructor({ workers = defaultWorkerCount(), view }: WorkerPoolOptions = {}) {
-    this.#view = view;
+  constructor({ workers = defaultWorkerCount(), renderer }: WorkerPoolOptions = {}) {
+    this.#renderer = renderer;
     for (let i = 0; i < workers; ++i) this.#members.push(this.#spawn());
   }
 
@@ -59,7 +59,7 @@ export class WorkerPool implements Decoder {
     // All were lost some time ago: whoever asks again has waited.
     if (this.#members.length === 0 && !this.#closed) this.#members.push(this.#spawn());
     return new Promise((resolve, reject) => {
-      const { level, blockCells, slabBegin, slabEnd, cells, checksum } = job;
+      const { level, blockCells, bandBegin, bandEnd, cells, checksum } = job;
       // What a worker has begun is worth finishing; what waits is taken back.
       const aborted = (): void => {
         const at = this.#waiting.indexOf(task);
@@ -68,7 +68,7 @@ export class WorkerPool implements Decoder {
       };
       const task: Task = {
         id: this.#nextId++,
-        job: { level, blockCells, slabBegin, slabEnd, cells, checksum },
+        job: { level, blockCells, bandBegin, bandEnd, cells, checksum },
         bytes,
         resolve: (samples) => {
           signal.removeEventListener("abort", aborted);
@@ -100,14 +100,14 @@ export class WorkerPool implements Decoder {
   #spawn(): Member {
     const worker = new Worker(new URL("./decode_worker.ts", import.meta.url), { type: "module" });
     const member: Member = { worker, tasks: new Map(), isStarted: false };
-    const start = (view: WebAssembly.Module | undefined): void => {
-      const message: WorkerStart = { view };
+    const start = (renderer: WebAssembly.Module | undefined): void => {
+      const message: WorkerStart = { renderer };
       worker.postMessage(message);
       member.isStarted = true;
       this.#feed();
     };
     // Without the page's code, the worker fetches its own.
-    Promise.resolve(this.#view).then(start, () => start(undefined));
+    Promise.resolve(this.#renderer).then(start, () => start(undefined));
     worker.onmessage = ({ data }: MessageEvent<WorkerAnswer>) => {
       const task = member.tasks.get(data.id);
       member.tasks.delete(data.id);
@@ -130,7 +130,7 @@ export class WorkerPool implements Decoder {
     if (at < 0) return;
     this.#members.splice(at, 1);
     for (const task of member.tasks.values()) task.reject(new CoreError("worker_lost", message));
-    if (++this.#respawns <= mostRespawns) this.#members.push(this.#spawn());
+    if (++this.#respawns <= maxRespawns) this.#members.push(this.#spawn());
     if (this.#members.length === 0) {
       for (const task of this.#waiting.splice(0)) {
         task.reject(new CoreError("worker_lost", message));

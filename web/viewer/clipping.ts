@@ -2,7 +2,7 @@ import type { StoreInfo, Triple } from "../stream/types.ts";
 import type { Camera, Clip, ClipPlane } from "./types.ts";
 
 /** Most planes beside the box (shared/render/renderer.h, kMaxClipPlanes). */
-export const mostClipPlanes = 6;
+export const maxClipPlanes = 6;
 
 export const wholeVolume: Clip = { low: [0, 0, 0], high: [1, 1, 1], planes: [] };
 

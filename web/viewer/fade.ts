@@ -1,4 +1,4 @@
-import type { ViewModule } from "./view_module.ts";
+import type { RendererModule } from "./renderer_module.ts";
 
 /** A picture gives way to a finer one over so long (ms). */
 const duration = 160;
@@ -8,13 +8,13 @@ const duration = 160;
  * would else pop up.
  */
 export class Fade {
-  readonly #view: ViewModule;
+  readonly #renderer: RendererModule;
   /** A picture is held that looks like the present one, but for what has arrived since. */
   #holds = false;
   #startedAt: number | undefined;
 
-  constructor(view: ViewModule) {
-    this.#view = view;
+  constructor(renderer: RendererModule) {
+    this.#renderer = renderer;
   }
 
   get isRunning(): boolean {
@@ -30,16 +30,16 @@ export class Fade {
   /** Before a draw: a fade that is under way goes on from where it is. */
   beforeDraw(now: number): void {
     if (this.#startedAt === undefined) return;
-    this.#view.fade(this.#progress(now));
-    this.#view.holdPicture();
+    this.#renderer.fade(this.#progress(now));
+    this.#renderer.holdPicture();
   }
 
   /** Right after a draw. `isMoreToCome`: the next picture is to come in the place of this one. */
   afterDraw(now: number, isMoreToCome: boolean): void {
-    if (this.#holds && this.#view.beginFade()) {
+    if (this.#holds && this.#renderer.beginFade()) {
       this.#startedAt = now;
     } else if (isMoreToCome) {
-      this.#view.holdPicture();
+      this.#renderer.holdPicture();
       this.#holds = true;
     }
   }
@@ -47,7 +47,7 @@ export class Fade {
   /** In a frame that draws nothing. */
   step(now: number, isMoreToCome: boolean): void {
     const progress = this.#progress(now);
-    this.#view.fade(progress);
+    this.#renderer.fade(progress);
     if (progress < 1) return;
     this.#startedAt = undefined;
     this.#holds = isMoreToCome;

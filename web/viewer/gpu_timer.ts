@@ -4,7 +4,7 @@ const firstPollShare = 0.5;
 /** What was sent longer ago (ms) says nothing of how the GPU does now. */
 const longestBeat = 50;
 /** A GPU that has not answered at once when asked so many times will not: what waits for that goes on. */
-const mostAsked = 40;
+const maxAsked = 40;
 
 /**
  * How long frames take on the GPU, by fences: a call that draws returns long before the picture is
@@ -78,10 +78,10 @@ export class GpuPulse {
   /**
    * Call it every few milliseconds until it says so: what was sent at the last call had been done
    * when it was first looked at. On a machine that is always busy that never happens: after
-   * `mostAsked` calls it says so as well.
+   * `maxAsked` calls it says so as well.
    */
   beats(): boolean {
-    const beats = this.#isAnsweredAtOnce() || ++this.#asked >= mostAsked;
+    const beats = this.#isAnsweredAtOnce() || ++this.#asked >= maxAsked;
     if (beats) this.#asked = 0;
     return beats;
   }

@@ -2,5 +2,5 @@ export * from "./clipping.ts";
 export { type CameraActions, handleCameraKey } from "./controls.ts";
 export { onPixelRatio } from "./pixel_ratio.ts";
 export * from "./types.ts";
-export { compiledView, ViewError } from "./view_module.ts";
+export { compiledRenderer, RendererError } from "./renderer_module.ts";
 export { type OpenOptions, Viewer, type ViewerEvents, type ViewerOptions } from "./viewer.ts";

@@ -23,7 +23,7 @@ export interface Surface {
 }
 
 /** Most isosurfaces of a view; more are ignored (shared/render/renderer.h, kMaxIsosurfaces). */
-export const mostSurfaces = 8;
+export const maxSurfaces = 8;
 
 export const splatKinds = ["quad", "ellipse", "blended", "exact"] as const;
 /** What a sample is drawn as (shared/render/renderer.h, SplatKind). */
@@ -75,7 +75,7 @@ export interface Clip {
   /** The box: fractions of the volume's extent along x, y, z. */
   low: Triple;
   high: Triple;
-  /** At most `mostClipPlanes`; more are ignored. */
+  /** At most `maxClipPlanes`; more are ignored. */
   planes: readonly ClipPlane[];
 }
 

@@ -12,7 +12,7 @@ import { CanvasSize } from "./canvas_size.ts";
 import { wholeVolume } from "./clipping.ts";
 import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";
-import { Picture, type Scene } from "./picture.ts";
+import { FrameScheduler, type Scene } from "./frame_scheduler.ts";
 import {
   type Camera,
   type Clip,
@@ -22,7 +22,7 @@ import {
   type Look,
   type Surface,
 } from "./types.ts";
-import { compiledView, ViewError, ViewModule } from "./view_module.ts";
+import { compiledRenderer, RendererError, RendererModule } from "./renderer_module.ts";
 
 export interface ViewerEvents {
   /** A volume is open; its first surface is on its way. */
@@ -42,7 +42,7 @@ export interface ViewerEvents {
    * streaming last. The picture stays as it is. `info` is null where the volume could not be opened
    * again: open it.
    */
-  error: StreamError | ViewError;
+  error: StreamError | RendererError;
   /** The browser took the GPU away, and gave it back. */
   context: "lost" | "restored";
 }
@@ -86,9 +86,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   readonly #options: ViewerOptions;
   readonly #size: CanvasSize;
   readonly #cleanup: (() => void)[] = [];
-  #parts: Promise<{ view: ViewModule; core: Core }> | null = null;
-  #view: ViewModule | null = null;
-  #picture: Picture | null = null;
+  #parts: Promise<{ renderer: RendererModule; core: Core }> | null = null;
+  #renderer: RendererModule | null = null;
+  #scheduler: FrameScheduler | null = null;
   #session: StreamSession | null = null;
   #opening: AbortController | null = null;
   #source: Source | null = null;
@@ -109,7 +109,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     super();
     this.canvas = canvas;
     this.#options = options;
-    this.#size = new CanvasSize(canvas, options.maxPixelRatio ?? 2, () => this.#picture?.request());
+    this.#size = new CanvasSize(canvas, options.maxPixelRatio ?? 2, () =>
+      this.#scheduler?.request(),
+    );
     this.#cleanup.push(() => this.#size.stop());
     if (options.controls !== false) this.#cleanup.push(attachControls(canvas, this));
 
@@ -124,11 +126,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   /**
-   * Shows another volume in place of the present one. Resolves when its head is read; the surface
-   * follows. Rejects with a StreamError, a ViewError (no WebGL 2), or the signal's reason.
+   * Shows another volume in place of the present one. Resolves when its header is read; the surface
+   * follows. Rejects with a StreamError, a RendererError (no WebGL 2), or the signal's reason.
    */
   async open(source: Source, options: OpenOptions = {}): Promise<StoreInfo> {
-    if (this.#disposed) throw new ViewError("the viewer was disposed of: make another");
+    if (this.#disposed) throw new RendererError("the viewer was disposed of: make another");
     this.close();
     const opening = new AbortController();
     this.#opening = opening;
@@ -145,7 +147,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       if (this.#opening === opening) this.close();
       if (abortOf(error)) {
         // The instance has aborted: the next open makes another.
-        this.#view = null;
+        this.#renderer = null;
         this.#parts = null;
       }
       throw error;
@@ -157,11 +159,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     options: OpenOptions,
     signal: AbortSignal,
   ): Promise<StoreInfo> {
-    // Workers and the store's head load beside the renderer.
+    // Workers and the store's header load beside the renderer.
     source.warm();
-    this.#decoder ??= new WorkerPool({ view: compiledView() });
+    this.#decoder ??= new WorkerPool({ renderer: compiledRenderer() });
     const decoder = this.#decoder;
-    const { view, core } = await this.#loadParts();
+    const { renderer, core } = await this.#loadParts();
     signal.throwIfAborted();
     if (options.surfaces) this.#surfaces = [...options.surfaces];
     const { sampleBudget, targetCellPixels } = this.#options;
@@ -175,18 +177,18 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         samples: (id, place, samples) => {
           // When the context comes back, all of it is opened anew.
           if (this.#contextLost) return true;
-          const isTaken = this.#guard((view) => view.addChunk(id, place, samples));
-          if (isTaken) this.#picture?.added(id);
+          const isTaken = this.#guard((renderer) => renderer.addChunk(id, place, samples));
+          if (isTaken) this.#scheduler?.onUpload(id);
           return isTaken || this.#contextLost;
         },
-        drop: (id) => this.#guard((view) => view.removeChunk(id)),
+        drop: (id) => this.#guard((renderer) => renderer.removeChunk(id)),
         visible: (ids, regions) => {
-          this.#guard((view) => view.setVisible(ids, regions));
-          this.#picture?.arrived();
+          this.#guard((renderer) => renderer.setVisible(ids, regions));
+          this.#scheduler?.onVisibleChange();
         },
-        testSight: () => this.#picture?.request(),
+        testOcclusion: () => this.#scheduler?.request(),
         progress: (progress) => {
-          this.#picture?.progressed(progress);
+          this.#scheduler?.onProgress(progress);
           this.emit("progress", progress);
         },
         error: (error) => this.#streamFailed(error),
@@ -206,11 +208,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#info = session.info;
     if (!options.surfaces) this.#surfaces = [firstSurface(session.info)];
     this.#warmUp();
-    view.setVolume(session.info);
-    this.#camera = options.camera ? view.bounded(options.camera) : this.#firstCamera(view);
+    renderer.setVolume(session.info);
+    this.#camera = options.camera ? renderer.bounded(options.camera) : this.#firstCamera(renderer);
     this.#applySettings();
     this.emit("opened", session.info);
-    this.#picture?.request();
+    this.#scheduler?.request();
     return session.info;
   }
 
@@ -221,7 +223,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /** Lets go of the volume: its requests, its memory on CPU and GPU. The canvas keeps its picture. */
   close(): void {
-    this.#picture?.restart();
+    this.#scheduler?.onVolumeChange();
     this.#opening?.abort(new DOMException("another volume is opened", "AbortError"));
     this.#opening = null;
     this.#session?.close();
@@ -236,10 +238,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (this.#disposed) return;
     this.#disposed = true;
     this.close();
-    this.#picture?.stop();
+    this.#scheduler?.stop();
     this.#decoder?.close();
     for (const clean of this.#cleanup) clean();
-    this.#view?.destroy();
+    this.#renderer?.destroy();
     this.removeListeners();
   }
 
@@ -254,9 +256,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   /** Shows these isosurfaces. What is resident is drawn in the next frame. */
   setSurfaces(surfaces: readonly Surface[]): void {
     this.#surfaces = [...surfaces];
-    this.#view?.setSurfaces(this.#surfaces);
+    this.#renderer?.setSurfaces(this.#surfaces);
     this.#session?.sceneChanged();
-    this.#picture?.moved();
+    this.#scheduler?.onCameraChange();
   }
 
   /** Changes the isovalues and keeps the surfaces' colours; more isovalues take the first's. */
@@ -274,14 +276,14 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   setLook(change: Partial<Look>): void {
     this.#look = { ...this.#look, ...change };
     this.#applySettings();
-    this.#picture?.request();
+    this.#scheduler?.request();
   }
 
   /** What the colours stand for; null while each surface has its own, or no volume is open. */
   get legend(): Legend | null {
     const { colourBy, colourMap } = this.#look;
-    if (!this.#view || !this.#info || colourBy === "isosurface") return null;
-    const colours = this.#view.colours(colourMap, 16);
+    if (!this.#renderer || !this.#info || colourBy === "isosurface") return null;
+    const colours = this.#renderer.colours(colourMap, 16);
     return { colourBy, colours, range: this.#mappedRange() };
   }
 
@@ -305,9 +307,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   setClip(clip: Clip): void {
     this.#clip = clip;
-    this.#view?.setClip(clip);
+    this.#renderer?.setClip(clip);
     this.#session?.sceneChanged();
-    this.#picture?.moved();
+    this.#scheduler?.onCameraChange();
   }
 
   /** Null until a volume is open. */
@@ -317,42 +319,42 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /** One that is not finite, or too far from the volume, gives way to one that can be drawn from. */
   setCamera(camera: Camera): void {
-    const bounded = this.#view && this.#info ? this.#view.bounded(camera) : camera;
+    const bounded = this.#renderer && this.#info ? this.#renderer.bounded(camera) : camera;
     this.#camera = bounded;
     this.emit("camera", bounded);
-    this.#picture?.moved();
+    this.#scheduler?.onCameraChange();
   }
 
   /** Back to the view a volume is first seen in. */
   reset(): void {
-    if (this.#view && this.#info) this.setCamera(this.#firstCamera(this.#view));
+    if (this.#renderer && this.#info) this.setCamera(this.#firstCamera(this.#renderer));
   }
 
-  #firstCamera(view: ViewModule): Camera {
-    return view.defaultCamera(this.#size.aspect);
+  #firstCamera(renderer: RendererModule): Camera {
+    return renderer.defaultCamera(this.#size.aspect);
   }
 
   orbit(rightDegrees: number, upDegrees: number): void {
-    if (this.#view && this.#camera) {
-      this.setCamera(this.#view.orbited(this.#camera, rightDegrees, upDegrees));
+    if (this.#renderer && this.#camera) {
+      this.setCamera(this.#renderer.orbited(this.#camera, rightDegrees, upDegrees));
     }
   }
 
   pan(rightPx: number, downPx: number): void {
-    if (this.#view && this.#camera) {
+    if (this.#renderer && this.#camera) {
       const height = this.#size.cssHeight;
-      this.setCamera(this.#view.panned(this.#camera, rightPx, downPx, height));
+      this.setCamera(this.#renderer.panned(this.#camera, rightPx, downPx, height));
     }
   }
 
   zoom(factor: number, at: { x: number; y: number } = { x: 0, y: 0 }): void {
-    if (!this.#view || !this.#camera) return;
+    if (!this.#renderer || !this.#camera) return;
     const before = this.#camera;
-    const zoomed = this.#view.zoomed(before, factor);
+    const zoomed = this.#renderer.zoomed(before, factor);
     // What is under the pointer stays there.
     const keep = 1 - before.distance / zoomed.distance;
     const height = this.#size.cssHeight;
-    this.setCamera(this.#view.panned(zoomed, at.x * keep, at.y * keep, height));
+    this.setCamera(this.#renderer.panned(zoomed, at.x * keep, at.y * keep, height));
   }
 
   /**
@@ -360,26 +362,26 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
    * that takes, for smooth edges.
    */
   async screenshot({ smooth = true } = {}): Promise<Blob> {
-    if (!this.#picture || this.#contextLost) throw new ViewError("nothing is drawn yet");
-    this.#picture.drawToSave(smooth);
+    if (!this.#scheduler || this.#contextLost) throw new RendererError("nothing is drawn yet");
+    this.#scheduler.drawToSave(smooth);
     // In the same task: afterwards the browser may have cleared the drawing buffer.
     return new Promise((resolve, reject) =>
       this.canvas.toBlob((blob) => {
         if (blob) resolve(blob);
-        else reject(new ViewError("the browser made no picture of the canvas"));
+        else reject(new RendererError("the browser made no picture of the canvas"));
       }, "image/png"),
     );
   }
 
-  #loadParts(): Promise<{ view: ViewModule; core: Core }> {
-    this.#parts ??= ViewModule.create(this.canvas).then(async (view) => {
+  #loadParts(): Promise<{ renderer: RendererModule; core: Core }> {
+    this.#parts ??= RendererModule.create(this.canvas).then(async (renderer) => {
       if (this.#disposed) {
-        view.destroy();
+        renderer.destroy();
         throw new DOMException("the viewer was disposed of", "AbortError");
       }
-      this.#view = view;
-      this.#picture = this.#newPicture(view);
-      return { view, core: await loadCore({ module: view.exports }) };
+      this.#renderer = renderer;
+      this.#scheduler = this.#newPicture(renderer);
+      return { renderer, core: await loadCore({ module: renderer.exports }) };
     });
     // A failure is not kept: the next open tries again.
     this.#parts.catch(() => {
@@ -393,10 +395,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (this.#isWarm) return;
     setTimeout(
       () =>
-        this.#guard((view) => {
-          if (this.#picture?.isBegun || this.#isWarm || this.#disposed) return;
-          this.#isWarm = view.isCompiled();
-          if (this.#isWarm) view.warmUp();
+        this.#guard((renderer) => {
+          if (this.#scheduler?.isBegun || this.#isWarm || this.#disposed) return;
+          this.#isWarm = renderer.isCompiled();
+          if (this.#isWarm) renderer.warmUp();
           else this.#warmUp();
         }),
       shaderPolling,
@@ -404,11 +406,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #applySettings(): void {
-    const view = this.#view;
-    if (!view) return;
-    view.setSurfaces(this.#surfaces);
-    view.setClip(this.#clip);
-    view.setLook(this.#look, this.#colourRange());
+    const renderer = this.#renderer;
+    if (!renderer) return;
+    renderer.setSurfaces(this.#surfaces);
+    renderer.setClip(this.#clip);
+    renderer.setLook(this.#look, this.#colourRange());
   }
 
   /** What the ends of the colour map stand for. */
@@ -430,16 +432,16 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #showBusy(): void {
-    const isDrawing = this.#session === null || this.#contextLost || this.#picture?.isBusy;
+    const isDrawing = this.#session === null || this.#contextLost || this.#scheduler?.isBusy;
     const isBusy = this.#opening !== null && isDrawing !== false;
     if (isBusy === this.#isBusy) return;
     this.#isBusy = isBusy;
     this.emit("busy", isBusy);
   }
 
-  #newPicture(view: ViewModule): Picture {
-    this.#picture?.stop();
-    return new Picture(this.canvas, view, {
+  #newPicture(renderer: RendererModule): FrameScheduler {
+    this.#scheduler?.stop();
+    return new FrameScheduler(this.canvas, renderer, {
       scene: () => this.#scene(),
       guard: (action) => this.#guard(action),
       checkGpu: (ids) => this.#checkGpu(ids),
@@ -451,7 +453,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #scene(): Scene | null {
-    if (!this.#view || !this.#camera || !this.#session || this.#contextLost) return null;
+    if (!this.#renderer || !this.#camera || !this.#session || this.#contextLost) return null;
     return {
       session: this.#session,
       camera: this.#camera,
@@ -464,20 +466,20 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
    * Does what may fail in the renderer; says whether it did not. A context that is lost is no
    * error: it comes back. That memory is full is told by streaming, which makes do with less.
    */
-  #guard(action: (view: ViewModule) => void): boolean {
-    if (!this.#view) return false;
+  #guard(action: (renderer: RendererModule) => void): boolean {
+    if (!this.#renderer) return false;
     try {
-      action(this.#view);
+      action(this.#renderer);
       return true;
     } catch (error) {
       if (this.#isWithoutContext()) return false;
-      if (error instanceof ViewError) {
+      if (error instanceof RendererError) {
         if (error.kind !== "out-of-memory") this.emit("error", error);
       } else if (error instanceof WebAssembly.RuntimeError) {
         this.#replaceRenderer(error);
       } else {
         // A fault in JavaScript: the renderer is in order.
-        this.emit("error", new ViewError(String(error), "internal", error));
+        this.emit("error", new RendererError(String(error), "internal", error));
       }
       return false;
     }
@@ -488,11 +490,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #checkGpu(ids: readonly number[]): void {
-    this.#guard((view) => {
+    this.#guard((renderer) => {
       try {
-        view.checkGpu();
+        renderer.checkGpu();
       } catch (error) {
-        if (!(error instanceof ViewError) || error.kind !== "out-of-memory") throw error;
+        if (!(error instanceof RendererError) || error.kind !== "out-of-memory") throw error;
         this.#session?.notTaken(ids, error.message);
       }
     });
@@ -507,11 +509,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /** The instance has aborted, and cannot go on: another one opens the volume again. */
   #replaceRenderer(error: WebAssembly.RuntimeError): void {
-    if (!this.#view) return;
-    this.#view = null;
+    if (!this.#renderer) return;
+    this.#renderer = null;
     this.#parts = null;
     this.#isWarm = false;
-    this.#picture?.stop();
+    this.#scheduler?.stop();
     const isToStay = performance.now() - this.#rendererMadeAt < shortestLife;
     this.#rendererMadeAt = performance.now();
     // Not within the call that has failed.
@@ -519,7 +521,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       if (this.#disposed) return;
       if (isToStay) {
         this.close();
-        this.emit("error", new ViewError(String(error), "renderer-failed", error));
+        this.emit("error", new RendererError(String(error), "renderer-failed", error));
         return;
       }
       // What the old instance has on the GPU goes with its context.
@@ -541,8 +543,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #onContextLost(event: Event): void {
     event.preventDefault(); // asks the browser to restore it
     this.#contextLost = true;
-    this.#picture?.contextLost();
-    this.#view?.contextLost();
+    this.#scheduler?.onContextLost();
+    this.#renderer?.contextLost();
     this.#showBusy();
     this.emit("context", "lost");
   }
@@ -550,7 +552,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   /** The chunks went with the context. They are read again, mostly from the browser's cache. */
   #onContextRestored(): void {
     this.#contextLost = false;
-    this.#guard((view) => view.contextRestored());
+    this.#guard((renderer) => renderer.contextRestored());
     this.emit("context", "restored");
     void this.#reopen();
   }
@@ -566,7 +568,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     try {
       return await this.open(source, options);
     } catch (error) {
-      if (error instanceof StreamError || error instanceof ViewError) this.emit("error", error);
+      if (error instanceof StreamError || error instanceof RendererError) this.emit("error", error);
       return undefined;
     }
   }

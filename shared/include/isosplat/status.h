@@ -14,25 +14,25 @@ namespace isosplat {
 /// command line, the server and the page show these names.
 ///
 /// X(name, cause)
-#define ISOSPLAT_STATUSES(X)                                                                   \
-  X(ok, "no error")                                                                            \
-  X(invalid_argument, "a caller passed a value outside the documented range")                  \
-  X(no_cells, "the volume has an axis with fewer than two voxels, so it holds no cell")        \
-  X(volume_too_large, "the volume's dimensions exceed the limits of the store format")         \
-  X(not_a_store, "the first bytes are not those of a store")                                   \
-  X(unsupported_version, "the store was written by a newer, incompatible version")             \
-  X(truncated, "the bytes end before the structure that they announce")                        \
-  X(checksum_mismatch, "the bytes differ from those whose checksum was recorded")              \
-  X(malformed_header, "a field of the store's head contradicts another or exceeds its limits") \
-  X(malformed_page, "a directory page contradicts the head, or itself")                        \
-  X(malformed_chunk, "a chunk's bytes do not decode to the cells that the directory states")   \
-  X(not_found, "no such level, block, slab or page")                                           \
-  X(page_not_resident, "the directory page that answers this has not been added yet")          \
-  X(unsupported_format, "the file is of a kind that no reader here knows")                     \
-  X(malformed_volume, "the volume file's header contradicts itself or its data")               \
-  X(unsupported_type, "the volume's voxels are of a type that is not scalar or not known")     \
-  X(io_error, "the operating system refused to open, read, write or rename a file")            \
-  X(out_of_memory, "the work needs more memory than it was allowed")                           \
+#define ISOSPLAT_STATUSES(X)                                                                     \
+  X(ok, "no error")                                                                              \
+  X(invalid_argument, "a caller passed a value outside the documented range")                    \
+  X(no_cells, "the volume has an axis with fewer than two voxels, so it holds no cell")          \
+  X(volume_too_large, "the volume's dimensions exceed the limits of the store format")           \
+  X(not_a_store, "the first bytes are not those of a store")                                     \
+  X(unsupported_version, "the store was written by a newer, incompatible version")               \
+  X(truncated, "the bytes end before the structure that they announce")                          \
+  X(checksum_mismatch, "the bytes differ from those whose checksum was recorded")                \
+  X(malformed_header, "a field of the store's header contradicts another or exceeds its limits") \
+  X(malformed_page, "a directory page contradicts the header, or itself")                        \
+  X(malformed_chunk, "a chunk's bytes do not decode to the cells that the directory states")     \
+  X(not_found, "no such level, block, band or page")                                             \
+  X(page_not_resident, "the directory page that answers this has not been added yet")            \
+  X(unsupported_format, "the file is of a kind that no reader here knows")                       \
+  X(malformed_volume, "the volume file's header contradicts itself or its data")                 \
+  X(unsupported_type, "the volume's voxels are of a type that is not scalar or not known")       \
+  X(io_error, "the operating system refused to open, read, write or rename a file")              \
+  X(out_of_memory, "the work needs more memory than it was allowed")                             \
   X(gl_error, "OpenGL could not create what the renderer needs")
 
 /// One of ISOSPLAT_STATUSES.

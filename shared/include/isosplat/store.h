@@ -43,7 +43,7 @@ struct Page {
 /// or an archive, and they may be anything; what was accepted is consistent. Bytes are copied.
 /// Several threads may call const functions at a time. FileStore does the same for a file.
 ///
-/// \code
+/// \quantized value
 /// auto store = isosplat::Store::open(first_bytes);
 /// for (const isosplat::Page& page : store->missing_pages(level, isovalue)) {
 ///   store->add_page(page.index, fetch(page.offset, page.bytes));

@@ -3,7 +3,7 @@
 
 struct Cell {
   vec3 low;       // corner 0, in cells of the level, in the block
-  vec4 lower;     // codes of corners 0 to 3 (z = 0) ...
+  vec4 lower;     // quantized values of corners 0 to 3 (z = 0) ...
   vec4 upper;     // ... and 4 to 7 (z = 1)
   vec2 interval;  // min, max
 };
@@ -33,15 +33,15 @@ Cell unpack_sample(uvec4 w) {
 }
 
 // Corners are rounded where the interval is wide, and coarse cells reach beyond their corners: the
-// value nearest to the isocode that the corners have.
-float reachable(Cell cell, float isocode) {
+// value nearest to the quantized isovalue that the corners have.
+float reachable(Cell cell, float quantized_isovalue) {
   vec4 least = min(cell.lower, cell.upper), most = max(cell.lower, cell.upper);
-  return clamp(isocode, min(min(least.x, least.y), min(least.z, least.w)),
+  return clamp(quantized_isovalue, min(min(least.x, least.y), min(least.z, least.w)),
                max(max(most.x, most.y), max(most.z, most.w)));
 }
 
-bool is_active(vec2 interval, float isocode) {
-  return interval.x <= isocode && isocode < interval.y;
+bool is_active(vec2 interval, float quantized_isovalue) {
+  return interval.x <= quantized_isovalue && quantized_isovalue < interval.y;
 }
 
 Trilinear trilinear(vec4 lower, vec4 upper) {
@@ -51,7 +51,7 @@ Trilinear trilinear(vec4 lower, vec4 upper) {
                    vec4(d.x, d.y - d.x, d.z - d.x, d.w - d.z - d.y + d.x));
 }
 
-// x: value; yzw: gradient in codes per cell, at p in the cell (0 to 1).
+// x: value; yzw: gradient in quantized values per cell, at p in the cell (0 to 1).
 vec4 value_and_gradient(Trilinear f, vec3 p) {
   vec4 c = f.a + p.z * f.b;
   float dx = c.y + p.y * c.w, dy = c.z + p.x * c.w;
@@ -68,7 +68,7 @@ vec4 value_and_gradient_at_centre(Cell cell) {
 
 // The displacement of one Newton step (paper, equations 5 and 6). ascent: the gradient as a vector
 // (ascent_of), the same where the axes are perpendicular.
-vec3 newton_step(float value, vec3 gradient, vec3 ascent, float isocode) {
+vec3 newton_step(float value, vec3 gradient, vec3 ascent, float quantized_isovalue) {
   float squared = dot(gradient, ascent);
-  return squared > 0.0 ? ascent * ((isocode - value) / squared) : vec3(0.0);
+  return squared > 0.0 ? ascent * ((quantized_isovalue - value) / squared) : vec3(0.0);
 }

@@ -61,5 +61,5 @@ void main() {
 #endif
   float alpha = 1.0 - through + through * u_background.a;
   vec4 linear = vec4(sum + through * u_background.a * u_background.rgb, alpha);
-  o_colour = u_linear ? min(linear, 1.0) : picture_code(linear);
+  o_colour = u_linear ? min(linear, 1.0) : apply_gamma(linear);
 }

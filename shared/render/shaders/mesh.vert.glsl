@@ -16,7 +16,7 @@ void main() {
   float z = gl_Position.w;
   vec3 to_eye = eye_from((0.5 + 0.5 * gl_Position.xy / z) * u_image.xy);
   vec3 light = lit(normalize(normal), to_eye, base_colour(0u, 0.0, z));
-  v_colour = picture_code(vec4(light, 1.0)).rgb;
+  v_colour = apply_gamma(vec4(light, 1.0)).rgb;
 #else
   v_normal = normal;
 #endif

@@ -3,4 +3,4 @@ uniform sampler2D u_sums;
 uniform float u_weight;  // 1 / pictures
 layout(location = 0) out vec4 o_colour;
 
-void main() { o_colour = picture_code(u_weight * texelFetch(u_sums, ivec2(gl_FragCoord.xy), 0)); }
+void main() { o_colour = apply_gamma(u_weight * texelFetch(u_sums, ivec2(gl_FragCoord.xy), 0)); }

@@ -11,28 +11,28 @@ flat out vec3 v_band;
 // Whether a corner is well beyond the tangent plane, and yet not beyond the surface: the cell then
 // holds a further sheet of it, or one that bends so much that a plane's part would leave a hole.
 /// offset: of the plane from the cell's centre, along the normal.
-bool is_more_than_a_plane(Cell cell, float isocode, vec3 normal, vec3 size, float offset) {
+bool is_more_than_a_plane(Cell cell, float quantized_isovalue, vec3 normal, vec3 size, float offset) {
   vec3 rise = 0.5 * normal * size;
   vec4 beyond = vec4(-rise.x - rise.y, rise.x - rise.y, rise.y - rise.x, rise.x + rise.y) - offset;
-  vec4 agreement = min((beyond - rise.z) * sign(cell.lower - isocode),
-                       (beyond + rise.z) * sign(cell.upper - isocode));
+  vec4 agreement = min((beyond - rise.z) * sign(cell.lower - quantized_isovalue),
+                       (beyond + rise.z) * sign(cell.upper - quantized_isovalue));
   float least = min(min(agreement.x, agreement.y), min(agreement.z, agreement.w));
   return least < -QUAD_BEYOND * (abs(rise.x) + abs(rise.y) + abs(rise.z));
 }
 
 void draw_square(Cell cell, vec3 size, vec3 centre) {
-  float isocode = reachable(cell, u_isocode);
+  float quantized_isovalue = reachable(cell, u_quantized_isovalue);
   Trilinear f = trilinear(cell.lower, cell.upper);
   vec4 at = value_and_gradient_at_centre(cell);
   vec3 gradient = at.yzw / size, displacement = vec3(0.0);
   if (u_switches.y != 0) {
-    if (!displace(at.x, gradient, size, isocode, displacement)) {
+    if (!displace(at.x, gradient, size, quantized_isovalue, displacement)) {
       drop();
       return;
     }
     at = value_and_gradient(f, displacement / size + 0.5);
     gradient = at.yzw / size;
-    displacement = displace_further(at, size, isocode, displacement);
+    displacement = displace_further(at, size, quantized_isovalue, displacement);
   }
   vec3 position = centre + displacement;
   float z = dot(position, u_forward.xyz);
@@ -49,7 +49,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
 #ifdef LIT
   vec3 base = base_colour(u_isosurface, scalar, z);
   vec3 light = lit(in_view, normalize(-to_view(position)), base);
-  vec3 colour = picture_code(vec4(light, 1.0)).rgb;
+  vec3 colour = apply_gamma(vec4(light, 1.0)).rgb;
 #else
   v_pixel = encode_surface(in_view, scalar, u_isosurface, 1.0);
 #endif
@@ -57,7 +57,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   // Where the tangent plane cuts off a corner of the cell, its part inside is in a smaller box at
   // that corner; what is thin is in a smaller box about the sample.
   vec3 half_box = 0.5 * u_lens.w * size, middle = -displacement;
-  float footprint = thin_footprint(cell, isocode);
+  float footprint = thin_footprint(cell, quantized_isovalue);
   if (footprint < 1.0) {
     half_box *= footprint;
     in_view = towards_eye(in_view, position);
@@ -75,7 +75,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   float back = z + dot(along_view, middle) + QUAD_SETBACK * dot(abs(along_view), part);
   // What one plane cannot stand for is covered by all of the cell.
   if (footprint == 1.0 && u_switches.y != 0 &&
-      is_more_than_a_plane(cell, isocode, normal, size, offset)) {
+      is_more_than_a_plane(cell, quantized_isovalue, normal, size, offset)) {
     part = half_box;
     middle = -displacement;
     flatness = 0.0;
@@ -94,7 +94,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   vec2 half_px = per_px * vec2(dot(abs(along_right), part), dot(abs(along_up), part));
   vec2 centre_px =
       to_px(position, z) + per_px * vec2(dot(along_right, middle), dot(along_up, middle));
-  float half_band = per_px * dot(abs(along_edge), part) + QUAD_LEAST_PX * length(edge);
+  float half_band = per_px * dot(abs(along_edge), part) + QUAD_MIN_PX * length(edge);
   vec2 across = edge / max(half_band, 1e-6);
   vec3 band = vec3(across, dot(across, centre_px));  // in half its widths: per px across; its middle
 #ifdef LIT

@@ -89,7 +89,7 @@ void main() {
   float scalar = v_scalar + u_scalar.y * steepness * v_span;
 #ifdef LIT
   vec3 base = base_colour(u_isosurface, scalar, v_centre.w + t);
-  o_colour = picture_code(vec4(lit(normal, eye_from(gl_FragCoord.xy), base), 1.0));
+  o_colour = apply_gamma(vec4(lit(normal, eye_from(gl_FragCoord.xy), base), 1.0));
 #elif KIND == KIND_EXACT
   o_pixel = encode_surface(normal, scalar, u_isosurface, 1.0);
 #else

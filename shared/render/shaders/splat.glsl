@@ -7,7 +7,7 @@ layout(location = 0) in uvec4 a_sample;
 #endif
 
 uniform vec4 u_block;           // xyz: the block's corner 0; w: cells of level 0 per cell (2^level)
-uniform float u_isocode;
+uniform float u_quantized_isovalue;
 uniform uint u_isosurface;
 uniform vec3 u_scalar;          // weights of 1, gradient length, projection error
 
@@ -50,14 +50,14 @@ bool is_clipped(vec3 e, vec3 h) {
   return false;
 }
 
-// Coarse cells whose corners all lie on one side of the isocode hold something thinner than a cell,
-// and the thinner, the nearer the isocode is to the interval's end: what to scale the splat by, 1
+// Coarse cells whose corners all lie on one side of the quantized isovalue hold something thinner than a cell,
+// and the thinner, the nearer the quantized isovalue is to the interval's end: what to scale the splat by, 1
 // elsewhere.
-/// reached: the isocode as far as the corners reach.
+/// reached: the quantized isovalue as far as the corners reach.
 float thin_footprint(Cell cell, float reached) {
-  if (u_block.w == 1.0 || reached == u_isocode) return 1.0;
-  float end = reached < u_isocode ? cell.interval.y : cell.interval.x;
-  return clamp(sqrt(1.3 * (end - u_isocode) / (end - reached)), THIN_FOOTPRINT, 0.999);
+  if (u_block.w == 1.0 || reached == u_quantized_isovalue) return 1.0;
+  float end = reached < u_quantized_isovalue ? cell.interval.y : cell.interval.x;
+  return clamp(sqrt(1.3 * (end - u_quantized_isovalue) / (end - reached)), THIN_FOOTPRINT, 0.999);
 }
 
 // What is thinner than a cell may run any way: halfway between its normal and the view, so that the
@@ -70,11 +70,11 @@ vec3 towards_eye(vec3 normal, vec3 position) {
 // The displacement, from the cell's centre, of the approximate projection (paper, section 3.2).
 // Where it is longer than the threshold the sample is dropped (false), or moved that far and no
 // further, and not out of its cell.
-bool displace(float value, vec3 gradient, vec3 size, float isocode, out vec3 displacement) {
+bool displace(float value, vec3 gradient, vec3 size, float quantized_isovalue, out vec3 displacement) {
   vec3 ascent = ascent_of(gradient);
-  displacement = newton_step(value, gradient, ascent, isocode);
+  displacement = newton_step(value, gradient, ascent, quantized_isovalue);
   float threshold = u_cell.w * u_block.w;
-  float distance = abs(isocode - value) * inversesqrt(max(dot(gradient, ascent), 1e-30));
+  float distance = abs(quantized_isovalue - value) * inversesqrt(max(dot(gradient, ascent), 1e-30));
   if (distance > threshold) {
     if (u_switches.z != 0 && u_block.w == 1.0) return false;
     displacement *= threshold / distance;
@@ -84,9 +84,9 @@ bool displace(float value, vec3 gradient, vec3 size, float isocode, out vec3 dis
 }
 
 // A further step, to the surface from where the last one led; not out of the cell.
-vec3 displace_further(vec4 at, vec3 size, float isocode, vec3 displacement) {
+vec3 displace_further(vec4 at, vec3 size, float quantized_isovalue, vec3 displacement) {
   vec3 gradient = at.yzw / size;
-  vec3 further = displacement + newton_step(at.x, gradient, ascent_of(gradient), isocode);
+  vec3 further = displacement + newton_step(at.x, gradient, ascent_of(gradient), quantized_isovalue);
   return clamp(further, -0.5 * size, 0.5 * size);
 }
 
@@ -94,7 +94,7 @@ float scalar_of(Trilinear f, vec3 place, float steepness) {
   float error = 0.0;
   if (u_scalar.z != 0.0) {
     vec4 there = value_and_gradient(f, place);
-    error = abs(there.x - u_isocode) / max(length(there.yzw), 1e-6);
+    error = abs(there.x - u_quantized_isovalue) / max(length(there.yzw), 1e-6);
   }
   return dot(u_scalar, vec3(1.0, steepness, error));
 }
@@ -138,7 +138,7 @@ bool find_cell(out Cell cell, out vec3 size, out vec3 centre) {
   cell = unpack_sample(fetch_sample());
   size = u_cell.xyz * u_block.w;
   centre = u_block.xyz + (cell.low + 0.5) * size;
-  return is_active(cell.interval, u_isocode);
+  return is_active(cell.interval, u_quantized_isovalue);
 }
 
 // Splats wholly outside of the image, or behind what is drawn already, cost nothing more.

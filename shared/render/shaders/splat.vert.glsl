@@ -14,7 +14,7 @@ flat out vec2 v_centre_px;
 flat out float v_span;
 #endif
 flat out vec3 v_size;           // of the cell
-flat out vec4 v_a, v_b;         // the trilinear interpolant minus the isocode, in spans
+flat out vec4 v_a, v_b;         // the trilinear interpolant minus the quantized isovalue, in spans
 flat out float v_scalar;
 
 #ifdef PULLED
@@ -60,20 +60,20 @@ void main() {
     drop();
     return;
   }
-  float isocode = reachable(cell, u_isocode);
+  float quantized_isovalue = reachable(cell, u_quantized_isovalue);
 
   Trilinear f = trilinear(cell.lower, cell.upper);
   vec4 at = value_and_gradient(f, vec3(0.5));
   vec3 gradient = at.yzw / size, displacement = vec3(0.0);
   if (u_switches.y != 0) {
-    if (!displace(at.x, gradient, size, isocode, displacement)) {
+    if (!displace(at.x, gradient, size, quantized_isovalue, displacement)) {
       drop();
       return;
     }
     // Further steps, from where the first one led: the gradient there is the surface's.
     for (int i = 0; i < 2; ++i) {
       at = value_and_gradient(f, displacement / size + 0.5);
-      displacement = displace_further(at, size, isocode, displacement);
+      displacement = displace_further(at, size, quantized_isovalue, displacement);
     }
     at = value_and_gradient(f, displacement / size + 0.5);
     gradient = at.yzw / size;
@@ -90,10 +90,10 @@ void main() {
 #endif
   vec3 position = centre + displacement;
 
-  float footprint = thin_footprint(cell, isocode);
+  float footprint = thin_footprint(cell, quantized_isovalue);
   if (footprint < 1.0 || u_switches.y == 0) {
     // The corners know no surface there, or it is not asked for: a plane in a smaller cell about the
-    // sample, or as near to it as the cell has room for that. The sight query asks of no more than
+    // sample, or as near to it as the cell has room for that. The occlusion query asks of no more than
     // the cell.
     vec3 room = 0.5 * (1.0 - footprint) * size;
     size *= footprint;
@@ -105,12 +105,12 @@ void main() {
       normal = row_from_view(in_view);
     }
     vec3 across = size * normal * (steepness > 0.0 ? steepness : 1.0);
-    f = Trilinear(vec4(isocode - 0.5 * (across.x + across.y + across.z), across.xy, 0.0),
+    f = Trilinear(vec4(quantized_isovalue - 0.5 * (across.x + across.y + across.z), across.xy, 0.0),
                   vec4(across.z, 0.0, 0.0, 0.0));
   }
   v_size = size;
   v_a = f.a;
-  v_a.x -= isocode;
+  v_a.x -= quantized_isovalue;
   v_b = f.b;
 
 #if KIND == KIND_ELLIPSE
@@ -124,7 +124,7 @@ void main() {
   // One px to the right, or up, moves the ray's hit in the tangent plane by `slope` px along the view.
   vec3 to_hit = position / z;
   float facing = dot(normal, to_hit);
-  facing = facing < 0.0 ? min(facing, -ELLIPSE_LEAST_FACING) : max(facing, ELLIPSE_LEAST_FACING);
+  facing = facing < 0.0 ? min(facing, -ELLIPSE_MIN_FACING) : max(facing, ELLIPSE_MIN_FACING);
   vec2 slope = -in_view.xy / facing;
   float px = z * u_lens.y;  // size of a pixel there
   // Bounds of the tangent plane's part inside of the cell's box: for any c, no point of it is

@@ -126,9 +126,9 @@ int run(int count, char** arguments) {
                 all->size());
   }
   for (const double isovalue : isovalues) {
-    const float isocode = reader->info().mapping.isocode(isovalue);
+    const float quantized_isovalue = reader->info().mapping.quantized_isovalue(isovalue);
     size_t bytes = 0, cells = 0, chunks = 0;
-    const auto found = reader->chunks_for(0, isocode, isocode);
+    const auto found = reader->chunks_for(0, quantized_isovalue, quantized_isovalue);
     for (const ChunkRef& chunk : *found) {
       bytes += chunk.bytes;
       cells += chunk.cells;

@@ -1,6 +1,6 @@
 // What a store takes, and one isovalue of it, beside what the volume takes when it is compressed
-// whole, as one line of JSON: isosplat_store_size_bench VOLUME [--fetch-weight W] [--codes FILE].
-// FILE gets the voxels' codes, for other compressors.
+// whole, as one line of JSON: isosplat_store_size_bench VOLUME [--fetch-weight W] [--quantized
+// values FILE]. FILE gets the voxels' quantized values, for other compressors.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -11,15 +11,15 @@
 #include "native/builder/survey.h"
 #include "shared/codec/cell_mask.h"
 #include "shared/codec/chunk_codec.h"
-#include "shared/preprocess/value_codes.h"
+#include "shared/preprocess/quantization.h"
 #include "shared/store/store_reader.h"
 #include "tests/bench/build/held_volume.h"
 
 namespace isosplat {
 namespace {
 
-/// Sums over the codes: add() to a range of them, then sum() once.
-class PerCode {
+/// Sums over the quantized values: add() to a range of them, then sum() once.
+class PerValue {
  public:
   void add(uint32_t begin, uint32_t end, uint64_t amount) {
     change_[begin] += amount;
@@ -28,7 +28,8 @@ class PerCode {
   std::vector<uint64_t> sum() const {
     std::vector<uint64_t> sums(65536);
     uint64_t running = 0;
-    for (size_t code = 0; code < sums.size(); ++code) sums[code] = running += change_[code];
+    for (size_t quantized = 0; quantized < sums.size(); ++quantized)
+      sums[quantized] = running += change_[quantized];
     return sums;
   }
 
@@ -46,29 +47,30 @@ std::vector<int32_t> pieces(int32_t voxels) {
 
 /// Bytes of all voxels as chunks without a single cell left out: pieces of 64³ voxels, each coded
 /// once, by the store's own predictor and entropy coder. The masks, all ones, take some bytes each.
-uint64_t lossless_bytes(const std::vector<Code>& codes, Index3 n) {
+uint64_t lossless_bytes(const std::vector<QuantizedValue>& quantized_values, Index3 n) {
   ChunkEncoder encoder;
   std::vector<std::byte> out;
   uint64_t bytes = 0;
   const auto xs = pieces(n.x), ys = pieces(n.y), zs = pieces(n.z);
-  std::vector<Code> voxels;
+  std::vector<QuantizedValue> voxels;
   const auto mask = std::make_unique<CellMask>();
   for (size_t k = 0; k + 1 < zs.size(); ++k) {
     for (size_t j = 0; j + 1 < ys.size(); ++j) {
       for (size_t i = 0; i + 1 < xs.size(); ++i) {
         const Index3 cells{xs[i + 1] - xs[i] - 1, ys[j + 1] - ys[j] - 1, zs[k + 1] - zs[k] - 1};
         voxels.clear();
-        Code low = 65535, high = 0;
+        QuantizedValue low = 65535, high = 0;
         for (int32_t z = zs[k]; z < zs[k + 1]; ++z) {
           for (int32_t y = ys[j]; y < ys[j + 1]; ++y) {
             for (int32_t x = xs[i]; x < xs[i + 1]; ++x) {
-              const Code code = codes[(static_cast<size_t>(z) * static_cast<size_t>(n.y) +
-                                       static_cast<size_t>(y)) *
-                                          static_cast<size_t>(n.x) +
-                                      static_cast<size_t>(x)];
-              voxels.push_back(code);
-              low = std::min(low, code);
-              high = std::max(high, code);
+              const QuantizedValue quantized =
+                  quantized_values[(static_cast<size_t>(z) * static_cast<size_t>(n.y) +
+                                    static_cast<size_t>(y)) *
+                                       static_cast<size_t>(n.x) +
+                                   static_cast<size_t>(x)];
+              voxels.push_back(quantized);
+              low = std::min(low, quantized);
+              high = std::max(high, quantized);
             }
           }
         }
@@ -90,21 +92,21 @@ int fail_with(const Error& error) {
   return 1;
 }
 
-/// The codes of all voxels, as the store holds them.
+/// The quantized values of all voxels, as the store holds them.
 template <class T>
-std::vector<T> codes_of(const HeldVolume& volume, const ValueCodes& value_codes) {
-  std::vector<T> codes(volume.voxels.size() / voxel_bytes(volume.header_.type));
-  value_codes.encode(volume.voxels, codes.data());
-  return codes;
+std::vector<T> codes_of(const HeldVolume& volume, const Quantization& quantization) {
+  std::vector<T> quantized_values(volume.voxels.size() / voxel_bytes(volume.header_.type));
+  quantization.encode(volume.voxels, quantized_values.data());
+  return quantized_values;
 }
 
 int run(int count, char** arguments) {
   BuildOptions options;
-  const char* codes_file = nullptr;
+  const char* quantized_file = nullptr;
   for (int i = 2; i + 1 < count; i += 2) {
     const std::string option = arguments[i];
     if (option == "--fetch-weight") options.fetch_weight = std::atof(arguments[i + 1]);
-    if (option == "--codes") codes_file = arguments[i + 1];
+    if (option == "--codes") quantized_file = arguments[i + 1];
   }
   const auto volume = hold_volume(arguments[1]);
   if (!volume) return fail_with(volume.error());
@@ -113,8 +115,8 @@ int run(int count, char** arguments) {
   if (auto built = build_store(source, sink, options); !built) return fail_with(built.error());
   const auto scan = scan_volume(source, 1, true, [](uint64_t) {});
   if (!scan) return fail_with(scan.error());
-  const auto value_codes = choose_codes(source.header(), *scan);
-  if (!value_codes) return fail_with(value_codes.error());
+  const auto quantization = choose_quantization(source.header(), *scan);
+  if (!quantization) return fail_with(quantization.error());
   const auto survey = survey_volume(source);
   if (!survey) return fail_with(survey.error());
   auto reader = StoreReader::open(sink.bytes);
@@ -129,46 +131,48 @@ int run(int count, char** arguments) {
   if (low == high) return std::fprintf(stderr, "the volume has a single value\n"), 1;
   const auto active = survey->statistics.active_cells({low, 1, high - low + 1});
 
-  // Isovalues midway between the codes of the range.
+  // Isovalues midway between the quantized values of the range.
   double even[2] = {}, by_active[2] = {};  // level 0, coarser ones
   double all_active = 0, all_fetched = 0;
   uint64_t coarse_bytes = 0;
-  for (uint32_t code = low; code < high; ++code) all_active += double(active[code - low]);
+  for (uint32_t quantized = low; quantized < high; ++quantized)
+    all_active += double(active[quantized - low]);
   for (const LevelRef& level : reader->levels()) {
-    PerCode bytes, cells;
+    PerValue bytes, cells;
     const auto chunks = reader->chunks_for(level.grid.level, 0, 65535);
     if (!chunks) return fail_with(chunks.error());
     for (const ChunkRef& chunk : *chunks) {
-      bytes.add(chunk.slab_begin, chunk.slab_end, chunk.bytes);
-      cells.add(chunk.slab_begin, chunk.slab_end, chunk.cells);
+      bytes.add(chunk.band_begin, chunk.band_end, chunk.bytes);
+      cells.add(chunk.band_begin, chunk.band_end, chunk.cells);
     }
     const bool is_coarse = level.grid.level > 0;
     if (is_coarse) coarse_bytes += level.chunks_bytes;
     const auto bytes_at = bytes.sum(), cells_at = cells.sum();
-    for (uint32_t code = low; code < high; ++code) {
-      even[is_coarse] += double(bytes_at[code]) / (high - low);
-      by_active[is_coarse] += double(bytes_at[code]) * double(active[code - low]) / all_active;
-      if (!is_coarse) all_fetched += double(cells_at[code]);
+    for (uint32_t quantized = low; quantized < high; ++quantized) {
+      even[is_coarse] += double(bytes_at[quantized]) / (high - low);
+      by_active[is_coarse] +=
+          double(bytes_at[quantized]) * double(active[quantized - low]) / all_active;
+      if (!is_coarse) all_fetched += double(cells_at[quantized]);
     }
   }
 
   const Index3 n = info.grid.voxels;
-  std::vector<Code> codes;
+  std::vector<QuantizedValue> quantized_values;
   std::span<const std::byte> stored;
   std::vector<uint8_t> narrow;
   if (info.mapping.bits == 8) {
-    narrow = codes_of<uint8_t>(source, *value_codes);
-    codes.assign(narrow.begin(), narrow.end());
+    narrow = codes_of<uint8_t>(source, *quantization);
+    quantized_values.assign(narrow.begin(), narrow.end());
     stored = std::as_bytes(std::span(narrow));
   } else {
-    codes = codes_of<Code>(source, *value_codes);
-    stored = std::as_bytes(std::span(codes));
+    quantized_values = codes_of<QuantizedValue>(source, *quantization);
+    stored = std::as_bytes(std::span(quantized_values));
   }
-  if (codes_file) {
-    std::ofstream file(codes_file, std::ios::binary);
+  if (quantized_file) {
+    std::ofstream file(quantized_file, std::ios::binary);
     file.write(reinterpret_cast<const char*>(stored.data()),
                static_cast<std::streamsize>(stored.size()));
-    if (!file.flush()) return std::fprintf(stderr, "%s: cannot be written\n", codes_file), 1;
+    if (!file.flush()) return std::fprintf(stderr, "%s: cannot be written\n", quantized_file), 1;
   }
   std::printf(
       "{\"raw_bytes\": %zu, \"store_bytes\": %zu, \"coarse_bytes\": %llu, \"isovalue_bytes\": "
@@ -176,7 +180,7 @@ int run(int count, char** arguments) {
       "\"fetched_cells_per_active_cell\": %.3f, \"whole_bytes\": %llu}\n",
       stored.size(), sink.bytes.size(), static_cast<unsigned long long>(coarse_bytes),
       even[0] + even[1], even[0], by_active[0] + by_active[1], all_fetched / all_active,
-      static_cast<unsigned long long>(lossless_bytes(codes, n)));
+      static_cast<unsigned long long>(lossless_bytes(quantized_values, n)));
   return 0;
 }
 

@@ -28,7 +28,8 @@ int run(const char* path, double low, double high) {
   const auto store = StoreFile::open(path);
   if (!store) return report(store.error());
   const StoreInfo& info = (*store)->info();
-  const auto found = (*store)->chunks_for(0, info.mapping.isocode(low), info.mapping.isocode(high));
+  const auto found = (*store)->chunks_for(0, info.mapping.quantized_isovalue(low),
+                                          info.mapping.quantized_isovalue(high));
   if (!found) return report(found.error());
   std::vector<std::byte> bytes;
   std::vector<size_t> begin;
@@ -47,8 +48,8 @@ int run(const char* path, double low, double high) {
     for (size_t i = 0; i < begin.size(); ++i) {
       const ChunkRef& chunk = found->chunks[i];
       if (chunk.cells == 0) continue;
-      const ChunkShape shape{block_cells(level, chunk.block.index), chunk.slab_begin,
-                             chunk.slab_end, chunk.cells, false};
+      const ChunkShape shape{block_cells(level, chunk.block.index), chunk.band_begin,
+                             chunk.band_end, chunk.cells, false};
       const auto chunk_bytes = std::span(bytes).subspan(begin[i], chunk.bytes);
       if (auto done = decoder.decode_packed(chunk_bytes, shape, samples); !done) {
         return report(done.error());

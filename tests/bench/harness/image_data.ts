@@ -26,9 +26,9 @@ export function imageData(path: string): Buffer {
     // Head and blocks are encoded apart.
     const array = text.slice(text.indexOf(">", text.indexOf("<DataArray")) + 1).trimStart();
     head = Buffer.from(array.slice(0, 4 * Math.ceil(word / 3)), "base64");
-    const headLength = 4 * Math.ceil(((3 + number(head, 0)) * word) / 3);
-    head = Buffer.from(array.slice(0, headLength), "base64");
-    blocks = Buffer.from(array.slice(headLength, array.indexOf("<")), "base64");
+    const headerLength = 4 * Math.ceil(((3 + number(head, 0)) * word) / 3);
+    head = Buffer.from(array.slice(0, headerLength), "base64");
+    blocks = Buffer.from(array.slice(headerLength, array.indexOf("<")), "base64");
   }
   const parts: Buffer[] = [];
   for (let i = 0, at = 0; i < number(head, 0); ++i) {

@@ -85,7 +85,7 @@ class Visit {
   Visit(const StoreFile& file, Renderer& renderer, const Camera& camera, double isovalue)
       : file_(file),
         renderer_(renderer),
-        store_(need(StoreReader::open(file.head()))),
+        store_(need(StoreReader::open(file.header()))),
         selector_(store_) {
     const StoreInfo& info = file.info();
     renderer.set_volume(info.grid, info.mapping);
@@ -95,7 +95,7 @@ class Visit {
         projection(camera, bounding_sphere(info.grid), {0, 0, 0}, kWidth, kHeight).clip_from_world;
     view_.width_px = kWidth;
     view_.height_px = kHeight;
-    view_.isocodes = {info.mapping.isocode(isovalue)};
+    view_.quantized_isovalues = {info.mapping.quantized_isovalue(isovalue)};
     view_.occlusion = true;
     const CoarseRange coarse = store_.coarse_range(kCoarseBytes);
     for (uint32_t l = coarse.first_level; l < info.levels; ++l) {
@@ -115,7 +115,7 @@ class Visit {
       if (fetch(selection)) continue;
       show(selection);
       ++tests;
-      need(selector_.set_sight(ask(selection, steps[step])));
+      need(selector_.set_visibility(ask(selection, steps[step])));
       selection = need(selector_.select(view_));
       if (!selection.pages.empty() || !selection.load.empty()) continue;
       if (selection.undecided > 0) {
@@ -137,10 +137,10 @@ class Visit {
     uint64_t sum = 0;
     for (size_t i = 0; i < ids.size(); i += 1000) {
       const size_t count = std::min<size_t>(1000, ids.size() - i);
-      need(renderer_.begin_sight_query(std::span(ids).subspan(i, count), 1));
-      for (const ChunkSight& sight : answer()) {
-        if (sight.seen.any())
-          sum += need(selector_.chunk(static_cast<ChunkHandle>(sight.id))).bytes;
+      need(renderer_.begin_occlusion_query(std::span(ids).subspan(i, count), 1));
+      for (const ChunkVisibility& visibility : answer()) {
+        if (visibility.seen.any())
+          sum += need(selector_.chunk(static_cast<ChunkHandle>(visibility.id))).bytes;
       }
     }
     return sum;
@@ -159,7 +159,7 @@ class Visit {
     std::vector<std::byte> encoded;
     need(file_.read_chunk(chunk, encoded));
     const LevelGrid grid = level_grid(file_.info().grid.voxels, chunk.block.level);
-    const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.slab_begin, chunk.slab_end,
+    const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.band_begin, chunk.band_end,
                            chunk.cells, chunk.block.level > 0};
     std::vector<PackedSample> samples;
     need(decoder_.decode_packed(encoded, shape, samples));
@@ -181,21 +181,22 @@ class Visit {
     if (renderer_.needs_redraw(kWidth, kHeight)) need(draw_image(renderer_, kWidth, kHeight));
   }
 
-  std::vector<ChunkSight> answer() {
+  std::vector<ChunkVisibility> answer() {
     for (;;) {
-      if (auto taken = renderer_.take_sight_query()) return *taken;
+      if (auto taken = renderer_.take_occlusion_query()) return *taken;
     }
   }
 
-  std::vector<DrawnSight> ask(const Selection& selection, int least_px) {
+  std::vector<DrawnVisibility> ask(const Selection& selection, int min_px) {
     if (selection.test.empty()) return {};
     const std::vector<uint64_t> ids(selection.test.begin(), selection.test.end());
-    need(renderer_.begin_sight_query(ids, least_px));
-    std::vector<DrawnSight> sights;
-    for (const ChunkSight& sight : answer()) {
-      sights.push_back({static_cast<ChunkHandle>(sight.id), sight.tested, sight.seen});
+    need(renderer_.begin_occlusion_query(ids, min_px));
+    std::vector<DrawnVisibility> visibilities;
+    for (const ChunkVisibility& visibility : answer()) {
+      visibilities.push_back(
+          {static_cast<ChunkHandle>(visibility.id), visibility.tested, visibility.seen});
     }
-    return sights;
+    return visibilities;
   }
 
   const StoreFile& file_;
@@ -203,7 +204,7 @@ class Visit {
   StoreReader store_;
   Selector selector_;
   ChunkDecoder decoder_;
-  View view_;
+  SelectionView view_;
 };
 
 Camera parse_camera(const std::string& text) {

@@ -24,8 +24,8 @@ struct Reference {
   int count = 0;
 };
 
-Reference cast_reference(const RayCaster& caster, const Camera& camera, int size, double isocode,
-                         double cell) {
+Reference cast_reference(const RayCaster& caster, const Camera& camera, int size,
+                         double quantized_isovalue, double cell) {
   Reference reference;
   const size_t n = size_t(size);
   reference.hits.resize(n * n);
@@ -36,7 +36,7 @@ Reference cast_reference(const RayCaster& caster, const Camera& camera, int size
       for (int y = static_cast<int>(thread); y < size; y += static_cast<int>(threads)) {
         for (int x = 0; x < size; ++x) {
           reference.hits[size_t(y) * n + size_t(x)] =
-              caster.cast(camera, size, size, x, y, isocode);
+              caster.cast(camera, size, size, x, y, quantized_isovalue);
         }
       }
     });
@@ -160,8 +160,8 @@ int run(int argc, char** argv) {
   }
   const TestVolume volume = load_volume(argv[1]);
   const double isovalue = std::atof(argv[2]);
-  const double isocode = (isovalue - volume.mapping.offset) / volume.mapping.scale;
-  const RayCaster caster(volume.grid, volume.codes, volume.mapping.has_missing);
+  const double quantized_isovalue = (isovalue - volume.mapping.offset) / volume.mapping.scale;
+  const RayCaster caster(volume.grid, volume.quantized_values, volume.mapping.has_missing);
   const Vec3d s = volume.grid.spacing;
   const double cell = std::min({s.x, s.y, s.z});
 
@@ -188,7 +188,7 @@ int run(int argc, char** argv) {
       const double angle = turn * 0.785398;
       const double right = ring * std::cos(angle), up = ring * std::sin(angle);
       const int x = size / 2 + static_cast<int>(right), y = size / 2 + static_cast<int>(up);
-      const auto hit = caster.cast(front, size, size, x, y, isocode);
+      const auto hit = caster.cast(front, size, size, x, y, quantized_isovalue);
       if (!hit) continue;
       const CameraFrame frame = camera_frame(front);
       const double px = 2 * frame.tan_half_field_of_view / size;
@@ -206,7 +206,7 @@ int run(int argc, char** argv) {
   for (const auto& [name, camera] : views) {
     if (!only_view.empty() && only_view != name) continue;
     renderer.set_camera(camera);
-    const Reference reference = cast_reference(caster, camera, size, isocode, cell);
+    const Reference reference = cast_reference(caster, camera, size, quantized_isovalue, cell);
     RenderSettings settings;
     settings.isosurfaces = {{isovalue, {0.85f, 0.8f, 0.7f}, 1}};
     settings.splat_scale = scale;

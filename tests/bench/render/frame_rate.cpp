@@ -1,7 +1,7 @@
 // How fast each kind draws, beside a triangle mesh in the same renderer: views around the volume as
 // in the paper's experiment (section 6), the kinds in turn at each view.
-// isosplat_frame_rate VOLUME ISOVALUE MESH [--size PX] [--views N] [--kind K] [--slab LOW HIGH]
-// Prints one line of JSON. --slab: samples active anywhere in this range are resident, as chunks
+// isosplat_frame_rate VOLUME ISOVALUE MESH [--size PX] [--views N] [--kind K] [--band LOW HIGH]
+// Prints one line of JSON. --band: samples active anywhere in this range are resident, as chunks
 // hold them; without it, just the active ones.
 #include <GLES3/gl3.h>
 
@@ -34,7 +34,7 @@ int run(int argc, char** argv) {
       views = std::max(1, std::atoi(next()));
     else if (!std::strcmp(argv[i], "--kind"))
       only = next();
-    else if (!std::strcmp(argv[i], "--slab")) {
+    else if (!std::strcmp(argv[i], "--band")) {
       low = std::atof(next());
       high = std::atof(next());
     }

@@ -28,19 +28,19 @@ TestVolume load_volume(const std::string& path) {
   if (const auto read = source.read_slices(0, n.z, bytes); !read) give_up(read.error().message);
   TestVolume volume;
   volume.grid = header.grid;
-  volume.codes.resize(voxels);
+  volume.quantized_values.resize(voxels);
   for (size_t i = 0; i < voxels; ++i) {
     switch (header.type) {
       case VoxelType::u8:
-        volume.codes[i] = static_cast<Code>(bytes[i]);
+        volume.quantized_values[i] = static_cast<QuantizedValue>(bytes[i]);
         break;
       case VoxelType::u16:
-        std::memcpy(&volume.codes[i], &bytes[2 * i], 2);
+        std::memcpy(&volume.quantized_values[i], &bytes[2 * i], 2);
         break;
       case VoxelType::i16: {
         int16_t value;
         std::memcpy(&value, &bytes[2 * i], 2);
-        volume.codes[i] = static_cast<Code>(value + 32768);
+        volume.quantized_values[i] = static_cast<QuantizedValue>(value + 32768);
         break;
       }
       default:

@@ -74,7 +74,7 @@ export const lastingFaults: readonly LastingFault[] = [
   },
   isChanged("cut short", "cut-short", (bytes) => bytes.subarray(0, 0.6 * bytes.length)),
   answersWith(403, "access-denied"),
-  isChanged("a damaged head", "damaged-head", (bytes) => {
+  isChanged("a damaged head", "damaged-header", (bytes) => {
     bytes[100] = (bytes[100] ?? 0) ^ 1;
     return bytes;
   }),

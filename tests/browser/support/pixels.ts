@@ -50,8 +50,8 @@ export interface Comparison {
 }
 
 /** A pixel is covered that differs from the background by more than this, summed over R, G and B. */
-const leastCover = 12;
-const mostDifference = 60;
+const minCover = 12;
+const maxDifference = 60;
 
 /** Compares pictures of the same size before the same background (0xrrggbb). */
 export function comparePixels(ours: Pixels, truth: Pixels, background: number): Comparison {
@@ -61,7 +61,7 @@ export function comparePixels(ours: Pixels, truth: Pixels, background: number): 
   }
   const back = [background >> 16, (background >> 8) & 255, background & 255];
   const isCovered = ({ rgba }: Pixels, i: number): boolean =>
-    back.reduce((sum, value, c) => sum + Math.abs((rgba[4 * i + c] ?? 0) - value), 0) > leastCover;
+    back.reduce((sum, value, c) => sum + Math.abs((rgba[4 * i + c] ?? 0) - value), 0) > minCover;
   const isNearCovered = (pixels: Pixels, i: number): boolean => {
     const x = i % width;
     const y = Math.floor(i / width);
@@ -80,7 +80,7 @@ export function comparePixels(ours: Pixels, truth: Pixels, background: number): 
     }
     const isCoveredThere = isCovered(truth, i);
     if (isCoveredThere) ++result.covered;
-    if (difference > mostDifference) ++result.differing;
+    if (difference > maxDifference) ++result.differing;
     if (isCovered(ours, i) && !isNearCovered(truth, i)) ++result.stray;
     if (isCoveredThere && !isNearCovered(ours, i)) ++result.lost;
   }

@@ -7,7 +7,7 @@ import { program } from "./server.ts";
 import { complete, savedPicture, settled } from "./view.ts";
 
 /** Most of the covered pixels that may differ. */
-export const mostDiffering = 1e-4;
+export const maxDiffering = 1e-4;
 
 /** An isosurface of a real volume, and views for which level 0 is what they resolve. */
 export interface TrueCase {

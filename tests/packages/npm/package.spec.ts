@@ -89,7 +89,7 @@ test.skipIf(!hasNginx)("example 2: a remote store in Node", async () => {
 const use = `
 import { type Chunk, type Core, CoreError, loadCore, type Points, type Store } from "isosplat/core";
 import { FileSource, type Progress, ServerSource, StreamSession, faults } from "isosplat/stream";
-import { type Camera, Viewer, ViewError } from "isosplat/viewer";
+import { type Camera, Viewer, RendererError } from "isosplat/viewer";
 
 export async function run(canvas: HTMLCanvasElement, bytes: Uint8Array): Promise<number> {
   const core: Core = await loadCore();
@@ -99,8 +99,8 @@ export async function run(canvas: HTMLCanvasElement, bytes: Uint8Array): Promise
   const points: Points = store.project(chunk, bytes, 60.5, { exact: true });
   const viewer = new Viewer(canvas, { controls: false });
   viewer.on("progress", (progress: Progress) => console.log(progress.state, Object.keys(faults).length));
-  viewer.on("error", (error) => console.log(error instanceof ViewError, error.kind));
-  await viewer.open(new ServerSource({ volume: "head" }), { signal: AbortSignal.timeout(1) });
+  viewer.on("error", (error) => console.log(error instanceof RendererError, error.kind));
+  await viewer.open(new ServerSource({ volume: "header" }), { signal: AbortSignal.timeout(1) });
   const camera: Camera | null = viewer.camera;
   const session = await StreamSession.open(new FileSource("head.isosplat"), core, {
     events: {
@@ -152,8 +152,8 @@ test("the types of core and stream hold in a project for Node, without the brows
   const source = `
     import { loadCore } from "isosplat/core";
     import { FileSource } from "isosplat/stream";
-    const head: Uint8Array = await new FileSource("u").head(AbortSignal.timeout(1));
-    export const { info } = (await loadCore()).openStore(head);
+    const header: Uint8Array = await new FileSource("u").header(AbortSignal.timeout(1));
+    export const { info } = (await loadCore()).openStore(header);
   `;
   const options = {
     module: "node16",

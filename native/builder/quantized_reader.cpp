@@ -1,0 +1,55 @@
+#include "native/builder/quantized_reader.h"
+
+#include <algorithm>
+
+#include "native/builder/parallel.h"
+
+namespace isosplat {
+namespace {
+
+size_t voxels_per_slice(const VolumeHeader& header) {
+  return static_cast<size_t>(header.grid.voxels.x) * static_cast<size_t>(header.grid.voxels.y);
+}
+
+}  // namespace
+
+size_t staging_bytes(const VolumeHeader& header, uint8_t bits) {
+  if (voxel_bytes(header.type) * 8 == bits) return 0;
+  const size_t slice = voxels_per_slice(header) * voxel_bytes(header.type);
+  // Half of the slices that a layer of blocks has: where voxels of 16 bits become quantized values
+  // of 8, this takes no more than the layer saves, and a memory plan made before that was known
+  // still holds.
+  const auto most = static_cast<size_t>(std::clamp(header.grid.voxels.z / 2, 1, kBlockCells / 2));
+  return slice * std::clamp<size_t>((8 << 20) / slice, 1, most);
+}
+
+QuantizedReader::QuantizedReader(VolumeSource& source, const Quantization& quantization,
+                                 unsigned threads)
+    : source_(source),
+      quantization_(quantization),
+      threads_(threads),
+      voxels_per_slice_(voxels_per_slice(source.header())),
+      staging_(staging_bytes(source.header(), quantization.mapping().bits)) {}
+
+Result<void> QuantizedReader::read(int32_t first, int32_t count, std::byte* to,
+                                   const Visit& visit) {
+  const VoxelType type = source_.header().type;
+  const size_t slice = voxels_per_slice_ * voxel_bytes(type);
+  const bool in_place = staging_.empty();
+  const int32_t at_once = in_place ? count : static_cast<int32_t>(staging_.size() / slice);
+  for (int32_t z = 0; z < count; z += at_once) {
+    const int32_t batch = std::min(at_once, count - z);
+    std::byte* quantized_values = to + slice_bytes() * static_cast<size_t>(z);
+    const std::span<std::byte> raw{in_place ? quantized_values : staging_.data(),
+                                   slice * static_cast<size_t>(batch)};
+    if (auto read = source_.read_slices(first + z, batch, raw); !read) return read;
+    parallel_for(threads_, static_cast<size_t>(batch), [&](unsigned thread, size_t i) {
+      std::byte* out = quantized_values + slice_bytes() * i;
+      quantization_.encode(raw.subspan(slice * i, slice), out);
+      visit(thread, out, voxels_per_slice_);
+    });
+  }
+  return {};
+}
+
+}  // namespace isosplat

@@ -1,0 +1,206 @@
+#include "shared/render/occlusion_query.h"
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+
+#include "shared/render/renderer_state.h"
+#include "shared/render/shader_constants.h"
+
+#ifdef __EMSCRIPTEN__
+// WebGL 2 reads buffers by copying, not by mapping; Emscripten's headers do not declare it.
+extern "C" void glGetBufferSubData(GLenum target, GLintptr offset, GLsizeiptr size, void* data);
+#endif
+
+namespace isosplat {
+namespace {
+
+constexpr size_t kMaxItems = 1024;
+constexpr size_t kRowBytes = 4 * OCCLUSION_ROW_TEXELS;
+static_assert(kRowBytes == kBlockRegions * kBlockRegions * kBlockRegions);
+
+int power_of_two_above(int number) {
+  int power = 1;
+  while (power < number) power *= 2;
+  return power;
+}
+
+/// Copies what the bound pixel pack buffer begins with.
+void read_pack_buffer(std::vector<uint8_t>& bytes) {
+#ifdef __EMSCRIPTEN__
+  glGetBufferSubData(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());
+#else
+  const auto size = static_cast<GLsizeiptr>(bytes.size());
+  if (const void* mapped = glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, size, GL_MAP_READ_BIT)) {
+    std::memcpy(bytes.data(), mapped, bytes.size());
+    glUnmapBuffer(GL_PIXEL_PACK_BUFFER);
+  }
+#endif
+}
+
+}  // namespace
+
+Result<void> OcclusionQuery::link(GLuint frame_binding) {
+  if (program_) return {};
+  auto visibility =
+      GlProgram::link("", {"frame.glsl", "cell.glsl", "regions.glsl", "occlusion.vert.glsl"},
+                      {"occlusion.frag.glsl"});
+  if (!visibility) return tl::unexpected(visibility.error());
+  program_ = std::move(*visibility);
+  const GLuint name = program_.name();
+  glUniformBlockBinding(name, glGetUniformBlockIndex(name, "Frame"), frame_binding);
+  return {};
+}
+
+Result<void> OcclusionQuery::make_answer(int rows) {
+  if (!read_buffer_) glGenBuffers(1, &read_buffer_);
+  if (rows <= answer_.height()) return {};
+  return answer_.prepare(OCCLUSION_ROW_TEXELS, power_of_two_above(rows));
+}
+
+Result<void> OcclusionQuery::begin(const Picture& picture, const std::vector<Item>& items,
+                                   int min_px, GLuint frame_binding) {
+  if (done_) glDeleteSync(done_);
+  done_ = nullptr;
+  asked_.clear();
+  min_px_ = std::clamp(min_px, 0, OCCLUSION_MAX_PX);
+  if (auto ok = link(frame_binding); !ok) return ok;
+  const size_t tested = std::min(items.size(), kMaxItems);
+  for (size_t i = 0; i < items.size(); ++i) {
+    asked_.push_back({items[i].id, items[i].regions, i < tested ? RegionMask{} : items[i].regions});
+  }
+  const auto rows = static_cast<GLsizei>(std::max<size_t>(tested, 1));
+  glActiveTexture(GL_TEXTURE0);
+  if (auto ok = make_answer(rows); !ok) return ok;
+  glBindFramebuffer(GL_FRAMEBUFFER, answer_.framebuffer());
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  glViewport(0, 0, answer_.width(), answer_.height());
+  const float nothing[4] = {0, 0, 0, 0};
+  glClearBufferfv(GL_COLOR, 0, nothing);
+  glEnable(GL_BLEND);
+  glBlendEquation(GL_FUNC_ADD);
+  glBlendFunc(GL_ONE, GL_ONE);
+  const GlProgram& program = program_;
+  glUseProgram(program.name());
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D, picture.farthest_depths);
+  glUniform1i(program.uniform("u_farthest"), 1);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, picture.depths);
+  glUniform1i(program.uniform("u_depths"), 0);
+  glUniform1i(program.uniform("u_in_front"), min_px_ == 0);
+  glUniform1i(program.uniform("u_layers"), picture.layers);
+  const auto isosurfaces = static_cast<GLsizei>(picture.quantized_isovalues.size());
+  glUniform1i(program.uniform("u_isovalue_count"), isosurfaces);
+  if (isosurfaces > 0) {
+    glUniform1fv(program.uniform("u_quantized_isovalues"), isosurfaces,
+                 picture.quantized_isovalues.data());
+    glUniform1iv(program.uniform("u_isosurface_layers"), isosurfaces,
+                 picture.isosurface_layers.data());
+  }
+  const GLint block = program.uniform("u_block"), regions = program.uniform("u_regions"),
+              row = program.uniform("u_row");
+  for (size_t i = 0; i < tested; ++i) {
+    const Item& item = items[i];
+    if (item.count == 0) continue;
+    glUniform4fv(block, 1, item.block.data());
+    glUniform4uiv(regions, 4, item.regions.words().data());
+    glUniform2f(row, static_cast<float>(i) + 0.5f, static_cast<float>(answer_.height()));
+    glBindVertexArray(item.vertex_array);
+    glDrawArrays(GL_POINTS, item.first, item.count);
+  }
+  glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  glActiveTexture(GL_TEXTURE0);
+  glDisable(GL_BLEND);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, read_buffer_);
+  // New storage each time: browsers read ahead from a buffer that is written once.
+  glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(kRowBytes * static_cast<size_t>(rows)),
+               nullptr, GL_STREAM_READ);
+  glReadPixels(0, 0, OCCLUSION_ROW_TEXELS, rows, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  done_ = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  glFlush();
+  return {};
+}
+
+std::optional<std::vector<ChunkVisibility>> OcclusionQuery::take() {
+  if (!done_) return std::nullopt;
+  const GLenum state = glClientWaitSync(done_, 0, 0);
+  if (state != GL_ALREADY_SIGNALED && state != GL_CONDITION_SATISFIED) return std::nullopt;
+  glDeleteSync(done_);
+  done_ = nullptr;
+  std::vector<uint8_t> counts(std::min(asked_.size(), kMaxItems) * kRowBytes);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, read_buffer_);
+  read_pack_buffer(counts);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  const int least = std::max(min_px_, 1);
+  for (size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] < least) continue;
+    const auto bit = static_cast<int32_t>(i % kRowBytes);
+    asked_[i / kRowBytes].seen.insert({bit % 8, bit / 8 % 8, bit / 64});
+  }
+  return std::move(asked_);
+}
+
+void OcclusionQuery::release() {
+  if (done_) glDeleteSync(done_);
+  answer_.release();
+  if (read_buffer_) glDeleteBuffers(1, &read_buffer_);
+  program_ = GlProgram{};
+  abandon();
+}
+
+void OcclusionQuery::abandon() {
+  program_.abandon();
+  answer_.abandon();
+  read_buffer_ = 0;
+  done_ = nullptr;
+  asked_.clear();
+}
+
+Result<void> Renderer::begin_occlusion_query(std::span<const uint64_t> ids, int min_px) {
+  State& s = *state_;
+  if (s.lost) return fail(Status::gl_error, "the GL context is lost");
+  if (s.dirty || s.drawn_width == 0) {
+    return fail(Status::invalid_argument, "an occlusion query needs a picture that is up to date");
+  }
+  std::vector<OcclusionQuery::Item> items;
+  for (const VisibleChunk& chunk : s.visible) {
+    if (std::find(ids.begin(), ids.end(), chunk.id) == ids.end()) continue;
+    OcclusionQuery::Item item{chunk.id, {}, chunk.regions};
+    // What was culled is not seen.
+    const auto drawn = std::find_if(s.items.begin(), s.items.end(),
+                                    [&](const State::DrawItem& d) { return d.id == chunk.id; });
+    if (drawn != s.items.end()) {
+      const SampleRange& range = drawn->chunk->range;
+      item.block = drawn->block;
+      item.vertex_array = s.buffers.vertex_array(range.buffer);
+      item.first = static_cast<GLint>(range.first);
+      item.count = static_cast<GLsizei>(range.count);
+    }
+    items.push_back(item);
+  }
+  if (auto ok = s.depth_tiles.prepare(s.targets.width(), s.targets.height()); !ok) return ok;
+  s.depth_tiles.take(s.targets.layer(0), s.empty_vertex_array);
+  OcclusionQuery::Picture picture;
+  picture.depths = s.targets.depths();
+  picture.layers = s.layers;
+  picture.farthest_depths = s.depth_tiles.texture();
+  for (size_t i = 0; i < s.settings.isosurfaces.size() && i < kMaxIsosurfaces; ++i) {
+    if (s.layer_of[i] < 0) continue;
+    picture.quantized_isovalues.push_back(
+        s.mapping.quantized_isovalue(s.settings.isosurfaces[i].isovalue));
+    picture.isosurface_layers.push_back(s.layer_of[i]);
+  }
+  return s.occlusion_query.begin(picture, items, min_px, kFrameBinding);
+}
+
+std::optional<std::vector<ChunkVisibility>> Renderer::take_occlusion_query() {
+  if (state_->lost) return std::nullopt;
+  return state_->occlusion_query.take();
+}
+
+}  // namespace isosplat

@@ -1,0 +1,156 @@
+// One sample becomes one dot in the answer, at its region's place in its chunk's row: in how many px
+// the picture shows a surface inside of its cell (no px shows two cells), or with u_in_front, whether
+// any part of its cell is in front of what the picture shows in any px.
+layout(location = 0) in uvec4 a_sample;
+uniform vec4 u_block;        // as in splat.vert.glsl
+uniform float u_quantized_isovalues[MAX_ISOSURFACES];
+uniform int u_isosurface_layers[MAX_ISOSURFACES];
+uniform int u_isovalue_count;
+uniform vec2 u_row;          // middle of the chunk's row in the answer, in rows; all rows
+uniform highp sampler2DArray u_depths;
+uniform int u_layers;        // 0 is opaque, the others are seen in front of it
+uniform bool u_in_front;
+uniform highp usampler2D u_farthest;  // opaque depth of each tile, for u_in_front
+flat out vec4 v_answer;
+
+// Bit i: the cell is active for an isosurface of layer i.
+uint active_layers(vec2 interval) {
+  uint found = 0u;
+  for (int i = 0; i < MAX_ISOSURFACES; ++i) {
+    if (i < u_isovalue_count && is_active(interval, u_quantized_isovalues[i])) {
+      found |= 1u << u_isosurface_layers[i];
+    }
+  }
+  return found;
+}
+
+// Through the middle of the px, one unit along the view.
+vec3 ray_through(ivec2 px) {
+  vec2 slope = (vec2(px) + 0.5 - 0.5 * u_image.xy) * u_lens.y;
+  return u_step_forward.xyz + slope.x * u_step_right.xyz + slope.y * u_step_up.xyz;
+}
+
+// Whether a layer of the picture shows a surface inside of the box, at this px.
+bool is_shown(ivec2 px, vec3 centre, vec3 half_box) {
+  vec3 ray = ray_through(px);
+  float opaque = texelFetch(u_depths, ivec3(px, 0), 0).x;
+  for (int layer = 0; layer < u_layers; ++layer) {
+    float depth = layer == 0 ? opaque : texelFetch(u_depths, ivec3(px, layer), 0).x;
+    if (depth == 1.0 || depth > opaque) continue;
+    vec3 hit = ray * distance_of(depth);
+    if (all(lessThanEqual(abs(hit - centre), half_box))) return true;
+  }
+  return false;
+}
+
+// The image's px that the box may cover: lowest, highest. Boxes cut by the near plane: all.
+ivec4 px_bounds(vec3 centre, vec3 half_box, float z, float reach) {
+  vec2 low = vec2(0.0), high = u_image.xy - 1.0;
+  if (z - reach > u_depth.z) {
+    vec2 extent = half_extent_px(centre, half_box, z);
+    low = max(low, floor(to_px(centre, z) - extent - 1.0));
+    high = min(high, floor(to_px(centre, z) + extent));
+  }
+  return ivec4(low, high);
+}
+
+// The px that show a surface inside of the box; of large boxes, an estimate.
+int px_shown(vec3 centre, vec3 half_box, ivec4 bounds) {
+  ivec2 step = 1 + (bounds.zw - bounds.xy) / OCCLUSION_PROBES;
+  int count = 0;
+  for (int y = bounds.y + step.y / 2; y <= bounds.w; y += step.y) {
+    for (int x = bounds.x + step.x / 2; x <= bounds.z; x += step.x) {
+      count += int(is_shown(ivec2(x, y), centre, half_box));
+    }
+  }
+  return count * step.x * step.y;
+}
+
+// The part of a ray inside of the box that the planes keep, as distances along the view: none where
+// the first is the larger.
+vec2 ray_in_box(vec3 ray, vec3 centre, vec3 half_box) {
+  vec3 along = mix(ray, vec3(1e-12), lessThan(abs(ray), vec3(1e-12)));
+  vec3 first = (centre - half_box) / along, second = (centre + half_box) / along;
+  vec3 enter = min(first, second), leave = max(first, second);
+  vec2 between = vec2(max(max(enter.x, enter.y), max(enter.z, u_depth.z)),
+                      min(min(leave.x, leave.y), leave.z));
+  for (int i = 0; i < u_switches.x; ++i) {
+    float slope = dot(u_clip_plane[i].xyz, ray);
+    float t = u_clip_plane[i].w / slope;
+    if (slope > 0.0) between.x = max(between.x, t);
+    else if (slope < 0.0) between.y = min(between.y, t);
+    else if (u_clip_plane[i].w > 0.0) between.y = -1.0;
+  }
+  return between;
+}
+
+// Whether any part of the box is in front of what this px shows, of the opaque surfaces or of one of
+// these layers: something else might be seen there.
+bool is_in_front(ivec2 px, vec3 centre, vec3 half_box, uint layers) {
+  vec2 between = ray_in_box(ray_through(px), centre, half_box);
+  if (between.x > between.y) return false;
+  float nearest = window_depth(between.x) - OCCLUSION_DEPTH_MARGIN;
+  if (nearest > texelFetch(u_depths, ivec3(px, 0), 0).x) return false;
+  for (int layer = 0; layer < u_layers; ++layer) {
+    if ((layers >> layer & 1u) == 0u) continue;
+    if (layer == 0 || nearest <= texelFetch(u_depths, ivec3(px, layer), 0).x) return true;
+  }
+  return false;
+}
+
+// Whether any px is one in which a part of the box is in front of what the picture shows. Looks px by
+// px in the tiles whose farthest depth does not say no. Boxes so large that this takes long count as
+// in front.
+bool is_anywhere_in_front(vec3 centre, vec3 half_box, ivec4 bounds, float nearest, uint layers) {
+  ivec4 tiles = bounds / HIDING_TILE_PX;
+  if (any(greaterThan(tiles.zw - tiles.xy, ivec2(OCCLUSION_MAX_TILES)))) return true;
+  float depth = window_depth(nearest) - OCCLUSION_DEPTH_MARGIN;
+  for (int tile_y = tiles.y; tile_y <= tiles.w; ++tile_y) {
+    for (int tile_x = tiles.x; tile_x <= tiles.z; ++tile_x) {
+      ivec2 tile = ivec2(tile_x, tile_y);
+      if (depth > uintBitsToFloat(texelFetch(u_farthest, tile, 0).x)) continue;
+      ivec2 low = max(bounds.xy, tile * HIDING_TILE_PX);
+      ivec2 high = min(bounds.zw, tile * HIDING_TILE_PX + (HIDING_TILE_PX - 1));
+      for (int y = low.y; y <= high.y; ++y) {
+        for (int x = low.x; x <= high.x; ++x) {
+          if (is_in_front(ivec2(x, y), centre, half_box, layers)) return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
+void main() {
+  gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  gl_PointSize = 1.0;
+  v_answer = vec4(0.0);
+  Cell cell = unpack_sample(a_sample);
+  uint layers = active_layers(cell.interval);
+  if (layers == 0u || !is_drawn(cell.low)) return;
+  vec3 half_box = 0.5 * u_block.w * u_cell.xyz;
+  vec3 centre = u_block.xyz + u_block.w * u_cell.xyz * (cell.low + 0.5);
+  float z = dot(centre, u_forward.xyz);
+  vec3 reach_of_unit = vec3(u_step_right.w, u_step_up.w, u_step_forward.w);
+  if (u_in_front) half_box *= max(u_lens.w, 1.0) * (1.0 + 2.0 * OCCLUSION_MARGIN_CELLS);
+  else half_box += OCCLUSION_MARGIN_PX * u_lens.y * max(z, u_depth.z) * reach_of_unit;
+  float reach = dot(abs(u_forward.xyz), half_box);
+  if (z + reach < u_depth.z || is_beside(centre, half_box)) return;
+  ivec4 bounds = px_bounds(centre, half_box, z, reach);
+  if (any(greaterThan(bounds.xy, bounds.zw))) return;
+  int found;
+  if (u_in_front) {
+    float nearest = max(z - reach, u_depth.z);
+    found = is_anywhere_in_front(centre, half_box, bounds, nearest, layers) ? OCCLUSION_MAX_PX : 0;
+  } else {
+    found = px_shown(centre, half_box, bounds);
+  }
+  if (found == 0) return;
+
+  uvec3 region = uvec3(cell.low) >> 3;
+  uint bit = region.x + 8u * region.y + 64u * region.z;
+  vec4 channel = vec4(equal(uvec4(bit & 3u), uvec4(0u, 1u, 2u, 3u)));
+  v_answer = min(float(found) / float(OCCLUSION_MAX_PX), 1.0) * channel;
+  float column = (float(bit >> 2) + 0.5) / float(OCCLUSION_ROW_TEXELS);
+  gl_Position = vec4(2.0 * vec2(column, u_row.x / u_row.y) - 1.0, 0.0, 1.0);
+}

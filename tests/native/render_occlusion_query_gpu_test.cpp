@@ -1,0 +1,205 @@
+// Which regions a picture shows, against what its pixels say.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "native/headless/draw_image.h"
+#include "native/headless/egl_context.h"
+#include "tests/native/test_volume.h"
+
+namespace isosplat {
+namespace {
+
+constexpr int kWidth = 320, kHeight = 240;
+constexpr uint32_t kLevel = 1;
+
+class OcclusionQueryGpu : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto context = EglContext::create();
+    ASSERT_TRUE(context) << context.error().message;
+    context_ = std::move(*context);
+    renderer_ = std::move(*Renderer::create());
+    volume_ = sphere_volume({129, 129, 129});
+    settings_.kind = SplatKind::exact;
+    settings_.isosurfaces = {{5000, {1, 1, 1}, 1}};
+    renderer_->set_camera(default_camera(volume_.grid, double(kWidth) / kHeight));
+  }
+  void TearDown() override {
+    renderer_.reset();
+    context_.reset();
+  }
+
+  /// Draws level 1, a single block, and asks.
+  ChunkVisibility visibility(int min_px) {
+    show_volume(*renderer_, volume_, 3000, 5000, kLevel);
+    renderer_->set_settings(settings_);
+    EXPECT_TRUE(draw_image(*renderer_, kWidth, kHeight));
+    const uint64_t id = 0;
+    EXPECT_TRUE(renderer_->begin_occlusion_query({&id, 1}, min_px));
+    for (;;) {
+      if (auto answer = renderer_->take_occlusion_query()) {
+        EXPECT_EQ(answer->size(), 1u);
+        EXPECT_FALSE(renderer_->take_occlusion_query());
+        return answer->at(0);
+      }
+    }
+  }
+
+  /// Pixels that show the opaque surface in each region.
+  std::map<int, int> pixels_of_regions() {
+    const auto pixels = renderer_->read_surface().value();
+    const CameraFrame frame = camera_frame(renderer_->camera());
+    std::map<int, int> counts;
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      if (!pixels[size_t(i)].hit) continue;
+      const double scale = frame.tan_half_field_of_view * 2 / kHeight;
+      const double x = (i % kWidth + 0.5 - 0.5 * kWidth) * scale;
+      const double y = (i / kWidth + 0.5 - 0.5 * kHeight) * scale;
+      const Vec3d p =
+          frame.eye + (frame.forward + frame.right * x + frame.up * y) * pixels[size_t(i)].depth;
+      const auto region = [](double at) { return static_cast<int>(at / (8 << kLevel)); };
+      ++counts[region(p.x) + 8 * region(p.y) + 64 * region(p.z)];
+    }
+    return counts;
+  }
+
+  std::unique_ptr<EglContext> context_;
+  std::unique_ptr<Renderer> renderer_;
+  TestVolume volume_;
+  RenderSettings settings_;
+};
+
+TEST_F(OcclusionQueryGpu, RegionsAreSeenThatShowInEnoughPixels) {
+  constexpr int kMin = 40;
+  const ChunkVisibility answer = visibility(kMin);
+  EXPECT_EQ(answer.tested, RegionMask::all());
+  auto counts = pixels_of_regions();
+  int seen = 0, hidden = 0;
+  for (int bit = 0; bit < 512; ++bit) {
+    const bool is_seen = answer.seen.contains({bit % 8, bit / 8 % 8, bit / 64});
+    // Surface within a quarter of a px of two cells counts for both, and these are 2 to 3 px wide.
+    if (is_seen) {
+      EXPECT_GE(counts[bit], kMin / 2) << "region " << bit;
+    } else {
+      EXPECT_LE(counts[bit], kMin * 5 / 4) << "region " << bit;
+    }
+    ++(is_seen ? seen : hidden);
+  }
+  EXPECT_GT(seen, 20);
+  EXPECT_GT(hidden, 300);
+}
+
+TEST_F(OcclusionQueryGpu, WithNoLeastEveryRegionCountsThatMayBeSeen) {
+  const ChunkVisibility shown = visibility(1);
+  const ChunkVisibility answer = visibility(0);
+  EXPECT_EQ(answer.tested, RegionMask::all());
+  auto counts = pixels_of_regions();
+  int seen = 0, more = 0;
+  for (int bit = 0; bit < 512; ++bit) {
+    const Index3 region{bit % 8, bit / 8 % 8, bit / 64};
+    if (answer.seen.contains(region)) ++seen;
+    // At the outline, cells of the hidden half reach beyond what is shown.
+    if (answer.seen.contains(region) && !shown.seen.contains(region)) ++more;
+    if (counts[bit] > 40) {
+      EXPECT_TRUE(answer.seen.contains(region)) << "region " << bit;
+    }
+  }
+  EXPECT_GT(more, 0);
+  EXPECT_LT(seen, 250);
+}
+
+TEST_F(OcclusionQueryGpu, WhatHidesAllOfARegionHidesItWithNoLeast) {
+  // A sphere of radius 30 inside of an opaque one.
+  settings_.isosurfaces = {{5000, {1, 1, 1}, 1}};
+  const RegionMask outer = visibility(0).seen;
+  settings_.isosurfaces.push_back({3000, {1, 0, 0}, 1});
+  EXPECT_EQ(visibility(0).seen, outer);
+  settings_.isosurfaces[0].opacity = 0.5f;
+  EXPECT_NE(visibility(0).seen, outer);
+}
+
+TEST_F(OcclusionQueryGpu, WhatIsInsideOfAnOpaqueSurfaceIsHiddenAndSeenThroughATranslucentOne) {
+  // The inner sphere's cells, of radius 30, are in no region of the outer one's.
+  settings_.isosurfaces = {{5000, {1, 1, 1}, 1}, {3000, {1, 0, 0}, 1}};
+  const RegionMask opaque = visibility(1).seen;
+  settings_.isosurfaces[0].opacity = 0.5f;
+  const RegionMask translucent = visibility(1).seen;
+  int more = 0;
+  for (size_t z = 0; z < 8; ++z) {
+    EXPECT_EQ(opaque.slices[z] & ~translucent.slices[z], 0u);
+    for (uint64_t bits = translucent.slices[z] & ~opaque.slices[z]; bits; bits &= bits - 1) ++more;
+  }
+  EXPECT_GT(more, 8);
+}
+
+TEST_F(OcclusionQueryGpu, ClippedSurfacesHideNothingAndAreNotSeen) {
+  const RegionMask whole = visibility(1).seen;
+  settings_.clip_box_low = {0, 0.5, 0};  // the half in front of the camera
+  const RegionMask cut = visibility(1).seen;
+  bool more = false;
+  for (int bit = 0; bit < 512; ++bit) {
+    const Index3 region{bit % 8, bit / 8 % 8, bit / 64};
+    if (region.y < 3) {
+      EXPECT_FALSE(cut.contains(region));
+    } else {
+      more = more || (cut.contains(region) && !whole.contains(region));
+    }
+  }
+  EXPECT_TRUE(more);
+}
+
+TEST_F(OcclusionQueryGpu, SplatsOfWhatIsThinnerThanACoarseCellStayInsideOfTheCell) {
+  // A slope on which single voxels stand out that no corner of a cell of level 2 is: the slope
+  // moves samples to the faces of their cells.
+  constexpr uint32_t level = 2;
+  const auto stands_out = [](int32_t i) { return i % 16 == 6; };
+  volume_ = sampled_volume({129, 129, 129}, {1, 1, 1}, [&](Vec3d p) {
+    const bool all =
+        stands_out(int32_t(p.x)) && stands_out(int32_t(p.y)) && stands_out(int32_t(p.z));
+    return all ? 30000 : 10 * p.x + 5 * p.y + 2 * p.z;
+  });
+  settings_.isosurfaces = {{15000, {1, 1, 1}, 1}};
+  renderer_->set_camera(default_camera(volume_.grid, double(kWidth) / kHeight));
+  for (const SplatKind kind : {SplatKind::exact, SplatKind::ellipse}) {
+    settings_.kind = kind;
+    show_volume(*renderer_, volume_, 15000, 15000, level);
+    renderer_->set_settings(settings_);
+    ASSERT_TRUE(draw_image(*renderer_, kWidth, kHeight));
+    const auto pixels = renderer_->read_surface().value();
+    const CameraFrame frame = camera_frame(renderer_->camera());
+    const double scale = frame.tan_half_field_of_view * 2 / kHeight;
+    int hits = 0, outside = 0;
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      if (!pixels[size_t(i)].hit) continue;
+      ++hits;
+      const double x = (i % kWidth + 0.5 - 0.5 * kWidth) * scale;
+      const double y = (i / kWidth + 0.5 - 0.5 * kHeight) * scale;
+      const Vec3d p =
+          frame.eye + (frame.forward + frame.right * x + frame.up * y) * pixels[size_t(i)].depth;
+      // Voxel 6 is inside of the cell from 4 to 8.
+      const auto is_inside = [](double at) {
+        const double in_pattern = at - 16 * std::floor(at / 16);
+        return in_pattern > 4 - 0.05 && in_pattern < 8 + 0.05;
+      };
+      outside += !(is_inside(p.x) && is_inside(p.y) && is_inside(p.z));
+    }
+    EXPECT_GT(hits, 1000);
+    EXPECT_EQ(outside, 0) << "of " << hits << ", kind " << int(kind);
+  }
+}
+
+TEST_F(OcclusionQueryGpu, NeedsAPictureThatIsTrue) {
+  const uint64_t id = 0;
+  EXPECT_EQ(renderer_->begin_occlusion_query({&id, 1}, 1).error().status, Status::invalid_argument);
+  EXPECT_FALSE(renderer_->take_occlusion_query());
+  (void)visibility(1);
+  Camera camera = renderer_->camera();
+  camera.azimuth += 10;
+  renderer_->set_camera(camera);
+  EXPECT_EQ(renderer_->begin_occlusion_query({&id, 1}, 1).error().status, Status::invalid_argument);
+}
+
+}  // namespace
+}  // namespace isosplat

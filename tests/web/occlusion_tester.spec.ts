@@ -1,0 +1,72 @@
+/** An occlusion query that fails, wherever it does, ends: the session goes on without answers. */
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import type { StreamSession } from "../../web/stream/index.ts";
+import { OcclusionTester } from "../../web/viewer/occlusion_tester.ts";
+import type { RendererModule } from "../../web/viewer/renderer_module.ts";
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  vi.stubGlobal("window", globalThis);
+});
+afterEach(() => {
+  vi.unstubAllGlobals();
+  vi.useRealTimers();
+});
+
+const failing = (): never => {
+  throw new TypeError("the driver gives nothing back");
+};
+
+/** A session that wants one query, and a viewer whose renderer answers it so. */
+function tested(view: Partial<RendererModule>): { told: string[]; tester: OcclusionTester } {
+  const told: string[] = [];
+  const session = {
+    isClosed: false,
+    occlusionQuery: () => ({ ids: new Uint32Array([7]), minPixels: 0, view: 1, picture: 1 }),
+    answerOcclusion: () => told.push("answered"),
+    occlusionFailed: () => told.push("failed"),
+  };
+  const tester = new OcclusionTester({
+    guard: (action) => {
+      try {
+        action(view as RendererModule);
+        return true;
+      } catch {
+        return false;
+      }
+    },
+    isIdle: () => true,
+    isContextLost: () => false,
+    ended: () => told.push("ended"),
+  });
+  tester.test(session as unknown as StreamSession, true);
+  return { told, tester };
+}
+
+test("one that cannot be begun", () => {
+  const { told, tester } = tested({ beginOcclusionQuery: failing });
+  expect(told).toEqual(["failed", "ended"]);
+  expect(tester.isRunning).toBe(false);
+});
+
+test("one whose answer cannot be read", async () => {
+  let reads = 0;
+  const { told, tester } = tested({
+    beginOcclusionQuery: () => {},
+    takeOcclusionQuery: () => (++reads < 3 ? undefined : failing()),
+  });
+  expect(told).toEqual([]);
+  expect(tester.isRunning).toBe(true);
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(reads).toBe(3);
+  expect(told).toEqual(["failed", "ended"]);
+  expect(tester.isRunning).toBe(false);
+  expect(vi.getTimerCount()).toBe(0);
+});
+
+test("one that is answered", async () => {
+  const answer = new Uint32Array(33);
+  const { told } = tested({ beginOcclusionQuery: () => {}, takeOcclusionQuery: () => answer });
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(told).toEqual(["answered", "ended"]);
+});

@@ -1,0 +1,189 @@
+import type { StoreInfo } from "../stream/index.ts";
+import {
+  type Clip,
+  defaultLook,
+  type Look,
+  planeFacing,
+  type Surface,
+  type Viewer,
+  wholeVolume,
+} from "../viewer/index.ts";
+import { formatValue } from "./format.ts";
+import type { HistogramMark } from "./histogram.ts";
+import { firstIsovalue, type IsovalueScale, isovalueScale, snapped } from "./isovalue_scale.ts";
+import type { PanelActions, PanelState } from "./panel.ts";
+import { surfacesAt, withAddedSurface } from "./surfaces.ts";
+import { theme, themeBackground } from "./theme.ts";
+import type { UrlState } from "./url_state.ts";
+
+/**
+ * What of a volume is shown, and how: surfaces, look, clipping. Begins with what the address says;
+ * hands every change to the viewer, and then tells the page.
+ */
+export class DisplaySettings {
+  readonly #viewer: Viewer;
+  readonly #url: UrlState;
+  readonly #changed: () => void;
+  #scale: IsovalueScale = { low: 0, high: 1, step: 0.01 };
+  #suggestions: readonly number[] = [];
+  #surfaces: readonly Surface[];
+  /** Which surface the slider and the keys move. */
+  #active = 0;
+  #look: Look;
+  #isThemeBackground: boolean;
+  #clip: Clip;
+
+  constructor(viewer: Viewer, url: UrlState, changed: () => void) {
+    this.#viewer = viewer;
+    this.#url = url;
+    this.#changed = changed;
+    this.#surfaces = surfacesAt(url.isovalues ?? [], url.colours, url.opacities);
+    this.#isThemeBackground = url.background === undefined;
+    this.#look = {
+      kind: url.kind ?? defaultLook.kind,
+      colourBy: url.colourBy ?? defaultLook.colourBy,
+      colourMap: url.colourMap ?? defaultLook.colourMap,
+      eyeDome: url.eyeDome ?? defaultLook.eyeDome,
+      background: url.background ?? themeBackground[theme()],
+    };
+    this.#clip = url.clip ?? wholeVolume;
+    viewer.setLook(this.#look);
+    viewer.setClip(this.#clip);
+  }
+
+  /** Empty while neither the address nor a volume has named an isovalue. */
+  get surfaces(): readonly Surface[] {
+    return this.#surfaces;
+  }
+
+  /**
+   * A volume is open: its range, and its first suggestion where no isovalue is known that lies in it.
+   * Answers what is shown otherwise than asked for, a sentence each.
+   */
+  opened(info: StoreInfo): string[] {
+    this.#scale = isovalueScale(info.range, info.mapping.scale);
+    this.#suggestions = info.metadata.suggested_isovalues ?? [];
+    const notes: string[] = [];
+    const { low, high } = this.#scale;
+    const isInside = ({ isovalue }: Surface) => isovalue >= low && isovalue <= high;
+    const outside = this.#surfaces.filter((surface) => !isInside(surface));
+    if (outside.length > 0) {
+      const values = outside.map(({ isovalue }) => formatValue(isovalue)).join(", ");
+      notes.push(
+        `The address asks for isovalue ${values}: the volume's values are ` +
+          `${formatValue(low)} to ${formatValue(high)}.`,
+      );
+    }
+    let surfaces: readonly Surface[] = this.#surfaces.filter(isInside);
+    if (surfaces.length === 0) {
+      const { colours, opacities } = this.#url;
+      surfaces = surfacesAt([firstIsovalue(info)], colours, opacities);
+    }
+    if (outside.length > 0 || this.#surfaces.length === 0) {
+      this.#surfaces = surfaces;
+      this.#active = Math.min(this.#active, surfaces.length - 1);
+      this.#viewer.setSurfaces(surfaces);
+    }
+    this.#changed();
+    return notes;
+  }
+
+  themeChanged(): void {
+    if (this.#isThemeBackground) this.#changeLook({ background: themeBackground[theme()] });
+  }
+
+  /** Moves the active surface by so many hundredths of the range, or by single steps. */
+  step(by: number, unit: "hundredth" | "step"): void {
+    const { low, high, step } = this.#scale;
+    const isovalue = this.#surfaces[this.#active]?.isovalue;
+    if (isovalue === undefined) return;
+    const width = unit === "step" ? step : Math.max(step, (high - low) / 100);
+    this.actions.slide(isovalue + by * width);
+  }
+
+  get state(): Omit<PanelState, "info" | "histogram"> {
+    return {
+      scale: this.#scale,
+      surfaces: this.#surfaces,
+      active: this.#active,
+      look: this.#look,
+      isThemeBackground: this.#isThemeBackground,
+      clip: this.#clip,
+    };
+  }
+
+  get suggestions(): readonly number[] {
+    return this.#suggestions;
+  }
+
+  /** The surfaces on the histogram. */
+  get marks(): HistogramMark[] {
+    return this.#surfaces.map((surface, i) => ({
+      value: surface.isovalue,
+      colour: surface.colour,
+      isActive: i === this.#active,
+    }));
+  }
+
+  readonly actions: PanelActions = {
+    slide: (value) => this.#setIsovalue(snapped(value, this.#scale)),
+    enter: (value) => this.#setIsovalue(value),
+    activate: (index) => {
+      this.#active = index;
+      this.#changed();
+    },
+    changeSurface: (index, change) => this.#changeSurface(index, change),
+    addSurface: () => {
+      this.#active = this.#surfaces.length;
+      this.#setSurfaces(withAddedSurface(this.#surfaces, this.#suggestions, this.#scale));
+    },
+    removeSurface: (index) => {
+      const left = this.#surfaces.filter((_, i) => i !== index);
+      const wasBefore = index < this.#active ? 1 : 0;
+      this.#active = Math.min(this.#active - wasBefore, left.length - 1);
+      this.#setSurfaces(left);
+    },
+    changeLook: (change) => {
+      if (change.background !== undefined) this.#isThemeBackground = false;
+      this.#changeLook(change);
+    },
+    followTheme: () => {
+      this.#isThemeBackground = true;
+      this.themeChanged();
+    },
+    changeClip: (clip) => this.#setClip(clip),
+    cutAcrossView: () => {
+      const { camera, info } = this.#viewer;
+      if (camera && info) this.#setClip({ ...this.#clip, planes: [planeFacing(camera, info)] });
+    },
+  };
+
+  #setSurfaces(surfaces: readonly Surface[]): void {
+    this.#surfaces = surfaces;
+    this.#viewer.setSurfaces(surfaces);
+    this.#changed();
+  }
+
+  #changeSurface(index: number, change: Partial<Surface>): void {
+    this.#setSurfaces(this.#surfaces.map((s, i) => (i === index ? { ...s, ...change } : s)));
+  }
+
+  #setIsovalue(isovalue: number): void {
+    const { low, high } = this.#scale;
+    const inside = Math.max(low, Math.min(high, isovalue));
+    if (this.#surfaces[this.#active]?.isovalue === inside) this.#changed();
+    else this.#changeSurface(this.#active, { isovalue: inside });
+  }
+
+  #setClip(clip: Clip): void {
+    this.#clip = clip;
+    this.#viewer.setClip(clip);
+    this.#changed();
+  }
+
+  #changeLook(change: Partial<Look>): void {
+    this.#look = { ...this.#look, ...change };
+    this.#viewer.setLook(change);
+    this.#changed();
+  }
+}

@@ -1,0 +1,89 @@
+import { isWhole } from "../viewer/clipping.ts";
+import { type Camera, type Clip, defaultLook, type Look, type Surface } from "../viewer/types.ts";
+import { surfaceColours } from "./surfaces.ts";
+import { type UrlState, writeUrl } from "./url_state.ts";
+
+/**
+ * The address is written when nothing has changed for so long (ms): writing it takes the browser's
+ * time, which a gesture needs, and browsers limit it to about 100 calls in 30 s.
+ */
+const restMs = 300;
+
+export interface AddressState {
+  volume: string | undefined;
+  src: string | undefined;
+  surfaces: readonly Surface[];
+  look: Look;
+  isThemeBackground: boolean;
+  clip: Clip;
+  camera: Camera | undefined;
+}
+
+/** The address of a view: only what differs from what the page would choose by itself. */
+export function addressOf(view: AddressState): UrlState {
+  const { surfaces, look, clip } = view;
+  const state: UrlState = { isovalues: surfaces.map((surface) => surface.isovalue) };
+  if (view.volume) state.volume = view.volume;
+  else if (view.src) state.src = view.src;
+  if (surfaces.some((surface, i) => surface.colour !== surfaceColours[i])) {
+    state.colours = surfaces.map((surface) => surface.colour);
+  }
+  if (surfaces.some((surface) => surface.opacity !== 1)) {
+    state.opacities = surfaces.map((surface) => surface.opacity);
+  }
+  if (view.camera) state.camera = view.camera;
+  if (look.kind !== defaultLook.kind) state.kind = look.kind;
+  if (look.colourBy !== defaultLook.colourBy) state.colourBy = look.colourBy;
+  if (look.colourMap !== defaultLook.colourMap) state.colourMap = look.colourMap;
+  if (look.eyeDome !== defaultLook.eyeDome) state.eyeDome = look.eyeDome;
+  if (!view.isThemeBackground) state.background = look.background;
+  if (!isWhole(clip)) state.clip = clip;
+  return state;
+}
+
+/**
+ * Brings the address bar up to date once the view rests, without a new entry in the history for
+ * each change.
+ */
+export class AddressBar {
+  readonly #view: () => AddressState | null;
+  readonly #pendingChanged: () => void;
+  #timer = 0;
+  #changedAt = 0;
+
+  /** `view`: what is shown now; null while nothing is. `pendingChanged`: see isPending. */
+  constructor(view: () => AddressState | null, pendingChanged: () => void) {
+    this.#view = view;
+    this.#pendingChanged = pendingChanged;
+  }
+
+  /** The address bar is behind the view. */
+  get isPending(): boolean {
+    return this.#timer !== 0;
+  }
+
+  changed(): void {
+    this.#changedAt = performance.now();
+    if (this.isPending) return;
+    this.#writeAfter(restMs);
+    this.#pendingChanged();
+  }
+
+  /** The timer is not set anew for every change: that is a call of the browser's as well. */
+  #writeAfter(milliseconds: number): void {
+    this.#timer = window.setTimeout(() => {
+      const left = this.#changedAt + restMs - performance.now();
+      if (left > 0) this.#writeAfter(left);
+      else this.write();
+    }, milliseconds);
+  }
+
+  write(): void {
+    clearTimeout(this.#timer);
+    this.#timer = 0;
+    const view = this.#view();
+    const query = view ? writeUrl(addressOf(view)) : location.search;
+    if (query !== location.search) history.replaceState(null, "", location.pathname + query);
+    this.#pendingChanged();
+  }
+}

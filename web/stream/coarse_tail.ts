@@ -1,0 +1,163 @@
+import { type Chunk, CoreError, type Store } from "../core/index.ts";
+import type { Backoff } from "./backoff.ts";
+import type { Source } from "./source.ts";
+import { measured } from "./timeline.ts";
+import { joined } from "./transfer.ts";
+import { StreamError } from "./types.ts";
+
+/** What is held for every isovalue at most, so that a moving slider always has a surface. */
+const maxBytes = 160 * 1024;
+/** The coarse levels may take this share of the samples that the budget allows. */
+const budgetShare = 1 / 3;
+
+/** A chunk of the coarse tail with its bytes. */
+export interface CoarseChunk {
+  chunk: Chunk;
+  bytes: Uint8Array;
+}
+
+/**
+ * Fetches the coarse tail of the store, for every isovalue: the coarsest levels first, in one
+ * request, then those above them that still fit. In the file a level's chunks lie before those of
+ * the coarser levels, and its pages after theirs, so the second step is two ranges around the
+ * first.
+ */
+export class CoarseTail {
+  readonly #source: Source;
+  readonly #store: Store;
+  readonly #backoff: Backoff;
+
+  constructor(source: Source, store: Store, backoff: Backoff) {
+    this.#source = source;
+    this.#store = store;
+    this.#backoff = backoff;
+  }
+
+  /** The finest level that `load` may come to. */
+  get finestLevel(): number {
+    return this.#store.coarseRange(maxBytes).firstLevel;
+  }
+
+  /**
+   * `arrived` is called twice at most: with the chunks of the coarsest levels, and with the others.
+   * The others are asked for when the promise that it returns for the first is resolved.
+   * `sampleBudget` limits how much of the end is fetched. Resolves with the finest of its levels.
+   */
+  async load(
+    sampleBudget: number,
+    signal: AbortSignal,
+    arrived: (chunks: CoarseChunk[]) => Promise<void>,
+  ): Promise<number> {
+    const first = this.#store.bootstrapRange();
+    const firstEnd = first.offset + first.bytes;
+    const firstPart = await this.#fetch(first.offset, first.bytes, signal);
+    const coarsest = this.#chunks(first.firstLevel, this.#store.info.levels, firstPart);
+    await arrived(coarsest);
+    const all = this.#store.coarseRange(maxBytes);
+    if (all.firstLevel === first.firstLevel) return all.firstLevel;
+
+    // The pages say how many samples a level has, and with that, whether the budget has room.
+    const missing = all.offset + all.bytes - firstEnd;
+    if (missing > 0) this.#addPages(await this.#fetch(firstEnd, missing, signal));
+    let samples = countSamples(coarsest.map(({ chunk }) => chunk));
+    let finest = first.firstLevel;
+    while (finest > all.firstLevel) {
+      const chunks = this.#chunksOf(finest - 1);
+      if (!chunks) break;
+      samples += countSamples(chunks);
+      if (samples > sampleBudget * budgetShare) break;
+      --finest;
+    }
+    if (finest === first.firstLevel) return finest;
+    const from = Math.min(
+      ...(this.#chunksOf(finest) ?? []).map((chunk) => chunk.offset),
+      first.offset,
+    );
+    if (from < first.offset) {
+      const part = await this.#fetch(from, first.offset - from, signal);
+      await arrived(this.#chunks(finest, first.firstLevel, part));
+    }
+    return finest;
+  }
+
+  /** Fetches a range whole; a fault in its middle costs what has not arrived. */
+  async #fetch(offset: number, bytes: number, signal: AbortSignal): Promise<Part> {
+    const parts: Uint8Array[] = [];
+    let have = 0;
+    if (bytes > 0) {
+      await this.#backoff.retry(
+        signal,
+        () =>
+          this.#source.range(offset + have, bytes - have, signal, (part) => {
+            parts.push(part);
+            have += part.length;
+          }),
+        { slowly: true },
+      );
+    }
+    return { offset, bytes: joined(parts) };
+  }
+
+  #everyIsovalue(): [number, number] {
+    const [low, high] = this.#store.info.range;
+    return [low, high];
+  }
+
+  /** Adds the pages that lie in the part. */
+  #addPages(part: Part): void {
+    measured("isosplat:streaming", () => this.#addPagesOf(part));
+  }
+
+  #addPagesOf(part: Part): void {
+    for (const page of this.#store.pages()) {
+      const at = page.offset - part.offset;
+      if (page.resident || at < 0 || at + page.bytes > part.bytes.length) continue;
+      try {
+        this.#store.addPage(page.index, part.bytes.subarray(at, at + page.bytes));
+      } catch (error) {
+        // A damaged page is fetched anew, and told of, when the view needs it (PageLoader).
+        if (!(error instanceof CoreError)) throw error;
+        this.#source.bypassCaches();
+      }
+    }
+  }
+
+  /** Undefined: a page of the level has not come, or is damaged. */
+  #chunksOf(level: number): Chunk[] | undefined {
+    if (this.#store.missingPages(level, ...this.#everyIsovalue()).length > 0) return undefined;
+    return this.#store.chunksFor(level, ...this.#everyIsovalue());
+  }
+
+  /** The chunks of levels [from, to) that lie in the part, the coarsest first. */
+  #chunks(from: number, to: number, part: Part): CoarseChunk[] {
+    this.#addPages(part);
+    const result: CoarseChunk[] = [];
+    for (let level = to - 1; level >= from; --level) {
+      for (const chunk of this.#chunksOf(level) ?? []) {
+        const at = chunk.offset - part.offset;
+        if (at < 0 || at + chunk.bytes > part.bytes.length) continue;
+        result.push({ chunk, bytes: part.bytes.slice(at, at + chunk.bytes) });
+      }
+    }
+    return result;
+  }
+}
+
+interface Part {
+  offset: number;
+  bytes: Uint8Array;
+}
+
+function countSamples(chunks: readonly Chunk[]): number {
+  return chunks.reduce((samples, chunk) => samples + chunk.cells, 0);
+}
+
+/** The bytes of the directory are not what the header states. */
+export function badDirectory(error: unknown): StreamError {
+  const message = error instanceof Error ? error.message : String(error);
+  return new StreamError(
+    "damaged-page",
+    `the store's directory cannot be read: ${message}. Rebuild the store, or copy it again`,
+    error,
+  );
+}
