@@ -1,11 +1,11 @@
 import { afterEach, beforeAll, expect, test } from "vitest";
 import { type Chunk, type Core, CoreError, regionWords, type Store } from "../../web/core/index.ts";
 import {
-  quantized,
   countActive,
   core as load,
   offset,
   openWhole,
+  quantized,
   storeBytes,
   voxels,
 } from "./fixture.ts";

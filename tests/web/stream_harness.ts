@@ -2,13 +2,13 @@
 import { expect } from "vitest";
 import { type Core, regionWords } from "../../web/core/index.ts";
 import {
+  type CameraView,
   type ChunkPlace,
   InlineDecoder,
   type Progress,
   type Source,
   type StreamError,
   StreamSession,
-  type CameraView,
 } from "../../web/stream/index.ts";
 import { offset } from "./fixture.ts";
 

@@ -8,9 +8,11 @@ import {
   slowWait,
 } from "../stream/index.ts";
 import { type Camera, RendererError, Viewer } from "../viewer/index.ts";
+import { DisplaySettings } from "./display_settings.ts";
 import { formatValue } from "./format.ts";
 import { showHelp } from "./help.ts";
 import { Histogram } from "./histogram.ts";
+import { AddressBar } from "./page_address.ts";
 import { handlePageKey } from "./page_keys.ts";
 import { kindOf, type Problem, problemOf, problemOfFault } from "./problems.ts";
 import { StatusLine } from "./status_line.ts";
@@ -18,8 +20,6 @@ import { onTheme, toggleTheme } from "./theme.ts";
 import { keepThumbnailWhenIdle } from "./thumbnails.ts";
 import { Toast } from "./toast.ts";
 import { readUrl } from "./url_state.ts";
-import { AddressBar } from "./page_address.ts";
-import { DisplaySettings } from "./display_settings.ts";
 import {
   type Banner,
   type LayoutActions,

@@ -1,8 +1,8 @@
 import { type Chunk, CoreError } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
+import { CoalescedTask } from "./coalesced_task.ts";
 import type { Decoder } from "./decoder.ts";
 import { type FaultKind, faultOfStatus, isOfPart } from "./faults.ts";
-import { CoalescedTask } from "./coalesced_task.ts";
 import { SecondLook } from "./second_look.ts";
 import { PartError, type Source } from "./source.ts";
 import { measured } from "./timeline.ts";

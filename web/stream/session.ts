@@ -8,29 +8,29 @@ import {
 } from "../core/index.ts";
 import { Backoff } from "./backoff.ts";
 import { ChunkQueue } from "./chunk_queue.ts";
+import { CoalescedTask } from "./coalesced_task.ts";
 import { badDirectory, CoarseTail } from "./coarse_tail.ts";
 import type { Decoder } from "./decoder.ts";
-import { UploadQueue } from "./upload_queue.ts";
 import { defaultSampleBudget } from "./device.ts";
 import { type FaultKind, faultOfStatus, isOfPart } from "./faults.ts";
 import { Motion } from "./motion.ts";
-import { CoalescedTask } from "./coalesced_task.ts";
+import { OcclusionQueries, type OcclusionQuery } from "./occlusion_queries.ts";
 import { PageLoader } from "./page_loader.ts";
 import { Prefetch } from "./prefetch.ts";
 import { Residency } from "./residency.ts";
-import { OcclusionQueries, type OcclusionQuery } from "./occlusion_queries.ts";
 import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import { beginsAsStore } from "./transfer.ts";
 import {
+  type CameraView,
   type ChunkPlace,
   type Progress,
   type StoreInfo,
   StreamError,
   type StreamEvents,
   type StreamOptions,
-  type CameraView,
 } from "./types.ts";
+import { UploadQueue } from "./upload_queue.ts";
 import { WorkerPool } from "./worker_pool.ts";
 
 /**

@@ -3,9 +3,9 @@ import { Fade } from "./fade.ts";
 import { FrameLoop } from "./frame_loop.ts";
 import { GpuPulse, GpuTimer } from "./gpu_timer.ts";
 import { OcclusionTester } from "./occlusion_tester.ts";
+import { type DrawStatistics, RendererError, type RendererModule } from "./renderer_module.ts";
 import { SplatChoice } from "./splat_choice.ts";
 import type { Camera, FrameReport, Look, SplatKind } from "./types.ts";
-import { type DrawStatistics, RendererError, type RendererModule } from "./renderer_module.ts";
 
 /** The view rests when nothing has moved or arrived for so long (ms). */
 const restAfter = 220;

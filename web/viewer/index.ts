@@ -1,6 +1,6 @@
 export * from "./clipping.ts";
 export { type CameraActions, handleCameraKey } from "./controls.ts";
 export { onPixelRatio } from "./pixel_ratio.ts";
-export * from "./types.ts";
 export { compiledRenderer, RendererError } from "./renderer_module.ts";
+export * from "./types.ts";
 export { type OpenOptions, Viewer, type ViewerEvents, type ViewerOptions } from "./viewer.ts";

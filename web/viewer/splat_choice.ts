@@ -1,5 +1,5 @@
-import type { SplatKind } from "./types.ts";
 import type { DrawStatistics } from "./renderer_module.ts";
+import type { SplatKind } from "./types.ts";
 
 /** Ellipses that take longer (ms) give way to squares while something moves. */
 const slowEllipses = 50;

@@ -13,6 +13,7 @@ import { wholeVolume } from "./clipping.ts";
 import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";
 import { FrameScheduler, type Scene } from "./frame_scheduler.ts";
+import { compiledRenderer, RendererError, RendererModule } from "./renderer_module.ts";
 import {
   type Camera,
   type Clip,
@@ -22,7 +23,6 @@ import {
   type Look,
   type Surface,
 } from "./types.ts";
-import { compiledRenderer, RendererError, RendererModule } from "./renderer_module.ts";
 
 export interface ViewerEvents {
   /** A volume is open; its first surface is on its way. */
