@@ -12,7 +12,7 @@ namespace {
 constexpr float kOpaque = 0.999f;
 
 Vec3f to_linear(Vec3f c) {
-  // As apply_gamma.glsl: gamma 2 for sRGB.
+  // As gamma.glsl: gamma 2 for sRGB.
   const auto f = [](float v) { return std::clamp(v, 0.0f, 1.0f) * std::clamp(v, 0.0f, 1.0f); };
   return {f(c.x), f(c.y), f(c.z)};
 }

@@ -148,9 +148,9 @@ void Renderer::State::start(SplatProgram& splat, Pass pass, bool pulled, bool cl
                                                           "splat.vert.glsl"};
   if (pass == pass_quad) {
     splat.program = GlProgram::start(defines,
-                                     {"frame.glsl", "surface_pixel.glsl", "apply_gamma.glsl",
+                                     {"frame.glsl", "surface_pixel.glsl", "gamma.glsl",
                                       "light.glsl", "cell.glsl", "splat.glsl", "quad.vert.glsl"},
-                                     {"apply_gamma.glsl", "quad.frag.glsl"});
+                                     {"gamma.glsl", "quad.frag.glsl"});
   } else if (pass == pass_ellipse) {
     splat.program = GlProgram::start(defines, vertex,
                                      {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",
@@ -158,7 +158,7 @@ void Renderer::State::start(SplatProgram& splat, Pass pass, bool pulled, bool cl
   } else {
     splat.program =
         GlProgram::start(defines, vertex,
-                         {"frame.glsl", "surface_pixel.glsl", "apply_gamma.glsl", "light.glsl",
+                         {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
                           "cell.glsl", "ray.glsl", "cubic.glsl", "ray_cast.frag.glsl"});
   }
 }
@@ -197,12 +197,12 @@ void Renderer::State::start(ImageProgram& image, int pass) {
       return;
     case pass_present:
       image.program =
-          GlProgram::start("", {"image.vert.glsl"}, {"apply_gamma.glsl", "present.frag.glsl"});
+          GlProgram::start("", {"image.vert.glsl"}, {"gamma.glsl", "present.frag.glsl"});
       return;
     case pass_darken:
       image.program = GlProgram::start(
           "", {"image.vert.glsl"},
-          {"frame.glsl", "apply_gamma.glsl", "light.glsl", "eye_dome.glsl", "darken.frag.glsl"});
+          {"frame.glsl", "gamma.glsl", "light.glsl", "eye_dome.glsl", "darken.frag.glsl"});
       return;
     case pass_fade:
       image.program = GlProgram::start("", {"image.vert.glsl"}, {"fade.frag.glsl"});
@@ -212,17 +212,16 @@ void Renderer::State::start(ImageProgram& image, int pass) {
       return;
     case pass_mesh:
     case pass_lit_mesh:
-      image.program =
-          GlProgram::start(pass == pass_lit_mesh ? "#define LIT\n" : "",
-                           {"frame.glsl", "apply_gamma.glsl", "light.glsl", "mesh.vert.glsl"},
-                           {"surface_pixel.glsl", "mesh.frag.glsl"});
+      image.program = GlProgram::start(pass == pass_lit_mesh ? "#define LIT\n" : "",
+                                       {"frame.glsl", "gamma.glsl", "light.glsl", "mesh.vert.glsl"},
+                                       {"surface_pixel.glsl", "mesh.frag.glsl"});
       return;
     default: {
       const int composes = pass - pass_compose;
       const std::string defines = std::string(composes & 1 ? "" : "#define ONE_LAYER\n") +
                                   (composes & 2 ? "#define EYE_DOME\n" : "");
       image.program = GlProgram::start(defines, {"image.vert.glsl"},
-                                       {"frame.glsl", "surface_pixel.glsl", "apply_gamma.glsl",
+                                       {"frame.glsl", "surface_pixel.glsl", "gamma.glsl",
                                         "light.glsl", "eye_dome.glsl", "compose.frag.glsl"});
     }
   }
