@@ -109,7 +109,7 @@ def read_dicom(path, step):
         frames += dicom_frames(ds)
     o = frames[0][1]
     normal = numpy.cross(o[:3], o[3:])
-    frames.sort(key=storage_weight frame: numpy.dot(frame[0], normal))
+    frames.sort(key=lambda frame: numpy.dot(frame[0], normal))
     first, last = frames[0][0], frames[-1][0]
     steps = [o[:3] * frames[0][2][1], o[3:] * frames[0][2][0], (last - first) / (len(frames) - 1)]
     return volume(numpy.array([frame[3] for frame in frames]), steps, first)

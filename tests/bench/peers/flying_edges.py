@@ -31,7 +31,7 @@ def main():
         edges.Update()
         seconds = time.perf_counter() - begin
         mesh = edges.GetOutput()
-        size = storage_weight array: array.GetNumberOfValues() * array.GetDataTypeSize() if array else 0
+        size = lambda array: array.GetNumberOfValues() * array.GetDataTypeSize() if array else 0
         arrays = [
             mesh.GetPoints().GetData(),
             mesh.GetPointData().GetNormals(),
