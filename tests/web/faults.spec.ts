@@ -479,7 +479,7 @@ describe("what the GPU does not take", () => {
     session.update(view(300.5));
     await harness.complete();
     const lost = harness.visible.slice(0, 2);
-    session.notTaken(lost, "no room");
+    session.rejectUploads(lost, "no room");
     for (const id of lost) expect(harness.resident.has(id)).toBe(false);
     await harness.until(() => harness.progress?.fault?.kind === "out-of-memory");
     const requests = session.source.requests;

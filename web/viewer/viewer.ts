@@ -495,7 +495,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         renderer.checkGpu();
       } catch (error) {
         if (!(error instanceof RendererError) || error.kind !== "out-of-memory") throw error;
-        this.#session?.notTaken(ids, error.message);
+        this.#session?.rejectUploads(ids, error.message);
       }
     });
   }

@@ -1,0 +1,110 @@
+import { type Chunk, CoreError, type Store } from "../core/index.ts";
+import type { Backoff } from "./backoff.ts";
+import { badDirectory, type CoarseChunk, CoarseTail } from "./coarse_tail.ts";
+import type { Decoder } from "./decoder.ts";
+import type { Source } from "./source.ts";
+import { StreamError } from "./types.ts";
+
+export interface CoarseLoaderEvents {
+  isResident(handle: number): boolean;
+  /** A chunk is decoded. It stays resident as long as the volume is open. */
+  decoded(chunk: Chunk, samples: Uint32Array): void;
+  /** Resolves when everything decoded so far has been uploaded. */
+  uploaded(): Promise<void>;
+  /** Directory pages were added, the first surface is uploaded, or loading has ended. */
+  changed(): void;
+  failed(error: StreamError): void;
+}
+
+/**
+ * Loads the coarse tail of the store for every isovalue, when a volume is opened. Chunks of the
+ * first camera view's isovalues are decoded before the others.
+ */
+export class CoarseLoader {
+  readonly #source: Source;
+  readonly #store: Store;
+  readonly #decoder: Decoder;
+  readonly #events: CoarseLoaderEvents;
+  readonly #tail: CoarseTail;
+  readonly #decoding: Promise<void>[] = [];
+  #finestLevel: number;
+  #isLoading = true;
+  #hasFirstSurface = false;
+
+  constructor(
+    source: Source,
+    store: Store,
+    backoff: Backoff,
+    decoder: Decoder,
+    events: CoarseLoaderEvents,
+  ) {
+    this.#source = source;
+    this.#store = store;
+    this.#decoder = decoder;
+    this.#events = events;
+    this.#tail = new CoarseTail(source, store, backoff);
+    this.#finestLevel = this.#tail.finestLevel;
+  }
+
+  get isLoading(): boolean {
+    return this.#isLoading;
+  }
+
+  /** The first surface is uploaded. Until then, nothing finer competes with it for bandwidth. */
+  get hasFirstSurface(): boolean {
+    return this.#hasFirstSurface;
+  }
+
+  /** Whether a level is being loaded here, so that nobody else needs to request it. */
+  isLoadingLevel(level: number): boolean {
+    return this.#isLoading && level >= this.#finestLevel;
+  }
+
+  /** `sampleBudget` limits how many levels are loaded. Never rejects: see `failed`. */
+  async load(
+    sampleBudget: number,
+    firstIsovalues: readonly number[],
+    signal: AbortSignal,
+  ): Promise<void> {
+    const quantized = firstIsovalues.map((isovalue) => this.#store.quantizedIsovalue(isovalue));
+    const isFirst = ({ chunk: { bandBegin, bandEnd } }: CoarseChunk): boolean =>
+      quantized.some((isovalue) => bandBegin <= isovalue && isovalue < bandEnd);
+    try {
+      this.#finestLevel = await this.#tail.load(sampleBudget, signal, async (chunks) => {
+        const decodeAll = (some: CoarseChunk[]): Promise<void>[] =>
+          some.map((chunk) => this.#decode(chunk, signal));
+        const first = decodeAll(chunks.filter(isFirst));
+        const others = decodeAll(chunks.filter((chunk) => !isFirst(chunk)));
+        this.#decoding.push(...first, ...others);
+        this.#events.changed();
+        await Promise.all(first);
+        await this.#events.uploaded();
+        this.#firstSurfaceUploaded();
+      });
+      await Promise.all(this.#decoding);
+    } catch (error) {
+      if (signal.aborted) return;
+      this.#events.failed(error instanceof StreamError ? error : badDirectory(error));
+    }
+    // What is still missing has failed. From now on it is requested like any other chunk.
+    this.#isLoading = false;
+    this.#firstSurfaceUploaded();
+  }
+
+  #firstSurfaceUploaded(): void {
+    this.#hasFirstSurface = true;
+    this.#events.changed();
+  }
+
+  async #decode({ chunk, bytes }: CoarseChunk, signal: AbortSignal): Promise<void> {
+    if (this.#events.isResident(chunk.handle)) return;
+    try {
+      this.#events.decoded(chunk, await this.#decoder.decode(chunk, bytes, signal));
+    } catch (error) {
+      // The chunk is requested again, and its fault reported, when the selection needs it.
+      if (error instanceof CoreError && error.status === "checksum_mismatch") {
+        this.#source.bypassCaches();
+      }
+    }
+  }
+}

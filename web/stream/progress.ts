@@ -1,0 +1,98 @@
+import type { Chunk, CoreSelection } from "../core/index.ts";
+import type { ChunkQueue } from "./chunk_queue.ts";
+import type { ChunkUploads } from "./chunk_uploads.ts";
+import type { Motion } from "./motion.ts";
+import type { OcclusionQueries } from "./occlusion_queries.ts";
+import type { PageLoader } from "./page_loader.ts";
+import type { Source } from "./source.ts";
+import type { Progress, StreamError } from "./types.ts";
+
+/** What progress is computed from. */
+export interface ProgressInputs {
+  source: Source;
+  queue: ChunkQueue;
+  pages: PageLoader;
+  uploads: ChunkUploads;
+  motion: Motion;
+  occlusion: OcclusionQueries;
+  /** The last selection. */
+  selection: CoreSelection | undefined;
+  /** Another selection is requested. */
+  isSelectionPending: boolean;
+  isLoadingCoarse: boolean;
+  /** Why the source is not answering now. */
+  sourceFault: StreamError | undefined;
+}
+
+export function progressOf(inputs: ProgressInputs): Progress {
+  const { source, queue, pages, uploads, selection } = inputs;
+  const { residency } = uploads;
+  const load = selection?.load ?? [];
+  const work = remainingWork(inputs);
+  const limitedByBudget = (selection?.limitedByBudget ?? false) || queue.full;
+  const sourceFault = work.isDone ? undefined : inputs.sourceFault;
+  const state = stateOf(inputs, work, sourceFault, limitedByBudget);
+  const [chunkDamage, pageDamage] = [queue.damaged, pages.damaged];
+  const fault = sourceFault ?? pageDamage.error ?? chunkDamage.error ?? uploads.overflow;
+  return {
+    state,
+    chunksToGo: load.length,
+    bytesToGo: load.reduce((bytes, chunk) => bytes + chunk.bytes, 0),
+    bytesFetched: source.bytesReceived,
+    requests: source.requests,
+    chunksResident: residency.chunks,
+    samplesResident: residency.samples,
+    sampleBudget: residency.budget,
+    finestLevel: selection?.finestLevel ?? -1,
+    coarsestLevel: selection?.coarsestLevel ?? -1,
+    limitedByBudget,
+    complete: state === "complete",
+    damagedParts: chunkDamage.count + pageDamage.count,
+    fault: fault ? { kind: fault.kind, message: fault.message } : null,
+  };
+}
+
+interface RemainingWork {
+  /** Nothing is under way: everything still missing has failed. */
+  isSettled: boolean;
+  /** Nothing is missing. */
+  isDone: boolean;
+  /** Something is missing and has no room, and nothing under way will make room. */
+  isFull: boolean;
+}
+
+function remainingWork(inputs: ProgressInputs): RemainingWork {
+  const { selection, queue, pages, uploads, occlusion } = inputs;
+  const isIdle = !inputs.isSelectionPending && !inputs.isLoadingCoarse && uploads.isEmpty;
+  if (!selection || !isIdle) return { isSettled: false, isDone: false, isFull: false };
+  const hasFailed = ({ handle }: Chunk): boolean =>
+    queue.state(handle) === "failed" || uploads.isRejected(handle);
+  const isSettled =
+    selection.load.every(hasFailed) &&
+    selection.pages.every((page) => pages.isDamaged(page)) &&
+    selection.undecided === 0 &&
+    occlusion.answered;
+  const isMissingNothing = selection.load.length === 0 && selection.pages.length === 0;
+  return {
+    isSettled,
+    isDone: isSettled && isMissingNothing && occlusion.done,
+    isFull: selection.load.length > 0 && queue.full && queue.idle,
+  };
+}
+
+function stateOf(
+  { selection, motion, isLoadingCoarse }: ProgressInputs,
+  { isSettled, isDone, isFull }: RemainingWork,
+  sourceFault: StreamError | undefined,
+  limitedByBudget: boolean,
+): Progress["state"] {
+  const isMoving = motion.isovalueMoves || motion.cameraMoves;
+  const isDrawn = (selection?.finestLevel ?? -1) >= 0;
+  const missing = (selection?.load.length ?? 0) + (selection?.pages.length ?? 0);
+  if (sourceFault) return sourceFault.retrying ? "offline" : "incomplete";
+  if ((isDone || isFull) && !isMoving) return limitedByBudget ? "limited" : "complete";
+  if (!isDrawn && isLoadingCoarse) return "opening";
+  if (isMoving) return "waiting";
+  if (isSettled && !isDone && missing > 0) return "incomplete";
+  return "refining";
+}

@@ -1,0 +1,165 @@
+import type { Chunk, CoreSelection, SelectionView, Store } from "../core/index.ts";
+import type { ChunkQueue } from "./chunk_queue.ts";
+import type { ChunkUploads } from "./chunk_uploads.ts";
+import type { CoarseLoader } from "./coarse_loader.ts";
+import type { Motion } from "./motion.ts";
+import type { OcclusionQueries } from "./occlusion_queries.ts";
+import type { PageLoader } from "./page_loader.ts";
+import { Prefetch } from "./prefetch.ts";
+import type { SourceCheck } from "./source_check.ts";
+import type { CameraView, StreamEvents } from "./types.ts";
+
+/**
+ * A refined camera view may use this share of the budget that the pinned chunks leave: finer and
+ * coarser chunks are both resident while one replaces the other.
+ */
+const targetShare = 0.75;
+/** Bytes prefetched at a time while the isovalue moves. */
+const maxPrefetchBytes = 160 * 1024;
+
+/** What the selection loop works with. */
+export interface SelectionParts {
+  store: Store;
+  queue: ChunkQueue;
+  pages: PageLoader;
+  uploads: ChunkUploads;
+  coarse: CoarseLoader;
+  motion: Motion;
+  occlusion: OcclusionQueries;
+  sourceCheck: SourceCheck;
+  viewer: StreamEvents;
+  /** Sets a mark on the browser's timeline. */
+  mark(name: string): void;
+}
+
+/** Size in pixels up to which a cell is not refined further: at rest, and while the camera moves. */
+export interface CellPixels {
+  target: number;
+  moving: number;
+}
+
+/**
+ * Selects for a camera view: shows the resident chunks, requests the missing chunks and pages, and
+ * requests occlusion queries.
+ */
+export class SelectionLoop {
+  readonly #parts: SelectionParts;
+  readonly #cellPixels: CellPixels;
+  readonly #prefetch = new Prefetch();
+  #usesOcclusion: boolean;
+  #selection: CoreSelection | undefined;
+  #visible: Uint32Array = new Uint32Array();
+  #regions: Uint32Array = new Uint32Array();
+
+  constructor(parts: SelectionParts, cellPixels: CellPixels) {
+    this.#parts = parts;
+    this.#cellPixels = cellPixels;
+    this.#usesOcclusion = parts.viewer.testOcclusion !== undefined;
+  }
+
+  /** The last selection. */
+  get selection(): CoreSelection | undefined {
+    return this.#selection;
+  }
+
+  /** From now on, occluded chunks are fetched like all others. */
+  disableOcclusion(): void {
+    this.#usesOcclusion = false;
+  }
+
+  /** Throws what the core throws. */
+  run(cameraView: CameraView): void {
+    const { store, uploads, motion, queue, pages } = this.#parts;
+    const view = this.#selectionView(cameraView);
+    const selection = store.select(view);
+    this.#selection = selection;
+    uploads.residency.use(selection.drawn, selection.keep, this.#visible);
+    this.#show(selection);
+    this.#requestOcclusionQuery(selection, view.occlusion ?? false);
+    pages.need(this.#pagesToFetch(selection));
+    const needed = selection.load.filter((chunk) => this.#isToBeFetched(chunk));
+    if (motion.isovalueMoves) {
+      const ahead = this.#selectAhead(view);
+      queue.need(this.#prefetch.select(needed, queue.underway(), ahead));
+    } else {
+      this.#prefetch.end();
+      queue.need(needed);
+    }
+  }
+
+  #selectionView(cameraView: CameraView): SelectionView {
+    const { uploads, motion } = this.#parts;
+    const { budget, pinnedSamples } = uploads.residency;
+    // While something moves, little is fetched, and the answer would be out of date.
+    const isMoving = motion.cameraMoves || motion.isovalueMoves;
+    return {
+      viewProjection: cameraView.viewProjection,
+      width: cameraView.viewport.width,
+      height: cameraView.viewport.height,
+      isovalues: cameraView.isovalues,
+      loadCellPixels: motion.cameraMoves ? this.#cellPixels.moving : this.#cellPixels.target,
+      drawCellPixels: this.#cellPixels.target,
+      cellBudget: Math.max(0, (budget - pinnedSamples) * targetShare),
+      occlusion: this.#usesOcclusion && !isMoving,
+    };
+  }
+
+  #requestOcclusionQuery(selection: CoreSelection, usesOcclusion: boolean): void {
+    const { occlusion, viewer } = this.#parts;
+    const { load, pages, undecided, test } = selection;
+    const isMoreNeeded = load.length > 0 || pages.length > 0 || undecided > 0;
+    occlusion.need(usesOcclusion ? test : undefined, isMoreNeeded);
+    if (!occlusion.done) viewer.testOcclusion?.();
+  }
+
+  /** The first chunks of the isovalues expected next, if they move slowly enough to be of use. */
+  #selectAhead(view: SelectionView): Chunk[] {
+    const { store, motion, pages } = this.#parts;
+    const [low, high] = store.info.range;
+    const isovalues = motion.isovaluesAhead(high - low);
+    if (!isovalues) return [];
+    const loadCellPixels = this.#cellPixels.moving;
+    const next = store.select({ ...view, isovalues, loadCellPixels, ahead: true });
+    const now = this.#selection ? this.#pagesToFetch(this.#selection) : [];
+    pages.need([...now, ...this.#pagesToFetch(next)]);
+    const chunks: Chunk[] = [];
+    let bytes = 0;
+    for (const chunk of next.load) {
+      if (!this.#isToBeFetched(chunk)) continue;
+      bytes += chunk.bytes;
+      if (bytes > maxPrefetchBytes) break;
+      chunks.push(chunk);
+    }
+    return chunks;
+  }
+
+  #isToBeFetched({ handle, level }: Chunk): boolean {
+    const { coarse, sourceCheck, uploads } = this.#parts;
+    return (
+      coarse.hasFirstSurface &&
+      !sourceCheck.isReplaced &&
+      !coarse.isLoadingLevel(level) &&
+      !uploads.isQueued(handle) &&
+      !uploads.isRejected(handle)
+    );
+  }
+
+  #pagesToFetch(selection: CoreSelection): number[] {
+    const { coarse, sourceCheck, pages } = this.#parts;
+    if (sourceCheck.isReplaced) return [];
+    return selection.pages.filter((page) => !coarse.isLoadingLevel(pages.level(page)));
+  }
+
+  #show({ drawn, regions }: CoreSelection): void {
+    if (isSame(drawn, this.#visible) && isSame(regions, this.#regions)) return;
+    if (this.#visible.length === 0) this.#parts.mark("isosplat:surface");
+    this.#parts.occlusion.pictureChanged();
+    this.#visible = drawn;
+    this.#regions = regions;
+    this.#parts.viewer.visible(drawn.slice(), regions.slice());
+  }
+}
+
+function isSame(a: Uint32Array, b: Uint32Array): boolean {
+  return a.length === b.length && a.every((word, i) => word === b[i]);
+}
