@@ -55,7 +55,7 @@ Result<StoreScene> show_store(Renderer& renderer, const StoreFile& store,
   ChunkDecoder decoder;
   std::vector<std::byte> bytes;
   std::vector<PackedSample> samples;
-  std::vector<uint64_t> ids;
+  std::vector<ChunkHandle> handles;
   for (const ChunkRef& chunk : chunks) {
     bytes.clear();
     if (auto read = store.read_chunk(chunk, bytes); !read) return tl::unexpected(read.error());
@@ -64,12 +64,13 @@ Result<StoreScene> show_store(Renderer& renderer, const StoreFile& store,
     if (auto decoded = decoder.decode_packed(bytes, shape, samples); !decoded) {
       return tl::unexpected(decoded.error());
     }
-    if (auto added = renderer.add_chunk(chunk.offset, {chunk.block}, samples); !added) {
+    const auto handle = static_cast<ChunkHandle>(handles.size());
+    if (auto added = renderer.add_chunk(handle, {chunk.block}, samples); !added) {
       return tl::unexpected(added.error());
     }
-    ids.push_back(chunk.offset);
+    handles.push_back(handle);
   }
-  renderer.set_visible(ids);
+  renderer.set_visible(handles);
   scene.chunks = chunks.size();
   return scene;
 }

@@ -67,7 +67,8 @@ Result<void> OcclusionQuery::begin(const Picture& picture, const std::vector<Ite
   if (auto ok = link(frame_binding); !ok) return ok;
   const size_t tested = std::min(items.size(), kMaxItems);
   for (size_t i = 0; i < items.size(); ++i) {
-    asked_.push_back({items[i].id, items[i].regions, i < tested ? RegionMask{} : items[i].regions});
+    asked_.push_back(
+        {items[i].handle, items[i].regions, i < tested ? RegionMask{} : items[i].regions});
   }
   const auto rows = static_cast<GLsizei>(std::max<size_t>(tested, 1));
   glActiveTexture(GL_TEXTURE0);
@@ -140,7 +141,7 @@ std::optional<std::vector<ChunkVisibility>> OcclusionQuery::take() {
   for (size_t i = 0; i < counts.size(); ++i) {
     if (counts[i] < least) continue;
     const auto bit = static_cast<int32_t>(i % kRowBytes);
-    asked_[i / kRowBytes].seen.insert({bit % 8, bit / 8 % 8, bit / 64});
+    asked_[i / kRowBytes].visible.insert({bit % 8, bit / 8 % 8, bit / 64});
   }
   return std::move(asked_);
 }
@@ -161,19 +162,20 @@ void OcclusionQuery::abandon() {
   asked_.clear();
 }
 
-Result<void> Renderer::begin_occlusion_query(std::span<const uint64_t> ids, int min_px) {
+Result<void> Renderer::begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
   if (s.dirty || s.drawn_width == 0) {
     return fail(Status::invalid_argument, "an occlusion query needs a picture that is up to date");
   }
   std::vector<OcclusionQuery::Item> items;
-  for (const VisibleChunk& chunk : s.visible) {
-    if (std::find(ids.begin(), ids.end(), chunk.id) == ids.end()) continue;
-    OcclusionQuery::Item item{chunk.id, {}, chunk.regions};
+  for (const DrawnChunk& chunk : s.visible) {
+    if (std::find(handles.begin(), handles.end(), chunk.handle) == handles.end()) continue;
+    OcclusionQuery::Item item{chunk.handle, {}, chunk.regions};
     // What was culled is not seen.
-    const auto drawn = std::find_if(s.items.begin(), s.items.end(),
-                                    [&](const State::DrawItem& d) { return d.id == chunk.id; });
+    const auto drawn = std::find_if(s.items.begin(), s.items.end(), [&](const State::DrawItem& d) {
+      return d.handle == chunk.handle;
+    });
     if (drawn != s.items.end()) {
       const SampleRange& range = drawn->chunk->range;
       item.block = drawn->block;

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "shared/grid/region_mask.h"
+#include "shared/grid/drawn_chunk.h"
 #include "shared/render/gl_program.h"
 #include "shared/render/image_target.h"
 #include "shared/render/renderer.h"
@@ -21,7 +21,7 @@ class OcclusionQuery {
  public:
   /// A visible chunk; without samples where it was culled.
   struct Item {
-    uint64_t id = 0;
+    ChunkHandle handle = 0;
     std::array<float, 4> block{};  ///< u_block of splat.vert.glsl
     RegionMask regions;
     GLuint vertex_array = 0;

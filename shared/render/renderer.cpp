@@ -82,13 +82,13 @@ void Renderer::set_volume(const VolumeGrid& grid, const ValueMapping& mapping) {
   state_->grid = grid;
   state_->mapping = mapping;
   state_->set_sheared(shear_degrees(grid.direction) >= kMinShearDegrees);
-  for (const auto& [id, chunk] : state_->chunks) state_->buffers.remove(chunk.range);
+  for (const auto& [handle, chunk] : state_->chunks) state_->buffers.remove(chunk.range);
   state_->chunks.clear();
   state_->visible.clear();
   state_->dirty = true;
 }
 
-Result<void> Renderer::add_chunk(uint64_t id, ChunkPlace place,
+Result<void> Renderer::add_chunk(ChunkHandle handle, ChunkPlace place,
                                  std::span<const PackedSample> samples) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost: add the chunk again later");
@@ -104,7 +104,7 @@ Result<void> Renderer::add_chunk(uint64_t id, ChunkPlace place,
       at.z >= level.blocks.z) {
     return fail(Status::invalid_argument, "a chunk's block lies outside of the volume");
   }
-  remove_chunk(id);
+  remove_chunk(handle);
   State::Chunk chunk{{}, block, {kMissingVoxel, 0}, {}, {}, cluster_samples(samples, s.ordered)};
   const auto range = s.buffers.add(s.ordered);
   if (!range) return tl::unexpected(range.error());
@@ -117,8 +117,8 @@ Result<void> Renderer::add_chunk(uint64_t id, ChunkPlace place,
   const Index3 cells = block_cells(level, at);
   chunk.low = Vec3d{double(at.x), double(at.y), double(at.z)} * (cell * kBlockCells);
   chunk.high = chunk.low + Vec3d{double(cells.x), double(cells.y), double(cells.z)} * cell;
-  s.chunks.emplace(id, std::move(chunk));
-  if (s.is_visible(id)) s.dirty = true;
+  s.chunks.emplace(handle, std::move(chunk));
+  if (s.is_visible(handle)) s.dirty = true;
   return {};
 }
 
@@ -138,26 +138,26 @@ Result<void> Renderer::check_gpu() const {
                                     ": a bug in the renderer or the driver");
 }
 
-void Renderer::remove_chunk(uint64_t id) {
+void Renderer::remove_chunk(ChunkHandle handle) {
   State& s = *state_;
-  const auto found = s.chunks.find(id);
+  const auto found = s.chunks.find(handle);
   if (found == s.chunks.end()) return;
   s.buffers.remove(found->second.range);
   s.chunks.erase(found);
-  if (s.is_visible(id)) s.dirty = true;
+  if (s.is_visible(handle)) s.dirty = true;
 }
 
-void Renderer::set_visible(std::span<const VisibleChunk> chunks) {
+void Renderer::set_visible(std::span<const DrawnChunk> chunks) {
   const auto& visible = state_->visible;
   if (std::equal(chunks.begin(), chunks.end(), visible.begin(), visible.end())) return;
   state_->visible.assign(chunks.begin(), chunks.end());
   state_->dirty = true;
 }
 
-void Renderer::set_visible(std::span<const uint64_t> ids) {
-  std::vector<VisibleChunk> chunks(ids.size());
-  std::transform(ids.begin(), ids.end(), chunks.begin(),
-                 [](uint64_t id) { return VisibleChunk{id}; });
+void Renderer::set_visible(std::span<const ChunkHandle> handles) {
+  std::vector<DrawnChunk> chunks(handles.size());
+  std::transform(handles.begin(), handles.end(), chunks.begin(),
+                 [](ChunkHandle handle) { return DrawnChunk{handle}; });
   set_visible(chunks);
 }
 

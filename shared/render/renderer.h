@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "shared/base/status.h"
-#include "shared/grid/region_mask.h"
+#include "shared/grid/drawn_chunk.h"
 #include "shared/render/camera.h"
 #include "shared/sampling/packed_sample.h"
 #include "shared/sampling/projection.h"
@@ -77,22 +77,6 @@ struct ChunkPlace {
   BlockKey block;
 };
 
-/// A chunk that is drawn, wholly or in part: in these regions of its block. Where a level's finer
-/// blocks are there in part, they draw the rest.
-struct VisibleChunk {
-  uint64_t id = 0;
-  RegionMask regions = RegionMask::all();
-
-  friend bool operator==(const VisibleChunk&, const VisibleChunk&) = default;
-};
-
-/// Which regions of a drawn chunk can be seen.
-struct ChunkVisibility {
-  uint64_t id = 0;
-  RegionMask tested;  ///< what was drawn
-  RegionMask seen;    ///< of these
-};
-
 /// What a draw did. Kept by the renderer until the next draw.
 struct FrameStatistics {
   /// Of clusters (8³ cells) with a part of an isosurface in the image, once for each isosurface.
@@ -152,23 +136,24 @@ class Renderer {
   /// Another volume: forgets all chunks. Settings and camera stay.
   void set_volume(const VolumeGrid& grid, const ValueMapping& mapping);
 
-  /// Uploads samples; the caller may free them afterwards. A chunk with the same id is replaced.
-  /// New chunks are not visible until set_visible names them. Empty spans are allowed. Errors:
-  /// invalid_argument (no volume, or a block outside of it), gl_error (the context is lost),
-  /// out_of_memory. Some drivers find out late: check_gpu() tells.
-  Result<void> add_chunk(uint64_t id, ChunkPlace place, std::span<const PackedSample> samples);
+  /// Uploads samples; the caller may free them afterwards. A chunk with the same handle is
+  /// replaced. New chunks are not visible until set_visible names them. Empty spans are allowed.
+  /// Errors: invalid_argument (no volume, or a block outside of it), gl_error (the context is
+  /// lost), out_of_memory. Some drivers find out late: check_gpu() tells.
+  Result<void> add_chunk(ChunkHandle handle, ChunkPlace place,
+                         std::span<const PackedSample> samples);
 
   /// What went wrong on the GPU since the last call. Waits until it has done what it was told, so
   /// call it when it has. Errors: out_of_memory, gl_error.
   Result<void> check_gpu() const;
 
-  /// Forgets a chunk; unknown ids are ignored.
-  void remove_chunk(uint64_t id);
+  /// Forgets a chunk; unknown handles are ignored.
+  void remove_chunk(ChunkHandle handle);
 
-  /// The chunks that draw() considers, from now on. Unknown ids are ignored. The caller sees to it
-  /// that no part of the volume is covered by two levels at once.
-  void set_visible(std::span<const VisibleChunk> chunks);
-  void set_visible(std::span<const uint64_t> ids);  ///< wholly
+  /// The chunks that draw() considers, from now on. Unknown handles are ignored. The caller sees to
+  /// it that no part of the volume is covered by two levels at once.
+  void set_visible(std::span<const DrawnChunk> chunks);
+  void set_visible(std::span<const ChunkHandle> handles);  ///< wholly
 
   void set_settings(const RenderSettings& settings);
   const RenderSettings& settings() const;
@@ -228,7 +213,7 @@ class Renderer {
   /// there. Chunks that are not visible by set_visible are left out. Forgets a query that is under
   /// way. Errors: gl_error, invalid_argument (there is no picture, or it is no longer true: draw
   /// first).
-  Result<void> begin_occlusion_query(std::span<const uint64_t> ids, int min_px);
+  Result<void> begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px);
 
   /// The answer, once; nothing while the GPU is at work, or where none was begun.
   std::optional<std::vector<ChunkVisibility>> take_occlusion_query();

@@ -76,8 +76,8 @@ struct Renderer::State {
     std::vector<SampleCluster> clusters;
   };
 
-  /// A cluster of a chunk that is drawn, as far as is known before.
-  enum class Visibility : uint8_t { none, likely, unlikely };
+  /// An estimate, before drawing, of whether a cluster of a drawn chunk is visible.
+  enum class ExpectedVisibility : uint8_t { none, likely, unlikely };
 
   /// Which clusters a pass draws, and whether its vertex shaders drop what is hidden behind what is
   /// drawn already.
@@ -85,7 +85,7 @@ struct Renderer::State {
 
   /// A visible chunk in this frame.
   struct DrawItem {
-    uint64_t id;
+    ChunkHandle handle;
     const Chunk* chunk;
     double nearest;
     std::array<float, 4> block;
@@ -107,8 +107,8 @@ struct Renderer::State {
   RenderSettings settings;
   Camera camera;
 
-  std::unordered_map<uint64_t, Chunk> chunks;
-  std::vector<VisibleChunk> visible;
+  std::unordered_map<ChunkHandle, Chunk> chunks;
+  std::vector<DrawnChunk> visible;
   SampleBuffers buffers;
 
   SurfaceTargets targets;
@@ -134,7 +134,7 @@ struct Renderer::State {
   // Kept between frames: no allocation once warm.
   std::vector<DrawItem> items;
   VertexRuns runs;  // of the item being drawn
-  std::vector<Visibility>
+  std::vector<ExpectedVisibility>
       visibilities;  // of the clusters of all items, for the isosurface being drawn
   std::vector<PackedSample> ordered;
   FrameStatistics statistics;
@@ -162,9 +162,9 @@ struct Renderer::State {
       }
     }
   }
-  bool is_visible(uint64_t id) const {
+  bool is_visible(ChunkHandle handle) const {
     return std::any_of(visible.begin(), visible.end(),
-                       [id](const VisibleChunk& chunk) { return chunk.id == id; });
+                       [handle](const DrawnChunk& chunk) { return chunk.handle == handle; });
   }
   void collect_items(const Frame& frame);
   uint64_t estimate_visibility(const Frame& frame, float quantized_isovalue);

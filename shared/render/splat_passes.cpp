@@ -21,8 +21,8 @@ void write_colours(bool write) {
 void Renderer::State::collect_items(const Frame& frame) {
   items.clear();
   const auto& lens = frame.block().lens;
-  for (const auto& [id, regions] : visible) {
-    const auto found = chunks.find(id);
+  for (const auto& [handle, regions] : visible) {
+    const auto found = chunks.find(handle);
     if (found == chunks.end() || found->second.range.count == 0) continue;
     const Chunk& chunk = found->second;
     const Frame::Box box = frame.box(chunk.low, chunk.high);
@@ -37,7 +37,7 @@ void Renderer::State::collect_items(const Frame& frame) {
     const double largest_px = 1.5 * diagonal * double(lens[0]) * double(lens[3]) /
                               std::max(nearest - diagonal, double(frame.block().depth[2]));
     const Vec3d corner = box.centre - box.half;
-    items.push_back({id,
+    items.push_back({handle,
                      &chunk,
                      nearest,
                      {static_cast<float>(corner.x), static_cast<float>(corner.y),
@@ -129,7 +129,7 @@ uint64_t Renderer::State::estimate_visibility(const Frame& frame, float quantize
                          item.regions.contains(cluster.region_index());
       const auto box = cluster_box(frame, item, cluster);
       const bool seen = drawn && occluders.is_in_image(box, item.largest_px);
-      visibilities.push_back(seen ? Visibility::likely : Visibility::none);
+      visibilities.push_back(seen ? ExpectedVisibility::likely : ExpectedVisibility::none);
       if (seen)
         occluders.add(box, float(OCCLUDER_FILL) * static_cast<float>(cluster.count) * cell * cell);
     }
@@ -137,10 +137,10 @@ uint64_t Renderer::State::estimate_visibility(const Frame& frame, float quantize
   uint64_t unlikely = 0;
   for (const DrawItem& item : items) {
     for (size_t i = 0; i < item.chunk->clusters.size(); ++i) {
-      Visibility& visibility = visibilities[item.first_visibility + i];
-      if (visibility == Visibility::likely &&
+      ExpectedVisibility& visibility = visibilities[item.first_visibility + i];
+      if (visibility == ExpectedVisibility::likely &&
           occluders.hide(cluster_box(frame, item, item.chunk->clusters[i]))) {
-        visibility = Visibility::unlikely;
+        visibility = ExpectedVisibility::unlikely;
         unlikely += item.chunk->clusters[i].count;
       }
     }
@@ -154,10 +154,11 @@ void Renderer::State::for_each_run(const DrawItem& item, Share share, Draw draw)
   uint32_t first = 0, count = 0;
   const auto& clusters = item.chunk->clusters;
   for (size_t i = 0; i < clusters.size(); ++i) {
-    const Visibility visibility = visibilities[item.first_visibility + i];
-    const bool drawn = share == Share::likely_seen          ? visibility == Visibility::likely
-                       : share == Share::not_hidden_of_rest ? visibility == Visibility::unlikely
-                                                            : visibility != Visibility::none;
+    const ExpectedVisibility visibility = visibilities[item.first_visibility + i];
+    const bool drawn = share == Share::likely_seen ? visibility == ExpectedVisibility::likely
+                       : share == Share::not_hidden_of_rest
+                           ? visibility == ExpectedVisibility::unlikely
+                           : visibility != ExpectedVisibility::none;
     if (drawn && count > 0 && clusters[i].first == first + count) {
       count += clusters[i].count;
     } else if (drawn) {

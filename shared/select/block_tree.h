@@ -19,7 +19,7 @@ struct BlockNode {
   double centre_distance = 0;
   uint32_t first_handle = 0, handle_count = 0;  ///< of its chunks: BlockTree::handles
   uint64_t cells = 0;
-  Visibility visibility = Visibility::seen;
+  Visibility visibility = Visibility::visible;
   bool resident = false;          ///< every chunk that it needs is
   bool wanted_finer = false;      ///< refined by this view, not just explored
   bool expanded = false;          ///< its children are known

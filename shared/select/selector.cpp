@@ -81,8 +81,8 @@ void SelectionMaker::list_needs() {
     if (!block.wanted_finer && !is_target) continue;  // only explored
     const bool wanted = is_wanted(i);
     // What is drawn in the block's place is about to be tested.
-    const bool is_open = block.visibility == Visibility::unknown ||
-                         (block.visibility == Visibility::coarse && is_target);
+    const bool is_open = block.visibility == Visibility::untested ||
+                         (block.visibility == Visibility::ancestor_visible && is_target);
     const bool waits = is_open && !block.resident && tree_.resident_above(block);
     for (const ChunkHandle handle : tree_.handles(block)) {
       if (table_.is_resident(handle)) {
@@ -248,12 +248,12 @@ Result<Selection> Selector::select_ahead(const SelectionView& view) {
   return state_->select(expected);
 }
 
-Result<void> Selector::set_visibility(std::span<const DrawnVisibility> answer) {
+Result<void> Selector::set_visibility(std::span<const ChunkVisibility> answer) {
   state_->visibility.clear();
-  for (const DrawnVisibility& drawn : answer) {
+  for (const ChunkVisibility& drawn : answer) {
     const auto known = chunk(drawn.handle);
     if (!known) return tl::unexpected(known.error());
-    state_->visibility.add(known->block, drawn.tested, drawn.seen);
+    state_->visibility.add(known->block, drawn.tested, drawn.visible);
   }
   return {};
 }

@@ -5,30 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "shared/grid/region_mask.h"
+#include "shared/grid/drawn_chunk.h"
 #include "shared/select/selection_view.h"
 #include "shared/store/store_reader.h"
 
 namespace isosplat {
-
-/// A small number for a chunk that has come up in a selection; stays the same for the Selector's
-/// lifetime.
-using ChunkHandle = uint32_t;
-
-/// A chunk to draw, in these regions of its block: in the others, finer chunks are drawn.
-struct DrawnChunk {
-  ChunkHandle handle = 0;
-  RegionMask regions = RegionMask::all();
-
-  friend bool operator==(const DrawnChunk&, const DrawnChunk&) = default;
-};
-
-/// What of a drawn chunk may be seen.
-struct DrawnVisibility {
-  ChunkHandle handle = 0;
-  RegionMask tested;  ///< regions that were drawn
-  RegionMask seen;    ///< of these
-};
 
 /// What a view needs.
 struct Selection {
@@ -90,7 +71,7 @@ class Selector {
 
   /// The answer of a test of what is drawn, in the view selected last: replaces the one before.
   /// Another camera, size or isovalue forgets it. Errors: not_found (a handle).
-  Result<void> set_visibility(std::span<const DrawnVisibility> answer);
+  Result<void> set_visibility(std::span<const ChunkVisibility> answer);
 
   /// As select, for a view that is only expected: leaves no trace in what the next selection holds
   /// on to.

@@ -9,31 +9,33 @@
 
 namespace isosplat {
 
-/// What is known of whether a block can be seen in a view.
+/// What occlusion queries found out about a block in a camera view.
 enum class Visibility : uint8_t {
-  unknown,  ///< nothing
-  coarse,   ///< something larger that the block is a part of may be seen
-  seen,     ///< the block may be seen
-  hidden,   ///< the block is behind what is drawn
+  untested,          ///< no query has covered the block
+  ancestor_visible,  ///< a larger block that contains it may be visible; itself it was not tested
+  visible,           ///< the block may be visible
+  hidden,            ///< the block is occluded
 };
 
-/// Which blocks may be seen in one view, told by a test of what is drawn: where a coarse chunk is
-/// drawn, its active cells enclose all that finer chunks would draw there, so a region none of
-/// whose cells is in front of the picture can be left as it is.
+/// The visibility of blocks in one camera view, from the results of occlusion queries.
+///
+/// The active cells of a coarse chunk enclose everything that finer chunks would draw in the same
+/// place. If no active cell of a region lies in front of the picture, the region is hidden at every
+/// finer level, and need not be refined.
 class VisibilityMap {
  public:
   void clear();
 
-  /// A test's answer for a drawn chunk of this block: the regions that were tested, and which of
-  /// them may be seen.
-  void add(BlockKey block, const RegionMask& tested, const RegionMask& seen);
+  /// Adds the result of a query for a drawn chunk of this block: the regions that were tested, and
+  /// those of them that may be visible.
+  void add(BlockKey block, const RegionMask& tested, const RegionMask& visible);
 
   Visibility of(BlockKey block) const;
 
  private:
-  std::unordered_map<uint64_t, RegionMask> tested_;  ///< by block quantized value
-  std::unordered_set<uint64_t>
-      seen_;  ///< quantized values of blocks that regions cover, and all above them
+  std::unordered_map<uint64_t, RegionMask> tested_;  ///< by block_id
+  /// block_id of the blocks that visible regions cover, and of all their ancestors.
+  std::unordered_set<uint64_t> visible_;
 };
 
 }  // namespace isosplat

@@ -352,7 +352,7 @@ uint32_t isosplat_core_select(IsosplatCore* core, const double* view,
 uint32_t isosplat_core_set_visibility(IsosplatCore* core, const uint32_t* answer, uint32_t count) {
   if (!core->store) return no_store(core);
   constexpr size_t kMaskWords = std::tuple_size_v<RegionMask::Words>;
-  std::vector<DrawnVisibility> drawn;
+  std::vector<ChunkVisibility> drawn;
   for (uint32_t i = 0; i < count; ++i, answer += 1 + 2 * kMaskWords) {
     drawn.push_back({answer[0], RegionMask::from_words(answer + 1),
                      RegionMask::from_words(answer + 1 + kMaskWords)});

@@ -21,7 +21,7 @@ struct View {
   RenderSettings settings;
   VolumeGrid grid{{2, 2, 2}};
   std::string text;  // what a const char* of ours points to
-  std::vector<VisibleChunk> visible;
+  std::vector<DrawnChunk> visible;
   std::vector<uint32_t> occlusion_answer;
 };
 
@@ -202,7 +202,7 @@ void isosplat_renderer_set_visible(const uint32_t* ids, const uint32_t* regions,
     v.visible[i] = {ids[i]};
     if (regions) v.visible[i].regions = RegionMask::from_words(regions + 16 * i);
   }
-  if (v.renderer) v.renderer->set_visible(std::span<const VisibleChunk>(v.visible));
+  if (v.renderer) v.renderer->set_visible(std::span<const DrawnChunk>(v.visible));
 }
 
 void isosplat_renderer_set_isosurfaces(const double* surfaces, uint32_t count) {
@@ -338,7 +338,7 @@ int32_t isosplat_renderer_begin_occlusion_query(const uint32_t* ids, uint32_t co
   Renderer* renderer = current();
   if (!renderer) return no_view();
   const auto begun =
-      renderer->begin_occlusion_query(std::vector<uint64_t>(ids, ids + count), min_px);
+      renderer->begin_occlusion_query(std::span<const ChunkHandle>(ids, count), min_px);
   return begun ? 0 : report(begun.error());
 }
 
@@ -350,8 +350,8 @@ int32_t isosplat_renderer_take_occlusion_query() {
   auto& words = view().occlusion_answer;
   words.clear();
   for (const ChunkVisibility& chunk : *answer) {
-    words.push_back(static_cast<uint32_t>(chunk.id));
-    for (const RegionMask& mask : {chunk.tested, chunk.seen}) {
+    words.push_back(chunk.handle);
+    for (const RegionMask& mask : {chunk.tested, chunk.visible}) {
       const auto regions = mask.words();
       words.insert(words.end(), regions.begin(), regions.end());
     }

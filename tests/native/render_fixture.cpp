@@ -27,9 +27,9 @@ int main(int argc, char** argv) {
       .write(reinterpret_cast<const char*>(samples.data()),
              static_cast<std::streamsize>(samples.size() * sizeof(PackedSample)));
   (*renderer)->set_volume(volume.grid, volume.mapping);
-  const uint64_t id = 7;
-  if (!(*renderer)->add_chunk(id, {{0, {0, 0, 0}}}, samples)) return 1;
-  (*renderer)->set_visible({&id, 1});
+  const ChunkHandle handle = 7;
+  if (!(*renderer)->add_chunk(handle, {{0, {0, 0, 0}}}, samples)) return 1;
+  (*renderer)->set_visible({&handle, 1});
   Camera camera = default_camera(volume.grid);
   camera.distance *= 0.6;
   (*renderer)->set_camera(camera);

@@ -166,14 +166,14 @@ TEST_F(RenderGpu, DropsHiddenSamplesOnly) {
   RenderSettings settings;
   settings.isosurfaces = {{5500, {0.85f, 0.8f, 0.7f}, 1}};
   settings.clip_box_high.x = 0.7;  // the far wall is seen from inside
-  constexpr uint64_t kChunks = 27;
-  std::vector<uint64_t> all(kChunks);
-  std::iota(all.begin(), all.end(), uint64_t{0});
+  constexpr size_t kChunks = 27;
+  std::vector<ChunkHandle> all(kChunks);
+  std::iota(all.begin(), all.end(), ChunkHandle{0});
   // Blended surfaces are means across chunks, and so cannot be put together of them.
   for (const SplatKind kind : {SplatKind::quad, SplatKind::ellipse, SplatKind::exact}) {
     settings.kind = kind;
     renderer_->set_settings(settings);
-    const auto depths = [&](std::span<const uint64_t> chunks) {
+    const auto depths = [&](std::span<const ChunkHandle> chunks) {
       renderer_->set_visible(chunks);
       EXPECT_TRUE(draw_image(*renderer_, kSize, kSize));
       const auto pixels = renderer_->read_surface();
@@ -184,7 +184,7 @@ TEST_F(RenderGpu, DropsHiddenSamplesOnly) {
     };
     const std::vector<float> together = depths(all);
     std::vector<float> nearest(together.size(), 1e9f);
-    for (const uint64_t& chunk : all) {
+    for (const ChunkHandle& chunk : all) {
       const std::vector<float> alone = depths({&chunk, 1});
       for (size_t i = 0; i < alone.size(); ++i) nearest[i] = std::min(nearest[i], alone[i]);
     }

@@ -36,8 +36,8 @@ class OcclusionQueryGpu : public ::testing::Test {
     show_volume(*renderer_, volume_, 3000, 5000, kLevel);
     renderer_->set_settings(settings_);
     EXPECT_TRUE(draw_image(*renderer_, kWidth, kHeight));
-    const uint64_t id = 0;
-    EXPECT_TRUE(renderer_->begin_occlusion_query({&id, 1}, min_px));
+    const ChunkHandle handle = 0;
+    EXPECT_TRUE(renderer_->begin_occlusion_query({&handle, 1}, min_px));
     for (;;) {
       if (auto answer = renderer_->take_occlusion_query()) {
         EXPECT_EQ(answer->size(), 1u);
@@ -78,7 +78,7 @@ TEST_F(OcclusionQueryGpu, RegionsAreSeenThatShowInEnoughPixels) {
   auto counts = pixels_of_regions();
   int seen = 0, hidden = 0;
   for (int bit = 0; bit < 512; ++bit) {
-    const bool is_seen = answer.seen.contains({bit % 8, bit / 8 % 8, bit / 64});
+    const bool is_seen = answer.visible.contains({bit % 8, bit / 8 % 8, bit / 64});
     // Surface within a quarter of a px of two cells counts for both, and these are 2 to 3 px wide.
     if (is_seen) {
       EXPECT_GE(counts[bit], kMin / 2) << "region " << bit;
@@ -99,11 +99,11 @@ TEST_F(OcclusionQueryGpu, WithNoLeastEveryRegionCountsThatMayBeSeen) {
   int seen = 0, more = 0;
   for (int bit = 0; bit < 512; ++bit) {
     const Index3 region{bit % 8, bit / 8 % 8, bit / 64};
-    if (answer.seen.contains(region)) ++seen;
+    if (answer.visible.contains(region)) ++seen;
     // At the outline, cells of the hidden half reach beyond what is shown.
-    if (answer.seen.contains(region) && !shown.seen.contains(region)) ++more;
+    if (answer.visible.contains(region) && !shown.visible.contains(region)) ++more;
     if (counts[bit] > 40) {
-      EXPECT_TRUE(answer.seen.contains(region)) << "region " << bit;
+      EXPECT_TRUE(answer.visible.contains(region)) << "region " << bit;
     }
   }
   EXPECT_GT(more, 0);
@@ -113,19 +113,19 @@ TEST_F(OcclusionQueryGpu, WithNoLeastEveryRegionCountsThatMayBeSeen) {
 TEST_F(OcclusionQueryGpu, WhatHidesAllOfARegionHidesItWithNoLeast) {
   // A sphere of radius 30 inside of an opaque one.
   settings_.isosurfaces = {{5000, {1, 1, 1}, 1}};
-  const RegionMask outer = visibility(0).seen;
+  const RegionMask outer = visibility(0).visible;
   settings_.isosurfaces.push_back({3000, {1, 0, 0}, 1});
-  EXPECT_EQ(visibility(0).seen, outer);
+  EXPECT_EQ(visibility(0).visible, outer);
   settings_.isosurfaces[0].opacity = 0.5f;
-  EXPECT_NE(visibility(0).seen, outer);
+  EXPECT_NE(visibility(0).visible, outer);
 }
 
 TEST_F(OcclusionQueryGpu, WhatIsInsideOfAnOpaqueSurfaceIsHiddenAndSeenThroughATranslucentOne) {
   // The inner sphere's cells, of radius 30, are in no region of the outer one's.
   settings_.isosurfaces = {{5000, {1, 1, 1}, 1}, {3000, {1, 0, 0}, 1}};
-  const RegionMask opaque = visibility(1).seen;
+  const RegionMask opaque = visibility(1).visible;
   settings_.isosurfaces[0].opacity = 0.5f;
-  const RegionMask translucent = visibility(1).seen;
+  const RegionMask translucent = visibility(1).visible;
   int more = 0;
   for (size_t z = 0; z < 8; ++z) {
     EXPECT_EQ(opaque.slices[z] & ~translucent.slices[z], 0u);
@@ -135,9 +135,9 @@ TEST_F(OcclusionQueryGpu, WhatIsInsideOfAnOpaqueSurfaceIsHiddenAndSeenThroughATr
 }
 
 TEST_F(OcclusionQueryGpu, ClippedSurfacesHideNothingAndAreNotSeen) {
-  const RegionMask whole = visibility(1).seen;
+  const RegionMask whole = visibility(1).visible;
   settings_.clip_box_low = {0, 0.5, 0};  // the half in front of the camera
-  const RegionMask cut = visibility(1).seen;
+  const RegionMask cut = visibility(1).visible;
   bool more = false;
   for (int bit = 0; bit < 512; ++bit) {
     const Index3 region{bit % 8, bit / 8 % 8, bit / 64};
@@ -191,14 +191,16 @@ TEST_F(OcclusionQueryGpu, SplatsOfWhatIsThinnerThanACoarseCellStayInsideOfTheCel
 }
 
 TEST_F(OcclusionQueryGpu, NeedsAPictureThatIsTrue) {
-  const uint64_t id = 0;
-  EXPECT_EQ(renderer_->begin_occlusion_query({&id, 1}, 1).error().status, Status::invalid_argument);
+  const ChunkHandle handle = 0;
+  EXPECT_EQ(renderer_->begin_occlusion_query({&handle, 1}, 1).error().status,
+            Status::invalid_argument);
   EXPECT_FALSE(renderer_->take_occlusion_query());
   (void)visibility(1);
   Camera camera = renderer_->camera();
   camera.azimuth += 10;
   renderer_->set_camera(camera);
-  EXPECT_EQ(renderer_->begin_occlusion_query({&id, 1}, 1).error().status, Status::invalid_argument);
+  EXPECT_EQ(renderer_->begin_occlusion_query({&handle, 1}, 1).error().status,
+            Status::invalid_argument);
 }
 
 }  // namespace

@@ -373,8 +373,8 @@ TEST_F(ShearGpu, OcclusionQueriesFindTheVisibleRegions) {
     const VolumeGrid& grid = volume.grid;
     ASSERT_EQ(level_grid(grid.voxels, kLevel).block_count(), 1u);
     draw(volume, kLevel);
-    const uint64_t id = 0;
-    ASSERT_TRUE(renderer_->begin_occlusion_query({&id, 1}, kMin));
+    const ChunkHandle handle = 0;
+    ASSERT_TRUE(renderer_->begin_occlusion_query({&handle, 1}, kMin));
     std::optional<std::vector<ChunkVisibility>> answer;
     while (!answer) answer = renderer_->take_occlusion_query();
     const auto pixels = renderer_->read_surface().value();
@@ -391,7 +391,7 @@ TEST_F(ShearGpu, OcclusionQueriesFindTheVisibleRegions) {
     }
     int seen = 0, hidden = 0;
     for (int bit = 0; bit < 512; ++bit) {
-      const bool is_seen = answer->at(0).seen.contains({bit % 8, bit / 8 % 8, bit / 64});
+      const bool is_seen = answer->at(0).visible.contains({bit % 8, bit / 8 % 8, bit / 64});
       if (is_seen) {
         EXPECT_GE(counts[bit], kMin / 2) << "region " << bit;
       } else {

@@ -130,7 +130,7 @@ inline uint64_t show_volume(Renderer& renderer, const TestVolume& volume, double
                             double isovalue_high, uint32_t level = 0) {
   renderer.set_volume(volume.grid, volume.mapping);
   const LevelGrid grid = level_grid(volume.grid.voxels, level);
-  std::vector<uint64_t> ids;
+  std::vector<ChunkHandle> handles;
   uint64_t count = 0;
   for (int32_t z = 0; z < grid.blocks.z; ++z) {
     for (int32_t y = 0; y < grid.blocks.y; ++y) {
@@ -139,13 +139,14 @@ inline uint64_t show_volume(Renderer& renderer, const TestVolume& volume, double
         const auto samples =
             block_samples(volume, block, volume.mapping.quantized_isovalue(isovalue_low),
                           volume.mapping.quantized_isovalue(isovalue_high));
-        if (!renderer.add_chunk(ids.size(), {block}, samples)) return 0;
-        ids.push_back(ids.size());
+        const auto handle = static_cast<ChunkHandle>(handles.size());
+        if (!renderer.add_chunk(handle, {block}, samples)) return 0;
+        handles.push_back(handle);
         count += samples.size();
       }
     }
   }
-  renderer.set_visible(ids);
+  renderer.set_visible(handles);
   return count;
 }
 

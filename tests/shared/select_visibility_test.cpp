@@ -40,22 +40,22 @@ class SelectVisibilityTest : public SelectTest {
     return cells;
   }
 
-  static std::vector<DrawnVisibility> answer(const Selector& selector, const Selection& selection,
+  static std::vector<ChunkVisibility> answer(const Selector& selector, const Selection& selection,
                                              const std::set<CellId>& seen) {
-    std::vector<DrawnVisibility> answers;
+    std::vector<ChunkVisibility> answers;
     for (const DrawnChunk& drawn : selection.draw) {
       if (std::find(selection.test.begin(), selection.test.end(), drawn.handle) ==
           selection.test.end()) {
         continue;
       }
-      DrawnVisibility visibility{drawn.handle, drawn.regions, {}};
+      ChunkVisibility visibility{drawn.handle, drawn.regions, {}};
       const BlockKey block = selector.chunk(drawn.handle)->block;
       for (const auto& [x, y, z] : seen) {
         const Index3 c{x >> block.level, y >> block.level, z >> block.level};
         if (Index3{c.x >> 6, c.y >> 6, c.z >> 6} != block.index) continue;
-        visibility.seen.insert({c.x >> 3 & 7, c.y >> 3 & 7, c.z >> 3 & 7});
+        visibility.visible.insert({c.x >> 3 & 7, c.y >> 3 & 7, c.z >> 3 & 7});
       }
-      visibility.seen &= drawn.regions;
+      visibility.visible &= drawn.regions;
       answers.push_back(visibility);
     }
     return answers;
@@ -117,7 +117,7 @@ TEST_F(SelectVisibilityTest, AsksForNothingFineBeforeItIsToldWhatIsSeen) {
   EXPECT_FALSE(selection.complete());
   EXPECT_FALSE(selection.test.empty());
 
-  std::vector<DrawnVisibility> nothing;
+  std::vector<ChunkVisibility> nothing;
   for (const ChunkHandle handle : selection.test)
     nothing.push_back({handle, RegionMask::all(), {}});
   ASSERT_TRUE(selector.set_visibility(nothing));
@@ -128,7 +128,7 @@ TEST_F(SelectVisibilityTest, AsksForNothingFineBeforeItIsToldWhatIsSeen) {
   other.occlusion = true;
   EXPECT_GT(selector.select(other)->undecided, 0u);
 
-  EXPECT_EQ(selector.set_visibility(std::vector<DrawnVisibility>{{9999, {}, {}}}).error().status,
+  EXPECT_EQ(selector.set_visibility(std::vector<ChunkVisibility>{{9999, {}, {}}}).error().status,
             Status::not_found);
 }
 
@@ -182,20 +182,20 @@ TEST_F(SelectVisibilityTest, CoarseChunksAreNotDrawnWhereAllFinerBlocksAreKnownT
 
 TEST(VisibilityMapTest, TellsBlocksAboveAndBelowWhatWasTested) {
   VisibilityMap visibility;
-  EXPECT_EQ(visibility.of({0, {9, 9, 9}}), Visibility::unknown);
+  EXPECT_EQ(visibility.of({0, {9, 9, 9}}), Visibility::untested);
   RegionMask seen;
   seen.insert({1, 0, 2});
   visibility.add({4, {1, 0, 0}}, RegionMask::all(), seen);
-  EXPECT_EQ(visibility.of({1, {9, 0, 2}}), Visibility::seen);  // the region's own block
-  EXPECT_EQ(visibility.of({2, {4, 0, 1}}), Visibility::seen);  // what it is a part of
-  EXPECT_EQ(visibility.of({5, {0, 0, 0}}), Visibility::seen);
-  EXPECT_EQ(visibility.of({0, {18, 1, 4}}), Visibility::coarse);  // a part of it
+  EXPECT_EQ(visibility.of({1, {9, 0, 2}}), Visibility::visible);  // the region's own block
+  EXPECT_EQ(visibility.of({2, {4, 0, 1}}), Visibility::visible);  // what it is a part of
+  EXPECT_EQ(visibility.of({5, {0, 0, 0}}), Visibility::visible);
+  EXPECT_EQ(visibility.of({0, {18, 1, 4}}), Visibility::ancestor_visible);  // a part of it
   EXPECT_EQ(visibility.of({1, {8, 0, 2}}), Visibility::hidden);
   EXPECT_EQ(visibility.of({0, {16, 0, 4}}), Visibility::hidden);
   EXPECT_EQ(visibility.of({3, {3, 1, 1}}), Visibility::hidden);
-  EXPECT_EQ(visibility.of({1, {7, 0, 2}}), Visibility::unknown);  // in another block
+  EXPECT_EQ(visibility.of({1, {7, 0, 2}}), Visibility::untested);  // in another block
   visibility.clear();
-  EXPECT_EQ(visibility.of({1, {9, 0, 2}}), Visibility::unknown);
+  EXPECT_EQ(visibility.of({1, {9, 0, 2}}), Visibility::untested);
 }
 
 TEST(VisibilityMapTest, RegionsOfFineBlocksArePartsOfBlocksOfLevelZero) {
@@ -203,7 +203,7 @@ TEST(VisibilityMapTest, RegionsOfFineBlocksArePartsOfBlocksOfLevelZero) {
   RegionMask seen;
   seen.insert({7, 0, 0});
   visibility.add({1, {2, 3, 4}}, RegionMask::all(), seen);
-  EXPECT_EQ(visibility.of({0, {5, 6, 8}}), Visibility::seen);
+  EXPECT_EQ(visibility.of({0, {5, 6, 8}}), Visibility::visible);
   EXPECT_EQ(visibility.of({0, {4, 6, 8}}), Visibility::hidden);
 }
 

@@ -132,15 +132,14 @@ class Visit {
   uint64_t bytes_shown() {
     const Selection selection = need(selector_.select(view_));
     show(selection);
-    std::vector<uint64_t> ids;
-    for (const DrawnChunk& drawn : selection.draw) ids.push_back(drawn.handle);
+    std::vector<ChunkHandle> handles;
+    for (const DrawnChunk& drawn : selection.draw) handles.push_back(drawn.handle);
     uint64_t sum = 0;
-    for (size_t i = 0; i < ids.size(); i += 1000) {
-      const size_t count = std::min<size_t>(1000, ids.size() - i);
-      need(renderer_.begin_occlusion_query(std::span(ids).subspan(i, count), 1));
+    for (size_t i = 0; i < handles.size(); i += 1000) {
+      const size_t count = std::min<size_t>(1000, handles.size() - i);
+      need(renderer_.begin_occlusion_query(std::span(handles).subspan(i, count), 1));
       for (const ChunkVisibility& visibility : answer()) {
-        if (visibility.seen.any())
-          sum += need(selector_.chunk(static_cast<ChunkHandle>(visibility.id))).bytes;
+        if (visibility.visible.any()) sum += need(selector_.chunk(visibility.handle)).bytes;
       }
     }
     return sum;
@@ -175,9 +174,7 @@ class Visit {
   }
 
   void show(const Selection& selection) {
-    std::vector<VisibleChunk> visible;
-    for (const DrawnChunk& drawn : selection.draw) visible.push_back({drawn.handle, drawn.regions});
-    renderer_.set_visible(visible);
+    renderer_.set_visible(std::span<const DrawnChunk>(selection.draw));
     if (renderer_.needs_redraw(kWidth, kHeight)) need(draw_image(renderer_, kWidth, kHeight));
   }
 
@@ -187,16 +184,10 @@ class Visit {
     }
   }
 
-  std::vector<DrawnVisibility> ask(const Selection& selection, int min_px) {
+  std::vector<ChunkVisibility> ask(const Selection& selection, int min_px) {
     if (selection.test.empty()) return {};
-    const std::vector<uint64_t> ids(selection.test.begin(), selection.test.end());
-    need(renderer_.begin_occlusion_query(ids, min_px));
-    std::vector<DrawnVisibility> visibilities;
-    for (const ChunkVisibility& visibility : answer()) {
-      visibilities.push_back(
-          {static_cast<ChunkHandle>(visibility.id), visibility.tested, visibility.seen});
-    }
-    return visibilities;
+    need(renderer_.begin_occlusion_query(selection.test, min_px));
+    return answer();
   }
 
   const StoreFile& file_;
