@@ -24,7 +24,7 @@ const root = fileURLToPath(new URL("..", import.meta.url));
 const output = join(root, "build/npm");
 const folder = join(output, "package");
 const wasm = join(root, "build/wasm/web");
-const wasmFiles = ["core", "view"].flatMap((name) => [
+const wasmFiles = ["core", "renderer"].flatMap((name) => [
   `isosplat-${name}.js`,
   `isosplat-${name}.wasm`,
 ]);
