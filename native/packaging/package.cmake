@@ -20,20 +20,20 @@ endif()
 
 find_program(HELP2MAN help2man)
 add_custom_target(documents
-  COMMAND ${PROJECT_SOURCE_DIR}/packaging/write-documents $<TARGET_FILE:isosplat> ${documents}
+  COMMAND ${PROJECT_SOURCE_DIR}/native/packaging/write-documents $<TARGET_FILE:isosplat> ${documents}
           ${ISOSPLAT_VERSION}
   DEPENDS isosplat COMMENT "Manual pages and changelog")
 
 install(DIRECTORY ${page}/ DESTINATION ${CMAKE_INSTALL_DATADIR}/isosplat/page COMPONENT program)
 install(DIRECTORY ${documents}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT program)
-install(FILES ${documents}/changelog.gz packaging/copyright
+install(FILES ${documents}/changelog.gz native/packaging/copyright
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/isosplat COMPONENT program)
-install(FILES packaging/isosplat.bash RENAME isosplat
+install(FILES native/packaging/isosplat.bash RENAME isosplat
         DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
-install(FILES packaging/isosplat.zsh RENAME _isosplat
+install(FILES native/packaging/isosplat.zsh RENAME _isosplat
         DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
 # Nothing enables the unit: that is the administrator's decision.
-install(FILES packaging/isosplat.service DESTINATION lib/systemd/system COMPONENT program)
+install(FILES native/packaging/isosplat.service DESTINATION lib/systemd/system COMPONENT program)
 
 set(CPACK_GENERATOR DEB TGZ)
 set(CPACK_PACKAGE_NAME isosplat)
