@@ -24,13 +24,10 @@ const root = fileURLToPath(new URL("..", import.meta.url));
 const output = join(root, "build/npm");
 const folder = join(output, "package");
 const wasm = join(root, "build/wasm/web");
-const wasmFiles = [
-  "isosplat-core.js",
-  "isosplat-core.wasm",
-  "isosplat-renderer.js",
-  "isosplat-renderer.wasm",
-  "layouts.js",
-];
+const wasmFiles = ["core", "renderer"].flatMap((name) => [
+  `isosplat-${name}.js`,
+  `isosplat-${name}.wasm`,
+]);
 
 for (const file of wasmFiles) {
   if (!existsSync(join(wasm, file))) {

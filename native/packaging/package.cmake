@@ -5,6 +5,9 @@
 #   libexec/isosplat/ARCH/isosplat  the program for each instruction set that was built
 #   share/isosplat/page             the page
 #   share/man, share/bash-completion, share/zsh, share/doc, lib/systemd
+#
+# The component library (shared/library/install.cmake) is a Debian package of its own,
+# libisosplat-dev. The archive holds both components.
 
 set(page ${PROJECT_SOURCE_DIR}/build/page)
 set(documents ${PROJECT_BINARY_DIR}/documents)
@@ -32,6 +35,8 @@ install(FILES native/packaging/isosplat.bash RENAME isosplat
         DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
 install(FILES native/packaging/isosplat.zsh RENAME _isosplat
         DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
+install(FILES native/packaging/copyright
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libisosplat-dev COMPONENT library)
 # Nothing enables the unit: that is the administrator's decision.
 install(FILES native/packaging/isosplat.service DESTINATION lib/systemd/system COMPONENT program)
 
@@ -41,22 +46,33 @@ set(CPACK_PACKAGE_VERSION ${ISOSPLAT_VERSION})
 set(CPACK_PACKAGE_VENDOR Isosplat)
 set(CPACK_PACKAGE_CONTACT "Isosplat <isosplat@localhost>")
 string(JSON CPACK_PACKAGE_DESCRIPTION_SUMMARY GET "${ISOSPLAT_PACKAGE}" description)
-set(CPACK_PACKAGE_DESCRIPTION
-    "Isosplat turns volumes (DICOM, NIfTI, NRRD, MetaImage, TIFF, VTK, raw) into stores from which any isosurface can be read at once, serves them over HTTP, and draws them in the browser.")
 set(CPACK_PACKAGE_FILE_NAME isosplat-${ISOSPLAT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
 set(CPACK_PACKAGE_CHECKSUM SHA256)
 set(CPACK_STRIP_FILES ON)
-# Each program comes from a build tree of its own.
-set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};isosplat;program;/")
-if(ISOSPLAT_OTHER_BUILDS)
-  foreach(build ${ISOSPLAT_OTHER_BUILDS})
-    list(PREPEND CPACK_INSTALL_CMAKE_PROJECTS "${build};isosplat;program;/")
-  endforeach()
-endif()
+# Each program comes from a build tree of its own; the library from this one.
+set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};isosplat;program;/"
+                                 "${PROJECT_BINARY_DIR};isosplat;library;/")
+foreach(build ${ISOSPLAT_OTHER_BUILDS})
+  list(PREPEND CPACK_INSTALL_CMAKE_PROJECTS "${build};isosplat;program;/")
+endforeach()
+# What each of these lines stands for, in the generators that make a package of each component.
+set(CPACK_COMPONENTS_PROGRAM program)
+set(CPACK_COMPONENTS_LIBRARY library)
+
+set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_DEBIAN_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# What draws where there is no GPU, for `isosplat render`.
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS libgl1-mesa-dri)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME isosplat)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+# What draws where there is no GPU, for `isosplat render`.
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS libgl1-mesa-dri)
+set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "${CPACK_PACKAGE_DESCRIPTION_SUMMARY}
+Isosplat turns volumes (DICOM, NIfTI, NRRD, MetaImage, TIFF, VTK, raw) into stores from which any isosurface can be read at once, serves them over HTTP, and draws them in the browser.")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libisosplat-dev)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
+# The public headers include tl/expected.hpp.
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS libexpected-dev)
+set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "Stores of isosurfaces for C++ programs
+Headers, static libraries and the CMake package isosplat: find the chunks of an isovalue in a store, decode them, and project their samples onto the isosurface.")
 include(CPack)

@@ -1,7 +1,8 @@
-# cmake -DMODE=package|folder -DBUILD=… -DSOURCE=… -DWORK=… -DPROGRAM=… -DSTORE=… -DISOVALUE=…
-#       [-DLAUNCHER=…] [-DGENERATOR=…] -P run.cmake
+# cmake -DMODE=package|folder -DSOURCE=… -DWORK=… -DPROGRAM=… -DSTORE=… -DISOVALUE=…
+#       -DGENERATOR=… -DCOMPILER=… [-DBUILD=…] [-DPREFIX=…] [-DLAUNCHER=…] -P run.cmake
 # Builds tests/install against Isosplat, runs it, and compares its points with those that
-# `isosplat extract` writes.
+# `isosplat extract` writes. MODE package takes the library that is installed in PREFIX, or without
+# PREFIX installs that of BUILD.
 
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output
@@ -22,7 +23,11 @@ if(LAUNCHER)
 endif()
 
 if(MODE STREQUAL "package")
-  run(${CMAKE_COMMAND} --install ${BUILD} --component library --prefix ${WORK}/first)
+  if(PREFIX)
+    file(COPY ${PREFIX}/ DESTINATION ${WORK}/first)
+  else()
+    run(${CMAKE_COMMAND} --install ${BUILD} --component library --prefix ${WORK}/first)
+  endif()
   # Wherever it is moved to, it works.
   file(RENAME ${WORK}/first ${WORK}/moved)
   list(APPEND options -DCMAKE_PREFIX_PATH=${WORK}/moved)

@@ -47,6 +47,22 @@ describe("documents", () => {
   });
 });
 
+describe("the version of package.json", () => {
+  const { version } = JSON.parse(read("package.json")) as { version: string };
+  const packages = /\b(?:lib)?isosplat(?:-dev)?[-_](\d+\.\d+\.\d+)/g;
+
+  it("is in the names of packages that the README has", () => {
+    const versions = [...read("README.md").matchAll(packages)].map((match) => match[1]);
+    expect(versions.length).toBeGreaterThanOrEqual(5);
+    expect([...new Set(versions)]).toEqual([version]);
+  });
+
+  it("is that of package-lock.json", () => {
+    const lock = JSON.parse(read("package-lock.json"));
+    expect([lock.version, lock.packages[""].version]).toEqual([version, version]);
+  });
+});
+
 describe("links to headings", () => {
   /** The anchor that repository hosts give a heading. */
   const anchor = (heading: string) =>
@@ -112,13 +128,5 @@ describe("the workflow of continuous integration", () => {
     const { engines } = JSON.parse(read("package.json")) as { engines: { node: string } };
     const wanted = engines.node.match(/\d+/)?.[0];
     expect(workflow).toContain(`image: node:${wanted}-bookworm`);
-  });
-});
-
-describe("the README", () => {
-  it("names packages of the present version", () => {
-    const { version } = JSON.parse(read("package.json")) as { version: string };
-    const packages = [...read("README.md").matchAll(/isosplat_([\d.]+)_amd64\.deb/g)];
-    expect(packages.map((match) => match[1])).toEqual([version]);
   });
 });
