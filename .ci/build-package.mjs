@@ -24,10 +24,13 @@ const root = fileURLToPath(new URL("..", import.meta.url));
 const output = join(root, "build/npm");
 const folder = join(output, "package");
 const wasm = join(root, "build/wasm/web");
-const wasmFiles = ["core", "renderer"].flatMap((name) => [
-  `isosplat-${name}.js`,
-  `isosplat-${name}.wasm`,
-]);
+const wasmFiles = [
+  "isosplat-core.js",
+  "isosplat-core.wasm",
+  "isosplat-renderer.js",
+  "isosplat-renderer.wasm",
+  "layouts.js",
+];
 
 for (const file of wasmFiles) {
   if (!existsSync(join(wasm, file))) {

@@ -1,138 +1,134 @@
 #pragma once
 
-#include <stddef.h>
 #include <stdint.h>
 
-/// The core for JavaScript: reading a store, decoding chunks, projecting samples, and choosing what
-/// a view needs. Exported by the modules `isosplat-core` and `isosplat-renderer`; web/core wraps
-/// it.
+#include "shared/wasm/records.h"
+
+/// The core for JavaScript: reads a store, decodes chunks, projects samples, and selects the chunks
+/// that a camera view needs. The modules `isosplat-core` and `isosplat-renderer` export these
+/// functions; web/core wraps them.
 ///
-/// Rules. A `Core` is one open store, or just a decoder; it is used by one thread. Functions that
-/// return uint32_t `status` return a Status (0: ok), and isosplat_core_error() then says what went
-/// wrong. Bytes that a function reads are the caller's (malloc and free are exported) and need hold
-/// only during the call. What a function yields lies in one of the core's result buffers until the
-/// core's next call. Any call may grow the heap: re-read memory.buffer after it.
+/// Rules:
+/// - An IsosplatCore is one open store, or a decoder without a store. One thread uses it.
+/// - A function that can fail returns an IsosplatStatus, and never anything else: 0 is ok, any
+///   other number is a Status. After a failure isosplat_core_error() returns the message.
+/// - Values are returned in result buffers, or through pointers to records (records.h). Result
+///   buffers belong to the core and stay valid until its next call.
+/// - Memory that a function reads belongs to the caller (malloc and free are exported). The
+///   function does not keep pointers to it.
+/// - Every call may grow the heap: read memory.buffer again after it.
 ///
-/// Quantized isovalues are quantized values as `float` (StoreInfo: value = offset + scale ·
-/// quantized value).
+/// Quantized isovalues are `float`: value = value_offset + value_scale · quantized value.
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 typedef struct IsosplatCore IsosplatCore;
 
-/// A chunk: ChunkRef and its handle, 56 bytes.
-typedef struct IsosplatChunk {
-  double offset;    ///< in the file
-  uint32_t handle;  ///< a small number that stays the same as long as the store is open
-  uint32_t level;
-  uint32_t block[3];
-  uint32_t band;
-  uint32_t band_begin, band_end;
-  uint32_t bytes;
-  uint32_t cells;
-  uint32_t checksum;
-  uint32_t block_cells;  ///< x | y << 8 | z << 16
-} IsosplatChunk;
+/// A Status; 0: ok.
+typedef uint32_t IsosplatStatus;
 
-/// A directory page, 40 bytes.
-typedef struct IsosplatPage {
-  double offset;  ///< in the file
-  uint32_t bytes;
-  uint32_t level;
-  uint32_t first_block[3];
-  uint32_t resident;  ///< 0 or 1
-  uint32_t interval_min, interval_max;
-} IsosplatPage;
+/// The numbers of the result buffers, for functions that fill more than one.
+enum { ISOSPLAT_INFO_RECORD, ISOSPLAT_INFO_METADATA };
+enum {
+  ISOSPLAT_SAMPLES_POSITIONS,
+  ISOSPLAT_SAMPLES_VALUES,
+  ISOSPLAT_SAMPLES_GRADIENTS,
+  ISOSPLAT_SAMPLES_INTERVALS
+};
+enum { ISOSPLAT_POINTS_POSITIONS, ISOSPLAT_POINTS_NORMALS };
+enum {
+  ISOSPLAT_SELECTION_HEADER,
+  ISOSPLAT_SELECTION_LOAD,
+  ISOSPLAT_SELECTION_PAGES,
+  ISOSPLAT_SELECTION_DRAW,
+  ISOSPLAT_SELECTION_TEST,
+  ISOSPLAT_SELECTION_KEEP,
+  ISOSPLAT_RESULT_BUFFERS  ///< how many buffers there are
+};
 
 IsosplatCore* isosplat_core_create(void);
 void isosplat_core_destroy(IsosplatCore* core);
 
-/// The last error's message, and a status' name: UTF-8, null-terminated.
+/// The message of the last error, and the name of a status: UTF-8, null-terminated.
 const char* isosplat_core_error(const IsosplatCore* core);
-const char* isosplat_core_status_name(uint32_t status);
+const char* isosplat_core_status_name(IsosplatStatus status);
 
-/// Result buffer 0 … 3, and its size in bytes.
+/// A result buffer, and its size in bytes. Null and 0 for a number ≥ ISOSPLAT_RESULT_BUFFERS.
 const void* isosplat_core_result(const IsosplatCore* core, uint32_t buffer);
 uint32_t isosplat_core_result_bytes(const IsosplatCore* core, uint32_t buffer);
 
-/// Opens a store from its first min(64 KiB, file size) bytes. See StoreReader::open.
-uint32_t isosplat_core_open(IsosplatCore* core, const void* header, uint32_t bytes);
+/// Opens a store from its first min(kMaxHeaderBytes, file size) bytes: StoreReader::open.
+IsosplatStatus isosplat_core_open(IsosplatCore* core, const void* header, uint32_t bytes);
 
-/// Result 0: 29 doubles: voxels x y z, spacing x y z, origin x y z, direction (9), offset, scale,
-/// max_error, bits, has_missing, lowest quantized value, highest quantized value, levels,
-/// chunk_count, missing_voxels, file_bytes. Result 1: content id, 16 bytes. Result 2: metadata,
-/// JSON text.
-uint32_t isosplat_core_info(IsosplatCore* core);
+/// Results: IsosplatStoreInfo, and the metadata as JSON text.
+IsosplatStatus isosplat_core_info(IsosplatCore* core);
 
-/// ValueMapping::quantized_isovalue; NaN where no store is open.
+/// ValueMapping::quantized_isovalue. NaN if no store is open.
 float isosplat_core_quantized_isovalue(const IsosplatCore* core, double isovalue);
 
-/// The coarse tail of the file, at most max_bytes (StoreReader::coarse_range). Result 0: 3 doubles:
-/// first level, offset, bytes.
-uint32_t isosplat_core_coarse_range(IsosplatCore* core, double max_bytes);
+/// The coarse tail of the file, at most max_bytes: StoreReader::coarse_range. Result 0:
+/// IsosplatCoarseRange.
+IsosplatStatus isosplat_core_coarse_range(IsosplatCore* core, double max_bytes);
 
-/// What to read first (StoreReader::bootstrap_range), as above.
-uint32_t isosplat_core_bootstrap_range(IsosplatCore* core);
+/// The bytes to fetch first: StoreReader::bootstrap_range. Result 0: IsosplatCoarseRange.
+IsosplatStatus isosplat_core_bootstrap_range(IsosplatCore* core);
 
-/// Result 0: IsosplatPage of every page.
-uint32_t isosplat_core_pages(IsosplatCore* core);
-uint32_t isosplat_core_add_page(IsosplatCore* core, uint32_t page, const void* data,
-                                uint32_t bytes);
+/// Result 0: an IsosplatPage for every page.
+IsosplatStatus isosplat_core_pages(IsosplatCore* core);
+IsosplatStatus isosplat_core_add_page(IsosplatCore* core, uint32_t page, const void* data,
+                                      uint32_t bytes);
 
-/// Result 0: page numbers (uint32) that chunks_for of the same arguments needs and that are
-/// missing.
-uint32_t isosplat_core_missing_pages(IsosplatCore* core, uint32_t level, float low, float high);
+/// Result 0: the numbers (uint32_t) of the pages that chunks_for needs for the same arguments and
+/// that are not resident.
+IsosplatStatus isosplat_core_missing_pages(IsosplatCore* core, uint32_t level, float low,
+                                           float high);
 
-/// Result 0: IsosplatChunk of every chunk of a level that meets [low, high], in file order.
-uint32_t isosplat_core_chunks_for(IsosplatCore* core, uint32_t level, float low, float high);
+/// Result 0: an IsosplatChunk for every chunk of the level whose band meets [low, high], in file
+/// order.
+IsosplatStatus isosplat_core_chunks_for(IsosplatCore* core, uint32_t level, float low, float high);
 
-/// Low 32 bits of XXH3-64: what a chunk's directory entry records of its bytes.
+/// The low 32 bits of XXH3-64. The directory of a store holds this checksum for each chunk.
 uint32_t isosplat_core_checksum(const void* data, uint32_t bytes);
 
-/// Decodes a chunk for the GPU. `shape` has 7 words: block_cells x y z, band_begin, band_end,
-/// cells, level. Needs no open store. Result 0: PackedSample, 16 bytes each.
-uint32_t isosplat_core_decode_packed(IsosplatCore* core, const void* data, uint32_t bytes,
-                                     const uint32_t* shape);
+/// Decodes a chunk for the GPU. Needs no open store. Result 0: PackedSample[shape->cells].
+IsosplatStatus isosplat_core_decode_packed(IsosplatCore* core, const void* data, uint32_t bytes,
+                                           const IsosplatChunkShape* shape);
 
-/// Decodes a chunk of the open store to samples at the centres of its cells. `shape` as above,
-/// `block` the block's index. Results, one entry per cell: 0: world position (3 floats), 1: value
-/// (float), 2: gradient in values per world unit (3 floats), 3: interval, lowest and highest value
-/// (2 floats).
-uint32_t isosplat_core_decode_samples(IsosplatCore* core, const void* data, uint32_t bytes,
-                                      const uint32_t* shape, const uint32_t* block);
+/// Decodes a chunk of the open store to samples at the centres of its cells. Results, with one
+/// entry per cell: world positions (3 floats), values (float), gradients in values per world unit
+/// (3 floats), intervals as lowest and highest value (2 floats).
+IsosplatStatus isosplat_core_decode_samples(IsosplatCore* core, const void* data, uint32_t bytes,
+                                            const IsosplatChunkShape* shape);
 
-/// Projects the chunk's active samples onto an isosurface: one point for each, inside of its cell.
-/// `exact` 0: one Newton step, as far as the displacement threshold allows, 1: along the gradient
-/// to the trilinear surface in the cell, or one Newton step where it is not met. Results: 0: world
-/// position (3 floats), 1: unit normal, the negative gradient's direction (3 floats).
-uint32_t isosplat_core_project(IsosplatCore* core, const void* data, uint32_t bytes,
-                               const uint32_t* shape, const uint32_t* block,
-                               float quantized_isovalue, uint32_t exact);
+/// Projects the active samples of a chunk onto an isosurface. Each yields one point, inside of its
+/// cell. `exact` 0: one Newton step, no longer than the displacement threshold. 1: along the
+/// gradient to the trilinear surface in the cell, or one Newton step if the ray misses the surface.
+/// Results, with one entry per point: world positions (3 floats), unit normals in the direction of
+/// the negative gradient (3 floats).
+IsosplatStatus isosplat_core_project(IsosplatCore* core, const void* data, uint32_t bytes,
+                                     const IsosplatChunkShape* shape, float quantized_isovalue,
+                                     uint32_t exact);
 
-/// The same of samples as isosplat_core_decode_packed yields them, `count` of the block `block` of
-/// a level, as far as they lie in `regions` (16 words, RegionMask; null: all). Points are as near
-/// to the isosurface as packing leaves the corners (PackedSample).
-uint32_t isosplat_core_project_packed(IsosplatCore* core, const void* samples, uint32_t count,
-                                      const uint32_t* regions, uint32_t level,
-                                      const uint32_t* block, float quantized_isovalue,
-                                      uint32_t exact);
+/// Projects packed samples, as isosplat_core_decode_packed returns them, in the same way. Skips
+/// samples outside of `regions` (ISOSPLAT_REGION_WORDS words; null: all regions). The error of the
+/// points is that of the packed corners (PackedSample).
+IsosplatStatus isosplat_core_project_packed(IsosplatCore* core, const void* samples, uint32_t count,
+                                            const uint32_t* regions, const IsosplatBlock* block,
+                                            float quantized_isovalue, uint32_t exact);
 
-/// Chooses what a view needs (Selector). `view` has 23 doubles: view_projection (16,
-/// column-major), width_px, height_px, load_cell_px, draw_cell_px, cell_budget, ahead (1: only
-/// expected, see select_ahead), occlusion (0 or 1). Results: 0: IsosplatChunk to load, 1: pages to
-/// load (uint32), 2: chunks to draw, 17 words each: handle, regions (RegionMask); 3: five words:
-/// finest drawn level, coarsest drawn level (−1: none), limited_by_budget, undecided, count of the
-/// handles to test, which follow, and after them the handles to keep.
-uint32_t isosplat_core_select(IsosplatCore* core, const double* view,
-                              const float* quantized_isovalues, uint32_t isovalue_count);
+/// Selects what a camera view needs: Selector::select. Results: IsosplatSelectionHeader;
+/// IsosplatChunk for each chunk to load; pages to load (uint32_t); IsosplatDrawnChunk for each
+/// chunk to draw; handles to test (uint32_t); handles to keep (uint32_t).
+IsosplatStatus isosplat_core_select(IsosplatCore* core, const IsosplatSelectionView* view,
+                                    const float* quantized_isovalues, uint32_t isovalue_count);
 
-/// The answer of an occlusion query for the view selected last (Selector::set_visibility): 33 words
-/// for each chunk: handle, the regions tested, those of them that may be seen.
-uint32_t isosplat_core_set_visibility(IsosplatCore* core, const uint32_t* answer, uint32_t count);
+/// Sets the answer of an occlusion query for the last selected view: Selector::set_visibility.
+IsosplatStatus isosplat_core_set_visibility(IsosplatCore* core, const IsosplatVisibility* answer,
+                                            uint32_t count);
 
-/// Says that a chunk may be drawn, or no longer may.
-uint32_t isosplat_core_set_resident(IsosplatCore* core, uint32_t handle, uint32_t resident);
+/// Sets whether a chunk is resident, so that it may be drawn.
+IsosplatStatus isosplat_core_set_resident(IsosplatCore* core, uint32_t handle, uint32_t resident);
 
 #ifdef __cplusplus
 }

@@ -4,8 +4,10 @@ import { type ChildProcess, spawn } from "node:child_process";
 import { existsSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
+import { chunkShapeBytes, writeChunkShape } from "../../build/wasm/web/layouts.js";
 import type { CoreModule } from "../../web/core/index.ts";
-import { loadCore } from "../../web/core/index.ts";
+import { loadCore, maxHeaderBytes } from "../../web/core/index.ts";
+import { recordOf } from "../../web/core/records.ts";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
 import { root } from "./harness/paths.ts";
 import { median, type Reach } from "./harness/results.ts";
@@ -57,10 +59,10 @@ class NativeDecoder {
   }
 }
 
-/** A chunk in memory: its bytes, and the words that isosplat_core_decode_packed takes. */
+/** The bytes of a chunk, and its IsosplatChunkShape. */
 interface HeldChunk {
   bytes: Uint8Array;
-  shape: Uint32Array;
+  shape: Uint8Array;
   cells: number;
 }
 
@@ -81,7 +83,9 @@ class WasmDecoder {
     this.#module = module;
     this.#core = module._isosplat_core_create();
     this.#chunks = chunks;
-    this.#at = module._malloc(28 + Math.max(...chunks.map(({ bytes }) => bytes.length)));
+    this.#at = module._malloc(
+      chunkShapeBytes + Math.max(...chunks.map(({ bytes }) => bytes.length)),
+    );
   }
 
   static async open(path: string, [low, high]: [number, number]): Promise<WasmDecoder> {
@@ -89,7 +93,7 @@ class WasmDecoder {
     const { default: createModule } = await import("../../build/wasm/web/isosplat-core.js");
     const module = (await createModule({ wasmBinary })) as CoreModule;
     const file = new Uint8Array(readFileSync(path));
-    const store = (await loadCore({ module })).openStore(file.subarray(0, 65536));
+    const store = (await loadCore({ module })).openStore(file.subarray(0, maxHeaderBytes));
     for (const page of store.pages()) {
       store.addPage(page.index, file.subarray(page.offset, page.offset + page.bytes));
     }
@@ -99,13 +103,7 @@ class WasmDecoder {
       module,
       chunks.map((chunk) => ({
         bytes: file.subarray(chunk.offset, chunk.offset + chunk.bytes),
-        shape: Uint32Array.from([
-          ...chunk.blockCells,
-          chunk.bandBegin,
-          chunk.bandEnd,
-          chunk.cells,
-          chunk.level,
-        ]),
+        shape: recordOf(chunkShapeBytes, writeChunkShape, chunk),
         cells: chunk.cells,
       })),
     );
@@ -115,12 +113,12 @@ class WasmDecoder {
     let seconds = 0;
     let samples = 0;
     for (const { bytes, shape, cells } of this.#chunks) {
-      this.#module.HEAPU8.set(new Uint8Array(shape.buffer), this.#at);
-      this.#module.HEAPU8.set(bytes, this.#at + 28);
+      this.#module.HEAPU8.set(shape, this.#at);
+      this.#module.HEAPU8.set(bytes, this.#at + chunkShapeBytes);
       const begin = cpuSeconds();
       const status = this.#module._isosplat_core_decode_packed(
         this.#core,
-        this.#at + 28,
+        this.#at + chunkShapeBytes,
         bytes.length,
         this.#at,
       );

@@ -1,5 +1,12 @@
 import { afterEach, beforeAll, expect, test } from "vitest";
-import { type Chunk, type Core, CoreError, regionWords, type Store } from "../../web/core/index.ts";
+import {
+  type Chunk,
+  type Core,
+  CoreError,
+  maxHeaderBytes,
+  regionWords,
+  type Store,
+} from "../../web/core/index.ts";
 import {
   countActive,
   core as load,
@@ -52,7 +59,7 @@ test("the header says what the volume is", () => {
 });
 
 test("pages that are missing are named, and chunks need them", () => {
-  const store = core.openStore(file.subarray(0, 65536));
+  const store = core.openStore(file.subarray(0, maxHeaderBytes));
   open.push(store);
   const missing = store.missingPages(0, 100.5);
   expect(missing.length).toBeGreaterThan(0);
@@ -197,7 +204,7 @@ test("errors carry the status' name and say what was expected", () => {
   };
   expect(failure(() => core.openStore(new Uint8Array(100))).status).toBe("not_a_store");
   expect(failure(() => core.openStore(file.subarray(0, 40))).status).toBe("truncated");
-  const flipped = file.slice(0, 65536);
+  const flipped = file.slice(0, maxHeaderBytes);
   flipped[60] = (flipped[60] ?? 0) ^ 1;
   expect(failure(() => core.openStore(flipped)).status).toBe("checksum_mismatch");
   const store = whole();

@@ -1,6 +1,6 @@
 /** What the tests in Node share: the core, and the store that write_store_fixture.cpp makes. */
 import { existsSync, readFileSync } from "node:fs";
-import { type Core, loadCore, type Store } from "../../web/core/index.ts";
+import { type Core, loadCore, maxHeaderBytes, type Store } from "../../web/core/index.ts";
 
 const built = new URL("../../build/", import.meta.url);
 
@@ -50,7 +50,7 @@ export function countActive(quantizedIsovalue: number): number {
 }
 
 export function openWhole(core: Core, bytes: Uint8Array): Store {
-  const store = core.openStore(bytes.subarray(0, 65536));
+  const store = core.openStore(bytes.subarray(0, maxHeaderBytes));
   for (const page of store.pages()) {
     store.addPage(page.index, bytes.subarray(page.offset, page.offset + page.bytes));
   }

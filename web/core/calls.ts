@@ -1,5 +1,11 @@
+import {
+  chunkShapeBytes,
+  pointsNormals,
+  pointsPositions,
+  writeChunkShape,
+} from "../../build/wasm/web/layouts.js";
 import type { CoreModule } from "./module.ts";
-import type { Chunk } from "./records.ts";
+import { type Chunk, recordOf } from "./records.ts";
 import type { Points, Triple } from "./types.ts";
 
 /** A call into the core failed. `status` is the name in shared/base/status.h. */
@@ -12,10 +18,13 @@ export class CoreError extends Error {
   }
 }
 
-/** What a chunk's decoding needs to know beside its bytes. */
+/** The fields of a chunk that decoding needs, besides the bytes. */
 export type ChunkShape = Pick<Chunk, "level" | "blockCells" | "bandBegin" | "bandEnd" | "cells">;
 
-/** Calls with memory: what goes in is freed in `finally`, what comes out is read anew each time. */
+/**
+ * Calls of the core that pass memory. Copies of arguments are freed after the call. The heap is read
+ * again for each result, since a call may replace it.
+ */
 export class Calls {
   readonly module: CoreModule;
   core: number;
@@ -33,22 +42,22 @@ export class Calls {
     );
   }
 
-  /** A result buffer, valid until the next call. */
+  /** A result buffer. It is valid until the next call. */
   result(buffer: number): Uint8Array {
     const at = this.module._isosplat_core_result(this.core, buffer);
     const bytes = this.module._isosplat_core_result_bytes(this.core, buffer);
     return this.module.HEAPU8.subarray(at, at + bytes);
   }
 
-  /** A result buffer of floats, copied. */
+  /** A copy of a result buffer of floats. */
   floats(buffer: number): Float32Array {
     return new Float32Array(this.result(buffer).slice().buffer);
   }
 
-  /** Of a projection's results. */
+  /** The results of a projection. */
   points(): Points {
-    const positions = this.floats(0);
-    return { count: positions.length / 3, positions, normals: this.floats(1) };
+    const positions = this.floats(pointsPositions);
+    return { count: positions.length / 3, positions, normals: this.floats(pointsNormals) };
   }
 
   withBytes(bytes: Uint8Array, use: (at: number) => void): void {
@@ -60,27 +69,22 @@ export class Calls {
     }
   }
 
+  /** Passes the bytes of a chunk, and its IsosplatChunkShape. */
   withChunk(
     chunk: ChunkShape & { block?: Triple },
     bytes: Uint8Array,
-    use: (at: number, shape: number, block: number) => void,
+    use: (at: number, shape: number) => void,
   ): void {
-    const words = Uint32Array.from([
-      ...chunk.blockCells,
-      chunk.bandBegin,
-      chunk.bandEnd,
-      chunk.cells,
-      chunk.level,
-      ...(chunk.block ?? [0, 0, 0]),
-    ]);
+    const { level, blockCells, bandBegin, bandEnd, cells, block = [0, 0, 0] } = chunk;
+    const record = { level, blockCells, bandBegin, bandEnd, cells, block };
     this.withBytes(bytes, (at) =>
-      this.withBytes(asBytes(words), (shape) => use(at, shape, shape + 28)),
+      this.withBytes(recordOf(chunkShapeBytes, writeChunkShape, record), (shape) => use(at, shape)),
     );
   }
 
   decodePacked(shape: ChunkShape, bytes: Uint8Array): Uint32Array {
-    this.withChunk(shape, bytes, (at, words) =>
-      this.check(this.module._isosplat_core_decode_packed(this.core, at, bytes.length, words)),
+    this.withChunk(shape, bytes, (at, shapeAt) =>
+      this.check(this.module._isosplat_core_decode_packed(this.core, at, bytes.length, shapeAt)),
     );
     return new Uint32Array(this.result(0).slice().buffer);
   }
@@ -96,7 +100,7 @@ export function asBytes(array: Float64Array | Float32Array | Uint32Array): Uint8
 }
 
 export function copyIn(module: CoreModule, bytes: Uint8Array): number {
-  // One byte more, so that nothing is asked of malloc(0).
+  // One byte more, since malloc(0) may return null.
   const at = module._malloc(bytes.length + 1);
   if (at === 0) {
     throw new CoreError("out_of_memory", `no room for ${bytes.length} bytes in the core's memory`);

@@ -1,11 +1,21 @@
+import * as layouts from "../../build/wasm/web/layouts.js";
 import { asBytes, Calls, type ChunkShape, copyIn } from "./calls.ts";
 import type { CoreModule } from "./module.ts";
-import { type Chunk, type Page, readChunks, readInfo, readPages, readWords } from "./records.ts";
+import {
+  type Chunk,
+  type Page,
+  readChunks,
+  readInfo,
+  readPages,
+  readWords,
+  recordOf,
+  viewOf,
+} from "./records.ts";
 import type { Points, Samples, StoreInfo, Triple } from "./types.ts";
 
-/** What is looked at, for Store.select. */
+/** A camera view, for Store.select. */
 export interface SelectionView {
-  /** World to clip space, 16 numbers, column-major. */
+  /** World to clip space: a matrix of 4 × 4, column by column. */
   viewProjection: ArrayLike<number>;
   width: number;
   height: number;
@@ -13,18 +23,22 @@ export interface SelectionView {
   loadCellPixels: number;
   drawCellPixels: number;
   cellBudget: number;
-  /** Only expected: leaves no trace in what later selections hold on to. */
+  /** The view is only predicted: later selections do not depend on it. */
   ahead?: boolean;
-  /** Leaves out what `setVisibility` says is hidden, and waits for it to say so. */
+  /** Leaves out what is hidden according to `setVisibility`, and requests such answers (`test`). */
   occlusion?: boolean;
 }
 
+/** The largest size of a store's header. */
+export const maxHeaderBytes: number = layouts.maxHeaderBytes;
 /** Words of the regions of one chunk (RegionMask in shared/grid/region_mask.h). */
-export const regionWords = 16;
-/** Words of one chunk in the answer of an occlusion query: its handle, the regions tested, those seen. */
-export const visibilityWords = 1 + 2 * regionWords;
+export const regionWords: number = layouts.regionWords;
+/** Words of one chunk in the answer of an occlusion query (IsosplatVisibility). */
+export const visibilityWords: number = layouts.visibilityBytes / 4;
+/** Words of one packed sample. */
+export const packedSampleWords: number = layouts.packedSampleBytes / 4;
 
-/** What a view needs (Selection in shared/select/selector.h). */
+/** What a camera view needs (Selection in shared/select/selector.h). */
 export interface CoreSelection {
   /** Chunks and directory pages to fetch, the most needed first. */
   load: Chunk[];
@@ -34,23 +48,40 @@ export interface CoreSelection {
   regions: Uint32Array;
   /** Resident chunks that the view needs, drawn yet or not. */
   keep: Uint32Array;
-  /** Drawn chunks that stand for finer ones: `setVisibility` is to say what of them may be seen. */
+  /** Drawn chunks in place of finer ones. `setVisibility` needs an answer for each of them. */
   test: Uint32Array;
-  /** Chunks that wait for that. */
+  /** The number of chunks that wait for these answers. */
   undecided: number;
   finestLevel: number;
   coarsestLevel: number;
   limitedByBudget: boolean;
 }
 
-/** The end of the file that holds the coarsest levels, chunks and pages. */
+/** Separates the handles of IsosplatDrawnChunk from the regions. */
+function readDrawn(words: Uint32Array): Pick<CoreSelection, "drawn" | "regions"> {
+  const stride = layouts.drawnChunkBytes / 4;
+  const [handle, first] = [
+    layouts.drawnChunkOffsets.handle / 4,
+    layouts.drawnChunkOffsets.regions / 4,
+  ];
+  const drawn = new Uint32Array(words.length / stride);
+  const regions = new Uint32Array(regionWords * drawn.length);
+  for (let i = 0; i < drawn.length; ++i) {
+    const at = i * stride;
+    drawn[i] = words[at + handle] ?? 0;
+    regions.set(words.subarray(at + first, at + first + regionWords), regionWords * i);
+  }
+  return { drawn, regions };
+}
+
+/** The byte range at the end of the file with the chunks and pages of the coarsest levels. */
 export interface CoarseRange {
   firstLevel: number;
   offset: number;
   bytes: number;
 }
 
-/** The core's functions in one WebAssembly instance. Make stores with it, or decode chunks. */
+/** One WebAssembly instance of the core. It opens stores and decodes chunks. */
 export class Core {
   readonly #module: CoreModule;
   #decoder = 0;
@@ -59,7 +90,7 @@ export class Core {
     this.#module = module;
   }
 
-  /** Opens a store from its first min(64 KiB, file size) bytes. Close it to free its memory. */
+  /** Opens a store from its first min(`maxHeaderBytes`, file size) bytes. Close it to free its memory. */
   openStore(header: Uint8Array): Store {
     const calls = new Calls(this.#module);
     try {
@@ -73,7 +104,7 @@ export class Core {
     }
   }
 
-  /** What a chunk's directory entry records of its bytes. */
+  /** The checksum of a chunk's bytes, as the directory of the store holds it. */
   checksum(bytes: Uint8Array): number {
     const at = copyIn(this.#module, bytes);
     try {
@@ -83,26 +114,26 @@ export class Core {
     }
   }
 
-  /** Decodes a chunk for the GPU: PackedSample, four words each. Needs no open store. */
+  /** Decodes a chunk for the GPU: `packedSampleWords` for each sample. Needs no open store. */
   decodePacked(shape: ChunkShape, bytes: Uint8Array): Uint32Array {
     this.#decoder ||= this.#module._isosplat_core_create();
     const calls = new Calls(this.#module, this.#decoder);
     return calls.decodePacked(shape, bytes);
   }
 
-  /** What the instance has taken from the system so far; it is never given back, but reused. */
+  /** The size of the instance's memory. It never shrinks; freed memory is used again. */
   get heapBytes(): number {
     return this.#module.HEAPU8.length;
   }
 
-  /** Frees the decoder. Stores are closed on their own. */
+  /** Frees the decoder. It does not close stores. */
   close(): void {
     if (this.#decoder) this.#module._isosplat_core_destroy(this.#decoder);
     this.#decoder = 0;
   }
 }
 
-/** An open store: its directory, as far as it has been added, and what it answers. */
+/** An open store, with the pages of its directory that have been added. */
 export class Store {
   readonly info: StoreInfo;
   readonly #module: CoreModule;
@@ -113,31 +144,28 @@ export class Store {
     this.#module = module;
     this.#calls = calls;
     calls.check(module._isosplat_core_info(calls.core));
-    this.info = readInfo(calls.result(0), calls.result(1), calls.result(2));
+    this.info = readInfo(calls.result(layouts.infoRecord), calls.result(layouts.infoMetadata));
   }
 
-  /** The isovalue as the store's quantized values, in single precision. */
+  /** The isovalue on the scale of the quantized values, in single precision. */
   quantizedIsovalue(isovalue: number): number {
     return this.#module._isosplat_core_quantized_isovalue(this.#calls.core, isovalue);
   }
 
-  /** The levels that fit, with their pages, in so many bytes; at least the coarsest one. */
+  /** The coarsest levels whose chunks and pages fit into `maxBytes`; at least the coarsest one. */
   coarseRange(maxBytes: number): CoarseRange {
     this.#calls.check(this.#module._isosplat_core_coarse_range(this.#calls.core, maxBytes));
     return this.#coarseRange();
   }
 
-  /** What to fetch first, after the header: of it, `firstLevel` and those above are complete. */
+  /** The bytes to fetch after the header. They hold `firstLevel` and all coarser levels completely. */
   bootstrapRange(): CoarseRange {
     this.#calls.check(this.#module._isosplat_core_bootstrap_range(this.#calls.core));
     return this.#coarseRange();
   }
 
   #coarseRange(): CoarseRange {
-    const [firstLevel = 0, offset = 0, bytes = 0] = new Float64Array(
-      this.#calls.result(0).slice().buffer,
-    );
-    return { firstLevel, offset, bytes };
+    return layouts.readCoarseRange(viewOf(this.#calls.result(0)), 0);
   }
 
   pages(): Page[] {
@@ -153,7 +181,7 @@ export class Store {
     );
   }
 
-  /** The pages that `chunksFor` of the same arguments still needs. */
+  /** The pages that `chunksFor` needs for the same arguments and that are not resident. */
   missingPages(level: number, low: number, high = low): number[] {
     const [from, to] = [this.quantizedIsovalue(low), this.quantizedIsovalue(high)];
     this.#calls.check(this.#module._isosplat_core_missing_pages(this.#calls.core, level, from, to));
@@ -177,24 +205,22 @@ export class Store {
   /** Decodes a chunk to samples in the world, as typed arrays that the caller owns. */
   decodeSamples(chunk: ChunkShape & { block: Triple }, bytes: Uint8Array): Samples {
     const calls = this.#calls;
-    calls.withChunk(chunk, bytes, (at, shape, block) =>
-      calls.check(
-        this.#module._isosplat_core_decode_samples(calls.core, at, bytes.length, shape, block),
-      ),
+    calls.withChunk(chunk, bytes, (at, shape) =>
+      calls.check(this.#module._isosplat_core_decode_samples(calls.core, at, bytes.length, shape)),
     );
-    const values = calls.floats(1);
+    const values = calls.floats(layouts.samplesValues);
     return {
       count: values.length,
-      positions: calls.floats(0),
+      positions: calls.floats(layouts.samplesPositions),
       values,
-      gradients: calls.floats(2),
-      intervals: calls.floats(3),
+      gradients: calls.floats(layouts.samplesGradients),
+      intervals: calls.floats(layouts.samplesIntervals),
     };
   }
 
   /**
-   * Projects a chunk's active samples onto an isosurface: one point for each, inside of its cell.
-   * `exact`: to the trilinear surface along the gradient instead of by one Newton step.
+   * Projects the active samples of a chunk onto an isosurface. Each yields one point inside of its
+   * cell. `exact`: along the gradient to the trilinear surface, instead of by one Newton step.
    */
   project(
     chunk: ChunkShape & { block: Triple },
@@ -205,14 +231,13 @@ export class Store {
     const calls = this.#calls;
     const quantizedIsovalue = this.quantizedIsovalue(isovalue);
     const exact = options.exact ? 1 : 0;
-    calls.withChunk(chunk, bytes, (at, shape, block) =>
+    calls.withChunk(chunk, bytes, (at, shape) =>
       calls.check(
         this.#module._isosplat_core_project(
           calls.core,
           at,
           bytes.length,
           shape,
-          block,
           quantizedIsovalue,
           exact,
         ),
@@ -222,8 +247,8 @@ export class Store {
   }
 
   /**
-   * The same of samples as `decodePacked` yields them, for renderers that hold these.
-   * `regions`: `regionWords` words; samples in other regions of the block are left out.
+   * Projects packed samples, as `decodePacked` returns them. `regions`: `regionWords` words; samples
+   * in other regions of the block are left out.
    */
   projectPacked(
     place: { level: number; block: Triple },
@@ -233,20 +258,22 @@ export class Store {
   ): Points {
     const calls = this.#calls;
     const { regions, exact } = options;
-    // One copy: the block, the regions, the samples.
-    const words = new Uint32Array(4 + regionWords + samples.length);
-    words.set(place.block);
-    if (regions) words.set(regions.subarray(0, regionWords), 4);
-    words.set(samples, 4 + regionWords);
-    calls.withBytes(asBytes(words), (at) =>
+    // One copy for all three: the samples, the block, the regions.
+    const block = recordOf(layouts.blockBytes, layouts.writeBlock, place);
+    const blockAt = samples.byteLength;
+    const regionsAt = blockAt + block.length;
+    const bytes = new Uint8Array(regionsAt + 4 * regionWords);
+    bytes.set(asBytes(samples));
+    bytes.set(block, blockAt);
+    if (regions) bytes.set(asBytes(regions.subarray(0, regionWords)), regionsAt);
+    calls.withBytes(bytes, (at) =>
       calls.check(
         this.#module._isosplat_core_project_packed(
           calls.core,
-          at + 4 * (4 + regionWords),
-          samples.length >> 2,
-          regions ? at + 16 : 0,
-          place.level,
           at,
+          samples.length / packedSampleWords,
+          regions ? at + regionsAt : 0,
+          at + blockAt,
           this.quantizedIsovalue(isovalue),
           exact ? 1 : 0,
         ),
@@ -255,64 +282,44 @@ export class Store {
     return calls.points();
   }
 
-  /** Which chunks to load and to draw for a view. */
+  /** Selects the chunks to load and to draw for a camera view. */
   select(view: SelectionView): CoreSelection {
     const calls = this.#calls;
-    const numbers = new Float64Array(23);
-    numbers.set(Array.from({ length: 16 }, (_, i) => view.viewProjection[i] ?? 0));
-    numbers.set(
-      [
-        view.width,
-        view.height,
-        view.loadCellPixels,
-        view.drawCellPixels,
-        view.cellBudget,
-        view.ahead ? 1 : 0,
-        view.occlusion ? 1 : 0,
-      ],
-      16,
-    );
-    const quantizedIsovalues = Float32Array.from(view.isovalues, (isovalue) =>
+    const record = recordOf(layouts.selectionViewBytes, layouts.writeSelectionView, {
+      viewProjection: Array.from(view.viewProjection),
+      widthPx: view.width,
+      heightPx: view.height,
+      loadCellPx: view.loadCellPixels,
+      drawCellPx: view.drawCellPixels,
+      cellBudget: view.cellBudget,
+      ahead: view.ahead ? 1 : 0,
+      occlusion: view.occlusion ? 1 : 0,
+    });
+    const isovalues = Float32Array.from(view.isovalues, (isovalue) =>
       this.quantizedIsovalue(isovalue),
     );
-    calls.withBytes(asBytes(numbers), (numbersAt) =>
-      calls.withBytes(asBytes(quantizedIsovalues), (quantizedIsovaluesAt) =>
+    calls.withBytes(record, (at) =>
+      calls.withBytes(asBytes(isovalues), (isovaluesAt) =>
         calls.check(
-          this.#module._isosplat_core_select(
-            calls.core,
-            numbersAt,
-            quantizedIsovaluesAt,
-            quantizedIsovalues.length,
-          ),
+          this.#module._isosplat_core_select(calls.core, at, isovaluesAt, isovalues.length),
         ),
       ),
     );
-    const draw = readWords(calls.result(2));
-    const count = draw.length / (1 + regionWords);
-    const drawn = new Uint32Array(count);
-    const regions = new Uint32Array(regionWords * count);
-    for (let i = 0; i < count; ++i) {
-      const at = i * (1 + regionWords);
-      drawn[i] = draw[at] ?? 0;
-      regions.set(draw.subarray(at + 1, at + 1 + regionWords), regionWords * i);
-    }
-    const keep = readWords(calls.result(3));
-    const tests = keep[4] ?? 0;
+    const header = layouts.readSelectionHeader(viewOf(calls.result(layouts.selectionHeader)), 0);
     return {
-      load: readChunks(calls.result(0)),
-      pages: Array.from(readWords(calls.result(1))),
-      drawn,
-      regions,
-      test: keep.slice(5, 5 + tests),
-      keep: keep.slice(5 + tests),
-      undecided: keep[3] ?? 0,
-      finestLevel: (keep[0] ?? 0) | 0,
-      coarsestLevel: (keep[1] ?? 0) | 0,
-      limitedByBudget: keep[2] === 1,
+      load: readChunks(calls.result(layouts.selectionLoad)),
+      pages: Array.from(readWords(calls.result(layouts.selectionPages))),
+      ...readDrawn(readWords(calls.result(layouts.selectionDraw))),
+      test: readWords(calls.result(layouts.selectionTest)).slice(),
+      keep: readWords(calls.result(layouts.selectionKeep)).slice(),
+      undecided: header.undecided,
+      finestLevel: header.finestLevel,
+      coarsestLevel: header.coarsestLevel,
+      limitedByBudget: header.limitedByBudget !== 0,
     };
   }
 
-  /** The answer of an occlusion query for the view selected last: `visibilityWords` for each chunk. */
+  /** Sets the answer of an occlusion query for the last selected view: `visibilityWords` per chunk. */
   setVisibility(answers: Uint32Array): void {
     const calls = this.#calls;
     calls.withBytes(asBytes(answers), (at) =>
@@ -326,14 +333,14 @@ export class Store {
     );
   }
 
-  /** Says that a chunk has been decoded and may be drawn, or no longer may. */
+  /** Sets whether a chunk is resident, so that it may be drawn. */
   setResident(handle: number, resident: boolean): void {
     this.#calls.check(
       this.#module._isosplat_core_set_resident(this.#calls.core, handle, resident ? 1 : 0),
     );
   }
 
-  /** Frees everything. The store must not be used afterwards. */
+  /** Frees the memory of the store, which cannot be used afterwards. */
   close(): void {
     this.#calls.close();
   }

@@ -2,7 +2,7 @@
  * The core in WebAssembly, for Node and browsers:
  *
  *     const core = await loadCore();
- *     const store = core.openStore(bytes.subarray(0, 65536));
+ *     const store = core.openStore(bytes.subarray(0, maxHeaderBytes));
  *     for (const page of store.missingPages(0, isovalue)) store.addPage(page, …);
  *     for (const chunk of store.chunksFor(0, isovalue)) {
  *       const points = store.project(chunk, bytes.subarray(chunk.offset, …), isovalue);

@@ -1,9 +1,9 @@
 /**
- * The exports of shared/wasm/core_api.h, which says what each means: of the module isosplat-core,
- * and of isosplat-renderer, which contains them.
+ * The functions of shared/wasm/core_api.h, where they are documented. The modules isosplat-core and
+ * isosplat-renderer export them.
  */
 export interface CoreModule {
-  /** Valid until the next call into the module: a growing heap replaces it. */
+  /** Valid until the next call into the module, which may grow the heap and replace this. */
   HEAPU8: Uint8Array;
   _malloc(bytes: number): number;
   _free(pointer: number): void;
@@ -23,19 +23,12 @@ export interface CoreModule {
   _isosplat_core_chunks_for(core: number, level: number, low: number, high: number): number;
   _isosplat_core_checksum(data: number, bytes: number): number;
   _isosplat_core_decode_packed(core: number, data: number, bytes: number, shape: number): number;
-  _isosplat_core_decode_samples(
-    core: number,
-    data: number,
-    bytes: number,
-    shape: number,
-    block: number,
-  ): number;
+  _isosplat_core_decode_samples(core: number, data: number, bytes: number, shape: number): number;
   _isosplat_core_project(
     core: number,
     data: number,
     bytes: number,
     shape: number,
-    block: number,
     quantizedIsovalue: number,
     exact: number,
   ): number;
@@ -44,7 +37,6 @@ export interface CoreModule {
     samples: number,
     count: number,
     regions: number,
-    level: number,
     block: number,
     quantizedIsovalue: number,
     exact: number,

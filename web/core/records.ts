@@ -1,22 +1,29 @@
+import {
+  chunkBytes,
+  pageBytes,
+  readChunk,
+  readPage,
+  readStoreInfo,
+} from "../../build/wasm/web/layouts.js";
 import type { StoreInfo, StoreMetadata, Triple } from "./types.ts";
 
-/** A chunk as the store's directory describes it (IsosplatChunk in core_api.h). */
+/** A chunk, as the directory of the store describes it (IsosplatChunk in shared/wasm/records.h). */
 export interface Chunk {
-  /** Small number that stays the same as long as the store is open. */
+  /** A small number that stays the same while the store is open. */
   handle: number;
   level: number;
-  /** Index in blocks of the level. */
+  /** The index of the block, in blocks of the level. */
   block: Triple;
-  /** Cells that the block has. */
+  /** The size of the block in cells. */
   blockCells: Triple;
-  /** Index within the block; it holds the quantized isovalues from bandBegin up to, but not, bandEnd. */
+  /** The index of the band in the block. The band is [bandBegin, bandEnd), in quantized values. */
   band: number;
   bandBegin: number;
   bandEnd: number;
-  /** In the store file. */
+  /** The position in the store file. */
   offset: number;
   bytes: number;
-  /** Samples that it decodes to. */
+  /** The number of samples. */
   cells: number;
   checksum: number;
 }
@@ -30,92 +37,78 @@ export interface Page {
   resident: boolean;
 }
 
-const chunkBytes = 56;
-const pageBytes = 40;
-
-function view(bytes: Uint8Array): DataView {
+/** A view of the bytes, for the functions of layouts.js. */
+export function viewOf(bytes: Uint8Array): DataView {
   return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 }
 
-function triple(data: DataView, at: number): Triple {
-  return [data.getUint32(at, true), data.getUint32(at + 4, true), data.getUint32(at + 8, true)];
+/** Reads an array of records. */
+export function readAll<T>(
+  bytes: Uint8Array,
+  recordBytes: number,
+  read: (data: DataView, at: number) => T,
+): T[] {
+  const data = viewOf(bytes);
+  return Array.from({ length: bytes.length / recordBytes }, (_, i) => read(data, i * recordBytes));
+}
+
+/** The bytes of one record. */
+export function recordOf<T>(
+  bytes: number,
+  write: (data: DataView, at: number, record: T) => void,
+  record: T,
+): Uint8Array {
+  const result = new Uint8Array(bytes);
+  write(viewOf(result), 0, record);
+  return result;
 }
 
 export function readChunks(bytes: Uint8Array): Chunk[] {
-  const data = view(bytes);
-  const chunks: Chunk[] = [];
-  for (let at = 0; at < bytes.byteLength; at += chunkBytes) {
-    const cells = data.getUint32(at + 52, true);
-    chunks.push({
-      offset: data.getFloat64(at, true),
-      handle: data.getUint32(at + 8, true),
-      level: data.getUint32(at + 12, true),
-      block: triple(data, at + 16),
-      band: data.getUint32(at + 28, true),
-      bandBegin: data.getUint32(at + 32, true),
-      bandEnd: data.getUint32(at + 36, true),
-      bytes: data.getUint32(at + 40, true),
-      cells: data.getUint32(at + 44, true),
-      checksum: data.getUint32(at + 48, true),
-      blockCells: [cells & 255, (cells >> 8) & 255, (cells >> 16) & 255],
-    });
-  }
-  return chunks;
+  return readAll(bytes, chunkBytes, readChunk);
 }
 
 export function readPages(bytes: Uint8Array): Page[] {
-  const data = view(bytes);
-  const pages: Page[] = [];
-  for (let at = 0; at < bytes.byteLength; at += pageBytes) {
-    pages.push({
-      index: at / pageBytes,
-      offset: data.getFloat64(at, true),
-      bytes: data.getUint32(at + 8, true),
-      level: data.getUint32(at + 12, true),
-      resident: data.getUint32(at + 28, true) !== 0,
-    });
-  }
-  return pages;
+  return readAll(bytes, pageBytes, readPage).map((page, index) => ({
+    index,
+    level: page.level,
+    offset: page.offset,
+    bytes: page.bytes,
+    resident: page.resident !== 0,
+  }));
 }
 
 export function readWords(bytes: Uint8Array): Uint32Array {
   return new Uint32Array(bytes.buffer, bytes.byteOffset, bytes.byteLength / 4);
 }
 
-/** Builds the info from isosplat_core_info's three results. */
-export function readInfo(
-  numberBytes: Uint8Array,
-  contentId: Uint8Array,
-  metadata: Uint8Array,
-): StoreInfo {
-  const numbers = new Float64Array(numberBytes.slice().buffer);
-  const at = (i: number): number => numbers[i] ?? 0;
-  const three = (i: number): Triple => [at(i), at(i + 1), at(i + 2)];
-  const mapping: StoreInfo["mapping"] = {
-    offset: at(18),
-    scale: at(19),
-    maxError: at(20),
-    bits: at(21) === 8 ? 8 : 16,
-    hasMissing: at(22) !== 0,
-  };
+/** Builds the info from the results of isosplat_core_info. */
+export function readInfo(record: Uint8Array, metadata: Uint8Array): StoreInfo {
+  const info = readStoreInfo(viewOf(record), 0);
+  const { valueOffset: offset, valueScale: scale, minQuantized, maxQuantized } = info;
   return {
-    voxels: three(0),
-    spacing: three(3),
-    origin: three(6),
-    direction: Array.from(numbers.slice(9, 18)),
-    mapping,
-    range: [mapping.offset + mapping.scale * at(23), mapping.offset + mapping.scale * at(24)],
-    quantizedRange: [at(23), at(24)],
-    levels: at(25),
-    chunkCount: at(26),
-    missingVoxels: at(27),
-    fileBytes: at(28),
-    contentId: Array.from(contentId, (byte) => byte.toString(16).padStart(2, "0")).join(""),
+    voxels: info.voxels,
+    spacing: info.spacing,
+    origin: info.origin,
+    direction: info.direction,
+    mapping: {
+      offset,
+      scale,
+      maxError: info.maxError,
+      bits: info.bits === 8 ? 8 : 16,
+      hasMissing: info.hasMissing !== 0,
+    },
+    range: [offset + scale * minQuantized, offset + scale * maxQuantized],
+    quantizedRange: [minQuantized, maxQuantized],
+    levels: info.levels,
+    chunkCount: info.chunkCount,
+    missingVoxels: info.missingVoxels,
+    fileBytes: info.fileBytes,
+    contentId: info.contentId.map((byte) => byte.toString(16).padStart(2, "0")).join(""),
     metadata: parseMetadata(metadata),
   };
 }
 
-/** Metadata is for people: a store whose metadata is not JSON still opens. */
+/** A store opens even if its metadata is not JSON: nothing but texts depends on it. */
 function parseMetadata(bytes: Uint8Array): StoreMetadata {
   try {
     const parsed: unknown = JSON.parse(new TextDecoder().decode(bytes));

@@ -1,3 +1,4 @@
+import { maxHeaderBytes } from "../core/index.ts";
 import type { ChunkPlaceInFile, PagePlace, Source } from "./source.ts";
 import { beginsAsStore, type FileIdentity, joined, Traffic, transfer } from "./transfer.ts";
 import { StreamError } from "./types.ts";
@@ -171,7 +172,7 @@ export class FileSource implements Source {
 
   protected async fetchHeader(signal: AbortSignal, whole: boolean): Promise<Uint8Array> {
     const parts: Uint8Array[] = [];
-    const last = (whole ? 64 * 1024 : firstHeaderBytes) - 1;
+    const last = (whole ? maxHeaderBytes : firstHeaderBytes) - 1;
     await this.#ask([0, last], signal, (part) => parts.push(part));
     return joined(parts);
   }

@@ -1,0 +1,182 @@
+#pragma once
+
+#include <stdint.h>
+
+/// The records that cross between the core and JavaScript, and the limits that both sides use.
+///
+/// This is the only description of these records. write_layouts.cpp lists their fields once more;
+/// the build fails if a field is missing there. It generates the module `layouts.js`, with which
+/// JavaScript reads and writes them. So no offset and no size stands in TypeScript.
+///
+/// Numbers are little-endian. No record has padding: write_layouts.cpp asserts it. Numbers that may
+/// exceed 32 bits are doubles. Booleans are 0 or 1. Colours are sRGB, 0 … 1.
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+  ISOSPLAT_REGION_WORDS = 16  ///< of a RegionMask: two per slice, the low half first
+};
+
+/// A chunk of the open store: ChunkRef, and its handle.
+typedef struct IsosplatChunk {
+  double offset;    ///< in the file
+  uint32_t handle;  ///< a small number that stays the same while the store is open
+  uint32_t level;
+  uint32_t block[3];  ///< index in blocks of the level
+  uint32_t band;
+  uint32_t band_begin, band_end;  ///< quantized values, half-open
+  uint32_t bytes;
+  uint32_t cells;
+  uint32_t checksum;
+  uint32_t block_cells[3];  ///< cells of the block
+} IsosplatChunk;
+
+/// What decoding needs besides the bytes of a chunk. decode_packed does not read `block`.
+typedef struct IsosplatChunkShape {
+  uint32_t block_cells[3];
+  uint32_t band_begin, band_end;
+  uint32_t cells;
+  uint32_t level;
+  uint32_t block[3];
+} IsosplatChunkShape;
+
+/// A block of a level.
+typedef struct IsosplatBlock {
+  uint32_t level;
+  uint32_t block[3];
+} IsosplatBlock;
+
+/// A directory page.
+typedef struct IsosplatPage {
+  double offset;  ///< in the file
+  uint32_t bytes;
+  uint32_t level;
+  uint32_t first_block[3];
+  uint32_t resident;
+  uint32_t interval_min, interval_max;
+} IsosplatPage;
+
+/// StoreInfo, without its metadata.
+typedef struct IsosplatStoreInfo {
+  double spacing[3];
+  double origin[3];
+  double direction[9];  ///< row by row
+  double value_offset, value_scale, max_error;
+  double chunk_count, missing_voxels, file_bytes;
+  uint32_t voxels[3];
+  uint32_t bits;
+  uint32_t has_missing;
+  uint32_t min_quantized, max_quantized;
+  uint32_t levels;
+  uint8_t content_id[16];
+} IsosplatStoreInfo;
+
+/// A byte range of the store file: CoarseRange.
+typedef struct IsosplatCoarseRange {
+  double first_level, offset, bytes;
+} IsosplatCoarseRange;
+
+/// SelectionView, without its isovalues.
+typedef struct IsosplatSelectionView {
+  double view_projection[16];  ///< column by column
+  double width_px, height_px;
+  double load_cell_px, draw_cell_px;
+  double cell_budget;
+  uint32_t ahead;  ///< a predicted view: see Selector::select_ahead
+  uint32_t occlusion;
+} IsosplatSelectionView;
+
+/// The single numbers of a Selection. The levels are −1 if nothing is drawn.
+typedef struct IsosplatSelectionHeader {
+  int32_t finest_level, coarsest_level;
+  uint32_t limited_by_budget;
+  uint32_t undecided;
+} IsosplatSelectionHeader;
+
+/// A chunk to draw, and the regions of its block in which to draw it (RegionMask).
+typedef struct IsosplatDrawnChunk {
+  uint32_t handle;
+  uint32_t regions[ISOSPLAT_REGION_WORDS];
+} IsosplatDrawnChunk;
+
+/// The answer of an occlusion query for one chunk.
+typedef struct IsosplatVisibility {
+  uint32_t handle;
+  uint32_t tested[ISOSPLAT_REGION_WORDS];   ///< the regions that were drawn
+  uint32_t visible[ISOSPLAT_REGION_WORDS];  ///< those of them that may be visible
+} IsosplatVisibility;
+
+/// A volume, as far as the renderer needs it.
+typedef struct IsosplatVolume {
+  double voxels[3];  ///< doubles, so that any number from outside can be checked
+  double spacing[3];
+  double origin[3];
+  double direction[9];  ///< row by row
+  double value_offset, value_scale;
+} IsosplatVolume;
+
+/// Isosurface.
+typedef struct IsosplatIsosurface {
+  double isovalue;
+  float colour[3];
+  float opacity;
+} IsosplatIsosurface;
+
+/// The part of RenderSettings that decides the colours.
+typedef struct IsosplatAppearance {
+  double colour_low, colour_high;  ///< the range of the quantity that the colour map shows
+  uint32_t colour_by;              ///< ColourBy
+  uint32_t colour_map;             ///< ColourMap
+  float background[4];             ///< with alpha
+  float ambient, specular;
+  float eye_dome;
+  float reserved;
+} IsosplatAppearance;
+
+/// The clip box of RenderSettings, in fractions of the volume's extent.
+typedef struct IsosplatClipBox {
+  double low[3], high[3];
+} IsosplatClipBox;
+
+/// ClipPlane.
+typedef struct IsosplatClipPlane {
+  double normal[3];
+  double offset;
+} IsosplatClipPlane;
+
+/// Camera.
+typedef struct IsosplatCamera {
+  double target[3];
+  double distance;
+  double azimuth, elevation, roll;
+  double field_of_view;
+} IsosplatCamera;
+
+/// FrameStatistics.
+typedef struct IsosplatFrameStatistics {
+  double samples_drawn, samples_resident;
+  double gpu_bytes;
+  uint32_t chunks_drawn, chunks_culled;
+  uint32_t draw_calls;
+  uint32_t programs_linked;
+  uint32_t kind;  ///< SplatKind
+  uint32_t reserved;
+} IsosplatFrameStatistics;
+
+/// RendererLimits, without the name of the renderer.
+typedef struct IsosplatRendererLimits {
+  float max_point_size;
+  uint32_t max_texture_size;
+  uint32_t float_targets, float_blend;
+} IsosplatRendererLimits;
+
+/// The state of an occlusion query.
+typedef struct IsosplatOcclusionAnswer {
+  uint32_t is_ready;
+  uint32_t count;  ///< chunks in the answer; 0 until it is ready
+} IsosplatOcclusionAnswer;
+
+#ifdef __cplusplus
+}
+#endif
