@@ -1,4 +1,4 @@
-// What an address asks for that cannot be: each is ignored or bounded, and said.
+// Addresses with invalid settings: each is ignored or limited, with a message.
 import { expect, test } from "@playwright/test";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { complete, settled } from "./support/view.ts";
@@ -11,7 +11,7 @@ test.afterAll(() => server.stop());
 test.use({ viewport: { width: 800, height: 500 } });
 
 for (const src of ["http://", "https://[", "javascript:alert(1)", "data:,x"]) {
-  test(`?src=${src} is no address of a store`, async ({ page }) => {
+  test(`?src=${src} is not the address of a store`, async ({ page }) => {
     await page.goto(`${server.url}?src=${encodeURIComponent(src)}`);
     const message = page.getByRole("alert");
     await expect(message).toContainText("not the address of a store");
@@ -20,13 +20,13 @@ for (const src of ["http://", "https://[", "javascript:alert(1)", "data:,x"]) {
   });
 }
 
-test("?src=%, an escape that is none: the page says that it cannot be had", async ({ page }) => {
+test("?src=%, an invalid escape: the page reports an error", async ({ page }) => {
   await page.goto(`${server.url}?src=%`);
   await expect(page.getByRole("alert")).toBeVisible();
   await expect(page.locator(".volume-name")).toHaveText("%");
 });
 
-test("a camera, an isovalue and an opacity beyond all measure", async ({ page }) => {
+test("a camera, an isovalue and an opacity far out of range", async ({ page }) => {
   const view = "camera=1e20,2,1e25,1e30,0,0&isovalue=9999&opacity=0";
   await page.goto(`${server.url}?volume=bucky&${view}`);
   const note = page.locator(".toast");
@@ -40,13 +40,15 @@ test("a camera, an isovalue and an opacity beyond all measure", async ({ page })
   expect(Math.max(...camera.map(Math.abs))).toBeLessThan(1e5);
 });
 
-test("a view beside the volume is complete, and says that it shows nothing", async ({ page }) => {
+test("a view beside the volume is complete, and the page reports that it has no surface", async ({
+  page,
+}) => {
   await page.goto(`${server.url}?volume=bucky&isovalue=100&camera=0,0,100,5000,0,0`);
   await expect(page.locator(".status-state")).toHaveText("complete: no surface in this view");
   await settled(page);
 });
 
-test("a part of the page's program that does not come is said", async ({ page }) => {
+test("the page reports that a part of its program did not load", async ({ page }) => {
   await page.route("**/assets/components-*.js", (route) => route.fulfill({ status: 404 }));
   await page.goto(`${server.url}?volume=bucky&isovalue=100`);
   const message = page.locator(".page-incomplete");
@@ -58,12 +60,12 @@ test("a part of the page's program that does not come is said", async ({ page })
   await expect(message).toHaveCount(0);
 });
 
-test("the page's program does not come at all: the page says so", async ({ page }) => {
+test("the page reports that its program did not load", async ({ page }) => {
   await page.route("**/assets/index-*.js", (route) => route.fulfill({ status: 404 }));
   await page.goto(`${server.url}?volume=bucky`);
   const message = page.locator(".not-started");
   await expect(message).toBeHidden();
-  // The message is there from the start, and shown by an animation: no need to wait for it.
+  // The message is in the HTML and appears by an animation: no need to wait for it.
   await page.evaluate(() => {
     for (const animation of document.getAnimations()) animation.finish();
   });

@@ -1,11 +1,10 @@
 /**
- * Everything goes wrong at once: between the page and the real server, or nginx, answers are delayed,
- * cut, changed, refused, or those of another store; the store is replaced and taken away; the WebGL
- * context is lost; and the visitor goes on meanwhile. Once it is over, the page shows the picture
- * of a page that nothing was done to, and says so. Where a fault lasts, the page names it, and asks
- * for nothing more often than once in ten seconds. Nothing is held that was not before.
- *
- *   CHAOS_SECONDS=3600 CHAOS_SEED=7 npx playwright test chaos
+ * Random faults at the same time: responses between the page and the real server, or nginx, are
+ * delayed, truncated, changed, refused, or taken from another store; the store is replaced and
+ * removed; the WebGL context is lost; and the visitor keeps using the page. Afterwards the page
+ * must show the same picture as an undisturbed page, without a message. If a fault lasts, the page
+ * must name it and send the same request at most once in ten seconds. No resources may leak. ¶¶
+ * CHAOS_SECONDS=3600 CHAOS_SEED=7 npx playwright test chaos
  */
 import { mkdtempSync, readFileSync, renameSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -21,21 +20,26 @@ import { RequestLog } from "./support/request_log.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { compare, complete, savedPicture, settled } from "./support/view.ts";
 
-/** So long are new rounds begun (s); a round takes some 10 s, and a minute with a lasting fault. */
+/**
+ * Time in which new rounds start (s); a round takes about 10 s, or a minute with a lasting fault.
+ */
 const seconds = Number(process.env.CHAOS_SECONDS ?? 20);
 const firstSeed = Number(process.env.CHAOS_SEED ?? 1);
-/** How long faults go on in a round (ms). */
+/** Duration of the faults in a round (ms). */
 const roundLength = 4000;
-/** Every so many rounds ends with a lasting fault. */
+/** One of this many rounds ends with a lasting fault. */
 const roundsToLasting = 2;
-/** 20 s are wanted of a machine that has nothing else to do: CHAOS_RECOVERY=20. */
+/** Time limit of recovery (s). An idle machine must manage 20 s: CHAOS_RECOVERY=20. */
 const longestRecovery = 1000 * Number(process.env.CHAOS_RECOVERY ?? 120);
-/** After so long (ms), what is tried again soon has come to its longest wait. */
+/** After this time (ms), fast retries have reached their longest interval. */
 const warmUp = 28_000;
-/** So long is looked at (ms) how often what is asked for. */
+/** Period (ms) in which repeated requests are counted. */
 const watch = 24_000;
 const shortestGap = 10_000;
-/** Of the pixels that are covered, and so many beside: what one splat more or less changes. */
+/**
+ * Share of the covered pixels, and a number of further pixels, that may differ: the effect of one
+ * splat more or less.
+ */
 const maxDiffering = 1e-4;
 const fewPixels = 4;
 const titles = [/bucky/i, /marschner/i];
@@ -46,7 +50,7 @@ test.use({ viewport: { width: 640, height: 420 } });
 
 let folder: string;
 let server: RunningServer;
-/** Has every version, and nothing is done to it. */
+/** Serves every version, without faults. */
 let reference: RunningServer;
 let host: Nginx;
 
@@ -66,13 +70,13 @@ test.afterAll(async () => {
 
 const store = (): string => join(folder, "chaos.isosplat");
 
-/** This version takes the place of whatever is there. */
+/** Replaces the store by this version. */
 function put(version: number, change: (bytes: Buffer) => Buffer = (bytes) => bytes): void {
   writeFileSync(`${store()}.part`, change(readFileSync(versions[version] ?? "")));
   renameSync(`${store()}.part`, store());
 }
 
-/** The same, and the server has seen it, whatever it had before. */
+/** The same; also waits until the server has noticed the change. */
 async function putAndServe(change?: (bytes: Buffer) => Buffer): Promise<void> {
   const status = async (): Promise<number> => (await fetch(`${server.url}v1/volumes/chaos`)).status;
   rmSync(store(), { force: true });
@@ -81,7 +85,7 @@ async function putAndServe(change?: (bytes: Buffer) => Buffer): Promise<void> {
   await expect.poll(status).not.toBe(404);
 }
 
-/** Which version the page shows. */
+/** The version that the page shows. */
 async function versionOf(page: Page): Promise<number> {
   const name = (await page.locator(".volume-name").textContent()) ?? "";
   const version = titles.findIndex((title) => title.test(name));
@@ -99,7 +103,7 @@ async function slide(page: Page, share: number): Promise<void> {
   }, share);
 }
 
-/** The context goes, and comes back after so long (ms). */
+/** Loses the context, and restores it after this time (ms). */
 async function loseContext(page: Page, milliseconds: number): Promise<void> {
   await page.evaluate((wait) => {
     const gl = document.querySelector<HTMLCanvasElement>("canvas.view")?.getContext("webgl2");
@@ -110,7 +114,7 @@ async function loseContext(page: Page, milliseconds: number): Promise<void> {
   }, milliseconds);
 }
 
-/** One thing that happens to the store, the page, or its visitor. */
+/** One event of the store, the page, or its visitor. */
 async function happen(page: Page, chance: Chance): Promise<void> {
   switch (chance.whole(0, 7)) {
     case 0:
@@ -135,7 +139,7 @@ async function happen(page: Page, chance: Chance): Promise<void> {
   }
 }
 
-/** The picture of this view on a page of its own that nothing is done to. */
+/** The picture of this view on a page of its own without faults. */
 async function undisturbed(browser: Browser, address: string): Promise<Buffer> {
   const context = await browser.newContext({ viewport: { width: 640, height: 420 } });
   const page = await context.newPage();
@@ -147,7 +151,7 @@ async function undisturbed(browser: Browser, address: string): Promise<Buffer> {
   return picture;
 }
 
-/** The page says that the picture is right, and nothing else; and it is right. */
+/** The page reports a complete picture without a message, and the picture is right. */
 async function expectTruth(page: Page, browser: Browser, name: string): Promise<void> {
   const from = Date.now();
   await complete(page, longestRecovery);
@@ -160,7 +164,8 @@ async function expectTruth(page: Page, browser: Browser, name: string): Promise<
   const view = new URL(page.url()).searchParams;
   for (const key of ["volume", "src"]) view.delete(key);
   const ours = await savedPicture(page);
-  // Of two versions it may show either: one that was whole before the other came is right.
+  // Of two versions, the page may show either: a version that became complete before the other one
+  // arrived is valid.
   const volume = names[await versionOf(page)];
   const wanted = await undisturbed(browser, `${reference.url}?volume=${volume}&${view}`);
   const { differing, covered, width, height } = await compare(page, ours, wanted);
@@ -174,19 +179,19 @@ async function expectTruth(page: Page, browser: Browser, name: string): Promise<
   expect(differing, `${name}: ${pixels} pixels differ: ${page.url()}`).toBeLessThanOrEqual(most);
 }
 
-/** The page says what is wrong, and asks for it now and then. */
+/** The page names the fault, and retries from time to time. */
 async function expectCause(page: Page, fault: LastingFault, log: RequestLog): Promise<void> {
   const begun = Date.now();
   const said = page.locator("[role=alert], .banner").filter({ hasText: titleOf(fault) });
   await expect(said, fault.name).toHaveCount(1, { timeout: longestRecovery });
-  // The spinner stands for what is tried again soon.
+  // A spinner is shown only if the next try is soon.
   if (faults[fault.kind].retry !== "soon") {
     await settled(page, longestRecovery);
     await expect(page.locator("wa-spinner")).toHaveCount(0);
   }
   if (fault.kind === "damaged-part") {
     const state = page.locator(".status-state");
-    await expect(state).toHaveText(/^complete but for \d+ damaged parts?$/);
+    await expect(state).toHaveText(/^complete except for \d+ damaged parts?$/);
   } else {
     await expect(page.locator(".status-state")).not.toHaveText(/^complete/);
   }
@@ -194,14 +199,14 @@ async function expectCause(page: Page, fault: LastingFault, log: RequestLog): Pr
   log.clear();
   await page.waitForTimeout(watch);
   expect(log.closerThan(shortestGap), fault.name).toEqual([]);
-  // It does ask: what is mended is to be found out.
+  // It does retry, since it must notice when the fault is repaired.
   expect(log.size, fault.name).toBeGreaterThan(0);
   await expect(said).toHaveCount(1);
 }
 
-/** Nothing is held that was not at first; `before` and `heap` are of then. */
+/** No resources have leaked since the start; `before` and `heap` are the values at the start. */
 async function expectNoLeak(page: Page, before: Holdings, heap: number): Promise<void> {
-  // What is said for a moment, and what is made ready for the next one, have timers.
+  // Timers exist for short messages and for work prepared for the next frame.
   const isLess = async (): Promise<boolean> => {
     const { timers, listeners } = await holdingsOf(page);
     return timers <= before.timers && listeners <= before.listeners;
@@ -210,7 +215,7 @@ async function expectNoLeak(page: Page, before: Holdings, heap: number): Promise
   const now = await holdingsOf(page);
   expect(now.workers).toBeLessThanOrEqual(before.workers);
   expect(now.contexts).toBe(before.contexts);
-  // Programs are made as they are needed, and buffers with the samples.
+  // Programs are created on demand, and buffers with the samples.
   expect(now.glObjects).toBeLessThanOrEqual(2 * before.glObjects + 20);
   expect(await heapBytes(page)).toBeLessThan(1.5 * heap + 10e6);
 }
@@ -232,7 +237,7 @@ for (const where of ["isosplat serve", "nginx"] as const) {
     const end = Date.now() + (1000 * seconds) / 2;
     await putAndServe();
     try {
-      // Which splats are drawn is not to depend on how fast they are.
+      // The drawn splats must not depend on the frame rate.
       await page.goto(`${through}&kind=ellipse`);
       await complete(page, 120_000);
       await settled(page, 120_000);
@@ -252,7 +257,7 @@ for (const where of ["isosplat serve", "nginx"] as const) {
           }
           proxy.fault = () => undefined;
           await expectTruth(page, browser, `seed ${seed}`);
-          // At rest nothing is asked for.
+          // At rest there are no requests.
           log.clear();
           await page.waitForTimeout(1500);
           expect(log.size).toBe(0);
@@ -263,7 +268,7 @@ for (const where of ["isosplat serve", "nginx"] as const) {
           if (!fault) throw new Error("no fault");
           await test.step(`seed ${seed}: ${fault.name}`, async () => {
             await fault.begin({ proxy, change: putAndServe });
-            // What the page and the browser hold would do without the store.
+            // The caches of the page and the browser could be sufficient without the store.
             await log.clearCaches();
             if (fault.isForNewPage) await page.reload();
             else await loseContext(page, 100);

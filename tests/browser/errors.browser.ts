@@ -1,4 +1,4 @@
-// What the page says when something is missing, gone, or not what it should be, and the way on.
+// The page's messages when something is missing or invalid, and the actions that they offer.
 import { copyFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -16,7 +16,7 @@ test.beforeAll(async () => {
 test.afterAll(() => server.stop());
 test.use({ viewport: { width: 800, height: 500 } });
 
-test("the list cannot be had, and then it can", async ({ page }) => {
+test("the list of volumes fails, then loads", async ({ page }) => {
   let isGone = true;
   await page.route("**/v1/volumes", (route) => (isGone ? route.abort() : route.continue()));
   await page.goto(server.url);
@@ -27,7 +27,7 @@ test("the list cannot be had, and then it can", async ({ page }) => {
   await expect(page.getByRole("alert")).toHaveCount(0);
 });
 
-test("an unknown volume: those that are there are named", async ({ page }) => {
+test("an unknown volume: the message lists the existing volumes", async ({ page }) => {
   await page.goto(`${server.url}?volume=nothing-of-this-name`);
   const message = page.getByRole("alert");
   await expect(message).toContainText("No such volume");
@@ -42,14 +42,14 @@ test("no WebGL 2", async ({ page }) => {
   });
   await page.goto(`${server.url}?volume=bucky`);
   await expect(page.getByRole("alert")).toContainText("no WebGL 2");
-  // It could not help.
+  // It could not succeed.
   await expect(page.getByRole("button", { name: "Try again" })).toHaveCount(0);
 });
 
 test("the server goes away and comes back", async ({ page }) => {
   const own = await serve([demoFolder]);
   const port = Number(new URL(own.url).port);
-  // Nothing is shown yet, then something is, then more is wanted: the server is gone twice.
+  // The server stops twice: before the first picture, and during a later request.
   await page.goto(`${own.url}?volume=mandelbulb&isovalue=60`);
   await complete(page);
   await own.stop();
@@ -97,12 +97,12 @@ test("a static host without Range", async ({ page }) => {
   }
 });
 
-test("a file that is no store, a missing one, and a damaged one", async ({ page }) => {
+test("a file that is not a store, a missing file, and a damaged store", async ({ page }) => {
   const folder = mkdtempSync(join(tmpdir(), "isosplat-stores-"));
   writeFileSync(join(folder, "text.isosplat"), "This is not a store. ".repeat(5000));
   copyFileSync(join(demoFolder, store), join(folder, "good.isosplat"));
   const damaged = readFileSync(join(demoFolder, store));
-  // Every chunk of the file, and none of its header.
+  // All chunks of the file, but not its header.
   for (let i = 70_000; i < damaged.length; i += 1000) damaged[i] = (damaged[i] ?? 0) ^ 0x55;
   writeFileSync(join(folder, "damaged.isosplat"), damaged);
   const host = await nginx({ folders: [folder] });

@@ -1,5 +1,5 @@
-// What the page says and does when a file, a host or the graphics driver is at fault, and that it
-// goes on afterwards: against the real server, nginx, and real losses of the WebGL context.
+// The page's messages and recovery after faults of a file, a host or the graphics driver: with the
+// real server, nginx, and real losses of the WebGL context.
 import {
   copyFileSync,
   mkdtempSync,
@@ -20,9 +20,9 @@ import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { compare, complete, savedPicture, settled } from "./support/view.ts";
 
 test.use({ viewport: { width: 800, height: 500 } });
-// What is tried slowly takes its time, and a slow machine as well.
+// Slow retries take long, more so on a slow machine.
 test.describe.configure({ timeout: 240_000 });
-/** Two tries of what is tried slowly, on a slow machine. */
+/** Time for two slow retries on a slow machine. */
 const slow = 60_000;
 const bucky = join(demoFolder, "bucky.isosplat");
 const mandelbulb = join(demoFolder, "mandelbulb.isosplat");
@@ -46,7 +46,7 @@ test.afterAll(async () => {
 
 const path = (name: string): string => join(folder, `${name}.isosplat`);
 
-/** A store of its own name, changed, that the server knows. Appears as one that is renamed. */
+/** Adds a changed store under a name of its own to the server, by renaming a complete file. */
 async function put(
   from: string,
   change: (bytes: Buffer) => Buffer = (bytes) => bytes,
@@ -59,7 +59,7 @@ async function put(
   return name;
 }
 
-/** As the server knows it; of a broken one its status. */
+/** The server's entry for the volume; for a broken store, its status. */
 async function contentId(name: string): Promise<string> {
   const answer = await fetch(`${server.url}v1/volumes/${name}`);
   const said = (await answer.json()) as { contentId?: string; status?: string };
@@ -72,7 +72,7 @@ const onHost = (name: string, of: Nginx = host): string =>
 
 const slide = (page: Page, value: number): Promise<void> => page.evaluate(slideTo, value);
 
-/** Nothing covers the picture, and nothing is said beside it. */
+/** Nothing covers the picture, and there is no message beside it. */
 async function expectNoWord(page: Page): Promise<void> {
   await expect(page.getByRole("alert")).toHaveCount(0);
   await expect(page.locator(".banner")).toHaveCount(0);
@@ -80,10 +80,10 @@ async function expectNoWord(page: Page): Promise<void> {
 }
 
 test.describe("the graphics context is lost", () => {
-  test("and comes back, again and again: the same picture, and no word", async ({ page }) => {
+  test("and restored, several times: the same picture, and no message", async ({ page }) => {
     test.setTimeout(300_000);
     const name = await put(bucky);
-    // A fixed kind: the automatic one goes by what frames took, and edges differ with the kind.
+    // A fixed kind: the automatic one depends on frame times, and edges differ between kinds.
     await page.goto(`${onServer(name)}&kind=exact`);
     await settled(page);
     await complete(page);
@@ -101,9 +101,7 @@ test.describe("the graphics context is lost", () => {
     expect(differing).toBe(0);
   });
 
-  test("while the server is out of order: nothing is called complete meanwhile", async ({
-    page,
-  }) => {
+  test("while the server fails: the view does not become complete meanwhile", async ({ page }) => {
     const name = await put(bucky);
     const proxy = new FaultProxy(server.url);
     await proxy.start();
@@ -126,7 +124,7 @@ test.describe("the graphics context is lost", () => {
     }
   });
 
-  test("while data are on their way, and before there are any", async ({ page }) => {
+  test("while data are loading, and before the first data", async ({ page }) => {
     const name = await put(bucky);
     const proxy = new FaultProxy(server.url);
     await proxy.start();
@@ -157,26 +155,26 @@ test.describe("a store is damaged", () => {
     ["isosplat serve", onServer],
     ["nginx", onHost],
   ] as const) {
-    test(`in its chunks, on ${where}: complete but for them`, async ({ page }) => {
+    test(`in its chunks, on ${where}: complete except for them`, async ({ page }) => {
       const name = await put(bucky, (bytes) => damagedChunks(bytes, 24));
       const asked: string[] = [];
       page.on("request", (request) => asked.push(request.url()));
       await page.goto(`${address(name)}&isovalue=128&camera=30,20,300,64,64,64`);
       await expect(page.locator(".status-state")).toHaveText(
-        /^complete but for \d+ damaged parts?$/,
+        /^complete except for \d+ damaged parts?$/,
       );
       await settled(page);
       await expect(page.locator(".banner")).toContainText("The store is damaged");
       await expect(page.locator("wa-spinner")).toHaveCount(0);
       await expect(page.locator(".status-samples")).toHaveText(/samples/);
-      // From here on, one of them is looked at now and then.
+      // From here on, damaged chunks are retried slowly, one at a time.
       const before = asked.length;
       await page.waitForTimeout(5000);
       expect(asked.length - before).toBeLessThanOrEqual(2);
     });
   }
 
-  test("in its directory: no spinner without an end", async ({ page }) => {
+  test("in its directory: the spinner ends", async ({ page }) => {
     const name = await put(bucky, (bytes) => {
       for (let i = 1; i < 2000; ++i) bytes[bytes.length - i] = 0x55;
       return bytes;
@@ -210,7 +208,7 @@ test.describe("a store is damaged", () => {
     }
     await page.goto(onServer(empty));
     await expect(page.getByRole("alert")).toContainText("not a store");
-    // Copied again, it is opened by itself.
+    // When the file is copied again, the page opens it by itself.
     await page.goto(onHost(short));
     await expect(page.getByRole("alert")).toContainText("cut short");
     await put(bucky, (bytes) => bytes, short);
@@ -236,7 +234,7 @@ test.describe("a store is", () => {
     ["isosplat serve", onServer],
     ["nginx", onHost],
   ] as const) {
-    test(`renamed away and back, on ${where}: no word outlives it`, async ({ page }) => {
+    test(`renamed and renamed back, on ${where}: its message disappears`, async ({ page }) => {
       test.setTimeout(300_000);
       const name = await put(lobb);
       await page.goto(`${address(name)}&isovalue=60`);
@@ -251,7 +249,7 @@ test.describe("a store is", () => {
       await expectNoWord(page);
     });
 
-    test(`replaced under its name, on ${where}: the new one is opened`, async ({ page }) => {
+    test(`replaced under its name, on ${where}: the page opens the new store`, async ({ page }) => {
       test.setTimeout(300_000);
       const name = await put(lobb);
       await page.goto(`${address(name)}&isovalue=60&camera=30,20,40,20,20,20`);
@@ -265,7 +263,7 @@ test.describe("a store is", () => {
       await settled(page);
       await expectNoWord(page);
       await expect(page.locator(".volume-name")).toContainText(/mandelbulb/i);
-      // The camera fits: the new volume is seen, with background around it.
+      // The camera is reset: the new volume is visible, with background around it.
       const picture = await savedPicture(page);
       const { covered } = await compare(page, picture, picture);
       expect(covered).toBeGreaterThan(0.05);
@@ -273,7 +271,7 @@ test.describe("a store is", () => {
     });
   }
 
-  test("not there when it is asked for, and then it is", async ({ page }) => {
+  test("missing at first, then added", async ({ page }) => {
     await page.goto(onHost("late"));
     await expect(page.getByRole("alert")).toContainText("No such volume");
     copyFileSync(bucky, path("late"));
@@ -282,7 +280,7 @@ test.describe("a store is", () => {
   });
 });
 
-test("a host without CORS is told from one that is not there", async ({ page }) => {
+test("a host without CORS is distinguished from one that does not respond", async ({ page }) => {
   test.setTimeout(300_000);
   const name = await put(bucky);
   const closed = await nginx({ folders: [folder], cors: "none" });
@@ -296,7 +294,7 @@ test("a host without CORS is told from one that is not there", async ({ page }) 
   } finally {
     await closed.stop();
   }
-  // Now it is not there at all; and then it sends what it should.
+  // Now the host does not respond; then it responds with CORS.
   await expect(page.getByRole("alert")).toContainText("does not answer", { timeout: slow });
   const open = await nginx({ folders: [folder], port: Number(new URL(closed.url).port) });
   try {
@@ -307,7 +305,7 @@ test("a host without CORS is told from one that is not there", async ({ page }) 
   }
 });
 
-test("a host whose answers do not say what they are of", async ({ page }) => {
+test("a host whose responses do not expose Content-Range", async ({ page }) => {
   const name = await put(bucky);
   const silent = await nginx({ folders: [folder], cors: "body" });
   try {
@@ -322,14 +320,14 @@ test("a host whose answers do not say what they are of", async ({ page }) => {
 });
 
 test.describe("the renderer", () => {
-  test("aborts: another one takes its place", async ({ page }) => {
+  test("aborts: it is replaced", async ({ page }) => {
     test.setTimeout(300_000);
     const name = await put(bucky);
     await page.goto(onServer(name));
     await complete(page);
     await settled(page);
     const before = await savedPicture(page);
-    // A trap goes through the instance like this exception, and leaves it as unusable.
+    // A trap leaves the instance as unusable as this exception does.
     await page.evaluate(() => {
       const { prototype } = WebGL2RenderingContext;
       const clear = prototype.clearBufferfv;
@@ -350,7 +348,7 @@ test.describe("the renderer", () => {
     expect((await compare(page, await savedPicture(page), before)).covered).toBeGreaterThan(0.05);
   });
 
-  test("fails in JavaScript: it is said until the next picture, and nothing is replaced", async ({
+  test("fails in JavaScript: a message until the next picture, and no replacement", async ({
     page,
   }) => {
     const name = await put(bucky);
@@ -383,14 +381,14 @@ test.describe("the renderer", () => {
     expect(await page.evaluate(() => (window as unknown as { losses: number }).losses)).toBe(0);
   });
 
-  test("has no room for a chunk: a coarser picture, and it is said", async ({ page }) => {
+  test("has no memory for a chunk: a coarser picture and a message", async ({ page }) => {
     await page.addInitScript(() => {
       const { prototype } = WebGL2RenderingContext;
       const state = window as unknown as { isFull: boolean };
       state.isFull = true;
       let isReported = true;
       const { bufferData, getError } = prototype;
-      // As a driver that has no memory left for a buffer of samples.
+      // Like a driver without memory for a buffer of samples.
       prototype.bufferData = function (this: WebGL2RenderingContext, ...args: unknown[]) {
         const [, size] = args;
         if (state.isFull && typeof size === "number" && size >= 1 << 23) isReported = false;
@@ -415,9 +413,7 @@ test.describe("the renderer", () => {
     await expectNoWord(page);
   });
 
-  test("a test of what is hidden that fails keeps nothing from being complete", async ({
-    page,
-  }) => {
+  test("a failing occlusion query does not prevent a complete view", async ({ page }) => {
     await page.addInitScript(() => {
       const { prototype } = WebGL2RenderingContext;
       const { getBufferSubData } = prototype;

@@ -1,6 +1,6 @@
 /**
- * What the view hides is not fetched: the page's picture at rest against the one that the native
- * renderer draws of every chunk at full resolution.
+ * Occluded regions are not fetched: compares the page's picture at rest with the native renderer's
+ * picture of all chunks at full resolution.
  */
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -16,7 +16,10 @@ test.use({ viewport: { width: 800, height: 520 } });
 const volume = "mandelbulb";
 const isovalue = 226.5;
 const camera = "40,25,600,127.5,127.5,127.5";
-/** Of all pixels: edges of coarse stand-ins that show in fewer pixels than are worth a request. */
+/**
+ * Share of all pixels that may differ: edges of coarse chunks that cover too few pixels to be worth
+ * a request.
+ */
 const maxDiffering = 0.002;
 
 let server: RunningServer;
@@ -34,7 +37,7 @@ test.afterAll(async () => {
 const address = (isovalue: number): string =>
   `${server.url}?volume=${volume}&isovalue=${isovalue}&camera=${camera}&kind=ellipse&background=ffffff`;
 
-/** Compares a picture with that of all chunks of level 0. */
+/** Compares a picture with the picture of all chunks of level 0. */
 async function expectEverything(page: Page, picture: Buffer): Promise<void> {
   const { width, height } = await compare(page, picture, picture);
   const out = join(folder, "everything.png");
@@ -48,7 +51,7 @@ async function expectEverything(page: Page, picture: Buffer): Promise<void> {
   expect(difference.differing).toBeLessThan(maxDiffering);
 }
 
-/** How many chunks of level 0 the isovalue has. */
+/** Number of chunks of level 0 for the isovalue. */
 async function allChunks(page: Page): Promise<number> {
   const answer = await page.request.get(`${server.url}v1/volumes/${volume}`);
   const { urls } = (await answer.json()) as { urls: { chunks: string } };
@@ -57,7 +60,7 @@ async function allChunks(page: Page): Promise<number> {
   return Number(head.headers()["x-isosplat-chunks"]);
 }
 
-test("the picture shows what it would if everything were there", async ({ page }) => {
+test("the picture equals the one of all chunks", async ({ page }) => {
   test.setTimeout(120_000);
   const asked: string[] = [];
   page.on("request", (request) => asked.push(request.url()));
@@ -66,14 +69,14 @@ test("the picture shows what it would if everything were there", async ({ page }
   await settled(page);
   const ours = await savedPicture(page);
   const fetched = chunksOf(asked).filter((place) => place.startsWith("0/")).length;
-  // Otherwise there is nothing to compare.
+  // Otherwise the comparison would be meaningless.
   expect(fetched).toBeGreaterThan(0);
   expect(fetched).toBeLessThan(0.9 * (await allChunks(page)));
 
   await expectEverything(page, ours);
 });
 
-test("it does not depend on what was looked at before", async ({ page }) => {
+test("the picture does not depend on earlier views", async ({ page }) => {
   test.setTimeout(180_000);
   await page.goto(address(100.5));
   await complete(page, 60_000);

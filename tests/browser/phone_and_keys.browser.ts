@@ -42,7 +42,7 @@ test.describe("a phone", () => {
     await expect(more).toBeFocused();
   });
 
-  test("at 320 px the state is seen whole", async ({ page }) => {
+  test("at 320 px the state is completely visible", async ({ page }) => {
     await page.setViewportSize({ width: 320, height: 640 });
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
     await complete(page);
@@ -55,7 +55,7 @@ test.describe("a phone", () => {
     expect(status).toBeLessThanOrEqual(320);
   });
 
-  test("at 320 px a banner leaves the picture in visibility", async ({ page }) => {
+  test("at 320 px a banner leaves the picture visible", async ({ page }) => {
     await page.setViewportSize({ width: 320, height: 640 });
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
     await complete(page);
@@ -72,7 +72,7 @@ test.describe("a phone", () => {
     expect(box.x + box.width).toBeLessThanOrEqual(320);
   });
 
-  test("one finger turns, two pinch and move", async ({ page }) => {
+  test("one finger rotates, two pinch and pan", async ({ page }) => {
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
     await complete(page);
     const touch = await page.context().newCDPSession(page);
@@ -129,7 +129,7 @@ test.describe("a phone", () => {
   });
 });
 
-test.describe("a desk's window at 200 %", () => {
+test.describe("a desktop window at 200 %", () => {
   test.use({ viewport: { width: 640, height: 400 }, deviceScaleFactor: 2 });
 
   test("leaves the picture most of the height", async ({ page }) => {
@@ -147,8 +147,9 @@ test.describe("a desk's window at 200 %", () => {
 test.describe("a desk", () => {
   test.use({ viewport: { width: 1000, height: 640 } });
 
-  test("another pixel ratio at the same size gives as many pixels", async ({ page }) => {
-    // Chromium emulates the ratio, but not the event that a window gets on another screen.
+  test("the canvas follows a change of the pixel ratio", async ({ page }) => {
+    // Chromium emulates the ratio, but not the event that occurs when a window moves to another
+    // screen.
     await page.addInitScript(() => {
       const original = window.matchMedia.bind(window);
       window.matchMedia = (query) => {
@@ -181,7 +182,7 @@ test.describe("a desk", () => {
       .toBeGreaterThan(1.9);
   });
 
-  test("letters are keys under Caps Lock as well", async ({ page }) => {
+  test("letter keys work with Caps Lock", async ({ page }) => {
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
     await complete(page);
     const panel = page.locator(".panel");
@@ -206,7 +207,7 @@ test.describe("a desk", () => {
     }
   });
 
-  test("colours of values have a legend", async ({ page }) => {
+  test("colour maps have a legend", async ({ page }) => {
     await page.goto(`${server.url}?volume=bucky&isovalue=100&colour-by=isovalue&map=magma`);
     await complete(page);
     const legend = page.locator(".legend");
@@ -219,7 +220,7 @@ test.describe("a desk", () => {
     await expect(legend).toHaveCount(0);
   });
 
-  test("no frame rate is shown of a view that rests", async ({ page }) => {
+  test("a view at rest shows no frame rate", async ({ page }) => {
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
     await complete(page);
     await page.keyboard.press("ArrowLeft");
@@ -227,7 +228,7 @@ test.describe("a desk", () => {
     await expect(page.locator(".status-frames")).toHaveText("");
   });
 
-  test("everything is reached and named by keyboard", async ({ page }) => {
+  test("all controls have names and can be reached by keyboard", async ({ page }) => {
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
     await complete(page);
     await page.waitForFunction(() => !document.querySelector(":not(:defined)"));
@@ -276,7 +277,7 @@ test.describe("a desk", () => {
     await expect(page).toHaveURL(/isovalue=102.5/);
   });
 
-  test("a typed isovalue is taken as it is, and nonsense is not", async ({ page }) => {
+  test("a typed isovalue is used exactly; invalid text is ignored", async ({ page }) => {
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
     await complete(page);
     const field = page.locator(".isovalue-field").getByLabel("Isovalue");

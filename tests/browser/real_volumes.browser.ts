@@ -1,5 +1,5 @@
-// Real volumes, each through the whole way: built by the program, served, drawn by the page.
-// Skipped where the folder of volumes (ISOSPLAT_VOLUMES, ../shared/volumes) is absent.
+// Real volumes end to end: built by the program, served, drawn by the page. Skipped if the folder
+// of volumes (ISOSPLAT_VOLUMES, ../shared/volumes) does not exist.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";

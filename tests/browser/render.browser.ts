@@ -1,6 +1,6 @@
-// The view module in Chromium against the native renderer, picture by picture: both run on
-// llvmpipe, so almost every pixel is the same. Threshold: at most 0.1 % of pixels differ by more
-// than 2 of 255 in any channel.
+// Compares the renderer module in Chromium with the native renderer: both run on llvmpipe, so
+// almost every pixel is equal. Threshold: at most 0.1 % of the pixels differ by more than 2 of 255
+// in any channel.
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { createServer, type Server } from "node:http";

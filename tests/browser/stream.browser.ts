@@ -1,4 +1,4 @@
-/** A scripted session on the real page and server: what is asked for, and what it weighs. */
+/** A scripted session with the real page and server: checks the requests and their sizes. */
 import { type ChildProcess, spawn } from "node:child_process";
 import { once } from "node:events";
 import { existsSync, statSync } from "node:fs";
@@ -39,7 +39,7 @@ test.afterAll(async () => {
 
 type Slider = HTMLElement & { value: number };
 
-test("a session asks for little, in few requests, and for nothing twice", async ({ browser }) => {
+test("a session fetches little, in few requests, and nothing twice", async ({ browser }) => {
   const visitor = await Visitor.arrive(browser);
   const { page } = visitor;
   const problems: string[] = [];
@@ -58,7 +58,7 @@ test("a session asks for little, in few requests, and for nothing twice", async 
   expect(complete.bytesReceived).toBeLessThan(0.35 * statSync(store).size);
   expect(complete.requests).toBeLessThanOrEqual(16);
 
-  // Within the resident bands: nothing.
+  // Within the resident bands: no requests.
   const before = visitor.urls.length;
   await page.evaluate(() => {
     const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
@@ -101,7 +101,7 @@ test("a reload is served by the browser's cache", async ({ browser }) => {
   await visitor.page.goto("about:blank");
   await visitor.page.goto(address);
   await visitor.mark("isosplat:complete");
-  // What the volume is now, is asked; its content is known.
+  // The page revalidates the volume's name; its content is cached.
   expect(visitor.data.requests - before.requests).toBeLessThanOrEqual(2);
   expect(visitor.data.bytes - before.bytes).toBeLessThan(10_000);
   await visitor.leave();

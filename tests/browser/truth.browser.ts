@@ -1,7 +1,7 @@
 /**
- * Complete means complete: whatever was looked at before, the page's picture equals the native
- * renderer's of every sample of level 0, in all but 0.01 % of the covered pixels, and shows nothing
- * where there is nothing. `npm run bench -- truth` does the same for more volumes.
+ * A complete view is correct: independent of earlier views, the page's picture equals the native
+ * renderer's picture of every sample of level 0 in all but 0.01 % of the covered pixels, and has no
+ * false pixels in the background. `npm run bench -- truth` checks more volumes.
  */
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
@@ -21,7 +21,7 @@ import {
   trueCases,
 } from "./support/truth.ts";
 
-/** Small volumes; and views that were wrong although those that had been measured were not. */
+/** Small volumes, and views that once were wrong although the measured views were right. */
 const tested = ["aneurysm 150.5", "aneurysm 60.5", "bonsai 150.5", "engine 60.5", "CT_AVM 220.5"];
 const cases = trueCases.filter(({ name, isovalue }) => tested.includes(`${name} ${isovalue}`));
 const canvas = { width: 608, height: 472 };
@@ -66,7 +66,7 @@ async function expectTruth(page: Page, each: TrueCase, camera: string): Promise<
   expect(stray).toBe(0);
 }
 
-/** To the right by so many steps and back to the very same view. */
+/** Rotates to the right by some steps and back to exactly the same view. */
 async function dragAndBack(page: Page, steps: number): Promise<void> {
   const at = (step: number): Promise<void> => page.mouse.move(250 + 6 * step, 220 + 2 * step);
   await at(0);
@@ -90,7 +90,7 @@ async function setIsovalue(page: Page, isovalue: number): Promise<void> {
 for (const each of cases) {
   for (const [view, camera] of Object.entries(each.views)) {
     const what = `${each.name} ${each.isovalue}, ${view}`;
-    test(`${what}: a complete picture is the true one`, async ({ page }) => {
+    test(`${what}: a complete picture is correct`, async ({ page }) => {
       test.setTimeout(240_000);
       await page.goto(server.url + queryOf(each, camera));
       await expectTruth(page, each, camera);
@@ -99,7 +99,7 @@ for (const each of cases) {
   }
 }
 
-test("whatever was looked at before", async ({ page }) => {
+test("a complete picture is correct after other views", async ({ page }) => {
   test.setTimeout(300_000);
   const [each] = cases;
   const camera = each?.views.far;

@@ -1,11 +1,11 @@
-// The viewer in a page of somebody else: it can go at any moment, and its workers may die.
+// The viewer embedded in another page: it may be disposed at any time, and its workers may crash.
 import { expect, type Page, test } from "@playwright/test";
 import { createServer, type Plugin, type ViteDevServer } from "vite";
 import type * as StreamModule from "../../web/stream/index.ts";
 import type * as ViewerModule from "../../web/viewer/index.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 
-/** Answers /empty with a page of nothing but a canvas. */
+/** Serves /empty, a page with only a canvas. */
 const emptyPages: Plugin = {
   name: "empty-pages",
   configureServer: ({ middlewares }) => {
@@ -25,7 +25,7 @@ test.beforeAll(async () => {
     configFile: "vite.config.ts",
     server: { port: 0, hmr: false, proxy: { "/v1": server.url } },
     plugins: [emptyPages],
-    // The viewer needs no packages; those of the page are left alone.
+    // The viewer needs no packages; those of the page are not loaded.
     optimizeDeps: { noDiscovery: true, include: [] },
   });
   await modules.listen();
@@ -36,7 +36,7 @@ test.afterAll(async () => {
   await server.stop();
 });
 
-/** What the tests keep in their page. */
+/** Variables that the tests keep in their page. */
 declare global {
   interface Window {
     life: {
@@ -49,7 +49,7 @@ declare global {
   }
 }
 
-/** A page that is empty but for a canvas and a viewer, which has not been told to open anything. */
+/** An empty page with a canvas and a viewer that has not opened anything. */
 async function emptyPage(page: Page): Promise<void> {
   await page.goto(`${origin}empty`);
   await page.evaluate(
@@ -72,7 +72,7 @@ async function emptyPage(page: Page): Promise<void> {
   );
 }
 
-/** `disposes`: the viewer goes in the same task, before anything can have come. */
+/** `disposes`: the viewer is disposed in the same task, before any response. */
 const open = (page: Page, disposes = false) =>
   page.evaluate((goes) => {
     const { viewer, source } = window.life;
@@ -91,13 +91,13 @@ const open = (page: Page, disposes = false) =>
 const dispose = (page: Page) => page.evaluate(() => window.life.viewer.dispose());
 const outcome = (page: Page) => page.evaluate(() => window.life.opened);
 
-/** Nothing of the viewer is left: no worker, no request, no event. */
+/** Nothing of the viewer remains: no worker, no request, no event. */
 async function expectGone(page: Page): Promise<void> {
   await expect.poll(() => page.workers().length).toBe(0);
   const events = await page.evaluate(() => window.life.events.length);
   const asked: string[] = [];
   page.on("request", (request) => asked.push(request.url()));
-  // What is to come would come with the next frames.
+  // Any remaining work would run in the next frames.
   await page.evaluate(async () => {
     for (let i = 0; i < 10; ++i) await new Promise((next) => requestAnimationFrame(next));
   });
@@ -112,18 +112,18 @@ async function expectGone(page: Page): Promise<void> {
   expect(again).toContain("disposed");
 }
 
-test.describe("a viewer that goes while a volume opens", () => {
-  test("before its program has come", async ({ page }) => {
+test.describe("a viewer that is disposed while a volume opens", () => {
+  test("before its program has loaded", async ({ page }) => {
     let release = () => {};
     const held = new Promise<void>((resolve) => {
       release = resolve;
     });
-    // The program itself, not the module that says where it is.
+    // The program itself, not the module with its address.
     const isProgram = ({ pathname, searchParams }: URL) =>
       pathname.endsWith("/isosplat-renderer.wasm") && !searchParams.has("import");
     await page.route(isProgram, async (route) => {
       await held;
-      await route.continue().catch(() => {}); // the page may have gone
+      await route.continue().catch(() => {}); // the page may be closed
     });
     await emptyPage(page);
     await open(page);
@@ -133,7 +133,7 @@ test.describe("a viewer that goes while a volume opens", () => {
     await expectGone(page);
   });
 
-  test("before the store's header has come", async ({ page }) => {
+  test("before the store's header has loaded", async ({ page }) => {
     let asked = () => {};
     const isAsked = new Promise<void>((resolve) => {
       asked = resolve;
@@ -145,7 +145,7 @@ test.describe("a viewer that goes while a volume opens", () => {
     await page.route("**/v1/volumes/**", async (route) => {
       asked();
       await held;
-      await route.continue().catch(() => {}); // the request has been ended
+      await route.continue().catch(() => {}); // the request was aborted
     });
     await emptyPage(page);
     await open(page);
@@ -156,7 +156,7 @@ test.describe("a viewer that goes while a volume opens", () => {
     await expectGone(page);
   });
 
-  test("as soon as it is open, with chunks on their way", async ({ page }) => {
+  test("as soon as it is open, while chunks are loading", async ({ page }) => {
     await emptyPage(page);
     await open(page);
     await page.evaluate(async () => {
@@ -178,13 +178,15 @@ test.describe("a viewer that goes while a volume opens", () => {
   });
 });
 
-test("decoding workers that die are replaced, and the picture is completed", async ({ page }) => {
+test("decoding workers that crash are replaced, and the picture becomes complete", async ({
+  page,
+}) => {
   await emptyPage(page);
   await open(page);
   await page.evaluate(() => window.life.complete);
   const before = page.workers();
   expect(before.length).toBeGreaterThan(0);
-  // As an instance that runs out of memory does: an error that nobody catches.
+  // Like an instance without memory: an error that is not caught.
   for (const worker of before) {
     const gone = worker.waitForEvent("close");
     await worker.evaluate(() => {

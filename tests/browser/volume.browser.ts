@@ -1,4 +1,4 @@
-// One volume in the page, from the real server: opened, scrubbed, turned, restored from its
+// One volume in the page, from the real server: opened, scrubbed, rotated, restored from its
 // address, and compared with the native renderer's picture.
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
@@ -34,7 +34,7 @@ test("lists the volumes, and opens one", async ({ page }) => {
   const bucky = page.getByRole("link", { name: /bucky/i });
   await expect(bucky).toContainText("128 × 128 × 128");
   await expect(bucky).toContainText("8 bit");
-  // A picture of the surface comes by itself.
+  // The picture of the surface is made automatically.
   await expect(bucky.locator("img")).toBeVisible({ timeout: 30_000 });
   await bucky.click();
   await complete(page);
@@ -66,7 +66,7 @@ test("draws the native renderer's picture", async ({ page }) => {
   expect(difference.differing).toBeLessThan(0.002);
 });
 
-test("a moved slider shows another surface, without a request where its chunks are there", async ({
+test("a moved slider shows another surface, without a request if its chunks are resident", async ({
   page,
 }) => {
   await page.goto(`${server.url}?volume=bucky&isovalue=100&kind=quad&background=ffffff`);
@@ -84,7 +84,7 @@ test("a moved slider shows another surface, without a request where its chunks a
   const near = await compare(page, before, await savedPicture(page));
   expect(near.differing).toBeGreaterThan(0.001);
 
-  // Over the whole range: there is a surface all the way, and few requests.
+  // Over the whole range: there is always a surface, and few requests.
   const box = await page.locator("#histogram").boundingBox();
   if (!box) throw new Error("no histogram");
   await page.mouse.move(box.x + 0.1 * box.width, box.y + 30);
@@ -101,8 +101,8 @@ test("a moved slider shows another surface, without a request where its chunks a
   expect(requests.count()).toBeLessThan(30);
 });
 
-test("the address holds the whole view", async ({ page, context }) => {
-  // A fixed kind: the automatic one goes by what frames took, and edges differ with the kind.
+test("the address restores the whole view", async ({ page, context }) => {
+  // A fixed kind: the automatic one depends on frame times, and edges differ between kinds.
   await page.goto(`${server.url}?volume=bucky&isovalue=90.5&kind=exact`);
   await complete(page);
   const canvas = page.getByRole("application");
@@ -126,7 +126,7 @@ test("the address holds the whole view", async ({ page, context }) => {
   expect(difference.differing).toBeLessThan(0.001);
 });
 
-test("mouse and keys turn, move, zoom and reset the view", async ({ page }) => {
+test("mouse and keys rotate, pan, zoom and reset the view", async ({ page }) => {
   await page.goto(`${server.url}?volume=bucky&isovalue=100`);
   await complete(page);
   const camera = async () => {
@@ -177,7 +177,7 @@ test("cuts across the view, and keeps the plane in the address", async ({ page }
   const cut = await savedPicture(page);
   expect((await compare(page, whole, cut)).differing).toBeGreaterThan(0.02);
 
-  // By keys, too.
+  // By keyboard, too.
   const plane = page.locator("wa-slider[label=Plane] [role=slider]");
   const before = new URL(page.url()).searchParams.get("plane");
   await plane.press("ArrowRight");
@@ -206,7 +206,7 @@ test("shows several surfaces and colours, and keeps them in the address", async 
   await expect(page.locator(".surface")).toHaveCount(1);
 });
 
-test("a still view draws nothing", async ({ page }) => {
+test("a view at rest draws nothing", async ({ page }) => {
   await page.addInitScript(() => {
     const counted = window as unknown as { frames: number };
     counted.frames = 0;
@@ -220,8 +220,8 @@ test("a still view draws nothing", async ({ page }) => {
   await page.goto(`${server.url}?volume=bucky&isovalue=100`);
   await complete(page);
   const frames = () => page.evaluate(() => (window as unknown as { frames: number }).frames);
-  // Until the resting picture is as smooth as it gets; then a hundred frames pass, none of them the
-  // page's.
+  // Waits until the picture at rest has its final quality; then a hundred frames pass without
+  // drawing.
   await settled(page);
   const before = await frames();
   await page.evaluate(async () => {
@@ -231,7 +231,7 @@ test("a still view draws nothing", async ({ page }) => {
   expect((await frames()) - before).toBe(0);
 });
 
-test("comes back from a lost context", async ({ page }) => {
+test("recovers from a lost context", async ({ page }) => {
   await page.goto(`${server.url}?volume=bucky&isovalue=100&background=ffffff&kind=ellipse`);
   await complete(page);
   await settled(page);
@@ -244,7 +244,7 @@ test("comes back from a lost context", async ({ page }) => {
     const lost = heard("webglcontextlost");
     extension?.loseContext();
     await lost;
-    // The browser takes no notice of what is asked from within its event.
+    // The browser ignores calls from within its event.
     await new Promise((resolve) => setTimeout(resolve));
     const restored = heard("webglcontextrestored");
     extension?.restoreContext();

@@ -1,5 +1,5 @@
-// What the page says and does in Firefox when a file, the server or the graphics driver is at fault,
-// and that it goes on afterwards.
+// The page's messages and recovery in Firefox after faults of a file, the server or the graphics
+// driver.
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -35,7 +35,7 @@ beforeEach(async () => {
 });
 afterEach(() => page.close());
 
-test("an unknown volume: those that are there are named", async () => {
+test("an unknown volume: the message lists the existing volumes", async () => {
   await page.goto(`${server.url}?volume=nothing-of-this-name`);
   await shows(page, "[role=alert]", /No such volume/);
   await shows(page, "[role=alert]", /nothing-of-this-name/);
@@ -43,7 +43,7 @@ test("an unknown volume: those that are there are named", async () => {
   await complete(page);
 });
 
-test("no store at the address, and a host that is not there", async () => {
+test("no store at the address, and a host that does not respond", async () => {
   const host = await nginx({ folders: [folder] });
   const address = `${server.url}?src=${encodeURIComponent(`${host.url}missing.isosplat`)}`;
   try {
@@ -74,15 +74,15 @@ test("the server goes away and comes back", async () => {
   }
 });
 
-test("damaged chunks: complete but for them", async () => {
+test("damaged chunks: complete except for them", async () => {
   await page.goto(`${server.url}?volume=damaged&isovalue=128&camera=30,20,300,64,64,64`);
-  await shows(page, ".status-state", /^complete but for \d+ damaged parts?$/);
+  await shows(page, ".status-state", /^complete except for \d+ damaged parts?$/);
   await shows(page, ".banner", /The store is damaged/);
   await settled(page);
   await shows(page, ".status-samples", /^[1-9].* samples$/);
 });
 
-test("the graphics context is lost and comes back: the same picture, and no word", async () => {
+test("the graphics context is lost and restored: the same picture, and no message", async () => {
   await page.goto(`${server.url}?volume=bucky&isovalue=100&kind=exact&background=ffffff`);
   await complete(page);
   await settled(page);

@@ -1,4 +1,4 @@
-// Firefox without WebGL 2, as it is without a display.
+// Firefox without WebGL 2, as on a machine without a display.
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { demoFolder, type RunningServer, serve } from "../browser/support/server.ts";
 import { type Firefox, startFirefox } from "./support/firefox.ts";
@@ -15,7 +15,7 @@ afterAll(async () => {
   await server?.stop();
 });
 
-test("no WebGL 2: the page says so, and the list of volumes is there", async () => {
+test("no WebGL 2: the page reports it, and shows the list of volumes", async () => {
   const page = await firefox.browser.newPage();
   await page.goto(`${server.url}?volume=bucky`);
   const isThere = await page.evaluate(
@@ -23,9 +23,9 @@ test("no WebGL 2: the page says so, and the list of volumes is there", async () 
   );
   expect(isThere).toBe(false);
   await shows(page, "[role=alert]", /no WebGL 2/);
-  // Trying again could not help.
+  // Another try could not succeed.
   expect(await page.$$("[role=alert] wa-button")).toHaveLength(0);
-  // Volumes can be looked through all the same.
+  // The list of volumes still works.
   await page.locator("a.brand").click();
   await page.waitForSelector("a.card[href*=bucky]");
 });

@@ -5,11 +5,11 @@ export default defineConfig({
   test: {
     environment: "node",
     include: ["tests/firefox/**/*.firefox.ts"],
-    // Each file starts a Firefox of its own.
+    // Each file starts its own Firefox.
     fileParallelism: false,
     testTimeout: 60_000,
     hookTimeout: 60_000,
-    // A picture may come late on a machine that does other things beside.
+    // A picture may take long on a busy machine.
     retry: process.env.CI ? 1 : 0,
   },
 });

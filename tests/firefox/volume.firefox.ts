@@ -1,5 +1,5 @@
-// A visit in Firefox, to the real server and to a static host: a volume is opened, turned, scrubbed,
-// restored from its address, and compared with the native renderer's picture.
+// A visit in Firefox, with the real server and a static host: a volume is opened, rotated,
+// scrubbed, restored from its address, and compared with the native renderer's picture.
 import { join } from "node:path";
 import type { Page } from "puppeteer-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
@@ -30,7 +30,7 @@ beforeEach(async () => {
 });
 afterEach(() => page.close());
 
-/** The second is what the first should be. */
+/** Compares the first picture with the second, which is the reference. */
 async function compared(ours: Buffer, theirs: Buffer): Promise<Comparison> {
   return comparePixels(await decodePng(page, ours), await decodePng(page, theirs), white);
 }
@@ -45,7 +45,7 @@ test("lists the volumes, and opens one", async () => {
   await page.goto(server.url);
   await page.waitForFunction(() => document.querySelectorAll("a.card").length === 3);
   await shows(page, "a.card[href*=bucky]", /128 × 128 × 128/);
-  // A picture of the surface comes by itself.
+  // The picture of the surface is made automatically.
   await page.waitForSelector("a.card[href*=bucky] img", { visible: true });
   await page.locator("a.card[href*=bucky]").click();
   await shows(page, ".status-samples", /^[1-9].* samples$/);
@@ -70,7 +70,7 @@ test("draws the native renderer's picture", async () => {
   });
   const { covered, differing, stray, lost } = await compared(ours, native);
   expect(covered).toBeGreaterThan(0.1 * width * height);
-  // Both draw on llvmpipe: no pixel differed when this was written.
+  // Both draw on llvmpipe: no pixel differed when this test was written.
   expect(differing).toBeLessThan(0.001 * covered);
   expect(stray).toBe(0);
   expect(lost).toBe(0);
@@ -118,11 +118,11 @@ test("drag, wheel and keys change view and isovalue; the address restores them",
   expect(restored.differing).toBeLessThan(0.001 * restored.covered);
 });
 
-test("a notch of the wheel zooms as much in lines and in pages as in pixels", async () => {
+test("a notch of the wheel zooms equally in lines, pages and pixels", async () => {
   await page.goto(`${server.url}?volume=bucky&isovalue=100&camera=40,25,330,63.5,63.5,63.5`);
   await complete(page);
   const distances = [(await camera(page))[2] ?? 0];
-  // Firefox sends lines, or pages, for a real wheel only: WebDriver's is one of pixels.
+  // Firefox sends lines or pages only for a real wheel; WebDriver's wheel sends pixels.
   for (const [deltaY, deltaMode] of [
     [-120, 0],
     [-3, 1],
@@ -155,14 +155,14 @@ test("a store on a static host, by ?src=", async () => {
     // The whole volume is in view, with background around it.
     expect(covered).toBeGreaterThan(0.05 * width * height);
     expect(covered).toBeLessThan(0.95 * width * height);
-    expect(host.answers().some((line) => line.includes(" 206 "))).toBe(true);
+    expect(host.accessLog().some((line) => line.includes(" 206 "))).toBe(true);
   } finally {
     await host.stop();
   }
 });
 
 describe("in a phone's window", () => {
-  test("the rest is in a sheet, one finger turns, two pinch", async () => {
+  test("the controls are in a sheet, one finger rotates, two pinch", async () => {
     await page.setViewport({ width: 390, height: 844 });
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
     await complete(page);

@@ -1,6 +1,6 @@
 /**
- * A way to a real server on which things go wrong on request. It knows HTTP, and nothing of what
- * the server says: what it does not disturb passes as it is.
+ * A proxy in front of a real server that injects faults on request. It handles HTTP only,
+ * independent of the API; undisturbed responses pass unchanged.
  */
 import {
   createServer,
@@ -11,46 +11,46 @@ import {
 } from "node:http";
 import type { AddressInfo, Socket } from "node:net";
 
-/** How one answer goes wrong. */
+/** The fault of one response. */
 export type Fault =
-  /** Answers itself, as a gateway does whose server is out of order. */
+  /** Responds itself, like a gateway whose server has failed. */
   | { kind: "status"; status: number; retryAfter?: number }
-  /** Asks the server for something else: it answers in its own words. */
+  /** Requests another path from the server and passes its response on. */
   | { kind: "elsewhere"; path: string }
-  /** Breaks the connection before the answer. */
+  /** Closes the connection before the response. */
   | { kind: "reset" }
-  /** Never answers. */
+  /** Never responds. */
   | { kind: "silence" }
-  /** Breaks it after so many bytes of the body. */
+  /** Closes the connection after this many bytes of the body. */
   | { kind: "truncate"; bytes: number }
-  /** Flips a bit of the body's byte at this place (negative: from its end). */
+  /** Flips a bit of the body's byte at this offset (negative: from its end). */
   | { kind: "corrupt"; at: number }
   | { kind: "delay"; milliseconds: number }
-  /** Keeps the fields of the answer's header to itself whose names, in lower case, match. */
+  /** Removes response header fields whose lower-case names match. */
   | { kind: "without"; field: RegExp }
-  /** Asks the server for the whole file where a Range is asked for. */
+  /** Removes the Range header, so that the server sends the whole file. */
   | { kind: "whole" }
-  /** Sends the body in pieces of this size, a moment apart. */
+  /** Sends the body in pieces of this size, with pauses. */
   | { kind: "drip"; bytes: number };
 
 export interface Asked {
   method: string;
   path: string;
   range?: string;
-  /** Of the answer; 0 while there is none. */
+  /** Status of the response; 0 while there is none. */
   status: number;
   /** Bytes of the body that were sent. */
   bytes: number;
-  /** When it was asked (ms). */
+  /** Time of the request (ms). */
   at: number;
 }
 
 export class FaultProxy {
-  /** Every request, in the order they came. */
+  /** Every request, in order of arrival. */
   readonly asked: Asked[] = [];
-  /** Where requests go: a server's address, without a slash at the end. */
+  /** The server's address, without a slash at the end. */
   target: string;
-  /** Decides for each request whether it goes wrong. */
+  /** Selects the fault of each request, if any. */
   fault: (path: string, number: number) => Fault | undefined = () => undefined;
   #server: Server | undefined;
   #port = 0;
@@ -69,7 +69,7 @@ export class FaultProxy {
     return this.asked.reduce((bytes, { bytes: sent }) => bytes + sent, 0);
   }
 
-  /** Starts, or comes back on the same port. */
+  /** Starts listening; after a stop, on the same port. */
   async start(): Promise<void> {
     const server = createServer((request, response) => void this.#answer(request, response));
     server.on("connection", (socket) => {
@@ -84,7 +84,7 @@ export class FaultProxy {
     this.#server = server;
   }
 
-  /** Nobody listens any more, and what was under way breaks. */
+  /** Stops listening and closes all connections. */
   async stop(): Promise<void> {
     const server = this.#server;
     this.#server = undefined;
@@ -155,7 +155,7 @@ export class FaultProxy {
         response.end();
       }
     } catch {
-      // The server broke off: so does this. What came before is on its way.
+      // The server closed the connection, so the proxy does too, after the bytes that it received.
       setTimeout(() => response.destroy(), 5);
     }
   }
@@ -191,7 +191,7 @@ function pause(milliseconds: number): Promise<void> {
   return new Promise((resolve) => setTimeout(resolve, milliseconds));
 }
 
-/** Bytes of the file, or chunks by name, that were asked for in full more than once. */
+/** Byte ranges of the file, or chunk names, that were fetched completely more than once. */
 export function askedTwice(asked: readonly Asked[]): string[] {
   const seen = new Set<string>();
   const twice: string[] = [];
@@ -206,7 +206,7 @@ export function askedTwice(asked: readonly Asked[]): string[] {
     const batch = /batch\?chunks=(.*)$/.exec(text)?.[1]?.split(",") ?? [];
     for (const name of single ? [single] : batch) note(name);
     const bytes = /^bytes=(\d+)-(\d+)$/.exec(range ?? "");
-    // The header is asked for by a guess of its length.
+    // The first request of the header guesses its length.
     if (bytes && bytes[1] !== "0") ranges.push([Number(bytes[1]), Number(bytes[2])]);
   }
   ranges.sort(([a], [b]) => a - b);

@@ -1,4 +1,4 @@
-/** nginx, which is a static host as any other: with little set but the folder. */
+/** nginx as a typical static host: only the folder and a few settings are configured. */
 import { type ChildProcess, spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import type { AddressInfo } from "node:net";
@@ -14,19 +14,19 @@ const program = ["/usr/sbin/nginx", "nginx"].find(
 export const hasNginx = program !== undefined;
 
 export interface NginxOptions {
-  /** Folders to look in, in turn. */
+  /** Folders to search, in this order. */
   folders: readonly string[];
   /**
-   * Answers Range requests with parts (default); without, with the whole file, which is not to be
-   * stored: a browser that has all of it in its cache answers Range requests itself.
+   * Whether Range requests are supported (default). Without it, responses are whole files and must
+   * not be stored, since a browser with the whole file in its cache answers Range requests itself.
    */
   range?: boolean;
   /**
-   * What pages of other origins may read. all: every answer, and the fields that say what it is of
-   * (default). body: every answer, without these fields. none: nothing.
+   * What pages of other origins may read. all: every response with Content-Range, Content-Length
+   * and ETag (default). body: every response without these fields. none: nothing.
    */
   cors?: "all" | "body" | "none";
-  /** Default: a free one. */
+  /** Default: a free port. */
   port?: number;
 }
 
@@ -34,7 +34,7 @@ export interface Nginx {
   /** With a slash at the end. */
   url: string;
   /** The lines of its access log so far. */
-  answers(): string[];
+  accessLog(): string[];
   stop(): Promise<void>;
 }
 
@@ -54,7 +54,7 @@ export async function nginx(options: NginxOptions): Promise<Nginx> {
     const next = i + 1 < options.folders.length ? `@${i + 1}` : "=404";
     return `location ${i === 0 ? "/" : `@${i}`} { root ${resolve(root)}; try_files $uri $uri/index.html ${next}; }`;
   });
-  // Run by root, it reads what root may read: temporary folders are closed to others.
+  // If run by root, it must run as root to read temporary folders, which are closed to other users.
   const user = process.getuid?.() === 0 ? "user root;" : "";
   writeFileSync(
     join(folder, "nginx.conf"),
@@ -83,8 +83,8 @@ export async function nginx(options: NginxOptions): Promise<Nginx> {
   }
   return {
     url,
-    // The first is the question whether it has started.
-    answers: () => readFileSync(join(folder, "access"), "utf8").trim().split("\n").slice(1),
+    // The first line is the request that checks whether nginx has started.
+    accessLog: () => readFileSync(join(folder, "access"), "utf8").trim().split("\n").slice(1),
     stop: () => stopped(server, folder),
   };
 }

@@ -2,7 +2,9 @@ import { execFileSync } from "node:child_process";
 import { existsSync, readFileSync } from "node:fs";
 import { basename, dirname, join, normalize } from "node:path";
 
-/** One line by which one folder uses another: `#include`, `import`, or a CMake target's link. */
+/**
+ * One dependency of a folder on another: an `#include`, an `import`, or a link of a CMake target.
+ */
 export interface Use {
   from: string;
   to: string;
@@ -28,14 +30,16 @@ export function trackedFiles(root: string, ...patterns: string[]): string[] {
   return printed.split("\n").filter((file) => file !== "" && existsSync(join(root, file)));
 }
 
-/** The folder of the source from which the build makes a file, or that of the file itself. */
+/** The folder of a file; for a generated file, the folder of its source. */
 function folderOf(file: string): string {
   // The WebAssembly modules and their JavaScript are built from shared/wasm.
   if (file.startsWith("@wasm/") || file.startsWith("build/wasm/web/")) return "shared/wasm";
   return dirname(file);
 }
 
-/** Includes of C++ files. Those of other libraries are left out: the repository lacks the file. */
+/**
+ * Includes of C++ files, without those of other libraries (files that are not in the repository).
+ */
 export function includesOf(root: string, files: string[]): Use[] {
   return files.flatMap((file) =>
     [...readFileSync(join(root, file), "utf8").matchAll(includePattern)].flatMap((match) => {
@@ -50,7 +54,7 @@ export function includesOf(root: string, files: string[]): Use[] {
   );
 }
 
-/** Imports of TypeScript files, those of types among them. npm packages are left out. */
+/** Imports of TypeScript files, including type imports, without npm packages. */
 export function importsOf(root: string, files: string[]): Use[] {
   return files.flatMap((file) =>
     [...readFileSync(join(root, file), "utf8").matchAll(importPattern)].flatMap((match) => {
@@ -68,7 +72,7 @@ interface Targets {
   links: Use[];
 }
 
-/** What CMakeLists.txt files define and link. Libraries of others are left out. */
+/** Targets that CMakeLists.txt files define and link, without other libraries. */
 export function targetsOf(root: string, files: string[]): Targets {
   const texts = files
     .filter((file) => basename(file) === "CMakeLists.txt")

@@ -174,8 +174,8 @@ describe("the status line", () => {
   it("says what is missing when no more comes", () => {
     const fault = { kind: "damaged-part", message: "" } as const;
     const damaged: Progress = { ...progress, state: "incomplete", fault, damagedParts: 3 };
-    expect(stateText(damaged)).toBe("complete but for 3 damaged parts");
-    expect(stateText({ ...damaged, damagedParts: 1 })).toBe("complete but for 1 damaged part");
+    expect(stateText(damaged)).toBe("complete except for 3 damaged parts");
+    expect(stateText({ ...damaged, damagedParts: 1 })).toBe("complete except for 1 damaged part");
     const gone: Progress = { ...damaged, fault: { kind: "not-found", message: "" } };
     expect(stateText(gone)).toBe("parts are missing");
   });

@@ -8,7 +8,7 @@ import { onTheme } from "./theme.ts";
 import { thumbnail } from "./thumbnails.ts";
 import { ApiError, fetchVolumes, type VolumeEntry, withBackoff } from "./volumes_api.ts";
 
-/** The list of volumes that the server offers, and a way to open a store from elsewhere. */
+/** The list of volumes on the server, and a form to open a store by its address. */
 export class Catalog {
   readonly #root: HTMLElement;
   #volumes: VolumeEntry[] | null = null;
@@ -16,7 +16,7 @@ export class Catalog {
   #filter = "";
   #loading = new AbortController();
   readonly #previews = new Previews(() => this.#render());
-  /** Cards in visibility want pictures. */
+  /** Cards that are visible and have no picture yet. */
   readonly #visibility = new IntersectionObserver((entries) => {
     for (const { isIntersecting, target } of entries) {
       const volume = this.#volumes?.find(
@@ -53,8 +53,8 @@ export class Catalog {
       if (error instanceof ApiError && !error.retry) {
         this.#problem = {
           ...this.#problem,
-          title: "There is no list of volumes here",
-          text: "This host serves the page, but no volumes. Open a store by its address below.",
+          title: "No list of volumes",
+          text: "This host has no list of volumes. Open a store by its address below.",
         };
       }
     }
@@ -72,7 +72,7 @@ export class Catalog {
             <div>
               <h1>Volumes</h1>
               <p class="quiet">
-                ${volumes ? summary(volumes) : "Isosurfaces, streamed: only what the view needs."}
+                ${volumes ? summary(volumes) : "Streams isosurfaces of large volumes, only as much as the view needs."}
               </p>
             </div>
             ${
@@ -165,7 +165,7 @@ function card(volume: VolumeEntry): TemplateResult {
   </a>`;
 }
 
-/** How often each value occurs, logarithmic: the volume's fingerprint until it has been looked at. */
+/** The histogram on a logarithmic scale: shown on a card until there is a picture of the volume. */
 function sparkline(volume: VolumeEntry): TemplateResult | typeof nothing {
   const counts = volume.histogram?.counts;
   if (!counts || counts.length === 0) return nothing;

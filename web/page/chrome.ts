@@ -3,7 +3,7 @@ import { type IconName, icon } from "./icons.ts";
 import type { Problem } from "./problems.ts";
 import { theme, toggleTheme } from "./theme.ts";
 
-/** Parts that every surface of the page has: the mark, the theme switch, messages. */
+/** Parts that all views of the page share: the logo, the theme button, messages. */
 
 export function brand(): TemplateResult {
   return html`<a class="brand" href="./" aria-label="Isosplat: all volumes">
@@ -19,7 +19,7 @@ export interface IconAction {
   icon: IconName;
   label: string;
   action: () => void;
-  /** Left out where the window is narrow. */
+  /** Hidden in narrow windows. */
   isMinor?: boolean;
 }
 
@@ -45,7 +45,7 @@ export function themeButton(): TemplateResult {
 
 export interface ProblemActions {
   retry: () => void;
-  /** What else the visitor can go to, when the list of volumes is at hand. */
+  /** Other volumes that the visitor can open, if the list of volumes is available. */
   names?: readonly string[];
 }
 

@@ -1,4 +1,4 @@
-// The parts of the component library that the page uses, each with what it needs and no more.
+// The parts of the component library that the page uses, each with only its own dependencies.
 import "@awesome.me/webawesome/dist/components/button/button.js";
 import "@awesome.me/webawesome/dist/components/details/details.js";
 import "@awesome.me/webawesome/dist/components/dialog/dialog.js";

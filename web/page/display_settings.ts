@@ -17,8 +17,8 @@ import { theme, themeBackground } from "./theme.ts";
 import type { UrlState } from "./url_state.ts";
 
 /**
- * What of a volume is shown, and how: surfaces, look, clipping. Begins with what the address says;
- * hands every change to the viewer, and then tells the page.
+ * What the viewer shows and how: surfaces, appearance, clipping. Starts with the settings of the
+ * address; passes every change to the viewer, then notifies the page.
  */
 export class DisplaySettings {
   readonly #viewer: Viewer;
@@ -27,7 +27,7 @@ export class DisplaySettings {
   #scale: IsovalueScale = { low: 0, high: 1, step: 0.01 };
   #suggestions: readonly number[] = [];
   #surfaces: readonly Surface[];
-  /** Which surface the slider and the keys move. */
+  /** The surface that the slider and the keys change. */
   #active = 0;
   #look: Look;
   #isThemeBackground: boolean;
@@ -51,14 +51,13 @@ export class DisplaySettings {
     viewer.setClip(this.#clip);
   }
 
-  /** Empty while neither the address nor a volume has named an isovalue. */
+  /** Empty until the address or a volume provides an isovalue. */
   get surfaces(): readonly Surface[] {
     return this.#surfaces;
   }
 
   /**
-   * A volume is open: its range, and its first suggestion where no isovalue is known that lies in it.
-   * Answers what is shown otherwise than asked for, a sentence each.
+   * Called when a volume is open. Sets its range; if no isovalue lies inside it, uses the first suggested isovalue. Returns a sentence for each setting that differs from the address.
    */
   opened(info: StoreInfo): string[] {
     this.#scale = isovalueScale(info.range, info.mapping.scale);
@@ -70,7 +69,7 @@ export class DisplaySettings {
     if (outside.length > 0) {
       const values = outside.map(({ isovalue }) => formatValue(isovalue)).join(", ");
       notes.push(
-        `The address asks for isovalue ${values}: the volume's values are ` +
+        `The address contains isovalue ${values}, but the volume's values are ` +
           `${formatValue(low)} to ${formatValue(high)}.`,
       );
     }
@@ -92,7 +91,7 @@ export class DisplaySettings {
     if (this.#isThemeBackground) this.#changeLook({ background: themeBackground[theme()] });
   }
 
-  /** Moves the active surface by so many hundredths of the range, or by single steps. */
+  /** Moves the active surface by `by` hundredths of the range, or by `by` single steps. */
   step(by: number, unit: "hundredth" | "step"): void {
     const { low, high, step } = this.#scale;
     const isovalue = this.#surfaces[this.#active]?.isovalue;
@@ -116,7 +115,7 @@ export class DisplaySettings {
     return this.#suggestions;
   }
 
-  /** The surfaces on the histogram. */
+  /** The surfaces as marks on the histogram. */
   get marks(): HistogramMark[] {
     return this.#surfaces.map((surface, i) => ({
       value: surface.isovalue,

@@ -1,4 +1,4 @@
-/** Numbers as people read them. */
+/** Formats numbers for display. */
 
 /** 1234567 → "1.23 M". */
 export function formatCount(count: number): string {
@@ -13,7 +13,7 @@ export function formatCount(count: number): string {
   return `${value.toPrecision(3)} ${units[unit]}`;
 }
 
-/** Decimal units, as in the figures of the project: 523000 → "523 KB". */
+/** Decimal units: 523000 → "523 KB". */
 export function formatBytes(bytes: number): string {
   if (bytes < 1000) return `${Math.round(bytes)} B`;
   const units = ["KB", "MB", "GB", "TB"];
@@ -26,16 +26,16 @@ export function formatBytes(bytes: number): string {
   return `${value.toPrecision(3)} ${units[unit]}`;
 }
 
-/** Six significant digits at most, no trailing zeros: 60.500001 → "60.5". */
+/** At most six significant digits, without trailing zeros: 60.500001 → "60.5". */
 export function formatValue(value: number): string {
   if (!Number.isFinite(value)) return "–";
   return String(Number(value.toPrecision(6)));
 }
 
 /**
- * A number as people type it: with a decimal point or a decimal comma, whatever the browser's
- * language. Of both in one text, the last is the decimal sign and the other groups digits ("1.024,5"
- * and "1,024.5"); a single one is the decimal sign. Undefined for anything else.
+ * Parses a number with a decimal point or a decimal comma, independent of the browser's language.
+ * If a text has both, the last one is the decimal sign and the other groups digits ("1.024,5" and
+ * "1,024.5"); a single one is the decimal sign. Undefined for anything else.
  */
 export function parseValue(text: string): number | undefined {
   const plain = text.replace(/[\s'’_]/g, "").replace(/^\u2212/, "-");
@@ -43,7 +43,7 @@ export function parseValue(text: string): number | undefined {
     /^([-+]?)([\d.,]+)(e[-+]?\d+)?$/i.exec(plain) ?? [];
   const signs = digits.replace(/\d/g, "");
   const last = signs.at(-1);
-  // One kind of sign, several times: it groups digits, and there is no decimal sign.
+  // The same sign several times groups digits; then there is no decimal sign.
   const isAllGrouping = signs.length > 1 && [...signs].every((each) => each === last);
   const decimal = last === undefined || isAllGrouping ? digits.length : digits.lastIndexOf(last);
   const grouping = isAllGrouping ? last : last === "." ? "," : ".";
@@ -61,8 +61,8 @@ export function formatDims(voxels: readonly number[]): string {
 }
 
 /**
- * How far the axes of a volume (columns, row-major) are from being perpendicular; nothing where they
- * are, to within what headers in single precision say.
+ * How far the axes of a volume (columns, row-major) deviate from being perpendicular; undefined if
+ * they are perpendicular within single precision.
  */
 export function formatAxes(direction: readonly number[]): string | undefined {
   const cosine = (a: number, b: number): number =>

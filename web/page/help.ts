@@ -1,11 +1,11 @@
 import { html, render } from "lit";
 
 const rows: [string, string][] = [
-  ["Drag, one finger, arrow keys", "Turn"],
-  ["Right drag, Shift drag, two fingers, Shift + arrows", "Move"],
+  ["Drag, one finger, arrow keys", "Rotate"],
+  ["Right drag, Shift drag, two fingers, Shift + arrows", "Pan"],
   ["Wheel, pinch, + and −", "Zoom"],
-  ["[ and ]", "Lower or higher isovalue; with Shift in small steps"],
-  ["R", "Back to the first view"],
+  ["[ and ]", "Lower or raise the isovalue; with Shift in small steps"],
+  ["R", "Reset the view"],
   ["C", "Copy a link to this view"],
   ["S", "Save a picture"],
   ["F", "Show or hide the controls"],

@@ -5,39 +5,39 @@ import { fraction, type IsovalueScale } from "./isovalue_scale.ts";
 export interface HistogramMark {
   value: number;
   colour: string;
-  /** The one that the slider moves. */
+  /** This isosurface is the one that the slider changes. */
   isActive: boolean;
 }
 
-/** What the bars and the ticks are drawn from: the same objects as long as nothing has changed. */
+/** Data for bars and ticks. The objects stay the same as long as the data do not change. */
 export interface HistogramContent {
   scale: IsovalueScale;
-  /** Voxels per equal part of low … high, values. */
+  /** Voxel counts of equal parts of the range from low to high. */
   histogram: { low: number; high: number; counts: readonly number[] } | undefined;
   suggestions: readonly number[];
 }
 
-/** Room above the bars for the heads of the marks, CSS pixels. */
+/** Space above the bars for the marks' heads, CSS pixels. */
 const marksHeight = 7;
 
 /**
- * How often each value occurs, with a logarithmic scale (air outnumbers bone a thousand to one), the
- * suggested isovalues as ticks, and the isosurfaces as lines. Bars and ticks are drawn when they
- * change; a mark that moves is only moved, which costs neither layout nor drawing. Colours are the
- * element's CSS: color for bars, --inside for what the active surface encloses, --tick for ticks.
+ * Histogram of the values on a logarithmic scale (there may be a thousand times more air than
+ * bone), with ticks at suggested isovalues and lines at the isosurfaces. Bars and ticks are drawn
+ * only when they change; moving a mark causes neither layout nor drawing. The element's CSS sets
+ * the colours: color for bars, --inside for values inside the active surface, --tick for ticks.
  */
 export class Histogram {
   readonly element = document.createElement("div");
   readonly #bars = layer("histogram-bars");
-  /** The same bars once more, cut off at the active isosurface. */
+  /** A second copy of the bars, clipped at the active isosurface. */
   readonly #inside = layer("histogram-inside");
   readonly #marks: HTMLElement[] = [];
   readonly #picked: (value: number) => void;
   #content: HistogramContent | undefined;
-  /** CSS pixels; known without asking for layout. */
+  /** CSS pixels; stored to avoid layout queries. */
   #size = { width: 0, height: 0 };
 
-  /** `picked`: a value was pointed at. */
+  /** `picked`: called when the visitor clicks or drags to a value. */
   constructor(picked: (value: number) => void) {
     this.#picked = picked;
     this.element.className = "histogram";
@@ -68,7 +68,7 @@ export class Histogram {
     this.#place(marks, content.scale);
   }
 
-  /** Draws bars and ticks anew: after a change of the theme. */
+  /** Redraws bars and ticks after a change of the theme. */
   draw(): void {
     const content = this.#content;
     const { width, height } = this.#size;
@@ -95,7 +95,8 @@ export class Histogram {
     marks.forEach(({ value, colour, isActive }, i) => {
       const mark = this.#marks[i] ?? this.#addMark();
       const percent = 100 * fraction(value, scale);
-      // As wide as the histogram: so a share of its own width moves its left edge to the value.
+      // The mark is as wide as the histogram, so a percentage of its own width moves its left edge
+      // to the value.
       mark.style.transform = `translateX(${percent}%)`;
       mark.style.setProperty("--colour", colour);
       mark.classList.toggle("active", isActive);
@@ -129,7 +130,7 @@ function layer(name: string): HTMLCanvasElement {
   return canvas;
 }
 
-/** An empty canvas of this size in CSS pixels. */
+/** A blank canvas of this size in CSS pixels. */
 function prepared(
   canvas: HTMLCanvasElement,
   width: number,
@@ -173,8 +174,8 @@ function ticksOf({ suggestions, scale }: HistogramContent, width: number, height
 }
 
 /**
- * Whole numbers that are fewer than the bins leave single bins empty, which says nothing of the
- * volume: they are filled from their neighbours.
+ * If the volume has fewer whole numbers than there are bins, some bins are empty only because of
+ * this. They are filled from their neighbours.
  */
 export function withoutGaps(counts: readonly number[]): number[] {
   return counts.map((count, i) => {

@@ -44,8 +44,8 @@ const icons = {
 export type IconName = keyof typeof icons;
 
 /**
- * An icon without a name of its own: what it stands for is said by the control it is in. Its element
- * stays when the page is rendered anew, or else the control would lay itself out for another one.
+ * An icon without its own label: the control that contains it has one. The element is kept when the
+ * page renders again; otherwise the control would lay itself out again.
  */
 export function icon(name: IconName): TemplateResult {
   const drawn = () => createElement(icons[name], { "aria-hidden": "true", class: "icon" });

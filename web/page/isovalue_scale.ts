@@ -1,19 +1,19 @@
 import type { StoreInfo } from "../stream/index.ts";
 
-/** The isovalues that a slider over a volume can take. */
+/** The isovalues that the slider of a volume can have. */
 export interface IsovalueScale {
   low: number;
   high: number;
-  /** A round number: ½ for 8-bit volumes, about 1/2000 of the range otherwise. */
+  /** The step, a round number: ½ for 8-bit volumes, about 1/2000 of the range otherwise. */
   step: number;
 }
 
-/** 0.0037 → 0.002: the largest of 1, 2, 5 · 10ⁿ that is not larger. */
+/** The largest number of the form 1, 2, 5 · 10ⁿ that is not larger: 0.0037 → 0.002. */
 export function roundStep(step: number): number {
   const power = 10 ** Math.floor(Math.log10(step));
   const digit = step / power;
   const round = digit >= 5 ? 5 : digit >= 2 ? 2 : 1;
-  // Through its decimal form, so that 0.1 is not 0.1000…01.
+  // Uses the decimal form, which gives 0.1 and not 0.1000…01.
   return Number((round * power).toPrecision(12));
 }
 
@@ -29,19 +29,22 @@ export function isovalueScale(
   return { low, high, step };
 }
 
-/** The nearest isovalue on the scale's grid (multiples of the step), within its range. */
+/** The nearest multiple of the step within the range. */
 export function snapped(value: number, scale: IsovalueScale): number {
   const inside = Math.min(scale.high, Math.max(scale.low, value));
   const onGrid = Math.round(inside / scale.step) * scale.step;
   return Math.min(scale.high, Math.max(scale.low, Number(onGrid.toPrecision(10))));
 }
 
-/** Where a value lies between low (0) and high (1). */
+/** Position of a value between low (0) and high (1). */
 export function fraction(value: number, scale: IsovalueScale): number {
   return (value - scale.low) / (scale.high - scale.low);
 }
 
-/** What a volume is first seen at: what it suggests, or else above the most frequent values. */
+/**
+ * The first isovalue of a volume: its first suggestion, or else a value above the most frequent
+ * ones.
+ */
 export function firstIsovalue({ range, mapping, metadata }: StoreInfo): number {
   const scale = isovalueScale(range, mapping.scale);
   const { low, high } = scale;

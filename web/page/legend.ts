@@ -10,14 +10,14 @@ const names: Record<Legend["colourBy"], string> = {
   "projection-error": "Projection error",
 };
 
-/** What a quantity is measured in; `values`: the units of the volume's values. */
+/** The units of a quantity; `values`: the units of the volume's values. */
 function unitsOf({ colourBy }: Legend, values: string | undefined): string {
   if (colourBy === "isovalue") return values ?? "";
   if (colourBy === "gradient") return values ? `${values} per unit length` : "per unit length";
   return colourBy === "projection-error" ? "cells" : "";
 }
 
-/** The colour map with what its ends stand for. */
+/** The colour map and the values at its ends. */
 export function legendPart(legend: Legend, valueUnits: string | undefined): TemplateResult {
   const [low, high] = legend.range?.map(formatValue) ?? ["near", "far"];
   const units = unitsOf(legend, valueUnits);

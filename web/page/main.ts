@@ -5,7 +5,7 @@ import { startTheme } from "./theme.ts";
 import { readUrl } from "./url_state.ts";
 import { VolumePage } from "./volume_page.ts";
 
-/** Milliseconds after which the controls come even without a picture. */
+/** After this time (ms) the controls load even if there is no picture yet. */
 const latestControls = 2000;
 
 const root = document.querySelector<HTMLElement>("#page");
@@ -14,7 +14,7 @@ root.replaceChildren();
 
 const { volume, src } = readUrl(location.search);
 const isOpening = volume !== undefined || src !== undefined;
-// Asked for before anything else; a failure is reported by whoever needs it.
+// Requested first of all; if it fails, its first user reports the error.
 if (isOpening) compiledRenderer().catch(() => {});
 
 startTheme();
@@ -24,21 +24,22 @@ try {
     const { Catalog } = await import("./catalog.ts");
     new Catalog(root);
   } else {
-    // The controls' code is a few times the size of the rest: the first surface goes first.
+    // The controls' code is several times larger than the rest, so it loads after the first
+    // surface.
     const page = new VolumePage(root, openTarget(volume, src));
     await Promise.race([
       page.firstVisibility,
       new Promise((late) => setTimeout(late, latestControls)),
     ]);
   }
-  // Should the controls not come, the picture and the keyboard work without.
+  // If the controls do not load, the picture and the keyboard still work.
   await import("./components.ts");
 } catch (error) {
   sayIncomplete();
   throw error;
 }
 
-/** A part of the page's program did not load: what is here goes on, over a message. */
+/** Shows a message if part of the page's program did not load; the rest keeps working. */
 function sayIncomplete(): void {
   const message = document.createElement("div");
   message.className = "page-incomplete";
@@ -48,7 +49,7 @@ function sayIncomplete(): void {
   reload.textContent = "Reload";
   reload.addEventListener("click", () => location.reload());
   message.append(
-    "A part of this page did not load: the link broke, or the page was replaced on its server. ",
+    "A part of this page did not load: the connection failed, or the page was updated on its server. ",
     reload,
   );
   document.body.append(message);

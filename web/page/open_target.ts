@@ -1,7 +1,7 @@
 import { FileSource, ServerSource, StreamError } from "../stream/index.ts";
 import type { Target } from "./volume_page.ts";
 
-/** Where the address of the page points: a volume of its server, or a store on any host. */
+/** What the page's address refers to: a volume of its server, or a store on any host. */
 export function openTarget(volume: string | undefined, src: string | undefined): Target {
   if (volume !== undefined) return { name: volume, source: () => new ServerSource({ volume }) };
   const text = src ?? "";
@@ -20,7 +20,7 @@ export function openTarget(volume: string | undefined, src: string | undefined):
   return { name: fileName(address), source: () => new FileSource(address.href) };
 }
 
-/** Undefined where the text is no address that a store can be fetched from. */
+/** Undefined if the text is not an address from which a store can be fetched. */
 function storeAddress(text: string): URL | undefined {
   try {
     const address = new URL(text, location.href);
@@ -35,6 +35,6 @@ function fileName(address: URL): string {
   try {
     return decodeURIComponent(name) || address.href;
   } catch {
-    return name; // a % that escapes nothing
+    return name; // a % that is not a valid escape
   }
 }

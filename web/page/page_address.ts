@@ -4,8 +4,8 @@ import { surfaceColours } from "./surfaces.ts";
 import { type UrlState, writeUrl } from "./url_state.ts";
 
 /**
- * The address is written when nothing has changed for so long (ms): writing it takes the browser's
- * time, which a gesture needs, and browsers limit it to about 100 calls in 30 s.
+ * The address is written after this time without changes (ms). Writing it takes browser time that
+ * gestures need, and browsers limit it to about 100 calls in 30 s.
  */
 const restMs = 300;
 
@@ -19,7 +19,7 @@ export interface AddressState {
   camera: Camera | undefined;
 }
 
-/** The address of a view: only what differs from what the page would choose by itself. */
+/** The address of a camera view: only the settings that differ from the page's defaults. */
 export function addressOf(view: AddressState): UrlState {
   const { surfaces, look, clip } = view;
   const state: UrlState = { isovalues: surfaces.map((surface) => surface.isovalue) };
@@ -41,23 +41,20 @@ export function addressOf(view: AddressState): UrlState {
   return state;
 }
 
-/**
- * Brings the address bar up to date once the view rests, without a new entry in the history for
- * each change.
- */
+/** Updates the address bar when the view rests, without a new history entry for each change. */
 export class AddressBar {
   readonly #view: () => AddressState | null;
   readonly #pendingChanged: () => void;
   #timer = 0;
   #changedAt = 0;
 
-  /** `view`: what is shown now; null while nothing is. `pendingChanged`: see isPending. */
+  /** `view`: the current view; null if there is none. `pendingChanged`: see isPending. */
   constructor(view: () => AddressState | null, pendingChanged: () => void) {
     this.#view = view;
     this.#pendingChanged = pendingChanged;
   }
 
-  /** The address bar is behind the view. */
+  /** The address bar does not show the current view yet. */
   get isPending(): boolean {
     return this.#timer !== 0;
   }
@@ -69,7 +66,7 @@ export class AddressBar {
     this.#pendingChanged();
   }
 
-  /** The timer is not set anew for every change: that is a call of the browser's as well. */
+  /** The timer is not restarted for every change, since that is also a browser call. */
   #writeAfter(milliseconds: number): void {
     this.#timer = window.setTimeout(() => {
       const left = this.#changedAt + restMs - performance.now();

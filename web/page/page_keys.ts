@@ -1,8 +1,8 @@
 import { type CameraActions, handleCameraKey } from "../viewer/index.ts";
 
 /**
- * A key that was pressed anywhere on the page: moves the camera, or does what `actions` has for it
- * (by KeyboardEvent.key), unless a control, a dialog or the browser wants it.
+ * Handles a key pressed anywhere on the page: moves the camera, or calls the entry of `actions` for
+ * it (by KeyboardEvent.key), unless a control, a dialog or the browser uses the key.
  */
 export function handlePageKey(
   event: KeyboardEvent,
@@ -18,7 +18,7 @@ export function handlePageKey(
     event.preventDefault();
     return;
   }
-  // Caps Lock does not make another key of it.
+  // Caps Lock does not change the meaning of a key.
   const action =
     actions[event.shiftKey ? event.key : event.key.toLowerCase()] ?? actions[event.key];
   if (action) {
@@ -27,7 +27,7 @@ export function handlePageKey(
   }
 }
 
-/** What a key would go to: text fields take all keys, other controls some, the page the rest. */
+/** Which element uses the key: text fields use all keys, other controls some, the page the rest. */
 function focusOf(event: KeyboardEvent, canvas: HTMLElement): "text" | "control" | "none" {
   const origin = event.composedPath()[0];
   if (!(origin instanceof HTMLElement) || origin === document.body || origin === canvas)

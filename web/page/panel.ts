@@ -20,19 +20,19 @@ export interface PanelState {
   info: StoreInfo;
   scale: IsovalueScale;
   surfaces: readonly Surface[];
-  /** Index of the surface that the slider moves. */
+  /** Index of the surface that the slider changes. */
   active: number;
   look: Look;
-  /** The background follows the theme. */
+  /** The background colour follows the theme. */
   isThemeBackground: boolean;
   clip: Clip;
   histogram: HTMLElement;
 }
 
 export interface PanelActions {
-  /** From the slider: snapped to the scale. */
+  /** From the slider: rounded to the scale. */
   slide(value: number): void;
-  /** From the number field: taken as it is, within the range. */
+  /** From the number field: not rounded, limited to the range. */
   enter(value: number): void;
   activate(index: number): void;
   changeSurface(index: number, change: Partial<Surface>): void;
@@ -41,14 +41,14 @@ export interface PanelActions {
   changeLook(change: Partial<Look>): void;
   followTheme(): void;
   changeClip(clip: Clip): void;
-  /** A plane across the view in place of the one that is there. */
+  /** Replaces the clip plane by one across the view. */
   cutAcrossView(): void;
 }
 
 type ValueElement = HTMLElement & { value: string };
 type RangeElement = HTMLElement & { minValue: number; maxValue: number };
 
-// Sliders render themselves anew for another formatter: it stays the same function.
+// A slider renders again if its formatter is a different function, so these are constants.
 const percent = (value: number) => `${Math.round(value * 100)} %`;
 const withUnits = (units: string | undefined) => (value: number) =>
   units ? `${formatValue(value)} ${units}` : formatValue(value);
@@ -211,9 +211,9 @@ function select(
 
 const kinds: Choice[] = [
   { value: "automatic", label: "Automatic" },
-  { value: "quad", label: "Squares, fastest" },
+  { value: "quad", label: "Squares (fastest)" },
   { value: "ellipse", label: "Ellipses" },
-  { value: "blended", label: "Blended, smooth edges" },
+  { value: "blended", label: "Blended (smooth edges)" },
   { value: "exact", label: "Exact surface" },
 ];
 const quantities: Choice[] = [
@@ -307,7 +307,7 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
     const slider = event.currentTarget as RangeElement;
     const low = [...clip.low] as Triple;
     const high = [...clip.high] as Triple;
-    // An empty box would show nothing, and could not be told from an empty surface.
+    // An empty box would show nothing, which looks the same as an empty surface.
     low[axis] = Math.min(slider.minValue, 0.99);
     high[axis] = Math.max(slider.maxValue, (low[axis] ?? 0) + 0.01);
     actions.changeClip({ ...clip, low, high });

@@ -5,20 +5,20 @@ import { surfacesAt } from "./surfaces.ts";
 import { theme, themeBackground } from "./theme.ts";
 import { keepThumbnail, pictureSize, thumbnail } from "./thumbnails.ts";
 
-/** A volume whose first surface takes longer (ms) keeps its histogram; refining ends earlier. */
+/** A volume whose first surface takes longer (ms) keeps its histogram; refinement stops sooner. */
 const longest = { firstSurface: 20_000, refining: 3_000 };
-/** Nearer than the whole volume fills the view: surfaces seldom reach its corners. */
+/** Closer than for the whole volume, since surfaces seldom reach its corners. */
 const zoom = 1.25;
 
-/** A volume that wants a picture. */
+/** A volume that needs a picture. */
 export interface Unseen {
   name: string;
   contentId: string;
 }
 
 /**
- * Draws pictures of volumes that this browser has not looked at yet, at their first isovalue: some
- * 100 to 700 KB each, one volume after the other. Not where data is dear.
+ * Draws pictures of volumes that have none in this browser, at their first isovalue: about 100 to
+ * 700 KB each, one volume after another. Does nothing if the browser saves data.
  */
 export class Previews {
   readonly #kept: () => void;
@@ -26,7 +26,7 @@ export class Previews {
   readonly #tried = new Set<string>();
   #isRunning = false;
 
-  /** `kept`: called whenever there is a new `thumbnail`. */
+  /** `kept`: called when there is a new `thumbnail`. */
   constructor(kept: () => void) {
     this.#kept = kept;
   }
@@ -58,7 +58,7 @@ export class Previews {
         viewer.close();
       }
     } catch {
-      this.#waiting.clear(); // without WebGL 2 cards show histograms
+      this.#waiting.clear(); // without WebGL 2, cards show histograms
     } finally {
       viewer.dispose();
       canvas.remove();
@@ -66,9 +66,9 @@ export class Previews {
     }
   }
 
-  /** Whether the volume's first surface is drawn. */
+  /** Resolves to whether the volume's first surface is drawn. */
   async #draw(viewer: Viewer, name: string): Promise<boolean> {
-    const forget: (() => void)[] = [];
+    const cleanups: (() => void)[] = [];
     const drawn = new Promise<boolean>((resolve) => {
       const late = setTimeout(() => resolve(false), longest.firstSurface);
       const stopFrames = viewer.on("frame", ({ samplesDrawn }) => {
@@ -77,8 +77,8 @@ export class Previews {
         clearTimeout(late);
         setTimeout(() => resolve(true), longest.refining);
       });
-      forget.push(stopFrames, () => clearTimeout(late));
-      forget.push(
+      cleanups.push(stopFrames, () => clearTimeout(late));
+      cleanups.push(
         viewer.on("progress", ({ state }) => {
           if (state === "complete" || state === "limited") resolve(true);
         }),
@@ -94,14 +94,14 @@ export class Previews {
       return await drawn;
     } catch (error) {
       if (error instanceof RendererError) throw error;
-      return false; // its page says what is wrong with it
+      return false; // the volume's own page reports the error
     } finally {
-      for (const stop of forget) stop();
+      for (const stop of cleanups) stop();
     }
   }
 }
 
-/** Not every browser knows; then data is cheap. */
+/** Not every browser provides this; then saving data is off. */
 function isDataDear(): boolean {
   const { connection } = navigator as Navigator & {
     connection?: { saveData: boolean; effectiveType: string };
@@ -109,7 +109,7 @@ function isDataDear(): boolean {
   return connection !== undefined && (connection.saveData || connection.effectiveType !== "4g");
 }
 
-/** A canvas has to be laid out to have a size. */
+/** A canvas has a size only after layout. */
 function hiddenCanvas(): HTMLCanvasElement {
   const canvas = document.createElement("canvas");
   canvas.className = "preview-canvas";

@@ -3,17 +3,17 @@ import { RendererError } from "../viewer/index.ts";
 import type { IconName } from "./icons.ts";
 import { ApiError } from "./volumes_api.ts";
 
-/** What went wrong, in words, with a way on. */
+/** A problem as a message, with what the visitor can do. */
 export interface Problem {
   icon: IconName;
   title: string;
   text: string;
-  /** What was expected and found, for a report; shown small. */
+  /** What was expected and found, for a report; shown in small type. */
   detail?: string;
   offers: readonly Offer[];
 }
 
-/** A fault, told to the visitor. `what`: the volume's name or the store's address. */
+/** Describes a fault to the visitor. `what`: the volume's name or the store's address. */
 export function problemOfFault(kind: FaultKind, what: string, detail?: string): Problem {
   const { title, text, offers } = faults[kind];
   return {

@@ -5,7 +5,10 @@ import { levelText, stateText } from "./status_text.ts";
 
 const everyMs = 200;
 
-/** What is drawn, what it cost, and what is to go. Text only, a few times a second. */
+/**
+ * Shows what is drawn, its cost, and what is still to fetch. Only text, updated a few times a
+ * second.
+ */
 export class StatusLine {
   readonly element = document.createElement("div");
   readonly #samples = this.#add("samples", "Samples drawn in the last frame");
@@ -38,7 +41,7 @@ export class StatusLine {
     this.#schedule();
   }
 
-  /** Nothing changes any more: a frame rate would be that of the past. */
+  /** Called when the picture rests: hides the frame rate, which would be out of date. */
   rests(): void {
     if (this.#frame) this.frame({ ...this.#frame, framesPerSecond: 0 });
   }
@@ -86,7 +89,7 @@ export class StatusLine {
   }
 }
 
-/** Screen readers speak up when the text changes, so it is left alone when it has not. */
+/** Sets the text only if it changes: screen readers announce every assignment. */
 function set(element: HTMLElement, text: string): void {
   if (element.textContent !== text) element.textContent = text;
 }

@@ -1,7 +1,7 @@
 import type { Progress } from "../stream/types.ts";
 import { formatBytes } from "./format.ts";
 
-/** Which levels are drawn; empty where nothing is. */
+/** The levels that are drawn; empty if there are none. */
 export function levelText({ finestLevel, coarsestLevel }: Progress): string {
   if (finestLevel < 0) return "";
   if (coarsestLevel === 0) return "full resolution";
@@ -9,7 +9,7 @@ export function levelText({ finestLevel, coarsestLevel }: Progress): string {
   return `levels ${finestLevel}–${coarsestLevel}`;
 }
 
-/** What is left to do for this view. */
+/** What is left to fetch for this view. */
 export function stateText(progress: Progress): string {
   const toGo = progress.bytesToGo > 0 ? `${formatBytes(progress.bytesToGo)} to go` : "";
   switch (progress.state) {
@@ -32,9 +32,9 @@ export function stateText(progress: Progress): string {
   }
 }
 
-/** As complete as it gets until somebody mends what is wrong. */
+/** The picture is as complete as possible until the fault is repaired. */
 function incompleteText({ damagedParts, fault }: Progress): string {
   const isDamaged = fault?.kind === "damaged-part" || fault?.kind === "damaged-page";
   if (!isDamaged || damagedParts === 0) return "parts are missing";
-  return `complete but for ${damagedParts} damaged ${damagedParts === 1 ? "part" : "parts"}`;
+  return `complete except for ${damagedParts} damaged ${damagedParts === 1 ? "part" : "parts"}`;
 }

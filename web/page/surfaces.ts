@@ -1,7 +1,7 @@
 import type { Surface } from "../viewer/types.ts";
 import { type IsovalueScale, snapped } from "./isovalue_scale.ts";
 
-/** Bone, flesh, and colours that stay apart beside them. */
+/** Bone, flesh, and further colours that are easy to distinguish from them. */
 export const surfaceColours = [
   "#d9ccb3",
   "#c8553d",
@@ -13,10 +13,10 @@ export const surfaceColours = [
   "#8a8f98",
 ] as const;
 
-/** How far the outer of two surfaces lets the inner one show. */
+/** Opacity of the outer of two surfaces, so that the inner one is visible. */
 const outerOpacity = 0.4;
 
-/** Surfaces at these isovalues; colours and opacities where they are given. */
+/** Surfaces at these isovalues, with the given colours and opacities. */
 export function surfacesAt(
   isovalues: readonly number[],
   colours: readonly string[] = [],
@@ -30,9 +30,9 @@ export function surfacesAt(
 }
 
 /**
- * One more surface, at the end of the list: at the candidate that is farthest from what is shown, and
- * no two at one isovalue, as one would hide the other. What usually encloses others (the lower
- * isovalue) becomes translucent, so that both are seen.
+ * Adds a surface at the end of the list, at the candidate isovalue farthest from the existing ones;
+ * two surfaces at one isovalue would hide each other. The surface that usually encloses the others
+ * (the lower isovalue) becomes translucent, so that both are visible.
  */
 export function withAddedSurface(
   surfaces: readonly Surface[],
@@ -47,7 +47,7 @@ export function withAddedSurface(
   const candidates = [...inside, ...shares, ...gapMiddles(surfaces, scale)];
   const farthest = (values: readonly number[]) =>
     values.reduce((best, value) => (away(value) > away(best) ? value : best));
-  // Suggestions first, as long as they are apart by what can be told from one another.
+  // Suggestions come first, if they are far enough apart to be distinguished.
   const best = farthest(inside.length > 0 ? inside : candidates);
   const isovalue = away(best) >= 0.02 * (high - low) ? best : farthest(candidates);
   const used = new Set(surfaces.map((surface) => surface.colour));
@@ -61,7 +61,7 @@ export function withAddedSurface(
   return [...dimmed, { isovalue, colour, opacity: isOuter ? outerOpacity : 1 }];
 }
 
-/** The middles between neighbouring isovalues, and between them and the ends of the range. */
+/** The midpoints between neighbouring isovalues, and between them and the ends of the range. */
 function gapMiddles(surfaces: readonly Surface[], { low, high }: IsovalueScale): number[] {
   const ends = [low, ...surfaces.map((surface) => surface.isovalue), high].sort((a, b) => a - b);
   return ends.slice(1).map((end, i) => {

@@ -1,7 +1,10 @@
-/** Dark or light: the system's choice, until the visitor makes one, which this browser remembers. */
+/**
+ * Dark or light: the system's setting, unless the visitor has chosen one; the browser stores the
+ * choice.
+ */
 export type Theme = "light" | "dark";
 
-/** What surfaces are drawn on, unless another colour is chosen. */
+/** The default background of surfaces. */
 export const themeBackground: Readonly<Record<Theme, string>> = {
   light: "#eef0f3",
   dark: "#15181d",
@@ -16,7 +19,7 @@ function chosen(): Theme | null {
     const value = localStorage.getItem(storageKey);
     return value === "light" || value === "dark" ? value : null;
   } catch {
-    return null; // storage can be switched off
+    return null; // storage may be disabled
   }
 }
 
@@ -34,7 +37,7 @@ export function toggleTheme(): void {
   const next: Theme = theme() === "dark" ? "light" : "dark";
   const system: Theme = systemDark.matches ? "dark" : "light";
   try {
-    // Back to what the system says means: follow the system again.
+    // If the choice equals the system's setting, the page follows the system again.
     if (next === system) localStorage.removeItem(storageKey);
     else localStorage.setItem(storageKey, next);
   } catch {
@@ -44,7 +47,7 @@ export function toggleTheme(): void {
   apply();
 }
 
-/** Calls the listener when the theme has changed; the answer removes it. */
+/** Calls the listener when the theme has changed; the returned function removes it. */
 export function onTheme(listener: () => void): () => void {
   listeners.add(listener);
   return () => listeners.delete(listener);

@@ -1,6 +1,6 @@
 /**
- * Pictures of volumes, for their cards. Kept in local storage, the oldest thrown away first; where
- * there is no storage, cards show the histogram.
+ * Pictures of volumes for their cards, in local storage; the oldest are deleted first. Without
+ * storage, cards show the histogram.
  */
 const prefix = "isosplat-picture-";
 const orderKey = "isosplat-pictures";
@@ -15,7 +15,7 @@ export function thumbnail(contentId: string): string | null {
   }
 }
 
-/** Takes the picture: a WebP of a few KB, from the middle of the view. */
+/** Makes the picture: a WebP of a few KB, from the centre of the view. */
 export async function keepThumbnail(contentId: string, picture: Blob): Promise<void> {
   const { width, height } = pictureSize;
   const bitmap = await createImageBitmap(picture);
@@ -35,11 +35,11 @@ export async function keepThumbnail(contentId: string, picture: Blob): Promise<v
     localStorage.setItem(prefix + contentId, data);
     localStorage.setItem(orderKey, next.join(" "));
   } catch {
-    // Full or switched off: the card shows the histogram.
+    // Full or disabled: the card shows the histogram.
   }
 }
 
-/** Takes and keeps the picture when nothing else is to be done. */
+/** Makes and stores the picture when the browser is idle. */
 export function keepThumbnailWhenIdle(contentId: string, picture: () => Promise<Blob>): void {
   const keep = () =>
     picture()

@@ -1,16 +1,16 @@
 import type { IconName } from "./icons.ts";
 
-/** Long enough to read: this, and as long again for each so many letters. */
+/** Display time: this, and as much again for every 40 letters. */
 const shownMs = 2500;
-const lettersPerShown = 40;
+const lettersPerShownMs = 40;
 
 export interface ToastMessage {
   text: string;
-  /** done: what the visitor asked for; note: something to know. */
+  /** done: the visitor's action succeeded; note: information. */
   icon: IconName;
 }
 
-/** A short message that goes away by itself. */
+/** A short message that disappears by itself. */
 export class Toast {
   readonly #changed: () => void;
   #message: ToastMessage | null = null;
@@ -24,12 +24,12 @@ export class Toast {
     return this.#message;
   }
 
-  /** Something was done. */
+  /** Reports a completed action. */
   done(text: string): void {
     this.#show({ text, icon: "check" });
   }
 
-  /** Something is otherwise than the visitor may think. */
+  /** Reports something that the visitor may not expect. */
   note(text: string): void {
     this.#show({ text, icon: "alert" });
   }
@@ -37,7 +37,7 @@ export class Toast {
   #show(message: ToastMessage): void {
     this.#message = message;
     clearTimeout(this.#timer);
-    const time = shownMs * (1 + Math.floor(message.text.length / lettersPerShown));
+    const time = shownMs * (1 + Math.floor(message.text.length / lettersPerShownMs));
     this.#timer = window.setTimeout(() => {
       this.#message = null;
       this.#changed();

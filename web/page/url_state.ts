@@ -12,13 +12,12 @@ import {
   splatKinds,
 } from "../viewer/types.ts";
 
-/** A surface fainter than this cannot be told from none; the panel's slider begins here. */
+/** A fainter surface looks invisible; the panel's slider starts here. */
 export const minOpacity = 0.05;
 
 /**
- * What the address says of the view. What is missing is the page's choice; what cannot be read is
- * treated as missing, so that an old or mistyped link still opens the volume, and is named in
- * `notes`.
+ * The settings in the address. Missing settings have the page's defaults. Invalid settings are
+ * treated as missing, so that an old or mistyped link still opens the volume; `notes` lists them.
  *
  *   volume=engine                  a volume of this server, or
  *   src=https://…/engine.isosplat  a store on any host with Range
@@ -42,7 +41,7 @@ export interface UrlState {
   background?: string;
   eyeDome?: number;
   clip?: Clip;
-  /** What of the address was ignored or changed: one sentence each, for the visitor. */
+  /** Settings of the address that were ignored or changed: one sentence each, for the visitor. */
   notes?: string[];
 }
 
@@ -113,7 +112,7 @@ export function readUrl(search: string): UrlState {
   const query = new URLSearchParams(search);
   const state: UrlState = {};
   const notes: string[] = [];
-  /** The parameter's value, if it is there and can be read; a note if it cannot. */
+  /** The parameter's value, if it exists and is valid; adds a note if it is invalid. */
   const read = <T>(name: string, parse: (text: string) => T | undefined, expected: string) => {
     const text = query.get(name);
     if (text === null || text === "") return undefined;
@@ -133,7 +132,7 @@ export function readUrl(search: string): UrlState {
   const opacities = read("opacity", readOpacities, "numbers from 0 to 1");
   if (opacities) state.opacities = opacities.map((o) => Math.max(o, minOpacity));
   if (opacities?.some((o) => o < minOpacity)) {
-    notes.push(`The address asks for an invisible surface: it is shown at ${100 * minOpacity} %.`);
+    notes.push(`The address contains an invisible surface: it is shown at ${100 * minOpacity} %.`);
   }
 
   const camera = read("camera", readCamera, "azimuth,elevation,distance,x,y,z");
@@ -164,12 +163,12 @@ function ignored(name: string, text: string, expected: string): string {
   return `“${name}=${shown}” in the address was ignored: expected ${expected}.`;
 }
 
-/** Enough digits that the view is the same to a fraction of a pixel. */
+/** Enough digits to reproduce the view to a fraction of a pixel. */
 function short(value: number): string {
   return String(Number(value.toPrecision(7)));
 }
 
-/** The query, with its question mark. Commas stay readable; everything else is escaped. */
+/** The query, with its question mark. Commas are not escaped, everything else is. */
 export function writeUrl(state: UrlState): string {
   const parts: string[] = [];
   const add = (name: string, value: string | undefined) => {

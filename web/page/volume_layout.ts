@@ -19,28 +19,28 @@ import {
 import type { Problem } from "./problems.ts";
 import type { ToastMessage } from "./toast.ts";
 
-/** A message beside the picture, which stays. */
+/** A message beside the picture, which stays visible. */
 export interface Banner {
   text: string;
   /** What was expected and found, for a report. */
   detail?: string;
-  /** It goes on by itself, soon. */
+  /** The page tries again by itself soon. */
   isWaiting: boolean;
   offers: readonly Offer[];
 }
 
 export interface LayoutState {
   title: string;
-  /** Null until the volume is open: there is nothing to control then. */
+  /** Null until the volume is open: there is nothing to control before. */
   panel: PanelState | null;
   background: string;
   problem: Problem | null;
-  /** Other volumes that can be gone to instead. */
+  /** Names of other volumes that the visitor can open instead. */
   names: readonly string[];
   legend: Legend | null;
   banner: Banner | null;
   toast: ToastMessage | null;
-  /** There is nothing to see yet, and something is to come. */
+  /** There is no picture yet, but the volume is loading. */
   isOpening: boolean;
   isSheetOpen: boolean;
   isPanelHidden: boolean;
@@ -56,7 +56,7 @@ export interface LayoutActions extends PanelActions {
   toggleSheet(): void;
 }
 
-/** One volume: bar, stage with what lies over it, and panel. */
+/** The page of one volume: bar, picture with overlays, and panel. */
 export function volumeLayout(state: LayoutState, actions: LayoutActions): TemplateResult {
   const { panel } = state;
   const isPanelHidden = state.isPanelHidden || (state.problem !== null && !panel);
@@ -94,7 +94,7 @@ function bar({ title, panel }: LayoutState, actions: LayoutActions): TemplateRes
     <span class="bar-space"></span>
     ${iconButton({
       icon: "reset",
-      label: "Back to the first view",
+      label: "Reset the view",
       action: actions.reset,
       isMinor: true,
     })}
@@ -105,7 +105,7 @@ function bar({ title, panel }: LayoutState, actions: LayoutActions): TemplateRes
   </header>`;
 }
 
-/** What lies over the picture while there is none. */
+/** The overlay while there is no picture. */
 function cover(state: LayoutState, actions: LayoutActions): TemplateResult | typeof nothing {
   if (state.problem) {
     return html`<div class="cover">

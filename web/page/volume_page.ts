@@ -34,7 +34,10 @@ export interface Target {
   source: () => Source;
 }
 
-/** One volume: opens it, says how it goes, and lays the page out. Owns the viewer and the address. */
+/**
+ * The page of one volume: opens it, shows its progress and lays out the page. Owns the viewer and
+ * the address.
+ */
 export class VolumePage {
   readonly #root: HTMLElement;
   readonly #target: Target;
@@ -55,11 +58,11 @@ export class VolumePage {
   /** Why the volume could not be opened. */
   #problem: Problem | null = null;
   #reopenTimer = 0;
-  /** Times in a row that it could not be opened. */
+  /** Number of consecutive failures to open it. */
   #failures = 0;
   #names: string[] = [];
   #progress: Progress | null = null;
-  /** What the renderer could not do, until it draws again. */
+  /** The renderer's last error, until it draws again. */
   #rendererError: RendererError | null = null;
   #isContextLost = false;
   #isSheetOpen = false;
@@ -80,7 +83,7 @@ export class VolumePage {
     () => this.#showBusy(),
   );
 
-  /** Resolves when there is something to see: a surface, or what went wrong. */
+  /** Resolves when there is something to see: a surface or an error message. */
   readonly firstVisibility: Promise<void>;
   #seen = () => {};
 
@@ -91,7 +94,7 @@ export class VolumePage {
     this.firstVisibility = new Promise((resolve) => {
       this.#seen = resolve;
     });
-    // Requests and workers start before the page is laid out.
+    // Starts requests and workers before the page is laid out.
     void this.#open();
     this.#renderNow();
   }
@@ -99,7 +102,7 @@ export class VolumePage {
   #listen(): void {
     const viewer = this.#viewer;
     viewer.on("progress", (progress) => {
-      // Of chunks that went with the context.
+      // Errors of chunks that were lost with the context.
       if (this.#isContextLost) return;
       this.#status.progress(progress);
       const before = this.#progress;
@@ -118,14 +121,14 @@ export class VolumePage {
       if (!this.#hasPicture && frame.samplesDrawn > 0) {
         this.#hasPicture = true;
         this.#render();
-        // In the frame after the next, the browser has shown it.
+        // The browser has shown it in the frame after the next.
         requestAnimationFrame(() => requestAnimationFrame(this.#seen));
       }
     });
     viewer.on("opened", (info) => this.#opened(info));
     viewer.on("replaced", (info) => {
       this.#settings.opened(info);
-      this.#toast.note("The volume was replaced while it was open: this is the new one.");
+      this.#toast.note("The volume was replaced on its server: this is the new version.");
     });
     viewer.on("camera", (camera) => {
       this.#camera = camera;
@@ -138,8 +141,8 @@ export class VolumePage {
     viewer.on("error", (error) => this.#failed(error));
     viewer.on("context", (state) => {
       this.#isContextLost = state === "lost";
-      // The picture that was complete is gone.
-      this.#forgetProgress();
+      // The complete picture no longer exists.
+      this.#resetProgress();
       this.#render();
     });
     onTheme(() => {
@@ -152,14 +155,14 @@ export class VolumePage {
     });
   }
 
-  /** `again`: what is said of the last try stays until this one has succeeded. */
+  /** `again`: the message of the last try stays until this one succeeds. */
   async #open({ again = false } = {}): Promise<void> {
     clearTimeout(this.#reopenTimer);
     if (!again) {
       this.#problem = null;
       this.#failures = 0;
     }
-    this.#forgetProgress();
+    this.#resetProgress();
     this.#rendererError = null;
     this.#hasPicture = false;
     document.title = `${this.#target.name} · Isosplat`;
@@ -168,7 +171,7 @@ export class VolumePage {
       const { surfaces } = this.#settings;
       const camera = this.#camera ?? this.#url.camera;
       const source = this.#target.source();
-      // What the caches hold may be what is wrong.
+      // The fault may be in cached data.
       if (again) source.bypassCaches();
       const info = await this.#viewer.open(source, {
         ...(surfaces.length > 0 ? { surfaces } : {}),
@@ -177,7 +180,9 @@ export class VolumePage {
       const notes = [...(this.#url.notes ?? []), ...this.#settings.opened(info)];
       if (camera && JSON.stringify(camera) !== JSON.stringify(this.#viewer.camera)) {
         this.#camera = this.#viewer.camera;
-        notes.push("The view of the address is too far from the volume: another is shown.");
+        notes.push(
+          "The view in the address is too far from the volume: the default view is shown.",
+        );
       }
       if (notes.length > 0) this.#toast.note(notes.join(" "));
     } catch (error) {
@@ -186,7 +191,7 @@ export class VolumePage {
     }
   }
 
-  /** By this page, or by the viewer, which opens it again after a loss. */
+  /** Called after the page opened the volume, or the viewer reopened it after a context loss. */
   #opened(info: StoreInfo): void {
     this.#info = info;
     this.#failures = 0;
@@ -204,7 +209,10 @@ export class VolumePage {
     return this.#settings.surfaces.map((surface) => formatValue(surface.isovalue));
   }
 
-  /** An error that the viewer tells of. Of what hinders an open volume, its progress says more. */
+  /**
+   * Handles an error of the viewer. For an open volume, its progress gives more details on faults
+   * of the source.
+   */
   #failed(error: StreamError | RendererError): void {
     if (this.#viewer.info === null) {
       this.#fail(error, error instanceof StreamError && error.retrying);
@@ -214,21 +222,21 @@ export class VolumePage {
     }
   }
 
-  /** Says whether picture and address are still to change by themselves. */
+  /** Publishes whether the picture or the address will still change by themselves. */
   #showBusy(): void {
     this.#canvas.ariaBusy = String(this.#viewer.isBusy || this.#address.isPending);
   }
 
-  /** What was said of a view that is not shown any more. */
-  #forgetProgress(): void {
+  /** Removes messages about a view that is no longer shown. */
+  #resetProgress(): void {
     this.#progress = null;
     this.#status.clear();
   }
 
-  /** The volume cannot be opened. `isTried`: it is tried again already. */
+  /** The volume cannot be opened. `isTried`: another try is already scheduled. */
   #fail(error: unknown, isTried = false): void {
     this.#seen();
-    this.#forgetProgress();
+    this.#resetProgress();
     this.#problem = problemOf(error, this.#target.name);
     clearTimeout(this.#reopenTimer);
     const { retry } = faults[kindOf(error)];
@@ -243,11 +251,11 @@ export class VolumePage {
           this.#names = volumes.filter((volume) => !volume.error).map((volume) => volume.name);
           this.#render();
         })
-        .catch(() => {}); // the message stands without the list
+        .catch(() => {}); // the message is shown without the list
     }
   }
 
-  /** What stands in the way of the picture now, while the volume is open. */
+  /** The fault that currently prevents a complete picture, while the volume is open. */
   get #hindrance(): (Problem & { isWaiting: boolean }) | null {
     const { name } = this.#target;
     if (this.#isContextLost) return { ...problemOfFault("context-lost", name), isWaiting: true };
@@ -259,12 +267,12 @@ export class VolumePage {
   }
 
   #retry(): void {
-    // What the renderer failed at is begun anew; what streaming waits for is asked for.
+    // Restarts the renderer if it failed, and requests that wait for another try.
     if (this.#viewer.info === null || this.#rendererError) void this.#open();
     else this.#viewer.retry();
   }
 
-  // ---- What the controls do ----
+  // ---- Actions of the controls ----
 
   readonly #actions: LayoutActions = {
     ...this.#settings.actions,
@@ -276,7 +284,7 @@ export class VolumePage {
     removeSurface: (index) => {
       this.#settings.actions.removeSurface(index);
       this.#renderNow();
-      // The button that had the focus is gone, or belongs to another surface.
+      // The focused button was removed, or now belongs to another surface.
       const rows = this.#root.querySelectorAll<HTMLElement>(".surface-value");
       rows[Math.min(index, rows.length - 1)]?.focus();
     },
@@ -300,7 +308,7 @@ export class VolumePage {
     if (isOpen === this.#isSheetOpen) return;
     this.#isSheetOpen = isOpen;
     this.#renderNow();
-    // What had the focus may be hidden now.
+    // The focused element may now be hidden.
     if (!isOpen) this.#root.querySelector<HTMLElement>(".sheet-handle")?.focus();
   }
 
@@ -315,7 +323,9 @@ export class VolumePage {
       await navigator.clipboard.writeText(location.href);
       this.#toast.done("Link copied");
     } catch {
-      this.#toast.note("The browser keeps the clipboard to itself: copy the address bar instead");
+      this.#toast.note(
+        "The browser does not allow access to the clipboard: copy the address bar instead",
+      );
     }
   }
 
@@ -340,7 +350,7 @@ export class VolumePage {
     keepThumbnailWhenIdle(id, () => this.#viewer.screenshot({ smooth: false }));
   }
 
-  // ---- The page ----
+  // ---- Layout ----
 
   #render(): void {
     if (this.#renderHandle === 0) {
@@ -356,7 +366,7 @@ export class VolumePage {
     const isovalues = this.#isovalues().join(", ");
     this.#canvas.setAttribute(
       "aria-label",
-      `Isosurface of ${this.#title()} at ${isovalues}. Arrow keys turn it, plus and minus zoom.`,
+      `Isosurface of ${this.#title()} at ${isovalues}. Arrow keys rotate it, plus and minus zoom.`,
     );
     const hindrance = this.#problem ? null : this.#hindrance;
     const banner: Banner | null = hindrance && {
@@ -369,7 +379,7 @@ export class VolumePage {
       title: this.#title(),
       panel: info ? { info, histogram: this.#histogram.element, ...settings } : null,
       background: settings.look.background,
-      // Where there is nothing to see, what is wrong takes its place.
+      // If there is no picture, the error takes its place.
       problem: this.#problem ?? (this.#hasPicture ? null : hindrance),
       names: this.#names,
       legend: this.#viewer.legend,

@@ -1,4 +1,7 @@
-/** A volume of the server's list (server/HTTP.md). What a server does not say is missing. */
+/**
+ * A volume of the server's list (server/HTTP.md). Fields that the server does not send are
+ * undefined.
+ */
 export interface VolumeEntry {
   name: string;
   title?: string;
@@ -11,11 +14,11 @@ export interface VolumeEntry {
   contentId?: string;
   histogram?: { low: number; high: number; counts: number[] };
   range?: [number, number];
-  /** The file is there, but cannot be read. */
+  /** The file exists, but cannot be read. */
   error?: { status: string; message: string };
 }
 
-/** The list could not be had. `retry`: the same request may succeed later. */
+/** The list could not be fetched. `retry`: the same request may succeed later. */
 export class ApiError extends Error {
   override readonly name = "ApiError";
   readonly retry: boolean;
@@ -25,7 +28,7 @@ export class ApiError extends Error {
   }
 }
 
-/** The volumes that this page's server offers. */
+/** The volumes on this page's server. */
 export async function fetchVolumes(signal?: AbortSignal): Promise<VolumeEntry[]> {
   let response: Response;
   try {
@@ -36,7 +39,10 @@ export async function fetchVolumes(signal?: AbortSignal): Promise<VolumeEntry[]>
   }
   if (!response.ok) {
     const retry = response.status >= 500 || response.status === 429;
-    throw new ApiError(`The server answers ${response.status} to the list of volumes.`, retry);
+    throw new ApiError(
+      `The server returned status ${response.status} for the list of volumes.`,
+      retry,
+    );
   }
   try {
     const answer = (await response.json()) as { volumes: VolumeEntry[] };
@@ -50,8 +56,8 @@ export async function fetchVolumes(signal?: AbortSignal): Promise<VolumeEntry[]>
 }
 
 /**
- * Tries until it succeeds, or fails for good, or the signal ends it. `failed` is told of each
- * failure that is followed by another try, and when that will be.
+ * Repeats until the function succeeds, fails permanently, or the signal aborts it. `failed` is
+ * called after each failure that is followed by another try, with the time of that try.
  */
 export async function withBackoff<T>(
   attempt: (signal: AbortSignal) => Promise<T>,

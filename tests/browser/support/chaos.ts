@@ -1,4 +1,4 @@
-/** What goes wrong in tests/browser/chaos.browser.ts: at random, and the same for the same seed. */
+/** Random faults for tests/browser/chaos.browser.ts; the same seed gives the same faults. */
 import type { Fault } from "../../support/fault_proxy.ts";
 
 /** Numbers in [0, 1): mulberry32, by Tommy Ettinger (public domain). */
@@ -17,7 +17,7 @@ export class Chance {
     return ((t ^ (t >>> 14)) >>> 0) / 2 ** 32;
   }
 
-  /** A whole number from `low` to `high`, both included. */
+  /** A whole number from `low` to `high`, inclusive. */
   whole(low: number, high: number): number {
     return low + Math.floor(this.next() * (high - low + 1));
   }
@@ -29,7 +29,7 @@ export class Chance {
 
 const statuses = [400, 401, 403, 404, 408, 410, 412, 416, 429, 500, 502, 503, 504];
 
-/** Something that goes wrong with an answer. */
+/** A fault of a response. */
 export function anyFault(chance: Chance): Fault {
   switch (chance.whole(0, 6)) {
     case 0:
@@ -45,7 +45,7 @@ export function anyFault(chance: Chance): Fault {
     case 5:
       return { kind: "status", status: chance.of(statuses) };
     default:
-      // Answers overtake each other.
+      // Responses arrive out of order.
       return { kind: "delay", milliseconds: chance.whole(0, 1500) };
   }
 }

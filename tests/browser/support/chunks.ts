@@ -1,4 +1,4 @@
-/** The chunks, `level/x.y.z/band`, that a list of addresses asks for. */
+/** The chunks, `level/x.y.z/band`, in a list of request addresses. */
 export function chunksOf(urls: readonly string[]): string[] {
   return urls.flatMap((address) => {
     const text = decodeURIComponent(address);

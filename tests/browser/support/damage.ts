@@ -1,6 +1,9 @@
-/** Inverts bits of 64 bytes at 40 % of each of so many pieces of a store's chunks, in place. */
+/**
+ * Damages a store in place: splits its chunks into pieces, and inverts bits of 64 bytes at 40 % of
+ * each.
+ */
 export function damagedChunks(bytes: Buffer, pieces: number): Buffer {
-  // Chunks make up the file but for its head and, at its end, the coarse levels and pages.
+  // Chunks make up the file except for its header and, at its end, the coarse tail.
   const [from, to] = [0.1 * bytes.length, 0.7 * bytes.length];
   for (let i = 0; i < pieces; ++i) {
     const at = Math.floor(from + ((i + 0.4) / pieces) * (to - from));

@@ -1,18 +1,21 @@
-/** What a page holds of the GPU and of the browser: none of it may grow with what goes wrong. */
+/** Counts a page's GPU and browser resources: none may grow because of faults. */
 import type { Page } from "@playwright/test";
 
 export interface Holdings {
-  /** GL objects made and not deleted, of the contexts that are not lost. */
+  /** GL objects that were created and not deleted, of contexts that are not lost. */
   glObjects: number;
   contexts: number;
-  /** Timeouts and intervals that are still to fire. */
+  /** Timeouts and intervals that have not fired. */
   timers: number;
   /** Listeners on the window, the document, and the view's canvas. Open sessions have one each. */
   listeners: number;
   workers: number;
 }
 
-/** For `page.addInitScript`: counts from the first script on. `window.holdings()` tells. */
+/**
+ * For `page.addInitScript`: counts from the first script on. `window.holdings()` returns the
+ * counts.
+ */
 export function countHoldings(): void {
   // ---- GL objects ----
   const kinds = [
@@ -35,7 +38,7 @@ export function countHoldings(): void {
       const made = new Set<unknown>();
       objects = made;
       live.set(context, made);
-      // A lost context takes its objects with it.
+      // A lost context frees its objects.
       addListener.call(context.canvas, "webglcontextlost", () => made.clear());
     }
     return objects;
@@ -89,7 +92,7 @@ export function countHoldings(): void {
     endInterval(id);
   };
 
-  // ---- Listeners on what lives as long as the page ----
+  // ---- Listeners on objects that live as long as the page ----
   const listeners = new Map<string, Set<unknown>>();
   const isCounted = (target: EventTarget): boolean =>
     target === window ||
@@ -141,7 +144,7 @@ export async function holdingsOf(page: Page): Promise<Holdings> {
   return { ...inPage, workers: page.workers().length };
 }
 
-/** Of JavaScript, after a collection of garbage. */
+/** Size of the JavaScript heap, after garbage collection. */
 export async function heapBytes(page: Page): Promise<number> {
   const session = await page.context().newCDPSession(page);
   await session.send("HeapProfiler.collectGarbage");

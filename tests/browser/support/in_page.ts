@@ -1,9 +1,9 @@
 /**
- * Functions that tests run in the page, whichever program drives the browser. Each stands by itself:
- * only its text gets there.
+ * Functions that tests run in the page, independent of the program that drives the browser. Only a
+ * function's source text is sent to the page, so it must not use anything outside itself.
  */
 
-/** Loses the view's context; answers when the page has been told. */
+/** Loses the view's context; resolves when the page has received the event. */
 export async function loseContext(): Promise<void> {
   const canvas = document.querySelector<HTMLCanvasElement>("canvas.view");
   const extension = canvas?.getContext("webgl2")?.getExtension("WEBGL_lose_context");
@@ -16,12 +16,12 @@ export async function loseContext(): Promise<void> {
   await lost;
 }
 
-/** Gives back the context that `loseContext` took. */
+/** Restores the context that `loseContext` lost. */
 export function restoreContext(): void {
   (window as unknown as { loss: WEBGL_lose_context }).loss.restoreContext();
 }
 
-/** Moves the panel's isovalue slider, as a hand does. */
+/** Moves the panel's isovalue slider, as a visitor does. */
 export function slideTo(isovalue: number): void {
   const slider = document.querySelector<HTMLElement & { value: number }>(
     "wa-slider.isovalue-slider",
@@ -31,7 +31,7 @@ export function slideTo(isovalue: number): void {
   slider.dispatchEvent(new Event("input", { bubbles: true }));
 }
 
-/** What GL draws with: the tests' pictures are only comparable on llvmpipe. */
+/** The GL renderer: the tests' pictures are comparable only on llvmpipe. */
 export function rendererName(): string {
   const gl = document.createElement("canvas").getContext("webgl2");
   const info = gl?.getExtension("WEBGL_debug_renderer_info");

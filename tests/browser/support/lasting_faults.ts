@@ -1,21 +1,21 @@
-/** Faults that do not end by themselves: tests/browser/chaos.browser.ts leaves the page with one. */
+/** Faults that do not end by themselves, for tests/browser/chaos.browser.ts. */
 import { type FaultKind, faults } from "../../../web/stream/faults.ts";
 import type { FaultProxy } from "../../support/fault_proxy.ts";
 
-/** What lies between the page and the store's bytes. */
+/** The connection between the page and the store. */
 export interface Way {
   proxy: FaultProxy;
-  /** Puts the store with these changes at its place; resolves when whoever serves it has seen it. */
+  /** Replaces the store by one with these changes; resolves when the server has noticed it. */
   change: (change: (bytes: Buffer) => Buffer) => Promise<void>;
 }
 
 export interface LastingFault {
   name: string;
   where: "both" | "nginx";
-  /** Loads the page anew, where what an open page says of it is another cause, or none. */
+  /** Reloads the page, if an open page would report another fault or none. */
   isForNewPage?: boolean;
   begin: (way: Way) => void | Promise<void>;
-  /** What the page is to say. */
+  /** The fault that the page must report. */
   kind: FaultKind;
 }
 
@@ -39,13 +39,13 @@ const isChanged = (
 
 export const lastingFaults: readonly LastingFault[] = [
   {
-    name: "nobody listens",
+    name: "connection refused",
     where: "both",
     begin: ({ proxy }) => proxy.stop(),
     kind: "unreachable",
   },
   isChanged("damaged chunks", "damaged-part", (bytes) => {
-    // Chunks make up the file but for its head and, at its end, the coarse levels and pages.
+    // Chunks make up the file except for its header and, at its end, the coarse tail.
     for (let at = 0.1 * bytes.length; at < 0.7 * bytes.length; at += 600) {
       for (let i = Math.floor(at); i < at + 64; ++i) bytes[i] = (bytes[i] ?? 0) ^ 0x55;
     }
@@ -55,7 +55,8 @@ export const lastingFaults: readonly LastingFault[] = [
   {
     name: "no CORS",
     where: "nginx",
-    // A host that this page has read from is taken for one whose error pages come without it.
+    // For a host that this page has read from, the page assumes that only error responses lack
+    // CORS.
     isForNewPage: true,
     begin: ({ proxy }) => {
       proxy.fault = () => ({ kind: "without", field: /^access-control-/ });
@@ -74,7 +75,7 @@ export const lastingFaults: readonly LastingFault[] = [
   },
   isChanged("cut short", "cut-short", (bytes) => bytes.subarray(0, 0.6 * bytes.length)),
   answersWith(403, "access-denied"),
-  isChanged("a damaged head", "damaged-header", (bytes) => {
+  isChanged("a damaged header", "damaged-header", (bytes) => {
     bytes[100] = (bytes[100] ?? 0) ^ 1;
     return bytes;
   }),

@@ -13,7 +13,7 @@ export interface NativeView {
   height: number;
 }
 
-/** What `isosplat render` draws of level 0, before white, in the page's first colour: a PNG. */
+/** Runs `isosplat render` for level 0, on white, in the page's first colour: a PNG. */
 export function drawNatively(store: string, view: NativeView): Buffer {
   const folder = mkdtempSync(join(tmpdir(), "isosplat-picture-"));
   try {

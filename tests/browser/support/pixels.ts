@@ -1,4 +1,4 @@
-/** Pictures as pixels, and what two of them have in common. */
+/** Pictures as pixels, and comparison of two pictures. */
 
 export interface Pixels {
   width: number;
@@ -18,7 +18,7 @@ export interface EvaluatingPage {
   evaluate(decode: (encoded: string) => Promise<Decoded>, encoded: string): Promise<Decoded>;
 }
 
-/** Decodes a PNG in the browser, which knows how. */
+/** Decodes a PNG in the browser. */
 export async function decodePng(page: EvaluatingPage, png: Buffer): Promise<Pixels> {
   const { width, height, base64 } = await page.evaluate(async (encoded) => {
     const bytes = Uint8Array.from(atob(encoded), (c) => c.charCodeAt(0));
@@ -28,7 +28,7 @@ export async function decodePng(page: EvaluatingPage, png: Buffer): Promise<Pixe
     if (!context) throw new Error("no 2D context");
     context.drawImage(bitmap, 0, 0);
     const { data } = context.getImageData(0, 0, width, height);
-    // In pieces: a call takes no more arguments than fit on the stack.
+    // In pieces, since the number of arguments of a call is limited by the stack.
     let binary = "";
     for (let at = 0; at < data.length; at += 8192) {
       binary += String.fromCharCode(...data.subarray(at, at + 8192));
@@ -43,17 +43,22 @@ export interface Comparison {
   covered: number;
   /** Pixels that differ by more than 60, summed over R, G and B. */
   differing: number;
-  /** Covered pixels of the first picture further than 1 px from any covered one of the second. */
+  /**
+   * Covered pixels of the first picture that are more than 1 px from any covered pixel of the
+   * second.
+   */
   stray: number;
-  /** The other way round. */
+  /** The same with the pictures exchanged. */
   lost: number;
 }
 
-/** A pixel is covered that differs from the background by more than this, summed over R, G and B. */
+/**
+ * A pixel is covered if it differs from the background by more than this, summed over R, G and B.
+ */
 const minCover = 12;
 const maxDifference = 60;
 
-/** Compares pictures of the same size before the same background (0xrrggbb). */
+/** Compares pictures of the same size on the same background (0xrrggbb). */
 export function comparePixels(ours: Pixels, truth: Pixels, background: number): Comparison {
   const { width, height } = truth;
   if (ours.width !== width || ours.height !== height) {

@@ -3,11 +3,11 @@ import type { CDPSession, Page } from "@playwright/test";
 interface Request {
   /** Method, address, and range. */
   what: string;
-  /** When the browser sent it (ms). */
+  /** Time at which the browser sent it (ms). */
   at: number;
 }
 
-/** What a page asks for, by the browser's own clock; what never arrives is there, too. */
+/** A page's requests with the browser's own times, including requests that never reach a server. */
 export class RequestLog {
   readonly #session: CDPSession;
   #requests: Request[] = [];
@@ -37,7 +37,7 @@ export class RequestLog {
     this.#requests = [];
   }
 
-  /** What was asked for again less than so long (ms) after the time before, with how long. */
+  /** Requests that were repeated after less than this time (ms), with the interval. */
   closerThan(milliseconds: number): string[] {
     const last = new Map<string, number>();
     const close: string[] = [];
@@ -49,7 +49,7 @@ export class RequestLog {
     return close;
   }
 
-  /** The browser forgets what it has fetched. */
+  /** Clears the browser's cache. */
   async clearCaches(): Promise<void> {
     await this.#session.send("Network.clearBrowserCache");
   }

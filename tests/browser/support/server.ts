@@ -4,15 +4,15 @@ import { existsSync } from "node:fs";
 export const program = process.env.ISOSPLAT ?? "build/release/native/cli/isosplat";
 export const demoFolder = process.env.ISOSPLAT_DEMO ?? "build/demo";
 
-/** A running `isosplat serve`, on a port of its own. */
+/** A running `isosplat serve`, on its own port. */
 export interface RunningServer {
   /** With a slash at the end. */
   url: string;
-  /** Ends it and waits. Harmless when it has ended. */
+  /** Stops the server and waits. Does nothing if it has already ended. */
   stop(): Promise<void>;
 }
 
-/** Serves stores (files or folders) and the page. `port` 0: any free one. */
+/** Serves stores (files or folders) and the page. `port` 0: any free port. */
 export async function serve(stores: readonly string[], port = 0): Promise<RunningServer> {
   if (!existsSync(program)) throw new Error(`${program} is missing: run .ci/build release`);
   const options = ["serve", ...stores, "--port", String(port), "--web-root", "build/page"];

@@ -1,4 +1,7 @@
-/** The page's picture of a complete view against the native renderer's of every sample. */
+/**
+ * Compares the page's picture of a complete view with the native renderer's picture of every
+ * sample.
+ */
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import type { Page } from "@playwright/test";
@@ -6,15 +9,15 @@ import { type Comparison, comparePixels, decodePng } from "./pixels.ts";
 import { program } from "./server.ts";
 import { complete, savedPicture, settled } from "./view.ts";
 
-/** Most of the covered pixels that may differ. */
+/** Maximum share of the covered pixels that may differ. */
 export const maxDiffering = 1e-4;
 
-/** An isosurface of a real volume, and views for which level 0 is what they resolve. */
+/** An isosurface of a real volume, and views at whose resolution level 0 is selected. */
 export interface TrueCase {
   name: string;
   file: string;
   isovalue: number;
-  /** Cameras as in the page's address, by a name. */
+  /** Cameras as in the page's address, by name. */
   views: Record<string, string>;
 }
 
@@ -152,7 +155,7 @@ export const trueCases: TrueCase[] = [
   },
 ];
 
-/** What the panel and the status bar take of the page's width and height, in px. */
+/** Size of the panel and the status bar, in px. */
 const besideCanvas = { width: 336, height: 52 };
 
 export interface Size {
@@ -160,7 +163,7 @@ export interface Size {
   height: number;
 }
 
-/** The page's size for which its canvas has this size. */
+/** The page size that gives a canvas of this size. */
 export function pageSize(canvas: Size): Size {
   return {
     width: canvas.width + besideCanvas.width,
@@ -168,7 +171,7 @@ export function pageSize(canvas: Size): Size {
   };
 }
 
-/** The query of a case's page: drawn as `nativePicture` draws. */
+/** The query of a case's page: drawn like `nativePicture`. */
 export function queryOf({ name, isovalue }: TrueCase, camera: string): string {
   return `?volume=${name}&isovalue=${isovalue}&camera=${camera}&kind=exact&background=ffffff`;
 }
@@ -193,14 +196,14 @@ export function nativePicture(
   return readFileSync(output);
 }
 
-/** Waits until the page says that its view is complete, and that its picture is the last one. */
+/** Waits until the page reports a complete view and a final picture. */
 export async function completeAndSettled(page: Page, timeout = 120_000): Promise<void> {
   await complete(page, timeout);
   await settled(page, timeout);
   await complete(page, timeout);
 }
 
-/** What differs between the picture that the page saves and the true one. */
+/** Compares the picture that the page saves with the correct one. */
 export async function differenceFrom(page: Page, truth: Buffer): Promise<Comparison> {
   const ours = await decodePng(page, await savedPicture(page));
   return comparePixels(ours, await decodePng(page, truth), 0xffffff);

@@ -1,20 +1,22 @@
 import { readFileSync } from "node:fs";
 import { expect, type Page } from "@playwright/test";
 
-/** Waits until the page says that nothing is left to fetch for its view, and nothing is missing. */
+/**
+ * Waits until the page reports that nothing is left to fetch for its view, and nothing is missing.
+ */
 export async function complete(page: Page, timeout = 30_000): Promise<void> {
   await expect(page.locator(".status-state")).toHaveText(/^complete(?! but)/, { timeout });
 }
 
 /**
- * Waits until the page says that neither picture nor address is to change by itself any more. It
- * says otherwise from the very event on that changes something.
+ * Waits until the page reports that neither picture nor address will change by themselves. The
+ * report is withdrawn by the same event that changes something.
  */
 export async function settled(page: Page, timeout = 30_000): Promise<void> {
   await expect(page.getByRole("application")).toHaveAttribute("aria-busy", "false", { timeout });
 }
 
-/** Opens a section of the panel. Until it is open, what is in it moves, and is missed by a click. */
+/** Opens a section of the panel. While it opens, its contents move, and a click could miss them. */
 export async function openSection(page: Page, name: string): Promise<void> {
   const opening = await page.locator(`wa-details[summary="${name}"]`).evaluateHandle((section) => ({
     isOpen: new Promise((resolve) => section.addEventListener("wa-after-show", resolve)),
@@ -39,11 +41,11 @@ export interface PictureDifference {
   height: number;
   /** Share of the pixels where any channel differs by more than 3 of 255. */
   differing: number;
-  /** Share of the second picture's pixels that are not its corner's colour. */
+  /** Share of the second picture's pixels that differ from its corner's colour. */
   covered: number;
 }
 
-/** Compares two PNGs of the same size, in the browser, which can decode them. */
+/** Compares two PNGs of the same size; the browser decodes them. */
 export function compare(page: Page, a: Buffer, b: Buffer): Promise<PictureDifference> {
   return page.evaluate(
     async (pictures) => {

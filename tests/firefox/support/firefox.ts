@@ -1,6 +1,6 @@
 /**
- * Debian's Firefox, driven over WebDriver BiDi. Firefox has WebGL 2 only with a display: tests bring
- * a virtual one, on which llvmpipe draws.
+ * Debian's Firefox, driven over WebDriver BiDi. Firefox has WebGL 2 only with a display, so tests
+ * start a virtual one, on which llvmpipe draws.
  */
 import { spawn } from "node:child_process";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
@@ -15,12 +15,12 @@ const executablePath =
 
 export interface Firefox {
   browser: Browser;
-  /** The folder that holds what pages saved. */
+  /** The folder for files that pages save. */
   downloads: string;
   close(): Promise<void>;
 }
 
-/** Starts Firefox. `webgl` false: without a display, and so without WebGL. */
+/** Starts Firefox. `webgl` false: without a display, and therefore without WebGL. */
 export async function startFirefox({ webgl = true } = {}): Promise<Firefox> {
   const display = webgl ? await startDisplay() : undefined;
   const downloads = mkdtempSync(join(tmpdir(), "isosplat-downloads-"));
@@ -36,12 +36,12 @@ export async function startFirefox({ webgl = true } = {}): Promise<Firefox> {
     extraPrefsFirefox: {
       "browser.download.alwaysOpenPanel": false,
       "browser.download.dir": downloads,
-      // The folder above.
+      // The download folder above.
       "browser.download.folderList": 2,
       "gfx.x11-egl.force-enabled": webgl,
       "layers.acceleration.force-enabled": webgl,
       "ui.prefersReducedMotion": 1,
-      // It refuses llvmpipe otherwise.
+      // Otherwise Firefox refuses llvmpipe.
       "webgl.force-enabled": webgl,
     },
   });
@@ -57,13 +57,14 @@ export async function startFirefox({ webgl = true } = {}): Promise<Firefox> {
 }
 
 interface Display {
-  /** As in the variable DISPLAY. */
+  /** In the form of the variable DISPLAY. */
   name: string;
   stop(): Promise<void>;
 }
 
 function startDisplay(): Promise<Display> {
-  // The server chooses a free number, and writes it to file descriptor 3 once it can be asked.
+  // The server chooses a free number, and writes it to file descriptor 3 when it accepts
+  // connections.
   const options = ["-displayfd", "3", "-screen", "0", "1280x1024x24", "-nolisten", "tcp"];
   const child = spawn("Xvfb", options, { stdio: ["ignore", "ignore", "pipe", "pipe"] });
   const ended = new Promise<void>((resolve) => child.on("exit", () => resolve()));

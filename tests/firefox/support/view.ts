@@ -1,4 +1,4 @@
-/** What tests ask of the page in Firefox, and wait for. */
+/** Helpers with which tests query the page in Firefox, and wait for it. */
 import { readdirSync, readFileSync, rmSync, watch } from "node:fs";
 import { join } from "node:path";
 import type { Page } from "puppeteer-core";
@@ -6,7 +6,7 @@ import type { Firefox } from "./firefox.ts";
 
 const timeout = 30_000;
 
-/** Waits until the first element that the selector finds has such a text. */
+/** Waits until the text of the first element that the selector finds matches the pattern. */
 export async function shows(page: Page, selector: string, pattern: RegExp): Promise<void> {
   const textOf = (sought: string) => document.querySelector(sought)?.textContent?.trim();
   try {
@@ -31,26 +31,26 @@ export function complete(page: Page): Promise<void> {
   return shows(page, ".status-state", /^complete(?! but)/);
 }
 
-/** Waits until neither picture nor address is to change by itself any more. */
+/** Waits until neither picture nor address will change by themselves. */
 export async function settled(page: Page): Promise<void> {
   await page.waitForSelector("[role=application][aria-busy=false]", { timeout });
 }
 
-/** Waits until nothing covers the picture, and nothing is said beside it. */
+/** Waits until nothing covers the picture, and there is no message beside it. */
 export async function saysNothing(page: Page): Promise<void> {
   await page.waitForFunction(() => !document.querySelector("[role=alert], .banner, wa-spinner"), {
     timeout,
   });
 }
 
-/** A parameter of the page's address, once the view rests. */
+/** A parameter of the page's address, when the view rests. */
 export async function parameter(page: Page, name: string): Promise<string | null> {
   await settled(page);
   const address = await page.evaluate(() => location.href);
   return new URL(address).searchParams.get(name);
 }
 
-/** Azimuth, elevation, distance and target, once the view rests. */
+/** Azimuth, elevation, distance and target, when the view rests. */
 export async function camera(page: Page): Promise<number[]> {
   return ((await parameter(page, "camera")) ?? "").split(",").map(Number);
 }
@@ -67,7 +67,7 @@ export async function savedPicture({ downloads }: Firefox, page: Page): Promise<
       if (!name) return;
       const file = join(downloads, name);
       const png = readFileSync(file);
-      // The last chunk of a PNG: what is still being written lacks it.
+      // The last chunk of a PNG: an incomplete file lacks it.
       if (png.subarray(-8, -4).toString("latin1") !== "IEND") return;
       clearTimeout(late);
       watcher.close();
