@@ -14,7 +14,7 @@ Result<void> DepthTiles::prepare(int width, int height) {
                         (height + HIDING_TILE_PX - 1) / HIDING_TILE_PX);
 }
 
-void DepthTiles::take(const SplatTarget& target, GLuint empty_vertex_array) {
+void DepthTiles::update(const SplatTarget& target, GLuint empty_vertex_array) {
   glBindFramebuffer(GL_FRAMEBUFFER, tiles_.framebuffer());
   glViewport(0, 0, tiles_.width(), tiles_.height());
   glUseProgram(program_.name());

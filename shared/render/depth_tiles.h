@@ -15,7 +15,7 @@ class DepthTiles {
 
   /// Takes the depths drawn so far. Leaves the target bound, and another viewport, program and
   /// vertex array.
-  void take(const SplatTarget& target, GLuint empty_vertex_array);
+  void update(const SplatTarget& target, GLuint empty_vertex_array);
 
   /// R32UI, bits of the depth (0 to 1): they compare as it does.
   GLuint texture() const { return tiles_.texture(); }

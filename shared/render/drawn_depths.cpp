@@ -2,7 +2,7 @@
 
 namespace isosplat {
 
-void DrawnDepths::take(const SplatTarget& target) {
+void DrawnDepths::copy_from(const SplatTarget& target) {
   const int width = depths_.width(), height = depths_.height();
   glBindFramebuffer(GL_READ_FRAMEBUFFER, target.framebuffer);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, depths_.framebuffer());

@@ -14,7 +14,7 @@ class DrawnDepths {
   Result<void> prepare(int width, int height) { return depths_.prepare(width, height); }
 
   /// Takes the depths of a target of that size, and leaves it bound.
-  void take(const SplatTarget& target);
+  void copy_from(const SplatTarget& target);
 
   GLuint texture() const { return depths_.texture(); }  ///< depths, 0 to 1
   uint64_t bytes() const { return depths_.bytes(); }

@@ -4,7 +4,6 @@
 #include <cstring>
 #include <span>
 
-#include "shared/render/renderer_state.h"
 #include "shared/render/shader_constants.h"
 
 #ifdef __EMSCRIPTEN__
@@ -160,49 +159,6 @@ void OcclusionQuery::abandon() {
   read_buffer_ = 0;
   done_ = nullptr;
   asked_.clear();
-}
-
-Result<void> Renderer::begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px) {
-  State& s = *state_;
-  if (s.lost) return fail(Status::gl_error, "the GL context is lost");
-  if (s.dirty || s.drawn_width == 0) {
-    return fail(Status::invalid_argument, "an occlusion query needs a picture that is up to date");
-  }
-  std::vector<OcclusionQuery::Item> items;
-  for (const DrawnChunk& chunk : s.visible) {
-    if (std::find(handles.begin(), handles.end(), chunk.handle) == handles.end()) continue;
-    OcclusionQuery::Item item{chunk.handle, {}, chunk.regions};
-    // What was culled is not seen.
-    const auto drawn = std::find_if(s.items.begin(), s.items.end(), [&](const State::DrawItem& d) {
-      return d.handle == chunk.handle;
-    });
-    if (drawn != s.items.end()) {
-      const SampleRange& range = drawn->chunk->range;
-      item.block = drawn->block;
-      item.vertex_array = s.buffers.vertex_array(range.buffer);
-      item.first = static_cast<GLint>(range.first);
-      item.count = static_cast<GLsizei>(range.count);
-    }
-    items.push_back(item);
-  }
-  if (auto ok = s.depth_tiles.prepare(s.targets.width(), s.targets.height()); !ok) return ok;
-  s.depth_tiles.take(s.targets.layer(0), s.empty_vertex_array);
-  OcclusionQuery::Picture picture;
-  picture.depths = s.targets.depths();
-  picture.layers = s.layers;
-  picture.farthest_depths = s.depth_tiles.texture();
-  for (size_t i = 0; i < s.settings.isosurfaces.size() && i < kMaxIsosurfaces; ++i) {
-    if (s.layer_of[i] < 0) continue;
-    picture.quantized_isovalues.push_back(
-        s.mapping.quantized_isovalue(s.settings.isosurfaces[i].isovalue));
-    picture.isosurface_layers.push_back(s.layer_of[i]);
-  }
-  return s.occlusion_query.begin(picture, items, min_px, kFrameBinding);
-}
-
-std::optional<std::vector<ChunkVisibility>> Renderer::take_occlusion_query() {
-  if (state_->lost) return std::nullopt;
-  return state_->occlusion_query.take();
 }
 
 }  // namespace isosplat

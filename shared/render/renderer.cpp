@@ -3,8 +3,8 @@
 #include <GLES3/gl3.h>
 
 #include <algorithm>
-#include <cmath>
 
+#include "shared/render/image_passes.h"
 #include "shared/render/renderer_state.h"
 #include "shared/render/shader_constants.h"
 
@@ -43,18 +43,12 @@ bool operator==(const RenderSettings& a, const RenderSettings& b) {
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
-Renderer::~Renderer() {
-  if (state_->lost) {
-    state_->abandon_gl_objects();
-  } else {
-    state_->release_gl_objects();
-  }
-}
+Renderer::~Renderer() = default;
 
 Result<std::unique_ptr<Renderer>> Renderer::create(float max_point_size) {
   auto state = std::make_unique<State>();
   state->max_point_size = max_point_size;
-  if (auto ok = state->make_gl_objects(); !ok) return tl::unexpected(ok.error());
+  state->create_gl_objects();
   return std::unique_ptr<Renderer>(new Renderer(std::move(state)));
 }
 
@@ -64,13 +58,7 @@ const RendererLimits& Renderer::limits() const {
 
 bool Renderer::is_compiled() const {
   const State& s = *state_;
-  if (s.lost || !s.limits.parallel_compile) return true;
-  const auto is_done = [](const auto& made) {
-    return !made.program || made.is_ready || made.program.is_done();
-  };
-  return std::all_of(std::begin(s.image_programs), std::end(s.image_programs), is_done) &&
-         is_done(s.splat_programs[State::pass_exact][0][0][0]) &&
-         is_done(s.splat_programs[State::pass_ellipse][0][0][0]);
+  return s.lost || !s.limits.parallel_compile || s.programs.is_compiled();
 }
 
 Result<void> Renderer::warm_up(uint32_t framebuffer) {
@@ -81,10 +69,8 @@ Result<void> Renderer::warm_up(uint32_t framebuffer) {
 void Renderer::set_volume(const VolumeGrid& grid, const ValueMapping& mapping) {
   state_->grid = grid;
   state_->mapping = mapping;
-  state_->set_sheared(shear_degrees(grid.direction) >= kMinShearDegrees);
-  for (const auto& [handle, chunk] : state_->chunks) state_->buffers.remove(chunk.range);
+  state_->programs.set_sheared(shear_degrees(grid.direction) >= kMinShearDegrees);
   state_->chunks.clear();
-  state_->visible.clear();
   state_->dirty = true;
 }
 
@@ -93,32 +79,10 @@ Result<void> Renderer::add_chunk(ChunkHandle handle, ChunkPlace place,
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost: add the chunk again later");
   if (!s.grid) return fail(Status::invalid_argument, "a chunk was added before any volume was set");
-  const BlockKey& block = place.block;
-  if (block.level >= level_count(s.grid->voxels)) {
-    return fail(Status::invalid_argument,
-                "a chunk's level " + std::to_string(block.level) + " is not one of the volume's");
-  }
-  const LevelGrid level = level_grid(s.grid->voxels, block.level);
-  const Index3 at = block.index;
-  if (at.x < 0 || at.y < 0 || at.z < 0 || at.x >= level.blocks.x || at.y >= level.blocks.y ||
-      at.z >= level.blocks.z) {
-    return fail(Status::invalid_argument, "a chunk's block lies outside of the volume");
-  }
+  if (auto ok = ChunkStore::check_block(*s.grid, place.block); !ok) return ok;
   remove_chunk(handle);
-  State::Chunk chunk{{}, block, {kMissingVoxel, 0}, {}, {}, cluster_samples(samples, s.ordered)};
-  const auto range = s.buffers.add(s.ordered);
-  if (!range) return tl::unexpected(range.error());
-  chunk.range = *range;
-  for (const SampleCluster& cluster : chunk.clusters) {
-    chunk.interval.min = std::min(chunk.interval.min, cluster.interval.min);
-    chunk.interval.max = std::max(chunk.interval.max, cluster.interval.max);
-  }
-  const double cell = std::ldexp(1.0, static_cast<int>(block.level));
-  const Index3 cells = block_cells(level, at);
-  chunk.low = Vec3d{double(at.x), double(at.y), double(at.z)} * (cell * kBlockCells);
-  chunk.high = chunk.low + Vec3d{double(cells.x), double(cells.y), double(cells.z)} * cell;
-  s.chunks.emplace(handle, std::move(chunk));
-  if (s.is_visible(handle)) s.dirty = true;
+  if (auto ok = s.chunks.add(*s.grid, handle, place.block, samples); !ok) return ok;
+  if (s.chunks.is_visible(handle)) s.dirty = true;
   return {};
 }
 
@@ -131,7 +95,7 @@ Result<void> Renderer::check_gpu() const {
   if (first == GL_NO_ERROR || first == kContextLost) return {};
   if (first == GL_OUT_OF_MEMORY) {
     return fail(Status::out_of_memory, "the GPU has no room for " +
-                                           std::to_string(state_->buffers.samples()) +
+                                           std::to_string(state_->chunks.buffers().samples()) +
                                            " samples: remove chunks, or lower the sample budget");
   }
   return fail(Status::gl_error, "OpenGL reports error " + std::to_string(first) +
@@ -140,18 +104,11 @@ Result<void> Renderer::check_gpu() const {
 
 void Renderer::remove_chunk(ChunkHandle handle) {
   State& s = *state_;
-  const auto found = s.chunks.find(handle);
-  if (found == s.chunks.end()) return;
-  s.buffers.remove(found->second.range);
-  s.chunks.erase(found);
-  if (s.is_visible(handle)) s.dirty = true;
+  if (s.chunks.remove(handle) && s.chunks.is_visible(handle)) s.dirty = true;
 }
 
 void Renderer::set_visible(std::span<const DrawnChunk> chunks) {
-  const auto& visible = state_->visible;
-  if (std::equal(chunks.begin(), chunks.end(), visible.begin(), visible.end())) return;
-  state_->visible.assign(chunks.begin(), chunks.end());
-  state_->dirty = true;
+  if (state_->chunks.set_visible(chunks)) state_->dirty = true;
 }
 
 void Renderer::set_visible(std::span<const ChunkHandle> handles) {
@@ -185,38 +142,8 @@ Result<void> Renderer::set_mesh(std::span<const MeshVertex> vertices,
                                 std::span<const uint32_t> triangles) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
-  if (s.mesh_vertex_array) {
-    glDeleteVertexArrays(1, &s.mesh_vertex_array);
-    glDeleteBuffers(2, s.mesh_buffers);
-  }
-  s.mesh_vertex_array = 0;
-  s.mesh_indices = 0;
-  s.mesh_bytes = 0;
   s.dirty = true;
-  if (triangles.empty()) return {};
-  while (glGetError() != GL_NO_ERROR) {
-  }
-  glGenVertexArrays(1, &s.mesh_vertex_array);
-  glGenBuffers(2, s.mesh_buffers);
-  glBindVertexArray(s.mesh_vertex_array);
-  glBindBuffer(GL_ARRAY_BUFFER, s.mesh_buffers[0]);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size_bytes()), vertices.data(),
-               GL_STATIC_DRAW);
-  glEnableVertexAttribArray(0);
-  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(MeshVertex), nullptr);
-  glEnableVertexAttribArray(1);
-  glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, sizeof(MeshVertex),
-                        reinterpret_cast<const void*>(sizeof(Vec3f)));
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, s.mesh_buffers[1]);
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(triangles.size_bytes()),
-               triangles.data(), GL_STATIC_DRAW);
-  glBindVertexArray(0);
-  if (glGetError() != GL_NO_ERROR) {
-    return fail(Status::out_of_memory, "the GPU has no room for the mesh");
-  }
-  s.mesh_indices = static_cast<GLsizei>(triangles.size());
-  s.mesh_bytes = vertices.size_bytes() + triangles.size_bytes();
-  return {};
+  return s.mesh.upload(vertices, triangles);
 }
 
 bool Renderer::needs_redraw(int width, int height) const {
@@ -240,7 +167,7 @@ Result<FrameStatistics> Renderer::draw(int width, int height, uint32_t framebuff
 bool Renderer::can_refine(int width, int height) const {
   const State& s = *state_;
   return !s.lost && !needs_redraw(width, height) && s.limits.offered.float_targets &&
-         s.mesh_indices == 0 && s.accumulation.pictures() < Accumulation::kPictures;
+         s.mesh.is_empty() && s.accumulation.pictures() < Accumulation::kPictures;
 }
 
 Result<FrameStatistics> Renderer::refine(int width, int height, uint32_t framebuffer) {
@@ -274,6 +201,30 @@ Result<void> Renderer::fade(float progress, uint32_t framebuffer) {
   return {};
 }
 
+Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {
+  State& s = *state_;
+  if (s.lost) return fail(Status::gl_error, "the GL context is lost");
+  if (s.drawn_width == 0) return fail(Status::invalid_argument, "nothing has been drawn yet");
+  if (auto ok = s.ensure_layers(); !ok) return tl::unexpected(ok.error());
+  const VolumeGrid grid = s.grid.value_or(VolumeGrid{{2, 2, 2}});
+  const double unit = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
+  return read_surface_pixels(s.context(), static_cast<float>(unit));
+}
+
+Result<void> Renderer::begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px) {
+  State& s = *state_;
+  if (s.lost) return fail(Status::gl_error, "the GL context is lost");
+  if (s.dirty || s.drawn_width == 0) {
+    return fail(Status::invalid_argument, "an occlusion query needs a picture that is up to date");
+  }
+  return s.begin_occlusion_query(handles, min_px);
+}
+
+std::optional<std::vector<ChunkVisibility>> Renderer::take_occlusion_query() {
+  if (state_->lost) return std::nullopt;
+  return state_->occlusion_query.take();
+}
+
 void Renderer::context_lost() {
   state_->lost = true;
   state_->abandon_gl_objects();
@@ -281,7 +232,7 @@ void Renderer::context_lost() {
 
 Result<void> Renderer::context_restored() {
   if (!state_->lost) return {};
-  if (auto ok = state_->make_gl_objects(); !ok) return ok;
+  state_->create_gl_objects();
   state_->lost = false;
   return {};
 }

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <GLES3/gl3.h>
+
+#include "shared/render/gl_limits.h"
+#include "shared/render/lighting.h"
+#include "shared/render/renderer.h"
+#include "shared/render/shader_programs.h"
+#include "shared/render/surface_targets.h"
+
+namespace isosplat {
+
+/// What the passes of a frame share. Valid during one call of the renderer.
+struct DrawContext {
+  const RenderSettings& settings;
+  const GlLimits& limits;
+  ShaderPrograms& programs;
+  SurfaceTargets& targets;
+  Lighting& lighting;
+  FrameStatistics& statistics;
+  GLuint empty_vertex_array;  ///< for passes whose vertex shader only reads gl_VertexID
+};
+
+}  // namespace isosplat

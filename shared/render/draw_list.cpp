@@ -1,0 +1,108 @@
+#include "shared/render/draw_list.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "shared/render/shader_constants.h"
+
+namespace isosplat {
+namespace {
+
+DrawItem make_item(const DrawnChunk& visible, const ChunkStore::Chunk& chunk, const Frame& frame,
+                   const Frame::Box& box) {
+  const auto& lens = frame.block().lens;
+  const double level_scale = std::ldexp(1.0, static_cast<int>(chunk.block.level));
+  const double nearest = frame.nearest(box);
+  const double diagonal = 2 * level_scale * double(frame.block().cell[3]);
+  // Near the corners of the image, oblique cells look larger than their diagonal.
+  const double largest_px = 1.5 * diagonal * double(lens[0]) * double(lens[3]) /
+                            std::max(nearest - diagonal, double(frame.block().depth[2]));
+  const Vec3d corner = box.centre - box.half;
+  return {visible.handle,
+          &chunk,
+          nearest,
+          {static_cast<float>(corner.x), static_cast<float>(corner.y), static_cast<float>(corner.z),
+           static_cast<float>(level_scale)},
+          visible.regions,
+          static_cast<float>(largest_px),
+          0};
+}
+
+/// The bounding box of a cluster's cells, in frame space.
+Occluders::Box cluster_box(const Frame& frame, const DrawItem& item, const SampleCluster& cluster) {
+  const auto& s = frame.block().cell;
+  const auto& [x, y, z, scale] = item.block;
+  const Vec3f size = Vec3f{s[0], s[1], s[2]} * scale;
+  const auto along = [](uint8_t low, uint8_t high, float from, float cell) {
+    return std::pair{from + 0.5f * cell * static_cast<float>(low + high),
+                     0.5f * cell * static_cast<float>(high - low)};
+  };
+  const auto [cx, hx] = along(cluster.low.x, cluster.high.x, x, size.x);
+  const auto [cy, hy] = along(cluster.low.y, cluster.high.y, y, size.y);
+  const auto [cz, hz] = along(cluster.low.z, cluster.high.z, z, size.z);
+  return {{cx, cy, cz}, {hx, hy, hz}};
+}
+
+}  // namespace
+
+uint32_t DrawList::collect(const ChunkStore& chunks, const Frame& frame) {
+  items_.clear();
+  uint32_t culled = 0;
+  for (const DrawnChunk& visible : chunks.visible()) {
+    const ChunkStore::Chunk* chunk = chunks.find(visible.handle);
+    if (!chunk || chunk->range.count == 0) continue;
+    const Frame::Box box = frame.box(chunk->low, chunk->high);
+    if (frame.may_see(box)) {
+      items_.push_back(make_item(visible, *chunk, frame, box));
+    } else {
+      ++culled;
+    }
+  }
+  std::sort(items_.begin(), items_.end(),
+            [](const DrawItem& a, const DrawItem& b) { return a.nearest < b.nearest; });
+  return culled;
+}
+
+uint64_t DrawList::estimate_visibility(const Frame& frame, float quantized_isovalue) {
+  occluders_.begin(frame.block());
+  visibilities_.clear();
+  const auto side = static_cast<float>(frame.cell_side());
+  for (DrawItem& item : items_) {
+    item.first_cluster = static_cast<uint32_t>(visibilities_.size());
+    const float cell = item.block[3] * side;
+    for (const SampleCluster& cluster : item.chunk->clusters) {
+      const auto box = cluster_box(frame, item, cluster);
+      const bool present = is_active(cluster.interval, quantized_isovalue) &&
+                           item.regions.contains(cluster.region_index()) &&
+                           occluders_.is_in_image(box, item.largest_px);
+      visibilities_.push_back(present ? ClusterVisibility::visible : ClusterVisibility::absent);
+      if (present) {
+        const float area = float(OCCLUDER_FILL) * static_cast<float>(cluster.count) * cell * cell;
+        occluders_.add(box, area);
+      }
+    }
+  }
+  uint64_t occluded_samples = 0;
+  for (const DrawItem& item : items_) {
+    for (size_t i = 0; i < item.chunk->clusters.size(); ++i) {
+      ClusterVisibility& visibility = visibilities_[item.first_cluster + i];
+      const SampleCluster& cluster = item.chunk->clusters[i];
+      if (visibility == ClusterVisibility::absent ||
+          !occluders_.hide(cluster_box(frame, item, cluster))) {
+        continue;
+      }
+      visibility = ClusterVisibility::occluded;
+      occluded_samples += cluster.count;
+    }
+  }
+  return occluded_samples;
+}
+
+const DrawItem* DrawList::find(ChunkHandle handle) const {
+  const auto found = std::find_if(items_.begin(), items_.end(),
+                                  [handle](const DrawItem& item) { return item.handle == handle; });
+  return found == items_.end() ? nullptr : &*found;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "shared/render/chunk_store.h"
+#include "shared/render/frame.h"
+#include "shared/render/occluders.h"
+
+namespace isosplat {
+
+/// Which clusters a pass draws. The last two need a depth test in the vertex shader, which drops
+/// samples that are occluded by what is drawn already.
+enum class ClusterSubset : uint8_t { all, likely_visible, likely_occluded, all_tested };
+
+/// A visible chunk in the frustum of this frame.
+struct DrawItem {
+  ChunkHandle handle;
+  const ChunkStore::Chunk* chunk;
+  double nearest;              ///< distance along the view of its nearest point, frame space
+  std::array<float, 4> block;  ///< u_block of shaders/splat.glsl
+  RegionMask regions;
+  float largest_px;        ///< upper limit of the size of its splats
+  uint32_t first_cluster;  ///< of its clusters in the list of all clusters
+};
+
+/// The chunks to draw in a frame, and an estimate of which of their clusters are occluded.
+class DrawList {
+ public:
+  /// Collects the visible chunks inside of the frustum and the clip planes, nearest first. Returns
+  /// the number of resident visible chunks outside of them.
+  uint32_t collect(const ChunkStore& chunks, const Frame& frame);
+
+  /// Estimates, for one isosurface, which clusters are in the image and which of them are occluded
+  /// by others. Returns the number of samples in the occluded ones.
+  uint64_t estimate_visibility(const Frame& frame, float quantized_isovalue);
+
+  const std::vector<DrawItem>& items() const { return items_; }
+  const DrawItem* find(ChunkHandle handle) const;
+
+  /// Calls draw(first, count) for each range of consecutive samples of the chunk that a subset
+  /// contains.
+  template <typename Draw>
+  void for_each_range(const DrawItem& item, ClusterSubset subset, Draw draw) const;
+
+  void clear() { items_.clear(); }
+
+ private:
+  /// Estimated visibility of a cluster; absent: inactive, not in the chunk's drawn regions, or
+  /// outside of the image.
+  enum class ClusterVisibility : uint8_t { absent, visible, occluded };
+
+  static bool contains(ClusterSubset subset, ClusterVisibility visibility);
+
+  // Reused between frames, to avoid allocations.
+  std::vector<DrawItem> items_;
+  std::vector<ClusterVisibility> visibilities_;  // of the clusters of all items
+  Occluders occluders_;
+};
+
+inline bool DrawList::contains(ClusterSubset subset, ClusterVisibility visibility) {
+  switch (subset) {
+    case ClusterSubset::likely_visible:
+      return visibility == ClusterVisibility::visible;
+    case ClusterSubset::likely_occluded:
+      return visibility == ClusterVisibility::occluded;
+    case ClusterSubset::all:
+    case ClusterSubset::all_tested:
+      break;
+  }
+  return visibility != ClusterVisibility::absent;
+}
+
+template <typename Draw>
+void DrawList::for_each_range(const DrawItem& item, ClusterSubset subset, Draw draw) const {
+  uint32_t first = 0, count = 0;
+  const auto& clusters = item.chunk->clusters;
+  for (size_t i = 0; i < clusters.size(); ++i) {
+    if (!contains(subset, visibilities_[item.first_cluster + i])) continue;
+    if (count > 0 && clusters[i].first == first + count) {
+      count += clusters[i].count;
+      continue;
+    }
+    if (count > 0) draw(first, count);
+    first = clusters[i].first;
+    count = clusters[i].count;
+  }
+  if (count > 0) draw(first, count);
+}
+
+}  // namespace isosplat

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "shared/render/renderer.h"
+
+namespace isosplat {
+
+/// Limits and extensions of the current GL context.
+struct GlLimits {
+  RendererLimits offered;
+  /// Width of the guard band: the viewport is this much larger than the image on each side. GL
+  /// discards points whose centres lie outside of the viewport, whatever their size.
+  float guard_px = 0;
+  bool parallel_compile = false;  ///< KHR_parallel_shader_compile
+  bool multi_draw = false;        ///< WEBGL_multi_draw
+  bool on_cpu = false;            ///< llvmpipe, whose threads start to rasterise at a flush
+};
+
+/// Queries the current context. Points are limited to `max_point_size` px, even where GL allows
+/// larger ones.
+GlLimits query_gl_limits(float max_point_size);
+
+}  // namespace isosplat

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "shared/base/status.h"
+#include "shared/render/accumulation.h"
+#include "shared/render/cross_fade.h"
+#include "shared/render/draw_context.h"
+
+/// Passes over all pixels of an image. Each draws one triangle into a framebuffer, and leaves it
+/// bound. Errors of all: gl_error, if a shader does not compile.
+namespace isosplat {
+
+/// Lights the surface pixels of `layers` layers, and blends them by depth. `as_linear` leaves
+/// colours linear, for accumulation.
+Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer, bool as_linear);
+
+/// Shows the picture that was lit while it was drawn (SurfaceTargets::picture), with eye-dome
+/// lighting.
+Result<void> show_lit_picture(const DrawContext& context, GLuint framebuffer);
+
+/// Converts the sums of blended splats to surface pixels of a layer.
+Result<void> normalise_sums(const DrawContext& context, int isosurface, int layer);
+
+/// Shows the mean of the accumulated pictures.
+Result<void> present_mean(const DrawContext& context, const Accumulation& accumulation,
+                          GLuint framebuffer);
+
+/// Shows a mixture of two pictures: at 0 the first, at 1 the second.
+Result<void> show_fade(const DrawContext& context, const CrossFade& cross_fade, float progress,
+                       int width, int height, GLuint framebuffer);
+
+/// Reads the surface pixels of layer 0, and waits for the GPU. `world_unit`: world units per unit
+/// of frame space. Errors: gl_error also if the GPU has no room for the image.
+Result<std::vector<Renderer::SurfacePixel>> read_surface_pixels(const DrawContext& context,
+                                                                float world_unit);
+
+}  // namespace isosplat

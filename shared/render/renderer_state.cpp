@@ -1,0 +1,264 @@
+#include "shared/render/renderer_state.h"
+
+#include <algorithm>
+#include <string>
+
+#include "shared/render/image_passes.h"
+
+namespace isosplat {
+
+Renderer::State::~State() {
+  if (frame_buffer) glDeleteBuffers(1, &frame_buffer);
+  if (empty_vertex_array) glDeleteVertexArrays(1, &empty_vertex_array);
+}
+
+void Renderer::State::create_gl_objects() {
+  limits = query_gl_limits(max_point_size);
+  lit = false;
+  programs.start_first();
+  glGenBuffers(1, &frame_buffer);
+  glBindBuffer(GL_UNIFORM_BUFFER, frame_buffer);
+  glBufferData(GL_UNIFORM_BUFFER, sizeof(FrameBlock), nullptr, GL_DYNAMIC_DRAW);
+  glGenVertexArrays(1, &empty_vertex_array);
+  dirty = true;
+}
+
+void Renderer::State::abandon_gl_objects() {
+  chunks.abandon();
+  mesh.abandon();
+  programs.abandon();
+  targets.abandon();
+  lighting.abandon();
+  splat_passes.abandon();
+  accumulation.abandon();
+  cross_fade.abandon();
+  occlusion_query.abandon();
+  frame_buffer = empty_vertex_array = 0;
+}
+
+Result<void> Renderer::State::warm_up(GLuint framebuffer) {
+  const PackedSample inactive{};
+  const auto range = chunks.buffers().add(std::span(&inactive, 1));
+  if (!range) return tl::unexpected(range.error());
+  layers.count = 1;
+  lit = false;
+  auto done = targets.prepare(1, 1, layers.count, /*blended=*/false, limits.offered.float_blend);
+  if (done) {
+    glEnable(GL_DEPTH_TEST);
+    glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
+    done = splat_passes.warm_up(context(), chunks.buffers(), *range);
+  }
+  if (done) done = compose(context(), layers.count, framebuffer, /*as_linear=*/false);
+  chunks.buffers().remove(*range);
+  dirty = true;
+  return done;
+}
+
+/// Whether surfaces can be lit while they are drawn, without layers. This is faster, and possible
+/// where no pixel shows several surfaces.
+bool Renderer::State::can_light_directly() const {
+  const auto is_translucent = [](const Isosurface& surface) {
+    return surface.opacity > 0 && surface.opacity < kOpaque;
+  };
+  return (settings.kind == SplatKind::quad || !mesh.is_empty()) &&
+         std::none_of(settings.isosurfaces.begin(), settings.isosurfaces.end(), is_translucent);
+}
+
+size_t Renderer::State::surface_count() const {
+  return std::min<size_t>(settings.isosurfaces.size(), kMaxIsosurfaces);
+}
+
+void Renderer::State::assign_layers() {
+  layers.count = 1;
+  for (size_t i = 0; i < surface_count(); ++i) {
+    const float opacity = settings.isosurfaces[i].opacity;
+    layers.by_surface[i] = opacity <= 0 ? -1 : opacity >= kOpaque ? 0 : layers.count++;
+  }
+}
+
+Result<void> Renderer::State::prepare_targets(int width, int height, SplatKind kind) {
+  const bool blended = kind == SplatKind::blended;
+  if (auto ok = targets.prepare(width, height, layers.count, blended, limits.offered.float_blend);
+      !ok) {
+    return ok;
+  }
+  return lit ? targets.prepare_picture() : Result<void>();
+}
+
+void Renderer::State::clear_targets() {
+  const float farthest = 1;
+  if (lit) {
+    const auto& b = settings.background;
+    const float alpha = std::clamp(b[3], 0.0f, 1.0f);
+    const auto premultiplied = [alpha](float c) { return std::clamp(c, 0.0f, 1.0f) * alpha; };
+    const float background[4] = {premultiplied(b[0]), premultiplied(b[1]), premultiplied(b[2]),
+                                 alpha};
+    glBindFramebuffer(GL_FRAMEBUFFER, targets.picture().framebuffer);
+    glClearBufferfv(GL_COLOR, 0, background);
+    glClearBufferfv(GL_DEPTH, 0, &farthest);
+    return;
+  }
+  const GLuint zero[4] = {0, 0, 0, 0};
+  for (int layer = 0; layer < layers.count; ++layer) {
+    glBindFramebuffer(GL_FRAMEBUFFER, targets.layer_framebuffer(layer));
+    glClearBufferuiv(GL_COLOR, 0, zero);
+    glClearBufferfv(GL_DEPTH, 0, &farthest);
+  }
+}
+
+/// Draws all surfaces into layers, or with `light_directly` into the lit picture.
+Result<void> Renderer::State::draw_surfaces(int width, int height, ImageOffset offset,
+                                            bool light_directly) {
+  lit = light_directly;
+  statistics = FrameStatistics{};
+  programs.reset_linked_count();
+  SplatKind kind = settings.kind;
+  if (kind == SplatKind::blended && !limits.offered.float_targets) kind = SplatKind::ellipse;
+  statistics.kind = kind;
+  assign_layers();
+  if (auto ok = prepare_targets(width, height, kind); !ok) return ok;
+
+  static const VolumeGrid kNoVolume{{2, 2, 2}};
+  const Frame frame(grid ? *grid : kNoVolume, settings, camera, width, height, limits.guard_px,
+                    limits.offered.max_point_size, offset);
+  glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
+  glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(FrameBlock), &frame.block());
+  statistics.chunks_culled = splat_passes.collect(chunks, frame);
+
+  glDisable(GL_BLEND);
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_CULL_FACE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
+  glDepthMask(GL_TRUE);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  clear_targets();
+  if (!mesh.is_empty()) return draw_mesh(frame);
+  const SplatFrame splats{frame, chunks.buffers(), mapping, kind, lit};
+  for (size_t i = 0; i < surface_count(); ++i) {
+    const int layer = layers.by_surface[i];
+    if (layer < 0) continue;
+    if (auto ok = splat_passes.draw_isosurface(context(), splats, static_cast<int>(i), layer);
+        !ok) {
+      return ok;
+    }
+  }
+  return {};
+}
+
+Result<void> Renderer::State::draw_mesh(const Frame& frame) {
+  const auto linked = programs.image(lit ? ImagePass::lit_mesh : ImagePass::mesh);
+  if (!linked) return tl::unexpected(linked.error());
+  const GlProgram& program = **linked;
+  glBindFramebuffer(GL_FRAMEBUFFER,
+                    lit ? targets.picture().framebuffer : targets.layer_framebuffer(0));
+  glViewport(0, 0, targets.width(), targets.height());
+  glUseProgram(program.name());
+  if (lit) lighting.apply(program, settings, targets.height());
+  glUniformMatrix4fv(program.uniform("u_clip_from_world"), 1, GL_FALSE, frame.mesh_clip().data());
+  glUniformMatrix3fv(program.uniform("u_view_from_world"), 1, GL_FALSE, frame.mesh_view().data());
+  mesh.draw();
+  ++statistics.draw_calls;
+  return {};
+}
+
+Result<FrameStatistics> Renderer::State::finish_frame() {
+#ifndef NDEBUG
+  if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
+    return fail(Status::gl_error, "OpenGL reports error " + std::to_string(error) +
+                                      " after a frame: a bug in the renderer or the driver");
+  }
+#endif
+  statistics.programs_linked = programs.linked_count();
+  statistics.samples_resident = chunks.buffers().samples();
+  statistics.gpu_bytes = chunks.buffers().bytes() + targets.bytes() + splat_passes.bytes() +
+                         accumulation.sums().bytes() + cross_fade.bytes() + mesh.bytes();
+  drawn_width = targets.width();
+  drawn_height = targets.height();
+  dirty = false;
+  return statistics;
+}
+
+Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint framebuffer) {
+  if (auto ok = draw_surfaces(width, height, {}, can_light_directly()); !ok) {
+    return tl::unexpected(ok.error());
+  }
+  const auto shown = lit ? show_lit_picture(context(), framebuffer)
+                         : compose(context(), layers.count, framebuffer, /*as_linear=*/false);
+  if (!shown) return tl::unexpected(shown.error());
+  accumulation.restart();
+  return finish_frame();
+}
+
+Result<void> Renderer::State::ensure_layers() {
+  if (!lit) return {};
+  return draw_surfaces(drawn_width, drawn_height, {}, /*light_directly=*/false);
+}
+
+Result<void> Renderer::State::accumulate_picture() {
+  glEnable(GL_BLEND);
+  glBlendEquation(GL_FUNC_ADD);
+  glBlendFunc(GL_ONE, GL_ONE);
+  auto composed = compose(context(), layers.count, accumulation.sums().framebuffer(),
+                          /*as_linear=*/true);
+  glDisable(GL_BLEND);
+  if (composed) accumulation.picture_added();
+  return composed;
+}
+
+Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
+  if (accumulation.pictures() == 0) {
+    // The first picture of the mean is that of the layers as draw() has left them.
+    if (auto ok = accumulation.begin(drawn_width, drawn_height); !ok) {
+      return tl::unexpected(ok.error());
+    }
+    if (auto ok = ensure_layers(); !ok) return tl::unexpected(ok.error());
+    if (auto ok = accumulate_picture(); !ok) return tl::unexpected(ok.error());
+  }
+  const ImageOffset offset = Accumulation::offset(accumulation.pictures());
+  if (auto ok = draw_surfaces(drawn_width, drawn_height, offset, /*light_directly=*/false); !ok) {
+    return tl::unexpected(ok.error());
+  }
+  if (auto ok = accumulate_picture(); !ok) return tl::unexpected(ok.error());
+  if (auto ok = present_mean(context(), accumulation, framebuffer); !ok) {
+    return tl::unexpected(ok.error());
+  }
+  return finish_frame();
+}
+
+Result<void> Renderer::State::fade(float progress, GLuint framebuffer) {
+  return show_fade(context(), cross_fade, progress, drawn_width, drawn_height, framebuffer);
+}
+
+Result<void> Renderer::State::begin_occlusion_query(std::span<const ChunkHandle> handles,
+                                                    int min_px) {
+  std::vector<OcclusionQuery::Item> items;
+  for (const DrawnChunk& chunk : chunks.visible()) {
+    if (std::find(handles.begin(), handles.end(), chunk.handle) == handles.end()) continue;
+    OcclusionQuery::Item item{chunk.handle, {}, chunk.regions};
+    // Culled chunks are not visible: they have no samples to test.
+    if (const DrawItem* drawn = splat_passes.find(chunk.handle)) {
+      const SampleRange& range = drawn->chunk->range;
+      item.block = drawn->block;
+      item.vertex_array = chunks.buffers().vertex_array(range.buffer);
+      item.first = static_cast<GLint>(range.first);
+      item.count = static_cast<GLsizei>(range.count);
+    }
+    items.push_back(item);
+  }
+  const auto farthest_depths = splat_passes.farthest_depths(context());
+  if (!farthest_depths) return tl::unexpected(farthest_depths.error());
+  OcclusionQuery::Picture picture;
+  picture.depths = targets.depths();
+  picture.layers = layers.count;
+  picture.farthest_depths = *farthest_depths;
+  for (size_t i = 0; i < surface_count(); ++i) {
+    if (layers.by_surface[i] < 0) continue;
+    picture.quantized_isovalues.push_back(
+        mapping.quantized_isovalue(settings.isosurfaces[i].isovalue));
+    picture.isosurface_layers.push_back(layers.by_surface[i]);
+  }
+  return occlusion_query.begin(picture, items, min_px, kFrameBinding);
+}
+
+}  // namespace isosplat

@@ -1,0 +1,178 @@
+#include "shared/render/shader_programs.h"
+
+#include <algorithm>
+#include <string>
+
+#include "shared/render/shader_constants.h"
+
+namespace isosplat {
+namespace {
+
+constexpr SplatPass kFirstSplatPasses[] = {SplatPass::exact, SplatPass::ellipse};
+
+GlProgram start_image(std::string_view defines,
+                      std::initializer_list<std::string_view> fragment_files) {
+  return GlProgram::start(defines, {"image.vert.glsl"}, fragment_files);
+}
+
+GlProgram start_compose(ImagePass pass) {
+  const bool layers =
+      pass == ImagePass::compose_layers || pass == ImagePass::compose_layers_eye_dome;
+  const bool eye_dome =
+      pass == ImagePass::compose_eye_dome || pass == ImagePass::compose_layers_eye_dome;
+  return start_image(
+      std::string(layers ? "" : "#define ONE_LAYER\n") + (eye_dome ? "#define EYE_DOME\n" : ""),
+      {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl", "eye_dome.glsl",
+       "compose.frag.glsl"});
+}
+
+}  // namespace
+
+ShaderPrograms::Splat& ShaderPrograms::slot(SplatVariant variant) {
+  const auto pass = static_cast<size_t>(variant.pass);
+  return splat_programs_[8 * pass + (variant.pulled ? 4u : 0u) + (variant.clipped ? 2u : 0u) +
+                         (variant.lit ? 1u : 0u)];
+}
+
+void ShaderPrograms::start_first() {
+  started_ = true;
+  slot(ImagePass::compose_eye_dome).program = start(ImagePass::compose_eye_dome);
+  start_splats();
+}
+
+void ShaderPrograms::start_splats() {
+  for (const SplatPass pass : kFirstSplatPasses) slot({pass}).program = start({pass});
+}
+
+bool ShaderPrograms::is_compiled() const {
+  const auto is_done = [](const auto& entry) {
+    return !entry.program || entry.is_ready || entry.program.is_done();
+  };
+  return std::all_of(image_programs_.begin(), image_programs_.end(), is_done) &&
+         std::all_of(splat_programs_.begin(), splat_programs_.end(), is_done);
+}
+
+void ShaderPrograms::set_sheared(bool sheared) {
+  if (sheared == sheared_) return;
+  sheared_ = sheared;
+  if (!started_) return;
+  for (Splat& splat : splat_programs_) splat = Splat{};
+  start_splats();
+}
+
+GlProgram ShaderPrograms::start(SplatVariant variant) const {
+  static constexpr int kKind[kSplatPasses] = {KIND_QUAD, KIND_ELLIPSE, KIND_EXACT, KIND_BLENDED,
+                                              KIND_BLENDED};
+  std::string defines =
+      "#define KIND " + std::to_string(kKind[static_cast<size_t>(variant.pass)]) + "\n";
+  if (variant.pulled) defines += "#define PULLED\n";
+  if (variant.clipped) defines += "#define CLIPPED\n";
+  if (variant.lit) defines += "#define LIT\n";
+  if (sheared_) defines += "#define SHEARED\n";
+  if (variant.pass == SplatPass::visibility) defines += "#define VISIBILITY\n";
+  if (variant.pass == SplatPass::quad) {
+    return GlProgram::start(defines,
+                            {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
+                             "cell.glsl", "splat.glsl", "quad.vert.glsl"},
+                            {"gamma.glsl", "quad.frag.glsl"});
+  }
+  const std::initializer_list<std::string_view> vertex = {"frame.glsl", "cell.glsl", "splat.glsl",
+                                                          "splat.vert.glsl"};
+  if (variant.pass == SplatPass::ellipse) {
+    return GlProgram::start(defines, vertex,
+                            {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",
+                             "cubic.glsl", "ellipse.frag.glsl"});
+  }
+  return GlProgram::start(defines, vertex,
+                          {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
+                           "cell.glsl", "ray.glsl", "cubic.glsl", "ray_cast.frag.glsl"});
+}
+
+Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant) {
+  Splat& splat = slot(variant);
+  if (splat.is_ready) return &splat;
+  GlProgram& program = splat.program;
+  if (!program) program = start(variant);
+  if (auto ok = program.finish(); !ok) return tl::unexpected(ok.error());
+  glUniformBlockBinding(program.name(), glGetUniformBlockIndex(program.name(), "Frame"),
+                        kFrameBinding);
+  splat.block = program.uniform("u_block");
+  splat.quantized_isovalue = program.uniform("u_quantized_isovalue");
+  splat.isosurface = program.uniform("u_isosurface");
+  splat.scalar = program.uniform("u_scalar");
+  splat.drops_hidden = program.uniform("u_drops_hidden");
+  glUseProgram(program.name());
+  if (variant.lit) glUniform1i(program.uniform("u_colour_map"), 3);
+  if (variant.pulled) {
+    glUniform1i(program.uniform("u_samples"), 0);
+  } else {
+    glUniform1i(program.uniform("u_drawn"), 1);
+  }
+  splat.is_ready = true;
+  ++linked_count_;
+  return &splat;
+}
+
+GlProgram ShaderPrograms::start(ImagePass pass) {
+  switch (pass) {
+    case ImagePass::compose:
+    case ImagePass::compose_layers:
+    case ImagePass::compose_eye_dome:
+    case ImagePass::compose_layers_eye_dome:
+      return start_compose(pass);
+    case ImagePass::normalise:
+      return start_image("", {"frame.glsl", "surface_pixel.glsl", "normalise.frag.glsl"});
+    case ImagePass::present:
+      return start_image("", {"gamma.glsl", "present.frag.glsl"});
+    case ImagePass::darken:
+      return start_image(
+          "", {"frame.glsl", "gamma.glsl", "light.glsl", "eye_dome.glsl", "darken.frag.glsl"});
+    case ImagePass::fade:
+      return start_image("", {"fade.frag.glsl"});
+    case ImagePass::read:
+      return start_image("", {"frame.glsl", "read.frag.glsl"});
+    case ImagePass::mesh:
+    case ImagePass::lit_mesh:
+      break;
+  }
+  return GlProgram::start(pass == ImagePass::lit_mesh ? "#define LIT\n" : "",
+                          {"frame.glsl", "gamma.glsl", "light.glsl", "mesh.vert.glsl"},
+                          {"surface_pixel.glsl", "mesh.frag.glsl"});
+}
+
+Result<const GlProgram*> ShaderPrograms::image(ImagePass pass) {
+  Image& image = slot(pass);
+  GlProgram& program = image.program;
+  if (image.is_ready) return &program;
+  if (!program) program = start(pass);
+  if (auto ok = program.finish(); !ok) return tl::unexpected(ok.error());
+  const GLuint frame = glGetUniformBlockIndex(program.name(), "Frame");
+  if (frame != GL_INVALID_INDEX) glUniformBlockBinding(program.name(), frame, kFrameBinding);
+  glUseProgram(program.name());
+  // No program has all of these. GL ignores location -1.
+  glUniform1i(program.uniform("u_normals"), 0);
+  glUniform1i(program.uniform("u_sums"), pass == ImagePass::normalise ? 1 : 0);
+  glUniform1i(program.uniform("u_picture"), 0);
+  glUniform1i(program.uniform("u_from"), 0);
+  glUniform1i(program.uniform("u_to"), 1);
+  glUniform1i(program.uniform("u_surfaces"), 0);
+  glUniform1i(program.uniform("u_depths"), 1);
+  glUniform1i(program.uniform("u_colour_map"), 3);
+  image.is_ready = true;
+  ++linked_count_;
+  return &program;
+}
+
+void ShaderPrograms::abandon() {
+  started_ = false;
+  for (Splat& splat : splat_programs_) {
+    splat.program.abandon();
+    splat = Splat{};
+  }
+  for (Image& image : image_programs_) {
+    image.program.abandon();
+    image = Image{};
+  }
+}
+
+}  // namespace isosplat

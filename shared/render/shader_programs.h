@@ -1,0 +1,97 @@
+#pragma once
+
+#include <GLES3/gl3.h>
+
+#include <array>
+#include <cstdint>
+
+#include "shared/base/status.h"
+#include "shared/render/gl_program.h"
+
+namespace isosplat {
+
+/// Binding point of the uniform block Frame.
+inline constexpr GLuint kFrameBinding = 0;
+
+/// Passes that draw splats. The blended kind takes two: visibility writes depths, and accumulate
+/// adds up weighted surface attributes.
+enum class SplatPass : uint8_t { quad, ellipse, exact, visibility, accumulate };
+inline constexpr size_t kSplatPasses = 5;
+
+/// A program of a splat pass.
+struct SplatVariant {
+  SplatPass pass = SplatPass::exact;
+  bool pulled = false;   ///< fetches samples from a texture, and draws triangles instead of points
+  bool clipped = false;  ///< there are clip planes
+  bool lit = false;      ///< writes lit colours instead of surface pixels
+};
+
+/// Passes over the whole image, and those of the mesh.
+enum class ImagePass : uint8_t {
+  compose,  ///< one layer, without eye-dome lighting
+  compose_layers,
+  compose_eye_dome,
+  compose_layers_eye_dome,
+  normalise,  ///< sums of blended splats become surface pixels
+  present,    ///< the mean of accumulated pictures
+  darken,     ///< eye-dome lighting of a lit picture
+  fade,
+  read,  ///< surface pixels and depths, for reading back
+  mesh,
+  lit_mesh,
+};
+inline constexpr size_t kImagePasses = 11;
+
+/// All shader programs of the renderer. A program is compiled when it is first needed; those of
+/// most first pictures are started earlier, as drivers compile in the background.
+class ShaderPrograms {
+ public:
+  /// A program with its uniform locations.
+  struct Splat {
+    GlProgram program;
+    bool is_ready = false;  ///< linked, and its constant uniforms are set
+    GLint block = -1, quantized_isovalue = -1, isosurface = -1, scalar = -1, drops_hidden = -1;
+  };
+
+  /// Starts to compile the programs of most first pictures, and does not wait.
+  void start_first();
+
+  /// True if every program that was started is compiled. Requires KHR_parallel_shader_compile.
+  bool is_compiled() const;
+
+  /// Splat programs are compiled for sheared grids or for grids with perpendicular axes. A change
+  /// deletes them, and starts the first ones again.
+  void set_sheared(bool sheared);
+
+  /// Return a linked program, and wait for the driver if necessary. Errors: gl_error, with the
+  /// driver's log. Pointers stay valid until set_sheared() or abandon().
+  Result<const Splat*> splat(SplatVariant variant);
+  Result<const GlProgram*> image(ImagePass pass);
+
+  /// Number of programs linked since the last reset.
+  uint32_t linked_count() const { return linked_count_; }
+  void reset_linked_count() { linked_count_ = 0; }
+
+  /// The context that owned the programs is gone.
+  void abandon();
+
+ private:
+  struct Image {
+    GlProgram program;
+    bool is_ready = false;
+  };
+
+  Splat& slot(SplatVariant variant);
+  Image& slot(ImagePass pass) { return image_programs_[static_cast<size_t>(pass)]; }
+  void start_splats();
+  GlProgram start(SplatVariant variant) const;
+  static GlProgram start(ImagePass pass);
+
+  std::array<Splat, kSplatPasses * 8> splat_programs_;
+  std::array<Image, kImagePasses> image_programs_;
+  bool sheared_ = false;
+  bool started_ = false;  // since the context exists
+  uint32_t linked_count_ = 0;
+};
+
+}  // namespace isosplat

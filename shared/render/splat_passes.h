@@ -1,0 +1,71 @@
+#pragma once
+
+#include "shared/render/depth_tiles.h"
+#include "shared/render/draw_context.h"
+#include "shared/render/draw_list.h"
+#include "shared/render/drawn_depths.h"
+#include "shared/render/sample_texture.h"
+#include "shared/render/vertex_runs.h"
+
+namespace isosplat {
+
+/// What the splats of a frame are drawn from, and how.
+struct SplatFrame {
+  const Frame& frame;
+  const SampleBuffers& buffers;
+  const ValueMapping& mapping;
+  SplatKind kind;
+  bool lit;  ///< draws into the lit picture instead of a layer
+};
+
+/// Draws the splats of chunks into a layer of surface pixels, or into the lit picture.
+class SplatPasses {
+ public:
+  /// Collects the chunks that draw_isosurface() draws. Returns the number of culled chunks.
+  uint32_t collect(const ChunkStore& chunks, const Frame& frame) {
+    return draw_list_.collect(chunks, frame);
+  }
+
+  /// Draws one isosurface of the settings. Adds to samples_drawn, chunks_drawn and draw_calls of
+  /// the statistics. Errors: gl_error.
+  Result<void> draw_isosurface(const DrawContext& context, const SplatFrame& splats, int isosurface,
+                               int layer);
+
+  /// Uses the programs of most first pictures on an inactive sample, so that the driver completes
+  /// work that it defers to the first draw call. Errors: gl_error.
+  Result<void> warm_up(const DrawContext& context, const SampleBuffers& buffers,
+                       const SampleRange& inactive_sample);
+
+  /// Computes the farthest depth of each tile of layer 0. Returns the texture of DepthTiles.
+  /// Errors: gl_error.
+  Result<GLuint> farthest_depths(const DrawContext& context);
+
+  /// A chunk of the last frame, or null if it was culled.
+  const DrawItem* find(ChunkHandle handle) const { return draw_list_.find(handle); }
+
+  uint64_t bytes() const;
+
+  /// The context that owned the objects is gone.
+  void abandon();
+
+ private:
+  struct Pass;
+  struct BoundState;
+
+  Result<void> draw_with_occlusion_culling(const Pass& pass, const SplatTarget& target);
+  Result<void> draw_blended(const DrawContext& context, const SplatFrame& splats, int isosurface,
+                            int layer);
+  Result<void> draw_subset(const Pass& pass, ClusterSubset subset);
+  Result<void> draw_item(const Pass& pass, ClusterSubset subset, const DrawItem& item,
+                         BoundState& bound);
+  void use_program(const Pass& pass, SplatPass variant, bool pulled, bool drops_hidden,
+                   const ShaderPrograms::Splat& program);
+
+  DrawList draw_list_;
+  DrawnDepths drawn_depths_;
+  DepthTiles depth_tiles_;
+  SampleTexture sample_texture_;
+  VertexRuns runs_;  // reused between chunks, to avoid allocations
+};
+
+}  // namespace isosplat
