@@ -6,7 +6,7 @@ import {
   formatValue,
   parseValue,
 } from "../../web/page/format.ts";
-import { isovalueScale, roundStep, snapped } from "../../web/page/isovalue_scale.ts";
+import { isovalueScale, roundStep, roundToScale } from "../../web/page/isovalue_scale.ts";
 import { levelText, stateText } from "../../web/page/status_text.ts";
 import { surfacesAt, withAddedSurface } from "../../web/page/surfaces.ts";
 import type { Progress } from "../../web/stream/types.ts";
@@ -123,9 +123,9 @@ describe("the isovalue scale", () => {
   it("steps by halves through 8 bit", () => {
     const scale = isovalueScale([0, 255], 1);
     expect(scale).toEqual({ low: 0, high: 255, step: 0.5 });
-    expect(snapped(60.4, scale)).toBe(60.5);
-    expect(snapped(-3, scale)).toBe(0);
-    expect(snapped(300, scale)).toBe(255);
+    expect(roundToScale(60.4, scale)).toBe(60.5);
+    expect(roundToScale(-3, scale)).toBe(0);
+    expect(roundToScale(300, scale)).toBe(255);
   });
 
   it("steps by round numbers through anything else", () => {
@@ -136,14 +136,14 @@ describe("the isovalue scale", () => {
 
   it("stays within a range that is no multiple of the step", () => {
     const scale = isovalueScale([-0.51, 0.777], 2e-5);
-    expect(snapped(1, scale)).toBe(0.777);
-    expect(snapped(-1, scale)).toBe(-0.51);
+    expect(roundToScale(1, scale)).toBe(0.777);
+    expect(roundToScale(-1, scale)).toBe(-0.51);
   });
 
   it("survives a volume of one value", () => {
     const scale = isovalueScale([5, 5], 1);
     expect(scale.high).toBeGreaterThan(scale.low);
-    expect(snapped(5, scale)).toBe(5);
+    expect(roundToScale(5, scale)).toBe(5);
   });
 });
 

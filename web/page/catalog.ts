@@ -17,13 +17,13 @@ export class Catalog {
   #loading = new AbortController();
   readonly #previews = new Previews(() => this.#render());
   /** Cards that are visible and have no picture yet. */
-  readonly #visibility = new IntersectionObserver((entries) => {
+  readonly #cardObserver = new IntersectionObserver((entries) => {
     for (const { isIntersecting, target } of entries) {
       const volume = this.#volumes?.find(
         ({ name }) => name === (target as HTMLElement).dataset.name,
       );
       if (isIntersecting && volume?.contentId) {
-        this.#previews.want({ name: volume.name, contentId: volume.contentId });
+        this.#previews.request({ name: volume.name, contentId: volume.contentId });
       }
     }
   });
@@ -114,7 +114,8 @@ export class Catalog {
       </div>`,
       this.#root,
     );
-    for (const element of this.#root.querySelectorAll("a.card")) this.#visibility.observe(element);
+    for (const element of this.#root.querySelectorAll("a.card"))
+      this.#cardObserver.observe(element);
   }
 }
 

@@ -10,7 +10,12 @@ import {
 } from "../viewer/index.ts";
 import { formatValue } from "./format.ts";
 import type { HistogramMark } from "./histogram.ts";
-import { firstIsovalue, type IsovalueScale, isovalueScale, snapped } from "./isovalue_scale.ts";
+import {
+  firstIsovalue,
+  type IsovalueScale,
+  isovalueScale,
+  roundToScale,
+} from "./isovalue_scale.ts";
 import type { PanelActions, PanelState } from "./panel.ts";
 import { surfacesAt, withAddedSurface } from "./surfaces.ts";
 import { theme, themeBackground } from "./theme.ts";
@@ -57,7 +62,8 @@ export class DisplaySettings {
   }
 
   /**
-   * Called when a volume is open. Sets its range; if no isovalue lies inside it, uses the first suggested isovalue. Returns a sentence for each setting that differs from the address.
+   * Called when a volume is open. Sets its range; if no isovalue lies inside it, uses the first
+   * suggested isovalue. Returns a sentence for each setting that differs from the address.
    */
   opened(info: StoreInfo): string[] {
     this.#scale = isovalueScale(info.range, info.mapping.scale);
@@ -125,7 +131,7 @@ export class DisplaySettings {
   }
 
   readonly actions: PanelActions = {
-    slide: (value) => this.#setIsovalue(snapped(value, this.#scale)),
+    slide: (value) => this.#setIsovalue(roundToScale(value, this.#scale)),
     enter: (value) => this.#setIsovalue(value),
     activate: (index) => {
       this.#active = index;

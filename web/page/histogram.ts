@@ -32,14 +32,14 @@ export class Histogram {
   /** A second copy of the bars, clipped at the active isosurface. */
   readonly #inside = layer("histogram-inside");
   readonly #marks: HTMLElement[] = [];
-  readonly #picked: (value: number) => void;
+  readonly #onPick: (value: number) => void;
   #content: HistogramContent | undefined;
   /** CSS pixels; stored to avoid layout queries. */
   #size = { width: 0, height: 0 };
 
-  /** `picked`: called when the visitor clicks or drags to a value. */
-  constructor(picked: (value: number) => void) {
-    this.#picked = picked;
+  /** `onPick`: called when the visitor clicks or drags to a value. */
+  constructor(onPick: (value: number) => void) {
+    this.#onPick = onPick;
     this.element.className = "histogram";
     this.element.id = "histogram";
     this.element.setAttribute("role", "img");
@@ -65,7 +65,7 @@ export class Histogram {
       now.suggestions === content.suggestions;
     this.#content = content;
     if (!isSame) this.draw();
-    this.#place(marks, content.scale);
+    this.#moveMark(marks, content.scale);
   }
 
   /** Redraws bars and ticks after a change of the theme. */
@@ -90,7 +90,7 @@ export class Histogram {
     }
   }
 
-  #place(marks: readonly HistogramMark[], scale: IsovalueScale): void {
+  #moveMark(marks: readonly HistogramMark[], scale: IsovalueScale): void {
     while (this.#marks.length > marks.length) this.#marks.pop()?.remove();
     marks.forEach(({ value, colour, isActive }, i) => {
       const mark = this.#marks[i] ?? this.#addMark();
@@ -120,7 +120,7 @@ export class Histogram {
     }
     if (!scale || !element.hasPointerCapture(event.pointerId)) return;
     const place = Math.max(0, Math.min(1, event.offsetX / Math.max(this.#size.width, 1)));
-    this.#picked(scale.low + place * (scale.high - scale.low));
+    this.#onPick(scale.low + place * (scale.high - scale.low));
   };
 }
 

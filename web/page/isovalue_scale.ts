@@ -30,7 +30,7 @@ export function isovalueScale(
 }
 
 /** The nearest multiple of the step within the range. */
-export function snapped(value: number, scale: IsovalueScale): number {
+export function roundToScale(value: number, scale: IsovalueScale): number {
   const inside = Math.min(scale.high, Math.max(scale.low, value));
   const onGrid = Math.round(inside / scale.step) * scale.step;
   return Math.min(scale.high, Math.max(scale.low, Number(onGrid.toPrecision(10))));
@@ -48,5 +48,5 @@ export function fraction(value: number, scale: IsovalueScale): number {
 export function firstIsovalue({ range, mapping, metadata }: StoreInfo): number {
   const scale = isovalueScale(range, mapping.scale);
   const { low, high } = scale;
-  return metadata.suggested_isovalues?.[0] ?? snapped(low + 0.3 * (high - low), scale);
+  return metadata.suggested_isovalues?.[0] ?? roundToScale(low + 0.3 * (high - low), scale);
 }

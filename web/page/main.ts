@@ -28,19 +28,19 @@ try {
     // surface.
     const page = new VolumePage(root, openTarget(volume, src));
     await Promise.race([
-      page.firstVisibility,
+      page.firstContent,
       new Promise((late) => setTimeout(late, latestControls)),
     ]);
   }
   // If the controls do not load, the picture and the keyboard still work.
   await import("./components.ts");
 } catch (error) {
-  sayIncomplete();
+  showLoadError();
   throw error;
 }
 
 /** Shows a message if part of the page's program did not load; the rest keeps working. */
-function sayIncomplete(): void {
+function showLoadError(): void {
   const message = document.createElement("div");
   message.className = "page-incomplete";
   message.setAttribute("role", "alert");

@@ -11,7 +11,7 @@ const longest = { firstSurface: 20_000, refining: 3_000 };
 const zoom = 1.25;
 
 /** A volume that needs a picture. */
-export interface Unseen {
+export interface VolumeWithoutPicture {
   name: string;
   contentId: string;
 }
@@ -21,19 +21,19 @@ export interface Unseen {
  * 700 KB each, one volume after another. Does nothing if the browser saves data.
  */
 export class Previews {
-  readonly #kept: () => void;
-  readonly #waiting = new Map<string, Unseen>();
+  readonly #onThumbnail: () => void;
+  readonly #waiting = new Map<string, VolumeWithoutPicture>();
   readonly #tried = new Set<string>();
   #isRunning = false;
 
-  /** `kept`: called when there is a new `thumbnail`. */
-  constructor(kept: () => void) {
-    this.#kept = kept;
+  /** `onThumbnail`: called when there is a new `thumbnail`. */
+  constructor(onThumbnail: () => void) {
+    this.#onThumbnail = onThumbnail;
   }
 
-  want(volume: Unseen): void {
+  request(volume: VolumeWithoutPicture): void {
     const { contentId } = volume;
-    if (isDataDear() || this.#tried.has(contentId) || thumbnail(contentId)) return;
+    if (savesData() || this.#tried.has(contentId) || thumbnail(contentId)) return;
     this.#waiting.set(contentId, volume);
     if (!this.#isRunning) void this.#run();
   }
@@ -53,7 +53,7 @@ export class Previews {
         this.#tried.add(contentId);
         if (await this.#draw(viewer, name)) {
           await keepThumbnail(contentId, await viewer.screenshot({ smooth: false }));
-          this.#kept();
+          this.#onThumbnail();
         }
         viewer.close();
       }
@@ -102,7 +102,7 @@ export class Previews {
 }
 
 /** Not every browser provides this; then saving data is off. */
-function isDataDear(): boolean {
+function savesData(): boolean {
   const { connection } = navigator as Navigator & {
     connection?: { saveData: boolean; effectiveType: string };
   };

@@ -1,5 +1,5 @@
 import type { Surface } from "../viewer/types.ts";
-import { type IsovalueScale, snapped } from "./isovalue_scale.ts";
+import { type IsovalueScale, roundToScale } from "./isovalue_scale.ts";
 
 /** Bone, flesh, and further colours that are easy to distinguish from them. */
 export const surfaceColours = [
@@ -43,8 +43,8 @@ export function withAddedSurface(
   const away = (value: number) =>
     Math.min(...surfaces.map((surface) => Math.abs(surface.isovalue - value)));
   const inside = suggestions.filter((value) => value > low && value < high);
-  const shares = [0.25, 0.6].map((share) => snapped(low + share * (high - low), scale));
-  const candidates = [...inside, ...shares, ...gapMiddles(surfaces, scale)];
+  const shares = [0.25, 0.6].map((share) => roundToScale(low + share * (high - low), scale));
+  const candidates = [...inside, ...shares, ...gapMidpoints(surfaces, scale)];
   const farthest = (values: readonly number[]) =>
     values.reduce((best, value) => (away(value) > away(best) ? value : best));
   // Suggestions come first, if they are far enough apart to be distinguished.
@@ -62,7 +62,7 @@ export function withAddedSurface(
 }
 
 /** The midpoints between neighbouring isovalues, and between them and the ends of the range. */
-function gapMiddles(surfaces: readonly Surface[], { low, high }: IsovalueScale): number[] {
+function gapMidpoints(surfaces: readonly Surface[], { low, high }: IsovalueScale): number[] {
   const ends = [low, ...surfaces.map((surface) => surface.isovalue), high].sort((a, b) => a - b);
   return ends.slice(1).map((end, i) => {
     const middle = ((ends[i] ?? low) + end) / 2;

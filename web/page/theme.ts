@@ -14,7 +14,7 @@ const storageKey = "isosplat-theme";
 const systemDark = matchMedia("(prefers-color-scheme: dark)");
 const listeners = new Set<() => void>();
 
-function chosen(): Theme | null {
+function storedTheme(): Theme | null {
   try {
     const value = localStorage.getItem(storageKey);
     return value === "light" || value === "dark" ? value : null;
@@ -24,7 +24,7 @@ function chosen(): Theme | null {
 }
 
 export function theme(): Theme {
-  return chosen() ?? (systemDark.matches ? "dark" : "light");
+  return storedTheme() ?? (systemDark.matches ? "dark" : "light");
 }
 
 function apply(): void {

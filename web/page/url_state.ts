@@ -164,7 +164,7 @@ function ignored(name: string, text: string, expected: string): string {
 }
 
 /** Enough digits to reproduce the view to a fraction of a pixel. */
-function short(value: number): string {
+function formatNumber(value: number): string {
   return String(Number(value.toPrecision(7)));
 }
 
@@ -177,26 +177,27 @@ export function writeUrl(state: UrlState): string {
   };
   add("volume", state.volume);
   add("src", state.src);
-  add("isovalue", state.isovalues?.map(short).join(","));
+  add("isovalue", state.isovalues?.map(formatNumber).join(","));
   add("colour", state.colours?.map((c) => c.slice(1)).join(","));
-  add("opacity", state.opacities?.map(short).join(","));
+  add("opacity", state.opacities?.map(formatNumber).join(","));
   if (state.camera) {
     const c = state.camera;
     const n = [c.azimuth, c.elevation, c.distance, ...c.target];
     if (c.roll !== 0 || c.fieldOfView !== 30) n.push(c.roll);
     if (c.fieldOfView !== 30) n.push(c.fieldOfView);
-    add("camera", n.map(short).join(","));
+    add("camera", n.map(formatNumber).join(","));
   }
   add("kind", state.kind);
   add("colour-by", state.colourBy);
   add("map", state.colourMap);
   add("background", state.background?.slice(1));
-  add("shade", state.eyeDome === undefined ? undefined : short(state.eyeDome));
+  add("shade", state.eyeDome === undefined ? undefined : formatNumber(state.eyeDome));
   if (state.clip) {
     const { low, high, planes } = state.clip;
     const n = [low[0], high[0], low[1], high[1], low[2], high[2]];
-    if (!isWhole({ low, high, planes: [] })) add("clip", n.map(short).join(","));
-    for (const { normal, offset } of planes) add("plane", [...normal, offset].map(short).join(","));
+    if (!isWhole({ low, high, planes: [] })) add("clip", n.map(formatNumber).join(","));
+    for (const { normal, offset } of planes)
+      add("plane", [...normal, offset].map(formatNumber).join(","));
   }
   return parts.length === 0 ? "" : `?${parts.join("&")}`;
 }

@@ -84,15 +84,15 @@ export class VolumePage {
   );
 
   /** Resolves when there is something to see: a surface or an error message. */
-  readonly firstVisibility: Promise<void>;
-  #seen = () => {};
+  readonly firstContent: Promise<void>;
+  #resolveFirstContent = () => {};
 
   constructor(root: HTMLElement, target: Target) {
     this.#root = root;
     this.#target = target;
     this.#listen();
-    this.firstVisibility = new Promise((resolve) => {
-      this.#seen = resolve;
+    this.firstContent = new Promise((resolve) => {
+      this.#resolveFirstContent = resolve;
     });
     // Starts requests and workers before the page is laid out.
     void this.#open();
@@ -122,10 +122,10 @@ export class VolumePage {
         this.#hasPicture = true;
         this.#render();
         // The browser has shown it in the frame after the next.
-        requestAnimationFrame(() => requestAnimationFrame(this.#seen));
+        requestAnimationFrame(() => requestAnimationFrame(this.#resolveFirstContent));
       }
     });
-    viewer.on("opened", (info) => this.#opened(info));
+    viewer.on("opened", (info) => this.#onOpened(info));
     viewer.on("replaced", (info) => {
       this.#settings.opened(info);
       this.#toast.note("The volume was replaced on its server: this is the new version.");
@@ -138,7 +138,7 @@ export class VolumePage {
       if (!isBusy) this.#status.rests();
       this.#showBusy();
     });
-    viewer.on("error", (error) => this.#failed(error));
+    viewer.on("error", (error) => this.#onViewerError(error));
     viewer.on("context", (state) => {
       this.#isContextLost = state === "lost";
       // The complete picture no longer exists.
@@ -187,12 +187,12 @@ export class VolumePage {
       if (notes.length > 0) this.#toast.note(notes.join(" "));
     } catch (error) {
       if (error instanceof DOMException && error.name === "AbortError") return;
-      this.#fail(error);
+      this.#showError(error);
     }
   }
 
   /** Called after the page opened the volume, or the viewer reopened it after a context loss. */
-  #opened(info: StoreInfo): void {
+  #onOpened(info: StoreInfo): void {
     this.#info = info;
     this.#failures = 0;
     this.#problem = null;
@@ -213,9 +213,9 @@ export class VolumePage {
    * Handles an error of the viewer. For an open volume, its progress gives more details on faults
    * of the source.
    */
-  #failed(error: StreamError | RendererError): void {
+  #onViewerError(error: StreamError | RendererError): void {
     if (this.#viewer.info === null) {
-      this.#fail(error, error instanceof StreamError && error.retrying);
+      this.#showError(error, error instanceof StreamError && error.retrying);
     } else if (error instanceof RendererError) {
       this.#rendererError = error;
       this.#render();
@@ -233,14 +233,14 @@ export class VolumePage {
     this.#status.clear();
   }
 
-  /** The volume cannot be opened. `isTried`: another try is already scheduled. */
-  #fail(error: unknown, isTried = false): void {
-    this.#seen();
+  /** The volume cannot be opened. `isRetryScheduled`: another try is already scheduled. */
+  #showError(error: unknown, isRetryScheduled = false): void {
+    this.#resolveFirstContent();
     this.#resetProgress();
     this.#problem = problemOf(error, this.#target.name);
     clearTimeout(this.#reopenTimer);
     const { retry } = faults[kindOf(error)];
-    if (!isTried && retry !== "never") {
+    if (!isRetryScheduled && retry !== "never") {
       const wait = slowWait(this.#failures++);
       this.#reopenTimer = window.setTimeout(() => void this.#open({ again: true }), wait);
     }
@@ -256,7 +256,7 @@ export class VolumePage {
   }
 
   /** The fault that currently prevents a complete picture, while the volume is open. */
-  get #hindrance(): (Problem & { isWaiting: boolean }) | null {
+  get #currentFault(): (Problem & { isWaiting: boolean }) | null {
     const { name } = this.#target;
     if (this.#isContextLost) return { ...problemOfFault("context-lost", name), isWaiting: true };
     if (this.#rendererError) return { ...problemOf(this.#rendererError, name), isWaiting: false };
@@ -368,10 +368,10 @@ export class VolumePage {
       "aria-label",
       `Isosurface of ${this.#title()} at ${isovalues}. Arrow keys rotate it, plus and minus zoom.`,
     );
-    const hindrance = this.#problem ? null : this.#hindrance;
-    const banner: Banner | null = hindrance && {
-      ...hindrance,
-      text: `${hindrance.title}. ${hindrance.text}`,
+    const fault = this.#problem ? null : this.#currentFault;
+    const banner: Banner | null = fault && {
+      ...fault,
+      text: `${fault.title}. ${fault.text}`,
     };
     const { state } = this.#progress ?? {};
     const isSettled = state === "complete" || state === "incomplete" || state === "offline";
@@ -380,7 +380,7 @@ export class VolumePage {
       panel: info ? { info, histogram: this.#histogram.element, ...settings } : null,
       background: settings.look.background,
       // If there is no picture, the error takes its place.
-      problem: this.#problem ?? (this.#hasPicture ? null : hindrance),
+      problem: this.#problem ?? (this.#hasPicture ? null : fault),
       names: this.#names,
       legend: this.#viewer.legend,
       banner: this.#hasPicture ? banner : null,
