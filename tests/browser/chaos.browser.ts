@@ -182,8 +182,8 @@ async function expectTruth(page: Page, browser: Browser, name: string): Promise<
 /** The page names the fault, and retries from time to time. */
 async function expectCause(page: Page, fault: LastingFault, log: RequestLog): Promise<void> {
   const begun = Date.now();
-  const said = page.locator("[role=alert], .banner").filter({ hasText: titleOf(fault) });
-  await expect(said, fault.name).toHaveCount(1, { timeout: longestRecovery });
+  const message = page.locator("[role=alert], .banner").filter({ hasText: titleOf(fault) });
+  await expect(message, fault.name).toHaveCount(1, { timeout: longestRecovery });
   // A spinner is shown only if the next try is soon.
   if (faults[fault.kind].retry !== "soon") {
     await settled(page, longestRecovery);
@@ -201,7 +201,7 @@ async function expectCause(page: Page, fault: LastingFault, log: RequestLog): Pr
   expect(log.closerThan(shortestGap), fault.name).toEqual([]);
   // It does retry, since it must notice when the fault is repaired.
   expect(log.size, fault.name).toBeGreaterThan(0);
-  await expect(said).toHaveCount(1);
+  await expect(message).toHaveCount(1);
 }
 
 /** No resources have leaked since the start; `before` and `heap` are the values at the start. */
@@ -281,7 +281,7 @@ for (const where of ["isosplat serve", "nginx"] as const) {
         }
         expect(thrown).toEqual([]);
         await expectNoLeak(page, before, heap);
-        proxy.asked.length = 0;
+        proxy.requests.length = 0;
       }
     } finally {
       await proxy.stop();

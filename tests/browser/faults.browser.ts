@@ -62,8 +62,8 @@ async function put(
 /** The server's entry for the volume; for a broken store, its status. */
 async function contentId(name: string): Promise<string> {
   const answer = await fetch(`${server.url}v1/volumes/${name}`);
-  const said = (await answer.json()) as { contentId?: string; status?: string };
-  return said.contentId ?? said.status ?? "";
+  const entry = (await answer.json()) as { contentId?: string; status?: string };
+  return entry.contentId ?? entry.status ?? "";
 }
 
 const onServer = (name: string): string => `${server.url}?volume=${name}`;
@@ -128,8 +128,8 @@ test.describe("the graphics context is lost", () => {
     const name = await put(bucky);
     const proxy = new FaultProxy(server.url);
     await proxy.start();
-    proxy.fault = (asked) =>
-      /\/(batch|chunks|file|opening)/.test(asked) ? { kind: "drip", bytes: 900 } : undefined;
+    proxy.fault = (path) =>
+      /\/(batch|chunks|file|bootstrap)/.test(path) ? { kind: "drip", bytes: 900 } : undefined;
     try {
       await page.goto(`${proxy.url}/?volume=${name}`);
       await page.waitForFunction(() =>
@@ -157,8 +157,8 @@ test.describe("a store is damaged", () => {
   ] as const) {
     test(`in its chunks, on ${where}: complete except for them`, async ({ page }) => {
       const name = await put(bucky, (bytes) => damagedChunks(bytes, 24));
-      const asked: string[] = [];
-      page.on("request", (request) => asked.push(request.url()));
+      const urls: string[] = [];
+      page.on("request", (request) => urls.push(request.url()));
       await page.goto(`${address(name)}&isovalue=128&camera=30,20,300,64,64,64`);
       await expect(page.locator(".status-state")).toHaveText(
         /^complete except for \d+ damaged parts?$/,
@@ -168,9 +168,9 @@ test.describe("a store is damaged", () => {
       await expect(page.locator("wa-spinner")).toHaveCount(0);
       await expect(page.locator(".status-samples")).toHaveText(/samples/);
       // From here on, damaged chunks are retried slowly, one at a time.
-      const before = asked.length;
+      const before = urls.length;
       await page.waitForTimeout(5000);
-      expect(asked.length - before).toBeLessThanOrEqual(2);
+      expect(urls.length - before).toBeLessThanOrEqual(2);
     });
   }
 

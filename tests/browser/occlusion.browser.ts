@@ -62,13 +62,13 @@ async function allChunks(page: Page): Promise<number> {
 
 test("the picture equals the one of all chunks", async ({ page }) => {
   test.setTimeout(120_000);
-  const asked: string[] = [];
-  page.on("request", (request) => asked.push(request.url()));
+  const urls: string[] = [];
+  page.on("request", (request) => urls.push(request.url()));
   await page.goto(address(isovalue));
   await complete(page, 60_000);
   await settled(page);
   const ours = await savedPicture(page);
-  const fetched = chunksOf(asked).filter((place) => place.startsWith("0/")).length;
+  const fetched = chunksOf(urls).filter((chunk) => chunk.startsWith("0/")).length;
   // Otherwise the comparison would be meaningless.
   expect(fetched).toBeGreaterThan(0);
   expect(fetched).toBeLessThan(0.9 * (await allChunks(page)));

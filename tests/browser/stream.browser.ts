@@ -85,9 +85,9 @@ test("a session fetches little, in few requests, and nothing twice", async ({ br
   });
   expect(visitor.urls.length - before).toBeLessThanOrEqual(10 * Math.ceil(seconds));
 
-  const asked = chunksOf(visitor.urls);
-  expect(asked.length).toBeGreaterThan(0);
-  expect(new Set(asked).size).toBe(asked.length);
+  const fetched = chunksOf(visitor.urls);
+  expect(fetched.length).toBeGreaterThan(0);
+  expect(new Set(fetched).size).toBe(fetched.length);
   expect(problems).toEqual([]);
   await visitor.leave();
 });

@@ -95,13 +95,13 @@ const outcome = (page: Page) => page.evaluate(() => window.life.opened);
 async function expectGone(page: Page): Promise<void> {
   await expect.poll(() => page.workers().length).toBe(0);
   const events = await page.evaluate(() => window.life.events.length);
-  const asked: string[] = [];
-  page.on("request", (request) => asked.push(request.url()));
+  const urls: string[] = [];
+  page.on("request", (request) => urls.push(request.url()));
   // Any remaining work would run in the next frames.
   await page.evaluate(async () => {
     for (let i = 0; i < 10; ++i) await new Promise((next) => requestAnimationFrame(next));
   });
-  expect(asked).toEqual([]);
+  expect(urls).toEqual([]);
   expect(await page.evaluate(() => window.life.events.length)).toBe(events);
   const again = await page.evaluate(() =>
     window.life.viewer.open(window.life.source).then(
@@ -134,22 +134,22 @@ test.describe("a viewer that is disposed while a volume opens", () => {
   });
 
   test("before the store's header has loaded", async ({ page }) => {
-    let asked = () => {};
-    const isAsked = new Promise<void>((resolve) => {
-      asked = resolve;
+    let resolveRequested = () => {};
+    const isRequested = new Promise<void>((resolve) => {
+      resolveRequested = resolve;
     });
     let release = () => {};
     const held = new Promise<void>((resolve) => {
       release = resolve;
     });
     await page.route("**/v1/volumes/**", async (route) => {
-      asked();
+      resolveRequested();
       await held;
       await route.continue().catch(() => {}); // the request was aborted
     });
     await emptyPage(page);
     await open(page);
-    await isAsked;
+    await isRequested;
     await dispose(page);
     expect(await outcome(page)).toBe("AbortError");
     release();

@@ -210,11 +210,11 @@ test("a view at rest draws nothing", async ({ page }) => {
   await page.addInitScript(() => {
     const counted = window as unknown as { frames: number };
     counted.frames = 0;
-    const ask = window.requestAnimationFrame.bind(window);
-    (window as unknown as { ownFrame: typeof ask }).ownFrame = ask;
+    const request = window.requestAnimationFrame.bind(window);
+    (window as unknown as { ownFrame: typeof request }).ownFrame = request;
     window.requestAnimationFrame = (callback) => {
       ++counted.frames;
-      return ask(callback);
+      return request(callback);
     };
   });
   await page.goto(`${server.url}?volume=bucky&isovalue=100`);

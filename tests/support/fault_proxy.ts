@@ -33,7 +33,7 @@ export type Fault =
   /** Sends the body in pieces of this size, with pauses. */
   | { kind: "drip"; bytes: number };
 
-export interface Asked {
+export interface ProxiedRequest {
   method: string;
   path: string;
   range?: string;
@@ -47,7 +47,7 @@ export interface Asked {
 
 export class FaultProxy {
   /** Every request, in order of arrival. */
-  readonly asked: Asked[] = [];
+  readonly requests: ProxiedRequest[] = [];
   /** The server's address, without a slash at the end. */
   target: string;
   /** Selects the fault of each request, if any. */
@@ -66,12 +66,12 @@ export class FaultProxy {
   }
 
   get bytesSent(): number {
-    return this.asked.reduce((bytes, { bytes: sent }) => bytes + sent, 0);
+    return this.requests.reduce((bytes, { bytes: sent }) => bytes + sent, 0);
   }
 
   /** Starts listening; after a stop, on the same port. */
   async start(): Promise<void> {
-    const server = createServer((request, response) => void this.#answer(request, response));
+    const server = createServer((request, response) => void this.#handle(request, response));
     server.on("connection", (socket) => {
       this.#sockets.add(socket);
       socket.on("close", () => this.#sockets.delete(socket));
@@ -92,13 +92,13 @@ export class FaultProxy {
     await new Promise((resolve) => (server ? server.close(resolve) : resolve(undefined)));
   }
 
-  async #answer(request: IncomingMessage, response: ServerResponse): Promise<void> {
+  async #handle(request: IncomingMessage, response: ServerResponse): Promise<void> {
     const path = request.url ?? "/";
     const method = request.method ?? "GET";
-    const asked: Asked = { method, path, status: 0, bytes: 0, at: Date.now() };
-    if (request.headers.range) asked.range = request.headers.range;
-    this.asked.push(asked);
-    const fault = this.fault(decodeURIComponent(path), this.asked.length);
+    const record: ProxiedRequest = { method, path, status: 0, bytes: 0, at: Date.now() };
+    if (request.headers.range) record.range = request.headers.range;
+    this.requests.push(record);
+    const fault = this.fault(decodeURIComponent(path), this.requests.length);
     if (fault?.kind === "silence") return;
     if (fault?.kind === "delay") await pause(fault.milliseconds);
     if (fault?.kind === "reset") {
@@ -106,7 +106,7 @@ export class FaultProxy {
       return;
     }
     if (fault?.kind === "status") {
-      asked.status = fault.status;
+      record.status = fault.status;
       const headers: Record<string, string> = { "Content-Type": "text/html" };
       headers["Access-Control-Allow-Origin"] = "*";
       if (fault.retryAfter !== undefined) headers["Retry-After"] = String(fault.retryAfter);
@@ -125,33 +125,33 @@ export class FaultProxy {
     });
     response.on("close", () => upstream.destroy());
     upstream.on("error", () => request.socket.destroy());
-    upstream.on("response", (answer) => {
-      asked.status = answer.statusCode ?? 0;
-      void this.#pass(answer, response, asked, fault);
+    upstream.on("response", (reply) => {
+      record.status = reply.statusCode ?? 0;
+      void this.#pass(reply, response, record, fault);
     });
     upstream.end();
   }
 
   async #pass(
-    answer: IncomingMessage,
+    reply: IncomingMessage,
     response: ServerResponse,
-    asked: Asked,
+    record: ProxiedRequest,
     fault: Fault | undefined,
   ): Promise<void> {
-    const headers = { ...answer.headers };
+    const headers = { ...reply.headers };
     if (fault?.kind === "without") {
       for (const field of Object.keys(headers)) if (fault.field.test(field)) delete headers[field];
     }
-    response.writeHead(asked.status, headers);
+    response.writeHead(record.status, headers);
     const send = (bytes: Uint8Array): void => {
-      asked.bytes += bytes.length;
+      record.bytes += bytes.length;
       response.write(bytes);
     };
     try {
       if (fault?.kind === "truncate" || fault?.kind === "corrupt" || fault?.kind === "drip") {
-        await this.#disturb(await whole(answer), response, fault, send);
+        await this.#disturb(await whole(reply), response, fault, send);
       } else {
-        for await (const piece of answer) send(piece as Uint8Array);
+        for await (const piece of reply) send(piece as Uint8Array);
         response.end();
       }
     } catch {
@@ -181,9 +181,9 @@ export class FaultProxy {
   }
 }
 
-async function whole(answer: IncomingMessage): Promise<Buffer> {
+async function whole(reply: IncomingMessage): Promise<Buffer> {
   const pieces: Buffer[] = [];
-  for await (const piece of answer) pieces.push(piece as Buffer);
+  for await (const piece of reply) pieces.push(piece as Buffer);
   return Buffer.concat(pieces);
 }
 
@@ -192,7 +192,7 @@ function pause(milliseconds: number): Promise<void> {
 }
 
 /** Byte ranges of the file, or chunk names, that were fetched completely more than once. */
-export function askedTwice(asked: readonly Asked[]): string[] {
+export function fetchedTwice(requests: readonly ProxiedRequest[]): string[] {
   const seen = new Set<string>();
   const twice: string[] = [];
   const note = (name: string): void => {
@@ -200,7 +200,7 @@ export function askedTwice(asked: readonly Asked[]): string[] {
     seen.add(name);
   };
   const ranges: [number, number][] = [];
-  for (const { path, range } of asked) {
+  for (const { path, range } of requests) {
     const text = decodeURIComponent(path);
     const single = /\/chunks\/(\d+\/[\d.]+\/\d+)$/.exec(text)?.[1];
     const batch = /batch\?chunks=(.*)$/.exec(text)?.[1]?.split(",") ?? [];

@@ -178,15 +178,15 @@ describe("a store that cannot be opened is told by what is wrong with it", () =>
     const nothing = new FileSource(`${proxy.url}/nothing.isosplat`);
     nothing.warm();
     await expect(nothing.header(signal)).rejects.toMatchObject({ kind: "not-found" });
-    expect(proxy.asked.length).toBe(1);
+    expect(proxy.requests.length).toBe(1);
     // Past the caches at once, which may hold what is wrong.
-    proxy.asked.length = 0;
+    proxy.requests.length = 0;
     const name = put(damaged([{ offset: 60, bytes: 64 }]));
     const again = new FileSource(`${proxy.url}/${name}.isosplat`);
     again.bypassCaches();
     again.warm();
     expect(await openingFault(again)).toBe("damaged-header");
-    expect(proxy.asked.length).toBe(1);
+    expect(proxy.requests.length).toBe(1);
   });
 
   test("a host that never answers is tried again, and told of", async () => {
@@ -243,9 +243,9 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     expect(harness.progress?.fault?.message).toMatch(/checksum.*expected 0x.*found 0x/);
     expect(harness.errors.map(({ kind }) => kind)).toEqual(["damaged-part"]);
     // One look at one of them every 12 s, and at what is at the address, is all that follows.
-    const before = proxy.asked.length;
+    const before = proxy.requests.length;
     await new Promise((resolve) => setTimeout(resolve, slowRetry + 3000));
-    expect(proxy.asked.length - before).toBeLessThanOrEqual(3);
+    expect(proxy.requests.length - before).toBeLessThanOrEqual(3);
     expect(harness.progress?.state).toBe("incomplete");
   }, 60_000);
 
@@ -374,14 +374,14 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     const session = await harness.open(through, core, { firstIsovalues: [100.5] });
     session.update(view(100.5));
     await harness.complete();
-    const before = proxy.asked.length;
+    const before = proxy.requests.length;
     proxy.fault = () => ({ kind: "status", status: 503 });
     session.update(view(300.5));
     await harness.until(() => harness.progress?.state === "offline");
     expect(harness.progress?.fault?.kind).toBe("server-fault");
     await new Promise((resolve) => setTimeout(resolve, 5000));
     // Those that were under way together, and then after 1/4, 1/2, 1, 2 and 4 s.
-    expect(proxy.asked.length - before).toBeLessThanOrEqual(6 + 6);
+    expect(proxy.requests.length - before).toBeLessThanOrEqual(6 + 6);
     proxy.fault = () => undefined;
     await harness.until(() => harness.progress?.complete === true, 90_000);
     expect(harness.progress?.fault).toBeNull();

@@ -5,7 +5,7 @@ import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } fr
 import type { Core } from "../../web/core/index.ts";
 import { FileSource, ServerSource, type Source, StreamError } from "../../web/stream/index.ts";
 import { type RunningServer, serve } from "../browser/support/server.ts";
-import { askedTwice, FaultProxy } from "../support/fault_proxy.ts";
+import { FaultProxy, fetchedTwice } from "../support/fault_proxy.ts";
 import { type Nginx, nginx } from "../support/nginx.ts";
 import { core as load, storeBytes } from "./fixture.ts";
 import { Harness, view } from "./stream_harness.ts";
@@ -65,10 +65,10 @@ describe.each(sources)("from %s", (_, target, source) => {
     await harness.complete();
     expect(harness.errors).toEqual([]);
     expect(harness.progress?.finestLevel).toBe(0);
-    expect(askedTwice(server.asked)).toEqual([]);
+    expect(fetchedTwice(server.requests)).toEqual([]);
     expect([...harness.uploaded.values()].every((times) => times === 1)).toBe(true);
     expect(harness.progress?.bytesFetched).toBe(server.bytesSent);
-    expect(harness.progress?.requests).toBe(server.asked.length);
+    expect(harness.progress?.requests).toBe(server.requests.length);
   });
 
   test("the first surface takes few requests and bytes", async () => {
@@ -76,7 +76,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     session.update(view(100.5));
     let requests = 0;
     await harness.until(() => {
-      if (harness.visible.length > 0) requests ||= server.asked.length;
+      if (harness.visible.length > 0) requests ||= server.requests.length;
       return requests > 0;
     });
     expect(requests).toBeLessThanOrEqual(6);
@@ -86,13 +86,13 @@ describe.each(sources)("from %s", (_, target, source) => {
     const session = await harness.open(source(), core, { firstIsovalues: [100.5] });
     session.update(view(100.5));
     await harness.complete();
-    const before = server.asked.length;
+    const before = server.requests.length;
     // A moving slider: each change follows the last at once.
     for (let isovalue = -99; isovalue < 500; isovalue += 20) {
       session.update(view(isovalue));
       expect(harness.visible.length).toBeGreaterThan(0);
     }
-    expect(server.asked.length - before).toBeLessThanOrEqual(2);
+    expect(server.requests.length - before).toBeLessThanOrEqual(2);
     await harness.complete();
   });
 
@@ -100,11 +100,11 @@ describe.each(sources)("from %s", (_, target, source) => {
     const session = await harness.open(source(), core, { firstIsovalues: [100.5] });
     session.update(view(100.5));
     await harness.complete();
-    const before = server.asked.length;
+    const before = server.requests.length;
     session.update(view(101.5));
     await harness.complete();
     expect(harness.progress?.finestLevel).toBe(0);
-    expect(server.asked.length).toBe(before);
+    expect(server.requests.length).toBe(before);
   });
 
   test("an isovalue beyond the range is complete with nothing to draw", async () => {
@@ -230,14 +230,14 @@ describe.each(sources)("from %s", (_, target, source) => {
     session.update(view(100.5));
     await harness.complete();
     server.fault = () => ({ kind: "elsewhere", path: "/v1/volumes/none" });
-    const before = server.asked.length;
+    const before = server.requests.length;
     session.update(view(300.5));
     await harness.until(() => harness.errors.length > 0);
     await new Promise((resolve) => setTimeout(resolve, 300));
     expect(harness.errors[0]?.kind).toBe("not-found");
     expect(harness.errors.length).toBe(1);
     expect(harness.progress?.state).toBe("incomplete");
-    expect(server.asked.length - before).toBeLessThanOrEqual(6);
+    expect(server.requests.length - before).toBeLessThanOrEqual(6);
     server.fault = () => undefined;
     session.retry();
     await harness.complete();
@@ -250,7 +250,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     server.fault = () => ({ kind: "drip", bytes: 500 });
     const before = server.bytesSent;
     session.update(view(300.5));
-    await harness.until(() => server.asked.length > 0 && server.bytesSent > before);
+    await harness.until(() => server.requests.length > 0 && server.bytesSent > before);
     // Far away, the resident coarse levels are fine enough.
     session.update(view(300.5, 30));
     await harness.complete();

@@ -23,15 +23,17 @@ export async function serve(stores: readonly string[], port = 0): Promise<Runnin
 
 function addressOf(child: ChildProcess): Promise<string> {
   return new Promise((resolve, reject) => {
-    let said = "";
+    let output = "";
     const listen = (data: Buffer) => {
-      said += data.toString();
-      const address = /http:\/\/(?:localhost|127\.0\.0\.1):(\d+)/.exec(said);
+      output += data.toString();
+      const address = /http:\/\/(?:localhost|127\.0\.0\.1):(\d+)/.exec(output);
       if (address) resolve(`http://127.0.0.1:${address[1]}/`);
     };
     child.stdout?.on("data", listen);
     child.stderr?.on("data", listen);
-    child.on("exit", (code) => reject(new Error(`the server ended with status ${code}: ${said}`)));
+    child.on("exit", (code) =>
+      reject(new Error(`the server ended with status ${code}: ${output}`)),
+    );
     child.on("error", reject);
   });
 }

@@ -69,9 +69,9 @@ function startDisplay(): Promise<Display> {
   const child = spawn("Xvfb", options, { stdio: ["ignore", "ignore", "pipe", "pipe"] });
   const ended = new Promise<void>((resolve) => child.on("exit", () => resolve()));
   return new Promise((resolve, reject) => {
-    let said = "";
+    let output = "";
     child.stderr?.on("data", (data: Buffer) => {
-      said += data.toString();
+      output += data.toString();
     });
     let number = "";
     child.stdio[3]?.on("data", (data: Buffer) => {
@@ -86,6 +86,6 @@ function startDisplay(): Promise<Display> {
       });
     });
     child.on("error", reject);
-    child.on("exit", (code) => reject(new Error(`Xvfb ended with status ${code}: ${said}`)));
+    child.on("exit", (code) => reject(new Error(`Xvfb ended with status ${code}: ${output}`)));
   });
 }
