@@ -89,6 +89,15 @@ LevelGrid level_grid(Index3 voxels, uint32_t level) {
            divide_up(cells.z, kBlockCells)}};
 }
 
+std::string block_name(BlockKey block) {
+  return std::to_string(block.level) + "/" + std::to_string(block.index.x) + "." +
+         std::to_string(block.index.y) + "." + std::to_string(block.index.z);
+}
+
+std::string chunk_name(BlockKey block, uint32_t band) {
+  return block_name(block) + "/" + std::to_string(band);
+}
+
 Index3 block_cells(const LevelGrid& level, Index3 block) {
   return {std::min(kBlockCells, level.cells.x - block.x * kBlockCells),
           std::min(kBlockCells, level.cells.y - block.y * kBlockCells),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "shared/base/matrix3.h"
 #include "shared/base/vec3.h"
@@ -112,6 +113,12 @@ struct BlockKey {
 
   friend constexpr bool operator==(const BlockKey&, const BlockKey&) = default;
 };
+
+/// "0/1.2.3": level and index. How messages, URLs and the command line name a block.
+std::string block_name(BlockKey block);
+
+/// "0/1.2.3/4": block and band.
+std::string chunk_name(BlockKey block, uint32_t band);
 
 /// The cells that a block has: kBlockCells along each axis, fewer in the last block of an axis.
 Index3 block_cells(const LevelGrid& level, Index3 block);

@@ -13,9 +13,7 @@ constexpr CellInterval kNone{65535, 0};
 }  // namespace
 
 std::string name_of(const ChunkRef& chunk) {
-  const Index3 b = chunk.block.index;
-  return "chunk " + std::to_string(chunk.block.level) + "/" + std::to_string(b.x) + "." +
-         std::to_string(b.y) + "." + std::to_string(b.z) + "/" + std::to_string(chunk.band);
+  return "chunk " + chunk_name(chunk.block, chunk.band);
 }
 
 void BlockVerifier::begin(const BlockRef& block, Index3 cells) {
@@ -104,9 +102,7 @@ Result<void> BlockVerifier::end() {
   if (block_.band_count == 0) return {};
   if (reaching_ != 0 || united_ != block_.interval) {
     return fail(Status::malformed_page,
-                "block " + std::to_string(block_.key.index.x) + "." +
-                    std::to_string(block_.key.index.y) + "." + std::to_string(block_.key.index.z) +
-                    " of level " + std::to_string(block_.key.level) + ": expected the interval " +
+                "block " + block_name(block_.key) + ": expected the interval " +
                     std::to_string(block_.interval.min) + " to " +
                     std::to_string(block_.interval.max) + ", found cells from " +
                     std::to_string(united_.min) + " to " + std::to_string(united_.max) + kRemedy);
@@ -142,11 +138,8 @@ Result<void> BlockVerifier::contains(Index3 octant, const HalvedBlock& child) co
         const CellInterval own = intervals_[cell_at(first + Index3{x, y, z})];
         if (below.min >= own.min && below.max <= own.max) continue;
         return fail(Status::malformed_chunk,
-                    "block " + std::to_string(block_.key.index.x) + "." +
-                        std::to_string(block_.key.index.y) + "." +
-                        std::to_string(block_.key.index.z) + " of level " +
-                        std::to_string(block_.key.level) +
-                        ": a cell's interval does not contain those below it" + kRemedy);
+                    "block " + block_name(block_.key) +
+                        ": a cell's interval does not contain those of the finer cells" + kRemedy);
       }
     }
   }

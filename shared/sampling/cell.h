@@ -32,4 +32,9 @@ inline bool is_active(CellInterval interval, float quantized_isovalue) {
          quantized_isovalue < static_cast<float>(interval.max);
 }
 
+/// Whether the cell is active for some quantized isovalue in [low, high].
+inline bool is_active_within(CellInterval interval, float low, float high) {
+  return static_cast<float>(interval.min) <= high && low < static_cast<float>(interval.max);
+}
+
 }  // namespace isosplat

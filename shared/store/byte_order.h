@@ -8,8 +8,8 @@
 
 namespace isosplat {
 
-/// Little-endian fields of 1 to 8 bytes, wherever they lie. Every access names its width in bytes,
-/// since the format has fields of three and six.
+/// Little-endian fields of 1 to 8 bytes, unaligned. Every access states its width in bytes, because
+/// the format has fields of 3 and 6 bytes.
 inline uint64_t read_le(const std::byte* at, int bytes) {
   uint64_t value = 0;
   for (int i = 0; i < bytes; ++i) value |= static_cast<uint64_t>(at[i]) << (8 * i);
@@ -33,7 +33,7 @@ inline void write_f64(std::byte* at, double value) {
   write_le(at, 8, bits);
 }
 
-/// Reads fields one after the other. The caller has checked that they are all there.
+/// Reads consecutive fields. The caller must have checked that there are enough bytes.
 class FieldReader {
  public:
   explicit FieldReader(const std::byte* at) : at_(at) {}
@@ -56,7 +56,7 @@ class FieldReader {
   const std::byte* at_;
 };
 
-/// Appends fields one after the other.
+/// Appends consecutive fields.
 class FieldWriter {
  public:
   explicit FieldWriter(std::vector<std::byte>& out) : out_(out) {}

@@ -11,13 +11,13 @@ namespace isosplat {
 /// XXH3-64 with seed 0.
 uint64_t checksum64(std::span<const std::byte> bytes);
 
-/// What the directory records of a chunk or page: the low 32 bits of checksum64.
+/// The checksum of a chunk or page in the directory: the low 32 bits of checksum64.
 inline uint32_t checksum32(std::span<const std::byte> bytes) {
   return static_cast<uint32_t>(checksum64(bytes));
 }
 
-/// The hash behind a store's content id, over bytes that come in pieces: XXH3-128 with seed 0, in
-/// its canonical (big-endian) form.
+/// Computes a store's content id incrementally: XXH3-128 with seed 0, in its canonical (big-endian)
+/// form.
 class ContentHash {
  public:
   ContentHash();

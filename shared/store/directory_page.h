@@ -7,7 +7,7 @@
 
 namespace isosplat {
 
-/// A directory page as the reader keeps it.
+/// A parsed directory page.
 struct DirectoryPage {
   struct Block {
     uint64_t offset;  ///< of its first chunk, in the file; the others follow
@@ -25,13 +25,14 @@ struct DirectoryPage {
   std::vector<Chunk> chunks;  ///< block by block, bands ascending
 };
 
-/// Parses and checks the bytes of a page: its checksum, that each block's bands tile its interval,
-/// that intervals are within the page's, and that the chunks lie in file order within the level's.
+/// Parses the bytes of a page. Checks that the checksum matches, that each block's bands tile its
+/// interval, that intervals lie within the page's interval, and that the chunks are in file order
+/// and within the level's byte range.
 /// Errors: truncated, checksum_mismatch, malformed_page.
 Result<DirectoryPage> parse_page(std::span<const std::byte> bytes, const PageRef& page,
                                  const LevelRef& level);
 
-/// The bytes of a page. Requires what parse_page checks.
+/// The bytes of a page. Requires a page that parse_page accepts.
 std::vector<std::byte> write_page(const DirectoryPage& page);
 
 }  // namespace isosplat

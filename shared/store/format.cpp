@@ -13,12 +13,12 @@ std::string dimensions(Index3 voxels) {
 }  // namespace
 
 Result<void> check_dimensions(Index3 voxels) {
-  const auto [least, most] = std::minmax({voxels.x, voxels.y, voxels.z});
-  if (least < 2) {
+  const auto [min, max] = std::minmax({voxels.x, voxels.y, voxels.z});
+  if (min < 2) {
     return fail(Status::no_cells, "expected at least 2 voxels along each axis, found " +
                                       dimensions(voxels) + ": such a volume has no isosurface");
   }
-  if (most > kMaxVoxelsPerAxis) {
+  if (max > kMaxVoxelsPerAxis) {
     return fail(Status::volume_too_large, "expected at most " + std::to_string(kMaxVoxelsPerAxis) +
                                               " voxels along each axis, found " +
                                               dimensions(voxels) + ": cut the volume into parts");

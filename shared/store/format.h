@@ -7,7 +7,7 @@
 #include "shared/base/status.h"
 #include "shared/grid/grid.h"
 
-/// The numbers of the store format that reader and writer share. FORMAT.md is the specification.
+/// Constants of the store format for reader and writer. FORMAT.md is the specification.
 namespace isosplat {
 
 inline constexpr std::array<uint8_t, 8> kStoreMagic = {0x89, 'I', 'S', 'O', 'S', '\r', '\n', 0x1a};
@@ -37,7 +37,7 @@ inline constexpr uint32_t kLevelsTag = section_tag('L', 'E', 'V', 'L');
 inline constexpr uint32_t kPagesTag = section_tag('P', 'A', 'G', 'E');
 inline constexpr uint32_t kMetadataTag = section_tag('M', 'E', 'T', 'A');
 
-/// A section whose tag starts with a small letter may be skipped by a reader that does not know it.
+/// Readers may skip a section that they do not support if its tag begins with a lower-case letter.
 constexpr bool is_optional_section(uint32_t tag) {
   return (tag & 0x20) != 0;
 }
@@ -52,13 +52,14 @@ inline constexpr uint32_t kMinPageLog2 = 2, kMaxPageLog2 = 5;
 inline constexpr uint32_t kMaxChunkBytes = (1u << 24) - 1;
 inline constexpr uint64_t kMaxFileBytes = uint64_t{1} << 48;
 
-/// The pages of a level: boxes of 2^log2 blocks along each axis, in raster order.
+/// The number of pages of a level along each axis. A page is a box of 2^log2 blocks along each
+/// axis.
 constexpr Index3 pages_of_level(Index3 blocks, uint32_t log2) {
   const int32_t round = (1 << log2) - 1;
   return {(blocks.x + round) >> log2, (blocks.y + round) >> log2, (blocks.z + round) >> log2};
 }
 
-/// The blocks along each axis of a page, as a power of two: the smallest for which the header can
+/// The binary logarithm of a page's blocks along each axis: the smallest for which the header can
 /// list all pages. Errors: no_cells, volume_too_large.
 Result<uint32_t> choose_page_log2(Index3 voxels);
 

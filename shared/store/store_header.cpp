@@ -21,7 +21,7 @@ tl::unexpected<Error> differs(const std::string& field, uint64_t expected, uint6
                    std::to_string(found));
 }
 
-/// The payloads of the sections that version 1 knows; empty where one is absent.
+/// The payloads of the sections that version 1 defines; empty if a section is absent.
 struct Sections {
   std::span<const std::byte> volume, levels, pages, metadata;
 };
@@ -53,7 +53,7 @@ Result<Sections> find_sections(std::span<const std::byte> body, uint32_t count) 
     } else if (!is_optional_section(tag)) {
       return fail(Status::unsupported_version,
                   "section " + std::to_string(i) +
-                      " is of a kind that this version does not know, and must not be skipped: "
+                      " is required, but of a type that this version does not support: "
                       "open the store with a newer Isosplat");
     }
   }
@@ -62,6 +62,41 @@ Result<Sections> find_sections(std::span<const std::byte> body, uint32_t count) 
 
 bool all_finite(std::initializer_list<double> values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+/// Errors: malformed_header where a value of section VOLU is outside its limits.
+Result<void> check_volume(const StoreInfo& info) {
+  const VolumeGrid& grid = info.grid;
+  if (!all_finite({grid.spacing.x, grid.spacing.y, grid.spacing.z, grid.origin.x, grid.origin.y,
+                   grid.origin.z, info.mapping.offset, info.mapping.scale,
+                   info.mapping.max_error}) ||
+      !std::all_of(grid.direction.begin(), grid.direction.end(),
+                   [](double v) { return std::isfinite(v); })) {
+    return malformed("spacing, origin, direction, offset or scale: expected finite numbers");
+  }
+  if (!(grid.spacing.x > 0 && grid.spacing.y > 0 && grid.spacing.z > 0)) {
+    return malformed("spacing: expected numbers above 0");
+  }
+  if (!is_basis(grid.direction)) {
+    return malformed(
+        "direction: expected three columns of length 1 that do not lie in a plane, found the "
+        "determinant " +
+        std::to_string(determinant(grid.direction)));
+  }
+  if (!(info.mapping.scale > 0) || info.mapping.max_error < 0) {
+    return malformed("scale or error bound of the values: expected numbers above 0");
+  }
+  if (info.range.min > info.range.max || (info.mapping.bits == 8 && info.range.max > 255)) {
+    return malformed("range of the voxels: found " + std::to_string(info.range.min) + " to " +
+                     std::to_string(info.range.max));
+  }
+  const uint64_t voxel_count = static_cast<uint64_t>(grid.voxels.x) *
+                               static_cast<uint64_t>(grid.voxels.y) *
+                               static_cast<uint64_t>(grid.voxels.z);
+  if (info.missing_voxels > (info.mapping.has_missing ? voxel_count : 0)) {
+    return malformed("voxels without a value: found " + std::to_string(info.missing_voxels));
+  }
+  return {};
 }
 
 Result<void> parse_volume(std::span<const std::byte> payload, StoreInfo& info) {
@@ -97,35 +132,7 @@ Result<void> parse_volume(std::span<const std::byte> payload, StoreInfo& info) {
   info.mapping.max_error = field.f64();
   info.missing_voxels = field.u64();
   info.range = {field.u16(), field.u16()};
-
-  if (!all_finite({grid.spacing.x, grid.spacing.y, grid.spacing.z, grid.origin.x, grid.origin.y,
-                   grid.origin.z, info.mapping.offset, info.mapping.scale,
-                   info.mapping.max_error}) ||
-      !std::all_of(grid.direction.begin(), grid.direction.end(),
-                   [](double v) { return std::isfinite(v); })) {
-    return malformed("spacing, origin, direction, offset or scale: expected finite numbers");
-  }
-  if (!(grid.spacing.x > 0 && grid.spacing.y > 0 && grid.spacing.z > 0)) {
-    return malformed("spacing: expected numbers above 0");
-  }
-  if (!is_basis(grid.direction)) {
-    return malformed(
-        "direction: expected three columns of length 1 that do not lie in a plane, found the "
-        "determinant " +
-        std::to_string(determinant(grid.direction)));
-  }
-  if (!(info.mapping.scale > 0) || info.mapping.max_error < 0) {
-    return malformed("scale or error bound of the values: expected numbers above 0");
-  }
-  if (info.range.min > info.range.max || (info.mapping.bits == 8 && info.range.max > 255)) {
-    return malformed("range of the voxels: found " + std::to_string(info.range.min) + " to " +
-                     std::to_string(info.range.max));
-  }
-  const uint64_t all = static_cast<uint64_t>(voxels[0]) * voxels[1] * voxels[2];
-  if (info.missing_voxels > (info.mapping.has_missing ? all : 0)) {
-    return malformed("voxels without a value: found " + std::to_string(info.missing_voxels));
-  }
-  return {};
+  return check_volume(info);
 }
 
 Result<void> parse_levels(std::span<const std::byte> payload, StoreHeader& header) {
@@ -167,14 +174,14 @@ Result<void> parse_levels(std::span<const std::byte> payload, StoreHeader& heade
                        std::to_string(level.chunks_bytes) + " bytes");
     }
     // Coarse intervals may be rounded outwards, beyond the volume's range.
-    const CellInterval most =
+    const CellInterval allowed =
         l == 0
             ? info.range
             : CellInterval{0, info.mapping.bits == 8 ? QuantizedValue{255} : QuantizedValue{65535}};
     if (level.interval.min > level.interval.max ||
         (level.interval.min < level.interval.max &&
-         (level.interval.min < most.min || level.interval.max > most.max))) {
-      return malformed(name + ": its interval leaves the range of the voxels");
+         (level.interval.min < allowed.min || level.interval.max > allowed.max))) {
+      return malformed(name + ": its interval is not within the range of the voxels");
     }
     info.chunk_count += level.chunk_count;
     header.levels.push_back(level);
@@ -203,7 +210,8 @@ Result<void> parse_pages(std::span<const std::byte> payload, StoreHeader& header
     if (page.interval.min > page.interval.max ||
         (page.interval.min < page.interval.max &&
          (page.interval.min < of_level.min || page.interval.max > of_level.max))) {
-      return malformed("page " + std::to_string(i) + ": its interval leaves that of its level");
+      return malformed("page " + std::to_string(i) +
+                       ": its interval is not within that of its level");
     }
     offset += page.bytes;
   }
@@ -252,7 +260,11 @@ size_t header_bytes_for(Index3 voxels, uint32_t page_log2, size_t metadata_bytes
          padded_to_8(metadata_bytes) + kHeaderChecksumBytes;
 }
 
-Result<StoreHeader> parse_store_header(std::span<const std::byte> bytes) {
+namespace {
+
+/// Checks magic, version, lengths and checksum, and reads the fixed part of the header. Returns the
+/// number of sections.
+Result<uint32_t> parse_fixed_header(std::span<const std::byte> bytes, StoreInfo& info) {
   if (bytes.size() < kStoreMagic.size() ||
       !std::equal(kStoreMagic.begin(), kStoreMagic.end(), bytes.begin(),
                   [](uint8_t a, std::byte b) { return a == static_cast<uint8_t>(b); })) {
@@ -273,33 +285,40 @@ Result<StoreHeader> parse_store_header(std::span<const std::byte> bytes) {
                     std::to_string(major) + "." + std::to_string(minor) +
                     ": open it with a newer Isosplat, or rebuild it with this one");
   }
-  StoreHeader header;
-  header.info.header_bytes = field.u32();
-  header.info.file_bytes = field.u64();
+  info.header_bytes = field.u32();
+  info.file_bytes = field.u64();
   const uint32_t section_count = field.u32();
-  if (header.info.header_bytes < kFixedHeaderBytes + kHeaderChecksumBytes ||
-      header.info.header_bytes % 8 != 0 || header.info.header_bytes > kMaxStoreHeaderBytes) {
+  if (info.header_bytes < kFixedHeaderBytes + kHeaderChecksumBytes || info.header_bytes % 8 != 0 ||
+      info.header_bytes > kMaxStoreHeaderBytes) {
     return malformed("bytes of the header: expected a multiple of 8 up to " +
                      std::to_string(kMaxStoreHeaderBytes) + ", found " +
-                     std::to_string(header.info.header_bytes));
+                     std::to_string(info.header_bytes));
   }
-  if (bytes.size() < header.info.header_bytes) {
-    return fail(Status::truncated, "header: expected " + std::to_string(header.info.header_bytes) +
+  if (bytes.size() < info.header_bytes) {
+    return fail(Status::truncated, "header: expected " + std::to_string(info.header_bytes) +
                                        " bytes, found " + std::to_string(bytes.size()) + kRemedy);
   }
-  const size_t hashed = header.info.header_bytes - kHeaderChecksumBytes;
+  const size_t hashed = info.header_bytes - kHeaderChecksumBytes;
   if (checksum64(bytes.first(hashed)) != read_le(bytes.data() + hashed, 8)) {
     return fail(Status::checksum_mismatch,
                 std::string("header: its checksum differs from the recorded one") + kRemedy);
   }
-  if (header.info.file_bytes < header.info.header_bytes || header.info.file_bytes > kMaxFileBytes) {
-    return malformed("bytes of the file: found " + std::to_string(header.info.file_bytes));
+  if (info.file_bytes < info.header_bytes || info.file_bytes > kMaxFileBytes) {
+    return malformed("bytes of the file: found " + std::to_string(info.file_bytes));
   }
   std::transform(bytes.begin() + kContentIdOffset, bytes.begin() + kContentIdOffset + 16,
-                 header.info.content_id.begin(),
-                 [](std::byte b) { return static_cast<uint8_t>(b); });
-  auto sections =
-      find_sections(bytes.subspan(kFixedHeaderBytes, hashed - kFixedHeaderBytes), section_count);
+                 info.content_id.begin(), [](std::byte b) { return static_cast<uint8_t>(b); });
+  return section_count;
+}
+
+}  // namespace
+
+Result<StoreHeader> parse_store_header(std::span<const std::byte> bytes) {
+  StoreHeader header;
+  const auto section_count = parse_fixed_header(bytes, header.info);
+  if (!section_count) return tl::unexpected(section_count.error());
+  const size_t body_bytes = header.info.header_bytes - kFixedHeaderBytes - kHeaderChecksumBytes;
+  auto sections = find_sections(bytes.subspan(kFixedHeaderBytes, body_bytes), *section_count);
   if (!sections) return tl::unexpected(sections.error());
   if (auto parsed = parse_volume(sections->volume, header.info); !parsed) {
     return tl::unexpected(parsed.error());
@@ -318,6 +337,57 @@ Result<StoreHeader> parse_store_header(std::span<const std::byte> bytes) {
                               sections->metadata.size());
   return header;
 }
+
+namespace {
+
+void write_volume_section(const StoreInfo& info, FieldWriter& to) {
+  to.field(4, kVolumeTag);
+  to.field(4, kVolumeSectionBytes);
+  for (int32_t n : {info.grid.voxels.x, info.grid.voxels.y, info.grid.voxels.z}) {
+    to.field(4, static_cast<uint32_t>(n));
+  }
+  to.field(1, info.mapping.bits);
+  to.field(1, info.mapping.has_missing ? 1 : 0);
+  to.field(2, 0);
+  for (double v : {info.grid.spacing.x, info.grid.spacing.y, info.grid.spacing.z,
+                   info.grid.origin.x, info.grid.origin.y, info.grid.origin.z}) {
+    to.f64(v);
+  }
+  for (double v : info.grid.direction) to.f64(v);
+  for (double v : {info.mapping.offset, info.mapping.scale, info.mapping.max_error}) to.f64(v);
+  to.field(8, info.missing_voxels);
+  to.field(2, info.range.min);
+  to.field(2, info.range.max);
+  to.field(4, 0);
+}
+
+void write_levels_section(const StoreHeader& header, FieldWriter& to) {
+  to.field(4, kLevelsTag);
+  to.field(4, kLevelSectionHeaderBytes + header.levels.size() * kLevelRecordBytes);
+  to.field(4, header.levels.size());
+  to.field(4, header.page_log2);
+  for (const LevelRef& level : header.levels) {
+    to.field(8, level.chunks_offset);
+    to.field(8, level.chunks_bytes);
+    to.field(8, level.chunk_count);
+    to.field(2, level.interval.min);
+    to.field(2, level.interval.max);
+    to.field(4, level.page_count);
+  }
+}
+
+void write_pages_section(const StoreHeader& header, FieldWriter& to) {
+  to.field(4, kPagesTag);
+  to.field(4, header.pages.size() * kPageRecordBytes);
+  for (const PageRef& page : header.pages) {
+    to.field(4, page.bytes);
+    to.field(4, page.checksum);
+    to.field(2, page.interval.min);
+    to.field(2, page.interval.max);
+  }
+}
+
+}  // namespace
 
 Result<std::vector<std::byte>> write_store_header(const StoreHeader& header) {
   const StoreInfo& info = header.info;
@@ -340,46 +410,9 @@ Result<std::vector<std::byte>> write_store_header(const StoreHeader& header) {
   to.field(4, 0);
   for (uint8_t byte : info.content_id) to.field(1, byte);
 
-  to.field(4, kVolumeTag);
-  to.field(4, kVolumeSectionBytes);
-  for (int32_t n : {info.grid.voxels.x, info.grid.voxels.y, info.grid.voxels.z}) {
-    to.field(4, static_cast<uint32_t>(n));
-  }
-  to.field(1, info.mapping.bits);
-  to.field(1, info.mapping.has_missing ? 1 : 0);
-  to.field(2, 0);
-  for (double v : {info.grid.spacing.x, info.grid.spacing.y, info.grid.spacing.z,
-                   info.grid.origin.x, info.grid.origin.y, info.grid.origin.z}) {
-    to.f64(v);
-  }
-  for (double v : info.grid.direction) to.f64(v);
-  for (double v : {info.mapping.offset, info.mapping.scale, info.mapping.max_error}) to.f64(v);
-  to.field(8, info.missing_voxels);
-  to.field(2, info.range.min);
-  to.field(2, info.range.max);
-  to.field(4, 0);
-
-  to.field(4, kLevelsTag);
-  to.field(4, kLevelSectionHeaderBytes + header.levels.size() * kLevelRecordBytes);
-  to.field(4, header.levels.size());
-  to.field(4, header.page_log2);
-  for (const LevelRef& level : header.levels) {
-    to.field(8, level.chunks_offset);
-    to.field(8, level.chunks_bytes);
-    to.field(8, level.chunk_count);
-    to.field(2, level.interval.min);
-    to.field(2, level.interval.max);
-    to.field(4, level.page_count);
-  }
-
-  to.field(4, kPagesTag);
-  to.field(4, header.pages.size() * kPageRecordBytes);
-  for (const PageRef& page : header.pages) {
-    to.field(4, page.bytes);
-    to.field(4, page.checksum);
-    to.field(2, page.interval.min);
-    to.field(2, page.interval.max);
-  }
+  write_volume_section(info, to);
+  write_levels_section(header, to);
+  write_pages_section(header, to);
   out.resize(padded_to_8(out.size()));
 
   to.field(4, kMetadataTag);

@@ -9,18 +9,9 @@
 namespace isosplat {
 namespace {
 
-bool meets(CellInterval interval, float low, float high) {
-  return static_cast<float>(interval.min) <= high && low < static_cast<float>(interval.max);
-}
-
 bool is_inside(Index3 index, Index3 end) {
   return index.x >= 0 && index.y >= 0 && index.z >= 0 && index.x < end.x && index.y < end.y &&
          index.z < end.z;
-}
-
-std::string name_of(BlockKey key) {
-  return "block " + std::to_string(key.index.x) + "." + std::to_string(key.index.y) + "." +
-         std::to_string(key.index.z) + " of level " + std::to_string(key.level);
 }
 
 }  // namespace
@@ -29,7 +20,8 @@ struct StoreReader::State {
   StoreHeader header;
   std::vector<std::unique_ptr<DirectoryPage>> pages;  ///< null: not resident
 
-  struct Place {
+  /// A block's record, and the page that holds it.
+  struct BlockRecord {
     const DirectoryPage* page;
     const DirectoryPage::Block* block;
   };
@@ -37,7 +29,7 @@ struct StoreReader::State {
   Result<uint32_t> page_of(BlockKey key) const {
     if (key.level >= header.info.levels ||
         !is_inside(key.index, header.levels[key.level].grid.blocks)) {
-      return fail(Status::not_found, name_of(key) + " does not exist");
+      return fail(Status::not_found, "block " + block_name(key) + " does not exist");
     }
     const LevelRef& level = header.levels[key.level];
     const Index3 boxes = pages_of_level(level.grid.blocks, header.page_log2);
@@ -46,17 +38,18 @@ struct StoreReader::State {
     return level.first_page + static_cast<uint32_t>((box.z * boxes.y + box.y) * boxes.x + box.x);
   }
 
-  Result<Place> find(BlockKey key) const {
+  Result<BlockRecord> find(BlockKey key) const {
     const auto number = page_of(key);
     if (!number) return tl::unexpected(number.error());
     const DirectoryPage* page = pages[*number].get();
     if (!page) {
       return fail(Status::page_not_resident,
-                  name_of(key) + ": add page " + std::to_string(*number) + " first");
+                  "block " + block_name(key) + ": add page " + std::to_string(*number) + " first");
     }
     const PageRef& ref = header.pages[*number];
     const Index3 at = key.index - ref.first_block, box = ref.end_block - ref.first_block;
-    return Place{page, &page->blocks[static_cast<size_t>((at.z * box.y + at.y) * box.x + at.x)]};
+    return BlockRecord{page,
+                       &page->blocks[static_cast<size_t>((at.z * box.y + at.y) * box.x + at.x)]};
   }
 
   /// Calls visit(ChunkRef) for the bands of a block, ascending, until it returns false.
@@ -76,10 +69,10 @@ struct StoreReader::State {
     }
   }
 
-  /// Appends the chunks of a block whose bands meet [low, high].
+  /// Appends the chunks of a block whose bands overlap [low, high].
   static void append_chunks(const DirectoryPage& page, const DirectoryPage::Block& block,
                             BlockKey key, float low, float high, std::vector<ChunkRef>& out) {
-    if (!meets(block.interval, low, high)) return;
+    if (!is_active_within(block.interval, low, high)) return;
     visit_bands(page, block, key, [&](const ChunkRef& chunk) {
       if (static_cast<float>(chunk.band_begin) > high) return false;
       if (low < static_cast<float>(chunk.band_end) && chunk.cells > 0) out.push_back(chunk);
@@ -179,21 +172,21 @@ void StoreReader::remove_page(uint32_t page) {
 }
 
 Result<BlockRef> StoreReader::block(BlockKey key) const {
-  const auto place = state_->find(key);
-  if (!place) return tl::unexpected(place.error());
-  return BlockRef{key, place->block->interval, place->block->band_count};
+  const auto record = state_->find(key);
+  if (!record) return tl::unexpected(record.error());
+  return BlockRef{key, record->block->interval, record->block->band_count};
 }
 
 Result<ChunkRef> StoreReader::chunk(BlockKey key, uint32_t band) const {
-  const auto place = state_->find(key);
-  if (!place) return tl::unexpected(place.error());
-  if (band >= place->block->band_count) {
-    return fail(Status::not_found, name_of(key) + " has " +
-                                       std::to_string(place->block->band_count) +
+  const auto record = state_->find(key);
+  if (!record) return tl::unexpected(record.error());
+  if (band >= record->block->band_count) {
+    return fail(Status::not_found, "block " + block_name(key) + " has " +
+                                       std::to_string(record->block->band_count) +
                                        " bands, not band " + std::to_string(band));
   }
   ChunkRef found;
-  State::visit_bands(*place->page, *place->block, key, [&](const ChunkRef& chunk) {
+  State::visit_bands(*record->page, *record->block, key, [&](const ChunkRef& chunk) {
     found = chunk;
     return chunk.band < band;
   });
@@ -202,11 +195,11 @@ Result<ChunkRef> StoreReader::chunk(BlockKey key, uint32_t band) const {
 
 Result<std::optional<ChunkRef>> StoreReader::chunk_for(BlockKey key,
                                                        float quantized_isovalue) const {
-  const auto place = state_->find(key);
-  if (!place) return tl::unexpected(place.error());
+  const auto record = state_->find(key);
+  if (!record) return tl::unexpected(record.error());
   std::optional<ChunkRef> found;
-  if (!is_active(place->block->interval, quantized_isovalue)) return found;
-  State::visit_bands(*place->page, *place->block, key, [&](const ChunkRef& chunk) {
+  if (!is_active(record->block->interval, quantized_isovalue)) return found;
+  State::visit_bands(*record->page, *record->block, key, [&](const ChunkRef& chunk) {
     if (quantized_isovalue >= static_cast<float>(chunk.band_end)) return true;
     if (chunk.cells > 0) found = chunk;
     return false;
@@ -225,7 +218,7 @@ Result<std::vector<ChunkRef>> StoreReader::chunks_for(uint32_t level, float low,
   const LevelRef& of_level = header.levels[level];
   for (uint32_t i = of_level.first_page; i < of_level.first_page + of_level.page_count; ++i) {
     const PageRef& ref = header.pages[i];
-    if (!meets(ref.interval, low, high)) continue;
+    if (!is_active_within(ref.interval, low, high)) continue;
     const DirectoryPage* page = state_->pages[i].get();
     if (!page) {
       return fail(Status::page_not_resident, "add page " + std::to_string(i) + " first");
@@ -243,10 +236,10 @@ Result<std::vector<ChunkRef>> StoreReader::chunks_for(uint32_t level, float low,
 }
 
 Result<std::vector<ChunkRef>> StoreReader::chunks_for(BlockKey key, float low, float high) const {
-  const auto place = state_->find(key);
-  if (!place) return tl::unexpected(place.error());
+  const auto record = state_->find(key);
+  if (!record) return tl::unexpected(record.error());
   std::vector<ChunkRef> found;
-  State::append_chunks(*place->page, *place->block, key, low, high, found);
+  State::append_chunks(*record->page, *record->block, key, low, high, found);
   return found;
 }
 
@@ -256,7 +249,8 @@ std::vector<uint32_t> StoreReader::missing_pages(uint32_t level, float low, floa
   if (level >= header.info.levels) return missing;
   const LevelRef& of_level = header.levels[level];
   for (uint32_t i = of_level.first_page; i < of_level.first_page + of_level.page_count; ++i) {
-    if (!state_->pages[i] && meets(header.pages[i].interval, low, high)) missing.push_back(i);
+    if (!state_->pages[i] && is_active_within(header.pages[i].interval, low, high))
+      missing.push_back(i);
   }
   return missing;
 }

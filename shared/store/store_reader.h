@@ -22,7 +22,7 @@ inline constexpr size_t kMaxStoreHeaderBytes = 64 * 1024;
 inline constexpr uint64_t kBootstrapBytes = 64 * 1024;
 inline constexpr uint64_t kBootstrapBytesWithPages = 80 * 1024;
 
-/// What a store says of its volume.
+/// Description of a store and its volume.
 struct StoreInfo {
   VolumeGrid grid;
   ValueMapping mapping;
@@ -31,13 +31,14 @@ struct StoreInfo {
   uint64_t chunk_count = 0;
   uint64_t missing_voxels = 0;  ///< voxels without a value
   uint64_t file_bytes = 0;
-  uint32_t header_bytes = 0;             ///< where the header ends; the chunks follow
-  std::array<uint8_t, 16> content_id{};  ///< hash of all content: two stores with it are the same
+  uint32_t header_bytes = 0;             ///< length of the header; the chunks follow
+  std::array<uint8_t, 16> content_id{};  ///< hash of all content: equal for equal stores only
   std::string metadata;  ///< JSON text for people and pages: name, histogram, … (FORMAT.md)
 };
 
-/// One level's part of the file. The chunks of the levels follow each other, finest first, and are
-/// followed by the pages, coarsest level first: the coarse levels' chunks and pages lie together.
+/// The part of the file that belongs to one level. The file holds the chunks of the levels, finest
+/// level first, and then the pages, coarsest level first. So the chunks and pages of the coarse
+/// levels are contiguous.
 struct LevelRef {
   LevelGrid grid;
   CellInterval interval;  ///< of all its cells
@@ -48,7 +49,7 @@ struct LevelRef {
   uint32_t page_count = 0;
 };
 
-/// Everything of the levels from first_level on, chunks and pages, as one run of bytes.
+/// The byte range that holds all chunks and pages of the levels ≥ first_level.
 struct CoarseRange {
   uint32_t first_level = 0;
   uint64_t offset = 0;
@@ -82,14 +83,14 @@ struct PageRef {
   uint32_t checksum = 0;  ///< low 32 bits of XXH3-64 of its bytes
 };
 
-/// A block, as its page describes it. Blocks without a single cell that can be active have no band.
+/// A block, as its page describes it. A block has no band if none of its cells can be active.
 struct BlockRef {
   BlockKey key;
   CellInterval interval;  ///< of all its cells
   uint32_t band_count = 0;
 };
 
-/// A directory page that was accepted, and is not resident yet: see StoreReader::parse_page.
+/// A valid directory page that was not added yet: see StoreReader::parse_page.
 class ParsedPage {
  public:
   ParsedPage(ParsedPage&&) noexcept;
@@ -103,12 +104,13 @@ class ParsedPage {
   std::unique_ptr<DirectoryPage> page_;
 };
 
-/// Answers "which chunks" from a store's header and the pages added so far. It reads nothing
-/// itself: the caller brings the bytes, from a file, a socket or a fetch. All bytes are taken as
-/// hostile; what has been accepted is consistent. Copies what it keeps.
+/// Finds the chunks of a store for isovalues and blocks, from the header and the directory pages
+/// that were added. It does no input: the caller supplies the bytes of a file or of HTTP responses.
+/// Bytes are untrusted: everything is validated before it is used. Keeps copies, not references.
 class StoreReader {
  public:
-  /// `header`: the file's first min(kMaxStoreHeaderBytes, file size) bytes; more is ignored.
+  /// `header`: the file's first min(kMaxStoreHeaderBytes, file size) bytes; further bytes are
+  /// ignored.
   /// Errors: not_a_store, unsupported_version, truncated, checksum_mismatch, malformed_header.
   static Result<StoreReader> open(std::span<const std::byte> header);
 
@@ -121,28 +123,28 @@ class StoreReader {
   /// info().levels entries.
   std::span<const LevelRef> levels() const;
 
-  /// The coarse tail of the file: as many of the coarsest levels as fit in max_bytes with their
-  /// pages, at least the coarsest one. One read of it makes these levels complete.
+  /// The byte range of the coarse tail: as many of the coarsest levels as fit in max_bytes with
+  /// their pages, but at least the coarsest level.
   CoarseRange coarse_range(uint64_t max_bytes) const;
 
-  /// What a viewer reads first, after the header: the coarse tail within kBootstrapBytes, and of
-  /// the pages of finer levels behind it those that end within kBootstrapBytesWithPages of its
-  /// begin, so that these levels need no round trip of their own.
+  /// The byte range that a viewer reads after the header: the coarse tail within kBootstrapBytes,
+  /// and the pages of finer levels that follow it, up to kBootstrapBytesWithPages in all. These
+  /// levels then need no further round trip for their pages.
   CoarseRange bootstrap_range() const;
 
   std::span<const PageRef> pages() const;
   bool is_resident(uint32_t page) const;
 
-  /// The page that describes a block. The block must exist (invalid blocks: not_found).
+  /// The number of the page that describes a block. Errors: not_found (no such block).
   Result<uint32_t> page_of(BlockKey block) const;
 
-  /// Adds the bytes of pages()[page]. Adding a page again is harmless.
+  /// Adds pages()[page], given its bytes. A page may be added repeatedly.
   /// Errors: not_found, truncated, checksum_mismatch, malformed_page.
   Result<void> add_page(uint32_t page, std::span<const std::byte> bytes);
 
-  /// The same in two steps, for readers that several threads share: `parse_page` may be called by
-  /// any of them at a time; `add_page` (harmless to repeat) and `remove_page` change what is
-  /// resident. Of an opened store, page_of, info, levels and pages never change.
+  /// The same in two steps, for readers that several threads share. `parse_page` is safe to call at
+  /// any time. `add_page` and `remove_page` change which pages are resident, and need exclusive
+  /// access. The results of page_of, info, levels and pages never change.
   Result<ParsedPage> parse_page(uint32_t page, std::span<const std::byte> bytes) const;
   void add_page(ParsedPage&& page);
   void remove_page(uint32_t page);
@@ -150,16 +152,16 @@ class StoreReader {
   /// Errors: not_found, page_not_resident.
   Result<BlockRef> block(BlockKey key) const;
 
-  /// The chunk by its place. Errors: not_found, page_not_resident.
+  /// A chunk, given its block and band. Errors: not_found, page_not_resident.
   Result<ChunkRef> chunk(BlockKey block, uint32_t band) const;
 
-  /// The one chunk that holds every cell of the block that is active for `quantized_isovalue`;
-  /// nothing where none is. Errors: not_found, page_not_resident.
+  /// The chunk that holds every cell of the block that is active for `quantized_isovalue`; nothing
+  /// if no cell is. Errors: not_found, page_not_resident.
   Result<std::optional<ChunkRef>> chunk_for(BlockKey block, float quantized_isovalue) const;
 
-  /// Every chunk of a level whose band meets [low, high] (quantized isovalues), page by page. Fails
-  /// with page_not_resident when a page whose interval meets the range is missing; `missing_pages`
-  /// names them.
+  /// Every chunk of a level whose band overlaps [low, high] (quantized isovalues), page by page.
+  /// Fails with page_not_resident if a page whose interval overlaps the range is missing;
+  /// `missing_pages` lists these pages.
   Result<std::vector<ChunkRef>> chunks_for(uint32_t level, float low, float high) const;
   std::vector<uint32_t> missing_pages(uint32_t level, float low, float high) const;
 

@@ -104,7 +104,7 @@ Result<void> StoreWriter::add_block(CellInterval interval, std::span<const BandC
                                     std::span<const std::byte> bytes) {
   State& state = *state_;
   const auto invalid = [&](const char* what) {
-    return fail(Status::invalid_argument, "block " + std::to_string(state.next_block) +
+    return fail(Status::invalid_argument, "block number " + std::to_string(state.next_block) +
                                               " of level " + std::to_string(state.level) + ": " +
                                               what);
   };
@@ -124,7 +124,7 @@ Result<void> StoreWriter::add_block(CellInterval interval, std::span<const BandC
       }
       begin = band.band_end;
       if ((band.cells == 0) != (band.bytes == 0) || bytes.size() - at < band.bytes) {
-        return invalid("its chunks' bytes are not those given");
+        return invalid("the sizes of its chunks do not match their bytes");
       }
       if (band.bytes > kMaxChunkBytes) {
         return fail(Status::volume_too_large, "a chunk has " + std::to_string(band.bytes) +
@@ -136,7 +136,7 @@ Result<void> StoreWriter::add_block(CellInterval interval, std::span<const BandC
       level.chunk_count += band.cells > 0;
     }
     if (begin != interval.max || at != bytes.size()) {
-      return invalid("its bands do not end where its interval or its bytes do");
+      return invalid("its bands do not end with its interval, or its chunks not with its bytes");
     }
     if (auto appended = state.append(bytes); !appended) return appended;
     level.chunks_bytes += bytes.size();

@@ -22,10 +22,7 @@ std::string hexadecimal(std::span<const uint8_t> bytes) {
 }
 
 std::string describe(const ChunkRef& chunk) {
-  const BlockKey& key = chunk.block;
-  return "chunk " + std::to_string(key.level) + "/" + std::to_string(key.index.x) + "." +
-         std::to_string(key.index.y) + "." + std::to_string(key.index.z) + "/" +
-         std::to_string(chunk.band);
+  return "chunk " + chunk_name(chunk.block, chunk.band);
 }
 
 Error checksum_error(const std::string& where, uint32_t expected, uint32_t found) {
@@ -35,31 +32,27 @@ Error checksum_error(const std::string& where, uint32_t expected, uint32_t found
           where + ": checksum differs " + text.data() + ": rebuild the store, or copy it again"};
 }
 
-bool meets(CellInterval interval, float low, float high) {
-  return static_cast<float>(interval.min) <= high && low < static_cast<float>(interval.max);
-}
-
-bool in_file_order(const ChunkRef& a, const ChunkRef& b) {
+bool is_before_in_file(const ChunkRef& a, const ChunkRef& b) {
   return a.offset < b.offset;
 }
 
-/// Collects chunks until a budget is spent. Functions return false from then on.
-class Selector {
+/// Collects chunks until the budget is exceeded. From then on its functions return false.
+class ChunkCollector {
  public:
-  explicit Selector(const ChunkBudget& budget) : budget_(budget) {}
+  explicit ChunkCollector(const ChunkBudget& budget) : budget_(budget) {}
 
-  /// Before a block of the page is looked at.
-  bool look_into(uint32_t page, const PageRef& ref) {
+  /// Call it before a block of the page is read: counts the bytes of the page.
+  bool begin_page(uint32_t page, const PageRef& ref) {
     if (page != last_page_) selection_.directory_bytes += ref.bytes;
     last_page_ = page;
-    return check(selection_.directory_bytes <= budget_.directory_bytes);
+    return require(selection_.directory_bytes <= budget_.directory_bytes);
   }
 
   bool add(std::span<const ChunkRef> chunks) {
     for (const ChunkRef& chunk : chunks) {
       selection_.bytes += chunk.bytes;
       ++selection_.count;
-      if (!check(selection_.bytes <= budget_.bytes && selection_.count <= budget_.chunks)) break;
+      if (!require(selection_.bytes <= budget_.bytes && selection_.count <= budget_.chunks)) break;
       selection_.chunks.push_back(chunk);
     }
     return !selection_.over_budget;
@@ -71,7 +64,7 @@ class Selector {
   }
 
  private:
-  bool check(bool is_within) {
+  bool require(bool is_within) {
     selection_.over_budget = selection_.over_budget || !is_within;
     return !selection_.over_budget;
   }
@@ -86,7 +79,7 @@ class Selector {
 Result<std::shared_ptr<StoreFile>> StoreFile::open(const std::filesystem::path& path,
                                                    uint64_t directory_bytes) {
   const std::string name = path.string();
-  const auto refused = [&](Status status, const std::string& why) {
+  const auto failed = [&](Status status, const std::string& why) {
     return fail(status, name + ": " + why);
   };
   Result<PosixFile> file = PosixFile::open(path);
@@ -102,15 +95,15 @@ Result<std::shared_ptr<StoreFile>> StoreFile::open(const std::filesystem::path& 
   std::vector<std::byte> header(std::min<uint64_t>(kMaxStoreHeaderBytes, identity.bytes));
   if (Result<void> read = file->read(0, header); !read) return tl::unexpected(read.error());
   Result<StoreReader> reader = StoreReader::open(header);
-  if (!reader) return refused(reader.error().status, reader.error().message);
+  if (!reader) return failed(reader.error().status, reader.error().message);
   if (reader->info().file_bytes != identity.bytes) {
-    return refused(
+    return failed(
         identity.bytes < reader->info().file_bytes ? Status::truncated : Status::malformed_header,
         "expected " + std::to_string(reader->info().file_bytes) + " bytes, found " +
             std::to_string(identity.bytes) + ": rebuild the store, or copy it again");
   }
   header.resize(std::min<uint64_t>(header.size(), reader->levels()[0].chunks_offset));
-  // Answers to clients hold these messages: they name no folder.
+  // The server sends these messages to clients, so they must not name the folder.
   file->set_name(path.filename().string());
   return std::shared_ptr<StoreFile>(new StoreFile(
       path, std::move(*file), identity, std::move(header), std::move(*reader), directory_bytes));
@@ -130,7 +123,7 @@ StoreFile::StoreFile(std::filesystem::path path, PosixFile file, FileIdentity id
       reader_(std::move(reader)),
       last_use_(pages_.size()) {}
 
-Error StoreFile::at(Error error) const {
+Error StoreFile::with_file_name(Error error) const {
   error.message = path_.filename().string() + ": " + error.message;
   return error;
 }
@@ -139,10 +132,10 @@ Result<void> StoreFile::check_unchanged() const {
   const Result<FileIdentity> now = file_.identity();
   if (!now) return tl::unexpected(now.error());
   if (now->has_same_content(identity_)) return {};
-  return tl::unexpected(
-      at({Status::io_error,
-          "the file was written to since it was opened: ask again, and replace stores by renaming "
-          "a new file over the old one"}));
+  return tl::unexpected(with_file_name(
+      {Status::io_error,
+       "the file was changed after it was opened: repeat the request, and replace a store by "
+       "renaming a new file to its name"}));
 }
 
 Result<void> StoreFile::read(uint64_t offset, std::span<std::byte> out) const {
@@ -154,63 +147,63 @@ Result<void> StoreFile::read(uint64_t offset, std::span<std::byte> out) const {
 Result<std::vector<std::byte>> StoreFile::load_page(uint32_t page) const {
   const PageRef& ref = pages_[page];
   if (ref.offset > info_.file_bytes || ref.bytes > info_.file_bytes - ref.offset) {
-    return tl::unexpected(at({Status::malformed_header, "page " + std::to_string(page) +
-                                                            " ends beyond the file: rebuild the "
-                                                            "store"}));
+    return tl::unexpected(
+        with_file_name({Status::malformed_header, "page " + std::to_string(page) +
+                                                      " ends beyond the file: rebuild the "
+                                                      "store"}));
   }
   std::vector<std::byte> bytes(ref.bytes);
   if (Result<void> read = this->read(ref.offset, bytes); !read) return tl::unexpected(read.error());
   return bytes;
 }
 
-template <class LookUp>
-auto StoreFile::with_page(uint32_t page, LookUp look_up) const
-    -> decltype(look_up(std::declval<const StoreReader&>())) {
+template <class Query>
+auto StoreFile::with_page(uint32_t page, Query query) const
+    -> decltype(query(std::declval<const StoreReader&>())) {
   last_use_[page] = ++uses_;
   {
     const std::shared_lock lock(mutex_);
-    if (reader_.is_resident(page)) return look_up(reader_);
+    if (reader_.is_resident(page)) return query(reader_);
   }
-  // Without the lock: others look other pages up while this one is read and parsed.
+  // Read and parse the page without the lock, so that other threads can use other pages.
   const Result<std::vector<std::byte>> bytes = load_page(page);
   if (!bytes) return tl::unexpected(bytes.error());
   Result<ParsedPage> parsed = reader_.parse_page(page, *bytes);
-  if (!parsed) return tl::unexpected(at(std::move(parsed.error())));
+  if (!parsed) return tl::unexpected(with_file_name(std::move(parsed.error())));
   {
     const std::unique_lock lock(mutex_);
-    if (!reader_.is_resident(page)) {
-      make_room(bytes->size());
-      reader_.add_page(std::move(*parsed));
-      resident_bytes_ += bytes->size();
-    }
+    add_page(std::move(*parsed), page);
   }
   {
     const std::shared_lock lock(mutex_);
-    if (reader_.is_resident(page)) return look_up(reader_);
+    if (reader_.is_resident(page)) return query(reader_);
   }
-  // Others have needed its room in between: it is looked up as soon as it is there again.
+  // Another thread has dropped the page in the meantime. Add it again, and keep the lock.
   parsed = reader_.parse_page(page, *bytes);
-  if (!parsed) return tl::unexpected(at(std::move(parsed.error())));
+  if (!parsed) return tl::unexpected(with_file_name(std::move(parsed.error())));
   const std::unique_lock lock(mutex_);
-  if (!reader_.is_resident(page)) {
-    make_room(bytes->size());
-    reader_.add_page(std::move(*parsed));
-    resident_bytes_ += bytes->size();
-  }
-  return look_up(reader_);
+  add_page(std::move(*parsed), page);
+  return query(reader_);
 }
 
-void StoreFile::make_room(uint64_t bytes) const {
+void StoreFile::add_page(ParsedPage&& parsed, uint32_t page) const {
+  if (reader_.is_resident(page)) return;
+  free_memory_for(pages_[page].bytes);
+  reader_.add_page(std::move(parsed));
+  resident_bytes_ += pages_[page].bytes;
+}
+
+void StoreFile::free_memory_for(uint64_t bytes) const {
   if (resident_bytes_ + bytes <= directory_bytes_) return;
-  std::vector<std::pair<uint64_t, uint32_t>> oldest;  // last use, page
+  std::vector<std::pair<uint64_t, uint32_t>> by_last_use;  // last use, page
   for (uint32_t page = 0; page < pages_.size(); ++page) {
-    if (reader_.is_resident(page)) oldest.emplace_back(last_use_[page].load(), page);
+    if (reader_.is_resident(page)) by_last_use.emplace_back(last_use_[page].load(), page);
   }
-  std::sort(oldest.begin(), oldest.end());
-  // An eighth more than is needed, so that not every page that comes has to look for room.
-  const uint64_t aim = directory_bytes_ - directory_bytes_ / 8;
-  for (const auto& [use, page] : oldest) {
-    if (resident_bytes_ + bytes <= aim) break;
+  std::sort(by_last_use.begin(), by_last_use.end());
+  // Free an eighth more than needed, so that not every new page has to free memory.
+  const uint64_t max_resident = directory_bytes_ - directory_bytes_ / 8;
+  for (const auto& [use, page] : by_last_use) {
+    if (resident_bytes_ + bytes <= max_resident) break;
     reader_.remove_page(page);
     resident_bytes_ -= pages_[page].bytes;
   }
@@ -218,13 +211,13 @@ void StoreFile::make_room(uint64_t bytes) const {
 
 Result<std::vector<std::byte>> StoreFile::read_page(uint32_t page) const {
   if (page >= pages_.size()) {
-    return tl::unexpected(
-        at({Status::not_found, "expected a page below " + std::to_string(pages_.size()) +
-                                   ", found " + std::to_string(page)}));
+    return tl::unexpected(with_file_name(
+        {Status::not_found, "expected a page below " + std::to_string(pages_.size()) + ", found " +
+                                std::to_string(page)}));
   }
   Result<std::vector<std::byte>> bytes = load_page(page);
   if (bytes && checksum32(*bytes) != pages_[page].checksum) {
-    return tl::unexpected(at(
+    return tl::unexpected(with_file_name(
         checksum_error("page " + std::to_string(page), pages_[page].checksum, checksum32(*bytes))));
   }
   return bytes;
@@ -232,7 +225,7 @@ Result<std::vector<std::byte>> StoreFile::read_page(uint32_t page) const {
 
 Result<uint32_t> StoreFile::page_of(BlockKey block) const {
   Result<uint32_t> page = reader_.page_of(block);
-  if (!page) return tl::unexpected(at(std::move(page.error())));
+  if (!page) return tl::unexpected(with_file_name(std::move(page.error())));
   return page;
 }
 
@@ -260,22 +253,22 @@ Result<std::optional<ChunkRef>> StoreFile::chunk_for(BlockKey block,
 Result<ChunkSelection> StoreFile::chunks_for(uint32_t level, float low, float high,
                                              const ChunkBudget& budget) const {
   if (level >= info_.levels) {
-    return tl::unexpected(
-        at({Status::not_found, "expected a level below " + std::to_string(info_.levels) +
-                                   ", found " + std::to_string(level)}));
+    return tl::unexpected(with_file_name(
+        {Status::not_found, "expected a level below " + std::to_string(info_.levels) + ", found " +
+                                std::to_string(level)}));
   }
-  Selector selector(budget);
+  ChunkCollector collector(budget);
   for (uint32_t page = 0; page < pages_.size(); ++page) {
     const PageRef& ref = pages_[page];
-    if (ref.level != level || !meets(ref.interval, low, high)) continue;
-    if (!selector.look_into(page, ref)) break;
+    if (ref.level != level || !is_active_within(ref.interval, low, high)) continue;
+    if (!collector.begin_page(page, ref)) break;
     const auto select_page = [&](const StoreReader& reader) -> Result<void> {
       for (int32_t z = ref.first_block.z; z < ref.end_block.z; ++z) {
         for (int32_t y = ref.first_block.y; y < ref.end_block.y; ++y) {
           for (int32_t x = ref.first_block.x; x < ref.end_block.x; ++x) {
             const auto chunks = reader.chunks_for({level, {x, y, z}}, low, high);
-            if (!chunks) return tl::unexpected(at(chunks.error()));
-            if (!selector.add(*chunks)) return {};
+            if (!chunks) return tl::unexpected(with_file_name(chunks.error()));
+            if (!collector.add(*chunks)) return {};
           }
         }
       }
@@ -285,45 +278,46 @@ Result<ChunkSelection> StoreFile::chunks_for(uint32_t level, float low, float hi
       return tl::unexpected(done.error());
     }
   }
-  ChunkSelection selection = selector.finish();
-  std::sort(selection.chunks.begin(), selection.chunks.end(), in_file_order);
+  ChunkSelection selection = collector.finish();
+  std::sort(selection.chunks.begin(), selection.chunks.end(), is_before_in_file);
   return selection;
 }
 
 Result<ChunkSelection> StoreFile::chunks_for(std::span<const BlockKey> blocks, float low,
                                              float high, const ChunkBudget& budget) const {
-  Selector selector(budget);
+  ChunkCollector collector(budget);
   for (const BlockKey& key : blocks) {
     const Result<uint32_t> page = page_of(key);
     if (!page) return tl::unexpected(page.error());
-    if (!meets(pages_[*page].interval, low, high)) continue;
-    if (!selector.look_into(*page, pages_[*page])) break;
+    if (!is_active_within(pages_[*page].interval, low, high)) continue;
+    if (!collector.begin_page(*page, pages_[*page])) break;
     const auto chunks = with_page(
         *page, [&](const StoreReader& reader) { return reader.chunks_for(key, low, high); });
     if (!chunks) return tl::unexpected(chunks.error());
-    if (!selector.add(*chunks)) break;
+    if (!collector.add(*chunks)) break;
   }
-  return selector.finish();
+  return collector.finish();
 }
 
 Result<ChunkSelection> StoreFile::chunks_at(std::span<const ChunkAddress> addresses,
                                             const ChunkBudget& budget) const {
-  Selector selector(budget);
+  ChunkCollector collector(budget);
   for (const ChunkAddress& address : addresses) {
     const Result<uint32_t> page = page_of(address.block);
     if (!page) return tl::unexpected(page.error());
-    if (!selector.look_into(*page, pages_[*page])) break;
+    if (!collector.begin_page(*page, pages_[*page])) break;
     const Result<ChunkRef> found = chunk(address.block, address.band);
     if (!found) return tl::unexpected(found.error());
-    if (!selector.add({&*found, 1})) break;
+    if (!collector.add({&*found, 1})) break;
   }
-  return selector.finish();
+  return collector.finish();
 }
 
 Result<void> StoreFile::read_chunk(const ChunkRef& chunk, std::vector<std::byte>& out) const {
   if (chunk.offset > info_.file_bytes || chunk.bytes > info_.file_bytes - chunk.offset) {
-    return tl::unexpected(at({Status::truncated, describe(chunk) + " ends beyond the file: rebuild "
-                                                                   "the store"}));
+    return tl::unexpected(
+        with_file_name({Status::truncated, describe(chunk) + " ends beyond the file: rebuild "
+                                                             "the store"}));
   }
   const size_t before = out.size();
   out.resize(before + chunk.bytes);
@@ -332,7 +326,7 @@ Result<void> StoreFile::read_chunk(const ChunkRef& chunk, std::vector<std::byte>
   if (result) {
     const uint32_t found = checksum32(bytes);
     if (found == chunk.checksum) return {};
-    result = tl::unexpected(at(checksum_error(describe(chunk), chunk.checksum, found)));
+    result = tl::unexpected(with_file_name(checksum_error(describe(chunk), chunk.checksum, found)));
   }
   out.resize(before);
   return result;

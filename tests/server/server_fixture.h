@@ -78,9 +78,7 @@ inline std::string text_of(std::span<const std::byte> bytes) {
 }
 
 inline std::string place_of(const KnownChunk& chunk) {
-  const Index3& index = chunk.block.index;
-  return std::to_string(chunk.block.level) + "/" + std::to_string(index.x) + "." +
-         std::to_string(index.y) + "." + std::to_string(index.z) + "/" + std::to_string(chunk.band);
+  return chunk_name(chunk.block, chunk.band);
 }
 
 }  // namespace isosplat::test
