@@ -80,13 +80,13 @@ uint64_t BootstrapStream::size() const {
 BodyStream::Step BootstrapStream::next(std::vector<std::byte>& out, Error& error) {
   if (!begun_) {
     begun_ = true;
-    const CoarseRange& opening = store_->bootstrap();
+    const CoarseRange& bootstrap = store_->bootstrap();
     const std::span<const std::byte> header = store_->header();
     const std::array<uint8_t, 16>& id = store_->info().content_id;
     append_u32(out, static_cast<uint32_t>(header.size()));
-    append_u32(out, static_cast<uint32_t>(opening.bytes));
-    append_u32(out, static_cast<uint32_t>(opening.offset));
-    append_u32(out, static_cast<uint32_t>(opening.offset >> 32));
+    append_u32(out, static_cast<uint32_t>(bootstrap.bytes));
+    append_u32(out, static_cast<uint32_t>(bootstrap.offset));
+    append_u32(out, static_cast<uint32_t>(bootstrap.offset >> 32));
     for (const uint8_t byte : id) out.push_back(static_cast<std::byte>(byte));
     out.insert(out.end(), header.begin(), header.end());
   }

@@ -191,7 +191,7 @@ void explain_empty_pictures(const StoreInfo& info, std::span<const double> isova
   }
   if (empty && without < isovalues.size()) {
     note(
-        "the picture is empty: the isosurface is clipped away, transparent, out of visibility, or "
+        "the picture is empty: the isosurface is clipped away, transparent, out of view, or "
         "of "
         "the "
         "background's colour");
@@ -293,7 +293,7 @@ void add_render_command(CLI::App& program, int& exit_code) {
   command->add_option("--elevation", call->elevation, "Degrees above the horizon")
       ->check(is_number())
       ->capture_default_str();
-  command->add_option("--roll", call->roll, "Degrees about the line of visibility")
+  command->add_option("--roll", call->roll, "Degrees about the viewing direction")
       ->check(is_number())
       ->capture_default_str();
   command->add_option("--field-of-view", call->field_of_view, "Degrees, vertical")
@@ -301,7 +301,7 @@ void add_render_command(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--distance", call->distance,
-                   "From the eye to the target in world units (0: all is in visibility)")
+                   "From the eye to the target in world units (0: the whole volume is in view)")
       ->check(is_number(0, std::numeric_limits<double>::max()));
   command->add_option("--zoom", call->zoom, "Divides the distance")->check(is_above_zero());
   command

@@ -29,7 +29,7 @@ struct CameraFrame {
 CameraFrame camera_frame(const Camera& camera);
 
 /// The view a volume is first seen in: from the front left, slightly above, as near as all of it is
-/// in visibility in an image of this aspect ratio (width / height).
+/// in view in an image of this aspect ratio (width / height).
 Camera default_camera(const VolumeGrid& grid, double aspect = 1);
 
 /// The smallest sphere about the volume's box, in the world.

@@ -112,6 +112,41 @@ async function expectGone(page: Page): Promise<void> {
   expect(again).toContain("disposed");
 }
 
+test("a view that the sample budget keeps coarse is limited, and never complete", async ({
+  page,
+}) => {
+  await emptyPage(page);
+  const seen = await page.evaluate(
+    async (base) => {
+      const { Viewer }: typeof ViewerModule = await import(`${base}/viewer/index.ts`);
+      window.life.viewer.dispose();
+      const canvas = document.createElement("canvas");
+      canvas.style.cssText = "width: 300px; height: 300px";
+      document.body.append(canvas);
+      // Level 0 has 92,772 active cells for this isovalue, level 1 about a quarter of that.
+      const viewer = new Viewer(canvas, { sampleBudget: 20_000 });
+      const states = new Set<string>();
+      const limited = new Promise<{ samples: number; limited: boolean }>((resolve) =>
+        viewer.on("progress", ({ state, samplesResident, limitedByBudget }) => {
+          states.add(state);
+          if (state === "limited") resolve({ samples: samplesResident, limited: limitedByBudget });
+        }),
+      );
+      await viewer.open(window.life.source);
+      viewer.setIsovalues([100]);
+      const end = await limited;
+      // Whatever a further look at the resting view finds, it stays limited.
+      for (let i = 0; i < 60; ++i) await new Promise((next) => requestAnimationFrame(next));
+      viewer.dispose();
+      return { ...end, states: [...states] };
+    },
+    origin.replace(/\/$/, ""),
+  );
+  expect(seen.limited).toBe(true);
+  expect(seen.samples).toBeLessThanOrEqual(20_000);
+  expect(seen.states).not.toContain("complete");
+});
+
 test.describe("a viewer that is disposed while a volume opens", () => {
   test("before its program has loaded", async ({ page }) => {
     let release = () => {};

@@ -239,7 +239,9 @@ TEST(Cli, AFullDiskLeavesTheOldStoreAndNothingElse) {
 
 /// Builds, and ends the build by a signal while its temporary is there. Where the build is done
 /// before the signal comes, tries again.
-void interrupt_build(const TempFolder& folder, const std::string& volume, int signal) {
+/// Where the build ignores hang-ups, and the signal is one, returns how it ended all the same.
+Ended interrupt_build(const TempFolder& folder, const std::string& volume, int signal,
+                      bool ignores_hangup = false) {
   const TempFolder printed;
   const std::string out = printed / "out", err = printed / "err";
   const auto temporary_is_there = [&] {
@@ -251,15 +253,20 @@ void interrupt_build(const TempFolder& folder, const std::string& volume, int si
   for (int attempt = 0; attempt < 100; ++attempt) {
     write_file(folder / "ball.isosplat", "an older store");
     const pid_t child =
-        test::start(Call{.arguments = {"build", volume, "--force", "--threads", "1"}}, out, err);
+        test::start(Call{.arguments = {"build", volume, "--force", "--threads", "1"},
+                         .ignores_hangup = ignores_hangup},
+                    out, err);
     siginfo_t ended{};
     while (ended.si_pid != child && !temporary_is_there()) {
       waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT);
     }
+    const bool is_in_time = ended.si_pid != child;
     kill(child, signal);
-    if (test::wait_for(child, out, err).signal == signal) return;
+    const Ended end = test::wait_for(child, out, err);
+    if (ignores_hangup ? is_in_time : end.signal == signal) return end;
   }
-  FAIL() << "the build was never there to be interrupted";
+  ADD_FAILURE() << "the build was never there to be interrupted";
+  return {};
 }
 
 TEST(Cli, AnInterruptedBuildLeavesTheOldStoreAndCanBeRepeated) {
@@ -279,6 +286,14 @@ TEST(Cli, AnInterruptedBuildLeavesTheOldStoreAndCanBeRepeated) {
   ASSERT_EQ(run({"build", volume, "--force"}).exit_code, 0);
   EXPECT_EQ(read_file(store), whole) << "the same input gives the same bytes";
   EXPECT_EQ(folder.files(), both) << "the next build removes what the killed one left";
+}
+
+TEST(Cli, AnIgnoredHangUpDoesNotEndABuild) {
+  const TempFolder folder;
+  const std::string volume = write_ball(folder, 150), store = folder / "ball.isosplat";
+  const Ended ended = interrupt_build(folder, volume, SIGHUP, true);  // as under nohup
+  EXPECT_EQ(ended.exit_code, 0) << ended.signal;
+  EXPECT_EQ(run({"verify", store}).exit_code, 0);
 }
 
 TEST(Cli, TooLittleMemoryIsSaidBeforeAnythingIsWritten) {

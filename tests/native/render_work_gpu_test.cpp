@@ -92,7 +92,7 @@ double mean_fragments(const TestVolume& volume, double isovalue, SplatKind kind,
   return sum / (double(size) * size);
 }
 
-// From inside of a sphere, close to its wall: one layer of surface in visibility, and a ring of
+// From inside of a sphere, close to its wall: one visible layer of the surface, and a ring of
 // hundreds of cells that the plane through the eye cuts.
 TEST(RenderWorkGpu, CloseUpsCastFewRaysForEachPixel) {
   const auto context = EglContext::create();

@@ -105,21 +105,21 @@ TEST(Store, HeaderSaysWhatWasWritten) {
   EXPECT_EQ(all.offset + all.bytes, info.file_bytes);
   EXPECT_EQ(reader->coarse_range(0).first_level, info.levels - 1);
   const CoarseRange coarse = reader->coarse_range(kBootstrapBytes);
-  const CoarseRange opening = reader->bootstrap_range();
-  EXPECT_EQ(opening.first_level, coarse.first_level);
-  EXPECT_EQ(opening.offset, coarse.offset);
-  EXPECT_GE(opening.bytes, coarse.bytes);
-  EXPECT_LE(opening.bytes, std::max(coarse.bytes, kBootstrapBytesWithPages));
+  const CoarseRange bootstrap = reader->bootstrap_range();
+  EXPECT_EQ(bootstrap.first_level, coarse.first_level);
+  EXPECT_EQ(bootstrap.offset, coarse.offset);
+  EXPECT_GE(bootstrap.bytes, coarse.bytes);
+  EXPECT_LE(bootstrap.bytes, std::max(coarse.bytes, kBootstrapBytesWithPages));
   // It ends with a page, and the next one would be too much.
   uint64_t end = 0;
   for (const PageRef& page : reader->pages()) {
-    if (page.offset + page.bytes <= opening.offset + opening.bytes) {
+    if (page.offset + page.bytes <= bootstrap.offset + bootstrap.bytes) {
       end = page.offset + page.bytes;
     } else {
-      EXPECT_GT(page.offset + page.bytes - opening.offset, kBootstrapBytesWithPages);
+      EXPECT_GT(page.offset + page.bytes - bootstrap.offset, kBootstrapBytesWithPages);
     }
   }
-  EXPECT_EQ(end, opening.offset + opening.bytes);
+  EXPECT_EQ(end, bootstrap.offset + bootstrap.bytes);
 }
 
 TEST(Store, EveryBlockAnswersForEveryIsovalue) {
