@@ -153,6 +153,11 @@ typedef struct IsosplatCamera {
   double field_of_view;
 } IsosplatCamera;
 
+/// Projection::clip_from_world, column by column.
+typedef struct IsosplatProjection {
+  double clip_from_world[16];
+} IsosplatProjection;
+
 /// FrameStatistics.
 typedef struct IsosplatFrameStatistics {
   double samples_drawn, samples_resident;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,85 +15,102 @@ using namespace isosplat;
 
 namespace {
 
-/// The module's one view: JavaScript has one module instance for each canvas.
-struct View {
+/// The state of the module: JavaScript creates one instance of the module per canvas.
+struct State {
   EMSCRIPTEN_WEBGL_CONTEXT_HANDLE context = 0;
   std::unique_ptr<Renderer> renderer;
   RenderSettings settings;
   VolumeGrid grid{{2, 2, 2}};
-  std::string text;  // what a const char* of ours points to
+  std::string error;
   std::vector<DrawnChunk> visible;
-  std::vector<uint32_t> occlusion_answer;
+  std::vector<IsosplatVisibility> occlusion_answer;
 };
 
-View& view() {
-  static View instance;
+State& state() {
+  static State instance;
   return instance;
 }
 
-int32_t report(const Error& error) {
-  view().text = error.message;
-  return static_cast<int32_t>(error.status);
+constexpr IsosplatStatus kOk = static_cast<IsosplatStatus>(Status::ok);
+
+IsosplatStatus report(const Error& error) {
+  state().error = error.message;
+  return static_cast<IsosplatStatus>(error.status);
 }
 
-int32_t no_view() {
-  return report({Status::invalid_argument, "no view has been created on a canvas yet"});
+template <class T>
+IsosplatStatus status_of(const Result<T>& result) {
+  return result ? kOk : report(result.error());
+}
+
+IsosplatStatus no_renderer() {
+  return report({Status::invalid_argument,
+                 "no renderer has been created on a canvas yet: call isosplat_renderer_create"});
 }
 
 /// The renderer with its context current; null before isosplat_renderer_create.
 Renderer* current() {
-  View& v = view();
-  if (v.renderer) emscripten_webgl_make_context_current(v.context);
-  return v.renderer.get();
+  State& s = state();
+  if (s.renderer) emscripten_webgl_make_context_current(s.context);
+  return s.renderer.get();
 }
 
-/// Hands a frame's statistics to JavaScript, see isosplat_renderer_draw.
-int32_t tell(const Result<FrameStatistics>& drawn, double* statistics) {
+IsosplatStatus report_drawn(const Result<FrameStatistics>& drawn,
+                            IsosplatFrameStatistics* statistics) {
   if (!drawn) return report(drawn.error());
-  if (statistics) {
-    const double numbers[8] = {double(drawn->samples_drawn), double(drawn->samples_resident),
-                               double(drawn->gpu_bytes),     double(drawn->chunks_drawn),
-                               double(drawn->chunks_culled), double(drawn->draw_calls),
-                               double(drawn->kind),          double(drawn->programs_linked)};
-    std::copy_n(numbers, 8, statistics);
-  }
-  return 0;
+  if (!statistics) return kOk;
+  *statistics = {};
+  statistics->samples_drawn = double(drawn->samples_drawn);
+  statistics->samples_resident = double(drawn->samples_resident);
+  statistics->gpu_bytes = double(drawn->gpu_bytes);
+  statistics->chunks_drawn = drawn->chunks_drawn;
+  statistics->chunks_culled = drawn->chunks_culled;
+  statistics->draw_calls = drawn->draw_calls;
+  statistics->programs_linked = drawn->programs_linked;
+  statistics->kind = static_cast<uint32_t>(drawn->kind);
+  return kOk;
 }
 
-Camera read_camera(const double* c) {
+Vec3d as_vector(const double* numbers) {
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+Camera read_camera(const IsosplatCamera& record) {
   Camera camera;
-  camera.target = {c[0], c[1], c[2]};
-  camera.distance = c[3];
-  camera.azimuth = c[4];
-  camera.elevation = c[5];
-  camera.roll = c[6];
-  camera.field_of_view = c[7];
+  camera.target = as_vector(record.target);
+  camera.distance = record.distance;
+  camera.azimuth = record.azimuth;
+  camera.elevation = record.elevation;
+  camera.roll = record.roll;
+  camera.field_of_view = record.field_of_view;
   return camera;
 }
 
-void write_camera(const Camera& camera, double* c) {
-  const double numbers[8] = {camera.target.x, camera.target.y,     camera.target.z,
-                             camera.distance, camera.azimuth,      camera.elevation,
-                             camera.roll,     camera.field_of_view};
-  std::copy_n(numbers, 8, c);
+IsosplatCamera record_of(const Camera& camera) {
+  return {{camera.target.x, camera.target.y, camera.target.z},
+          camera.distance,
+          camera.azimuth,
+          camera.elevation,
+          camera.roll,
+          camera.field_of_view};
 }
 
-/// A context offers what was asked for since it was made or restored, and nothing else.
+/// A context, new or restored, offers only the extensions that are enabled on it.
 void enable_extensions() {
   for (const char* extension : {"EXT_color_buffer_float", "EXT_float_blend",
                                 "KHR_parallel_shader_compile", "WEBGL_multi_draw"}) {
-    emscripten_webgl_enable_extension(view().context, extension);
+    emscripten_webgl_enable_extension(state().context, extension);
   }
 }
 
 void apply_settings() {
-  if (view().renderer) view().renderer->set_settings(view().settings);
+  if (state().renderer) state().renderer->set_settings(state().settings);
 }
 
 }  // namespace
 
-int32_t isosplat_renderer_create(const char* canvas_selector) {
-  View& v = view();
+IsosplatStatus isosplat_renderer_create(const char* canvas_selector) {
+  State& s = state();
   isosplat_renderer_destroy();
   EmscriptenWebGLContextAttributes attributes;
   emscripten_webgl_init_context_attributes(&attributes);
@@ -104,286 +122,277 @@ int32_t isosplat_renderer_create(const char* canvas_selector) {
   attributes.depth = attributes.stencil = false;
   attributes.powerPreference = EM_WEBGL_POWER_PREFERENCE_HIGH_PERFORMANCE;
   attributes.enableExtensionsByDefault = false;
-  v.context = emscripten_webgl_create_context(canvas_selector, &attributes);
-  if (v.context <= 0) {
-    v.context = 0;
-    return report({Status::gl_error,
-                   "this browser gives no WebGL 2 context: switch on hardware acceleration, or use "
-                   "a current browser"});
+  s.context = emscripten_webgl_create_context(canvas_selector, &attributes);
+  if (s.context <= 0) {
+    s.context = 0;
+    return report(
+        {Status::gl_error,
+         "this browser offers no WebGL 2 context: switch on hardware acceleration, or use "
+         "a current browser"});
   }
-  emscripten_webgl_make_context_current(v.context);
+  emscripten_webgl_make_context_current(s.context);
   enable_extensions();
   auto renderer = Renderer::create();
   if (!renderer) {
-    emscripten_webgl_destroy_context(v.context);
-    v.context = 0;
+    emscripten_webgl_destroy_context(s.context);
+    s.context = 0;
     return report(renderer.error());
   }
-  v.renderer = std::move(*renderer);
+  s.renderer = std::move(*renderer);
   apply_settings();
-  return 0;
+  return kOk;
 }
 
 void isosplat_renderer_destroy() {
-  View& v = view();
+  State& s = state();
   if (!current()) return;
-  v.renderer.reset();
-  emscripten_webgl_destroy_context(v.context);
-  v.context = 0;
+  s.renderer.reset();
+  emscripten_webgl_destroy_context(s.context);
+  s.context = 0;
 }
 
-int32_t isosplat_renderer_is_compiled() {
+bool isosplat_renderer_is_compiled() {
   const Renderer* renderer = current();
   return !renderer || renderer->is_compiled();
 }
 
-int32_t isosplat_renderer_warm_up() {
+IsosplatStatus isosplat_renderer_warm_up() {
   Renderer* renderer = current();
-  if (!renderer) return no_view();
-  const auto done = renderer->warm_up();
-  return done ? 0 : report(done.error());
+  if (!renderer) return no_renderer();
+  return status_of(renderer->warm_up());
 }
 
 const char* isosplat_renderer_error() {
-  return view().text.c_str();
+  return state().error.c_str();
 }
 
-int32_t isosplat_renderer_set_volume(const double* g, const double* mapping) {
+IsosplatStatus isosplat_renderer_set_volume(const IsosplatVolume* volume) {
   Renderer* renderer = current();
-  if (!renderer) return no_view();
+  if (!renderer) return no_renderer();
   for (int i = 0; i < 3; ++i) {
-    if (!(g[i] >= 2 && g[i] <= kMaxVoxelsPerAxis) || !(g[3 + i] > 0)) {
+    const double voxels = volume->voxels[i];
+    if (!(voxels >= 2 && voxels <= kMaxVoxelsPerAxis) || !(volume->spacing[i] > 0)) {
       return report({Status::invalid_argument,
                      "a volume needs 2 to 1048576 voxels along each axis, and spacings above 0"});
     }
   }
   VolumeGrid grid;
-  std::copy_n(g + 9, 9, grid.direction.begin());
+  std::copy(std::begin(volume->direction), std::end(volume->direction), grid.direction.begin());
   if (!is_basis(grid.direction)) {
     return report({Status::invalid_argument,
                    "a volume's direction needs columns of length 1 that do not lie in a plane"});
   }
-  grid.voxels = {static_cast<int32_t>(g[0]), static_cast<int32_t>(g[1]),
-                 static_cast<int32_t>(g[2])};
-  grid.spacing = {g[3], g[4], g[5]};
-  grid.origin = {g[6], g[7], g[8]};
+  grid.voxels = {static_cast<int32_t>(volume->voxels[0]), static_cast<int32_t>(volume->voxels[1]),
+                 static_cast<int32_t>(volume->voxels[2])};
+  grid.spacing = as_vector(volume->spacing);
+  grid.origin = as_vector(volume->origin);
   ValueMapping values;
-  values.offset = mapping[0];
-  values.scale = mapping[1];
-  view().grid = grid;
+  values.offset = volume->value_offset;
+  values.scale = volume->value_scale;
+  state().grid = grid;
   renderer->set_volume(grid, values);
-  return 0;
+  return kOk;
 }
 
-int32_t isosplat_renderer_add_chunk(uint32_t id, uint32_t level, int32_t block_x, int32_t block_y,
-                                    int32_t block_z, const void* samples, uint32_t count) {
+IsosplatStatus isosplat_renderer_add_chunk(uint32_t handle, const IsosplatBlock* block,
+                                           const void* samples, uint32_t count) {
   Renderer* renderer = current();
-  if (!renderer) return no_view();
-  const auto added = renderer->add_chunk(id, {{level, {block_x, block_y, block_z}}},
-                                         {static_cast<const PackedSample*>(samples), count});
-  return added ? 0 : report(added.error());
+  if (!renderer) return no_renderer();
+  const Index3 index{static_cast<int32_t>(block->block[0]), static_cast<int32_t>(block->block[1]),
+                     static_cast<int32_t>(block->block[2])};
+  return status_of(renderer->add_chunk(handle, {{block->level, index}},
+                                       {static_cast<const PackedSample*>(samples), count}));
 }
 
-int32_t isosplat_renderer_check_gpu() {
+IsosplatStatus isosplat_renderer_check_gpu() {
   const Renderer* renderer = current();
-  if (!renderer) return no_view();
-  const auto checked = renderer->check_gpu();
-  return checked ? 0 : report(checked.error());
+  return renderer ? status_of(renderer->check_gpu()) : no_renderer();
 }
 
-void isosplat_renderer_remove_chunk(uint32_t id) {
-  if (Renderer* renderer = current()) renderer->remove_chunk(id);
+void isosplat_renderer_remove_chunk(uint32_t handle) {
+  if (Renderer* renderer = current()) renderer->remove_chunk(handle);
 }
 
-void isosplat_renderer_set_visible(const uint32_t* ids, const uint32_t* regions, uint32_t count) {
-  View& v = view();
-  v.visible.resize(count);
-  for (uint32_t i = 0; i < count; ++i) {
-    v.visible[i] = {ids[i]};
-    if (regions) v.visible[i].regions = RegionMask::from_words(regions + 16 * i);
+void isosplat_renderer_set_visible(const IsosplatDrawnChunk* chunks, uint32_t count) {
+  State& s = state();
+  s.visible.clear();
+  for (const IsosplatDrawnChunk& chunk : std::span(chunks, count)) {
+    s.visible.push_back({chunk.handle, RegionMask::from_words(chunk.regions)});
   }
-  if (v.renderer) v.renderer->set_visible(std::span<const DrawnChunk>(v.visible));
+  if (s.renderer) s.renderer->set_visible(std::span<const DrawnChunk>(s.visible));
 }
 
-void isosplat_renderer_set_isosurfaces(const double* surfaces, uint32_t count) {
-  auto& list = view().settings.isosurfaces;
+void isosplat_renderer_set_isosurfaces(const IsosplatIsosurface* isosurfaces, uint32_t count) {
+  auto& list = state().settings.isosurfaces;
   list.clear();
-  for (uint32_t i = 0; i < count && i < kMaxIsosurfaces; ++i) {
-    const double* s = surfaces + 5 * i;
-    list.push_back({s[0],
-                    {static_cast<float>(s[1]), static_cast<float>(s[2]), static_cast<float>(s[3])},
-                    static_cast<float>(s[4])});
+  for (const IsosplatIsosurface& isosurface :
+       std::span(isosurfaces, std::min<uint32_t>(count, kMaxIsosurfaces))) {
+    const float* colour = isosurface.colour;
+    list.push_back({isosurface.isovalue, {colour[0], colour[1], colour[2]}, isosurface.opacity});
   }
   apply_settings();
 }
 
-void isosplat_renderer_set_kind(int32_t kind) {
-  view().settings.kind = static_cast<SplatKind>(std::clamp(kind, 0, 3));
+void isosplat_renderer_set_kind(uint32_t kind) {
+  constexpr auto kLast = static_cast<uint32_t>(SplatKind::exact);
+  state().settings.kind = static_cast<SplatKind>(std::min(kind, kLast));
   apply_settings();
 }
 
-void isosplat_renderer_set_colouring(int32_t colour_by, int32_t colour_map, double low,
-                                     double high) {
-  RenderSettings& settings = view().settings;
-  settings.colour_by = static_cast<ColourBy>(std::clamp(colour_by, 0, 5));
-  settings.colour_map = static_cast<ColourMap>(std::clamp(colour_map, 0, kColourMaps - 1));
-  settings.colour_low = low;
-  settings.colour_high = high;
+void isosplat_renderer_set_appearance(const IsosplatAppearance* appearance) {
+  RenderSettings& settings = state().settings;
+  constexpr auto kLast = static_cast<uint32_t>(ColourBy::projection_error);
+  settings.colour_by = static_cast<ColourBy>(std::min(appearance->colour_by, kLast));
+  settings.colour_map =
+      static_cast<ColourMap>(std::min<uint32_t>(appearance->colour_map, kColourMaps - 1));
+  settings.colour_low = appearance->colour_low;
+  settings.colour_high = appearance->colour_high;
+  std::copy(std::begin(appearance->background), std::end(appearance->background),
+            settings.background.begin());
+  settings.ambient = appearance->ambient;
+  settings.specular = appearance->specular;
+  settings.eye_dome = appearance->eye_dome;
   apply_settings();
 }
 
-const uint8_t* isosplat_renderer_colour_map(int32_t colour_map) {
-  if (colour_map < 0 || colour_map >= kColourMaps) return nullptr;
-  return &kColourMapTable[colour_map][0][0];
+const uint8_t* isosplat_renderer_colour_map(uint32_t colour_map) {
+  return colour_map < kColourMaps ? &kColourMapTable[colour_map][0][0] : nullptr;
 }
 
-void isosplat_renderer_set_background(float red, float green, float blue, float alpha) {
-  view().settings.background = {red, green, blue, alpha};
-  apply_settings();
-}
-
-void isosplat_renderer_set_lighting(float ambient, float specular, float eye_dome) {
-  RenderSettings& settings = view().settings;
-  settings.ambient = ambient;
-  settings.specular = specular;
-  settings.eye_dome = eye_dome;
-  apply_settings();
-}
-
-void isosplat_renderer_set_clipping(const double* box, const double* planes, uint32_t count) {
-  RenderSettings& settings = view().settings;
-  settings.clip_box_low = {box[0], box[1], box[2]};
-  settings.clip_box_high = {box[3], box[4], box[5]};
+void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatClipPlane* planes,
+                                    uint32_t count) {
+  RenderSettings& settings = state().settings;
+  settings.clip_box_low = as_vector(box->low);
+  settings.clip_box_high = as_vector(box->high);
   settings.clip_planes.clear();
-  for (uint32_t i = 0; i < count && i < kMaxClipPlanes; ++i) {
-    const double* p = planes + 4 * i;
-    settings.clip_planes.push_back({{p[0], p[1], p[2]}, p[3]});
+  for (const IsosplatClipPlane& plane :
+       std::span(planes, std::min<uint32_t>(count, kMaxClipPlanes))) {
+    settings.clip_planes.push_back({as_vector(plane.normal), plane.offset});
   }
   apply_settings();
 }
 
-void isosplat_renderer_set_camera(const double* camera) {
-  if (view().renderer) view().renderer->set_camera(read_camera(camera));
+void isosplat_renderer_set_camera(const IsosplatCamera* camera) {
+  if (state().renderer) state().renderer->set_camera(read_camera(*camera));
 }
 
-void isosplat_renderer_default_camera(double* camera, double aspect) {
-  write_camera(default_camera(view().grid, aspect), camera);
+void isosplat_renderer_default_camera(IsosplatCamera* camera, double aspect) {
+  *camera = record_of(default_camera(state().grid, aspect));
 }
 
-void isosplat_renderer_orbit(double* camera, double right_degrees, double up_degrees) {
-  write_camera(orbited(read_camera(camera), right_degrees, up_degrees), camera);
+void isosplat_renderer_orbit(IsosplatCamera* camera, double right_degrees, double up_degrees) {
+  *camera = record_of(orbited(read_camera(*camera), right_degrees, up_degrees));
 }
 
-void isosplat_renderer_pan(double* camera, double right_px, double down_px,
+void isosplat_renderer_pan(IsosplatCamera* camera, double right_px, double down_px,
                            double image_height_px) {
-  write_camera(panned(read_camera(camera), right_px, down_px, image_height_px), camera);
+  *camera = record_of(panned(read_camera(*camera), right_px, down_px, image_height_px));
 }
 
-void isosplat_renderer_zoom(double* camera, double factor) {
-  write_camera(zoomed(read_camera(camera), factor, bounding_sphere(view().grid).radius), camera);
+void isosplat_renderer_zoom(IsosplatCamera* camera, double factor) {
+  *camera = record_of(zoomed(read_camera(*camera), factor, bounding_sphere(state().grid).radius));
 }
 
-void isosplat_renderer_bound(double* camera) {
-  write_camera(bounded(read_camera(camera), view().grid), camera);
+void isosplat_renderer_bound(IsosplatCamera* camera) {
+  *camera = record_of(bounded(read_camera(*camera), state().grid));
 }
 
-void isosplat_renderer_projection(const double* camera, int32_t width, int32_t height,
-                                  double* clip_from_world) {
-  const Projection projected = projection(read_camera(camera), bounding_sphere(view().grid),
+void isosplat_renderer_projection(const IsosplatCamera* camera, int32_t width, int32_t height,
+                                  IsosplatProjection* result) {
+  const Projection projected = projection(read_camera(*camera), bounding_sphere(state().grid),
                                           {0, 0, 0}, std::max(width, 1), std::max(height, 1));
-  std::copy(projected.clip_from_world.begin(), projected.clip_from_world.end(), clip_from_world);
+  std::copy(projected.clip_from_world.begin(), projected.clip_from_world.end(),
+            result->clip_from_world);
 }
 
-int32_t isosplat_renderer_needs_redraw(int32_t width, int32_t height) {
-  return view().renderer && view().renderer->needs_redraw(width, height);
+bool isosplat_renderer_needs_redraw(int32_t width, int32_t height) {
+  return state().renderer && state().renderer->needs_redraw(width, height);
 }
 
-int32_t isosplat_renderer_draw(int32_t width, int32_t height, double* statistics) {
+IsosplatStatus isosplat_renderer_draw(int32_t width, int32_t height,
+                                      IsosplatFrameStatistics* statistics) {
   Renderer* renderer = current();
-  return renderer ? tell(renderer->draw(width, height), statistics) : no_view();
+  return renderer ? report_drawn(renderer->draw(width, height), statistics) : no_renderer();
 }
 
-int32_t isosplat_renderer_can_refine(int32_t width, int32_t height) {
-  return view().renderer && view().renderer->can_refine(width, height);
+bool isosplat_renderer_can_refine(int32_t width, int32_t height) {
+  return state().renderer && state().renderer->can_refine(width, height);
 }
 
-int32_t isosplat_renderer_refine(int32_t width, int32_t height, double* statistics) {
+IsosplatStatus isosplat_renderer_refine(int32_t width, int32_t height,
+                                        IsosplatFrameStatistics* statistics) {
   Renderer* renderer = current();
-  return renderer ? tell(renderer->refine(width, height), statistics) : no_view();
+  return renderer ? report_drawn(renderer->refine(width, height), statistics) : no_renderer();
 }
 
-int32_t isosplat_renderer_hold_picture() {
+IsosplatStatus isosplat_renderer_hold_picture() {
   Renderer* renderer = current();
-  if (!renderer) return no_view();
-  const auto held = renderer->hold_picture();
-  return held ? 0 : report(held.error());
+  return renderer ? status_of(renderer->hold_picture()) : no_renderer();
 }
 
-int32_t isosplat_renderer_begin_fade() {
+IsosplatStatus isosplat_renderer_begin_fade(uint32_t* has_begun) {
   Renderer* renderer = current();
-  if (!renderer) return -no_view();
+  if (!renderer) return no_renderer();
   const auto begun = renderer->begin_fade();
-  return begun ? (*begun ? 1 : 0) : -report(begun.error());
+  if (!begun) return report(begun.error());
+  *has_begun = *begun;
+  return kOk;
 }
 
-int32_t isosplat_renderer_fade(float progress) {
+IsosplatStatus isosplat_renderer_fade(float progress) {
   Renderer* renderer = current();
-  if (!renderer) return no_view();
-  const auto faded = renderer->fade(progress);
-  return faded ? 0 : report(faded.error());
+  return renderer ? status_of(renderer->fade(progress)) : no_renderer();
 }
 
-int32_t isosplat_renderer_begin_occlusion_query(const uint32_t* ids, uint32_t count,
-                                                int32_t min_px) {
+IsosplatStatus isosplat_renderer_begin_occlusion_query(const uint32_t* handles, uint32_t count,
+                                                       int32_t min_px) {
   Renderer* renderer = current();
-  if (!renderer) return no_view();
-  const auto begun =
-      renderer->begin_occlusion_query(std::span<const ChunkHandle>(ids, count), min_px);
-  return begun ? 0 : report(begun.error());
+  if (!renderer) return no_renderer();
+  return status_of(renderer->begin_occlusion_query(std::span(handles, count), min_px));
 }
 
-int32_t isosplat_renderer_take_occlusion_query() {
+IsosplatStatus isosplat_renderer_take_occlusion_query(IsosplatOcclusionAnswer* answer) {
   Renderer* renderer = current();
-  if (!renderer) return -1;
-  const auto answer = renderer->take_occlusion_query();
-  if (!answer) return -1;
-  auto& words = view().occlusion_answer;
-  words.clear();
-  for (const ChunkVisibility& chunk : *answer) {
-    words.push_back(chunk.handle);
-    for (const RegionMask& mask : {chunk.tested, chunk.visible}) {
-      const auto regions = mask.words();
-      words.insert(words.end(), regions.begin(), regions.end());
-    }
+  if (!renderer) return no_renderer();
+  *answer = {};
+  const auto taken = renderer->take_occlusion_query();
+  if (!taken) return kOk;
+  auto& records = state().occlusion_answer;
+  records.clear();
+  for (const ChunkVisibility& chunk : *taken) {
+    IsosplatVisibility& record = records.emplace_back();
+    record.handle = chunk.handle;
+    const RegionMask::Words tested = chunk.tested.words(), visible = chunk.visible.words();
+    std::copy(tested.begin(), tested.end(), record.tested);
+    std::copy(visible.begin(), visible.end(), record.visible);
   }
-  return static_cast<int32_t>(answer->size());
+  *answer = {1, static_cast<uint32_t>(records.size())};
+  return kOk;
 }
 
-const uint32_t* isosplat_renderer_occlusion_answer() {
-  return view().occlusion_answer.data();
+const IsosplatVisibility* isosplat_renderer_occlusion_answer() {
+  return state().occlusion_answer.data();
 }
 
-const char* isosplat_renderer_limits(double* limits) {
-  View& v = view();
-  v.text.clear();
-  if (!v.renderer) return v.text.c_str();
-  const RendererLimits& offered = v.renderer->limits();
-  limits[0] = double(offered.max_point_size);
-  limits[1] = offered.max_texture_size;
-  limits[2] = offered.float_targets;
-  limits[3] = offered.float_blend;
-  v.text = offered.renderer;
-  return v.text.c_str();
+IsosplatStatus isosplat_renderer_limits(IsosplatRendererLimits* limits) {
+  if (!state().renderer) return no_renderer();
+  const RendererLimits& offered = state().renderer->limits();
+  *limits = {offered.max_point_size, static_cast<uint32_t>(offered.max_texture_size),
+             offered.float_targets, offered.float_blend};
+  return kOk;
+}
+
+const char* isosplat_renderer_name() {
+  return state().renderer ? state().renderer->limits().renderer.c_str() : "";
 }
 
 void isosplat_renderer_context_lost() {
-  if (view().renderer) view().renderer->context_lost();
+  if (state().renderer) state().renderer->context_lost();
 }
 
-int32_t isosplat_renderer_context_restored() {
+IsosplatStatus isosplat_renderer_context_restored() {
   Renderer* renderer = current();
-  if (!renderer) return no_view();
+  if (!renderer) return no_renderer();
   enable_extensions();
-  const auto restored = renderer->context_restored();
-  return restored ? 0 : report(restored.error());
+  return status_of(renderer->context_restored());
 }

@@ -1,120 +1,123 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
-/// The renderer for JavaScript: the exports of the module `isosplat-renderer`. One view per module
-/// instance; call every function on the thread that owns the canvas. Memory that a function reads
-/// is the caller's (malloc, free are exported); pointers need hold only during the call, and any
-/// call may grow the heap, so re-read HEAPU8 after it. Functions that return int32_t return a
-/// Status (0: ok); isosplat_renderer_error() then says what went wrong.
+#include "shared/wasm/core_api.h"
+
+/// The renderer for JavaScript: exported by the module `isosplat-renderer`, beside the functions of
+/// core_api.h. web/viewer/renderer_module.ts wraps it.
+///
+/// Rules:
+/// - A module instance has one renderer, on one canvas. Call every function on the thread that owns
+///   the canvas.
+/// - A function that can fail returns an IsosplatStatus, and never anything else: 0 is ok, any
+///   other number is a Status. After a failure isosplat_renderer_error() returns the message.
+///   Before isosplat_renderer_create such functions return invalid_argument, and others do nothing.
+/// - Values are returned through pointers to records (records.h). After a failure the record is
+///   unchanged.
+/// - Functions that return a bool have no errors.
+/// - Memory that a function reads belongs to the caller (malloc and free are exported). The
+///   function does not keep pointers to it.
+/// - Every call may grow the heap: read memory.buffer again after it.
 extern "C" {
 
-/// Makes a WebGL 2 context on the canvas with this CSS selector (UTF-8, null-terminated) and the
-/// renderer on it. antialias off, alpha on, premultiplied.
-int32_t isosplat_renderer_create(const char* canvas_selector);
+/// Creates a WebGL 2 context on the canvas with this CSS selector (UTF-8, null-terminated), and the
+/// renderer. The context has premultiplied alpha and no antialiasing.
+IsosplatStatus isosplat_renderer_create(const char* canvas_selector);
 void isosplat_renderer_destroy();
 
-/// Whether warm_up has nothing to wait for: Renderer::is_compiled.
-int32_t isosplat_renderer_is_compiled();
+/// Renderer::is_compiled: warm_up would not wait for the driver's compiler.
+bool isosplat_renderer_is_compiled();
 
-/// Has the driver finish compiling before the first picture: Renderer::warm_up.
-int32_t isosplat_renderer_warm_up();
+/// Renderer::warm_up: finishes the compilation before the first picture.
+IsosplatStatus isosplat_renderer_warm_up();
 
-/// The last error's message, UTF-8, null-terminated; valid until the next call.
+/// The message of the last error, UTF-8, null-terminated. It is valid until the next call.
 const char* isosplat_renderer_error();
 
-/// grid: voxels x y z, spacing x y z, origin x y z, direction row by row (9): 18 numbers.
-/// mapping: offset, scale.
-int32_t isosplat_renderer_set_volume(const double* grid, const double* mapping);
+IsosplatStatus isosplat_renderer_set_volume(const IsosplatVolume* volume);
 
-/// samples: count × 16 bytes, as a chunk decoder yields them (PackedSample). id: the caller's.
-int32_t isosplat_renderer_add_chunk(uint32_t id, uint32_t level, int32_t block_x, int32_t block_y,
-                                    int32_t block_z, const void* samples, uint32_t count);
-/// What went wrong on the GPU since the last call: Renderer::check_gpu.
-int32_t isosplat_renderer_check_gpu();
-void isosplat_renderer_remove_chunk(uint32_t id);
+/// Uploads a chunk: PackedSample[count], as the decoder returns them. `handle`: chosen by the
+/// caller.
+IsosplatStatus isosplat_renderer_add_chunk(uint32_t handle, const IsosplatBlock* block,
+                                           const void* samples, uint32_t count);
 
-/// Draws exactly these chunks from now on. regions: 16 words per id (RegionMask); null: all of
-/// each.
-void isosplat_renderer_set_visible(const uint32_t* ids, const uint32_t* regions, uint32_t count);
+/// Renderer::check_gpu: returns the errors of the GPU since the last call.
+IsosplatStatus isosplat_renderer_check_gpu();
+void isosplat_renderer_remove_chunk(uint32_t handle);
 
-/// surfaces: count × (isovalue, red, green, blue, opacity), colours sRGB 0 … 1.
-void isosplat_renderer_set_isosurfaces(const double* surfaces, uint32_t count);
+/// Draws exactly these chunks from now on.
+void isosplat_renderer_set_visible(const IsosplatDrawnChunk* chunks, uint32_t count);
 
-/// SplatKind: 0 quad, 1 ellipse, 2 blended, 3 exact.
-void isosplat_renderer_set_kind(int32_t kind);
+/// At most kMaxIsosurfaces; more are ignored.
+void isosplat_renderer_set_isosurfaces(const IsosplatIsosurface* isosurfaces, uint32_t count);
 
-/// ColourBy: 0 isosurface, 1 isovalue, 2 gradient, 3 depth, 4 level, 5 projection error.
-/// ColourMap: 0 viridis, 1 magma, 2 cividis, 3 turbo. low, high: the range of values mapped.
-void isosplat_renderer_set_colouring(int32_t colour_by, int32_t colour_map, double low,
-                                     double high);
+/// kind: SplatKind.
+void isosplat_renderer_set_kind(uint32_t kind);
+void isosplat_renderer_set_appearance(const IsosplatAppearance* appearance);
 
-/// A ColourMap as 256 sRGB colours of 3 bytes, from low to high: for a legend. Null for a number
-/// that is none. Valid for ever.
-const uint8_t* isosplat_renderer_colour_map(int32_t colour_map);
+/// The colours of a ColourMap, from low to high: `colourMapColours` × 3 bytes, sRGB. Null if there
+/// is no such map. The table is static.
+const uint8_t* isosplat_renderer_colour_map(uint32_t colour_map);
 
-/// Background sRGB and alpha, 0 … 1.
-void isosplat_renderer_set_background(float red, float green, float blue, float alpha);
-void isosplat_renderer_set_lighting(float ambient, float specular, float eye_dome);
+/// At most kMaxClipPlanes planes; more are ignored.
+void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatClipPlane* planes,
+                                    uint32_t count);
 
-/// box: low x y z, high x y z as fractions of the volume. planes: count × (normal x y z, offset).
-void isosplat_renderer_set_clipping(const double* box, const double* planes, uint32_t count);
+void isosplat_renderer_set_camera(const IsosplatCamera* camera);
 
-/// camera, here and below: target x y z, distance, azimuth, elevation, roll, field of view (8
-/// numbers, see Camera). The functions that change one write it back to the same place.
-void isosplat_renderer_set_camera(const double* camera);
-/// aspect: the image's width / height.
-void isosplat_renderer_default_camera(double* camera, double aspect);
-void isosplat_renderer_orbit(double* camera, double right_degrees, double up_degrees);
-void isosplat_renderer_pan(double* camera, double right_px, double down_px, double image_height_px);
-void isosplat_renderer_zoom(double* camera, double factor);
-/// A camera that can be drawn from: bounded() in shared/render/camera.h.
-void isosplat_renderer_bound(double* camera);
+/// The camera of the first picture of a volume. `aspect`: width / height of the image.
+void isosplat_renderer_default_camera(IsosplatCamera* camera, double aspect);
 
-/// What draw() will use for a picture of this size: clip space from world, 16 numbers, column by
-/// column. For choosing what to fetch.
-void isosplat_renderer_projection(const double* camera, int32_t width, int32_t height,
-                                  double* clip_from_world);
+/// These change the camera: orbited(), panned(), zoomed() and bounded() in shared/render/camera.h.
+void isosplat_renderer_orbit(IsosplatCamera* camera, double right_degrees, double up_degrees);
+void isosplat_renderer_pan(IsosplatCamera* camera, double right_px, double down_px,
+                           double image_height_px);
+void isosplat_renderer_zoom(IsosplatCamera* camera, double factor);
+void isosplat_renderer_bound(IsosplatCamera* camera);
 
-/// 1 if a draw of this size would change the picture.
-int32_t isosplat_renderer_needs_redraw(int32_t width, int32_t height);
+/// The projection that draw() uses for a picture of this size. The selection needs it.
+void isosplat_renderer_projection(const IsosplatCamera* camera, int32_t width, int32_t height,
+                                  IsosplatProjection* projection);
 
-/// Draws to the canvas, whose width and height in pixels these are. statistics (may be null)
-/// receives 8 numbers: samples drawn, samples resident, GPU bytes, chunks drawn, chunks culled,
-/// draw calls, kind drawn, programs linked.
-int32_t isosplat_renderer_draw(int32_t width, int32_t height, double* statistics);
+/// Whether draw() with this size would change the picture.
+bool isosplat_renderer_needs_redraw(int32_t width, int32_t height);
 
-/// 1 if isosplat_renderer_refine would smooth the edges of the picture last drawn, of this size.
-int32_t isosplat_renderer_can_refine(int32_t width, int32_t height);
+/// Draws to the canvas, which has this size in pixels. `statistics` may be null.
+IsosplatStatus isosplat_renderer_draw(int32_t width, int32_t height,
+                                      IsosplatFrameStatistics* statistics);
 
-/// Draws the still view once more, moved by a part of a pixel, and shows the mean. statistics as
-/// above.
-int32_t isosplat_renderer_refine(int32_t width, int32_t height, double* statistics);
+/// Whether refine() would smooth the edges of the picture that was drawn last, with this size.
+bool isosplat_renderer_can_refine(int32_t width, int32_t height);
 
-/// Renderer::hold_picture, begin_fade (1: a fade has begun, 0: there is nothing to fade from,
-/// negative: it failed) and fade.
-int32_t isosplat_renderer_hold_picture();
-int32_t isosplat_renderer_begin_fade();
-int32_t isosplat_renderer_fade(float progress);
+/// Draws the picture again, shifted by a fraction of a pixel, and shows the mean of all such
+/// pictures. `statistics` may be null.
+IsosplatStatus isosplat_renderer_refine(int32_t width, int32_t height,
+                                        IsosplatFrameStatistics* statistics);
 
-/// Starts a test of which regions of these chunks show in at least so many pixels
-/// (Renderer::begin_occlusion_query); draw first.
-int32_t isosplat_renderer_begin_occlusion_query(const uint32_t* ids, uint32_t count,
-                                                int32_t min_px);
+/// Renderer::hold_picture, begin_fade and fade. `has_begun` is 0 if there is no picture to fade
+/// from.
+IsosplatStatus isosplat_renderer_hold_picture();
+IsosplatStatus isosplat_renderer_begin_fade(uint32_t* has_begun);
+IsosplatStatus isosplat_renderer_fade(float progress);
 
-/// Chunks in the test's answer, or −1 while it is not there. It is at
-/// isosplat_renderer_occlusion_answer() until the next call of this: 33 words per chunk: id, the
-/// regions tested, those seen.
-int32_t isosplat_renderer_take_occlusion_query();
-const uint32_t* isosplat_renderer_occlusion_answer();
+/// Starts an occlusion query for the picture that was drawn last: which regions of these chunks
+/// show in at least min_px pixels (Renderer::begin_occlusion_query).
+IsosplatStatus isosplat_renderer_begin_occlusion_query(const uint32_t* handles, uint32_t count,
+                                                       int32_t min_px);
 
-/// limits receives 4 numbers: largest point size, largest texture size, float targets (0, 1), float
-/// blending (0, 1). Returns GL_RENDERER, valid until the next call.
-const char* isosplat_renderer_limits(double* limits);
+/// Takes the answer of the query, if it is ready. isosplat_renderer_occlusion_answer() then returns
+/// answer->count records, which are valid until the next call of this function.
+IsosplatStatus isosplat_renderer_take_occlusion_query(IsosplatOcclusionAnswer* answer);
+const IsosplatVisibility* isosplat_renderer_occlusion_answer();
 
-/// Call on the canvas's webglcontextlost (after preventDefault) and webglcontextrestored. All
-/// chunks are gone: add them again after the latter.
+/// What the GL implementation offers, and its name (GL_RENDERER; empty without a renderer), valid
+/// until the next call.
+IsosplatStatus isosplat_renderer_limits(IsosplatRendererLimits* limits);
+const char* isosplat_renderer_name();
+
+/// Call these on the canvas's events webglcontextlost (after preventDefault) and
+/// webglcontextrestored. All chunks are lost: add them again after the latter.
 void isosplat_renderer_context_lost();
-int32_t isosplat_renderer_context_restored();
+IsosplatStatus isosplat_renderer_context_restored();
 }

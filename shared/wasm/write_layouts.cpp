@@ -15,6 +15,7 @@
 
 #include "shared/grid/region_mask.h"
 #include "shared/include/isosplat/store.h"
+#include "shared/render/colour_maps.h"
 #include "shared/render/renderer.h"
 #include "shared/sampling/packed_sample.h"
 #include "shared/wasm/core_api.h"
@@ -101,6 +102,7 @@ std::vector<Record> all_records() {
       RECORD(ClipPlane, by_javascript, FIELD(normal), FIELD(offset)),
       RECORD(Camera, by_both, FIELD(target), FIELD(distance), FIELD(azimuth), FIELD(elevation),
              FIELD(roll), FIELD(field_of_view)),
+      RECORD(Projection, by_cpp, FIELD(clip_from_world)),
       RECORD(FrameStatistics, by_cpp, FIELD(samples_drawn), FIELD(samples_resident),
              FIELD(gpu_bytes), FIELD(chunks_drawn), FIELD(chunks_culled), FIELD(draw_calls),
              FIELD(programs_linked), FIELD(kind), FIELD(reserved)),
@@ -120,6 +122,7 @@ std::vector<Constant> all_constants() {
       {"maxHeaderBytes", kMaxHeaderBytes},
       {"maxIsosurfaces", kMaxIsosurfaces},
       {"maxClipPlanes", kMaxClipPlanes},
+      {"colourMapColours", std::extent_v<decltype(kColourMapTable), 1>},
       {"regionWords", ISOSPLAT_REGION_WORDS},
       {"packedSampleBytes", sizeof(PackedSample)},
       {"infoRecord", ISOSPLAT_INFO_RECORD},

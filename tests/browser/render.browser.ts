@@ -8,6 +8,7 @@ import type { AddressInfo } from "node:net";
 import { tmpdir } from "node:os";
 import { extname, join } from "node:path";
 import { expect, test } from "@playwright/test";
+import type * as Layouts from "../../build/wasm/web/layouts.js";
 
 const modules = "build/wasm/web";
 const fixture = "build/release/tests/native/isosplat_render_fixture";
@@ -21,13 +22,21 @@ const kinds = ["quad", "ellipse", "blended", "exact", "quad, lit at once"];
 let folder = "";
 let server: Server;
 let origin = "";
-let camera: number[] = [];
+type Camera = Parameters<typeof Layouts.writeCamera>[2];
+let camera: Camera;
 
 test.beforeAll(async () => {
   folder = mkdtempSync(join(tmpdir(), "isosplat-render-"));
   const printed = execFileSync(fixture, [folder], { encoding: "utf8" });
   const [x = 0, y = 0, z = 0, distance = 1] = printed.trim().split(" ").map(Number);
-  camera = [x, y, z, distance, 30, 20, 0, 30];
+  camera = {
+    target: [x, y, z],
+    distance,
+    azimuth: 30,
+    elevation: 20,
+    roll: 0,
+    fieldOfView: 30,
+  };
   server = createServer((request, response) => {
     const path = request.url ?? "/";
     if (path === "/") {
@@ -61,51 +70,90 @@ test("draws what the native renderer draws, before and after a lost context", as
   page.on("console", (message) => messages.push(message.text()));
   await page.goto(origin);
   const result = await page.evaluate(
-    async ([cameraNumbers, kindCount]) => {
+    async ([cameraRecord, kindCount]) => {
+      const layouts: typeof Layouts = await import(`${location.origin}/layouts.js`);
       const { default: create } = await import(`${location.origin}/isosplat-renderer.js`);
       const m = await create({ locateFile: (f: string) => `${location.origin}/${f}` });
       const canvas = document.querySelector("canvas") as HTMLCanvasElement;
       const check = (status: number) => {
         if (status !== 0) throw new Error(m.UTF8ToString(m._isosplat_renderer_error()));
       };
-      const doubles = (values: number[]) => {
-        const at = m._malloc(8 * values.length);
-        m.HEAPF64.set(values, at / 8);
+      const heap = () => new DataView(m.HEAPU8.buffer);
+      /** Records in the heap, one after the other. */
+      const records = <T>(
+        bytes: number,
+        write: (data: DataView, at: number, record: T) => void,
+        ...list: T[]
+      ): number => {
+        const at = m._malloc(bytes * list.length);
+        for (const [i, record] of list.entries()) write(heap(), at + bytes * i, record);
         return at;
       };
       check(m._isosplat_renderer_create(m.stringToNewUTF8("#view")));
       const gl = canvas.getContext("webgl2") as WebGL2RenderingContext;
       const debug = gl.getExtension("WEBGL_debug_renderer_info");
       const renderer = String(gl.getParameter(debug?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER));
-      const limits = doubles([0, 0, 0, 0]);
-      m._isosplat_renderer_limits(limits);
-      const floatTargets = m.HEAPF64[limits / 8 + 2];
+      const limits = m._malloc(layouts.rendererLimitsBytes);
+      check(m._isosplat_renderer_limits(limits));
+      const { floatTargets } = layouts.readRendererLimits(heap(), limits);
       const samples = new Uint8Array(await (await fetch("/fixture/samples.bin")).arrayBuffer());
-      const grid = [60, 50, 30, 1, 1.25, 2, 0, 0, 0, 1, 0.6, 0, 0, 0.8, 0, 0, 0, 1];
-      check(m._isosplat_renderer_set_volume(doubles(grid), doubles([0, 1])));
+      const volume = records(layouts.volumeBytes, layouts.writeVolume, {
+        voxels: [60, 50, 30],
+        spacing: [1, 1.25, 2],
+        origin: [0, 0, 0],
+        direction: [1, 0.6, 0, 0, 0.8, 0, 0, 0, 1],
+        valueOffset: 0,
+        valueScale: 1,
+      });
+      check(m._isosplat_renderer_set_volume(volume));
+      const block = records(layouts.blockBytes, layouts.writeBlock, { level: 0, block: [0, 0, 0] });
       const add = () => {
         const at = m._malloc(samples.length);
         m.HEAPU8.set(samples, at);
-        check(m._isosplat_renderer_add_chunk(7, 0, 0, 0, 0, at, samples.length / 16));
+        const count = samples.length / layouts.packedSampleBytes;
+        check(m._isosplat_renderer_add_chunk(7, block, at, count));
         m._free(at);
-        const ids = m._malloc(4);
-        m.HEAPU32[ids / 4] = 7;
-        m._isosplat_renderer_set_visible(ids, 0, 1);
-        m._free(ids);
+        const drawn = m._malloc(layouts.drawnChunkBytes);
+        m.HEAPU8.fill(0xff, drawn, drawn + layouts.drawnChunkBytes);
+        heap().setUint32(drawn + layouts.drawnChunkOffsets.handle, 7, true);
+        m._isosplat_renderer_set_visible(drawn, 1);
+        m._free(drawn);
       };
       add();
-      m._isosplat_renderer_set_camera(doubles(cameraNumbers as number[]));
-      const surfaces = [1500.5, 0.9, 0.3, 0.2, 1, 2500, 0.85, 0.8, 0.7, 0.4];
-      m._isosplat_renderer_set_clipping(doubles([0, 0, 0, 0.8, 1, 1]), 0, 0);
+      m._isosplat_renderer_set_camera(
+        records(layouts.cameraBytes, layouts.writeCamera, cameraRecord),
+      );
+      const isosurfaces = records(
+        layouts.isosurfaceBytes,
+        layouts.writeIsosurface,
+        { isovalue: 1500.5, colour: [0.9, 0.3, 0.2], opacity: 1 },
+        { isovalue: 2500, colour: [0.85, 0.8, 0.7], opacity: 0.4 },
+      );
+      const box = records(layouts.clipBoxBytes, layouts.writeClipBox, {
+        low: [0, 0, 0],
+        high: [0.8, 1, 1],
+      });
+      m._isosplat_renderer_set_clipping(box, 0, 0);
 
       const pixels = new Uint8Array(4 * 256 * 256);
       const differing = async () => {
         const shares: number[] = [];
-        for (let kind = 0; kind < (kindCount as number); ++kind) {
+        for (let kind = 0; kind < kindCount; ++kind) {
           const atOnce = kind === 4;
           m._isosplat_renderer_set_kind(kind % 4);
-          m._isosplat_renderer_set_isosurfaces(doubles(surfaces), atOnce ? 1 : 2);
-          m._isosplat_renderer_set_lighting(0.25, 0.15, atOnce ? 0 : 0.5);
+          m._isosplat_renderer_set_isosurfaces(isosurfaces, atOnce ? 1 : 2);
+          const appearance = records(layouts.appearanceBytes, layouts.writeAppearance, {
+            colourLow: 0,
+            colourHigh: 1,
+            colourBy: 0,
+            colourMap: 0,
+            background: [1, 1, 1, 1],
+            ambient: 0.25,
+            specular: 0.15,
+            eyeDome: atOnce ? 0 : 0.5,
+          });
+          m._isosplat_renderer_set_appearance(appearance);
+          m._free(appearance);
           check(m._isosplat_renderer_draw(256, 256, 0));
           gl.readPixels(0, 0, 256, 256, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
           const native = new Uint8Array(await (await fetch(`/fixture/${kind}.rgba`)).arrayBuffer());

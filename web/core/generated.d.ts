@@ -3,6 +3,7 @@ declare module "*/layouts.js" {
   export const maxHeaderBytes: number;
   export const maxIsosurfaces: number;
   export const maxClipPlanes: number;
+  export const colourMapColours: number;
   export const regionWords: number;
   export const packedSampleBytes: number;
   export const infoRecord: number;
@@ -189,6 +190,12 @@ declare module "*/layouts.js" {
   export const cameraBytes: number;
   export function readCamera(data: DataView, at: number): Camera;
   export function writeCamera(data: DataView, at: number, record: Camera): void;
+
+  export interface Projection {
+    clipFromWorld: number[];
+  }
+  export const projectionBytes: number;
+  export function readProjection(data: DataView, at: number): Projection;
 
   export interface FrameStatistics {
     samplesDrawn: number;

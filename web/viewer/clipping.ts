@@ -1,8 +1,9 @@
+import * as layouts from "../../build/wasm/web/layouts.js";
 import type { StoreInfo, Triple } from "../stream/types.ts";
 import type { Camera, Clip, ClipPlane } from "./types.ts";
 
-/** Most planes beside the box (shared/render/renderer.h, kMaxClipPlanes). */
-export const maxClipPlanes = 6;
+/** The largest number of planes besides the box (kMaxClipPlanes in shared/render/renderer.h). */
+export const maxClipPlanes: number = layouts.maxClipPlanes;
 
 export const wholeVolume: Clip = { low: [0, 0, 0], high: [1, 1, 1], planes: [] };
 

@@ -1,19 +1,19 @@
+import * as layouts from "../../build/wasm/web/layouts.js";
 import {
   type CoreModule,
   instantiate,
   type ModuleFactory,
+  regionWords,
   visibilityWords,
 } from "../core/index.ts";
 import { type FaultKind, faultOfStatus } from "../stream/faults.ts";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
-import { maxClipPlanes } from "./clipping.ts";
 import type { Camera, Clip, ColourMap, Look, SplatKind, Surface } from "./types.ts";
-import { colourings, colourMaps, maxSurfaces, splatKinds } from "./types.ts";
+import { colourings, colourMaps, splatKinds } from "./types.ts";
 
-/** What Emscripten's factory yields: the exports of shared/wasm/renderer_api.h and the heap. */
+/** The instance that Emscripten's factory creates: the functions of shared/wasm/renderer_api.h. */
 interface Exports extends CoreModule {
   HEAPU8: Uint8Array;
-  HEAPF64: Float64Array;
   HEAPU32: Uint32Array;
   _malloc(bytes: number): number;
   _free(pointer: number): void;
@@ -22,24 +22,19 @@ interface Exports extends CoreModule {
   _isosplat_renderer_is_compiled(): number;
   _isosplat_renderer_warm_up(): number;
   _isosplat_renderer_error(): number;
-  _isosplat_renderer_set_volume(grid: number, mapping: number): number;
+  _isosplat_renderer_set_volume(volume: number): number;
   _isosplat_renderer_add_chunk(
-    id: number,
-    level: number,
-    x: number,
-    y: number,
-    z: number,
+    handle: number,
+    block: number,
     samples: number,
     count: number,
   ): number;
   _isosplat_renderer_check_gpu(): number;
-  _isosplat_renderer_remove_chunk(id: number): void;
-  _isosplat_renderer_set_visible(ids: number, regions: number, count: number): void;
-  _isosplat_renderer_set_isosurfaces(surfaces: number, count: number): void;
+  _isosplat_renderer_remove_chunk(handle: number): void;
+  _isosplat_renderer_set_visible(chunks: number, count: number): void;
+  _isosplat_renderer_set_isosurfaces(isosurfaces: number, count: number): void;
   _isosplat_renderer_set_kind(kind: number): void;
-  _isosplat_renderer_set_colouring(by: number, map: number, low: number, high: number): void;
-  _isosplat_renderer_set_background(red: number, green: number, blue: number, alpha: number): void;
-  _isosplat_renderer_set_lighting(ambient: number, specular: number, eyeDome: number): void;
+  _isosplat_renderer_set_appearance(appearance: number): void;
   _isosplat_renderer_set_clipping(box: number, planes: number, count: number): void;
   _isosplat_renderer_set_camera(camera: number): void;
   _isosplat_renderer_default_camera(camera: number, aspect: number): void;
@@ -52,24 +47,28 @@ interface Exports extends CoreModule {
     camera: number,
     width: number,
     height: number,
-    matrix: number,
+    projection: number,
   ): void;
   _isosplat_renderer_needs_redraw(width: number, height: number): number;
   _isosplat_renderer_draw(width: number, height: number, statistics: number): number;
   _isosplat_renderer_can_refine(width: number, height: number): number;
   _isosplat_renderer_refine(width: number, height: number, statistics: number): number;
   _isosplat_renderer_hold_picture(): number;
-  _isosplat_renderer_begin_fade(): number;
+  _isosplat_renderer_begin_fade(hasBegun: number): number;
   _isosplat_renderer_fade(progress: number): number;
-  _isosplat_renderer_begin_occlusion_query(ids: number, count: number, minPixels: number): number;
-  _isosplat_renderer_take_occlusion_query(): number;
+  _isosplat_renderer_begin_occlusion_query(
+    handles: number,
+    count: number,
+    minPixels: number,
+  ): number;
+  _isosplat_renderer_take_occlusion_query(answer: number): number;
   _isosplat_renderer_occlusion_answer(): number;
-  _isosplat_renderer_limits(limits: number): number;
+  _isosplat_renderer_name(): number;
   _isosplat_renderer_context_lost(): void;
   _isosplat_renderer_context_restored(): number;
 }
 
-/** The renderer failed. `message` is the core's. */
+/** The renderer failed. `message` comes from the C++ renderer. */
 export class RendererError extends Error {
   override readonly name = "RendererError";
   readonly kind: FaultKind;
@@ -87,17 +86,17 @@ export interface DrawStatistics {
   chunksCulled: number;
   drawCalls: number;
   kind: SplatKind;
-  /** For the first time in this draw, which took longer for it. */
+  /** Shader programs that were linked in this draw, which took longer because of it. */
   programsLinked: number;
 }
 
-/** #rrggbb → 0 … 1. */
+/** The channels of #rrggbb, 0 … 1. */
 export function colourChannels(colour: string): [number, number, number] {
   const value = Number.parseInt(colour.slice(1), 16);
   return [(value >> 16) / 255, ((value >> 8) & 255) / 255, (value & 255) / 255];
 }
 
-/** Whether this browser offers what is drawn with. */
+/** Whether this browser offers WebGL 2. */
 export function hasWebGl2(): boolean {
   try {
     return document.createElement("canvas").getContext("webgl2") !== null;
@@ -111,10 +110,10 @@ const wasmUrl = new URL("../../build/wasm/web/isosplat-renderer.wasm", import.me
 let canvasNumber = 0;
 let compiled: Promise<WebAssembly.Module> | null = null;
 
-/** The module's code, fetched and compiled once. Call it early to have it sooner. */
+/** The compiled code of the module. Fetches and compiles it once; an early call saves time later. */
 export function compiledRenderer(): Promise<WebAssembly.Module> {
   compiled ??= compile();
-  // A failure is not kept: the next call tries again.
+  // After a failure the next call tries again.
   compiled.catch(() => {
     compiled = null;
   });
@@ -129,33 +128,48 @@ async function compile(): Promise<WebAssembly.Module> {
     const text = `expected the renderer at ${wasmUrl}, found status ${response.status}`;
     throw new RendererError(text, "server-fault");
   }
-  // Static hosts that do not know .wasm send another type, which streaming refuses.
+  // Some static hosts send .wasm with another type, which compileStreaming rejects.
   const isTyped = response.headers.get("content-type")?.startsWith("application/wasm");
   if (isTyped) return WebAssembly.compileStreaming(response);
   return WebAssembly.compile(await response.arrayBuffer());
 }
 
+const { maxClipPlanes, maxIsosurfaces } = layouts;
+
+/** The largest group of records that one call takes or returns. Bulk data have their own memory. */
+const scratchBytes = Math.max(
+  layouts.volumeBytes,
+  layouts.appearanceBytes,
+  layouts.frameStatisticsBytes,
+  layouts.cameraBytes + layouts.projectionBytes,
+  layouts.isosurfaceBytes * maxIsosurfaces,
+  layouts.clipBoxBytes + layouts.clipPlaneBytes * maxClipPlanes,
+);
+const drawnChunkWords = layouts.drawnChunkBytes / 4;
+/** The light that reaches every side, and the strength of highlights. */
+const [ambientLight, specularLight] = [0.25, 0.15];
+
 /**
  * The C++ renderer (shared/render) on one canvas, through the C functions of shared/wasm/renderer_api.h.
- * One instance a canvas; each is a WebAssembly instance of its own.
+ * Each canvas has its own WebAssembly instance.
  */
 export class RendererModule {
   readonly #exports: Exports;
-  /** Room for the arrays that the functions take: 64 doubles. */
+  /** Memory for records: `scratchBytes`. */
   readonly #scratch: number;
-  /** Room for bulk data, grown as needed. */
+  /** Memory for bulk data. It grows as needed. */
   #bulk = 0;
   #bulkBytes = 0;
   #destroyed = false;
 
   private constructor(exports: Exports) {
     this.#exports = exports;
-    this.#scratch = exports._malloc(64 * 8);
+    this.#scratch = exports._malloc(scratchBytes);
   }
 
   /**
-   * Loads the module and makes a WebGL 2 context on the canvas. Rejects with a RendererError when there
-   * is none to be had.
+   * Loads the module and creates a WebGL 2 context on the canvas. Rejects with a RendererError if this
+   * fails.
    */
   static async create(canvas: HTMLCanvasElement): Promise<RendererModule> {
     const [{ default: factory }, wasm] = await Promise.all([
@@ -180,7 +194,7 @@ export class RendererModule {
     return renderer;
   }
 
-  /** For the parts of the core that share this instance. */
+  /** The functions of the core, which use the same instance. */
   get exports(): CoreModule {
     return this.#exports;
   }
@@ -191,60 +205,69 @@ export class RendererModule {
     this.#exports._isosplat_renderer_destroy();
   }
 
-  /** Whether `warmUp` need not wait for the driver's compiler. */
+  /** Whether the driver has compiled the shaders, so that `warmUp` does not wait. */
   isCompiled(): boolean {
     return this.#exports._isosplat_renderer_is_compiled() !== 0;
   }
 
-  /** What the driver puts off until the first picture, before there is one. */
+  /** Does the work that the driver would otherwise do during the first picture. */
   warmUp(): void {
     this.#check(this.#exports._isosplat_renderer_warm_up());
   }
 
   setVolume(info: StoreInfo): void {
-    const { voxels, spacing, origin, direction, mapping } = info;
-    this.#doubles([...voxels, ...spacing, ...origin, ...direction, mapping.offset, mapping.scale]);
-    this.#check(this.#exports._isosplat_renderer_set_volume(this.#scratch, this.#scratch + 18 * 8));
+    layouts.writeVolume(this.#view(), this.#scratch, {
+      voxels: info.voxels,
+      spacing: info.spacing,
+      origin: info.origin,
+      direction: info.direction,
+      valueOffset: info.mapping.offset,
+      valueScale: info.mapping.scale,
+    });
+    this.#check(this.#exports._isosplat_renderer_set_volume(this.#scratch));
   }
 
-  /** samples: PackedSample, 4 words each. */
-  addChunk(id: number, place: ChunkPlace, samples: Uint32Array): void {
-    const [x, y, z] = place.block;
+  /** samples: packed samples (PackedSample). */
+  addChunk(handle: number, place: ChunkPlace, samples: Uint32Array): void {
     const pointer = this.#reserve(samples.byteLength);
     this.#exports.HEAPU32.set(samples, pointer >> 2);
-    this.#check(
-      this.#exports._isosplat_renderer_add_chunk(
-        id,
-        place.level,
-        x,
-        y,
-        z,
-        pointer,
-        samples.length / 4,
-      ),
-    );
+    layouts.writeBlock(this.#view(), this.#scratch, place);
+    const count = samples.byteLength / layouts.packedSampleBytes;
+    this.#check(this.#exports._isosplat_renderer_add_chunk(handle, this.#scratch, pointer, count));
   }
 
-  /** Throws what the GPU could not do since the last call. Waits for it: call when it is done. */
+  /** Throws if the GPU has failed since the last call. Waits for the GPU: call it when that is idle. */
   checkGpu(): void {
     this.#check(this.#exports._isosplat_renderer_check_gpu());
   }
 
-  removeChunk(id: number): void {
-    this.#exports._isosplat_renderer_remove_chunk(id);
+  removeChunk(handle: number): void {
+    this.#exports._isosplat_renderer_remove_chunk(handle);
   }
 
-  /** ids: one a chunk; regions: `regionWords` a chunk, see StreamEvents.visible. */
-  setVisible(ids: ArrayLike<number>, regions: ArrayLike<number>): void {
-    const pointer = this.#reserve(4 * (ids.length + regions.length));
-    this.#exports.HEAPU32.set(ids, pointer >> 2);
-    this.#exports.HEAPU32.set(regions, (pointer >> 2) + ids.length);
-    this.#exports._isosplat_renderer_set_visible(pointer, pointer + ids.length * 4, ids.length);
+  /** Draws exactly these chunks from now on. regions: `regionWords` per chunk (RegionMask). */
+  setVisible(handles: ArrayLike<number>, regions: ArrayLike<number>): void {
+    const count = handles.length;
+    const pointer = this.#reserve(count * layouts.drawnChunkBytes);
+    const heap = this.#exports.HEAPU32;
+    for (let i = 0; i < count; ++i) {
+      const at = (pointer >> 2) + i * drawnChunkWords;
+      heap[at + layouts.drawnChunkOffsets.handle / 4] = handles[i] ?? 0;
+      const regionsAt = at + layouts.drawnChunkOffsets.regions / 4;
+      for (let word = 0; word < regionWords; ++word) {
+        heap[regionsAt + word] = regions[i * regionWords + word] ?? 0;
+      }
+    }
+    this.#exports._isosplat_renderer_set_visible(pointer, count);
   }
 
   setSurfaces(surfaces: readonly Surface[]): void {
-    const used = surfaces.slice(0, maxSurfaces);
-    this.#doubles(used.flatMap((s) => [s.isovalue, ...colourChannels(s.colour), s.opacity]));
+    const used = surfaces.slice(0, maxIsosurfaces);
+    const data = this.#view();
+    used.forEach(({ isovalue, colour, opacity }, i) => {
+      const record = { isovalue, colour: colourChannels(colour), opacity };
+      layouts.writeIsosurface(data, this.#scratch + i * layouts.isosurfaceBytes, record);
+    });
     this.#exports._isosplat_renderer_set_isosurfaces(this.#scratch, used.length);
   }
 
@@ -253,79 +276,83 @@ export class RendererModule {
   }
 
   /** range: of the quantity that the colour map shows. */
-  setLook(look: Look, range: readonly [number, number]): void {
-    this.#exports._isosplat_renderer_set_colouring(
-      colourings.indexOf(look.colourBy),
-      colourMaps.indexOf(look.colourMap),
-      range[0],
-      range[1],
-    );
-    this.#exports._isosplat_renderer_set_background(...colourChannels(look.background), 1);
-    this.#exports._isosplat_renderer_set_lighting(0.25, 0.15, look.eyeDome);
+  setLook(look: Look, [colourLow, colourHigh]: readonly [number, number]): void {
+    layouts.writeAppearance(this.#view(), this.#scratch, {
+      colourLow,
+      colourHigh,
+      colourBy: colourings.indexOf(look.colourBy),
+      colourMap: colourMaps.indexOf(look.colourMap),
+      background: [...colourChannels(look.background), 1],
+      ambient: ambientLight,
+      specular: specularLight,
+      eyeDome: look.eyeDome,
+    });
+    this.#exports._isosplat_renderer_set_appearance(this.#scratch);
   }
 
-  /** A colour map from low to high: as many colours as asked for, evenly spaced, as CSS colours. */
+  /** `count` evenly spaced colours of a colour map, from low to high, as CSS colours. */
   colours(map: ColourMap, count: number): string[] {
     const at = this.#exports._isosplat_renderer_colour_map(colourMaps.indexOf(map));
     return Array.from({ length: count }, (_, i) => {
-      const colour = at + 3 * Math.round((255 * i) / (count - 1));
+      const last = layouts.colourMapColours - 1;
+      const colour = at + 3 * Math.round((last * i) / (count - 1));
       return `rgb(${this.#exports.HEAPU8.subarray(colour, colour + 3).join(" ")})`;
     });
   }
 
   setClip({ low, high, planes }: Clip): void {
     const used = planes.slice(0, maxClipPlanes);
-    const numbers = used.flatMap(({ normal, offset }) => [...normal, offset]);
-    this.#doubles([...low, ...high, ...numbers]);
-    this.#exports._isosplat_renderer_set_clipping(
-      this.#scratch,
-      this.#scratch + 6 * 8,
-      used.length,
-    );
+    const data = this.#view();
+    const planesAt = this.#scratch + layouts.clipBoxBytes;
+    layouts.writeClipBox(data, this.#scratch, { low, high });
+    used.forEach((plane, i) => {
+      layouts.writeClipPlane(data, planesAt + i * layouts.clipPlaneBytes, plane);
+    });
+    this.#exports._isosplat_renderer_set_clipping(this.#scratch, planesAt, used.length);
   }
 
   setCamera(camera: Camera): void {
-    this.#putCamera(camera);
+    this.#writeCamera(camera);
     this.#exports._isosplat_renderer_set_camera(this.#scratch);
   }
 
-  /** `aspect`: the image's width / height. */
+  /** The camera of the first picture. `aspect`: width / height of the image. */
   defaultCamera(aspect: number): Camera {
     this.#exports._isosplat_renderer_default_camera(this.#scratch, aspect);
-    return this.#takeCamera();
+    return this.#readCamera();
   }
 
   orbited(camera: Camera, rightDegrees: number, upDegrees: number): Camera {
-    this.#putCamera(camera);
+    this.#writeCamera(camera);
     this.#exports._isosplat_renderer_orbit(this.#scratch, rightDegrees, upDegrees);
-    return this.#takeCamera();
+    return this.#readCamera();
   }
 
   panned(camera: Camera, rightPx: number, downPx: number, imageHeightPx: number): Camera {
-    this.#putCamera(camera);
+    this.#writeCamera(camera);
     this.#exports._isosplat_renderer_pan(this.#scratch, rightPx, downPx, imageHeightPx);
-    return this.#takeCamera();
+    return this.#readCamera();
   }
 
   zoomed(camera: Camera, factor: number): Camera {
-    this.#putCamera(camera);
+    this.#writeCamera(camera);
     this.#exports._isosplat_renderer_zoom(this.#scratch, factor);
-    return this.#takeCamera();
+    return this.#readCamera();
   }
 
-  /** A camera that can be drawn from, whatever numbers this one has. */
+  /** A valid camera: the same one, or the nearest one if its numbers are out of range. */
   bounded(camera: Camera): Camera {
-    this.#putCamera(camera);
+    this.#writeCamera(camera);
     this.#exports._isosplat_renderer_bound(this.#scratch);
-    return this.#takeCamera();
+    return this.#readCamera();
   }
 
-  /** World to clip space, column by column. The array is the caller's. */
+  /** World to clip space: a matrix of 4 × 4, column by column. */
   viewProjection(camera: Camera, width: number, height: number): Float64Array {
-    this.#putCamera(camera);
-    const matrix = this.#scratch + 8 * 8;
-    this.#exports._isosplat_renderer_projection(this.#scratch, width, height, matrix);
-    return this.#exports.HEAPF64.slice(matrix >> 3, (matrix >> 3) + 16);
+    this.#writeCamera(camera);
+    const at = this.#scratch + layouts.cameraBytes;
+    this.#exports._isosplat_renderer_projection(this.#scratch, width, height, at);
+    return Float64Array.from(layouts.readProjection(this.#view(), at).clipFromWorld);
   }
 
   needsRedraw(width: number, height: number): boolean {
@@ -334,60 +361,60 @@ export class RendererModule {
 
   draw(width: number, height: number): DrawStatistics {
     this.#check(this.#exports._isosplat_renderer_draw(width, height, this.#scratch));
-    return this.#takeStatistics();
+    return this.#readStatistics();
   }
 
-  /** Whether refine() would smooth the edges of the picture last drawn, of this size. */
+  /** Whether refine() would smooth the edges of the picture that was drawn last, with this size. */
   canRefine(width: number, height: number): boolean {
     return this.#exports._isosplat_renderer_can_refine(width, height) !== 0;
   }
 
-  /** Draws the still view once more, moved by a part of a pixel, and shows the mean. */
+  /** Draws the picture again, shifted by a fraction of a pixel, and shows the mean of all of them. */
   refine(width: number, height: number): DrawStatistics {
     this.#check(this.#exports._isosplat_renderer_refine(width, height, this.#scratch));
-    return this.#takeStatistics();
+    return this.#readStatistics();
   }
 
   /**
-   * Starts to find out which regions of these chunks show in so many pixels of the picture drawn
-   * last, which must not need to be redrawn; with 0, of which any part may be seen.
+   * Starts an occlusion query: which regions of these chunks show in at least `minPixels` pixels of
+   * the picture that was drawn last, which must be up to date. 0: which may be visible at all.
    */
-  beginOcclusionQuery(ids: Uint32Array, minPixels: number): void {
-    const pointer = this.#reserve(ids.byteLength);
-    this.#exports.HEAPU32.set(ids, pointer >> 2);
+  beginOcclusionQuery(handles: Uint32Array, minPixels: number): void {
+    const pointer = this.#reserve(handles.byteLength);
+    this.#exports.HEAPU32.set(handles, pointer >> 2);
     this.#check(
-      this.#exports._isosplat_renderer_begin_occlusion_query(pointer, ids.length, minPixels),
+      this.#exports._isosplat_renderer_begin_occlusion_query(pointer, handles.length, minPixels),
     );
   }
 
-  /** The answer, `visibilityWords` for each chunk that was drawn; undefined while it is not there. */
+  /** The answer, `visibilityWords` for each chunk that was drawn; undefined until it is ready. */
   takeOcclusionQuery(): Uint32Array | undefined {
-    const count = this.#exports._isosplat_renderer_take_occlusion_query();
-    if (count < 0) return undefined;
+    this.#check(this.#exports._isosplat_renderer_take_occlusion_query(this.#scratch));
+    const { isReady, count } = layouts.readOcclusionAnswer(this.#view(), this.#scratch);
+    if (isReady === 0) return undefined;
     const at = this.#exports._isosplat_renderer_occlusion_answer() >> 2;
     return this.#exports.HEAPU32.slice(at, at + visibilityWords * count);
   }
 
-  /** Keeps the picture just drawn, so that the next one can come in its place step by step. */
+  /** Keeps the picture that was drawn last, so that the next one can fade in over it. */
   holdPicture(): void {
     this.#check(this.#exports._isosplat_renderer_hold_picture());
   }
 
-  /** Right after draw(): shows the held picture, for fade() to go on from. False: none is held. */
+  /** Call it right after draw(). Shows the kept picture again, and starts a fade. False: none is kept. */
   beginFade(): boolean {
-    const begun = this.#exports._isosplat_renderer_begin_fade();
-    if (begun < 0) this.#check(begun);
-    return begun === 1;
+    this.#check(this.#exports._isosplat_renderer_begin_fade(this.#scratch));
+    return this.#view().getUint32(this.#scratch, true) !== 0;
   }
 
-  /** Shows the held picture (0) and the one drawn last (1) mixed; at 1 that is held. */
+  /** Mixes the kept picture (0) with the one drawn last (1). At 1 the latter becomes the kept one. */
   fade(progress: number): void {
     this.#check(this.#exports._isosplat_renderer_fade(progress));
   }
 
   /** GL_RENDERER. */
   rendererName(): string {
-    return this.#read(this.#exports._isosplat_renderer_limits(this.#scratch));
+    return this.#read(this.#exports._isosplat_renderer_name());
   }
 
   contextLost(): void {
@@ -401,42 +428,30 @@ export class RendererModule {
   #check(status: number): void {
     if (status === 0) return;
     const message = this.#read(this.#exports._isosplat_renderer_error());
-    const name = this.#read(this.#exports._isosplat_core_status_name(Math.abs(status)));
+    const name = this.#read(this.#exports._isosplat_core_status_name(status));
     const isFull = faultOfStatus(name) === "out-of-memory";
     throw new RendererError(message, isFull ? "out-of-memory" : "renderer-failed");
   }
 
-  #doubles(values: readonly number[]): void {
-    this.#exports.HEAPF64.set(values, this.#scratch >> 3);
+  /** A view of the heap, for the functions of layouts.js. Valid until the next call. */
+  #view(): DataView {
+    return new DataView(this.#exports.HEAPU8.buffer);
   }
 
-  #putCamera(c: Camera): void {
-    this.#doubles([...c.target, c.distance, c.azimuth, c.elevation, c.roll, c.fieldOfView]);
+  #writeCamera(camera: Camera): void {
+    layouts.writeCamera(this.#view(), this.#scratch, camera);
   }
 
-  #takeCamera(): Camera {
-    const at = this.#scratch >> 3;
-    const [x = 0, y = 0, z = 0, distance = 1, azimuth = 0, elevation = 0, roll = 0, view = 30] =
-      this.#exports.HEAPF64.subarray(at, at + 8);
-    return { target: [x, y, z], distance, azimuth, elevation, roll, fieldOfView: view };
+  #readCamera(): Camera {
+    return layouts.readCamera(this.#view(), this.#scratch);
   }
 
-  #takeStatistics(): DrawStatistics {
-    const at = this.#scratch >> 3;
-    const n = this.#exports.HEAPF64;
-    return {
-      samplesDrawn: n[at] ?? 0,
-      samplesResident: n[at + 1] ?? 0,
-      gpuBytes: n[at + 2] ?? 0,
-      chunksDrawn: n[at + 3] ?? 0,
-      chunksCulled: n[at + 4] ?? 0,
-      drawCalls: n[at + 5] ?? 0,
-      kind: splatKinds[n[at + 6] ?? 0] ?? "quad",
-      programsLinked: n[at + 7] ?? 0,
-    };
+  #readStatistics(): DrawStatistics {
+    const statistics = layouts.readFrameStatistics(this.#view(), this.#scratch);
+    return { ...statistics, kind: splatKinds[statistics.kind] ?? "quad" };
   }
 
-  /** A block of at least so many bytes, 8-byte-aligned, valid until the next call of this. */
+  /** Memory of at least this size, 8-byte-aligned. It is valid until the next call of this method. */
   #reserve(bytes: number): number {
     if (bytes > this.#bulkBytes) {
       this.#exports._free(this.#bulk);

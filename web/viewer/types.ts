@@ -1,3 +1,4 @@
+import { maxIsosurfaces } from "../../build/wasm/web/layouts.js";
 import type { Triple } from "../stream/types.ts";
 
 /** A view of the volume; the numbers of shared/render/camera.h. Angles in degrees. */
@@ -22,8 +23,8 @@ export interface Surface {
   opacity: number;
 }
 
-/** Most isosurfaces of a view; more are ignored (shared/render/renderer.h, kMaxIsosurfaces). */
-export const maxSurfaces = 8;
+/** The largest number of isosurfaces; more are ignored (kMaxIsosurfaces in shared/render/renderer.h). */
+export const maxSurfaces: number = maxIsosurfaces;
 
 export const splatKinds = ["quad", "ellipse", "blended", "exact"] as const;
 /** What a sample is drawn as (shared/render/renderer.h, SplatKind). */
