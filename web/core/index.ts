@@ -20,15 +20,15 @@ export type { CoreModule } from "./module.ts";
 export type { Chunk, Page } from "./records.ts";
 export type { Points, Samples, StoreInfo, StoreMetadata, Triple } from "./types.ts";
 
-/** Where the core's functions come from: its own module, or a larger one that contains it. */
+/** The module that provides the core: isosplat-core, or isosplat-renderer, which contains it. */
 export interface CoreOptions {
   /** The bytes of isosplat-core.wasm. */
   wasmBinary?: Uint8Array;
   /** The address of isosplat-core.wasm. Default: beside its module. */
   url?: string;
-  /** An instance that has the core's functions already, such as that of isosplat-renderer. */
+  /** An existing instance with the functions of the core, such as one of isosplat-renderer. */
   module?: CoreModule;
-  /** The compiled code of isosplat-renderer, of which another instance is to be made. */
+  /** The compiled code of isosplat-renderer, to create another instance of it. */
   renderer?: CompiledModule;
 }
 
@@ -47,8 +47,8 @@ export async function loadCore(options: CoreOptions = {}): Promise<Core> {
 }
 
 /**
- * The bytes of a file, if the address is a file's: Node does not fetch these. Node's module is not
- * imported, since bundlers for browsers would look for it.
+ * The bytes of a file: URL, which Node does not fetch. Node's module is not imported, since bundlers
+ * for browsers would try to resolve it.
  */
 async function fileBytes(url: URL): Promise<Uint8Array | undefined> {
   if (url.protocol !== "file:") return undefined;

@@ -1,11 +1,11 @@
-/** WebAssembly.Module, where the types of a project have it: those of Node alone do not. */
+/** WebAssembly.Module, or `object` in projects with the types of Node alone, which lack it. */
 export type CompiledModule = typeof globalThis extends {
   WebAssembly: { Module: { prototype: infer Module } };
 }
   ? Module
   : object;
 
-/** Emscripten's module factories, as far as they are used here. */
+/** The part of Emscripten's module factories that is used here. */
 export type ModuleFactory = (options: {
   instantiateWasm(
     imports: object,
@@ -14,8 +14,8 @@ export type ModuleFactory = (options: {
 }) => Promise<unknown>;
 
 /**
- * An instance of compiled code, with its factory's JavaScript around it. Rejects when it cannot be
- * made, which Emscripten's own way does not say.
+ * Creates an instance of compiled code with Emscripten's factory. Rejects if the instantiation fails;
+ * the factory alone would not report it.
  */
 export function instantiate<Exports>(
   factory: ModuleFactory,

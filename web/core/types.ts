@@ -1,8 +1,8 @@
-/** What a store says of its volume, and what it yields. Values are in the volume's units. */
+/** A store's description of its volume, and decoded data. Values are in the units of the volume. */
 
 export type Triple = [number, number, number];
 
-/** What a store says of its volume. */
+/** A store's description of its volume. */
 export interface StoreInfo {
   /** Voxels along x, y, z. */
   voxels: Triple;
@@ -19,7 +19,7 @@ export interface StoreInfo {
   mapping: { offset: number; scale: number; maxError: number; bits: 8 | 16; hasMissing: boolean };
   /** The smallest and largest value of the volume. */
   range: [number, number];
-  /** The same as codes. */
+  /** The same as quantized values. */
   quantizedRange: [number, number];
   /** Levels of detail; level 0 is the volume itself, level `levels − 1` the coarsest. */
   levels: number;
@@ -31,7 +31,7 @@ export interface StoreInfo {
   metadata: StoreMetadata;
 }
 
-/** Free text for people and pages; every field may be missing. */
+/** Texts for display. Every field may be missing. */
 export interface StoreMetadata {
   name?: string;
   title?: string;
@@ -47,7 +47,7 @@ export interface Samples {
   count: number;
   /** World positions. */
   positions: Float32Array;
-  /** In the volume's values. */
+  /** In the units of the volume. */
   values: Float32Array;
   /** Values per world unit. */
   gradients: Float32Array;
