@@ -35,7 +35,7 @@ install(FILES native/packaging/isosplat.bash RENAME isosplat
         DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
 install(FILES native/packaging/isosplat.zsh RENAME _isosplat
         DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
-install(FILES native/packaging/copyright
+install(FILES ${documents}/changelog.gz native/packaging/copyright
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libisosplat-dev COMPONENT library)
 # Nothing enables the unit: that is the administrator's decision.
 install(FILES native/packaging/isosplat.service DESTINATION lib/systemd/system COMPONENT program)
@@ -45,7 +45,6 @@ set(CPACK_PACKAGE_NAME isosplat)
 set(CPACK_PACKAGE_VERSION ${ISOSPLAT_VERSION})
 set(CPACK_PACKAGE_VENDOR Isosplat)
 set(CPACK_PACKAGE_CONTACT "Isosplat <isosplat@localhost>")
-string(JSON CPACK_PACKAGE_DESCRIPTION_SUMMARY GET "${ISOSPLAT_PACKAGE}" description)
 set(CPACK_PACKAGE_FILE_NAME isosplat-${ISOSPLAT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
 set(CPACK_PACKAGE_CHECKSUM SHA256)
 set(CPACK_STRIP_FILES ON)
@@ -67,12 +66,15 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 # What draws where there is no GPU, for `isosplat render`.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS libgl1-mesa-dri)
-set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "${CPACK_PACKAGE_DESCRIPTION_SUMMARY}
-Isosplat turns volumes (DICOM, NIfTI, NRRD, MetaImage, TIFF, VTK, raw) into stores from which any isosurface can be read at once, serves them over HTTP, and draws them in the browser.")
+set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "isosurfaces of large volumes, as splats in a browser
+The program turns volumes (DICOM, NIfTI, NRRD, MetaImage, TIFF, VTK, raw)
+into stores from which any isosurface can be read at once, serves them over
+HTTP, and draws them. The page shows them in a browser.")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libisosplat-dev)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 # The public headers include tl/expected.hpp.
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS libexpected-dev)
-set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "Stores of isosurfaces for C++ programs
-Headers, static libraries and the CMake package isosplat: find the chunks of an isovalue in a store, decode them, and project their samples onto the isosurface.")
+set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "isosurfaces from Isosplat's stores, for C++ programs
+Headers, static libraries and the CMake package isosplat: find the chunks of
+an isovalue in a store, decode them, and project their samples.")
 include(CPack)
