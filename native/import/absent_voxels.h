@@ -5,21 +5,21 @@
 
 #include "shared/grid/voxel_type.h"
 
-// Voxels without a value: those that a file lacks, and those that hold a fill value. They are not a
-// number (NaN), so that no surface is drawn around them and they take no part of the range of
-// values. Volumes of integers that have such voxels are read as floating-point numbers; the store
-// keeps these as exactly as integers (shared/preprocess/value_lattice.h).
+// Absent voxels have no value: the file lacks them, or they hold a fill value. They are stored as
+// NaN: no surface is drawn around them, and the value range excludes them. Integer volumes with
+// absent voxels are read as floating-point numbers; the store keeps these exactly
+// (shared/preprocess/value_lattice.h).
 namespace isosplat {
 
-/// The floating-point type that holds the values of a type: itself, f32 for integers of 8 and 16
-/// bits, f64 for wider ones (of 64 bits, exact up to 2^53).
+/// The floating-point type that holds all values of `type`: `type` itself if it is one, f32 for
+/// integers of 8 and 16 bits, f64 for wider integers (64-bit integers are exact up to 2^53).
 VoxelType type_with_absent(VoxelType type);
 
-/// Makes every voxel absent. `type`: f32 or f64.
+/// Sets every voxel to NaN. `type`: f32 or f64.
 void make_absent(VoxelType type, std::span<std::byte> voxels);
 
-/// Converts voxels of one type to another that can hold them. The spans have equally many voxels,
-/// and do not overlap.
+/// Converts voxels to another type that can hold their values. Both spans have the same number of
+/// voxels and do not overlap.
 void convert_voxels(VoxelType from, std::span<const std::byte> in, VoxelType to,
                     std::span<std::byte> out);
 

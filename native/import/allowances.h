@@ -5,27 +5,27 @@
 
 namespace isosplat {
 
-/// What is an error unless the user allows it by name. Where it is allowed and happens, the volume
-/// has a note that says so.
+/// A fault of a volume file that is an error unless the user allows it by name. If it is allowed
+/// and occurs, the volume has a note about it.
 enum class Allowance : uint8_t { gaps, truncated, surplus, unplaced };
 
 struct AllowanceFlag {
   Allowance allowance;
-  const char* flag;  ///< on the command line
+  const char* flag;  ///< the command line option
   const char* help;
 };
 
-/// Every allowance, in the order of the enumeration: the command line and messages take them from
-/// here.
+/// Every allowance, in the order of the enumeration. The command line and the error messages use
+/// this list.
 inline constexpr AllowanceFlag kAllowances[] = {
     {Allowance::gaps, "--allow-gaps",
-     "Read a series or list of slices though some are missing, unreadable or unevenly spaced"},
+     "Read a series or list of slices even if slices are missing, unreadable or unevenly spaced"},
     {Allowance::truncated, "--allow-truncated",
-     "Read a file that ends before its last voxel; what is missing has no value"},
+     "Read a file that ends before its last voxel; the missing voxels have no value"},
     {Allowance::surplus, "--allow-surplus",
-     "Read a file that holds more voxels than its header says; what is too much is left out"},
+     "Read a file that has more voxels than its header says; ignore the extra voxels"},
     {Allowance::unplaced, "--allow-unplaced",
-     "Stack DICOM slices that do not say where they are in the order of their instance numbers"},
+     "Stack DICOM slices without positions in the order of their instance numbers"},
 };
 
 /// "--allow-gaps", …

@@ -12,18 +12,17 @@
 namespace isosplat {
 namespace {
 
-/// A file with less than 1/kMinShare of its voxels is not read even where it may be truncated:
-/// its header is wrong.
+/// A file with less than 1/kMinShare of its voxels is an error even if truncation is allowed: the
+/// header must be wrong.
 constexpr uint64_t kMinShare = 1024;
 
-tl::unexpected<Error> too_much(const std::string& path, uint64_t expected, uint64_t surplus,
-                               bool at_least) {
-  return fail(
-      Status::malformed_volume,
-      fmt::format("{}: expected {} bytes of voxels, found {}{} more: the header's sizes or "
-                  "type do not fit the data; correct them, or leave the surplus out with {}",
-                  path, expected, at_least ? "at least " : "", surplus,
-                  flag_of(Allowance::surplus)));
+tl::unexpected<Error> surplus_error(const std::string& path, uint64_t expected, uint64_t surplus,
+                                    bool at_least) {
+  return fail(Status::malformed_volume,
+              fmt::format("{}: expected {} bytes of voxels, found {}{} more: the header's sizes or "
+                          "type do not fit the data; correct them, or ignore the surplus with {}",
+                          path, expected, at_least ? "at least " : "", surplus,
+                          flag_of(Allowance::surplus)));
 }
 
 class ArraySource : public VolumeSource {
@@ -46,12 +45,12 @@ class ArraySource : public VolumeSource {
     const size_t slice = nx * ny * voxel_bytes(header_.type);
     if (first < 0 || count < 1 || int64_t{first} + count > volume_.voxels.z ||
         out.size() != slice * static_cast<size_t>(count)) {
-      return fail(Status::invalid_argument, "slices outside the volume were asked for");
+      return fail(Status::invalid_argument, "expected a range of slices inside the volume");
     }
     const bool at_once = (volume_.steps == 1 || volume_.step_axis == 3) && volume_.missing.empty();
     if (at_once) {
       const uint64_t voxels = nx * ny * static_cast<uint64_t>(volume_.voxels.z);
-      const uint64_t begin = place(static_cast<uint64_t>(first) * nx * ny, voxels);
+      const uint64_t begin = byte_offset(static_cast<uint64_t>(first) * nx * ny, voxels);
       if (auto r = reader_->read(begin, out); !r) return r;
       to_native_order(volume_.stored, out);
     }
@@ -78,7 +77,7 @@ class ArraySource : public VolumeSource {
  private:
   size_t stored_voxel() const { return voxel_bytes(volume_.stored.type); }
 
-  /// A slice that is not read at once: as it is stored, or with absent voxels.
+  /// A slice that needs processing: as stored, or with absent voxels.
   Result<void> read_some(uint64_t z, std::span<std::byte> out) {
     if (volume_.missing.empty()) return read_slice(z, out);
     std::span<std::byte> stored = out;
@@ -97,18 +96,18 @@ class ArraySource : public VolumeSource {
   Result<void> read_slice(uint64_t z, std::span<std::byte> out) {
     const auto nx = static_cast<uint64_t>(volume_.voxels.x);
     const auto ny = static_cast<uint64_t>(volume_.voxels.y);
-    const uint64_t together = voxels_together();
+    const uint64_t consecutive = consecutive_voxels();
     const size_t voxels = static_cast<size_t>(nx * ny);
     Result<void> read;
-    if (together == 1) {
+    if (consecutive == 1) {
       read = gather_slice(z, out);
     } else {
       for (uint64_t done = 0; done < voxels && read;) {
         const uint64_t voxel = z * nx * ny + done;
-        const uint64_t some = std::min(together - voxel % together, voxels - done);
-        read = read_bytes(place(voxel, together),
-                          out.subspan(done * stored_voxel(), some * stored_voxel()));
-        done += some;
+        const uint64_t batch = std::min(consecutive - voxel % consecutive, voxels - done);
+        read = read_bytes(byte_offset(voxel, consecutive),
+                          out.subspan(done * stored_voxel(), batch * stored_voxel()));
+        done += batch;
       }
     }
     if (!read) return read;
@@ -116,8 +115,8 @@ class ArraySource : public VolumeSource {
     return {};
   }
 
-  /// How many voxels of the step taken follow each other before those of another step.
-  uint64_t voxels_together() const {
+  /// Number of consecutive voxels of one step.
+  uint64_t consecutive_voxels() const {
     const auto nx = static_cast<uint64_t>(volume_.voxels.x);
     const auto ny = static_cast<uint64_t>(volume_.voxels.y);
     const auto nz = static_cast<uint64_t>(volume_.voxels.z);
@@ -125,14 +124,14 @@ class ArraySource : public VolumeSource {
     return volume_.steps == 1 ? inner[3] : inner[volume_.step_axis];
   }
 
-  /// Where a voxel of the step taken is in the reader.
-  uint64_t place(uint64_t voxel, uint64_t together) const {
-    const uint64_t group = voxel / together;
+  /// Byte offset of a voxel of the selected step in the reader.
+  uint64_t byte_offset(uint64_t voxel, uint64_t consecutive) const {
+    const uint64_t group = voxel / consecutive;
     const uint64_t steps_before = group * volume_.steps + volume_.step;
-    return volume_.offset + (steps_before * together + voxel % together) * stored_voxel();
+    return volume_.offset + (steps_before * consecutive + voxel % consecutive) * stored_voxel();
   }
 
-  /// A slice whose voxels have those of the other steps between them, a row at a time.
+  /// Reads a slice whose voxels alternate with those of other steps, row by row.
   Result<void> gather_slice(uint64_t z, std::span<std::byte> stored) {
     const auto nx = static_cast<size_t>(volume_.voxels.x);
     const auto ny = static_cast<size_t>(volume_.voxels.y);
@@ -140,7 +139,7 @@ class ArraySource : public VolumeSource {
     row_.resize(((nx - 1) * steps + 1) * bytes);
     for (size_t y = 0; y < ny; ++y) {
       const uint64_t voxel = (z * ny + y) * nx;
-      if (auto r = read_bytes(place(voxel, 1), row_); !r) return r;
+      if (auto r = read_bytes(byte_offset(voxel, 1), row_); !r) return r;
       for (size_t x = 0; x < nx; ++x) {
         std::copy_n(row_.data() + x * steps * bytes, bytes, stored.data() + (y * nx + x) * bytes);
       }
@@ -148,7 +147,7 @@ class ArraySource : public VolumeSource {
     return {};
   }
 
-  /// Reads bytes; those that are missing are 0.
+  /// Reads bytes; missing bytes are 0.
   Result<void> read_bytes(uint64_t offset, std::span<std::byte> out) {
     if (volume_.missing.empty()) return reader_->read(offset, out);
     while (!out.empty()) {
@@ -157,24 +156,24 @@ class ArraySource : public VolumeSource {
       const uint64_t begin =
           range == volume_.missing.end() ? std::numeric_limits<uint64_t>::max() : range->begin;
       const bool is_missing = begin <= offset;
-      const auto some = static_cast<size_t>(
+      const auto batch = static_cast<size_t>(
           std::min<uint64_t>(out.size(), (is_missing ? range->end : begin) - offset));
       if (is_missing) {
-        std::ranges::fill(out.first(some), std::byte{0});
-      } else if (auto r = reader_->read(offset, out.first(some)); !r) {
+        std::ranges::fill(out.first(batch), std::byte{0});
+      } else if (auto r = reader_->read(offset, out.first(batch)); !r) {
         return r;
       }
-      out = out.subspan(some);
-      offset += some;
+      out = out.subspan(batch);
+      offset += batch;
     }
     return {};
   }
 
   void mark_absent(uint64_t z, std::span<std::byte> out) {
     const size_t bytes = voxel_bytes(header_.type);
-    const uint64_t voxels = out.size() / bytes, together = voxels_together();
+    const uint64_t voxels = out.size() / bytes, consecutive = consecutive_voxels();
     for (uint64_t i = 0; i < voxels; ++i) {
-      const uint64_t begin = place(z * voxels + i, together), end = begin + stored_voxel();
+      const uint64_t begin = byte_offset(z * voxels + i, consecutive), end = begin + stored_voxel();
       for (const ByteRange& range : volume_.missing) {
         if (range.begin < end && begin < range.end) {
           make_absent(header_.type, out.subspan(i * bytes, bytes));
@@ -183,7 +182,8 @@ class ArraySource : public VolumeSource {
     }
   }
 
-  /// Of compressed data and text only the end tells whether there is more than the header says.
+  /// The size of compressed data and text is known only at their end: checks there for surplus
+  /// data.
   Result<void> check_end() {
     if (volume_.plain || !volume_.ends_with_file || end_is_checked_ || !volume_.missing.empty() ||
         volume_.allowed.has(Allowance::surplus)) {
@@ -195,7 +195,7 @@ class ArraySource : public VolumeSource {
     if (!more) return tl::unexpected(more.error());
     end_is_checked_ = *more == 0;
     if (end_is_checked_) return {};
-    return too_much(volume_.path, end - volume_.offset, *more, *more == 1 << 20);
+    return surplus_error(volume_.path, end - volume_.offset, *more, *more == 1 << 20);
   }
 
   ArrayVolume volume_;
@@ -204,7 +204,7 @@ class ArraySource : public VolumeSource {
   std::unique_ptr<ByteReader> reader_;
   VolumeHeader header_;
   std::vector<std::byte> row_;     ///< one row with all its steps
-  std::vector<std::byte> stored_;  ///< a slice as it is stored, where voxels are absent
+  std::vector<std::byte> stored_;  ///< a slice as stored, if it has absent voxels
 };
 
 }  // namespace
@@ -243,17 +243,17 @@ Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> re
       return fail(
           Status::truncated,
           fmt::format("{}: the file is incomplete, or its header is wrong; copy or download "
-                      "it again, or read what is there with {}",
+                      "it again, or read the incomplete volume with {}",
                       text, flag_of(Allowance::truncated)));
     }
-    notes.push_back(text + ": the voxels after it have no value");
+    notes.push_back(text + ": the missing voxels have no value");
     volume.missing.push_back({volume.offset + found - found % bytes, volume.offset + needed});
   } else if (volume.plain && volume.ends_with_file && found > needed) {
     if (!volume.allowed.has(Allowance::surplus)) {
-      return too_much(volume.path, needed, found - needed, false);
+      return surplus_error(volume.path, needed, found - needed, false);
     }
     notes.push_back(
-        fmt::format("{}: {} bytes after the last voxel are left out", volume.path, found - needed));
+        fmt::format("{}: {} bytes after the last voxel are ignored", volume.path, found - needed));
   }
   for (std::string& note : orientation->notes) notes.push_back(std::move(note));
   return OpenVolume{

@@ -14,7 +14,7 @@
 namespace isosplat {
 namespace {
 
-/// A file and the size that it had when it was opened.
+/// An open file, and its size when it was opened.
 struct File {
   static Result<File> open(const std::filesystem::path& path) {
     const auto size = size_of_file(path);
@@ -50,8 +50,8 @@ class PlainReader : public ByteReader {
 
   uint64_t size_limit() const override { return file_.size; }
 
-  Result<uint64_t> count_after(uint64_t offset, uint64_t most) override {
-    return std::min(most, file_.size - std::min(file_.size, offset));
+  Result<uint64_t> count_after(uint64_t offset, uint64_t max_count) override {
+    return std::min(max_count, file_.size - std::min(file_.size, offset));
   }
 
   uint64_t available_bytes() override { return file_.size; }
@@ -73,11 +73,11 @@ class DeflatedReader : public ByteReader {
     return expand(out);
   }
 
-  Result<uint64_t> count_after(uint64_t offset, uint64_t most) override {
+  Result<uint64_t> count_after(uint64_t offset, uint64_t max_count) override {
     if (auto there = go_to(offset); !there) return tl::unexpected(there.error());
     uint64_t count = 0;
-    while (count < most) {
-      const auto room = static_cast<size_t>(std::min<uint64_t>(most - count, skipped_.size()));
+    while (count < max_count) {
+      const auto room = static_cast<size_t>(std::min<uint64_t>(max_count - count, skipped_.size()));
       const auto made = expand_some(std::span(skipped_).first(room));
       if (!made) return tl::unexpected(made.error());
       if (*made == 0) break;
@@ -104,7 +104,7 @@ class DeflatedReader : public ByteReader {
   Result<void> begin() {
     stop();
     stream_ = z_stream{};
-    // 32: gzip or zlib, as found; negative: neither.
+    // 32: detects gzip or zlib by the header; negative: raw deflate.
     if (inflateInit2(&stream_, kind_ == Deflate::raw ? -15 : 15 + 32) != Z_OK) {
       return fail(Status::out_of_memory, "zlib could not be started: not enough memory");
     }
@@ -122,7 +122,7 @@ class DeflatedReader : public ByteReader {
 
   tl::unexpected<Error> damaged(const char* reason) {
     return fail(Status::malformed_volume,
-                fmt::format("{}: the compressed data is damaged near byte {} ({}): copy or "
+                fmt::format("{}: the compressed data are damaged near byte {} ({}): copy or "
                             "download the file again",
                             file_.path.string(), input_offset_ - stream_.avail_in, reason));
   }
@@ -146,7 +146,7 @@ class DeflatedReader : public ByteReader {
                       "after decompression");
   }
 
-  /// Expands up to out.size() bytes; fewer only where the data ends as it should.
+  /// Decompresses up to out.size() bytes; fewer only at the regular end of the data.
   Result<size_t> expand_some(std::span<std::byte> out) {
     size_t done = 0;
     bool is_last = false;
@@ -156,7 +156,7 @@ class DeflatedReader : public ByteReader {
         const auto got = file_.open_file.read_some(input_offset_, input_);
         if (!got) return tl::unexpected(got.error());
         if (*got == 0 && ended_member_) return done;
-        is_last = *got == 0;  // zlib may still hold what it has taken
+        is_last = *got == 0;  // zlib may still hold input that it has read
         input_offset_ += *got;
         stream_.next_in = reinterpret_cast<Bytef*>(input_.data());
         stream_.avail_in = static_cast<uInt>(*got);
@@ -179,7 +179,7 @@ class DeflatedReader : public ByteReader {
         return ends_early(file_.path, position_ + (out.size() - done), position_,
                           "after decompression");
       } else if (status == Z_DATA_ERROR && ended_member_ && made == 0) {
-        // What follows the last member is not gzip data: the data ends here.
+        // Bytes after the last member are not gzip data: the data end here.
         stream_.avail_in = 0;
         input_offset_ = file_.size;
         return done;
@@ -198,8 +198,8 @@ class DeflatedReader : public ByteReader {
   z_stream stream_{};
   bool running_ = false;
   bool ended_member_ = false;
-  uint64_t position_ = 0;      ///< expanded bytes handed out since the beginning
-  uint64_t input_offset_ = 0;  ///< in the file, of the next bytes to be read
+  uint64_t position_ = 0;      ///< decompressed bytes returned since the beginning
+  uint64_t input_offset_ = 0;  ///< of the next input byte, in the file
   std::array<std::byte, 64 * 1024> input_;
   std::array<std::byte, 16 * 1024> skipped_;
 };

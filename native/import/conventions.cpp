@@ -119,9 +119,8 @@ void to_millimetres(std::string_view unit, HeaderGeometry& geometry,
   if (const auto factor = millimetres_in(unit)) {
     scale_lengths(*factor, geometry);
   } else {
-    notes.push_back(fmt::format(
-        "lengths are in '{}', which is no unit of length known here: they are taken as they are",
-        unit));
+    notes.push_back(
+        fmt::format("lengths are in the unknown unit '{}': they are read as millimetres", unit));
   }
 }
 

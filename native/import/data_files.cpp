@@ -23,14 +23,14 @@ std::optional<int64_t> width_of(std::string_view conversion) {
   return width && *width >= 0 && *width <= 32 ? width : std::nullopt;
 }
 
-std::vector<std::string> listed(const std::filesystem::path& header) {
+std::vector<std::string> listed_names(const std::filesystem::path& header) {
   const auto text = read_beginning(header, kMaxListBytes);
   if (!text) return {};
   std::vector<std::string> names;
   std::string_view rest = *text;
   bool in_list = false;
   while (!rest.empty() && names.size() < kMaxFiles) {
-    auto line = take_line(rest);
+    auto line = pop_line(rest);
     if (!line) line = std::exchange(rest, {});
     const std::string_view name = trimmed(*line);
     if (in_list && !name.empty()) names.emplace_back(name);
@@ -44,7 +44,7 @@ std::vector<std::string> listed(const std::filesystem::path& header) {
   return names;
 }
 
-std::vector<std::string> numbered(std::string_view value) {
+std::vector<std::string> numbered_names(std::string_view value) {
   const auto parts = words(value);
   if (parts.size() < 3) return {};
   const std::string_view pattern = parts[0];
@@ -66,7 +66,7 @@ std::vector<std::string> numbered(std::string_view value) {
 struct Part {
   std::filesystem::path path;
   uint64_t start = 0;  ///< in its file
-  uint64_t bytes = 0;  ///< that are there; the rest of bytes_each is read as zeros
+  uint64_t bytes = 0;  ///< present in the file; the rest of bytes_each reads as zeros
 };
 
 class JoinedReader : public ByteReader {
@@ -79,7 +79,7 @@ class JoinedReader : public ByteReader {
       const uint64_t index = offset / bytes_each_, inside = offset % bytes_each_;
       if (index >= parts_.size()) {
         return fail(Status::truncated, parts_.front().path.string() +
-                                           ": expected more data files than the header names");
+                                           ": the header names fewer data files than expected");
       }
       const Part& part = parts_[static_cast<size_t>(index)];
       const auto some = static_cast<size_t>(std::min<uint64_t>(out.size(), bytes_each_ - inside));
@@ -96,9 +96,9 @@ class JoinedReader : public ByteReader {
     return {};
   }
 
-  Result<uint64_t> count_after(uint64_t offset, uint64_t most) override {
+  Result<uint64_t> count_after(uint64_t offset, uint64_t max_count) override {
     const uint64_t size = size_limit();
-    return std::min(most, size - std::min(size, offset));
+    return std::min(max_count, size - std::min(size, offset));
   }
 
   uint64_t size_limit() const override { return parts_.size() * bytes_each_; }
@@ -127,7 +127,7 @@ class JoinedReader : public ByteReader {
   size_t current_index_ = 0;
 };
 
-/// Where the voxels of one file are. Errors: truncated, malformed_volume, io_error.
+/// Finds the voxels of one file. Errors: truncated, malformed_volume, io_error.
 Result<Part> find_part(const std::filesystem::path& path, const DataFiles& files,
                        Allowances allowed, std::vector<std::string>& notes) {
   Part part{path, files.skip > 0 ? static_cast<uint64_t>(files.skip) : 0, files.bytes_each};
@@ -147,21 +147,20 @@ Result<Part> find_part(const std::filesystem::path& path, const DataFiles& files
                                    files.bytes_each, found);
   if (found < files.bytes_each) {
     if (!allowed.has(Allowance::truncated)) {
-      return fail(Status::truncated,
-                  fmt::format("{}: the file is incomplete, or the header is wrong; copy it again, "
-                              "or read it as it is with {}",
-                              numbers, flag_of(Allowance::truncated)));
+      return fail(Status::truncated, fmt::format("{}: the file is incomplete, or the header is "
+                                                 "wrong; copy the file again, or read it with {}",
+                                                 numbers, flag_of(Allowance::truncated)));
     }
     part.bytes = found - found % files.voxel_bytes;
-    notes.push_back(numbers + ": the rest is filled");
+    notes.push_back(numbers + ": the missing voxels have no value");
   } else if (found > files.bytes_each) {
     if (!allowed.has(Allowance::surplus)) {
       return fail(Status::malformed_volume,
                   fmt::format("{}: the header's sizes or type do not fit the file; correct them, "
-                              "or leave the surplus out with {}",
+                              "or ignore the surplus with {}",
                               numbers, flag_of(Allowance::surplus)));
     }
-    notes.push_back(numbers + ": the surplus is left out");
+    notes.push_back(numbers + ": the surplus is ignored");
   }
   return part;
 }
@@ -172,7 +171,7 @@ std::vector<std::filesystem::path> named_data_files(const std::filesystem::path&
                                                     std::string_view value) {
   std::vector<std::filesystem::path> files;
   for (const std::string& name :
-       lower_case(value).starts_with("list") ? listed(header) : numbered(value)) {
+       lower_case(value).starts_with("list") ? listed_names(header) : numbered_names(value)) {
     const std::filesystem::path file(name);
     files.push_back(file.is_relative() ? header.parent_path() / file : file);
   }
@@ -212,21 +211,20 @@ Result<JoinedFiles> open_data_files(const std::filesystem::path& header, DataFil
   }
   if (!absent.empty()) {
     const auto text =
-        fmt::format("{}: {} of the {} data files that it names are missing, the first is {}",
+        fmt::format("{}: {} of the {} data files in its header are missing, the first is {}",
                     header.string(), absent.size(), parts.size(), absent.front().string());
     if (!allowed.has(Allowance::gaps) || absent.size() == parts.size()) {
-      return fail(Status::io_error, fmt::format("{}: put them there, or correct the header{}", text,
+      return fail(Status::io_error, fmt::format("{}: add the files, or correct the header{}", text,
                                                 absent.size() == parts.size()
                                                     ? ""
-                                                    : fmt::format(", or fill the gaps with {}",
+                                                    : fmt::format(", or read without them with {}",
                                                                   flag_of(Allowance::gaps))));
     }
-    joined.notes.push_back(text + ": their voxels are filled");
+    joined.notes.push_back(text + ": their voxels have no value");
   }
   if (!odd.empty()) joined.notes.push_back(odd.front());
   if (odd.size() > 1) {
-    joined.notes.push_back(
-        fmt::format("{} data files in all have another size than expected", odd.size()));
+    joined.notes.push_back(fmt::format("{} data files have an unexpected size", odd.size()));
   }
   joined.reader =
       std::make_unique<JoinedReader>(std::move(parts), files.bytes_each, files.deflated);

@@ -12,43 +12,43 @@
 
 namespace isosplat {
 
-/// The data files that a detached header names together, as NRRD's "data file" and MetaImage's
-/// "ElementDataFile" do: `value` is "LIST …", and each line after the header's is a file, or a
-/// pattern with one %d and first, last and step, as "slice%03d.raw 1 20 1". Relative names are
-/// those of the header's folder. At most a million; a file need not exist. Empty for a pattern that
+/// Parses the list of data files in a detached header: NRRD's "data file" and MetaImage's
+/// "ElementDataFile". `value` is "LIST …", followed by one file per line after the header; or a
+/// pattern with one %d and first, last and step, such as "slice%03d.raw 1 20 1". Relative names are
+/// relative to the header's folder. At most a million files; they need not exist. Empty if `value`
 /// is neither.
 std::vector<std::filesystem::path> named_data_files(const std::filesystem::path& header,
                                                     std::string_view value);
 
-/// Whether so many files can share an array with these sizes (fastest first) evenly: each has all
-/// samples of some axes, and there is one for each sample of the others.
+/// Whether `files` files can divide an array with these sizes (fastest first) evenly: each file has
+/// all samples of some axes, and there is one file for each sample of the other axes.
 bool divides_axes(size_t files, std::span<const int64_t> sizes);
 
-/// A range of bytes without data.
+/// A byte range without data.
 struct ByteRange {
   uint64_t begin = 0, end = 0;
 };
 
-/// How the data of a volume is spread over files.
+/// How the voxels of a volume are distributed over files.
 struct DataFiles {
   std::vector<std::filesystem::path> paths;
   uint64_t bytes_each = 0;  ///< of voxels in each file
-  size_t voxel_bytes = 1;   ///< of one voxel: of a cut one, nothing is used
-  int64_t skip = 0;         ///< bytes before them in each file; −1: they are at the file's end
-  bool deflated = false;    ///< each file is compressed on its own
+  size_t voxel_bytes = 1;   ///< of one voxel; a voxel that is cut off is not used
+  int64_t skip = 0;  ///< bytes before the voxels in each file; −1: the voxels are at the file's end
+  bool deflated = false;  ///< each file is compressed separately
 };
 
-/// What open_data_files opened.
+/// The result of open_data_files.
 struct JoinedFiles {
-  std::unique_ptr<ByteReader> reader;  ///< the voxels of all files, one after the other
-  std::vector<ByteRange> missing;      ///< of files that are absent or short; read as zeros
+  std::unique_ptr<ByteReader> reader;  ///< the voxels of all files, one after another
+  std::vector<ByteRange> missing;      ///< of missing or short files; they read as zeros
   std::vector<std::string> notes;
 };
 
-/// Opens the data files of one volume as one. Each must be there (unless gaps are allowed), and
-/// hold exactly its voxels (unless truncated, or surplus, is allowed); at least one must be there.
-/// Holds one open file at a time. `header`: for messages. Errors: io_error for missing files,
-/// truncated, malformed_volume.
+/// Opens the data files of one volume as one reader. Every file must exist (unless gaps are
+/// allowed) and have exactly its number of voxels (unless truncation or surplus is allowed); at
+/// least one file must exist. Keeps one file open at a time. `header`: for messages. Errors:
+/// io_error for missing files, truncated, malformed_volume.
 Result<JoinedFiles> open_data_files(const std::filesystem::path& header, DataFiles files,
                                     Allowances allowed);
 

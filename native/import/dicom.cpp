@@ -12,27 +12,27 @@
 #include "native/import/header_text.h"
 #include "native/import/slice_files.h"
 
-// DICOM: a folder with a file per slice, or files with several frames. The files' elements say what
-// their frames are (dicom_frames.h); frames that fit together form stacks (dicom_stacks.h); their
-// positions order them (dicom_order.h); pixels are read when slices are asked for (dicom_pixels.h).
+// Reads DICOM: a folder with a file per slice, or files with several frames. dicom_frames.h makes
+// frames from the files' elements, dicom_stacks.h groups frames into stacks, dicom_order.h orders
+// them by position. dicom_pixels.h reads the pixels when slices are requested.
 namespace isosplat {
 namespace {
 
 using namespace dicom;
 
-/// How many names a note gives.
+/// Number of file names that a note lists.
 constexpr size_t kMaxNames = 4;
 
-/// How the pixels of all frames are read: as one type that holds them.
+/// How the pixels of all frames are read: as one type that can hold all of them.
 struct Values {
   VoxelType type = VoxelType::i16;
   bool has_one_rescaling = true;
   double min_slope = 1, greatest_slope = 1;
-  /// For the header; where these are not 1 and 0, voxels are pixels as they are stored.
+  // for the volume header; if not 1 and 0, voxels are the stored pixels
   double slope = 1, intercept = 0;
 };
 
-/// The narrowest integer type for numbers from `low` to `high`; f64 where there is none.
+/// The narrowest integer type for numbers from `low` to `high`; f64 if there is none.
 VoxelType type_for(double low, double high) {
   struct Range {
     VoxelType type;
@@ -49,9 +49,9 @@ VoxelType type_for(double low, double high) {
   return VoxelType::f64;
 }
 
-/// Integers stay integers where slope and intercept are, or are the same for all frames: then they
-/// are the volume's own. Others become floats, of 64 bits where pixels have more than 16; so do
-/// integers some of which are absent.
+/// Values stay integers if slope and intercept are integers, or if they are equal for all frames:
+/// then they become the volume's slope and intercept. Other values become floating-point numbers,
+/// of 64 bits if pixels have more than 16 bits; so do integers if some are absent.
 Values find_values(const Collection& collection, const std::vector<uint32_t>& frames) {
   Values values;
   const Frame& first = collection.frames[frames[0]];
@@ -70,10 +70,10 @@ Values find_values(const Collection& collection, const std::vector<uint32_t>& fr
     is_whole = is_whole && !image.is_float && frame.slope == std::round(frame.slope) &&
                frame.intercept == std::round(frame.intercept);
     is_wide = is_wide || (image.is_float ? image.allocated == 64 : image.stored > 16);
-    const auto [least, greatest] = stored_range(image);
-    min_pixel = std::min<double>(min_pixel, least);
-    greatest_pixel = std::max<double>(greatest_pixel, greatest);
-    for (const double stored : {least, greatest}) {
+    const auto [smallest, largest] = stored_range(image);
+    min_pixel = std::min<double>(min_pixel, smallest);
+    greatest_pixel = std::max<double>(greatest_pixel, largest);
+    for (const double stored : {smallest, largest}) {
       low = std::min(low, frame.intercept + frame.slope * stored);
       high = std::max(high, frame.intercept + frame.slope * stored);
     }
@@ -109,7 +109,7 @@ void blend(VoxelType type, std::span<std::byte> out, std::span<const std::byte> 
   with_voxel_type(type, [&]<class T>(T) { blend<T>(out, other, weight); });
 }
 
-/// A slice of the volume, as pixels of one frame or of two.
+/// A slice of the volume, from the pixels of one or two frames.
 struct SlicePixels {
   FramePixels first, second;
   double weight = 0;
@@ -117,14 +117,14 @@ struct SlicePixels {
 
 class DicomSource : public VolumeSource {
  public:
-  /// `images`: those that `slices` point into.
+  /// `images`: the images that `slices` refer to.
   DicomSource(VolumeHeader header, std::vector<Image> images, std::vector<SlicePixels> slices,
-              bool reverse, bool fills, uint64_t memory_bytes)
+              bool reverse, bool fill_missing, uint64_t memory_bytes)
       : header_(std::move(header)),
         images_(std::move(images)),
         slices_(std::move(slices)),
         reverse_(reverse),
-        fills_(fills),
+        fill_missing_(fill_missing),
         memory_bytes_(memory_bytes) {}
 
   const VolumeHeader& header() const override { return header_; }
@@ -135,9 +135,9 @@ class DicomSource : public VolumeSource {
     const size_t bytes = row * static_cast<size_t>(n.y);
     if (first < 0 || count < 1 || int64_t{first} + count > n.z ||
         out.size() != bytes * static_cast<size_t>(count)) {
-      return fail(Status::invalid_argument, "slices outside the volume were asked for");
+      return fail(Status::invalid_argument, "expected a range of slices inside the volume");
     }
-    // A batch of compressed slices is decoded by one child process; it is what a few MB hold.
+    // One child process decodes a batch of compressed slices; a batch has a few MB.
     const auto batch = static_cast<size_t>(std::clamp<size_t>((size_t{16} << 20) / bytes, 1, 64));
     const auto slices =
         std::span(slices_).subspan(static_cast<size_t>(first), static_cast<size_t>(count));
@@ -162,13 +162,14 @@ class DicomSource : public VolumeSource {
   Result<void> read_batch(std::span<const SlicePixels> slices, std::span<std::byte> out) {
     std::vector<FramePixels> frames;
     for (const SlicePixels& slice : slices) frames.push_back(slice.first);
-    auto read = read_frames(frames, header_.type, fills_, memory_bytes_, out);
+    auto read = read_frames(frames, header_.type, fill_missing_, memory_bytes_, out);
     if (!read) return read;
     const size_t bytes = out.size() / slices.size();
     for (size_t i = 0; i < slices.size(); ++i) {
       if (slices[i].weight == 0) continue;
       other_.resize(bytes);
-      read = read_frames({&slices[i].second, 1}, header_.type, fills_, memory_bytes_, other_);
+      read =
+          read_frames({&slices[i].second, 1}, header_.type, fill_missing_, memory_bytes_, other_);
       if (!read) return read;
       blend(header_.type, out.subspan(i * bytes, bytes), other_, slices[i].weight);
     }
@@ -178,7 +179,7 @@ class DicomSource : public VolumeSource {
   VolumeHeader header_;
   std::vector<Image> images_;
   std::vector<SlicePixels> slices_;
-  bool reverse_, fills_;
+  bool reverse_, fill_missing_;
   uint64_t memory_bytes_;
   std::vector<std::byte> other_;
 };
@@ -194,7 +195,7 @@ std::string names_of(const std::vector<std::string>& files) {
   return text;
 }
 
-/// What the chosen frames' files are refused for, or what is noted of them.
+/// Checks the chosen frames' files: returns an error, or adds notes.
 Result<void> check_images(const Collection& collection, const std::vector<uint32_t>& frames,
                           const std::filesystem::path& path, const ImportOptions& options,
                           std::vector<std::string>& notes) {
@@ -221,16 +222,16 @@ Result<void> check_images(const Collection& collection, const std::vector<uint32
   };
   const Case cases[] = {
       {cut_off, Allowance::truncated, Status::truncated, "end before their last pixel",
-       "the pixels that are missing have no value"},
+       "the missing pixels have no value"},
       {surplus, Allowance::surplus, Status::malformed_volume,
-       "have more pixels than their header says", "the first are taken"},
+       "have more pixels than their header says", "the extra pixels are ignored"},
   };
   for (const Case& c : cases) {
     if (c.files.empty()) continue;
     const std::string text =
         fmt::format("{} of the files {} ({})", c.files.size(), c.what, names_of(c.files));
     if (!options.allowed.has(c.allowance)) {
-      return fail(c.status, fmt::format("{}: {}: copy or export them again, or allow it with {}",
+      return fail(c.status, fmt::format("{}: {}: copy or export them again, or read them with {}",
                                         path.string(), text, flag_of(c.allowance)));
     }
     notes.push_back(fmt::format("{}: {}", text, c.done));
@@ -239,7 +240,7 @@ Result<void> check_images(const Collection& collection, const std::vector<uint32
   return {};
 }
 
-/// The values that the files of the chosen frames say are padding, if all say the same.
+/// The padding values of the chosen frames' files, if all files have the same.
 std::optional<FillValue> padding_of(const Collection& collection,
                                     const std::vector<uint32_t>& frames, const Values& values,
                                     std::vector<std::string>& notes) {
@@ -255,7 +256,8 @@ std::optional<FillValue> padding_of(const Collection& collection,
   if (!is_any) return std::nullopt;
   if (!is_same) {
     notes.push_back(
-        "the slices name different values as padding (Pixel Padding Value): they are kept");
+        "the slices have different padding values (Pixel Padding Value): voxels with these values "
+        "are kept");
     return std::nullopt;
   }
   const double a = first.intercept + first.slope * *image.padding;
@@ -263,7 +265,7 @@ std::optional<FillValue> padding_of(const Collection& collection,
   return FillValue{std::min(a, b), std::max(a, b), false};
 }
 
-/// The volume that frames form.
+/// Makes a volume from frames.
 Result<OpenVolume> open_frames(Collection collection, const std::filesystem::path& path,
                                const ImportOptions& options, std::vector<std::string> notes) {
   const auto stack = choose_stack(collection, path, options, notes);
@@ -289,8 +291,8 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
   const Frame& first = collection.frames[used[0]];
   if (first.is_inverse) {
     notes.push_back(
-        "the pixels are MONOCHROME1, low values are meant to be shown bright: the values "
-        "are kept as they are");
+        "the pixels are MONOCHROME1 (low values are displayed bright): the values are not "
+        "inverted");
   }
   HeaderGeometry geometry = arranged->geometry;
   if (options.spacing) geometry.spacing = *options.spacing;
@@ -302,11 +304,11 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
   }
   notes.insert(notes.end(), orientation->notes.begin(), orientation->notes.end());
 
-  // Of all images, the source keeps those that the volume is made of.
-  std::vector<uint32_t> place(collection.images.size(), ~uint32_t{0});
+  // Keeps only the images that the volume uses.
+  std::vector<uint32_t> new_index(collection.images.size(), ~uint32_t{0});
   std::vector<Image> images;
   for (const uint32_t index : used) {
-    uint32_t& at = place[collection.frames[index].image];
+    uint32_t& at = new_index[collection.frames[index].image];
     if (at != ~uint32_t{0}) continue;
     at = static_cast<uint32_t>(images.size());
     images.push_back(collection.images[collection.frames[index].image]);
@@ -314,7 +316,7 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
   const auto pixels_of = [&](uint32_t index) {
     const Frame& frame = collection.frames[index];
     const bool is_stored = values.slope != 1 || values.intercept != 0;
-    return FramePixels{&images[place[frame.image]], frame.index, is_stored ? 1 : frame.slope,
+    return FramePixels{&images[new_index[frame.image]], frame.index, is_stored ? 1 : frame.slope,
                        is_stored ? 0 : frame.intercept};
   };
   std::vector<SlicePixels> slices;
@@ -332,11 +334,11 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
   return volume;
 }
 
-/// The files of a folder that give no frames, by the reason.
-struct LeftOut {
+/// The files of a folder without frames, by reason.
+struct IgnoredFiles {
   std::vector<std::string> not_dicom, no_pixels, colour, unreadable;
 
-  /// A file that ends before its pixels. Errors: truncated, unless gaps are allowed.
+  /// Handles a file that ends before its pixels. Errors: truncated, unless gaps are allowed.
   Result<void> add_broken(const std::string& file, const ImportOptions& options) {
     if (options.allowed.has(Allowance::gaps)) {
       unreadable.push_back(file);
@@ -344,14 +346,14 @@ struct LeftOut {
     }
     return fail(Status::truncated,
                 fmt::format("{}: expected a slice, found a file that ends before its pixels: copy "
-                            "or export it again, or leave it out with {}",
+                            "or export it again, or ignore it with {}",
                             file, flag_of(Allowance::gaps)));
   }
 
   void describe(std::vector<std::string>& notes) const {
     const auto add = [&](const std::vector<std::string>& files, const char* one, const char* many) {
       if (files.empty()) return;
-      notes.push_back(fmt::format("{} file{} left out, which {} ({})", files.size(),
+      notes.push_back(fmt::format("{} file{} ignored, which {} ({})", files.size(),
                                   files.size() > 1 ? "s are" : " is", files.size() > 1 ? many : one,
                                   names_of(files)));
     };
@@ -362,13 +364,13 @@ struct LeftOut {
   }
 };
 
-/// Whether a file that does not look like DICOM is meant to be.
+/// Whether the file's extension is that of DICOM.
 bool is_named_dicom(const std::filesystem::path& path) {
   const std::string extension = lower_case(path.extension().string());
   return extension == ".dcm" || extension == ".dicom" || extension == ".ima";
 }
 
-/// Whether a file is so short that DICOM's prefix is cut off, and what there is of it has zeros.
+/// Whether a file ends before DICOM's prefix would, and all its bytes are 0.
 bool is_blank(const std::filesystem::path& path) {
   std::error_code error;
   if (std::filesystem::file_size(path, error) == 0) return true;
@@ -377,15 +379,15 @@ bool is_blank(const std::filesystem::path& path) {
          beginning->find_first_not_of('\0') >= std::min<size_t>(128, beginning->size());
 }
 
-/// Whether a file without pixels should have some: others of its kind are images, or it ends before
-/// its kind is said. Reports, plans and indices have kinds of their own.
-bool is_cut_image(const Collection& collection, const Pixelless& file) {
+/// Whether a file without pixels is incomplete: other files of its SOP class are images, or it ends
+/// before its SOP class. Reports, plans and indices have other SOP classes.
+bool is_truncated_image(const Collection& collection, const Pixelless& file) {
   return file.sop_class.empty() ||
          std::any_of(collection.images.begin(), collection.images.end(),
                      [&](const Image& image) { return image.sop_class == file.sop_class; });
 }
 
-Result<Verdict> add_file(const std::filesystem::path& path, Collection& collection) {
+Result<FileContent> add_file(const std::filesystem::path& path, Collection& collection) {
   const auto elements = read_elements(path);
   if (!elements) return tl::unexpected(elements.error());
   return add_frames(*elements, path, collection);
@@ -401,14 +403,14 @@ bool is_dicom(const std::filesystem::path& path) {
 Result<OpenVolume> open_dicom_file(const std::filesystem::path& path,
                                    const ImportOptions& options) {
   Collection collection;
-  const auto verdict = add_file(path, collection);
-  if (!verdict) return tl::unexpected(verdict.error());
-  if (*verdict == Verdict::colour) return not_scalar(path, 3);
-  if (*verdict == Verdict::no_pixels) {
+  const auto content = add_file(path, collection);
+  if (!content) return tl::unexpected(content.error());
+  if (*content == FileContent::colour) return not_scalar(path, 3);
+  if (*content == FileContent::no_pixels) {
     return fail(
         Status::unsupported_format,
         fmt::format("{}: expected a DICOM image, found one without pixels (a report, a plan, "
-                    "an index, …): give the folder that holds the series",
+                    "an index, …): give the folder of the series",
                     path.string()));
   }
   if (collection.frames.size() < 2) {
@@ -423,44 +425,44 @@ Result<OpenVolume> open_dicom_file(const std::filesystem::path& path,
 Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
                                      const ImportOptions& options) {
   Collection collection;
-  LeftOut left_out;
+  IgnoredFiles ignored;
   for (const std::filesystem::path& file : files_of_folder(path, {})) {
     const std::string name = file.string();
     if (!is_dicom(file) && !is_named_dicom(file)) {
       if (!is_blank(file)) {
-        left_out.not_dicom.push_back(name);
+        ignored.not_dicom.push_back(name);
         continue;
       }
-      if (auto r = left_out.add_broken(name, options); !r) return tl::unexpected(r.error());
+      if (auto r = ignored.add_broken(name, options); !r) return tl::unexpected(r.error());
       continue;
     }
-    const auto verdict = add_file(file, collection);
-    if (!verdict) {
+    const auto content = add_file(file, collection);
+    if (!content) {
       if (!options.allowed.has(Allowance::gaps)) {
-        return fail(verdict.error().status,
-                    fmt::format("{} (or leave out what cannot be read with {})",
-                                verdict.error().message, flag_of(Allowance::gaps)));
+        return fail(content.error().status,
+                    fmt::format("{} (or ignore unreadable files with {})", content.error().message,
+                                flag_of(Allowance::gaps)));
       }
-      left_out.unreadable.push_back(name);
-    } else if (*verdict == Verdict::colour) {
-      left_out.colour.push_back(name);
+      ignored.unreadable.push_back(name);
+    } else if (*content == FileContent::colour) {
+      ignored.colour.push_back(name);
     }
   }
   for (const Pixelless& file : collection.without_pixels) {
-    if (!is_cut_image(collection, file)) {
-      left_out.no_pixels.push_back(file.file);
-    } else if (auto r = left_out.add_broken(file.file, options); !r) {
+    if (!is_truncated_image(collection, file)) {
+      ignored.no_pixels.push_back(file.file);
+    } else if (auto r = ignored.add_broken(file.file, options); !r) {
       return tl::unexpected(r.error());
     }
   }
   std::vector<std::string> notes;
-  left_out.describe(notes);
+  ignored.describe(notes);
   if (collection.frames.empty()) {
     std::string found = "neither";
     for (const std::string& note : notes) found += "; " + note;
     return fail(Status::unsupported_format,
                 fmt::format("{}: expected a folder with DICOM or TIFF slices, found {}: give the "
-                            "folder that holds the slices themselves",
+                            "folder that contains the slices",
                             path.string(), found));
   }
   return open_frames(std::move(collection), path, options, std::move(notes));

@@ -16,12 +16,12 @@
 namespace isosplat::dicom {
 namespace {
 
-tl::unexpected<Error> refused(const Image& image, uint32_t index) {
-  return fail(Status::malformed_volume,
-              fmt::format("{}: frame {} cannot be decompressed (transfer syntax {}): the file is "
-                          "damaged, or its header does not describe its pixels; export it again, "
-                          "uncompressed for example",
-                          image.file, index + 1, image.transfer_syntax));
+tl::unexpected<Error> decompression_error(const Image& image, uint32_t index) {
+  return fail(
+      Status::malformed_volume,
+      fmt::format("{}: frame {} cannot be decompressed (transfer syntax {}): the file is damaged, "
+                  "or its header is wrong; export it again, for example uncompressed",
+                  image.file, index + 1, image.transfer_syntax));
 }
 
 gdcm::Image describe(const Image& image) {
@@ -29,8 +29,8 @@ gdcm::Image describe(const Image& image) {
   out.SetNumberOfDimensions(2);
   out.SetDimension(0, static_cast<unsigned>(image.columns));
   out.SetDimension(1, static_cast<unsigned>(image.rows));
-  // GDCM aborts where the stored bits do not begin with the lowest one; those below the high bit
-  // are stored bits to it then, and to be shifted out by the caller.
+  // GDCM aborts if the stored bits do not start with the lowest bit. Therefore it gets all bits
+  // below the high bit as stored bits; the caller shifts the pixels.
   out.SetPixelFormat(gdcm::PixelFormat(1, static_cast<unsigned short>(image.allocated),
                                        static_cast<unsigned short>(image.high_bit + 1),
                                        static_cast<unsigned short>(image.high_bit),
@@ -40,7 +40,7 @@ gdcm::Image describe(const Image& image) {
   return out;
 }
 
-/// Decompresses one frame. Runs in the child.
+/// Decompresses one frame. Runs in the child process.
 Result<void> decompress_frame(ByteReader& file, const Image& image, uint32_t index,
                               const std::vector<Fragment>& fragments, std::span<std::byte> out) {
   const gdcm::SmartPointer<gdcm::SequenceOfFragments> sequence = new gdcm::SequenceOfFragments;
@@ -63,13 +63,13 @@ Result<void> decompress_frame(ByteReader& file, const Image& image, uint32_t ind
       picture.GetPixelFormat().GetBitsAllocated() != image.allocated ||
       picture.GetDimension(0) != static_cast<unsigned>(image.columns) ||
       picture.GetDimension(1) != static_cast<unsigned>(image.rows)) {
-    return refused(image, index);
+    return decompression_error(image, index);
   }
   return {};
 }
 
-/// `absent`: a byte for each frame, 1 where it is absent.
-Result<std::string> decompress_all(std::span<const EncodedFrame> frames, bool fills,
+/// `absent`: one byte per frame, 1 if the frame is absent.
+Result<std::string> decompress_all(std::span<const EncodedFrame> frames, bool fill_missing,
                                    std::span<std::byte> out, std::span<std::byte> absent) {
   std::unique_ptr<ByteReader> file;
   std::vector<std::vector<Fragment>> fragments;
@@ -80,22 +80,22 @@ Result<std::string> decompress_all(std::span<const EncodedFrame> frames, bool fi
     const Image& image = *frame.image;
     const auto to = out.subspan(at, static_cast<size_t>(stored_frame_bytes(image)));
     at += to.size();
-    const bool may_lack = fills && image.cut_off;
+    const bool can_be_missing = fill_missing && image.cut_off;
     if (opened != &image) {
       auto plain = open_plain(image.file);
       if (!plain) return tl::unexpected(plain.error());
       file = std::move(*plain);
-      auto found = find_fragments(*file, image, may_lack);
+      auto found = find_fragments(*file, image, can_be_missing);
       if (!found) return tl::unexpected(found.error());
       fragments = std::move(*found);
       opened = &image;
     }
-    if (fragments[frame.index].empty() && may_lack) {
+    if (fragments[frame.index].empty() && can_be_missing) {
       absent[i] = std::byte{1};
       continue;
     }
     if (auto r = decompress_frame(*file, image, frame.index, fragments[frame.index], to); !r) {
-      if (!may_lack) return tl::unexpected(r.error());
+      if (!can_be_missing) return tl::unexpected(r.error());
       absent[i] = std::byte{1};
     }
   }
@@ -104,8 +104,9 @@ Result<std::string> decompress_all(std::span<const EncodedFrame> frames, bool fi
 
 }  // namespace
 
-Result<void> decompress(std::span<const EncodedFrame> frames, bool fills, uint64_t memory_bytes,
-                        std::span<std::byte> out, std::vector<bool>& is_absent) {
+Result<void> decompress(std::span<const EncodedFrame> frames, bool fill_missing,
+                        uint64_t memory_bytes, std::span<std::byte> out,
+                        std::vector<bool>& is_absent) {
   auto shared = SharedBytes::allocate(out.size() + frames.size());
   if (!shared) return tl::unexpected(shared.error());
   const auto pixels = shared->bytes().first(out.size());
@@ -113,12 +114,13 @@ Result<void> decompress(std::span<const EncodedFrame> frames, bool fills, uint64
   const auto done =
       run_isolated(frames.front().image->file, memory_bytes, [&]() -> Result<std::string> {
         try {
-          return decompress_all(frames, fills, pixels, absent);
+          return decompress_all(frames, fill_missing, pixels, absent);
         } catch (const std::bad_alloc&) {
-          return fail(Status::out_of_memory,
-                      fmt::format("{}: decompressing it takes more memory than is allowed: allow "
-                                  "more with --memory",
-                                  frames.front().image->file));
+          return fail(
+              Status::out_of_memory,
+              fmt::format(
+                  "{}: decompression needs more memory than the limit: increase it with --memory",
+                  frames.front().image->file));
         } catch (const std::exception& e) {
           return fail(Status::malformed_volume,
                       fmt::format("{}: its pixels cannot be decompressed: {}: the file is damaged; "

@@ -6,16 +6,17 @@
 
 namespace isosplat::dicom {
 
-/// Decompresses frames of encapsulated images, one after the other, into `out`: pixels as they are
-/// stored, native-endian, `allocated` bits each. Runs GDCM in a child process that may take
-/// `memory_bytes`. `fills`: where frames of a file that is cut off are not there or cannot be
-/// decompressed, `is_absent`, one for each frame, becomes true; else such frames are errors.
+/// Decompresses frames of encapsulated images, one after another, into `out`: stored pixels,
+/// native-endian, `allocated` bits each. Runs GDCM in a child process, which may use `memory_bytes`
+/// of memory. `fill_missing`: if frames of a truncated file are missing or cannot be decompressed,
+/// their elements of `is_absent` (one per frame) become true; without it, such frames are errors.
 /// Errors: io_error, truncated, malformed_volume, out_of_memory.
 struct EncodedFrame {
   const Image* image = nullptr;
   uint32_t index = 0;
 };
-Result<void> decompress(std::span<const EncodedFrame> frames, bool fills, uint64_t memory_bytes,
-                        std::span<std::byte> out, std::vector<bool>& is_absent);
+Result<void> decompress(std::span<const EncodedFrame> frames, bool fill_missing,
+                        uint64_t memory_bytes, std::span<std::byte> out,
+                        std::vector<bool>& is_absent);
 
 }  // namespace isosplat::dicom

@@ -15,26 +15,26 @@ constexpr Tag kItemEnd = 0xfffee00d;
 constexpr Tag kSequenceEnd = 0xfffee0dd;
 constexpr uint32_t kUndefinedLength = 0xffffffff;
 
-/// No value that is kept is longer, no file keeps more elements, no sequences are nested deeper:
-/// hundreds of times what real files have.
+/// Limits for the length of a value, the number of elements of a file and the nesting of sequences.
+/// They are hundreds of times the sizes in real files.
 constexpr uint64_t kMaxValueBytes = 4 << 20;
 constexpr size_t kMaxElements = 4'000'000;
 constexpr int kMaxDepth = 32;
 
-/// How a data set is written.
+/// The encoding of a data set.
 struct Syntax {
   bool is_explicit = true;
   bool big_endian = false;
 };
 
-/// An element's head.
+/// The header of an element.
 ///
 ///   implicit:              | tag (4) | length (4) |
 ///   explicit, short forms: | tag (4) | VR (2) | length (2) |
 ///   explicit, long forms:  | tag (4) | VR (2) | 0 (2) | length (4) |
-struct Head {
+struct ElementHeader {
   Tag tag = 0;
-  std::array<char, 2> vr{};  ///< zeros where the file does not say
+  std::array<char, 2> vr{};  ///< zeros if the file has no VR
   uint32_t length = 0;
 
   bool is_vr(std::string_view name) const { return std::string_view(vr.data(), 2) == name; }
@@ -79,8 +79,8 @@ void append_numbers(std::span<const std::byte> bytes, bool big_endian, std::vect
   }
 }
 
-/// What the VR that the file gives says about a value; the registry's kind where it says nothing.
-Kind kind_of(const Head& head, Kind registered) {
+/// How a value is stored, from its VR; from the registry if there is no VR.
+Kind kind_of(const ElementHeader& header, Kind registered) {
   struct Named {
     std::string_view vr;
     Kind kind;
@@ -88,11 +88,11 @@ Kind kind_of(const Head& head, Kind registered) {
   constexpr Named kNamed[] = {{"US", Kind::u16},     {"SS", Kind::i16}, {"UL", Kind::u32},
                               {"SL", Kind::i32},     {"FL", Kind::f32}, {"FD", Kind::f64},
                               {"SQ", Kind::sequence}};
-  if (head.vr[0] == 0 || head.is_vr("UN") || head.is_vr("OB") || head.is_vr("OW")) {
+  if (header.vr[0] == 0 || header.is_vr("UN") || header.is_vr("OB") || header.is_vr("OW")) {
     return registered;
   }
   for (const Named& named : kNamed) {
-    if (head.is_vr(named.vr)) return named.kind;
+    if (header.is_vr(named.vr)) return named.kind;
   }
   return Kind::text;
 }
@@ -101,17 +101,17 @@ std::string name_of(Tag tag) {
   return fmt::format("({:04x},{:04x})", tag >> 16, tag & 0xffff);
 }
 
-/// Reads a data set front to back.
-class Walker {
+/// Reads a data set from front to back.
+class ElementReader {
  public:
-  /// `end`: where the bytes end; unknown for deflated ones.
-  Walker(ByteReader& file, const std::filesystem::path& path, uint64_t start,
-         std::optional<uint64_t> end)
+  /// `end`: the end of the bytes; unknown for deflated data.
+  ElementReader(ByteReader& file, const std::filesystem::path& path, uint64_t start,
+                std::optional<uint64_t> end)
       : file_(file), path_(path), position_(start), end_(end) {}
 
   uint64_t position() const { return position_; }
 
-  /// Reads the elements of group 2, which say how the others are written.
+  /// Reads the elements of group 2, which contain the transfer syntax.
   Result<void> read_meta(Item& out) {
     for (;;) {
       auto next = peek_tag();
@@ -122,8 +122,8 @@ class Walker {
     }
   }
 
-  /// How the data set that starts here is written, whatever the transfer syntax says of it: some
-  /// programs write the other one.
+  /// Detects the encoding of the data set that starts here, independent of the transfer syntax:
+  /// some programs write a different encoding than they declare.
   Result<Syntax> guess_syntax(Syntax promised) {
     std::array<std::byte, 6> bytes{};
     const auto room = has(bytes.size());
@@ -143,7 +143,7 @@ class Walker {
       auto next = peek_tag();
       if (!next) return tl::unexpected(next.error());
       if (!*next) return check_end();
-      if (**next == 0) return {};  // zeros that fill up the file
+      if (**next == 0) return {};  // zero padding at the end of the file
       auto read = read_element(syntax, &out.data, end_or_infinity(), 0);
       if (!read) return read;
     }
@@ -167,20 +167,21 @@ class Walker {
                             path_.string(), needed, name_of(tag)));
   }
 
-  /// Whether so many bytes follow. Where the end is unknown, and they are many, reading them tells.
+  /// Whether `count` more bytes exist. If the end is unknown, large counts are checked by reading.
   Result<bool> has(uint64_t bytes) {
     if (end_) return position_ <= *end_ && bytes <= *end_ - position_;
     return bytes > kMaxPeeked ? true : fill(static_cast<size_t>(bytes));
   }
 
-  /// Makes the window hold so many bytes from the position on; false where the file ends before.
+  /// Fills the window with at least this many bytes from the position on; false if the file ends
+  /// first.
   Result<bool> fill(size_t bytes) {
     const uint64_t window_end = window_start_ + window_.size();
     if (position_ >= window_start_ && position_ + bytes <= window_end) return true;
-    uint64_t wanted = bytes;
+    uint64_t known = bytes;
     if (end_) {
       if (position_ > *end_ || bytes > *end_ - position_) return false;
-      wanted = std::min(std::max<uint64_t>(bytes, kWindow), *end_ - position_);
+      known = std::min(std::max<uint64_t>(bytes, kWindow), *end_ - position_);
     }
     const bool overlaps = position_ >= window_start_ && position_ < window_end;
     window_.erase(window_.begin(), overlaps ? window_.begin() + static_cast<std::ptrdiff_t>(
@@ -188,7 +189,7 @@ class Walker {
                                             : window_.end());
     window_start_ = position_;
     const size_t held = window_.size();
-    window_.resize(static_cast<size_t>(wanted));
+    window_.resize(static_cast<size_t>(known));
     const auto read = file_.read(position_ + held, std::span(window_).subspan(held));
     if (read) return true;
     window_.resize(held);
@@ -196,7 +197,7 @@ class Walker {
     return tl::unexpected(read.error());
   }
 
-  /// Reads bytes without going past them.
+  /// Copies bytes without advancing the position.
   Result<void> look(std::span<std::byte> out) {
     const auto filled = fill(out.size());
     if (!filled) return tl::unexpected(filled.error());
@@ -206,13 +207,13 @@ class Walker {
     return {};
   }
 
-  Result<void> take(std::span<std::byte> out) {
+  Result<void> read_bytes(std::span<std::byte> out) {
     auto read = look(out);
     if (read) position_ += out.size();
     return read;
   }
 
-  /// The tag that follows, in either byte order of a group below 0x100; nothing at the end.
+  /// The next tag, in the byte order that gives a group below 0x100; nothing at the end.
   Result<std::optional<Tag>> peek_tag() {
     std::array<std::byte, 4> bytes{};
     const auto room = has(bytes.size());
@@ -222,93 +223,94 @@ class Walker {
     return Tag{u16_at(bytes.data(), false)} << 16 | u16_at(bytes.data() + 2, false);
   }
 
-  /// Where a deflated data set ends: an element that was passed may reach beyond it.
+  /// The end of a deflated data set: a skipped element may extend beyond it.
   Result<void> check_end() {
     std::byte last{};
     if (end_ || position_ == 0) return {};
     return file_.read(position_ - 1, std::span(&last, 1));
   }
 
-  Result<Head> read_store_header(Syntax syntax, uint64_t end) {
-    Head head;
+  Result<ElementHeader> read_store_header(Syntax syntax, uint64_t end) {
+    ElementHeader header;
     std::array<std::byte, 8> bytes{};
     const auto room = has(bytes.size());
     if (!room) return tl::unexpected(room.error());
     if (!*room) return ends_early(0, bytes.size());
     if (position_ + bytes.size() > end) return malformed("an element crosses the end of its item");
-    if (auto r = take(bytes); !r) return tl::unexpected(r.error());
-    head.tag = Tag{u16_at(bytes.data(), syntax.big_endian)} << 16 |
-               u16_at(bytes.data() + 2, syntax.big_endian);
+    if (auto r = read_bytes(bytes); !r) return tl::unexpected(r.error());
+    header.tag = Tag{u16_at(bytes.data(), syntax.big_endian)} << 16 |
+                 u16_at(bytes.data() + 2, syntax.big_endian);
     const std::string_view vr(reinterpret_cast<const char*>(bytes.data()) + 4, 2);
-    const bool is_delimiter = head.tag >> 16 == 0xfffe;
-    // Some writers mix both forms: what is no VR is the length of the implicit form.
+    const bool is_delimiter = header.tag >> 16 == 0xfffe;
+    // Some writers mix both forms: if these bytes are no VR, they are the length of the implicit
+    // form.
     if (is_delimiter || !syntax.is_explicit || !is_vr(vr)) {
-      head.length = u32_at(bytes.data() + 4, syntax.big_endian);
-      return head;
+      header.length = u32_at(bytes.data() + 4, syntax.big_endian);
+      return header;
     }
-    head.vr = {vr[0], vr[1]};
+    header.vr = {vr[0], vr[1]};
     if (!contains(kLongForms, vr)) {
-      head.length = u16_at(bytes.data() + 6, syntax.big_endian);
-      return head;
+      header.length = u16_at(bytes.data() + 6, syntax.big_endian);
+      return header;
     }
     std::array<std::byte, 4> length{};
     const auto more = has(length.size());
     if (!more) return tl::unexpected(more.error());
-    if (!*more) return ends_early(head.tag, length.size());
-    if (auto r = take(length); !r) return tl::unexpected(r.error());
-    head.length = u32_at(length.data(), syntax.big_endian);
-    return head;
+    if (!*more) return ends_early(header.tag, length.size());
+    if (auto r = read_bytes(length); !r) return tl::unexpected(r.error());
+    header.length = u32_at(length.data(), syntax.big_endian);
+    return header;
   }
 
-  /// Reads one element into `out`, or passes it where `out` is null or nobody asks for it. `end`:
-  /// of what holds it.
+  /// Reads one element into `out`, or skips it if `out` is null or the element is not in the list.
+  /// `end`: of the enclosing item.
   Result<void> read_element(Syntax syntax, Item* out, uint64_t end, int depth) {
-    const auto head = read_store_header(syntax, end);
-    if (!head) return tl::unexpected(head.error());
+    const auto header = read_store_header(syntax, end);
+    if (!header) return tl::unexpected(header.error());
     const bool is_pixels =
-        head->tag == kPixels || head->tag == kFloatPixels || head->tag == kDoublePixels;
+        header->tag == kPixels || header->tag == kFloatPixels || header->tag == kDoublePixels;
     if (is_pixels && depth == 0 && pixels_) {
-      pixels_->tag = head->tag;
-      pixels_->in_words = head->is_vr("OW");
+      pixels_->tag = header->tag;
+      pixels_->in_words = header->is_vr("OW");
       pixels_->offset = position_;
       pixels_->bytes =
-          head->length == kUndefinedLength ? PixelPlace::kUndefined : uint64_t{head->length};
+          header->length == kUndefinedLength ? PixelPlace::kUndefined : uint64_t{header->length};
       return {};
     }
-    if (head->tag >> 16 == 0xfffe) return malformed("an item where an element should be");
+    if (header->tag >> 16 == 0xfffe) return malformed("an item where an element should be");
 
-    const WantedTag* wanted = out ? find_wanted(head->tag) : nullptr;
+    const KnownTag* known = out ? find_known_tag(header->tag) : nullptr;
     const bool is_sequence =
-        head->length == kUndefinedLength ||
-        (wanted && kind_of(*head, wanted->kind) == Kind::sequence && head->length > 0);
+        header->length == kUndefinedLength ||
+        (known && kind_of(*header, known->kind) == Kind::sequence && header->length > 0);
     if (is_sequence) {
       Element element;
-      element.tag = head->tag;
-      // A sequence of unknown kind is written in the implicit form (PS3.5, 6.2.2).
+      element.tag = header->tag;
+      // A sequence with unknown VR is in the implicit form (PS3.5, 6.2.2).
       const Syntax inside =
-          head->is_vr("UN") ? Syntax{.is_explicit = false, .big_endian = false} : syntax;
-      auto read = read_sequence(inside, *head, wanted ? &element : nullptr, end, depth + 1);
+          header->is_vr("UN") ? Syntax{.is_explicit = false, .big_endian = false} : syntax;
+      auto read = read_sequence(inside, *header, known ? &element : nullptr, end, depth + 1);
       if (!read) return read;
-      return wanted ? keep(*out, std::move(element)) : Result<void>{};
+      return known ? keep(*out, std::move(element)) : Result<void>{};
     }
-    const auto room = has(head->length);
+    const auto room = has(header->length);
     if (!room) return tl::unexpected(room.error());
-    if (!*room) return ends_early(head->tag, head->length);
-    if (head->length > end - position_) return malformed("a value crosses the end of its item");
-    if (!wanted) {
-      position_ += head->length;
+    if (!*room) return ends_early(header->tag, header->length);
+    if (header->length > end - position_) return malformed("a value crosses the end of its item");
+    if (!known) {
+      position_ += header->length;
       return {};
     }
-    if (head->length > kMaxValueBytes) return malformed(name_of(head->tag) + " is too long");
-    std::vector<std::byte> bytes(head->length);
-    if (auto r = take(bytes); !r) return r;
-    return keep(*out, make_element(syntax, *head, kind_of(*head, wanted->kind), bytes));
+    if (header->length > kMaxValueBytes) return malformed(name_of(header->tag) + " is too long");
+    std::vector<std::byte> bytes(header->length);
+    if (auto r = read_bytes(bytes); !r) return r;
+    return keep(*out, make_element(syntax, *header, kind_of(*header, known->kind), bytes));
   }
 
-  static Element make_element(Syntax syntax, const Head& head, Kind kind,
+  static Element make_element(Syntax syntax, const ElementHeader& header, Kind kind,
                               std::span<const std::byte> bytes) {
     Element element;
-    element.tag = head.tag;
+    element.tag = header.tag;
     const bool swap = syntax.big_endian;
     switch (kind) {
       case Kind::text:
@@ -344,25 +346,25 @@ class Walker {
     return {};
   }
 
-  /// Reads the items of a sequence, or the fragments of an encapsulated value, whose head has been
-  /// read; passes them where `out` is null.
-  Result<void> read_sequence(Syntax syntax, const Head& head, Element* out, uint64_t outer_end,
-                             int depth) {
+  /// Reads the items of a sequence, or the fragments of an encapsulated value, after its header;
+  /// skips them if `out` is null.
+  Result<void> read_sequence(Syntax syntax, const ElementHeader& header, Element* out,
+                             uint64_t outer_end, int depth) {
     if (depth > kMaxDepth) return malformed("its sequences are nested too deeply");
     uint64_t end = outer_end;
-    if (head.length != kUndefinedLength) {
-      const auto room = has(head.length);
+    if (header.length != kUndefinedLength) {
+      const auto room = has(header.length);
       if (!room) return tl::unexpected(room.error());
-      if (!*room) return ends_early(head.tag, head.length);
-      if (head.length > outer_end - position_)
+      if (!*room) return ends_early(header.tag, header.length);
+      if (header.length > outer_end - position_)
         return malformed("a sequence crosses its item's end");
-      end = position_ + head.length;
+      end = position_ + header.length;
     }
     while (position_ < end) {
       const auto item = read_store_header(syntax, end);
       if (!item) return tl::unexpected(item.error());
       if (item->tag == kSequenceEnd) return {};
-      if (item->tag != kItem) return malformed("expected an item of " + name_of(head.tag));
+      if (item->tag != kItem) return malformed("expected an item of " + name_of(header.tag));
       Item* inside = nullptr;
       if (out) {
         if (++kept_ > kMaxElements) return malformed("it has too many elements");
@@ -370,11 +372,11 @@ class Walker {
       }
       if (auto r = read_item(syntax, *item, inside, end, depth); !r) return r;
     }
-    if (head.length == kUndefinedLength) return ends_early(head.tag, 8);
+    if (header.length == kUndefinedLength) return ends_early(header.tag, 8);
     return {};
   }
 
-  Result<void> read_item(Syntax syntax, const Head& item, Item* out, uint64_t sequence_end,
+  Result<void> read_item(Syntax syntax, const ElementHeader& item, Item* out, uint64_t sequence_end,
                          int depth) {
     if (item.length != kUndefinedLength) {
       const auto room = has(item.length);
@@ -416,7 +418,7 @@ class Walker {
   std::optional<uint64_t> end_;
   PixelPlace* pixels_ = nullptr;
   size_t kept_ = 0;
-  std::vector<std::byte> window_;  ///< what the next bytes are read from
+  std::vector<std::byte> window_;  ///< buffered bytes of the input
   uint64_t window_start_ = 0;
 };
 
@@ -425,8 +427,7 @@ class Walker {
 bool looks_like_dicom(std::string_view beginning) {
   if (beginning.size() >= 132 && beginning.substr(128, 4) == "DICM") return true;
   if (beginning.size() < 16) return false;
-  // Without prefix: the first element is of group 2 or 8, and either has a VR or a small even
-  // length.
+  // Without a prefix, the first element has group 2 or 8, and a VR or a small even length.
   const auto* bytes = reinterpret_cast<const std::byte*>(beginning.data());
   for (const bool big_endian : {false, true}) {
     const uint16_t group = u16_at(bytes, big_endian);
@@ -454,7 +455,7 @@ Result<Elements> read_elements(const std::filesystem::path& path) {
     if (std::memcmp(prefix.data() + 128, "DICM", 4) == 0) start = prefix.size();
   }
   Elements out;
-  Walker walker(file, path, start, size);
+  ElementReader walker(file, path, start, size);
   if (auto r = walker.read_meta(out.data); !r) return tl::unexpected(r.error());
   out.transfer_syntax = out.data.text(kTransferSyntax);
   const std::string& uid = out.transfer_syntax;
@@ -466,7 +467,7 @@ Result<Elements> read_elements(const std::filesystem::path& path) {
     out.deflated_start = walker.position();
     auto inflated = open_deflated(path, out.deflated_start, Deflate::raw);
     if (!inflated) return tl::unexpected(inflated.error());
-    Walker inner(**inflated, path, 0, std::nullopt);
+    ElementReader inner(**inflated, path, 0, std::nullopt);
     if (auto r = inner.read_data(syntax, out); !r) return tl::unexpected(r.error());
     return out;
   }

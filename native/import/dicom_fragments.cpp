@@ -12,13 +12,13 @@ namespace {
 constexpr uint32_t kItem = 0xe000fffe;  // as little-endian bytes
 constexpr uint32_t kSequenceEnd = 0xe0ddfffe;
 
-/// No frame has more fragments, on average.
+/// Upper limit of the average number of fragments per frame.
 constexpr size_t kMaxFragmentsPerFrame = 4096;
 
 tl::unexpected<Error> malformed(const Image& image, std::string_view why) {
   return fail(Status::malformed_volume,
-              fmt::format("{}: its compressed frames cannot be told apart ({}): export it again, "
-                          "uncompressed for example",
+              fmt::format("{}: its compressed frames cannot be separated ({}): export the file "
+                          "again, for example uncompressed",
                           image.file, why));
 }
 
@@ -28,8 +28,8 @@ uint32_t u32_at(const std::byte* bytes) {
   return value;
 }
 
-/// Whether a frame starts here: one of RLE does in each fragment, those of JPEG, JPEG-LS and JPEG
-/// 2000 have a marker.
+/// Whether a frame starts in this fragment: each RLE fragment is a frame; frames of JPEG, JPEG-LS
+/// and JPEG 2000 start with a marker.
 Result<bool> starts_frame(ByteReader& file, const Image& image, const Fragment& fragment) {
   if (image.transfer_syntax == "1.2.840.10008.1.2.5") return true;
   std::array<std::byte, 2> start{};
@@ -42,7 +42,7 @@ Result<bool> starts_frame(ByteReader& file, const Image& image, const Fragment& 
 }  // namespace
 
 Result<std::vector<std::vector<Fragment>>> find_fragments(ByteReader& file, const Image& image,
-                                                          bool partial) {
+                                                          bool allow_partial) {
   const auto cut_off = [&](uint64_t at) {
     return fail(Status::truncated,
                 fmt::format("{}: expected another compressed fragment at byte {}, found the end of "
@@ -54,16 +54,16 @@ Result<std::vector<std::vector<Fragment>>> find_fragments(ByteReader& file, cons
   std::vector<Fragment> items;
   uint64_t at = image.pixels.offset;
   for (;;) {
-    std::array<std::byte, 8> head{};
-    const bool has_header = at <= file_bytes && file_bytes - at >= head.size();
-    if (!has_header && partial) break;
+    std::array<std::byte, 8> header{};
+    const bool has_header = at <= file_bytes && file_bytes - at >= header.size();
+    if (!has_header && allow_partial) break;
     if (!has_header) return cut_off(at);
-    if (auto r = file.read(at, head); !r) return tl::unexpected(r.error());
-    at += head.size();
-    const uint32_t tag = u32_at(head.data()), bytes = u32_at(head.data() + 4);
+    if (auto r = file.read(at, header); !r) return tl::unexpected(r.error());
+    at += header.size();
+    const uint32_t tag = u32_at(header.data()), bytes = u32_at(header.data() + 4);
     if (tag == kSequenceEnd) break;
     if (tag != kItem) return malformed(image, fmt::format("no item at byte {}", at - 8));
-    if (bytes > file_bytes - at && partial) break;
+    if (bytes > file_bytes - at && allow_partial) break;
     if (bytes > file_bytes - at) return cut_off(at);
     items.push_back({at, bytes});
     if (items.size() > frames * kMaxFragmentsPerFrame)
@@ -71,7 +71,7 @@ Result<std::vector<std::vector<Fragment>>> find_fragments(ByteReader& file, cons
     at += bytes;
   }
   std::vector<std::vector<Fragment>> result(frames);
-  if (items.size() < 2 && partial) return result;
+  if (items.size() < 2 && allow_partial) return result;
   if (items.size() < 2) return malformed(image, "no fragment");
   const Fragment table = items.front();
   items.erase(items.begin());
@@ -84,9 +84,11 @@ Result<std::vector<std::vector<Fragment>>> find_fragments(ByteReader& file, cons
     for (size_t i = 0; i < frames; ++i) result[i] = {items[i]};
     return result;
   }
-  if (items.size() < frames && !partial) return malformed(image, "fewer fragments than frames");
+  if (items.size() < frames && !allow_partial) {
+    return malformed(image, "fewer fragments than frames");
+  }
 
-  // Offsets count from the head of the first fragment.
+  // Offsets are relative to the header of the first fragment.
   std::vector<bool> starts(items.size());
   if (table.bytes == 4 * frames) {
     std::vector<std::byte> bytes(table.bytes);
@@ -96,7 +98,7 @@ Result<std::vector<std::vector<Fragment>>> find_fragments(ByteReader& file, cons
       const auto found =
           std::lower_bound(items.begin(), items.end(), start,
                            [](const Fragment& f, uint64_t o) { return f.offset < o; });
-      if (found == items.end() && partial) break;
+      if (found == items.end() && allow_partial) break;
       if (found == items.end() || found->offset != start) {
         return malformed(image, "the offset table points between fragments");
       }
@@ -110,8 +112,8 @@ Result<std::vector<std::vector<Fragment>>> find_fragments(ByteReader& file, cons
     }
   }
   const auto begun = static_cast<size_t>(std::count(starts.begin(), starts.end(), true));
-  if (!starts[0] || begun > frames || (begun < frames && !partial)) {
-    return malformed(image, fmt::format("{} fragments for {} frames, without a table of offsets",
+  if (!starts[0] || begun > frames || (begun < frames && !allow_partial)) {
+    return malformed(image, fmt::format("{} fragments for {} frames, without an offset table",
                                         items.size(), frames));
   }
   size_t frame = 0;

@@ -19,14 +19,14 @@ uint32_t text_id(Collection& collection, std::string_view text) {
   return found->second;
 }
 
-/// A label as a key; NaN for an empty one.
+/// A label as a number; NaN for an empty label.
 double text_key(Collection& collection, std::string_view text) {
   return text.empty() ? std::nan("") : text_id(collection, text);
 }
 
-/// Seconds of a date "YYYYMMDD" (or "YYYY.MM.DD") and a time "HHMMSS.FFFFFF" (or "HH:MM:SS"), from
-/// some moment on; NaN where there is no time.
-double moment(std::string_view date, std::string_view time) {
+/// Seconds since a fixed time, from a date "YYYYMMDD" (or "YYYY.MM.DD") and a time "HHMMSS.FFFFFF"
+/// (or "HH:MM:SS"); NaN if there is no time.
+double seconds_of(std::string_view date, std::string_view time) {
   const auto digits = [](std::string_view text) {
     std::string out;
     for (const char c : text) {
@@ -42,21 +42,21 @@ double moment(std::string_view date, std::string_view time) {
   };
   double seconds = part(t, 0, 2) * 3600 + part(t, 2, 2) * 60 + part(t, 4, 2);
   if (t.size() > 6) seconds += std::stod("0." + t.substr(6, 9));
-  // Days need not be right, only in order and apart from each other.
+  // Days need not be exact, only ordered and distinct.
   if (d.size() >= 8) seconds += 86400 * (372 * part(d, 0, 4) + 31 * part(d, 4, 2) + part(d, 6, 2));
   return seconds;
 }
 
-double moment(std::string_view date_time) {
+double seconds_of(std::string_view date_time) {
   if (date_time.size() < 10) return std::nan("");
-  return moment(date_time.substr(0, 8), date_time.substr(8));
+  return seconds_of(date_time.substr(0, 8), date_time.substr(8));
 }
 
 bool is_finite(Vec3d v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// One file on its way into the collection.
+/// Reads the frames of one file into the collection.
 class FileReader {
  public:
   FileReader(const Elements& elements, const std::filesystem::path& path, Collection& to)
@@ -65,15 +65,15 @@ class FileReader {
     if (const Element* groups = data_.find(kPerFrameGroups)) per_frame_ = &groups->items;
   }
 
-  Result<Verdict> read() {
+  Result<FileContent> read() {
     if (elements_.pixels.tag == 0) {
       to_.without_pixels.push_back({path_.string(), std::string(sop_class(data_))});
-      return Verdict::no_pixels;
+      return FileContent::no_pixels;
     }
     photometric_ = data_.text(kPhotometric);
     const bool is_grey =
         photometric_.empty() || photometric_ == "MONOCHROME1" || photometric_ == "MONOCHROME2";
-    if (!is_grey || data_.number(kSamplesPerPixel).value_or(1) != 1) return Verdict::colour;
+    if (!is_grey || data_.number(kSamplesPerPixel).value_or(1) != 1) return FileContent::colour;
     auto image = read_image(elements_, path_);
     if (!image) return tl::unexpected(image.error());
     image_ = std::move(*image);
@@ -90,13 +90,13 @@ class FileReader {
     if (auto r = place_together(made); !r) return tl::unexpected(r.error());
     to_.images.push_back(std::move(image_));
     to_.frames.insert(to_.frames.end(), made.begin(), made.end());
-    return Verdict::taken;
+    return FileContent::frames;
   }
 
  private:
   tl::unexpected<Error> malformed(std::string_view why) const { return contradiction(path_, why); }
 
-  /// The item of a functional group that holds for a frame: its own, or the one for all frames.
+  /// The item of a functional group for a frame: the frame's own, or the item shared by all frames.
   const Item* group(size_t frame, Tag sequence) const {
     if (per_frame_ && frame < per_frame_->size()) {
       if (const Item* own = (*per_frame_)[frame].first_item(sequence)) return own;
@@ -104,7 +104,7 @@ class FileReader {
     return shared_ ? shared_->first_item(sequence) : nullptr;
   }
 
-  /// Three numbers of a vector; nothing where the element is absent. Errors: malformed_volume.
+  /// The components of a vector; nothing if the element is absent. Errors: malformed_volume.
   Result<std::optional<Vec3d>> vector_at(const Item& item, Tag tag, size_t first, size_t count,
                                          const char* name) const {
     const Element* element = item.find(tag);
@@ -115,7 +115,9 @@ class FileReader {
           fmt::format("expected {} numbers as its {}, found {}", count, name, n.size()));
     }
     const Vec3d v{n[first], n[first + 1], n[first + 2]};
-    if (!is_finite(v)) return malformed(fmt::format("its {} is not made of numbers", name));
+    if (!is_finite(v)) {
+      return malformed(fmt::format("its {} has values that are not finite numbers", name));
+    }
     return v;
   }
 
@@ -149,7 +151,7 @@ class FileReader {
     if (!column) return tl::unexpected(column.error());
     if (!*row || !*column) {
       if (frame.is_placed && !is_volume_frame(tag)) {
-        return malformed("it says where its slices are, but not how they lie");
+        return malformed("it has slice positions, but no slice orientation");
       }
       return {};
     }
@@ -159,7 +161,7 @@ class FileReader {
     if (!is_unit || std::abs(dot(r, c)) > 0.01) {
       return malformed("its rows and columns are not perpendicular unit vectors");
     }
-    // Rounding to a few digits is taken back: both of length 1, and perpendicular.
+    // Removes rounding errors: makes both vectors unit length and perpendicular.
     frame.row = r * (1 / lengths[0]);
     const Vec3d across = c - frame.row * dot(c, frame.row);
     frame.column = across * (1 / length(across));
@@ -178,13 +180,13 @@ class FileReader {
       }
       if (spacing.size() >= 2) {
         image_.assumption =
-            "the pixel spacing is that of the detector: the object's is smaller by the "
-            "magnification; --spacing sets another";
+            "the pixel spacing is measured at the detector, and is smaller in the object by the "
+            "magnification; --spacing sets another spacing";
       }
     }
     const auto is_spacing = [](double s) { return s > 0 && s < 1e6; };
     if (spacing.size() >= 2 && is_spacing(spacing[0]) && is_spacing(spacing[1])) {
-      frame.spacing_y = spacing[0];  // between rows comes first
+      frame.spacing_y = spacing[0];  // the row spacing is the first value
       frame.spacing_x = spacing[1];
     }
   }
@@ -199,11 +201,10 @@ class FileReader {
       const Item& holder = tag == kDoseGridScaling ? data_ : item;
       const Element* element = holder.find(tag);
       if (element && !holder.text(tag).empty() && !holder.number(tag)) {
-        return malformed("its rescaling to values is not a number");
+        return malformed("its rescale slope or intercept is not a number");
       }
     }
-    if (frame.slope == 0)
-      return malformed("its rescale slope is 0, so that all values are the same");
+    if (frame.slope == 0) return malformed("its rescale slope is 0, so all values would be equal");
     if (const Element* lut = data_.find(kModalityLut); lut && !lut->items.empty()) {
       refuse_image(
           image_, Status::unsupported_type,
@@ -222,7 +223,7 @@ class FileReader {
     if (!std::isnan(value)) frame.keys[static_cast<size_t>(key)] = value;
   }
 
-  /// The i-th number of one of the vectors that nuclear medicine has for its frames.
+  /// The i-th number of a vector that nuclear medicine files have for their frames.
   void set_from_vector(Frame& frame, Key key, Tag tag, size_t i) {
     const std::vector<double> numbers = data_.numbers(tag);
     if (i < numbers.size()) set(frame, key, numbers[i]);
@@ -263,16 +264,16 @@ class FileReader {
         frame.keys[kFirst + d] = indices[d];
       }
       frame.stack = text_id(to_, content->text(kStackId));
-      set(frame, Key::acquisition_time, moment(content->text(kFrameAcquisitionDateTime)));
+      set(frame, Key::acquisition_time, seconds_of(content->text(kFrameAcquisitionDateTime)));
     }
     set_number(frame, Key::trigger_time, &data_, kTriggerTime);
     set_number(frame, Key::trigger_time, group(i, kCardiacSequence), kTriggerDelay);
     set_number(frame, Key::acquisition, &data_, kAcquisitionNumber);
     if (image_.frames == 1) {
       set(frame, Key::acquisition_time,
-          moment(data_.text(kAcquisitionDate), data_.text(kAcquisitionTime)));
-      set(frame, Key::acquisition_time, moment(data_.text(kAcquisitionDateTime)));
-      set(frame, Key::content_time, moment(data_.text(kContentDate), data_.text(kContentTime)));
+          seconds_of(data_.text(kAcquisitionDate), data_.text(kAcquisitionTime)));
+      set(frame, Key::acquisition_time, seconds_of(data_.text(kAcquisitionDateTime)));
+      set(frame, Key::content_time, seconds_of(data_.text(kContentDate), data_.text(kContentTime)));
       set_number(frame, Key::reference_time, &data_, kFrameReferenceTime);
     }
     const auto instance = data_.number(kInstanceNumber);
@@ -307,7 +308,7 @@ class FileReader {
     return found->second;
   }
 
-  /// Places the frames of a file that says where they lie together, not one by one.
+  /// Positions the frames of a file that has one position for all frames.
   Result<void> place_together(std::vector<Frame>& frames) {
     if (frames.size() < 2) return {};
     const auto placed = std::count_if(frames.begin(), frames.end(),
@@ -334,13 +335,14 @@ class FileReader {
       frames[i].is_placed = true;
     }
     if (!*position && image_.assumption.empty()) {
-      image_.assumption = "the file does not say where its first frame lies: it is at 0, 0, 0";
+      image_.assumption = "the file has no position for its first frame: 0, 0, 0 is assumed";
     }
     return {};
   }
 
-  /// Where each frame of a dose grid lies, from the first (PS3.3, C.8.8.3.2): offsets along the
-  /// normal if the first is zero, z coordinates if the first is that of the position.
+  /// Frame offsets of a dose grid relative to the first frame (PS3.3, C.8.8.3.2). If the first
+  /// value is 0, the values are offsets along the normal; if it is the z of the position, they are
+  /// z coordinates.
   Result<std::vector<Vec3d>> dose_offsets(const std::vector<Frame>& frames, Vec3d origin) const {
     const std::vector<double> offsets = data_.numbers(kGridFrameOffsets);
     if (offsets.size() != frames.size()) {
@@ -364,8 +366,8 @@ class FileReader {
     return along;
   }
 
-  /// Where each frame lies, from the first, with equal steps along the normal. A negative spacing
-  /// goes against it (PS3.3, C.8.4.15).
+  /// Frame offsets relative to the first frame, with equal steps along the normal. A negative
+  /// spacing goes against the normal (PS3.3, C.8.4.15).
   Result<std::vector<Vec3d>> even_offsets(const std::vector<Frame>& frames) {
     auto spacing = data_.number(kSpacingBetweenSlices);
     if (!spacing && shared_) {
@@ -377,9 +379,11 @@ class FileReader {
       const auto thickness = data_.number(kSliceThickness);
       spacing = thickness && *thickness > 0 ? thickness : std::optional(1.0);
       image_.assumption = fmt::format(
-          "the file does not say how far its frames are apart: {} mm are taken, {}; --spacing sets "
+          "the file has no distance between frames: {} mm is assumed, {}; --spacing sets "
           "another",
-          *spacing, thickness && *thickness > 0 ? "the slice thickness" : "for want of any figure");
+          *spacing,
+          thickness && *thickness > 0 ? "the slice thickness"
+                                      : "since the file has no slice thickness either");
     }
     const std::vector<double> slices = data_.numbers(kSliceVector);
     if (!slices.empty() && slices.size() != frames.size()) {
@@ -407,8 +411,8 @@ class FileReader {
 
 }  // namespace
 
-Result<Verdict> add_frames(const Elements& elements, const std::filesystem::path& path,
-                           Collection& to) {
+Result<FileContent> add_frames(const Elements& elements, const std::filesystem::path& path,
+                               Collection& to) {
   return FileReader(elements, path, to).read();
 }
 

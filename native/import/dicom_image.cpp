@@ -15,14 +15,14 @@ constexpr std::string_view kNativeSyntaxes[] = {
     "1.2.840.10008.1.2.2", "1.2.840.113619.5.2",
 };
 
-/// What GDCM decodes: JPEG baseline, extended and lossless, JPEG-LS, JPEG 2000, RLE.
+/// The codecs that GDCM decodes: JPEG baseline, extended and lossless, JPEG-LS, JPEG 2000, RLE.
 constexpr std::string_view kCompressedSyntaxes[] = {
     "1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.57",
     "1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81",
     "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91", "1.2.840.10008.1.2.5",
 };
 
-/// Kinds of images whose frames follow each other in time.
+/// SOP classes of images whose frames are a time sequence.
 constexpr std::string_view kFilmModalities[] = {"XA", "RF", "US", "XC", "ES", "GM",  "OP",
                                                 "DX", "CR", "MG", "IO", "PX", "IVUS"};
 
@@ -48,19 +48,19 @@ class ImageReader {
 
   void refuse(Status status, std::string why) { refuse_image(image_, status, std::move(why)); }
 
-  /// A whole number of the header. Errors: malformed_volume.
-  Result<int> whole(Tag tag, const char* name, double least, double most,
-                    std::optional<int> otherwise = std::nullopt) const {
+  /// A whole number of the header, in a range. Errors: malformed_volume.
+  Result<int> whole_number(Tag tag, const char* name, double min, double max,
+                           std::optional<int> otherwise = std::nullopt) const {
     if (otherwise && !data_.find(tag)) return *otherwise;
     const auto number = data_.number(tag);
-    if (!number || *number < least || *number > most || *number != std::floor(*number)) {
-      return malformed(fmt::format("expected {} from {} to {}, found {}", name, least, most,
+    if (!number || *number < min || *number > max || *number != std::floor(*number)) {
+      return malformed(fmt::format("expected {} from {} to {}, found {}", name, min, max,
                                    number ? fmt::format("{}", *number) : "none"));
     }
     return static_cast<int>(*number);
   }
 
-  /// A stored value that is written with or without a sign, as the pixels are.
+  /// A stored value whose sign follows the pixels' signedness.
   std::optional<double> padding_at(Tag tag) const {
     const auto number = data_.number(tag);
     if (!number || !image_.is_signed || *number < 32768) return number;
@@ -77,11 +77,11 @@ class ImageReader {
     image_.instance_uid = data_.text(kSopInstance);
     image_.stated_slice_spacing = std::abs(data_.number(kSpacingBetweenSlices).value_or(0));
     image_.is_encapsulated = image_.pixels.bytes == PixelPlace::kUndefined;
-    const auto rows = whole(kRows, "rows", 1, 65535);
+    const auto rows = whole_number(kRows, "rows", 1, 65535);
     if (!rows) return tl::unexpected(rows.error());
-    const auto columns = whole(kColumns, "columns", 1, 65535);
+    const auto columns = whole_number(kColumns, "columns", 1, 65535);
     if (!columns) return tl::unexpected(columns.error());
-    const auto frames = whole(kNumberOfFrames, "frames", 0, kMaxFrames, 1);
+    const auto frames = whole_number(kNumberOfFrames, "frames", 0, kMaxFrames, 1);
     if (!frames) return tl::unexpected(frames.error());
     image_.rows = *rows;
     image_.columns = *columns;
@@ -92,11 +92,11 @@ class ImageReader {
       image_.high_bit = image_.stored - 1;
       return {};
     }
-    const auto allocated = whole(kBitsAllocated, "bits allocated", 1, 64);
+    const auto allocated = whole_number(kBitsAllocated, "bits allocated", 1, 64);
     if (!allocated) return tl::unexpected(allocated.error());
-    const auto stored = whole(kBitsStored, "bits stored", 1, *allocated, *allocated);
+    const auto stored = whole_number(kBitsStored, "bits stored", 1, *allocated, *allocated);
     if (!stored) return tl::unexpected(stored.error());
-    const auto high = whole(kHighBit, "high bit", *stored - 1, *allocated - 1, *stored - 1);
+    const auto high = whole_number(kHighBit, "high bit", *stored - 1, *allocated - 1, *stored - 1);
     if (!high) return tl::unexpected(high.error());
     image_.allocated = *allocated;
     image_.stored = *stored;
@@ -107,7 +107,7 @@ class ImageReader {
     return {};
   }
 
-  /// Whether the file has all its pixels.
+  /// Checks whether the file has all its pixels.
   Result<void> check_extent() {
     const bool is_native = contains(kNativeSyntaxes, image_.transfer_syntax);
     if (!is_native && !contains(kCompressedSyntaxes, image_.transfer_syntax)) {
@@ -141,7 +141,8 @@ class ImageReader {
                                  static_cast<uint64_t>(image_.columns) *
                                  static_cast<uint64_t>(image_.allocated / 8);
     const uint64_t needed = frame_bytes * static_cast<uint64_t>(image_.frames);
-    // How much a deflated data set holds only inflating it tells; no more of it than is asked for.
+    // The size of a deflated data set is known only after inflating it; inflates no more than
+    // needed.
     const auto after = (*file)->count_after(image_.pixels.offset, needed + frame_bytes);
     const uint64_t there = after ? 0 : (*file)->available_bytes();
     const uint64_t left = after ? *after : there - std::min(there, image_.pixels.offset);
@@ -151,7 +152,7 @@ class ImageReader {
     return {};
   }
 
-  /// What can be read, but is no volume.
+  /// Refuses images that can be read but are not volumes.
   void find_obstacles() {
     const std::string_view type = data_.text(kImageType), modality = data_.text(kModality);
     if (type.find("MOSAIC") != type.npos) {

@@ -6,13 +6,13 @@
 
 #include "native/import/dicom_elements.h"
 
-// What a file's pixels are, and whether the file has them all (PS3.3, C.7.6.3).
+// Describes a file's pixels, and checks that the file has all of them (PS3.3, C.7.6.3).
 namespace isosplat::dicom {
 
-/// No file has more frames.
+/// Upper limit of the number of frames in a file.
 inline constexpr double kMaxFrames = 1 << 20;
 
-/// A file's pixels.
+/// The pixels of a file.
 struct Image {
   std::string file;
   std::string transfer_syntax;
@@ -24,30 +24,30 @@ struct Image {
   bool is_signed = false, is_float = false;
   bool is_encapsulated = false;
   bool cut_off = false;             ///< the file ends before its last pixel
-  bool has_surplus = false;         ///< there are pixels for at least one frame more
-  Status refusal = Status::ok;      ///< why no volume can be made of it; the reason in `obstacle`
-  std::string obstacle;             ///< empty: none
-  std::string assumption;           ///< a note, where a place was assumed; empty: none
-  std::string instance_uid;         ///< of the SOP instance
-  std::string sop_class;            ///< its kind
-  double stated_slice_spacing = 0;  ///< SpacingBetweenSlices; 0: not said
-  /// Stored values from `padding` to `padding_limit` (to itself where there is no limit) are said
-  /// to be no values.
+  bool has_surplus = false;         ///< the file has pixels for at least one extra frame
+  Status refusal = Status::ok;      ///< why it cannot become a volume; the reason is in `obstacle`
+  std::string obstacle;             ///< reason for the refusal; empty: none
+  std::string assumption;           ///< a note about an assumed position; empty: none
+  std::string instance_uid;         ///< SOP Instance UID
+  std::string sop_class;            ///< SOP Class UID
+  double stated_slice_spacing = 0;  ///< SpacingBetweenSlices; 0: absent
+  /// Stored values from `padding` to `padding_limit` (equal to `padding` if the file gives no
+  /// limit) are padding, not values.
   std::optional<double> padding, padding_limit;
 };
 
-/// Reads what a file with grey pixels says of them. Where no volume can be made of it, the image
-/// has an obstacle. Errors: malformed_volume where elements are missing or contradict each other,
+/// Reads the description of a file's greyscale pixels. If it cannot become a volume, the image has
+/// an obstacle. Errors: malformed_volume if elements are missing or contradict each other,
 /// io_error.
 Result<Image> read_image(const Elements& elements, const std::filesystem::path& path);
 
-/// Gives an image an obstacle, unless it has one.
+/// Sets the obstacle of an image, unless it already has one.
 void refuse_image(Image& image, Status status, std::string why);
 
-/// Of which kind a data set is (PS3.4, B.5); empty where it does not say.
+/// The SOP class of a data set (PS3.4, B.5); empty if absent.
 std::string_view sop_class(const Item& data);
 
-/// The error for a header that contradicts itself or lacks something.
+/// The error for a header that is incomplete or contradicts itself.
 tl::unexpected<Error> contradiction(const std::filesystem::path& path, std::string_view why);
 
 }  // namespace isosplat::dicom

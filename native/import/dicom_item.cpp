@@ -4,7 +4,7 @@
 
 #include "native/import/dicom_elements.h"
 
-// The values of a data set's elements (PS3.5, 6.2).
+// Access to the values of a data set's elements (PS3.5, 6.2).
 namespace isosplat::dicom {
 namespace {
 

@@ -11,27 +11,27 @@
 namespace isosplat::dicom {
 namespace {
 
-/// Files round positions to as little as 0.1 mm: half of that, or a hundredth of the distance
-/// between slices, is no unevenness; but a tenth of the distance always is.
+/// Tolerance of positions: files round them to as little as 0.1 mm, so half of that, or a hundredth
+/// of the slice distance, is accepted. A deviation of a tenth of the distance is always an error.
 double position_tolerance(double spacing) {
   return std::max(0.01 * spacing, std::min(0.1 * spacing, 0.06));
 }
 
-/// Slices that are interpolated because others are missing: at most this many for each that exists.
+/// Limit of interpolated slices (for missing ones) per existing slice.
 constexpr double kMaxFilled = 16;
 
-/// A tilt of the gantry below this is rounding.
+/// A smaller gantry tilt is treated as rounding.
 constexpr double kMinTiltDegrees = 0.1;
 
-struct Placed {
+struct PositionedFrame {
   uint32_t frame;
   double along;  ///< position along the normal
 };
 
-class Arranger {
+class StackOrderer {
  public:
-  Arranger(const Collection& collection, const std::filesystem::path& path,
-           const ImportOptions& options, std::vector<std::string>& notes)
+  StackOrderer(const Collection& collection, const std::filesystem::path& path,
+               const ImportOptions& options, std::vector<std::string>& notes)
       : collection_(collection), path_(path), options_(options), notes_(notes) {}
 
   Result<Arrangement> arrange(const Stack& stack) {
@@ -39,27 +39,29 @@ class Arranger {
     if (!frames) return tl::unexpected(frames.error());
     const Frame& first = frame_of(frames->front());
     if (frames->size() < 2) {
-      return fail(Status::no_cells,
-                  fmt::format("{}: expected a volume, found a single DICOM slice: give the folder "
-                              "that holds the series",
-                              path_.string()));
+      return fail(
+          Status::no_cells,
+          fmt::format(
+              "{}: expected a volume, found a single DICOM slice: give the folder of the series",
+              path_.string()));
     }
     if (!first.is_placed) return without_positions(std::move(*frames));
 
     const Vec3d normal = cross(first.row, first.column);
-    std::vector<Placed> placed;
+    std::vector<PositionedFrame> positioned;
     for (const uint32_t frame : *frames) {
-      placed.push_back({frame, dot(frame_of(frame).position, normal)});
+      positioned.push_back({frame, dot(frame_of(frame).position, normal)});
     }
-    std::stable_sort(placed.begin(), placed.end(),
-                     [](const Placed& a, const Placed& b) { return a.along < b.along; });
-    const auto step = choose_step(placed);
+    std::stable_sort(
+        positioned.begin(), positioned.end(),
+        [](const PositionedFrame& a, const PositionedFrame& b) { return a.along < b.along; });
+    const auto step = choose_step(positioned);
     if (!step) return tl::unexpected(step.error());
-    placed.clear();
+    positioned.clear();
     for (const uint32_t frame : *step) {
-      placed.push_back({frame, dot(frame_of(frame).position, normal)});
+      positioned.push_back({frame, dot(frame_of(frame).position, normal)});
     }
-    return stack_up(placed);
+    return stack_up(positioned);
   }
 
  private:
@@ -70,9 +72,9 @@ class Arranger {
     return fail(Status::malformed_volume, fmt::format("{}: {}", path_.string(), text));
   }
 
-  /// Leaves out files that are there twice.
+  /// Removes duplicate files.
   Result<std::vector<uint32_t>> without_copies(const std::vector<uint32_t>& frames) {
-    std::map<std::pair<std::string_view, uint32_t>, uint32_t> seen;
+    std::map<std::pair<std::string_view, uint32_t>, uint32_t> frame_by_uid;
     std::vector<uint32_t> kept;
     for (const uint32_t frame : frames) {
       const std::string_view uid = image_of(frame).instance_uid;
@@ -80,7 +82,7 @@ class Arranger {
         kept.push_back(frame);
         continue;
       }
-      const auto [found, is_new] = seen.try_emplace({uid, frame_of(frame).index}, frame);
+      const auto [found, is_new] = frame_by_uid.try_emplace({uid, frame_of(frame).index}, frame);
       if (is_new) {
         kept.push_back(frame);
       } else if (!is_copy(frame_of(frame), frame_of(found->second))) {
@@ -92,7 +94,7 @@ class Arranger {
       }
     }
     if (const size_t copies = frames.size() - kept.size(); copies > 0) {
-      notes_.push_back(fmt::format("{} slice{} there twice: the copies are left out", copies,
+      notes_.push_back(fmt::format("{} slice{} duplicated: the copies are ignored", copies,
                                    copies > 1 ? "s are" : " is"));
     }
     return kept;
@@ -104,57 +106,57 @@ class Arranger {
            std::equal(a.keys.begin(), a.keys.end(), b.keys.begin(), same);
   }
 
-  /// The frames of the time step that the options choose, one for each place.
-  Result<std::vector<uint32_t>> choose_step(const std::vector<Placed>& placed) {
-    const double extent = placed.back().along - placed.front().along;
-    // Distances can be far smaller than their mean, where many slices are missing.
-    const double mean = extent / static_cast<double>(placed.size() - 1);
-    const double same_place = std::min(0.05 * mean, 0.01);
-    Places places;
+  /// The frames of the selected time step, one per position.
+  Result<std::vector<uint32_t>> choose_step(const std::vector<PositionedFrame>& positioned) {
+    const double extent = positioned.back().along - positioned.front().along;
+    // Distances may be much smaller than their mean if many slices are missing.
+    const double mean = extent / static_cast<double>(positioned.size() - 1);
+    const double tolerance = std::min(0.05 * mean, 0.01);
+    Positions positions;
     double last = 0;
-    size_t most = 1;
-    for (const Placed& slice : placed) {
-      if (places.empty() || slice.along - last > same_place) {
-        places.emplace_back();
+    size_t max_frames = 1;
+    for (const PositionedFrame& slice : positioned) {
+      if (positions.empty() || slice.along - last > tolerance) {
+        positions.emplace_back();
         last = slice.along;
       }
-      places.back().push_back(slice.frame);
-      most = std::max(most, places.back().size());
+      positions.back().push_back(slice.frame);
+      max_frames = std::max(max_frames, positions.back().size());
     }
-    if (places.size() < 2) {
-      return fail(
-          Status::no_cells,
-          fmt::format("{}: expected slices at different places, found all {} at the same: a "
-                      "single slice has no isosurface",
-                      path_.string(), placed.size()));
+    if (positions.size() < 2) {
+      return fail(Status::no_cells,
+                  fmt::format("{}: expected slices at different positions, found all {} at the "
+                              "same position: a single slice has no isosurface",
+                              path_.string(), positioned.size()));
     }
-    if (most == 1) {
+    if (max_frames == 1) {
       if (auto r = chosen_step(1, ""); !r) return tl::unexpected(r.error());
       std::vector<uint32_t> frames;
-      for (const auto& place : places) frames.push_back(place[0]);
+      for (const auto& position : positions) frames.push_back(position[0]);
       return frames;
     }
-    Steps steps = find_steps(collection_, places);
+    Steps steps = find_steps(collection_, positions);
     if (steps.frames.empty()) {
       return malformed(fmt::format(
-          "expected slices at different places, or what tells those at the same place apart (time, "
-          "echo, instance number, …), found up to {} slices at the same place, as {} and {}: put "
-          "the "
-          "files of one volume into a folder of their own",
-          most, name_of(crowded(places, 0)), name_of(crowded(places, 1))));
+          "expected slices at different positions, or an attribute that distinguishes them (time, "
+          "echo, instance number, …), found up to {} slices at the same position, such as {} and "
+          "{}: put the files of one volume into a separate folder",
+          max_frames, name_of(nth_of_shared_position(positions, 0)),
+          name_of(nth_of_shared_position(positions, 1))));
     }
     const size_t count = steps.frames.size();
     const auto step = chosen_step(count, steps.distinguished_by);
     if (!step) return tl::unexpected(step.error());
     std::vector<uint32_t>& frames = steps.frames[*step];
-    notes_.push_back(fmt::format("this is volume {} of 0 to {}, told apart by their {}", *step,
+    notes_.push_back(fmt::format("this is volume {} of 0 to {}, distinguished by {}", *step,
                                  count - 1, steps.distinguished_by));
-    if (frames.size() < places.size()) {
-      const std::string what = fmt::format("{} of {} slices are missing from volume {}",
-                                           places.size() - frames.size(), places.size(), *step);
+    if (frames.size() < positions.size()) {
+      const std::string what =
+          fmt::format("{} of {} slices are missing from volume {}",
+                      positions.size() - frames.size(), positions.size(), *step);
       if (!options_.allowed.has(Allowance::gaps)) {
-        return malformed(
-            fmt::format("{}: add them, or allow it with {}", what, flag_of(Allowance::gaps)));
+        return malformed(fmt::format("{}: add them, or interpolate them with {}", what,
+                                     flag_of(Allowance::gaps)));
       }
       if (frames.size() < 2) {
         return fail(Status::no_cells,
@@ -165,13 +167,14 @@ class Arranger {
     return std::move(frames);
   }
 
-  /// Which of several volumes the options choose. Errors: invalid_argument.
+  /// Selects one of several volumes by the options. Errors: invalid_argument.
   Result<size_t> chosen_step(size_t count, const std::string& distinguished_by) const {
     if (count > 1 && !options_.time_step) {
-      return fail(Status::invalid_argument,
-                  fmt::format("{}: expected one volume, found {} at the same place, told apart by "
-                              "their {}: choose one with --time-step 0 to --time-step {}",
-                              path_.string(), count, distinguished_by, count - 1));
+      return fail(
+          Status::invalid_argument,
+          fmt::format("{}: expected one volume, found {} at the same position, distinguished by "
+                      "{}: choose one with --time-step 0 to --time-step {}",
+                      path_.string(), count, distinguished_by, count - 1));
     }
     const int64_t step = options_.time_step.value_or(0);
     if (step < 0 || static_cast<uint64_t>(step) >= count) {
@@ -182,12 +185,12 @@ class Arranger {
     return static_cast<size_t>(step);
   }
 
-  /// The which-th frame of the first place that has several.
-  static uint32_t crowded(const Places& places, size_t which) {
-    for (const auto& place : places) {
-      if (place.size() > 1) return place[which];
+  /// The n-th frame of the first position that has several frames.
+  static uint32_t nth_of_shared_position(const Positions& positions, size_t which) {
+    for (const auto& position : positions) {
+      if (position.size() > 1) return position[which];
     }
-    return places[0][0];
+    return positions[0][0];
   }
 
   std::string name_of(uint32_t frame) const {
@@ -197,12 +200,12 @@ class Arranger {
                              : fmt::format("frame {} of {}", frame_of(frame).index + 1, name);
   }
 
-  /// The pixel spacing of a stack, 1 where it does not say.
+  /// The pixel spacing of a stack; 1 if it is unknown.
   void set_plane(const Frame& frame, HeaderGeometry& geometry) {
     geometry.origin = frame.position;
     if (!(frame.spacing_x > 0) && !options_.spacing) {
       notes_.push_back(
-          "the slices do not say their pixel spacing: 1 mm is taken; --spacing sets "
+          "the slices have no pixel spacing: 1 mm is assumed; --spacing sets "
           "another");
     }
     geometry.spacing.x = frame.spacing_x > 0 ? frame.spacing_x : 1;
@@ -218,62 +221,62 @@ class Arranger {
     geometry.direction[6 + column] = axis.z;
   }
 
-  /// Slices at different places, in order.
-  Result<Arrangement> stack_up(const std::vector<Placed>& placed) {
+  /// Slices at different positions, in order.
+  Result<Arrangement> stack_up(const std::vector<PositionedFrame>& positioned) {
     Arrangement out;
-    set_plane(frame_of(placed[0].frame), out.geometry);
-    const double begin = placed.front().along;
-    const double extent = placed.back().along - begin;
-    auto count = static_cast<double>(placed.size() - 1);
-    if (auto r = check_shift(placed, out.geometry); !r) return tl::unexpected(r.error());
+    set_plane(frame_of(positioned[0].frame), out.geometry);
+    const double begin = positioned.front().along;
+    const double extent = positioned.back().along - begin;
+    auto count = static_cast<double>(positioned.size() - 1);
+    if (auto r = check_shift(positioned, out.geometry); !r) return tl::unexpected(r.error());
 
     std::vector<double> gaps;
-    for (size_t i = 1; i < placed.size(); ++i)
-      gaps.push_back(placed[i].along - placed[i - 1].along);
-    const auto [least, most] = std::minmax_element(gaps.begin(), gaps.end());
+    for (size_t i = 1; i < positioned.size(); ++i)
+      gaps.push_back(positioned[i].along - positioned[i - 1].along);
+    const auto [min_gap, max_gap] = std::minmax_element(gaps.begin(), gaps.end());
     double worst = 0;
-    for (size_t i = 0; i < placed.size(); ++i) {
+    for (size_t i = 0; i < positioned.size(); ++i) {
       const double even = begin + extent * static_cast<double>(i) / count;
-      worst = std::max(worst, std::abs(placed[i].along - even));
+      worst = std::max(worst, std::abs(positioned[i].along - even));
     }
     if (worst <= position_tolerance(extent / count)) {
-      for (const Placed& slice : placed) out.planes.push_back({slice.frame, slice.frame, 0});
+      for (const PositionedFrame& slice : positioned)
+        out.planes.push_back({slice.frame, slice.frame, 0});
     } else {
       const std::string what = fmt::format(
-          "slices are missing or unevenly spaced (the gaps between them are {:.4g} to "
+          "slices are missing or unevenly spaced (the distances between them are {:.4g} to "
           "{:.4g} mm)",
-          *least, *most);
+          *min_gap, *max_gap);
       if (!options_.allowed.has(Allowance::gaps)) {
-        return malformed(fmt::format("{}: add what is missing, or have it interpolated with {}",
+        return malformed(fmt::format("{}: add the missing slices, or interpolate them with {}",
                                      what, flag_of(Allowance::gaps)));
       }
-      // The lower median: of two gaps, the larger is where a slice is missing.
+      // The lower median: of two distances, the larger one is a gap.
       const size_t middle = (gaps.size() - 1) / 2;
       std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(middle),
                        gaps.end());
       count = std::max(1.0, std::round(extent / gaps[middle]));
-      if (count > kMaxFilled * static_cast<double>(placed.size())) {
+      if (count > kMaxFilled * static_cast<double>(positioned.size())) {
         return malformed(what + ": too many are missing");
       }
-      fill_gaps(placed, extent / count, static_cast<size_t>(count) + 1, out);
+      fill_gaps(positioned, extent / count, static_cast<size_t>(count) + 1, out);
       const auto made = std::count_if(out.planes.begin(), out.planes.end(),
                                       [](const Plane& plane) { return plane.weight > 0; });
-      notes_.push_back(fmt::format("{}: {} of {} slices are interpolated between their neighbours",
+      notes_.push_back(fmt::format("{}: {} of {} slices are interpolated from their neighbours",
                                    what, made, out.planes.size()));
     }
-    set_third_axis(placed, extent, count, out.geometry);
+    set_third_axis(positioned, extent, count, out.geometry);
     return out;
   }
 
-  /// Slices every `spacing`: those that are there, and between them what linear interpolation
-  /// gives.
-  void fill_gaps(const std::vector<Placed>& placed, double spacing, size_t count,
+  /// Evenly spaced slices: existing slices, and linear interpolation between them.
+  void fill_gaps(const std::vector<PositionedFrame>& positioned, double spacing, size_t count,
                  Arrangement& out) const {
     size_t before = 0;
     for (size_t i = 0; i < count; ++i) {
-      const double along = placed[0].along + spacing * static_cast<double>(i);
-      while (before + 2 < placed.size() && placed[before + 1].along <= along) ++before;
-      const Placed &a = placed[before], &b = placed[before + 1];
+      const double along = positioned[0].along + spacing * static_cast<double>(i);
+      while (before + 2 < positioned.size() && positioned[before + 1].along <= along) ++before;
+      const PositionedFrame &a = positioned[before], &b = positioned[before + 1];
       const double weight = (along - a.along) / (b.along - a.along);
       const double near = position_tolerance(spacing) / (b.along - a.along);
       if (weight <= near) {
@@ -286,21 +289,23 @@ class Arranger {
     }
   }
 
-  /// Each slice may be shifted in its plane against the one before, all by the same (gantry tilt).
-  Result<void> check_shift(const std::vector<Placed>& placed,
+  /// Each slice may be shifted in its plane relative to the previous one, all by the same vector
+  /// (gantry tilt).
+  Result<void> check_shift(const std::vector<PositionedFrame>& positioned,
                            const HeaderGeometry& geometry) const {
-    const Frame& first = frame_of(placed.front().frame);
-    const Vec3d way = frame_of(placed.back().frame).position - first.position;
-    const double extent = placed.back().along - placed.front().along;
+    const Frame& first = frame_of(positioned.front().frame);
+    const Vec3d way = frame_of(positioned.back().frame).position - first.position;
+    const double extent = positioned.back().along - positioned.front().along;
     const double pixel = std::min(geometry.spacing.x, geometry.spacing.y);
     const double tolerance = std::max(std::min(0.06, 0.25 * pixel), 0.05 * pixel);
-    for (const Placed& slice : placed) {
-      const Vec3d expected = first.position + way * ((slice.along - placed.front().along) / extent);
+    for (const PositionedFrame& slice : positioned) {
+      const Vec3d expected =
+          first.position + way * ((slice.along - positioned.front().along) / extent);
       const double off = length(frame_of(slice.frame).position - expected);
       if (off > tolerance) {
         return malformed(
-            fmt::format("expected slices that lie behind each other or are shifted "
-                        "evenly, found {} {:.3g} mm beside its place: they are no "
+            fmt::format("expected slices in line or with an even shift, found {} {:.3g} mm off "
+                        "that line: they are no "
                         "volume",
                         name_of(slice.frame), off));
       }
@@ -308,34 +313,34 @@ class Arranger {
     return {};
   }
 
-  /// The third axis runs from the first slice to the last.
-  void set_third_axis(const std::vector<Placed>& placed, double extent, double count,
+  /// The third axis points from the first slice to the last.
+  void set_third_axis(const std::vector<PositionedFrame>& positioned, double extent, double count,
                       HeaderGeometry& geometry) {
     const Vec3d way =
-        frame_of(placed.back().frame).position - frame_of(placed.front().frame).position;
+        frame_of(positioned.back().frame).position - frame_of(positioned.front().frame).position;
     const double distance = length(way);
     geometry.spacing.z = distance / count;
     set_column(geometry, 2, way * (1 / distance));
     const double tilt = std::acos(std::min(1.0, extent / distance)) * 180 / 3.14159265358979;
     if (tilt >= kMinTiltDegrees) {
       notes_.push_back(fmt::format(
-          "the slices are shifted against each other: the gantry was tilted by {:.1f}°", tilt));
+          "the slices are shifted relative to each other: the gantry was tilted by {:.1f}°", tilt));
     }
-    const double stated = image_of(placed[0].frame).stated_slice_spacing;
+    const double stated = image_of(positioned[0].frame).stated_slice_spacing;
     const double found = extent / count;
     const auto agrees = [&](double d) { return std::abs(stated - d) <= 0.02 * d + 0.01; };
     if (stated > 0 && !agrees(found) && !agrees(distance / count)) {
       notes_.push_back(
-          fmt::format("the header says that slices are {:.4g} mm apart, their positions "
-                      "say {:.4g} mm: the positions are taken",
+          fmt::format("the slice distance is {:.4g} mm in the header, but {:.4g} mm by the "
+                      "positions: the positions are used",
                       stated, found));
     }
   }
 
-  /// Slices that do not say where they are.
+  /// Orders slices without positions.
   Result<Arrangement> without_positions(std::vector<uint32_t> frames) {
     const std::string what =
-        fmt::format("{} slices do not say where they are (Image Position)", frames.size());
+        fmt::format("{} slices have no position (Image Position)", frames.size());
     if (!options_.allowed.has(Allowance::unplaced)) {
       return malformed(
           fmt::format("{}: export them again, or stack them in the order of their "
@@ -350,9 +355,8 @@ class Arranger {
     const bool has_nan = std::any_of(frames.begin(), frames.end(),
                                      [&](uint32_t frame) { return std::isnan(number(frame)); });
     if (has_nan || numbers.size() != frames.size()) {
-      return malformed(what +
-                       ", and their instance numbers are missing or there twice: their order "
-                       "is not known");
+      return malformed(
+          what + ", and their instance numbers are missing or duplicated: their order is unknown");
     }
     std::sort(frames.begin(), frames.end(),
               [&](uint32_t a, uint32_t b) { return number(a) < number(b); });
@@ -362,8 +366,8 @@ class Arranger {
     const double stated = image_of(frames[0]).stated_slice_spacing;
     out.geometry.spacing.z = stated > 0 ? stated : 1;
     notes_.push_back(
-        fmt::format("{}: they are stacked in the order of their instance numbers, "
-                    "{:.4g} mm apart; --spacing sets another distance",
+        fmt::format("{}: they are stacked in the order of their instance numbers, at a distance of "
+                    "{:.4g} mm; --spacing sets another distance",
                     what, out.geometry.spacing.z));
     for (const uint32_t frame : frames) out.planes.push_back({frame, frame, 0});
     return out;
@@ -380,7 +384,7 @@ class Arranger {
 Result<Arrangement> arrange(const Collection& collection, const Stack& stack,
                             const std::filesystem::path& path, const ImportOptions& options,
                             std::vector<std::string>& notes) {
-  return Arranger(collection, path, options, notes).arrange(stack);
+  return StackOrderer(collection, path, options, notes).arrange(stack);
 }
 
 }  // namespace isosplat::dicom

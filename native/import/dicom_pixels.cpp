@@ -19,12 +19,13 @@ bool is_big_endian(const Image& image) {
          image.transfer_syntax == "1.2.840.113619.5.2";
 }
 
-/// Reads the stored pixels of native and deflated frames, swapped to this machine's byte order.
+/// Reads the stored pixels of native and deflated frames, and converts them to native byte order.
 class NativeReader {
  public:
-  explicit NativeReader(bool fills) : fills_(fills) {}
+  explicit NativeReader(bool fill_missing) : fill_missing_(fill_missing) {}
 
-  /// How many pixels were read: all, unless what a file lacks is to be filled.
+  /// Number of pixels that were read: all, unless a truncated file lacks some and fill_missing is
+  /// set.
   Result<size_t> read(const Image& image, uint32_t index, std::span<std::byte> out) {
     const size_t pixel = static_cast<size_t>(image.allocated) / 8;
     auto whole = out.size();
@@ -36,7 +37,7 @@ class NativeReader {
       opened_ = &image;
     }
     const uint64_t start = image.pixels.offset + index * uint64_t{out.size()};
-    if (fills_ && image.cut_off) {
+    if (fill_missing_ && image.cut_off) {
       const uint64_t end = image.pixels.offset + image.pixels.bytes;
       const uint64_t there = start < end ? std::min<uint64_t>(out.size(), end - start) : 0;
       whole = static_cast<size_t>(there) / pixel * pixel;
@@ -60,18 +61,18 @@ class NativeReader {
     }
   }
 
-  bool fills_;
+  bool fill_missing_;
   const Image* opened_ = nullptr;
   std::unique_ptr<ByteReader> file_;
 };
 
-/// The bits of a pixel: those above and below the stored ones belong to overlays, or to nobody.
+/// The stored bits of a pixel. The bits above and below belong to overlays, or are unused.
 ///
 ///   | allocated − high bit − 1: ignored | stored | high bit + 1 − stored: ignored |
 struct Bits {
-  int below = 0;      ///< how many are shifted out
-  uint32_t mask = 0;  ///< of the stored ones, shifted down
-  uint32_t sign = 0;  ///< the sign's, shifted down; 0: unsigned
+  int below = 0;      ///< number of bits to shift out
+  uint32_t mask = 0;  ///< mask of the stored bits, after the shift
+  uint32_t sign = 0;  ///< the sign bit, after the shift; 0: unsigned
 
   explicit Bits(const Image& image)
       : below(image.high_bit + 1 - image.stored),
@@ -134,9 +135,9 @@ std::pair<double, double> stored_range(const Image& image) {
   return image.is_signed ? std::pair(-codes / 2, codes / 2 - 1) : std::pair(0.0, codes - 1);
 }
 
-Result<void> read_frames(std::span<const FramePixels> frames, VoxelType to, bool fills,
+Result<void> read_frames(std::span<const FramePixels> frames, VoxelType to, bool fill_missing,
                          uint64_t memory_bytes, std::span<std::byte> out) {
-  // Frames of a file are read in the order in which they lie there.
+  // Frames of a file are read in file order.
   std::vector<size_t> order(frames.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
@@ -147,7 +148,7 @@ Result<void> read_frames(std::span<const FramePixels> frames, VoxelType to, bool
   });
   const size_t frame_bytes = out.size() / frames.size();
   const auto target = [&](size_t i) { return out.subspan(i * frame_bytes, frame_bytes); };
-  NativeReader native(fills);
+  NativeReader native(fill_missing);
   std::vector<EncodedFrame> encoded;
   std::vector<size_t> encoded_at;
   uint64_t encoded_bytes = 0;
@@ -170,7 +171,7 @@ Result<void> read_frames(std::span<const FramePixels> frames, VoxelType to, bool
   if (encoded.empty()) return {};
   stored.resize(static_cast<size_t>(encoded_bytes));
   std::vector<bool> is_absent;
-  if (auto r = decompress(encoded, fills, memory_bytes, stored, is_absent); !r) return r;
+  if (auto r = decompress(encoded, fill_missing, memory_bytes, stored, is_absent); !r) return r;
   size_t at = 0;
   for (size_t k = 0; k < encoded_at.size(); ++k) {
     const size_t i = encoded_at[k];

@@ -10,13 +10,13 @@
 namespace isosplat::dicom {
 namespace {
 
-/// More stacks than this are no volumes, but slices that all differ.
+/// More stacks than this are not volumes, but unrelated slices.
 constexpr size_t kMaxStacks = 1000;
 
-/// How many stacks a message lists.
+/// Number of stacks that a message lists.
 constexpr size_t kMaxListed = 8;
 
-/// Directions that differ by less (0.06°) are the same; files have 4 to 16 digits.
+/// Directions that differ by less than this (0.06°) are equal; files have 4 to 16 digits.
 constexpr double kSameDirection = 1e-3;
 constexpr double kSameSpacing = 1e-3;  ///< relative
 
@@ -29,7 +29,7 @@ bool same_spacing(double a, double b) {
 }
 
 /// Whether two frames can be slices of one volume.
-bool fit_together(const Collection& collection, const Frame& a, const Frame& b) {
+bool belong_to_one_stack(const Collection& collection, const Frame& a, const Frame& b) {
   const Image& image_a = collection.images[a.image];
   const Image& image_b = collection.images[b.image];
   return a.series == b.series && a.stack == b.stack && a.is_placed == b.is_placed &&
@@ -47,9 +47,9 @@ uint64_t voxels_of(const Collection& collection, const Stack& stack) {
 
 const char* plane_name(Vec3d normal) {
   const double x = std::abs(normal.x), y = std::abs(normal.y), z = std::abs(normal.z);
-  const double most = std::max({x, y, z});
-  if (most < 0.999) return "oblique";
-  return most == z ? "axial" : most == y ? "coronal" : "sagittal";
+  const double largest = std::max({x, y, z});
+  if (largest < 0.999) return "oblique";
+  return largest == z ? "axial" : largest == y ? "coronal" : "sagittal";
 }
 
 std::string describe(const Collection& collection, const Stack& stack, size_t number) {
@@ -79,16 +79,16 @@ std::string list_of(const Collection& collection, const std::vector<Stack>& stac
   return text;
 }
 
-/// All stacks, those with positions and the most voxels first.
+/// All stacks, sorted: those with positions and the most voxels first.
 Result<std::vector<Stack>> find_stacks(const Collection& collection,
                                        const std::filesystem::path& path, bool with_localizers) {
   std::vector<Stack> stacks;
-  size_t last = 0;  // the next frame most often belongs to the stack of the one before
+  size_t last = 0;  // the next frame usually belongs to the same stack as the previous one
   for (uint32_t i = 0; i < collection.frames.size(); ++i) {
     const Frame& frame = collection.frames[i];
     if (frame.is_localizer && !with_localizers) continue;
     const auto takes = [&](const Stack& stack) {
-      return fit_together(collection, collection.frames[stack.frames[0]], frame);
+      return belong_to_one_stack(collection, collection.frames[stack.frames[0]], frame);
     };
     if (last >= stacks.size() || !takes(stacks[last])) {
       last =
@@ -113,7 +113,7 @@ Result<std::vector<Stack>> find_stacks(const Collection& collection,
   return stacks;
 }
 
-/// What --series says: the number of a stack, or the number (UID) of a series.
+/// Parses --series: the number of a stack, or a Series Instance UID.
 Result<size_t> named_stack(const Collection& collection, const std::vector<Stack>& stacks,
                            const std::filesystem::path& path, const std::string& name) {
   std::vector<size_t> all(stacks.size()), found;
@@ -128,8 +128,7 @@ Result<size_t> named_stack(const Collection& collection, const std::vector<Stack
   if (is_number && number >= 1 && number <= stacks.size()) return number - 1;
   if (found.size() == 1) return found[0];
   return fail(Status::invalid_argument,
-              fmt::format("{}: expected a --series that is there once, found {} for {}: choose one "
-                          "of {}",
+              fmt::format("{}: expected one match for --series, found {} for {}: choose one of {}",
                           path.string(), found.size(), name,
                           list_of(collection, stacks, found.empty() ? all : found)));
 }
@@ -145,7 +144,7 @@ Result<Stack> choose_stack(const Collection& collection, const std::filesystem::
   if (!stacks) return tl::unexpected(stacks.error());
   if (localizers > 0 && !only_localizers) {
     notes.push_back(
-        fmt::format("{} localizer image{} left out", localizers, localizers > 1 ? "s are" : " is"));
+        fmt::format("{} localizer image{} ignored", localizers, localizers > 1 ? "s are" : " is"));
   }
   if (!options.series.empty()) {
     const auto index = named_stack(collection, *stacks, path, options.series);
@@ -166,7 +165,7 @@ Result<Stack> choose_stack(const Collection& collection, const std::filesystem::
   }
   if (!others.empty()) {
     notes.push_back(fmt::format(
-        "of several DICOM series the largest is taken, {}; there are also {}",
+        "the largest of several DICOM series is read, {}; the others are {}",
         describe(collection, stacks->front(), 1), list_of(collection, *stacks, others)));
   }
   return std::move(stacks->front());

@@ -3,17 +3,17 @@
 #include "native/import/dicom_frames.h"
 #include "native/import/open_volume.h"
 
-// The stacks that frames form: frames of one series that have their size, orientation and pixel
-// spacing in common.
+// Groups frames into stacks: frames of one series with the same size, orientation and pixel
+// spacing.
 namespace isosplat::dicom {
 
 struct Stack {
-  std::vector<uint32_t> frames;  ///< in Collection::frames
+  std::vector<uint32_t> frames;  ///< indices in Collection::frames
 };
 
-/// The frames of the stack that the options name, or of the series with the most voxels. `notes`
-/// gets what else there is. Errors: malformed_volume where the series has several stacks and the
-/// options do not say which, invalid_argument where they name one that is not there.
+/// Returns the frames of the stack that the options select; by default that of the series with the
+/// most voxels. Adds a note about other series. Errors: malformed_volume if the series has several
+/// stacks and the options select none, invalid_argument if they select one that does not exist.
 Result<Stack> choose_stack(const Collection& collection, const std::filesystem::path& path,
                            const ImportOptions& options, std::vector<std::string>& notes);
 

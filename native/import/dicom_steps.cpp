@@ -15,7 +15,8 @@ struct Named {
   std::string_view name;
 };
 
-/// Frames of one volume have the same value of these, in the order in which they are tried.
+/// The frames of one volume have the same value of these keys, in the order in which they are
+/// tried.
 constexpr Named kGroups[] = {
     {Key::temporal_position, "temporal position"},
     {Key::frame_type, "image type"},
@@ -38,7 +39,7 @@ constexpr Named kGroups[] = {
     {Key::acquisition_time, "acquisition time"},
 };
 
-/// These differ from slice to slice within a volume, but are in order at each place.
+/// These keys vary from slice to slice within a volume, but are ordered at each position.
 constexpr Named kRanks[] = {
     {Key::trigger_time, "trigger time"},         {Key::reference_time, "frame reference time"},
     {Key::acquisition_time, "acquisition time"}, {Key::content_time, "content time"},
@@ -47,17 +48,17 @@ constexpr Named kRanks[] = {
 
 class StepFinder {
  public:
-  StepFinder(const Collection& collection, const Places& places)
-      : collection_(collection), places_(places) {
-    for (const auto& place : places) {
-      max_ = std::max(max_, place.size());
-      min_ = std::min(min_, place.size());
+  StepFinder(const Collection& collection, const Positions& positions)
+      : collection_(collection), positions_(positions) {
+    for (const auto& position : positions) {
+      max_ = std::max(max_, position.size());
+      min_ = std::min(min_, position.size());
     }
-    // Text is compared as text, not by when it was first seen.
+    // Compares text in alphabetical order, not by its first occurrence.
     std::map<std::string_view, double> in_order;
     for (const std::string& text : collection.texts) in_order[text] = 0;
     double rank = 0;
-    for (auto& [text, place] : in_order) place = rank++;
+    for (auto& [text, position] : in_order) position = rank++;
     for (const std::string& text : collection.texts) text_ranks_.push_back(in_order[text]);
   }
 
@@ -87,9 +88,9 @@ class StepFinder {
 
   Steps group(std::span<const Named> by) const {
     std::map<std::array<double, 2>, std::vector<uint32_t>> groups;
-    for (const auto& place : places_) {
+    for (const auto& position : positions_) {
       std::vector<std::array<double, 2>> seen;
-      for (const uint32_t frame : place) {
+      for (const uint32_t frame : position) {
         std::array<double, 2> key{value(frame, by[0].key),
                                   by.size() > 1 ? value(frame, by[1].key) : 0};
         if (std::find(seen.begin(), seen.end(), key) != seen.end()) return {};
@@ -101,7 +102,7 @@ class StepFinder {
     if (groups.size() != max_) return {};
     Steps steps;
     for (auto& [key, frames] : groups) {
-      if (2 * frames.size() < places_.size()) return {};  // a few strays are no volume
+      if (2 * frames.size() < positions_.size()) return {};  // a few extra frames are not a volume
       steps.frames.push_back(std::move(frames));
     }
     steps.distinguished_by = by[0].name;
@@ -113,13 +114,13 @@ class StepFinder {
     if (min_ != max_) return {};
     Steps steps;
     steps.frames.resize(max_);
-    for (std::vector<uint32_t> place : places_) {
-      std::sort(place.begin(), place.end(),
+    for (std::vector<uint32_t> position : positions_) {
+      std::sort(position.begin(), position.end(),
                 [&](uint32_t a, uint32_t b) { return value(a, by.key) < value(b, by.key); });
-      for (size_t i = 0; i < place.size(); ++i) {
-        const double number = value(place[i], by.key);
-        if (std::isinf(number) || (i > 0 && number == value(place[i - 1], by.key))) return {};
-        steps.frames[i].push_back(place[i]);
+      for (size_t i = 0; i < position.size(); ++i) {
+        const double number = value(position[i], by.key);
+        if (std::isinf(number) || (i > 0 && number == value(position[i - 1], by.key))) return {};
+        steps.frames[i].push_back(position[i]);
       }
     }
     steps.distinguished_by = by.name;
@@ -127,15 +128,15 @@ class StepFinder {
   }
 
   const Collection& collection_;
-  const Places& places_;
-  std::vector<double> text_ranks_;  ///< of Collection::texts
+  const Positions& positions_;
+  std::vector<double> text_ranks_;  ///< alphabetical ranks of Collection::texts
   size_t max_ = 0, min_ = std::numeric_limits<size_t>::max();
 };
 
 }  // namespace
 
-Steps find_steps(const Collection& collection, const Places& places) {
-  return StepFinder(collection, places).find();
+Steps find_steps(const Collection& collection, const Positions& positions) {
+  return StepFinder(collection, positions).find();
 }
 
 }  // namespace isosplat::dicom

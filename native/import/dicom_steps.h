@@ -2,21 +2,22 @@
 
 #include "native/import/dicom_frames.h"
 
-// Several frames at each place: moments, echoes, gradients, … What tells them apart is looked for
-// among the keys of the frames.
+// Separates several frames at each position (times, echoes, gradients, …) by the attributes (keys)
+// of the frames.
 namespace isosplat::dicom {
 
-/// Frames at the same place, for each place along the normal.
-using Places = std::vector<std::vector<uint32_t>>;
+/// Frames at the same position, for each position along the normal.
+using Positions = std::vector<std::vector<uint32_t>>;
 
 struct Steps {
-  std::vector<std::vector<uint32_t>> frames;  ///< of each step, in the order of the places
+  std::vector<std::vector<uint32_t>> frames;  ///< of each step, in the order of positions
   std::string distinguished_by;               ///< "trigger time", for messages
 };
 
-/// Divides frames into steps that hold each place at most once. First, whole groups of frames with
-/// the same values of one key, or of two; then, where every place has as many frames, by their rank
-/// at each place in time or instance number. No steps: nothing tells them apart.
-Steps find_steps(const Collection& collection, const Places& places);
+/// Divides frames into steps that have each position at most once. First it tries whole groups of
+/// frames with equal values of one key, or of two keys. If every position has the same number of
+/// frames, it then tries their rank by time or instance number. Returns no steps if no key
+/// separates the frames.
+Steps find_steps(const Collection& collection, const Positions& positions);
 
 }  // namespace isosplat::dicom

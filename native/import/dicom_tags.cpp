@@ -6,8 +6,8 @@
 namespace isosplat::dicom {
 namespace {
 
-/// In ascending order.
-constexpr WantedTag kWanted[] = {
+/// In ascending order of tags.
+constexpr KnownTag kKnownTags[] = {
     {kMediaSopClass, Kind::text},
     {kTransferSyntax, Kind::text},
     {kImageType, Kind::text},
@@ -93,18 +93,18 @@ constexpr WantedTag kWanted[] = {
     {kPerFrameGroups, Kind::sequence},
 };
 
-constexpr bool before(const WantedTag& wanted, Tag tag) {
-  return wanted.tag < tag;
+constexpr bool before(const KnownTag& known, Tag tag) {
+  return known.tag < tag;
 }
 
-static_assert(std::is_sorted(std::begin(kWanted), std::end(kWanted),
-                             [](const WantedTag& a, const WantedTag& b) { return a.tag < b.tag; }));
+static_assert(std::is_sorted(std::begin(kKnownTags), std::end(kKnownTags),
+                             [](const KnownTag& a, const KnownTag& b) { return a.tag < b.tag; }));
 
 }  // namespace
 
-const WantedTag* find_wanted(Tag tag) {
-  const auto* found = std::lower_bound(std::begin(kWanted), std::end(kWanted), tag, before);
-  return found != std::end(kWanted) && found->tag == tag ? found : nullptr;
+const KnownTag* find_known_tag(Tag tag) {
+  const auto* found = std::lower_bound(std::begin(kKnownTags), std::end(kKnownTags), tag, before);
+  return found != std::end(kKnownTags) && found->tag == tag ? found : nullptr;
 }
 
 }  // namespace isosplat::dicom

@@ -3,12 +3,12 @@
 #include <cstdint>
 
 // The DICOM elements that the importer reads (PS3.6, Registry of DICOM Data Elements): group in the
-// high 16 bits, element in the low ones. What is not listed in dicom_tags.cpp is skipped unread.
+// high 16 bits, element in the low 16 bits. Elements that dicom_tags.cpp does not list are skipped.
 namespace isosplat::dicom {
 
 using Tag = uint32_t;
 
-/// How an element's value is stored where the file does not say (PS3.5, 6.2).
+/// How an element's value is stored if the file does not give its VR (PS3.5, 6.2).
 enum class Kind : uint8_t { text, u16, i16, u32, i32, f32, f64, sequence };
 
 inline constexpr Tag kMediaSopClass = 0x00020002;
@@ -98,12 +98,12 @@ inline constexpr Tag kFloatPixels = 0x7fe00008;
 inline constexpr Tag kDoublePixels = 0x7fe00009;
 inline constexpr Tag kPixels = 0x7fe00010;
 
-struct WantedTag {
+struct KnownTag {
   Tag tag;
   Kind kind;
 };
 
-/// How the element `tag` is stored; null for one that the importer does not read.
-const WantedTag* find_wanted(Tag tag);
+/// How the element `tag` is stored; null for an element that the importer does not read.
+const KnownTag* find_known_tag(Tag tag);
 
 }  // namespace isosplat::dicom

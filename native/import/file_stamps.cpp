@@ -29,7 +29,7 @@ class WatchedSource : public VolumeSource {
 
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
     auto read = source_->read_slices(first, count, out);
-    // A file that has changed explains whatever else went wrong.
+    // A changed file explains any other error, so this error takes precedence.
     const bool is_last = first + count == header().grid.voxels.z;
     if (auto same = stamps_.check(is_last || !read); !same) return same;
     return read;
@@ -59,19 +59,18 @@ Result<void> FileStamps::check(bool with_checksums) const {
     const auto now = file_identity(before.path);
     const char* what = nullptr;
     if (!now) {
-      what = "is gone";
+      what = "was deleted";
     } else if (now->bytes != before.identity.bytes) {
-      what = "has another size";
+      what = "has a different size";
     } else if (now->modified_ns != before.identity.modified_ns) {
-      what = "was written to";
+      what = "was modified";
     } else if (with_checksums && checksum_of(before.path) != before.checksum) {
-      what = "has another beginning";
+      what = "has a different beginning";
     }
     if (what) {
-      return fail(Status::io_error,
-                  fmt::format("{}: it changed while it was read (it {}): start again when nothing "
-                              "writes to it",
-                              before.path.string(), what));
+      return fail(Status::io_error, fmt::format("{}: the file changed while it was read (it {}): "
+                                                "start again when no program writes to it",
+                                                before.path.string(), what));
     }
   }
   return {};

@@ -10,15 +10,15 @@
 
 namespace isosplat {
 
-/// What files were when they were looked at: size, time of change, and a checksum of the first 4
-/// KiB, where a header is. Folders and files that are not there are left out.
+/// The state of files at one time: size, modification time, and a checksum of the first 4 KiB,
+/// which contain the header. Folders and missing files are ignored.
 class FileStamps {
  public:
   static FileStamps of(const std::vector<std::filesystem::path>& paths);
 
-  /// Whether all are the same still. `with_checksums`: the beginnings are read again as well; the
-  /// rest costs a call of the system for each file. Errors: io_error, which names the first that
-  /// has changed.
+  /// Checks that no file has changed. `with_checksums`: also reads the beginnings of the files
+  /// again; without it, the check takes one system call per file. Errors: io_error, which names the
+  /// first file that has changed.
   Result<void> check(bool with_checksums = true) const;
 
  private:
@@ -31,8 +31,8 @@ class FileStamps {
   std::vector<Stamp> stamps_;
 };
 
-/// A source that gives the slices of another, and io_error once a file of it has changed since this
-/// call: a store is not built of two volumes.
+/// A source that returns the slices of another source, and io_error once one of its files has
+/// changed since this call. This prevents a store with data of two volumes.
 std::unique_ptr<VolumeSource> watch_files(std::unique_ptr<VolumeSource> source);
 
 }  // namespace isosplat

@@ -22,7 +22,7 @@ Result<std::string> read_beginning(const std::filesystem::path& path, size_t lim
   return text;
 }
 
-std::optional<std::string_view> take_line(std::string_view& text) {
+std::optional<std::string_view> pop_line(std::string_view& text) {
   const size_t end = text.find('\n');
   if (end == text.npos) return std::nullopt;
   std::string_view line = text.substr(0, end);

@@ -16,12 +16,12 @@
 namespace isosplat {
 namespace {
 
-/// An answer on its way through the pipe: this, then the text.
-struct AnswerHead {
-  uint32_t status;  ///< ok: the text is the answer; otherwise the error's message
-  uint32_t whole = kWhole;
+/// The header of a result in the pipe; the text follows.
+struct ResultHeader {
+  uint32_t status;  ///< ok: the text is the result; otherwise the error message
+  uint32_t complete = kComplete;
 
-  static constexpr uint32_t kWhole = 0x600d600d;
+  static constexpr uint32_t kComplete = 0x600d600d;
 };
 
 bool write_all(int descriptor, const void* data, size_t size) {
@@ -47,7 +47,7 @@ std::string read_to_end(int descriptor) {
   }
 }
 
-/// Address space that this process has mapped, in bytes.
+/// Size of the address space that this process has mapped, in bytes.
 [[maybe_unused]] uint64_t mapped_bytes() {
   unsigned long long pages = 0;
   if (FILE* statm = std::fopen("/proc/self/statm", "re")) {
@@ -57,17 +57,17 @@ std::string read_to_end(int descriptor) {
   return pages * static_cast<uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
-/// A damaged length must not make a reader ask for all memory there is.
+/// Limits memory, so that a damaged length field cannot make a reader allocate all of it.
 void limit_memory([[maybe_unused]] uint64_t bytes) {
-#ifndef __SANITIZE_ADDRESS__  // its shadow memory is larger than any limit
+#ifndef __SANITIZE_ADDRESS__  // its shadow memory exceeds any limit
   const uint64_t allowed = mapped_bytes() + bytes;
   const rlimit memory{allowed, allowed};
   setrlimit(RLIMIT_AS, &memory);
 #endif
 }
 
-[[noreturn]] void run_child(uint64_t memory_bytes, int answer_to,
-                            const std::function<Result<std::string>()>& work) {
+[[noreturn]] void run_child(uint64_t memory_bytes, int result_pipe,
+                            const std::function<Result<std::string>()>& function) {
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
   limit_memory(memory_bytes);
@@ -77,21 +77,22 @@ void limit_memory([[maybe_unused]] uint64_t bytes) {
   if (nowhere >= 0) {
     for (const int descriptor : {0, 1, 2}) ::dup2(nowhere, descriptor);
   }
-  auto answer = work();
-  const std::string& text = answer ? *answer : answer.error().message;
-  const AnswerHead head{static_cast<uint32_t>(answer ? Status::ok : answer.error().status)};
-  const bool sent =
-      write_all(answer_to, text.data(), text.size()) && write_all(answer_to, &head, sizeof head);
+  auto result = function();
+  const std::string& text = result ? *result : result.error().message;
+  const ResultHeader header{static_cast<uint32_t>(result ? Status::ok : result.error().status)};
+  const bool sent = write_all(result_pipe, text.data(), text.size()) &&
+                    write_all(result_pipe, &header, sizeof header);
   ::_exit(sent ? 0 : 1);
 }
 
 }  // namespace
 
 Result<std::string> run_isolated(const std::filesystem::path& path, uint64_t memory_bytes,
-                                 const std::function<Result<std::string>()>& work) {
+                                 const std::function<Result<std::string>()>& function) {
   const auto not_started = [&] {
-    return fail(Status::io_error, fmt::format("{}: no process could be started to read it: {}",
-                                              path.string(), std::strerror(errno)));
+    return fail(Status::io_error,
+                fmt::format("{}: the process that reads it could not be started: {}", path.string(),
+                            std::strerror(errno)));
   };
   int pipe_ends[2];
   if (::pipe2(pipe_ends, O_CLOEXEC) != 0) return not_started();
@@ -101,7 +102,7 @@ Result<std::string> run_isolated(const std::filesystem::path& path, uint64_t mem
     ::close(pipe_ends[1]);
     return not_started();
   }
-  if (child == 0) run_child(memory_bytes, pipe_ends[1], work);
+  if (child == 0) run_child(memory_bytes, pipe_ends[1], function);
 
   ::close(pipe_ends[1]);
   std::string text = read_to_end(pipe_ends[0]);
@@ -109,19 +110,19 @@ Result<std::string> run_isolated(const std::filesystem::path& path, uint64_t mem
   int ended = 0;
   while (::waitpid(child, &ended, 0) < 0 && errno == EINTR) {
   }
-  AnswerHead head{};
-  if (text.size() >= sizeof head) {
-    std::memcpy(&head, text.data() + text.size() - sizeof head, sizeof head);
+  ResultHeader header{};
+  if (text.size() >= sizeof header) {
+    std::memcpy(&header, text.data() + text.size() - sizeof header, sizeof header);
   }
-  if (text.size() < sizeof head || head.whole != AnswerHead::kWhole) {
-    return fail(Status::malformed_volume,
-                fmt::format("{}: its reader gave up on it ({}): the file is damaged; copy or "
-                            "export it again",
-                            path.string(),
-                            WIFSIGNALED(ended) ? strsignal(WTERMSIG(ended)) : "no reason given"));
+  if (text.size() < sizeof header || header.complete != ResultHeader::kComplete) {
+    return fail(
+        Status::malformed_volume,
+        fmt::format("{}: its reader stopped ({}): the file is damaged; copy or export it again",
+                    path.string(),
+                    WIFSIGNALED(ended) ? strsignal(WTERMSIG(ended)) : "without a reason"));
   }
-  text.resize(text.size() - sizeof head);
-  const auto status = static_cast<Status>(head.status);
+  text.resize(text.size() - sizeof header);
+  const auto status = static_cast<Status>(header.status);
   if (status != Status::ok) return fail(status, std::move(text));
   return text;
 }
@@ -131,7 +132,8 @@ Result<SharedBytes> SharedBytes::allocate(size_t size) {
       size == 0 ? nullptr
                 : ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) {
-    return fail(Status::out_of_memory, fmt::format("{} bytes of memory could not be had", size));
+    return fail(Status::out_of_memory,
+                fmt::format("{} bytes of memory could not be allocated", size));
   }
   return SharedBytes(std::span(static_cast<std::byte*>(memory), size));
 }

@@ -12,20 +12,20 @@
 
 namespace isosplat {
 
-/// Runs `work` in a child process and returns its answer. For libraries that print, abort or crash
-/// on damaged files: what the child prints is dropped, and its death is an Error that names `path`.
-/// It may use 30 minutes of processor time and map `memory_bytes` more than this process has, and
-/// leaves no core file.
+/// Runs `function` in a child process and returns its result. It is for libraries that print, abort
+/// or crash on damaged files: the child's output is discarded; if the child dies, the result is an
+/// error that contains `path`. The child may use 30 minutes of processor time and map
+/// `memory_bytes` more than this process, and writes no core file.
 ///
-/// The child is a fork: it sees this process's memory, and what it changes is seen by nobody,
-/// SharedBytes excepted. `work` must not wait for other threads, as the child has none.
+/// The child is a fork: it sees this process's memory, but its changes are not visible here, except
+/// in SharedBytes. `function` must not wait for other threads, since the child has none.
 ///
-/// Errors: those of `work`; malformed_volume where the child died; io_error where none could be
+/// Errors: those of `function`; malformed_volume if the child died; io_error if it could not be
 /// started.
 Result<std::string> run_isolated(const std::filesystem::path& path, uint64_t memory_bytes,
-                                 const std::function<Result<std::string>()>& work);
+                                 const std::function<Result<std::string>()>& function);
 
-/// Memory that this process and the children that it forks afterwards share.
+/// Memory that this process shares with the children that it forks afterwards.
 class SharedBytes {
  public:
   /// Errors: out_of_memory.

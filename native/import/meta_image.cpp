@@ -12,8 +12,8 @@
 #include "native/import/header_text.h"
 #include "native/import/text_voxels.h"
 
-// MetaImage (.mha with the voxels in the file, .mhd with the voxels beside it, in one file or in
-// several).
+// Reads MetaImage: .mha with the voxels in the file, .mhd with the voxels in one or several other
+// files.
 namespace isosplat {
 namespace {
 
@@ -21,7 +21,7 @@ struct MetaHeader {
   std::map<std::string, std::string> fields;
   uint64_t data_offset = 0;
 
-  /// The value of the first of these fields that is there; empty where none is.
+  /// The value of the first of these fields that exists; empty if none does.
   std::string field(std::initializer_list<const char*> names) const {
     for (const char* name : names) {
       if (const auto found = fields.find(name); found != fields.end()) return found->second;
@@ -34,7 +34,7 @@ struct MetaHeader {
   }
 };
 
-tl::unexpected<Error> bad(const std::filesystem::path& path, const std::string& what) {
+tl::unexpected<Error> malformed(const std::filesystem::path& path, const std::string& what) {
   return fail(Status::malformed_volume,
               fmt::format("{}: {}: the MetaImage header is damaged; export the volume again",
                           path.string(), what));
@@ -46,8 +46,8 @@ Result<MetaHeader> read_header(const std::filesystem::path& path) {
   MetaHeader header;
   std::string_view rest = *text;
   while (!rest.empty()) {
-    auto line = take_line(rest);
-    if (!line) {  // the last line of an .mhd may lack its end
+    auto line = pop_line(rest);
+    if (!line) {  // the last line of an .mhd may have no line end
       line = rest;
       rest = {};
     }
@@ -64,17 +64,23 @@ Result<MetaHeader> read_header(const std::filesystem::path& path) {
       return header;
     }
   }
-  return bad(path, "expected a line 'ElementDataFile = …', found none");
+  return malformed(path, "expected a line 'ElementDataFile = …', found none");
 }
 
 std::optional<VoxelType> type_of(const std::string& name) {
   static const std::map<std::string, VoxelType> kTypes = {
-      {"MET_UCHAR", VoxelType::u8},       {"MET_CHAR", VoxelType::i8},
-      {"MET_USHORT", VoxelType::u16},     {"MET_SHORT", VoxelType::i16},
-      {"MET_UINT", VoxelType::u32},       {"MET_INT", VoxelType::i32},
-      {"MET_ULONG", VoxelType::u32},      {"MET_LONG", VoxelType::i32},  // 4 bytes, says MetaIO
-      {"MET_ULONG_LONG", VoxelType::u64}, {"MET_LONG_LONG", VoxelType::i64},
-      {"MET_FLOAT", VoxelType::f32},      {"MET_DOUBLE", VoxelType::f64}};
+      {"MET_UCHAR", VoxelType::u8},
+      {"MET_CHAR", VoxelType::i8},
+      {"MET_USHORT", VoxelType::u16},
+      {"MET_SHORT", VoxelType::i16},
+      {"MET_UINT", VoxelType::u32},
+      {"MET_INT", VoxelType::i32},
+      {"MET_ULONG", VoxelType::u32},
+      {"MET_LONG", VoxelType::i32},  // 4 bytes according to MetaIO
+      {"MET_ULONG_LONG", VoxelType::u64},
+      {"MET_LONG_LONG", VoxelType::i64},
+      {"MET_FLOAT", VoxelType::f32},
+      {"MET_DOUBLE", VoxelType::f64}};
   const auto found = kTypes.find(name);
   if (found == kTypes.end()) return std::nullopt;
   return found->second;
@@ -89,8 +95,8 @@ Result<HeaderGeometry> geometry_of(const std::filesystem::path& path, const Meta
     if (text.empty()) return otherwise;
     const auto found = numbers_in(text);
     if (found && found->size() == count) return *found;
-    return bad(path,
-               fmt::format("expected {} numbers for {}, found '{}'", count, *names.begin(), text));
+    return malformed(
+        path, fmt::format("expected {} numbers for {}, found '{}'", count, *names.begin(), text));
   };
   std::vector<double> identity(dimension * dimension, 0.0);
   for (size_t i = 0; i < dimension; ++i) identity[i * dimension + i] = 1;
@@ -99,7 +105,7 @@ Result<HeaderGeometry> geometry_of(const std::filesystem::path& path, const Meta
   if (!spacing) return tl::unexpected(spacing.error());
   if (header.field({"ElementSpacing", "ElementSize"}).empty()) {
     notes.push_back(
-        "the header does not say how far apart voxels are: spacing 1,1,1 is taken; --spacing sets "
+        "the header has no voxel spacing: 1,1,1 is assumed; --spacing sets "
         "another");
   }
   const auto offset =
@@ -113,19 +119,17 @@ Result<HeaderGeometry> geometry_of(const std::filesystem::path& path, const Meta
   for (size_t axis = 0; axis < 3; ++axis) {
     const double* row = matrix->data() + axis * dimension;
     if (dimension == 4 && (std::abs(row[3]) > 1e-9 || std::abs((*matrix)[12 + axis]) > 1e-9)) {
-      return bad(path, "expected a TransformMatrix that keeps space and time apart");
+      return malformed(path, "expected a TransformMatrix that does not mix space and time");
     }
     const double s = (*spacing)[axis];
     if (s < 0) {
       notes.push_back(
-          fmt::format("axis {}: its spacing {} is negative: the axis is taken to run "
-                      "backwards",
-                      axis + 1, s));
+          fmt::format("axis {}: its spacing {} is negative: the axis is reversed", axis + 1, s));
     }
     steps[axis] = Vec3d{row[0], row[1], row[2]} * s;
   }
   HeaderGeometry geometry = geometry_of_steps(steps, {(*offset)[0], (*offset)[1], (*offset)[2]});
-  // A spacing of 0 leaves the direction: orient says what it takes for the spacing.
+  // A spacing of 0 does not change the direction; orient replaces it and adds a note.
   for (size_t axis = 0; axis < 3; ++axis) {
     if ((*spacing)[axis] != 0) continue;
     for (size_t row = 0; row < 3; ++row) {
@@ -146,20 +150,21 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
   std::vector<std::string> notes;
   const std::string object = lower_case(header->field({"ObjectType"}));
   if (!object.empty() && object != "image") {
-    return bad(path, fmt::format("expected ObjectType = Image, found '{}'", object));
+    return malformed(path, fmt::format("expected ObjectType = Image, found '{}'", object));
   }
   const auto dimension = whole_number(header->field({"NDims"}));
   const auto sizes = whole_numbers(header->field({"DimSize"}));
   if (!dimension || !sizes || *dimension != static_cast<int64_t>(sizes->size()) || sizes->empty() ||
       std::ranges::min(*sizes) < 1) {
-    return bad(path, fmt::format("expected as many sizes above 0 as dimensions, found NDims '{}' "
+    return malformed(path,
+                     fmt::format("expected as many sizes above 0 as dimensions, found NDims '{}' "
                                  "and DimSize '{}'",
                                  header->field({"NDims"}), header->field({"DimSize"})));
   }
   const std::string channels = header->field({"ElementNumberOfChannels"});
   if (!channels.empty() && channels != "1") {
     const auto count = whole_number(channels);
-    if (!count || *count < 1) return bad(path, fmt::format("{} channels", channels));
+    if (!count || *count < 1) return malformed(path, fmt::format("{} channels", channels));
     return not_scalar(path, static_cast<int>(std::min<int64_t>(*count, 1000)));
   }
   const std::string type_name = header->field({"ElementType"});
@@ -170,7 +175,7 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
   if (sizes->size() > 4) {
     return fail(Status::unsupported_format,
                 fmt::format("{}: expected three axes, or four with time, found {}: save one volume "
-                            "of it on its own",
+                            "as a separate file",
                             path.string(), sizes->size()));
   }
   const auto geometry = geometry_of(path, *header, sizes->size(), notes);
@@ -190,13 +195,13 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
   array.stored.intercept = number_of("ElementToIntensityFunctionOffset", 0);
   if (!std::isfinite(array.stored.slope) || array.stored.slope == 0 ||
       !std::isfinite(array.stored.intercept)) {
-    return bad(path,
-               "expected ElementToIntensityFunctionSlope and Offset to be numbers, the slope "
-               "not 0");
+    return malformed(path,
+                     "expected ElementToIntensityFunctionSlope and Offset to be numbers, the slope "
+                     "not 0");
   }
   const std::string skip_text = header->field({"HeaderSize"});
   const auto skip = skip_text.empty() ? int64_t{0} : whole_number(skip_text).value_or(-2);
-  if (skip < -1) return bad(path, fmt::format("HeaderSize '{}' is not possible", skip_text));
+  if (skip < -1) return malformed(path, fmt::format("HeaderSize '{}' is not valid", skip_text));
   const bool deflated = header->is_true({"CompressedData"});
   const std::string binary = header->field({"BinaryData"});
   const bool text = !binary.empty() && !header->is_true({"BinaryData"});
@@ -211,12 +216,13 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
     files.paths = named_data_files(path, data_name);
     if (text || deflated) {
       return fail(Status::unsupported_format,
-                  fmt::format("{}: several data files are read as plain binary voxels: save the "
-                              "volume as one file",
+                  fmt::format("{}: expected uncompressed binary voxels, since there are several "
+                              "data files: save the volume as one file",
                               path.string()));
     }
     if (files.paths.empty() || !divides_axes(files.paths.size(), *sizes)) {
-      return bad(path, fmt::format("expected a data file for each step of the last axes, found {} "
+      return malformed(path,
+                       fmt::format("expected a data file for each step of the last axes, found {} "
                                    "files",
                                    files.paths.size()));
     }
@@ -237,15 +243,15 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
     std::error_code error;
     if (!std::filesystem::exists(data, error)) {
       return fail(Status::io_error,
-                  fmt::format("{}: the data file that it names is missing: expected {}: put it "
-                              "there, or correct ElementDataFile in the header",
+                  fmt::format("{}: its data file is missing: expected {}: add the file, or correct "
+                              "ElementDataFile in the header",
                               path.string(), data.string()));
     }
   }
   const uint64_t start =
       (local ? header->data_offset : 0) + (skip > 0 ? static_cast<uint64_t>(skip) : 0);
   if (skip == -1 && (deflated || text)) {
-    return bad(path, "HeaderSize = -1 is not possible for text and compressed data");
+    return malformed(path, "HeaderSize = -1 is not valid for text and compressed data");
   }
   array.plain = !deflated && !text;
   if (text) array.stored.big_endian = std::endian::native == std::endian::big;

@@ -20,7 +20,8 @@ bool is_float(VoxelType type) {
   return type == VoxelType::f32 || type == VoxelType::f64;
 }
 
-/// Whether a voxel has a value that a header or a person wrote down, perhaps with fewer digits.
+/// Whether a voxel has the given value, which a header or the user may have written with fewer
+/// digits.
 template <class T>
 bool is_in(const VolumeHeader& header, T voxel, const FillValue& fill) {
   const double value = header.value(static_cast<double>(voxel));
@@ -42,7 +43,7 @@ class MissingSource : public VolumeSource {
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
     const VoxelType type = source_->header().type;
     if (out.size() % voxel_bytes(header_.type) != 0) {
-      return fail(Status::invalid_argument, "slices outside the volume were asked for");
+      return fail(Status::invalid_argument, "expected a range of slices inside the volume");
     }
     const size_t voxels = out.size() / voxel_bytes(header_.type);
     std::span<std::byte> in = out;
@@ -83,14 +84,14 @@ class MissingSource : public VolumeSource {
   std::vector<std::byte> scratch_;
 };
 
-/// One end of the range of the values seen: the extreme, how many voxels have it, and the one next
-/// to it.
-struct End {
+/// Statistics of one end of the value range: the extreme value, the number of voxels with it, and
+/// the next value.
+struct RangeEnd {
   double value = std::numeric_limits<double>::infinity();
   double next = std::numeric_limits<double>::infinity();
   uint64_t count = 0;
 
-  void see(double v) {
+  void add(double v) {
     if (v < value) {
       next = value;
       value = v;
@@ -103,18 +104,19 @@ struct End {
   }
 };
 
-struct Seen {
-  End low, high;  ///< of high, all values are negated
+struct Statistics {
+  RangeEnd low, high;  ///< the values of `high` are negated
   uint64_t count = 0;
-  uint64_t filled = 0;  ///< voxels that have a fill value, which are seen by nothing else
+  uint64_t filled = 0;  ///< voxels with a fill value; they are excluded from the statistics
 };
 
-Result<Seen> sample(VolumeSource& source, const std::optional<FillValue>& fill = std::nullopt) {
+Result<Statistics> sample(VolumeSource& source,
+                          const std::optional<FillValue>& fill = std::nullopt) {
   const VolumeHeader& header = source.header();
   const Index3 n = header.grid.voxels;
   const size_t voxels = static_cast<size_t>(n.x) * static_cast<size_t>(n.y);
   std::vector<std::byte> slice(voxels * voxel_bytes(header.type));
-  Seen seen;
+  Statistics statistics;
   const int32_t slices = std::min(n.z, kSampledSlices);
   for (int32_t i = 0; i < slices; ++i) {
     const auto z = static_cast<int32_t>(int64_t{i} * (n.z - 1) / std::max(slices - 1, 1));
@@ -127,16 +129,16 @@ Result<Seen> sample(VolumeSource& source, const std::optional<FillValue>& fill =
         const double v = header.value(static_cast<double>(voxel));
         if (!std::isfinite(v)) continue;
         if (fill && is_in(header, voxel, *fill)) {
-          ++seen.filled;
+          ++statistics.filled;
           continue;
         }
-        seen.low.see(v);
-        seen.high.see(-v);
-        ++seen.count;
+        statistics.low.add(v);
+        statistics.high.add(-v);
+        ++statistics.count;
       }
     });
   }
-  return seen;
+  return statistics;
 }
 
 bool is_common_fill(double value) {
@@ -146,8 +148,8 @@ bool is_common_fill(double value) {
   return std::abs(value) >= 1e20;  // 1e20, 9.96921e36 (netCDF), 3.4e38
 }
 
-/// Of integers also the ends of their ranges, and what CT scanners give to pixels outside of the
-/// circle that they see.
+/// For integers also the ends of the types' ranges, and the values that CT scanners write outside
+/// their circular field of view.
 bool is_common_integer_fill(double value) {
   for (const double known :
        {-2000.0, -3024.0, -32767.0, 32767.0, 65535.0, -2147483648.0, 2147483647.0, 4294967295.0}) {
@@ -156,12 +158,13 @@ bool is_common_integer_fill(double value) {
   return is_common_fill(value);
 }
 
-/// The value at one end of the range that stands for none. `rest`: the range of all others.
-std::optional<double> fill_at(const End& end, double rest, uint64_t count, double sign,
+/// The value at one end of the range that stands for "no value". `rest`: the range of all other
+/// values.
+std::optional<double> fill_at(const RangeEnd& end, double rest, uint64_t count, double sign,
                               bool is_common(double)) {
-  const auto least = std::max(8.0, kMinShare * static_cast<double>(count));
+  const auto min_count = std::max(8.0, kMinShare * static_cast<double>(count));
   const double gap = end.next - end.value;
-  if (!std::isfinite(end.next) || !(rest > 0) || static_cast<double>(end.count) < least) {
+  if (!std::isfinite(end.next) || !(rest > 0) || static_cast<double>(end.count) < min_count) {
     return std::nullopt;
   }
   const double value = sign * end.value;
@@ -169,18 +172,20 @@ std::optional<double> fill_at(const End& end, double rest, uint64_t count, doubl
   return std::nullopt;
 }
 
-/// A single value far outside the range of all others that fills a share of the voxels.
-std::optional<double> outlying_value(const Seen& seen, bool is_common(double)) {
-  const auto low = fill_at(seen.low, -seen.high.value - seen.low.next, seen.count, 1, is_common);
+/// A single value that lies far outside the range of all others and that many voxels have.
+std::optional<double> outlying_value(const Statistics& statistics, bool is_common(double)) {
+  const auto low = fill_at(statistics.low, -statistics.high.value - statistics.low.next,
+                           statistics.count, 1, is_common);
   if (low) return low;
-  return fill_at(seen.high, -seen.high.next - seen.low.value, seen.count, -1, is_common);
+  return fill_at(statistics.high, -statistics.high.next - statistics.low.value, statistics.count,
+                 -1, is_common);
 }
 
 /// Whether a fill value lies apart from all other values: by more than 1/50 of their range.
-bool lies_apart(const FillValue& fill, const Seen& seen) {
-  const double low = seen.low.value, high = -seen.high.value;
+bool lies_apart(const FillValue& fill, const Statistics& statistics) {
+  const double low = statistics.low.value, high = -statistics.high.value;
   const double gap = std::max(low - fill.high, fill.low - high);
-  return seen.count > 0 && gap > 0.02 * (high - low);
+  return statistics.count > 0 && gap > 0.02 * (high - low);
 }
 
 std::string text_of(const FillValue& fill) {
@@ -194,20 +199,20 @@ OpenVolume without(OpenVolume volume, const FillValue& missing, const std::strin
   return volume;
 }
 
-/// What a header says, where it is not certain.
+/// Applies a header's fill value that is not reliable.
 Result<OpenVolume> with_padding(OpenVolume volume, const FillValue& fill) {
-  const auto seen = sample(*volume.source, fill);
-  if (!seen) return tl::unexpected(seen.error());
-  if (seen->filled == 0) return volume;
-  if (lies_apart(fill, *seen)) {
+  const auto statistics = sample(*volume.source, fill);
+  if (!statistics) return tl::unexpected(statistics.error());
+  if (statistics->filled == 0) return volume;
+  if (lies_apart(fill, *statistics)) {
     return without(std::move(volume), fill,
-                   " are taken to have none, as the file's header says; --missing-value none keeps "
+                   " have no value according to the file's header; --missing-value none keeps "
                    "them");
   }
-  volume.notes.push_back(fmt::format(
-      "the file's header says that voxels of the {} are padding: they are kept, as other voxels "
-      "have values close to it; --missing-value={:.10g} takes them to have none",
-      text_of(fill), fill.low));
+  volume.notes.push_back(
+      fmt::format("according to the file's header, voxels of the {} are padding: they are kept, "
+                  "since other voxels have similar values; --missing-value={:.10g} removes them",
+                  text_of(fill), fill.low));
   return volume;
 }
 
@@ -218,7 +223,7 @@ Result<OpenVolume> with_missing_values(OpenVolume volume, const ImportOptions& o
   if (options.missing_value) {
     const double value = *options.missing_value;
     return without(std::move(volume), {value, value},
-                   " are taken to have none, as --missing-value says");
+                   " have no value, as --missing-value requests");
   }
   if (!options.finds_missing_values) return volume;
   if (volume.fill_value && !volume.fill_value->is_certain) {
@@ -228,27 +233,26 @@ Result<OpenVolume> with_missing_values(OpenVolume volume, const ImportOptions& o
   if (volume.fill_value) {
     const FillValue fill = *volume.fill_value;
     return without(std::move(volume), fill,
-                   " are taken to have none, as the file's header says; --missing-value none keeps "
+                   " have no value according to the file's header; --missing-value none keeps "
                    "them");
   }
   if (voxel_bytes(type) == 1) return volume;  // 0 and 255 are ordinary values
-  const auto seen = sample(*volume.source);
-  if (!seen) return tl::unexpected(seen.error());
+  const auto statistics = sample(*volume.source);
+  if (!statistics) return tl::unexpected(statistics.error());
   const auto value =
-      outlying_value(*seen, is_float(type) ? is_common_fill : is_common_integer_fill);
+      outlying_value(*statistics, is_float(type) ? is_common_fill : is_common_integer_fill);
   if (!value) return volume;
-  // Integers are often labels or saturated; of floats, 0 is often a background.
+  // Integers are often labels or saturated; a floating-point 0 is often a background.
   if (!is_float(type) || *value == 0) {
     volume.notes.push_back(
         fmt::format("the value {:.10g} lies far outside the range of all others: if it stands for "
-                    "no value, say "
-                    "so with --missing-value={:.10g}",
+                    "\"no value\", use --missing-value={:.10g}",
                     *value, *value));
     return volume;
   }
-  return without(std::move(volume), {*value, *value},
-                 ", far outside the range of all others, are taken to have none; --missing-value "
-                 "none keeps them");
+  return without(
+      std::move(volume), {*value, *value},
+      ", far outside the range of all others, have no value; --missing-value none keeps them");
 }
 
 }  // namespace isosplat

@@ -9,11 +9,11 @@
 #include "native/import/header_text.h"
 #include "native/import/nifti_header.h"
 
-// NIfTI-1 and NIfTI-2, in one file (.nii, .nii.gz) or as a pair (.hdr and .img).
+// Reads NIfTI-1 and NIfTI-2, in one file (.nii, .nii.gz) or in a pair (.hdr and .img).
 namespace isosplat {
 namespace {
 
-/// A path with the extension before ".gz" replaced, with or without ".gz", whichever is there.
+/// A path with the extension before ".gz" replaced; with or without ".gz", whichever exists.
 std::optional<std::filesystem::path> sibling(std::filesystem::path path, const char* lower,
                                              const char* upper) {
   if (lower_case(path.extension().string()) == ".gz") path.replace_extension();
@@ -32,12 +32,12 @@ Result<std::unique_ptr<ByteReader>> open_bytes(const std::filesystem::path& path
   return deflated ? open_deflated(path) : open_plain(path);
 }
 
-/// Three axes of space, a time step, and no more.
+/// Checks the sizes: three spatial axes, optionally a time axis.
 Result<uint64_t> check_sizes(const std::filesystem::path& path, std::vector<int64_t>& sizes,
                              const ImportOptions& options, std::vector<std::string>& notes) {
   for (size_t i = 0; i < sizes.size(); ++i) {
     if (sizes[i] == 0 && i > 2) {
-      notes.push_back(fmt::format("the header's size of dimension {} is 0: 1 is taken", i + 1));
+      notes.push_back(fmt::format("the header's size of dimension {} is 0: 1 is assumed", i + 1));
       sizes[i] = 1;
     }
     if (sizes[i] >= 1) continue;
@@ -79,7 +79,7 @@ Result<OpenVolume> open_nifti(const std::filesystem::path& named, const ImportOp
   if (code == 32 || code == 1792 || code == 2048) return not_scalar(path, 2);
   const auto type = nifti_type(code);
   if (!type) return unknown_type(path, fmt::format("NIfTI data type {}", code));
-  const auto bad = [&](const std::string& what) {
+  const auto malformed = [&](const std::string& what) {
     return fail(Status::malformed_volume,
                 fmt::format("{}: {}: the NIfTI header is damaged; export the volume again",
                             path.string(), what));
@@ -88,8 +88,8 @@ Result<OpenVolume> open_nifti(const std::filesystem::path& named, const ImportOp
   const auto step = check_sizes(path, sizes, options, notes);
   if (!step) return tl::unexpected(step.error());
   if (header->bits != 0 && static_cast<size_t>(header->bits) != 8 * voxel_bytes(*type)) {
-    return bad(fmt::format("expected {} bits per voxel of data type {}, found {}",
-                           8 * voxel_bytes(*type), code, header->bits));
+    return malformed(fmt::format("expected {} bits per voxel of data type {}, found {}",
+                                 8 * voxel_bytes(*type), code, header->bits));
   }
   auto geometry = nifti_geometry(path, *header, notes);
   if (!geometry) return tl::unexpected(geometry.error());
@@ -101,17 +101,18 @@ Result<OpenVolume> open_nifti(const std::filesystem::path& named, const ImportOp
   array.step = *step;
   if (std::isfinite(header->slope) && header->slope != 0) {
     if (!std::isfinite(header->intercept)) {
-      return bad(fmt::format("expected a finite scl_inter beside scl_slope {}, found {}",
-                             header->slope, header->intercept));
+      return malformed(fmt::format("expected a finite scl_inter beside scl_slope {}, found {}",
+                                   header->slope, header->intercept));
     }
     array.stored.slope = header->slope;
     array.stored.intercept = header->intercept;
   }
   const double offset = header->voxel_offset;
-  const double least = header->is_pair ? 0 : header->version == 2 ? 540 : 348;
-  if (!(offset >= least && offset < 1e12 && offset == std::floor(offset))) {
-    return bad(fmt::format("expected the voxels' offset to be a whole number from {} on, found {}",
-                           least, offset));
+  const double min_offset = header->is_pair ? 0 : header->version == 2 ? 540 : 348;
+  if (!(offset >= min_offset && offset < 1e12 && offset == std::floor(offset))) {
+    return malformed(
+        fmt::format("expected the voxels' offset to be a whole number from {} on, found {}",
+                    min_offset, offset));
   }
   array.offset = static_cast<uint64_t>(offset);
   if (header->is_pair) {

@@ -43,7 +43,7 @@ class Fields {
   bool swap_;
 };
 
-tl::unexpected<Error> bad(const std::filesystem::path& path, const std::string& what) {
+tl::unexpected<Error> malformed(const std::filesystem::path& path, const std::string& what) {
   return fail(Status::malformed_volume,
               fmt::format("{}: {}: the NIfTI header is damaged; export the volume again",
                           path.string(), what));
@@ -52,7 +52,7 @@ tl::unexpected<Error> bad(const std::filesystem::path& path, const std::string& 
 using Steps = std::array<Vec3d, 3>;
 
 struct Affine {
-  Steps steps;  ///< RAS, from voxel to voxel
+  Steps steps;  ///< step vectors of the axes, RAS
   Vec3d origin;
 };
 
@@ -60,7 +60,7 @@ bool is_finite(Vec3d v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// Whether the quaternion is one, but for rounding.
+/// Whether the numbers are a unit quaternion, except for rounding.
 bool has_unit_quaternion(const NiftiHeader& h) {
   const auto& q = h.quaternion;
   return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] < 1.01;
@@ -79,11 +79,11 @@ Affine sform_of(const NiftiHeader& h) {
           {s[3], s[7], s[11]}};
 }
 
-/// Method 2 of the specification: a rotation as a quaternion, spacings, and qfac, which turns z.
+/// Method 2 of the specification: a rotation quaternion, spacings, and qfac, which may reverse z.
 Affine qform_of(const NiftiHeader& h) {
   double b = h.quaternion[0], c = h.quaternion[1], d = h.quaternion[2];
   double a = 1 - (b * b + c * c + d * d);
-  if (a < 1e-7) {  // half a turn
+  if (a < 1e-7) {  // a rotation by 180°
     const double scale = 1 / std::sqrt(b * b + c * c + d * d);
     b *= scale, c *= scale, d *= scale;
     a = 0;
@@ -98,9 +98,9 @@ Affine qform_of(const NiftiHeader& h) {
           {h.qoffset[0], h.qoffset[1], h.qoffset[2]}};
 }
 
-/// The greatest distance between the places that two transforms give to the volume's corners.
+/// The largest distance between the volume's corners under two transforms.
 double disagreement(const Affine& a, const Affine& b, const std::vector<int64_t>& sizes) {
-  double most = 0;
+  double largest = 0;
   for (int corner = 0; corner < 8; ++corner) {
     Vec3d difference = a.origin - b.origin;
     for (size_t axis = 0; axis < 3; ++axis) {
@@ -108,9 +108,9 @@ double disagreement(const Affine& a, const Affine& b, const std::vector<int64_t>
           corner >> axis & 1 ? static_cast<double>(sizes.size() > axis ? sizes[axis] - 1 : 0) : 0;
       difference = difference + (a.steps[axis] - b.steps[axis]) * index;
     }
-    most = std::max(most, length(difference));
+    largest = std::max(largest, length(difference));
   }
-  return most;
+  return largest;
 }
 
 }  // namespace
@@ -133,8 +133,8 @@ Result<NiftiHeader> parse_nifti(const std::filesystem::path& path,
     if (!h.is_pair && !magic(344, "n+1", 4)) {
       return fail(Status::unsupported_format,
                   fmt::format("{}: expected a NIfTI header with the magic 'n+1' or 'ni1', found an "
-                              "ANALYZE 7.5 header or another: it does not tell left from right; "
-                              "save it as NIfTI",
+                              "ANALYZE 7.5 or other header: ANALYZE does not distinguish left from "
+                              "right; save the volume as NIfTI",
                               path.string()));
     }
     f.doubles<int16_t>(40, dim);
@@ -154,13 +154,14 @@ Result<NiftiHeader> parse_nifti(const std::filesystem::path& path,
     h.version = 2;
     h.is_pair = magic(4, "ni2\0\r\n\032\n", 8);
     if (!h.is_pair && !magic(4, "n+2\0\r\n\032\n", 8)) {
-      return bad(path,
-                 "expected the magic 'n+2' or 'ni2' of NIfTI-2 with its line ends, found "
-                 "others");
+      return malformed(path,
+                       "expected the magic 'n+2' or 'ni2' of NIfTI-2 with its line ends, found "
+                       "others");
     }
     for (size_t i = 0; i < 8; ++i) {
       const auto value = f.get<int64_t>(16 + 8 * i);
-      if (std::abs(value) > int64_t{1} << 40) return bad(path, fmt::format("a size of {}", value));
+      if (std::abs(value) > int64_t{1} << 40)
+        return malformed(path, fmt::format("a size of {}", value));
       dim[i] = static_cast<double>(value);
     }
     h.data_type = f.get<int16_t>(12);
@@ -176,12 +177,13 @@ Result<NiftiHeader> parse_nifti(const std::filesystem::path& path,
     f.doubles<double>(400, h.srow);
     h.units = f.get<int32_t>(500);
   } else {
-    return bad(path, fmt::format("expected a header of 348 or 540 bytes (NIfTI-1, NIfTI-2), found "
+    return malformed(path,
+                     fmt::format("expected a header of 348 or 540 bytes (NIfTI-1, NIfTI-2), found "
                                  "size {}",
                                  size));
   }
   if (!(dim[0] >= 1 && dim[0] <= 7)) {
-    return bad(path, fmt::format("expected 1 to 7 dimensions, found {}", dim[0]));
+    return malformed(path, fmt::format("expected 1 to 7 dimensions, found {}", dim[0]));
   }
   for (size_t i = 1; i <= static_cast<size_t>(dim[0]); ++i) {
     h.sizes.push_back(static_cast<int64_t>(dim[i]));
@@ -230,22 +232,22 @@ Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const N
     if (has_qform && h.sform_code == h.qform_code) {
       if (const double apart = disagreement(sform, qform, h.sizes); apart > voxel) {
         notes.push_back(
-            fmt::format("the header's two transforms put corners of the volume up to "
-                        "{:.3g} voxels apart: the sform is taken",
+            fmt::format("the header's two transforms differ by up to {:.3g} voxels at the volume's "
+                        "corners: the sform is used",
                         apart / voxel));
       }
     }
   } else if (has_qform) {
     if (says_sform) {
-      notes.push_back("the header's sform is no basis of space: the qform is taken");
+      notes.push_back("the header's sform is singular: the qform is used");
     }
     geometry = geometry_of_steps(qform.steps, qform.origin);
   } else if (says_sform || says_qform) {
-    return bad(path, "its transforms (sform, qform) are no basis of space");
+    return malformed(path, "its transforms (sform, qform) are singular");
   } else {
     notes.push_back(
-        "the header does not say how the volume lies in the world: x is taken to run "
-        "to the left, y forwards and z up, as ANALYZE has it; left and right may be "
+        "the header has no orientation: x to the left, y forwards and z up are assumed, as in "
+        "ANALYZE; left and right may be "
         "swapped");
     geometry = geometry_of_spacing(
         {-std::abs(h.pixdim[1]), std::abs(h.pixdim[2]), std::abs(h.pixdim[3])}, {0, 0, 0});
@@ -261,13 +263,12 @@ Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const N
       scale_lengths(1e-3, geometry);
       break;
     case 0:
-      notes.push_back("the header does not say the unit of lengths: millimetres are taken");
+      notes.push_back("the header has no unit of lengths: millimetres are assumed");
       break;
     default:
-      notes.push_back(
-          fmt::format("the header's unit of lengths has the unknown code {}: "
-                      "millimetres are taken",
-                      h.units & 7));
+      notes.push_back(fmt::format(
+          "the header's unit of lengths has the unknown code {}: millimetres are assumed",
+          h.units & 7));
   }
   return geometry;
 }

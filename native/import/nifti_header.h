@@ -14,12 +14,12 @@
 
 namespace isosplat {
 
-/// The fields of a NIfTI-1 or NIfTI-2 header that are read here, in this machine's byte order.
+/// The fields of a NIfTI-1 or NIfTI-2 header that the importer uses, in native byte order.
 struct NiftiHeader {
   int version = 1;
   bool is_pair = false;  ///< the voxels are in the .img file beside the .hdr
   bool big_endian = false;
-  std::vector<int64_t> sizes;  ///< as "dim" has them, 1 to 7
+  std::vector<int64_t> sizes;  ///< field "dim", 1 to 7 sizes
   int16_t data_type = 0;
   int16_t bits = 0;
   std::array<double, 8> pixdim{};
@@ -32,19 +32,19 @@ struct NiftiHeader {
   int32_t units = 0;              ///< xyzt_units
 };
 
-/// Bytes of a NIfTI-2 header; of a NIfTI-1 header 348.
+/// Size of a NIfTI-2 header in bytes; a NIfTI-1 header has 348.
 constexpr size_t kNifti2Bytes = 540;
 
-/// Parses the first bytes of a file: 348 at least, 540 of NIfTI-2. Errors: malformed_volume, and
-/// unsupported_format for ANALYZE 7.5.
+/// Parses the first bytes of a file: at least 348, or 540 for NIfTI-2. Errors: malformed_volume,
+/// and unsupported_format for ANALYZE 7.5.
 Result<NiftiHeader> parse_nifti(const std::filesystem::path& path,
                                 std::span<const std::byte> bytes);
 
-/// The voxel type of a data type code. Nothing for those that are not scalar, or not read.
+/// The voxel type of a data type code. Nothing for types that are not scalar or not supported.
 std::optional<VoxelType> nifti_type(int16_t code);
 
-/// Where the voxels are, in LPS and millimetres: by the sform, or else the qform, or else the
-/// spacings alone. What had to be assumed is added to `notes`. Errors: malformed_volume.
+/// The geometry in LPS and millimetres: from the sform, else from the qform, else from the spacings
+/// alone. Adds a note for each assumption. Errors: malformed_volume.
 Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const NiftiHeader& header,
                                       std::vector<std::string>& notes);
 

@@ -11,7 +11,7 @@
 #include "native/import/nrrd_header.h"
 #include "native/import/text_voxels.h"
 
-// NRRD (http://teem.sourceforge.net/nrrd/format.html): where the voxels are, and in which coding.
+// Reads NRRD (http://teem.sourceforge.net/nrrd/format.html): finds and decodes the voxels.
 namespace isosplat {
 namespace {
 
@@ -33,29 +33,28 @@ Result<DataFile> find_data_file(const std::filesystem::path& path, const NrrdHea
     std::filesystem::path compressed = data;
     compressed += ".gz";
     if (coding == Coding::raw && std::filesystem::exists(compressed, error)) {
-      notes.push_back(fmt::format("{} is missing; {} is read instead", data.filename().string(),
+      notes.push_back(fmt::format("{} is missing: {} is read instead", data.filename().string(),
                                   compressed.filename().string()));
       coding = Coding::gzip;
       return DataFile{compressed, 0};
     }
-    return fail(Status::io_error,
-                fmt::format("{}: the data file that it names is missing: expected {}: put it "
-                            "there, or correct 'data file' in the header",
-                            path.string(), data.string()));
+    return fail(Status::io_error, fmt::format("{}: its data file is missing: expected {}: add the "
+                                              "file, or correct 'data file' in the header",
+                                              path.string(), data.string()));
   }
   return DataFile{data, 0};
 }
 
-/// The offset after `lines` lines of a file. Errors: truncated.
+/// The offset after the first `lines` lines of a file. Errors: truncated.
 Result<uint64_t> skip_lines(const std::filesystem::path& path, uint64_t offset, int64_t lines) {
   if (lines == 0) return offset;
-  if (lines < 0) return bad_nrrd(path, fmt::format("line skip {} is not possible", lines));
+  if (lines < 0) return malformed_nrrd(path, fmt::format("line skip {} is not valid", lines));
   auto text = read_beginning(path, static_cast<size_t>(offset) + 1024 * 1024);
   if (!text) return tl::unexpected(text.error());
   std::string_view rest =
       std::string_view(*text).substr(std::min<size_t>(text->size(), static_cast<size_t>(offset)));
   for (int64_t i = 0; i < lines; ++i) {
-    if (!take_line(rest)) return bad_nrrd(path, "'line skip' goes beyond the file");
+    if (!pop_line(rest)) return malformed_nrrd(path, "'line skip' goes beyond the file");
   }
   return text->size() - rest.size();
 }
@@ -66,41 +65,43 @@ Result<Coding> coding_of(const std::filesystem::path& path, const NrrdHeader& he
   if (encoding == "gzip" || encoding == "gz") return Coding::gzip;
   if (encoding == "ascii" || encoding == "text" || encoding == "txt") return Coding::text;
   if (encoding == "hex") return Coding::hex;
-  if (encoding.empty()) return bad_nrrd(path, "expected a field 'encoding', found none");
+  if (encoding.empty()) return malformed_nrrd(path, "expected a field 'encoding', found none");
   return fail(Status::unsupported_format,
-              fmt::format("{}: expected encoding raw, gzip, ascii or hex, found '{}': save it with "
-                          "encoding gzip or raw",
+              fmt::format("{}: expected encoding raw, gzip, ascii or hex, found '{}': save the "
+                          "volume with encoding gzip or raw",
                           path.string(), encoding));
 }
 
-/// A skip as the header has it; 0 where it has none.
+/// The value of a skip field; 0 if the field is absent.
 Result<int64_t> skip_of(const std::filesystem::path& path, const NrrdHeader& header,
                         const char* name) {
   const std::string_view text = header.field(name);
   if (text.empty()) return 0;
   if (const auto number = whole_number(text)) return *number;
-  return bad_nrrd(path, fmt::format("expected a whole number for '{}', found '{}'", name, text));
+  return malformed_nrrd(path,
+                        fmt::format("expected a whole number for '{}', found '{}'", name, text));
 }
 
-/// The data of all files that the header lists, as one.
+/// Opens all data files of the header as one reader.
 Result<OpenVolume> open_several(const std::filesystem::path& path, const NrrdHeader& header,
                                 ArrayVolume array, Coding coding, int64_t byte_skip,
                                 int64_t line_skip, std::vector<std::string> notes) {
   DataFiles files;
   files.paths = named_data_files(path, header.field("datafile"));
   if (files.paths.empty()) {
-    return bad_nrrd(path, fmt::format("expected data files, found '{}' and none listed",
-                                      header.field("datafile")));
+    return malformed_nrrd(path, fmt::format("expected data files, found '{}' and none listed",
+                                            header.field("datafile")));
   }
   if ((coding != Coding::raw && coding != Coding::gzip) || line_skip != 0 ||
       (coding == Coding::gzip && byte_skip != 0)) {
     return fail(Status::unsupported_format,
-                fmt::format("{}: several data files are read with encoding raw or gzip and without "
-                            "line skips: save the volume as one file",
+                fmt::format("{}: expected encoding raw or gzip and no line skips, since there are "
+                            "several data files: save the volume as one file",
                             path.string()));
   }
   const uint64_t all = array_bytes(array.voxels, array.steps, voxel_bytes(array.stored.type));
-  // "LIST 3" and "… 1 20 1 3" say that files share the slowest axis, however it is cut.
+  // With "LIST 3" and "… 1 20 1 3", several files share the slowest axis; how it is divided does
+  // not matter.
   const auto sizes = whole_numbers(header.field("sizes")).value_or(std::vector<int64_t>{});
   const auto parts = words(header.field("datafile"));
   const bool is_list = lower_case(parts[0]) == "list";
@@ -110,7 +111,8 @@ Result<OpenVolume> open_several(const std::filesystem::path& path, const NrrdHea
                         ? all % files.paths.size() == 0
                         : divides_axes(files.paths.size(), sizes);
   if (!fits) {
-    return bad_nrrd(path, fmt::format("expected a data file for each step of the slowest axes, "
+    return malformed_nrrd(path,
+                          fmt::format("expected a data file for each step of the slowest axes, "
                                       "found {} files for sizes '{}'",
                                       files.paths.size(), header.field("sizes")));
   }
@@ -118,7 +120,8 @@ Result<OpenVolume> open_several(const std::filesystem::path& path, const NrrdHea
   files.bytes_each = all / files.paths.size();
   files.skip = byte_skip;
   files.deflated = coding == Coding::gzip;
-  if (byte_skip < -1) return bad_nrrd(path, fmt::format("byte skip {} is not possible", byte_skip));
+  if (byte_skip < -1)
+    return malformed_nrrd(path, fmt::format("byte skip {} is not valid", byte_skip));
   auto joined = open_data_files(path, std::move(files), array.allowed);
   if (!joined) return tl::unexpected(joined.error());
   array.missing = std::move(joined->missing);
@@ -147,7 +150,7 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
   array.step = *step;
   const std::string endian = lower_case(header->field("endian"));
   if (voxel_bytes(*type) > 1 && *coding != Coding::text && endian != "little" && endian != "big") {
-    return bad_nrrd(path, fmt::format("expected endian: little or big, found '{}'", endian));
+    return malformed_nrrd(path, fmt::format("expected endian: little or big, found '{}'", endian));
   }
   array.stored.big_endian =
       *coding == Coding::text ? std::endian::native == std::endian::big : endian == "big";
@@ -166,7 +169,8 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
   auto start = skip_lines(data->path, data->offset, *line_skip);
   if (!start) return tl::unexpected(start.error());
   if (*byte_skip < (*coding == Coding::raw ? -1 : 0)) {
-    return bad_nrrd(path, fmt::format("byte skip {} is not possible here", *byte_skip));
+    return malformed_nrrd(path,
+                          fmt::format("byte skip {} is not valid for this encoding", *byte_skip));
   }
   array.plain = *coding == Coding::raw;
   Result<std::unique_ptr<ByteReader>> bytes;
@@ -185,13 +189,13 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
       break;
   }
   if (!bytes) return tl::unexpected(bytes.error());
-  if (*coding == Coding::raw && *byte_skip == -1) {  // the data is at the end of the file
+  if (*coding == Coding::raw && *byte_skip == -1) {  // the data are at the end of the file
     const uint64_t all = array_bytes(array.voxels, array.steps, voxel_bytes(*type));
     const uint64_t size = (*bytes)->size_limit();
     array.offset = size - std::min(size, all);
   } else if (*coding == Coding::raw) {
     array.offset = *start + static_cast<uint64_t>(*byte_skip);
-  } else if (*coding == Coding::gzip) {  // teem skips bytes of what is expanded
+  } else if (*coding == Coding::gzip) {  // teem skips decompressed bytes
     array.offset = static_cast<uint64_t>(*byte_skip);
   }
   return open_array(std::move(array), std::move(*bytes), std::move(axes->notes));

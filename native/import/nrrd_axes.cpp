@@ -16,19 +16,19 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// One axis as the header's per-axis fields have it.
+/// One axis, from the header's per-axis fields.
 struct Axis {
   int64_t size = 0;
   std::string kind;
   double spacing = kNone, min = kNone, max = kNone;
   std::string center, unit;
   std::optional<std::vector<double>> direction;
-  bool is_none = false;  ///< "space directions" has "none" for it
+  bool is_none = false;  ///< its entry in "space directions" is "none"
 };
 
-/// The dimension of a space and what its axes are.
+/// The dimension of a space and its frame.
 struct Space {
-  size_t dimension = 0;  ///< 0: none is named
+  size_t dimension = 0;  ///< 0: the header has no space
   Frame frame = Frame::lps;
 };
 
@@ -57,7 +57,7 @@ std::optional<Space> space_named(const std::string& name) {
   return std::nullopt;
 }
 
-/// "(1,0,0)": its numbers. Nothing for anything else.
+/// Parses "(1,0,0)". Nothing if the text is not a vector.
 std::optional<std::vector<double>> parse_vector(std::string_view text) {
   if (!text.starts_with('(') || !text.ends_with(')')) return std::nullopt;
   text = text.substr(1, text.size() - 2);
@@ -72,8 +72,8 @@ std::optional<std::vector<double>> parse_vector(std::string_view text) {
   }
 }
 
-/// The vectors and "none"s of "space directions", or the one of "space origin", each as text.
-/// White space may stand inside of the parentheses.
+/// Splits "space directions" or "space origin" into vectors and "none"s. White space is allowed
+/// inside parentheses.
 std::vector<std::string> vector_texts(std::string_view text) {
   std::vector<std::string> all;
   while (!(text = trimmed(text)).empty()) {
@@ -86,7 +86,7 @@ std::vector<std::string> vector_texts(std::string_view text) {
   return all;
 }
 
-/// Axes that hold the numbers of one voxel, by the kinds that the specification names.
+/// Whether an axis holds the components of one voxel, by the kinds in the specification.
 bool is_component_kind(const std::string& kind) {
   return kind == "vector" || kind == "covariant-vector" || kind == "normal" || kind == "complex" ||
          kind == "stub" || kind == "scalar" || kind == "quaternion" || kind == "point" ||
@@ -99,11 +99,11 @@ bool is_space_kind(const std::string& kind) {
   return kind == "domain" || kind == "space";
 }
 
-bool says_nothing(const std::string& kind) {
+bool is_unspecified_kind(const std::string& kind) {
   return kind.empty() || kind == "???" || kind == "none" || kind == "unknown";
 }
 
-/// Numbers of a per-axis field into a member of each axis. False where there are not as many.
+/// Parses a per-axis field into a member of each axis. False if the number of values differs.
 bool read_numbers(std::string_view text, std::vector<Axis>& axes, double Axis::*member) {
   if (text.empty()) return true;
   const auto parts = words(text);
@@ -121,15 +121,15 @@ Result<std::vector<Axis>> read_axes(const std::filesystem::path& path, const Nrr
   const auto dimension = whole_number(header.field("dimension"));
   if (!sizes || sizes->empty() || sizes->size() > 16 || !dimension ||
       *dimension != static_cast<int64_t>(sizes->size()) || std::ranges::min(*sizes) < 1) {
-    return bad_nrrd(path, fmt::format("expected as many sizes above 0 as dimensions, found "
-                                      "dimension '{}' and sizes '{}'",
-                                      header.field("dimension"), header.field("sizes")));
+    return malformed_nrrd(path, fmt::format("expected as many sizes above 0 as dimensions, found "
+                                            "dimension '{}' and sizes '{}'",
+                                            header.field("dimension"), header.field("sizes")));
   }
   std::vector<Axis> axes(sizes->size());
   for (size_t i = 0; i < axes.size(); ++i) axes[i].size = (*sizes)[i];
   const auto wrong = [&](const char* name) {
-    return bad_nrrd(path, fmt::format("expected one of '{}' for each of {} axes, found '{}'", name,
-                                      axes.size(), header.field(name)));
+    return malformed_nrrd(path, fmt::format("expected one of '{}' for each of {} axes, found '{}'",
+                                            name, axes.size(), header.field(name)));
   };
   if (!read_numbers(header.field("spacings"), axes, &Axis::spacing)) return wrong("spacings");
   if (!read_numbers(header.field("axismins"), axes, &Axis::min)) return wrong("axismins");
@@ -158,8 +158,9 @@ Result<std::vector<Axis>> read_axes(const std::filesystem::path& path, const Nrr
   return axes;
 }
 
-/// Which axes are of space, in the file's order.
-std::vector<size_t> axes_of_space(const std::vector<Axis>& axes, std::vector<std::string>& notes) {
+/// Finds the spatial axes, in file order.
+std::vector<size_t> find_spatial_axes(const std::vector<Axis>& axes,
+                                      std::vector<std::string>& notes) {
   std::vector<size_t> found;
   const auto collect = [&](auto&& is_one) {
     found.clear();
@@ -172,37 +173,37 @@ std::vector<size_t> axes_of_space(const std::vector<Axis>& axes, std::vector<std
     collect([](const Axis& a) { return a.direction.has_value(); });
     return found;
   }
-  if (std::ranges::any_of(axes, [](const Axis& a) { return !says_nothing(a.kind); })) {
-    // Axes of which nothing is said are of space where others are missing.
+  if (std::ranges::any_of(axes, [](const Axis& a) { return !is_unspecified_kind(a.kind); })) {
+    // If there are too few spatial axes, axes without any declaration are spatial.
     if (collect([](const Axis& a) { return is_space_kind(a.kind); }) < 3) {
-      collect([](const Axis& a) { return is_space_kind(a.kind) || says_nothing(a.kind); });
+      collect([](const Axis& a) { return is_space_kind(a.kind) || is_unspecified_kind(a.kind); });
     }
     return found;
   }
-  // A spacing "nan" stands for an axis that has none; beside axes that have one it is not of space.
+  // A spacing of "nan" marks an axis without spacing; beside axes with spacings it is not spatial.
   if (collect([](const Axis& a) { return std::isfinite(a.spacing) && a.spacing != 0; }) == 3) {
     return found;
   }
   collect([](const Axis&) { return true; });
   if (found.size() > 3) {
-    notes.push_back("the header does not say which axes are of space: the first three are taken");
+    notes.push_back("the header does not mark its spatial axes: the first three are assumed");
     found.resize(3);
   } else if (found.size() == 3 && axes[0].size <= 4) {
-    notes.push_back(fmt::format(
-        "the header does not say which axes are of space: the first, of {} samples, is taken for "
-        "one; if it holds colours, save one of them as a volume of its own",
-        axes[0].size));
+    notes.push_back(
+        fmt::format("the header does not mark its spatial axes: the first, with {} samples, is "
+                    "assumed to be one; if it holds colours, save one channel as a separate volume",
+                    axes[0].size));
   }
   return found;
 }
 
-/// The place of the first sample of an axis without a space, and the step to the next one.
+/// The position of the first sample of an axis without a space, and the step to the next sample.
 struct Line {
   double first = 0, step = 1;
 };
 
-/// `has_spacings`: the header has that field. A spacing of it that is no number stays, so that
-/// orient says so.
+/// `has_spacings`: the header has the field "spacings". A spacing that is not a number is kept, so
+/// that orient adds its note.
 Line line_of(const Axis& axis, size_t index, bool has_spacings, std::vector<std::string>& notes) {
   const bool has_spacing = std::isfinite(axis.spacing) && axis.spacing != 0;
   const bool has_min = std::isfinite(axis.min), has_max = std::isfinite(axis.max);
@@ -212,8 +213,8 @@ Line line_of(const Axis& axis, size_t index, bool has_spacings, std::vector<std:
   const bool cell = axis.center == "cell";
   if (!cell && axis.center != "node") {
     notes.push_back(
-        fmt::format("axis {}: 'axis mins' and 'axis maxs' are taken for the first and "
-                    "last sample (center: node), as the header does not say",
+        fmt::format("axis {}: 'axis mins' and 'axis maxs' are assumed to be the first and last "
+                    "sample (center: node), since the header has no 'centers'",
                     index + 1));
   }
   const auto size = static_cast<double>(axis.size);
@@ -223,10 +224,9 @@ Line line_of(const Axis& axis, size_t index, bool has_spacings, std::vector<std:
     if (!has_spacing) {
       line.step = step;
     } else if (std::abs(step - axis.spacing) > 1e-3 * std::abs(axis.spacing)) {
-      notes.push_back(
-          fmt::format("axis {}: spacing {} does not fit its mins and maxs ({}): the "
-                      "spacing is taken",
-                      index + 1, axis.spacing, step));
+      notes.push_back(fmt::format(
+          "axis {}: spacing {} does not fit its mins and maxs ({}): the spacing is used", index + 1,
+          axis.spacing, step));
     }
   }
   if (has_min) {
@@ -247,7 +247,8 @@ Result<HeaderGeometry> geometry_in_space(const std::filesystem::path& path,
     const bool fits = d.size() == (space.dimension == 0 ? 3 : space.dimension) &&
                       (d.size() == 3 || (d.size() == 4 && d[3] == 0));
     if (!fits) {
-      return bad_nrrd(path, fmt::format("expected a space direction of three numbers for axis {}, "
+      return malformed_nrrd(path,
+                            fmt::format("expected a space direction of three numbers for axis {}, "
                                         "found '{}'",
                                         spatial[i] + 1, header.field("spacedirections")));
     }
@@ -258,12 +259,12 @@ Result<HeaderGeometry> geometry_in_space(const std::filesystem::path& path,
     const auto parts = vector_texts(text);
     const auto vector = parts.size() == 1 ? parse_vector(parts[0]) : std::nullopt;
     if (!vector || vector->size() != (space.dimension == 0 ? 3 : space.dimension)) {
-      return bad_nrrd(path,
-                      fmt::format("expected a space origin of three numbers, found '{}'", text));
+      return malformed_nrrd(
+          path, fmt::format("expected a space origin of three numbers, found '{}'", text));
     }
     origin = {(*vector)[0], (*vector)[1], (*vector)[2]};
     if (!std::isfinite(origin.x) || !std::isfinite(origin.y) || !std::isfinite(origin.z)) {
-      notes.push_back("the space origin is not known: the first voxel is put at 0, 0, 0");
+      notes.push_back("the header has no space origin: the first voxel is placed at 0, 0, 0");
       origin = {0, 0, 0};
     }
   }
@@ -283,7 +284,8 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
   if (!space_name.empty()) {
     const auto named = space_named(space_name);
     if (!named) {
-      return bad_nrrd(path, fmt::format("expected a space such as left-posterior-superior, found "
+      return malformed_nrrd(path,
+                            fmt::format("expected a space such as left-posterior-superior, found "
                                         "'{}'",
                                         space_name));
     }
@@ -293,24 +295,24 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
     if (!dimension || (*dimension != 3 && *dimension != 4)) {
       return fail(Status::unsupported_format,
                   fmt::format("{}: expected a space of three dimensions, found '{}': save the "
-                              "volume in three",
+                              "volume in three dimensions",
                               path.string(), text));
     }
     space.dimension = static_cast<size_t>(*dimension);
   }
-  // In a space with time, an axis that goes along time alone is not one of space.
+  // In a space with time, an axis along time alone is not spatial.
   for (Axis& axis : axes) {
     if (space.dimension != 4 || !axis.direction || axis.direction->size() != 4) continue;
     const auto& d = *axis.direction;
     if (d[0] == 0 && d[1] == 0 && d[2] == 0 && d[3] != 0) {
       axis.direction.reset();
       axis.is_none = true;
-      if (says_nothing(axis.kind)) axis.kind = "time";
+      if (is_unspecified_kind(axis.kind)) axis.kind = "time";
     }
   }
 
-  const std::vector<size_t> spatial = axes_of_space(axes, result.notes);
-  std::vector<size_t> others;  // of more than one sample
+  const std::vector<size_t> spatial = find_spatial_axes(axes, result.notes);
+  std::vector<size_t> others;  // axes with more than one sample
   for (size_t i = 0; i < axes.size(); ++i) {
     if (std::ranges::find(spatial, i) == spatial.end() && axes[i].size > 1) others.push_back(i);
   }
@@ -319,15 +321,15 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
   }
   if (spatial.size() != 3) {
     return fail(spatial.size() < 3 ? Status::no_cells : Status::unsupported_format,
-                fmt::format("{}: expected a volume with three axes of space, found an image with "
-                            "{}: give the file that holds all slices, or correct 'kinds' and "
+                fmt::format("{}: expected a volume with three spatial axes, found an image with "
+                            "{}: give the file that contains all slices, or correct 'kinds' and "
                             "'space directions'",
                             path.string(), spatial.size()));
   }
   if (others.size() > 1) {
     return fail(Status::unsupported_format,
-                fmt::format("{}: expected three axes of space and one of time, found {} others: "
-                            "save one volume of it on its own",
+                fmt::format("{}: expected three spatial axes and one of time, found {} others: "
+                            "save one volume as a separate file",
                             path.string(), others.size()));
   }
   result.voxels = {axes[spatial[0]].size, axes[spatial[1]].size, axes[spatial[2]].size};
@@ -342,10 +344,10 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
     if (!geometry) return tl::unexpected(geometry.error());
     result.geometry = *geometry;
     const auto units = quoted_strings(header.field("spaceunits"));
-    if (!units) return bad_nrrd(path, "the quotes of 'space units' do not match");
+    if (!units) return malformed_nrrd(path, "the quotes of 'space units' do not match");
     if (units->size() >= 3) {
       if ((*units)[0] != (*units)[1] || (*units)[0] != (*units)[2]) {
-        return bad_nrrd(path, "expected the same unit for x, y and z in 'space units'");
+        return malformed_nrrd(path, "expected the same unit for x, y and z in 'space units'");
       }
       to_millimetres((*units)[0], result.geometry, result.notes);
     }
@@ -354,8 +356,7 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
     const bool has_spacings = !header.field("spacings").empty();
     if (!has_spacings && header.field("axismins").empty() && header.field("axismaxs").empty()) {
       result.notes.push_back(
-          "the header does not say how far apart voxels are: spacing 1,1,1 is taken; --spacing "
-          "sets "
+          "the header has no voxel spacing: 1,1,1 is assumed; --spacing sets "
           "another");
     }
     for (size_t i = 0; i < 3; ++i) {
@@ -365,14 +366,13 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
           lines[i] = {lines[i].first * *factor, lines[i].step * *factor};
         } else {
           result.notes.push_back(fmt::format(
-              "axis {}: its unit '{}' is no unit of length known here: it is taken as it is",
-              spatial[i] + 1, unit));
+              "axis {}: its unit '{}' is unknown: millimetres are assumed", spatial[i] + 1, unit));
         }
       }
       if (lines[i].step < 0) {
         result.notes.push_back(
-            fmt::format("axis {}: its spacing {} is negative: the axis is taken to run backwards",
-                        spatial[i] + 1, lines[i].step));
+            fmt::format("axis {}: its spacing {} is negative: the axis is reversed", spatial[i] + 1,
+                        lines[i].step));
       }
     }
     Vec3d origin{lines[0].first, lines[1].first, lines[2].first};
@@ -380,8 +380,8 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
       const auto parts = vector_texts(text);
       const auto vector = parts.size() == 1 ? parse_vector(parts[0]) : std::nullopt;
       if (!vector || vector->size() < 3) {
-        return bad_nrrd(path,
-                        fmt::format("expected a space origin of three numbers, found '{}'", text));
+        return malformed_nrrd(
+            path, fmt::format("expected a space origin of three numbers, found '{}'", text));
       }
       origin = {(*vector)[0], (*vector)[1], (*vector)[2]};
     }

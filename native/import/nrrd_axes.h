@@ -10,22 +10,24 @@
 
 namespace isosplat {
 
-/// What the axes of an NRRD file are: three of space, and at most one more of more than one sample.
+/// The axes of an NRRD file: three spatial axes, and at most one other axis with more than one
+/// sample.
 struct NrrdAxes {
-  Vec3<int64_t> voxels;     ///< along the axes of space, in the file's order
+  Vec3<int64_t> voxels;     ///< along the spatial axes, in file order
   HeaderGeometry geometry;  ///< in LPS and millimetres
-  size_t step_axis = 3;     ///< where the other axis is among the four; 3 where there is none
-  int64_t steps = 1;        ///< its size
+  size_t step_axis = 3;     ///< position of the other axis among the four; 3 if there is none
+  int64_t steps = 1;        ///< number of samples of the other axis
   std::vector<std::string> notes;
 };
 
-/// Reads axes and geometry. Axes of one sample that are not of space do not count.
+/// Reads axes and geometry. Axes with one sample that are not spatial are ignored.
 ///
-/// An axis is one of space where it has a space direction; where none has, where its kind says
-/// "domain" or "space"; and where nothing is said, the first three are.
+/// An axis is spatial if it has a space direction. If no axis has one, an axis is spatial if its
+/// kind is "domain" or "space". If the header has no kinds either, the first three axes are
+/// spatial.
 ///
-/// Errors: malformed_volume; unsupported_type where voxels are vectors, colours or matrices;
-/// no_cells for images; unsupported_format for more than one other axis.
+/// Errors: malformed_volume; unsupported_type if voxels are vectors, colours or matrices; no_cells
+/// for 2D images; unsupported_format for more than one other axis.
 Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHeader& header);
 
 }  // namespace isosplat

@@ -11,7 +11,7 @@ namespace {
 
 constexpr size_t kMaxHeader = 1024 * 1024;
 
-/// The one name of fields that have two.
+/// The first name of fields that have two names.
 std::string field_name(std::string_view text) {
   std::string name = lower_case(trimmed(text));
   name.erase(std::remove(name.begin(), name.end(), ' '), name.end());
@@ -27,30 +27,31 @@ Result<NrrdHeader> read_nrrd_header(const std::filesystem::path& path) {
   std::string_view rest = *beginning;
   const bool whole_file = rest.size() < kMaxHeader;
   NrrdHeader header;
-  auto line = take_line(rest);
+  auto line = pop_line(rest);
   if (!line || !line->starts_with("NRRD000")) {
-    return bad_nrrd(path, "expected 'NRRD000' and a version in the first line");
+    return malformed_nrrd(path, "expected 'NRRD000' and a version in the first line");
   }
   bool ended = false;
   while (!ended) {
-    line = take_line(rest);
-    if (!line && whole_file && !rest.empty()) {  // a detached header's last line may lack its end
+    line = pop_line(rest);
+    if (!line && whole_file && !rest.empty()) {  // no line end after the last line
       line = rest;
       rest = {};
     }
     if (!line && whole_file) break;  // a detached header need not end with an empty line
-    if (!line) return bad_nrrd(path, "expected an empty line after the header, found none");
+    if (!line) return malformed_nrrd(path, "expected an empty line after the header, found none");
     if (line->empty()) break;
     if (line->starts_with('#')) continue;
     const size_t colon = line->find(':');
-    if (colon == line->npos) return bad_nrrd(path, fmt::format("no ':' in the line '{}'", *line));
-    if (line->substr(colon).starts_with(":=")) continue;  // a key and value for other programs
+    if (colon == line->npos)
+      return malformed_nrrd(path, fmt::format("no ':' in the line '{}'", *line));
+    if (line->substr(colon).starts_with(":=")) continue;  // a key/value pair for other programs
     const std::string name = field_name(line->substr(0, colon));
     const std::string_view value = trimmed(line->substr(colon + 1));
     const auto [at, is_new] = header.fields.emplace(name, value);
     if (!is_new && at->second != value) {
-      return bad_nrrd(path, fmt::format("the field '{}' is there twice, as '{}' and '{}'", name,
-                                        at->second, value));
+      return malformed_nrrd(path, fmt::format("the field '{}' occurs twice, as '{}' and '{}'", name,
+                                              at->second, value));
     }
     ended = name == "datafile" && lower_case(value).starts_with("list");
   }
@@ -58,7 +59,7 @@ Result<NrrdHeader> read_nrrd_header(const std::filesystem::path& path) {
   return header;
 }
 
-tl::unexpected<Error> bad_nrrd(const std::filesystem::path& path, const std::string& what) {
+tl::unexpected<Error> malformed_nrrd(const std::filesystem::path& path, const std::string& what) {
   return fail(Status::malformed_volume,
               fmt::format("{}: {}: the NRRD header is damaged; export the volume again",
                           path.string(), what));

@@ -16,10 +16,10 @@ namespace isosplat {
 /// The lines of an NRRD header.
 struct NrrdHeader {
   std::map<std::string, std::string> fields;  ///< names in lower case, without spaces
-  uint64_t data_offset = 0;                   ///< of what follows the header in its file
+  uint64_t data_offset = 0;  ///< offset of the first byte after the header in its file
 
-  /// What follows the field's colon; empty where there is none. Fields with two names ("centers",
-  /// "centerings") are found under the first.
+  /// The text after the field's colon; empty if the field is absent. Fields with two names
+  /// ("centers", "centerings") are stored under the first.
   std::string_view field(std::string_view name) const {
     const auto found = fields.find(std::string(name));
     return found == fields.end() ? std::string_view{} : std::string_view(found->second);
@@ -29,14 +29,13 @@ struct NrrdHeader {
 /// Reads the header of a file. Errors: io_error, malformed_volume.
 Result<NrrdHeader> read_nrrd_header(const std::filesystem::path& path);
 
-/// The error for a header that cannot be. `what`: what was expected and found.
-tl::unexpected<Error> bad_nrrd(const std::filesystem::path& path, const std::string& what);
+/// The error for an invalid header. `what`: what was expected and found.
+tl::unexpected<Error> malformed_nrrd(const std::filesystem::path& path, const std::string& what);
 
-/// The voxel type of the field "type". Nothing for "block" and what is unknown.
+/// The voxel type for the field "type". Nothing for "block" and unknown types.
 std::optional<VoxelType> nrrd_type(std::string_view text);
 
-/// The strings in double quotes of a field such as "space units". Nothing where the quotes do not
-/// match.
+/// The strings in double quotes of a field such as "space units". Nothing if a quote is missing.
 std::optional<std::vector<std::string>> quoted_strings(std::string_view text);
 
 }  // namespace isosplat

@@ -16,10 +16,10 @@ namespace {
 
 using Opener = Result<OpenVolume> (*)(const std::filesystem::path&, const ImportOptions&);
 
-/// Which reader a file's first bytes ask for; null where they say nothing.
+/// Selects the reader by a file's first bytes; null if they have no known signature.
 Opener opener_for(std::string_view beginning) {
   using namespace std::string_view_literals;
-  // Before TIFF: a DICOM file may begin as one (PS3.10, 7.1).
+  // Before TIFF: a DICOM file may begin with a TIFF header (PS3.10, 7.1).
   if (beginning.size() > 132 && beginning.substr(128, 4) == "DICM") return open_dicom_file;
   if (beginning.starts_with("NRRD000")) return open_nrrd;
   if (beginning.starts_with("# vtk DataFile")) return open_vtk_legacy;
@@ -42,7 +42,7 @@ Opener opener_for(std::string_view beginning) {
   return nullptr;
 }
 
-/// The first bytes of a file, expanded where it is gzip data. Nothing where it cannot be read.
+/// The first bytes of a file, decompressed if it is gzip data. Nothing if it cannot be read.
 std::optional<std::string> expanded_beginning(const std::filesystem::path& path) {
   auto bytes = is_gzip(path) ? open_deflated(path) : open_plain(path);
   if (!bytes) return std::nullopt;
@@ -57,7 +57,7 @@ struct Known {
   std::string_view what;
 };
 
-/// Files that people may well try, with what they are.
+/// Other file types that users may try, and what they are.
 constexpr Known kNotRead[] = {
     {".vti", "VTK's XML format"},
     {".vtu", "an unstructured VTK grid"},
@@ -75,15 +75,16 @@ constexpr Known kNotRead[] = {
     {".jpeg", "a single image"},
     {".zip", "an archive"},
     {".tar", "an archive"},
-    {".img", "the voxels of a pair, whose .hdr is missing or no NIfTI"},
-    {".hdr", "an ANALYZE header, which does not tell left from right, or an ENVI or other one"},
+    {".img", "the voxels of a pair without a valid NIfTI .hdr"},
+    {".hdr",
+     "an ANALYZE header, which does not distinguish left from right, or an ENVI or other header"},
     {".npy", "a NumPy array"},
     {".stl", "a mesh"},
     {".ply", "a mesh or point cloud"},
     {".obj", "a mesh"},
 };
 
-/// Whether the header of a pair is beside a file with its voxels.
+/// Whether a file with voxels has the header of a pair beside it.
 bool has_nifti_header(const std::filesystem::path& voxels) {
   std::filesystem::path header = voxels;
   if (lower_case(header.extension().string()) == ".gz") header.replace_extension();
@@ -99,24 +100,25 @@ bool has_nifti_header(const std::filesystem::path& voxels) {
 tl::unexpected<Error> unsupported(const std::filesystem::path& path) {
   const std::string extension = lower_case(path.extension().string());
   if (extension == ".isosplat") {
-    return fail(Status::unsupported_format,
-                fmt::format("{}: expected a volume, found a store: look at it with isosplat view, "
-                            "info or serve",
-                            path.string()));
+    return fail(
+        Status::unsupported_format,
+        fmt::format(
+            "{}: expected a volume, found a store: open it with isosplat view, info or serve",
+            path.string()));
   }
-  std::string found = "found none of their signatures in the file";
+  std::string found = "found no known signature in the file";
   for (const Known& known : kNotRead) {
     if (known.suffix == extension) found = fmt::format("found {} ({})", extension, known.what);
   }
   return fail(Status::unsupported_format,
               fmt::format("{}: expected NRRD, MetaImage, NIfTI, DICOM, TIFF or legacy VTK, {}: "
-                          "convert it (ParaView, 3D Slicer and ITK-SNAP write NRRD), or give "
-                          "--dims and --type if it holds raw voxels",
+                          "convert the file (ParaView, 3D Slicer and ITK-SNAP write NRRD), or give "
+                          "--dims and --type if it contains raw voxels",
                           path.string(), found));
 }
 
-/// Whether a folder is one of TIFF slices: those, not the DICOM files in it, have most of the
-/// bytes. A scan may have screenshots beside it.
+/// Whether a folder contains TIFF slices: the TIFF files are larger in total than the DICOM files.
+/// A DICOM scan may have a few screenshots beside it.
 bool is_tiff_folder(const std::filesystem::path& path) {
   const auto tiffs = files_of_folder(path, {".tif", ".tiff"});
   if (tiffs.empty()) return false;
@@ -131,9 +133,10 @@ bool is_tiff_folder(const std::filesystem::path& path) {
 Result<OpenVolume> open_folder(const std::filesystem::path& path, const ImportOptions& options) {
   if (is_tiff_folder(path)) return open_tiff_folder(path, options);
   if (files_of_folder(path, {}).empty()) {
-    return fail(Status::unsupported_format,
-                fmt::format("{}: expected a folder with DICOM or TIFF slices, found no file in it",
-                            path.string()));
+    return fail(
+        Status::unsupported_format,
+        fmt::format("{}: expected a folder with DICOM or TIFF slices, found an empty folder",
+                    path.string()));
   }
   return open_dicom_folder(path, options);
 }
@@ -142,7 +145,7 @@ Result<OpenVolume> open_folder(const std::filesystem::path& path, const ImportOp
 
 namespace {
 
-/// Opens a volume by the reader of its format.
+/// Opens a volume with the reader of its format.
 Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOptions& options) {
   std::error_code error;
   const bool raw_options =
@@ -151,7 +154,7 @@ Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOp
     if (raw_options) {
       return fail(Status::invalid_argument,
                   fmt::format("{}: --dims, --type, --endian and --skip-bytes are for raw files, "
-                              "this is a folder: leave them away",
+                              "this is a folder: remove these options",
                               path.string()));
     }
     return open_folder(path, options);
@@ -163,15 +166,14 @@ Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOp
   const std::string name = lower_case(path.filename().string());
   const bool compressed = is_gzip(path);
   if (compressed) {
-    // Whatever it is called, what is inside decides.
+    // The content decides, not the file's name.
     const auto inside = expanded_beginning(path);
     opener = inside ? opener_for(*inside) : nullptr;
     if (opener && opener != open_nifti) {
-      return fail(
-          Status::unsupported_format,
-          fmt::format("{}: expected a volume, found a compressed one of a format that is not "
-                      "read compressed: expand it with gunzip",
-                      path.string()));
+      return fail(Status::unsupported_format,
+                  fmt::format("{}: expected a volume, found a gzip-compressed file of a format "
+                              "that Isosplat reads only uncompressed: decompress it with gunzip",
+                              path.string()));
     }
   }
   if (!opener && (name.ends_with(".nii.gz") || name.ends_with(".nii"))) opener = open_nifti;
@@ -179,7 +181,7 @@ Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOp
   if (opener && raw_options) {
     return fail(Status::invalid_argument,
                 fmt::format("{}: --dims, --type, --endian and --skip-bytes are for raw files, this "
-                            "one has a header: leave them away",
+                            "file has a header: remove these options",
                             path.string()));
   }
   if (!opener && (options.dims || options.type || raw_name_is_complete(path) ||
@@ -217,13 +219,13 @@ Result<uint64_t> choose_time_step(const std::filesystem::path& path,
   if (axes < 3) {
     return fail(Status::no_cells,
                 fmt::format("{}: expected a volume with three axes, found an image with {}: give "
-                            "the folder of all slices, or the file that holds them all",
+                            "the folder of all slices, or the file that contains them all",
                             path.string(), axes));
   }
   if (axes > 4) {
     return fail(Status::unsupported_format,
-                fmt::format("{}: expected three axes, or four with time, found {}: save one "
-                            "volume of it on its own",
+                fmt::format("{}: expected three axes, or four with time, found {}: save one volume "
+                            "as a separate file",
                             path.string(), axes));
   }
   return choose_step(path, axes == 4 ? sizes[3] : 1, options);
@@ -249,7 +251,7 @@ Result<uint64_t> choose_step(const std::filesystem::path& path, int64_t steps,
 tl::unexpected<Error> not_scalar(const std::filesystem::path& path, int components) {
   return fail(Status::unsupported_type,
               fmt::format("{}: expected one number per voxel, found {} (colours or vectors): save "
-                          "one channel, or the magnitude, as a volume of its own",
+                          "one channel, or the magnitude, as a separate volume",
                           path.string(), components));
 }
 

@@ -8,7 +8,7 @@
 namespace isosplat {
 namespace {
 
-/// Columns scaled to length 1. False where that gives no basis.
+/// Scales the columns to length 1. False if the result is singular.
 bool normalise_columns(Matrix3d& m) {
   const auto inverse_length = [&](size_t axis) { return 1 / length(column(m, axis)); };
   m = scale_columns(m, {inverse_length(0), inverse_length(1), inverse_length(2)});
@@ -33,8 +33,8 @@ Result<Orientation> orient(Vec3<int64_t> voxels, HeaderGeometry geometry) {
   if (least < 2) {
     return fail(Status::no_cells,
                 fmt::format("expected a volume with at least 2 voxels along each axis, found {}: a "
-                            "single slice has no isosurface; give the folder of all slices, or "
-                            "the file that holds them all",
+                            "single slice has no isosurface; give the folder of all slices, or the "
+                            "file that contains them all",
                             shape(voxels)));
   }
   if (most > kMaxVoxelsPerAxis) {
@@ -51,10 +51,10 @@ Result<Orientation> orient(Vec3<int64_t> voxels, HeaderGeometry geometry) {
 
   for (double* spacing : {&geometry.spacing.x, &geometry.spacing.y, &geometry.spacing.z}) {
     if (*spacing > 0 && std::isfinite(*spacing)) continue;
-    result.notes.push_back(
-        fmt::format("the header's spacing {} is not a positive number: 1 is taken; --spacing sets "
-                    "another",
-                    *spacing));
+    result.notes.push_back(fmt::format(
+        "the header's spacing {} is not a positive number: 1 is assumed; --spacing sets "
+        "another",
+        *spacing));
     *spacing = 1;
   }
   grid.spacing = geometry.spacing;
@@ -66,8 +66,7 @@ Result<Orientation> orient(Vec3<int64_t> voxels, HeaderGeometry geometry) {
 
   Matrix3d direction = geometry.direction;
   if (!normalise_columns(direction)) {
-    result.notes.push_back(
-        "the header's axes are no basis of space: the volume is shown along x, y and z");
+    result.notes.push_back("the header's axes lie in a plane: x, y and z are used instead");
     return result;
   }
   grid.direction = direction;
@@ -77,7 +76,7 @@ Result<Orientation> orient(Vec3<int64_t> voxels, HeaderGeometry geometry) {
     grid.origin = grid.world({0, static_cast<double>(voxels.y - 1), 0});
     for (size_t row = 0; row < 3; ++row) grid.direction[3 * row + 1] *= -1;
   }
-  for (double& d : grid.direction) d += 0.0;  // no negative zeros: they would reach metadata
+  for (double& d : grid.direction) d += 0.0;  // no negative zeros, which would appear in metadata
   return result;
 }
 

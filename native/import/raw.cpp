@@ -15,7 +15,7 @@ struct RawLayout {
   VoxelType type;
 };
 
-/// Dims and type as many archives write them into names: foot_256x256x256_uint8.raw.
+/// Parses dims and type from a file name, as in many archives: foot_256x256x256_uint8.raw.
 std::optional<RawLayout> layout_in_name(const std::filesystem::path& path) {
   static const std::regex kDims(R"((\d{1,7})x(\d{1,7})x(\d{1,7}))");
   static const std::regex kType(
@@ -67,14 +67,14 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
   const auto named = layout_in_name(path);
   if ((!options.dims && !named) || (!options.type && !named)) {
     return fail(Status::invalid_argument,
-                fmt::format("{}: a raw file does not say how its voxels lie: give --dims and "
-                            "--type, for example --dims 256x256x128 --type u8",
+                fmt::format("{}: a raw file has no header: give --dims and --type, for example "
+                            "--dims 256x256x128 --type u8",
                             path.string()));
   }
   if (options.time_step.value_or(0) != 0) {
     return fail(
         Status::invalid_argument,
-        fmt::format("{}: raw files have no time steps: give --skip-bytes instead", path.string()));
+        fmt::format("{}: raw files have no time steps: use --skip-bytes instead", path.string()));
   }
   const auto shape = options.dims ? *options.dims : named->dims;
   const VoxelType type = options.type ? *options.type : named->type;
@@ -90,7 +90,7 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
   auto bytes = array.plain ? open_plain(path) : open_deflated(path);
   if (!bytes) return tl::unexpected(bytes.error());
 
-  // Nothing else tells whether dims and type are right: the size has to match exactly.
+  // The file size is the only check of dims and type, so it must match exactly.
   const uint64_t found = (*bytes)->size_limit();
   if (array.plain && shape.x > 0 && shape.y > 0 && shape.z > 0 && shape.x <= kMaxVoxelsPerAxis &&
       shape.y <= kMaxVoxelsPerAxis && shape.z <= kMaxVoxelsPerAxis) {

@@ -12,8 +12,8 @@ bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// Takes the leading run of digits off, without leading zeros.
-std::string_view take_digits(std::string_view& text) {
+/// Removes the leading run of digits and returns it without leading zeros.
+std::string_view pop_digits(std::string_view& text) {
   size_t end = 0;
   while (end < text.size() && is_digit(text[end])) ++end;
   std::string_view digits = text.substr(0, end);
@@ -28,7 +28,7 @@ bool natural_order(std::string_view a, std::string_view b) {
   const std::string_view whole_a = a, whole_b = b;
   while (!a.empty() && !b.empty()) {
     if (is_digit(a.front()) && is_digit(b.front())) {
-      const std::string_view left = take_digits(a), right = take_digits(b);
+      const std::string_view left = pop_digits(a), right = pop_digits(b);
       if (left.size() != right.size()) return left.size() < right.size();
       if (left != right) return left < right;
     } else {

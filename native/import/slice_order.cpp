@@ -14,7 +14,7 @@
 namespace isosplat {
 namespace {
 
-/// A name with its numbers taken out.
+/// A file name, split into its numbers and the rest.
 struct Name {
   size_t file = 0;
   std::string shape;  ///< the name with # for each number
@@ -48,7 +48,7 @@ bool have_one_shape(const std::vector<Name>& names) {
   return std::ranges::all_of(names, [&](const Name& n) { return n.shape == names[0].shape; });
 }
 
-/// The values of one number of every name. Numbers too long for a double are no numbers.
+/// The values of one number in every name. Numbers too long for a double are not numbers.
 using Values = std::vector<double>;
 
 Values values_of(const std::vector<Name>& names, size_t field) {
@@ -78,8 +78,8 @@ bool all_equal(const Values& values) {
   return std::ranges::all_of(values, [&](double v) { return v == values[0]; });
 }
 
-/// The distance between neighbours, where it is the same everywhere but for gaps, which are
-/// multiples of it. `gaps`: slices missing. Nothing where there is no such distance.
+/// The distance between neighbouring numbers, if it is constant except for gaps, which are
+/// multiples of it. `gaps`: number of missing slices. Nothing if there is no such distance.
 std::optional<double> even_step(Values values, uint64_t& gaps) {
   std::ranges::sort(values);
   double step = values[1] - values[0];
@@ -93,13 +93,14 @@ std::optional<double> even_step(Values values, uint64_t& gaps) {
   return step;
 }
 
-tl::unexpected<Error> unclear(const std::filesystem::path& folder, const std::string& what) {
+tl::unexpected<Error> ambiguous_order(const std::filesystem::path& folder,
+                                      const std::string& what) {
   return fail(Status::malformed_volume,
-              fmt::format("{}: the order of its slices is not clear: {}", folder.string(), what));
+              fmt::format("{}: the order of its slices is ambiguous: {}", folder.string(), what));
 }
 
-/// Joins the parts of decimal numbers ("z#.#", where both vary) into one field. Errors: where the
-/// order would be another than that of the parts as whole numbers.
+/// Joins the parts of decimal numbers ("z#.#", if both parts vary) into one number. Errors: if the
+/// order differs from that of the parts as whole numbers.
 Result<void> join_decimals(const std::filesystem::path& folder, std::vector<Name>& names) {
   for (;;) {
     const size_t point = names[0].shape.find("#.#");
@@ -113,15 +114,16 @@ Result<void> join_decimals(const std::filesystem::path& folder, std::vector<Name
       name.numbers.erase(name.numbers.begin() + static_cast<std::ptrdiff_t>(field) + 1);
       name.shape.erase(point + 1, 2);
     }
-    if (all_equal(whole) || all_equal(part)) {  // numbers on their own; hide the point
+    if (all_equal(whole) || all_equal(part)) {  // independent numbers; hide the point
       for (Name& name : names) name.shape[point + 1] = ' ';
       continue;
     }
     const Values decimal = values_of(joined, field);
     if (sorted_by({&whole, &part}, names.size()) != sorted_by({&decimal}, names.size())) {
-      return unclear(folder,
-                     "it depends on whether the numbers in their names are decimals, as in "
-                     "1.5 and 1.25: give all of them the same number of digits");
+      return ambiguous_order(
+          folder,
+          "it depends on whether the numbers in the names are decimals, as in 1.5 and "
+          "1.25: use the same number of digits in all names");
     }
     names = std::move(joined);
   }
@@ -143,19 +145,20 @@ Result<SliceOrder> order_slices(const std::filesystem::path& folder,
       const auto one = kinds.begin();
       const auto other = std::next(one);
       if (kinds.size() < files.size()) {
-        return unclear(folder, fmt::format("their names are of {} kinds, as {} and {}: leave the "
-                                           "files of one stack alone in the folder",
+        return ambiguous_order(folder,
+                               fmt::format("the names have {} different patterns, such as {} and "
+                                           "{}: keep only the files of one stack in the folder",
                                            kinds.size(), files[one->second[0]].filename().string(),
                                            files[other->second[0]].filename().string()));
       }
       result.notes.push_back(
-          "the slices' names have nothing in common: they are taken in alphabetical order");
+          "the slices' names have no common pattern: they are sorted alphabetically");
       result.slices = std::move(files);
       std::ranges::sort(result.slices);
       return result;
     }
   } else if (names[0].numbers.empty() && files.size() > 1) {
-    return unclear(folder, "their names have no numbers: number them");
+    return ambiguous_order(folder, "the names have no numbers: add numbers");
   }
   if (files.size() < 2) {
     result.slices = std::move(files);
@@ -171,14 +174,14 @@ Result<SliceOrder> order_slices(const std::filesystem::path& folder,
   std::vector<const Values*> all;
   for (const Values& field : fields) all.push_back(&field);
   const auto order = sorted_by(all, files.size());
-  const Values* counting = nullptr;  // numbers that count the slices
+  const Values* counting = nullptr;  // the numbers that count the slices
   uint64_t gaps = 0;
   for (const Values& field : fields) {
     if (!all_differ(field)) continue;
     if (sorted_by({&field}, files.size()) != order) {
-      return unclear(folder,
-                     "their names have several numbers that order them differently: leave "
-                     "one number that differs");
+      return ambiguous_order(
+          folder,
+          "the names have several numbers that give different orders: keep one varying number");
     }
     uint64_t missing = 0;
     const bool even = even_step(field, missing).has_value();
@@ -188,14 +191,15 @@ Result<SliceOrder> order_slices(const std::filesystem::path& folder,
     }
   }
   if (!counting) {
-    return unclear(folder,
-                   "their names count along several numbers at once (times or channels, and "
-                   "slices?): give the folder of one stack");
+    return ambiguous_order(
+        folder,
+        "several numbers in the names vary independently (times or channels, and "
+        "slices?): give the folder of one stack");
   }
   if (gaps > 0 && !allowed.has(Allowance::gaps)) {
     return fail(Status::malformed_volume,
-                fmt::format("{}: expected slices that are numbered evenly, found {}: put them "
-                            "there, or fill the gaps with {}",
+                fmt::format("{}: expected evenly numbered slices, found {}: add the missing "
+                            "slices, or read without them with {}",
                             folder.string(),
                             gaps == UINT64_MAX ? "uneven numbers"
                                                : fmt::format("{} missing between them", gaps),
@@ -203,10 +207,9 @@ Result<SliceOrder> order_slices(const std::filesystem::path& folder,
   }
   const bool fills = gaps > 0 && gaps <= 16 * files.size();
   if (fills) {
-    result.notes.push_back(fmt::format("{} slices are missing: they are filled", gaps));
+    result.notes.push_back(fmt::format("{} slices are missing: their voxels have no value", gaps));
   } else if (gaps > 0) {
-    result.notes.push_back(
-        "the slices are not numbered evenly: they are taken to lie at even distances");
+    result.notes.push_back("the slices are not numbered evenly: even distances are assumed");
   }
   uint64_t ignored = 0;
   const double step = fills ? *even_step(*counting, ignored) : 1;

@@ -7,9 +7,9 @@
 
 namespace isosplat {
 
-/// How a file stores its voxels, and what values they stand for: intercept + slope · voxel. Both
-/// are kept apart from the voxels all the way to the store, whose codes are the voxels' own
-/// integers.
+/// How a file stores its voxels, and how they map to values: intercept + slope · voxel. The mapping
+/// is not applied to the voxels: it is passed on to the store, whose quantized values are the
+/// file's integers.
 struct StoredVoxels {
   VoxelType type = VoxelType::u8;
   bool big_endian = false;
@@ -17,7 +17,7 @@ struct StoredVoxels {
   double intercept = 0;
 };
 
-/// Swaps bytes where the file's order is not this machine's.
+/// Converts from the file's byte order to native byte order.
 void to_native_order(const StoredVoxels& voxels, std::span<std::byte> bytes);
 
 }  // namespace isosplat

@@ -23,14 +23,14 @@ bool is_separator(char c) {
   return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\v' || c == '\f' || c == ',';
 }
 
-/// The characters of a file from a place on, one after the other.
+/// Reads the characters of a file one after another.
 class Characters {
  public:
   Characters(std::unique_ptr<ByteReader> file, uint64_t start)
-      : file_(std::move(file)), start_(start), place_(start) {}
+      : file_(std::move(file)), start_(start), position_(start) {}
 
   void restart() {
-    place_ = start_;
+    position_ = start_;
     next_ = end_ = 0;
   }
 
@@ -39,18 +39,18 @@ class Characters {
     if (next_ == end_) {
       const uint64_t size = file_->size_limit();
       const auto some =
-          static_cast<size_t>(std::min<uint64_t>(buffer_.size(), size - std::min(size, place_)));
+          static_cast<size_t>(std::min<uint64_t>(buffer_.size(), size - std::min(size, position_)));
       if (some == 0) return -1;
-      auto read = file_->read(place_, std::as_writable_bytes(std::span(buffer_).first(some)));
+      auto read = file_->read(position_, std::as_writable_bytes(std::span(buffer_).first(some)));
       if (!read) return tl::unexpected(read.error());
-      place_ += some;
+      position_ += some;
       next_ = 0;
       end_ = some;
     }
     return static_cast<unsigned char>(buffer_[next_++]);
   }
 
-  uint64_t place() const { return place_ - (end_ - next_); }
+  uint64_t position() const { return position_ - (end_ - next_); }
   uint64_t bytes() const {
     const uint64_t size = file_->size_limit();
     return size - std::min(size, start_);
@@ -60,12 +60,12 @@ class Characters {
 
  private:
   std::unique_ptr<ByteReader> file_;
-  uint64_t start_, place_;
+  uint64_t start_, position_;
   size_t next_ = 0, end_ = 0;
   std::array<char, 64 * 1024> buffer_;
 };
 
-/// What text readers share: items of a fixed size, made one after the other.
+/// The common part of text readers: they parse items of a fixed size in sequence.
 class ItemReader : public ByteReader {
  public:
   ItemReader(std::unique_ptr<ByteReader> file, uint64_t start, size_t item_bytes)
@@ -112,7 +112,7 @@ class ItemReader : public ByteReader {
   std::vector<std::filesystem::path> files() const override { return characters_.files(); }
 
  protected:
-  /// Makes the next item; false at the end of the text.
+  /// Parses the next item; false at the end of the text.
   virtual Result<bool> next(std::span<std::byte> item) = 0;
 
   size_t item_bytes() const { return item_bytes_; }
@@ -147,7 +147,7 @@ bool parse(std::string_view word, std::span<std::byte> item) {
   const char* end = word.data() + word.size();
   auto parsed = std::from_chars(word.data(), end, value);
   if constexpr (std::is_integral_v<T>) {
-    // Some writers give integers as "12." or "1.2e1": taken where nothing is lost.
+    // Some writers write integers as "12." or "1.2e1": accepted if the value is exact.
     if (parsed.ec != std::errc{} || parsed.ptr != end) {
       double number = 0;
       parsed = std::from_chars(word.data(), end, number);
@@ -159,7 +159,7 @@ bool parse(std::string_view word, std::span<std::byte> item) {
       }
     }
   } else if (parsed.ec == std::errc::result_out_of_range && parsed.ptr == end) {
-    // Too small or too large for the type: as strtod has it, 0 or infinity.
+    // Values outside the type's range become 0 or infinity, as in strtod.
     value = std::is_same_v<T, float>
                 ? static_cast<T>(std::strtof(std::string(word).c_str(), nullptr))
                 : static_cast<T>(std::strtod(std::string(word).c_str(), nullptr));
@@ -210,7 +210,7 @@ class TextReader : public ItemReader {
   TextReader(std::unique_ptr<ByteReader> file, uint64_t start, VoxelType type)
       : ItemReader(std::move(file), start, voxel_bytes(type)), type_(type) {}
 
-  uint64_t size_limit() const override {  // a digit and a separator for each voxel
+  uint64_t size_limit() const override {  // a digit and a separator per voxel
     return (characters().bytes() / 2 + 1) * item_bytes();
   }
 
@@ -238,7 +238,7 @@ class TextReader : public ItemReader {
                               "'{}' before byte {}: the file is damaged, or its header is wrong; "
                               "export it again",
                               characters().name(), items_before() + 1, printable(word_),
-                              characters().place()));
+                              characters().position()));
     }
     return true;
   }

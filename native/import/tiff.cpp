@@ -12,12 +12,12 @@
 #include "native/import/tiff_pages.h"
 #include "native/import/tiff_source.h"
 
-// TIFF stacks: a file with a page per slice, or a folder with a file per slice. libtiff decodes the
-// pages; which of them are slices is found here.
+// Reads TIFF stacks: a file with a page per slice, or a folder with a file per slice. This file
+// decides which pages are slices; libtiff decodes them.
 namespace isosplat {
 namespace {
 
-/// A page's size along an axis in the unit of its resolution (ImageJ counts in that unit as well).
+/// A page's size along an axis in the unit of its resolution (ImageJ uses this unit too).
 double pixel_size(TIFF* tiff, uint32_t tag) {
   float resolution = 0;
   if (!TIFFGetField(tiff, tag, &resolution) || !(resolution > 0)) return 1;
@@ -45,7 +45,7 @@ HeaderGeometry geometry_of(TIFF* first, const TiffDescription& description,
     }
   } else {
     notes.push_back(
-        "TIFF does not say how far apart the slices are: spacing 1,1,1 is taken; --spacing sets "
+        "the TIFF file has no distance between slices: spacing 1,1,1 is assumed; --spacing sets "
         "another");
   }
   return geometry;
@@ -54,10 +54,11 @@ HeaderGeometry geometry_of(TIFF* first, const TiffDescription& description,
 Result<void> check_page(const std::filesystem::path& path, const TiffPage& page,
                         std::vector<std::string>& notes) {
   if (page.palette) {
-    return fail(Status::unsupported_type,
-                fmt::format("{}: expected grey values, found a colour palette: convert the stack "
-                            "to grey",
-                            path.string()));
+    return fail(
+        Status::unsupported_type,
+        fmt::format(
+            "{}: expected grey values, found a colour palette: convert the stack to greyscale",
+            path.string()));
   }
   if (page.samples != 1) return not_scalar(path, page.samples);
   if (!page.unknown.empty()) return unknown_type(path, page.unknown);
@@ -68,11 +69,9 @@ Result<void> check_page(const std::filesystem::path& path, const TiffPage& page,
                             path.string(), page.orientation));
   }
   if (page.white_is_zero) {
-    notes.push_back(
-        is_unsigned(page.type)
-            ? "the file stores 0 as white: its values are inverted"
-            : "the file stores 0 as white, which has no meaning for voxels with a sign: "
-              "its values are taken as they are");
+    notes.push_back(is_unsigned(page.type) ? "the file stores 0 as white: its values are inverted"
+                                           : "the file stores 0 as white, which has no meaning for "
+                                             "signed voxels: its values are not inverted");
   }
   return {};
 }
@@ -90,7 +89,7 @@ Result<OpenVolume> make_stack(const std::filesystem::path& path, const TiffPage&
   return OpenVolume{make_tiff_source(std::move(header), page, std::move(slices)), std::move(notes)};
 }
 
-/// The pages of a file and its first one, open.
+/// The page list of a file, and its first page.
 struct OpenFile {
   TiffPages pages;
   TiffHandle tiff{nullptr, &TIFFClose};
@@ -104,15 +103,15 @@ Result<OpenFile> open_pages(const std::filesystem::path& path, Allowances allowe
     if (!allowed.has(Allowance::truncated)) {
       return fail(
           Status::truncated,
-          fmt::format("{}: after {} pages the file ends where another is announced: it is "
-                      "incomplete; copy or download it again, or read what is there with {}",
+          fmt::format("{}: expected another page after {} pages, found the end of the file: it is "
+                      "incomplete; copy or download it again, or read the incomplete stack with {}",
                       path.string(), pages->offsets.size(), flag_of(Allowance::truncated)));
     }
-    notes.push_back(fmt::format("{} ends after {} pages where another is announced",
+    notes.push_back(fmt::format("{} ends after {} pages, before its last page",
                                 path.filename().string(), pages->offsets.size()));
   }
   if (pages->left_out > 0) {
-    notes.push_back(fmt::format("{} pages are smaller copies or masks of others: they are left out",
+    notes.push_back(fmt::format("{} pages are smaller copies or masks of others: they are ignored",
                                 pages->left_out));
   }
   OpenFile file;
@@ -124,7 +123,8 @@ Result<OpenFile> open_pages(const std::filesystem::path& path, Allowances allowe
   return file;
 }
 
-/// ImageJ writes stacks of more than 4 GB as one page that the others follow, as bare voxels.
+/// ImageJ writes stacks of more than 4 GB as one page, followed by the other pages' voxels without
+/// directories.
 Result<OpenVolume> open_bare_stack(const std::filesystem::path& path, const OpenFile& file,
                                    const TiffPage& page, const TiffDescription& description,
                                    uint64_t step, const HeaderGeometry& geometry,
@@ -169,7 +169,7 @@ Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const Impor
   TIFF* tiff = file->tiff.get();
   const auto file_bytes = size_of_file(path);
   if (!file_bytes) return tl::unexpected(file_bytes.error());
-  // Values of the first page's directory, sizes among them, may lie where its voxels do.
+  // Values of the first page's directory, including sizes, may be stored after its voxels.
   if (!is_whole_page(tiff, *file_bytes)) return damaged_tiff(path.string());
   const TiffPage page = describe_page(tiff);
   if (auto fine = check_page(path, page, notes); !fine) return tl::unexpected(fine.error());
@@ -190,7 +190,7 @@ Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const Impor
   if (description.slices < 2 && description.frames > 1) {
     return fail(Status::no_cells,
                 fmt::format("{}: expected slices, found one slice at {} times: if the times are "
-                            "slices, say so in ImageJ (Image > Properties)",
+                            "slices, change this in ImageJ (Image > Properties)",
                             path.string(), description.frames));
   }
   const HeaderGeometry geometry = geometry_of(tiff, description, options, notes);
@@ -201,16 +201,17 @@ Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const Impor
   if (found != *description.images) {
     const bool fewer = found < *description.images;
     const Allowance needed = fewer ? Allowance::truncated : Allowance::surplus;
-    const auto text = fmt::format("{}: expected {} pages by its description, found {}",
+    const auto text = fmt::format("{}: expected {} pages according to its description, found {}",
                                   path.string(), *description.images, found);
     if (!options.allowed.has(needed)) {
-      return fail(fewer ? Status::truncated : Status::malformed_volume,
-                  fmt::format("{}: the file is incomplete, or its description is wrong; read it as "
-                              "it is with {}",
-                              text, flag_of(needed)));
+      return fail(
+          fewer ? Status::truncated : Status::malformed_volume,
+          fmt::format(
+              "{}: the file is incomplete, or its description is wrong; read it anyway with {}",
+              text, flag_of(needed)));
     }
-    notes.push_back(
-        text + (fewer ? ": the voxels of the others have no value" : ": the surplus is left out"));
+    notes.push_back(text + (fewer ? ": the voxels of the missing pages have no value"
+                                  : ": the surplus is ignored"));
   }
   std::vector<TiffSlice> slices(description.slices);
   size_t missing = 0;
@@ -227,7 +228,7 @@ Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const Impor
     slices[z] = {path, file->pages.offsets[index]};
   }
   if (missing > 0) {
-    notes.push_back(fmt::format("{} pages are not whole: their voxels have no value", missing));
+    notes.push_back(fmt::format("{} pages are incomplete: their voxels have no value", missing));
   }
   auto volume = make_stack(path, page, geometry, std::move(slices), std::move(notes));
   if (volume) volume->fill_value = fill_of(file->pages.no_data);
@@ -244,7 +245,7 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
   if (files.size() == 1) return open_tiff_file(files[0], options);
   if (options.time_step.value_or(0) != 0) {
     return fail(Status::invalid_argument,
-                fmt::format("{}: a folder of TIFF slices has no time steps: leave --time-step away",
+                fmt::format("{}: a folder of TIFF slices has no time steps: remove --time-step",
                             path.string()));
   }
   auto order = order_slices(path, std::move(files), options.allowed);
@@ -261,7 +262,7 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
     if (pages->offsets.size() > 1 || pages->ends_early) {
       return fail(Status::malformed_volume,
                   fmt::format("{}: expected one page in each file of a folder, found {}: give the "
-                              "file itself, or leave files of one page alone in the folder",
+                              "file itself, or keep only files of one page in the folder",
                               file.string(), pages->offsets.size()));
     }
     slices.back().page = pages->offsets[0];

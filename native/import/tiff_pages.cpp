@@ -21,9 +21,9 @@ namespace {
 
 constexpr uint64_t kSubfileType = 254, kOldSubfileType = 255, kNoData = 42113;
 
-class Walker {
+class DirectoryReader {
  public:
-  explicit Walker(std::unique_ptr<ByteReader> file) : file_(std::move(file)) {}
+  explicit DirectoryReader(std::unique_ptr<ByteReader> file) : file_(std::move(file)) {}
 
   Result<TiffPages> walk(const std::filesystem::path& path) {
     TiffPages pages;
@@ -46,16 +46,16 @@ class Walker {
       if (!next) break;
       bool is_copy = false;
       for (uint64_t i = 0; i < *entries; ++i) {
-        const uint64_t place = first + i * entry;
-        if (!has_values(place)) {
+        const uint64_t entry_offset = first + i * entry;
+        if (!has_values(entry_offset)) {
           next = std::nullopt;
           break;
         }
-        const auto tag = number(place, 2);
-        if (tag == kSubfileType) is_copy = (value(place).value_or(0) & 5) != 0;
-        if (tag == kOldSubfileType) is_copy = value(place) == 2;
+        const auto tag = number(entry_offset, 2);
+        if (tag == kSubfileType) is_copy = (value(entry_offset).value_or(0) & 5) != 0;
+        if (tag == kOldSubfileType) is_copy = value(entry_offset) == 2;
         if (tag == kNoData && pages.offsets.empty())
-          pages.no_data = number_in(trimmed(text(place)));
+          pages.no_data = number_in(trimmed(text(entry_offset)));
       }
       if (!next) break;
       if (is_copy) {
@@ -66,15 +66,14 @@ class Walker {
     }
     pages.ends_early = !next;
     if (!pages.offsets.empty()) return pages;
-    return fail(
-        Status::malformed_volume,
-        fmt::format("{}: expected TIFF pages, found none that is whole: the file is damaged "
-                    "or incomplete; copy or download it again",
-                    path.string()));
+    return fail(Status::malformed_volume,
+                fmt::format("{}: expected TIFF pages, found no complete one: the file is damaged "
+                            "or incomplete; copy or download it again",
+                            path.string()));
   }
 
  private:
-  /// An unsigned number of 2, 4 or 8 bytes. Nothing where the file ends before.
+  /// An unsigned number of 2, 4 or 8 bytes. Nothing if the file ends first.
   std::optional<uint64_t> number(uint64_t at, size_t bytes) {
     std::array<std::byte, 8> raw{};
     const auto part = std::span(raw).first(bytes);
@@ -87,13 +86,13 @@ class Walker {
     return result;
   }
 
-  /// Whether the values of an entry lie in the file.
+  /// Whether the values of an entry are inside the file.
   bool has_values(uint64_t entry) {
     constexpr uint64_t kBytes[] = {0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4, 0, 0, 8, 8, 8};
     const auto type = number(entry + 2, 2), count = number(entry + 4, big_tiff_ ? 8 : 4);
     if (!type || !count) return false;
     const uint64_t each = *type < std::size(kBytes) ? kBytes[*type] : 0;
-    if (each == 0) return true;  // a type that no reader knows
+    if (each == 0) return true;  // an unknown type
     const uint64_t size = file_->size_limit(), room = big_tiff_ ? 8 : 4;
     if (*count > size / each) return false;
     if (*count * each <= room) return true;
@@ -101,7 +100,7 @@ class Walker {
     return at && *at <= size && *count * each <= size - *at;
   }
 
-  /// The one number of an entry, of type SHORT or LONG.
+  /// The value of an entry with one number of type SHORT or LONG.
   std::optional<uint64_t> value(uint64_t entry) {
     const auto type = number(entry + 2, 2);
     const uint64_t at = entry + (big_tiff_ ? 12 : 8);
@@ -126,7 +125,7 @@ class Walker {
   bool big_endian_ = false, big_tiff_ = false;
 };
 
-/// The value of `name=…` on a line of its own.
+/// The value of a line `name=…`.
 std::optional<std::string_view> line_value(std::string_view text, std::string_view name) {
   for (size_t at = 0; (at = text.find(name, at)) != text.npos; at += name.size()) {
     const bool begins = at == 0 || text[at - 1] == '\n';
@@ -138,7 +137,7 @@ std::optional<std::string_view> line_value(std::string_view text, std::string_vi
   return std::nullopt;
 }
 
-/// The value of name="…" in an XML element's text.
+/// The value of an attribute name="…" in an XML element.
 std::optional<std::string_view> attribute(std::string_view element, const std::string& name) {
   for (const char* before : {" ", "\n", "\t"}) {
     const std::string key = before + name + "=\"";
@@ -157,7 +156,7 @@ Result<TiffDescription> parse_ome(const std::filesystem::path& path, std::string
   if (text.find("<Pixels", begin + 1) != text.npos) {
     return fail(Status::unsupported_format,
                 fmt::format("{}: expected an OME-TIFF with one image, found several: save one of "
-                            "them on its own",
+                            "them as a separate file",
                             path.string()));
   }
   const std::string_view pixels = text.substr(begin, text.find('>', begin) - begin);
@@ -189,7 +188,7 @@ Result<TiffDescription> parse_ome(const std::filesystem::path& path, std::string
 Result<TiffPages> find_tiff_pages(const std::filesystem::path& path) {
   auto file = open_plain(path);
   if (!file) return tl::unexpected(file.error());
-  return Walker(std::move(*file)).walk(path);
+  return DirectoryReader(std::move(*file)).walk(path);
 }
 
 Result<TiffDescription> parse_tiff_description(const std::filesystem::path& path,

@@ -16,20 +16,20 @@ struct TiffPages {
   bool big_endian = false;
   std::vector<uint64_t> offsets;  ///< of each page's directory
   size_t left_out = 0;            ///< pages that are smaller copies or masks of others
-  bool ends_early = false;        ///< the chain leads out of the file, or in a circle
-  std::optional<double> no_data;  ///< GDAL's tag: voxels of this value have none
+  bool ends_early = false;        ///< the chain of directories leaves the file, or is a cycle
+  std::optional<double> no_data;  ///< GDAL's tag: voxels of this value are absent
 };
 
-/// Errors: io_error, malformed_volume where there is not one whole directory.
+/// Errors: io_error, malformed_volume if no directory is complete.
 Result<TiffPages> find_tiff_pages(const std::filesystem::path& path);
 
-/// What a program wrote into a stack's description: how many pages stand for what, and sizes.
+/// The description of a stack that a program wrote: the meaning of its pages, and sizes.
 struct TiffDescription {
   bool is_imagej = false;
-  std::optional<uint64_t> images;  ///< pages that there must be
+  std::optional<uint64_t> images;  ///< the expected number of pages
   uint64_t slices = 1, channels = 1, frames = 1;
-  bool frames_before_slices = false;  ///< the pages of one slice at all times follow each other
-  std::string unit;                   ///< of lengths; empty: not said
+  bool frames_before_slices = false;  ///< the pages of one slice at all times are consecutive
+  std::string unit;                   ///< unit of lengths; empty: unknown
   std::optional<double> between_slices;
   std::optional<Vec3d> voxel;  ///< OME-TIFF: the size of a voxel
 };

@@ -11,8 +11,8 @@
 namespace isosplat {
 namespace {
 
-/// Reads the current page, which is of the given kind, into `out`: rows from the top. libtiff has
-/// brought the bytes into this machine's order.
+/// Reads the current page, which is of the given kind, into `out`, rows from the top. libtiff has
+/// already converted the byte order.
 bool read_page(TIFF* tiff, const TiffPage& page, std::span<std::byte> out) {
   const size_t row = static_cast<size_t>(page.width) * voxel_bytes(page.type);
   std::vector<std::byte> buffer;
@@ -22,7 +22,7 @@ bool read_page(TIFF* tiff, const TiffPage& page, std::span<std::byte> out) {
     TIFFGetField(tiff, TIFFTAG_TILELENGTH, &tile_height);
     const uint64_t bytes = TIFFTileSize64(tiff);
     const size_t tile_row = tile_width * voxel_bytes(page.type);
-    // A tile is at most one tile larger than the page in each direction, in a sane file.
+    // In a valid file, a tile exceeds the page by less than one tile in each direction.
     if (tile_width == 0 || tile_height == 0 || bytes != tile_row * uint64_t{tile_height} ||
         bytes > 4 * (out.size() + (1u << 20))) {
       return false;
@@ -62,7 +62,7 @@ bool read_page(TIFF* tiff, const TiffPage& page, std::span<std::byte> out) {
   return done == out.size();
 }
 
-/// Unsigned voxels stored with 0 as white are shown as they look: inverted.
+/// Inverts unsigned voxels that are stored with 0 as white.
 void invert(std::span<std::byte> bytes) {
   for (std::byte& b : bytes) b = ~b;
 }
@@ -73,8 +73,9 @@ void reverse_columns(std::span<std::byte> row, size_t voxel) {
   }
 }
 
-/// Brings rows and columns into the order of a page whose first pixel is at the top left.
-void turn(uint16_t orientation, size_t row_bytes, size_t voxel, std::span<std::byte> slice) {
+/// Reorders rows and columns so that the first pixel is at the top left.
+void apply_orientation(uint16_t orientation, size_t row_bytes, size_t voxel,
+                       std::span<std::byte> slice) {
   if (orientation == ORIENTATION_BOTLEFT || orientation == ORIENTATION_BOTRIGHT) {
     reverse_rows(slice, row_bytes);
   }
@@ -101,7 +102,7 @@ class TiffSource : public VolumeSource {
     const size_t slice = pixels * voxel_bytes(header_.type);
     if (first < 0 || count < 1 || int64_t{first} + count > header_.grid.voxels.z ||
         out.size() != slice * static_cast<size_t>(count)) {
-      return fail(Status::invalid_argument, "slices outside the volume were asked for");
+      return fail(Status::invalid_argument, "expected a range of slices inside the volume");
     }
     const size_t voxel = voxel_bytes(page_.type);
     for (int32_t i = 0; i < count; ++i) {
@@ -118,7 +119,7 @@ class TiffSource : public VolumeSource {
       }
       if (auto read = read_slice(from, stored); !read) return read;
       if (page_.white_is_zero && is_unsigned(page_.type)) invert(stored);
-      turn(page_.orientation, static_cast<size_t>(page_.width) * voxel, voxel, stored);
+      apply_orientation(page_.orientation, static_cast<size_t>(page_.width) * voxel, voxel, stored);
       if (header_.type != page_.type) convert_voxels(page_.type, stored, header_.type, to);
     }
     return {};
@@ -148,8 +149,8 @@ class TiffSource : public VolumeSource {
     if (!page.same_kind(page_)) {
       return fail(Status::malformed_volume,
                   fmt::format("{}: expected a slice of {} × {} voxels like the first, found {} × "
-                              "{} or another type: a stack's slices must be alike; take the odd "
-                              "one out",
+                              "{} or another type: all slices of a stack must have the same size "
+                              "and type; remove the different one",
                               where, page_.width, page_.height, page.width, page.height));
     }
     if (!read_page(open_.get(), page, out)) return damaged_tiff(where);
@@ -161,7 +162,7 @@ class TiffSource : public VolumeSource {
   std::vector<TiffSlice> slices_;
   TiffHandle open_{nullptr, &TIFFClose};
   std::filesystem::path open_path_;
-  std::vector<std::byte> stored_;  ///< a slice as it is stored, where others are absent
+  std::vector<std::byte> stored_;  ///< a slice as stored, if other slices are absent
 };
 
 }  // namespace
@@ -169,7 +170,8 @@ class TiffSource : public VolumeSource {
 TiffHandle open_tiff(const std::filesystem::path& path) {
   TIFFSetWarningHandler(nullptr);
   TIFFSetErrorHandler(nullptr);
-  return {TIFFOpen(path.c_str(), "rm"), &TIFFClose};  // m: no memory mapping; a file may shrink
+  // "m" disables memory mapping, since a file may shrink.
+  return {TIFFOpen(path.c_str(), "rm"), &TIFFClose};
 }
 
 TiffPage describe_page(TIFF* tiff) {

@@ -9,15 +9,15 @@
 
 #include "native/import/volume_source.h"
 
-// Pages of TIFF files as slices: libtiff decodes them.
+// Reads pages of TIFF files as slices; libtiff decodes them.
 namespace isosplat {
 
 using TiffHandle = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
 
-/// Null where libtiff cannot open the file. Its messages go nowhere.
+/// Null if libtiff cannot open the file. Its messages are discarded.
 TiffHandle open_tiff(const std::filesystem::path& path);
 
-/// What the current page of a file holds.
+/// The pixels of a file's current page.
 struct TiffPage {
   int64_t width = 0;
   int64_t height = 0;
@@ -26,7 +26,7 @@ struct TiffPage {
   bool white_is_zero = false;
   bool palette = false;
   uint16_t orientation = ORIENTATION_TOPLEFT;
-  std::string unknown;  ///< why the type is none of VoxelType; empty: it is one
+  std::string unknown;  ///< why VoxelType does not have the type; empty: it does
 
   bool same_kind(const TiffPage& other) const {
     return width == other.width && height == other.height && type == other.type &&
@@ -37,22 +37,24 @@ struct TiffPage {
 
 TiffPage describe_page(TIFF* tiff);
 
-/// Whether all strips or tiles of the current page lie inside of the file.
+/// Whether all strips or tiles of the current page lie inside the file.
 bool is_whole_page(TIFF* tiff, uint64_t file_bytes);
 
-/// Whether voxels of a type have no sign, so that 0 as white inverts them.
+/// Whether a voxel type is unsigned; only then does WhiteIsZero invert values.
 bool is_unsigned(VoxelType type);
 
-/// The error for a page that cannot be decoded. `where`: the file, and the page in it.
+/// The error for a page that cannot be decoded. `where`: the file and page.
 tl::unexpected<Error> damaged_tiff(const std::string& where);
 
-/// Where a slice is. An empty path: nowhere, its voxels are absent (absent_voxels.h).
+/// Position of a slice. An empty path: the slice is missing, its voxels are absent
+/// (absent_voxels.h).
 struct TiffSlice {
   std::filesystem::path path;
   uint64_t page = 0;  ///< offset of the page's directory
 };
 
-/// A volume of the pages that `slices` name, all like `page`; `header` has the type of `page`.
+/// A volume whose slices are the given pages, all of the kind `page`; `header` has the type of
+/// `page`.
 std::unique_ptr<VolumeSource> make_tiff_source(VolumeHeader header, TiffPage page,
                                                std::vector<TiffSlice> slices);
 

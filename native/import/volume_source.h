@@ -11,8 +11,8 @@
 
 namespace isosplat {
 
-/// A volume as a stack of slices along z. Every slice can be read any number of times; reading in
-/// ascending order is the fast way. One thread at a time.
+/// A volume as a stack of slices along z. Every slice can be read any number of times; ascending
+/// order is the fastest. Not thread-safe.
 class VolumeSource {
  public:
   virtual ~VolumeSource() = default;
@@ -24,13 +24,12 @@ class VolumeSource {
   /// 1 ≤ count, first + count ≤ nz. Errors: io_error, truncated, malformed_volume.
   virtual Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) = 0;
 
-  /// Memory that the source itself holds: 0 for streamed raw data, the whole volume for formats
-  /// that can only be read whole.
+  /// Memory that the source uses: 0 for streamed raw data, the whole volume for formats that can
+  /// only be read as a whole.
   virtual uint64_t resident_bytes() const = 0;
 
-  /// Every file that the voxels and what is said of them come from: header, data files, slices.
-  /// None of them may be written to, and where one has changed the volume has. Empty for volumes
-  /// that are in memory.
+  /// All files that the volume is read from: header, data files, slices. Callers must not write to
+  /// them; if one changes, the volume has changed. Empty for volumes in memory.
   virtual std::vector<std::filesystem::path> files() const = 0;
 };
 

@@ -11,17 +11,17 @@
 #include "native/import/text_voxels.h"
 #include "native/import/vtk_sections.h"
 
-// Legacy VTK files with structured points: the array of scalars among their sections.
+// Reads legacy VTK files with structured points: selects the array of scalars and checks its size.
 namespace isosplat {
 namespace {
 
-tl::unexpected<Error> bad(const std::filesystem::path& path, const std::string& what) {
+tl::unexpected<Error> malformed(const std::filesystem::path& path, const std::string& what) {
   return fail(
       Status::malformed_volume,
       fmt::format("{}: {}: the VTK file is damaged; export the volume again", path.string(), what));
 }
 
-/// The array to read: the first scalars of the points, else of the cells, SCALARS before FIELDs.
+/// The array to read: the first scalars of the points, else of the cells; SCALARS before FIELDs.
 const VtkArray* choose_array(const std::vector<VtkArray>& arrays) {
   for (const bool of_cells : {false, true}) {
     for (const bool is_field : {false, true}) {
@@ -49,57 +49,58 @@ Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
       if (other.components > 1) return not_scalar(path, other.components);
       return unknown_type(path, other.type_name);
     }
-    return bad(path, "expected POINT_DATA or CELL_DATA with SCALARS, found none");
+    return malformed(path, "expected POINT_DATA or CELL_DATA with SCALARS, found none");
   }
-  // Scalars of cells are only taken where there are none of points that may be cut off.
+  // Scalars of cells are used only if no scalars of points can have been cut off.
   const bool points_are_empty =
       file->has_point_data &&
       std::ranges::none_of(file->arrays, [](const VtkArray& a) { return !a.of_cells; });
   if (array->of_cells &&
       (points_are_empty || (file->ends_early && array != &file->arrays.back()))) {
-    return fail(Status::truncated,
-                fmt::format("{}: expected values of points, found the end: the file is incomplete; "
-                            "copy or download it again",
-                            path.string()));
+    return fail(
+        Status::truncated,
+        fmt::format("{}: expected values of points, found the end of the file: it is incomplete; "
+                    "copy or download it again",
+                    path.string()));
   }
   if (const auto step = choose_step(path, 1, options); !step) return tl::unexpected(step.error());
   size_t others = 0;
   for (const VtkArray& other : file->arrays) others += other.type && other.components == 1;
   if (others > 1) {
-    notes.push_back(fmt::format("the file has {} arrays of scalars: '{}' of its {} is taken",
-                                others, array->name, array->of_cells ? "cells" : "points"));
+    notes.push_back(fmt::format("the file has {} arrays of scalars: '{}' of its {} is read", others,
+                                array->name, array->of_cells ? "cells" : "points"));
   }
 
   if (file->has_no_spacing) {
     notes.push_back(
-        "the header does not say how far apart voxels are: spacing 1,1,1 is taken; --spacing sets "
+        "the header has no voxel spacing: 1,1,1 is assumed; --spacing sets "
         "another");
   }
   Vec3<int64_t> voxels = file->dimensions;
   Vec3d origin = file->origin;
   if (array->of_cells) {
-    // A value per cell is a voxel at the cell's centre.
+    // A value per cell becomes a voxel at the cell's centre.
     voxels = {voxels.x - 1, voxels.y - 1, voxels.z - 1};
     origin = origin + file->spacing * 0.5;
-    notes.push_back("the values are of cells: each is taken for a voxel at its cell's centre");
+    notes.push_back("the values belong to cells: each becomes a voxel at its cell's centre");
   }
   for (const double spacing : {file->spacing.x, file->spacing.y, file->spacing.z}) {
     if (spacing < 0) {
-      notes.push_back(
-          fmt::format("the spacing {} is negative: the axis is taken to run backwards", spacing));
+      notes.push_back(fmt::format("the spacing {} is negative: the axis is reversed", spacing));
     }
   }
   const uint64_t needed = array_bytes(voxels, 1, 1);
   if (needed != array->values) {
-    return bad(path, fmt::format("expected {} values for {} × {} × {} {}, found {} announced",
-                                 needed, voxels.x, voxels.y, voxels.z,
-                                 array->of_cells ? "cells" : "points", array->values));
+    return malformed(
+        path, fmt::format("expected {} values for {} × {} × {} {}, found a section of {}", needed,
+                          voxels.x, voxels.y, voxels.z, array->of_cells ? "cells" : "points",
+                          array->values));
   }
   ArrayVolume volume =
       make_array("VTK", path, voxels, geometry_of_spacing(file->spacing, origin), options);
   volume.stored.type = *array->type;
   volume.stored.big_endian =
-      file->is_binary || std::endian::native == std::endian::big;  // text becomes native voxels
+      file->is_binary || std::endian::native == std::endian::big;  // text: native voxels
   volume.ends_with_file = false;                                   // other arrays may follow
   volume.plain = file->is_binary;
   if (file->is_binary) volume.offset = array->offset;

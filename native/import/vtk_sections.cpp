@@ -44,16 +44,16 @@ std::optional<TypeName> type_named(const std::string& name) {
   return found->second;
 }
 
-/// The lines of a file, and jumps over values.
+/// Reads the lines of a file, and skips values.
 class Scanner {
  public:
   Scanner(std::filesystem::path path, std::unique_ptr<ByteReader> file)
       : path_(std::move(path)), file_(std::move(file)) {}
 
-  uint64_t place() const { return place_; }
+  uint64_t position() const { return position_; }
 
-  /// The next line, without its end. Nothing at the end of the file. Errors: malformed_volume for
-  /// a line that is far too long: values where a line was expected.
+  /// The next line, without its end. Nothing at the end of the file. Errors: malformed_volume for a
+  /// line that is too long, which is probably binary values.
   Result<std::optional<std::string>> line() {
     std::string text;
     for (;;) {
@@ -62,13 +62,13 @@ class Scanner {
       if (*c < 0 && text.empty()) return std::optional<std::string>();
       if (*c < 0 || *c == '\n') break;
       text.push_back(static_cast<char>(*c));
-      if (text.size() > kMaxLine) return bad("expected a line of text, found other bytes");
+      if (text.size() > kMaxLine) return malformed("expected a line of text, found other bytes");
     }
     if (text.ends_with('\r')) text.pop_back();
     return std::optional<std::string>(std::move(text));
   }
 
-  /// The words of the next line that has any. Empty at the end of the file.
+  /// The words of the next line that is not empty. Empty at the end of the file.
   Result<std::vector<std::string>> next_words() {
     for (;;) {
       auto text = line();
@@ -79,16 +79,16 @@ class Scanner {
     }
   }
 
-  /// Skips binary values. False where the file ends before.
+  /// Skips binary values. False if the file ends first.
   bool skip_bytes(uint64_t bytes) {
     next_ = end_ = 0;
     const uint64_t size = file_->size_limit();
-    const bool fits = place_ <= size && bytes <= size - place_;
-    place_ = fits ? place_ + bytes : size;
+    const bool fits = position_ <= size && bytes <= size - position_;
+    position_ = fits ? position_ + bytes : size;
     return fits;
   }
 
-  /// Skips numbers as text. False where the file ends before, or with the last of them.
+  /// Skips numbers in text form. False if the file ends before or directly after the last number.
   Result<bool> skip_numbers(uint64_t count) {
     bool in_word = false;
     for (uint64_t done = 0; done < count || in_word;) {
@@ -103,11 +103,11 @@ class Scanner {
     return true;
   }
 
-  tl::unexpected<Error> bad(const std::string& what) const {
+  tl::unexpected<Error> malformed(const std::string& what) const {
     return fail(Status::malformed_volume,
                 fmt::format("{}: {} before byte {}: the VTK file is damaged; export the volume "
                             "again",
-                            path_.string(), what, place_));
+                            path_.string(), what, position_));
   }
 
  private:
@@ -116,20 +116,20 @@ class Scanner {
     if (next_ == end_) {
       const uint64_t size = file_->size_limit();
       const auto some =
-          static_cast<size_t>(std::min<uint64_t>(buffer_.size(), size - std::min(size, place_)));
+          static_cast<size_t>(std::min<uint64_t>(buffer_.size(), size - std::min(size, position_)));
       if (some == 0) return -1;
-      auto read = file_->read(place_, std::as_writable_bytes(std::span(buffer_).first(some)));
+      auto read = file_->read(position_, std::as_writable_bytes(std::span(buffer_).first(some)));
       if (!read) return tl::unexpected(read.error());
       next_ = 0;
       end_ = some;
     }
-    ++place_;
+    ++position_;
     return static_cast<unsigned char>(buffer_[next_++]);
   }
 
   std::filesystem::path path_;
   std::unique_ptr<ByteReader> file_;
-  uint64_t place_ = 0;
+  uint64_t position_ = 0;
   size_t next_ = 0, end_ = 0;
   std::array<char, 16 * 1024> buffer_;
 };
@@ -148,7 +148,8 @@ class Parser {
     if (!coding) return tl::unexpected(coding.error());
     const std::string name = coding->empty() ? "" : lower_case(coding->front());
     if (name != "ascii" && name != "binary") {
-      return scanner_.bad(fmt::format("expected ASCII or BINARY in line 3, found '{}'", name));
+      return scanner_.malformed(
+          fmt::format("expected ASCII or BINARY in line 3, found '{}'", name));
     }
     file_.is_binary = name == "binary";
     for (;;) {
@@ -156,7 +157,7 @@ class Parser {
       if (!parts) return tl::unexpected(parts.error());
       if (parts->empty()) return finish();
       if (auto done = section(*parts); !done) {
-        // What follows the array that is read need not be understood.
+        // Sections after the array that is read may be unknown.
         if (has_points_scalars() || file_.ends_early) return finish();
         return tl::unexpected(done.error());
       }
@@ -173,11 +174,11 @@ class Parser {
   Result<VtkFile> finish() {
     if (!is_structured_points_) {
       return fail(Status::unsupported_format,
-                  fmt::format("{}: expected DATASET STRUCTURED_POINTS, found nothing: only regular "
-                              "grids are volumes",
+                  fmt::format("{}: expected DATASET STRUCTURED_POINTS, found the end of the file: "
+                              "only regular grids are volumes",
                               path_.string()));
     }
-    if (!has_dimensions_) return scanner_.bad("expected DIMENSIONS, found none");
+    if (!has_dimensions_) return scanner_.malformed("expected DIMENSIONS, found none");
     return file_;
   }
 
@@ -189,7 +190,7 @@ class Parser {
       if (!numbers) return tl::unexpected(numbers.error());
       for (const double n : {numbers->x, numbers->y, numbers->z}) {
         if (!(n >= 1 && n < 1e12 && n == std::floor(n))) {
-          return scanner_.bad("expected DIMENSIONS above 0");
+          return scanner_.malformed("expected DIMENSIONS above 0");
         }
       }
       file_.dimensions = {static_cast<int64_t>(numbers->x), static_cast<int64_t>(numbers->y),
@@ -206,7 +207,8 @@ class Parser {
     }
     if (key == "point_data" || key == "cell_data") {
       const auto count = parts.size() > 1 ? whole_number(parts[1]) : std::nullopt;
-      if (!count || *count < 0) return scanner_.bad(fmt::format("expected a number after {}", key));
+      if (!count || *count < 0)
+        return scanner_.malformed(fmt::format("expected a number after {}", key));
       values_ = static_cast<uint64_t>(*count);
       of_cells_ = key == "cell_data";
       in_data_ = true;
@@ -237,10 +239,10 @@ class Parser {
     const auto y = parts.size() > 3 ? number_in(parts[2]) : std::nullopt;
     const auto z = parts.size() > 3 ? number_in(parts[3]) : std::nullopt;
     if (x && y && z) return Vec3d{*x, *y, *z};
-    return scanner_.bad(fmt::format("expected three numbers after {}", parts[0]));
+    return scanner_.malformed(fmt::format("expected three numbers after {}", parts[0]));
   }
 
-  /// Lines up to an empty one.
+  /// Skips lines up to an empty one.
   Result<void> metadata() {
     for (;;) {
       const auto text = scanner_.line();
@@ -249,17 +251,18 @@ class Parser {
     }
   }
 
-  /// Records an array whose values begin here, and skips them.
+  /// Records an array whose values begin here, and skips the values.
   Result<void> add(std::string name, const std::string& type_name, int64_t components,
                    uint64_t values, bool is_field) {
     const auto type = type_named(type_name);
     uint64_t numbers = 0;
     if (components < 1 || components > 1000 ||
         __builtin_mul_overflow(values, static_cast<uint64_t>(components), &numbers)) {
-      return scanner_.bad(fmt::format("the array '{}' cannot be so large", name));
+      return scanner_.malformed(fmt::format("the array '{}' is too large", name));
     }
     if (!type && file_.is_binary) {
-      return scanner_.bad(fmt::format("the array '{}' is of the unknown type {}", name, type_name));
+      return scanner_.malformed(
+          fmt::format("the array '{}' has the unknown type {}", name, type_name));
     }
     if (in_data_) {
       VtkArray array;
@@ -270,7 +273,7 @@ class Parser {
       if (type) array.type = type->type;
       array.type_name = type_name;
       array.values = values;
-      array.offset = scanner_.place();
+      array.offset = scanner_.position();
       file_.arrays.push_back(std::move(array));
     }
     if (!file_.is_binary) return skipped(scanner_.skip_numbers(numbers));
@@ -283,36 +286,36 @@ class Parser {
     return skipped(scanner_.skip_bytes(bytes));
   }
 
-  /// What skipping values came to. Errors: those of reading, and one for the file's end.
+  /// Checks the result of skipping values. Errors: read errors, and one for the end of the file.
   Result<void> skipped(Result<bool> all) {
     if (!all) return tl::unexpected(all.error());
     if (*all) return {};
     file_.ends_early = true;
-    return scanner_.bad("expected more values, found the end");
+    return scanner_.malformed("expected more values, found the end of the file");
   }
 
-  /// FIELD name arrays, then for each: name components tuples type, and the values.
+  /// FIELD name arrays, followed for each array by: name components tuples type, and the values.
   Result<void> field(const std::vector<std::string>& parts) {
     const auto arrays = parts.size() > 2 ? whole_number(parts[2]) : std::nullopt;
-    if (!arrays || *arrays < 0) return scanner_.bad("expected FIELD, a name and a number");
+    if (!arrays || *arrays < 0) return scanner_.malformed("expected FIELD, a name and a number");
     for (int64_t i = 0; i < *arrays; ++i) {
-      auto head = scanner_.next_words();
-      if (!head) return tl::unexpected(head.error());
-      if (!head->empty() && lower_case(head->front()) == "metadata") {
+      auto words = scanner_.next_words();
+      if (!words) return tl::unexpected(words.error());
+      if (!words->empty() && lower_case(words->front()) == "metadata") {
         if (auto passed = metadata(); !passed) return passed;
         --i;
         continue;
       }
-      const auto components = head->size() > 3 ? whole_number((*head)[1]) : std::nullopt;
-      const auto tuples = head->size() > 3 ? whole_number((*head)[2]) : std::nullopt;
+      const auto components = words->size() > 3 ? whole_number((*words)[1]) : std::nullopt;
+      const auto tuples = words->size() > 3 ? whole_number((*words)[2]) : std::nullopt;
       if (!components || !tuples || *tuples < 0) {
-        return scanner_.bad("expected a FIELD's name, components, tuples and type");
+        return scanner_.malformed("expected a FIELD's name, components, tuples and type");
       }
-      if (lower_case((*head)[3]) == "string") {
-        return scanner_.bad("strings in a FIELD are not read");
+      if (lower_case((*words)[3]) == "string") {
+        return scanner_.malformed("expected numbers in a FIELD, found strings");
       }
       if (auto added =
-              add((*head)[0], (*head)[3], *components, static_cast<uint64_t>(*tuples), true);
+              add((*words)[0], (*words)[3], *components, static_cast<uint64_t>(*tuples), true);
           !added) {
         return added;
       }
@@ -326,24 +329,25 @@ class Parser {
     if (key == "scalars") {
       const auto components = parts.size() > 3 ? whole_number(parts[3]) : 1;
       if (parts.size() < 3 || !components) {
-        return scanner_.bad("expected SCALARS, a name and a type");
+        return scanner_.malformed("expected SCALARS, a name and a type");
       }
       const auto table = scanner_.next_words();
       if (!table) return tl::unexpected(table.error());
       if (table->empty() || lower_case(table->front()) != "lookup_table") {
-        return scanner_.bad("expected LOOKUP_TABLE after SCALARS");
+        return scanner_.malformed("expected LOOKUP_TABLE after SCALARS");
       }
       return add(name, type, *components, values_, false);
     }
     if (key == "color_scalars") {
       const auto components = whole_number(type);
-      if (!components) return scanner_.bad("expected COLOR_SCALARS, a name and a number");
+      if (!components) return scanner_.malformed("expected COLOR_SCALARS, a name and a number");
       return add(name, file_.is_binary ? "unsigned_char" : "float",
                  std::max<int64_t>(*components, 2), values_, false);
     }
     if (key == "lookup_table") {
       const auto entries = whole_number(type);
-      if (!entries || *entries < 0) return scanner_.bad("expected LOOKUP_TABLE, a name and a size");
+      if (!entries || *entries < 0)
+        return scanner_.malformed("expected LOOKUP_TABLE, a name and a size");
       const uint64_t numbers = 4 * static_cast<uint64_t>(*entries);
       if (!file_.is_binary) return skipped(scanner_.skip_numbers(numbers));
       return skipped(scanner_.skip_bytes(numbers));
@@ -354,8 +358,8 @@ class Parser {
       return add(name, parts[3], std::max<int64_t>(whole_number(type).value_or(2), 2), values_,
                  false);
     }
-    return scanner_.bad(fmt::format("expected a section such as POINT_DATA or SCALARS, found '{}'",
-                                    key.substr(0, 40)));
+    return scanner_.malformed(fmt::format(
+        "expected a section such as POINT_DATA or SCALARS, found '{}'", key.substr(0, 40)));
   }
 
   const std::filesystem::path& path_;

@@ -16,28 +16,28 @@ namespace isosplat {
 struct VtkArray {
   std::string name;
   bool of_cells = false;
-  bool is_field = false;          ///< of a FIELD section, not SCALARS or another attribute
+  bool is_field = false;          ///< from a FIELD section, not SCALARS or another attribute
   int components = 1;             ///< numbers per point or cell
-  std::optional<VoxelType> type;  ///< nothing for types that are not read
+  std::optional<VoxelType> type;  ///< nothing for unsupported types
   std::string type_name;
-  uint64_t values = 0;  ///< points or cells that it has values for
-  uint64_t offset = 0;  ///< in the file, of the first value
+  uint64_t values = 0;  ///< number of points or cells with values
+  uint64_t offset = 0;  ///< of the first value, in the file
 };
 
-/// A legacy VTK file with structured points, without the values.
+/// A legacy VTK file with structured points, without its values.
 struct VtkFile {
   bool is_binary = false;
   Vec3<int64_t> dimensions;  ///< points along each axis
   Vec3d spacing{1, 1, 1};
   Vec3d origin{0, 0, 0};
   bool has_no_spacing = true;
-  bool has_point_data = false;  ///< a section of it is announced
-  bool ends_early = false;      ///< inside of the values of the last array
+  bool has_point_data = false;  ///< a POINT_DATA section exists
+  bool ends_early = false;      ///< within the values of the last array
   std::vector<VtkArray> arrays;
 };
 
-/// Reads what the sections of a file say, and skips their values: of binary files without reading
-/// them, of text by reading up to the last array. Errors: io_error, malformed_volume, truncated,
+/// Reads the sections of a file and skips their values: in binary files without reading them, in
+/// text by reading up to the last array. Errors: io_error, malformed_volume, truncated,
 /// unsupported_format for other data sets.
 Result<VtkFile> read_vtk_sections(const std::filesystem::path& path);
 

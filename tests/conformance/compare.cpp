@@ -28,9 +28,10 @@ Result<std::vector<double>> read_values(VolumeSource& source) {
 }
 
 std::string difference(const VolumeGrid& grid, const std::vector<double>& values,
-                       const Truth& truth, bool may_lack) {
-  // Where voxels may be missing, so may whole slices at the end.
-  if (may_lack ? values.size() > truth.values.size() : values.size() != truth.values.size()) {
+                       const Truth& truth, bool may_be_incomplete) {
+  // If voxels may be missing, whole slices at the end may be missing too.
+  if (may_be_incomplete ? values.size() > truth.values.size()
+                        : values.size() != truth.values.size()) {
     return "expected " + std::to_string(truth.values.size()) + " voxels, found " +
            std::to_string(values.size());
   }
@@ -56,11 +57,11 @@ std::string difference(const VolumeGrid& grid, const std::vector<double>& values
         }
         const auto at =
             static_cast<size_t>((index[2] * truth.sizes[1] + index[1]) * truth.sizes[0] + index[0]);
-        if (seen[at]) return "two voxels lie at the same place";
+        if (seen[at]) return "two voxels have the same position";
         seen[at] = true;
         const double expected = truth.values[at];
         if (std::abs(values[n] - expected) <= 1e-6 * std::max(1.0, std::abs(expected))) continue;
-        if (may_lack && std::isnan(values[n])) continue;
+        if (may_be_incomplete && std::isnan(values[n])) continue;
         return "voxel " + std::to_string(n) + " has the value " + std::to_string(values[n]) +
                ", expected " + std::to_string(expected);
       }

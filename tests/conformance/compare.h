@@ -7,13 +7,12 @@
 
 namespace isosplat::conformance {
 
-/// All voxels of a volume as values, x fastest. Errors: those of reading.
+/// All voxels of a volume as values, x fastest. Errors: read errors.
 Result<std::vector<double>> read_values(VolumeSource& source);
 
-/// What is different from the truth in where voxels lie in the world and what they are; empty:
-/// nothing. `may_lack`: voxels may have no value (not a number), and slices at the ends may be
-/// missing.
+/// Describes a difference between a volume and the truth, in values or world positions; empty if
+/// there is none. `may_be_incomplete`: voxels may be NaN, and slices at the ends may be missing.
 std::string difference(const VolumeGrid& grid, const std::vector<double>& values,
-                       const Truth& truth, bool may_lack = false);
+                       const Truth& truth, bool may_be_incomplete = false);
 
 }  // namespace isosplat::conformance

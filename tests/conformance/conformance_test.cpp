@@ -10,8 +10,8 @@
 #include "tests/conformance/sample.h"
 #include "tests/native/test_files.h"
 
-// The rule of the importers: the right volume, or the right volume with a note of what was assumed,
-// or an error. Never another volume.
+// Tests the rule of the importers: a reader returns the right volume, or the right volume with a
+// note about each assumption, or an error. It never returns a wrong volume.
 //
 //   ISOSPLAT_CONFORMANCE_CASES   files of each format (60)
 //   ISOSPLAT_CONFORMANCE_SEED    the first seed (1); a failure names the seed of its file
@@ -42,7 +42,7 @@ int number_of(const char* variable, int otherwise) {
 
 struct Outcome {
   std::optional<Error> error;
-  std::string difference;  ///< from the truth, where there is no error
+  std::string difference;  ///< from the truth, if there is no error
   std::vector<std::string> notes;
 };
 
@@ -64,8 +64,8 @@ void expect_sane(const Error& error) {
   EXPECT_GT(error.message.size(), 20u);
 }
 
-/// A damaged sample is read as what it was, or refused; where damage is allowed, what is there is
-/// right, and a note says that something is missing.
+/// A damaged sample must be read correctly or be an error. With all allowances, the remaining
+/// voxels must be right, and a note must report the missing data.
 void expect_rule(const Sample& sample, const Files& files, bool try_allowed) {
   const Outcome outcome = open_sample(sample, files, sample.options);
   if (outcome.error) expect_sane(*outcome.error);
@@ -77,14 +77,14 @@ void expect_rule(const Sample& sample, const Files& files, bool try_allowed) {
   if (allowed.error) return expect_sane(*allowed.error);
   EXPECT_EQ(allowed.difference, "") << "read with all allowances";
   const bool is_whole = open_sample(sample, files, options).difference.empty();
-  EXPECT_TRUE(is_whole || !allowed.notes.empty()) << "nothing says what is missing";
+  EXPECT_TRUE(is_whole || !allowed.notes.empty()) << "no note reports the missing data";
 }
 
 void check_sample(const Sample& sample, Random& random) {
   const Outcome outcome = open_sample(sample, sample.files, sample.options);
   ASSERT_FALSE(outcome.error) << outcome.error->message;
   ASSERT_EQ(outcome.difference, "");
-  EXPECT_FALSE(sample.must_be_noted && outcome.notes.empty()) << "an assumption is not noted";
+  EXPECT_FALSE(sample.must_be_noted && outcome.notes.empty()) << "no note reports the assumption";
 
   for (const auto& damage : sample.damages) {
     SCOPED_TRACE("contradiction " + std::to_string(&damage - sample.damages.data()));
@@ -102,7 +102,7 @@ void check_sample(const Sample& sample, Random& random) {
     Files files = sample.files;
     std::string& content = files[name];
     const int size = static_cast<int>(content.size());
-    // Anywhere, near the end, and the last byte.
+    // At a random position, near the end, and before the last byte.
     const int cut = i == 0   ? random.between(0, size - 1)
                     : i == 1 ? random.between(size / 2, size - 1)
                              : size - 1;
@@ -115,7 +115,7 @@ void check_sample(const Sample& sample, Random& random) {
   if (!sample.may_be_longer) {
     Files files = sample.files;
     files[names[random.between(0, static_cast<int>(names.size()) - 1)]] += "0123456789abcdef";
-    SCOPED_TRACE("16 bytes too many");
+    SCOPED_TRACE("16 extra bytes");
     expect_rule(sample, files, false);
   }
   for (const std::string& name : sample.removable) {

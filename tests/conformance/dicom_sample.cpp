@@ -5,8 +5,7 @@
 #include "tests/conformance/sample.h"
 #include "tests/native/dicom_files.h"
 
-// From the DICOM standard: PS3.3 (what elements mean), PS3.5 (how they are encoded), PS3.10
-// (files).
+// Written from the DICOM standard: PS3.3 (meaning of elements), PS3.5 (encoding), PS3.10 (files).
 namespace isosplat::conformance {
 namespace {
 
@@ -28,8 +27,8 @@ DicomValue decimal_value(const std::vector<double>& numbers) {
   return test::dicom_text("DS", decimals(numbers));
 }
 
-/// RLE as in PS3.5, Annex G, of literal runs alone: a segment for each byte of a pixel, the most
-/// significant first.
+/// RLE as in PS3.5, Annex G, with literal runs only: one segment for each byte of a pixel, the most
+/// significant byte first.
 std::string run_lengths(const std::string& little_endian, size_t pixel, size_t row) {
   std::string segments;
   std::vector<uint32_t> header(16, 0);
@@ -38,7 +37,7 @@ std::string run_lengths(const std::string& little_endian, size_t pixel, size_t r
     header[pixel - byte] = static_cast<uint32_t>(64 + segments.size());
     std::string plane;
     for (size_t i = byte; i < little_endian.size(); i += pixel) plane += little_endian[i];
-    for (size_t at = 0; at < plane.size(); at += row) {  // no run goes from row to row
+    for (size_t at = 0; at < plane.size(); at += row) {  // no run crosses the end of a row
       segments += static_cast<char>(row - 1);
       segments += plane.substr(at, row);
     }
@@ -52,7 +51,7 @@ struct Pixels {
   int allocated = 16, stored = 12, high_bit = 11;
   bool is_signed = false;
   bool is_rle = false;
-  bool has_other_bits = false;  ///< those beside the stored ones are set
+  bool has_other_bits = false;  ///< the bits beside the stored ones are set
 
   size_t bytes() const { return static_cast<size_t>(allocated) / 8; }
 
@@ -68,7 +67,7 @@ struct Pixels {
     return out;
   }
 
-  /// The element of all frames' pixels.
+  /// The pixel element of several frames.
   DicomValue element(const std::vector<std::string>& frames, size_t columns) const {
     if (is_rle) {
       std::vector<std::string> fragments;
@@ -94,7 +93,7 @@ Pixels choose_pixels(Random& random) {
   return p;
 }
 
-/// One DICOM volume on its way into files.
+/// Writes one volume as DICOM files.
 class Maker {
  public:
   explicit Maker(Random& random) : random_(random), pixels_(choose_pixels(random)) {}
@@ -120,8 +119,7 @@ class Maker {
   int rows() const { return sample_.truth.sizes[1]; }
   int slices() const { return sample_.truth.sizes[2]; }
 
-  /// Values are linear in x, y and z, so that interpolation between slices gives those of slices
-  /// that are missing.
+  /// Values are linear in x, y and z, so that interpolation reproduces missing slices.
   void choose_values() {
     Truth& truth = sample_.truth;
     for (int& size : truth.sizes) size = random_.between(2, 6);
@@ -235,14 +233,14 @@ class Maker {
 
   std::string file_of(const DicomItem& d) const { return DicomWriter(syntax_).file(d); }
 
-  /// A change of one file that its others contradict.
+  /// A change of one file that contradicts the other files.
   void add_damage(const std::string& name, DicomItem d,
                   const std::function<void(DicomItem&)>& change) {
     change(d);
     sample_.damages.push_back([name, bytes = file_of(d)](auto& files) { files[name] = bytes; });
   }
 
-  /// The bytes of a file up to an element: those of a file without it and all that follow.
+  /// The bytes of a file up to an element, as if this element and all later ones were missing.
   std::string cut_before(DicomItem d, uint32_t tag) const {
     d.erase(d.lower_bound(tag), d.end());
     return file_of(d);
@@ -260,7 +258,7 @@ class Maker {
     const auto name_of = [&](int z) {
       return fmt::format("IM{}{}", numbers[static_cast<size_t>(z)], extension);
     };
-    // Instance numbers need not be there, nor mean anything.
+    // Instance numbers may be missing or arbitrary.
     const int instances = random_.between(0, 2);
     const int times = random_.chance(25) ? random_.between(2, 3) : 1;
     const int step = random_.between(0, times - 1);
@@ -322,7 +320,7 @@ class Maker {
       shot[0x00280004] = test::dicom_text("CS", "RGB");
       add("shot.dcm", DicomWriter(DicomSyntax{}).file(shot));
     }
-    if (random_.chance(20)) {  // one slice of another series, elsewhere
+    if (random_.chance(20)) {  // one slice of another series, at another position
       DicomItem other = slice(0);
       other[0x00080018] = test::dicom_text("UI", "1.2.3.8.1");
       other[0x0020000e] = test::dicom_text("UI", "1.2.3.8");
@@ -363,7 +361,7 @@ class Maker {
       i[0x00080018] = test::dicom_text("UI", fmt::format("1.2.3.4.{}", other + 1));
     });
     if (slices() > 2) {
-      // Two slices that are shifted against each other may be a gantry tilt; three tell.
+      // A shift between two slices may be a gantry tilt; at least three slices show that it is not.
       damage([&](DicomItem& i) {
         const Vec3d p = position(z) + row_ * (2 * spacing_.x) + column_ * spacing_.y;
         i[0x00200032] = decimal_value({p.x, p.y, p.z});
@@ -373,7 +371,7 @@ class Maker {
         i[0x00200032] = decimal_value({p.x, p.y, p.z});
       });
     }
-    // Cut off between elements, where the file's structure is whole.
+    // Truncates between elements, where the file's structure is valid.
     for (const uint32_t tag : {0x7fe00010u, 0x00280010u, 0x00200032u, 0x00080016u}) {
       if (!syntax_.has_prefix && tag == 0x00080016u) continue;  // an empty file, as below
       sample_.damages.push_back(
@@ -383,7 +381,7 @@ class Maker {
     sample_.damages.push_back([name](auto& files) { files[name].assign(100, '\0'); });
   }
 
-  /// One file with functional groups, its frames in any order.
+  /// One file with functional groups, with frames in any order.
   void make_enhanced() {
     if (random_.chance(20)) tilt_gantry();
     std::vector<int> order(static_cast<size_t>(slices()));
@@ -436,7 +434,7 @@ class Maker {
     });
   }
 
-  /// A dose grid: offsets along the normal, values by Dose Grid Scaling.
+  /// A dose grid: offsets along the normal, values from Dose Grid Scaling.
   void make_dose() {
     differ_ = false;
     is_inverse_ = false;
@@ -469,7 +467,7 @@ class Maker {
     add_damage("v.dcm", d, [&](DicomItem& i) { i[0x3004000e] = decimal_value({0}); });
   }
 
-  /// A reconstruction of nuclear medicine: equal steps, negative against the normal.
+  /// A nuclear medicine reconstruction: equal steps, a negative one against the normal.
   void make_nuclear() {
     differ_ = false;
     choose_plain_values(intercept_);
@@ -518,7 +516,7 @@ class Maker {
     sample_.must_be_noted = is_inverse_;
   }
 
-  /// The only file, and contradictions that every kind of it can have.
+  /// The only file, and contradictions that any kind of file can have.
   void finish_file(const DicomItem& d, const char* kind) {
     sample_.main = "v.dcm";
     sample_.files["v.dcm"] = file_of(d);
@@ -542,7 +540,7 @@ class Maker {
   std::vector<std::vector<int64_t>> quantized_values_;  ///< by slice, as stored
   std::vector<double> slopes_;                          ///< by slice
   double intercept_ = 0;
-  bool differ_ = false;  ///< slices have slopes of their own
+  bool differ_ = false;  ///< slices have different slopes
   bool has_rescaling_ = false;
   bool is_inverse_ = false;
 };

@@ -2,7 +2,7 @@
 
 #include "tests/conformance/sample.h"
 
-// From MetaIO's description of MetaImage (https://itk.org/Wiki/ITK/MetaIO/Documentation).
+// Written from MetaIO's description of MetaImage (https://itk.org/Wiki/ITK/MetaIO/Documentation).
 namespace isosplat::conformance {
 namespace {
 

@@ -6,7 +6,7 @@
 #include "tests/conformance/compare.h"
 #include "tests/native/test_files.h"
 
-// Generated NIfTI files, as the library of the format's authors reads them (libnifti).
+// Compares generated NIfTI files with libnifti, the library of the format's authors.
 namespace isosplat::conformance {
 namespace {
 
@@ -78,7 +78,7 @@ TEST(NiftiReference, ItsOwnLibraryReadsTheSameVolume) {
     SCOPED_TRACE("seed " + std::to_string(5000 + i) + ": " + sample.text);
     const test::TempFolder folder;
     for (const auto& [name, content] : sample.files) test::write_file(folder / name, content);
-    // It takes compressed data by the name alone.
+    // libnifti detects compressed data only by the file's name.
     const std::string& bytes = sample.files.at(sample.main);
     if (sample.main == "v.nii" && bytes.starts_with("\x1f\x8b")) continue;
     nifti_image* image = nifti_image_read((folder / sample.main).c_str(), 1);

@@ -5,7 +5,7 @@
 
 #include "tests/conformance/sample.h"
 
-// From nifti1.h and nifti2.h (https://nifti.nimh.nih.gov).
+// Written from nifti1.h and nifti2.h (https://nifti.nimh.nih.gov).
 namespace isosplat::conformance {
 namespace {
 
@@ -35,7 +35,7 @@ class Header {
   bool big_endian_;
 };
 
-/// The quaternion (b, c, d) with a ≥ 0 of a rotation with these columns.
+/// The quaternion (b, c, d) with a ≥ 0 of the rotation with these columns.
 std::array<double, 3> quaternion_of(const std::array<Vec3d, 3>& c) {
   const double xx = c[0].x, yy = c[1].y, zz = c[2].z;
   const double trace = xx + yy + zz + 1;
@@ -105,7 +105,7 @@ Sample make_nifti(Random& random) {
       h.set(one, static_cast<int16_t>(value));
     }
   };
-  // dim[4] = 0 is seen in files of three dimensions with dim[0] = 4.
+  // Some files of three dimensions have dim[0] = 4 and dim[4] = 0.
   const bool zero_time = times == 1 && random.chance(15);
   const int dim[] = {times > 1 || zero_time ? 4 : random.one_of({3, 3, 4, 5}),
                      truth.sizes[0],
@@ -193,7 +193,7 @@ Sample make_nifti(Random& random) {
     sample.files["v.img"] = std::string(static_cast<size_t>(padding), 'e') + voxels;
   } else {
     std::string all = h.bytes() + std::string(static_cast<size_t>(padding) - size, '\0') + voxels;
-    sample.main = gzip && random.chance(70) ? "v.nii.gz" : "v.nii";  // also compressed ".nii"
+    sample.main = gzip && random.chance(70) ? "v.nii.gz" : "v.nii";  // compressed ".nii" too
     sample.files[sample.main] = gzip ? gzipped(all) : all;
   }
   sample.text = fmt::format("NIfTI-{}{}{}{}{}{}, unit {}", is_two ? 2 : 1, pair ? " pair" : "",
@@ -206,7 +206,7 @@ Sample make_nifti(Random& random) {
       char& low = files[with_header][at];
       low = low == 2 ? 3 : 2;
     });
-    sample.damages.push_back([=](auto& files) {  // another type of another size
+    sample.damages.push_back([=](auto& files) {  // another type of a different size
       const std::string raw = {static_cast<char>(bytes_of(type) == 2 ? 16 : 4), 0};
       std::string& h2 = files[with_header];
       const size_t place = is_two ? 12 : 70;

@@ -2,13 +2,13 @@
 
 #include "tests/conformance/sample.h"
 
-// From http://teem.sourceforge.net/nrrd/format.html.
+// Written from http://teem.sourceforge.net/nrrd/format.html.
 namespace isosplat::conformance {
 namespace {
 
 struct SpaceName {
   const char* name;
-  std::array<int, 3> signs;  ///< of x, y and z against LPS
+  std::array<int, 3> signs;  ///< of x, y and z relative to LPS
   bool has_time;
 };
 
@@ -67,10 +67,10 @@ std::string hex_of(const std::string& bytes) {
   return out + "\n";
 }
 
-/// One of the four axes that a file may have, in its order.
+/// One of up to four axes of the file, in file order.
 struct Axis {
   bool is_space = true;
-  size_t index = 0;  ///< of space: 0, 1, 2
+  size_t index = 0;  ///< of the spatial axis: 0, 1, 2
   int size = 0;
 };
 
@@ -82,7 +82,7 @@ Sample make_nrrd(Random& random) {
   const auto type = static_cast<Number>(random.between(0, 9));
   choose_voxels(random, type, truth);
 
-  // Axes: x, y, z, and perhaps time or a list somewhere among them.
+  // Axes: x, y, z, and sometimes time or a list at any position among them.
   std::vector<Axis> axes;
   for (size_t i = 0; i < 3; ++i) axes.push_back({true, i, truth.sizes[i]});
   const bool has_steps = random.chance(40);
@@ -95,7 +95,7 @@ Sample make_nrrd(Random& random) {
   }
   const char* kind = random.one_of({"time", "list"});
 
-  // Values of all steps, the first axis fastest; other steps have other values.
+  // Values of all steps, the first axis fastest; other steps have different values.
   std::vector<double> stored;
   size_t total = 1;
   for (const Axis& axis : axes) total *= static_cast<size_t>(axis.size);
@@ -122,7 +122,7 @@ Sample make_nrrd(Random& random) {
   header +=
       fmt::format("type: {}\ndimension: {}\n{}\n", type_name(random, type), axes.size(), sizes);
 
-  if (random.chance(60)) {  // a space
+  if (random.chance(60)) {  // with a space
     const SpaceName& space = kSpaces[random.between(0, std::size(kSpaces) - 1)];
     const double unit = random.one_of({1.0, 1.0, 0.001, 10.0});
     const auto in_file = choose_steps(random, true);
@@ -231,13 +231,13 @@ Sample make_nrrd(Random& random) {
 
   const std::string main = sample.main;
   if (sample.open_ended.empty())
-    sample.damages.push_back([=](auto& files) {  // another size
+    sample.damages.push_back([=](auto& files) {  // a different size
       std::string& h = files[main];
       const size_t at = h.find("sizes: ") + 7;
       h[at] = h[at] == '2' ? '3' : '2';
     });
   if (text) {
-    sample.damages.push_back([=](auto& files) {  // a bad word among the numbers
+    sample.damages.push_back([=](auto& files) {  // an invalid word among the numbers
       auto& file = files.count("v.data") ? files["v.data"] : files[main];
       file.insert(file.find_last_of(" \n", file.size() - 4) + 1, 1, 'x');
     });

@@ -34,7 +34,7 @@ Sample make_raw(Random& random) {
     before = std::string(static_cast<size_t>(random.one_of({0, 0, 5})), 'h');
     options.skip_bytes = before.size();
   }
-  if (gzip) sample.whole_at = {1};  // one byte does not tell that it was compressed
+  if (gzip) sample.whole_at = {1};  // one byte does not show that the file was compressed
   const std::string bytes = before + binary_of(truth.values, type, options.big_endian);
   sample.files[sample.main] = gzip ? gzipped(bytes) : bytes;
   sample.text = sample.main + (floats ? " floats" : "") + (gzip ? " gzip" : "");

@@ -1,10 +1,10 @@
-"""Reads volumes with programs that have nothing to do with Isosplat, for reference_test.cpp.
+"""Reads volumes with programs that are independent of Isosplat, for reference_test.cpp.
 
-usage: reference_readers.py FORMAT < requests > answers
+usage: reference_readers.py FORMAT < requests > results
 
-A request is a line of JSON: {"path": …, "step": …}. Its answer is a line, too: the volume
-{"sizes", "values", "steps", "origin"} (x fastest; mm, LPS), or {"skipped": why}. Where the reader is
-not installed, the only answer is {"absent": what}.
+A request is a line of JSON: {"path": …, "step": …}. Its result is a line, too: the volume
+{"sizes", "values", "steps", "origin"} (x fastest; mm, LPS), or {"skipped": why}. If the reader is
+not installed, the only result is {"absent": what}.
 """
 
 import json
@@ -103,8 +103,9 @@ def read_dicom(path, step):
             continue
         if "LOCALIZER" in ds.get("ImageType", []):
             continue
-        told = [ds.get(k) for k in ("TemporalPositionIdentifier", "EchoTime", "AcquisitionNumber")]
-        if step is not None and step not in [float(t) for t in told if t is not None]:
+        keys = ("TemporalPositionIdentifier", "EchoTime", "AcquisitionNumber")
+        step_values = [ds.get(key) for key in keys]
+        if step is not None and step not in [float(t) for t in step_values if t is not None]:
             continue
         frames += dicom_frames(ds)
     o = frames[0][1]
@@ -135,7 +136,7 @@ def read_tiff(path, step):
             times = int(pixels["SizeT"])
             slices_first = pixels["DimensionOrder"].index("Z") < pixels["DimensionOrder"].index("T")
         elif step is not None:
-            raise Skipped("nothing says which pages are of which time")
+            raise Skipped("the order of slices and times is unknown")
         if slices_first:
             values = values.reshape((times, -1) + values.shape[1:])[step or 0]
         else:
@@ -163,7 +164,7 @@ def read_tiff(path, step):
 
 
 def read_nrrd(path, step):
-    """unu reads the voxels and parses the header, which it writes in its own words."""
+    """unu reads the voxels and parses the header, and writes an equivalent header."""
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, "out.nrrd")
 
@@ -173,12 +174,12 @@ def read_nrrd(path, step):
                 raise Skipped(run.stderr.decode(errors="replace")[-300:])
 
         unu("save", "-f", "nrrd", "-e", "raw", "-i", path, "-o", out)
-        head = nrrd_header(out)
-        vectors = head.get("space directions", "").split()
-        kinds = head.get("kinds", "").split()
-        if len(head["sizes"].split()) == 4:
+        header = nrrd_header(out)
+        vectors = header.get("space directions", "").split()
+        kinds = header.get("kinds", "").split()
+        if len(header["sizes"].split()) == 4:
             if vectors and not any("none" in v or v.startswith("(0,0,0,") for v in vectors):
-                raise Skipped("no axis but those of space")
+                raise Skipped("no axis except the spatial ones")
             other = [
                 i
                 for i in range(4)
@@ -186,15 +187,15 @@ def read_nrrd(path, step):
                 or (not vectors and kinds[i] in ("list", "time"))
             ]
             unu("slice", "-a", str(other[0]), "-p", str(step or 0), "-i", out, "-o", out)
-            head = nrrd_header(out)
+            header = nrrd_header(out)
         unu("convert", "-t", "double", "-i", out, "-o", out)
         unu("save", "-f", "nrrd", "-e", "raw", "-en", "little", "-i", out, "-o", out)
-        sizes = [int(n) for n in head["sizes"].split()]
+        sizes = [int(n) for n in header["sizes"].split()]
         with open(out, "rb") as file:
             data = file.read()
         values = numpy.frombuffer(data[data.index(b"\n\n") + 2 :], "<f8").reshape(sizes[::-1])
-    if "space directions" in head:
-        space = head.get("space", "")
+    if "space directions" in header:
+        space = header.get("space", "")
         sign = numpy.array([1.0, 1.0, 1.0])
         if space.startswith("right"):
             sign[0] = -1
@@ -202,16 +203,17 @@ def read_nrrd(path, step):
             sign[1] = -1
         if space == "3D-left-handed":
             sign[2] = -1
-        scale = {"mm": 1, "cm": 10, "um": 0.001}[head.get("space units", '"mm"').split()[0].strip('"')]
+        unit = header.get("space units", '"mm"').split()[0].strip('"')
+        scale = {"mm": 1, "cm": 10, "um": 0.001}[unit]
 
         def vector(text):
             return numpy.array([float(c) for c in text.strip("()").split(",")])[:3] * sign * scale
 
-        steps = [vector(v) for v in head["space directions"].split()]
-        return volume(values, steps, vector(head["space origin"]))
-    if "axis maxs" in head or "axis mins" in head:
-        raise Skipped("places by mins and maxs: unu's header does not say what they come to")
-    spacing = [float(s) for s in head.get("spacings", "1 1 1").split()]
+        steps = [vector(v) for v in header["space directions"].split()]
+        return volume(values, steps, vector(header["space origin"]))
+    if "axis maxs" in header or "axis mins" in header:
+        raise Skipped("positions by mins and maxs: they are missing in unu's header")
+    spacing = [float(s) for s in header.get("spacings", "1 1 1").split()]
     return volume(values, numpy.diag(spacing), [0, 0, 0])
 
 
@@ -248,10 +250,10 @@ def main():
     for line in sys.stdin:
         request = json.loads(line)
         try:
-            answer = READERS[sys.argv[1]](request["path"], request["step"])
+            result = READERS[sys.argv[1]](request["path"], request["step"])
         except Skipped as why:
-            answer = {"skipped": str(why)}
-        print(json.dumps(answer))
+            result = {"skipped": str(why)}
+        print(json.dumps(result))
 
 
 main()

@@ -7,8 +7,9 @@
 #include "tests/conformance/compare.h"
 #include "tests/native/test_files.h"
 
-// Generated files, as other programs read them: what a generator and the importer both take the
-// wrong way from a specification shows here. Each reader is skipped where it is not installed.
+// Compares generated files with other programs' readers. This finds errors in the understanding of
+// a specification that the generator and the importer share. A reader that is not installed is
+// skipped.
 namespace isosplat::conformance {
 namespace {
 
@@ -18,7 +19,7 @@ constexpr int kFiles = 60;
 
 struct Reader {
   Format format;
-  int least;  ///< files of kFiles that the reader must be able to read
+  int min_read;  ///< minimum number of files of kFiles that the reader must be able to read
 };
 
 Vec3d vector_of(const json& numbers) {
@@ -36,9 +37,9 @@ Truth truth_of(const json& answer) {
   return truth;
 }
 
-/// The answers of reference_readers.py, one for each request. It runs in Debian's Python, which has
-/// Debian's packages whatever other one is first on PATH.
-std::vector<json> ask(const char* format, const std::vector<json>& requests) {
+/// The results of reference_readers.py, one per request. It runs in Debian's Python, which has
+/// Debian's packages, even if another Python is first on PATH.
+std::vector<json> run_reader(const char* format, const std::vector<json>& requests) {
   const test::TempFolder folder;
   std::string lines;
   for (const json& request : requests) lines += request.dump() + "\n";
@@ -46,12 +47,12 @@ std::vector<json> ask(const char* format, const std::vector<json>& requests) {
   const std::string command = "/usr/bin/python3 '" ISOSPLAT_SOURCE_DIR
                               "/tests/conformance/reference_readers.py' " +
                               std::string(format) + " < '" + (folder / "requests").string() +
-                              "' > '" + (folder / "answers").string() + "'";
+                              "' > '" + (folder / "results").string() + "'";
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
-  std::vector<json> answers;
-  std::istringstream text(test::read_file(folder / "answers"));
-  for (std::string line; std::getline(text, line);) answers.push_back(json::parse(line));
-  return answers;
+  std::vector<json> results;
+  std::istringstream text(test::read_file(folder / "results"));
+  for (std::string line; std::getline(text, line);) results.push_back(json::parse(line));
+  return results;
 }
 
 class Reference : public testing::TestWithParam<Reader> {};
@@ -74,24 +75,24 @@ TEST_P(Reference, OtherProgramsReadTheSameVolume) {
     requests.push_back({{"path", (place / samples.back().main).string()},
                         {"step", step ? json(*step) : json(nullptr)}});
   }
-  const std::vector<json> answers = ask(format.name, requests);
-  ASSERT_FALSE(answers.empty());
-  if (answers[0].contains("absent")) {
-    GTEST_SKIP() << answers[0]["absent"].get<std::string>() << " is not installed";
+  const std::vector<json> results = run_reader(format.name, requests);
+  ASSERT_FALSE(results.empty());
+  if (results[0].contains("absent")) {
+    GTEST_SKIP() << results[0]["absent"].get<std::string>() << " is not installed";
   }
-  ASSERT_EQ(answers.size(), requests.size());
+  ASSERT_EQ(results.size(), requests.size());
   int compared = 0;
-  for (size_t i = 0; i < answers.size(); ++i) {
+  for (size_t i = 0; i < results.size(); ++i) {
     SCOPED_TRACE("seed " + std::to_string(5000 + i) + ": " + samples[i].text);
-    if (answers[i].contains("skipped")) continue;
+    if (results[i].contains("skipped")) continue;
     ++compared;
     auto volume = open_volume(requests[i]["path"].get<std::string>(), samples[i].options);
     ASSERT_TRUE(volume) << volume.error().message;
     const auto values = read_values(*volume->source);
     ASSERT_TRUE(values) << values.error().message;
-    EXPECT_EQ(difference(volume->source->header().grid, *values, truth_of(answers[i])), "");
+    EXPECT_EQ(difference(volume->source->header().grid, *values, truth_of(results[i])), "");
   }
-  EXPECT_GE(compared, GetParam().least);
+  EXPECT_GE(compared, GetParam().min_read);
 }
 
 INSTANTIATE_TEST_SUITE_P(Readers, Reference,

@@ -12,11 +12,11 @@
 
 #include "native/import/open_volume.h"
 
-// What the generators of the conformance suite share. Nothing here may use code of the importers
-// but the types of their interface: a generator is written from its format's specification.
+// Shared by the generators of the conformance suite. A generator is written from its format's
+// specification, so nothing here may use code of the importers except the types of their interface.
 namespace isosplat::conformance {
 
-/// A repeatable source of choices.
+/// A repeatable source of random choices.
 class Random {
  public:
   explicit Random(uint64_t seed) : engine_(seed) {}
@@ -42,31 +42,32 @@ inline size_t bytes_of(Number type) {
   return kBytes[static_cast<size_t>(type)];
 }
 
-/// The volume that a file describes: the oracle.
+/// The volume that a file describes: the expected result.
 struct Truth {
-  std::array<int, 3> sizes{};    ///< voxels along the axes, in the file's order
+  std::array<int, 3> sizes{};    ///< voxels along the axes, in file order
   std::vector<double> values;    ///< x fastest
-  std::array<Vec3d, 3> steps{};  ///< from voxel to voxel, LPS, mm
+  std::array<Vec3d, 3> steps{};  ///< step vector from voxel to voxel, LPS, mm
   Vec3d origin{0, 0, 0};         ///< centre of voxel (0, 0, 0), LPS, mm
 };
 
-/// A volume as files, and what it must be read as.
+/// A volume as files, and how it must be read.
 struct Sample {
-  std::map<std::string, std::string> files;  ///< by name
-  std::string main;                          ///< the one to open; empty: the folder
+  std::map<std::string, std::string> files;  ///< by file name
+  std::string main;                          ///< the file to open; empty: the folder
   ImportOptions options;
   Truth truth;
-  std::string text;            ///< what is special about it, for messages
-  bool must_be_noted = false;  ///< the header leaves something open: a note must say so
-  bool may_be_longer = false;  ///< bytes after the last voxel have no meaning
-  /// Files whose beginning or end means nothing, so that nobody can see that bytes are missing.
+  std::string text;            ///< description for messages
+  bool must_be_noted = false;  ///< the header leaves something undefined: a note is required
+  bool may_be_longer = false;  ///< bytes after the last voxel are allowed
+  /// Files whose beginning or end has no meaning, so that missing bytes cannot be detected.
   std::set<std::string> open_ended;
-  /// Sizes at which the only file may end: what is there describes a volume, but another.
+  /// Sizes to which the only file can be cut so that it still describes a valid, but different,
+  /// volume.
   std::set<int> whole_at;
-  bool try_allowances = true;       ///< false: what is left may be another volume
-  std::set<std::string> removable;  ///< files without which the volume is not whole
-  /// Changes that make the files contradict themselves, or miss something: none of them may be read
-  /// as another volume than the truth.
+  bool try_allowances = true;       ///< false: the remaining data may be a different volume
+  std::set<std::string> removable;  ///< files without which the volume is incomplete
+  /// Changes that make the files contradictory or incomplete: none of them may be read as a wrong
+  /// volume.
   std::vector<std::function<void(std::map<std::string, std::string>&)>> damages;
 };
 
@@ -76,7 +77,7 @@ struct Format {
   Sample (*make)(Random&);
 };
 
-// New formats are added here and to the list in conformance_test.cpp.
+// Add new formats here and to the list in conformance_test.cpp.
 Sample make_nrrd(Random& random);
 Sample make_meta_image(Random& random);
 Sample make_nifti(Random& random);
@@ -87,8 +88,8 @@ Sample make_dicom(Random& random);
 
 // Helpers of generators ---------------------------------------------------------------------------
 
-/// Sizes and values that a type can hold. Values of different voxels differ, so that a voxel in
-/// another's place shows.
+/// Sizes and values that a type can hold. Voxels have different values, so that an exchange of
+/// voxels is detected.
 inline void choose_voxels(Random& random, Number type, Truth& truth, int largest = 6) {
   for (int& size : truth.sizes) size = random.between(2, largest);
   const int count = truth.sizes[0] * truth.sizes[1] * truth.sizes[2];
@@ -145,7 +146,7 @@ inline std::string text_of(double value) {
   return text;
 }
 
-/// Numbers as text, some on each line, with an end of the last line.
+/// Numbers as text, several per line, with a line end after the last line.
 inline std::string text_of(const std::vector<double>& values, Random& random) {
   std::string out;
   for (size_t i = 0; i < values.size(); ++i) {
@@ -160,8 +161,8 @@ inline std::string binary_of(const std::vector<double>& values, Number type, boo
   return out;
 }
 
-/// Three axes, perpendicular to each other, right- or left-handed, with lengths; sometimes along
-/// the axes of the world, and where they may be sheared sometimes not perpendicular.
+/// Three perpendicular axes with lengths, right- or left-handed; sometimes parallel to the axes of
+/// the world; sometimes sheared, where the format allows it.
 inline std::array<Vec3d, 3> choose_steps(Random& random, bool may_shear = false) {
   std::array<Vec3d, 3> axes{Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
   if (random.chance(60)) {
@@ -186,8 +187,8 @@ inline Vec3d choose_place(Random& random) {
           random.between(-400, 400) * 0.25};
 }
 
-/// A place in a frame whose x and y (RAS) or other axes point the other way than LPS's: the other
-/// way round, as a change of signs is its own inverse.
+/// Converts a position between LPS and a frame with other signs of x, y and z, such as RAS. The
+/// conversion is its own inverse.
 inline Vec3d with_signs(Vec3d v, std::array<int, 3> signs) {
   return {v.x * signs[0], v.y * signs[1], v.z * signs[2]};
 }

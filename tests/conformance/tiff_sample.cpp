@@ -4,11 +4,11 @@
 
 #include "tests/conformance/sample.h"
 
-// From the TIFF 6.0 specification, ImageJ's and OME-TIFF's descriptions of theirs.
+// Written from the TIFF 6.0 specification, and the descriptions of ImageJ's and OME's formats.
 namespace isosplat::conformance {
 namespace {
 
-/// What a page's directory says.
+/// The contents of a page's directory.
 struct Page {
   int width = 0, height = 0;
   Number type = Number::u8;
@@ -19,7 +19,7 @@ struct Page {
   std::string voxels;
 };
 
-/// A classic TIFF file. Directories lie before or after their voxels.
+/// A classic TIFF file. Directories are before or after their voxels.
 std::string tiff_file(Random& random, const std::vector<Page>& pages, bool big_endian) {
   std::string out = big_endian ? "MM" : "II";
   put(out, uint16_t{42}, big_endian);
@@ -69,7 +69,7 @@ std::string tiff_file(Random& random, const std::vector<Page>& pages, bool big_e
       entries.push_back(
           {270, 2, static_cast<uint32_t>(page.description.size() + 1), page.description + '\0'});
     }
-    entries.push_back({273, 4, static_cast<uint32_t>(strips), ""});  // offsets, filled below
+    entries.push_back({273, 4, static_cast<uint32_t>(strips), ""});  // offsets, set below
     add_short(274, page.orientation);
     add_short(277, 1);
     add_long(278, static_cast<uint32_t>(rows));
@@ -87,7 +87,7 @@ std::string tiff_file(Random& random, const std::vector<Page>& pages, bool big_e
     }
     add_short(339, is_float ? 3 : is_signed ? 2 : 1);
 
-    // Values longer than four bytes lie after the directory, the voxels after these.
+    // Values longer than four bytes follow the directory, and the voxels follow these values.
     const size_t directory = out.size();
     size_t end = directory + 2 + 12 * entries.size() + 4;
     for (Entry& entry : entries) {
@@ -160,7 +160,7 @@ Sample make_tiff(Random& random) {
     }
     return page;
   };
-  sample.must_be_noted = true;  // the distance of slices, or 0 as white
+  sample.must_be_noted = true;  // the distance between slices, or 0 as white
   truth.steps = {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
   sample.may_be_longer = true;
 

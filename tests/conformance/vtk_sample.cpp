@@ -2,7 +2,7 @@
 
 #include "tests/conformance/sample.h"
 
-// From "VTK File Formats", simple legacy formats.
+// Written from "VTK File Formats", simple legacy formats.
 namespace isosplat::conformance {
 namespace {
 
@@ -68,7 +68,8 @@ Sample make_vtk(Random& random) {
       fmt::format("CELL_DATA {}\nSCALARS other float\nLOOKUP_TABLE default\n{}", cell_count,
                   values_text(std::vector<double>(cell_count, 77), Number::f32));
   const bool before = !of_cells && random.chance(40), after = !of_cells && random.chance(30);
-  // Cut between two arrays before the scalars of the points, it is a whole file of cells.
+  // If it is cut between two arrays before the scalars of the points, it is a complete file of
+  // cells.
   const auto add_part = [&](const std::string& part) {
     if (before && !part.empty()) sample.whole_at.insert(static_cast<int>(file.size()));
     file += part;

@@ -57,8 +57,8 @@ void import(const std::filesystem::path& path) {
   const auto elements = dicom::read_elements(path);
   if (!elements) return;
   dicom::Collection collection;
-  const auto verdict = dicom::add_frames(*elements, path, collection);
-  if (!verdict || *verdict != dicom::Verdict::taken) return;
+  const auto content = dicom::add_frames(*elements, path, collection);
+  if (!content || *content != dicom::FileContent::frames) return;
   ImportOptions options;
   for (const AllowanceFlag& allowance : kAllowances) options.allowed.add(allowance.allowance);
   std::vector<std::string> notes;

@@ -10,16 +10,15 @@
 #include "shared/grid/grid.h"
 #include "tests/native/volume_files.h"
 
-// DICOM files written element by element, from PS3.5 and PS3.10, and series of slices through a
-// field whose value is known everywhere: what an importer makes of them can be checked voxel by
-// voxel.
+// Writes DICOM files element by element, from PS3.5 and PS3.10. Series of slices sample a field
+// that is known at every position, so tests can check each voxel.
 namespace isosplat::test {
 
-/// An element's value as the little-endian file has it.
+/// An element's value in little-endian encoding.
 struct DicomValue {
   std::string vr;
   std::string bytes;
-  size_t unit = 1;                                    ///< bytes that big-endian files swap
+  size_t unit = 1;  ///< size of the units whose bytes big-endian files swap
   std::vector<std::map<uint32_t, DicomValue>> items;  ///< VR SQ
 };
 
@@ -49,7 +48,7 @@ inline std::string dicom_decimals(const std::vector<double>& numbers) {
   return text;
 }
 
-/// How a file is written.
+/// The encoding of a file.
 struct DicomSyntax {
   std::string uid = "1.2.840.10008.1.2.1";
   bool is_explicit = true;
@@ -71,7 +70,7 @@ inline DicomSyntax deflated_little() {
   return {"1.2.840.10008.1.2.1.99", true, false, true, false, true};
 }
 
-/// Writes data sets in one syntax.
+/// Writes data sets with one encoding.
 class DicomWriter {
  public:
   explicit DicomWriter(DicomSyntax syntax) : syntax_(std::move(syntax)) {}
@@ -143,7 +142,7 @@ class DicomWriter {
   DicomSyntax syntax_;
 };
 
-/// Encapsulated pixels: an empty or given offset table, and the fragments.
+/// Encapsulated pixels: an offset table, which may be empty, and the fragments.
 inline DicomValue dicom_fragments(const std::vector<std::string>& fragments,
                                   const std::vector<uint32_t>& offsets = {}) {
   const auto item = [](const std::string& bytes) {
@@ -159,8 +158,8 @@ inline DicomValue dicom_fragments(const std::vector<std::string>& fragments,
   return {"fragments", all + std::string("\xfe\xff\xdd\xe0\0\0\0\0", 8), 1, {}};
 }
 
-/// Three balls off the centre, each falling off to its edge: 0 outside, up to 3000 inside. No
-/// rotation, mirroring or shift of it looks the same.
+/// Three balls away from the centre, each decreasing towards its edge: 0 outside, up to 3000
+/// inside. No rotation, reflection or shift maps the field to itself.
 inline double three_balls(Vec3d p) {
   struct Ball {
     Vec3d centre;
@@ -174,7 +173,7 @@ inline double three_balls(Vec3d p) {
   return value;
 }
 
-/// A stack of slices through three_balls, and the files that hold it.
+/// A stack of slices through three_balls, and its files.
 struct BallSeries {
   Index3 size{20, 17, 12};
   Vec3d row{1, 0, 0}, column{0, 1, 0};
@@ -186,7 +185,7 @@ struct BallSeries {
   double slope = 1, intercept = 0;
   bool is_signed = false;
   uint16_t stored = 12;
-  double add = 0;  ///< to every value
+  double add = 0;  ///< added to every value
   int first_instance = 1;
   DicomSyntax syntax;
 
@@ -211,7 +210,7 @@ struct BallSeries {
     return pixels;
   }
 
-  /// What every image of the series has.
+  /// Elements that every image of the series has.
   DicomItem common() const {
     DicomItem data;
     data[0x00080016] = dicom_text("UI", "1.2.840.10008.5.1.4.1.1.2");
@@ -240,7 +239,7 @@ struct BallSeries {
     return dicom_text("DS", dicom_decimals({spacing.y, spacing.x}));
   }
 
-  /// A single-frame file's elements.
+  /// The elements of a single-frame file.
   DicomItem slice(int z) const {
     DicomItem data = common();
     data[0x00080018] = dicom_text("UI", fmt::format("{}.{}", uid, first_instance + z));
@@ -257,7 +256,7 @@ struct BallSeries {
   }
 
   std::string file_name(int z) const {
-    // No order of names is that of the slices.
+    // File names are not in the order of the slices.
     return fmt::format("{}_{:04}.dcm", uid, (7919 * (first_instance + z)) % 9973);
   }
 
@@ -269,8 +268,8 @@ struct BallSeries {
     write_file(folder / file_name(z), DicomWriter(syntax).file(data));
   }
 
-  /// The elements of one file with a frame for each of `order`: functional groups, as Enhanced CT
-  /// has them. The caller may change them.
+  /// The elements of one file with functional groups, as in Enhanced CT, with a frame for each of
+  /// `order`. The caller may change them.
   DicomItem enhanced(const std::vector<int>& order) const {
     DicomItem data = common();
     data[0x00080016] = dicom_text("UI", "1.2.840.10008.5.1.4.1.1.2.1");
@@ -295,7 +294,7 @@ struct BallSeries {
   }
 };
 
-/// Every voxel of the volume has the value of the series' field where the grid says that it lies.
+/// Expects that every voxel has the value of the series' field at its world position.
 inline void expect_field(OpenVolume& volume, const BallSeries& series, double tolerance = 1) {
   ASSERT_TRUE(volume.source);
   const VolumeGrid& grid = volume.source->header().grid;
@@ -314,7 +313,7 @@ inline void expect_field(OpenVolume& volume, const BallSeries& series, double to
     }
   }
   EXPECT_LE(worst, tolerance);
-  EXPECT_GT(greatest, 1000) << "the volume lies beside the balls";
+  EXPECT_GT(greatest, 1000) << "the volume does not contain the balls";
 }
 
 inline OpenVolume open(const std::filesystem::path& path, const ImportOptions& options = {}) {
@@ -329,19 +328,20 @@ inline ImportOptions allowing(Allowance allowance) {
   return options;
 }
 
-/// One of the notes has `text`.
+/// Expects that one of the notes contains `text`.
 inline void expect_note(const OpenVolume& volume, const std::string& text) {
   for (const std::string& note : volume.notes) {
     if (note.find(text) != std::string::npos) return;
   }
-  ADD_FAILURE() << "no note says \"" << text << "\": " << ::testing::PrintToString(volume.notes);
+  ADD_FAILURE() << "no note contains \"" << text
+                << "\": " << ::testing::PrintToString(volume.notes);
 }
 
-/// Opening fails, and the message has all of `texts`.
+/// Expects that opening fails with a message that contains all of `texts`.
 inline void expect_error(const std::filesystem::path& path, const std::vector<std::string>& texts,
                          const ImportOptions& options = {}) {
   const auto volume = open_volume(path, options);
-  ASSERT_FALSE(volume) << "expected an error that says \"" << texts[0] << "\"";
+  ASSERT_FALSE(volume) << "expected an error that contains \"" << texts[0] << "\"";
   for (const std::string& text : texts) {
     EXPECT_NE(volume.error().message.find(text), std::string::npos) << volume.error().message;
   }

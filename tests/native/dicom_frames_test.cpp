@@ -20,7 +20,7 @@ using test::write_file;
 
 class DicomFrames : public ::testing::Test {
  protected:
-  /// The volume of one file with these elements.
+  /// Opens one file with these elements.
   Result<OpenVolume> open_data(const DicomItem& data, const ImportOptions& options = {},
                                const test::DicomSyntax& syntax = {}) {
     const auto path = folder_ / fmt::format("{}.dcm", ++files_);
@@ -30,7 +30,7 @@ class DicomFrames : public ::testing::Test {
 
   void expect_error(const DicomItem& data, const std::vector<std::string>& texts) {
     const auto volume = open_data(data);
-    ASSERT_FALSE(volume) << "expected an error that says \"" << texts[0] << "\"";
+    ASSERT_FALSE(volume) << "expected an error that contains \"" << texts[0] << "\"";
     for (const std::string& text : texts) {
       EXPECT_NE(volume.error().message.find(text), std::string::npos) << volume.error().message;
     }
@@ -73,7 +73,7 @@ std::vector<uint16_t> all_pixels(const BallSeries& series, const std::vector<int
   return all;
 }
 
-TEST_F(DicomFrames, EnhancedFramesLieWhereTheySayInAnyOrder) {
+TEST_F(DicomFrames, EnhancedFramesKeepTheirPositionsInAnyOrder) {
   BallSeries series;
   series.intercept = series.add = -1000;
   std::vector<int> order = frames_of(series);
@@ -128,7 +128,7 @@ TEST_F(DicomFrames, StacksOfDifferentOrientationAreChosen) {
   }
 }
 
-TEST_F(DicomFrames, TimesInAFileAreToldApart) {
+TEST_F(DicomFrames, TimesInAFileAreDistinguished) {
   BallSeries steps[2];
   steps[1].add = 100;
   DicomItem data = steps[0].enhanced(frames_of(steps[0]));
@@ -148,7 +148,7 @@ TEST_F(DicomFrames, TimesInAFileAreToldApart) {
   data[0x52009230] = dicom_sequence(frames);
   data[0x00280008] = dicom_text("IS", "24");
   data[0x7fe00010] = dicom_numbers("OW", pixels);
-  expect_error(data, {"found 2 at the same place", "temporal position"});
+  expect_error(data, {"found 2 at the same position", "temporal position"});
   for (int t = 0; t < 2; ++t) {
     ImportOptions options;
     options.time_step = t;
@@ -156,7 +156,7 @@ TEST_F(DicomFrames, TimesInAFileAreToldApart) {
   }
 }
 
-/// A dose grid: offsets of the frames, 32-bit pixels with a scaling.
+/// A dose grid: frame offsets, 32-bit pixels with a scaling.
 DicomItem dose(const BallSeries& series, const std::vector<double>& offsets, double scaling) {
   DicomItem data = series.slice(0);
   data[0x00080016] = dicom_text("UI", "1.2.840.10008.5.1.4.1.1.481.2");
@@ -195,7 +195,7 @@ TEST_F(DicomFrames, DoseGridsHaveTheirScalingAndBothKindsOfOffsets) {
   ASSERT_TRUE(volume) << volume.error().message;
   expect_field(*volume, series, 0.25);
 
-  // Along the normal, which points down here; and as z coordinates that go down.
+  // Along the normal, which points down here, and as decreasing z coordinates.
   series.column = {0, -1, 0};
   volume = open_data(dose(series, relative, 0.01));
   ASSERT_TRUE(volume) << volume.error().message;
@@ -231,7 +231,7 @@ TEST_F(DicomFrames, ANegativeSpacingGoesAgainstTheNormal) {
                                         {0x00200037, series.orientation_value()}}});
     data[0x7fe00010] = dicom_numbers("OW", all_pixels(series, order));
     expect_series(data, series);
-    // Frames in another order, with their numbers.
+    // Frames in another order, with their slice numbers.
     std::vector<uint16_t> numbers;
     std::vector<int> mixed;
     for (const int i : {5, 0, 11, 3, 7, 1, 9, 2, 10, 4, 8, 6}) {
@@ -259,14 +259,14 @@ TEST_F(DicomFrames, FilmsAndProjectionsAreRefused) {
   expect_error(projections, {"projections"});
 }
 
-TEST_F(DicomFrames, FramesWithoutPlacesAreStackedWithANote) {
+TEST_F(DicomFrames, FramesWithoutPositionsAreStackedWithANote) {
   const BallSeries series;
   DicomItem data = series.common();
   data[0x00280008] = dicom_text("IS", std::to_string(series.size.z));
   data[0x00280030] = series.pixel_spacing_value();
   data[0x00180050] = dicom_text("DS", "2");
   data[0x7fe00010] = dicom_numbers("OW", all_pixels(series, frames_of(series)));
-  expect_note(data, "2 mm are taken, the slice thickness");
+  expect_note(data, "2 mm is assumed, the slice thickness");
 }
 
 TEST_F(DicomFrames, ContradictionsAreErrors) {
@@ -288,10 +288,10 @@ TEST_F(DicomFrames, ContradictionsAreErrors) {
   changed = data;
   changed[0x52009230].items[3][0x00209113] =
       dicom_sequence({{{0x00200032, series.position_value(4)}}});
-  expect_error(changed, {"at the same place", "frame 4 of", "frame 5 of"});
+  expect_error(changed, {"at the same position", "frame 4 of", "frame 5 of"});
 }
 
-TEST_F(DicomFrames, CutOffFilesAreErrorsOrLackVoxels) {
+TEST_F(DicomFrames, TruncatedFilesAreErrorsOrHaveAbsentVoxels) {
   const BallSeries series;
   const TempFolder folder;
   const std::string whole = DicomWriter({}).file(series.enhanced(frames_of(series)));

@@ -7,7 +7,7 @@
 #include "native/import/dicom_elements.h"
 #include "tests/native/dicom_files.h"
 
-// How pixels and elements are written: transfer syntaxes, codecs, and damage to both.
+// Encodings of pixels and elements: transfer syntaxes, codecs, and damaged data.
 namespace isosplat {
 namespace {
 
@@ -25,8 +25,8 @@ std::vector<int> frames_of(const BallSeries& series) {
   return order;
 }
 
-/// PackBits, as in PS3.5 annex G: literal runs only. The segments are the high bytes and the low
-/// ones.
+/// PackBits, as in PS3.5 annex G, with literal runs only. The segments are the high bytes and the
+/// low bytes.
 std::string run_lengths(const std::vector<uint16_t>& pixels) {
   std::string segments[2];
   for (int low = 0; low < 2; ++low) {
@@ -85,7 +85,7 @@ TEST(DicomPixels, BigEndianBytesInWordsAreSwapped) {
   expect_field(*volume, series, 8.5);
 }
 
-TEST(DicomPixels, FloatsAreReadAsTheyAre) {
+TEST(DicomPixels, FloatsAreReadUnchanged) {
   const TempFolder folder;
   const BallSeries series;
   for (int z = 0; z < series.size.z; ++z) {
@@ -125,7 +125,7 @@ TEST(DicomPixels, RunLengthsInASliceAndInFrames) {
   ASSERT_TRUE(volume) << volume.error().message;
   expect_field(*volume, series);
 
-  // Cut off within the last fragments: an error, or the frames that are whole.
+  // Truncated within the last fragments: an error, or only the complete frames.
   const std::string whole = test::read_file(folder / "frames");
   write_file(folder / "frames", whole.substr(0, whole.size() - 300));
   EXPECT_EQ(open_volume(folder / "frames", {}).error().status, Status::truncated);
@@ -141,7 +141,7 @@ TEST(DicomPixels, RunLengthsInASliceAndInFrames) {
   }
 }
 
-/// Writes a file's pixels again in another transfer syntax, with GDCM's encoders.
+/// Rewrites a file's pixels in another transfer syntax, with GDCM's encoders.
 bool encode(const std::filesystem::path& path, gdcm::TransferSyntax::TSType type) {
   gdcm::ImageReader reader;
   reader.SetFileName(path.c_str());
@@ -217,7 +217,7 @@ TEST(DicomPixels, UnknownSyntaxesAreNamed) {
   EXPECT_NE(volume.error().message.find("1.2.840.10008.1.2.4.201"), std::string::npos);
 }
 
-TEST(DicomElements, EveryTruncationOfAFileIsAnErrorOrLacksPixels) {
+TEST(DicomElements, EveryTruncationOfAFileIsAnErrorOrHasMissingPixels) {
   const TempFolder folder;
   const BallSeries series;
   for (const bool undefined : {false, true}) {

@@ -36,7 +36,7 @@ ImportOptions with_series(const std::string& series) {
   return options;
 }
 
-/// Vectors across each other, turned by three angles: no plane of the patient.
+/// Rotates the series by three angles, so that its slices are not parallel to a patient plane.
 void turn(BallSeries& series, double a, double b, double c) {
   const auto turned = [&](Vec3d v) {
     v = {v.x * std::cos(a) - v.y * std::sin(a), v.x * std::sin(a) + v.y * std::cos(a), v.z};
@@ -47,7 +47,7 @@ void turn(BallSeries& series, double a, double b, double c) {
   series.column = turned(series.column);
 }
 
-TEST(DicomSeries, EveryVoxelLiesWhereItsSliceSaysInAnyOrientation) {
+TEST(DicomSeries, EveryVoxelHasThePositionOfItsSliceInAnyOrientation) {
   const std::pair<Vec3d, Vec3d> planes[] = {
       {{1, 0, 0}, {0, 1, 0}},  {{1, 0, 0}, {0, 0, -1}}, {{0, 1, 0}, {0, 0, -1}},
       {{-1, 0, 0}, {0, 1, 0}}, {{0, -1, 0}, {1, 0, 0}}, {{0, 0, 1}, {0, -1, 0}},
@@ -95,7 +95,7 @@ TEST(DicomSeries, RescalesSignedAndUnsignedPixels) {
   }
 }
 
-TEST(DicomSeries, PixelsStayIntegersWhateverTheSlope) {
+TEST(DicomSeries, PixelsStayIntegersWithAnySlope) {
   const TempFolder folder;
   BallSeries series;
   series.stored = 12;
@@ -116,7 +116,7 @@ TEST(DicomSeries, SlopesThatDifferFromSliceToSliceGiveEachSliceItsValues) {
   BallSeries series;
   series.stored = 16;
   for (int z = 0; z < series.size.z; ++z) {
-    series.slope = 0.125 + 0.03 * z;  // as PET has it
+    series.slope = 0.125 + 0.03 * z;  // as in PET
     series.write_slice(folder, z, series.slice(z));
   }
   auto volume = open(folder.path());
@@ -130,7 +130,7 @@ TEST(DicomSeries, BitsBesideTheStoredOnesAreNotValues) {
   for (int z = 0; z < series.size.z; ++z) {
     DicomItem data = series.slice(z);
     std::vector<uint16_t> pixels = series.pixels(z);
-    for (uint16_t& pixel : pixels) pixel |= 0x9000;  // an overlay's
+    for (uint16_t& pixel : pixels) pixel |= 0x9000;  // bits of an overlay
     data[0x7fe00010] = test::dicom_numbers("OW", pixels);
     series.write_slice(folder, z, data);
   }
@@ -148,7 +148,7 @@ TEST(DicomSeries, AMissingSliceIsAnErrorOrIsInterpolated) {
   auto volume = open(folder.path(), allowing(Allowance::gaps));
   expect_note(volume, "2 of 12 slices are interpolated");
   EXPECT_EQ(volume.source->header().grid.voxels, series.size);
-  // Slices that are there are exact, those between are their neighbours' mean.
+  // Existing slices are exact, the others are the mean of their neighbours.
   const auto values = test::read_all(*volume.source);
   const size_t slice = static_cast<size_t>(series.size.x) * static_cast<size_t>(series.size.y);
   const auto at = [&](int z) { return series.pixels(z); };
@@ -185,7 +185,7 @@ TEST(DicomSeries, UnevenSpacingIsAnError) {
   expect_error(folder.path(), {"unevenly spaced", "--allow-gaps"});
 }
 
-TEST(DicomSeries, TwoOrientationsInASeriesAskWhich) {
+TEST(DicomSeries, TwoOrientationsInASeriesNeedAChoice) {
   const TempFolder folder;
   BallSeries axial, tilted;
   axial.size.z = tilted.size.z = 10;
@@ -206,7 +206,7 @@ TEST(DicomSeries, TwoOrientationsInASeriesAskWhich) {
   expect_error(folder.path(), {"--series"}, with_series("1.2.3.4"));
 }
 
-TEST(DicomSeries, TwoPixelSpacingsSizesOrPhotometricInterpretationsAskWhich) {
+TEST(DicomSeries, TwoPixelSpacingsSizesOrPhotometricInterpretationsNeedAChoice) {
   for (const int what : {0, 1, 2}) {
     const TempFolder folder;
     BallSeries first, second;
@@ -225,7 +225,7 @@ TEST(DicomSeries, TwoPixelSpacingsSizesOrPhotometricInterpretationsAskWhich) {
   }
 }
 
-TEST(DicomSeries, TheLargestSeriesIsTakenAndTheOthersAreNamed) {
+TEST(DicomSeries, TheLargestSeriesIsReadAndTheOthersAreNoted) {
   const TempFolder folder;
   BallSeries scan, scout;
   scout.uid = "1.2.3.9";
@@ -239,11 +239,11 @@ TEST(DicomSeries, TheLargestSeriesIsTakenAndTheOthersAreNamed) {
   EXPECT_EQ(other.source->header().grid.voxels, scout.size);
 }
 
-TEST(DicomSeries, WhatIsNoSliceIsLeftOutAndNamed) {
+TEST(DicomSeries, FilesThatAreNotSlicesAreIgnoredAndNoted) {
   const TempFolder folder;
   const BallSeries scan;
   scan.write(folder);
-  write_file(folder / "notes.txt", "seen by nobody");
+  write_file(folder / "notes.txt", "not an image");
   BallSeries shot;
   shot.uid = "1.2.3.8";
   shot.size = {60, 50, 2};
@@ -265,13 +265,13 @@ TEST(DicomSeries, WhatIsNoSliceIsLeftOutAndNamed) {
   write_file(folder / "scout.dcm", DicomWriter({}).file(localizer));
   auto volume = open(folder.path());
   expect_field(volume, scan);
-  expect_note(volume, "1 file is left out, which is not DICOM (notes.txt)");
-  expect_note(volume, "1 file is left out, which has no pixels (DICOMDIR)");
-  expect_note(volume, "2 files are left out, which are colour pictures");
-  expect_note(volume, "1 localizer image is left out");
+  expect_note(volume, "1 file is ignored, which is not DICOM (notes.txt)");
+  expect_note(volume, "1 file is ignored, which has no pixels (DICOMDIR)");
+  expect_note(volume, "2 files are ignored, which are colour pictures");
+  expect_note(volume, "1 localizer image is ignored");
 }
 
-TEST(DicomSeries, ScreenshotsAsTiffDoNotWinOverTheScan) {
+TEST(DicomSeries, TiffScreenshotsDoNotReplaceTheScan) {
   const TempFolder folder;
   const BallSeries scan;
   scan.write(folder);
@@ -280,10 +280,10 @@ TEST(DicomSeries, ScreenshotsAsTiffDoNotWinOverTheScan) {
   }
   auto volume = open(folder.path());
   expect_field(volume, scan);
-  expect_note(volume, "2 files are left out, which are not DICOM (shot1.tif, shot2.tif)");
+  expect_note(volume, "2 files are ignored, which are not DICOM (shot1.tif, shot2.tif)");
 }
 
-TEST(DicomSeries, DamagedFilesAreErrorsOrLeftOut) {
+TEST(DicomSeries, DamagedFilesAreErrorsOrIgnored) {
   for (const bool is_empty : {false, true}) {
     const TempFolder folder;
     const BallSeries series;
@@ -292,12 +292,12 @@ TEST(DicomSeries, DamagedFilesAreErrorsOrLeftOut) {
     write_file(folder / series.file_name(5), is_empty ? "" : whole.substr(0, 300));
     expect_error(folder.path(), {series.file_name(5), "--allow-gaps"});
     auto volume = open(folder.path(), allowing(Allowance::gaps));
-    expect_note(volume, "1 file is left out, which cannot be read");
+    expect_note(volume, "1 file is ignored, which cannot be read");
     expect_note(volume, "1 of 12 slices are interpolated");
   }
 }
 
-TEST(DicomSeries, ATruncatedSliceIsAnErrorOrLacksVoxels) {
+TEST(DicomSeries, ATruncatedSliceIsAnErrorOrHasAbsentVoxels) {
   const TempFolder folder;
   const BallSeries series;
   series.write(folder);
@@ -319,7 +319,7 @@ TEST(DicomSeries, ATruncatedSliceIsAnErrorOrLacksVoxels) {
   }
 }
 
-TEST(DicomSeries, PixelsForAnotherFrameAreAnErrorOrLeftOut) {
+TEST(DicomSeries, PixelsForAnotherFrameAreAnErrorOrIgnored) {
   const TempFolder folder;
   const BallSeries series;
   series.write(folder);
@@ -333,7 +333,7 @@ TEST(DicomSeries, PixelsForAnotherFrameAreAnErrorOrLeftOut) {
   expect_field(volume, series);
 }
 
-TEST(DicomSeries, TimePointsAreToldApartByWhatTheFilesSay) {
+TEST(DicomSeries, TimePointsAreDistinguishedByAttributes) {
   struct Case {
     uint32_t tag;
     const char* vr;
@@ -357,14 +357,14 @@ TEST(DicomSeries, TimePointsAreToldApartByWhatTheFilesSay) {
     BallSeries steps[3];
     for (int t = 0; t < 3; ++t) {
       steps[t].add = 100 * t;
-      steps[t].first_instance = 1 + 100 * ((t + 1) % 3);  // not the order of time
+      steps[t].first_instance = 1 + 100 * ((t + 1) % 3);  // not in the order of time
       for (int z = 0; z < steps[t].size.z; ++z) {
         DicomItem data = steps[t].slice(z);
         data[c.tag] = dicom_text(c.vr, c.values[static_cast<size_t>(t)]);
         steps[t].write_slice(folder, z, data);
       }
     }
-    expect_error(folder.path(), {"found 3 at the same place", c.name, "--time-step 2"});
+    expect_error(folder.path(), {"found 3 at the same position", c.name, "--time-step 2"});
     for (int t = 0; t < 3; ++t) {
       auto volume = open(folder.path(), with_step(t));
       expect_field(volume, steps[t]);
@@ -374,7 +374,7 @@ TEST(DicomSeries, TimePointsAreToldApartByWhatTheFilesSay) {
   }
 }
 
-TEST(DicomSeries, TwoCausesTogetherTellTimePointsApart) {
+TEST(DicomSeries, TimePointsAreDistinguishedByTwoAttributes) {
   const TempFolder folder;
   std::vector<BallSeries> steps;
   for (int t = 0; t < 4; ++t) {
@@ -396,7 +396,7 @@ TEST(DicomSeries, TwoCausesTogetherTellTimePointsApart) {
   }
 }
 
-TEST(DicomSeries, InstanceNumbersTellTimePointsApartWhereNothingElseDoes) {
+TEST(DicomSeries, TimePointsAreDistinguishedByInstanceNumbersLast) {
   for (const bool place_by_place : {false, true}) {
     const TempFolder folder;
     BallSeries steps[3];
@@ -416,17 +416,17 @@ TEST(DicomSeries, InstanceNumbersTellTimePointsApartWhereNothingElseDoes) {
   }
 }
 
-TEST(DicomSeries, SlicesAtTheSamePlaceWithoutAReasonAreAnError) {
+TEST(DicomSeries, SlicesAtTheSamePositionWithoutAnAttributeAreAnError) {
   const TempFolder folder;
   BallSeries series, again;
   again.first_instance = 101;
   again.add = 100;
   series.write(folder);
   again.write_slice(folder, 4, again.slice(4));  // one slice of another volume
-  expect_error(folder.path(), {"at the same place", "a folder of their own"});
+  expect_error(folder.path(), {"at the same position", "a separate folder"});
 }
 
-TEST(DicomSeries, ATimePointThatLacksASliceIsAnError) {
+TEST(DicomSeries, ATimePointWithAMissingSliceIsAnError) {
   const TempFolder folder;
   BallSeries steps[2];
   for (int t = 0; t < 2; ++t) {
@@ -444,7 +444,7 @@ TEST(DicomSeries, ATimePointThatLacksASliceIsAnError) {
                with_step(1));
 }
 
-TEST(DicomSeries, ATimePointOfOneSliceIsAnErrorWhateverIsAllowed) {
+TEST(DicomSeries, ATimePointOfOneSliceIsAnErrorWithAllAllowances) {
   const TempFolder folder;
   BallSeries series;
   series.size.z = 2;
@@ -477,21 +477,21 @@ TEST(DicomSeries, OfTwoGapsTheSmallerIsTheSliceDistance) {
   }
 }
 
-TEST(DicomSeries, CopiesOfAFileAreLeftOut) {
+TEST(DicomSeries, DuplicateFilesAreIgnored) {
   const TempFolder folder;
   const BallSeries series;
   series.write(folder);
   std::filesystem::copy(folder / series.file_name(3), folder / "copy.dcm");
   auto volume = open(folder.path());
   expect_field(volume, series);
-  expect_note(volume, "1 slice is there twice");
+  expect_note(volume, "1 slice is duplicated");
   DicomItem other = series.slice(3);
   other[0x00200032] = series.position_value(4);
   write_file(folder / "copy.dcm", DicomWriter({}).file(other));
   expect_error(folder.path(), {"SOP Instance UID"});
 }
 
-TEST(DicomSeries, AGantryTiltShearsTheVolumeAndIsNamed) {
+TEST(DicomSeries, AGantryTiltShearsTheVolumeAndIsNoted) {
   const TempFolder folder;
   BallSeries series;
   const double tilt = 15 * std::numbers::pi / 180;
@@ -501,7 +501,7 @@ TEST(DicomSeries, AGantryTiltShearsTheVolumeAndIsNamed) {
   expect_field(volume, series);
   expect_note(volume, "tilted by 15.0°");
 
-  // The header's geometry, which the grid is made of, puts every slice where its file says.
+  // The header's geometry, which gives the grid, positions every slice as in its file.
   dicom::Collection collection;
   for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
     const auto elements = dicom::read_elements(entry.path());
@@ -521,7 +521,7 @@ TEST(DicomSeries, AGantryTiltShearsTheVolumeAndIsNamed) {
   }
 }
 
-TEST(DicomSeries, SlicesShiftedWithoutOrderAreAnError) {
+TEST(DicomSeries, IrregularlyShiftedSlicesAreAnError) {
   const TempFolder folder;
   const BallSeries series;
   for (int z = 0; z < series.size.z; ++z) {
@@ -531,10 +531,10 @@ TEST(DicomSeries, SlicesShiftedWithoutOrderAreAnError) {
         dicom_text("DS", fmt::format("{}\\{}\\{}", p.x + (z == 5 ? 3 : 0), p.y, p.z));
     series.write_slice(folder, z, data);
   }
-  expect_error(folder.path(), {"beside its place"});
+  expect_error(folder.path(), {"off that line"});
 }
 
-TEST(DicomSeries, Monochrome1KeepsItsValuesAndSaysSo) {
+TEST(DicomSeries, Monochrome1KeepsItsValuesAndIsNoted) {
   const TempFolder folder;
   const BallSeries series;
   for (int z = 0; z < series.size.z; ++z) {
@@ -556,9 +556,9 @@ TEST(DicomSeries, SlicesWithoutPositionsAreStackedOnlyIfAllowed) {
     data[0x00180088] = dicom_text("DS", "2");
     series.write_slice(folder, z, data);
   }
-  expect_error(folder.path(), {"do not say where they are", "--allow-unplaced"});
+  expect_error(folder.path(), {"have no position", "--allow-unplaced"});
   auto volume = open(folder.path(), allowing(Allowance::unplaced));
-  expect_note(volume, "in the order of their instance numbers, 2 mm apart");
+  expect_note(volume, "in the order of their instance numbers, at a distance of 2 mm");
   const auto values = test::read_all(*volume.source);
   const auto last = series.pixels(series.size.z - 1);
   EXPECT_TRUE(std::equal(last.rbegin(), last.rend(), values.rbegin()));
@@ -569,14 +569,14 @@ TEST(DicomSeries, ASpacingThatPositionsContradictIsNoted) {
   const BallSeries series;
   for (int z = 0; z < series.size.z; ++z) {
     DicomItem data = series.slice(z);
-    data[0x00180050] = dicom_text("DS", "5");  // a thickness may be anything
+    data[0x00180050] = dicom_text("DS", "5");  // the thickness is arbitrary
     data[0x00180088] = dicom_text("DS", "1");
     series.write_slice(folder, z, data);
   }
   auto volume = open(folder.path());
   expect_field(volume, series);
   ASSERT_EQ(volume.notes.size(), 1u);
-  expect_note(volume, "the positions are taken");
+  expect_note(volume, "the positions are used");
 }
 
 TEST(DicomSeries, MosaicsAndLookupTablesAreRefused) {
@@ -596,7 +596,7 @@ TEST(DicomSeries, MosaicsAndLookupTablesAreRefused) {
   }
 }
 
-/// Writes slices with a private element of `hole` bytes each that take no room on the disk.
+/// Writes slices with a sparse private element of `hole` bytes each.
 void write_with_private_elements(const TempFolder& folder, const BallSeries& series, size_t hole) {
   for (int z = 0; z < series.size.z; ++z) {
     DicomItem data = series.slice(z);
@@ -615,7 +615,7 @@ void write_with_private_elements(const TempFolder& folder, const BallSeries& ser
   }
 }
 
-TEST(DicomSeries, LargePrivateElementsLoseNoSliceAndTakeNoMemory) {
+TEST(DicomSeries, LargePrivateElementsLoseNoSliceAndUseNoMemory) {
   const TempFolder folder;
   BallSeries series;
   series.size = {8, 8, 3000};

@@ -12,7 +12,7 @@ using test::write_file;
 
 constexpr Index3 kSize{5, 4, 3};
 
-/// The error of opening the file, or, where only its compressed data is wrong, of reading it.
+/// The error of opening the file, or, if only its compressed data are invalid, of reading it.
 Error error_of(const std::filesystem::path& path, const ImportOptions& options = {}) {
   auto volume = open_volume(path, options);
   if (!volume) return volume.error();
@@ -33,7 +33,7 @@ void expect_error(const std::filesystem::path& path, Status status, const std::s
   EXPECT_NE(error.message.find(path.filename().string()), std::string::npos) << error.message;
 }
 
-TEST(ImportErrors, FilesThatAreNoVolumes) {
+TEST(ImportErrors, FilesThatAreNotVolumes) {
   const TempFolder folder;
   expect_error(folder / "absent.nrrd", Status::io_error, "No such file");
   write_file(folder / "empty.nrrd", "");
@@ -43,7 +43,7 @@ TEST(ImportErrors, FilesThatAreNoVolumes) {
   write_file(folder / "grid.vti", "<?xml version='1.0'?>\n");
   expect_error(folder / "grid.vti", Status::unsupported_format, "VTK's XML format");
   std::filesystem::create_directory(folder / "nothing");
-  expect_error(folder / "nothing", Status::unsupported_format, "no file in it");
+  expect_error(folder / "nothing", Status::unsupported_format, "found an empty folder");
   std::filesystem::create_directory(folder / "letters");
   write_file(folder / "letters/a.txt", "hello");
   expect_error(folder / "letters", Status::unsupported_format, "found neither");
@@ -56,7 +56,7 @@ TEST(ImportErrors, FilesThatAreNoVolumes) {
   expect_error(folder / "mesh.vtk", Status::unsupported_format, "found polydata");
 }
 
-TEST(ImportErrors, HeadersThatPromiseMoreThanTheFileHolds) {
+TEST(ImportErrors, HeadersThatDeclareMoreThanTheFileHas) {
   const TempFolder folder;
   const std::string data = bytes_of(pattern_voxels<uint8_t>(kSize));
   const std::string huge =
@@ -137,7 +137,7 @@ TEST(ImportErrors, EveryTruncationOfEveryFormatIsAnError) {
     SCOPED_TRACE(name);
     write_file(folder / name, content);
     EXPECT_EQ(error_of(folder / name).status, Status::ok) << error_of(folder / name).message;
-    // The last eight bytes of a gzip member are its checksum, which comes after the last voxel.
+    // The last eight bytes of a gzip member, after the last voxel, contain its checksum.
     const size_t end = content.size() - (name.find("gz") != name.npos || name[0] == 'b' ? 10 : 1);
     for (size_t size = 0; size <= end; size += size < 400 ? 7 : 1) {
       write_file(folder / name, content.substr(0, size));

@@ -25,7 +25,7 @@ OpenVolume open(const std::filesystem::path& path, const ImportOptions& options 
   return volume ? std::move(*volume) : OpenVolume{};
 }
 
-/// The volume has the pattern's voxels, all at once and slice by slice, backwards too.
+/// Expects the pattern's voxels, read all at once and slice by slice, also backwards.
 void expect_pattern(OpenVolume& volume, VoxelType type, double scale = 1, double offset = 0) {
   ASSERT_TRUE(volume.source);
   const VolumeHeader& header = volume.source->header();
@@ -101,7 +101,7 @@ TEST(ImportNrrd, ReadsDetachedDataWithSkips) {
   expect_pattern(from_end, VoxelType::i16);
 }
 
-TEST(ImportNrrd, TakesACompressedFileInPlaceOfAMissingOne) {
+TEST(ImportNrrd, ReadsACompressedFileInPlaceOfAMissingOne) {
   const TempFolder folder;
   write_file(folder / "v.raw.gz", deflated(bytes_of(pattern_voxels<uint8_t>(kSize))));
   write_file(folder / "v.nhdr",
@@ -126,7 +126,7 @@ TEST(ImportNrrd, ReadsText) {
   EXPECT_EQ(volume.source->resident_bytes(), 0u);
 }
 
-TEST(ImportNrrd, ReadsGzipMembersOneAfterTheOther) {
+TEST(ImportNrrd, ReadsSeveralGzipMembers) {
   const TempFolder folder;
   const std::string data = bytes_of(pattern_voxels<uint8_t>(kSize));
   write_file(folder / "v.nrrd", nrrd_header(kSize, "uint8", "encoding: gzip\n\n") +
@@ -220,7 +220,7 @@ TEST(ImportNifti, ReadsPlainAndCompressedAndScaled) {
   expect_pattern(second, VoxelType::i16, -1);
 }
 
-TEST(ImportNifti, TurnsRasIntoLps) {
+TEST(ImportNifti, ConvertsRasToLps) {
   const TempFolder folder;
   test::NiftiFile file;
   file.sizes = {5, 4, 3};
@@ -233,7 +233,7 @@ TEST(ImportNifti, TurnsRasIntoLps) {
   EXPECT_EQ(grid.world({1, 1, 1}), (Vec3d{-12, -23, 34}));
 }
 
-// With and without a rotation beside it, which says something else.
+// With and without a rotation beside it that contradicts it.
 TEST(ImportNifti, KeepsTheShearOfItsAffineTransform) {
   for (const bool rotation : {false, true}) {
     const TempFolder folder;
@@ -245,22 +245,22 @@ TEST(ImportNifti, KeepsTheShearOfItsAffineTransform) {
     write_file(folder / "a.nii", file.bytes());
     auto volume = open(folder / "a.nii");
     expect_pattern(volume, VoxelType::i16);
-    EXPECT_EQ(volume.notes.size(), rotation ? 1u : 0u) << "which of the two is taken";
+    EXPECT_EQ(volume.notes.size(), rotation ? 1u : 0u) << "a note about the transform that is used";
     const VolumeGrid& grid = volume.source->header().grid;
     EXPECT_NEAR(length(grid.world({1, 2, 2}) - Vec3d{-12.8, -26, 38}), 0, 1e-6);
     EXPECT_NEAR(shear_degrees(grid.direction), std::atan(0.4 / 3) * 180 / 3.14159265358979, 1e-5);
   }
 }
 
-// A CT with gantry tilt: y leads up as well.
+// A CT with gantry tilt: the y axis also points up.
 TEST(ImportNifti, KeepsGantryTilt) {
   ISOSPLAT_NEEDS_VOLUMES(volumes);
   auto volume = open(volumes / "ct_shear.nii.gz");
   ASSERT_EQ(volume.notes.size(), 1u);
-  EXPECT_NE(volume.notes[0].find("the sform is taken"), std::string::npos);
+  EXPECT_NE(volume.notes[0].find("the sform is used"), std::string::npos);
   const VolumeGrid& grid = volume.source->header().grid;
   EXPECT_NEAR(shear_degrees(grid.direction), 18.5, 0.05);
-  // The header's rows times (0, 100, 10, 1), from RAS to LPS.
+  // The header's rows times (0, 100, 10, 1), converted from RAS to LPS.
   const Vec3d place = grid.world({0, 100, 10});
   EXPECT_NEAR(place.x, 94.379356, 1e-4);
   EXPECT_NEAR(place.y, 117.106018 - 45.749205, 1e-4);
@@ -325,7 +325,7 @@ void write_tiff(const std::filesystem::path& path, const std::vector<TiffPage>& 
       }
       TIFFWriteTile(tiff, tile.data(), 0, 0, 0, 0);
     } else {
-      TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 3);  // the last strip is short
+      TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 3);  // the last strip is shorter
       auto voxels = page.voxels;
       for (uint32_t y = 0; y < 4; ++y) TIFFWriteScanline(tiff, &voxels[5 * y], y);
     }
@@ -385,7 +385,7 @@ TEST(ImportTiff, ReadsAFolderInTheOrderOfItsNumbers) {
   EXPECT_TRUE(volume.notes.empty());
 }
 
-TEST(ImportTiff, TakesTheSpacingThatImageJWrites) {
+TEST(ImportTiff, ReadsTheSpacingThatImageJWrites) {
   const TempFolder folder;
   TiffPage page;
   page.description = "ImageJ=1.53t\nimages=3\nslices=3\nunit=micron\nspacing=2.5\nloop=false\n";
@@ -397,7 +397,7 @@ TEST(ImportTiff, TakesTheSpacingThatImageJWrites) {
   EXPECT_TRUE(volume.notes.empty());
 }
 
-TEST(ImportRaw, TakesOptionsOrTheName) {
+TEST(ImportRaw, UsesOptionsOrTheName) {
   const TempFolder folder;
   write_file(folder / "v.raw", "hd" + bytes_of(byte_swapped(pattern_voxels<int16_t>(kSize))));
   ImportOptions options;

@@ -65,7 +65,7 @@ TEST(Orientation, EveryAxisOrderAndSignKeepsEveryVoxelInItsPlace) {
       expect_orthonormal_right_handed(grid.direction);
       const auto values = test::read_all(*volume->source);
 
-      // Each voxel of the header's grid is found where the header puts it.
+      // Each voxel of the header's grid must be at its position in the header.
       for (int z = 0; z < n.z; ++z) {
         for (int y = 0; y < n.y; ++y) {
           for (int x = 0; x < n.x; ++x) {
@@ -89,8 +89,8 @@ TEST(Orientation, EveryAxisOrderAndSignKeepsEveryVoxelInItsPlace) {
   }
 }
 
-// Sheared axes of any handedness and length: the grid is right-handed, and each voxel where the
-// header puts it.
+// Sheared axes of any handedness and length: the grid is right-handed, and each voxel is at its
+// position in the header.
 TEST(Orientation, ShearedAxesKeepEveryVoxelInItsPlace) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> number(-1, 1);

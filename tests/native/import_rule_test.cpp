@@ -8,8 +8,8 @@
 
 #include "tests/native/volume_files.h"
 
-// The right volume, the right volume with a note, or an error: what was read wrongly once. The
-// conformance suite tests the same rule on many generated files.
+// The right volume, the right volume with a note, or an error: cases that were once read wrongly.
+// The conformance suite tests the same rule on many generated files.
 namespace isosplat {
 namespace {
 
@@ -29,7 +29,7 @@ OpenVolume open(const std::filesystem::path& path, const ImportOptions& options 
   return volume ? std::move(*volume) : OpenVolume{};
 }
 
-/// The error of opening the file or of reading it; an empty message where there is none.
+/// The error of opening the file or of reading it; empty if there is none.
 std::string error_of(const std::filesystem::path& path, const ImportOptions& options = {}) {
   auto volume = open_volume(path, options);
   if (!volume) return volume.error().message;
@@ -54,9 +54,10 @@ void expect_note(const OpenVolume& volume, const std::string& part) {
   ADD_FAILURE() << "no note has '" << part << "'";
 }
 
-/// Voxel (x, y, z) of the file has the pattern's value, and lies at `place` of it.
-template <class Place>
-void expect_places(OpenVolume& volume, Place place) {
+/// Expects that voxel (x, y, z) of the file has the pattern's value, and its position is
+/// `position`.
+template <class Position>
+void expect_positions(OpenVolume& volume, Position position) {
   ASSERT_TRUE(volume.source);
   const VolumeGrid& grid = volume.source->header().grid;
   ASSERT_EQ(grid.voxels, kSize);
@@ -66,7 +67,7 @@ void expect_places(OpenVolume& volume, Place place) {
       for (int x = 0; x < 5; ++x) {
         bool found = false;
         for (int j = 0; j < 4; ++j) {  // rows may be reversed
-          if (length(grid.world({double(x), double(j), double(z)}) - place(x, y, z)) > 1e-6)
+          if (length(grid.world({double(x), double(j), double(z)}) - position(x, y, z)) > 1e-6)
             continue;
           found = true;
           EXPECT_EQ(values[static_cast<size_t>((z * 4 + j) * 5 + x)], pattern(x, y, z));
@@ -89,7 +90,7 @@ ImportOptions allowing(Allowance allowance) {
 
 // NRRD --------------------------------------------------------------------------------------------
 
-TEST(RuleNrrd, LeftAnteriorSuperiorIsNotTurned) {
+TEST(RuleNrrd, LeftAnteriorSuperiorIsNotRotated) {
   const TempFolder folder;
   for (const char* space : {"left-anterior-superior", "LAS"}) {
     write_file(
@@ -100,13 +101,13 @@ TEST(RuleNrrd, LeftAnteriorSuperiorIsNotTurned) {
                                 space)) +
             voxels());
     auto volume = open(folder / "v.nrrd");
-    expect_places(volume, [](int x, int y, int z) {
+    expect_positions(volume, [](int x, int y, int z) {
       return Vec3d{10.0 + x, -(20.0 + 2 * y), 30.0 + 3 * z};
     });
   }
 }
 
-TEST(RuleNrrd, AListOrTimeAxisIsFoundWhereverItIs) {
+TEST(RuleNrrd, AListOrTimeAxisIsFoundInAnyPosition) {
   const TempFolder folder;
   for (const char* kind : {"list", "time"}) {
     for (const int place : {0, 1, 2, 3}) {
@@ -142,7 +143,7 @@ TEST(RuleNrrd, AListOrTimeAxisIsFoundWhereverItIs) {
         ImportOptions options;
         options.time_step = 1;
         auto volume = open(folder / "v.nrrd", options);
-        expect_places(volume, [](int x, int y, int z) {
+        expect_positions(volume, [](int x, int y, int z) {
           return Vec3d{double(x), double(y), double(z)};
         });
       }
@@ -150,7 +151,7 @@ TEST(RuleNrrd, AListOrTimeAxisIsFoundWhereverItIs) {
   }
 }
 
-TEST(RuleNrrd, ColoursAndFlatListsAreNoVolumes) {
+TEST(RuleNrrd, ColoursAndFlatListsAreErrors) {
   const TempFolder folder;
   const auto header = [](const char* sizes, const char* kinds) {
     return fmt::format(
@@ -164,7 +165,7 @@ TEST(RuleNrrd, ColoursAndFlatListsAreNoVolumes) {
              header("5 4 3 3", "domain domain domain vector") + std::string(180, 'x'));
   expect_error(folder / "last.nrrd", "found 3 (colours or vectors)");
   write_file(folder / "list.nrrd", header("5 4 3", "list domain domain") + std::string(60, 'x'));
-  expect_error(folder / "list.nrrd", "three axes of space");
+  expect_error(folder / "list.nrrd", "three spatial axes");
 }
 
 TEST(RuleNrrd, AxisMinsMaxsAndNegativeSpacings) {
@@ -176,7 +177,7 @@ TEST(RuleNrrd, AxisMinsMaxsAndNegativeSpacings) {
                                           "centers: node node node\n") +
                                        voxels());
   auto node = open(folder / "node.nrrd");
-  expect_places(node, [](int x, int y, int z) {
+  expect_positions(node, [](int x, int y, int z) {
     return Vec3d{1.0 + x, 2.0 + 2 * y, 3.0 + 0.5 * z};
   });
   EXPECT_TRUE(node.notes.empty());
@@ -184,13 +185,15 @@ TEST(RuleNrrd, AxisMinsMaxsAndNegativeSpacings) {
                                           "centerings: cell cell cell\n") +
                                        voxels());
   auto cell = open(folder / "cell.nrrd");
-  expect_places(cell, [](int x, int y, int z) {
+  expect_positions(cell, [](int x, int y, int z) {
     return Vec3d{1.0 + 2 * x, 1.0 + 2 * y, 1.5 + 3 * z};
   });
   write_file(folder / "negative.nrrd", header("spacings: 1 -2 3\n") + voxels());
   auto negative = open(folder / "negative.nrrd");
-  expect_note(negative, "is negative: the axis is taken to run backwards");
-  expect_places(negative, [](int x, int y, int z) { return Vec3d{double(x), -2.0 * y, 3.0 * z}; });
+  expect_note(negative, "is negative: the axis is reversed");
+  expect_positions(negative, [](int x, int y, int z) {
+    return Vec3d{double(x), -2.0 * y, 3.0 * z};
+  });
 }
 
 // MetaImage ---------------------------------------------------------------------------------------
@@ -218,7 +221,7 @@ TEST(RuleMetaImage, MissingAndShortSlicesAreErrorsUnlessAllowed) {
     expect_error(folder / "v.mhd", "--allow-gaps");
     auto gap = open(folder / "v.mhd", allowing(Allowance::gaps));
     expect_note(gap, "1 of the 3 data files");
-    // Nobody knows the values between: no value is made up, and all others stay as they are.
+    // The values between are unknown: no values are invented, and all others stay unchanged.
     const auto expected = pattern_voxels<double>(kSize), found = read_all(*gap.source);
     EXPECT_EQ(gap.source->header().type, VoxelType::f32);
     for (size_t i = 0; i < 60; ++i) {
@@ -229,7 +232,7 @@ TEST(RuleMetaImage, MissingAndShortSlicesAreErrorsUnlessAllowed) {
   }
 }
 
-TEST(RuleMetaImage, WordsThatAreNoNumbersAreErrors) {
+TEST(RuleMetaImage, WordsThatAreNotNumbersAreErrors) {
   const TempFolder folder;
   const auto write = [&](const char* type, const std::string& word) {
     std::string text;
@@ -246,7 +249,7 @@ TEST(RuleMetaImage, WordsThatAreNoNumbersAreErrors) {
     write("MET_SHORT", word);
     expect_error(folder / "v.mha", fmt::format("value 34, found '{}'", word));
   }
-  write("MET_FLOAT", "nan");  // a voxel without a value
+  write("MET_FLOAT", "nan");  // an absent voxel
   auto floats = open(folder / "v.mha");
   const auto values = read_all(*floats.source);
   EXPECT_TRUE(std::isnan(values[33]));
@@ -287,7 +290,7 @@ void write_tiff(const std::filesystem::path& path, const std::string& data,
   TIFFClose(tiff);
 }
 
-TEST(RuleTiff, APageThatIsMissingIsAnErrorUnlessAllowed) {
+TEST(RuleTiff, AMissingPageIsAnErrorUnlessAllowed) {
   const TempFolder folder;
   write_tiff(folder / "v.tif", voxels(), {});
   const std::string whole = test::read_file(folder / "v.tif");
@@ -297,7 +300,7 @@ TEST(RuleTiff, APageThatIsMissingIsAnErrorUnlessAllowed) {
   }
   write_file(folder / "v.tif", whole.substr(0, whole.size() - 150));
   expect_error(folder / "v.tif", "--allow-truncated");
-  expect_note(open(folder / "v.tif", allowing(Allowance::truncated)), "where another is announced");
+  expect_note(open(folder / "v.tif", allowing(Allowance::truncated)), "before its last page");
 }
 
 TEST(RuleTiff, HyperstacksAreNotTallStacks) {
@@ -321,7 +324,7 @@ TEST(RuleTiff, HyperstacksAreNotTallStacks) {
   expect_error(folder / "s.tif", "expected 9 pages");
 }
 
-TEST(RuleTiff, FoldersOfStacksAndUnclearNamesAreErrors) {
+TEST(RuleTiff, FoldersOfStacksAndAmbiguousNamesAreErrors) {
   const auto one_page = [](const TempFolder& folder, const std::string& name, int z) {
     TiffOptions page;
     page.pages = 1;
@@ -344,13 +347,13 @@ TEST(RuleTiff, FoldersOfStacksAndUnclearNamesAreErrors) {
     ASSERT_TRUE(volume.source) << names[0];
     EXPECT_EQ(read_all(*volume.source), pattern_voxels<double>(kSize)) << names[0];
   }
-  const std::vector<std::pair<std::vector<std::string>, std::string>> unclear = {
-      {{"t1z1.tif", "t1z2.tif", "t2z1.tif", "t2z2.tif"}, "along several numbers"},
-      {{"a1.tif", "a2.tif", "b1.tif"}, "of 2 kinds"},
+  const std::vector<std::pair<std::vector<std::string>, std::string>> ambiguous = {
+      {{"t1z1.tif", "t1z2.tif", "t2z1.tif", "t2z2.tif"}, "vary independently"},
+      {{"a1.tif", "a2.tif", "b1.tif"}, "2 different patterns"},
       {{"z1.5.tif", "z1.25.tif", "z2.0.tif", "z0.75.tif"}, "are decimals"},
-      {{"a1b2.tif", "a2b1.tif"}, "order them differently"},
+      {{"a1b2.tif", "a2b1.tif"}, "give different orders"},
       {{"z1.tif", "z2.tif", "z4.tif"}, "--allow-gaps"}};
-  for (const auto& [names, part] : unclear) {
+  for (const auto& [names, part] : ambiguous) {
     const TempFolder folder;
     for (const std::string& name : names) one_page(folder, name, 0);
     expect_error(folder.path(), part);
@@ -378,7 +381,7 @@ TEST(RuleTiff, ZeroAsWhiteLeavesFloatsAlone) {
 
 // VTK ---------------------------------------------------------------------------------------------
 
-TEST(RuleVtk, CellDataIsNotTakenForPointData) {
+TEST(RuleVtk, CellDataIsNotReadAsPointData) {
   const TempFolder folder;
   const std::string head =
       "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS {} {} {}\n"
@@ -392,14 +395,14 @@ TEST(RuleVtk, CellDataIsNotTakenForPointData) {
                  "\nPOINT_DATA 60\nSCALARS p short\nLOOKUP_TABLE default\n" + points + "\n");
   auto both = open(folder / "both.vtk");
   EXPECT_EQ(read_all(*both.source), pattern_voxels<double>(kSize));
-  expect_note(both, "'p' of its points is taken");
-  // Values of cells alone are voxels at the cells' centres.
+  expect_note(both, "'p' of its points is read");
+  // Values that exist only for cells become voxels at the cells' centres.
   write_file(folder / "cells.vtk", fmt::format(fmt::runtime(head), 6, 5, 4) +
                                        "CELL_DATA 60\nSCALARS c short\nLOOKUP_TABLE default\n" +
                                        points + "\n");
   auto only = open(folder / "cells.vtk");
   expect_note(only, "cell's centre");
-  expect_places(only, [](int x, int y, int z) {
+  expect_positions(only, [](int x, int y, int z) {
     return Vec3d{10.5 + x, 21.0 + 2 * y, 31.5 + 3 * z};
   });
   write_file(folder / "wrong.vtk", fmt::format(fmt::runtime(head), 5, 4, 3) +
@@ -408,7 +411,7 @@ TEST(RuleVtk, CellDataIsNotTakenForPointData) {
   expect_error(folder / "wrong.vtk", "expected 60 values");
 }
 
-TEST(RuleVtk, WordsThatAreNoNumbersAndShortTextAreErrors) {
+TEST(RuleVtk, WordsThatAreNotNumbersAndShortTextAreErrors) {
   const TempFolder folder;
   const auto write = [&](int count, const std::string& word) {
     std::string text;
@@ -445,7 +448,7 @@ TEST(RuleNifti, MicrometresScaleTheOriginAsWell) {
   bytes[123] = 3;
   write_file(folder / "v.nii", bytes);
   auto volume = open(folder / "v.nii");
-  expect_places(volume, [](int x, int y, int z) {
+  expect_positions(volume, [](int x, int y, int z) {
     return Vec3d{-(10.0 + 2 * x), -(20.0 + 3 * y), 30.0 + 4 * z} * 1e-3;
   });
 }
@@ -463,7 +466,7 @@ TEST(RuleNifti, ATimeOfNoStepsIsOneStepWithANote) {
   expect_error(folder / "v.nii", "found 0 along dimension 3");
 }
 
-TEST(RuleNifti, CompressedDataIsFoundWhateverItIsCalled) {
+TEST(RuleNifti, CompressedDataIsDetectedWithAnyName) {
   const TempFolder folder;
   for (const char* name : {"v.nii", "v.img.copy", "v.gz"}) {
     write_file(folder / name, test::deflated(nifti().bytes()));
@@ -478,7 +481,7 @@ TEST(RuleNifti, CompressedDataIsFoundWhateverItIsCalled) {
 
 // Every format ------------------------------------------------------------------------------------
 
-/// Floats from 0 to 59, one in five of which is `fill`.
+/// Floats from 0 to 59; one in five is `fill`.
 std::string with_fill(float fill) {
   std::vector<float> values;
   for (int i = 0; i < 60; ++i) values.push_back(i % 5 == 0 ? fill : static_cast<float>(i));
@@ -499,14 +502,14 @@ TEST(RuleMissingValues, AFillValueOfFloatsIsFoundAndNoted) {
     auto kept = open(folder / "v.nrrd", options);
     EXPECT_EQ(read_all(*kept.source)[5], static_cast<double>(fill));
   }
-  // A background of zeros is none, nor is an ordinary value.
+  // A background of zeros and an ordinary value are not fill values.
   write_file(folder / "v.nrrd", header + with_fill(0));
   EXPECT_FALSE(std::isnan(read_all(*open(folder / "v.nrrd").source)[5]));
   write_file(folder / "v.nrrd", header + with_fill(-20));
   EXPECT_FALSE(std::isnan(read_all(*open(folder / "v.nrrd").source)[5]));
 }
 
-/// Integers from 0 to 59, one in five of which is `fill`.
+/// Integers from 0 to 59; one in five is `fill`.
 template <class T>
 std::string integers_with_fill(T fill) {
   std::vector<T> values;
@@ -526,7 +529,7 @@ TEST(RuleMissingValues, AFillValueOfIntegersIsKeptAndNoted) {
     EXPECT_EQ(read_all(*volume.source)[5], std::stod(value));
     expect_note(volume, fmt::format("--missing-value={}", value));
     ImportOptions options;
-    options.missing_value = std::stod(value);  // what the note says works
+    options.missing_value = std::stod(value);  // the option in the note must work
     EXPECT_TRUE(std::isnan(read_all(*open(folder / "v.nrrd", options).source)[5]));
   };
   check("short", integers_with_fill<int16_t>(-9999), "-9999");
@@ -536,7 +539,7 @@ TEST(RuleMissingValues, AFillValueOfIntegersIsKeptAndNoted) {
   check("int", integers_with_fill<int32_t>(-2147483647 - 1), "-2147483648");
   check("uint", integers_with_fill<uint32_t>(4294967295u), "4294967295");
 
-  // Ordinary values, a value beside others, and the ends of bytes are none.
+  // Ordinary values, a value close to others, and the ends of 8-bit types are not fill values.
   const auto has_note = [&](const char* type, const std::string& voxels) {
     write_file(folder / "v.nrrd",
                nrrd_header(kSize, type, "endian: little\nencoding: raw\n\n") + voxels);
@@ -550,7 +553,7 @@ TEST(RuleMissingValues, AFillValueOfIntegersIsKeptAndNoted) {
   EXPECT_FALSE(has_note("uchar", integers_with_fill<uint8_t>(255)));
 }
 
-TEST(RuleMissingValues, AnOptionNamesThemForEveryType) {
+TEST(RuleMissingValues, AnOptionSetsThemForEveryType) {
   const TempFolder folder;
   write_file(
       folder / "v.nrrd",
@@ -563,7 +566,7 @@ TEST(RuleMissingValues, AnOptionNamesThemForEveryType) {
   EXPECT_TRUE(std::isnan(values[4]));
   values[4] = 4;
   EXPECT_EQ(values, pattern_voxels<double>(kSize));
-  expect_note(volume, "--missing-value says");
+  expect_note(volume, "--missing-value requests");
 }
 
 TEST(RuleChanges, AVolumeThatChangesWhileItIsReadIsAnError) {
@@ -598,7 +601,7 @@ TEST(RuleChanges, AVolumeThatChangesWhileItIsReadIsAnError) {
   write_file(folder / "d.raw", voxels() + "more");
   expect_changed(detached);
 
-  // The time of the change can lie: at the end the beginning of the file is compared.
+  // The modification time may be wrong: at the end, the beginning of the file is compared too.
   write_file(folder / "e.nrrd", header + "\n" + voxels());
   auto quiet = open_first(folder / "e.nrrd");
   const auto time = std::filesystem::last_write_time(folder / "e.nrrd");
@@ -606,7 +609,7 @@ TEST(RuleChanges, AVolumeThatChangesWhileItIsReadIsAnError) {
   std::filesystem::last_write_time(folder / "e.nrrd", time);
   const auto last = quiet.source->read_slices(2, 1, slice);
   ASSERT_FALSE(last);
-  EXPECT_NE(last.error().message.find("another beginning"), std::string::npos);
+  EXPECT_NE(last.error().message.find("a different beginning"), std::string::npos);
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 #include "tests/native/dicom_files.h"
 
-// DICOM files that lack pixels, and pixels that are said to have no value.
+// DICOM files with missing pixels, and pixels that stand for no value.
 namespace isosplat {
 namespace {
 
@@ -24,9 +24,9 @@ std::string cut_before(DicomItem data, uint32_t tag) {
   return DicomWriter({}).file(data);
 }
 
-TEST(DicomLacks, SlicesThatEndBeforeTheirPixelsAreErrors) {
+TEST(DicomMissing, SlicesThatEndBeforeTheirPixelsAreErrors) {
   const BallSeries series;
-  // The last slice: where it is left out without a word, the volume is shorter.
+  // The last slice: if it were ignored without a note, the volume would be shorter.
   const int last = series.size.z - 1;
   const std::string whole = DicomWriter({}).file(series.slice(last));
   for (const std::string& cut :
@@ -37,20 +37,20 @@ TEST(DicomLacks, SlicesThatEndBeforeTheirPixelsAreErrors) {
     const TempFolder folder;
     series.write(folder);
     std::filesystem::remove(folder / series.file_name(last));
-    write_file(folder / "IM12", cut);  // a name that says nothing
+    write_file(folder / "IM12", cut);  // a name without meaning
     expect_error(folder.path(), {"IM12", "ends before its pixels", "--allow-gaps"});
     auto volume = open(folder.path(), allowing(Allowance::gaps));
-    expect_note(volume, "1 file is left out, which cannot be read (IM12)");
+    expect_note(volume, "1 file is ignored, which cannot be read (IM12)");
     EXPECT_EQ(volume.source->header().grid.voxels.z, last);
   }
 }
 
-TEST(DicomLacks, ACutDeflatedSliceIsFoundWhenTheFolderIsOpened) {
+TEST(DicomMissing, ACutDeflatedSliceIsFoundWhenTheFolderIsOpened) {
   BallSeries series;
   series.syntax = test::deflated_little();
   const TempFolder folder;
   series.write(folder);
-  // Pixels that deflate badly, so that most of the file is pixels.
+  // Pixels that compress badly, so that most of the file is pixels.
   auto pixels = series.pixels(6);
   uint32_t random = 1;
   for (uint16_t& pixel : pixels)
@@ -65,7 +65,7 @@ TEST(DicomLacks, ACutDeflatedSliceIsFoundWhenTheFolderIsOpened) {
 
   auto volume = open(folder.path(), allowing(Allowance::truncated));
   ASSERT_TRUE(volume.source);
-  expect_note(volume, "the pixels that are missing have no value");
+  expect_note(volume, "the missing pixels have no value");
   const auto values = test::read_all(*volume.source);
   const size_t slice = pixels.size();
   const auto there =
@@ -99,7 +99,7 @@ void write_padded(const TempFolder& folder, const BallSeries& series, int paddin
   }
 }
 
-TEST(DicomLacks, PaddingApartFromAllValuesHasNoValue) {
+TEST(DicomMissing, PaddingApartFromAllValuesHasNoValue) {
   for (const bool has_limit : {false, true}) {
     BallSeries series;
     series.is_signed = true;
@@ -110,7 +110,7 @@ TEST(DicomLacks, PaddingApartFromAllValuesHasNoValue) {
     write_padded(folder, series, -2000, has_limit ? std::optional(-1990) : std::nullopt);
     auto volume = open(folder.path());
     expect_note(volume, has_limit ? "values -3024 to -3014" : "value -3024");
-    expect_note(volume, "as the file's header says");
+    expect_note(volume, "according to the file's header");
     const auto values = test::read_all(*volume.source);
     const auto nx = static_cast<size_t>(series.size.x);
     const size_t slice = nx * static_cast<size_t>(series.size.y);
@@ -127,18 +127,18 @@ TEST(DicomLacks, PaddingApartFromAllValuesHasNoValue) {
   }
 }
 
-// Where air is written as padding, making it missing would open the skin.
-TEST(DicomLacks, PaddingAmongOtherValuesIsKeptAndNoted) {
+// If air is written as padding, making it absent would leave holes in the skin.
+TEST(DicomMissing, PaddingAmongOtherValuesIsKeptAndNoted) {
   BallSeries series;
   const TempFolder folder;
   write_padded(folder, series, 0);
   auto volume = open(folder.path());
-  expect_note(volume, "--missing-value=0 takes them to have none");
+  expect_note(volume, "--missing-value=0 removes them");
   EXPECT_EQ(volume.source->header().type, VoxelType::u16);
   EXPECT_EQ(test::read_all(*volume.source)[0], 0);
 }
 
-TEST(DicomLacks, PaddingThatDiffersFromSliceToSliceIsKeptAndNoted) {
+TEST(DicomMissing, PaddingThatDiffersFromSliceToSliceIsKeptAndNoted) {
   const BallSeries series;
   const TempFolder folder;
   for (int z = 0; z < series.size.z; ++z) {
@@ -148,7 +148,7 @@ TEST(DicomLacks, PaddingThatDiffersFromSliceToSliceIsKeptAndNoted) {
   }
   auto volume = open(folder.path());
   expect_field(volume, series);
-  expect_note(volume, "different values as padding");
+  expect_note(volume, "different padding values");
 }
 
 }  // namespace
