@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 
 namespace isosplat {
 
@@ -18,10 +19,13 @@ Result<void> ChunkStore::check_block(const VolumeGrid& grid, const BlockKey& blo
   return {};
 }
 
-Result<void> ChunkStore::add(const VolumeGrid& grid, ChunkHandle handle, const BlockKey& block,
-                             std::span<const PackedSample> samples) {
-  Chunk chunk{{}, block, {kMissingVoxel, 0}, {}, {}, cluster_samples(samples, ordered_)};
-  const auto range = buffers_.add(ordered_);
+Result<SampleRange> ChunkStore::reserve(const VolumeGrid& grid, ChunkHandle handle,
+                                        const BlockKey& block,
+                                        std::vector<SampleCluster> clusters) {
+  Chunk chunk{{}, block, {kMissingVoxel, 0}, {}, {}, std::move(clusters)};
+  const uint32_t count =
+      chunk.clusters.empty() ? 0 : chunk.clusters.back().first + chunk.clusters.back().count;
+  const auto range = buffers_.reserve(count);
   if (!range) return tl::unexpected(range.error());
   chunk.range = *range;
   for (const SampleCluster& cluster : chunk.clusters) {
@@ -34,7 +38,7 @@ Result<void> ChunkStore::add(const VolumeGrid& grid, ChunkHandle handle, const B
   chunk.low = Vec3d{double(at.x), double(at.y), double(at.z)} * (cell * kBlockCells);
   chunk.high = chunk.low + Vec3d{double(cells.x), double(cells.y), double(cells.z)} * cell;
   chunks_.emplace(handle, std::move(chunk));
-  return {};
+  return range;
 }
 
 bool ChunkStore::remove(ChunkHandle handle) {

@@ -11,7 +11,7 @@
 #include "shared/grid/grid.h"
 #include "shared/render/renderer.h"
 #include "shared/render/sample_buffers.h"
-#include "shared/render/sample_clusters.h"
+#include "shared/sampling/sample_clusters.h"
 
 namespace isosplat {
 
@@ -30,10 +30,11 @@ class ChunkStore {
   /// Checks that the volume has this block. Errors: invalid_argument.
   static Result<void> check_block(const VolumeGrid& grid, const BlockKey& block);
 
-  /// Uploads a chunk whose block check_block() accepts. The handle must not be in use. Errors:
+  /// Adds a chunk whose block check_block() accepts, and whose clusters are valid. The handle must
+  /// not be in use. The caller uploads the samples: see SampleBuffers::reserve. Errors:
   /// out_of_memory.
-  Result<void> add(const VolumeGrid& grid, ChunkHandle handle, const BlockKey& block,
-                   std::span<const PackedSample> samples);
+  Result<SampleRange> reserve(const VolumeGrid& grid, ChunkHandle handle, const BlockKey& block,
+                              std::vector<SampleCluster> clusters);
   /// Removes a chunk. Returns false if there is none with this handle.
   bool remove(ChunkHandle handle);
   /// Removes all chunks, and keeps the buffers.
@@ -60,7 +61,6 @@ class ChunkStore {
   std::unordered_map<ChunkHandle, Chunk> chunks_;
   std::vector<DrawnChunk> visible_;
   SampleBuffers buffers_;
-  std::vector<PackedSample> ordered_;  // reused by add(), to avoid allocations
 };
 
 }  // namespace isosplat

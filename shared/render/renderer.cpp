@@ -76,14 +76,32 @@ void Renderer::set_volume(const VolumeGrid& grid, const ValueMapping& mapping) {
 
 Result<void> Renderer::add_chunk(ChunkHandle handle, ChunkPlace place,
                                  std::span<const PackedSample> samples) {
+  std::vector<PackedSample> ordered;
+  const auto offset = reserve_chunk(handle, place, cluster_samples(samples, ordered));
+  if (!offset) return tl::unexpected(offset.error());
+  if (!ordered.empty()) {
+    glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(*offset),
+                    static_cast<GLsizeiptr>(ordered.size() * sizeof(PackedSample)), ordered.data());
+  }
+  return {};
+}
+
+Result<uint64_t> Renderer::reserve_chunk(ChunkHandle handle, ChunkPlace place,
+                                         std::vector<SampleCluster> clusters) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost: add the chunk again later");
   if (!s.grid) return fail(Status::invalid_argument, "a chunk was added before any volume was set");
-  if (auto ok = ChunkStore::check_block(*s.grid, place.block); !ok) return ok;
+  if (auto ok = ChunkStore::check_block(*s.grid, place.block); !ok) {
+    return tl::unexpected(ok.error());
+  }
+  if (!are_clusters(clusters)) {
+    return fail(Status::invalid_argument, "a chunk's clusters are not in the order of its regions");
+  }
   remove_chunk(handle);
-  if (auto ok = s.chunks.add(*s.grid, handle, place.block, samples); !ok) return ok;
+  const auto range = s.chunks.reserve(*s.grid, handle, place.block, std::move(clusters));
+  if (!range) return tl::unexpected(range.error());
   if (s.chunks.is_visible(handle)) s.dirty = true;
-  return {};
+  return range->offset_bytes();
 }
 
 Result<void> Renderer::check_gpu() const {

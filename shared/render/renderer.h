@@ -13,6 +13,7 @@
 #include "shared/render/camera.h"
 #include "shared/sampling/packed_sample.h"
 #include "shared/sampling/projection.h"
+#include "shared/sampling/sample_clusters.h"
 
 namespace isosplat {
 
@@ -142,6 +143,13 @@ class Renderer {
   /// lost), out_of_memory. Some drivers find out late: check_gpu() tells.
   Result<void> add_chunk(ChunkHandle handle, ChunkPlace place,
                          std::span<const PackedSample> samples);
+
+  /// Like add_chunk of samples that cluster_samples has sorted, but leaves the upload to the
+  /// caller: the vertex buffer is bound to GL_ARRAY_BUFFER. Returns the offset in bytes where the
+  /// samples belong; upload them before the next call. Another error: invalid_argument (clusters
+  /// that cluster_samples does not return).
+  Result<uint64_t> reserve_chunk(ChunkHandle handle, ChunkPlace place,
+                                 std::vector<SampleCluster> clusters);
 
   /// What went wrong on the GPU since the last call. Waits until it has done what it was told, so
   /// call it when it has. Errors: out_of_memory, gl_error.

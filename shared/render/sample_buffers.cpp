@@ -23,7 +23,15 @@ bool is_out_of_memory() {
 }  // namespace
 
 Result<SampleRange> SampleBuffers::add(std::span<const PackedSample> samples) {
-  const auto count = static_cast<uint32_t>(samples.size());
+  const auto range = reserve(static_cast<uint32_t>(samples.size()));
+  if (range && range->count > 0) {
+    glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(range->offset_bytes()),
+                    static_cast<GLsizeiptr>(samples.size_bytes()), samples.data());
+  }
+  return range;
+}
+
+Result<SampleRange> SampleBuffers::reserve(uint32_t count) {
   if (count == 0) return SampleRange{};
   uint32_t index = 0;
   std::map<uint32_t, uint32_t>::iterator run;
@@ -60,8 +68,6 @@ Result<SampleRange> SampleBuffers::add(std::span<const PackedSample> samples) {
   buffer.free.erase(run);
   if (left) buffer.free[range.first + count] = left;
   glBindBuffer(GL_ARRAY_BUFFER, buffer.buffer);
-  glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(range.first * sizeof(PackedSample)),
-                  static_cast<GLsizeiptr>(samples.size_bytes()), samples.data());
   samples_ += count;
   return range;
 }

@@ -16,6 +16,8 @@ struct SampleRange {
   uint32_t buffer = 0;
   uint32_t first = 0;
   uint32_t count = 0;
+
+  uint64_t offset_bytes() const { return uint64_t{first} * sizeof(PackedSample); }
 };
 
 /// The samples of all chunks, in a few large vertex buffers. Ranges are taken first fit; freed
@@ -34,6 +36,10 @@ class SampleBuffers {
   /// Where a new buffer is needed, waits for the GPU to say whether there is room for it; samples
   /// go to existing ones without a question. Errors: out_of_memory; nothing is kept then.
   Result<SampleRange> add(std::span<const PackedSample> samples);
+
+  /// Like add, but leaves the upload to the caller: the range's buffer is bound to GL_ARRAY_BUFFER,
+  /// and the samples belong at range.offset_bytes(). Binds nothing if count is 0.
+  Result<SampleRange> reserve(uint32_t count);
   void remove(const SampleRange& range);
 
   /// Vertex array whose attribute 0 is the buffer's samples (uvec4).

@@ -11,6 +11,7 @@
 
 #include "shared/codec/chunk_codec.h"
 #include "shared/points/chunk_samples.h"
+#include "shared/sampling/sample_clusters.h"
 #include "shared/select/selector.h"
 #include "shared/store/store_reader.h"
 
@@ -24,7 +25,8 @@ struct IsosplatCore {
   std::unique_ptr<StoreReader> store;
   std::optional<Selector> selector;
   ChunkDecoder decoder;
-  std::vector<PackedSample> packed;
+  std::vector<PackedSample> packed, ordered;
+  std::vector<SampleCluster> clusters;
   DecodedCells cells;
   std::string error;
   std::array<std::vector<std::byte>, ISOSPLAT_RESULT_BUFFERS> copies;
@@ -77,6 +79,13 @@ void put_range(IsosplatCore* core, const CoarseRange& range) {
       core, 0,
       IsosplatCoarseRange{static_cast<double>(range.first_level), static_cast<double>(range.offset),
                           static_cast<double>(range.bytes)});
+}
+
+/// 0x and eight digits.
+std::string hexadecimal(uint32_t word) {
+  std::string text = "0x";
+  for (int shift = 28; shift >= 0; shift -= 4) text += "0123456789abcdef"[word >> shift & 15];
+  return text;
 }
 
 uint32_t as_u32(int32_t value) {
@@ -293,6 +302,22 @@ IsosplatStatus isosplat_core_decode_packed(IsosplatCore* core, const void* data,
       core->decoder.decode_packed(as_bytes(data, bytes), chunk_shape(*shape), core->packed);
   core->results[0] = std::as_bytes(std::span(core->packed));  // empty after an error
   return decoded ? kOk : report(core, decoded.error());
+}
+
+IsosplatStatus isosplat_core_decode_chunk(IsosplatCore* core, const void* data, uint32_t bytes,
+                                          const IsosplatChunkShape* shape, uint32_t checksum) {
+  const uint32_t found = isosplat_core_checksum(data, bytes);
+  if (found != checksum) {
+    return report(core, Status::checksum_mismatch,
+                  "checksum differs (expected " + hexadecimal(checksum) + ", found " +
+                      hexadecimal(found) + ")");
+  }
+  const IsosplatStatus status = isosplat_core_decode_packed(core, data, bytes, shape);
+  if (status != kOk) return status;
+  core->clusters = cluster_samples(core->packed, core->ordered);
+  core->results[ISOSPLAT_DECODED_SAMPLES] = std::as_bytes(std::span(core->ordered));
+  core->results[ISOSPLAT_DECODED_CLUSTERS] = std::as_bytes(std::span(core->clusters));
+  return kOk;
 }
 
 IsosplatStatus isosplat_core_decode_samples(IsosplatCore* core, const void* data, uint32_t bytes,

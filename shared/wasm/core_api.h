@@ -36,6 +36,7 @@ enum {
   ISOSPLAT_SAMPLES_GRADIENTS,
   ISOSPLAT_SAMPLES_INTERVALS
 };
+enum { ISOSPLAT_DECODED_SAMPLES, ISOSPLAT_DECODED_CLUSTERS };
 enum { ISOSPLAT_POINTS_POSITIONS, ISOSPLAT_POINTS_NORMALS };
 enum {
   ISOSPLAT_SELECTION_HEADER,
@@ -94,6 +95,13 @@ uint32_t isosplat_core_checksum(const void* data, uint32_t bytes);
 /// Decodes a chunk for the GPU. Needs no open store. Result 0: PackedSample[shape->cells].
 IsosplatStatus isosplat_core_decode_packed(IsosplatCore* core, const void* data, uint32_t bytes,
                                            const IsosplatChunkShape* shape);
+
+/// Checks and decodes a chunk for the renderer. Needs no open store. `checksum` is that of the
+/// directory; if isosplat_core_checksum returns another one, the status is checksum_mismatch.
+/// Results: PackedSample[shape->cells] sorted by region; SampleCluster of each region that has
+/// samples, for isosplat_renderer_reserve_chunk.
+IsosplatStatus isosplat_core_decode_chunk(IsosplatCore* core, const void* data, uint32_t bytes,
+                                          const IsosplatChunkShape* shape, uint32_t checksum);
 
 /// Decodes a chunk of the open store to samples at the centres of its cells. Results, with one
 /// entry per cell: world positions (3 floats), values (float), gradients in values per world unit

@@ -194,14 +194,19 @@ IsosplatStatus isosplat_renderer_set_volume(const IsosplatVolume* volume) {
   return kOk;
 }
 
-IsosplatStatus isosplat_renderer_add_chunk(uint32_t handle, const IsosplatBlock* block,
-                                           const void* samples, uint32_t count) {
+IsosplatStatus isosplat_renderer_reserve_chunk(uint32_t handle, const IsosplatBlock* block,
+                                               const void* clusters, uint32_t cluster_bytes,
+                                               double* offset) {
   Renderer* renderer = current();
   if (!renderer) return no_renderer();
   const Index3 index{static_cast<int32_t>(block->block[0]), static_cast<int32_t>(block->block[1]),
                      static_cast<int32_t>(block->block[2])};
-  return status_of(renderer->add_chunk(handle, {{block->level, index}},
-                                       {static_cast<const PackedSample*>(samples), count}));
+  const auto* first = static_cast<const SampleCluster*>(clusters);
+  const auto reserved = renderer->reserve_chunk(
+      handle, {{block->level, index}}, {first, first + cluster_bytes / sizeof(SampleCluster)});
+  if (!reserved) return report(reserved.error());
+  *offset = static_cast<double>(*reserved);
+  return kOk;
 }
 
 IsosplatStatus isosplat_renderer_check_gpu() {

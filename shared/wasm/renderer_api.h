@@ -37,10 +37,13 @@ const char* isosplat_renderer_error();
 
 IsosplatStatus isosplat_renderer_set_volume(const IsosplatVolume* volume);
 
-/// Uploads a chunk: PackedSample[count], as the decoder returns them. `handle`: chosen by the
-/// caller.
-IsosplatStatus isosplat_renderer_add_chunk(uint32_t handle, const IsosplatBlock* block,
-                                           const void* samples, uint32_t count);
+/// Reserves room for the samples of a chunk: Renderer::reserve_chunk. `clusters`: those of
+/// isosplat_core_decode_chunk. `handle`: chosen by the caller. Binds the vertex buffer to
+/// ARRAY_BUFFER and sets *offset, in bytes. JavaScript uploads the samples there with
+/// bufferSubData, without a copy in this heap.
+IsosplatStatus isosplat_renderer_reserve_chunk(uint32_t handle, const IsosplatBlock* block,
+                                               const void* clusters, uint32_t cluster_bytes,
+                                               double* offset);
 
 /// Renderer::check_gpu: returns the errors of the GPU since the last call.
 IsosplatStatus isosplat_renderer_check_gpu();

@@ -131,6 +131,8 @@ std::vector<Constant> all_constants() {
       {"samplesValues", ISOSPLAT_SAMPLES_VALUES},
       {"samplesGradients", ISOSPLAT_SAMPLES_GRADIENTS},
       {"samplesIntervals", ISOSPLAT_SAMPLES_INTERVALS},
+      {"decodedSamples", ISOSPLAT_DECODED_SAMPLES},
+      {"decodedClusters", ISOSPLAT_DECODED_CLUSTERS},
       {"pointsPositions", ISOSPLAT_POINTS_POSITIONS},
       {"pointsNormals", ISOSPLAT_POINTS_NORMALS},
       {"selectionHeader", ISOSPLAT_SELECTION_HEADER},

@@ -97,6 +97,7 @@ test("draws what the native renderer draws, before and after a lost context", as
       check(m._isosplat_renderer_limits(limits));
       const { floatTargets } = layouts.readRendererLimits(heap(), limits);
       const samples = new Uint8Array(await (await fetch("/fixture/samples.bin")).arrayBuffer());
+      const clusters = new Uint8Array(await (await fetch("/fixture/clusters.bin")).arrayBuffer());
       const volume = records(layouts.volumeBytes, layouts.writeVolume, {
         voxels: [60, 50, 30],
         spacing: [1, 1.25, 2],
@@ -108,10 +109,11 @@ test("draws what the native renderer draws, before and after a lost context", as
       check(m._isosplat_renderer_set_volume(volume));
       const block = records(layouts.blockBytes, layouts.writeBlock, { level: 0, block: [0, 0, 0] });
       const add = () => {
-        const at = m._malloc(samples.length);
-        m.HEAPU8.set(samples, at);
-        const count = samples.length / layouts.packedSampleBytes;
-        check(m._isosplat_renderer_add_chunk(7, block, at, count));
+        const at = m._malloc(clusters.length);
+        m.HEAPU8.set(clusters, at);
+        const offset = m._malloc(8);
+        check(m._isosplat_renderer_reserve_chunk(7, block, at, clusters.length, offset));
+        gl.bufferSubData(gl.ARRAY_BUFFER, m.HEAPF64[offset / 8], samples);
         m._free(at);
         const drawn = m._malloc(layouts.drawnChunkBytes);
         m.HEAPU8.fill(0xff, drawn, drawn + layouts.drawnChunkBytes);

@@ -7,8 +7,20 @@
 #include "native/headless/egl_context.h"
 #include "tests/native/test_volume.h"
 
+using namespace isosplat;
+
+namespace {
+
+template <class T>
+void write_file(const std::string& path, const std::vector<T>& items) {
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(items.data()),
+             static_cast<std::streamsize>(items.size() * sizeof(T)));
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  using namespace isosplat;
   if (argc != 2) return 2;
   const std::string folder = argv[1];
   const auto context = EglContext::create();
@@ -23,9 +35,10 @@ int main(int argc, char** argv) {
   const Vec3d centre = grid.world({29.5, 24.5, 14.5});
   const TestVolume volume = sampled_volume(grid, [&](Vec3d p) { return 100 * length(p - centre); });
   const auto samples = block_samples(volume, {0, {0, 0, 0}}, 1500, 2500);
-  std::ofstream(folder + "/samples.bin", std::ios::binary)
-      .write(reinterpret_cast<const char*>(samples.data()),
-             static_cast<std::streamsize>(samples.size() * sizeof(PackedSample)));
+  std::vector<PackedSample> ordered;
+  const auto clusters = cluster_samples(samples, ordered);
+  write_file(folder + "/samples.bin", ordered);
+  write_file(folder + "/clusters.bin", clusters);
   (*renderer)->set_volume(volume.grid, volume.mapping);
   const ChunkHandle handle = 7;
   if (!(*renderer)->add_chunk(handle, {{0, {0, 0, 0}}}, samples)) return 1;

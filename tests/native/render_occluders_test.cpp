@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "shared/render/occluders.h"
-#include "shared/render/sample_clusters.h"
+#include "shared/sampling/sample_clusters.h"
 
 namespace isosplat {
 namespace {
@@ -42,6 +42,26 @@ TEST(SampleClusters, HoldEachSampleOnceInTheRegionOfItsCell) {
     EXPECT_EQ(cluster.interval, interval);
   }
   EXPECT_EQ(next, samples.size());
+}
+
+TEST(SampleClusters, AreRecognisedByTheirOrder) {
+  std::vector<PackedSample> samples, ordered;
+  for (int32_t x = 0; x < 64; ++x) samples.push_back(pack_sample({x, x, x}, {1, 2}, {}));
+  const auto clusters = cluster_samples(samples, ordered);
+  ASSERT_EQ(clusters.size(), 8u);
+  EXPECT_TRUE(are_clusters(clusters));
+  EXPECT_TRUE(are_clusters({}));
+  const auto changed = [&](auto change) {
+    auto copy = clusters;
+    change(copy);
+    return are_clusters(copy);
+  };
+  EXPECT_FALSE(changed([](auto& c) { c[3].first += 1; }));
+  EXPECT_FALSE(changed([](auto& c) { c[3].count -= 1; }));
+  EXPECT_FALSE(changed([](auto& c) { c.erase(c.begin()); }));
+  EXPECT_FALSE(changed([](auto& c) { c[3].region = c[2].region; }));
+  EXPECT_FALSE(changed([](auto& c) { c[7].region = 512; }));
+  EXPECT_FALSE(changed([](auto& c) { c.push_back({64, 0, {1, 2}, 511, {}, {}}); }));
 }
 
 /// Looks along z, 256² px, one px wide at a distance of 256.

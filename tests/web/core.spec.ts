@@ -225,6 +225,50 @@ test("a chunk's checksum is the directory's", () => {
   }
 });
 
+test("a chunk decodes to the same samples, sorted by region, with a cluster for each region", () => {
+  const store = whole();
+  for (const chunk of store.chunksFor(1, 100.5)) {
+    const { samples, clusters } = core.decodeChunk(chunk, bytesOf(chunk));
+    // Region of 8³ cells: the upper three of each coordinate's six bits (packed_sample.h).
+    const regionOf = (sample: readonly number[]): number => {
+      const [cell = 0] = sample;
+      return ((cell >> 3) & 7) | (((cell >> 9) & 7) << 3) | (((cell >> 15) & 7) << 6);
+    };
+    const split = (words: Uint32Array): number[][] =>
+      Array.from({ length: words.length / 4 }, (_, i) => [...words.subarray(4 * i, 4 * i + 4)]);
+    const stored = split(store.decodePacked(chunk, bytesOf(chunk)));
+    // A stable sort: within a region the order is that of the chunk.
+    const sorted = stored.toSorted((x, y) => regionOf(x) - regionOf(y));
+    expect(split(samples)).toEqual(sorted);
+    const regions = new Set(sorted.map(regionOf));
+    expect(clusters.length % regions.size).toBe(0);
+    const size = clusters.length / regions.size;
+    const words = new DataView(clusters.buffer);
+    let first = 0;
+    [...regions].forEach((region, i) => {
+      expect(words.getUint32(size * i, true)).toBe(first);
+      const count = words.getUint32(size * i + 4, true);
+      expect(count).toBe(sorted.filter((sample) => regionOf(sample) === region).length);
+      expect(words.getUint16(size * i + 12, true)).toBe(region);
+      first += count;
+    });
+    expect(first).toBe(chunk.cells);
+  }
+});
+
+test("a chunk whose bytes were changed is refused with both checksums", () => {
+  const store = whole();
+  const [chunk] = store.chunksFor(1, 100.5);
+  if (!chunk) throw new Error("no chunk");
+  const changed = bytesOf(chunk).slice();
+  changed[5] = (changed[5] ?? 0) ^ 16;
+  const hex = (word: number): string => `0x${word.toString(16).padStart(8, "0")}`;
+  const [expected, found] = [hex(chunk.checksum), hex(core.checksum(changed))];
+  expect(() => core.decodeChunk(chunk, changed)).toThrow(
+    `checksum_mismatch: checksum differs (expected ${expected}, found ${found})`,
+  );
+});
+
 test("stores that are closed give their memory back", () => {
   const openAndClose = (): number => {
     const store = openWhole(core, file);

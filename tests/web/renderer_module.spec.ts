@@ -29,7 +29,7 @@ test("functions that need a renderer fail without one", async () => {
     ["draw", 10, 10, 0],
     ["refine", 10, 10, 0],
     ["begin_occlusion_query", 0, 0, 1],
-    ["add_chunk", 1, 0, 0, 0],
+    ["reserve_chunk", 1, 0, 0, 0, 0],
     ["set_volume", 0],
     ["begin_fade", 0],
     ["take_occlusion_query", 0],

@@ -1,8 +1,8 @@
 /** How often what has failed is asked for again, by a clock that the tests turn. */
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { Backoff } from "../../web/stream/backoff.ts";
+import { FailedParts } from "../../web/stream/failed_parts.ts";
 import { longestSlowRetry, StreamError } from "../../web/stream/index.ts";
-import { SecondLook } from "../../web/stream/second_look.ts";
 
 beforeEach(() => {
   vi.useFakeTimers();
@@ -86,7 +86,7 @@ test("one damaged part is looked at slowly, of several one at a time", async () 
   for (const parts of [["a"], ["a", "b", "c"]]) {
     const looks: { part: string; at: number }[] = [];
     const isDamaged = new StreamError("damaged-part", "its checksum differs");
-    const second = new SecondLook<string>(
+    const second = new FailedParts<string>(
       () => true,
       (part) => {
         looks.push({ part, at: Date.now() });

@@ -1,8 +1,7 @@
 // Decoding workers that die: what they had is reported, others take over, and it ends.
 import { afterEach, beforeAll, beforeEach, describe, expect, it, vi } from "vitest";
-import { type Chunk, type Core, CoreError } from "../../web/core/index.ts";
+import { type Chunk, type Core, CoreError, type DecodedChunk } from "../../web/core/index.ts";
 import type { WorkerRequest, WorkerStart } from "../../web/stream/decode_worker.ts";
-import { decodeChecked } from "../../web/stream/decoder.ts";
 import { WorkerPool } from "../../web/stream/worker_pool.ts";
 import { core as load, openWhole, storeBytes } from "./fixture.ts";
 
@@ -43,8 +42,8 @@ class StubWorker {
   answer(): void {
     const request = this.requests.shift();
     if (!request) throw new Error("the worker was asked for nothing");
-    const samples = decodeChecked(core, request.job, request.bytes);
-    this.onmessage?.({ data: { id: request.id, samples } });
+    const decoded = core.decodeChunk(request.job, request.bytes);
+    this.onmessage?.({ data: { id: request.id, decoded } });
   }
 
   crash(message = "out of memory"): void {
@@ -70,16 +69,16 @@ const never = new AbortController().signal;
 function decode(pool: WorkerPool, n: number, signal = never) {
   const at = chunks[n % chunks.length];
   if (!at) throw new Error("the fixture has no chunks");
-  const state: { samples?: Uint32Array; error?: unknown } = {};
+  const state: { decoded?: DecodedChunk; error?: unknown } = {};
   const done = pool.decode(at.chunk, at.bytes.slice(), signal).then(
-    (samples) => {
-      state.samples = samples;
+    (decoded) => {
+      state.decoded = decoded;
     },
     (error: unknown) => {
       state.error = error;
     },
   );
-  return { state, done, expected: () => decodeChecked(core, at.chunk, at.bytes) };
+  return { state, done, expected: () => core.decodeChunk(at.chunk, at.bytes) };
 }
 
 /** Until the workers have been told what to run. */
@@ -109,7 +108,7 @@ describe("a worker that dies", () => {
     expect(second?.isStarted).toBe(true);
     second?.answer();
     await Promise.all([jobs[0]?.done, jobs[3]?.done]);
-    for (const good of [jobs[0], jobs[3]]) expect(good?.state.samples).toEqual(good?.expected());
+    for (const good of [jobs[0], jobs[3]]) expect(good?.state.decoded).toEqual(good?.expected());
     pool.close();
     expect(StubWorker.living).toEqual([]);
   });
@@ -152,7 +151,7 @@ describe("a worker that dies", () => {
     await begun();
     StubWorker.living[0]?.answer();
     await good.done;
-    expect(good.state.samples).toEqual(good.expected());
+    expect(good.state.decoded).toEqual(good.expected());
     pool.close();
   });
 

@@ -1,12 +1,14 @@
 import {
   chunkShapeBytes,
+  decodedClusters,
+  decodedSamples,
   pointsNormals,
   pointsPositions,
   writeChunkShape,
 } from "../../build/wasm/web/layouts.js";
 import type { CoreModule } from "./module.ts";
 import { type Chunk, recordOf } from "./records.ts";
-import type { Points, Triple } from "./types.ts";
+import type { DecodedChunk, Points, Triple } from "./types.ts";
 
 /** A call into the core failed. `status` is the name in shared/base/status.h. */
 export class CoreError extends Error {
@@ -87,6 +89,17 @@ export class Calls {
       this.check(this.module._isosplat_core_decode_packed(this.core, at, bytes.length, shapeAt)),
     );
     return new Uint32Array(this.result(0).slice().buffer);
+  }
+
+  decodeChunk(shape: ChunkShape & { checksum: number }, bytes: Uint8Array): DecodedChunk {
+    const { core, module } = this;
+    this.withChunk(shape, bytes, (at, words) =>
+      this.check(module._isosplat_core_decode_chunk(core, at, bytes.length, words, shape.checksum)),
+    );
+    return {
+      samples: new Uint32Array(this.result(decodedSamples).slice().buffer),
+      clusters: this.result(decodedClusters).slice(),
+    };
   }
 
   close(): void {

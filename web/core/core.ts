@@ -11,7 +11,7 @@ import {
   recordOf,
   viewOf,
 } from "./records.ts";
-import type { Points, Samples, StoreInfo, Triple } from "./types.ts";
+import type { DecodedChunk, Points, Samples, StoreInfo, Triple } from "./types.ts";
 
 /** A camera view, for Store.select. */
 export interface SelectionView {
@@ -119,6 +119,16 @@ export class Core {
     this.#decoder ||= this.#module._isosplat_core_create();
     const calls = new Calls(this.#module, this.#decoder);
     return calls.decodePacked(shape, bytes);
+  }
+
+  /**
+   * Checks and decodes a chunk for the renderer. Needs no open store. Throws a CoreError
+   * (checksum_mismatch, malformed_chunk, …).
+   */
+  decodeChunk(shape: ChunkShape & { checksum: number }, bytes: Uint8Array): DecodedChunk {
+    this.#decoder ||= this.#module._isosplat_core_create();
+    const calls = new Calls(this.#module, this.#decoder);
+    return calls.decodeChunk(shape, bytes);
   }
 
   /** The size of the instance's memory. It never shrinks; freed memory is used again. */

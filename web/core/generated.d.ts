@@ -12,6 +12,8 @@ declare module "*/layouts.js" {
   export const samplesValues: number;
   export const samplesGradients: number;
   export const samplesIntervals: number;
+  export const decodedSamples: number;
+  export const decodedClusters: number;
   export const pointsPositions: number;
   export const pointsNormals: number;
   export const selectionHeader: number;

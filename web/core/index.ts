@@ -18,7 +18,7 @@ export * from "./core.ts";
 export { type CompiledModule, instantiate, type ModuleFactory } from "./instantiate.ts";
 export type { CoreModule } from "./module.ts";
 export type { Chunk, Page } from "./records.ts";
-export type { Points, Samples, StoreInfo, StoreMetadata, Triple } from "./types.ts";
+export type { DecodedChunk, Points, Samples, StoreInfo, StoreMetadata, Triple } from "./types.ts";
 
 /** The module that provides the core: isosplat-core, or isosplat-renderer, which contains it. */
 export interface CoreOptions {

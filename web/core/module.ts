@@ -23,6 +23,13 @@ export interface CoreModule {
   _isosplat_core_chunks_for(core: number, level: number, low: number, high: number): number;
   _isosplat_core_checksum(data: number, bytes: number): number;
   _isosplat_core_decode_packed(core: number, data: number, bytes: number, shape: number): number;
+  _isosplat_core_decode_chunk(
+    core: number,
+    data: number,
+    bytes: number,
+    shape: number,
+    checksum: number,
+  ): number;
   _isosplat_core_decode_samples(core: number, data: number, bytes: number, shape: number): number;
   _isosplat_core_project(
     core: number,

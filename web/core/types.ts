@@ -55,6 +55,14 @@ export interface Samples {
   intervals: Float32Array;
 }
 
+/** A chunk's samples as the renderer takes them, in arrays that the caller owns. */
+export interface DecodedChunk {
+  /** PackedSample, four words each, sorted by region. */
+  samples: Uint32Array;
+  /** Bytes for the renderer: the range of samples, interval and bounding box of each region. */
+  clusters: Uint8Array;
+}
+
 /** Points of an isosurface, x, y, z each; normals of unit length, towards smaller values. */
 export interface Points {
   count: number;

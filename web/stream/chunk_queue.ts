@@ -1,9 +1,9 @@
-import { type Chunk, CoreError } from "../core/index.ts";
+import { type Chunk, CoreError, type DecodedChunk } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
 import { CoalescedTask } from "./coalesced_task.ts";
 import type { Decoder } from "./decoder.ts";
+import { FailedParts } from "./failed_parts.ts";
 import { type FaultKind, faultOfStatus, isOfPart } from "./faults.ts";
-import { SecondLook } from "./second_look.ts";
 import { PartError, type Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import { StreamError } from "./types.ts";
@@ -42,7 +42,7 @@ export interface QueueEvents {
   /** Whether there is room for the chunk; called before it is asked for, and reserves it. */
   admit(chunk: Chunk): boolean;
   /** The chunk is decoded; it leaves the queue. */
-  decoded(chunk: Chunk, samples: Uint32Array): void;
+  decoded(chunk: Chunk, decoded: DecodedChunk): void;
   /** An admitted chunk does not come after all. */
   released(chunk: Chunk): void;
   /** A chunk is damaged, and done without. `isFirst`: of those that are needed, and not before. */
@@ -63,7 +63,7 @@ export class ChunkQueue {
   #decoding = 0;
   #waking = false;
   #refusedRoom = false;
-  readonly #failed = new SecondLook<Entry>(
+  readonly #failed = new FailedParts<Entry>(
     ({ rank }) => rank < Number.POSITIVE_INFINITY,
     (entry) => {
       entry.state = "queued";
@@ -100,7 +100,7 @@ export class ChunkQueue {
 
   /** What is damaged is asked for again now. */
   retry(): void {
-    this.#failed.all();
+    this.#failed.retryAll();
   }
 
   /** The chunks that are needed now and not resident, the most needed first; no others are. */
@@ -252,12 +252,12 @@ export class ChunkQueue {
     entry.state = "decoding";
     ++this.#decoding;
     try {
-      const samples = await this.#decoder.decode(entry.chunk, bytes, this.#closing.signal);
+      const decoded = await this.#decoder.decode(entry.chunk, bytes, this.#closing.signal);
       if (this.#closing.signal.aborted) return;
       this.#backoff.succeeded();
       this.#entries.delete(entry.chunk.handle);
-      this.#events.decoded(entry.chunk, samples);
-      if (entry.hasFailed) this.#failed.all();
+      this.#events.decoded(entry.chunk, decoded);
+      if (entry.hasFailed) this.#failed.retryAll();
     } catch (error) {
       if (this.#closing.signal.aborted) return;
       this.#events.released(entry.chunk);

@@ -1,4 +1,4 @@
-import type { Chunk, Store } from "../core/index.ts";
+import type { Chunk, DecodedChunk, Store } from "../core/index.ts";
 import { Residency } from "./residency.ts";
 import { StreamError, type StreamEvents } from "./types.ts";
 import { UploadQueue } from "./upload_queue.ts";
@@ -31,7 +31,7 @@ export class ChunkUploads {
     this.#events = events;
     this.residency = new Residency(store, budget, (id) => viewer.drop(id));
     this.#queue = new UploadQueue(
-      (chunk, samples, pinned) => this.#upload(chunk, samples, pinned),
+      (chunk, decoded, pinned) => this.#upload(chunk, decoded, pinned),
       () => events.changed(),
     );
   }
@@ -60,8 +60,8 @@ export class ChunkUploads {
   }
 
   /** `pinned`: resident as long as the volume is open. */
-  add(chunk: Chunk, samples: Uint32Array, pinned: boolean): void {
-    this.#queue.add(chunk, samples, pinned);
+  add(chunk: Chunk, decoded: DecodedChunk, pinned: boolean): void {
+    this.#queue.add(chunk, decoded, pinned);
   }
 
   /**
@@ -86,11 +86,11 @@ export class ChunkUploads {
     this.#queue.close();
   }
 
-  #upload(chunk: Chunk, samples: Uint32Array, pinned: boolean): void {
+  #upload(chunk: Chunk, { samples, clusters }: DecodedChunk, pinned: boolean): void {
     const { handle } = chunk;
     if (this.residency.has(handle)) {
       this.residency.release(handle);
-    } else if (this.#viewer.samples(handle, chunk, samples)) {
+    } else if (this.#viewer.samples(handle, chunk, samples, clusters)) {
       this.residency.add(handle, samples.length / 4, pinned);
     } else {
       this.residency.release(handle);

@@ -1,4 +1,4 @@
-import { type Chunk, CoreError, type Store } from "../core/index.ts";
+import { type Chunk, CoreError, type DecodedChunk, type Store } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
 import { badDirectory, type CoarseChunk, CoarseTail } from "./coarse_tail.ts";
 import type { Decoder } from "./decoder.ts";
@@ -8,7 +8,7 @@ import { StreamError } from "./types.ts";
 export interface CoarseLoaderEvents {
   isResident(handle: number): boolean;
   /** A chunk is decoded. It stays resident as long as the volume is open. */
-  decoded(chunk: Chunk, samples: Uint32Array): void;
+  decoded(chunk: Chunk, decoded: DecodedChunk): void;
   /** Resolves when everything decoded so far has been uploaded. */
   uploaded(): Promise<void>;
   /** Directory pages were added, the first surface is uploaded, or loading has ended. */

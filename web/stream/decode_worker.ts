@@ -1,8 +1,8 @@
-/** A worker that decodes chunks, with a WebAssembly instance of its own. */
-import { type Core, CoreError, loadCore } from "../core/index.ts";
-import { type DecodeJob, decodeChecked } from "./decoder.ts";
+/** A worker that decodes chunks with its own WebAssembly instance. */
+import { type Core, CoreError, type DecodedChunk, loadCore } from "../core/index.ts";
+import type { DecodeJob } from "./decoder.ts";
 
-/** The first message: what the worker is to run. See WorkerPool. */
+/** The first message: the module to use. See WorkerPoolOptions. */
 export interface WorkerStart {
   renderer: WebAssembly.Module | undefined;
 }
@@ -13,38 +13,40 @@ export interface WorkerRequest {
   bytes: Uint8Array;
 }
 
-export type WorkerAnswer =
-  | { id: number; samples: Uint32Array }
+export type WorkerResponse =
+  | { id: number; decoded: DecodedChunk }
   | { id: number; status: string; message: string };
 
 const worker = globalThis as unknown as {
   onmessage: ((event: MessageEvent<WorkerStart | WorkerRequest>) => void) | null;
-  postMessage(answer: WorkerAnswer, transfer: Transferable[]): void;
+  postMessage(response: WorkerResponse, transfer: Transferable[]): void;
 };
 
 let start: WorkerStart | undefined;
 let core: Promise<Core> | undefined;
 
-/** An instance; the one before, if any, has aborted, and cannot go on. */
-function begin(): void {
+/** Makes an instance. The previous one, if any, has aborted and cannot be used again. */
+function instantiateCore(): void {
   core = loadCore(start?.renderer ? { renderer: start.renderer } : {});
-  core.catch(() => {}); // told for each chunk
+  core.catch(() => {}); // each request reports the error
 }
 
 worker.onmessage = async ({ data }) => {
   if ("renderer" in data) {
     start = data;
-    begin();
+    instantiateCore();
     return;
   }
+  const { id, job, bytes } = data;
   try {
-    if (!core) throw new CoreError("internal", "the worker was given a chunk before its program");
-    const samples = decodeChecked(await core, data.job, data.bytes);
-    worker.postMessage({ id: data.id, samples }, [samples.buffer as ArrayBuffer]);
+    if (!core) throw new CoreError("internal", "the worker received a chunk before its module");
+    const decoded = (await core).decodeChunk(job, bytes);
+    const buffers = [decoded.samples.buffer, decoded.clusters.buffer] as ArrayBuffer[];
+    worker.postMessage({ id, decoded }, buffers);
   } catch (error) {
     const status = error instanceof CoreError ? error.status : "worker_lost";
-    if (!(error instanceof CoreError)) begin();
+    if (!(error instanceof CoreError)) instantiateCore();
     const message = error instanceof Error ? error.message : String(error);
-    worker.postMessage({ id: data.id, status, message }, []);
+    worker.postMessage({ id, status, message }, []);
   }
 };

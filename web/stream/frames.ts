@@ -19,7 +19,10 @@ export class FrameReader<C extends ChunkPlaceInFile> {
   readonly #chunks: readonly C[];
   readonly #arrived: (chunk: C, bytes: Uint8Array) => void;
   #next = 0;
-  #frame = new Uint8Array(headerBytes);
+  readonly #header = new Uint8Array(headerBytes);
+  /** The bytes of the chunk that arrives, in an array of its own; undefined between chunks. */
+  #chunk: Uint8Array | undefined;
+  /** Bytes of the present header, or of the chunk and its padding, that have arrived. */
   #have = 0;
 
   constructor(chunks: readonly C[], arrived: (chunk: C, bytes: Uint8Array) => void) {
@@ -30,12 +33,17 @@ export class FrameReader<C extends ChunkPlaceInFile> {
   add(part: Uint8Array): void {
     let at = 0;
     while (at < part.length) {
-      const taken = part.subarray(at, at + this.#frame.length - this.#have);
-      this.#frame.set(taken, this.#have);
-      this.#have += taken.length;
-      at += taken.length;
-      if (this.#have === headerBytes) this.#readHeader();
-      if (this.#have === this.#frame.length) this.#finishFrame();
+      const chunk = this.#chunk;
+      const size = chunk ? padded(chunk.length) : headerBytes;
+      const received = part.subarray(at, at + size - this.#have);
+      const room = (chunk ?? this.#header).length - this.#have;
+      if (room > 0) (chunk ?? this.#header).set(received.subarray(0, room), this.#have);
+      this.#have += received.length;
+      at += received.length;
+      if (this.#have < size) continue;
+      this.#have = 0;
+      if (chunk) this.#finishChunk(chunk);
+      else this.#readHeader();
     }
   }
 
@@ -51,7 +59,7 @@ export class FrameReader<C extends ChunkPlaceInFile> {
 
   #readHeader(): void {
     const chunk = this.#chunks[this.#next];
-    const header = new DataView(this.#frame.buffer);
+    const header = new DataView(this.#header.buffer);
     const word = (i: number): number => header.getUint32(4 * i, true);
     const status = word(1);
     const isNamed =
@@ -73,17 +81,16 @@ export class FrameReader<C extends ChunkPlaceInFile> {
           "server is not an Isosplat server",
       );
     }
-    const padded = Math.ceil(chunk.bytes / alignment) * alignment;
-    const frame = new Uint8Array(headerBytes + padded);
-    frame.set(this.#frame);
-    this.#frame = frame;
+    this.#chunk = new Uint8Array(chunk.bytes);
   }
 
-  #finishFrame(): void {
+  #finishChunk(bytes: Uint8Array): void {
     const chunk = this.#chunks[this.#next++];
-    const frame = this.#frame;
-    this.#frame = new Uint8Array(headerBytes);
-    this.#have = 0;
-    if (chunk) this.#arrived(chunk, frame.slice(headerBytes, headerBytes + chunk.bytes));
+    this.#chunk = undefined;
+    if (chunk) this.#arrived(chunk, bytes);
   }
+}
+
+function padded(bytes: number): number {
+  return Math.ceil(bytes / alignment) * alignment;
 }

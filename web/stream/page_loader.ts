@@ -1,7 +1,7 @@
 import { CoreError, type Page, type Store } from "../core/index.ts";
 import type { Backoff } from "./backoff.ts";
 import { badDirectory } from "./coarse_tail.ts";
-import { SecondLook } from "./second_look.ts";
+import { FailedParts } from "./failed_parts.ts";
 import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import { StreamError } from "./types.ts";
@@ -23,7 +23,7 @@ export class PageLoader {
   readonly #signal: AbortSignal;
   readonly #events: PageEvents;
   readonly #places: Page[];
-  readonly #failed = new SecondLook<number>(
+  readonly #failed = new FailedParts<number>(
     (index) => this.#needed.includes(index),
     () => this.need(this.#needed),
   );
@@ -64,7 +64,7 @@ export class PageLoader {
 
   /** What is damaged is asked for again now. */
   retry(): void {
-    this.#failed.all();
+    this.#failed.retryAll();
   }
 
   close(): void {
@@ -129,7 +129,7 @@ export class PageLoader {
     page.resident = true;
     this.#refused.delete(index);
     // What is whole now had failed before: so may others.
-    if (this.#hasFailed.delete(index)) this.#failed.all();
+    if (this.#hasFailed.delete(index)) this.#failed.retryAll();
   }
 
   #fail(index: number, error: StreamError): void {

@@ -211,7 +211,7 @@ export class StreamSession {
     const { residency } = this.#uploads;
     return new ChunkQueue(this.source, this.#decoder, this.#backoff, {
       admit: (chunk) => residency.reserve(chunk),
-      decoded: (chunk, samples) => this.#uploads.add(chunk, samples, false),
+      decoded: (chunk, decoded) => this.#uploads.add(chunk, decoded, false),
       released: (chunk) => residency.release(chunk.handle),
       failed: (error, isFirst) => this.#onPartFailed(error, isFirst),
       changed: () => this.#updateProgress(),
@@ -221,7 +221,7 @@ export class StreamSession {
   #makeCoarseLoader(): CoarseLoader {
     return new CoarseLoader(this.source, this.#store, this.#backoff, this.#decoder, {
       isResident: (handle) => this.#uploads.residency.has(handle),
-      decoded: (chunk, samples) => this.#uploads.add(chunk, samples, true),
+      decoded: (chunk, decoded) => this.#uploads.add(chunk, decoded, true),
       uploaded: () => this.#uploads.drained(),
       changed: () => this.#selecting.request(),
       failed: (error) => this.#report(error),

@@ -83,11 +83,12 @@ export class StreamError extends Error {
  */
 export interface StreamEvents {
   /**
-   * A chunk has arrived: put it on the GPU under this id (below 2^32). `samples`: PackedSample, 4 words each;
-   * the viewer owns the array. At most a few per frame. Answers whether there was room for it: a
-   * chunk that was not taken is not resident, and the view is refined less from then on.
+   * Upload a chunk to the GPU under this id (below 2^32). `samples`: PackedSample, 4 words each,
+   * sorted by region. `clusters`: see DecodedChunk. The viewer owns both arrays. Called a few times
+   * per frame at most. Returns false if there is no room: the chunk does not become resident, and
+   * the sample budget is lowered.
    */
-  samples(id: number, place: ChunkPlace, samples: Uint32Array): boolean;
+  samples(id: number, place: ChunkPlace, samples: Uint32Array, clusters: Uint8Array): boolean;
   /** The chunk with this id is no longer needed: free it. Never one that is visible. */
   drop(id: number): void;
   /**

@@ -1,22 +1,24 @@
-import type { Chunk } from "../core/index.ts";
+import type { Chunk, DecodedChunk } from "../core/index.ts";
 import { measured } from "./timeline.ts";
 
-/** The main thread hands on chunks for at most so long in a frame … (ms) */
+/** Longest time for uploads in one frame (ms). */
 const timePerFrame = 2;
-/** … and at most so many samples: 4 MB to upload. */
+/** Most samples uploaded in one frame: 4 MB. */
 const samplesPerFrame = 256 * 1024;
-/** A hidden page draws no frames, but streaming goes on. */
+/** A hidden page has no frames. Uploads go on after this time (ms). */
 const longestFrame = 100;
 
 interface QueuedUpload {
   chunk: Chunk;
-  samples: Uint32Array;
+  decoded: DecodedChunk;
   pinned: boolean;
 }
 
-/** Hands decoded chunks on, spread over frames. */
+type Upload = (chunk: Chunk, decoded: DecodedChunk, pinned: boolean) => void;
+
+/** Uploads decoded chunks, spread over frames. */
 export class UploadQueue {
-  readonly #upload: (chunk: Chunk, samples: Uint32Array, pinned: boolean) => void;
+  readonly #upload: Upload;
   readonly #uploaded: () => void;
   readonly #waiting: QueuedUpload[] = [];
   readonly #handles = new Set<number>();
@@ -24,11 +26,8 @@ export class UploadQueue {
   #whenEmpty: (() => void)[] = [];
   #closed = false;
 
-  /** `uploaded` is called once after those of a frame. */
-  constructor(
-    upload: (chunk: Chunk, samples: Uint32Array, pinned: boolean) => void,
-    uploaded: () => void,
-  ) {
+  /** `uploaded` is called once per frame, after its uploads. */
+  constructor(upload: Upload, uploaded: () => void) {
     this.#upload = upload;
     this.#uploaded = uploaded;
   }
@@ -37,7 +36,7 @@ export class UploadQueue {
     return this.#waiting.length === 0;
   }
 
-  /** Resolves when everything added so far has been handed on. */
+  /** Resolves when everything added so far has been uploaded. */
   drained(): Promise<void> {
     if (this.empty || this.#closed) return Promise.resolve();
     return new Promise((resolve) => this.#whenEmpty.push(resolve));
@@ -47,9 +46,9 @@ export class UploadQueue {
     return this.#handles.has(handle);
   }
 
-  add(chunk: Chunk, samples: Uint32Array, pinned: boolean): void {
+  add(chunk: Chunk, decoded: DecodedChunk, pinned: boolean): void {
     if (this.#closed) return;
-    this.#waiting.push({ chunk, samples, pinned });
+    this.#waiting.push({ chunk, decoded, pinned });
     this.#handles.add(chunk.handle);
     this.#scheduled ??= nextFrame(this.#frame);
   }
@@ -71,13 +70,13 @@ export class UploadQueue {
     let upload = this.#waiting.shift();
     while (upload) {
       this.#handles.delete(upload.chunk.handle);
-      this.#upload(upload.chunk, upload.samples, upload.pinned);
+      this.#upload(upload.chunk, upload.decoded, upload.pinned);
       if (this.#closed) return;
-      samples += upload.samples.length / 4;
+      samples += upload.decoded.samples.length / 4;
       const next = this.#waiting[0];
       const isFull =
         next !== undefined &&
-        (performance.now() >= until || samples + next.samples.length / 4 > samplesPerFrame);
+        (performance.now() >= until || samples + next.decoded.samples.length / 4 > samplesPerFrame);
       upload = isFull ? undefined : this.#waiting.shift();
     }
     if (this.#waiting.length > 0) this.#scheduled = nextFrame(this.#frame);
@@ -86,7 +85,7 @@ export class UploadQueue {
   }
 }
 
-/** Calls back in the next frame, or soon where none comes. Returns how to cancel it. */
+/** Calls back in the next frame, or after `longestFrame`. Returns a function that cancels it. */
 function nextFrame(call: () => void): () => void {
   let frame = 0;
   const cancel = (): void => {

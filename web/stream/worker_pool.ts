@@ -1,12 +1,13 @@
-import { type CompiledModule, CoreError } from "../core/index.ts";
-import type { WorkerAnswer, WorkerRequest, WorkerStart } from "./decode_worker.ts";
+import { type CompiledModule, CoreError, type DecodedChunk } from "../core/index.ts";
+import type { WorkerRequest, WorkerResponse, WorkerStart } from "./decode_worker.ts";
 import type { DecodeJob, Decoder } from "./decoder.ts";
 
-/** Jobs that a worker is given ahead, so that it never waits for the main thread. */
-const jobsAhead = 2;
+/** Jobs that a worker has at a time: it never waits for the main thread between two of them. */
+const jobsPerWorker = 2;
 /**
- * A worker that dies takes its instance with it, and another one is started at once; more often than
- * this without a chunk decoded, something is wrong: then only when the next chunk is to be decoded.
+ * A worker that dies is replaced at once, at most this often until a chunk is decoded. After that it
+ * is replaced when the next chunk is to be decoded: a persistent fault must not start workers in a
+ * loop.
  */
 const maxRespawns = 3;
 
@@ -14,33 +15,33 @@ interface Task {
   id: number;
   job: DecodeJob;
   bytes: Uint8Array;
-  resolve(samples: Uint32Array): void;
+  resolve(decoded: DecodedChunk): void;
   reject(reason: unknown): void;
 }
 
 interface Member {
   worker: Worker;
   tasks: Map<number, Task>;
-  /** It has been told what to run. */
+  /** The first message has been sent. */
   isStarted: boolean;
 }
 
 export interface WorkerPoolOptions {
   workers?: number;
   /**
-   * The compiled code of isosplat-renderer, where the page has it anyway: workers run it too, and need
-   * not fetch and compile isosplat-core.
+   * The compiled code of isosplat-renderer, if the page needs it anyway: it contains the core, so that
+   * workers need not fetch and compile isosplat-core.
    */
   renderer?: Promise<CompiledModule>;
 }
 
-/** As many workers as help: the main thread and the browser need a core too. */
+/** One core is left for the main thread and the browser. */
 export function defaultWorkerCount(): number {
   const cores = typeof navigator === "undefined" ? 2 : (navigator.hardwareConcurrency ?? 2);
   return Math.min(4, Math.max(1, cores - 1));
 }
 
-/** Decodes in module workers. Buffers are transferred both ways; nothing is shared. */
+/** Decodes in module workers. Buffers are transferred both ways; no memory is shared. */
 export class WorkerPool implements Decoder {
   readonly #members: Member[] = [];
   readonly #waiting: Task[] = [];
@@ -54,13 +55,13 @@ export class WorkerPool implements Decoder {
     for (let i = 0; i < workers; ++i) this.#members.push(this.#spawn());
   }
 
-  decode(job: DecodeJob, bytes: Uint8Array, signal: AbortSignal): Promise<Uint32Array> {
+  decode(job: DecodeJob, bytes: Uint8Array, signal: AbortSignal): Promise<DecodedChunk> {
     if (signal.aborted) return Promise.reject(signal.reason);
-    // All were lost some time ago: whoever asks again has waited.
+    // All workers have died. The caller has waited before it tries again.
     if (this.#members.length === 0 && !this.#closed) this.#members.push(this.#spawn());
     return new Promise((resolve, reject) => {
       const { level, blockCells, bandBegin, bandEnd, cells, checksum } = job;
-      // What a worker has begun is worth finishing; what waits is taken back.
+      // A task that a worker has begun is finished; one that waits is removed.
       const aborted = (): void => {
         const at = this.#waiting.indexOf(task);
         if (at >= 0) this.#waiting.splice(at, 1);
@@ -70,9 +71,9 @@ export class WorkerPool implements Decoder {
         id: this.#nextId++,
         job: { level, blockCells, bandBegin, bandEnd, cells, checksum },
         bytes,
-        resolve: (samples) => {
+        resolve: (decoded) => {
           signal.removeEventListener("abort", aborted);
-          resolve(samples);
+          resolve(decoded);
         },
         reject: (reason) => {
           signal.removeEventListener("abort", aborted);
@@ -81,7 +82,7 @@ export class WorkerPool implements Decoder {
       };
       signal.addEventListener("abort", aborted, { once: true });
       this.#waiting.push(task);
-      this.#feed();
+      this.#assignTasks();
     });
   }
 
@@ -104,17 +105,20 @@ export class WorkerPool implements Decoder {
       const message: WorkerStart = { renderer };
       worker.postMessage(message);
       member.isStarted = true;
-      this.#feed();
+      this.#assignTasks();
     };
-    // Without the page's code, the worker fetches its own.
+    // If the renderer cannot be compiled, the worker loads isosplat-core.
     Promise.resolve(this.#renderer).then(start, () => start(undefined));
-    worker.onmessage = ({ data }: MessageEvent<WorkerAnswer>) => {
+    worker.onmessage = ({ data }: MessageEvent<WorkerResponse>) => {
       const task = member.tasks.get(data.id);
       member.tasks.delete(data.id);
-      this.#feed();
-      if ("samples" in data) this.#respawns = 0;
-      if ("samples" in data) task?.resolve(data.samples);
-      else task?.reject(new CoreError(data.status, data.message));
+      this.#assignTasks();
+      if ("decoded" in data) {
+        this.#respawns = 0;
+        task?.resolve(data.decoded);
+      } else {
+        task?.reject(new CoreError(data.status, data.message));
+      }
     };
     worker.onerror = (event) => {
       event.preventDefault();
@@ -136,18 +140,18 @@ export class WorkerPool implements Decoder {
         task.reject(new CoreError("worker_lost", message));
       }
     }
-    this.#feed();
+    this.#assignTasks();
   }
 
-  #feed(): void {
+  #assignTasks(): void {
     for (const member of this.#members) {
-      while (member.isStarted && member.tasks.size < jobsAhead) {
+      while (member.isStarted && member.tasks.size < jobsPerWorker) {
         const task = this.#waiting.shift();
         if (!task) return;
         member.tasks.set(task.id, task);
         const request: WorkerRequest = { id: task.id, job: task.job, bytes: task.bytes };
-        const whole = task.bytes.byteLength === task.bytes.buffer.byteLength;
-        const transfer = whole ? [task.bytes.buffer as ArrayBuffer] : [];
+        const ownsBuffer = task.bytes.byteLength === task.bytes.buffer.byteLength;
+        const transfer = ownsBuffer ? [task.bytes.buffer as ArrayBuffer] : [];
         member.worker.postMessage(request, transfer);
       }
     }

@@ -23,11 +23,12 @@ interface Exports extends CoreModule {
   _isosplat_renderer_warm_up(): number;
   _isosplat_renderer_error(): number;
   _isosplat_renderer_set_volume(volume: number): number;
-  _isosplat_renderer_add_chunk(
+  _isosplat_renderer_reserve_chunk(
     handle: number,
     block: number,
-    samples: number,
-    count: number,
+    clusters: number,
+    clusterBytes: number,
+    offset: number,
   ): number;
   _isosplat_renderer_check_gpu(): number;
   _isosplat_renderer_remove_chunk(handle: number): void;
@@ -161,6 +162,8 @@ export class RendererModule {
   #bulk = 0;
   #bulkBytes = 0;
   #destroyed = false;
+  /** The renderer's context. Samples are uploaded from JavaScript, without a copy in the heap. */
+  #gl: WebGL2RenderingContext | null = null;
 
   private constructor(exports: Exports) {
     this.#exports = exports;
@@ -185,6 +188,7 @@ export class RendererModule {
     const selector = renderer.#text(`#${CSS.escape(canvas.id)}`);
     try {
       renderer.#check(exports._isosplat_renderer_create(selector));
+      renderer.#gl = canvas.getContext("webgl2");
     } catch (error) {
       if (hasWebGl2() || !(error instanceof RendererError)) throw error;
       throw new RendererError(error.message, "no-webgl2");
@@ -227,13 +231,24 @@ export class RendererModule {
     this.#check(this.#exports._isosplat_renderer_set_volume(this.#scratch));
   }
 
-  /** samples: packed samples (PackedSample). */
-  addChunk(handle: number, place: ChunkPlace, samples: Uint32Array): void {
-    const pointer = this.#reserve(samples.byteLength);
-    this.#exports.HEAPU32.set(samples, pointer >> 2);
+  /** samples, clusters: of a DecodedChunk. */
+  addChunk(handle: number, place: ChunkPlace, samples: Uint32Array, clusters: Uint8Array): void {
+    const pointer = this.#reserve(clusters.byteLength);
+    this.#exports.HEAPU8.set(clusters, pointer);
     layouts.writeBlock(this.#view(), this.#scratch, place);
-    const count = samples.byteLength / layouts.packedSampleBytes;
-    this.#check(this.#exports._isosplat_renderer_add_chunk(handle, this.#scratch, pointer, count));
+    const offsetAt = this.#scratch + layouts.blockBytes;
+    this.#check(
+      this.#exports._isosplat_renderer_reserve_chunk(
+        handle,
+        this.#scratch,
+        pointer,
+        clusters.byteLength,
+        offsetAt,
+      ),
+    );
+    if (samples.length === 0) return;
+    const offset = this.#view().getFloat64(offsetAt, true);
+    this.#gl?.bufferSubData(WebGL2RenderingContext.ARRAY_BUFFER, offset, samples);
   }
 
   /** Throws if the GPU has failed since the last call. Waits for the GPU: call it when that is idle. */

@@ -174,10 +174,12 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const firstIsovalues = this.#surfaces.map((surface) => surface.isovalue);
     const session = await StreamSession.open(source, core, {
       events: {
-        samples: (id, place, samples) => {
+        samples: (id, place, samples, clusters) => {
           // When the context comes back, all of it is opened anew.
           if (this.#contextLost) return true;
-          const isTaken = this.#guard((renderer) => renderer.addChunk(id, place, samples));
+          const isTaken = this.#guard((renderer) =>
+            renderer.addChunk(id, place, samples, clusters),
+          );
           if (isTaken) this.#scheduler?.onUpload(id);
           return isTaken || this.#contextLost;
         },

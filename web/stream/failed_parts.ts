@@ -2,30 +2,30 @@ import { slowWait } from "./faults.ts";
 import type { StreamError } from "./types.ts";
 
 /**
- * What has failed although its source answers: damaged parts. One of them at a time is asked for
- * again after 12, 14, then every 16 s (`slowWait`), that which has not been for longest; once one
- * is whole, so are the others, perhaps: all are asked for.
+ * Damaged parts, which fail although the source works. After 12, 14, then every 16 s (`slowWait`) one
+ * of them is retried: the one whose last try is the longest ago. When one succeeds, call `retryAll`:
+ * the file may have been repaired.
  */
-export class SecondLook<T> {
-  /** The longest failed first. */
+export class FailedParts<T> {
+  /** In order of their last failure, the oldest first. */
   readonly #failed = new Map<T, StreamError>();
   readonly #isNeeded: (item: T) => boolean;
-  readonly #again: (item: T) => void;
+  readonly #retry: (item: T) => void;
   #timer: ReturnType<typeof setTimeout> | undefined;
-  /** Since all were asked for. */
-  #looks = 0;
+  /** Retries since the last `retryAll`. */
+  #retries = 0;
 
-  /** `again`: asks for an item; it is not a failed one any more. */
-  constructor(isNeeded: (item: T) => boolean, again: (item: T) => void) {
+  /** `retry` requests an item, which does not count as failed any more. */
+  constructor(isNeeded: (item: T) => boolean, retry: (item: T) => void) {
     this.#isNeeded = isNeeded;
-    this.#again = again;
+    this.#retry = retry;
   }
 
   has(item: T): boolean {
     return this.#failed.has(item);
   }
 
-  /** What is needed of the failed, and why the first of it has failed. */
+  /** The number of failed parts that are needed, and the error of the first. */
   get needed(): { count: number; error: StreamError | undefined } {
     const needed = [...this.#failed].filter(([item]) => this.#isNeeded(item));
     return { count: needed.length, error: needed[0]?.[1] };
@@ -34,17 +34,16 @@ export class SecondLook<T> {
   add(item: T, error: StreamError): void {
     this.#failed.delete(item);
     this.#failed.set(item, error);
-    this.#timer ??= setTimeout(this.#look, slowWait(this.#looks));
+    this.#timer ??= setTimeout(this.#retryNext, slowWait(this.#retries));
   }
 
-  /** Whatever was wrong may be mended: all are asked for. */
-  all(): void {
+  retryAll(): void {
     clearTimeout(this.#timer);
     this.#timer = undefined;
-    this.#looks = 0;
+    this.#retries = 0;
     const items = [...this.#failed.keys()];
     this.#failed.clear();
-    for (const item of items) this.#again(item);
+    for (const item of items) this.#retry(item);
   }
 
   close(): void {
@@ -52,14 +51,14 @@ export class SecondLook<T> {
     this.#failed.clear();
   }
 
-  readonly #look = (): void => {
+  readonly #retryNext = (): void => {
     this.#timer = undefined;
     if (this.#failed.size === 0) return;
-    this.#timer = setTimeout(this.#look, slowWait(++this.#looks));
+    this.#timer = setTimeout(this.#retryNext, slowWait(++this.#retries));
     for (const item of this.#failed.keys()) {
       if (!this.#isNeeded(item)) continue;
       this.#failed.delete(item);
-      this.#again(item);
+      this.#retry(item);
       return;
     }
   };

@@ -1,7 +1,8 @@
-#include "shared/render/sample_clusters.h"
+#include "shared/sampling/sample_clusters.h"
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace isosplat {
 namespace {
@@ -53,6 +54,17 @@ std::vector<SampleCluster> cluster_samples(std::span<const PackedSample> samples
     ordered[cluster.first + cluster.count++] = sample;
   }
   return clusters;
+}
+
+bool are_clusters(std::span<const SampleCluster> clusters) {
+  uint64_t first = 0;
+  uint32_t next_region = 0;
+  for (const SampleCluster& cluster : clusters) {
+    if (cluster.first != first || cluster.count == 0 || cluster.region < next_region) return false;
+    first += cluster.count;
+    next_region = uint32_t{cluster.region} + 1;
+  }
+  return next_region <= kRegions && first <= std::numeric_limits<uint32_t>::max();
 }
 
 }  // namespace isosplat
