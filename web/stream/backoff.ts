@@ -72,21 +72,21 @@ export class Backoff {
     const soon = Math.min(longestWait, firstWait * 2 ** this.#faults) * random;
     const wait = isSlow ? slowWait(this.#faults) : soon;
     const asked = error instanceof TransferError ? error.retryAfter : 0;
-    // Requests that were under way together fail together: that is one fault.
+    // Concurrent requests fail together. They count as one fault.
     if (this.#until <= Date.now()) ++this.#faults;
     this.#until = Math.max(this.#until, Date.now() + Math.max(wait, asked));
     if (isSlow || this.#faults >= faultsUntilOffline) this.#tell(error);
     if (isSlow) this.#events.slow?.(error);
   }
 
-  /** The cause of the present trouble is known better now. */
+  /** Replaces the present fault by its cause. */
   explain(error: StreamError): void {
     if (this.#trouble) this.#tell(error);
   }
 
   /**
-   * There seems to be no reason to wait. Once only, until the source has answered: what then fails
-   * again has another reason, and would be asked for without end.
+   * Ends the wait, because the source seems to work. Only once until a request succeeds: otherwise a
+   * fault with another cause would be retried without end.
    */
   hasten(): void {
     if (this.#hasBeenHastened) return;
@@ -109,7 +109,7 @@ export class Backoff {
     this.#events.trouble(error);
   }
 
-  /** Resolves when the source may be tried; rejects with the signal's reason. */
+  /** Resolves when a request may start; rejects with the signal's reason. */
   async ready(signal: AbortSignal): Promise<void> {
     while (this.waiting) {
       await new Promise<void>((resolve, reject) => {
@@ -124,7 +124,7 @@ export class Backoff {
           reject(signal.reason);
         };
         const left = this.#until - Date.now();
-        // What is under way wakes whoever waits for it.
+        // The end of the request under way resolves this.
         const timer = left > 0 ? setTimeout(done, left + 1) : undefined;
         this.#wake.add(done);
         signal.addEventListener("abort", aborted, { once: true });
@@ -134,8 +134,8 @@ export class Backoff {
   }
 
   /**
-   * Tries until it succeeds, or fails for a reason that trying again soon does not mend; `slowly`:
-   * for a reason that trying again does not mend at all.
+   * Repeats an attempt until it succeeds or fails with a fault that is not retried soon; with
+   * `slowly`, with a fault that is never retried.
    */
   async retry<T>(
     signal: AbortSignal,

@@ -8,28 +8,28 @@ import { PartError, type Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import { StreamError } from "./types.ts";
 
-/** See README.md. A chunk that the queue does not know is `known` or `resident`. */
+/** See README.md. A chunk that is not in the queue is `known` or `resident`. */
 export type ChunkState = "queued" | "loading" | "decoding" | "failed";
 
-/** Chunks that have arrived and wait for a worker: beyond this, nothing more is asked for. */
+/** While this many chunks are being decoded, no request starts. */
 const maxDecoding = 64;
-/** Of this many of the most needed chunks the next requests are made. */
+/** The next requests are made of this many of the most needed chunks. */
 const chunksPlanned = 256;
-/** A chunk whose requests fail so often while others succeed counts as damaged. */
+/** A chunk counts as damaged after this many failed requests while others succeed. */
 const maxTries = 6;
 
 interface Entry {
   chunk: Chunk;
   state: ChunkState;
-  /** 0: most needed. Infinity: no longer needed. */
+  /** Order of need, from 0. Infinity: no longer needed. */
   rank: number;
-  /** Times that its bytes were not what the directory states. */
+  /** Number of times that its bytes did not match the directory. */
   refused: number;
   /** Requests for it that failed. */
   tries: number;
-  /** Asked for in a request of its own: an answer of many would break off at it. */
+  /** Requested on its own, since a response of many chunks would end at it. */
   alone: boolean;
-  /** It has failed before; that it is whole now says that others may be. */
+  /** It has failed before. If it succeeds, the other failed chunks are retried. */
   hasFailed: boolean;
 }
 
@@ -39,18 +39,18 @@ interface Group {
 }
 
 export interface QueueEvents {
-  /** Whether there is room for the chunk; called before it is asked for, and reserves it. */
+  /** Reserves room for a chunk before its request. Returns false if there is none. */
   admit(chunk: Chunk): boolean;
   /** The chunk is decoded; it leaves the queue. */
   decoded(chunk: Chunk, decoded: DecodedChunk): void;
-  /** An admitted chunk does not come after all. */
+  /** An admitted chunk will not be decoded: its room is free. */
   released(chunk: Chunk): void;
-  /** A chunk is damaged, and done without. `isFirst`: of those that are needed, and not before. */
+  /** A chunk is damaged. `isFirst`: it is the first damaged chunk that is needed, and has not failed before. */
   failed(error: StreamError, isFirst: boolean): void;
   changed(): void;
 }
 
-/** Fetches and decodes the chunks that are needed, in their order, and forgets the others. */
+/** Fetches and decodes needed chunks in order of need, and cancels the others. */
 export class ChunkQueue {
   readonly #source: Source;
   readonly #decoder: Decoder;
@@ -88,22 +88,22 @@ export class ChunkQueue {
     return this.#groups.size === 0 && this.#decoding === 0;
   }
 
-  /** The last chunk that was to be asked for found no room. */
+  /** There was no room for the chunk to be requested next. */
   get full(): boolean {
     return this.#refusedRoom;
   }
 
-  /** Of the chunks that are needed, how many are damaged, and the first one's error. */
+  /** The number of damaged chunks that are needed, and the error of the first. */
   get damaged(): { count: number; error: StreamError | undefined } {
     return this.#failed.needed;
   }
 
-  /** What is damaged is asked for again now. */
+  /** Requests damaged chunks again. */
   retry(): void {
     this.#failed.retryAll();
   }
 
-  /** The chunks that are needed now and not resident, the most needed first; no others are. */
+  /** Sets the chunks that are needed and not resident, the most needed first. */
   need(chunks: readonly Chunk[]): void {
     for (const entry of this.#entries.values()) entry.rank = Number.POSITIVE_INFINITY;
     chunks.forEach((chunk, rank) => {
@@ -127,7 +127,7 @@ export class ChunkQueue {
     this.#pumping.request();
   }
 
-  /** Handles that are loading or decoding. */
+  /** Chunks that are loading or decoding. */
   *underway(): Iterable<Chunk> {
     for (const { chunk, state } of this.#entries.values()) {
       if (state === "loading" || state === "decoding") yield chunk;
@@ -233,7 +233,7 @@ export class ChunkQueue {
     if (wasAborted || this.#closing.signal.aborted) return;
     const [first] = group.entries;
     if (reason instanceof PartError) {
-      // The others are in order. Its own answer says what is wrong.
+      // The others are valid. The response to a request of its own has the cause.
       const broken = this.#entries.get(reason.handle);
       if (broken) broken.alone = true;
     } else if (first && group.entries.size === 1 && isOfPart(reason.kind)) {
@@ -242,7 +242,7 @@ export class ChunkQueue {
       for (const entry of group.entries) {
         if (++entry.tries >= maxTries) this.#fail(entry, reason);
       }
-      // A browser may lose the end of an answer that broke off, and with it which chunk is broken.
+      // A browser may drop the end of an incomplete response, and with it which chunk is damaged.
       if (first && first.tries > 1) first.alone = true;
       this.#backoff.failed(reason);
     }
@@ -280,17 +280,17 @@ export class ChunkQueue {
     const reason = new StreamError(kind, text, error);
     if (isOfDecoder(kind)) {
       entry.state = "queued";
-      // Another worker has taken the place of one that was lost, mostly.
+      // Usually another worker has replaced the lost one.
       if (++entry.tries > 1) this.#backoff.failed(reason);
     } else if (status === "malformed_chunk") {
-      // What has the right checksum would not be another the next time.
+      // The checksum is right: a second request would return the same bytes.
       this.#fail(entry, reason);
     } else {
       this.#refuse(entry, reason);
     }
   }
 
-  /** Bytes that are not the chunk's: once they are fetched again, past the caches. */
+  /** The bytes are not the chunk's. They are fetched once more, past the caches. */
   #refuse(entry: Entry, error: StreamError): void {
     if (++entry.refused === 1) {
       this.#source.bypassCaches();
@@ -300,7 +300,7 @@ export class ChunkQueue {
     }
   }
 
-  /** It is done without; its coarser level is shown. */
+  /** Marks a chunk as damaged. The coarser level is shown in its place. */
   #fail(entry: Entry, error: StreamError): void {
     const isFirst = this.#failed.needed.count === 0 && !entry.hasFailed;
     entry.state = "failed";
@@ -310,7 +310,7 @@ export class ChunkQueue {
   }
 }
 
-/** Not the source is at fault, but who decodes what it sends. */
+/** Whether the decoder is the cause, and not the source. */
 function isOfDecoder(kind: FaultKind | undefined): boolean {
   return kind === "worker-lost" || kind === "out-of-memory";
 }

@@ -1,6 +1,6 @@
 /**
- * Does something soon, in a task of its own, and once for all that ask for it until then: so that
- * what comes together does not keep the main thread in one piece.
+ * Runs work in a task of its own, once for all requests made before it. So arrivals that come
+ * together do not block the main thread in one long task.
  */
 export class CoalescedTask {
   readonly #work: () => void;

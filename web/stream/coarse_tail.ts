@@ -5,7 +5,7 @@ import { measured } from "./timeline.ts";
 import { joined } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
-/** What is held for every isovalue at most, so that a moving slider always has a surface. */
+/** Most bytes loaded for every isovalue, so that a moving slider always has a surface. */
 const maxBytes = 160 * 1024;
 /** The coarse levels may take this share of the samples that the budget allows. */
 const budgetShare = 1 / 3;
@@ -17,9 +17,9 @@ export interface CoarseChunk {
 }
 
 /**
- * Fetches the coarse tail of the store, for every isovalue: the coarsest levels first, in one
- * request, then those above them that still fit. In the file a level's chunks lie before those of
- * the coarser levels, and its pages after theirs, so the second step is two ranges around the
+ * Fetches the coarse tail of the store for every isovalue: first the coarsest levels, in one request,
+ * then the finer levels that fit. In the file, the chunks of a level precede those of the coarser
+ * levels, and its pages follow theirs. So the second step fetches one range before and one after the
  * first.
  */
 export class CoarseTail {
@@ -33,15 +33,15 @@ export class CoarseTail {
     this.#backoff = backoff;
   }
 
-  /** The finest level that `load` may come to. */
+  /** The finest level that `load` may fetch. */
   get finestLevel(): number {
     return this.#store.coarseRange(maxBytes).firstLevel;
   }
 
   /**
-   * `arrived` is called twice at most: with the chunks of the coarsest levels, and with the others.
-   * The others are asked for when the promise that it returns for the first is resolved.
-   * `sampleBudget` limits how much of the end is fetched. Resolves with the finest of its levels.
+   * `arrived` is called at most twice: with the chunks of the coarsest levels, and with the others.
+   * The others are requested after the promise of the first call has resolved. `sampleBudget` limits
+   * how many levels are fetched. Resolves with the finest fetched level.
    */
   async load(
     sampleBudget: number,
@@ -56,7 +56,7 @@ export class CoarseTail {
     const all = this.#store.coarseRange(maxBytes);
     if (all.firstLevel === first.firstLevel) return all.firstLevel;
 
-    // The pages say how many samples a level has, and with that, whether the budget has room.
+    // The pages state how many samples a level has, and so whether it fits the budget.
     const missing = all.offset + all.bytes - firstEnd;
     if (missing > 0) this.#addPages(await this.#fetch(firstEnd, missing, signal));
     let samples = countSamples(coarsest.map(({ chunk }) => chunk));
@@ -80,7 +80,7 @@ export class CoarseTail {
     return finest;
   }
 
-  /** Fetches a range whole; a fault in its middle costs what has not arrived. */
+  /** Fetches a byte range. After a fault, only the missing bytes are fetched again. */
   async #fetch(offset: number, bytes: number, signal: AbortSignal): Promise<Part> {
     const parts: Uint8Array[] = [];
     let have = 0;
@@ -115,14 +115,14 @@ export class CoarseTail {
       try {
         this.#store.addPage(page.index, part.bytes.subarray(at, at + page.bytes));
       } catch (error) {
-        // A damaged page is fetched anew, and told of, when the view needs it (PageLoader).
+        // PageLoader fetches a damaged page again, and reports it, when the view needs it.
         if (!(error instanceof CoreError)) throw error;
         this.#source.bypassCaches();
       }
     }
   }
 
-  /** Undefined: a page of the level has not come, or is damaged. */
+  /** Undefined if a page of the level is missing or damaged. */
   #chunksOf(level: number): Chunk[] | undefined {
     if (this.#store.missingPages(level, ...this.#everyIsovalue()).length > 0) return undefined;
     return this.#store.chunksFor(level, ...this.#everyIsovalue());
@@ -152,7 +152,7 @@ function countSamples(chunks: readonly Chunk[]): number {
   return chunks.reduce((samples, chunk) => samples + chunk.cells, 0);
 }
 
-/** The bytes of the directory are not what the header states. */
+/** The error of a directory that does not match the header. */
 export function badDirectory(error: unknown): StreamError {
   const message = error instanceof Error ? error.message : String(error);
   return new StreamError(

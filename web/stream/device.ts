@@ -1,10 +1,10 @@
 /**
- * Most samples (16 bytes each) that a device of this kind can be asked to hold: 32 MB of GPU memory
- * where little is to be had, up to 384 MB.
+ * The sample budget (16 bytes each) for the class of this device: from 32 MB of GPU memory on small
+ * devices to 384 MB.
  */
 export function defaultSampleBudget(): number {
   if (typeof navigator === "undefined") return 8_000_000;
-  // Chromium tells up to 8 GB; others tell nothing.
+  // Chromium reports at most 8 GB. Other browsers report nothing.
   const { deviceMemory } = navigator as { deviceMemory?: number };
   const isHandheld =
     typeof matchMedia === "function" && matchMedia("(pointer: coarse) and (hover: none)").matches;

@@ -2,16 +2,16 @@ import type { CameraView } from "./types.ts";
 
 /** A change that follows another within this time is part of a movement (ms). */
 const movementGap = 180;
-/** Prefetched is where the isovalue will be after this time (s) … */
+/** Chunks are prefetched for the isovalue expected after this time (s). */
 const lookAhead = 0.4;
-/** … unless it crosses more than this share of the range until then: it would never be used. */
-const largestLeap = 0.08;
-/** Prefetches are this far apart (ms). */
-const aheadInterval = 250;
-/** An isovalue's speed is told from its changes over so long (ms): two in quick succession tell none. */
-const speedSpan = { least: 100, most: 300 };
+/** A larger change within `lookAhead`, as a share of the range, is too fast for prefetching. */
+const maxLeap = 0.08;
+/** Shortest time between two prefetches (ms). */
+const prefetchInterval = 250;
+/** The speed of an isovalue is measured over such a time (ms). Two quick changes are not enough. */
+const speedSpan = { min: 100, max: 300 };
 
-/** What moves: the camera, the isovalue, or nothing, told from the views that come in. */
+/** Detects movement of the camera or the isovalue from the sequence of camera views. */
 export class Motion {
   readonly #rested: () => void;
   #view: CameraView | undefined;
@@ -24,12 +24,12 @@ export class Motion {
   #lastAhead = Number.NEGATIVE_INFINITY;
   #timer: ReturnType<typeof setTimeout> | undefined;
 
-  /** `rested` is called when a movement is over. */
+  /** `rested` is called when a movement ends. */
   constructor(rested: () => void) {
     this.#rested = rested;
   }
 
-  /** The isovalue follows a slider that is being moved. A single change is no movement. */
+  /** Whether the isovalue changes repeatedly, as with a slider. A single change is no movement. */
   get isovalueMoves(): boolean {
     return this.#isovalueMoves;
   }
@@ -38,7 +38,7 @@ export class Motion {
     return this.#cameraMoves;
   }
 
-  /** Takes in the next view; answers whether anything about it is new. */
+  /** Sets the camera view. Returns whether it differs from the one before, or movement has changed. */
   changed(view: CameraView): boolean {
     const before = this.#view;
     this.#view = {
@@ -58,7 +58,7 @@ export class Motion {
       this.#isovalueMoves = gap < movementGap;
       this.#isovalueChanged = now;
       const goesOn = this.#isovalueMoves && before.isovalues.length === view.isovalues.length;
-      const trail = goesOn ? this.#trail.filter(({ at }) => now - at <= speedSpan.most) : [];
+      const trail = goesOn ? this.#trail.filter(({ at }) => now - at <= speedSpan.max) : [];
       this.#trail = [...trail, { at: now, isovalues: [...view.isovalues] }];
     }
     if (this.#isovalueMoves || this.#cameraMoves) this.#watch();
@@ -69,14 +69,14 @@ export class Motion {
   }
 
   /**
-   * Where the isovalues will be soon, if it is time to prefetch and worth it. `range`: the volume's
-   * whole range of values.
+   * The isovalues expected after `lookAhead`, or undefined if it is too early for another prefetch
+   * or the isovalues move too fast. `range`: length of the volume's range of values.
    */
   isovaluesAhead(range: number): number[] | undefined {
     const now = performance.now();
     const first = this.#trail[0];
     const last = this.#trail.at(-1);
-    if (!first || !last || last.at - first.at < speedSpan.least) return undefined;
+    if (!first || !last || last.at - first.at < speedSpan.min) return undefined;
     if (!this.#goesOneWay()) return undefined;
     const leaps = last.isovalues.map((isovalue, i) => {
       const perSecond =
@@ -84,13 +84,13 @@ export class Motion {
       return perSecond * lookAhead;
     });
     const furthest = Math.max(...leaps.map(Math.abs));
-    if (furthest === 0 || furthest > largestLeap * range) return undefined;
-    if (now - this.#lastAhead < aheadInterval) return undefined;
+    if (furthest === 0 || furthest > maxLeap * range) return undefined;
+    if (now - this.#lastAhead < prefetchInterval) return undefined;
     this.#lastAhead = now;
     return last.isovalues.map((isovalue, i) => isovalue + (leaps[i] ?? 0));
   }
 
-  /** What goes to and fro between neighbours goes nowhere, and two changes tell nothing. */
+  /** Whether the isovalues move in one direction. Two changes are too few to say so. */
   #goesOneWay(): boolean {
     const goes = (sign: number): boolean =>
       this.#trail.every(({ isovalues }, i) => {

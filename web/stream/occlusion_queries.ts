@@ -1,69 +1,66 @@
 /**
- * What a test asks of each region of the drawn coarse chunks: whether it shows in so many pixels, or
- * with 0, whether any part of its cells is in front of what the picture shows.
+ * A region of a drawn coarse chunk counts as visible if it covers at least this many pixels; with 0,
+ * if any part of its cells is in front of the picture.
  */
 export type MinPixels = number;
 
 /**
- * Most of a picture's coarse parts are hidden once those in front of them are refined, so what shows
- * most is refined first: before the view rests, and then step by step. What is left at the end is
- * refined unless nothing of it can be seen.
+ * Most coarse regions are occluded once those in front of them are refined. So regions with many
+ * visible pixels are refined first: one threshold before the view is at rest, then a falling sequence.
+ * With the last threshold, every region that may be visible is refined.
  */
 const beforeRest = 255;
 const atRest: readonly MinPixels[] = [160, 0];
 
-/** What an occlusion query is to find out: which regions of these drawn chunks may be seen. */
+/** Finds which regions of these drawn chunks may be visible. */
 export interface OcclusionQuery {
   readonly ids: Uint32Array;
   readonly minPixels: MinPixels;
-  /** Of the view and of the picture that it is asked for. */
+  /** Numbers of the camera view and of the picture that the query is for. */
   readonly view: number;
   readonly picture: number;
 }
 
-/** Keeps count of which picture an occlusion query is wanted of, and whether the last answer still holds. */
+/** Decides which picture needs an occlusion query, and whether the last answer is still valid. */
 export class OcclusionQueries {
   #view = 0;
   #picture = 0;
-  /** What is to be tested; undefined: occlusion is not asked for. */
+  /** The chunks to test; undefined if occlusion queries are not used. */
   #ids: Uint32Array | undefined;
   #answered: { picture: number; settled: boolean; minPixels: MinPixels } | undefined;
-  /** Of `atRest`: all that shows in so many pixels of this view as the one before says is refined. */
+  /** Index into `atRest`. Everything visible by the thresholds before it is refined. */
   #step = 0;
 
-  /** Something else is looked at: answers to older questions say nothing of it. */
+  /** The camera view has changed: answers to earlier queries are not valid for it. */
   viewChanged(): void {
     ++this.#view;
     this.#step = 0;
     this.pictureChanged();
   }
 
-  /** The same view shows something else: its test is to be repeated. */
+  /** The same camera view has another picture: the query is repeated. */
   pictureChanged(): void {
     ++this.#picture;
   }
 
-  /**
-   * From now on these chunks are to be tested. `isMoreWanted`: by the last answer, there is something
-   * to fetch.
-   */
-  need(ids: Uint32Array | undefined, isMoreWanted: boolean): void {
+  /** Sets the chunks to test. `isMoreNeeded`: by the last answer, there is something to fetch. */
+  need(ids: Uint32Array | undefined, isMoreNeeded: boolean): void {
     this.#ids = ids;
-    if (!isMoreWanted && this.#isAnswered() && this.#step < atRest.length - 1) ++this.#step;
+    if (!isMoreNeeded && this.#isAnswered() && this.#step < atRest.length - 1) ++this.#step;
   }
 
-  /** Nothing that can be seen is to be refined: nothing is to be tested, or all of it has been. */
+  /** Everything visible is refined: there is nothing to test, or the last step has its answer. */
   get done(): boolean {
     if (!this.#ids || this.#ids.length === 0) return true;
     return this.#step === atRest.length - 1 && this.#isAnswered();
   }
 
-  /** The present step's test has been made: as far as it gets while something wanted has failed. */
+  /** The present step has its answer. While a needed chunk has failed, there is no further step. */
   get answered(): boolean {
     return !this.#ids || this.#ids.length === 0 || this.#isAnswered();
   }
 
-  /** `settled`: a picture drawn now would not be drawn more exactly when the view rests. */
+  /** `settled`: a picture drawn now would be the same at rest. */
   query(settled: boolean): OcclusionQuery | undefined {
     if (this.done || !this.#ids) return undefined;
     const isFirst = !settled && this.#step === 0;
@@ -77,8 +74,8 @@ export class OcclusionQueries {
     return { ids: this.#ids, minPixels, view: this.#view, picture: this.#picture };
   }
 
-  /** Takes note of an answer; says whether it is about the present view. */
-  take({ view, picture, minPixels }: OcclusionQuery, settled: boolean): boolean {
+  /** Records an answer. Returns whether it is valid for the present camera view. */
+  record({ view, picture, minPixels }: OcclusionQuery, settled: boolean): boolean {
     this.#answered = { picture, settled, minPixels };
     return view === this.#view;
   }
@@ -87,7 +84,7 @@ export class OcclusionQueries {
     return atRest[this.#step] ?? 0;
   }
 
-  /** This step's test has been made of the present picture, as it is at rest. */
+  /** Whether this step was answered for the present picture at rest. */
   #isAnswered(): boolean {
     const before = this.#answered;
     return (

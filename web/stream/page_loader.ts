@@ -6,7 +6,7 @@ import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import { StreamError } from "./types.ts";
 
-/** Of so many pages one request is made. */
+/** Most pages in one request. */
 const maxTogether = 32;
 
 export interface PageEvents {
@@ -27,7 +27,7 @@ export class PageLoader {
     (index) => this.#needed.includes(index),
     () => this.need(this.#needed),
   );
-  /** Pages whose bytes were not theirs: once they are fetched again, past the caches. */
+  /** Pages whose bytes did not match. They are fetched once more, past the caches. */
   readonly #refused = new Set<number>();
   readonly #hasFailed = new Set<number>();
   #needed: readonly number[] = [];
@@ -53,7 +53,7 @@ export class PageLoader {
     return this.#places[page]?.level ?? 0;
   }
 
-  /** Of the pages that are needed, how many are damaged, and the first one's error. */
+  /** The number of damaged pages that are needed, and the error of the first. */
   get damaged(): { count: number; error: StreamError | undefined } {
     return this.#failed.needed;
   }
@@ -62,7 +62,7 @@ export class PageLoader {
     return this.#failed.has(page);
   }
 
-  /** What is damaged is asked for again now. */
+  /** Requests damaged pages again. */
   retry(): void {
     this.#failed.retryAll();
   }
@@ -71,7 +71,7 @@ export class PageLoader {
     this.#failed.close();
   }
 
-  /** The pages that are missing now, in order of need. */
+  /** Sets the missing pages, in order of need. */
   need(pages: readonly number[]): void {
     this.#needed = pages;
     if (!this.#loading && this.#next().length > 0) void this.#load();
@@ -113,7 +113,7 @@ export class PageLoader {
     this.#loading = false;
   }
 
-  /** Bytes that are not the page's are fetched once more, past the caches. */
+  /** Adds a page to the directory. Bytes that do not match are fetched once more, past the caches. */
   #add(index: number, bytes: Uint8Array): void {
     const page = this.#places[index];
     if (this.#signal.aborted || !page) return;
@@ -128,7 +128,7 @@ export class PageLoader {
     }
     page.resident = true;
     this.#refused.delete(index);
-    // What is whole now had failed before: so may others.
+    // The page had failed before. Others may succeed as well now.
     if (this.#hasFailed.delete(index)) this.#failed.retryAll();
   }
 

@@ -1,15 +1,15 @@
 import type { Chunk } from "../core/index.ts";
 
 /**
- * What is asked for while the isovalue moves. What was prefetched stays asked for until the movement
- * is over, though no view needs it yet: it would else be cancelled by the next frame, and asked for
- * again when the isovalue comes there.
+ * Which chunks to request while the isovalue moves. A prefetched chunk stays requested until the
+ * movement ends, although no view needs it yet. Otherwise the next frame would cancel it, and a later
+ * frame would request it again.
  */
 export class Prefetch {
   readonly #handles = new Set<number>();
 
   /**
-   * The chunks to ask for: of those `underway` what the view needs or what was prefetched, and those
+   * The chunks to request: those `underway` that the view needs or that were prefetched, and those
    * `ahead`, which are prefetched now.
    */
   select(
@@ -17,15 +17,15 @@ export class Prefetch {
     underway: Iterable<Chunk>,
     ahead: readonly Chunk[],
   ): readonly Chunk[] {
-    const ofUse = new Set(needed.map((chunk) => chunk.handle));
+    const neededHandles = new Set(needed.map((chunk) => chunk.handle));
     const kept = [...underway].filter(
-      ({ handle }) => ofUse.has(handle) || this.#handles.has(handle),
+      ({ handle }) => neededHandles.has(handle) || this.#handles.has(handle),
     );
     for (const chunk of ahead) this.#handles.add(chunk.handle);
     return [...kept, ...ahead];
   }
 
-  /** The movement is over. */
+  /** The movement has ended. */
   end(): void {
     this.#handles.clear();
   }

@@ -2,15 +2,15 @@ import type { Chunk, Store } from "../core/index.ts";
 
 interface Resident {
   samples: number;
-  /** When a selection last had a use for it. */
-  useful: number;
+  /** Number of the last selection that used it. */
+  lastUse: number;
   pinned: boolean;
 }
 
 /**
- * The chunks that the viewer holds, within the budget. Room is reserved for a chunk before it is
- * asked for, by what the directory says that it decodes to; where there is none, the chunk that has
- * been of no use for longest goes. What the present view uses stays, and so does what is pinned.
+ * The resident chunks, within the sample budget. Room is reserved before a chunk is requested, by the
+ * number of cells that the directory states. If there is none, the least recently used chunks are
+ * dropped, but neither those of the present view nor pinned ones.
  */
 export class Residency {
   readonly #maxSamples: number;
@@ -31,17 +31,17 @@ export class Residency {
     this.#dropped = dropped;
   }
 
-  /** Most samples held. */
+  /** The sample budget. */
   get budget(): number {
     return this.#budget;
   }
 
-  /** Less than the budget has turned out to be possible; pinned samples stay. */
+  /** Lowers the budget, but not below the pinned samples. */
   limit(samples: number): void {
     this.#budget = Math.max(this.#pinnedSamples, Math.min(this.#budget, Math.floor(samples)));
   }
 
-  /** All of the budget may be used again. */
+  /** Undoes `limit`. */
   restoreBudget(): void {
     this.#budget = this.#maxSamples;
   }
@@ -62,25 +62,25 @@ export class Residency {
     return this.#residents.has(handle);
   }
 
-  /** A selection uses these; all others have just become less useful. */
+  /** Records that the present selection uses these chunks. */
   use(...lists: readonly Uint32Array[]): void {
     ++this.#now;
     for (const list of lists) {
       for (const handle of list) {
         const resident = this.#residents.get(handle);
-        if (resident) resident.useful = this.#now;
+        if (resident) resident.lastUse = this.#now;
       }
     }
   }
 
-  /** Makes room for a chunk and keeps it free. False: all that is held is in use. */
+  /** Reserves room for a chunk. Returns false if all resident chunks are in use. */
   reserve(chunk: Chunk): boolean {
     if (this.#reserved.has(chunk.handle)) return true;
     const room = (): number => this.budget - this.#samples - this.#reservedSamples - chunk.cells;
     if (room() < 0) {
       const idle = [...this.#residents]
-        .filter(([, resident]) => !resident.pinned && resident.useful < this.#now)
-        .sort(([, a], [, b]) => a.useful - b.useful);
+        .filter(([, resident]) => !resident.pinned && resident.lastUse < this.#now)
+        .sort(([, a], [, b]) => a.lastUse - b.lastUse);
       const freeable = idle.reduce((samples, [, resident]) => samples + resident.samples, 0);
       if (room() + freeable < 0) return false;
       for (const [handle] of idle) {
@@ -100,7 +100,7 @@ export class Residency {
 
   add(handle: number, samples: number, pinned: boolean): void {
     this.release(handle);
-    this.#residents.set(handle, { samples, useful: this.#now, pinned });
+    this.#residents.set(handle, { samples, lastUse: this.#now, pinned });
     this.#samples += samples;
     if (pinned) this.#pinnedSamples += samples;
     this.#store.setResident(handle, true);
@@ -110,7 +110,7 @@ export class Residency {
     if (this.lose(handle)) this.#dropped(handle);
   }
 
-  /** It has turned out not to be there. Answers whether it counted as resident. */
+  /** Removes a chunk that the GPU does not have. Returns whether it counted as resident. */
   lose(handle: number): boolean {
     const resident = this.#residents.get(handle);
     if (!resident) return false;

@@ -157,7 +157,7 @@ export class StreamSession {
   answerOcclusion(query: OcclusionQuery, answers: Uint32Array, settled: boolean): void {
     if (this.isClosed) return;
     measured("isosplat:streaming", () => {
-      if (this.#occlusion.take(query, settled)) this.#store.setVisibility(answers);
+      if (this.#occlusion.record(query, settled)) this.#store.setVisibility(answers);
     });
     this.#selecting.request();
   }

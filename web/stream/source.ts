@@ -9,7 +9,7 @@ export interface PagePlace {
 
 /** A chunk's place in the store and in the store file. */
 export interface ChunkPlaceInFile {
-  /** Of the directory: what the session knows the chunk by. */
+  /** Identifies the chunk in the directory and in the session. */
   handle: number;
   level: number;
   block: Triple;
@@ -19,8 +19,8 @@ export interface ChunkPlaceInFile {
 }
 
 /**
- * An answer of many chunks broke off at one that the server cannot read. The others are in order;
- * the chunk's own URL says what is wrong with it.
+ * A response of many chunks ended at one that the server cannot read. The others are valid. A request
+ * for the chunk's own URL returns the cause.
  */
 export class PartError extends StreamError {
   readonly handle: number;
@@ -37,22 +37,22 @@ export class PartError extends StreamError {
 export interface Source {
   /** For messages: the URL or the volume's name. */
   readonly name: string;
-  /** Most calls of `chunks` that are worth having under way at a time. */
+  /** Number of concurrent calls of `chunks` that is worth while. */
   readonly concurrency: number;
   /** Requests made and payload bytes received so far. */
   readonly requests: number;
   readonly bytesReceived: number;
   /**
-   * Begins to fetch what `header` will be asked for: for while the program itself is loading. Should
-   * that fail, `header` rejects with the reason. As a whole once the caches are distrusted.
+   * Begins to fetch the header while the program itself is loading. If that fails, `header` rejects
+   * with the reason. After `bypassCaches`, fetches the header at full length.
    */
   warm(): void;
   /**
-   * The store's header: the first bytes of the file. `whole`: as many as a header may have, where fewer
-   * turned out too few.
+   * The store's header: the first bytes of the file. `whole`: as many bytes as a header may have, for
+   * when fewer were not enough.
    */
   header(signal: AbortSignal, whole?: boolean): Promise<Uint8Array>;
-  /** A range of the file, handed on in order as it arrives (pages, the coarse tail). */
+  /** A byte range of the file (pages, the coarse tail). `arrived` is called in order, as parts arrive. */
   range(
     offset: number,
     bytes: number,
@@ -65,31 +65,30 @@ export interface Source {
     arrived: (index: number, bytes: Uint8Array) => void,
   ): Promise<void>;
   /**
-   * Many chunks; each is handed on as soon as it is whole, in any order, before this settles. When
-   * it rejects, those not handed on do not arrive any more. Rejects with a PartError where one of
-   * them cannot be read and the others may be.
+   * Many chunks. `arrived` is called for each complete chunk, in any order, before the promise
+   * settles, and not afterwards. Rejects with a PartError if the server cannot read one of them.
    */
   chunks<C extends ChunkPlaceInFile>(
     chunks: readonly C[],
     signal: AbortSignal,
     arrived: (chunk: C, bytes: Uint8Array) => void,
   ): Promise<void>;
-  /** From now on every request goes past the caches: they hold wrong bytes. */
+  /** From now on every request bypasses the caches: they hold wrong bytes. */
   bypassCaches(): void;
-  /** The caches are distrusted. */
+  /** Requests bypass the caches. */
   readonly fresh: boolean;
   /**
-   * The content id (32 hex digits) of the store that is at the address now, past the caches. Not
-   * that which was opened: the volume was replaced. Rejects with what is wrong with it otherwise.
+   * Fetches the content id (32 hex digits) of the store that is at the address now, past the caches.
+   * It differs from the opened one if the volume was replaced. Rejects with the address's fault.
    */
   contentId(signal: AbortSignal): Promise<string>;
-  /** Bytes of the whole file, where the source has been told. */
+  /** Size of the file, if a response has stated it. */
   readonly fileBytes: number | undefined;
-  /** The next `header` is of what is at the address then, whatever it was before. */
+  /** Forgets the identity of the file. The next `header` may be that of another store. */
   forget(): void;
   /**
-   * How to cut a list of wanted chunks, in order of need, into calls of `chunks`: the first group
-   * is asked for next. A source that pays by request makes groups large.
+   * Divides needed chunks, in order of need, into groups for calls of `chunks`. The first group is
+   * requested next. Groups are large if requests are costly.
    */
   group<C extends ChunkPlaceInFile>(chunks: readonly C[]): C[][];
 }

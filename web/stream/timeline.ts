@@ -1,9 +1,9 @@
-/** What streaming and drawing take of the main thread, on the browser's timeline: see README.md. */
+/** Measures the main thread's work on the browser's timeline: see README.md. */
 export type Work = "isosplat:streaming" | "isosplat:drawing";
 
 let underway = false;
 
-/** Does a piece of work and measures it; a piece inside of another one belongs to that. */
+/** Runs and measures work. Nested work counts as part of the outer work. */
 export function measured<T>(name: Work, work: () => T): T {
   if (underway) return work();
   underway = true;
@@ -13,7 +13,7 @@ export function measured<T>(name: Work, work: () => T): T {
   } finally {
     underway = false;
     performance.measure?.(name, { start });
-    // Observers are told; the timeline forgets nothing by itself.
+    // Observers have the entry. The browser keeps entries until they are cleared.
     performance.clearMeasures?.(name);
   }
 }

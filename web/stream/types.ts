@@ -1,4 +1,4 @@
-/** What the viewer and the page see of streaming. Values and isovalues are in the volume's units. */
+/** The types of streaming for the viewer and the page. Isovalues are in the volume's units. */
 
 import type { Triple } from "../core/index.ts";
 import { type FaultKind, faults } from "./faults.ts";
@@ -11,7 +11,7 @@ export interface ChunkPlace {
   block: Triple;
 }
 
-/** What is looked at. Give it to `StreamSession.update` whenever it changes. */
+/** Camera, image size and isovalues. Pass it to `StreamSession.update` whenever it changes. */
 export interface CameraView {
   /** World to clip space (projection · view), 16 numbers, column-major as WebGL takes them. */
   viewProjection: ArrayLike<number>;
@@ -19,50 +19,50 @@ export interface CameraView {
   viewport: { width: number; height: number };
   /** The isovalues shown, in values. */
   isovalues: readonly number[];
-  /** True while the camera moves: coarser data is asked for then. A moving isovalue is noticed. */
+  /** True while the camera moves: coarser data is requested then. Moving isovalues are detected. */
   moving: boolean;
 }
 
-/** What there is to do, and what has been done. All counts are exact for what is known so far. */
+/** What is still missing, and what has been fetched. Counts include resident directory pages only. */
 export interface Progress {
   /**
-   * opening: the first surface is on its way. refining: finer data is on its way. waiting: the
-   * isovalue or the camera moves, finer data is asked for when it rests. offline: the source does
-   * not answer, and is tried again soon. incomplete: what is still wanted has failed, and is tried
-   * again slowly; coarser data is shown in its place. `fault` says why, for both. limited: the same
-   * as complete, but the sample budget keeps parts coarser than the view could show. complete: all
-   * that can be seen is drawn at the level that the view resolves, whatever was looked at before:
-   * cells are no larger than `targetCellPixels`, or of level 0.
+   * opening: the first surface is being fetched. refining: finer data is being fetched. waiting: the
+   * isovalue or the camera moves; finer data is requested at rest. offline: the source does not
+   * respond, and is retried soon. incomplete: needed parts have failed, and are retried slowly;
+   * coarser data is shown in their place. For both, `fault` is the cause. limited: like complete,
+   * but the sample budget keeps parts coarser than the view could show. complete: everything visible
+   * is drawn at the level that the view resolves, independently of earlier views: cells are no
+   * larger than `targetCellPixels`, or of level 0.
    */
   state: "opening" | "refining" | "waiting" | "offline" | "incomplete" | "limited" | "complete";
-  /** Chunks wanted for this view that are not there yet, and their bytes. */
+  /** Chunks that this view needs and that are not resident, and their bytes. */
   chunksToGo: number;
   bytesToGo: number;
   /** Since the session was opened: payload received, requests made. */
   bytesFetched: number;
   requests: number;
-  /** Chunks held, and their samples. */
+  /** Resident chunks, and their samples. */
   chunksResident: number;
   samplesResident: number;
   /** Most samples that may be resident. */
   sampleBudget: number;
   /**
-   * Finest and coarsest level drawn now, of what is not known to be hidden; −1 where nothing is
+   * Finest and coarsest level drawn now, without regions known to be occluded; −1 if nothing is
    * drawn.
    */
   finestLevel: number;
   coarsestLevel: number;
   /** The budget keeps this view coarser than the screen could show. */
   limitedByBudget: boolean;
-  /** `state` is complete: nothing is wanted, loading, failed, or kept coarse by the budget. */
+  /** Whether `state` is complete. */
   complete: boolean;
-  /** Chunks and directory pages wanted for this view that are damaged. */
+  /** Damaged chunks and directory pages that this view needs. */
   damagedParts: number;
-  /** What stands in the way now; null as soon as it does not any more. */
+  /** The present fault; null as soon as it has ended. */
   fault: { kind: FaultKind; message: string } | null;
 }
 
-/** Something went wrong. `message` says what was expected, what was found, and the remedy. */
+/** A fault of streaming. `message` states what was expected, what was found, and the remedy. */
 export class StreamError extends Error {
   readonly kind: FaultKind;
   constructor(kind: FaultKind, message: string, cause?: unknown) {
@@ -78,8 +78,8 @@ export class StreamError extends Error {
 }
 
 /**
- * What a session tells its viewer. All calls come from `update` or from a task of their own, never
- * from inside another event.
+ * The events of a session. They are called from `update` or from a task of their own, never from
+ * another event.
  */
 export interface StreamEvents {
   /**
@@ -93,21 +93,20 @@ export interface StreamEvents {
   drop(id: number): void;
   /**
    * Draw exactly these chunks from now on. `regions` has 16 words per id, two for each of eight
-   * slices in z: bit (x >> 3) + 8·(y >> 3) of the 64 of slice z >> 3 says whether the block's cells
-   * (x, y, z) of that region are to be drawn; the others are drawn by finer chunks. Arrays are the
-   * viewer's.
+   * slices in z: bit (x >> 3) + 8·(y >> 3) of the 64 of slice z >> 3 is set if the block's cells
+   * (x, y, z) of that region are drawn. Finer chunks draw the others. The viewer owns both arrays.
    */
   visible(ids: Uint32Array, regions: Uint32Array): void;
   /**
-   * An occlusion query is wanted: soon, find out what `occlusionQuery` of the session asks, and call
-   * `answerOcclusion`. Without this event, what is hidden behind the picture is fetched as well.
+   * An occlusion query is needed: run the session's `occlusionQuery` soon, and call
+   * `answerOcclusion`. Without this event, occluded chunks are fetched as well.
    */
   testOcclusion?(): void;
   progress(progress: Progress): void;
-  /** Told once for each run of a fault; `Progress.fault` says how long it lasts. */
+  /** Called once for each occurrence of a fault. `Progress.fault` is set as long as it lasts. */
   error(error: StreamError): void;
   /**
-   * Another store has come to the address. This session shows what it has, and asks for nothing
+   * Another store is at the address. This session shows its resident chunks and requests nothing
    * more: close it, and open the source again.
    */
   replaced(error: StreamError): void;
@@ -115,13 +114,13 @@ export interface StreamEvents {
 
 export interface StreamOptions {
   events: StreamEvents;
-  /** Most samples (16 bytes each, on the GPU) held at a time. Default: by device class. */
+  /** Most resident samples (16 bytes each, on the GPU). Default: by device class. */
   sampleBudget?: number;
   /** Size in pixels up to which a cell is not refined further. Default 1. */
   targetCellPixels?: number;
-  /** The same while the camera moves. Default 5: levels in between cost much, and are soon in vain. */
+  /** The same while the camera moves. Default 5: finer levels would be out of date on arrival. */
   movingCellPixels?: number;
-  /** The isovalues of the first view: their surface comes first. Default: the suggested one. */
+  /** The isovalues of the first view. Their surface is loaded first. Default: the suggested one. */
   firstIsovalues?: readonly number[];
   /** Ends opening and closes the session, as `close` does. */
   signal?: AbortSignal;
