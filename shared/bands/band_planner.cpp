@@ -7,11 +7,11 @@ namespace isosplat {
 BandPlanner::BandPlanner() : minima_(65536), maxima_(65536) {}
 
 void BandPlanner::count(std::span<const CellInterval> intervals) {
-  // Only the range that the last block touched is dirty.
+  // Only the range of the last block has counts that are not 0.
   std::fill(minima_.begin() + counted_.min, minima_.begin() + counted_.max + 1, 0);
   std::fill(maxima_.begin() + counted_.min, maxima_.begin() + counted_.max + 1, 0);
   QuantizedValue low = 65535, high = 0;
-  // An interval is two quantized values: this becomes vector code.
+  // As an array of quantized values, so that the compiler vectorises the loop.
   static_assert(sizeof(CellInterval) == 2 * sizeof(QuantizedValue));
   const auto* const quantized_values = reinterpret_cast<const QuantizedValue*>(intervals.data());
   for (size_t i = 0; i < 2 * intervals.size(); ++i) {
@@ -20,7 +20,7 @@ void BandPlanner::count(std::span<const CellInterval> intervals) {
   }
   counted_ = intervals.empty() ? CellInterval{} : CellInterval{low, high};
   for (const CellInterval interval : intervals) {
-    // Whether a cell is active at all may be close to random: arithmetic, not a branch.
+    // A branch would be hard to predict, so this is arithmetic.
     const uint32_t active = interval.min < interval.max;
     minima_[interval.min] += active;
     maxima_[interval.max] += active;
@@ -43,13 +43,13 @@ std::span<const uint32_t> BandPlanner::maxima() const {
   return std::span(maxima_).subspan(interval_.min, interval_.max - interval_.min + 1u);
 }
 
-void BandPlanner::choose_candidates(uint32_t most) {
+void BandPlanner::choose_candidates(uint32_t max_count) {
   const uint32_t low = interval_.min, high = interval_.max;
-  // A third of the candidates evenly spaced, the others where as many cells begin or end between
-  // any two: where nothing begins or ends, moving a cut changes nothing but the shares.
-  const bool take_all = high - low < most;
-  const uint32_t step = std::max(1u, (high - low) / std::max(1u, most / 3));
-  const uint32_t quantum = std::max(1u, 2 * cells_ / std::max(1u, most - most / 3));
+  // A third of the candidates is evenly spaced. The others have equal numbers of cell ends between
+  // them: where no interval begins or ends, moving a cut does not change the cells of the bands.
+  const bool take_all = high - low < max_count;
+  const uint32_t step = std::max(1u, (high - low) / std::max(1u, max_count / 3));
+  const uint32_t quantum = std::max(1u, 2 * cells_ / std::max(1u, max_count - max_count / 3));
   candidates_.clear();
   uint32_t ended = 0, begun = 0, since = 0;
   for (uint32_t quantized = low; quantized <= high; ++quantized) {
@@ -75,9 +75,9 @@ const std::vector<uint32_t>& BandPlanner::plan(const BandOptions& options) {
   cost_.assign(n, 0);
   from_.assign(n, 0);
   for (Candidate& candidate : candidates_) {
-    candidate.likely = options.isovalue_distribution.empty()
-                           ? candidate.quantized / 65536.0
-                           : options.isovalue_distribution[candidate.quantized];
+    candidate.probability = options.isovalue_distribution.empty()
+                                ? candidate.quantized / 65536.0
+                                : options.isovalue_distribution[candidate.quantized];
   }
   const double fixed = options.storage_weight * options.overhead_cells;
   for (size_t j = 1; j < n; ++j) {
@@ -87,7 +87,7 @@ const std::vector<uint32_t>& BandPlanner::plan(const BandOptions& options) {
     uint32_t best_from = 0;
     for (size_t i = 0; i < j; ++i) {
       const double cells = remaining - static_cast<double>(candidates_[i].ended);
-      const double share = end.likely - candidates_[i].likely;
+      const double share = end.probability - candidates_[i].probability;
       const double cost =
           cost_[i] + (share + options.storage_weight) * cells + (cells > 0 ? fixed : 0);
       if (i == 0 || cost < best) {

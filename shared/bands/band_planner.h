@@ -8,19 +8,19 @@
 
 namespace isosplat {
 
-/// How a block's value range is cut into bands. A cell is stored in every band in which it is
-/// active for some isovalue, and a query fetches the whole band that its isovalue lies in: few cuts
-/// make fetches large, many make the store large.
+/// Options for cutting a block's value range into bands. A cell is stored in every band in which it
+/// is active for some isovalue, and a query fetches the whole band that contains its isovalue. Few
+/// bands make fetches large; many bands make the store large.
 struct BandOptions {
-  /// The one dial: how much a byte stored weighs against a byte fetched by a random isovalue.
+  /// The weight of a stored byte, relative to a byte that a query for a random isovalue fetches.
   double storage_weight = 0.09;
-  /// What a chunk costs beside its cells, as a number of cells: directory record, framing, and the
-  /// statistics that its entropy coder has yet to learn.
+  /// The fixed cost of a chunk, as a number of cells: directory record, chunk header, and the
+  /// adaptation of the entropy coder.
   double overhead_cells = 300;
-  /// How likely an isovalue is below each quantized value, ascending from 0 to 1: 65537 entries,
-  /// borrowed. Empty: isovalues are spread evenly over all codes.
+  /// The cumulative distribution of isovalues: for each quantized value, the probability that an
+  /// isovalue is below it. 65537 entries from 0 to 1, borrowed. Empty: uniform.
   std::span<const double> isovalue_distribution;
-  /// At most about this many places are considered for a cut; all, where there are no more.
+  /// About the most positions to consider for a cut.
   uint32_t max_candidates = 128;
 };
 
@@ -56,7 +56,7 @@ class BandPlanner {
   const std::vector<uint32_t>& band_cells() const { return band_cells_; }
 
  private:
-  void choose_candidates(uint32_t most);
+  void choose_candidates(uint32_t max_count);
 
   std::vector<uint32_t> minima_, maxima_;  // per quantized value
   CellInterval counted_;                   // the quantized values that may have a count
@@ -66,7 +66,7 @@ class BandPlanner {
     uint32_t quantized;
     uint32_t ended;      // cells with max ≤ quantized value
     uint32_t not_begun;  // cells with min ≥ quantized value
-    double likely;       // that an isovalue is below quantized value
+    double probability;  // that an isovalue is below quantized value
   };
   std::vector<Candidate> candidates_;
   std::vector<double> cost_;

@@ -10,11 +10,11 @@
 
 namespace isosplat {
 
-/// Which cells each band of a block holds, found in one pass over the block's intervals: they do
-/// not fit the nearer caches. Keeps scratch memory: 33 KiB for each band.
+/// Finds the cells of all bands of a block in one pass over the block's intervals, because these do
+/// not fit the L1 and L2 caches. Keeps scratch memory: 33 KiB per band.
 class BandMasks {
  public:
-  /// The bands begin with `begin`, and end at `ends`, ascending.
+  /// `begin`: of the first band; `ends`: of all bands, ascending.
   void set(const BlockVoxels& block, uint32_t begin, std::span<const uint32_t> ends);
 
   /// The cells of a band with max(min, its begin) < min(max, its end).

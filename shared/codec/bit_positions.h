@@ -4,7 +4,7 @@
 
 namespace isosplat {
 
-/// Where the set bits of a byte are, ascending.
+/// The positions of the set bits of each byte, ascending.
 struct BitPositions {
   uint8_t of[256][8];
 

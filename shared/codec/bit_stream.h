@@ -7,11 +7,11 @@
 
 namespace isosplat {
 
-/// Bits, least significant first, as a chunk begins with. They run towards the rANS words, which
-/// run backwards from the chunk's last byte: so neither needs a length.
+/// Writes bits, least significant first. A chunk begins with them, and the rANS words run backwards
+/// from its last byte. The two streams grow towards each other, so neither needs a length.
 class BitWriter {
  public:
-  /// Starts anew, for at most so many bits.
+  /// Starts a new stream of at most `max_bits` bits.
   void begin(size_t max_bits) {
     if (bytes_.size() < max_bits / 8 + 16) bytes_.resize(max_bits / 8 + 16);
     size_ = 0, held_ = 0, hold_ = 0;
@@ -43,10 +43,11 @@ class BitWriter {
   uint32_t held_ = 0;
 };
 
-/// Writes bits that follow a BitWriter's, the last ones first: in the order in which rANS encodes.
+/// Writes the bits that follow those of a BitWriter, last bits first: the order in which rANS
+/// encodes.
 class BackwardBitWriter {
  public:
-  /// Starts anew, for exactly `bits` bits after `before` others.
+  /// Starts a new stream of exactly `bits` bits that follow `before` other bits.
   void begin(size_t before, size_t bits) {
     shared_ = before & 7;
     const size_t all = shared_ + bits;
@@ -68,7 +69,8 @@ class BackwardBitWriter {
     held_ &= 7;
   }
 
-  /// Appends all bytes to `out`, whose last one has the bits before the first, if they end in it.
+  /// Appends all bytes to `out`. If the bits before end within a byte, that is the last one of
+  /// `out`, and the first bits are added to it.
   void finish(std::vector<std::byte>& out) const {
     auto first = bytes_.begin() + kSlack;
     const auto last = first + static_cast<ptrdiff_t>(size_);
@@ -77,16 +79,16 @@ class BackwardBitWriter {
   }
 
  private:
-  static constexpr size_t kSlack = 8;  ///< before the first byte: whole words are written
+  static constexpr size_t kSlack = 8;  ///< before the first byte, because put() writes whole words
   std::vector<std::byte> bytes_;
   size_t size_ = 0, shared_ = 0;
-  std::byte* end_ = nullptr;  ///< what is here and beyond is written
+  std::byte* end_ = nullptr;  ///< the bytes from here on are final
   uint64_t hold_ = 0;
   uint32_t held_ = 0;
 };
 
-/// Reads what BitWriter and BackwardBitWriter wrote. It does not check bounds: 8 bytes from the
-/// position must be readable, and the caller looks at bytes_read() often enough.
+/// Reads the bits of a BitWriter and a BackwardBitWriter. Does not check bounds: 8 bytes from the
+/// position on must be readable, and the caller must check bytes_read() regularly.
 class BitReader {
  public:
   explicit BitReader(const uint8_t* begin) : begin_(begin) {}
@@ -100,13 +102,13 @@ class BitReader {
     return static_cast<uint32_t>(value);
   }
 
-  /// Bytes begun.
+  /// Number of bytes read, the last one possibly in part.
   size_t bytes_read() const { return (position_ + 7) >> 3; }
 
-  /// One beyond the last byte begun.
+  /// The byte after those counted by bytes_read().
   const uint8_t* position() const { return begin_ + bytes_read(); }
 
-  /// Whether the rest of the last byte begun is zero.
+  /// Whether the unread bits of the last byte are zero.
   bool padding_is_zero() const {
     return BitReader(*this).get(static_cast<uint32_t>(-position_ & 7)) == 0;
   }

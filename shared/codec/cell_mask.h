@@ -11,8 +11,8 @@
 
 namespace isosplat {
 
-/// Which cells of a block a chunk holds: a row of bits for each y and z, with a row of zeros before
-/// the first of each, so that the neighbours of a first row can be read.
+/// The cells of a block that a chunk holds: a row of bits for each y and z. A row of zeros precedes
+/// the first row along y and z, so that each row has readable neighbours.
 struct CellMask {
   uint64_t bits[kBlockCells + 1][kBlockCells + 1];
 
@@ -37,13 +37,13 @@ struct CellMask {
   }
 };
 
-/// The bits of the mask's rows that stand for cells of the block.
+/// The bits of a row that correspond to cells of the block.
 inline uint64_t valid_cells(int32_t cells_x) {
   return ~uint64_t{0} >> (64 - cells_x);
 }
 
 /// A quad is 2×2 bits at even x and y: bit 0 at (x, y), 1 at (x + 1, y), 2 at (x, y + 1), 3 at
-/// (x + 1, y + 1). Its context is made of the bits next to it that come before it:
+/// (x + 1, y + 1). Its context consists of the neighbouring bits that were coded before:
 ///
 ///   bits 0–3  the quad at z − 1        bits 4, 5  (x − 1, y), (x − 1, y + 1)
 ///                                      bits 6, 7  (x, y − 1), (x + 1, y − 1)
@@ -65,7 +65,7 @@ struct QuadSlots {
   }
 };
 
-/// Which bricks (4×4×4 cells) hold a cell of the chunk; bit x + 1 of a row stands for brick x.
+/// The bricks (4×4×4 cells) that hold a cell of the chunk; bit x + 1 of a row is brick x.
 struct BrickMask {
   static constexpr int32_t kAcross = kBlockCells / 4;
   uint32_t bits[kAcross + 1][kAcross + 2] = {};
@@ -132,11 +132,10 @@ inline uint64_t code_brick(Coder& coder, int32_t slices, bool two_x, bool two_y,
   return word;
 }
 
-/// Codes the bricks, then the cells of each brick that holds any, all in raster order. One text for
-/// both directions: `coder.quad(context, quad)` returns the quad,
-/// as given (encoder) or as decoded (decoder, where the masks are clear before); coder.good() may
-/// stop it after each brick; Coder::kDecodes tells the directions apart. Returns whether the bits
-/// outside the block are zero, and good() held.
+/// Codes the bricks, then the cells of each brick that holds any, all in raster order. Encoder and
+/// decoder share this function: `coder.quad(context, quad)` returns the given quad (encoder) or the
+/// decoded one (decoder, which begins with empty masks). Stops after a brick if coder.good() is
+/// false. Returns whether the bits outside the block are zero and good() was always true.
 template <class Coder, class Mask>
 bool code_mask(Index3 cells, BrickMask& bricks, Mask& mask, Coder& coder) {
   const Index3 across{(cells.x + 3) / 4, (cells.y + 3) / 4, (cells.z + 3) / 4};

@@ -14,8 +14,8 @@ namespace isosplat {
 
 struct CellMask;
 
-/// What is known of a chunk before its bytes are read: the directory says all of it. Encoder and
-/// decoder must be given the same, except for the cell count, which only the decoder needs.
+/// The properties of a chunk that the directory of the store holds. Encoder and decoder need the
+/// same values, except for the cell count, which only the decoder needs.
 struct ChunkShape {
   Index3 block_cells;          ///< of its block, each 1 to kBlockCells
   uint32_t band_begin = 0;     ///< the band's first quantized isovalue
@@ -24,7 +24,7 @@ struct ChunkShape {
   bool has_intervals = false;  ///< levels ≥ 1: the cells' intervals go beyond their corners'
 };
 
-/// A block of one level, to be encoded. Borrowed for the call.
+/// A block to encode. Borrowed during the call.
 struct BlockVoxels {
   Index3 cells;                            ///< each 1 to kBlockCells
   const QuantizedValue* voxels = nullptr;  ///< (cells.x + 1)(cells.y + 1)(cells.z + 1), x fastest
@@ -32,8 +32,8 @@ struct BlockVoxels {
   /// interval. Cells with min ≥ max (such as those with a missing corner) are never active.
   const CellInterval* intervals = nullptr;
   bool has_intervals = false;  ///< levels ≥ 1: the intervals are coded, not taken from the corners
-  /// Of each row of cells (y fastest, then z) what its cells' intervals lie in: rows outside a band
-  /// are passed over. Null where that is not known.
+  /// For each row of cells (y fastest, then z) an interval that contains those of its cells, so
+  /// that rows outside a band can be skipped. Null: unknown.
   const CellInterval* row_intervals = nullptr;
 };
 
@@ -55,11 +55,11 @@ class ChunkEncoder {
 
   /// Appends to `out` the chunk of every cell that is active for some quantized isovalue in
   /// [band_begin, band_end), i.e. max(min, band_begin) < min(max, band_end). Returns the number of
-  /// those cells; where there is none, nothing is appended.
+  /// those cells; appends nothing if there are none.
   uint32_t encode(const BlockVoxels& block, uint32_t band_begin, uint32_t band_end,
                   std::vector<std::byte>& out);
 
-  /// The same where these cells are known: BandMasks finds those of all bands at once.
+  /// The same for cells that are known: BandMasks finds the cells of all bands at once.
   uint32_t encode(const BlockVoxels& block, const CellMask& cells, uint32_t band_begin,
                   uint32_t band_end, std::vector<std::byte>& out);
 
@@ -68,11 +68,11 @@ class ChunkEncoder {
   std::unique_ptr<Scratch> scratch_;
 };
 
-/// Decodes chunks. The bytes may be anything: a call yields exactly shape.cell_count cells, or an
+/// Decodes chunks. The bytes are untrusted: a call returns exactly shape.cell_count cells, or an
 /// error. Keeps scratch memory between calls (about 2 MB), so use one per thread.
 ///
 /// Errors of both calls: truncated (the bytes end too early), malformed_chunk (anything else),
-/// invalid_argument (the shape breaks its own limits).
+/// invalid_argument (the shape is outside its limits).
 class ChunkDecoder {
  public:
   ChunkDecoder();
@@ -83,8 +83,8 @@ class ChunkDecoder {
   /// Replaces the content of `out`.
   Result<void> decode(std::span<const std::byte> bytes, const ChunkShape& shape, DecodedCells& out);
 
-  /// The same cells as decode(), each through pack_sample(); the fast way to the GPU. Replaces the
-  /// content of `out`.
+  /// The same cells as decode(), each through pack_sample(), which is faster. Replaces the content
+  /// of `out`.
   Result<void> decode_packed(std::span<const std::byte> bytes, const ChunkShape& shape,
                              std::vector<PackedSample>& out);
 

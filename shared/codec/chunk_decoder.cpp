@@ -14,7 +14,7 @@ namespace {
 /// intervals or the header can take, so that bounds are checked once for each.
 constexpr size_t kSlack = 2048;
 
-/// Points between two looks at the bounds.
+/// Points between two checks of the bounds.
 constexpr int32_t kBatch = 256;
 
 constexpr size_t kSmallestChunk = 4 * kRansStates + 1;
@@ -99,8 +99,8 @@ void ChunkDecoder::Scratch::decode_row(Index3 cells, int32_t y, int32_t z, const
   fill_values(n, own);
 
   int16_t* const values = own.value + kRowPad;
-  // First what does not wait for other points of the row: four points at a time, as far as beyond
-  // the last one.
+  // First the sums that do not depend on other points of the row, four points at a time. The last
+  // four may extend beyond the row.
   const int32_t first = points.first[y], end = points.first[y + 1];
   for (int32_t i = first; i < end; i += 4) {
     const auto point = [&](int k) {
@@ -115,7 +115,7 @@ void ChunkDecoder::Scratch::decode_row(Index3 cells, int32_t y, int32_t z, const
   for (int32_t i = first; i < end; ++i) {
     const int32_t x = points.x[i];
     const ClassWeights& weights = predictor.classes[points.point_class[i]];
-    // What a point waits for is the value to its left: it comes from a register, not from memory.
+    // The only value that the prediction must wait for is the left one: it stays in a register.
     const int32_t others = sums[i] + weights.left2 * values[x - 2];
     value =
         static_cast<int16_t>(predictor.prediction(others + weights.left * value) + residuals[i]);
@@ -226,7 +226,7 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
     if (last != &last_row) last_row = *last;
     last = &last_row;
   }
-  if (!streams.rans.ends_well() || !streams.bits.padding_is_zero()) {
+  if (!streams.rans.has_valid_final_states() || !streams.bits.padding_is_zero()) {
     return malformed("the coder does not end where it began");
   }
   if (streams.bits.position() != streams.rans.position()) {
@@ -260,9 +260,9 @@ Result<void> ChunkDecoder::decode(std::span<const std::byte> bytes, const ChunkS
 
 Result<void> ChunkDecoder::decode_packed(std::span<const std::byte> bytes, const ChunkShape& shape,
                                          std::vector<PackedSample>& out) {
-  // Cells are emitted only once their number is known to be cell_count, and that to be possible.
+  // Cells are emitted only after their number was checked against cell_count.
   constexpr uint32_t kMaxCells = kBlockCells * kBlockCells * kBlockCells;
-  // Not cleared before: what an earlier call has left need not be set to zero, it is overwritten.
+  // Not cleared before: the samples of an earlier call are overwritten, and need no initialisation.
   out.resize(std::min(shape.cell_count, kMaxCells) + kBeyondPacked);
   PackedSample* to = out.data();
   const Result<void> done = scratch_->decode<VectorOps>(

@@ -10,7 +10,8 @@
 namespace isosplat {
 namespace {
 
-/// Points that the predictor is fitted to, at most about twice so many.
+/// The predictor is fitted to at least this number of points, if there are so many, and at most
+/// about twice this number.
 constexpr uint32_t kFitSamples = 4096;
 
 /// Chunks with fewer residuals than these merge 16, 8, 4, 2 levels.
@@ -179,7 +180,7 @@ void ChunkEncoder::Scratch::add_intervals(const BlockVoxels& block, const CellMa
   size_t count = 0;
   for (int32_t y = 0; y < block.cells.y; ++y) {
     if (mask.row(y, z) == 0) continue;
-    // Of all the row's cells, so that it becomes vector code.
+    // For all cells of the row, so that the compiler vectorises the loop.
     const int16_t *r00 = rows[z][y].value + kRowPad, *r10 = rows[z][y + 1].value + kRowPad,
                   *r01 = rows[z + 1][y].value + kRowPad, *r11 = rows[z + 1][y + 1].value + kRowPad;
     int16_t low[kLatticeAcross], high[kLatticeAcross];
@@ -191,10 +192,10 @@ void ChunkEncoder::Scratch::add_intervals(const BlockVoxels& block, const CellMa
         block.intervals + (size_t(z) * block.cells.y + y) * block.cells.x;
     IntervalResidual row[kBlockCells];
     for (int32_t x = 0; x < block.cells.x; ++x) {
-      const int32_t least = (std::min(low[x], low[x + 1]) + 32768) >> header.interval_shift;
-      const int32_t greatest = (std::max(high[x], high[x + 1]) + 32768) >> header.interval_shift;
-      row[x] = {least - (intervals[x].min >> header.interval_shift),
-                (intervals[x].max >> header.interval_shift) - greatest, greatest - least};
+      const int32_t min = (std::min(low[x], low[x + 1]) + 32768) >> header.interval_shift;
+      const int32_t max = (std::max(high[x], high[x + 1]) + 32768) >> header.interval_shift;
+      row[x] = {min - (intervals[x].min >> header.interval_shift),
+                (intervals[x].max >> header.interval_shift) - max, max - min};
     }
     for (uint64_t bits = mask.row(y, z); bits; bits &= bits - 1) {
       slice_intervals[count++] = row[__builtin_ctzll(bits)];

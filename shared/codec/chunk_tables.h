@@ -14,15 +14,15 @@ inline void read_distribution(const char* letters, size_t symbols, uint32_t tota
                               uint16_t* frequencies) {
   static constexpr uint32_t kQuarters[4] = {65536, 77935, 92681, 110217};  // 2^(16 + i/4)
   uint32_t rest = total;
-  size_t most = 0;
+  size_t most_frequent = 0;
   for (size_t i = 0; i < symbols; ++i) {
     const auto code =
         static_cast<uint32_t>(letters[i] <= 'Z' ? letters[i] - 'A' : letters[i] - 'a' + 26);
     frequencies[i] = static_cast<uint16_t>(kQuarters[code & 3] << (code >> 2) >> 16);
     rest -= frequencies[i];
-    if (frequencies[i] > frequencies[most]) most = i;
+    if (frequencies[i] > frequencies[most_frequent]) most_frequent = i;
   }
-  frequencies[most] = static_cast<uint16_t>(frequencies[most] + rest);
+  frequencies[most_frequent] = static_cast<uint16_t>(frequencies[most_frequent] + rest);
 }
 
 /// Distributions of the sixteen values of a quad by its context (cell_mask.h); total 4096.

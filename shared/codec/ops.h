@@ -8,8 +8,8 @@
 #include "shared/codec/simd_widest.h"
 #include "shared/sampling/cell.h"
 
-/// The codec's inner operations, twice: ScalarOps says what they are; VectorOps are the same bit
-/// for bit with 128-bit vectors (SSE4.1, WASM SIMD), where there are any.
+/// The codec's inner operations. ScalarOps defines them; VectorOps gives the same results bit for
+/// bit with vectors (SSE4.1, AVX2, WASM SIMD) if the target has them.
 namespace isosplat {
 
 /// Four rows of lattice values, each from x − 1 on: x − 1, x, x + 1 (and x + 2, which has weight
@@ -21,15 +21,15 @@ struct TapPointers {
   const int16_t* back_up;
 };
 
-/// How busy the surroundings are, in half octaves: below kOctaves for an energy below 2^20.
+/// An energy on a logarithmic scale of half octaves: below kOctaves for an energy below 2^20.
 inline constexpr int kOctaves = 40;
 inline int32_t half_octave(uint32_t energy) {
   const uint32_t e = energy + 2;
   const int32_t bits = 31 - __builtin_clz(e);
   return 2 * bits + static_cast<int32_t>(e >> (bits - 1) & 1) - 2;
 }
-/// half_octave(plus_two − 2) for a number below 2^24, made so that loops of it become vector code:
-/// vectors have floats, whose upper bits these are, but cannot all count leading zeros.
+/// half_octave(plus_two − 2) for a number below 2^24, in a form that compilers vectorise: it uses
+/// the exponent of a float, because not all instruction sets count leading zeros of vectors.
 inline int32_t half_octave_by_float(int32_t plus_two) {
   const auto number = static_cast<float>(plus_two);
   uint32_t bits;
@@ -55,7 +55,7 @@ inline uint32_t class_at(const uint64_t* words, int bit) {
   return point_class;
 }
 
-/// Where the n-th set bit of a word is, from n = 0 on; n is less than their number.
+/// The position of the n-th set bit of a word, counted from 0. Requires more than n set bits.
 inline int nth_bit(uint64_t word, uint32_t n) {
 #if defined(__BMI2__)
   return __builtin_ctzll(_pdep_u64(uint64_t{1} << n, word));
@@ -65,8 +65,8 @@ inline int nth_bit(uint64_t word, uint32_t n) {
 #endif
 }
 
-/// What the prediction of a point is summed from, and with which weights: four for each row of
-/// taps, in their order. The fourth is that of *left for `up`, and zero for the others.
+/// The neighbours and weights of the prediction of a point: four weights for each row of taps. The
+/// fourth weight belongs to *left in the row `up`, and is zero in the other rows.
 struct WeightedTaps {
   TapPointers taps;
   const int16_t* left;
@@ -253,12 +253,12 @@ struct VectorOps {
     static_assert(sizeof(CellInterval) == 4);
     // In each lane: the lesser half is max(min, begin), the upper min(max, end). An end of 65536
     // may count as 65535: a cell with min 65535 has no greater max.
-    const uint32_t least = begin, most = 0xffff | std::min(end, 65535u) << 16;
+    const uint32_t low_bound = begin, high_bound = 0xffff | std::min(end, 65535u) << 16;
     uint64_t bits = 0;
     int32_t i = 0;
 #if defined(__AVX2__)
-    const __m256i low8 = _mm256_set1_epi32(static_cast<int32_t>(least));
-    const __m256i high8 = _mm256_set1_epi32(static_cast<int32_t>(most));
+    const __m256i low8 = _mm256_set1_epi32(static_cast<int32_t>(low_bound));
+    const __m256i high8 = _mm256_set1_epi32(static_cast<int32_t>(high_bound));
     for (; i + 8 <= count; i += 8) {
       const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(cells + i));
       const __m256i clipped = _mm256_min_epu16(_mm256_max_epu16(all, low8), high8);
@@ -267,7 +267,7 @@ struct VectorOps {
       bits |= static_cast<uint64_t>(_mm256_movemask_ps(_mm256_castsi256_ps(active))) << i;
     }
 #endif
-    const V low = splat32(least), high = splat32(most);
+    const V low = splat32(low_bound), high = splat32(high_bound);
     for (; i + 4 <= count; i += 4) {
       const V clipped = min_u16(max_u16(load(cells + i), low), high);
       const V active = greater_s32(high_halves(clipped), and_(clipped, splat32(0xffff)));

@@ -20,7 +20,7 @@ struct RansSymbol {
   /// ⌈2^(32 + scale_bits) / frequency⌉. A state x is below frequency · 2^(32 − scale_bits) where it
   /// is divided: the product fits 64 bits, and its upper part is the exact quotient.
   uint64_t reciprocal;
-  uint32_t limit;  ///< a state from here on gives away a word first
+  uint32_t limit;  ///< a state ≥ limit first writes a word
   uint16_t start;
   uint16_t complement;  ///< 2^scale_bits − frequency
 
@@ -33,8 +33,8 @@ struct RansSymbol {
         complement(static_cast<uint16_t>((1u << scale_bits) - frequency)) {}
 };
 
-/// rANS encodes backwards: takes the symbol first that will be decoded last. Made to live in
-/// registers: copy it into a local variable around a loop.
+/// rANS encodes backwards: the first symbol to put is the last one to decode. Copy it into a
+/// local variable around a loop, so that it stays in registers.
 class RansEncoder {
  public:
   /// Writes a word at most for each symbol, and 2 kRansStates at the end, from `to` on.
@@ -79,8 +79,8 @@ struct FoundSymbol {
 };
 
 /// Does not check bounds: 2 bytes before position() must be readable for each symbol, and the
-/// caller looks at position() often enough. Made to live in registers: copy it into a local
-/// variable around a loop.
+/// caller must check position() regularly. Copy it into a local variable around a loop, so that it
+/// stays in registers.
 class RansDecoder {
  public:
   /// 16 bytes before `end` must be readable.
@@ -111,13 +111,13 @@ class RansDecoder {
 
   const uint8_t* position() const { return at_; }
 
-  /// All states lie where a decoder can be, so that x ≥ 2^16 holds from the first symbol on.
+  /// Whether all states are at least 2^16, as decoding requires.
   bool has_valid_initial_states() const {
     return next_ >= kRansLow && second_ >= kRansLow && third_ >= kRansLow && fourth_ >= kRansLow;
   }
 
-  /// All states are back where the encoder began.
-  bool ends_well() const {
+  /// Whether all states have the encoder's initial value.
+  bool has_valid_final_states() const {
     return next_ == kRansLow && second_ == kRansLow && third_ == kRansLow && fourth_ == kRansLow;
   }
 

@@ -30,12 +30,12 @@ struct TokenTable {
   }
 };
 
-/// What a context decodes with. The slots are shared between contexts, so that the cache holds all
-/// that are in use.
+/// The decoding table of a context. Contexts share the slots, so that all tables in use fit the
+/// cache.
 struct ContextModel {
-  /// All that a token leads to: the least u that it stands for, and how many raw bits follow.
+  /// The smallest u of a token, and the number of raw bits that follow.
   struct Entry {
-    uint32_t frequency, start, least, raw_bits;
+    uint32_t frequency, start, min_folded, raw_bits;
   };
   const uint8_t* token_of_slot = nullptr;
   Entry entry[kTokens];
@@ -50,11 +50,11 @@ struct ContextModel {
   }
 };
 
-/// The models that a chunk's header chooses, ready to decode with. Built tables are kept from chunk
-/// to chunk.
+/// The decoding tables of the models that a chunk's header selects. Keeps built tables for later
+/// chunks.
 class ResidualModels {
  public:
-  /// Returns false where the header has no model at all.
+  /// Returns false if the header has no model.
   bool set(const ChunkHeader& header) {
     int32_t any = -1;
     for (int32_t c = 0; c < kContexts; ++c) {
@@ -66,7 +66,7 @@ class ResidualModels {
       any = c;
     }
     if (any < 0) return false;
-    // A context that the encoder did not meet may be met in a malformed chunk: any model will do.
+    // A malformed chunk may use a context without a model: it gets an arbitrary one.
     for (int32_t key = 0; key < kKeys; ++key) {
       const int32_t c = header.levels.context_of_key(key);
       of_key_[key] = &of_context_[header.model[c] == kNoModel ? any : c];
@@ -83,12 +83,12 @@ class ResidualModels {
   const ContextModel* of_key_[kKeys];
 };
 
-/// A chunk from both its ends.
+/// The two streams of a chunk, which begin at its two ends.
 struct ChunkStreams {
   BitReader bits;
   RansDecoder rans;
 
-  /// Whether what was read from one end has not been read from the other.
+  /// Whether the two streams have not passed each other.
   bool within() const { return bits.position() <= rans.position(); }
 
   int32_t residual(const ContextModel& model) {
@@ -97,7 +97,7 @@ struct ChunkStreams {
       return FoundSymbol{model.entry[found].start, model.entry[found].frequency, found};
     });
     const ContextModel::Entry& entry = model.entry[token];
-    return unfold(entry.least + bits.get(entry.raw_bits));
+    return unfold(entry.min_folded + bits.get(entry.raw_bits));
   }
 };
 

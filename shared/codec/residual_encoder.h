@@ -18,7 +18,7 @@ class ResidualEncoder {
 
   ResidualEncoder();
 
-  /// Starts anew, for at most so many residuals.
+  /// Starts a new chunk of at most `max_residuals` residuals.
   void begin(size_t max_residuals);
 
   /// Room for the next residuals in coding order, and kSlack more, to be filled with

@@ -31,7 +31,7 @@ inline Token token_of(uint32_t q) {
   return {q < 16 ? q : bits + 12, q < 16 ? 0 : bits};
 }
 
-/// The least q of each token, and how many raw bits follow: base | bits << 24.
+/// The smallest q of each token, and the number of raw bits that follow: base | bits << 24.
 struct TokenInfo {
   uint32_t info[kTokens];
 

@@ -18,29 +18,29 @@ Index3 cells_at(Index3 voxels, uint32_t level) {
   return cells;
 }
 
-/// Whether two numbers near the values of quantized values are the same up to rounding: see
+/// Whether an isovalue and the value of a quantized value are the same up to rounding: see
 /// quantized_isovalue().
 bool is_same(const ValueMapping& mapping, double a, double b) {
-  const double most = std::abs(mapping.offset) + 65536 * mapping.scale;
-  if (std::abs(a - b) <= std::min(most * 0x1p-50, mapping.scale / 4)) return true;
-  const bool singles_differ = most * 0x1p-21 <= mapping.scale;
+  const double max_magnitude = std::abs(mapping.offset) + 65536 * mapping.scale;
+  if (std::abs(a - b) <= std::min(max_magnitude * 0x1p-50, mapping.scale / 4)) return true;
+  const bool singles_differ = max_magnitude * 0x1p-21 <= mapping.scale;
   return singles_differ && static_cast<float>(a) == static_cast<float>(b);
 }
 
 }  // namespace
 
 float ValueMapping::quantized_isovalue(double isovalue) const {
-  // Beyond all quantized values it does not matter how far.
+  // Beyond the range of quantized values, the distance has no effect.
   const double quantized = std::clamp((isovalue - offset) / scale, -65536.0, 131072.0);
   if (std::isnan(quantized)) return static_cast<float>(quantized);
   const double nearest = std::floor(quantized + 0.5);
   if (is_same(*this, isovalue, value(nearest))) return static_cast<float>(nearest);
-  // Between two quantized values, and it stays there whatever division and single precision make of
-  // it.
+  // It lies between two quantized values, and must do so after the rounding of the division and of
+  // single precision.
   double below = std::floor(quantized);
   if (value(below) > isovalue) below -= 1;
   if (value(below + 1) < isovalue) below += 1;
-  // Not closer to 0 than this, as GPUs may take smaller numbers for 0.
+  // The distance from a quantized value is at least this: GPUs may flush smaller numbers to 0.
   constexpr float kMin = 0x1p-24f;
   const auto low = static_cast<float>(below), high = static_cast<float>(below + 1);
   return std::clamp(static_cast<float>(quantized), std::max(std::nextafter(low, high), low + kMin),
@@ -58,7 +58,7 @@ Vec3d VolumeGrid::world_gradient(Vec3d index_gradient) const {
 
 bool is_basis(const Matrix3d& direction) {
   for (size_t axis = 0; axis < 3; ++axis) {
-    // Not a number is no unit length either.
+    // The negation also rejects NaN.
     if (!(std::abs(length(column(direction, axis)) - 1) <= 1e-6)) return false;
   }
   return std::abs(determinant(direction)) >= 1e-3;
@@ -69,8 +69,8 @@ double shear_degrees(const Matrix3d& axes) {
     const Vec3d a = column(axes, one), b = column(axes, other);
     return std::abs(dot(a, b)) / (length(a) * length(b));
   };
-  const double most = std::max({cosine(0, 1), cosine(1, 2), cosine(2, 0)});
-  return std::asin(std::min(most, 1.0)) * (180 / 3.14159265358979323846);
+  const double max_cosine = std::max({cosine(0, 1), cosine(1, 2), cosine(2, 0)});
+  return std::asin(std::min(max_cosine, 1.0)) * (180 / 3.14159265358979323846);
 }
 
 uint32_t level_count(Index3 voxels) {

@@ -8,19 +8,18 @@
 
 namespace isosplat {
 
-/// A voxel as the store holds it: its place among evenly spaced values.
+/// A voxel as the store holds it: an index into evenly spaced values.
 using QuantizedValue = uint16_t;
 
-/// The quantized value of a voxel without a value (NaN, infinity); only where
-/// ValueMapping::has_missing.
+/// Marks a voxel without a value (NaN, infinity), only if ValueMapping::has_missing.
 inline constexpr QuantizedValue kMissingVoxel = 65535;
 
-/// How quantized values stand for the volume's values: value = offset + scale · quantized value.
+/// Maps quantized values to the volume's values: value = offset + scale · quantized value.
 ///
-/// Everything between the store and the GPU works on quantized values; an isovalue is turned into a
-/// quantized value once, by quantized_isovalue(). Integers, with any slope and intercept, and
-/// floating-point numbers on an even lattice are kept as they are, as far as 16 bits allow; others
-/// are quantized, with an error of at most max_error.
+/// Everything between the store and the GPU works on quantized values; quantized_isovalue()
+/// converts an isovalue once. Integers with any slope and intercept, and evenly spaced
+/// floating-point numbers, are stored without loss if 16 bits suffice; other values with an error
+/// of at most max_error.
 struct ValueMapping {
   double offset = 0;
   double scale = 1;          ///< above 0: greater quantized values are greater values
@@ -30,17 +29,17 @@ struct ValueMapping {
 
   double value(double quantized) const { return offset + scale * quantized; }
 
-  /// The isovalue as a quantized value, in single precision: what the CPU and the GPU compare
-  /// quantized values with. For every quantized value c, c ≤ quantized_isovalue(v) exactly where
-  /// value(c) ≤ v, and c = quantized_isovalue(v) exactly where the two are the same number: a value
-  /// has been rounded on the way from a file, and an isovalue on the way from a person, so that
-  /// numbers are the same which are equal in single precision (where that tells the values of
-  /// quantized values apart) or up to the rounding of value(). NaN for NaN.
+  /// The isovalue on the scale of quantized values, in single precision. The CPU and the GPU
+  /// compare quantized values with it. For every quantized value q: q ≤ quantized_isovalue(v) if
+  /// and only if value(q) ≤ v, and q = quantized_isovalue(v) if and only if value(q) and v are the
+  /// same number. Values were rounded in the file, and isovalues by the user. Therefore two numbers
+  /// count as the same if they are equal in single precision (provided that this distinguishes
+  /// neighbouring quantized values), or equal up to the rounding error of value(). NaN for NaN.
   float quantized_isovalue(double isovalue) const;
 };
 
-/// Where a volume's voxels are: world = origin + direction · (spacing ∘ index), in the units of the
-/// file's header (millimetres for medical images, in LPS orientation). The axes need not be
+/// The positions of a volume's voxels: world = origin + direction · (spacing ∘ index), in the units
+/// of the file's header (millimetres for medical images, in LPS orientation). The axes need not be
 /// perpendicular: a CT with gantry tilt has a sheared grid.
 struct VolumeGrid {
   Index3 voxels;                    ///< voxels along each axis, ≥ 2
@@ -70,11 +69,11 @@ struct VolumeGrid {
 /// its axes; no instrument comes near, and single precision would lose flatter cells.
 bool is_basis(const Matrix3d& direction);
 
-/// By how much an angle between two columns, of any length, differs from 90°, at most, in degrees.
-/// Headers in single precision are rounded to some 10⁻⁵ degrees.
+/// The largest difference of an angle between two columns from 90°, in degrees. The columns may
+/// have any length. The rounding of headers in single precision amounts to some 10⁻⁵ degrees.
 double shear_degrees(const Matrix3d& axes);
 
-/// Below this, axes count as perpendicular, and nobody is told of it.
+/// Below this, axes count as perpendicular, without a note.
 inline constexpr double kMinShearDegrees = 0.01;
 
 /// Cells along each axis of a block, at every level.
@@ -83,7 +82,7 @@ inline constexpr int32_t kBlockCells = 64;
 /// The coarsest level is the first whose longest axis has at most this many cells.
 inline constexpr int32_t kCoarsestCells = 16;
 
-/// No axis may have more voxels than this, so that every index fits in 32 bits with room to spare.
+/// The most voxels along an axis, so that every index fits in 32 bits with a margin.
 inline constexpr int32_t kMaxVoxelsPerAxis = 1 << 20;
 
 /// The cells and blocks of one level. Level 0 is the volume. A cell of level l covers 2^l cells of
@@ -106,7 +105,7 @@ uint32_t level_count(Index3 voxels);
 /// The given level of a volume with these voxels. Requires level < level_count(voxels).
 LevelGrid level_grid(Index3 voxels, uint32_t level);
 
-/// A block's place: its level, and its index along each axis in blocks of that level.
+/// Identifies a block: its level, and its index along each axis in blocks of that level.
 struct BlockKey {
   uint32_t level = 0;
   Index3 index;
@@ -120,7 +119,7 @@ std::string block_name(BlockKey block);
 /// "0/1.2.3/4": block and band.
 std::string chunk_name(BlockKey block, uint32_t band);
 
-/// The cells that a block has: kBlockCells along each axis, fewer in the last block of an axis.
+/// The cells of a block along each axis: kBlockCells, or fewer in the last block of an axis.
 Index3 block_cells(const LevelGrid& level, Index3 block);
 
 }  // namespace isosplat

@@ -7,16 +7,16 @@
 
 namespace isosplat {
 
-/// Regions of a block along each axis: a block's 64³ cells are 8×8×8 regions of 8³ cells each. A
-/// region covers what a block three levels below does.
+/// Regions of a block along each axis: a block's 64³ cells form 8×8×8 regions of 8³ cells each. A
+/// region covers the same part of the volume as a block three levels finer.
 inline constexpr int32_t kBlockRegions = 8;
 
-/// The levels between a block and those that its regions cover.
+/// The difference in level between a block and the blocks that its regions cover.
 inline constexpr uint32_t kRegionLevels = 3;
 
-/// Some of a block's regions. Region (x, y, z) is bit x + 8·y of slice z.
+/// A set of a block's regions. Region (x, y, z) is bit x + 8·y of slice z.
 struct RegionMask {
-  /// What the GPU and JavaScript take: the slices, low halves first.
+  /// The representation for the GPU and JavaScript: the slices, low halves first.
   using Words = std::array<uint32_t, 2 * kBlockRegions>;
 
   std::array<uint64_t, kBlockRegions> slices{};
@@ -27,8 +27,8 @@ struct RegionMask {
     return mask;
   }
 
-  /// What the block `levels` levels below covers whose index, among those of this block, is given:
-  /// 0 ≤ index < 2^levels. Requires levels ≤ kRegionLevels.
+  /// The regions that a descendant covers, `levels` levels finer. `index`: its index among the
+  /// descendants of that level, 0 ≤ index < 2^levels. Requires levels ≤ kRegionLevels.
   static RegionMask of_block_below(Index3 index, uint32_t levels) {
     const int32_t size = kBlockRegions >> levels;
     const uint64_t row = ((uint64_t{1} << size) - 1) << (index.x * size);
@@ -78,7 +78,7 @@ struct RegionMask {
     for (size_t z = 0; z < slices.size(); ++z) slices[z] |= other.slices[z];
     return *this;
   }
-  /// Takes the other's regions out.
+  /// Removes the other's regions.
   RegionMask& operator-=(const RegionMask& other) {
     for (size_t z = 0; z < slices.size(); ++z) slices[z] &= ~other.slices[z];
     return *this;

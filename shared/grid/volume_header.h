@@ -7,8 +7,8 @@
 
 namespace isosplat {
 
-/// What a volume file says of itself, before a voxel is read. A voxel is a number as the file
-/// stores it; its value is intercept + slope · voxel.
+/// The description of a volume in its file. A voxel is a number as the file stores it; its value is
+/// intercept + slope · voxel.
 struct VolumeHeader {
   VolumeGrid grid;
   VoxelType type = VoxelType::u8;

@@ -5,7 +5,7 @@
 
 namespace isosplat {
 
-/// The type of a volume's voxels, as it is in the file.
+/// The type of a volume's voxels in the file.
 enum class VoxelType : uint8_t { u8, i8, u16, i16, u32, i32, u64, i64, f32, f64 };
 
 /// Bytes of one voxel: 1, 2, 4 or 8.
@@ -14,14 +14,14 @@ constexpr size_t voxel_bytes(VoxelType type) {
   return kBytes[static_cast<size_t>(type)];
 }
 
-/// "u8", "i16", …: as the command line and the metadata write it.
+/// "u8", "i16", …: the name in the command line and in the metadata.
 constexpr const char* voxel_type_name(VoxelType type) {
   constexpr const char* kNames[] = {"u8",  "i8",  "u16", "i16", "u32",
                                     "i32", "u64", "i64", "f32", "f64"};
   return kNames[static_cast<size_t>(type)];
 }
 
-/// Calls f with a zero of the C++ type that a voxel type stands for.
+/// Calls f with a zero of the corresponding C++ type.
 template <class F>
 auto with_voxel_type(VoxelType type, F f) {
   switch (type) {

@@ -22,7 +22,7 @@ Vec3f clamped_to_cell(Vec3f p) {
   return {std::clamp(p.x, 0.0f, 1.0f), std::clamp(p.y, 0.0f, 1.0f), std::clamp(p.z, 0.0f, 1.0f)};
 }
 
-/// The way from a block's cells to level-0 voxel units.
+/// Converts cells of a block to level-0 voxel units.
 struct CellFrame {
   double cell;  ///< voxels of level 0 along a cell
   Vec3d first;  ///< the block's first cell, in cells of its level
@@ -54,7 +54,7 @@ DecodedCells cells_of(std::span<const PackedSample> samples, const RegionMask& r
     cells.cell.push_back(static_cast<uint32_t>(at.x | at.y << 6 | at.z << 12));
     cells.interval.push_back(sample.interval);
     CellCorners& corners = cells.corners.emplace_back();
-    // Whole numbers. Those of foreign bytes may be beyond the last quantized value.
+    // Corners are integers. Those of invalid samples may exceed the largest quantized value.
     std::transform(sample.corners.begin(), sample.corners.end(), corners.begin(), [](float corner) {
       return static_cast<QuantizedValue>(std::min(corner, 65535.0f));
     });
@@ -83,7 +83,7 @@ PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
                             float quantized_isovalue, const ProjectionOptions& options) {
   const CellFrame cell_frame(frame.block);
   const VolumeGrid& grid = *frame.grid;
-  // The step is found in the world, about the cell's centre, and brought back into the cell.
+  // Computes the step in the world, relative to the cell's centre, and converts it to cell units.
   const Matrix3d dual = grid.dual_edges();
   const double per_cell = 1 / cell_frame.cell;
   const auto world_gradient = [&](Vec3f g) { return multiply(dual, as_double(g) * per_cell); };
@@ -96,7 +96,7 @@ PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
     if (!is_active(cells.interval[i], quantized_isovalue)) continue;
     const Trilinear field(cells.corners[i]);
     const Sample sample = centre_sample(cells.corners[i], cells.interval[i]);
-    // Coarse cells may reach beyond their corners.
+    // The interval of a coarse cell may exceed the range of its corners.
     const CellInterval reached = corner_interval(cells.corners[i]);
     const float target = std::clamp(quantized_isovalue, static_cast<float>(reached.min),
                                     static_cast<float>(reached.max));

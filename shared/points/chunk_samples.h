@@ -9,15 +9,15 @@
 
 namespace isosplat {
 
-/// What a chunk's cells need to become points of the world.
+/// The information that converts a chunk's cells to points of the world.
 struct ChunkFrame {
   const VolumeGrid* grid;
   const ValueMapping* mapping;
   BlockKey block;
 };
 
-/// Unpacks the samples that lie in these regions of their block. Corners are as near to the voxels
-/// as packing leaves them (PackedSample); any bytes unpack to something.
+/// Unpacks the samples in these regions of their block. Corners have the precision of PackedSample.
+/// Safe for any bytes.
 DecodedCells cells_of(std::span<const PackedSample> samples, const RegionMask& regions);
 
 /// The samples at the centres of cells, one entry per cell in each array.

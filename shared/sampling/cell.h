@@ -10,7 +10,7 @@ namespace isosplat {
 /// The quantized values of a cell's eight voxels. Corner i lies at (i & 1, i >> 1 & 1, i >> 2 & 1).
 using CellCorners = std::array<QuantizedValue, 8>;
 
-/// The quantized values between which a cell's values lie.
+/// The range of the quantized values in a cell.
 struct CellInterval {
   QuantizedValue min = 0;
   QuantizedValue max = 0;
@@ -18,8 +18,8 @@ struct CellInterval {
   friend constexpr bool operator==(const CellInterval&, const CellInterval&) = default;
 };
 
-/// The interval of a cell of level 0: that of its corners. (At coarser levels it is the union of
-/// the intervals of the cells below, so that nothing thin vanishes.)
+/// The interval of a cell of level 0: the range of its corners. (At coarser levels, the interval is
+/// the union of the intervals of the finer cells, so that thin features do not vanish.)
 inline CellInterval corner_interval(const CellCorners& corners) {
   const auto [min, max] = std::minmax_element(corners.begin(), corners.end());
   return {*min, *max};

@@ -6,7 +6,7 @@
 namespace isosplat {
 namespace {
 
-/// A t³ + B t² + C t + D, in double precision: the corners are exact, the cubic's terms are not.
+/// a t³ + b t² + c t + d. In double precision, because its terms are not exact in single precision.
 struct Cubic {
   double a, b, c, d;
   double operator()(double t) const { return ((a * t + b) * t + c) * t + d; }
@@ -27,7 +27,7 @@ Cubic along_ray(const Trilinear& f, Vec3f o, Vec3f r, float isovalue) {
   };
 }
 
-/// The part of the ray that is inside the unit cell, as t₀ ≤ t₁; nothing where it misses.
+/// The part of the ray inside the unit cell, as t₀ ≤ t₁; nothing if the ray misses the cell.
 std::optional<std::pair<double, double>> clip_to_cell(Vec3f origin, Vec3f direction) {
   double t0 = -HUGE_VAL, t1 = HUGE_VAL;
   const float o[3] = {origin.x, origin.y, origin.z}, d[3] = {direction.x, direction.y, direction.z};
@@ -45,9 +45,10 @@ std::optional<std::pair<double, double>> clip_to_cell(Vec3f origin, Vec3f direct
   return std::pair{t0, t1};
 }
 
-/// The root in [lo, hi], where the cubic is monotonic; nothing where it keeps its sign. Newton's
-/// steps, and halving where they leave the bracket or do not halve the residual: at an inflection
-/// the derivative vanishes, where Newton and regula falsi both crawl.
+/// The root in [lo, hi], where the cubic is monotonic; nothing if its sign does not change. Uses
+/// Newton's method, with bisection when a step leaves the bracket or does not halve the residual:
+/// near an inflection the derivative vanishes, and Newton's method and regula falsi converge
+/// slowly.
 std::optional<double> bracketed_root(const Cubic& f, double lo, double hi) {
   const double f_lo = f(lo), f_hi = f(hi);
   if (f_lo == 0) return lo;
@@ -69,7 +70,7 @@ std::optional<double> bracketed_root(const Cubic& f, double lo, double hi) {
   return t;
 }
 
-/// The nearest root as documented, in double precision.
+/// nearest_root_in_cell() in double precision.
 std::optional<double> nearest_root(const Trilinear& f, Vec3f origin, Vec3f direction,
                                    float isovalue) {
   const auto inside = clip_to_cell(origin, direction);

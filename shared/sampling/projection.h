@@ -11,11 +11,11 @@ namespace isosplat {
 /// The approximate projection of a point onto the isosurface: one Newton step along the gradient,
 /// p' = p + ∇f · (isovalue − f) / (∇f · ∇f) (paper, equations 5 and 6).
 ///
-/// All arguments in one frame: `gradient` is with respect to the space of `position`, and the
-/// gradient's values are in the units of `value` and `isovalue`. Lengths and angles of the frame
-/// must be those of the world, else the step is not along the normal.
+/// All arguments are in one coordinate frame: `gradient` is with respect to the space of
+/// `position`, and the gradient's values are in the units of `value` and `isovalue`. Lengths and
+/// angles of the frame must be those of the world, else the step is not along the normal.
 ///
-/// Returns nothing where the gradient is zero: there is no direction to go.
+/// Returns nothing if the gradient is zero.
 inline std::optional<Vec3f> project(Vec3f position, float value, Vec3f gradient, float isovalue) {
   const float squared = dot(gradient, gradient);
   if (!(squared > 0)) return std::nullopt;

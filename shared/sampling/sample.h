@@ -6,7 +6,7 @@ namespace isosplat {
 
 /// A point of a cell from which the isosurface can be reached (paper, section 4). Positions and
 /// gradients are in cell units of the sample's level: x, y, z ∈ [0, 1] inside the cell. VolumeGrid
-/// takes them to the world.
+/// converts them to the world.
 struct Sample {
   Vec3f position;         ///< in the cell
   float value = 0;        ///< the trilinear interpolant there, in quantized values

@@ -23,8 +23,8 @@ bool BlockTree::may_be_active(CellInterval interval) const {
       [&](float quantized_isovalue) { return is_active(interval, quantized_isovalue); });
 }
 
-/// Adds the block as a node, if it has an active cell and is in the frustum. Names its page, if
-/// that is missing.
+/// Adds a node for the block if it has an active cell and is in the frustum. Adds its directory
+/// page to pages_ if that is not resident.
 Result<void> BlockTree::add_block(BlockKey key, int32_t parent, bool& page_missing) {
   const auto page = store_.page_of(key);
   if (!page) return tl::unexpected(page.error());
@@ -81,14 +81,25 @@ Result<void> BlockTree::expand(int32_t index) {
     if (nodes_.size() == nodes_before && !is_unknown) empty_octants |= 1u << octant;
   }
   nodes_[index].expanded = true;
-  nodes_[index].unknown_children = page_missing;
+  nodes_[index].has_unknown_children = page_missing;
   nodes_[index].empty_octants = static_cast<uint8_t>(empty_octants);
   nodes_[index].first_child = first;
   nodes_[index].child_count = static_cast<int32_t>(nodes_.size()) - first;
   return {};
 }
 
-Result<void> BlockTree::refine() {
+/// Undoes expand(). The counts are those from before.
+void BlockTree::collapse(int32_t index, size_t handle_count, size_t page_count) {
+  BlockNode& node = nodes_[index];
+  nodes_.resize(static_cast<size_t>(node.first_child));
+  handles_.resize(handle_count);
+  pages_.resize(page_count);
+  node.expanded = node.has_unknown_children = false;
+  node.child_count = 0;
+  node.empty_octants = 0;
+}
+
+Result<void> BlockTree::add_coarsest_level() {
   const LevelGrid& coarsest = levels_.back();
   bool page_missing = false;
   for (int32_t z = 0; z < coarsest.blocks.z; ++z) {
@@ -99,7 +110,11 @@ Result<void> BlockTree::refine() {
       }
     }
   }
+  return {};
+}
 
+Result<void> BlockTree::refine() {
+  if (auto added = add_coarsest_level(); !added) return added;
   struct Candidate {
     double priority;
     int32_t node;
@@ -113,9 +128,9 @@ Result<void> BlockTree::refine() {
     if (node.key.level == 0 || node.visibility == Visibility::hidden) return;
     if (node.cell_px > view_.load_cell_px) queue.push({node.cell_px, index});
   };
-  uint64_t total = 0;
+  uint64_t cells_in_total = 0;
   for (size_t i = 0; i < nodes_.size(); ++i) {
-    total += nodes_[i].cells;
+    cells_in_total += nodes_[i].cells;
     enqueue(static_cast<int32_t>(i));
   }
   while (!queue.empty()) {
@@ -125,64 +140,60 @@ Result<void> BlockTree::refine() {
     const size_t handles_before = handles_.size();
     const size_t pages_before = pages_.size();
     if (auto expanded = expand(index); !expanded) return expanded;
-    uint64_t below = 0;
-    for (size_t i = nodes_before; i < nodes_.size(); ++i) below += nodes_[i].cells;
+    uint64_t child_cells = 0;
+    for (size_t i = nodes_before; i < nodes_.size(); ++i) child_cells += nodes_[i].cells;
     BlockNode& node = nodes_[index];
-    const uint64_t refined = total - (node.unknown_children ? 0 : node.cells) + below;
+    const uint64_t refined =
+        cells_in_total - (node.has_unknown_children ? 0 : node.cells) + child_cells;
     if (refined > view_.cell_budget) {
-      nodes_.resize(nodes_before);
-      handles_.resize(handles_before);
-      pages_.resize(pages_before);
-      node.expanded = node.unknown_children = false;
-      node.child_count = 0;
-      node.empty_octants = 0;
+      collapse(index, handles_before, pages_before);
       limited_by_budget_ = true;
       break;
     }
-    total = refined;
-    node.wanted_finer = true;
+    cells_in_total = refined;
+    node.is_refined = true;
     for (size_t i = nodes_before; i < nodes_.size(); ++i) enqueue(static_cast<int32_t>(i));
   }
-  target_cells_ = total;
+  target_cells_ = cells_in_total;
   return {};
 }
 
-/// Below what this view wants there may be finer blocks left from another: they are drawn while
-/// coarser ones are on their way, and while the camera moves.
-Result<void> BlockTree::explore_resident() {
+/// Adds resident blocks that are finer than this view needs, left from earlier views. They are
+/// drawn until the needed blocks are resident, and while the camera moves.
+Result<void> BlockTree::explore_resident_descendants() {
   const std::vector<WantedPage> wanted_pages = pages_;
   for (size_t i = 0; i < nodes_.size(); ++i) {
     const BlockNode& node = nodes_[i];
     if (node.expanded || node.key.level == 0) continue;
     if (node.resident && node.cell_px <= view_.draw_cell_px) continue;
-    if (!table_.any_resident_below(node.key)) continue;
+    if (!table_.has_resident_descendant(node.key)) continue;
     if (auto expanded = expand(static_cast<int32_t>(i)); !expanded) return expanded;
   }
   pages_ = wanted_pages;
   return {};
 }
 
-void BlockTree::find_full() {
+void BlockTree::find_covered_blocks() {
   for (size_t i = nodes_.size(); i-- > 0;) {
     BlockNode& node = nodes_[i];
-    if (!node.expanded || node.unknown_children) continue;
+    if (!node.expanded || node.has_unknown_children) continue;
     const auto first = nodes_.begin() + node.first_child;
-    node.full_by_children = std::all_of(first, first + node.child_count,
-                                        [](const BlockNode& child) { return child.full(); });
+    node.is_covered_by_children = std::all_of(
+        first, first + node.child_count, [](const BlockNode& child) { return child.is_covered(); });
   }
 }
 
-bool BlockTree::resident_above(const BlockNode& node) const {
+bool BlockTree::has_resident_ancestor(const BlockNode& node) const {
   for (int32_t i = node.parent; i >= 0; i = nodes_[i].parent) {
     if (nodes_[i].resident) return true;
   }
   return false;
 }
 
-Result<void> BlockTree::grow() {
+Result<void> BlockTree::build() {
   if (auto refined = refine(); !refined) return refined;
-  if (auto explored = explore_resident(); !explored) return explored;
-  find_full();
+  if (auto explored = explore_resident_descendants(); !explored) return explored;
+  find_covered_blocks();
   return {};
 }
 

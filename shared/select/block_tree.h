@@ -17,18 +17,18 @@ struct BlockNode {
   int32_t parent = -1;
   double cell_px = 0;
   double centre_distance = 0;
-  uint32_t first_handle = 0, handle_count = 0;  ///< of its chunks: BlockTree::handles
+  uint32_t first_handle = 0, handle_count = 0;  ///< its chunks: see BlockTree::handles
   uint64_t cells = 0;
   Visibility visibility = Visibility::visible;
-  bool resident = false;          ///< every chunk that it needs is
-  bool wanted_finer = false;      ///< refined by this view, not just explored
-  bool expanded = false;          ///< its children are known
-  bool unknown_children = false;  ///< … but for those whose page is missing
+  bool resident = false;              ///< all its chunks for these isovalues are resident
+  bool is_refined = false;            ///< the view needs its children; explored blocks do not count
+  bool expanded = false;              ///< its children are in the tree
+  bool has_unknown_children = false;  ///< except those whose directory page is missing
   int32_t first_child = 0, child_count = 0;
-  uint8_t empty_octants = 0;      ///< bit x + 2y + 4z: known to have no active cell in the frustum
-  bool full_by_children = false;  ///< resident blocks below cover all of it
+  uint8_t empty_octants = 0;  ///< bit x + 2y + 4z: known to have no active cell in the frustum
+  bool is_covered_by_children = false;  ///< resident descendants cover all of it
 
-  bool full() const { return full_by_children || resident; }
+  bool is_covered() const { return is_covered_by_children || resident; }
 };
 
 struct WantedPage {
@@ -36,44 +36,47 @@ struct WantedPage {
   double cell_px;
 };
 
-/// The blocks that a view comes down to, and all above them: refined best first from the coarsest
-/// level, until cells are small enough on the screen, hidden, or the budget is used up. The order
-/// does not depend on the budget, which only says where to stop: a larger one refines more.
+/// The blocks that a camera view needs, and all their ancestors. The refinement starts at the
+/// coarsest level and always refines the block whose cells are largest on the screen. It does not
+/// refine hidden blocks or blocks whose cells are small enough, and it stops when the budget is
+/// used up. The order does not depend on the budget, so a larger budget refines a superset.
 class BlockTree {
  public:
-  /// All must outlive the tree.
+  /// All arguments must outlive the tree.
   BlockTree(const StoreReader& store, ChunkTable& table, const SelectionView& view,
             const VisibilityMap& visibility);
 
-  /// Call it once. Errors: those of the store's directory.
-  Result<void> grow();
+  /// Call this once. Errors: those of StoreReader::chunk_for.
+  Result<void> build();
 
-  /// Parents before their children, siblings together.
+  /// In an order with parents before their children, and siblings contiguous.
   const std::vector<BlockNode>& nodes() const { return nodes_; }
   std::span<const ChunkHandle> handles(const BlockNode& node) const {
     return std::span(handles_).subspan(node.first_handle, node.handle_count);
   }
-  /// Directory pages that are missing.
+  /// The directory pages that are needed and not resident.
   const std::vector<WantedPage>& pages() const { return pages_; }
   uint64_t target_cells() const { return target_cells_; }
   bool limited_by_budget() const { return limited_by_budget_; }
 
-  /// Whether the block is one that the view comes down to: neither refined, nor explored below
-  /// those.
+  /// Whether the block is at the level that the view needs: neither refined, nor a descendant of
+  /// such a block.
   bool is_target(const BlockNode& node) const {
-    return !node.wanted_finer && (node.parent < 0 || nodes_[node.parent].wanted_finer);
+    return !node.is_refined && (node.parent < 0 || nodes_[node.parent].is_refined);
   }
 
-  /// Whether a block above it is resident.
-  bool resident_above(const BlockNode& node) const;
+  /// Whether an ancestor of the block is resident.
+  bool has_resident_ancestor(const BlockNode& node) const;
 
  private:
   bool may_be_active(CellInterval interval) const;
   Result<void> add_block(BlockKey key, int32_t parent, bool& page_missing);
   Result<void> expand(int32_t node);
+  Result<void> add_coarsest_level();
   Result<void> refine();
-  Result<void> explore_resident();
-  void find_full();
+  void collapse(int32_t node, size_t handle_count, size_t page_count);
+  Result<void> explore_resident_descendants();
+  void find_covered_blocks();
 
   const StoreReader& store_;
   ChunkTable& table_;

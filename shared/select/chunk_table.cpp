@@ -20,11 +20,11 @@ void ChunkTable::set_resident(ChunkHandle handle, bool resident) {
   while (block.level < kMaxLevels) {
     ++block.level;
     block.index = {block.index.x / 2, block.index.y / 2, block.index.z / 2};
-    const auto place = below_.try_emplace(block_id(block), 0).first;
+    const auto place = resident_descendants_.try_emplace(block_id(block), 0).first;
     if (resident) {
       ++place->second;
     } else if (--place->second == 0) {
-      below_.erase(place);
+      resident_descendants_.erase(place);
     }
   }
 }

@@ -8,7 +8,7 @@
 
 namespace isosplat {
 
-/// The chunks that have come up so far, by handle, and which of them are resident.
+/// All chunks that have a handle, and which of them are resident.
 class ChunkTable {
  public:
   ChunkHandle handle_of(const ChunkRef& chunk);
@@ -19,13 +19,16 @@ class ChunkTable {
   void set_resident(ChunkHandle handle, bool resident);
 
   /// Whether a chunk of a finer block that lies within this block is resident.
-  bool any_resident_below(BlockKey block) const { return below_.contains(block_id(block)); }
+  bool has_resident_descendant(BlockKey block) const {
+    return resident_descendants_.contains(block_id(block));
+  }
 
  private:
   std::vector<ChunkRef> chunks_;
   std::vector<bool> resident_;
   std::unordered_map<uint64_t, ChunkHandle> handles_;  ///< by packed block and band
-  std::unordered_map<uint64_t, uint32_t> below_;       ///< resident chunks of finer blocks, if any
+  std::unordered_map<uint64_t, uint32_t>
+      resident_descendants_;  ///< resident chunks of finer blocks, if any
 };
 
 }  // namespace isosplat

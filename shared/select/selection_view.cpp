@@ -16,8 +16,8 @@ Clip transform(const std::array<double, 16>& m, Vec3d p, double w) {
   return result;
 }
 
-/// Nearer than this fraction of the frame a cell's size is not told apart.
-constexpr double kSmallestW = 1e-9;
+/// Lower limit of w, which keeps sizes finite for blocks at or behind the eye.
+constexpr double kMinW = 1e-9;
 
 }  // namespace
 
@@ -30,7 +30,7 @@ ScreenProjection::ScreenProjection(const VolumeGrid& grid, const SelectionView& 
     const Clip clip = transform(m, columns[column], column == 3 ? 1 : 0);
     std::copy(clip.begin(), clip.end(), clip_from_index_.begin() + 4 * column);
   }
-  // A row of a projection times a rotation has the length of the projection's own scale.
+  // A rotation does not change the length of a row, so this is the scale of the projection.
   px_per_unit_at_w1_ = std::max(length(Vec3d{m[0], m[4], m[8]}) * view.width_px,
                                 length(Vec3d{m[1], m[5], m[9]}) * view.height_px) /
                        2;
@@ -66,10 +66,10 @@ ScreenProjection::Footprint ScreenProjection::footprint(const LevelGrid& level,
 
   Footprint result;
   result.outside = outside_all != 0;
-  result.cell_px = cell * longest_spacing_ * px_per_unit_at_w1_ / std::max(nearest_w, kSmallestW);
+  result.cell_px = cell * longest_spacing_ * px_per_unit_at_w1_ / std::max(nearest_w, kMinW);
   const Clip centre =
       transform(clip_from_index_, {(x[0] + x[1]) / 2, (y[0] + y[1]) / 2, (z[0] + z[1]) / 2}, 1);
-  const double w = std::max(std::abs(centre[3]), kSmallestW);
+  const double w = std::max(std::abs(centre[3]), kMinW);
   result.centre_distance = std::hypot(centre[0] / w, centre[1] / w);
   return result;
 }

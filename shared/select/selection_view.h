@@ -7,9 +7,9 @@
 
 namespace isosplat {
 
-/// What is looked at, and how finely.
+/// A camera view: what to show, and at what resolution.
 struct SelectionView {
-  /// World to clip space (projection · view), column-major as OpenGL takes it. Perspective or
+  /// World to clip space (projection · view), column-major as in OpenGL. Perspective or
   /// orthographic. Clip space is −w ≤ x, y, z ≤ w.
   std::array<double, 16> view_projection{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   double width_px = 1;
@@ -19,26 +19,26 @@ struct SelectionView {
   /// A block whose cells are larger than this on the screen is refined.
   double load_cell_px = 1;
 
-  /// A block whose cells are larger than this is drawn by finer blocks where all of them are
-  /// resident, wanted or not. Smaller than load_cell_px while the camera moves: what has been
-  /// fetched is shown, and nothing more is asked for.
+  /// A block whose cells are larger than this on the screen is replaced by finer blocks if all of
+  /// them are resident, even if this view does not need them. While the camera moves, this is less
+  /// than load_cell_px: chunks that were fetched are drawn, but no finer ones are requested.
   double draw_cell_px = 1;
 
-  /// Most cells that the refinement may add up to.
+  /// The refinement stops before the selected blocks have more cells than this.
   uint64_t cell_budget = UINT64_MAX;
 
-  /// Asks only for what can be seen, as Selector::set_visibility tells it, and for nothing of which
-  /// it has not been told yet but is about to be.
+  /// Excludes blocks that are hidden according to Selector::set_visibility, and blocks whose
+  /// occlusion query is pending.
   bool occlusion = false;
 };
 
-/// Where blocks of a volume come to lie on the screen.
+/// Projects the blocks of a volume to the screen.
 class ScreenProjection {
  public:
   ScreenProjection(const VolumeGrid& grid, const SelectionView& view);
 
   struct Footprint {
-    bool outside = true;  ///< no part of the block, nor of a margin of one cell, is in the frustum
+    bool outside = true;  ///< the block, with a margin of one cell, is outside the frustum
     double cell_px = 0;   ///< size of a cell at the block's nearest corner, along its longest axis
     double centre_distance = 0;  ///< of the block's centre from the screen's, in clip units
   };

@@ -14,91 +14,93 @@ namespace {
 constexpr size_t kMaxIsovalues = 64;
 
 /// A chunk to fetch.
-struct Need {
+struct ChunkToLoad {
   double priority;
   ChunkHandle handle;
-  bool operator<(const Need& other) const {
+  bool operator<(const ChunkToLoad& other) const {
     return priority != other.priority ? priority > other.priority : handle < other.handle;
   }
 };
 
-/// What of a view's blocks is to be fetched, and what is drawn until it is there.
-class SelectionMaker {
+/// Decides which blocks of a BlockTree to fetch, and which to draw until they are resident.
+class SelectionBuilder {
  public:
-  SelectionMaker(const ChunkTable& table, const SelectionView& view, const BlockTree& tree)
-      : table_(table), view_(view), tree_(tree), on_the_way_(tree.nodes().size()) {}
+  SelectionBuilder(const ChunkTable& table, const SelectionView& view, const BlockTree& tree)
+      : table_(table), view_(view), tree_(tree), ancestor_to_load_(tree.nodes().size()) {}
 
-  Selection make();
+  Selection build();
 
  private:
   const BlockNode& node(int32_t index) const { return tree_.nodes()[index]; }
   bool is_wanted(int32_t index) const;
-  void mark_way(const BlockNode& leaf);
-  void list_needs();
-  void list_pages();
-  void carve(int32_t index, const BlockNode& drawn, RegionMask& regions);
-  void emit(int32_t index);
+  void mark_ancestors_to_load(const BlockNode& leaf);
+  void select_chunks();
+  void select_pages();
+  void subtract_finer_blocks(int32_t index, const BlockNode& drawn, RegionMask& regions);
+  void draw_block(int32_t index);
 
   const ChunkTable& table_;
   const SelectionView& view_;
   const BlockTree& tree_;
-  std::vector<bool> on_the_way_;  ///< by node: wanted for blocks below it to come in one by one
+  /// By node: to load so that its descendants can replace it one by one.
+  std::vector<bool> ancestor_to_load_;
   Selection result_;
 };
 
-/// Whether the view needs the block's own chunks, if it can be seen.
-bool SelectionMaker::is_wanted(int32_t index) const {
+/// Whether the view needs the chunks of this block itself, if it is visible.
+bool SelectionBuilder::is_wanted(int32_t index) const {
   const BlockNode& block = node(index);
-  if (!tree_.is_target(block)) return on_the_way_[index];
-  if (block.visibility == Visibility::hidden && tree_.resident_above(block)) return false;
-  // Finer blocks that are all there serve as well, unless they are finer than can be seen.
-  return !(block.full_by_children && block.cell_px > view_.draw_cell_px);
+  if (!tree_.is_target(block)) return ancestor_to_load_[index];
+  if (block.visibility == Visibility::hidden && tree_.has_resident_ancestor(block)) return false;
+  // Resident finer blocks that cover it replace it, unless they are finer than the screen resolves.
+  return !(block.is_covered_by_children && block.cell_px > view_.draw_cell_px);
 }
 
-/// A chunk leaves regions to blocks at most kRegionLevels below it: marks what is missing for that
-/// between the leaf and the coarsest level.
-void SelectionMaker::mark_way(const BlockNode& leaf) {
+/// A chunk can leave regions to blocks at most kRegionLevels finer. Marks the ancestors of the leaf
+/// that must be loaded so that no gap between resident ancestors is larger.
+void SelectionBuilder::mark_ancestors_to_load(const BlockNode& leaf) {
   uint32_t level = leaf.key.level + kRegionLevels;
   for (int32_t i = leaf.parent; i >= 0; i = node(i).parent) {
     if (node(i).resident) {
       level = node(i).key.level + kRegionLevels;
     } else if (node(i).key.level == level || node(i).parent < 0) {
-      on_the_way_[i] = true;
+      ancestor_to_load_[i] = true;
       level += kRegionLevels;
     }
   }
 }
 
-void SelectionMaker::list_needs() {
+void SelectionBuilder::select_chunks() {
   const auto count = static_cast<int32_t>(tree_.nodes().size());
   for (int32_t i = 0; i < count; ++i) {
-    if (tree_.is_target(node(i)) && !node(i).resident && is_wanted(i)) mark_way(node(i));
+    if (tree_.is_target(node(i)) && !node(i).resident && is_wanted(i))
+      mark_ancestors_to_load(node(i));
   }
-  std::vector<Need> needs;
+  std::vector<ChunkToLoad> to_load;
   for (int32_t i = 0; i < count; ++i) {
     const BlockNode& block = node(i);
     const bool is_target = tree_.is_target(block);
-    if (!block.wanted_finer && !is_target) continue;  // only explored
+    if (!block.is_refined && !is_target) continue;  // an explored block
     const bool wanted = is_wanted(i);
-    // What is drawn in the block's place is about to be tested.
-    const bool is_open = block.visibility == Visibility::untested ||
-                         (block.visibility == Visibility::ancestor_visible && is_target);
-    const bool waits = is_open && !block.resident && tree_.resident_above(block);
+    // An occlusion query of the ancestor that is drawn instead decides whether it is needed.
+    const bool is_untested = block.visibility == Visibility::untested ||
+                             (block.visibility == Visibility::ancestor_visible && is_target);
+    const bool is_pending = is_untested && !block.resident && tree_.has_resident_ancestor(block);
     for (const ChunkHandle handle : tree_.handles(block)) {
       if (table_.is_resident(handle)) {
-        if (wanted || !block.full_by_children) result_.keep.push_back(handle);
-      } else if (wanted && waits) {
+        if (wanted || !block.is_covered_by_children) result_.keep.push_back(handle);
+      } else if (wanted && is_pending) {
         ++result_.undecided;
       } else if (wanted) {
-        needs.push_back({block.cell_px / (1 + 0.5 * block.centre_distance), handle});
+        to_load.push_back({block.cell_px / (1 + 0.5 * block.centre_distance), handle});
       }
     }
   }
-  std::sort(needs.begin(), needs.end());
-  for (const Need& need : needs) result_.load.push_back(need.handle);
+  std::sort(to_load.begin(), to_load.end());
+  for (const ChunkToLoad& chunk : to_load) result_.load.push_back(chunk.handle);
 }
 
-void SelectionMaker::list_pages() {
+void SelectionBuilder::select_pages() {
   std::vector<WantedPage> pages = tree_.pages();
   std::sort(pages.begin(), pages.end(),
             [](WantedPage a, WantedPage b) { return a.cell_px > b.cell_px; });
@@ -110,7 +112,8 @@ void SelectionMaker::list_pages() {
   }
 }
 
-/// The regions of the block `drawn` that a block at most kRegionLevels below it covers.
+/// The regions of the block `drawn` that its descendant `child` covers, at most kRegionLevels
+/// finer.
 RegionMask regions_of(BlockKey child, BlockKey drawn) {
   const uint32_t levels = drawn.level - child.level;
   const Index3 origin = drawn.index;
@@ -120,10 +123,11 @@ RegionMask regions_of(BlockKey child, BlockKey drawn) {
       levels);
 }
 
-/// Emits what is below the node and can be drawn by itself, and takes its regions from the drawn
-/// chunk's; also those of blocks without an active cell: a coarse cell may be active where no finer
-/// one is.
-void SelectionMaker::carve(int32_t index, const BlockNode& drawn, RegionMask& regions) {
+/// Draws the covered descendants of the node, and subtracts their regions from those of the chunk
+/// that is drawn for `drawn`. Also subtracts blocks without an active cell, because a coarse cell
+/// may be active where no finer cell is.
+void SelectionBuilder::subtract_finer_blocks(int32_t index, const BlockNode& drawn,
+                                             RegionMask& regions) {
   const BlockNode& block = node(index);
   for (int32_t octant = 0; octant < 8; ++octant) {
     if ((block.empty_octants >> octant & 1) == 0) continue;
@@ -135,43 +139,44 @@ void SelectionMaker::carve(int32_t index, const BlockNode& drawn, RegionMask& re
   for (int32_t c = block.first_child; c < block.first_child + block.child_count; ++c) {
     const BlockKey child = node(c).key;
     const uint32_t levels = drawn.key.level - child.level;
-    if (node(c).full()) {
+    if (node(c).is_covered()) {
       regions -= regions_of(child, drawn.key);
-      emit(c);
+      draw_block(c);
     } else if (levels < kRegionLevels) {
-      carve(c, drawn, regions);
+      subtract_finer_blocks(c, drawn, regions);
     }
   }
 }
 
-void SelectionMaker::emit(int32_t index) {
+void SelectionBuilder::draw_block(int32_t index) {
   const BlockNode& block = node(index);
-  if (!block.resident || block.full_by_children) {
-    // Not resident and not full: nothing above is resident either. What is there is shown.
-    for (int32_t c = 0; c < block.child_count; ++c) emit(block.first_child + c);
+  if (!block.resident || block.is_covered_by_children) {
+    // If it is neither resident nor covered, no ancestor is resident: draws what is resident below.
+    for (int32_t c = 0; c < block.child_count; ++c) draw_block(block.first_child + c);
     return;
   }
   RegionMask regions = RegionMask::all();
-  carve(index, block, regions);
+  subtract_finer_blocks(index, block, regions);
   if (!regions.any()) return;
-  const bool stands_for_finer =
-      block.key.level > 0 && (block.wanted_finer || block.cell_px > view_.load_cell_px);
+  const bool replaces_finer_blocks =
+      block.key.level > 0 && (block.is_refined || block.cell_px > view_.load_cell_px);
   for (const ChunkHandle handle : tree_.handles(block)) {
     result_.draw.push_back({handle, regions});
-    if (stands_for_finer) result_.test.push_back(handle);
+    if (replaces_finer_blocks) result_.test.push_back(handle);
   }
   const auto level = static_cast<int32_t>(block.key.level);
   auto& finest = result_.finest_drawn_level;
   finest = finest < 0 ? level : std::min(finest, level);
-  if (stands_for_finer && block.visibility == Visibility::hidden) return;
+  if (replaces_finer_blocks && block.visibility == Visibility::hidden) return;
   result_.coarsest_drawn_level = std::max(result_.coarsest_drawn_level, level);
 }
 
-Selection SelectionMaker::make() {
-  list_needs();
-  list_pages();
+Selection SelectionBuilder::build() {
+  select_chunks();
+  select_pages();
   const std::vector<BlockNode>& nodes = tree_.nodes();
-  for (size_t i = 0; i < nodes.size() && nodes[i].parent < 0; ++i) emit(static_cast<int32_t>(i));
+  for (size_t i = 0; i < nodes.size() && nodes[i].parent < 0; ++i)
+    draw_block(static_cast<int32_t>(i));
   result_.coarsest_drawn_level = std::max(result_.coarsest_drawn_level, result_.finest_drawn_level);
   result_.target_cells = tree_.target_cells();
   result_.limited_by_budget = tree_.limited_by_budget();
@@ -186,7 +191,7 @@ bool is_usable(const SelectionView& view) {
          !view.quantized_isovalues.empty() && view.quantized_isovalues.size() <= kMaxIsovalues;
 }
 
-/// Whether what can be seen in one view is the same in the other, but for what hides it.
+/// Whether an occlusion query in one view is valid in the other.
 bool same_visibility(const SelectionView& a, const SelectionView& b) {
   return a.view_projection == b.view_projection && a.width_px == b.width_px &&
          a.height_px == b.height_px && a.quantized_isovalues == b.quantized_isovalues;
@@ -197,7 +202,7 @@ bool same_visibility(const SelectionView& a, const SelectionView& b) {
 struct Selector::State {
   const StoreReader* store;
   ChunkTable table;
-  SelectionView seen_from;  ///< the view that `visibility` is of
+  SelectionView visibility_view;  ///< the view of the queries in `visibility`
   VisibilityMap visibility;
 
   Result<Selection> select(const SelectionView& view) {
@@ -207,8 +212,8 @@ struct Selector::State {
                   "isovalues");
     }
     BlockTree tree(*store, table, view, visibility);
-    if (auto grown = tree.grow(); !grown) return tl::unexpected(grown.error());
-    return SelectionMaker(table, view, tree).make();
+    if (auto built = tree.build(); !built) return tl::unexpected(built.error());
+    return SelectionBuilder(table, view, tree).build();
   }
 };
 
@@ -223,7 +228,7 @@ ChunkHandle Selector::handle_of(const ChunkRef& chunk) {
 
 Result<ChunkRef> Selector::chunk(ChunkHandle handle) const {
   if (!state_->table.contains(handle)) {
-    return fail(Status::not_found, "chunk handle " + std::to_string(handle) + " was never given");
+    return fail(Status::not_found, "chunk handle " + std::to_string(handle) + " is unknown");
   }
   return state_->table.chunk(handle);
 }
@@ -235,8 +240,8 @@ Result<void> Selector::set_resident(ChunkHandle handle, bool resident) {
 }
 
 Result<Selection> Selector::select(const SelectionView& view) {
-  if (!same_visibility(view, state_->seen_from)) {
-    state_->seen_from = view;
+  if (!same_visibility(view, state_->visibility_view)) {
+    state_->visibility_view = view;
     state_->visibility.clear();
   }
   return state_->select(view);
@@ -248,9 +253,9 @@ Result<Selection> Selector::select_ahead(const SelectionView& view) {
   return state_->select(expected);
 }
 
-Result<void> Selector::set_visibility(std::span<const ChunkVisibility> answer) {
+Result<void> Selector::set_visibility(std::span<const ChunkVisibility> result) {
   state_->visibility.clear();
-  for (const ChunkVisibility& drawn : answer) {
+  for (const ChunkVisibility& drawn : result) {
     const auto known = chunk(drawn.handle);
     if (!known) return tl::unexpected(known.error());
     state_->visibility.add(known->block, drawn.tested, drawn.visible);

@@ -11,44 +11,45 @@
 
 namespace isosplat {
 
-/// What a view needs.
+/// What a camera view needs.
 struct Selection {
-  std::vector<uint32_t> pages;    ///< directory pages to fetch, the most needed first
-  std::vector<ChunkHandle> load;  ///< chunks to fetch, the most needed first
+  std::vector<uint32_t> pages;    ///< directory pages to fetch, most important first
+  std::vector<ChunkHandle> load;  ///< chunks to fetch, most important first
   std::vector<DrawnChunk> draw;   ///< resident chunks to draw now
-  std::vector<ChunkHandle> keep;  ///< resident chunks that this view needs, drawn yet or not
+  std::vector<ChunkHandle> keep;  ///< resident chunks that this view needs, drawn or not
 
-  /// Drawn chunks that stand for finer ones. With SelectionView::occlusion: which of their regions
-  /// may be seen is to be told by set_visibility, whenever what is drawn has changed.
+  /// Drawn chunks that replace finer ones. With SelectionView::occlusion, the caller tests which of
+  /// their regions are visible whenever `draw` has changed, and passes the result to
+  /// set_visibility.
   std::vector<ChunkHandle> test;
-  uint32_t undecided =
-      0;  ///< chunks that are wanted if the next set_visibility says they may be seen
+  /// Chunks that will be needed if the pending occlusion query finds them visible.
+  uint32_t undecided = 0;
   int32_t finest_drawn_level = -1;    ///< −1: nothing is drawn
-  int32_t coarsest_drawn_level = -1;  ///< of what is not known to be hidden
-  uint64_t target_cells = 0;  ///< of the chunks that this view comes down to when all is loaded
+  int32_t coarsest_drawn_level = -1;  ///< of the drawn chunks that may be visible
+  uint64_t target_cells = 0;          ///< of the chunks that are drawn when everything is resident
   bool limited_by_budget = false;
 
-  /// Nothing is to be done, unless a test of what is drawn now brings more to light.
+  /// Whether nothing is left to fetch, unless an occlusion query of `draw` finds more visible
+  /// blocks.
   bool complete() const { return pages.empty() && load.empty() && undecided == 0; }
 };
 
-/// Chooses, for a view, which blocks to show at which level: best first, by the size of their cells
-/// on the screen, until that is small enough or the budget is used up. A larger budget always
-/// refines a superset, so no view gets worse by it.
+/// Selects the blocks to show and their levels for a camera view. The refinement is best first, by
+/// the size of cells on the screen, until cells are small enough or the budget is used up. A larger
+/// budget always refines a superset, so it never makes a picture worse.
 ///
-/// What is drawn never has a hole, and nothing is drawn twice: a region is drawn by a coarser chunk
-/// until the finer chunk is resident, or all that are finer still. A block without a cell that is
-/// active counts as there. A coarse chunk can leave regions of blocks up to three levels below it
-/// to them, so every third level above what is wanted is fetched on the way, where nothing as fine
-/// is there yet.
+/// The drawn chunks have no holes and no overlaps: a region is drawn by a coarse chunk until finer
+/// chunks that cover it are resident. A block without an active cell counts as resident. A coarse
+/// chunk can leave regions to blocks at most three levels finer, so the selection also loads every
+/// third level between the coarsest level and the needed one, unless such a level is resident.
 ///
-/// Blocks behind what is drawn are left out where SelectionView::occlusion asks for it: their
-/// coarser chunks stay, and what is drawn still has no hole. As finer chunks take the place of
-/// thick coarse ones, others come to light, or turn out to be hidden; what has been fetched stays.
-/// So a view is complete after at most as many tests as it has blocks, and nothing flickers.
+/// With SelectionView::occlusion, occluded blocks are not refined: their coarser chunks stay, and
+/// there are still no holes. When finer chunks replace coarse ones, which are thicker, other blocks
+/// may become visible or hidden; chunks that were fetched are kept. A view is therefore complete
+/// after at most as many queries as it has blocks, and the picture does not flicker.
 ///
-/// What a complete view draws where it can be seen depends on the view alone: neither on the views
-/// before, nor on what else is resident.
+/// The visible part of a complete picture depends on the view only: not on earlier views, and not
+/// on other resident chunks.
 class Selector {
  public:
   /// `store` must outlive the selector.
@@ -60,21 +61,21 @@ class Selector {
   /// The handle of a chunk of this store.
   ChunkHandle handle_of(const ChunkRef& chunk);
 
-  /// Requires a handle that a selection or handle_of returned; others are not_found.
+  /// The chunk of a handle that a selection or handle_of returned. Errors: not_found.
   Result<ChunkRef> chunk(ChunkHandle handle) const;
 
-  /// Says that a chunk has been decoded and may be drawn, or no longer may.
+  /// Marks a chunk as resident or not resident. Errors: not_found.
   Result<void> set_resident(ChunkHandle handle, bool resident);
 
   /// Errors: invalid_argument (a matrix or a size that is not finite, no isovalue or more than 64).
   Result<Selection> select(const SelectionView& view);
 
-  /// The answer of a test of what is drawn, in the view selected last: replaces the one before.
-  /// Another camera, size or isovalue forgets it. Errors: not_found (a handle).
-  Result<void> set_visibility(std::span<const ChunkVisibility> answer);
+  /// Sets the result of an occlusion query in the view selected last. Replaces the result before. A
+  /// view with another camera, size or isovalue discards it. Errors: not_found (a handle).
+  Result<void> set_visibility(std::span<const ChunkVisibility> result);
 
-  /// As select, for a view that is only expected: leaves no trace in what the next selection holds
-  /// on to.
+  /// As select, for prefetching in a view that is expected later. Ignores occlusion, and keeps the
+  /// result of set_visibility.
   Result<Selection> select_ahead(const SelectionView& view);
 
  private:
