@@ -48,7 +48,7 @@ class ArraySource : public VolumeSource {
   std::span<const T> voxels_;
 };
 
-/// A store file of a volume in memory, in one call.
+/// Builds a store file from a volume in memory.
 template <class T>
 Result<BuildReport> build_store_file(const VolumeGrid& grid, std::span<const T> voxels,
                                      const std::filesystem::path& target,
@@ -57,7 +57,7 @@ Result<BuildReport> build_store_file(const VolumeGrid& grid, std::span<const T> 
   return build_store_file(source, target, options);
 }
 
-/// A store's bytes, of a volume in memory.
+/// Builds a store in memory from a volume in memory. Returns the store's bytes.
 template <class T>
 Result<std::vector<std::byte>> build_store_bytes(const VolumeGrid& grid, std::span<const T> voxels,
                                                  const BuildOptions& options = {}) {

@@ -13,28 +13,29 @@
 
 namespace isosplat {
 
-/// What a block adds to the store.
+/// One block's part of the store.
 struct EncodedBlock {
   CellInterval interval;
   std::vector<BandChunk> bands;
   std::vector<std::byte> bytes;
-  double storage_weight = 0;  ///< that of the volume's options with which it was cut
+  double storage_weight = 0;  ///< λ of the plan of its bands
 };
 
-/// Everything that is done to one block: its cells, its part of the coarser level, its bands, its
-/// chunks. One per thread.
+/// Encodes blocks: gathers the cells of a block, computes its part of the coarser level, plans its
+/// bands and encodes its chunks. One object per thread.
 class BlockWorker {
  public:
-  /// Works on a block of the layer. Writes its part of `coarser`, where that has memory. A block
-  /// of more than `max_bytes` is cut again with a greater λ, up to kMaxStorageWeight.
-  void work(const Layer& layer, Index3 block, const CoarserLayer& coarser,
-            const BandOptions& options, double max_bytes, SharedBands& bands, EncodedBlock& out);
+  /// Encodes a block of the layer. Writes its part of `coarser`, unless `coarser.voxels` is null.
+  /// While the chunks have more than `max_bytes`, the bands are planned again with a greater λ, up
+  /// to kMaxStorageWeight.
+  void encode(const Layer& layer, Index3 block, const CoarserLayer& coarser,
+              const BandOptions& options, double max_bytes, SharedBands& bands, EncodedBlock& out);
 
-  /// Once there is no block of the layer left: helps others with theirs.
-  void help(SharedBands& bands) { bands.help(encoder_); }
+  /// Encodes bands of other threads' blocks, when this thread has no block left.
+  void help_others(SharedBands& bands) { bands.help(encoder_); }
 
-  VolumeStatistics
-      statistics;  ///< of the blocks of level 0, and of the quantized values given to it
+  /// Of the encoded blocks of level 0. The builder adds the quantized values.
+  VolumeStatistics statistics;
 
  private:
   GatheredBlock block_;

@@ -1,5 +1,7 @@
 #include "native/builder/builder.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -34,15 +36,16 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// λ, the weight of a stored byte, at a fetch weight of 1 where the store has room for it.
+/// λ, the weight of a stored byte, at a fetch weight of 1, if the size limit does not require more.
 constexpr double kMinStorageWeight = 0.09;
 
-/// Blocks that are built at a time where the store's size has to be watched: a quarter of a
-/// level's, so that what the first ones take still helps the others, but not more than these.
-constexpr uint64_t kMaxAtATime = 64;
+/// Upper limit of the blocks that are encoded at a time if the store may exceed its size limit. The
+/// limit is a quarter of the level's blocks, so that later blocks can adapt to the sizes of the
+/// first ones, but at most this number.
+constexpr uint64_t kMaxBlocksInFlight = 64;
 
-/// One level while it waits for its turn.
-struct WaitingLevel {
+/// Voxels and intervals of a coarse level, from their computation until the level is encoded.
+struct PendingLevel {
   SliceStore voxels, intervals;
 };
 
@@ -61,8 +64,13 @@ class Builder {
   Result<void> build_level(uint32_t level, StoreWriter& writer);
   Result<void> build_layer(const Layer& layer, int32_t z, const CoarserLayer& coarser,
                            StoreWriter& writer);
-  Result<void> create_waiting(uint32_t level);
-  Result<void> make_budget(uint64_t header_bytes);
+  /// Sets the layer's slices of the cells [first_cell, end_cell), of level 0: reads them from the
+  /// source.
+  Result<void> read_layer(Layer& layer, int32_t first_cell, int32_t end_cell);
+  /// The same for a coarse level, from memory or its temporary file.
+  Result<void> load_layer(Layer& layer, int32_t first_cell, int32_t end_cell);
+  Result<void> create_pending_level(uint32_t level);
+  Result<void> create_budget(uint64_t header_bytes);
   void report(const char* phase, uint64_t voxels_done);
 
   VolumeSource& source_;
@@ -79,7 +87,8 @@ class Builder {
   std::optional<SizeBudget> budget_;
   std::vector<BlockWorker> workers_;
   std::optional<QuantizedReader> reader_;
-  std::vector<std::optional<WaitingLevel>> waiting_;  // per level
+  std::vector<std::optional<PendingLevel>> pending_levels_;  // per level
+  std::vector<std::byte> layer_buffer_;  // level 0: a layer's slices, and the slice before it
   Clock::time_point start_ = Clock::now(), encoding_start_ = start_, last_report_ = start_;
   uint64_t work_total_ = 0;  // voxels of all levels, and of reading the range
   uint64_t work_done_ = 0, range_work_ = 0;
@@ -106,7 +115,7 @@ void Builder::report(const char* phase, uint64_t voxels_done) {
   options_.progress(progress);
 }
 
-Result<void> Builder::create_waiting(uint32_t level) {
+Result<void> Builder::create_pending_level(uint32_t level) {
   const LevelGrid grid = level_grid(header_.grid.voxels, level);
   const bool in_memory = plan_.in_memory[level];
   const std::filesystem::path folder = options_.temporary_folder.empty()
@@ -118,7 +127,7 @@ Result<void> Builder::create_waiting(uint32_t level) {
   auto intervals = SliceStore::create(interval_slice_bytes(grid, mapping_.bits), grid.cells.z,
                                       in_memory, folder);
   if (!intervals) return tl::unexpected(intervals.error());
-  waiting_[level].emplace(WaitingLevel{std::move(*voxels), std::move(*intervals)});
+  pending_levels_[level].emplace(PendingLevel{std::move(*voxels), std::move(*intervals)});
   return {};
 }
 
@@ -128,10 +137,10 @@ Result<void> Builder::build_layer(const Layer& layer, int32_t z, const CoarserLa
   const size_t count = static_cast<size_t>(blocks.x) * static_cast<size_t>(blocks.y);
   static constexpr const char* kPhases[] = {"level 0", "level 1", "level 2", "level 3", "level 4"};
   const char* phase = kPhases[std::min<size_t>(layer.grid.level, std::size(kPhases) - 1)];
-  const bool is_watched = !budget_->is_ample();
-  const size_t at_a_time =
-      is_watched ? std::clamp<size_t>(layer.grid.block_count() / 4, 1, kMaxAtATime) : count;
-  OrderedOutput output(writer, *budget_, layer.grid, z, at_a_time);
+  const bool is_limited = !budget_->is_ample();
+  const size_t max_in_flight =
+      is_limited ? std::clamp<size_t>(layer.grid.block_count() / 4, 1, kMaxBlocksInFlight) : count;
+  OrderedOutput output(writer, *budget_, layer.grid, z, max_in_flight);
   SharedBands bands(threads_);
   std::atomic<size_t> next{0};
   std::atomic<bool> has_thrown{false};
@@ -143,28 +152,66 @@ Result<void> Builder::build_layer(const Layer& layer, int32_t z, const CoarserLa
         if (!grant) break;
         BandOptions options = band_options_;
         options.storage_weight = grant->storage_weight;
-        double most = std::numeric_limits<double>::infinity();
-        if (is_watched) {
-          most = budget_->min_bytes(*grant, layer.grid.level, index) +
-                 std::max(grant->slack, 0.0) / static_cast<double>(at_a_time);
+        double max_bytes = std::numeric_limits<double>::infinity();
+        if (is_limited) {
+          max_bytes = budget_->min_bytes(*grant, layer.grid.level, index) +
+                      std::max(grant->slack, 0.0) / static_cast<double>(max_in_flight);
         }
         EncodedBlock encoded;
-        workers_[thread].work(layer, index, coarser, options, most, bands, encoded);
-        output.put(i, std::move(encoded));
+        workers_[thread].encode(layer, index, coarser, options, max_bytes, bands, encoded);
+        output.add(i, std::move(encoded));
         const Index3 cells = block_cells(layer.grid, index);
         report(phase, static_cast<uint64_t>(cells.x) * static_cast<uint64_t>(cells.y) *
                           static_cast<uint64_t>(cells.z));
       }
     } catch (...) {
       has_thrown = true;
-      // The others wait there for this thread.
-      output.stop();
-      workers_[thread].help(bands);
+      output.stop();  // other threads may wait there for this thread's block
+      workers_[thread].help_others(bands);
       throw;
     }
-    workers_[thread].help(bands);
+    workers_[thread].help_others(bands);
   });
   return output.result();
+}
+
+Result<void> Builder::read_layer(Layer& layer, int32_t first_cell, int32_t end_cell) {
+  const size_t slice = voxel_slice_bytes(layer.grid, mapping_.bits);
+  const int32_t first_voxel = std::max(first_cell - 1, 0);
+  std::vector<std::byte>& buffer = layer_buffer_;
+  if (first_cell == 0) {
+    buffer.resize(slice * static_cast<size_t>(std::min(kBlockCells + 2, layer.grid.cells.z + 1)));
+  }
+  // Layers overlap: the last two slices of the layer before are the first of this one.
+  const int32_t read_end = first_cell == 0 ? 0 : first_cell + 1;
+  const auto kept = static_cast<size_t>(read_end - first_voxel);
+  if (first_cell > 0) {
+    const auto buffered = static_cast<size_t>(read_end - layer.first_voxel_slice);
+    std::copy_n(buffer.data() + slice * (buffered - kept), slice * kept, buffer.data());
+  }
+  const auto count_values = [this](unsigned thread, const std::byte* quantized_values,
+                                   size_t voxels) {
+    workers_[thread].statistics.add_values(quantized_values, voxels, mapping_.bits,
+                                           mapping_.has_missing);
+  };
+  auto read =
+      reader_->read(read_end, end_cell + 1 - read_end, buffer.data() + slice * kept, count_values);
+  layer.voxels = buffer.data();
+  layer.first_voxel_slice = first_voxel;
+  return read;
+}
+
+Result<void> Builder::load_layer(Layer& layer, int32_t first_cell, int32_t end_cell) {
+  PendingLevel& level = *pending_levels_[layer.grid.level];
+  layer.first_voxel_slice = std::max(first_cell - 1, 0);
+  layer.first_cell_slice = first_cell;
+  auto voxels = level.voxels.load(layer.first_voxel_slice, end_cell + 1 - layer.first_voxel_slice);
+  if (!voxels) return tl::unexpected(voxels.error());
+  auto intervals = level.intervals.load(first_cell, end_cell - first_cell);
+  if (!intervals) return tl::unexpected(intervals.error());
+  layer.voxels = *voxels;
+  layer.intervals = *intervals;
+  return {};
 }
 
 Result<void> Builder::build_level(uint32_t level, StoreWriter& writer) {
@@ -172,71 +219,38 @@ Result<void> Builder::build_level(uint32_t level, StoreWriter& writer) {
   layer.grid = level_grid(header_.grid.voxels, level);
   layer.bits = mapping_.bits;
   layer.has_missing = mapping_.has_missing;
-  const bool has_coarser = level + 1 < waiting_.size();
+  const bool has_coarser = level + 1 < pending_levels_.size();
   CoarserLayer coarser;
   if (has_coarser) {
     coarser.grid = level_grid(header_.grid.voxels, level + 1);
-    if (auto created = create_waiting(level + 1); !created) return created;
+    if (auto created = create_pending_level(level + 1); !created) return created;
   }
-  const size_t slice = voxel_slice_bytes(layer.grid, mapping_.bits);
-  const int32_t last_voxel = layer.grid.cells.z;
-  const auto count_values = [this](unsigned thread, const std::byte* quantized_values,
-                                   size_t voxels) {
-    workers_[thread].statistics.add_values(quantized_values, voxels, mapping_.bits,
-                                           mapping_.has_missing);
-  };
-  std::vector<std::byte> buffer;  // level 0: the slices of a layer, and the one before it
-  int32_t read_end = 0;           // slices below are, or were, in the buffer
-  if (level == 0) {
-    buffer.resize(slice * static_cast<size_t>(std::min(kBlockCells + 2, last_voxel + 1)));
-  }
+
   for (int32_t z = 0; z < layer.grid.blocks.z; ++z) {
     const int32_t first_cell = z * kBlockCells;
     const int32_t end_cell = std::min(first_cell + kBlockCells, layer.grid.cells.z);
-    const int32_t first_voxel = std::max(first_cell - 1, 0);
-    if (level == 0) {
-      const int32_t kept = read_end - first_voxel;  // 2 but for the first layer
-      if (z > 0) {
-        const auto have = static_cast<size_t>(read_end - layer.first_voxel_slice);
-        std::copy_n(buffer.data() + slice * (have - static_cast<size_t>(kept)),
-                    slice * static_cast<size_t>(kept), buffer.data());
-      }
-      if (auto read =
-              reader_->read(read_end, end_cell + 1 - read_end,
-                            buffer.data() + slice * static_cast<size_t>(kept), count_values);
-          !read) {
-        return read;
-      }
-      read_end = end_cell + 1;
-      layer.voxels = buffer.data();
-    } else {
-      auto voxels = waiting_[level]->voxels.load(first_voxel, end_cell + 1 - first_voxel);
-      if (!voxels) return tl::unexpected(voxels.error());
-      auto intervals = waiting_[level]->intervals.load(first_cell, end_cell - first_cell);
-      if (!intervals) return tl::unexpected(intervals.error());
-      layer.voxels = *voxels;
-      layer.intervals = *intervals;
-      layer.first_cell_slice = first_cell;
-    }
-    layer.first_voxel_slice = first_voxel;
+    auto loaded = level == 0 ? read_layer(layer, first_cell, end_cell)
+                             : load_layer(layer, first_cell, end_cell);
+    if (!loaded) return loaded;
     if (has_coarser) {
       const int32_t first = first_cell / 2, count = (end_cell - first_cell + 1) / 2;
       const bool is_last = z + 1 == layer.grid.blocks.z;
       coarser.first_voxel_slice = coarser.first_cell_slice = first;
-      coarser.voxels = waiting_[level + 1]->voxels.prepare(first, count + (is_last ? 1 : 0));
-      coarser.intervals = waiting_[level + 1]->intervals.prepare(first, count);
+      coarser.voxels = pending_levels_[level + 1]->voxels.prepare(first, count + (is_last ? 1 : 0));
+      coarser.intervals = pending_levels_[level + 1]->intervals.prepare(first, count);
     }
     if (auto built = build_layer(layer, z, coarser, writer); !built) return built;
     if (has_coarser) {
-      if (auto kept = waiting_[level + 1]->voxels.commit(); !kept) return kept;
-      if (auto kept = waiting_[level + 1]->intervals.commit(); !kept) return kept;
+      if (auto stored = pending_levels_[level + 1]->voxels.commit(); !stored) return stored;
+      if (auto stored = pending_levels_[level + 1]->intervals.commit(); !stored) return stored;
     }
   }
-  waiting_[level].reset();
+  pending_levels_[level].reset();
+  layer_buffer_ = {};
   return {};
 }
 
-Result<void> Builder::make_budget(uint64_t header_bytes) {
+Result<void> Builder::create_budget(uint64_t header_bytes) {
   const auto sample = sample_volume(source_, quantization_, threads_);
   if (!sample) return tl::unexpected(sample.error());
   isovalue_distribution_ = guess_isovalues(sample->statistics, sample->voxels);
@@ -245,16 +259,16 @@ Result<void> Builder::make_budget(uint64_t header_bytes) {
       std::min(kMinStorageWeight / options_.fetch_weight, kMaxStorageWeight);
   const Index3 n = header_.grid.voxels;
   const auto voxel_size = std::min<size_t>(voxel_bytes(header_.type), mapping_.bits / 8);
-  const double most = double{1} * n.x * n.y * n.z * static_cast<double>(voxel_size) *
-                      std::sqrt(options_.fetch_weight);
-  max_bytes_ = static_cast<uint64_t>(most);
+  const double max_bytes = double{1} * n.x * n.y * n.z * static_cast<double>(voxel_size) *
+                           std::sqrt(options_.fetch_weight);
+  max_bytes_ = static_cast<uint64_t>(max_bytes);
   std::vector<ColumnForecast> columns(sample->columns.size());
   std::vector<BandPlanner> planners(threads_);
   parallel_for(threads_, columns.size(), [&](unsigned thread, size_t i) {
     columns[i] = forecast_column(sample->columns[i], band_options_, planners[thread]);
   });
   forecast_.emplace(*sample, n, band_options_, columns);
-  budget_.emplace(*forecast_, most, static_cast<double>(header_bytes));
+  budget_.emplace(*forecast_, max_bytes, static_cast<double>(header_bytes));
   return {};
 }
 
@@ -266,11 +280,12 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
   if (!plan) return tl::unexpected(plan.error());
   plan_ = std::move(*plan);
   const uint32_t levels = level_count(n);
-  waiting_.resize(levels);
+  pending_levels_.resize(levels);
   workers_.resize(threads_);
   const uint64_t volume =
       static_cast<uint64_t>(n.x) * static_cast<uint64_t>(n.y) * static_cast<uint64_t>(n.z);
-  // Integers of up to 16 bits are settled after a few slices, unless they have a coarser step.
+  // The quantization of integers of up to 16 bits is usually known after a few slices, unless the
+  // caller allows an error.
   const bool reads_range = voxel_bytes(header_.type) > 2 || options_.max_error > 0;
   range_work_ = reads_range ? volume : 0;
   work_total_ = range_work_;
@@ -289,7 +304,9 @@ Result<BuildReport> Builder::build(ByteSink& sink) {
   quantization_ = std::move(*quantization);
   mapping_ = quantization_.mapping();
   reader_.emplace(source_, quantization_, threads_);
-  if (auto made = make_budget(writer->bytes_written()); !made) return tl::unexpected(made.error());
+  if (auto created = create_budget(writer->bytes_written()); !created) {
+    return tl::unexpected(created.error());
+  }
   encoding_start_ = Clock::now();
   for (uint32_t l = 0; l < levels; ++l) {
     if (auto built = build_level(l, *writer); !built) return tl::unexpected(built.error());
@@ -329,10 +346,11 @@ Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const Buil
   } catch (const std::bad_alloc&) {
     return fail(Status::out_of_memory,
                 "the system refused memory while the store was built: close other programs, or "
-                "allow the build less (--memory, --threads)");
+                "reduce --memory or --threads");
   } catch (const std::system_error& error) {
-    return fail(Status::out_of_memory, std::string("cannot start the build's threads (") +
-                                           error.what() + "): give fewer --threads");
+    return fail(
+        Status::out_of_memory,
+        fmt::format("cannot start the build's threads ({}): reduce --threads", error.what()));
   }
 }
 

@@ -1,5 +1,7 @@
 #include "native/builder/memory_plan.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "native/builder/quantized_reader.h"
@@ -11,33 +13,35 @@ namespace {
 /// Scratch memory of a thread: statistics, planner, encoder, the gathered block and its chunks.
 constexpr uint64_t kThreadBytes = 20 << 20;
 
-/// The program itself, the output's buffer, and chunks that wait for those before them.
+/// The program itself, the output's buffer, and encoded blocks that wait for earlier ones.
 constexpr uint64_t kBaseBytes = 48 << 20;
 
-/// The directory: a record per block and about twelve per block for its chunks.
+/// The directory: a record per block, and about twelve chunk records per block.
 constexpr uint64_t kDirectoryBytesPerBlock = 24 + 12 * 16;
 
 std::string mebibytes(uint64_t bytes) {
-  return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB";
+  return fmt::format("{} MiB", (bytes + (1 << 20) - 1) >> 20);
 }
 
 }  // namespace
 
 Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes, unsigned threads,
-                               uint64_t allowance) {
+                               uint64_t limit) {
   const Index3 voxels = header.grid.voxels;
   const auto bits = static_cast<uint8_t>(voxel_bytes(header.type) == 1 ? 8 : 16);
   const uint32_t levels = level_count(voxels);
 
   uint64_t fixed = kBaseBytes + threads * kThreadBytes + staging_bytes(header, bits) + source_bytes;
-  std::vector<uint64_t> layer(levels), room(levels), whole(levels);
+  // Bytes per level: the layer that is encoded, the part that is written from one finer layer, and
+  // the whole level.
+  std::vector<uint64_t> layer(levels), written(levels), whole(levels);
   for (uint32_t l = 0; l < levels; ++l) {
     const LevelGrid grid = level_grid(voxels, l);
     const uint64_t voxel_slice = voxel_slice_bytes(grid, bits);
     const uint64_t interval_slice = interval_slice_bytes(grid, bits);
     const auto depth = static_cast<uint64_t>(std::min(grid.cells.z, kBlockCells));
     layer[l] = (depth + 2) * voxel_slice + (l > 0 ? depth * interval_slice : 0);
-    room[l] = (depth / 2 + 2) * voxel_slice + (depth / 2 + 1) * interval_slice;
+    written[l] = (depth / 2 + 2) * voxel_slice + (depth / 2 + 1) * interval_slice;
     whole[l] = static_cast<uint64_t>(grid.cells.z + 1) * voxel_slice +
                static_cast<uint64_t>(grid.cells.z) * interval_slice;
     fixed += grid.block_count() * kDirectoryBytesPerBlock;
@@ -45,24 +49,28 @@ Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes
   MemoryPlan plan;
   plan.in_memory.resize(levels, false);
   for (uint32_t l = 0; l < levels; ++l) {
-    const uint64_t work = plan.in_memory[l] ? whole[l] : layer[l];
-    const uint64_t min_next = l + 1 < levels ? std::min(room[l + 1], whole[l + 1]) : 0;
+    const uint64_t current = plan.in_memory[l] ? whole[l] : layer[l];
+    const uint64_t min_next = l + 1 < levels ? std::min(written[l + 1], whole[l + 1]) : 0;
     plan.min_bytes = std::max(plan.min_bytes, fixed + layer[l] + min_next);
     uint64_t next = min_next;
-    if (l + 1 < levels && fixed + work + whole[l + 1] <= allowance) {
+    if (l + 1 < levels && fixed + current + whole[l + 1] <= limit) {
       plan.in_memory[l + 1] = true;
       next = whole[l + 1];
     }
-    plan.bytes = std::max(plan.bytes, fixed + work + next);
+    plan.bytes = std::max(plan.bytes, fixed + current + next);
   }
-  if (plan.min_bytes > allowance) {
+  if (plan.min_bytes > limit) {
+    const std::string reason =
+        source_bytes == 0 ? ""
+                          : fmt::format(
+                                " this format is read into memory at once ({}), unlike raw "
+                                "files and uncompressed NRRD;",
+                                mebibytes(source_bytes));
     return fail(Status::out_of_memory,
-                "expected an allowance of at least " + mebibytes(plan.min_bytes) + ", found " +
-                    mebibytes(allowance) +
-                    (source_bytes > 0 ? ": this format is held whole (" + mebibytes(source_bytes) +
-                                            "), which raw data or uncompressed NRRD are not;"
-                                      : ":") +
-                    " allow more (--memory " + std::to_string((plan.min_bytes >> 20) + 1) + "M)");
+                fmt::format("expected a memory limit of at least {}, found {}:{} raise it "
+                            "(--memory {}M)",
+                            mebibytes(plan.min_bytes), mebibytes(limit), reason,
+                            (plan.min_bytes >> 20) + 1));
   }
   return plan;
 }

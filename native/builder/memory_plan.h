@@ -6,17 +6,18 @@
 
 namespace isosplat {
 
-/// What a build will hold at a time, settled before it starts. Levels are built one after the
-/// other: a layer of blocks of one level is in memory, and the next coarser level grows, in memory
-/// where the allowance has room for it, else in a temporary file.
+/// The memory of a build, planned before it starts. Levels are built one after the other: one layer
+/// of blocks of the current level is in memory. The next coarser level is written meanwhile, to
+/// memory if the limit allows it, else to a temporary file.
 struct MemoryPlan {
   std::vector<bool> in_memory;  ///< per level; level 0 is read from the source, so false
-  uint64_t bytes = 0;           ///< the most that is held at any time
-  uint64_t min_bytes = 0;       ///< the same, were every level in a temporary file
+  uint64_t bytes = 0;           ///< peak memory of this plan
+  uint64_t min_bytes = 0;       ///< peak memory with all levels in temporary files
 };
 
-/// Errors: out_of_memory where min_bytes exceeds the allowance.
+/// `source_bytes`: memory of the source. `limit`: for all of the build, in bytes. Errors:
+/// out_of_memory if min_bytes exceeds the limit.
 Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes, unsigned threads,
-                               uint64_t allowance);
+                               uint64_t limit);
 
 }  // namespace isosplat

@@ -1,8 +1,9 @@
 #include "native/builder/metadata.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
@@ -18,7 +19,8 @@ constexpr size_t kMaxSuggestions = 5;
 constexpr size_t kMaxText = 512;
 constexpr size_t kMaxNotes = 3072;  // bytes of all notes
 
-/// Text of a file name or header: JSON must be UTF-8, and the header is small.
+/// Text of a file name or header as valid UTF-8 of limited length: JSON must be UTF-8, and a
+/// store's header is small.
 std::string clean(const std::string& text) {
   const std::string dumped =
       Json(text.substr(0, kMaxText)).dump(-1, ' ', true, Json::error_handler_t::ignore);
@@ -29,7 +31,7 @@ size_t text_bytes(const std::string& text) {
   return Json(clean(text)).dump(-1, ' ', true).size();
 }
 
-/// The notes that are kept: each once, in order, as far as there is room.
+/// The notes without duplicates, in order, up to kMaxNotes bytes.
 Json kept_notes(const std::vector<std::string>& notes) {
   Json kept = Json::array();
   size_t bytes = 0, left_out = 0;
@@ -43,20 +45,18 @@ Json kept_notes(const std::vector<std::string>& notes) {
       kept.push_back(text);
     }
   }
-  if (left_out > 0) kept.push_back("and " + std::to_string(left_out) + " notes more");
+  if (left_out > 0) kept.push_back(fmt::format("and {} more notes", left_out));
   return kept;
 }
 
-/// A value rounded to so many decimals. Through text: a multiple of a power of ten as a product has
-/// digits that nobody wants to see.
+/// A value rounded to this number of decimals. Rounded as text: round(value × 10ⁿ) / 10ⁿ can print
+/// as 0.30000000000000004.
 double rounded(double value, int decimals) {
-  char text[400];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  return std::atof(text);
+  return std::atof(fmt::format("{:.{}f}", value, decimals).c_str());
 }
 
-/// A value near a quantized isovalue that reads well: with as few decimals as leave it in the
-/// middle between two values where voxels are kept exactly, so that no voxel equals it; otherwise
+/// A value with few digits near a quantized isovalue. If voxels are stored exactly, the value is
+/// near the middle between two quantized values, so that no voxel equals it. Otherwise it is
 /// rounded to three digits of the volume's range.
 double round_isovalue(double quantized_isovalue, const ValueMapping& mapping,
                       CellInterval quantized_values) {
@@ -79,8 +79,8 @@ double round_isovalue(double quantized_isovalue, const ValueMapping& mapping,
 
 ValueHistogram histogram_of(const ValueMapping& mapping, const QuantizedBins& bins,
                             std::vector<uint64_t> counts) {
-  // Bins are of quantized values: the first begins half a quantized value below the least, as the
-  // last ends above.
+  // Bins hold whole quantized values: the first bin begins half a step below its smallest one, and
+  // the last bin ends half a step above its largest one.
   return {mapping.value(bins.first - 0.5),
           mapping.value(bins.first + double{1} * bins.width * bins.count - 0.5), std::move(counts)};
 }
@@ -89,7 +89,7 @@ Json to_json(const ValueHistogram& histogram) {
   return {{"low", histogram.low}, {"high", histogram.high}, {"counts", histogram.counts}};
 }
 
-/// Bytes of the metadata that say where the volume came from.
+/// Size of the metadata that names the volume's file.
 size_t source_text_bytes(const BuildOptions& options) {
   if (options.source_file.empty()) return 0;
   constexpr size_t kKeys = sizeof R"(,"file":,"path_hash":)";

@@ -7,19 +7,18 @@
 
 namespace isosplat {
 
-/// The most bytes that metadata_json() can return for a volume of these dimensions, and at most
-/// what a store's header can hold.
+/// Upper limit of the size of metadata_json() for a volume of these dimensions, in bytes. At most
+/// kMaxMetadataBytes.
 size_t metadata_limit(const VolumeHeader& header, const BuildOptions& options);
 
-/// Voxels in equal parts of the values [low, high].
+/// Numbers of voxels in bins of equal width over the values [low, high].
 struct ValueHistogram {
   double low = 0, high = 0;
   std::vector<uint64_t> counts;  ///< at most 256
 };
 ValueHistogram value_histogram(const ValueMapping& mapping, const VolumeStatistics& statistics);
 
-/// Isovalues at which the volume's boundaries lie, best first, rounded so that they read well. At
-/// most five.
+/// Isovalues of the volume's boundaries, best first, rounded to few digits. At most five.
 std::vector<double> suggested_isovalues(const ValueMapping& mapping,
                                         const VolumeStatistics& statistics);
 

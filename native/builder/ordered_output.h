@@ -11,19 +11,21 @@
 
 namespace isosplat {
 
-/// Takes the blocks of a layer in any order, from any thread, hands them to the writer in theirs,
-/// and says from the sizes of those before what each may take.
+/// Receives the encoded blocks of a layer in any order, from any thread, and passes them to the
+/// writer in raster order. From the sizes of the written blocks it computes the size limits of the
+/// next ones.
 class OrderedOutput {
  public:
-  /// Of the blocks (x, y, z) of a level, in raster order. A block waits until all but `at_a_time`
-  /// − 1 of those before it are written, so that what it is granted does not depend on threads.
+  /// For the blocks (x, y, z) of a level, numbered in raster order. The grant of block i depends on
+  /// exactly the first i + 1 − max_in_flight blocks, and waits until they are written. So it does
+  /// not depend on the number of threads.
   OrderedOutput(StoreWriter& writer, SizeBudget& budget, const LevelGrid& grid, int32_t z,
-                size_t at_a_time)
+                size_t max_in_flight)
       : writer_(writer),
         budget_(budget),
         grid_(grid),
         z_(z),
-        at_a_time_(at_a_time),
+        max_in_flight_(max_in_flight),
         ready_(static_cast<size_t>(grid.blocks.x) * static_cast<size_t>(grid.blocks.y)) {
     grants_.push_back(budget.grant());
   }
@@ -33,24 +35,25 @@ class OrderedOutput {
     return {n % grid_.blocks.x, n / grid_.blocks.x, z_};
   }
 
-  /// What a block may take. Waits; nothing where the output has failed or was stopped.
+  /// The size grant of a block. Waits for earlier blocks. No value if the output has failed or was
+  /// stopped.
   std::optional<SizeBudget::Grant> grant(size_t block) {
     std::unique_lock lock(mutex_);
-    const size_t before = block + 1 > at_a_time_ ? block + 1 - at_a_time_ : 0;
-    changed_.wait(lock, [&] { return next_ >= before || !result_ || is_stopped_; });
+    const size_t needed = block + 1 > max_in_flight_ ? block + 1 - max_in_flight_ : 0;
+    changed_.wait(lock, [&] { return next_ >= needed || !result_ || is_stopped_; });
     if (!result_ || is_stopped_) return std::nullopt;
-    return grants_[before];
+    return grants_[needed];
   }
 
-  /// There will be no more blocks: nobody waits for them.
+  /// Ends all waits: no more blocks will be added.
   void stop() {
     const std::lock_guard lock(mutex_);
     is_stopped_ = true;
     changed_.notify_all();
   }
 
-  /// Keeps the first error, and nothing after it.
-  void put(size_t block, EncodedBlock&& encoded) {
+  /// Adds an encoded block. After the first error of the writer, nothing more is written.
+  void add(size_t block, EncodedBlock&& encoded) {
     const std::lock_guard lock(mutex_);
     ready_[block] = std::move(encoded);
     for (; next_ < ready_.size() && ready_[next_]; ++next_) {
@@ -70,7 +73,7 @@ class OrderedOutput {
     return !result_;
   }
 
-  /// Once every block was put.
+  /// The first error of the writer. Call after all threads have ended.
   const Result<void>& result() const { return result_; }
 
  private:
@@ -78,11 +81,11 @@ class OrderedOutput {
   SizeBudget& budget_;
   const LevelGrid grid_;
   const int32_t z_;
-  const size_t at_a_time_;
+  const size_t max_in_flight_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<std::optional<EncodedBlock>> ready_;
-  std::vector<SizeBudget::Grant> grants_;  // after so many blocks
+  std::vector<SizeBudget::Grant> grants_;  // [i]: when the first i blocks were written
   size_t next_ = 0;
   bool is_stopped_ = false;
   Result<void> result_;

@@ -10,10 +10,10 @@
 
 namespace isosplat {
 
-/// Calls f(thread) for each number below `threads`, each on a thread of its own. Returns when all
-/// calls have returned. Where calls throw, the first exception is thrown here, after the last call
-/// has ended. Where a thread cannot be started, f is not called at all: calls may wait for each
-/// other. Throws std::system_error then.
+/// Calls f(0) … f(threads − 1), each on its own thread. Returns when all calls have returned. If
+/// calls throw, the first exception is rethrown after the last call has ended. If a thread cannot
+/// be started, throws std::system_error and does not call f at all, since calls may wait for each
+/// other.
 template <class F>
 void on_threads(unsigned threads, F f) {
   std::mutex mutex;
@@ -52,9 +52,9 @@ void on_threads(unsigned threads, F f) {
   if (failure) std::rethrow_exception(failure);
 }
 
-/// Calls f(thread, index) for every index below `count`, on up to `threads` threads, each index
-/// once; threads take the next index when they are free. Returns when all calls have returned.
-/// After a call that throws, no further index is taken; its exception is thrown here.
+/// Calls f(thread, index) once for every index below `count`, on up to `threads` threads. Indices
+/// are assigned dynamically. Returns when all calls have returned. After a call that throws, no
+/// further index is started; the exception is rethrown.
 template <class F>
 void parallel_for(unsigned threads, size_t count, F f) {
   std::atomic<size_t> next{0};

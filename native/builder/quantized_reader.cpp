@@ -16,11 +16,12 @@ size_t voxels_per_slice(const VolumeHeader& header) {
 size_t staging_bytes(const VolumeHeader& header, uint8_t bits) {
   if (voxel_bytes(header.type) * 8 == bits) return 0;
   const size_t slice = voxels_per_slice(header) * voxel_bytes(header.type);
-  // Half of the slices that a layer of blocks has: where voxels of 16 bits become quantized values
-  // of 8, this takes no more than the layer saves, and a memory plan made before that was known
-  // still holds.
-  const auto most = static_cast<size_t>(std::clamp(header.grid.voxels.z / 2, 1, kBlockCells / 2));
-  return slice * std::clamp<size_t>((8 << 20) / slice, 1, most);
+  // At most half of the slices of a layer: if voxels of 16 bits become quantized values of 8 bits,
+  // the buffer takes no more memory than the smaller layer saves. So the memory plan holds, which
+  // is made before the number of bits is known.
+  const auto max_slices =
+      static_cast<size_t>(std::clamp(header.grid.voxels.z / 2, 1, kBlockCells / 2));
+  return slice * std::clamp<size_t>((8 << 20) / slice, 1, max_slices);
 }
 
 QuantizedReader::QuantizedReader(VolumeSource& source, const Quantization& quantization,
@@ -36,9 +37,9 @@ Result<void> QuantizedReader::read(int32_t first, int32_t count, std::byte* to,
   const VoxelType type = source_.header().type;
   const size_t slice = voxels_per_slice_ * voxel_bytes(type);
   const bool in_place = staging_.empty();
-  const int32_t at_once = in_place ? count : static_cast<int32_t>(staging_.size() / slice);
-  for (int32_t z = 0; z < count; z += at_once) {
-    const int32_t batch = std::min(at_once, count - z);
+  const int32_t batch_slices = in_place ? count : static_cast<int32_t>(staging_.size() / slice);
+  for (int32_t z = 0; z < count; z += batch_slices) {
+    const int32_t batch = std::min(batch_slices, count - z);
     std::byte* quantized_values = to + slice_bytes() * static_cast<size_t>(z);
     const std::span<std::byte> raw{in_place ? quantized_values : staging_.data(),
                                    slice * static_cast<size_t>(batch)};

@@ -9,26 +9,25 @@
 
 namespace isosplat {
 
-/// Bytes of voxels that are read from the source at a time before they become quantized values of
-/// so many bits, at least one slice. 0 where voxels are of the size of quantized values and are
-/// read in place.
+/// Size of the buffer for voxels before quantization to `bits` bits, at least one slice. 0 if
+/// voxels and quantized values have the same size: then the quantization is in place.
 size_t staging_bytes(const VolumeHeader& header, uint8_t bits);
 
-/// Reads slices of a source as codes.
+/// Reads slices of a source as quantized values.
 class QuantizedReader {
  public:
-  /// Called on one of the threads with the quantized values of a slice.
+  /// Called once per slice, on any of the threads, with its quantized values.
   using Visit =
       std::function<void(unsigned thread, const std::byte* quantized_values, size_t voxels)>;
 
-  /// Borrows the source and the codes.
+  /// The source and the quantization must outlive the reader.
   QuantizedReader(VolumeSource& source, const Quantization& quantization, unsigned threads);
 
   /// Bytes of a slice of quantized values.
   size_t slice_bytes() const { return voxels_per_slice_ * quantization_.mapping().bits / 8; }
 
-  /// Slices [first, first + count) to `to`, each of slice_bytes(); `visit` sees each once. Errors:
-  /// those of the source.
+  /// Reads the slices [first, first + count) to `to`, slice_bytes() each, and calls `visit` for
+  /// each. Errors: those of the source.
   Result<void> read(int32_t first, int32_t count, std::byte* to, const Visit& visit);
 
  private:

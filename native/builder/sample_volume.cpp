@@ -12,9 +12,43 @@ constexpr int32_t kDepth = 4;      ///< slices of cells in a column
 constexpr int32_t kLayers = 12;    ///< of columns, at most
 constexpr int32_t kColumns = 192;  ///< at most
 
-/// The middles of `count` equal parts of [0, n).
+/// The middle of part i of [0, n), divided into `count` equal parts.
 int32_t middle(int32_t i, int32_t count, int32_t n) {
   return static_cast<int32_t>((2 * int64_t{i} + 1) * n / (2 * count));
+}
+
+/// How many columns of cells are sampled along each axis, at most kColumns in all.
+void choose_columns(VolumeSample& sample, Index3 blocks, int32_t cells_z, int32_t depth) {
+  // A single layer of blocks is sampled at several depths, as no other layer can represent it.
+  sample.layers_per_block = blocks.z == 1 ? std::clamp(cells_z / (2 * depth), 1, 4) : 1;
+  sample.columns_across.z = std::min(blocks.z, kLayers) * sample.layers_per_block;
+  const auto across = [&](int32_t count) { return (count + sample.stride - 1) / sample.stride; };
+  while (int64_t{across(blocks.x)} * across(blocks.y) * sample.columns_across.z > kColumns) {
+    ++sample.stride;
+  }
+  sample.columns_across.x = across(blocks.x);
+  sample.columns_across.y = across(blocks.y);
+}
+
+/// Appends the columns of one layer, each in the middle of the stride × stride blocks that it
+/// represents.
+void sample_layer(VolumeSample& sample, const Layer& layer, Index3 blocks, unsigned threads,
+                  std::vector<GatheredBlock>& scratch) {
+  const size_t columns =
+      static_cast<size_t>(sample.columns_across.x) * static_cast<size_t>(sample.columns_across.y);
+  const size_t base = sample.columns.size();
+  sample.columns.resize(base + columns);
+  parallel_for(threads, columns, [&](unsigned thread, size_t i) {
+    const auto column = static_cast<int32_t>(i);
+    const auto block_at = [&](int32_t index, int32_t count) {
+      return std::min(index * sample.stride + sample.stride / 2, count - 1);
+    };
+    sample.columns[base + i] =
+        sample_column(layer,
+                      {block_at(column % sample.columns_across.x, blocks.x),
+                       block_at(column / sample.columns_across.x, blocks.y), 0},
+                      scratch[thread]);
+  });
 }
 
 }  // namespace
@@ -31,26 +65,16 @@ Result<VolumeSample> sample_volume(VolumeSource& source, const Quantization& qua
   const Index3 blocks = level_grid(n, 0).blocks;
 
   VolumeSample sample;
-  // A single layer of blocks has no others that could tell of it.
-  sample.layers_per_block = blocks.z == 1 ? std::clamp((n.z - 1) / (2 * depth), 1, 4) : 1;
-  sample.columns_across.z = std::min(blocks.z, kLayers) * sample.layers_per_block;
-  const auto across = [&](int32_t count) { return (count + sample.stride - 1) / sample.stride; };
-  while (int64_t{across(blocks.x)} * across(blocks.y) * sample.columns_across.z > kColumns) {
-    ++sample.stride;
-  }
-  sample.columns_across.x = across(blocks.x);
-  sample.columns_across.y = across(blocks.y);
-  const size_t columns =
-      static_cast<size_t>(sample.columns_across.x) * static_cast<size_t>(sample.columns_across.y);
+  choose_columns(sample, blocks, n.z - 1, depth);
 
-  // Voxels of the size of quantized values become quantized values in place.
+  // Voxels that have the size of quantized values are quantized in place.
   const bool in_place = voxel_bytes(header.type) * 8 == mapping.bits;
   std::vector<std::byte> staging(in_place ? 0 : slice_voxels * voxel_bytes(header.type));
   std::vector<std::byte> quantized_values(slice_bytes * static_cast<size_t>(depth + 1));
   std::vector<GatheredBlock> scratch(threads);
   int32_t next_counted = 0, next_layer = 0;
   while (next_counted < counted || next_layer < sample.columns_across.z) {
-    // The first of a layer's slices lies so that their middle is that of the layer's part.
+    // Each layer is in the middle of its part of the z axis.
     const int32_t layer_begin =
         next_layer < sample.columns_across.z
             ? std::clamp(middle(next_layer, sample.columns_across.z, n.z) - depth / 2, 0,
@@ -77,19 +101,7 @@ Result<VolumeSample> sample_volume(VolumeSource& source, const Quantization& qua
     layer.bits = mapping.bits;
     layer.has_missing = mapping.has_missing;
     layer.voxels = quantized_values.data();
-    const size_t base = sample.columns.size();
-    sample.columns.resize(base + columns);
-    parallel_for(threads, columns, [&](unsigned thread, size_t i) {
-      const auto c = static_cast<int32_t>(i);
-      // In the middle of the blocks that it stands for.
-      const auto place = [&](int32_t at, int32_t count) {
-        return std::min(at * sample.stride + sample.stride / 2, count - 1);
-      };
-      sample.columns[base + i] = sample_column(layer,
-                                               {place(c % sample.columns_across.x, blocks.x),
-                                                place(c / sample.columns_across.x, blocks.y), 0},
-                                               scratch[thread]);
-    });
+    sample_layer(sample, layer, blocks, threads, scratch);
   }
   return sample;
 }

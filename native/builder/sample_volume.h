@@ -6,8 +6,8 @@
 
 namespace isosplat {
 
-/// Reads 24 slices evenly spread, and up to 60 others, front to back; at most
-/// 192 columns. Errors: those of the source.
+/// Reads a sample of the volume, front to back: 24 evenly spaced slices for the statistics of
+/// values, and up to 60 slices with at most 192 columns of cells. Errors: those of the source.
 Result<VolumeSample> sample_volume(VolumeSource& source, const Quantization& quantization,
                                    unsigned threads);
 

@@ -6,30 +6,31 @@
 
 namespace isosplat {
 
-Result<VoxelScan> scan_volume(VolumeSource& source, unsigned threads, bool whole,
+Result<VoxelScan> scan_volume(VolumeSource& source, unsigned threads, bool scan_all,
                               const std::function<void(uint64_t voxels)>& progress) {
   const VolumeHeader& header = source.header();
   const Index3 n = header.grid.voxels;
   const size_t row = static_cast<size_t>(n.x) * voxel_bytes(header.type);
   const size_t slice = row * static_cast<size_t>(n.y);
-  const auto most =
+  const auto max_batch =
       static_cast<int32_t>(std::clamp<size_t>((8 << 20) / slice, 1, static_cast<size_t>(n.z)));
   std::vector<std::byte> voxels;
   std::vector<VoxelScan> scans(threads, VoxelScan(header.type));
   const auto is_settled = [&] {
-    return !whole && std::any_of(scans.begin(), scans.end(),
-                                 [](const VoxelScan& scan) { return scan.is_settled(); });
+    return !scan_all && std::any_of(scans.begin(), scans.end(),
+                                    [](const VoxelScan& scan) { return scan.is_settled(); });
   };
-  // Narrow integers are nearly always settled after a slice or two.
-  int32_t at_once = voxel_bytes(header.type) <= 2 ? 1 : most;
-  for (int32_t z = 0; z < n.z && !is_settled(); at_once = std::min(2 * at_once, most)) {
-    const int32_t count = std::min(at_once, n.z - z);
+  // Integers of up to 16 bits are nearly always settled after one or two slices.
+  int32_t batch_slices = voxel_bytes(header.type) <= 2 ? 1 : max_batch;
+  for (int32_t z = 0; z < n.z && !is_settled();
+       batch_slices = std::min(2 * batch_slices, max_batch)) {
+    const int32_t count = std::min(batch_slices, n.z - z);
     voxels.resize(slice * static_cast<size_t>(count));
     if (auto read = source.read_slices(z, count, voxels); !read) {
       return tl::unexpected(read.error());
     }
     z += count;
-    // Rows, not slices: a slice may be all that fits at a time.
+    // Threads share rows, not slices: a batch may be a single slice.
     const size_t rows = static_cast<size_t>(n.y) * static_cast<size_t>(count);
     const size_t part = (rows + 4 * threads - 1) / (4 * threads);
     parallel_for(threads, (rows + part - 1) / part, [&](unsigned thread, size_t i) {

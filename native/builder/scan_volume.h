@@ -7,10 +7,10 @@
 
 namespace isosplat {
 
-/// Scans a volume, front to back, some MB at a time, on up to `threads` threads; stops where the
-/// scan is settled, unless `whole`. Calls progress(voxels read since the last call). Errors: those
-/// of the source.
-Result<VoxelScan> scan_volume(VolumeSource& source, unsigned threads, bool whole,
+/// Scans the values of a volume, front to back, some MB at a time, on up to `threads` threads.
+/// Unless `scan_all`, stops as soon as the quantization is known (VoxelScan::is_settled). Calls
+/// progress(voxels read since the last call). Errors: those of the source.
+Result<VoxelScan> scan_volume(VolumeSource& source, unsigned threads, bool scan_all,
                               const std::function<void(uint64_t voxels)>& progress);
 
 }  // namespace isosplat

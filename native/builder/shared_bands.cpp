@@ -9,23 +9,23 @@ BandChunk SharedBands::encode_band(ChunkEncoder& encoder, const OpenBlock& block
                                    std::vector<std::byte>& bytes) {
   const size_t before = bytes.size();
   const uint32_t begin = band > 0 ? block.ends[band - 1] : block.begin, end = block.ends[band];
-  const uint32_t cells = encoder.encode(block.view, block.masks[band], begin, end, bytes);
+  const uint32_t cells = encoder.encode(block.voxels, block.masks[band], begin, end, bytes);
   return {end, cells, static_cast<uint32_t>(bytes.size() - before)};
 }
 
-void SharedBands::encode(ChunkEncoder& encoder, const BlockVoxels& view, const BandMasks& masks,
+void SharedBands::encode(ChunkEncoder& encoder, const BlockVoxels& voxels, const BandMasks& masks,
                          uint32_t begin, std::span<const uint32_t> ends,
                          std::vector<BandChunk>& bands, std::vector<std::byte>& bytes) {
-  OpenBlock block{view, masks, begin, ends, 0, ends.size(), 0, {}, {}};
+  OpenBlock block{voxels, masks, begin, ends, 0, ends.size(), 0, {}, {}};
   std::unique_lock lock(mutex_);
   try {
     block.bands.reserve(ends.size());
     block.chunks.reserve(ends.size());
     if (!ends.empty()) open_.push_back(&block);
     changed_.notify_all();
-    while (block.next < block.helped) {
+    while (block.next < block.end) {
       const size_t band = block.next++;
-      if (block.next == block.helped) std::erase(open_, &block);
+      if (block.next == block.end) std::erase(open_, &block);
       lock.unlock();
       bands.push_back(encode_band(encoder, block, band, bytes));
       lock.lock();
@@ -56,10 +56,10 @@ void SharedBands::help(ChunkEncoder& encoder) noexcept {
     changed_.wait(lock, [&] { return !open_.empty() || busy_ == 0; });
     if (open_.empty()) return;
     OpenBlock& block = *open_.front();
-    const size_t band = --block.helped, place = block.bands.size();
-    if (block.next == block.helped) std::erase(open_, &block);
+    const size_t band = --block.end, slot = block.bands.size();
+    if (block.next == block.end) std::erase(open_, &block);
     ++block.helpers;
-    // Within what encode() has reserved.
+    // Cannot throw: encode() has reserved the memory.
     block.bands.emplace_back();
     block.chunks.emplace_back();
     lock.unlock();
@@ -72,8 +72,8 @@ void SharedBands::help(ChunkEncoder& encoder) noexcept {
       is_encoded = false;
     }
     lock.lock();
-    block.bands[place] = chunk;
-    block.chunks[place] = std::move(bytes);
+    block.bands[slot] = chunk;
+    block.chunks[slot] = std::move(bytes);
     block.out_of_memory = block.out_of_memory || !is_encoded;
     if (--block.helpers == 0) changed_.notify_all();
   }

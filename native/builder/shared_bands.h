@@ -12,49 +12,52 @@
 
 namespace isosplat {
 
-/// Lets threads that have no block left encode bands of the blocks that others are at, so that none
-/// is idle while the last blocks of a layer, or the few of a coarse level, are encoded. Chunks do
-/// not depend on who encodes them.
+/// Work stealing between the threads that encode a layer: a thread without a block of its own
+/// encodes bands of other threads' blocks. So no thread is idle during the last blocks of a layer
+/// or the few blocks of a coarse level. The chunks do not depend on the thread that encodes them.
 class SharedBands {
  public:
-  /// For so many threads, each of which encodes blocks, then calls help().
+  /// For this number of threads. Each of them encodes blocks, then calls help().
   explicit SharedBands(unsigned threads) : busy_(threads) {}
 
-  /// Encodes the bands of a block that end at `ends` and begin with `begin`, and appends them to
-  /// `bands` and `bytes` in their order. Others may help. masks: which cells each of them holds.
-  /// Throws std::bad_alloc, also where it was another thread that had no memory left.
-  void encode(ChunkEncoder& encoder, const BlockVoxels& view, const BandMasks& masks,
+  /// Encodes the bands of a block and appends them to `bands` and `bytes`, in order. Band i is the
+  /// half-open interval [ends[i − 1], ends[i]), the first one [begin, ends[0]). `masks`: the cells
+  /// of each band. Other threads may help. Throws std::bad_alloc, also if another thread had no
+  /// memory for one of the bands.
+  void encode(ChunkEncoder& encoder, const BlockVoxels& voxels, const BandMasks& masks,
               uint32_t begin, std::span<const uint32_t> ends, std::vector<BandChunk>& bands,
               std::vector<std::byte>& bytes);
 
-  /// Encodes bands of other threads' blocks until no thread has a block. Each thread has to call
-  /// it, also where encoding a block has failed: the others wait for it.
+  /// Encodes bands of other threads' blocks until all threads have called help(). Each thread must
+  /// call it, even if encoding a block has failed: the other threads wait for it.
   void help(ChunkEncoder& encoder) noexcept;
 
  private:
-  /// A block whose bands are encoded: by its own thread from the first on, by others from the last.
+  /// A block whose bands are being encoded: [0, next) by its own thread, ascending, and the bands
+  /// from `end` on by other threads, descending.
   struct OpenBlock {
-    const BlockVoxels& view;
+    const BlockVoxels& voxels;
     const BandMasks& masks;
     uint32_t begin;
     std::span<const uint32_t> ends;
-    size_t next = 0;                             ///< bands below are taken by its own thread
-    size_t helped;                               ///< bands from here on are taken by others
-    size_t helpers = 0;                          ///< bands that others are encoding
-    std::vector<BandChunk> bands;                ///< of others, the last one first
-    std::vector<std::vector<std::byte>> chunks;  ///< likewise
-    bool out_of_memory = false;                  ///< a helper had no memory for its band
+    size_t next = 0;
+    size_t end;
+    size_t helpers = 0;                          ///< bands that other threads are encoding
+    std::vector<BandChunk> bands;                ///< of other threads, in descending order
+    std::vector<std::vector<std::byte>> chunks;  ///< their bytes
+    bool out_of_memory = false;                  ///< another thread had no memory for its band
   };
   static BandChunk encode_band(ChunkEncoder& encoder, const OpenBlock& block, size_t band,
                                std::vector<std::byte>& bytes);
 
-  /// Offers no more bands of a block, and waits for those that others are at. `lock`: of mutex_.
+  /// Offers no more bands of a block, and waits until other threads have encoded theirs. `lock`: of
+  /// mutex_.
   void close(OpenBlock& block, std::unique_lock<std::mutex>& lock);
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<OpenBlock*> open_;  ///< with bands that nobody has taken
-  unsigned busy_;                 ///< threads that may still open blocks
+  std::vector<OpenBlock*> open_;  ///< blocks with bands that no thread has started
+  unsigned busy_;                 ///< threads that have not called help() yet
 };
 
 }  // namespace isosplat

@@ -1,5 +1,7 @@
 #include "native/builder/verify.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <mutex>
@@ -34,7 +36,8 @@ class Verifier {
   Result<void> check_content();
   Result<void> add_pages();
   Result<void> check_tiling(const LevelRef& level);
-  /// Checks a block and all below it; the union of each 2×2×2 of its cells goes to `halved`.
+  /// Checks a block and the finer blocks that it covers. Writes the union of the intervals of each
+  /// 2×2×2 of its cells to `halved`.
   Result<void> check_tree(BlockKey key, std::vector<BlockVerifier>& by_level, HalvedBlock& halved);
   Result<void> check_block(BlockKey key, BlockVerifier& verifier, HalvedBlock& halved);
 
@@ -51,8 +54,8 @@ Result<void> Verifier::check_content() {
   const StoreInfo& info = reader_.info();
   if (file_bytes_ != info.file_bytes) {
     return fail(file_bytes_ < info.file_bytes ? Status::truncated : Status::malformed_header,
-                "bytes of the file: expected " + std::to_string(info.file_bytes) + ", found " +
-                    std::to_string(file_bytes_) + kRemedy);
+                fmt::format("bytes of the file: expected {}, found {}{}", info.file_bytes,
+                            file_bytes_, kRemedy));
   }
   ContentHash hash;
   std::vector<std::byte> buffer(4 << 20);
@@ -69,7 +72,7 @@ Result<void> Verifier::check_content() {
   if (hash.digest() != info.content_id) {
     return fail(
         Status::checksum_mismatch,
-        std::string("the file's content does not have the id that its header states") + kRemedy);
+        fmt::format("the hash of the file differs from the content id in its header{}", kRemedy));
   }
   return {};
 }
@@ -86,7 +89,6 @@ Result<void> Verifier::add_pages() {
 }
 
 Result<void> Verifier::check_tiling(const LevelRef& level) {
-  const std::string name = "level " + std::to_string(level.grid.level);
   uint64_t offset = level.chunks_offset, chunks = 0;
   const Index3 blocks = level.grid.blocks;
   for (int32_t z = 0; z < blocks.z; ++z) {
@@ -99,10 +101,10 @@ Result<void> Verifier::check_tiling(const LevelRef& level) {
           const auto chunk = reader_.chunk(key, s);
           if (!chunk) return tl::unexpected(chunk.error());
           if (chunk->offset != offset) {
-            return fail(Status::malformed_page, name_of(*chunk) + ": expected at offset " +
-                                                    std::to_string(offset) +
-                                                    ", where the one before ends, found at " +
-                                                    std::to_string(chunk->offset) + kRemedy);
+            return fail(Status::malformed_page,
+                        fmt::format("{}: expected at offset {}, the end of the chunk before, found "
+                                    "at {}{}",
+                                    name_of(*chunk), offset, chunk->offset, kRemedy));
           }
           offset += chunk->bytes;
           chunks += chunk->cells > 0;
@@ -112,9 +114,9 @@ Result<void> Verifier::check_tiling(const LevelRef& level) {
   }
   if (offset != level.chunks_offset + level.chunks_bytes || chunks != level.chunk_count) {
     return fail(Status::malformed_header,
-                name + ": expected " + std::to_string(level.chunk_count) + " chunks of " +
-                    std::to_string(level.chunks_bytes) + " bytes, found " + std::to_string(chunks) +
-                    " of " + std::to_string(offset - level.chunks_offset) + kRemedy);
+                fmt::format("level {}: expected {} chunks of {} bytes, found {} of {}{}",
+                            level.grid.level, level.chunk_count, level.chunks_bytes, chunks,
+                            offset - level.chunks_offset, kRemedy));
   }
   return {};
 }
@@ -167,7 +169,7 @@ Result<VerifyReport> Verifier::verify() {
   for (const LevelRef& level : reader_.levels()) {
     if (auto checked = check_tiling(level); !checked) return tl::unexpected(checked.error());
   }
-  // Trees of blocks are checked side by side: from the coarsest level that has enough of them.
+  // Subtrees of blocks are checked in parallel, from the coarsest level with enough blocks.
   const auto levels = reader_.levels();
   auto top = static_cast<uint32_t>(levels.size() - 1);
   while (top > 0 && levels[top].grid.block_count() < 8 * threads_) --top;
@@ -191,7 +193,7 @@ Result<VerifyReport> Verifier::verify() {
     const std::lock_guard lock(mutex);
     if (result) result = checked;
   });
-  // The few levels above, each against the one below.
+  // The coarser levels have few blocks: each is compared with the next finer one.
   for (uint32_t l = top + 1; result && l < levels.size(); ++l) {
     const LevelGrid &grid = levels[l].grid, &finer = levels[l - 1].grid;
     std::vector<HalvedBlock> above(grid.block_count());

@@ -16,19 +16,42 @@ struct BuildCall {
   bool quiet = false, force = false;
 };
 
-/// Beside the volume.
+/// A file in the volume's folder.
 std::filesystem::path default_store(const std::filesystem::path& volume) {
-  const auto whole = volume.has_filename() ? volume : volume.parent_path();
-  return whole.parent_path() / (store_stem(volume) + ".isosplat");
+  const auto path = volume.has_filename() ? volume : volume.parent_path();
+  return path.parent_path() / (store_stem(volume) + ".isosplat");
 }
 
-/// The last part of a path, also of "folder/".
+/// The last component of a path: "scan" for "a/scan" and "a/scan/".
 std::string file_name(const std::filesystem::path& path) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
+void print_result(const std::filesystem::path& store, const BuildReport& built) {
+  const StoreInfo& info = built.info;
+  const Index3 n = info.grid.voxels;
+  const double voxels = static_cast<double>(n.x) * n.y * n.z;
+  fmt::print(
+      "{}: {} × {} × {} voxels, {} ({:.2f} × the voxels), {} chunks, built in {} "
+      "({:.0f} million voxels/s)\n",
+      store.string(), n.x, n.y, n.z, format_bytes(info.file_bytes),
+      static_cast<double>(info.file_bytes) / static_cast<double>(built.raw_bytes),
+      with_commas(info.chunk_count), format_seconds(built.seconds),
+      voxels / std::max(built.seconds, 1e-9) / 1e6);
+  if (info.file_bytes > built.max_bytes) {
+    fmt::print(
+        "This is more than the size limit of {}: the volume is mostly noise, or very small, and "
+        "the store can hardly be smaller\n",
+        format_bytes(built.max_bytes));
+  }
+  if (info.missing_voxels > 0) {
+    fmt::print("{} voxels are missing, infinite or not a number: cells that touch them are empty\n",
+               with_commas(info.missing_voxels));
+  }
+}
+
 int run(const BuildCall& call) {
-  if (call.quiet) be_quiet();
+  if (call.quiet) set_quiet();
   auto import_options = call.volume_flags.options();
   if (!import_options) return report(import_options.error());
   auto build_options = call.build_flags.options();
@@ -50,34 +73,14 @@ int run(const BuildCall& call) {
   }
   const auto built = build_with_progress(*opened, store, *build_options);
   if (!built) return report(built.error());
-  if (call.quiet) return kSuccess;
-  const StoreInfo& info = built->info;
-  const Index3 n = info.grid.voxels;
-  const double voxels = static_cast<double>(n.x) * n.y * n.z;
-  fmt::print(
-      "{}: {} × {} × {} voxels, {} ({:.2f} × the voxels), {} chunks, built in {} "
-      "({:.0f} million voxels/s)\n",
-      store.string(), n.x, n.y, n.z, in_bytes(info.file_bytes),
-      static_cast<double>(info.file_bytes) / static_cast<double>(built->raw_bytes),
-      with_commas(info.chunk_count), in_seconds(built->seconds),
-      voxels / std::max(built->seconds, 1e-9) / 1e6);
-  if (info.file_bytes > built->max_bytes) {
-    fmt::print(
-        "That is more than the {} that were aimed at: its voxels are mostly noise, or few, and the "
-        "store is about as small as it can be\n",
-        in_bytes(built->max_bytes));
-  }
-  if (info.missing_voxels > 0) {
-    fmt::print("{} voxels are not a number or infinite: cells that touch them are left empty\n",
-               with_commas(info.missing_voxels));
-  }
+  if (!call.quiet) print_result(store, *built);
   return kSuccess;
 }
 
 }  // namespace
 
 void add_build_command(CLI::App& program, int& exit_code) {
-  CLI::App* command = program.add_subcommand("build", "Turn a volume into a store");
+  CLI::App* command = program.add_subcommand("build", "Build a store from a volume");
   auto call = std::make_shared<BuildCall>();
   command
       ->add_option("volume", call->volume,
@@ -85,11 +88,10 @@ void add_build_command(CLI::App& program, int& exit_code) {
                    "slices")
       ->required();
   command->add_option("-o,--output", call->store,
-                      "The store (default: beside the volume, with its name and .isosplat)");
+                      "The store (default: in the volume's folder, with its name and .isosplat)");
   command->add_flag("-q,--quiet", call->quiet, "Print nothing on success");
   command->add_flag("--force", call->force,
-                    "Replace the file of that name even if it is a store of another volume, or no "
-                    "store");
+                    "Replace the output even if it is a store of another volume, or not a store");
   call->build_flags.add_to(*command);
   call->volume_flags.add_to(*command);
   command->footer(examples(
@@ -97,20 +99,19 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "  isosplat build scans/ct -o ct.isosplat --units HU\n"
       "  isosplat build foot.raw --dims 256x256x256 --type u8 --spacing 1,1,1.5\n"
       "  isosplat build huge.nrrd --memory 4G --threads 8\n"
-      "The store appears under its name only when it is whole. It replaces an older one of the "
-      "same volume; no file that is read is ever written to.\n\n"
-      "What --max-error saves of volumes of floating-point numbers (head atlas, hydrogen\n"
-      "atom, viscous fingers): bytes of the store, and of one isovalue, as shares of those\n"
-      "with the default, which is within 0.0008 % of the range of values\n"
+      "The output appears under its name only when it is complete. It replaces an older store of\n"
+      "the same volume, but never an input file.\n\n"
+      "Effect of --max-error on three volumes of floating-point numbers (head atlas, hydrogen\n"
+      "atom, viscous fingers): bytes of the store and bytes fetched for one isovalue, relative to\n"
+      "the default, whose error is at most 0.0008 % of the range of values\n"
+      "                        store               isovalue\n"
       "  0.01 % of the range   0.70  0.59  0.63    0.71  0.65  0.66\n"
       "  0.1 %                 0.47  0.32  0.34    0.46  0.34  0.36\n"
       "  0.4 % (8 bits)        0.33  0.22  0.23    0.31  0.22  0.21\n"
       "\n"
-      "The store takes at most √W times the voxels for --fetch-weight W, unless noise leaves "
-      "nothing to\n"
-      "save; volumes without noise take less. Measured, as store / voxels and bytes of an "
-      "isovalue, all\n"
-      "levels, against those with weight 1:\n"
+      "With --fetch-weight W the store has at most √W times the bytes of the voxels, except for\n"
+      "volumes of mostly noise. Measured: bytes of the store / bytes of the voxels, and change of\n"
+      "the bytes fetched for an isovalue (all levels) against W = 1:\n"
       "  W                     1/4          1/2      1            2            4\n"
       "  engine, CT     0.49 +32 %   0.58  +8 %   0.68   0.84  -7 %   1.06 -11 %\n"
       "  head, noisy MR 0.49 +76 %   0.69 +13 %   0.98   1.38 -10 %   1.96 -16 %\n"

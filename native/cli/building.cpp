@@ -26,7 +26,7 @@ Result<BuildReport> build_with_progress(const OpenVolume& volume,
       detail += fmt::format(", {:.0f} million voxels/s", progress.voxels_per_second / 1e6);
     }
     if (progress.seconds_left > 0) {
-      detail += fmt::format(", {} left", in_seconds(progress.seconds_left));
+      detail += fmt::format(", {} left", format_seconds(progress.seconds_left));
     }
     line.show(progress.fraction, detail);
   };

@@ -8,17 +8,17 @@
 
 namespace isosplat::cli {
 
-/// Builds an open volume's store, which keeps the volume's notes. Notes and progress go to stderr.
-/// Errors: those of build_store_file, and invalid_argument where the store would be written over
-/// one of the volume's files.
+/// Builds the store of an open volume. The store keeps the volume's notes. Prints notes and
+/// progress on stderr. Errors: those of build_store_file, and invalid_argument if the store would
+/// overwrite one of the volume's files.
 Result<BuildReport> build_with_progress(const OpenVolume& volume,
                                         const std::filesystem::path& store, BuildOptions options);
 
-/// What a volume's store is called, without folder and extension: "scan" for "a/scan.nii.gz" and
-/// for "a/scan/".
+/// The default name of a volume's store, without folder and extension: "scan" for "a/scan.nii.gz"
+/// and for "a/scan/".
 std::string store_stem(const std::filesystem::path& volume);
 
-/// Whether a file begins as a store does.
+/// Whether a file begins with the magic bytes of a store.
 bool is_store(const std::filesystem::path& path);
 
 }  // namespace isosplat::cli

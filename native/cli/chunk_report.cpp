@@ -57,14 +57,14 @@ Result<ChunkReport::Level> report_level(const StoreFile& store, uint32_t level) 
 Result<ChunkReport> report_chunks(const StoreFile& store, const std::vector<double>& isovalues) {
   ChunkReport report;
   for (uint32_t level = 0; level < store.info().levels; ++level) {
-    auto one = report_level(store, level);
-    if (!one) return tl::unexpected(one.error());
-    report.levels.push_back(*one);
+    auto statistics = report_level(store, level);
+    if (!statistics) return tl::unexpected(statistics.error());
+    report.levels.push_back(*statistics);
   }
   std::vector<ChunkSamples> chunks;
   for (const double isovalue : isovalues) {
-    if (auto done = extract_samples(store, isovalue, {}, chunks); !done) {
-      return tl::unexpected(done.error());
+    if (auto extracted = extract_samples(store, isovalue, {}, chunks); !extracted) {
+      return tl::unexpected(extracted.error());
     }
     ChunkReport::Query query;
     query.isovalue = isovalue;

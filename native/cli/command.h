@@ -2,14 +2,15 @@
 
 #include <CLI/CLI.hpp>
 
-// One function per subcommand, each in a file of its own. It adds the subcommand with its options
-// and examples to the program; when the person has chosen it, it runs and leaves its exit code.
+// One function per subcommand, each in its own file. The function adds the subcommand with its
+// options and examples to the program. If the user chose the subcommand, CLI11 runs it after
+// parsing, and `exit_code` is set.
 namespace isosplat::cli {
 
-/// What the program ends with.
+/// Exit codes of the program.
 inline constexpr int kSuccess = 0;
 inline constexpr int kFailure = 1;
-inline constexpr int kUsage = 2;
+inline constexpr int kUsage = 2;  ///< wrong arguments
 
 void add_build_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);

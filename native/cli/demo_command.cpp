@@ -20,7 +20,9 @@ struct DemoCall {
 
 Result<void> write(const DemoVolume& volume, const std::filesystem::path& path, bool force) {
   const std::string header = demo_nrrd_header(volume);
-  if (auto free = check_replaceable(path, header, "this demo volume", force); !free) return free;
+  if (auto checked = check_replaceable(path, header, "this demo volume", force); !checked) {
+    return checked;
+  }
   auto file = OutputFile::create(path);
   if (!file) return tl::unexpected(file.error());
   auto written = file->write(0, std::as_bytes(std::span(header)));
@@ -36,7 +38,7 @@ int run(const DemoCall& call) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
-    return report({Status::io_error, fmt::format("{}: the folder cannot be made: {}",
+    return report({Status::io_error, fmt::format("{}: cannot create the folder: {}",
                                                  folder.string(), error.message())});
   }
   std::vector<std::string> names = call.names;
@@ -57,17 +59,19 @@ int run(const DemoCall& call) {
 }  // namespace
 
 void add_demo_command(CLI::App& program, int& exit_code) {
-  CLI::App* command = program.add_subcommand("demo", "Generate volumes to try Isosplat with");
+  CLI::App* command = program.add_subcommand("demo", "Generate example volumes");
   auto call = std::make_shared<DemoCall>();
-  command->add_option("folder", call->folder, "Where to write them (default: here)");
-  command->add_option("-o,--output", call->output, "The same")->excludes("folder");
-  command->add_option("--only", call->names, "Only these: bucky, marschner_lobb, mandelbulb")
+  command->add_option("folder", call->folder, "Output folder (default: the current one)");
+  command->add_option("-o,--output", call->output, "Same as folder")->excludes("folder");
+  command
+      ->add_option("--only", call->names,
+                   "Generate only some of: bucky, marschner_lobb, mandelbulb")
       ->delimiter(',');
-  command->add_flag("--force", call->force, "Replace other files of these names");
+  command->add_flag("--force", call->force, "Replace other files of the same names");
   command->footer(
       examples("  isosplat demo volumes\n"
                "  isosplat demo --only mandelbulb && isosplat view mandelbulb.nrrd\n"
-               "The volumes are the same bytes on every machine."));
+               "The files are identical on all machines."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

@@ -29,12 +29,12 @@ int run(const ExtractCall& call) {
                                          ? std::filesystem::path(call.store).stem().string() +
                                                fmt::format("_{}.ply", call.isovalue)
                                          : call.output;
-  if (auto other = check_not_input(path, std::array<std::filesystem::path, 1>{call.store});
-      !other) {
-    return report(other.error());
+  if (auto checked = check_not_input(path, std::array<std::filesystem::path, 1>{call.store});
+      !checked) {
+    return report(checked.error());
   }
-  if (auto free = check_replaceable(path, "ply\n", "a PLY file", call.force); !free) {
-    return report(free.error());
+  if (auto checked = check_replaceable(path, "ply\n", "a PLY file", call.force); !checked) {
+    return report(checked.error());
   }
   auto file = PlyFile::create(
       path, (*store)->info().grid,
@@ -43,17 +43,17 @@ int run(const ExtractCall& call) {
   if (!file) return report(file.error());
   const auto points =
       extract_points(**store, call.isovalue, call.projection, {call.level, call.threads},
-                     [&](const PointArrays& some) { return file->append(some); });
+                     [&](const PointArrays& batch) { return file->append(batch); });
   if (!points) return report(points.error());
   if (auto published = file->publish(); !published) return report(published.error());
   fmt::print("{}: {} points with normals, {}\n", path.string(), with_commas(*points),
-             in_bytes(file->bytes()));
+             format_bytes(file->bytes()));
   if (*points == 0) {
     const std::string reason = no_isosurface((*store)->info(), call.isovalue);
     note(!reason.empty()
              ? reason
-             : fmt::format("no cell of level {} has a point at {}: what would be active "
-                           "there touches voxels without a value",
+             : fmt::format("no cell of level {} is active at {}: all cells that the isosurface "
+                           "would cross touch missing voxels",
                            call.level, call.isovalue));
   }
   return kSuccess;
@@ -63,36 +63,37 @@ int run(const ExtractCall& call) {
 
 void add_extract_command(CLI::App& program, int& exit_code) {
   CLI::App* command =
-      program.add_subcommand("extract", "Write an isosurface as points with normals (PLY)");
+      program.add_subcommand("extract", "Write an isosurface as points with normals (PLY file)");
   auto call = std::make_shared<ExtractCall>();
   command->add_option("store", call->store, "A store file")->required();
   command->add_option("-i,--isovalue", call->isovalue, "The isovalue, in the volume's values")
       ->check(is_number())
       ->required();
   command->add_option("-o,--output", call->output,
-                      "The PLY file (default: the store's name and the isovalue, here)");
-  command->add_option("--level", call->level, "0 is the finest; each further one halves each axis")
+                      "The PLY file (default: STORE_ISOVALUE.ply in the current folder)");
+  command
+      ->add_option("--level", call->level, "0 is the finest; each further level halves each axis")
       ->check(is_whole_number(0, 32))
       ->capture_default_str();
   command->add_flag("--exact", call->projection.exact,
-                    "Put points exactly on the trilinear surface where it is met in the cell");
+                    "Place points exactly on the trilinear surface if the ray along the gradient\n"
+                    "meets it inside of the cell");
   command->add_flag_callback(
       "--drop-displaced", [call] { call->projection.displaced = Displaced::drop; },
-      "Leave out points that one Newton step moves by more than half a cell's longest diagonal\n"
-      "(Co, Hamann, Joy 2003, section 3.2), at level 0, and let the others leave their cells");
-  command->add_flag("--force", call->force, "Replace the file of that name whatever it is");
+      "Omit points of level 0 that a Newton step moves by more than half a cell's diagonal\n"
+      "(Co, Hamann, Joy 2003, section 3.2), and do not clamp the others to their cells");
+  command->add_flag("--force", call->force, "Replace any file of this name");
   command->add_option("--threads", call->threads, "Threads (0: one per core)")
       ->check(is_whole_number(0, kMaxThreads))
       ->capture_default_str();
   command->footer(
-      "There is one point for each active cell, inside of it, as `isosplat render` draws it. On\n"
-      "noisy volumes --drop-displaced leaves an eighth of them out, and holes where they "
-      "were.\n\n" +
+      "The file has one point in each active cell, the same as `isosplat render` draws. On noisy\n"
+      "volumes --drop-displaced omits about an eighth of the points, which leaves holes.\n\n" +
       examples("  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
                "  isosplat extract head.isosplat -i -300 --exact --level 1\n"
-               "MeshLab, CloudCompare, Open3D and VTK open the file. Positions are in the volume's "
-               "world, as doubles where single precision would be off by 1/2000 of a voxel or "
-               "more."));
+               "MeshLab, CloudCompare, Open3D and VTK read the file. Positions are in world "
+               "space. They are\ndouble precision if single precision would be wrong by more than "
+               "1/2000 of a voxel."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

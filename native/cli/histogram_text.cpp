@@ -12,14 +12,15 @@ std::string histogram_text(double low, double high, const std::vector<double>& c
   const size_t row_count = std::min(counts.size(), static_cast<size_t>(rows));
   std::vector<double> sums(row_count);
   for (size_t i = 0; i < counts.size(); ++i) sums[i * row_count / counts.size()] += counts[i];
-  const double most = std::log2(1 + *std::max_element(sums.begin(), sums.end()));
+  const double longest = std::log2(1 + *std::max_element(sums.begin(), sums.end()));
   std::string text;
   constexpr int kWidth = 48;
   for (size_t row = 0; row < row_count; ++row) {
     const double begin =
         low + (high - low) * static_cast<double>(row) / static_cast<double>(row_count);
     const int eighths =
-        most > 0 ? static_cast<int>(std::lround(8 * kWidth * std::log2(1 + sums[row]) / most)) : 0;
+        longest > 0 ? static_cast<int>(std::lround(8 * kWidth * std::log2(1 + sums[row]) / longest))
+                    : 0;
     std::string bar;
     for (int i = 0; i < eighths / 8; ++i) bar += "█";
     constexpr const char* kParts[] = {"", "▏", "▎", "▍", "▌", "▋", "▊", "▉"};

@@ -5,8 +5,8 @@
 
 namespace isosplat::cli {
 
-/// A histogram as lines of text, one per row of up to `rows`: the values that the row begins with,
-/// and a bar. Bars are logarithmic, as a volume has far more air than anything else.
+/// A histogram as text of at most `rows` lines. Each line has the smallest value of its bin, a bar
+/// and the count. Bars are logarithmic, since most voxels of a typical volume are air.
 std::string histogram_text(double low, double high, const std::vector<double>& counts, int rows);
 
 }  // namespace isosplat::cli

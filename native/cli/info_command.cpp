@@ -80,19 +80,17 @@ void print_grid(const VolumeGrid& grid) {
     print_line("direction", text);
   }
   if (is_sheared(grid)) {
-    print_line(
-        "axes",
-        fmt::format("not perpendicular: {:.1f}° off; the grid is sheared, as the header says",
-                    shear_degrees(grid.direction)));
+    print_line("axes", fmt::format("not perpendicular: {:.1f}° of shear, as the header states",
+                                   shear_degrees(grid.direction)));
   }
 }
 
-/// What a person can rely on.
+/// The error of the stored values.
 std::string exactness(const ValueMapping& mapping) {
   const std::string quantized_values =
       fmt::format("{} bits, steps of {:.6g}", mapping.bits, mapping.scale);
   if (mapping.max_error == 0) return "lossless (" + quantized_values + ")";
-  return fmt::format("values are within ±{:.3g} ({})", mapping.max_error, quantized_values);
+  return fmt::format("error at most ±{:.3g} ({})", mapping.max_error, quantized_values);
 }
 
 void print_levels(const VolumeGrid& grid) {
@@ -123,7 +121,7 @@ int run_volume(const InfoCall& call) {
   auto opened = open_volume(call.path, *options);
   if (!opened) return report(opened.error());
   const VolumeHeader& header = opened->source->header();
-  if (call.chunks) note("--chunks is for stores: this is a volume");
+  if (call.chunks) note("--chunks has no effect: this is a volume, not a store");
   const auto survey = survey_volume(*opened->source);
   if (!survey) return report(survey.error());
   const auto suggested = suggested_isovalues(survey->mapping, survey->statistics);
@@ -151,7 +149,7 @@ int run_volume(const InfoCall& call) {
   }
   print_line("volume", fmt::format("{} ({})", header.name, header.format));
   print_grid(grid);
-  print_line("type", fmt::format("{}, {}", voxel_type_name(header.type), in_bytes(bytes)));
+  print_line("type", fmt::format("{}, {}", voxel_type_name(header.type), format_bytes(bytes)));
   print_line("range", fmt::format("{:.8g} to {:.8g}", survey->min, survey->max));
   if (header.slope != 1 || header.intercept != 0) {
     print_line("scaling",
@@ -161,8 +159,9 @@ int run_volume(const InfoCall& call) {
   print_line("non-finite", with_commas(survey->missing) + " voxels");
   print_levels(grid);
   const uint64_t resident = opened->source->resident_bytes();
-  print_line("memory", resident == 0 ? "streamed: never held whole"
-                                     : in_bytes(resident) + ": can only be read whole");
+  print_line("memory", resident == 0
+                           ? "read slice by slice"
+                           : format_bytes(resident) + ": this format is read into memory at once");
   print_notes(opened->notes);
   print_suggested(suggested);
   print_histogram(histogram.low, histogram.high,
@@ -172,7 +171,8 @@ int run_volume(const InfoCall& call) {
 
 // Stores ------------------------------------------------------------------------------------------
 
-/// A number of metadata, which may be anything.
+/// A number in the metadata of a store; `otherwise` if the key is absent or not a number: the
+/// metadata is not trusted.
 double number_at(const Json& json, const char* key, double otherwise) {
   const auto found = json.find(key);
   return found != json.end() && found->is_number() ? found->get<double>() : otherwise;
@@ -246,7 +246,7 @@ void print_chunks(const ChunkReport& chunks) {
         level.cells > 0 ? static_cast<double>(level.bytes) / static_cast<double>(level.cells) : 0.0,
         sizes, bands);
   }
-  fmt::print("\nwhat an isovalue takes at level 0\n  {:>12} {:>8} {:>12} {:>14} {:>14} {:>10}\n",
+  fmt::print("\nlevel 0 at some isovalues\n  {:>12} {:>8} {:>12} {:>14} {:>14} {:>10}\n",
              "isovalue", "chunks", "bytes", "cells fetched", "active cells", "ratio");
   for (const auto& query : chunks.queries) {
     fmt::print("  {:>12.6g} {:>8} {:>12} {:>14} {:>14} {:>10.2f}\n", query.isovalue, query.chunks,
@@ -257,8 +257,9 @@ void print_chunks(const ChunkReport& chunks) {
   }
 }
 
-/// The isovalues to look at: the suggested ones, and some evenly spaced between voxel values.
-std::vector<double> isovalues_of(const StoreInfo& info, const std::vector<double>& suggested) {
+/// The isovalues of --chunks: the suggested ones, and seven evenly spaced over the range of values,
+/// each between two quantized values.
+std::vector<double> report_isovalues(const StoreInfo& info, const std::vector<double>& suggested) {
   std::vector<double> isovalues = suggested;
   for (int i = 1; i < 8; ++i) {
     const double quantized = info.range.min + (info.range.max - info.range.min) * i / 8.0;
@@ -282,7 +283,7 @@ int run_store(const InfoCall& call) {
 
   std::optional<ChunkReport> chunks;
   if (call.chunks) {
-    auto reported = report_chunks(store, isovalues_of(info, suggested));
+    auto reported = report_chunks(store, report_isovalues(info, suggested));
     if (!reported) return report(reported.error());
     chunks = std::move(*reported);
   }
@@ -315,7 +316,7 @@ int run_store(const InfoCall& call) {
   print_line("chunks", fmt::format("{} in {} directory pages", with_commas(info.chunk_count),
                                    with_commas(store.pages().size())));
   const Index3 n = info.grid.voxels;
-  print_line("size", fmt::format("{} ({:.2f} bytes per voxel)", in_bytes(info.file_bytes),
+  print_line("size", fmt::format("{} ({:.2f} bytes per voxel)", format_bytes(info.file_bytes),
                                  static_cast<double>(info.file_bytes) /
                                      (static_cast<double>(n.x) * n.y * n.z)));
   print_notes(texts_at(metadata, "notes"));
@@ -337,12 +338,12 @@ int run(const InfoCall& call) {
 }  // namespace
 
 void add_info_command(CLI::App& program, int& exit_code) {
-  CLI::App* command = program.add_subcommand("info", "Say what a store or a volume holds");
+  CLI::App* command = program.add_subcommand("info", "Describe a store or a volume");
   auto call = std::make_shared<InfoCall>();
   command->add_option("path", call->path, "A store, or a volume as for build")->required();
-  command->add_flag("--json", call->json, "As JSON");
+  command->add_flag("--json", call->json, "Print JSON");
   command->add_flag("--chunks", call->chunks,
-                    "Stores: chunk sizes, bands per block, and what isovalues take");
+                    "Stores: chunk sizes, bands per block, and chunks needed for isovalues");
   call->volume_flags.add_to(*command);
   command->footer(
       examples("  isosplat info engine.isosplat\n"

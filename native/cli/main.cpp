@@ -7,7 +7,8 @@
 
 namespace {
 
-/// CLI11 explains a wrong call over several lines, help included; here it is one, as every error.
+/// Prints an error of the arguments as one line, as all errors of the program. (CLI11 prints
+/// several lines, with the help.)
 int usage_error(const CLI::App& program, const CLI::ParseError& error) {
   std::string message = error.what();
   const auto unknown = program.remaining();
@@ -23,7 +24,7 @@ int usage_error(const CLI::App& program, const CLI::ParseError& error) {
   return isosplat::cli::kUsage;
 }
 
-/// Ctrl-C in the middle of a file: it goes, as nobody can use it.
+/// Removes incomplete output files when a signal ends the program.
 extern "C" void end_by_signal(int signal) {
   isosplat::remove_unfinished_files();
   std::signal(signal, SIG_DFL);
@@ -33,25 +34,26 @@ extern "C" void end_by_signal(int signal) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // A file that grows beyond a limit is an error with a message, as a full disk is.
+  // A file above the size limit (ulimit -f) is then an error with a message, as a full disk is.
   std::signal(SIGXFSZ, SIG_IGN);
-  // What is ignored stays so: nohup ignores SIGHUP, a shell's background jobs SIGINT.
+  // Signals that the parent ignores stay ignored: nohup ignores SIGHUP, and a shell ignores SIGINT
+  // for its background jobs.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGXCPU}) {
     if (std::signal(signal, end_by_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
   }
 
   CLI::App program(
-      "Isosplat turns volumes into stores that any isovalue can be read from at once, and shows "
-      "their isosurfaces in a browser.",
+      "Isosplat builds stores from volumes and shows their isosurfaces in a browser, for any "
+      "isovalue.",
       "isosplat");
   program.set_version_flag("--version", "isosplat " ISOSPLAT_VERSION);
   program.require_subcommand(1);
   program.footer(
       "Examples:\n"
-      "  isosplat view head.nii.gz           look at a volume\n"
+      "  isosplat view head.nii.gz           show a volume in the browser\n"
       "  isosplat build scan/ -o scan.isosplat\n"
-      "                                      turn a DICOM folder into a store\n"
-      "  isosplat serve stores/              show all stores of a folder\n"
+      "                                      build a store from a DICOM folder\n"
+      "  isosplat serve stores/              serve all stores of a folder\n"
       "  isosplat COMMAND --help             the options of a command, with examples");
 
   int exit_code = isosplat::cli::kSuccess;
@@ -69,7 +71,7 @@ int main(int argc, char** argv) {
     if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
     return usage_error(program, error);
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "isosplat: out of memory: close other programs, or give less --memory\n");
+    fmt::print(stderr, "isosplat: out of memory: close other programs, or reduce --memory\n");
     return isosplat::cli::kFailure;
   } catch (const std::exception& error) {
     fmt::print(stderr, "isosplat: {}\n", error.what());

@@ -19,7 +19,8 @@ std::optional<T> parse(std::string_view text) {
   return number;
 }
 
-/// Splits a text at the first of `separators` (count − 1) times. Nothing where there are fewer.
+/// Splits a text at its first (count − 1) characters out of `separators`. No value if there are
+/// fewer.
 template <size_t count>
 std::optional<std::array<std::string_view, count>> split(std::string_view text,
                                                          std::string_view separators) {
@@ -34,17 +35,17 @@ std::optional<std::array<std::string_view, count>> split(std::string_view text,
   return parts;
 }
 
-constexpr std::string_view kBetween = "xX,:";
+constexpr std::string_view kSeparators = "xX,:";
 
 std::string found(const std::string& text) {
   return text.empty() ? "nothing" : "'" + text + "'";
 }
 
-CLI::Validator number_check(double least, double most, const std::string& expected) {
+CLI::Validator number_check(double min, double max, const std::string& expected) {
   return CLI::Validator(
       [=](std::string& text) -> std::string {
         const auto number = parse_number(text);
-        if (number && *number >= least && *number <= most) return {};
+        if (number && *number >= min && *number <= max) return {};
         return fmt::format("expected {}, found {}", expected, found(text));
       },
       "");
@@ -85,7 +86,7 @@ std::optional<uint64_t> parse_bytes(std::string_view text) {
 }
 
 std::optional<Vec3d> parse_triple(std::string_view text) {
-  const auto parts = split<3>(text, kBetween);
+  const auto parts = split<3>(text, kSeparators);
   if (!parts) return std::nullopt;
   const auto x = parse_number((*parts)[0]), y = parse_number((*parts)[1]),
              z = parse_number((*parts)[2]);
@@ -94,7 +95,7 @@ std::optional<Vec3d> parse_triple(std::string_view text) {
 }
 
 std::optional<Vec3<int64_t>> parse_whole_triple(std::string_view text) {
-  const auto parts = split<3>(text, kBetween);
+  const auto parts = split<3>(text, kSeparators);
   if (!parts) return std::nullopt;
   const auto x = parse_whole_number((*parts)[0]), y = parse_whole_number((*parts)[1]),
              z = parse_whole_number((*parts)[2]);
@@ -116,8 +117,8 @@ CLI::Validator is_number() {
   return number_check(-kMax, kMax, "a number such as 60.5");
 }
 
-CLI::Validator is_number(double least, double most) {
-  return number_check(least, most, fmt::format("a number from {} to {}", least, most));
+CLI::Validator is_number(double min, double max) {
+  return number_check(min, max, fmt::format("a number from {} to {}", min, max));
 }
 
 CLI::Validator is_above_zero() {
@@ -125,15 +126,15 @@ CLI::Validator is_above_zero() {
                       "a number above 0");
 }
 
-CLI::Validator is_whole_number(int64_t least, int64_t most) {
+CLI::Validator is_whole_number(int64_t min, int64_t max) {
   return CLI::Validator(
       [=](std::string& text) -> std::string {
         const auto number = parse_whole_number(text);
-        if (number && *number >= least && *number <= most) return {};
-        return most == std::numeric_limits<int64_t>::max()
-                   ? fmt::format("expected a whole number of at least {}, found {}", least,
+        if (number && *number >= min && *number <= max) return {};
+        return max == std::numeric_limits<int64_t>::max()
+                   ? fmt::format("expected a whole number of at least {}, found {}", min,
                                  found(text))
-                   : fmt::format("expected a whole number from {} to {}, found {}", least, most,
+                   : fmt::format("expected a whole number from {} to {}, found {}", min, max,
                                  found(text));
       },
       "");

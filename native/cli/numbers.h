@@ -8,36 +8,38 @@
 
 #include "shared/base/vec3.h"
 
-// The one parser of numbers on the command line. Numbers are decimal and finite, and make up all of
-// the text: no "nan", "inf", hexadecimal digits, blanks, or anything behind them.
+// Parses the numbers of the command line. A number is decimal and finite, and the whole text must
+// belong to it: "nan", "inf", hexadecimal digits, blanks and trailing characters are rejected. The
+// parsers return no value for a text that they reject.
 namespace isosplat::cli {
 
-/// "60.5", "-300", "1e3". Nothing for anything else.
+/// "60.5", "-300", "1e3".
 std::optional<double> parse_number(std::string_view text);
 
-/// "64", "-3". Nothing for anything else, and where it does not fit.
+/// "64", "-3". Numbers outside of 64 bits are rejected.
 std::optional<int64_t> parse_whole_number(std::string_view text);
 
-/// "512M", "1.5G", "1000000": bytes, with binary units. Nothing for anything else.
+/// "512M", "1.5G", "1000000": bytes, with binary units.
 std::optional<uint64_t> parse_bytes(std::string_view text);
 
-/// Three numbers separated by "x", "," or ":". Nothing for anything else.
+/// Three numbers separated by "x", "," or ":".
 std::optional<Vec3d> parse_triple(std::string_view text);
 
-/// Three whole numbers, as 256x256x128. Nothing for anything else.
+/// Three whole numbers, such as 256x256x128.
 std::optional<Vec3<int64_t>> parse_whole_triple(std::string_view text);
 
-/// "1024x768"; one number stands for both. Nothing for anything else.
+/// "1024x768"; a single number is both width and height.
 struct PixelSize {
   int64_t width = 0, height = 0;
 };
 std::optional<PixelSize> parse_pixel_size(std::string_view text);
 
-/// Checks for options with numbers (CLI::Option::check), also for each item of a list. They refuse
-/// what parse_number refuses, and what is out of bounds, with what was expected and found.
+/// Validators for options with numbers (CLI::Option::check); of a list, each item is checked. They
+/// reject what parse_number or parse_whole_number rejects, and numbers outside of [min, max]. The
+/// message names what was expected and what was found.
 CLI::Validator is_number();
-CLI::Validator is_number(double least, double most);
+CLI::Validator is_number(double min, double max);
 CLI::Validator is_above_zero();
-CLI::Validator is_whole_number(int64_t least, int64_t most);
+CLI::Validator is_whole_number(int64_t min, int64_t max);
 
 }  // namespace isosplat::cli

@@ -17,7 +17,7 @@ tl::unexpected<Error> usage(const std::string& message) {
   return fail(Status::invalid_argument, message);
 }
 
-/// Memory of this machine, or what its control group allows, in bytes.
+/// Memory of this machine, or the limit of its control group if that is smaller, in bytes.
 uint64_t machine_memory() {
   uint64_t bytes = static_cast<uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
                    static_cast<uint64_t>(::sysconf(_SC_PAGESIZE));
@@ -35,12 +35,12 @@ uint64_t machine_memory() {
 void VolumeFlags::add_to(CLI::App& command) {
   command.add_option("--spacing", spacing_, "Distance between voxels, instead of the file's")
       ->type_name("X,Y,Z");
-  command.add_option("--time-step", time_step_, "Which volume of a 4D file, from 0")
+  command.add_option("--time-step", time_step_, "Number of the volume in a 4D file, from 0")
       ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));
   command
       .add_option("--series", series_,
-                  "DICOM: which series, by its number in isosplat's messages or its UID (default: "
-                  "the one with the most voxels)")
+                  "DICOM: number of the series, as isosplat lists them, or its UID (default: the "
+                  "series with the most voxels)")
       ->type_name("NUMBER|UID");
   command.add_option("--dims", dims_, "Raw files: voxels along each axis")->type_name("XxYxZ");
   command.add_option("--type", type_,
@@ -51,8 +51,9 @@ void VolumeFlags::add_to(CLI::App& command) {
       ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));
   command
       .add_option("--missing-value", missing_value_,
-                  "Voxels of this value have none; 'none': every voxel has one (default: what the "
-                  "file says, or a single value far outside the range of all others)")
+                  "Voxels with this value count as missing; 'none': no voxel is missing (default: "
+                  "the value that the file declares, or a single value far outside the range of "
+                  "all others)")
       ->type_name("VALUE");
   for (const AllowanceFlag& allowance : kAllowances) {
     command.add_flag_callback(
@@ -115,29 +116,26 @@ std::string VolumeFlags::key() const {
 }
 
 void BuildFlags::add_to(CLI::App& command) {
-  command.add_option("--memory", memory_, "Most memory to use")
-      ->type_name("SIZE")
-      ->capture_default_str();
+  command.add_option("--memory", memory_, "Memory limit")->type_name("SIZE")->capture_default_str();
   command.add_option("--threads", threads_, "Threads (0: one per core)")
       ->check(is_whole_number(0, kMaxThreads))
       ->capture_default_str();
   command
       .add_option("--fetch-weight", fetch_weight_,
-                  "How much a byte fetched for an isovalue weighs against a byte stored: more "
-                  "makes larger stores that send less (table: isosplat build --help)")
+                  "Weight of a byte fetched for an isovalue against a byte stored: a larger weight "
+                  "makes larger stores and smaller fetches (table: isosplat build --help)")
       ->check(is_number(0.01, 100))
       ->capture_default_str();
   command
       .add_option("--max-error", max_error_,
-                  "How far values may be from the voxels', in the volume's units: larger ones make "
-                  "smaller stores (default: lossless for integers and evenly spaced numbers, as "
-                  "exact as 16 bits allow for others)")
+                  "Largest difference between stored values and voxels, in the volume's units: a "
+                  "larger one makes smaller stores (default: lossless for integers and evenly "
+                  "spaced numbers, as exact as 16 bits allow for others)")
       ->check(CLI::PositiveNumber);
-  command.add_option("--name", title_, "The volume's name for people (default: the file's)");
+  command.add_option("--name", title_, "Title of the volume (default: the file's name)");
   command.add_option("--units", units_, "Unit of the values, such as HU");
   command.add_option("--temporary-folder", temporary_folder_,
-                     "Where coarse levels wait that do not fit in memory (default: beside the "
-                     "store)");
+                     "Folder for coarse levels that do not fit in memory (default: the store's)");
 }
 
 Result<BuildOptions> BuildFlags::options() const {
@@ -148,8 +146,8 @@ Result<BuildOptions> BuildFlags::options() const {
   }
   options.memory_bytes = std::min(*memory, machine_memory());
   if (options.memory_bytes < *memory) {
-    note(fmt::format("--memory {} is more than this machine has: {} is taken", memory_,
-                     in_bytes(options.memory_bytes)));
+    note(fmt::format("--memory {} is more than this machine has: the limit is {}", memory_,
+                     format_bytes(options.memory_bytes)));
   }
   options.threads = threads_;
   options.fetch_weight = fetch_weight_;
@@ -162,7 +160,7 @@ Result<BuildOptions> BuildFlags::options() const {
 
 std::string BuildFlags::key() const {
   return fmt::format("{}\n{}\n{}\n{}", fetch_weight_, title_, units_,
-                     max_error_);  // the others do not change the store
+                     max_error_);  // the other options do not change the store
 }
 
 std::string examples(const std::string& lines) {

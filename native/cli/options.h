@@ -11,10 +11,10 @@
 // Options that several subcommands share.
 namespace isosplat::cli {
 
-/// The most that --threads takes: more would only cost memory.
+/// Upper limit of --threads: more threads would only use more memory.
 inline constexpr unsigned kMaxThreads = 256;
 
-/// The options that say how a volume is to be read.
+/// The options that control how a volume is read.
 class VolumeFlags {
  public:
   void add_to(CLI::App& command);
@@ -22,7 +22,7 @@ class VolumeFlags {
   /// Errors: invalid_argument.
   Result<ImportOptions> options() const;
 
-  /// Everything given, as text: for the key of a cached store.
+  /// All options as text: part of the key of a cached store.
   std::string key() const;
 
  private:
@@ -32,14 +32,15 @@ class VolumeFlags {
   int64_t time_step_ = -1;
 };
 
-/// The options that say how a store is built.
+/// The options that control how a store is built.
 class BuildFlags {
  public:
   void add_to(CLI::App& command);
 
-  /// No more memory than the machine has. Errors: invalid_argument.
+  /// Limits the memory to what the machine has. Errors: invalid_argument.
   Result<BuildOptions> options() const;
 
+  /// The options that change the store's bytes, as text: part of the key of a cached store.
   std::string key() const;
 
  private:

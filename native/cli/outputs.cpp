@@ -13,11 +13,11 @@
 namespace isosplat::cli {
 namespace {
 
-bool is_there(const std::filesystem::path& path) {
+bool exists_with_content(const std::filesystem::path& path) {
   return !first_bytes(path, 1).empty();
 }
 
-/// What a store's metadata says of the source that it was built from.
+/// The source that a store was built from, as in its metadata.
 struct StoredSource {
   std::string file, path_hash;
 };
@@ -44,8 +44,8 @@ Result<void> check_not_input(const std::filesystem::path& output,
     std::error_code error;
     if (std::filesystem::equivalent(output, input, error)) {
       return fail(Status::invalid_argument,
-                  fmt::format("{}: expected another file than those that are read, found {}: give "
-                              "another name with -o",
+                  fmt::format("{}: expected an output that is not an input, found the input {}: "
+                              "give another name with -o",
                               output.string(), input.string()));
     }
   }
@@ -54,7 +54,8 @@ Result<void> check_not_input(const std::filesystem::path& output,
 
 Result<void> check_replaceable(const std::filesystem::path& output, std::string_view beginning,
                                std::string_view kind, bool force) {
-  if (force || !is_there(output) || first_bytes(output, beginning.size()) == beginning) return {};
+  if (force || !exists_with_content(output) || first_bytes(output, beginning.size()) == beginning)
+    return {};
   return fail(Status::invalid_argument,
               fmt::format("{}: expected no file, or {}, found another file: give another name "
                           "with -o, or replace it with --force",
@@ -68,13 +69,13 @@ std::string source_path_hash(const std::filesystem::path& volume,
       store.has_parent_path() ? store.parent_path() : std::filesystem::path("."), error);
   auto to = std::filesystem::weakly_canonical(volume, error);
   if (!to.has_filename()) to = to.parent_path();  // "folder/"
-  const std::string way = to.lexically_relative(from).generic_string();
-  return fmt::format("{:016x}", XXH3_64bits(way.data(), way.size()));
+  const std::string relative = to.lexically_relative(from).generic_string();
+  return fmt::format("{:016x}", XXH3_64bits(relative.data(), relative.size()));
 }
 
 Result<void> check_replaceable_store(const std::filesystem::path& store,
                                      std::string_view source_path_hash, bool force) {
-  if (force || !is_there(store)) return {};
+  if (force || !exists_with_content(store)) return {};
   if (!is_store(store)) {
     return fail(Status::invalid_argument,
                 fmt::format("{}: expected no file, or a store, found another file: give another "
@@ -87,7 +88,7 @@ Result<void> check_replaceable_store(const std::filesystem::path& store,
               fmt::format("{}: expected no file, or a store of the same volume, found a store of "
                           "{}: give another name with -o, or replace it with --force",
                           store.string(),
-                          source.file.empty() ? "an unknown one" : "another, " + source.file));
+                          source.file.empty() ? "an unknown volume" : "another, " + source.file));
 }
 
 }  // namespace isosplat::cli

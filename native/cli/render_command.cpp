@@ -36,16 +36,16 @@ struct RenderCall {
   double eye_dome = RenderSettings{}.eye_dome;
   std::optional<uint32_t> level;
   uint64_t samples = uint64_t{64} << 20;
-  int turntable = 0;  // 0: one picture of the output's own name
+  int turntable = 0;  // number of pictures; 0: one picture, named `output`
   bool unprojected = false;
   bool aliased = false;
   bool force = false;
 };
 
-constexpr int64_t kMaxPictureSize = 16384;  // of each side; OpenGL draws no larger ones
+constexpr int64_t kMaxPictureSize = 16384;  // of each side: the usual limit of OpenGL
 
-// Told apart by people with any colour vision (Okabe and Ito 2008), the first two for bone and
-// skin.
+// Colours for bone and skin, then those of Okabe and Ito (2008), which people with colour vision
+// deficiency can distinguish.
 constexpr Vec3f kColours[kMaxIsosurfaces] = {
     {0.90f, 0.85f, 0.74f}, {0.84f, 0.55f, 0.42f}, {0.34f, 0.71f, 0.91f}, {0.00f, 0.62f, 0.45f},
     {0.94f, 0.89f, 0.26f}, {0.00f, 0.45f, 0.70f}, {0.84f, 0.37f, 0.00f}, {0.80f, 0.47f, 0.65f}};
@@ -66,7 +66,7 @@ std::optional<std::array<float, 4>> parse_colour(std::string_view text) {
   return colour;
 }
 
-Result<RenderSettings> settings_of(const RenderCall& call) {
+Result<RenderSettings> render_settings(const RenderCall& call) {
   RenderSettings settings;
   settings.kind = call.kind == "quad"      ? SplatKind::quad
                   : call.kind == "ellipse" ? SplatKind::ellipse
@@ -74,7 +74,8 @@ Result<RenderSettings> settings_of(const RenderCall& call) {
                                            : SplatKind::blended;
   if (call.isovalues.size() > kMaxIsosurfaces) {
     return fail(Status::invalid_argument,
-                fmt::format("--isovalue: at most {} at a time", kMaxIsosurfaces));
+                fmt::format("--isovalue: expected at most {} isovalues, found {}", kMaxIsosurfaces,
+                            call.isovalues.size()));
   }
   for (size_t i = 0; i < call.isovalues.size(); ++i) {
     Isosurface surface{call.isovalues[i], kColours[i], 1};
@@ -82,7 +83,7 @@ Result<RenderSettings> settings_of(const RenderCall& call) {
       const auto colour = parse_colour(call.colours[i]);
       if (!colour) {
         return fail(Status::invalid_argument,
-                    fmt::format("--colour {}: expected rrggbb, as d6a08c", call.colours[i]));
+                    fmt::format("--colour {}: expected rrggbb, such as d6a08c", call.colours[i]));
       }
       surface.colour = {(*colour)[0], (*colour)[1], (*colour)[2]};
       surface.opacity = (*colour)[3];
@@ -125,7 +126,7 @@ Result<RenderSettings> settings_of(const RenderCall& call) {
   return settings;
 }
 
-Camera camera_of(const RenderCall& call, const VolumeGrid& grid, double aspect) {
+Camera render_camera(const RenderCall& call, const VolumeGrid& grid, double aspect) {
   if (const auto& c = call.camera; c.size() >= 6) {
     return {{c[3], c[4], c[5]},      c[2], c[0], c[1], c.size() > 6 ? c[6] : 0,
             c.size() > 7 ? c[7] : 30};
@@ -144,8 +145,8 @@ Camera camera_of(const RenderCall& call, const VolumeGrid& grid, double aspect) 
   return camera;
 }
 
-/// The files that a call makes, first to last.
-std::vector<std::filesystem::path> pictures_of(const RenderCall& call) {
+/// The output files, in order.
+std::vector<std::filesystem::path> picture_paths(const RenderCall& call) {
   const std::filesystem::path output = call.output;
   if (call.turntable == 0) return {output};
   std::vector<std::filesystem::path> paths;
@@ -157,20 +158,20 @@ std::vector<std::filesystem::path> pictures_of(const RenderCall& call) {
   return paths;
 }
 
-Result<void> check_pictures(const RenderCall& call,
-                            std::span<const std::filesystem::path> pictures) {
+Result<void> check_outputs(const RenderCall& call,
+                           std::span<const std::filesystem::path> pictures) {
   const std::array<std::filesystem::path, 1> inputs{call.store};
   for (const std::filesystem::path& picture : pictures) {
-    if (auto other = check_not_input(picture, inputs); !other) return other;
-    if (auto free = check_replaceable(picture, "\x89PNG", "a PNG file", call.force); !free) {
-      return free;
+    if (auto checked = check_not_input(picture, inputs); !checked) return checked;
+    if (auto checked = check_replaceable(picture, "\x89PNG", "a PNG file", call.force); !checked) {
+      return checked;
     }
   }
   return {};
 }
 
 /// Whether every pixel has the background's colour (not premultiplied).
-bool shows_only(const Image& image, const std::array<float, 4>& background) {
+bool is_only_background(const Image& image, const std::array<float, 4>& background) {
   const uint8_t* const first = image.at(0, 0);
   for (size_t c = 0; c < 4; ++c) {
     const bool matters = c == 3 || first[3] > 0;
@@ -179,22 +180,21 @@ bool shows_only(const Image& image, const std::array<float, 4>& background) {
   return image.is_uniform();
 }
 
-/// Says which isovalues have no isosurface, and where all of a picture is background although some
-/// have one.
-void explain_empty_pictures(const StoreInfo& info, std::span<const double> isovalues, bool empty) {
-  size_t without = 0;
+/// Prints a note for each isovalue without an isosurface. If `is_empty` (all pictures are
+/// background) although an isosurface exists, prints the possible causes.
+void explain_empty_pictures(const StoreInfo& info, std::span<const double> isovalues,
+                            bool is_empty) {
+  size_t without_surface = 0;
   for (const double isovalue : isovalues) {
     const std::string reason = no_isosurface(info, isovalue);
     if (reason.empty()) continue;
-    ++without;
+    ++without_surface;
     note(reason);
   }
-  if (empty && without < isovalues.size()) {
+  if (is_empty && without_surface < isovalues.size()) {
     note(
-        "the picture is empty: the isosurface is clipped away, transparent, out of view, or "
-        "of "
-        "the "
-        "background's colour");
+        "the picture is empty: the isosurface is clipped, transparent, outside of the image, or "
+        "of the background's colour");
   }
 }
 
@@ -207,12 +207,12 @@ int run(const RenderCall& call) {
                                kMaxPictureSize, call.size)});
   }
   const int width = static_cast<int>(size->width), height = static_cast<int>(size->height);
-  auto settings = settings_of(call);
+  auto settings = render_settings(call);
   if (!settings) return report(settings.error());
   const auto store = StoreFile::open(call.store);
   if (!store) return report(store.error());
-  const auto pictures = pictures_of(call);
-  if (auto free = check_pictures(call, pictures); !free) return report(free.error());
+  const auto pictures = picture_paths(call);
+  if (auto checked = check_outputs(call, pictures); !checked) return report(checked.error());
   if (settings->colour_by == ColourBy::isovalue && call.colour_range.size() != 2) {
     const StoreInfo& info = (*store)->info();
     settings->colour_low = info.mapping.value(info.range.min);
@@ -225,15 +225,15 @@ int run(const RenderCall& call) {
   const auto scene = show_store(**renderer, **store, call.isovalues, call.level, call.samples);
   if (!scene) return report(scene.error());
   if (!call.level && scene->level > 0) {
-    note(fmt::format("level {} is drawn: finer ones have more than {} samples (see --samples)",
+    note(fmt::format("level {} is drawn: finer levels have more than {} samples (see --samples)",
                      scene->level, call.samples));
   }
   (*renderer)->set_settings(*settings);
 
-  Camera camera = camera_of(call, (*store)->info().grid, double(width) / height);
+  Camera camera = render_camera(call, (*store)->info().grid, double(width) / height);
   const size_t frames = pictures.size();
   FrameStatistics statistics;
-  bool empty = true;
+  bool is_empty = true;
   for (const std::filesystem::path& picture : pictures) {
     (*renderer)->set_camera(camera);
     const auto image = draw_image(**renderer, width, height, &statistics, !call.aliased);
@@ -241,35 +241,37 @@ int run(const RenderCall& call) {
     if (const auto written = write_png(picture.string(), *image); !written) {
       return report(written.error());
     }
-    empty = empty && shows_only(*image, settings->background);
+    is_empty = is_empty && is_only_background(*image, settings->background);
     camera.azimuth += 360.0 / static_cast<double>(frames);
   }
-  explain_empty_pictures((*store)->info(), call.isovalues, empty);
+  explain_empty_pictures((*store)->info(), call.isovalues, is_empty);
   fmt::print("{}: {} × {}{}, {} samples of level {}, {}\n", call.output, width, height,
              frames > 1 ? fmt::format(", {} frames", frames) : "",
              with_commas(statistics.samples_drawn), scene->level, (*renderer)->limits().renderer);
   if (statistics.kind != settings->kind) {
-    note("this OpenGL has no float targets: ellipses were drawn instead of blended splats");
+    note(
+        "this OpenGL has no floating-point render targets: ellipses were drawn instead of blended "
+        "splats");
   }
   return kSuccess;
 }
 
-}  // namespace
-
-void add_render_command(CLI::App& program, int& exit_code) {
-  CLI::App* command =
-      program.add_subcommand("render", "Draw isosurfaces of a store into a picture (PNG)");
-  auto call = std::make_shared<RenderCall>();
+void add_output_options(CLI::App* command, RenderCall* call) {
   command->add_option("store", call->store, "A store file")->required();
-  command->add_option("-i,--isovalue", call->isovalues, "One isovalue or several: 60.5,180.5")
+  command->add_option("-i,--isovalue", call->isovalues, "One or several isovalues: 60.5,180.5")
       ->delimiter(',')
       ->check(is_number())
       ->required();
   command->add_option("-o,--output", call->output, "The PNG file")->capture_default_str();
   command->add_option("--size", call->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
-  command->add_option("--kind", call->kind, "What samples are drawn as")
-      ->check(CLI::IsMember({"quad", "ellipse", "blended", "exact"}))
-      ->capture_default_str();
+  command
+      ->add_option("--turntable", call->turntable,
+                   "N pictures on a circle around the target: OUTPUT-000.png, OUTPUT-001.png, …")
+      ->check(is_whole_number(1, 100'000));
+  command->add_flag("--force", call->force, "Replace any files of these names");
+}
+
+void add_colour_options(CLI::App* command, RenderCall* call) {
   command->add_option("--colour,--color", call->colours, "rrggbb or rrggbbaa for each isovalue")
       ->delimiter(',');
   command->add_option("--opacity", call->opacities, "0 to 1, for each isovalue")
@@ -277,16 +279,19 @@ void add_render_command(CLI::App& program, int& exit_code) {
       ->check(is_number(0, 1));
   command->add_option("--background", call->background, "rrggbb, rrggbbaa or transparent")
       ->capture_default_str();
-  command->add_option("--colour-by,--color-by", call->colour_by, "What decides the colour")
+  command->add_option("--colour-by,--color-by", call->colour_by, "Quantity shown as colour")
       ->check(CLI::IsMember({"isosurface", "isovalue", "gradient", "depth", "level", "error"}))
       ->capture_default_str();
-  command->add_option("--colour-map,--color-map", call->colour_map, "The colours for --colour-by")
+  command->add_option("--colour-map,--color-map", call->colour_map, "Colour map for --colour-by")
       ->check(CLI::IsMember({"viridis", "magma", "cividis", "turbo"}))
       ->capture_default_str();
-  command->add_option("--range", call->colour_range, "LOW,HIGH: the values that the map spans")
+  command->add_option("--range", call->colour_range, "LOW,HIGH: the values at the map's ends")
       ->delimiter(',')
       ->check(is_number())
       ->expected(2);
+}
+
+void add_camera_options(CLI::App* command, RenderCall* call) {
   command->add_option("--azimuth", call->azimuth, "Degrees: 0 from the front, 90 from the left")
       ->check(is_number())
       ->capture_default_str();
@@ -306,25 +311,31 @@ void add_render_command(CLI::App& program, int& exit_code) {
   command->add_option("--zoom", call->zoom, "Divides the distance")->check(is_above_zero());
   command
       ->add_option("--camera", call->camera,
-                   "AZIMUTH,ELEVATION,DISTANCE,X,Y,Z[,ROLL[,VIEW]]: all of it, as the page's "
-                   "address has it")
+                   "AZIMUTH,ELEVATION,DISTANCE,X,Y,Z[,ROLL[,FIELD_OF_VIEW]]: the whole camera, as "
+                   "in the page's URL")
       ->delimiter(',')
       ->check(is_number())
       ->expected(6, 8);
-  command->add_option("--target", call->target, "X,Y,Z in world units: what the camera looks at")
+  command->add_option("--target", call->target, "X,Y,Z in world units: where the camera looks")
       ->delimiter(',')
       ->check(is_number())
       ->expected(3);
+}
+
+void add_scene_options(CLI::App* command, RenderCall* call) {
+  command->add_option("--kind", call->kind, "Kind of splats")
+      ->check(CLI::IsMember({"quad", "ellipse", "blended", "exact"}))
+      ->capture_default_str();
   command
       ->add_option("--clip-box", call->clip_box,
-                   "X0,Y0,Z0,X1,Y1,Z1 as fractions of the volume: what lies inside is drawn")
+                   "X0,Y0,Z0,X1,Y1,Z1 as fractions of the volume: only this box is drawn")
       ->delimiter(',')
       ->check(is_number())
       ->expected(6);
   command
       ->add_option("--clip-plane", call->clip_planes,
-                   fmt::format("X,Y,Z,OFFSET: draws where the normal X,Y,Z times the place in the "
-                               "world is at least OFFSET; up to {} times",
+                   fmt::format("X,Y,Z,OFFSET: draws only points whose dot product with the normal "
+                               "X,Y,Z is at least OFFSET (world units); up to {} times",
                                kMaxClipPlanes))
       ->delimiter(',')
       ->check(is_number())
@@ -334,18 +345,27 @@ void add_render_command(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   command->add_option("--level", call->level, "0 is the finest (default: by --samples)")
       ->check(is_whole_number(0, 32));
-  command->add_option("--samples", call->samples, "Draws the finest level with at most that many")
+  command
+      ->add_option("--samples", call->samples,
+                   "Without --level: draws the finest level with at most so many samples")
       ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()))
       ->capture_default_str();
-  command
-      ->add_option("--turntable", call->turntable,
-                   "N pictures all around: OUTPUT-000.png, OUTPUT-001.png, …")
-      ->check(is_whole_number(1, 100'000));
-  command->add_flag("--force", call->force, "Replace files of these names whatever they are");
   command->add_flag("--unprojected", call->unprojected,
-                    "Leaves samples where they were generated (quads and ellipses)");
+                    "Does not project samples onto the isosurface (quads and ellipses)");
   command->add_flag("--aliased", call->aliased,
-                    "One ray or splat decides each pixel: eight times faster, jagged edges");
+                    "No antialiasing: eight times faster, with jagged edges");
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& program, int& exit_code) {
+  CLI::App* command =
+      program.add_subcommand("render", "Draw isosurfaces of a store into a picture (PNG file)");
+  auto call = std::make_shared<RenderCall>();
+  add_output_options(command, call.get());
+  add_colour_options(command, call.get());
+  add_camera_options(command, call.get());
+  add_scene_options(command, call.get());
   command->footer(examples(
       "  isosplat render engine.isosplat --isovalue 60.5 -o engine.png\n"
       "  isosplat render head.isosplat -i 1150,500 --opacity 1,0.35 --zoom 1.4 -o head.png\n"

@@ -28,8 +28,8 @@ int run(const ServeCall& call) {
     std::error_code error;
     if (!std::filesystem::exists(store, error)) {
       return report({Status::io_error, fmt::format("{}: expected a store or a folder of stores, "
-                                                   "found nothing: check the path, or make a store "
-                                                   "with isosplat build",
+                                                   "found nothing: check the path, or build a "
+                                                   "store with isosplat build",
                                                    store.string())});
     }
   }
@@ -46,16 +46,15 @@ void add_serve_command(CLI::App& program, int& exit_code) {
   auto call = std::make_shared<ServeCall>();
   command->add_option("stores", call->stores, "Store files, and folders with *.isosplat files")
       ->required();
-  command->add_option("--port", call->port, "Port (0: any that is free)")
+  command->add_option("--port", call->port, "Port (0: any free port)")
       ->check(is_whole_number(0, 65535))
       ->capture_default_str();
   command->add_option("--host", call->host, "Address (0.0.0.0: every network)")
       ->capture_default_str();
   command->add_option("--web-root", call->web_root,
-                      "Folder with the page (default: the one that was built with this program)");
+                      "Folder with the page (default: the page built with this program)");
   command
-      ->add_option("--threads", call->threads,
-                   "Threads (0: one per core; more for disks that take long)")
+      ->add_option("--threads", call->threads, "Threads (0: one per core; use more for slow disks)")
       ->check(is_whole_number(0, kMaxServerThreads))
       ->capture_default_str();
   command->add_flag("-v,--verbose", call->verbose, "Print each request");
@@ -63,7 +62,7 @@ void add_serve_command(CLI::App& program, int& exit_code) {
       examples("  isosplat serve engine.isosplat head.isosplat\n"
                "  isosplat serve stores/ --port 8081\n"
                "  isosplat serve stores/ --host 0.0.0.0\n"
-               "Stores that appear in a folder, or are replaced, show within a second."));
+               "New and replaced stores of a folder are served within a second."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

@@ -24,7 +24,7 @@ std::filesystem::path find_page(const std::string& given) {
 
 int serve_until_stopped(ServerOptions options, const std::string& volume) {
   if (options.web_root.empty()) {
-    note("the page has not been built, so only the data is served: npm run build makes it");
+    note("the page has not been built: only the data is served. npm run build builds the page");
   }
   options.handle_signals = true;
   if (!options.log) {
@@ -33,14 +33,16 @@ int serve_until_stopped(ServerOptions options, const std::string& volume) {
   auto server = Server::start(std::move(options));
   if (!server) return report(server.error());
   if ((*server)->volumes().empty()) {
-    note("there is no store yet: one that isosplat build writes there shows within a second");
+    note(
+        "there is no store yet: a store that isosplat build writes there is served within a "
+        "second");
   }
   std::string url = (*server)->url();
   if (!volume.empty()) {
     if (!url.ends_with('/')) url += '/';
     url += "?volume=" + volume;
   }
-  fmt::print("Isosplat is ready: {}   (Ctrl-C stops)\n", url);
+  fmt::print("Isosplat is ready: {}   (Ctrl-C stops it)\n", url);
   std::fflush(stdout);
   (*server)->wait();
   return kSuccess;

@@ -8,12 +8,12 @@
 
 namespace isosplat::cli {
 
-/// The folder with the built page: the one given, else the one that lies where the program was
-/// built or installed; empty where there is none.
+/// The folder with the built page: `given` unless it is empty, else the page that was built or
+/// installed with this program. Empty if there is none.
 std::filesystem::path find_page(const std::string& given);
 
-/// Starts a server, prints where it is (with `volume` opened, if it is not empty), and returns
-/// when a signal has stopped it. Returns the exit code.
+/// Starts a server, prints its URL, and waits until a signal stops it. If `volume` is not empty,
+/// the URL opens this volume. Returns the exit code.
 int serve_until_stopped(ServerOptions options, const std::string& volume);
 
 }  // namespace isosplat::cli

@@ -17,7 +17,7 @@ bool quiet = false;
 
 }  // namespace
 
-void be_quiet() {
+void set_quiet() {
   quiet = true;
 }
 
@@ -45,7 +45,7 @@ std::string no_isosurface(const StoreInfo& info, double isovalue) {
                      info.mapping.value(info.range.min), info.mapping.value(info.range.max));
 }
 
-std::string in_bytes(uint64_t bytes) {
+std::string format_bytes(uint64_t bytes) {
   if (bytes < 1000) return fmt::format("{} bytes", bytes);
   auto value = static_cast<double>(bytes);
   const char* unit = "";
@@ -57,7 +57,7 @@ std::string in_bytes(uint64_t bytes) {
   return fmt::format("{:.3g} {}", value, unit);
 }
 
-std::string in_seconds(double seconds) {
+std::string format_seconds(double seconds) {
   if (seconds < 60) return fmt::format("{:.1f} s", seconds);
   const auto whole = static_cast<int64_t>(seconds + 0.5);
   if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
@@ -66,7 +66,7 @@ std::string in_seconds(double seconds) {
 
 std::string with_commas(uint64_t number) {
   std::string text = std::to_string(number);
-  for (size_t at = text.size(); at > 3;) text.insert(at -= 3, 1, ',');
+  for (size_t position = text.size(); position > 3;) text.insert(position -= 3, 1, ',');
   return text;
 }
 

@@ -10,42 +10,42 @@
 
 namespace isosplat::cli {
 
-/// Prints an error as one line on stderr, and returns the exit code for it: kUsage where options do
-/// not fit (invalid_argument), else kFailure.
+/// Prints an error as one line on stderr. Returns its exit code: kUsage for invalid_argument, else
+/// kFailure.
 int report(const Error& error);
 
-/// From now on notes and progress are not printed; errors are.
-void be_quiet();
+/// Suppresses notes and progress from now on, but not errors.
+void set_quiet();
 
 /// Prints "note: …" on stderr.
 void note(std::string_view text);
 
-/// Why a volume has no isosurface at an isovalue: "no isosurface at …: …"; empty where its values
-/// lie on both sides of it.
+/// Why a volume has no isosurface at an isovalue: "no isosurface at …: …". Empty if some values of
+/// the volume are below the isovalue and others are not.
 std::string no_isosurface(const StoreInfo& info, double isovalue);
 
 /// "5.87 MB", "12 bytes": decimal units.
-std::string in_bytes(uint64_t bytes);
+std::string format_bytes(uint64_t bytes);
 
 /// "2 min 5 s", "3.4 s".
-std::string in_seconds(double seconds);
+std::string format_seconds(double seconds);
 
 /// "8,388,608".
 std::string with_commas(uint64_t number);
 
-/// How far a task is, on stderr: a bar that is drawn anew on a terminal, plain lines otherwise.
+/// Progress of a task on stderr: a bar on a terminal, otherwise plain lines.
 class ProgressLine {
  public:
-  /// `label`: what is being done, e.g. "Building engine.isosplat".
+  /// `label`: the task, such as "Building engine.isosplat".
   explicit ProgressLine(std::string label);
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
 
-  /// `fraction` 0 to 1; `detail` such as a rate. Draws at most ten times a second, and without a
-  /// terminal at most at each tenth of the way.
+  /// `fraction`: 0 to 1. `detail`: the phase or a rate. A bar is drawn at most ten times a second;
+  /// lines are printed at each tenth of the task.
   void show(double fraction, std::string_view detail);
 
-  /// Removes the bar, so that a result can be printed in its place.
+  /// Erases the bar, so that a result can be printed in its place.
   void clear();
 
  private:

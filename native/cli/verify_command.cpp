@@ -30,8 +30,8 @@ int run(const VerifyCall& call) {
       exit_code = report(error);
       continue;
     }
-    fmt::print("{}: sound: {} chunks with {} cells, {}\n", path, with_commas(verified->chunks),
-               with_commas(verified->cells), in_bytes(verified->info.file_bytes));
+    fmt::print("{}: valid: {} chunks with {} cells, {}\n", path, with_commas(verified->chunks),
+               with_commas(verified->cells), format_bytes(verified->info.file_bytes));
   }
   return exit_code;
 }
@@ -39,8 +39,7 @@ int run(const VerifyCall& call) {
 }  // namespace
 
 void add_verify_command(CLI::App& program, int& exit_code) {
-  CLI::App* command =
-      program.add_subcommand("verify", "Check everything that a store promises, byte by byte");
+  CLI::App* command = program.add_subcommand("verify", "Check all checksums and chunks of stores");
   auto call = std::make_shared<VerifyCall>();
   command->add_option("stores", call->stores, "Store files")->required();
   command->add_option("--threads", call->threads, "Threads (0: one per core)")

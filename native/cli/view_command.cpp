@@ -17,7 +17,7 @@
 namespace isosplat::cli {
 namespace {
 
-struct RendererCall {
+struct ViewCall {
   std::string volume, host = "127.0.0.1", web_root;
   uint16_t port = 8080;
   bool rebuild = false;
@@ -25,8 +25,8 @@ struct RendererCall {
   BuildFlags build_flags;
 };
 
-/// A file's path, size and times of change, as text. The time of its last change of any kind tells
-/// of a copy that has kept the older time.
+/// A file's path, size, mtime and ctime, as text. The ctime detects a file that was replaced by a
+/// copy with the same mtime.
 std::string identity(const std::filesystem::path& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return path.string() + "\n";
@@ -35,8 +35,8 @@ std::string identity(const std::filesystem::path& path) {
                      status.st_ctim.tv_nsec);
 }
 
-/// Every file that may bear on a volume: all below a folder, since a new one may be of its series,
-/// or those that the volume's source reads, header and data files.
+/// The identities of all files of a volume: the header and data files that its source reads, and,
+/// for a folder, all files below it, since a new file may belong to the series.
 std::string volume_identity(const std::filesystem::path& volume, const VolumeSource& source) {
   std::error_code error;
   std::filesystem::path whole = std::filesystem::canonical(volume, error);
@@ -64,21 +64,23 @@ Result<std::filesystem::path> cache_folder() {
     folder = std::filesystem::path(home) / ".cache" / "isosplat";
   } else {
     return fail(Status::io_error,
-                "no cache folder is known: set XDG_CACHE_HOME, or use isosplat build and serve");
+                "expected XDG_CACHE_HOME or HOME, found neither: set one of them for the cache of "
+                "stores, or use isosplat build and serve");
   }
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
     return fail(
         Status::io_error,
-        fmt::format("{}: the cache folder cannot be made: {}: set XDG_CACHE_HOME to another",
+        fmt::format("{}: cannot create the cache folder: {}: set XDG_CACHE_HOME to another folder",
                     folder.string(), error.message()));
   }
   return folder;
 }
 
-/// The store of the volume: itself, or the cached one, built where it is not there yet.
-Result<std::filesystem::path> store_of(const RendererCall& call) {
+/// The path of the store: the argument itself if it is a store, else the cached store of the
+/// volume, which is built if it does not exist yet.
+Result<std::filesystem::path> find_or_build_store(const ViewCall& call) {
   if (is_store(call.volume)) {
     const auto opened = StoreFile::open(call.volume);
     if (!opened) return tl::unexpected(opened.error());
@@ -105,7 +107,7 @@ Result<std::filesystem::path> store_of(const RendererCall& call) {
       *folder / fmt::format("{}-{:016x}.isosplat", url_name(store_stem(call.volume) + ".isosplat"),
                             hash.low64 ^ hash.high64);
   if (!call.rebuild && StoreFile::open(store)) {
-    note(fmt::format("{} was built before; --rebuild builds it anew", store.string()));
+    note(fmt::format("{} exists already: --rebuild builds it again", store.string()));
     return store;
   }
   auto built = build_with_progress(*opened, store, *build_options);
@@ -113,8 +115,8 @@ Result<std::filesystem::path> store_of(const RendererCall& call) {
   return store;
 }
 
-int run(const RendererCall& call) {
-  const auto store = store_of(call);
+int run(const ViewCall& call) {
+  const auto store = find_or_build_store(call);
   if (!store) return report(store.error());
   ServerOptions options;
   options.host = call.host;
@@ -128,25 +130,25 @@ int run(const RendererCall& call) {
 
 void add_view_command(CLI::App& program, int& exit_code) {
   CLI::App* command =
-      program.add_subcommand("view", "Look at a volume: build its store if needed, and serve it");
-  auto call = std::make_shared<RendererCall>();
+      program.add_subcommand("view", "Show a volume: build its store if needed, and serve it");
+  auto call = std::make_shared<ViewCall>();
   command->add_option("volume", call->volume, "A volume as for build, or a store")->required();
-  command->add_option("--port", call->port, "Port (0: any that is free)")
+  command->add_option("--port", call->port, "Port (0: any free port)")
       ->check(is_whole_number(0, 65535))
       ->capture_default_str();
   command->add_option("--host", call->host, "Address (0.0.0.0: every network)")
       ->capture_default_str();
   command->add_option("--web-root", call->web_root,
-                      "Folder with the page (default: the one that was built with this program)");
-  command->add_flag("--rebuild", call->rebuild, "Build the store even if there is one");
+                      "Folder with the page (default: the page built with this program)");
+  command->add_flag("--rebuild", call->rebuild, "Build the store even if it exists");
   call->build_flags.add_to(*command);
   call->volume_flags.add_to(*command);
   command->footer(
       examples("  isosplat view head.nii.gz\n"
                "  isosplat view scans/ct --port 0\n"
                "  isosplat view engine.isosplat\n"
-               "Stores are kept in $XDG_CACHE_HOME/isosplat (~/.cache/isosplat), and "
-               "built anew when the volume has changed."));
+               "Stores are kept in $XDG_CACHE_HOME/isosplat (default: ~/.cache/isosplat). A store "
+               "is\nbuilt again when the volume has changed."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

@@ -50,7 +50,7 @@ std::vector<uint8_t> bucky_ball(int32_t size, unsigned threads) {
       }
     }
   }
-  // An atom's own peak is 1; its neighbours add little: this is just above the largest sum.
+  // The peak of an atom is 1, and its neighbours add little: this is just above the largest sum.
   constexpr double kHighest = 1.12;
 
   std::vector<uint8_t> values(count * count * count);

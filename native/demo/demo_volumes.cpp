@@ -38,11 +38,8 @@ Result<DemoVolume> make_demo(std::string_view name, unsigned threads) {
                       {1, 1, 1},
                       recipe.make(recipe.size, threads)};
   }
-  std::string known;
-  for (const std::string_view each : kNames)
-    known += std::string(known.empty() ? "" : ", ") += each;
-  return fail(Status::not_found,
-              fmt::format("no demo volume is called '{}': there are {}", name, known));
+  return fail(Status::not_found, fmt::format("expected a demo volume out of {}, found '{}'",
+                                             fmt::join(kNames, ", "), name));
 }
 
 std::string demo_nrrd_header(const DemoVolume& volume) {

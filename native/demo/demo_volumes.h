@@ -11,16 +11,16 @@
 
 namespace isosplat {
 
-/// A volume that Isosplat generates, so that there is something to see without any data.
+/// A volume that Isosplat generates, to try the program without own data.
 struct DemoVolume {
   std::string_view name;   ///< also the file's name without extension
-  std::string_view title;  ///< for people
+  std::string_view title;  ///< for display
   Index3 voxels;
   Vec3d spacing;
   std::vector<uint8_t> values;  ///< x fastest; the same bytes on every machine
 };
 
-/// "bucky", "marschner_lobb", "mandelbulb": in the order in which they are shown.
+/// "bucky", "marschner_lobb", "mandelbulb": in the order in which they are listed.
 std::span<const std::string_view> demo_names();
 
 /// Generates a demo volume with up to `threads` (≥ 1) threads. Errors: not_found for an unknown
@@ -38,7 +38,7 @@ std::vector<uint8_t> marschner_lobb(int32_t size, unsigned threads);
 /// is a shell around the fractal, and each higher one shows finer structure.
 std::vector<uint8_t> mandelbulb(int32_t size, unsigned threads);
 
-/// A demo volume as an NRRD file (attached header, raw data): its head, to be followed by `values`.
+/// The header of an NRRD file of a demo volume (attached header, raw data); `values` follow it.
 std::string demo_nrrd_header(const DemoVolume& volume);
 
 }  // namespace isosplat

@@ -7,7 +7,7 @@ namespace {
 
 constexpr int kIterations = 12;
 
-/// The square of (cos θ, sin θ) taken as a complex number: doubles the angle without asking for it.
+/// (cos θ, sin θ). Squared as a complex number, it is (cos 2θ, sin 2θ).
 struct Rotation {
   double c, s;
   Rotation squared() const { return {c * c - s * s, 2 * c * s}; }
@@ -49,8 +49,8 @@ double distance(Vec3d c) {
 std::vector<uint8_t> mandelbulb(int32_t size, unsigned threads) {
   // The bulb's radius is about 1.2. The volume ends where the shells are still closed.
   constexpr double kHalfBox = 1.3;
-  // Quantized values are spread over the logarithm of the distance, from kFar (0) to kNear (255):
-  // equal steps of the isovalue halve the distance again and again.
+  // Quantized values are linear in the logarithm of the distance, from kFar (0) to kNear (255):
+  // equal steps of the isovalue divide the distance by equal factors.
   constexpr double kFar = 0.4;
   constexpr double kNear = 0.0015;
   const double low = portable::log(kFar);

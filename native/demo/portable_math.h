@@ -6,8 +6,8 @@
 
 /// Functions whose results do not depend on the C library, so that the demo volumes are the same
 /// bytes on every machine. They use only operations that IEEE 754 defines exactly (+ − × ÷ √ and
-/// moving bits); with -ffp-contract=off nothing else enters. Accurate to about 1e-12, far below
-/// what rounding to 8 bits can show.
+/// bit shifts), compiled with -ffp-contract=off. Accurate to about 1e-12, far below the resolution
+/// of 8 bits.
 namespace isosplat::portable {
 
 inline constexpr double kPi = 3.14159265358979323846;
@@ -18,7 +18,7 @@ inline double power_of_two(int k) {
   return std::bit_cast<double>(static_cast<uint64_t>(k + 1023) << 52);
 }
 
-/// eˣ for −700 < x < 700: Taylor's series after taking out powers of two.
+/// eˣ for −700 < x < 700: Taylor's series after reduction by powers of two.
 inline double exp(double x) {
   const double k = std::floor(x / kLn2 + 0.5);
   const double r = x - k * kLn2;

@@ -29,12 +29,12 @@ Result<std::vector<ChunkRef>> chunks_of(const StoreFile& store, double isovalue,
   const StoreInfo& info = store.info();
   if (options.level >= info.levels) {
     return fail(Status::not_found,
-                fmt::format("{}: expected a level from 0 to {}, found {}: choose another",
+                fmt::format("{}: expected a level from 0 to {}, found {}: choose another level",
                             store.path().string(), info.levels - 1, options.level));
   }
   if (!std::isfinite(isovalue)) {
     return fail(Status::invalid_argument,
-                fmt::format("expected a finite isovalue, found {}: choose another", isovalue));
+                fmt::format("expected a finite isovalue, found {}", isovalue));
   }
   const float quantized_isovalue = info.mapping.quantized_isovalue(isovalue);
   auto selection = store.chunks_for(options.level, quantized_isovalue, quantized_isovalue);
@@ -68,11 +68,12 @@ Error name_chunk(Error error, const StoreFile& store, const ChunkRef& chunk) {
   return error;
 }
 
-/// Calls work(decoder, bytes, index) for each chunk, on several threads, with the chunk's bytes,
-/// which are checked. The largest chunks come first, so that the threads end together.
-template <class Work>
+/// Reads all chunks and calls process(decoder, bytes, index) for each, on several threads. The
+/// checksums are verified. The largest chunks come first, so that all threads end at about the same
+/// time.
+template <class Process>
 Result<void> for_each_chunk(const StoreFile& store, std::span<const ChunkRef> chunks,
-                            unsigned threads, const Work& work) {
+                            unsigned threads, const Process& process) {
   std::vector<size_t> order(chunks.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::ranges::sort(order, std::greater{}, [&](size_t i) { return chunks[i].cells; });
@@ -87,7 +88,7 @@ Result<void> for_each_chunk(const StoreFile& store, std::span<const ChunkRef> ch
       const size_t i = order[turn];
       bytes.clear();
       Result<void> done = store.read_chunk(chunks[i], bytes);
-      if (done) done = work(decoder, bytes, i);
+      if (done) done = process(decoder, bytes, i);
       if (!done) error.set(name_chunk(std::move(done.error()), store, chunks[i]));
     }
   };
@@ -98,18 +99,20 @@ Result<void> for_each_chunk(const StoreFile& store, std::span<const ChunkRef> ch
   return {};
 }
 
-/// Calls work(), and answers with an error where the system refuses it memory or threads.
-template <class Work>
-auto within_memory(const StoreFile& store, const Work& work) -> decltype(work()) {
+/// Returns extract(), or an error if the system refuses memory or threads.
+template <class Extract>
+auto catch_out_of_memory(const StoreFile& store, const Extract& extract) -> decltype(extract()) {
   try {
-    return work();
+    return extract();
   } catch (const std::bad_alloc&) {
     return fail(Status::out_of_memory,
-                store.path().string() + ": the system refused memory while the isosurface was " +
-                    "extracted: close other programs, or take a coarser --level");
+                fmt::format("{}: the system refused memory while the isosurface was extracted: "
+                            "close other programs, or choose a coarser --level",
+                            store.path().string()));
   } catch (const std::system_error& error) {
-    return fail(Status::out_of_memory, std::string("cannot start the extraction's threads (") +
-                                           error.what() + "): give fewer --threads");
+    return fail(
+        Status::out_of_memory,
+        fmt::format("cannot start the extraction's threads ({}): reduce --threads", error.what()));
   }
 }
 
@@ -128,30 +131,31 @@ Result<void> extract_to(const StoreFile& store, double isovalue, const ExtractOp
 
 Result<uint64_t> project_chunks(const StoreFile& store, double isovalue,
                                 const ProjectionOptions& projection, const ExtractOptions& options,
-                                const std::function<Result<void>(const PointArrays&)>& take) {
+                                const std::function<Result<void>(const PointArrays&)>& write) {
   const auto chunks = chunks_of(store, isovalue, options);
   if (!chunks) return tl::unexpected(chunks.error());
   const StoreInfo& info = store.info();
   const float quantized_isovalue = info.mapping.quantized_isovalue(isovalue);
-  constexpr size_t kAtATime = 64;
+  constexpr size_t kBatchChunks = 64;
   uint64_t count = 0;
-  std::vector<PointArrays> points(kAtATime);
-  for (size_t first = 0; first < chunks->size(); first += kAtATime) {
-    const auto some = std::span(*chunks).subspan(first, std::min(kAtATime, chunks->size() - first));
+  std::vector<PointArrays> points(kBatchChunks);
+  for (size_t first = 0; first < chunks->size(); first += kBatchChunks) {
+    const auto batch =
+        std::span(*chunks).subspan(first, std::min(kBatchChunks, chunks->size() - first));
     auto done = for_each_chunk(
-        store, some, options.threads,
+        store, batch, options.threads,
         [&](ChunkDecoder& decoder, std::span<const std::byte> bytes, size_t i) -> Result<void> {
           DecodedCells cells;
-          auto decoded = decoder.decode(bytes, shape_of(info, some[i]), cells);
+          auto decoded = decoder.decode(bytes, shape_of(info, batch[i]), cells);
           if (!decoded) return decoded;
-          points[i] = project_samples(cells, {&info.grid, &info.mapping, some[i].block},
+          points[i] = project_samples(cells, {&info.grid, &info.mapping, batch[i].block},
                                       quantized_isovalue, projection);
           return {};
         });
     if (!done) return tl::unexpected(done.error());
-    for (size_t i = 0; i < some.size(); ++i) {
+    for (size_t i = 0; i < batch.size(); ++i) {
       count += points[i].positions.size();
-      if (auto taken = take(points[i]); !taken) return tl::unexpected(taken.error());
+      if (auto written = write(points[i]); !written) return tl::unexpected(written.error());
     }
   }
   return count;
@@ -161,16 +165,17 @@ Result<uint64_t> project_chunks(const StoreFile& store, double isovalue,
 
 Result<void> extract_samples(const StoreFile& store, double isovalue, const ExtractOptions& options,
                              std::vector<ChunkSamples>& result) {
-  auto done = within_memory(store, [&] { return extract_to(store, isovalue, options, result); });
+  auto done =
+      catch_out_of_memory(store, [&] { return extract_to(store, isovalue, options, result); });
   if (!done) result.clear();
   return done;
 }
 
 Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
                                 const ProjectionOptions& projection, const ExtractOptions& options,
-                                const std::function<Result<void>(const PointArrays&)>& take) {
-  return within_memory(store,
-                       [&] { return project_chunks(store, isovalue, projection, options, take); });
+                                const std::function<Result<void>(const PointArrays&)>& write) {
+  return catch_out_of_memory(
+      store, [&] { return project_chunks(store, isovalue, projection, options, write); });
 }
 
 }  // namespace isosplat

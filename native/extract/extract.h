@@ -14,27 +14,27 @@ struct ExtractOptions {
   unsigned threads = 0;  ///< 0: one per core
 };
 
-/// The samples of one chunk, as the GPU takes them.
+/// The samples of one chunk, in the GPU's layout.
 struct ChunkSamples {
   ChunkRef chunk;
   std::vector<PackedSample> samples;
 };
 
-/// Everything that is to be drawn for an isovalue at one level: for each block that the isosurface
-/// may cross its one chunk, decoded. Chunks hold some cells beside the active ones, which the
-/// vertex shader drops. In file order. Replaces the content of `result`, and uses its memory again:
-/// pass the same one for the next isovalue. Errors: not_found (no such level), invalid_argument
-/// (the isovalue is not a number), out_of_memory (the system refuses memory or threads), and those
-/// of StoreFile and ChunkDecoder; `result` is then empty.
+/// Decodes all chunks that an isovalue needs at one level: for each block that the isosurface may
+/// cross, one chunk. They are in file order. A chunk also has some inactive cells, which the vertex
+/// shader discards. Replaces the content of `result` and reuses its memory: pass the same vector
+/// for the next isovalue. Errors: not_found (no such level), invalid_argument (the isovalue is not
+/// finite), out_of_memory (the system refuses memory or threads), and those of StoreFile and
+/// ChunkDecoder; `result` is then empty.
 Result<void> extract_samples(const StoreFile& store, double isovalue, const ExtractOptions& options,
                              std::vector<ChunkSamples>& result);
 
 /// Points on the isosurface with unit normals towards smaller values: one for each active cell,
-/// unless `projection` drops some. Hands them to `take` chunk by chunk in file order, from the
-/// calling thread; at most a few chunks are held at a time. Returns how many points there were.
-/// Errors: as extract_samples, and the first error of `take`, which ends the work.
+/// unless `projection` drops some. Calls `write` for the points of each chunk, in file order, on
+/// the calling thread. At most a few chunks are in memory at a time. Returns the number of points.
+/// Errors: as extract_samples, and the first error of `write`, which ends the extraction.
 Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
                                 const ProjectionOptions& projection, const ExtractOptions& options,
-                                const std::function<Result<void>(const PointArrays&)>& take);
+                                const std::function<Result<void>(const PointArrays&)>& write);
 
 }  // namespace isosplat

@@ -9,7 +9,7 @@
 
 namespace isosplat {
 
-static_assert(std::endian::native == std::endian::little, "the file is written as it is in memory");
+static_assert(std::endian::native == std::endian::little, "the file has the layout of memory");
 
 namespace {
 
@@ -42,8 +42,8 @@ Result<PlyFile> PlyFile::create(const std::filesystem::path& path, const VolumeG
 }
 
 std::string PlyFile::header() const {
-  // The count has a fixed width, so that the header can be written last. PLY allows leading zeros,
-  // and readers take them; blanks they would not.
+  // The count has a fixed width, so that the header can be written last. PLY readers accept leading
+  // zeros, but not blanks.
   const char* type = doubles_ ? "double" : "float";
   return fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {:020}\n"

@@ -8,16 +8,16 @@
 
 namespace isosplat {
 
-/// A binary little-endian PLY file of points with normals, as MeshLab, CloudCompare, Open3D and VTK
-/// open it. It appears under its name only with publish(); the number of points need not be known
-/// before.
+/// A binary little-endian PLY file of points with normals, which MeshLab, CloudCompare, Open3D and
+/// VTK read. It appears under its name with publish(). The number of points need not be known in
+/// advance.
 ///
-/// Positions are single precision where that is within 1/2000 of a voxel anywhere in the volume,
-/// and doubles otherwise: at UTM coordinates single precision is half a metre off. Normals are
-/// single precision always.
+/// Positions have single precision if its error is at most 1/2000 of a voxel in the whole volume,
+/// otherwise double precision: at UTM coordinates the error of single precision is half a metre.
+/// Normals always have single precision.
 class PlyFile {
  public:
-  /// `grid`: where the points are to lie. `comment`: one line for people, in the header. Errors:
+  /// `grid`: of the volume that contains the points. `comment`: one line for the header. Errors:
   /// those of OutputFile.
   static Result<PlyFile> create(const std::filesystem::path& path, const VolumeGrid& grid,
                                 std::string_view comment);

@@ -1,5 +1,7 @@
 #include "native/files/output_file.h"
 
+#include <fmt/format.h>
+
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/random.h>
@@ -32,7 +34,7 @@ std::filesystem::path folder_of(const std::filesystem::path& target) {
   return target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
 }
 
-/// Where a chain of links leads, whether there is a file or not; nothing for a circle.
+/// The target of a chain of symbolic links, which need not exist. No value for a cycle.
 std::optional<std::filesystem::path> end_of_links(std::filesystem::path path) {
   std::error_code error;
   for (int links = 0; links < 40; ++links) {
@@ -57,7 +59,7 @@ const char* kind_of(std::filesystem::file_type type) {
   }
 }
 
-/// Removes temporaries of this target whose programs are dead: a live one holds a lock.
+/// Removes temporaries of this target that no running program has locked.
 void remove_stale(const std::filesystem::path& target) {
   std::error_code ignored;
   const std::string prefix = temporary_prefix(target);
@@ -71,8 +73,8 @@ void remove_stale(const std::filesystem::path& target) {
   }
 }
 
-/// Names of temporaries, where a signal handler finds them: it may neither lock nor allocate. A
-/// program that writes more files at a time leaves the others to remove_stale().
+/// Names of temporaries for the signal handler, which may neither lock nor allocate. If a program
+/// writes more files at a time, remove_stale() removes the others later.
 std::array<std::atomic<const char*>, 8> unfinished{};
 std::atomic<pid_t> unfinished_of{0};
 
@@ -90,9 +92,7 @@ std::string unique_suffix() {
     static std::atomic<uint64_t> count{0};
     number = static_cast<uint64_t>(::getpid()) << 32 | ++count;
   }
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));
-  return text;
+  return fmt::format("{:016x}", number);
 }
 
 }  // namespace
@@ -119,27 +119,29 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   const auto status = std::filesystem::status(target, ignored);
   const bool exists = std::filesystem::exists(status);
   if (exists && !std::filesystem::is_regular_file(status)) {
-    return fail(Status::invalid_argument, target.string() +
-                                              ": expected the name of a file, found " +
-                                              kind_of(status.type()) + ": give another name");
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected the name of a file, found {}: give another name",
+                            target.string(), kind_of(status.type())));
   }
   const auto end = end_of_links(target);
   if (!end || (exists && !std::filesystem::equivalent(*end, target, ignored))) {
-    return fail(Status::io_error, target.string() +
-                                      ": expected the name of a file, found a link that leads "
-                                      "nowhere: remove it, or give another name");
+    return fail(Status::io_error,
+                fmt::format("{}: expected the name of a file, found a link without target: remove "
+                            "it, or give another name",
+                            target.string()));
   }
   if (exists && ::access(end->c_str(), W_OK) != 0)
     return file_error(errno, target.string(), "replaced");
   remove_stale(*end);
   OutputFile output;
   output.target_ = *end;
-  // Between its creation and its lock another program may take the temporary for a stale one.
+  // Another program may remove the temporary as stale between its creation and its lock: then
+  // create another one.
   for (int attempt = 0; attempt < 8 && !output.file_.is_open(); ++attempt) {
     output.temporary_ = std::make_unique<const std::filesystem::path>(
         folder_of(*end) / (temporary_prefix(*end) + unique_suffix()));
     const char* name = output.temporary_->c_str();
-    replace_unfinished(nullptr, name);  // before it exists: a signal may come at once
+    replace_unfinished(nullptr, name);  // before it exists: a signal may arrive at any time
     output.file_ = PosixFile(::open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666),
                              target.string());
     if (!output.file_.is_open() && errno != EEXIST) {
@@ -205,7 +207,7 @@ Result<void> OutputFile::publish() {
   temporary_.reset();
   const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder >= 0) {
-    ::fsync(folder);  // not every file system can; the store is whole either way
+    ::fsync(folder);  // some file systems do not support it; the file itself is complete
     ::close(folder);
   }
   return {};

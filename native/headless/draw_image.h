@@ -5,8 +5,9 @@
 
 namespace isosplat {
 
-/// Draws the renderer's current view into a picture. A context must be current.
-/// Errors: as Renderer::draw. `statistics` may be null. `smooth`: refines it as far as possible.
+/// Draws a picture with the renderer's current scene and camera. An OpenGL context must be current.
+/// `statistics` may be null. `smooth`: with antialiasing (Renderer::refine). Errors: as
+/// Renderer::draw.
 Result<Image> draw_image(Renderer& renderer, int width, int height,
                          FrameStatistics* statistics = nullptr, bool smooth = false);
 

@@ -1,5 +1,7 @@
 #include "native/headless/egl_context.h"
 
+#include <fmt/format.h>
+
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 
@@ -15,7 +17,7 @@ Result<EGLDisplay> open_display() {
   const auto get_display = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(
       eglGetProcAddress("eglGetPlatformDisplayEXT"));
   EGLint major = 0, minor = 0;
-  // A GPU first, where its driver enumerates devices; then Mesa without any surface (llvmpipe).
+  // First a GPU, if its driver enumerates devices; then Mesa without surfaces (llvmpipe).
   if (get_display && offered.find("EGL_EXT_platform_device") != std::string_view::npos) {
     const auto query =
         reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
@@ -58,9 +60,10 @@ Result<std::unique_ptr<EglContext>> EglContext::create() {
       eglCreateContext(*display, configs ? config : nullptr, EGL_NO_CONTEXT, version);
   if (context == EGL_NO_CONTEXT) {
     eglTerminate(*display);
-    return fail(Status::gl_error, "EGL gives no OpenGL ES 3.0 context (error " +
-                                      std::to_string(eglGetError()) +
-                                      "): a driver that offers it is needed");
+    return fail(Status::gl_error,
+                fmt::format("EGL cannot create an OpenGL ES 3.0 context (error {}): install a "
+                            "driver that supports it",
+                            eglGetError()));
   }
   if (!eglMakeCurrent(*display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
     eglDestroyContext(*display, context);

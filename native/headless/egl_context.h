@@ -6,11 +6,11 @@
 
 namespace isosplat {
 
-/// An OpenGL ES 3.0 context without window or display server, current on the thread that made it
-/// until it is destroyed. Drawing goes to framebuffer objects.
+/// An OpenGL ES 3.0 context without window or display server. It is current on the thread that
+/// created it, until it is destroyed. Draw to framebuffer objects.
 class EglContext {
  public:
-  /// Errors: gl_error, with what EGL offers and what to install.
+  /// Errors: gl_error, with the packages to install.
   static Result<std::unique_ptr<EglContext>> create();
   ~EglContext();
   EglContext(const EglContext&) = delete;

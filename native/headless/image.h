@@ -13,7 +13,7 @@ struct Image {
   int width = 0, height = 0;
   std::vector<uint8_t> rgba;
 
-  /// Whether all pixels are the same.
+  /// Whether all pixels are equal.
   bool is_uniform() const;
 
   const uint8_t* at(int x, int y) const {
@@ -21,8 +21,8 @@ struct Image {
   }
 };
 
-/// Writes a PNG: RGB where every pixel is opaque, RGBA otherwise. Written as every
-/// OutputFile. Errors: io_error, and those of OutputFile.
+/// Writes a PNG file: RGB if all pixels are opaque, otherwise RGBA. Errors: io_error, and those of
+/// OutputFile.
 Result<void> write_png(const std::string& path, const Image& image);
 
 /// Reads an 8-bit PNG of any kind. Errors: io_error.

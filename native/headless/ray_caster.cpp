@@ -8,7 +8,7 @@ namespace {
 
 constexpr int32_t kBrick = 8;
 
-/// A step-by-step walk through the boxes of a grid with unit spacing.
+/// Traverses the cells of a grid with unit spacing along a ray (Amanatides and Woo 1987).
 struct Walk {
   Index3 at, step;
   Vec3d next, delta;  // ray parameters of the next face along each axis, and between faces
@@ -26,6 +26,7 @@ struct Walk {
     axis(origin.z, direction.z, low.z, high.z, at.z, step.z, next.z, delta.z);
   }
 
+  /// Ray parameter at which the ray leaves the current cell.
   double leave() const { return std::min({next.x, next.y, next.z}); }
 
   void advance() {
@@ -47,8 +48,8 @@ struct Walk {
   }
 };
 
-/// The least root in [lo, hi] of a t³ + b t² + c t + d, by parts between its extrema, where it is
-/// monotonic, and bisection with secants there.
+/// The smallest root in [lo, hi] of k[3] t³ + k[2] t² + k[1] t + k[0]. Between its extrema the
+/// cubic is monotonic: there by secants and bisection.
 std::optional<double> first_root(const double (&k)[4], double lo, double hi) {
   const auto f = [&](double t) { return ((k[3] * t + k[2]) * t + k[1]) * t + k[0]; };
   double bounds[4] = {lo, hi, hi, hi};
@@ -131,11 +132,46 @@ std::optional<RayCaster::Hit> RayCaster::cast(const Camera& camera, int width, i
   return cast_ray(in_cells(frame.eye - grid_.origin), in_cells(direction), quantized_isovalue);
 }
 
+std::optional<RayCaster::Hit> RayCaster::intersect_cell(Index3 c, Vec3d o, Vec3d r, double t,
+                                                        double leave,
+                                                        double quantized_isovalue) const {
+  const size_t nx = size_t(grid_.voxels.x), nxy = nx * size_t(grid_.voxels.y);
+  const QuantizedValue* v = &quantized_values_[size_t(c.x) + nx * size_t(c.y) + nxy * size_t(c.z)];
+  double k[8] = {double(v[0]),   double(v[1]),       double(v[nx]),       double(v[nx + 1]),
+                 double(v[nxy]), double(v[nxy + 1]), double(v[nxy + nx]), double(v[nxy + nx + 1])};
+  for (int axis = 1; axis < 8; axis *= 2) {
+    for (int i = 7; i >= 0; --i) {
+      if (i & axis) k[i] -= k[i - axis];
+    }
+  }
+  // Relative to the entry point, so that the terms stay small.
+  const Vec3d p = o + r * t - Vec3d{double(c.x), double(c.y), double(c.z)};
+  const double cubic[4] = {k[0] + k[1] * p.x + k[2] * p.y + k[4] * p.z + k[3] * p.x * p.y +
+                               k[5] * p.x * p.z + k[6] * p.y * p.z + k[7] * p.x * p.y * p.z -
+                               quantized_isovalue,
+                           k[1] * r.x + k[2] * r.y + k[4] * r.z + k[3] * (p.x * r.y + r.x * p.y) +
+                               k[5] * (p.x * r.z + r.x * p.z) + k[6] * (p.y * r.z + r.y * p.z) +
+                               k[7] * (p.x * p.y * r.z + p.x * r.y * p.z + r.x * p.y * p.z),
+                           k[3] * r.x * r.y + k[5] * r.x * r.z + k[6] * r.y * r.z +
+                               k[7] * (p.x * r.y * r.z + r.x * p.y * r.z + r.x * r.y * p.z),
+                           k[7] * r.x * r.y * r.z};
+  if (const auto root = first_root(cubic, 0, leave - t)) {
+    const Vec3d at = p + r * *root;
+    const Vec3d gradient =
+        multiply(dual_edges_, {k[1] + k[3] * at.y + k[5] * at.z + k[7] * at.y * at.z,
+                               k[2] + k[3] * at.x + k[6] * at.z + k[7] * at.x * at.z,
+                               k[4] + k[5] * at.x + k[6] * at.y + k[7] * at.x * at.y});
+    const double size = length(gradient);
+    return Hit{t + *root, size > 0 ? gradient * (1 / size) : Vec3d{}, size};
+  }
+  return std::nullopt;
+}
+
 std::optional<RayCaster::Hit> RayCaster::cast_ray(Vec3d o, Vec3d r,
                                                   double quantized_isovalue) const {
   const Index3 cells{grid_.voxels.x - 1, grid_.voxels.y - 1, grid_.voxels.z - 1};
   double t0 = 0, t1 = HUGE_VAL;
-  const auto band = [&](double from, double along, double size) {
+  const auto clip_axis = [&](double from, double along, double size) {
     if (along == 0) {
       if (from < 0 || from > size) t1 = -1;
       return;
@@ -144,12 +180,11 @@ std::optional<RayCaster::Hit> RayCaster::cast_ray(Vec3d o, Vec3d r,
     t0 = std::max(t0, std::min(a, b));
     t1 = std::min(t1, std::max(a, b));
   };
-  band(o.x, r.x, cells.x);
-  band(o.y, r.y, cells.y);
-  band(o.z, r.z, cells.z);
+  clip_axis(o.x, r.x, cells.x);
+  clip_axis(o.y, r.y, cells.y);
+  clip_axis(o.z, r.z, cells.z);
   if (!(t0 < t1)) return std::nullopt;
 
-  const size_t nx = size_t(grid_.voxels.x), nxy = nx * size_t(grid_.voxels.y);
   const double inverse = 1.0 / kBrick;
   for (Walk brick(o * inverse, r * inverse, t0, {0, 0, 0}, bricks_);
        brick.inside({0, 0, 0}, bricks_); brick.advance()) {
@@ -167,36 +202,7 @@ std::optional<RayCaster::Hit> RayCaster::cast_ray(Vec3d o, Vec3d r,
         const Index3 c = walk.at;
         const CellInterval interval = cell_interval(c);
         if (leave > t && interval.min <= quantized_isovalue && quantized_isovalue < interval.max) {
-          const QuantizedValue* v =
-              &quantized_values_[size_t(c.x) + nx * size_t(c.y) + nxy * size_t(c.z)];
-          double k[8] = {double(v[0]),        double(v[1]),           double(v[nx]),
-                         double(v[nx + 1]),   double(v[nxy]),         double(v[nxy + 1]),
-                         double(v[nxy + nx]), double(v[nxy + nx + 1])};
-          for (int axis = 1; axis < 8; axis *= 2) {
-            for (int i = 7; i >= 0; --i) {
-              if (i & axis) k[i] -= k[i - axis];
-            }
-          }
-          // From the point of entry, so that the terms stay small.
-          const Vec3d p = o + r * t - Vec3d{double(c.x), double(c.y), double(c.z)};
-          const double cubic[4] = {
-              k[0] + k[1] * p.x + k[2] * p.y + k[4] * p.z + k[3] * p.x * p.y + k[5] * p.x * p.z +
-                  k[6] * p.y * p.z + k[7] * p.x * p.y * p.z - quantized_isovalue,
-              k[1] * r.x + k[2] * r.y + k[4] * r.z + k[3] * (p.x * r.y + r.x * p.y) +
-                  k[5] * (p.x * r.z + r.x * p.z) + k[6] * (p.y * r.z + r.y * p.z) +
-                  k[7] * (p.x * p.y * r.z + p.x * r.y * p.z + r.x * p.y * p.z),
-              k[3] * r.x * r.y + k[5] * r.x * r.z + k[6] * r.y * r.z +
-                  k[7] * (p.x * r.y * r.z + r.x * p.y * r.z + r.x * r.y * p.z),
-              k[7] * r.x * r.y * r.z};
-          if (const auto root = first_root(cubic, 0, leave - t)) {
-            const Vec3d at = p + r * *root;
-            const Vec3d gradient =
-                multiply(dual_edges_, {k[1] + k[3] * at.y + k[5] * at.z + k[7] * at.y * at.z,
-                                       k[2] + k[3] * at.x + k[6] * at.z + k[7] * at.x * at.z,
-                                       k[4] + k[5] * at.x + k[6] * at.y + k[7] * at.x * at.y});
-            const double size = length(gradient);
-            return Hit{t + *root, size > 0 ? gradient * (1 / size) : Vec3d{}, size};
-          }
+          if (auto hit = intersect_cell(c, o, r, t, leave, quantized_isovalue)) return hit;
         }
         t = std::max(t, leave);
         if (t >= brick_leave - 1e-12 && leave >= brick_leave) break;

@@ -14,21 +14,26 @@ namespace isosplat {
 class RayCaster {
  public:
   struct Hit {
-    double depth = 0;     ///< distance from the eye's plane along the view, world units
+    double depth = 0;     ///< along the viewing direction, from the plane of the eye; world units
     Vec3d normal;         ///< unit length, world; towards higher values
-    double gradient = 0;  ///< its length, quantized values per world unit
+    double gradient = 0;  ///< length of the gradient, quantized values per world unit
   };
 
-  /// `codes`: all voxels, x fastest; must outlive the caster. Missing voxels make cells inactive.
+  /// `quantized_values`: all voxels, x fastest; must outlive the ray caster. `has_missing`: cells
+  /// with kMissingVoxel are inactive.
   RayCaster(const VolumeGrid& grid, std::span<const QuantizedValue> quantized_values,
             bool has_missing);
 
-  /// The first hit through the centre of pixel (x, y), y up, of an image of this size.
+  /// The first intersection of the ray through the centre of pixel (x, y), y upwards, of an image
+  /// of this size.
   std::optional<Hit> cast(const Camera& camera, int width, int height, int x, int y,
                           double quantized_isovalue) const;
 
  private:
   std::optional<Hit> cast_ray(Vec3d origin, Vec3d direction, double quantized_isovalue) const;
+  /// The first intersection in a cell between the ray parameters `t` and `leave`.
+  std::optional<Hit> intersect_cell(Index3 cell, Vec3d origin, Vec3d direction, double t,
+                                    double leave, double quantized_isovalue) const;
   CellInterval cell_interval(Index3 cell) const;
 
   VolumeGrid grid_;
@@ -36,7 +41,7 @@ class RayCaster {
   std::span<const QuantizedValue> quantized_values_;
   bool has_missing_;
   Index3 bricks_;
-  std::vector<CellInterval> brick_;  // interval of 8³ cells each, to step over what is empty
+  std::vector<CellInterval> brick_;  // intervals of 8³ cells each, to skip empty space
 };
 
 }  // namespace isosplat

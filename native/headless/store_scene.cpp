@@ -1,5 +1,7 @@
 #include "native/headless/store_scene.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <tuple>
 
@@ -14,9 +16,9 @@ Result<std::vector<ChunkRef>> chunks_at(const StoreFile& store, std::span<const 
   std::vector<ChunkRef> chunks;
   for (const double isovalue : isovalues) {
     const float quantized_isovalue = store.info().mapping.quantized_isovalue(isovalue);
-    auto some = store.chunks_for(level, quantized_isovalue, quantized_isovalue);
-    if (!some) return tl::unexpected(some.error());
-    chunks.insert(chunks.end(), some->chunks.begin(), some->chunks.end());
+    auto selection = store.chunks_for(level, quantized_isovalue, quantized_isovalue);
+    if (!selection) return tl::unexpected(selection.error());
+    chunks.insert(chunks.end(), selection->chunks.begin(), selection->chunks.end());
   }
   const auto key = [](const ChunkRef& chunk) { return chunk.offset; };
   std::sort(chunks.begin(), chunks.end(),
@@ -34,9 +36,8 @@ Result<StoreScene> show_store(Renderer& renderer, const StoreFile& store,
                               uint64_t sample_budget) {
   const StoreInfo& info = store.info();
   if (level && *level >= info.levels) {
-    return fail(Status::not_found, store.path().string() + ": level " + std::to_string(*level) +
-                                       " does not exist: the coarsest is " +
-                                       std::to_string(info.levels - 1));
+    return fail(Status::not_found, fmt::format("{}: expected a level from 0 to {}, found {}",
+                                               store.path().string(), info.levels - 1, *level));
   }
   StoreScene scene;
   scene.level = level.value_or(0);

@@ -7,15 +7,15 @@
 
 namespace isosplat {
 
-/// What show_store put on the GPU.
+/// The chunks that show_store() has uploaded.
 struct StoreScene {
   uint32_t level = 0;
   uint64_t chunks = 0;
   uint64_t samples = 0;
 };
 
-/// Hands the renderer the chunks of a store that the isovalues need at one level, and makes them
-/// visible. Without a level: the finest whose samples number at most `sample_budget`.
+/// Uploads the chunks of a store that the isovalues need at one level, and makes them visible.
+/// Without a level: the finest level with at most `sample_budget` samples, or the coarsest level.
 /// Errors: not_found (no such level), those of StoreFile, ChunkDecoder and Renderer::add_chunk.
 Result<StoreScene> show_store(Renderer& renderer, const StoreFile& store,
                               std::span<const double> isovalues, std::optional<uint32_t> level,

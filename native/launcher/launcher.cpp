@@ -1,9 +1,9 @@
 // bin/isosplat of an installation: starts the program in libexec/isosplat that was compiled for the
 // newest instruction set of this machine, in the same process.
 //
-// The choice is between whole programs, not functions: an AVX2 copy of an inline function that
-// other files use too may be the one that the linker keeps, and would end the program on a machine
-// without AVX2. The programs are exactly those of plain builds for either instruction set.
+// There are two whole programs instead of AVX2 versions of some functions. Otherwise the linker
+// could keep the AVX2 version of an inline function that other files use too, which would crash on
+// a machine without AVX2. Each program is a plain build for its instruction set.
 
 #include <unistd.h>
 
@@ -25,7 +25,7 @@ int main(int, char** argv) {
   const auto start = [&](const char* architecture) {
     ::execv((programs / architecture / "isosplat").c_str(), argv);
   };
-  // The levels of the x86-64 psABI; libgcc asks the operating system as well as the processor.
+  // The levels of the x86-64 psABI; libgcc checks both the processor and the operating system.
   __builtin_cpu_init();
   if (__builtin_cpu_supports("x86-64-v3")) start("x86-64-v3");
   start("x86-64");

@@ -66,7 +66,7 @@ TEST(CliFiles, BuildNeverWritesOverWhatItReads) {
     for (const bool force : {false, true}) {
       std::vector<std::string> arguments{"build", header, "-o", path};
       if (force) arguments.push_back("--force");
-      expect_refused(arguments, "expected another file than those that are read");
+      expect_refused(arguments, "expected an output that is not an input");
     }
   }
   EXPECT_EQ(read_file(folder / "voxels.raw"), ball(12));
@@ -75,7 +75,7 @@ TEST(CliFiles, BuildNeverWritesOverWhatItReads) {
   const TempFolder listed;
   const std::string list = write_list(listed, 12);
   expect_refused({"build", list, "-o", listed / "slice7.raw", "--force"},
-                 "expected another file than those that are read");
+                 "expected an output that is not an input");
   EXPECT_EQ(std::filesystem::file_size(listed / "slice7.raw"), 144u);
 }
 
@@ -92,7 +92,7 @@ TEST(CliFiles, ExtractAndRenderNeverWriteOverTheirStore) {
       for (const char* force : {"", "--force"}) {
         std::vector<std::string> arguments{command, store, "-i", "100.5", "-o", output};
         if (*force) arguments.emplace_back(force);
-        expect_refused(arguments, "expected another file than those that are read");
+        expect_refused(arguments, "expected an output that is not an input");
       }
     }
   }
@@ -136,7 +136,7 @@ TEST(CliFiles, AStoreOfAnotherVolumeIsReplacedByForceOnly) {
   expect_refused({"build", first, "-o", folder / "notes.isosplat"}, "found another file");
   EXPECT_EQ(read_file(folder / "notes.isosplat"), "years of work");
   std::filesystem::resize_file(store, 3000);  // a store once: nobody knows of what
-  expect_refused({"build", second}, "an unknown one");
+  expect_refused({"build", second}, "an unknown volume");
 }
 
 TEST(CliFiles, DemoVolumesReplaceOnlyThemselves) {

@@ -140,7 +140,7 @@ TEST(CliNumbers, NoIsosurfaceIsSaidWhereThereIsNone) {
             std::string::npos);
   EXPECT_NE(extract("-3").find("no isosurface at -3"), std::string::npos);
   EXPECT_EQ(extract("100").find("no isosurface"), std::string::npos);
-  EXPECT_NE(extract("100").find("touches voxels without a value"), std::string::npos);
+  EXPECT_NE(extract("100").find("touch missing voxels"), std::string::npos);
 }
 
 TEST(CliNumbers, AnEmptyPictureIsExplained) {
