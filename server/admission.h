@@ -7,20 +7,23 @@
 
 namespace isosplat {
 
-/// Counts open connections, overall and by address. Callable from any thread at a time.
+/// Counts open connections, overall and by address, and refuses those above the limits.
+/// Thread-safe.
 class Admission {
  public:
   enum class Verdict {
     admitted,
-    too_many,           ///< overall: 503
-    too_many_from_one,  ///< from this address: 429
-    ignored             ///< so many refusals are under way that this one is not worth an answer
+    too_many,           ///< overall: refused with 503
+    too_many_from_one,  ///< from this address: refused with 429
+    ignored             ///< too many refusals are being sent: closed without a response
   };
 
-  Admission(uint32_t most, uint32_t max_per_address)
-      : max_(most), max_per_address_(max_per_address) {}
+  /// The limits of open connections. max_per_address 0: no limit.
+  Admission(uint32_t max, uint32_t max_per_address)
+      : max_(max), max_per_address_(max_per_address) {}
 
-  /// Counts a connection. Every verdict but ignored needs one leave() with the same arguments.
+  /// Counts a new connection. After each verdict except `ignored`, call leave() once with the
+  /// address and this verdict when the connection ends.
   Verdict enter(const std::string& address) {
     constexpr uint32_t kMaxRefusals = 64;
     const std::lock_guard lock(mutex_);

@@ -8,8 +8,8 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
 
-// Sockets, timers and coroutines that belong to one thread's io_context: without the cost of an
-// executor of any kind.
+// Sockets, timers and coroutines of one thread's io_context. A fixed executor type avoids the cost
+// of the polymorphic any_io_executor.
 
 namespace isosplat {
 
@@ -22,7 +22,7 @@ using Timer = boost::asio::basic_waitable_timer<
 template <class T>
 using Awaitable = boost::asio::awaitable<T, Executor>;
 
-/// co_await gives a tuple that begins with the error code, in place of an exception.
+/// co_await then returns a tuple that begins with the error code, and does not throw.
 constexpr auto kAwait = boost::asio::as_tuple(boost::asio::use_awaitable_t<Executor>{});
 
 }  // namespace isosplat

@@ -1,5 +1,7 @@
 #include "server/catalog.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <system_error>
 #include <utility>
@@ -9,7 +11,7 @@ namespace {
 
 constexpr std::string_view kExtension = ".isosplat";
 
-/// So that a scan's work is bounded whatever lies in a folder.
+/// Limit of stores, which bounds the work of a scan.
 constexpr size_t kMaxStores = 10'000;
 
 bool is_name_character(char c) {
@@ -20,7 +22,7 @@ bool is_name_character(char c) {
 }  // namespace
 
 std::string url_name(const std::filesystem::path& path) {
-  constexpr size_t kLongest = 128;
+  constexpr size_t kMaxLength = 128;
   const std::string file = path.filename().string();
   std::string_view stem = file;
   if (stem.ends_with(kExtension)) stem.remove_suffix(kExtension.size());
@@ -33,7 +35,7 @@ std::string url_name(const std::filesystem::path& path) {
     }
   }
   name.erase(0, std::min(name.find_first_not_of("-."), name.size()));
-  name.resize(std::min(name.size(), kLongest));
+  name.resize(std::min(name.size(), kMaxLength));
   while (name.ends_with('-') || name.ends_with('.')) name.pop_back();
   return name.empty() ? "volume" : name;
 }
@@ -54,7 +56,7 @@ std::string Catalog::name_for(const std::filesystem::path& path) {
   if (known != names_.end()) return known->second;
   const std::string base = url_name(path);
   std::string name = base;
-  for (uint32_t i = 2; !taken_.insert(name).second; ++i) name = base + "-" + std::to_string(i);
+  for (uint32_t i = 2; !used_names_.insert(name).second; ++i) name = fmt::format("{}-{}", base, i);
   names_.emplace(path, name);
   return name;
 }
@@ -77,9 +79,10 @@ CatalogEntry Catalog::examine(const std::filesystem::path& path, const CatalogSn
     entry.error = store.error();
   }
   if (entry.error) {
-    log_("volume " + entry.name + " is not served: " + entry.error->message);
+    log_(fmt::format("volume {} is not served: {}", entry.name, entry.error->message));
   } else {
-    log_("volume " + entry.name + ": " + path.string() + ", content " + entry.store->content());
+    log_(fmt::format("volume {}: {}, content {}", entry.name, path.string(),
+                     entry.store->content()));
   }
   return entry;
 }
@@ -103,10 +106,12 @@ void Catalog::scan() {
       const std::string name = path.filename().string();
       if (name.ends_with(kExtension) && !name.starts_with('.')) paths.insert(path);
     }
-    std::string& last = folder_errors_[source];
-    const std::string now = error ? error.message() : "";
-    if (now != last && error) log_("folder " + source.string() + ": " + now);
-    last = now;
+    std::string& last_error = folder_errors_[source];
+    const std::string message = error ? error.message() : "";
+    if (message != last_error && error) {
+      log_(fmt::format("folder {}: {}", source.string(), message));
+    }
+    last_error = message;
   }
 
   auto after = std::make_shared<CatalogSnapshot>();
@@ -115,7 +120,9 @@ void Catalog::scan() {
     after->emplace(entry.name, std::move(entry));
   }
   for (const auto& [name, entry] : *before) {
-    if (!after->contains(name)) log_("volume " + name + " is gone: " + entry.path.string());
+    if (!after->contains(name)) {
+      log_(fmt::format("volume {} was removed: {}", name, entry.path.string()));
+    }
   }
   const std::lock_guard lock(snapshot_mutex_);
   snapshot_ = std::move(after);

@@ -1,10 +1,11 @@
 #include "server/conditions.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <boost/beast/core/string.hpp>
 #include <boost/beast/http/rfc7230.hpp>
-#include <cstdio>
 #include <limits>
 #include <optional>
 
@@ -22,7 +23,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// Digits only; more than 64 bits hold counts as the largest.
+/// A number of digits only. Numbers above 64 bits become the largest one.
 std::optional<uint64_t> parse_position(std::string_view text) {
   if (text.empty()) return std::nullopt;
   constexpr uint64_t kMax = std::numeric_limits<uint64_t>::max();
@@ -39,11 +40,7 @@ std::optional<uint64_t> parse_position(std::string_view text) {
 
 std::string etag_for(std::string_view bytes) {
   const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "\"%016llx%016llx\"",
-                static_cast<unsigned long long>(hash.high64),
-                static_cast<unsigned long long>(hash.low64));
-  return text.data();
+  return fmt::format("\"{:016x}{:016x}\"", hash.high64, hash.low64);
 }
 
 bool names_etag(std::string_view field, std::string_view etag, bool weak) {
@@ -66,9 +63,9 @@ bool names_etag(std::string_view field, std::string_view etag, bool weak) {
   return false;
 }
 
-RangeAnswer parse_range(std::string_view field, uint64_t size) {
-  constexpr RangeAnswer kWhole{};
-  constexpr RangeAnswer kUnsatisfiable{RangeKind::unsatisfiable, {}};
+ParsedRange parse_range(std::string_view field, uint64_t size) {
+  constexpr ParsedRange kWhole{};
+  constexpr ParsedRange kUnsatisfiable{RangeKind::unsatisfiable, {}};
   field = trimmed(field);
   const size_t equals = field.find('=');
   if (equals == std::string_view::npos) return kWhole;
@@ -95,16 +92,16 @@ RangeAnswer parse_range(std::string_view field, uint64_t size) {
   return {RangeKind::part, {*first, std::min(last, size - 1)}};
 }
 
-RangeAnswer requested_range(const Request& request, std::string_view etag, uint64_t size) {
+ParsedRange requested_range(const Request& request, std::string_view etag, uint64_t size) {
   const bool applies = request.method == Method::get && !request.range.empty() &&
                        (request.if_range.empty() || request.if_range == etag);
-  return applies ? parse_range(request.range, size) : RangeAnswer{};
+  return applies ? parse_range(request.range, size) : ParsedRange{};
 }
 
-Response begin_answer(const Request& request, const std::string& etag, CachePolicy policy) {
+Response begin_response(const Request& request, const std::string& etag, CachePolicy policy) {
   if (!request.if_match.empty() && !names_etag(request.if_match, etag, /*weak=*/false)) {
     return error_response(412, "precondition_failed",
-                          "If-Match: the content has another ETag: ask without the condition");
+                          "If-Match: the content has another ETag: request it without If-Match");
   }
   Response response;
   response.set("ETag", etag);
@@ -117,15 +114,16 @@ Response begin_answer(const Request& request, const std::string& etag, CachePoli
   return response;
 }
 
-bool is_answered(const Response& response) {
+bool is_complete(const Response& response) {
   return response.status != 200;
 }
 
 bool accepts_encoding(std::string_view field, Encoding encoding) {
   const std::string_view name = encoding == Encoding::brotli ? "br" : "gzip";
-  bool by_star = false;
+  bool wildcard_admits = false;
   for (const auto& [coding, parameters] : beast::http::ext_list(field)) {
-    // q=0, q=0.0, q=0.000 exclude; any other weight admits: the server prefers the smallest.
+    // q=0, q=0.0 and q=0.000 exclude. All other weights admit: the server sends the smallest
+    // variant.
     const auto is_zero = [](const auto& parameter) {
       return beast::iequals(parameter.first, "q") &&
              parameter.second.find_first_not_of("0.") == parameter.second.npos;
@@ -135,9 +133,9 @@ bool accepts_encoding(std::string_view field, Encoding encoding) {
         (encoding == Encoding::gzip && beast::iequals(coding, "x-gzip"))) {
       return !excluded;
     }
-    if (coding == "*") by_star = !excluded;
+    if (coding == "*") wildcard_admits = !excluded;
   }
-  return by_star;
+  return wildcard_admits;
 }
 
 }  // namespace isosplat

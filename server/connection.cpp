@@ -1,5 +1,7 @@
 #include "server/connection.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/write.hpp>
@@ -25,41 +27,31 @@ using tcp = asio::ip::tcp;
 using Stream = beast::basic_stream<tcp, Executor, beast::unlimited_rate_policy>;
 using Clock = std::chrono::steady_clock;
 
-/// The Date field's value (RFC 9110, 5.6.7), made anew once a second on each thread.
+/// The value of the Date field (RFC 9110, 5.6.7), formatted once a second on each thread.
 std::string_view http_date() {
-  thread_local std::time_t made = -1;
-  thread_local std::array<char, 40> text{};
+  thread_local std::time_t formatted = -1;
+  thread_local std::string text;
   const std::time_t now = std::time(nullptr);
-  if (now != made) {
+  if (now != formatted) {
     std::tm parts{};
     ::gmtime_r(&now, &parts);
-    // Names by hand: strftime would take those of the process's locale.
+    // strftime would use the names of the process's locale.
     constexpr const char* kDays[] = {"Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat"};
     constexpr const char* kMonths[] = {"Jan", "Feb", "Mar", "Apr", "May", "Jun",
                                        "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"};
-    std::snprintf(text.data(), text.size(), "%s, %02d %s %04d %02d:%02d:%02d GMT",
-                  kDays[parts.tm_wday % 7], parts.tm_mday % 100, kMonths[parts.tm_mon % 12],
-                  (parts.tm_year + 1900) % 10000, parts.tm_hour % 100, parts.tm_min % 100,
-                  parts.tm_sec % 100);
-    made = now;
+    text = fmt::format("{}, {:02} {} {:04} {:02}:{:02}:{:02} GMT", kDays[parts.tm_wday],
+                       parts.tm_mday, kMonths[parts.tm_mon], parts.tm_year + 1900, parts.tm_hour,
+                       parts.tm_min, parts.tm_sec);
+    formatted = now;
   }
-  return text.data();
+  return text;
 }
 
 std::string header_block(const Response& response, bool close, bool http_1_0) {
-  std::string text;
-  text.reserve(512 + response.headers.size());
-  text += "HTTP/1.1 ";
-  text += std::to_string(response.status);
-  text += ' ';
-  text += reason_phrase(response.status);
-  text += "\r\nDate: ";
-  text += http_date();
-  text += "\r\nServer: isosplat\r\n";
+  std::string text = fmt::format("HTTP/1.1 {} {}\r\nDate: {}\r\nServer: isosplat\r\n",
+                                 response.status, reason_phrase(response.status), http_date());
   if (response.status != 204 && response.status != 304) {
-    text += "Content-Length: ";
-    text += std::to_string(response.body_size());
-    text += "\r\n";
+    text += fmt::format("Content-Length: {}\r\n", response.body_size());
   }
   if (close) {
     text += "Connection: close\r\n";
@@ -72,15 +64,12 @@ std::string header_block(const Response& response, bool close, bool http_1_0) {
 }
 
 std::string log_escaped(std::string_view text) {
-  constexpr char kDigits[] = "0123456789abcdef";
   std::string result;
   for (const char c : text) {
     if (c > 0x20 && c < 0x7f && c != '"' && c != '\\') {
       result += c;
     } else {
-      result += "\\x";
-      result += kDigits[static_cast<unsigned char>(c) >> 4];
-      result += kDigits[c & 15];
+      result += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
     }
   }
   return result;
@@ -95,12 +84,12 @@ struct Connection::State {
   beast::flat_buffer buffer;
   bool is_idle = false;
 
-  /// False: the connection is of no more use.
+  // These return false if the connection must be closed.
   Awaitable<bool> write(std::span<const std::byte> first, std::span<const std::byte> second);
   Awaitable<bool> write_response(Response& response, bool close, bool http_1_0, bool head);
   Awaitable<bool> wait_for_request();
   Awaitable<HeaderScan> read_header();
-  Awaitable<bool> answer_next();
+  Awaitable<bool> handle_request();
   Awaitable<void> linger();
   void write_access_log(std::string_view method, std::string_view target, const Response& response,
                         Clock::time_point begin);
@@ -108,7 +97,7 @@ struct Connection::State {
 
 Connection::Connection(Socket socket, std::string address, const ConnectionShared& shared)
     : state_(new State{Stream(std::move(socket)), std::move(address), shared,
-                       // Room for a header of the largest size and the read that follows it.
+                       // A header of the largest size, and one more read.
                        beast::flat_buffer(shared.limits.header_bytes + 8192)}) {}
 
 Connection::~Connection() = default;
@@ -128,16 +117,16 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
   if (refusal) {
     if (co_await state.write_response(*refusal, true, false, false)) co_await state.linger();
   } else {
-    // Two statements: g++ 12 awaits the right side of "co_await a && co_await b" in any case.
-    for (bool goes_on = true; goes_on;) {
-      goes_on = co_await state.wait_for_request();
-      if (goes_on) goes_on = co_await state.answer_next();
+    // Two statements: g++ 12 evaluates both sides of "co_await a && co_await b" in any case.
+    for (bool is_open = true; is_open;) {
+      is_open = co_await state.wait_for_request();
+      if (is_open) is_open = co_await state.handle_request();
     }
   }
   state.stream.close();
 }
 
-/// The first byte of a request may take as long as idle_time, the rest of it not.
+/// Waits for the first byte of a request, up to idle_time.
 Awaitable<bool> Connection::State::wait_for_request() {
   constexpr size_t kReadBytes = 4096;
   if (buffer.size() > 0) co_return true;
@@ -152,19 +141,20 @@ Awaitable<bool> Connection::State::wait_for_request() {
   co_return true;
 }
 
-/// The state partial where the connection ended before the header did.
+/// Reads a request's header within request_time. Returns the state partial if the connection ends
+/// before the header is complete.
 Awaitable<HeaderScan> Connection::State::read_header() {
   constexpr size_t kReadBytes = 4096;
   stream.expires_after(shared.limits.request_time);
   size_t scanned = 0;
   while (true) {
     std::string_view received(static_cast<const char*>(buffer.data().data()), buffer.size());
-    // Empty lines before a request are passed over (RFC 9112, 2.2).
+    // Empty lines before a request are ignored (RFC 9112, 2.2).
     while (scanned == 0 && received.starts_with("\r\n")) {
       buffer.consume(2);
       received.remove_prefix(2);
     }
-    if (received != "\r") {  // may become an empty line
+    if (received != "\r") {  // perhaps the begin of an empty line
       HeaderScan scan =
           scan_header(received, scanned, shared.limits.header_bytes, shared.limits.target_bytes);
       if (scan.state != HeaderScan::State::partial) co_return scan;
@@ -176,18 +166,18 @@ Awaitable<HeaderScan> Connection::State::read_header() {
   }
 }
 
-Awaitable<bool> Connection::State::answer_next() {
+Awaitable<bool> Connection::State::handle_request() {
   HeaderScan header = co_await read_header();
   if (header.state == HeaderScan::State::partial) co_return false;
   const Clock::time_point begin = Clock::now();
   RequestParser parser;
-  std::optional<Response> refusal = std::move(header.answer);
+  std::optional<Response> refusal = std::move(header.refusal);
   if (!refusal) {
     refusal = parser.parse({static_cast<const char*>(buffer.data().data()), header.bytes});
     buffer.consume(header.bytes);
   }
   const Request request = parser.request();
-  Response response = refusal ? std::move(*refusal) : shared.router.answer(request);
+  Response response = refusal ? std::move(*refusal) : shared.router.respond(request);
   if (!response.fault.empty()) shared.log.fault(response.fault);
 
   const bool close = response.close || !parser.keep_alive() || shared.stopping;
@@ -199,7 +189,7 @@ Awaitable<bool> Connection::State::answer_next() {
   co_return !close;
 }
 
-/// Both spans, in slices: each must be taken within write_time.
+/// Writes both spans, in slices of kPieceBytes. The client must receive each within write_time.
 Awaitable<bool> Connection::State::write(std::span<const std::byte> first,
                                          std::span<const std::byte> second) {
   do {
@@ -241,16 +231,16 @@ Awaitable<bool> Connection::State::write_response(Response& response, bool close
   co_return true;
 }
 
-/// Reads on for a moment after the last answer: closing with unread bytes would make the kernel
-/// reset the connection, and the client could lose the answer.
+/// Reads for up to 2 s after the last response. Closing a socket with unread bytes would reset the
+/// connection, and the client could lose the response.
 Awaitable<void> Connection::State::linger() {
-  constexpr auto kLongest = std::chrono::seconds(2);
+  constexpr auto kMaxTime = std::chrono::seconds(2);
   constexpr size_t kMaxBytes = 256 * 1024;
   error_code failed;
   stream.socket().shutdown(tcp::socket::shutdown_send, failed);
   if (failed) co_return;
   std::array<std::byte, 4096> unread;
-  stream.expires_after(std::min<Clock::duration>(kLongest, shared.limits.write_time));
+  stream.expires_after(std::min<Clock::duration>(kMaxTime, shared.limits.write_time));
   for (size_t total = 0; total < kMaxBytes;) {
     const auto [error, bytes] = co_await stream.async_read_some(asio::buffer(unread), kAwait);
     if (error) co_return;
@@ -260,12 +250,12 @@ Awaitable<void> Connection::State::linger() {
 
 void Connection::State::write_access_log(std::string_view method, std::string_view target,
                                          const Response& response, Clock::time_point begin) {
-  if (!shared.log.wants_access()) return;
+  if (!shared.log.has_access_log()) return;
   const auto milliseconds =
       std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begin).count();
-  shared.log.access(address + " " + log_escaped(method) + " " + log_escaped(target) + " " +
-                    std::to_string(response.status) + " " + std::to_string(response.body_size()) +
-                    " " + std::to_string(milliseconds) + "ms");
+  shared.log.access(fmt::format("{} {} {} {} {} {}ms", address, log_escaped(method),
+                                log_escaped(target), response.status, response.body_size(),
+                                milliseconds));
 }
 
 }  // namespace isosplat

@@ -12,7 +12,7 @@
 
 namespace isosplat {
 
-/// What every connection of a server shares. Outlives them.
+/// State that all connections of a server share. Must outlive them.
 struct ConnectionShared {
   const Router& router;
   const ServerLimits& limits;
@@ -20,21 +20,21 @@ struct ConnectionShared {
   ServerLog& log;
 };
 
-/// One client's connection: reads requests and answers them in turn, until either side ends it. All
-/// functions but the constructor run on the socket's thread.
+/// A client's connection: reads requests and sends the responses in the same order, until either
+/// side closes it. All functions except the constructor run on the socket's thread.
 class Connection {
  public:
   Connection(Socket socket, std::string address, const ConnectionShared& shared);
   ~Connection();
 
-  /// Until the connection ends. Where `refusal` is given, that is the only answer, and no request
-  /// is read.
+  /// Serves the connection until it ends. If `refusal` is not null, sends only this response and
+  /// reads no request.
   Awaitable<void> run(std::unique_ptr<Response> refusal);
 
-  /// The server stops: closes the connection if it waits for a request.
+  /// Closes the connection if it waits for a request. For a server that stops.
   void stop();
 
-  /// Closes it whatever it does.
+  /// Closes the connection at once.
   void abort();
 
  private:

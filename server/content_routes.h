@@ -4,19 +4,19 @@
 
 namespace isosplat {
 
-// What lies below /v1/volumes/{name}/{content}: bytes that never change under their URL.
+// Handlers of the routes below /v1/volumes/{name}/{content}, whose bytes never change.
 
-Response header_answer(const RouteCall& call);
-Response directory_page_answer(const RouteCall& call);
-Response chunk_answer(const RouteCall& call);
+Response header_response(const RouteCall& call);
+Response directory_page_response(const RouteCall& call);
+Response chunk_response(const RouteCall& call);
 
-/// The chunks of a level that an isovalue range needs, as frames.
-Response chunks_answer(const RouteCall& call);
+/// The chunks of a level for an isovalue range, as frames.
+Response chunks_response(const RouteCall& call);
 
-/// The chunks named, as frames.
-Response batch_answer(const RouteCall& call);
+/// The chunks of a list, as frames.
+Response batch_response(const RouteCall& call);
 
 /// The store file, or a range of it.
-Response file_answer(const RouteCall& call);
+Response file_response(const RouteCall& call);
 
 }  // namespace isosplat

@@ -1,5 +1,7 @@
 #include "server/listen.h"
 
+#include <fmt/format.h>
+
 #include <boost/asio/ip/v6_only.hpp>
 #include <utility>
 
@@ -15,7 +17,7 @@ Result<std::vector<Acceptor>> listen(asio::io_context& context, const std::strin
   std::vector<Acceptor> acceptors;
   tcp::resolver resolver(context);
   const auto found = resolver.resolve(host, std::to_string(port), tcp::resolver::passive, error);
-  if (error) return fail(Status::io_error, "host " + host + ": " + error.message());
+  if (error) return fail(Status::io_error, fmt::format("host {}: {}", host, error.message()));
   error_code last_error;
   for (const auto& entry : found) {
     tcp::endpoint endpoint = entry.endpoint();
@@ -24,25 +26,26 @@ Result<std::vector<Acceptor>> listen(asio::io_context& context, const std::strin
     acceptor.open(endpoint.protocol(), error);
     if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
     if (!error && endpoint.address().is_v6()) {
-      // "::" takes IPv4 as well; "localhost" has an address of either kind.
+      // "::" accepts IPv4 too. Other names, such as "localhost", have an address of each kind.
       acceptor.set_option(asio::ip::v6_only(!endpoint.address().is_unspecified()), error);
     }
     if (!error) acceptor.bind(endpoint, error);
     if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
     if (error == asio::error::address_in_use || error == asio::error::access_denied) {
-      return fail(Status::io_error, "port " + std::to_string(port) + " of " +
-                                        endpoint.address().to_string() + ": " + error.message() +
-                                        ": choose another port, or 0 for a free one");
+      return fail(Status::io_error,
+                  fmt::format("port {} of {}: {}: choose another port, or 0 for a free one", port,
+                              endpoint.address().to_string(), error.message()));
     }
     if (error) {
-      last_error = error;  // a host name's IPv6 address on a machine without IPv6, say
+      last_error = error;  // such as an IPv6 address on a machine without IPv6
       continue;
     }
     port = acceptor.local_endpoint(error).port();
     acceptors.push_back(std::move(acceptor));
   }
   if (!acceptors.empty()) return acceptors;
-  return fail(Status::io_error, "host " + host + ": cannot listen: " + last_error.message());
+  return fail(Status::io_error,
+              fmt::format("host {}: cannot listen: {}", host, last_error.message()));
 }
 
 }  // namespace isosplat

@@ -10,8 +10,8 @@
 
 namespace isosplat {
 
-/// Listens on every address of a host, all on the same port (0: any free one). At least one.
-/// Errors: io_error, which says what to do.
+/// Listens on all addresses of a host, on the same port (0: any free port). Addresses that the
+/// machine does not support are skipped. Returns at least one acceptor. Errors: io_error.
 Result<std::vector<Acceptor>> listen(boost::asio::io_context& context, const std::string& host,
                                      uint16_t port);
 

@@ -1,9 +1,11 @@
 #include "server/message.h"
 
+#include <fmt/format.h>
+
 namespace isosplat {
 namespace {
 
-/// Length of the UTF-8 sequence at the front of `text`; 0 where there is none.
+/// Length of the UTF-8 sequence at the begin of `text` (not empty); 0 if it is invalid.
 size_t utf8_length(std::string_view text) {
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
   const auto continues = [&](size_t from, size_t to) {
@@ -73,7 +75,6 @@ std::string_view reason_phrase(int status) {
 }
 
 std::string json_string(std::string_view text) {
-  constexpr char kDigits[] = "0123456789abcdef";
   std::string json = "\"";
   while (!text.empty()) {
     const size_t length = utf8_length(text);
@@ -86,9 +87,7 @@ std::string json_string(std::string_view text) {
     } else if (c == '\n') {
       json += "\\n";
     } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      json += "\\u00";
-      json += kDigits[static_cast<unsigned char>(c) >> 4];
-      json += kDigits[c & 15];
+      json += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
     } else {
       json += text.substr(0, length);
     }
@@ -104,7 +103,7 @@ Response error_response(int status, std::string_view name, std::string_view mess
   response.set("Content-Type", "application/json");
   response.set("Cache-Control", "no-store");
   response.text =
-      "{\"status\":" + json_string(name) + ",\"message\":" + json_string(message) + "}\n";
+      fmt::format("{{\"status\":{},\"message\":{}}}\n", json_string(name), json_string(message));
   return response;
 }
 

@@ -14,8 +14,8 @@ namespace isosplat {
 
 enum class Method : uint8_t { get, head, options, other };
 
-/// What the router needs of a request. Fields that were not sent are empty. The views live as long
-/// as the request is being answered.
+/// The parts of a request that the router needs. Absent fields are empty. The views are valid until
+/// the response is sent.
 struct Request {
   Method method = Method::other;
   std::string_view target;
@@ -26,34 +26,34 @@ struct Request {
   std::string_view range;
 };
 
-/// A body too large to hold: its bytes are made while they are sent.
+/// A body that is too large for memory: it is produced while it is sent.
 class BodyStream {
  public:
   virtual ~BodyStream() = default;
 
-  /// Of the whole body: sent as Content-Length before the first byte is made.
+  /// Size of the whole body in bytes, for Content-Length.
   virtual uint64_t size() const = 0;
 
   enum class Step {
-    more,   ///< call again when this has been sent
+    more,   ///< call next() again after these bytes are sent
     last,   ///< the body is complete
-    broken  ///< send this, then close the connection: the rest cannot be made
+    broken  ///< send these bytes, then close the connection: the rest cannot be produced
   };
 
-  /// Appends the next bytes, at least one unless broken. `error` says why where broken.
+  /// Appends the next bytes to `out`, at least one unless broken. Sets `error` if broken.
   virtual Step next(std::vector<std::byte>& out, Error& error) = 0;
 };
 
-/// An answer. Nothing that a client sent goes into `headers`.
+/// A response. `headers` never contain text that a client sent.
 struct Response {
   int status = 200;
-  std::string headers;  ///< fields, each ended by CR LF; not Content-Length, Date, Connection
+  std::string headers;  ///< lines that end in CR LF; not Content-Length, Date, Connection
   std::string text;     ///< the body, unless `bytes` or `stream` is given
   std::span<const std::byte> bytes;
-  std::shared_ptr<const void> owner;  ///< keeps `bytes`
+  std::shared_ptr<const void> owner;  ///< of the memory of `bytes`
   std::unique_ptr<BodyStream> stream;
-  bool close = false;  ///< the connection after it
-  std::string fault;   ///< for the log: what went wrong here, as opposed to at the client
+  bool close = false;  ///< close the connection after this response
+  std::string fault;   ///< an error of the server (not of the client), for the log
 
   uint64_t body_size() const {
     if (stream) return stream->size();
@@ -74,11 +74,11 @@ std::string_view reason_phrase(int status);
 /// `text` as a JSON string with its quotes; bytes that are not UTF-8 become U+FFFD.
 std::string json_string(std::string_view text);
 
-/// An answer {"status": name, "message": message} that is not to be stored.
+/// An error response with the body {"status": name, "message": message} and no-store.
 Response error_response(int status, std::string_view name, std::string_view message);
 
-/// The same for an error of the core, under the HTTP status that stands for its cause: 400
-/// invalid_argument, 404 not_found, else 500, which is also a fault.
+/// The same for an error of the core. HTTP status: 400 for invalid_argument, 404 for not_found,
+/// else 500, which is also logged as a fault.
 Response error_response(const Error& error);
 
 }  // namespace isosplat

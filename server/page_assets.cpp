@@ -1,5 +1,7 @@
 #include "server/page_assets.h"
 
+#include <fmt/format.h>
+
 #include <zlib.h>
 
 #include <algorithm>
@@ -49,8 +51,8 @@ const MimeType& mime_type(const std::string& path) {
   return found == kMimeTypes.end() ? kUnknownType : *found;
 }
 
-/// Vite names what never changes "assets/NAME-HASH.EXTENSION", with a hash of at least 8 letters,
-/// digits, "-" and "_".
+/// Whether a path has Vite's form for immutable files: "/assets/NAME-HASH.EXTENSION" with a hash of
+/// at least 8 letters, digits, "-" and "_".
 bool has_hashed_name(std::string_view path) {
   constexpr size_t kHashLength = 8;
   if (!path.starts_with("/assets/")) return false;
@@ -90,9 +92,9 @@ Result<std::string> read_file(const fs::path& path, uint64_t max_bytes) {
   if (!file || error) return fail(Status::io_error, path.string() + ": cannot read");
   if (size > max_bytes) {
     return fail(Status::invalid_argument,
-                path.string() +
-                    ": the page's files exceed the limit held in memory: serve a "
-                    "folder that holds the built page only");
+                fmt::format("{}: the page's files exceed the memory limit: serve a folder that "
+                            "contains only the built page",
+                            path.string()));
   }
   std::string bytes(size, '\0');
   file.read(bytes.data(), static_cast<std::streamsize>(size));
@@ -102,7 +104,7 @@ Result<std::string> read_file(const fs::path& path, uint64_t max_bytes) {
   return bytes;
 }
 
-/// Every regular file below root, by its path from there with "/" in front.
+/// All regular files below root, by their paths relative to root with a leading "/".
 std::map<std::string, fs::path> files_below(const fs::path& root, const PageAssets::Log& log,
                                             std::error_code& error) {
   constexpr size_t kMaxFiles = 10'000;
@@ -117,7 +119,8 @@ std::map<std::string, fs::path> files_below(const fs::path& root, const PageAsse
     const fs::path real = fs::canonical(entry->path(), ignored);
     const auto [root_end, where] = std::ranges::mismatch(real_root, real);
     if (ignored || root_end != real_root.end()) {
-      if (log) log("page: " + entry->path().string() + " leads outside the folder: left out");
+      if (log)
+        log(fmt::format("page: {}: a link out of the folder: not served", entry->path().string()));
       continue;
     }
     std::string path = "/";
@@ -134,7 +137,8 @@ Result<std::shared_ptr<PageAssets>> PageAssets::load(const fs::path& root, uint6
   std::error_code error;
   const std::map<std::string, fs::path> files = files_below(root, log, error);
   if (error) {
-    return fail(Status::io_error, "page folder " + root.string() + ": " + error.message());
+    return fail(Status::io_error,
+                fmt::format("page folder {}: {}", root.string(), error.message()));
   }
   auto page = std::make_shared<PageAssets>();
   uint64_t left = max_bytes;
@@ -237,8 +241,8 @@ uint64_t PageAssets::signature(const fs::path& root) {
   std::string text;
   for (const auto& [path, file] : files_below(root, {}, error)) {
     std::error_code ignored;
-    text += path + ' ' + std::to_string(fs::file_size(file, ignored)) + ' ' +
-            std::to_string(fs::last_write_time(file, ignored).time_since_epoch().count()) + '\n';
+    text += fmt::format("{} {} {}\n", path, fs::file_size(file, ignored),
+                        fs::last_write_time(file, ignored).time_since_epoch().count());
   }
   return XXH3_64bits(text.data(), text.size());
 }

@@ -24,36 +24,37 @@ struct AssetVariant {
 
 struct Asset {
   std::string_view mime_type;
-  bool immutable = false;              ///< the name holds a hash of the content
+  bool immutable = false;              ///< the name contains a hash of the content
   std::vector<AssetVariant> variants;  ///< ascending in size; one is identity
 };
 
-/// The built page, held in memory. What is not a regular file inside the folder (after resolving
-/// links) is not part of it, so no request can reach outside.
+/// The files of the built page, in memory. They are the regular files inside of the folder after
+/// links are resolved, so no request can read files outside of it.
 class PageAssets {
  public:
   using Log = std::function<void(std::string_view)>;
 
-  /// Reads every file below `root`. Files F.br and F.gz beside F are F's encodings; where there is
-  /// no F.gz, text and WASM are compressed here. Errors: io_error, invalid_argument (more than
-  /// `max_bytes`).
+  /// Reads all files below `root`. Files F.br and F.gz beside F are encodings of F. If F.gz does
+  /// not exist, text and WASM are compressed here. Errors: io_error, invalid_argument (more than
+  /// `max_bytes` in all).
   static Result<std::shared_ptr<PageAssets>> load(const std::filesystem::path& root,
                                                   uint64_t max_bytes, const Log& log);
 
   /// `path`: decoded, e.g. "/assets/index-x7Hd9aK2.js"; "/" is "/index.html". Null: no such file.
   const Asset* find(std::string_view path) const;
 
-  /// Differs when a file below `root` was added, removed or written to.
+  /// A hash of the paths, sizes and times of all files below `root`: it changes if a file is added,
+  /// removed or written.
   static uint64_t signature(const std::filesystem::path& root);
 
-  /// Names, as in "/assets/index-x7Hd9aK2.js", that an HTML file here asks for and that are not
-  /// here: while a build writes the page, or where its copy is incomplete.
+  /// Hashed names, such as "/assets/index-x7Hd9aK2.js", that an HTML file of the page refers to but
+  /// that do not exist: the page is still being built, or its copy is incomplete.
   std::vector<std::string> missing() const;
 
-  /// Goes on to hand out what has a hashed name in `before` and is not here any more, for whoever
-  /// has loaded that page and has yet to load parts of it: for `kept_for` from now on, and beyond
-  /// it until the page changes again. What `before` has kept stays for the rest of its time. At
-  /// most `max_bytes`, the latest first.
+  /// Keeps files with hashed names of the page `before` that this page no longer has, since
+  /// browsers that have loaded the old page may still request them. They are kept for at least
+  /// `kept_for`, until the next change of the page after that. Files that `before` has kept retain
+  /// their time. Keeps at most `max_bytes`, the newest files first.
   void keep_hashed(const PageAssets& before, uint64_t max_bytes, std::chrono::seconds kept_for);
 
  private:

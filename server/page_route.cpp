@@ -1,5 +1,7 @@
 #include "server/page_route.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <span>
 
@@ -8,8 +10,8 @@
 namespace isosplat {
 namespace {
 
-/// The page runs its own scripts, WASM and workers, and fetches stores from any host (?src=…). The
-/// components of the page set style attributes, hence 'unsafe-inline' for styles only.
+/// The page runs only its own scripts, WASM and workers, and fetches stores from any host (?src=…).
+/// 'unsafe-inline' is for styles only: components of the page set style attributes.
 constexpr std::string_view kContentSecurityPolicy =
     "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; "
     "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
@@ -25,14 +27,15 @@ void preload_volume(Response& response, const RouteCall& call) {
     if (key != "volume") continue;
     const auto found = call.catalog->find(value);
     if (found == call.catalog->end() || !found->second.store) return;
-    // The catalog's name, of characters that need no escape.
-    response.set("Link", "<v1/volumes/" + found->first +
-                             "/bootstrap>; rel=preload; as=fetch; crossorigin=anonymous");
+    // Names of the catalog need no escaping.
+    response.set("Link", fmt::format("<v1/volumes/{}/bootstrap>; rel=preload; as=fetch; "
+                                     "crossorigin=anonymous",
+                                     found->first));
     return;
   }
 }
 
-/// The smallest variant that the client takes: they ascend in size.
+/// The smallest variant that the client accepts. Variants are sorted by size.
 const AssetVariant& choose_variant(const Asset& asset, std::string_view accept_encoding) {
   return *std::ranges::find_if(asset.variants, [&](const AssetVariant& candidate) {
     return candidate.encoding == Encoding::identity ||
@@ -40,14 +43,14 @@ const AssetVariant& choose_variant(const Asset& asset, std::string_view accept_e
   });
 }
 
-Response asset_answer(const RouteCall& call, const Asset& asset) {
+Response asset_response(const RouteCall& call, const Asset& asset) {
   const AssetVariant& variant = choose_variant(asset, call.request.accept_encoding);
   Response response =
-      begin_answer(call.request, variant.etag,
-                   asset.immutable ? CachePolicy::immutable : CachePolicy::revalidated);
+      begin_response(call.request, variant.etag,
+                     asset.immutable ? CachePolicy::immutable : CachePolicy::revalidated);
   response.set("Vary", "Accept-Encoding");
   if (asset.mime_type.starts_with("text/html")) preload_volume(response, call);
-  if (is_answered(response)) return response;
+  if (is_complete(response)) return response;
   response.set("Content-Type", asset.mime_type);
   if (variant.encoding != Encoding::identity) {
     response.set("Content-Encoding", variant.encoding == Encoding::gzip ? "gzip" : "br");
@@ -59,12 +62,12 @@ Response asset_answer(const RouteCall& call, const Asset& asset) {
 
 }  // namespace
 
-Response page_answer(const RouteCall& call) {
+Response page_response(const RouteCall& call) {
   const std::string path = call.target.path();
   const Asset* asset = call.page ? call.page->find(path) : nullptr;
   Response response;
   if (asset) {
-    response = asset_answer(call, *asset);
+    response = asset_response(call, *asset);
   } else if (path == "/") {
     response.set("Content-Type", "text/html; charset=utf-8");
     response.set("Cache-Control", "no-store");

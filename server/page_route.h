@@ -4,8 +4,8 @@
 
 namespace isosplat {
 
-/// A file of the page. HTML that is asked for with a volume in its query has the browser fetch the
-/// volume's first bytes at once, beside what the page is made of.
-Response page_answer(const RouteCall& call);
+/// A file of the page. If the query of an HTML file names a volume, the response makes the browser
+/// preload the volume's bootstrap, in parallel to the files of the page.
+Response page_response(const RouteCall& call);
 
 }  // namespace isosplat

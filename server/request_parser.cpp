@@ -1,5 +1,7 @@
 #include "server/request_parser.h"
 
+#include <fmt/format.h>
+
 #include <boost/asio/buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/error.hpp>
@@ -55,7 +57,7 @@ HeaderScan scan_header(std::string_view received, size_t scanned, size_t max_byt
                        size_t max_target_bytes) {
   using State = HeaderScan::State;
   if (received.empty()) return {};
-  // A TLS greeting, say: its end would never be seen.
+  // Anything else is not HTTP, such as a TLS greeting, which has no end of a header.
   const auto is_letter = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); };
   if (!is_letter(received.front())) {
     return {State::refused, 0, bad_request("expected an HTTP/1.1 request")};
@@ -73,11 +75,11 @@ HeaderScan scan_header(std::string_view received, size_t scanned, size_t max_byt
   if (received.substr(0, max_bytes).find('\n') == std::string_view::npos) {
     return {State::refused, 0,
             closing(414, "target_too_long",
-                    "expected a target of at most " + std::to_string(max_target_bytes) + " bytes")};
+                    fmt::format("expected a target of at most {} bytes", max_target_bytes))};
   }
   return {State::refused, 0,
           closing(431, "header_too_large",
-                  "expected a header of at most " + std::to_string(max_bytes) + " bytes")};
+                  fmt::format("expected a header of at most {} bytes", max_bytes))};
 }
 
 struct RequestParser::State {
@@ -113,7 +115,7 @@ std::optional<Response> RequestParser::parse(std::string_view header) {
   }
   const size_t hosts = message.count(http::field::host);
   if (hosts > 1 || (hosts == 0 && message.version() >= 11)) {
-    return bad_request("Host: expected exactly one, found " + std::to_string(hosts));
+    return bad_request(fmt::format("Host: expected exactly one, found {}", hosts));
   }
   return std::nullopt;
 }

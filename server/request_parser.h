@@ -9,29 +9,29 @@
 
 namespace isosplat {
 
-/// Where a request's header ends in what has been received so far.
+/// The position of the end of a request's header in the bytes received so far.
 struct HeaderScan {
   enum class State {
     partial,   ///< more bytes are needed
     complete,  ///< the header is the first `bytes` bytes
-    refused    ///< no header can begin like this: `answer` says why
+    refused    ///< not a valid header: send `refusal`
   };
   State state = State::partial;
   size_t bytes = 0;
-  std::optional<Response> answer;
+  std::optional<Response> refusal;
 };
 
 /// Looks for the end of the header in `received`, which must not begin with a line break.
-/// `scanned`: how much of it an earlier call has looked at, with the state partial.
+/// `scanned`: how many bytes an earlier call with the result `partial` has scanned.
 ///
-/// The limit is kept here: Beast 1.81 counts it anew for each piece that it is given, so that a
-/// header of many small fields has no bound. A line feed without its carriage return, which
-/// servers and proxies read differently, is refused.
+/// The size limit is checked here, because Beast 1.81 applies its limit to each piece of input
+/// separately, so that a header of many small fields is not limited. A line feed without carriage
+/// return is refused, because servers and proxies interpret it differently.
 HeaderScan scan_header(std::string_view received, size_t scanned, size_t max_bytes,
                        size_t max_target_bytes);
 
-/// One request's header. Refuses what would make it unsafe to go on with the connection: two
-/// readers could see the request's end in two places. Beast alone takes those.
+/// Parses the header of one request. Refuses headers that Beast accepts but that would allow
+/// request smuggling: two programs could disagree about the end of the request.
 class RequestParser {
  public:
   RequestParser();
@@ -39,11 +39,11 @@ class RequestParser {
   RequestParser(const RequestParser&) = delete;
   RequestParser& operator=(const RequestParser&) = delete;
 
-  /// `header`: complete, by scan_header. The answer where the request is refused; it closes the
-  /// connection. Call once.
+  /// Parses a header that scan_header() found complete. If the request is refused, returns a
+  /// response, which closes the connection. Call once.
   std::optional<Response> parse(std::string_view header);
 
-  // After parse(), even a refused one (then empty where nothing was read). Views into this.
+  // Call after parse(). Fields that were not parsed are empty. The views refer to this object.
   Request request() const;
   std::string_view method_text() const;
   bool keep_alive() const;

@@ -1,5 +1,7 @@
 #include "server/router.h"
 
+#include <fmt/format.h>
+
 #include <optional>
 #include <utility>
 
@@ -17,7 +19,7 @@ void add_data_fields(Response& response) {
   response.set("Timing-Allow-Origin", "*");
 }
 
-Response options_answer(bool is_data) {
+Response options_response(bool is_data) {
   Response response;
   response.status = 204;
   response.set("Allow", kMethods);
@@ -29,7 +31,7 @@ Response options_answer(bool is_data) {
   return response;
 }
 
-/// The part of the interface that programs use; the rest is the page.
+/// Whether a target belongs to the data interface; all other targets belong to the page.
 bool is_data(const Target& target) {
   return target.segments[0] == "v1" || target.segments[0] == "healthz";
 }
@@ -38,17 +40,17 @@ Response not_found(std::string_view message) {
   return error_response(404, status_name(Status::not_found), message);
 }
 
-/// Looks the volume of a route up that has a {name}, and compares its {content}. The answer where
-/// there is none to hand on.
+/// For routes with {name}: looks the volume up, and compares its content id with {content}. Returns
+/// an error response if there is no such volume, or no store that can be served.
 std::optional<Response> find_volume(const Route& route, RouteCall& call) {
   if (call.arguments.empty()) return std::nullopt;
   const auto found = call.catalog->find(call.arguments[0]);
   if (found == call.catalog->end()) {
-    return not_found("no volume of this name: /v1/volumes lists those there are");
+    return not_found("no volume has this name: /v1/volumes lists all volumes");
   }
   const CatalogEntry& entry = found->second;
   if (!entry.store) {
-    // Known to whoever runs the server from the log, once: not a fault of each request.
+    // The catalog has logged this error once: do not log it for each request.
     Response response = error_response(*entry.error);
     response.status = 500;
     response.fault.clear();
@@ -56,8 +58,10 @@ std::optional<Response> find_volume(const Route& route, RouteCall& call) {
   }
   const bool names_content = route.pattern.find("{content}") != std::string_view::npos;
   if (names_content && call.arguments[1] != entry.store->content()) {
-    return not_found("this volume's content is now " + entry.store->content() +
-                     ": ask /v1/volumes/" + entry.name + " anew");
+    return not_found(
+        fmt::format("the content of this volume is now {}: request /v1/volumes/{} "
+                    "again",
+                    entry.store->content(), entry.name));
   }
   call.volume = &entry;
   return std::nullopt;
@@ -77,20 +81,20 @@ std::shared_ptr<const PageAssets> Router::page() const {
   return page_;
 }
 
-Response Router::answer(const Request& request) const {
+Response Router::respond(const Request& request) const {
   Response response;
   const Result<Target> target = parse_target(request.target);
   const bool is_page = target && !is_data(*target);
   if (request.target.size() > limits_.target_bytes) {
     response = error_response(
         414, "target_too_long",
-        "expected a target of at most " + std::to_string(limits_.target_bytes) + " bytes, found " +
-            std::to_string(request.target.size()) + ": ask in several requests");
+        fmt::format("expected a target of at most {} bytes, found {}: send several requests",
+                    limits_.target_bytes, request.target.size()));
   } else if (request.method == Method::other) {
     response = error_response(405, "method_not_allowed", "expected GET, HEAD or OPTIONS");
     response.set("Allow", kMethods);
   } else if (request.method == Method::options && (target || request.target == "*")) {
-    response = options_answer(!is_page);
+    response = options_response(!is_page);
   } else if (!target) {
     response = error_response(target.error());
   } else {
@@ -105,8 +109,8 @@ Response Router::route(const Request& request, const Target& target) const {
   RouteCall call{request, target, limits_, catalog_.snapshot(), page(), {}};
   const Route* const route = find_route(request.method, target, call.arguments);
   if (!route) return not_found("expected a path that server/HTTP.md lists");
-  if (std::optional<Response> answer = find_volume(*route, call)) return std::move(*answer);
-  return route->answer(call);
+  if (std::optional<Response> error = find_volume(*route, call)) return std::move(*error);
+  return route->handler(call);
 }
 
 }  // namespace isosplat

@@ -10,16 +10,16 @@
 
 namespace isosplat {
 
-/// Answers requests, whatever carried them: HTTP.md lists the routes. Callable from any thread at a
-/// time. Reads files, so an answer may wait for the disk.
+/// Makes the responses to requests; HTTP.md lists the routes. Independent of sockets. Thread-safe.
+/// Reads files, so a call may wait for the disk.
 class Router {
  public:
   Router(const Catalog& catalog, RouterLimits limits);
 
-  /// The page, from now on; null: none.
+  /// Sets the page for the following requests; null: no page.
   void set_page(std::shared_ptr<const PageAssets> page);
 
-  Response answer(const Request& request) const;
+  Response respond(const Request& request) const;
 
  private:
   Response route(const Request& request, const Target& target) const;

@@ -10,7 +10,7 @@
 namespace isosplat {
 namespace {
 
-/// Of the names of the interface, the page cannot have any.
+/// Other paths below /v1 do not fall back to the page.
 Response no_such_path(const RouteCall&) {
   return error_response(404, status_name(Status::not_found),
                         "expected /v1/volumes, /v1/volumes/{name}, and below a content id header, "
@@ -19,24 +19,24 @@ Response no_such_path(const RouteCall&) {
 }
 
 constexpr auto kRoutes = std::to_array<Route>({
-    {Method::get, "/healthz", health_answer},
-    {Method::get, "/v1/volumes", volumes_answer},
-    {Method::get, "/v1/volumes/{name}", volume_answer},
-    {Method::get, "/v1/volumes/{name}/bootstrap", bootstrap_answer},
-    {Method::get, "/v1/volumes/{name}/{content}/header", header_answer},
-    {Method::get, "/v1/volumes/{name}/{content}/pages/{page}", directory_page_answer},
-    {Method::get, "/v1/volumes/{name}/{content}/chunks/{level}/{x}.{y}.{z}/{band}", chunk_answer},
-    {Method::get, "/v1/volumes/{name}/{content}/chunks", chunks_answer},
-    {Method::get, "/v1/volumes/{name}/{content}/batch", batch_answer},
-    {Method::get, "/v1/volumes/{name}/{content}/file", file_answer},
+    {Method::get, "/healthz", health_response},
+    {Method::get, "/v1/volumes", volumes_response},
+    {Method::get, "/v1/volumes/{name}", volume_response},
+    {Method::get, "/v1/volumes/{name}/bootstrap", bootstrap_response},
+    {Method::get, "/v1/volumes/{name}/{content}/header", header_response},
+    {Method::get, "/v1/volumes/{name}/{content}/pages/{page}", directory_page_response},
+    {Method::get, "/v1/volumes/{name}/{content}/chunks/{level}/{x}.{y}.{z}/{band}", chunk_response},
+    {Method::get, "/v1/volumes/{name}/{content}/chunks", chunks_response},
+    {Method::get, "/v1/volumes/{name}/{content}/batch", batch_response},
+    {Method::get, "/v1/volumes/{name}/{content}/file", file_response},
     {Method::get, "/v1/…", no_such_path},
-    {Method::get, "/…", page_answer},
+    {Method::get, "/…", page_response},
 });
 
 constexpr std::string_view kAnySegments = "/…";
 
-bool has_pattern(const std::vector<std::string>& path, std::string_view pattern,
-                 std::vector<std::string_view>& arguments) {
+bool matches(const std::vector<std::string>& path, std::string_view pattern,
+             std::vector<std::string_view>& arguments) {
   arguments.clear();
   for (const std::string& segment : path) {
     if (pattern.empty()) return false;
@@ -63,7 +63,7 @@ const Route* find_route(Method method, const Target& target,
                         std::vector<std::string_view>& arguments) {
   if (method == Method::head) method = Method::get;
   const auto found = std::ranges::find_if(kRoutes, [&](const Route& route) {
-    return route.method == method && has_pattern(target.segments, route.pattern, arguments);
+    return route.method == method && matches(target.segments, route.pattern, arguments);
   });
   return found == kRoutes.end() ? nullptr : &*found;
 }

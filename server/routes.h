@@ -20,7 +20,7 @@ struct RouterLimits {
   size_t target_bytes = 8 * 1024;
 };
 
-/// A request on its way to a route's handler. Everything lives while the handler runs.
+/// A request and its context, for a route's handler. Valid while the handler runs.
 struct RouteCall {
   const Request& request;
   const Target& target;
@@ -28,30 +28,29 @@ struct RouteCall {
   std::shared_ptr<const CatalogSnapshot> catalog;
   std::shared_ptr<const PageAssets> page;  ///< null: none
 
-  /// What the path has for each segment of the pattern that begins with "{", in order.
+  /// The path's segments for the placeholders {…} of the pattern, in order.
   std::vector<std::string_view> arguments;
 
-  /// Of routes below {name}: its entry, which has a store.
+  /// For routes with {name}: the volume, which has a store.
   const CatalogEntry* volume = nullptr;
 };
 
-/// A line of the table: HTTP.md has the same lines in the same order.
+/// A route. HTTP.md has a table of the same routes in the same order.
 struct Route {
-  /// HEAD is answered as GET, without the body; OPTIONS by the router, for every path.
+  /// HEAD has the route of GET; its body is not sent. The router handles OPTIONS for all paths.
   Method method;
 
-  /// Segments, each after a "/". One that begins with "{" stands for any text; "…" at the end
-  /// stands for any number of segments. {name} is a volume with a store; {content} is its content
-  /// id.
+  /// Segments, each after a "/". A segment that begins with "{" matches any text; "…" at the end
+  /// matches any number of segments. {name} is a volume with a store; {content} is its content id.
   std::string_view pattern;
 
-  Response (*answer)(const RouteCall&);
+  Response (*handler)(const RouteCall&);
 };
 
-/// All routes. A path belongs to the first whose pattern it has.
+/// All routes. The first route whose pattern matches a path handles it.
 std::span<const Route> routes();
 
-/// The route of the path, whose arguments go into `arguments`; null: none.
+/// The route of a path, or null. Sets `arguments` to the segments of its placeholders.
 const Route* find_route(Method method, const Target& target,
                         std::vector<std::string_view>& arguments);
 

@@ -1,5 +1,7 @@
 #include "server/server.h"
 
+#include <fmt/format.h>
+
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -31,12 +33,12 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
 
-/// After the page was rebuilt, files of the one before are handed out for so long to those who have
-/// it open.
+/// How long files of the old page are served after the page was rebuilt, to browsers that have the
+/// old page open.
 constexpr std::chrono::hours kOldPageKept{1};
 
-/// What connections are counted by: an IPv4 address, or the first 64 bits of an IPv6 address, which
-/// is what one client gets.
+/// The key for counting connections: an IPv4 address, or the first 64 bits of an IPv6 address,
+/// since a client usually has a whole /64 network.
 std::string address_key(const asio::ip::address& address) {
   if (address.is_v4()) return address.to_string();
   const asio::ip::address_v6 v6 = address.to_v6();
@@ -46,7 +48,7 @@ std::string address_key(const asio::ip::address& address) {
   return asio::ip::address_v6(bytes).to_string();
 }
 
-/// Each store and each connection holds a file open: as many as the process may.
+/// Raises the soft limit of open files to the hard limit: each store and each connection uses one.
 void raise_open_file_limit() {
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
@@ -81,7 +83,7 @@ struct Server::State {
   void wait_for_signal();
   void scan_regularly();
   void stop();
-  void drop_connections();
+  void close_connections();
 
   const ServerOptions options;
   ServerLog log;
@@ -91,15 +93,15 @@ struct Server::State {
   Admission admission;
   ConnectionShared shared;
   std::shared_ptr<const PageAssets> page;  // null without a web root
-  uint64_t page_signature = 0;             // of what was loaded last, whole or not
-  uint64_t page_signature_seen = 0;        // when it was last looked at
+  uint64_t page_signature = 0;             // of the last attempt to load the page
+  uint64_t page_signature_seen = 0;        // of the last scan
   uint16_t bound_port = 0;
 
   std::vector<std::unique_ptr<Worker>> workers;
   std::vector<std::thread> worker_threads;
   std::atomic<size_t> next_worker{0};
 
-  // Accepting and signals have a thread of their own: it goes on while workers read from disks.
+  // Accepting and signals have their own thread, so that they do not wait while workers read files.
   asio::io_context control{1};
   std::vector<Acceptor> acceptors;
   std::optional<asio::signal_set> signals;
@@ -119,10 +121,10 @@ Result<void> Server::State::load_page() {
                                  [this](std::string_view line) { log.line(line); });
   if (!loaded) return tl::unexpected(loaded.error());
   if (const std::vector<std::string> missing = (*loaded)->missing(); !missing.empty()) {
-    const std::string text = "page " + options.web_root.string() + ": its HTML asks for " +
-                             missing.front() + ", which is not there";
-    if (page) return fail(Status::io_error, text + ": the page of before is served until it is");
-    log.line(text + ": build the page anew");
+    const std::string text = fmt::format("page {}: its HTML refers to {}, which does not exist",
+                                         options.web_root.string(), missing.front());
+    if (page) return fail(Status::io_error, text + ": the old page is served until it does");
+    log.line(text + ": build the page again");
   }
   if (page) (*loaded)->keep_hashed(*page, max_bytes, kOldPageKept);
   page = *loaded;
@@ -130,16 +132,17 @@ Result<void> Server::State::load_page() {
   return {};
 }
 
-/// Loads the page anew when it has changed, and no longer changes. While a build writes it, parts
-/// of it are missing: the old one stays until the new one is whole.
+/// Loads the page again if it has changed since the last load but not since the last scan. While a
+/// build writes the page, it is incomplete: the old page is served until the new one is complete.
 void Server::State::reload_page() {
   if (options.web_root.empty()) return;
   const uint64_t signature = PageAssets::signature(options.web_root);
-  const bool rests = signature == page_signature_seen;
+  const bool is_stable = signature == page_signature_seen;
   page_signature_seen = signature;
-  if (!rests || signature == page_signature) return;
+  if (!is_stable || signature == page_signature) return;
   const Result<void> loaded = load_page();
-  log.line(loaded ? "page: loaded anew from " + options.web_root.string() : loaded.error().message);
+  log.line(loaded ? fmt::format("page: loaded again from {}", options.web_root.string())
+                  : loaded.error().message);
 }
 
 Awaitable<void> Server::State::accept_on(Acceptor& acceptor) {
@@ -151,7 +154,7 @@ Awaitable<void> Server::State::accept_on(Acceptor& acceptor) {
     const auto [error] = co_await acceptor.async_accept(socket, peer, kAwait);
     if (stopping || error == asio::error::operation_aborted) co_return;
     if (error) {
-      // Out of file descriptors, most likely: connections that end will free some.
+      // Most likely out of file descriptors: connections that end will free some.
       pause.expires_after(std::chrono::milliseconds(50));
       co_await pause.async_wait(kAwait);
       continue;
@@ -167,9 +170,9 @@ void Server::State::wait_for_signal() {
   signals->async_wait([this](const error_code& error, int) {
     if (error) return;
     if (stopping) {
-      drop_connections();
+      close_connections();
     } else {
-      log.line("stopping: answers in flight end first");
+      log.line("stopping: responses in progress are completed first");
       stop();
     }
     wait_for_signal();
@@ -211,7 +214,7 @@ void Server::State::run() {
     signals.emplace(control);
     for (const int signal : {SIGINT, SIGTERM}) {
       struct sigaction now {};
-      // What is ignored stays so: a shell ignores SIGINT for its jobs in the background.
+      // Ignored signals stay ignored: a shell ignores SIGINT for its background jobs.
       if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler != SIG_IGN) {
         signals->add(signal);
       }
@@ -235,7 +238,7 @@ void Server::State::stop() {
   for (const auto& worker : workers) worker->stop();
 }
 
-void Server::State::drop_connections() {
+void Server::State::close_connections() {
   for (const auto& worker : workers) worker->abort();
 }
 
@@ -244,9 +247,9 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
     std::error_code error;
     if (!std::filesystem::exists(source, error)) {
       return fail(Status::io_error,
-                  source.string() +
-                      ": no such file or folder: name stores that `isosplat build` "
-                      "wrote, or a folder of them");
+                  fmt::format("{}: no such file or folder: expected a store from `isosplat build`, "
+                              "or a folder of stores",
+                              source.string()));
     }
   }
   if (options.scan_interval <= std::chrono::milliseconds(0) ||
@@ -278,7 +281,7 @@ std::string Server::url() const {
   std::string host = state_->options.host;
   if (host == "127.0.0.1" || host == "0.0.0.0" || host == "::" || host == "::1") host = "localhost";
   if (host.find(':') != std::string::npos) host = "[" + host + "]";
-  return "http://" + host + ":" + std::to_string(state_->bound_port) + "/";
+  return fmt::format("http://{}:{}/", host, state_->bound_port);
 }
 
 std::vector<Server::Volume> Server::volumes() const {

@@ -9,22 +9,24 @@
 
 namespace isosplat {
 
-/// What a server says, from any thread, one line at a time.
+/// The logs of a server. Thread-safe.
 class ServerLog {
  public:
   using Line = std::function<void(std::string_view line)>;
 
-  /// `log`, `access_log`: told each line, without a line break; may be empty.
+  /// `log`, `access_log`: called with each line, without a line break, one call at a time. May be
+  /// empty.
   ServerLog(Line log, Line access_log) : log_(std::move(log)), access_log_(std::move(access_log)) {}
 
-  /// About stores and the page.
+  /// Logs a line about stores or the page.
   void line(std::string_view text) {
     if (!log_) return;
     const std::lock_guard lock(mutex_);
     log_(text);
   }
 
-  /// Faults come as often as clients ask for what is broken: a few lines a second say it.
+  /// Logs a fault. Limited to a few lines per second, since a client can request a broken store as
+  /// often as it likes.
   void fault(std::string_view text) {
     if (!log_) return;
     constexpr uint32_t kLinesPerSecond = 10;
@@ -37,9 +39,9 @@ class ServerLog {
     if (++faults_this_second_ <= kLinesPerSecond) log_(text);
   }
 
-  bool wants_access() const { return static_cast<bool>(access_log_); }
+  bool has_access_log() const { return static_cast<bool>(access_log_); }
 
-  /// An answer. Requires wants_access().
+  /// Logs a response. Requires has_access_log().
   void access(std::string_view text) {
     const std::lock_guard lock(mutex_);
     access_log_(text);

@@ -18,10 +18,10 @@ void append_u32(std::vector<std::byte>& out, uint32_t value) {
 ///   32 | begin  |  end   |checksum|   0    | 48: the chunk's bytes, padded with 0 to 16
 ///      +--------+--------+--------+--------+
 void append_frame_header(std::vector<std::byte>& out, const ChunkRef& chunk, Status status) {
-  const bool good = status == Status::ok;
+  const bool has_chunk = status == Status::ok;
   const auto& index = chunk.block.index;
   for (const uint32_t value :
-       {good ? chunk.bytes : 0, static_cast<uint32_t>(status), chunk.block.level,
+       {has_chunk ? chunk.bytes : 0, static_cast<uint32_t>(status), chunk.block.level,
         static_cast<uint32_t>(index.x), static_cast<uint32_t>(index.y),
         static_cast<uint32_t>(index.z), chunk.band, chunk.cells,
         static_cast<uint32_t>(chunk.band_begin), chunk.band_end, chunk.checksum, uint32_t{0}}) {
@@ -78,8 +78,8 @@ uint64_t BootstrapStream::size() const {
 }
 
 BodyStream::Step BootstrapStream::next(std::vector<std::byte>& out, Error& error) {
-  if (!begun_) {
-    begun_ = true;
+  if (!has_sent_header_) {
+    has_sent_header_ = true;
     const CoarseRange& bootstrap = store_->bootstrap();
     const std::span<const std::byte> header = store_->header();
     const std::array<uint8_t, 16>& id = store_->info().content_id;

@@ -10,20 +10,20 @@
 
 namespace isosplat {
 
-/// Bytes of the frame before each chunk in an answer of many, and what frames are padded to.
+/// Size of the header before each chunk in a response of frames, and the alignment of frames.
 inline constexpr size_t kFrameHeaderBytes = 48;
 inline constexpr size_t kFrameAlignment = 16;
 
-/// The frame's bytes: header, chunk, padding.
+/// Size of a frame: header, chunk and padding.
 constexpr uint64_t frame_bytes(uint64_t chunk_bytes) {
   return kFrameHeaderBytes +
          (chunk_bytes + kFrameAlignment - 1) / kFrameAlignment * kFrameAlignment;
 }
 
-/// Chunks as frames, in the order given (HTTP.md draws the layout). Holds a piece at a time:
-/// kPieceBytes, or one frame where that is larger. A chunk that cannot be read, or whose checksum
-/// differs, ends the stream with a frame that carries the status and no chunk, so that the answer
-/// falls short of its announced length and no cache keeps it.
+/// Chunks as frames, in the given order (HTTP.md shows the layout). Uses memory for one piece:
+/// kPieceBytes, or one frame if that is larger. If a chunk cannot be read, or its checksum differs,
+/// the stream ends with a frame that has the status and no chunk. The response is then shorter than
+/// its Content-Length, so no cache keeps it.
 class FrameStream final : public BodyStream {
  public:
   FrameStream(std::shared_ptr<const StoreFile> store, std::vector<ChunkRef> chunks);
@@ -37,7 +37,7 @@ class FrameStream final : public BodyStream {
   uint64_t size_ = 0;
 };
 
-/// A run of the store file's bytes, unchecked: its reader checks each part of it.
+/// A byte range of the store file. Checksums are not compared here: the client does it.
 class FileStream final : public BodyStream {
  public:
   FileStream(std::shared_ptr<const StoreFile> store, uint64_t offset, uint64_t bytes);
@@ -51,11 +51,11 @@ class FileStream final : public BodyStream {
   uint64_t size_;
 };
 
-/// Bytes before the header in an answer that opens a volume.
+/// Size of the fields before the store's header in a bootstrap response.
 inline constexpr size_t kBootstrapHeaderBytes = 32;
 
-/// What a viewer needs for its first picture: content id, header, and StoreFile::bootstrap (HTTP.md
-/// draws the layout). As unchecked as FileStream.
+/// The bootstrap of a volume: content id, header, and the byte range StoreFile::bootstrap (HTTP.md
+/// shows the layout). Checksums are not compared, as in FileStream.
 class BootstrapStream final : public BodyStream {
  public:
   explicit BootstrapStream(std::shared_ptr<const StoreFile> store);
@@ -64,11 +64,11 @@ class BootstrapStream final : public BodyStream {
 
  private:
   std::shared_ptr<const StoreFile> store_;
-  FileStream rest_;  ///< what follows the header
-  bool begun_ = false;
+  FileStream rest_;  ///< the byte range after the header
+  bool has_sent_header_ = false;
 };
 
-/// What streams aim to make at a time: a connection's buffer.
+/// Target size of the pieces that streams produce.
 inline constexpr size_t kPieceBytes = 64 * 1024;
 
 }  // namespace isosplat

@@ -1,5 +1,7 @@
 #include "server/target.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -7,12 +9,12 @@
 namespace isosplat {
 namespace {
 
-/// At most this much of what a client sent comes back in a message.
+/// A client's text for an error message, in quotes, shortened to kMaxLength bytes.
 std::string quoted(std::string_view text) {
-  constexpr size_t kLongest = 40;
+  constexpr size_t kMaxLength = 40;
   std::string result = "\"";
-  result += text.substr(0, kLongest);
-  result += text.size() > kLongest ? "…\"" : "\"";
+  result += text.substr(0, kMaxLength);
+  result += text.size() > kMaxLength ? "…\"" : "\"";
   return result;
 }
 
@@ -23,8 +25,8 @@ int hex_digit(char c) {
   return -1;
 }
 
-/// `slash`: what an escaped "/" does. In a path it would change the segments; in a query it is what
-/// encodeURIComponent makes of "0/1.2.3/4".
+/// Whether "%2F" is allowed. In a path it would change the segments. In a query it is allowed,
+/// since encodeURIComponent escapes the slashes of "0/1.2.3/4".
 enum class EscapedSlash { refused, allowed };
 
 Result<std::string> decode(std::string_view raw, EscapedSlash slash) {
@@ -45,8 +47,8 @@ Result<std::string> decode(std::string_view raw, EscapedSlash slash) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == '\\' ||
         (c == '/' && slash == EscapedSlash::refused)) {
       return fail(Status::invalid_argument,
-                  "target: an escape stands for a control character, \"/\" or \"\\\", which no "
-                  "name here holds");
+                  "target: expected no escaped control character, \"/\" or \"\\\": no name "
+                  "contains one");
     }
     text += c;
     i += 2;
@@ -54,7 +56,7 @@ Result<std::string> decode(std::string_view raw, EscapedSlash slash) {
   return text;
 }
 
-/// Characters that RFC 3986 lets a path or query hold, and those that browsers send as they are.
+/// The characters that RFC 3986 allows in a path or query, and those that browsers do not escape.
 bool is_target_character(char c) {
   return c > 0x20 && c < 0x7f && c != '#' && c != '\\' && c != '"' && c != '<' && c != '>';
 }
@@ -67,8 +69,9 @@ Result<std::vector<Item>> parse_list(std::string_view text, const char* what, Pa
     const std::string_view item = text.substr(0, comma);
     const std::optional<Item> parsed = parse(item);
     if (!parsed) {
-      return fail(Status::invalid_argument, std::string("expected a list of ") + what +
-                                                " separated by commas, found " + quoted(item));
+      return fail(
+          Status::invalid_argument,
+          fmt::format("expected a list of {} separated by commas, found {}", what, quoted(item)));
     }
     items.push_back(*parsed);
     if (comma == std::string_view::npos) return items;
@@ -88,7 +91,7 @@ Result<Target> parse_target(std::string_view raw) {
   for (const char c : raw) {
     if (!is_target_character(c)) {
       return fail(Status::invalid_argument,
-                  "target: holds a character that must be escaped with \"%\"");
+                  "target: contains a character that must be escaped with \"%\"");
     }
   }
   bool is_absolute = false;
@@ -115,15 +118,15 @@ Result<Target> parse_target(std::string_view raw) {
     if (!segment) return tl::unexpected(segment.error());
     if (*segment == "." || *segment == "..") {
       return fail(Status::invalid_argument,
-                  "target: holds a \".\" or \"..\" segment: ask for the path that is meant");
+                  "target: contains a \".\" or \"..\" segment: request the resolved path");
     }
     target.segments.push_back(std::move(*segment));
     if (slash == std::string_view::npos) break;
     path.remove_prefix(slash + 1);
   }
 
-  // The page's query is for its program, which says what it cannot read; the server does no more
-  // than look for the volume's name in it.
+  // The page's program parses the page's query and reports errors. The server only looks for the
+  // volume's name in it.
   const bool is_for_page = target.segments.front() != "v1";
   while (!query.empty()) {
     const size_t end = std::min(query.find('&'), query.size());

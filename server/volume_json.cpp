@@ -7,13 +7,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Deeper metadata is left out: writing JSON recurses, and a store's bytes are hostile.
-constexpr int kDeepestMetadata = 32;
+/// Metadata with deeper nesting is omitted: writing JSON is recursive, and a store may be hostile.
+constexpr int kMaxMetadataDepth = 32;
 
 Json parse_metadata(const std::string& text) {
   bool too_deep = false;
   const auto check_depth = [&](int depth, Json::parse_event_t, Json&) {
-    too_deep = too_deep || depth > kDeepestMetadata;
+    too_deep = too_deep || depth > kMaxMetadataDepth;
     return !too_deep;
   };
   Json metadata = Json::parse(text, check_depth, /*allow_exceptions=*/false);
@@ -28,12 +28,12 @@ Json triple(Vec3d v) {
   return Json::array({v.x, v.y, v.z});
 }
 
-std::string written(const Json& json) {
+std::string json_text(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-/// Counts of a histogram, neighbours summed until there are at most `most`.
-Json short_histogram(const Json& histogram, size_t most) {
+/// A histogram of at most `max_bins` bins: neighbouring bins are summed. Null if it is malformed.
+Json short_histogram(const Json& histogram, size_t max_bins) {
   const auto low = histogram.find("low");
   const auto high = histogram.find("high");
   const auto counts = histogram.find("counts");
@@ -41,20 +41,20 @@ Json short_histogram(const Json& histogram, size_t most) {
       !low->is_number() || !high->is_number() || !counts->is_array() || counts->empty()) {
     return nullptr;
   }
-  const size_t step = (counts->size() + most - 1) / most;
+  const size_t step = (counts->size() + max_bins - 1) / max_bins;
   std::vector<double> sums((counts->size() + step - 1) / step);
   for (size_t i = 0; i < counts->size(); ++i) {
     if (!(*counts)[i].is_number()) return nullptr;
     sums[i / step] += (*counts)[i].get<double>();
   }
-  // A last group of fewer counts would read as a dip: it is scaled to the others' width.
+  // The last bin may be the sum of fewer bins: scale it, so that it does not look like a dip.
   if (const size_t rest = counts->size() % step; rest != 0) {
     sums.back() *= static_cast<double>(step) / static_cast<double>(rest);
   }
   return {{"low", *low}, {"high", *high}, {"counts", sums}};
 }
 
-/// What a list shows of a volume; the rest is in the volume's own answer.
+/// Adds the metadata that the list of volumes shows.
 void add_short_metadata(Json& json, const StoreInfo& info) {
   constexpr size_t kShortHistogram = 64;
   const Json metadata = parse_metadata(info.metadata);
@@ -95,7 +95,7 @@ std::string volume_list_json(const CatalogSnapshot& snapshot) {
     }
     volumes.push_back(std::move(json));
   }
-  return written({{"volumes", std::move(volumes)}});
+  return json_text({{"volumes", std::move(volumes)}});
 }
 
 std::string volume_json(const CatalogEntry& entry) {
@@ -107,7 +107,7 @@ std::string volume_json(const CatalogEntry& entry) {
     level_grids.push_back({{"cells", triple(grid.cells)}, {"blocks", triple(grid.blocks)}});
   }
   const std::string base = "/v1/volumes/" + entry.name + "/" + entry.store->content();
-  return written({
+  return json_text({
       {"name", entry.name},
       {"contentId", entry.store->content()},
       {"fileBytes", info.file_bytes},

@@ -6,7 +6,7 @@
 
 namespace isosplat {
 
-/// The body of /v1/volumes: every store, in the order of names, broken ones with their error.
+/// The body of /v1/volumes: all stores, sorted by name; broken stores with their error.
 std::string volume_list_json(const CatalogSnapshot& snapshot);
 
 /// The body of /v1/volumes/{name}. Requires a store.

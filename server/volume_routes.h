@@ -4,13 +4,13 @@
 
 namespace isosplat {
 
-// What lies above the content ids: it may change at any time.
+// Handlers of the routes without a content id, whose content may change at any time.
 
-Response health_answer(const RouteCall& call);
-Response volumes_answer(const RouteCall& call);
-Response volume_answer(const RouteCall& call);
+Response health_response(const RouteCall& call);
+Response volumes_response(const RouteCall& call);
+Response volume_response(const RouteCall& call);
 
-/// What a viewer needs for its first picture, in one answer.
-Response bootstrap_answer(const RouteCall& call);
+/// Everything that a viewer needs for its first picture, in one response.
+Response bootstrap_response(const RouteCall& call);
 
 }  // namespace isosplat

@@ -15,17 +15,17 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-/// The only answer of a connection that is one too many; null where it is not.
+/// The only response of a refused connection; null if it was admitted.
 std::unique_ptr<Response> refusal_of(Admission::Verdict verdict) {
   std::unique_ptr<Response> refusal;
   if (verdict == Admission::Verdict::too_many) {
     refusal = std::make_unique<Response>(
         error_response(503, "too_many_connections",
-                       "the server has as many connections as it takes: ask again in a second"));
+                       "the server has reached its limit of connections: try again in a second"));
   } else if (verdict == Admission::Verdict::too_many_from_one) {
     refusal = std::make_unique<Response>(error_response(
         429, "too_many_connections",
-        "this address has as many connections as it may: close some, or ask again in a second"));
+        "this address has reached its limit of connections: close some, or try again in a second"));
   }
   if (refusal) {
     refusal->set("Retry-After", "1");
@@ -37,7 +37,8 @@ std::unique_ptr<Response> refusal_of(Admission::Verdict verdict) {
 
 }  // namespace
 
-/// A connection's place in the books, given back however its coroutine ends.
+/// Registers a connection with its worker and with admission, and removes it when its coroutine
+/// ends, also by an exception.
 struct Worker::Membership {
   Membership(Worker& its_worker, Socket socket, std::string its_address,
              Admission::Verdict its_verdict)

@@ -11,26 +11,27 @@
 
 namespace isosplat {
 
-/// A thread, and the connections that live on it.
+/// The event loop of a thread, and the connections of this thread.
 class Worker {
  public:
-  /// Both outlive it.
+  /// Both arguments must outlive the worker.
   Worker(const ConnectionShared& shared, Admission& admission);
 
-  /// For the sockets that it will adopt.
+  /// The io_context for the sockets that are passed to adopt().
   boost::asio::io_context& context() { return context_; }
 
-  /// Serves a connection until it ends. On any thread.
+  /// Serves a connection until it ends. Thread-safe.
   void adopt(Socket socket, std::string address, Admission::Verdict verdict);
 
-  /// Ends the connections that wait for a request, and in ServerLimits::stop_time all others. On
-  /// any thread, after `shared.stopping` was set.
+  /// Closes the connections that wait for a request, and all others after ServerLimits::stop_time.
+  /// Thread-safe. Set `shared.stopping` before.
   void stop();
 
-  /// Ends all connections at once. On any thread, after stop().
+  /// Closes all connections at once. Thread-safe. Call after stop().
   void abort();
 
-  /// The thread itself. Returns after stop(), when the last connection has ended.
+  /// Runs the event loop on the calling thread. Returns after stop(), when the last connection has
+  /// ended.
   void run() { context_.run(); }
 
  private:

@@ -34,7 +34,7 @@ struct Site {
 };
 
 void answer(const Site& site, const Request& request) {
-  Response response = site.router.answer(request);
+  Response response = site.router.respond(request);
   require(reason_phrase(response.status) != "Unknown");
   require(response.headers.empty() || response.headers.ends_with("\r\n"));
   require(response.headers.find("\r\n\r\n") == std::string::npos);

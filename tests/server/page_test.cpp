@@ -133,7 +133,7 @@ TEST_F(Page, NothingOutsideTheFolder) {
     EXPECT_EQ(answer.body.find("secret"), std::string::npos) << url;
   }
   EXPECT_EQ(get(port(), "/inside.html").status, 200);
-  EXPECT_TRUE(log_mentions("link.txt leads outside"));
+  EXPECT_TRUE(log_mentions("link.txt: a link out of the folder"));
 }
 
 TEST_F(Page, IsReadAgainWhenItChanges) {
@@ -163,7 +163,7 @@ TEST_F(Page, AHalfWrittenPageIsNotServed) {
   start();
   write_file(options.web_root / "index.html",
              std::string_view("<script src=\"./assets/index-NEW_NEW1.js\"></script>"));
-  EXPECT_TRUE(eventually([&] { return log_mentions("index-NEW_NEW1.js, which is not there"); }));
+  EXPECT_TRUE(eventually([&] { return log_mentions("index-NEW_NEW1.js, which does not exist"); }));
   EXPECT_EQ(get(port(), "/").body, "<!doctype html><title>Isosplat</title>");
   write_file(options.web_root / "assets/index-NEW_NEW1.js", std::string_view("new"));
   EXPECT_TRUE(

@@ -53,7 +53,7 @@ TEST_F(Stores, ARemovedStoreIsGone) {
   std::filesystem::remove(folder.path() / "alpha.isosplat");
   EXPECT_TRUE(eventually([&] { return volume("alpha").is_null(); }));
   EXPECT_EQ(get(port(), content("header")).status, 404);
-  EXPECT_TRUE(log_mentions("alpha is gone"));
+  EXPECT_TRUE(log_mentions("alpha was removed"));
 }
 
 TEST_F(Stores, AStoreOverwrittenInPlaceIsNeverMixed) {
