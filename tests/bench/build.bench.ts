@@ -1,4 +1,4 @@
-// What a store weighs, what one isovalue of it weighs, and how fast it is built.
+// The size of stores, the bytes that one isovalue needs, and the time to build stores.
 import { existsSync, rmSync, statSync } from "node:fs";
 import { join } from "node:path";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";

@@ -1,4 +1,4 @@
-// What --max-error saves: the store of a volume of floating-point numbers, and one isovalue of it.
+// The effect of --max-error on the bytes of a store of floating-point numbers, and of one isovalue.
 import { readdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";

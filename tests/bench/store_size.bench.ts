@@ -1,4 +1,4 @@
-// What stores take beside their volumes compressed whole, and what one isovalue takes.
+// The sizes of stores and of one isovalue, compared with volumes that are compressed as a whole.
 import { existsSync, statSync } from "node:fs";
 import { join } from "node:path";
 import type { Benchmark } from "./harness/benchmark.ts";
@@ -41,7 +41,7 @@ export default {
       const what = volume.replace(/\..*/, "");
       bench.say(what);
       const quantizedValues = join(bench.folder, `${what}.raw`);
-      const { stdout } = await bench.command(tool, [path, "--codes", quantizedValues]);
+      const { stdout } = await bench.command(tool, [path, "--quantized-values", quantizedValues]);
       const report = JSON.parse(stdout) as Report;
       const raw = report.raw_bytes;
       bench.report(what, "store / raw", "", report.store_bytes / raw, { atMost: 1 });

@@ -34,7 +34,7 @@ async function visits(
       await visitor.page.goto(at);
       cold.push((await visitor.mark("isosplat:surface")).shown / 1000);
       await visitor.mark("isosplat:complete");
-      // The volume's bytes are fetched anew, the page's are not.
+      // The volume's bytes are fetched again, the page's are not.
       await visitor.forgetData();
       const before = { ...visitor.data };
       await visitor.page.goto(at);
@@ -125,7 +125,7 @@ async function step(bench: Bench, browser: Browser, url: string, name: string): 
     // The picture for the list of volumes is taken once the page is idle.
     await visitor.page.waitForTimeout(3000);
     const before = visitor.data.requests;
-    // Steps of the slider, so that each is a change; bands of codes end at whole numbers.
+    // Steps of the slider, so that each is a change; bands end at whole quantized values.
     const places = Array.from({ length: 40 }, (_, i) => (60 + (i % 2) / 2) / 255);
     const taken = async () => ({
       ...(await visitor.mainThread()),

@@ -1,7 +1,7 @@
-// Complete means complete: the page's picture against the native renderer's of every sample, at level
-// 0, which is what these views resolve. Differing: by more than 60, summed over R, G and B. Stray:
-// covered pixels further than 1 px from any covered one of the true picture; lost: the other way
-// round. And what was fetched until then.
+// Compares complete pictures of the page with those that the native renderer draws of all samples at
+// level 0, the level that these camera views resolve. Differing: pixels that differ by more than 60,
+// summed over R, G and B. Stray: covered pixels further than 1 px from any covered pixel of the
+// native picture; lost: the reverse. Also lists the bytes fetched until the picture is complete.
 import { join } from "node:path";
 import {
   completeAndSettled,

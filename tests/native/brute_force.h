@@ -14,7 +14,7 @@
 
 namespace isosplat {
 
-/// A level computed the plain way: the oracle that stores are compared with.
+/// A level computed without optimizations: the reference for stores.
 struct PlainLevel {
   Index3 cells;
   std::vector<int32_t> voxels;          ///< quantized values; −1: missing
@@ -114,7 +114,7 @@ inline PlainLevel plain_coarser(const PlainLevel& fine) {
   return level;
 }
 
-/// What the builder does to the intervals of each block of a coarse level: see round_intervals.h.
+/// Rounds the intervals of each block of a coarse level as the builder does (round_intervals.h).
 inline void round_plainly(PlainLevel& level) {
   for_each_cell({(level.cells.x + 63) / 64, (level.cells.y + 63) / 64, (level.cells.z + 63) / 64},
                 [&](int32_t bx, int32_t by, int32_t bz) {

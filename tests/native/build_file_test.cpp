@@ -43,7 +43,7 @@ std::set<std::string> names_in(const std::filesystem::path& folder) {
   return names;
 }
 
-/// A source that stops the world in the middle.
+/// A source that waits in the middle of the volume.
 class InterruptedSource : public ArraySource<uint8_t> {
  public:
   using ArraySource::ArraySource;
@@ -141,7 +141,7 @@ TEST(BuildFile, AFullDiskIsOneClearError) {
   EXPECT_EQ(names_in(folder.path()), std::set<std::string>{"volume.isosplat"});
 }
 
-/// Slices that nobody holds: a ramp, much of it flat.
+/// A volume that is generated slice by slice: a ramp with large constant parts.
 class ComputedSource : public VolumeSource {
  public:
   explicit ComputedSource(Index3 n) : header_{grid_of(n), VoxelType::u8, "computed", "ramp"} {}

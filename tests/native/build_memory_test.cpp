@@ -1,4 +1,4 @@
-// Memory that runs out while threads are at work: an error, whichever allocation it is that fails.
+// Out of memory while several threads build: an error, whichever allocation fails.
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -1,5 +1,5 @@
-// How large stores are, of real volumes and of generated ones with noise of several strengths, and
-// what an isovalue of them takes.
+// The sizes of stores, of real volumes and of generated ones with noise of several strengths, and
+// the bytes that an isovalue needs.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@
 namespace isosplat {
 namespace {
 
-/// A volume of the folder of real volumes; null where it is not there.
+/// A volume of the folder of real volumes; null if it does not exist.
 std::unique_ptr<VolumeSource> real_volume(const std::string& name) {
   const char* chosen = std::getenv("ISOSPLAT_VOLUMES");
   const std::filesystem::path folder = chosen ? chosen : ISOSPLAT_SOURCE "/../shared/volumes";
@@ -143,7 +143,7 @@ Built build(Index3 n, const std::vector<T>& voxels, const BuildOptions& options 
   return {std::move(sink.bytes), std::move(*report)};
 }
 
-/// Bytes of all levels' chunks that an isovalue takes, on average over the store's range.
+/// Bytes of the chunks of all levels that an isovalue needs, on average over the store's range.
 double isovalue_bytes(const std::vector<std::byte>& store) {
   const StoreReader reader = open_whole(store);
   double sum = 0;

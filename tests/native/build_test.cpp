@@ -209,7 +209,7 @@ TEST(Survey, SuggestsWhatTheBuildDoes) {
     EXPECT_EQ(metadata["histogram"]["counts"], histogram.counts);
     const auto suggested = suggested_isovalues(survey->mapping, survey->statistics);
     EXPECT_FALSE(suggested.empty());
-    // Thin layers take other cells as a sample of all.
+    // The sample of a thin volume consists of other cells.
     ASSERT_EQ(metadata["suggested_isovalues"].size(), suggested.size());
     if (layer_bytes > 1) {
       EXPECT_EQ(metadata["suggested_isovalues"], suggested);

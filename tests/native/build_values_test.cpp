@@ -13,8 +13,8 @@
 #include "shared/preprocess/quantization.h"
 #include "tests/native/brute_force.h"
 
-// Stores against their volumes in *values*: what a person computes from the file, and never a
-// quantized value.
+// Compares stores with their volumes in *values* in the units of the file, never in quantized
+// values.
 namespace isosplat {
 namespace {
 
@@ -92,8 +92,8 @@ FoundCells find_cells(std::span<const std::byte> store, double isovalue) {
 }
 
 /// Checks that the store yields exactly the cells with min ≤ isovalue < max over the values, for
-/// isovalues on values, next to them, between them and beyond them. `values` in the precision in
-/// which a person has them.
+/// isovalues on values, next to them, between them and beyond them. `values`: in the precision of
+/// the file.
 template <class Value>
 void expect_active_cells(std::span<const std::byte> store, const std::vector<Value>& values) {
   std::set<Value> sorted(values.begin(), values.end());
@@ -358,7 +358,7 @@ TEST(Lattice, IntegersWithACoarserStepTakeFewerValues) {
   for (const int32_t n : integers<int32_t>(0, 4095, 3))
     wide.push_back(static_cast<uint16_t>(n << 4));
   EXPECT_EQ(StoreReader::open(*store_of(wide))->info().mapping.scale, 16);
-  // One voxel that is not a multiple settles it.
+  // One voxel that is not a multiple is enough.
   wide[20000] = 3;
   EXPECT_EQ(StoreReader::open(*store_of(wide))->info().mapping.scale, 1);
 }

@@ -5,7 +5,7 @@
 
 #include "tests/native/cli_program.h"
 
-// What the program writes, and what it never writes over.
+// The files that the program writes, and those that it never overwrites.
 namespace isosplat {
 namespace {
 
@@ -97,7 +97,7 @@ TEST(CliFiles, ExtractAndRenderNeverWriteOverTheirStore) {
     }
   }
   EXPECT_EQ(read_file(store), whole);
-  // Nor, unasked, over anything else that they have not made.
+  // Nor do they replace other files without --force.
   write_file(folder / "notes.txt", "years of work");
   expect_refused({"extract", store, "-i", "100.5", "-o", folder / "notes.txt"}, "--force");
   expect_refused({"render", store, "-i", "100.5", "-o", folder / "notes.txt"}, "--force");
@@ -122,10 +122,10 @@ TEST(CliFiles, AStoreOfAnotherVolumeIsReplacedByForceOnly) {
   EXPECT_EQ(read_file(store), whole);
   EXPECT_EQ(run({"build", first, "-q"}).exit_code, 0) << "of the same volume";
   EXPECT_EQ(read_file(store), whole);
-  // The same volume by another way.
+  // The same volume by another path.
   std::filesystem::create_directory(folder / "below");
   EXPECT_EQ(run({"build", folder / "below" / ".." / "head.nrrd", "-o", store, "-q"}).exit_code, 0);
-  // A volume of the same name elsewhere is another.
+  // A volume of the same name in another folder is another volume.
   std::filesystem::copy_file(first, folder / "below" / "head.nrrd");
   expect_refused({"build", folder / "below" / "head.nrrd", "-o", store}, "--force");
   EXPECT_EQ(read_file(store), whole);

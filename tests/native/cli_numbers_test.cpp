@@ -2,7 +2,7 @@
 
 #include "tests/native/cli_program.h"
 
-// Numbers on the command line, and what the program says of them.
+// Numbers on the command line, and messages about them.
 namespace isosplat {
 namespace {
 
@@ -65,7 +65,7 @@ TEST(CliNumbers, OnlyNumbersAreTakenForNumbers) {
     refused.insert(refused.end(), never.begin(), never.end());
     for (const std::string& text : refused) {
       std::vector<std::string> call = option.call;
-      // One argument, so that no text is taken for an option of its own.
+      // One argument, so that the text is not parsed as another option.
       call.back() += "=" + text;
       SCOPED_TRACE(call.back());
       const Ended ended = run(call);
@@ -121,7 +121,7 @@ TEST(CliNumbers, QuietIsQuiet) {
 
 TEST(CliNumbers, NoIsosurfaceIsSaidWhereThereIsNone) {
   const TempFolder folder;
-  // A step from 10 to 200 all of whose cells have a voxel without a value.
+  // A step from 10 to 200 where all cells have a missing voxel.
   std::vector<float> values;
   for (int i = 0; i < 12 * 12 * 12; ++i) {
     const int x = i % 12;

@@ -15,7 +15,7 @@
 
 #include "tests/native/test_files.h"
 
-// The program itself, as a process.
+// Runs the program as a process.
 namespace isosplat::test {
 
 struct Ended {
@@ -97,8 +97,8 @@ inline std::string write_ball(const TempFolder& folder, int n, const std::string
   return path;
 }
 
-/// Starts the program, waits for the line that says it is ready, does something to it, stops it by
-/// SIGTERM, and returns what it printed.
+/// Starts the program, waits until it prints that it is ready, calls a function, stops the program
+/// by SIGTERM, and returns its output.
 inline Ended serve_and_stop(const Call& call, const std::function<void(pid_t)>& meanwhile = {}) {
   const TempFolder folder;
   const std::string out = folder / "out", err = folder / "err";

@@ -175,7 +175,7 @@ TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
     // The values are whole numbers, 7.5 of them to a voxel; and no point leaves its cell.
     EXPECT_LT(worst, 0.35);
   }
-  // At the ball's end, where values stop at 0, steps lead far.
+  // At the edge of the ball, where values are clamped to 0, Newton steps are long.
   const auto count_of = [&](std::vector<std::string> more) {
     std::vector<std::string> arguments{"extract", store, "-i", "1.5", "-o", folder / "ball.ply"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -236,9 +236,9 @@ TEST(Cli, AFullDiskLeavesTheOldStoreAndNothingElse) {
   EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.nrrd"}));
 }
 
-/// Builds, and ends the build by a signal while its temporary is there. Where the build is done
-/// before the signal comes, tries again.
-/// Where the build ignores hang-ups, and the signal is one, returns how it ended all the same.
+/// Starts a build, and ends it by a signal while its temporary exists. Tries again if the build
+/// ended before the signal. If the build ignores hang-ups, and the signal is one, returns how the
+/// build ended.
 Ended interrupt_build(const TempFolder& folder, const std::string& volume, int signal,
                       bool ignores_hangup = false) {
   const TempFolder printed;

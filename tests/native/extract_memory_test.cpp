@@ -1,4 +1,4 @@
-// Memory that runs out while threads decode and project: an error, whichever allocation fails.
+// Out of memory while several threads decode and project: an error, whichever allocation fails.
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -36,9 +36,9 @@ class ExtractMemory : public testing::Test {
     is_test_thread = false;
   }
 
-  /// Calls work() on a thread of its own, and lets each allocation of it and of the threads that it
-  /// starts fail in turn, until there are no more. It answers how it ended; this, how often it
-  /// failed.
+  /// Calls work() on a new thread repeatedly. Each time another allocation of this thread, or of
+  /// the threads that it starts, fails, until all have failed once. work() returns its result; this
+  /// function returns how often it failed.
   template <class Work>
   int refuse_in_turn(const Work& work) {
     int failures = 0;

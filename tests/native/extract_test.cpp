@@ -19,7 +19,7 @@ namespace {
 constexpr Index3 kVoxels{70, 40, 30};
 constexpr double kIsovalue = 120.5;
 
-/// A ball that noise has eaten: many cells whose gradient says little.
+/// A ball with strong noise: many cells with unreliable gradients.
 const std::vector<uint8_t>& noisy_voxels() {
   static const std::vector<uint8_t> voxels = [] {
     std::mt19937 random(5);

@@ -17,7 +17,7 @@ struct Frame {
   std::string chunk;
 };
 
-/// Reads what HTTP.md draws.
+/// Parses frames as HTTP.md specifies them.
 std::vector<Frame> frames_of(const std::string& body) {
   std::vector<Frame> frames;
   for (size_t at = 0; at < body.size();) {

@@ -102,7 +102,7 @@ TEST_F(HostileClients, WhatIsNotARequest) {
 TEST_F(HostileClients, NothingSentComesBackInAHeader) {
   start();
   for (const char* target : {"/%0d%0aX-Evil:1", "/v1/volumes/%0aX-Evil:1", "/v1/volumes/x%20y",
-                             "/evil", "/v1/volumes/alpha/evil/head"}) {
+                             "/evil", "/v1/volumes/alpha/evil/header"}) {
     const Answer answer = get(port(), target, "Origin: evil\r\nX-Evil: evil\r\n");
     for (const auto& [name, value] : answer.headers) {
       EXPECT_EQ(name.find("evil"), std::string::npos);

@@ -1,4 +1,4 @@
-// The table of routes: what HTTP.md says of it, and which line a path belongs to.
+// The table of routes: it equals that of HTTP.md, and paths match the right routes.
 
 #include "server/routes.h"
 
@@ -19,7 +19,7 @@ std::string text_of_cell(const std::string& cell) {
   return begin == cell.npos ? "" : cell.substr(begin, cell.find_last_not_of(" `") - begin + 1);
 }
 
-/// The lines of HTTP.md's first table, queries left out.
+/// The lines of HTTP.md's first table, without queries.
 std::vector<DocumentedRoute> documented_routes() {
   std::ifstream document(ISOSPLAT_SOURCE_DIR "/server/HTTP.md");
   std::vector<DocumentedRoute> routes;

@@ -1,4 +1,4 @@
-// Starting, and stopping with answers in flight.
+// Starting, and stopping with responses in progress.
 
 #include <gtest/gtest.h>
 

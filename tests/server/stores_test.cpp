@@ -93,7 +93,7 @@ TEST_F(Stores, BrokenStoresAreListedWithTheirError) {
     EXPECT_FALSE(volume(name)["error"]["message"].get<std::string>().empty()) << name;
     EXPECT_TRUE(log_mentions(std::string("volume ") + name + " is not served")) << name;
     EXPECT_EQ(get(port(), std::string("/v1/volumes/") + name).status, 500);
-    EXPECT_EQ(get(port(), std::string("/v1/volumes/") + name + "/x/head").status, 500);
+    EXPECT_EQ(get(port(), std::string("/v1/volumes/") + name + "/x/header").status, 500);
   }
   EXPECT_EQ(Json::parse(get(port(), "/v1/volumes").body)["volumes"].size(), 7u);
   EXPECT_EQ(Json::parse(get(port(), "/healthz").body)["broken"], 6);

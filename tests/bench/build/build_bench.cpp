@@ -1,7 +1,7 @@
-// Builds a store from a volume that is in memory, and prints what it took and what it holds as one
-// line of JSON: isosplat_build_bench VOLUME [--u8 LOW HIGH] [--fetch-weight W] [--threads
-// N]
-// [--runs N] [isovalue…].
+// Builds a store from a volume in memory, and prints time, sizes and the bytes that isovalues need
+// as one line of JSON:
+// isosplat_build_bench VOLUME [--u8 LOW HIGH] [--fetch-weight W] [--threads N] [--runs N]
+//                      [isovalue…]
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 namespace isosplat {
 namespace {
 
-/// 16-bit voxels as 8 bits: [low, high] to [0, 255].
+/// Converts 16-bit voxels to 8 bits: [low, high] becomes [0, 255].
 void squeeze(HeldVolume& volume, double low, double high) {
   const auto* from = reinterpret_cast<const int16_t*>(volume.voxels.data());
   std::vector<std::byte> to(volume.voxels.size() / 2);
@@ -29,7 +29,7 @@ void squeeze(HeldVolume& volume, double low, double high) {
   volume.header_.type = VoxelType::u8;
 }
 
-/// Of the processor, in this program so far.
+/// CPU time of this process so far.
 double user_seconds() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);

@@ -8,7 +8,7 @@
 
 namespace isosplat {
 
-/// A volume that was read once, so that reading costs what the page cache costs.
+/// A volume in memory, so that benchmarks do not measure the disk.
 class HeldVolume : public VolumeSource {
  public:
   VolumeHeader header_;
@@ -23,7 +23,7 @@ class HeldVolume : public VolumeSource {
   std::vector<std::filesystem::path> files() const override { return {}; }
 };
 
-/// Reads a volume whole. Errors: those of open_volume and of its source.
+/// Reads all voxels of a volume. Errors: those of open_volume and of its source.
 inline Result<HeldVolume> hold_volume(const std::filesystem::path& path) {
   auto opened = open_volume(path, {});
   if (!opened) return tl::unexpected(opened.error());

@@ -1,6 +1,7 @@
-// What a store takes, and one isovalue of it, beside what the volume takes when it is compressed
-// whole, as one line of JSON: isosplat_store_size_bench VOLUME [--fetch-weight W] [--quantized
-// values FILE]. FILE gets the voxels' quantized values, for other compressors.
+// Compares the size of a store, and of the chunks of one isovalue, with the size of the volume as a
+// whole when it is compressed. Prints one line of JSON:
+// isosplat_store_size_bench VOLUME [--fetch-weight W] [--quantized-values FILE]
+// FILE: output for the quantized values of all voxels, as input for other compressors.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -37,7 +38,7 @@ class PerValue {
   std::vector<uint64_t> change_ = std::vector<uint64_t>(65537);
 };
 
-/// Where the pieces of an axis begin: 64 voxels each, the last 2 to 65, so that none is shared.
+/// The begins of the pieces of an axis: 64 voxels each, the last piece 2 to 65, without overlap.
 std::vector<int32_t> pieces(int32_t voxels) {
   std::vector<int32_t> begins{0};
   while (voxels - begins.back() > kBlockCells + 1) begins.push_back(begins.back() + kBlockCells);
@@ -45,8 +46,8 @@ std::vector<int32_t> pieces(int32_t voxels) {
   return begins;
 }
 
-/// Bytes of all voxels as chunks without a single cell left out: pieces of 64³ voxels, each coded
-/// once, by the store's own predictor and entropy coder. The masks, all ones, take some bytes each.
+/// Bytes of the whole volume in chunks that contain all cells: pieces of 64³ voxels, each encoded
+/// once with the store's predictor and entropy coder. The masks, all ones, take some bytes each.
 uint64_t lossless_bytes(const std::vector<QuantizedValue>& quantized_values, Index3 n) {
   ChunkEncoder encoder;
   std::vector<std::byte> out;
@@ -92,7 +93,7 @@ int fail_with(const Error& error) {
   return 1;
 }
 
-/// The quantized values of all voxels, as the store holds them.
+/// The quantized values of all voxels, as in the store.
 template <class T>
 std::vector<T> codes_of(const HeldVolume& volume, const Quantization& quantization) {
   std::vector<T> quantized_values(volume.voxels.size() / voxel_bytes(volume.header_.type));
@@ -106,7 +107,7 @@ int run(int count, char** arguments) {
   for (int i = 2; i + 1 < count; i += 2) {
     const std::string option = arguments[i];
     if (option == "--fetch-weight") options.fetch_weight = std::atof(arguments[i + 1]);
-    if (option == "--codes") quantized_file = arguments[i + 1];
+    if (option == "--quantized-values") quantized_file = arguments[i + 1];
   }
   const auto volume = hold_volume(arguments[1]);
   if (!volume) return fail_with(volume.error());
@@ -131,7 +132,7 @@ int run(int count, char** arguments) {
   if (low == high) return std::fprintf(stderr, "the volume has a single value\n"), 1;
   const auto active = survey->statistics.active_cells({low, 1, high - low + 1});
 
-  // Isovalues midway between the quantized values of the range.
+  // Isovalues in the middle between two quantized values of the range.
   double even[2] = {}, by_active[2] = {};  // level 0, coarser ones
   double all_active = 0, all_fetched = 0;
   uint64_t coarse_bytes = 0;

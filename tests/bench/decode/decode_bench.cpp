@@ -1,7 +1,8 @@
 // Decodes chunks that are in memory to the 16-byte layout of the GPU, on one core:
-// isosplat_decode_bench STORE LOW HIGH. The chunks are those of level 0 that the isovalues from LOW
-// to HIGH need. Each line of standard input decodes them once, answered by a line of JSON: seconds
-// of CPU time, and samples.
+// isosplat_decode_bench STORE LOW HIGH
+// The chunks are those of level 0 that the isovalues from LOW to HIGH need. For each line of
+// standard input the program decodes them once, and prints CPU time in seconds and the number of
+// samples as a line of JSON.
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -12,7 +13,7 @@
 namespace isosplat {
 namespace {
 
-/// What this thread has computed for, so that what else runs on the machine does not count.
+/// CPU time of this thread: other programs on the machine do not count.
 double cpu_seconds() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);

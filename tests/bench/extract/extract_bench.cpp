@@ -1,6 +1,7 @@
-// Extracts what it is asked for from an open store, as the peer beside it does:
-// isosplat_extract_bench STORE THREADS. Each line of standard input is an isovalue; answered by one
-// line of JSON: seconds from the directory look-up to samples that the GPU can take, and how many.
+// Extracts isosurfaces from an open store:
+// isosplat_extract_bench STORE THREADS
+// For each isovalue, a line of standard input, the program prints a line of JSON: the seconds from
+// the directory look-up to samples in the GPU's layout, and their number.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

@@ -8,20 +8,20 @@ import { findVolume, volumesFolder } from "./volumes.ts";
 
 /** A benchmark: the default export of tests/bench/NAME.bench.ts. */
 export interface Benchmark {
-  /** One line for people. */
+  /** One line of description. */
   title: string;
   run(bench: Bench): Promise<void>;
 }
 
-/** What a command did. */
+/** The result of a command. */
 export interface Finished {
   seconds: number;
-  /** The most memory that it held, in bytes (Linux: VmHWM, read every 5 ms). */
+  /** Peak memory in bytes (Linux: VmHWM, read every 5 ms). */
   peakBytes: number;
   stdout: string;
 }
 
-/** What a benchmark gets: paths, inputs, ways to measure, and where to put figures. */
+/** The tools of a benchmark: paths, inputs, measurements, and the table of figures. */
 export class Bench {
   readonly root = root;
   /** The release build of the program. */
@@ -31,7 +31,7 @@ export class Bench {
   #folder: string | undefined;
   readonly #children = new Set<ChildProcess>();
 
-  /** How often a timed case runs unless the benchmark says otherwise: ISOSPLAT_BENCH_RUNS, 7. */
+  /** Default number of runs of a timed case: ISOSPLAT_BENCH_RUNS, else 7. */
   readonly runs = Number(process.env.ISOSPLAT_BENCH_RUNS ?? 7);
 
   /**
@@ -66,7 +66,7 @@ export class Bench {
     return this.#folder;
   }
 
-  /** Says what is going on, on one line. */
+  /** Prints progress on one line. */
   say(text: string): void {
     console.log(`  ${text}`);
   }

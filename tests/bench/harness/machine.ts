@@ -11,7 +11,7 @@ export interface Machine {
   version: string;
   /** Short commit; ends in "+" where files differ from it. */
   commit: string;
-  /** What may spoil timings here and now, in words. */
+  /** Conditions that may disturb timings now, as text. */
   warnings: string[];
 }
 
@@ -23,7 +23,7 @@ function git(...args: string[]): string {
   }
 }
 
-/** What runs the benchmarks, and what may spoil them. */
+/** The machine that runs the benchmarks, and conditions that may disturb them. */
 export function inspectMachine(): Machine {
   const cores = cpus();
   const gib = Math.round(totalmem() / 2 ** 30);

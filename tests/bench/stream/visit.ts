@@ -44,7 +44,7 @@ export function launch(): Promise<Browser> {
   return chromium.launch(launchOptions);
 }
 
-/** The size of an answer as it travels. */
+/** The size of a response on the network. */
 function bytesOnTheWire(url: string): Promise<number> {
   return new Promise((resolve, reject) => {
     const headers = { "Accept-Encoding": "gzip, deflate, br" };
@@ -72,7 +72,7 @@ export class Visitor {
   /** Requests by whether they are for the volume's data. */
   readonly data: Wire = { bytes: 0, requests: 0 };
   readonly other: Wire = { bytes: 0, requests: 0 };
-  /** Of the volume's data, in the order they were asked for. */
+  /** Of the volume's data, in the order of the requests. */
   readonly urls: string[] = [];
   /** Of everything else. */
   readonly otherUrls: string[] = [];
@@ -162,7 +162,7 @@ export class Visitor {
       const wire = this.#wire(isData.get(requestId));
       if (wire && !cached.has(requestId)) ++wire.requests;
     });
-    // encodedDataLength of dataReceived is 0 for some answers; loadingFinished has the whole.
+    // encodedDataLength of dataReceived is 0 for some responses; loadingFinished has the total.
     const partial = new Map<string, number>();
     this.#cdp.on("Network.dataReceived", ({ requestId, encodedDataLength }) => {
       const wire = this.#wire(isData.get(requestId));
@@ -196,7 +196,7 @@ export class Visitor {
     return (await handle.jsonValue()) as { at: number; shown: number };
   }
 
-  /** Bytes that the page's answer with this ending took on the wire. */
+  /** Size of the page's response whose URL ends like this, on the network. */
   async bytesOf(ending: string): Promise<number> {
     return this.page.evaluate((ending) => {
       const all = performance.getEntriesByType("resource") as PerformanceResourceTiming[];
