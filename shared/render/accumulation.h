@@ -5,27 +5,28 @@
 
 namespace isosplat {
 
-/// By how much a picture is moved, in pixels.
+/// Displacement of a picture, in pixels.
 struct ImageOffset {
   double right = 0, up = 0;
 };
 
-/// The sum of pictures of one still view, each moved by another part of a pixel: their mean is the
-/// picture with smooth edges (P. Haeberli, K. Akeley, "The accumulation buffer", SIGGRAPH 1990).
-/// Sums are linear colours in 16-bit floats: needs RendererLimits::float_targets.
+/// The sum of pictures of one camera view, each moved by a different fraction of a pixel. Their
+/// mean has smooth edges (P. Haeberli, K. Akeley, "The accumulation buffer", SIGGRAPH 1990). Sums
+/// are linear colours in 16-bit floats, which needs RendererLimits::float_targets.
 class Accumulation {
  public:
-  /// Pictures in a mean; more would change no pixel by much.
+  /// Pictures in a mean. More pictures hardly change it.
   static constexpr int kPictures = 8;
 
-  /// Picture n's offset, within ± ½ pixel; picture 0 is not moved. Any first few are spread evenly
-  /// (M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018: R₂).
+  /// Offset of picture n, within ± ½ pixel; picture 0 is not moved. The first n offsets are evenly
+  /// distributed, for any n (M. Roberts, "The unreasonable effectiveness of quasirandom sequences",
+  /// 2018: R₂).
   static ImageOffset offset(int n);
 
-  /// Makes room for sums of this size, without pictures. Errors: gl_error.
+  /// Allocates and clears the sums for this size. Errors: gl_error.
   Result<void> begin(int width, int height);
   void picture_added() { ++pictures_; }
-  /// Forgets the pictures, keeps the room.
+  /// Starts a new mean, and keeps the allocation.
   void restart() { pictures_ = 0; }
 
   int pictures() const { return pictures_; }

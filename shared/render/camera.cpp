@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
-/// How near and how far from the target the eye may be, in radii of the volume.
+/// Limits of the distance from the eye to the target, in radii of the volume.
 constexpr double kNearestRadii = 1e-4, kFarthestRadii = 1e2;
 
 }  // namespace
@@ -95,9 +95,9 @@ Projection projection(const Camera& camera, BoundingSphere scene, Vec3d origin, 
                       int height) {
   const CameraFrame frame = camera_frame(camera);
   const double centre_depth = dot(scene.centre - frame.eye, frame.forward);
-  const double radius = 1.01 * scene.radius;  // coarse cells reach a little beyond the volume
+  const double radius = 1.01 * scene.radius;  // coarse cells can reach beyond the volume
   const double far_plane = std::max(centre_depth + radius, 1e-3 * radius);
-  // A near plane at the eye has no depth precision: a thousandth of the volume is near enough.
+  // Depth has no precision if the near plane is at the eye.
   const double near_plane = std::max(centre_depth - radius, 5e-4 * far_plane);
   const double sy = 1 / frame.tan_half_field_of_view, sx = sy * height / width;
   const double a = (far_plane + near_plane) / (far_plane - near_plane);

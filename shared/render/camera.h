@@ -6,11 +6,11 @@
 
 namespace isosplat {
 
-/// A perspective camera that orbits a target. These numbers are the view: a URL stores them, the
+/// A perspective camera that orbits a target. A URL stores these numbers, and the
 /// command line takes them. World frame of the volume (LPS for medical images: x to the patient's
 /// left, y to the back, z up). Angles in degrees.
 struct Camera {
-  Vec3d target;               ///< world: what the camera looks at, and orbits
+  Vec3d target;               ///< world: the point that the camera looks at, and orbits
   double distance = 1;        ///< from the eye to the target, world units, > 0
   double azimuth = 30;        ///< 0: the eye is in front (−y); 90: at the left (+x)
   double elevation = 20;      ///< −90 … 90; 90: the eye is above (+z)
@@ -28,38 +28,39 @@ struct CameraFrame {
 
 CameraFrame camera_frame(const Camera& camera);
 
-/// The view a volume is first seen in: from the front left, slightly above, as near as all of it is
-/// in view in an image of this aspect ratio (width / height).
+/// The initial camera of a volume: from the front left, slightly above, at the smallest distance at
+/// which the whole volume is in an image of this aspect ratio (width / height).
 Camera default_camera(const VolumeGrid& grid, double aspect = 1);
 
-/// The smallest sphere about the volume's box, in the world.
+/// The bounding sphere of the volume, in world coordinates.
 struct BoundingSphere {
   Vec3d centre;
   double radius = 0;
 };
 BoundingSphere bounding_sphere(const VolumeGrid& grid);
 
-/// Moves the eye about the target, as by a pointer dragged that far: degrees to the right, and
+/// Orbits the eye around the target, as a pointer drags the volume: in degrees to the right and
 /// upwards. The elevation stops at the poles.
 Camera orbited(Camera camera, double right_degrees, double up_degrees);
 
 /// Shifts target and eye in the image plane so that the target's plane follows a pointer that moves
-/// by so many pixels (y down) in an image of the given height.
+/// by this number of pixels (y down) in an image of the given height.
 Camera panned(Camera camera, double right_px, double down_px, double image_height_px);
 
-/// Multiplies the distance; < 1 comes closer. Stays within [10⁻⁴, 10²] times the volume's radius.
+/// Multiplies the distance by a factor; < 1 moves closer. The distance stays within [10⁻⁴, 10²]
+/// times the volume's radius.
 Camera zoomed(Camera camera, double factor, double volume_radius);
 
-/// A camera that can be drawn from, whatever numbers a link holds: the distance as zoomed() keeps
-/// it, angles within their ranges; default_camera() where a number is not finite or the target is
-/// more than 100 radii from the volume's centre. Any other camera is returned as it is.
+/// A valid camera from any numbers, such as those of a URL: limits the distance as zoomed(), and
+/// the angles to their ranges. Returns default_camera() if a number is not finite or if the target
+/// is more than 100 radii from the volume's centre. Returns a valid camera unchanged.
 Camera bounded(const Camera& camera, const VolumeGrid& grid);
 
 /// A 4×4 matrix, column by column, as OpenGL reads it.
 using Matrix4d = std::array<double, 16>;
 
-/// Clip space from positions relative to `origin` (world). Near and far planes enclose the sphere
-/// as tightly as they can without leaving it out, which is what depth precision wants.
+/// Transforms positions relative to `origin` (world) into clip space. Near and far plane enclose
+/// the sphere tightly, for the best depth precision.
 struct Projection {
   Matrix4d clip_from_world;  ///< of position − origin
   double near_plane = 0, far_plane = 0;

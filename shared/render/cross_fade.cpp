@@ -2,17 +2,17 @@
 
 namespace isosplat {
 
-Result<void> CrossFade::hold(GLuint framebuffer, int width, int height) {
-  holds_ = false;
+Result<void> CrossFade::set_from(GLuint framebuffer, int width, int height) {
+  has_from_ = false;
   for (ImageTarget& picture : pictures_) {
     if (auto ok = picture.prepare(width, height); !ok) return ok;
   }
   copy(framebuffer, from());
-  holds_ = true;
+  has_from_ = true;
   return {};
 }
 
-void CrossFade::turn_to_picture_in(GLuint framebuffer) {
+void CrossFade::set_to(GLuint framebuffer) {
   copy(framebuffer, to());
 }
 
@@ -26,12 +26,12 @@ void CrossFade::copy(GLuint framebuffer, const ImageTarget& picture) const {
 
 void CrossFade::release() {
   for (ImageTarget& picture : pictures_) picture.release();
-  holds_ = false;
+  has_from_ = false;
 }
 
 void CrossFade::abandon() {
   for (ImageTarget& picture : pictures_) picture.abandon();
-  holds_ = false;
+  has_from_ = false;
 }
 
 }  // namespace isosplat

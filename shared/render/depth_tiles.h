@@ -6,18 +6,18 @@
 
 namespace isosplat {
 
-/// The farthest depth of each tile (HIDING_TILE_PX) of what is drawn so far: splats behind it are
-/// hidden, and dropped before they cost more than their vertex.
+/// The farthest depth of each tile (HIDING_TILE_PX) of the surfaces drawn so far. Vertex shaders
+/// drop splats behind it, so that they cost no fragments.
 class DepthTiles {
  public:
-  /// Makes room for the tiles of an image of this size. Errors: gl_error.
+  /// Allocates the tiles of an image of this size. Errors: gl_error.
   Result<void> prepare(int width, int height);
 
-  /// Takes the depths drawn so far. Leaves the target bound, and another viewport, program and
-  /// vertex array.
+  /// Computes the tiles from the target's depths. Leaves the target's framebuffer bound, and
+  /// changes viewport, program and vertex array.
   void update(const SplatTarget& target, GLuint empty_vertex_array);
 
-  /// R32UI, bits of the depth (0 to 1): they compare as it does.
+  /// R32UI: the bits of the depth (0 to 1) as a float, whose order is that of the depths.
   GLuint texture() const { return tiles_.texture(); }
   uint64_t bytes() const { return tiles_.bytes(); }
 

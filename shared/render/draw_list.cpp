@@ -89,7 +89,7 @@ uint64_t DrawList::estimate_visibility(const Frame& frame, float quantized_isova
       ClusterVisibility& visibility = visibilities_[item.first_cluster + i];
       const SampleCluster& cluster = item.chunk->clusters[i];
       if (visibility == ClusterVisibility::absent ||
-          !occluders_.hide(cluster_box(frame, item, cluster))) {
+          !occluders_.occlude(cluster_box(frame, item, cluster))) {
         continue;
       }
       visibility = ClusterVisibility::occluded;

@@ -6,14 +6,14 @@
 
 namespace isosplat {
 
-/// A copy of the depths drawn so far, as a target's own cannot be read while it is drawn into.
-/// Squares look up a few places of it to learn whether they are hidden.
+/// A copy of the depths drawn so far, since shaders cannot read the depths of the target that they
+/// draw into. Vertex shaders of quads read it at a few points to find whether they are occluded.
 class DrawnDepths {
  public:
-  /// Makes room for an image of this size. Errors: gl_error.
+  /// Allocates an image of this size. Errors: gl_error.
   Result<void> prepare(int width, int height) { return depths_.prepare(width, height); }
 
-  /// Takes the depths of a target of that size, and leaves it bound.
+  /// Copies the depths of a target of this size, and leaves its framebuffer bound.
   void copy_from(const SplatTarget& target);
 
   GLuint texture() const { return depths_.texture(); }  ///< depths, 0 to 1

@@ -17,8 +17,8 @@ double reach(Vec3d normal, Vec3d half) {
   return std::abs(normal.x) * half.x + std::abs(normal.y) * half.y + std::abs(normal.z) * half.z;
 }
 
-/// The camera turned about its eye, so that the image moves by so many pixels. For parts of a pixel
-/// that is as good as moving it, and rays, normals and splats need not know of it.
+/// Turns the camera around its eye, so that the image moves by this offset. For fractions of a
+/// pixel this equals a displacement of the image, and shaders need no change.
 CameraFrame turned(const CameraFrame& camera, ImageOffset offset, double focal_px) {
   CameraFrame to = camera;
   const auto unit = [](Vec3d v) { return v * (1 / length(v)); };
@@ -56,7 +56,7 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
       std::cbrt(spacing_.x * spacing_.y * spacing_.z * std::abs(determinant(grid.direction)));
 
   const double near_plane = to_clip.near_plane / unit_, far_plane = to_clip.far_plane / unit_;
-  // How far a sphere of one unit reaches along each axis: the lengths of the inverse's rows.
+  // Extent of a sphere of radius 1 along each axis: the lengths of the rows of the inverse.
   const Vec3d reach{length(column(dual, 0)), length(column(dual, 1)), length(column(dual, 2))};
   block_.right =
       floats(right_, std::min({spacing_.x / reach.x, spacing_.y / reach.y, spacing_.z / reach.z}));
@@ -76,15 +76,30 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   block_.lens = floats({focal_px, 1 / focal_px, double(max_point_px)}, settings.splat_scale);
   block_.cell = floats(spacing_, displacement_threshold(grid.cell_edges()) / unit_);
 
+  set_clip_planes(grid, settings);
+  block_.switches[1] = settings.projected ? 1 : 0;
+  block_.switches[2] = settings.displaced == Displaced::drop ? 1 : 0;
+
+  // Normals of the frustum's sides point inwards, and need not be of unit length.
+  const double half_width = tangent * width / height;
+  const auto side = [](Vec3d n, double w) { return std::array<double, 4>{n.x, n.y, n.z, w}; };
+  sides_ = {side(right_ + forward_ * half_width, 0), side(right_ * -1.0 + forward_ * half_width, 0),
+            side(up_ + forward_ * tangent, 0), side(up_ * -1.0 + forward_ * tangent, 0),
+            side(forward_, near_plane)};
+}
+
+/// The planes of the settings, and those of the clip box that cut the volume.
+void Frame::set_clip_planes(const VolumeGrid& grid, const RenderSettings& settings) {
   int planes = 0;
-  const auto add = [&](Vec3d normal, double least) {
+  const auto add = [&](Vec3d normal, double offset) {
     if (planes < MAX_CLIP_PLANES) {
-      block_.clip_plane[static_cast<size_t>(planes++)] = floats(normal, least);
+      block_.clip_plane[static_cast<size_t>(planes++)] = floats(normal, offset);
     }
   };
   for (size_t i = 0; i < settings.clip_planes.size() && i < kMaxClipPlanes; ++i) {
     const ClipPlane& plane = settings.clip_planes[i];
-    add(row(plane.normal), (plane.offset - dot(plane.normal, camera_.eye)) / unit_);
+    add(multiply_transposed(grid.direction, plane.normal),
+        (plane.offset - dot(plane.normal, camera_.eye)) / unit_);
   }
   const Vec3d extent{(grid.voxels.x - 1) * spacing_.x, (grid.voxels.y - 1) * spacing_.y,
                      (grid.voxels.z - 1) * spacing_.z};
@@ -95,15 +110,7 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   if (high.x < 1) add({-1, 0, 0}, eye_.x - high.x * extent.x);
   if (high.y < 1) add({0, -1, 0}, eye_.y - high.y * extent.y);
   if (high.z < 1) add({0, 0, -1}, eye_.z - high.z * extent.z);
-  block_.switches = {planes, settings.projected ? 1 : 0,
-                     settings.displaced == Displaced::drop ? 1 : 0, 0};
-
-  // Frustum sides point inwards, and need not be of unit length.
-  const double half_width = tangent * width / height;
-  const auto side = [](Vec3d n, double w) { return std::array<double, 4>{n.x, n.y, n.z, w}; };
-  sides_ = {side(right_ + forward_ * half_width, 0), side(right_ * -1.0 + forward_ * half_width, 0),
-            side(up_ + forward_ * tangent, 0), side(up_ * -1.0 + forward_ * tangent, 0),
-            side(forward_, near_plane)};
+  block_.switches[0] = planes;
 }
 
 Frame::Box Frame::box(Vec3d low_cell, Vec3d high_cell) const {

@@ -21,16 +21,16 @@ struct FrameBlock {
 };
 static_assert(sizeof(FrameBlock) == 4 * (13 * 4 + 12 * 4 + 4));
 
-/// The geometry of one frame, computed in double precision and handed to the GPU relative to the
-/// eye, so that far-off origins and large volumes cost no precision where it is seen.
+/// The geometry of one frame. It is computed in double precision, and given to the GPU relative to
+/// the eye, so that distant origins and large volumes lose no precision near the eye.
 ///
 /// "Frame space": coordinates along the volume's axes, one unit = the smallest spacing, the eye at
-/// the origin. Cells are boxes there, also of a sheared grid: what is measured along a direction of
-/// the world is measured with a row vector (right, up, forward, planes), and what is true of
-/// lengths and angles with FrameBlock::ascent and the steps.
+/// the origin. Cells are boxes in it, even those of a sheared grid. Row vectors (right, up,
+/// forward, planes) measure distances along a direction of the world. Lengths and angles need
+/// FrameBlock::ascent and the steps.
 class Frame {
  public:
-  /// `offset`: by how much splats are moved in the image; meshes stay.
+  /// `offset`: displacement of splats in the image. Meshes are not moved.
   Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camera& camera, int width,
         int height, float guard_px, float max_point_px, ImageOffset offset = {});
 
@@ -40,31 +40,34 @@ class Frame {
   /// One unit of frame space in world units.
   double unit() const { return unit_; }
 
-  /// A box of cells of level 0, half open, in frame space.
+  /// The box of a half-open range of cells of level 0, in frame space.
   struct Box {
     Vec3d centre, half;
   };
   Box box(Vec3d low_cell, Vec3d high_cell) const;
 
-  /// The length of the side of a cube as large as a cell of level 0, in units.
+  /// The side of a cube with the volume of a cell of level 0, in units.
   double cell_side() const { return cell_side_; }
 
-  /// Whether a part of the box may be seen: inside the frustum and the clip planes.
+  /// Whether a part of the box may be inside the frustum and the clip planes.
   bool may_see(const Box& box) const;
 
   /// Distance along the view of the box's nearest point.
   double nearest(const Box& box) const;
 
-  /// A mesh's vertices (world, relative to the volume's centre) to clip space and to the view.
+  /// Transform a mesh (world, relative to the volume's centre) into clip space, and its normals
+  /// into the camera's frame.
   std::array<float, 16> mesh_clip() const;
   std::array<float, 9> mesh_view() const;
 
  private:
+  void set_clip_planes(const VolumeGrid& grid, const RenderSettings& settings);
+
   FrameBlock block_{};
   double unit_ = 1;
   double cell_side_ = 1;
   Vec3d spacing_;               // in units
-  Vec3d eye_;                   // from the volume's voxel (0, 0, 0), frame space axes
+  Vec3d eye_;                   // relative to voxel (0, 0, 0), along the axes of frame space
   Vec3d right_, up_, forward_;  // row vectors
   CameraFrame camera_;
   Matrix4d mesh_clip_;

@@ -16,7 +16,7 @@ void attach(GLuint program, GLenum stage, const std::string& text) {
   glDeleteShader(shader);  // the program keeps it
 }
 
-/// What the driver says of the stages that do not compile, or else of linking.
+/// The driver's log of a shader that does not compile, or else of linking.
 std::string log_of(GLuint program) {
   std::string log(4096, '\0');
   GLsizei length = 0;

@@ -10,7 +10,7 @@
 
 namespace isosplat {
 
-/// A GL program. Movable; owns the GL object unless forgotten after a context loss.
+/// A GL program. Movable. Owns the GL object until abandon().
 class GlProgram {
  public:
   GlProgram() = default;
@@ -18,21 +18,20 @@ class GlProgram {
   GlProgram& operator=(GlProgram&& other) noexcept;
   ~GlProgram();
 
-  /// Hands both shaders to the driver, and does not wait for it: call finish() before the program
+  /// Starts to compile and link, and does not wait for the driver: call finish() before the program
   /// is used. Each shader is the concatenation of the named files (shared/render/shaders) after
   /// `defines` (whole lines) and shader_constants.h.
   static GlProgram start(std::string_view defines,
                          std::initializer_list<std::string_view> vertex_files,
                          std::initializer_list<std::string_view> fragment_files);
 
-  /// Whether finish() would return at once. Asks KHR_parallel_shader_compile, which the context
-  /// must offer.
+  /// Whether finish() would return at once. Requires KHR_parallel_shader_compile.
   bool is_done() const;
 
   /// Waits until the driver has linked it. Errors: gl_error, with the driver's log.
   Result<void> finish();
 
-  /// Both.
+  /// start() and finish().
   static Result<GlProgram> link(std::string_view defines,
                                 std::initializer_list<std::string_view> vertex_files,
                                 std::initializer_list<std::string_view> fragment_files);
@@ -41,14 +40,14 @@ class GlProgram {
   GLint uniform(const char* name) const { return glGetUniformLocation(name_, name); }
   explicit operator bool() const { return name_ != 0; }
 
-  /// The context that owned the program is gone: there is nothing to delete.
+  /// The context that owned the program is gone: the destructor deletes nothing.
   void abandon() { name_ = 0; }
 
  private:
   GLuint name_ = 0;
 };
 
-/// A whole shader's text: version, precision, defines, constants, files.
+/// The source text of a shader: version, precision, defines, constants, files.
 std::string shader_text(std::string_view defines, std::initializer_list<std::string_view> files);
 
 }  // namespace isosplat

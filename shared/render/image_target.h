@@ -6,19 +6,18 @@
 
 namespace isosplat {
 
-/// An image that is drawn into, and read by shaders afterwards: a texture without further levels,
-/// and the framebuffer whose only attachment it is. Made for a size, kept until another is asked
-/// for.
+/// A render target that shaders read afterwards: a texture without mipmaps, as the only attachment
+/// of a framebuffer. It is allocated for a size, and kept until prepare() requests another one.
 class ImageTarget {
  public:
-  /// format: sized, of colours or depths. purpose: what it is for, where there is no room ("to
-  /// smooth an image"); outlives the target.
+  /// format: a sized format of colours or depths. purpose: a part of the error message ("to smooth
+  /// an image"); must outlive the target.
   ImageTarget(GLenum format, const char* purpose) : format_(format), purpose_(purpose) {}
   ~ImageTarget() { release(); }
   ImageTarget(const ImageTarget&) = delete;
   ImageTarget& operator=(const ImageTarget&) = delete;
 
-  /// Makes it, with undefined content; does nothing where it has that size. Leaves the active
+  /// Allocates it, with undefined content. Does nothing if it has this size. Leaves the active
   /// texture unit without a 2D texture, and may leave the framebuffer bound. Errors: gl_error.
   Result<void> prepare(int width, int height);
 

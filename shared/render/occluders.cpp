@@ -15,7 +15,7 @@ Vec3f xyz(const std::array<float, 4>& v) {
   return {v[0], v[1], v[2]};
 }
 
-/// How far a box reaches along a direction.
+/// Half the extent of a box along a direction.
 float reach(Vec3f along, Vec3f half) {
   return std::abs(along.x) * half.x + std::abs(along.y) * half.y + std::abs(along.z) * half.z;
 }
@@ -29,7 +29,7 @@ void Occluders::begin(const FrameBlock& frame) {
   distances_.assign(static_cast<size_t>(columns_) * static_cast<size_t>(rows_), kFarthest);
 }
 
-/// As half_extent_px in frame.glsl: never less than the truth.
+/// Conservative bounds, as half_extent_px in frame.glsl.
 Occluders::Bounds Occluders::bounds(const Box& box) const {
   const Vec3f right = xyz(frame_.right), up = xyz(frame_.up), forward = xyz(frame_.forward);
   const float near_plane = frame_.depth[2], focal_px = frame_.lens[0];
@@ -46,7 +46,7 @@ Occluders::Bounds Occluders::bounds(const Box& box) const {
           nearest};
 }
 
-/// share: of a texel that must be covered at its edges, on either side.
+/// share: the fraction of a texel that must be covered at each edge.
 Occluders::Texels Occluders::texels(float x, float y, float half_x, float half_y,
                                     float share) const {
   const auto texel = [](float px) { return px / float(OCCLUDER_PX); };
@@ -67,8 +67,8 @@ void Occluders::add(const Box& box, float area) {
   const Texels t = texels(b.x, b.y, std::min(half, b.half_x), std::min(half, b.half_y), 0.5f);
   for (int y = t.low_y; y <= t.high_y; ++y) {
     for (int x = t.low_x; x <= t.high_x; ++x) {
-      float& there = distances_[static_cast<size_t>(y * columns_ + x)];
-      there = std::min(there, b.distance);
+      float& distance = distances_[static_cast<size_t>(y * columns_ + x)];
+      distance = std::min(distance, b.distance);
     }
   }
 }
@@ -80,7 +80,7 @@ bool Occluders::is_in_image(const Box& box, float margin_px) const {
          b.y + b.half_y > -margin_px && b.y - b.half_y < frame_.image[1] + margin_px;
 }
 
-bool Occluders::hide(const Box& box) const {
+bool Occluders::occlude(const Box& box) const {
   const Bounds b = bounds(box);
   if (b.nearest <= frame_.depth[2]) return false;
   const Texels t = texels(b.x, b.y, b.half_x, b.half_y, 0);

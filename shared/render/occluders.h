@@ -7,9 +7,9 @@
 
 namespace isosplat {
 
-/// A coarse depth image (one texel per OCCLUDER_PX² px), drawn on the CPU, of boxes that hold
-/// pieces of a surface: what lies behind it is likely to be hidden. It errs in both directions, so
-/// it only decides what to draw first.
+/// A coarse depth image (one texel per OCCLUDER_PX² px) of boxes that contain parts of a surface.
+/// It is drawn on the CPU. Boxes behind it are likely to be occluded. It can be wrong both ways, so
+/// it only decides the order of drawing.
 class Occluders {
  public:
   /// An axis-parallel box in frame space.
@@ -17,24 +17,25 @@ class Occluders {
     Vec3f centre, half;
   };
 
-  /// Clears the image: nothing hides anything.
+  /// Clears the image.
   void begin(const FrameBlock& frame);
 
-  /// A piece of a surface in the box hides what lies behind the box's centre: as much as this area
-  /// does when seen from its front, and no more than the box.
+  /// Adds a part of a surface in the box, at the depth of the box's centre. It covers a square of
+  /// this area (frame units²) that faces the eye, and no more than the box.
   void add(const Box& box, float area);
 
   /// Whether the box is in the image, or within `margin_px` of it.
   bool is_in_image(const Box& box, float margin_px) const;
-  /// Whether all of the box lies behind what was added. What is beside the image counts as hidden.
-  bool hide(const Box& box) const;
+  /// Whether the whole box is behind the image's depths. Parts outside of the image count as
+  /// occluded.
+  bool occlude(const Box& box) const;
 
  private:
-  /// Bounds on the image in px, and distances along the view.
+  /// Bounds in the image in px, and distances along the view.
   struct Bounds {
     float x, y, half_x, half_y, distance, nearest;
   };
-  /// From low up to and with high; none where low > high.
+  /// The closed interval [low, high] of texels; empty if low > high.
   struct Texels {
     int low_x, low_y, high_x, high_y;
   };

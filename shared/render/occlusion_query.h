@@ -13,13 +13,13 @@
 
 namespace isosplat {
 
-/// Finds out on the GPU which regions of chunks a picture shows: how many of its pixels lie in the
-/// boxes of their active cells, or whether any part of these boxes is in front of what it shows, so
-/// that what finer cells have there might be seen. The answer comes back later, so that nobody
-/// waits.
+/// Tests on the GPU which regions of chunks are visible in a picture. It either counts the pixels
+/// whose surface lies in the boxes of active cells, or tests whether any part of these boxes is in
+/// front of the surfaces of the picture, so that finer cells in them might be visible. The result
+/// is read back later, without waiting for the GPU.
 class OcclusionQuery {
  public:
-  /// A visible chunk; without samples where it was culled.
+  /// A visible chunk. Culled chunks have no samples.
   struct Item {
     ChunkHandle handle = 0;
     std::array<float, 4> block{};  ///< u_block of splat.vert.glsl
@@ -29,7 +29,7 @@ class OcclusionQuery {
     GLsizei count = 0;
   };
 
-  /// What is tested: a picture's layers as they were drawn.
+  /// The layers of the picture to test against.
   struct Picture {
     GLuint depths = 0;           ///< texture array; layer 0 is opaque
     GLuint farthest_depths = 0;  ///< DepthTiles of layer 0
@@ -43,12 +43,13 @@ class OcclusionQuery {
   OcclusionQuery(const OcclusionQuery&) = delete;
   OcclusionQuery& operator=(const OcclusionQuery&) = delete;
 
-  /// Tests the picture, seen as the uniform block at `frame_binding` says. `min_px`: see
-  /// Renderer::begin_occlusion_query. Beyond the first 1024, items count as seen. Errors: gl_error.
+  /// Starts a query against a picture, whose uniform block Frame is bound to `frame_binding`.
+  /// `min_px`: see Renderer::begin_occlusion_query. Items after the first 1024 are not tested, and
+  /// count as visible. Errors: gl_error.
   Result<void> begin(const Picture& picture, const std::vector<Item>& items, int min_px,
                      GLuint frame_binding);
 
-  /// The answer to the last query, once; nothing before it is there.
+  /// Returns the result of the last query once; nothing until it is available.
   std::optional<std::vector<ChunkVisibility>> take();
 
   void release();
@@ -57,14 +58,17 @@ class OcclusionQuery {
 
  private:
   Result<void> link(GLuint frame_binding);
-  Result<void> make_answer(int rows);
+  Result<void> prepare_counts(int rows);
+  void bind_picture(const Picture& picture) const;
+  void draw_items(const std::vector<Item>& items, size_t tested) const;
+  void start_reading(int rows);
 
   GlProgram program_;
-  ImageTarget answer_{GL_RGBA8, "for an occlusion query"};
+  ImageTarget counts_{GL_RGBA8, "for an occlusion query"};  // a row per item
   GLuint read_buffer_ = 0;
   int min_px_ = 1;
-  GLsync done_ = nullptr;
-  std::vector<ChunkVisibility> asked_;
+  GLsync fence_ = nullptr;                // of the query in progress
+  std::vector<ChunkVisibility> results_;  // of the query in progress, by item
 };
 
 }  // namespace isosplat

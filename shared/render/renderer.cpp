@@ -199,14 +199,14 @@ Result<void> Renderer::hold_picture(uint32_t framebuffer) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
   if (s.drawn_width == 0) return fail(Status::invalid_argument, "nothing has been drawn yet");
-  return s.cross_fade.hold(framebuffer, s.drawn_width, s.drawn_height);
+  return s.cross_fade.set_from(framebuffer, s.drawn_width, s.drawn_height);
 }
 
 Result<bool> Renderer::begin_fade(uint32_t framebuffer) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
-  if (!s.cross_fade.holds(s.drawn_width, s.drawn_height)) return false;
-  s.cross_fade.turn_to_picture_in(framebuffer);
+  if (!s.cross_fade.has_from(s.drawn_width, s.drawn_height)) return false;
+  s.cross_fade.set_to(framebuffer);
   if (auto ok = s.fade(0, framebuffer); !ok) return tl::unexpected(ok.error());
   return true;
 }
@@ -215,7 +215,7 @@ Result<void> Renderer::fade(float progress, uint32_t framebuffer) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
   if (auto ok = s.fade(std::clamp(progress, 0.0f, 1.0f), framebuffer); !ok) return ok;
-  if (progress >= 1) s.cross_fade.arrive();
+  if (progress >= 1) s.cross_fade.finish();
   return {};
 }
 

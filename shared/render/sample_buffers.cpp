@@ -10,7 +10,7 @@ namespace {
 /// GL_CONTEXT_LOST (WebGL: CONTEXT_LOST_WEBGL) is not in the header of OpenGL ES 3.0.
 constexpr GLenum kContextLost = 0x9242;
 
-/// Of the errors since the last question, one is this; the others are forgotten.
+/// Whether GL_OUT_OF_MEMORY is among the GL errors since the last call. Clears all errors.
 bool is_out_of_memory() {
   bool is_full = false;
   for (GLenum error = glGetError(); error != GL_NO_ERROR; error = glGetError()) {

@@ -11,7 +11,7 @@
 
 namespace isosplat {
 
-/// A run of samples in one of the buffers.
+/// A range of samples in one of the buffers.
 struct SampleRange {
   uint32_t buffer = 0;
   uint32_t first = 0;
@@ -20,9 +20,9 @@ struct SampleRange {
   uint64_t offset_bytes() const { return uint64_t{first} * sizeof(PackedSample); }
 };
 
-/// The samples of all chunks, in a few large vertex buffers. Ranges are taken first fit; freed
-/// neighbours join. Buffers are never moved, so that nothing is copied when chunks come and go, and
-/// an empty one is kept for the next chunk.
+/// The samples of all chunks, in a few large vertex buffers. Allocation is first fit; adjacent free
+/// ranges are merged. Buffers are never moved or compacted, and empty ones are kept for later
+/// chunks.
 class SampleBuffers {
  public:
   /// Samples per buffer (8 MiB); a larger chunk gets a buffer of its own size.
@@ -33,8 +33,8 @@ class SampleBuffers {
   SampleBuffers(const SampleBuffers&) = delete;
   SampleBuffers& operator=(const SampleBuffers&) = delete;
 
-  /// Where a new buffer is needed, waits for the GPU to say whether there is room for it; samples
-  /// go to existing ones without a question. Errors: out_of_memory; nothing is kept then.
+  /// Uploads samples. If this needs a new buffer, waits for the GPU to allocate it. Errors:
+  /// out_of_memory; the samples are not stored then.
   Result<SampleRange> add(std::span<const PackedSample> samples);
 
   /// Like add, but leaves the upload to the caller: the range's buffer is bound to GL_ARRAY_BUFFER,
@@ -42,7 +42,7 @@ class SampleBuffers {
   Result<SampleRange> reserve(uint32_t count);
   void remove(const SampleRange& range);
 
-  /// Vertex array whose attribute 0 is the buffer's samples (uvec4).
+  /// Vertex array with the buffer's samples as attribute 0 (uvec4).
   GLuint vertex_array(uint32_t buffer) const { return buffers_[buffer].vertex_array; }
   GLuint buffer_name(uint32_t buffer) const { return buffers_[buffer].buffer; }
 
@@ -58,7 +58,7 @@ class SampleBuffers {
   struct Buffer {
     GLuint buffer = 0, vertex_array = 0;
     uint32_t capacity = 0;
-    std::map<uint32_t, uint32_t> free;  // first → count
+    std::map<uint32_t, uint32_t> free;  // free ranges: first → count
   };
   std::vector<Buffer> buffers_;
   uint64_t samples_ = 0;

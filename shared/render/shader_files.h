@@ -4,8 +4,8 @@
 
 namespace isosplat {
 
-/// The text of a file in shared/render/shaders (or of shader_constants.h) by its name; empty where
-/// there is none. Embedded at build time.
+/// The text of a file in shared/render/shaders (or of shader_constants.h) by its name, embedded at
+/// build time. Empty if there is no such file.
 std::string_view shader_file(std::string_view name);
 
 }  // namespace isosplat

@@ -6,7 +6,7 @@
 namespace isosplat {
 namespace {
 
-void nearest_and_clamped(GLenum target) {
+void set_nearest_and_clamped(GLenum target) {
   glTexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   glTexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   glTexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
@@ -30,45 +30,53 @@ Result<void> SurfaceTargets::prepare(int width, int height, int layers, bool ble
     width_ = width;
     height_ = height;
     layers_ = layers;
-    glGenTextures(1, &surfaces_);
-    glBindTexture(GL_TEXTURE_2D_ARRAY, surfaces_);
-    glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_RGBA16UI, width, height, layers);
-    nearest_and_clamped(GL_TEXTURE_2D_ARRAY);
-    glGenTextures(1, &depths_);
-    glBindTexture(GL_TEXTURE_2D_ARRAY, depths_);
-    glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_DEPTH_COMPONENT24, width, height, layers);
-    nearest_and_clamped(GL_TEXTURE_2D_ARRAY);
-    framebuffers_.resize(static_cast<size_t>(layers));
-    glGenFramebuffers(layers, framebuffers_.data());
-    for (int layer = 0; layer < layers; ++layer) {
-      glBindFramebuffer(GL_FRAMEBUFFER, layer_framebuffer(layer));
-      glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, surfaces_, 0, layer);
-      glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depths_, 0, layer);
-      if (auto ok = check_complete("surfaces"); !ok) return ok;
-    }
-    bytes_ = uint64_t(width) * uint64_t(height) * uint64_t(layers) * 12;
+    if (auto ok = create_layers(); !ok) return ok;
   }
-  if (blended && !sums_framebuffer_) {
-    glGenFramebuffers(1, &sums_framebuffer_);
-    glBindFramebuffer(GL_FRAMEBUFFER, sums_framebuffer_);
-    glGenTextures(2, sums_);
-    for (int i = 0; i < 2; ++i) {
-      glBindTexture(GL_TEXTURE_2D, sums_[i]);
-      glTexStorage2D(GL_TEXTURE_2D, 1, float_blend ? GL_RGBA32F : GL_RGBA16F, width, height);
-      nearest_and_clamped(GL_TEXTURE_2D);
-      glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i),
-                             GL_TEXTURE_2D, sums_[i], 0);
-    }
-    glGenTextures(1, &sums_depth_);
-    glBindTexture(GL_TEXTURE_2D_ARRAY, sums_depth_);
-    glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_DEPTH_COMPONENT24, width, height, 1);
-    nearest_and_clamped(GL_TEXTURE_2D_ARRAY);
-    glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, sums_depth_, 0, 0);
-    const GLenum both[2] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
-    glDrawBuffers(2, both);
-    if (auto ok = check_complete("blending"); !ok) return ok;
-    bytes_ += uint64_t(width) * uint64_t(height) * (float_blend ? 36u : 20u);
+  if (blended && !sums_framebuffer_) return create_sums(float_blend);
+  return {};
+}
+
+Result<void> SurfaceTargets::create_layers() {
+  glGenTextures(1, &surfaces_);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, surfaces_);
+  glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_RGBA16UI, width_, height_, layers_);
+  set_nearest_and_clamped(GL_TEXTURE_2D_ARRAY);
+  glGenTextures(1, &depths_);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, depths_);
+  glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_DEPTH_COMPONENT24, width_, height_, layers_);
+  set_nearest_and_clamped(GL_TEXTURE_2D_ARRAY);
+  framebuffers_.resize(static_cast<size_t>(layers_));
+  glGenFramebuffers(layers_, framebuffers_.data());
+  for (int layer = 0; layer < layers_; ++layer) {
+    glBindFramebuffer(GL_FRAMEBUFFER, layer_framebuffer(layer));
+    glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, surfaces_, 0, layer);
+    glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depths_, 0, layer);
+    if (auto ok = check_complete("surfaces"); !ok) return ok;
   }
+  bytes_ = uint64_t(width_) * uint64_t(height_) * uint64_t(layers_) * 12;
+  return {};
+}
+
+Result<void> SurfaceTargets::create_sums(bool float_blend) {
+  glGenFramebuffers(1, &sums_framebuffer_);
+  glBindFramebuffer(GL_FRAMEBUFFER, sums_framebuffer_);
+  glGenTextures(2, sums_);
+  for (int i = 0; i < 2; ++i) {
+    glBindTexture(GL_TEXTURE_2D, sums_[i]);
+    glTexStorage2D(GL_TEXTURE_2D, 1, float_blend ? GL_RGBA32F : GL_RGBA16F, width_, height_);
+    set_nearest_and_clamped(GL_TEXTURE_2D);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i),
+                           GL_TEXTURE_2D, sums_[i], 0);
+  }
+  glGenTextures(1, &sums_depth_);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, sums_depth_);
+  glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_DEPTH_COMPONENT24, width_, height_, 1);
+  set_nearest_and_clamped(GL_TEXTURE_2D_ARRAY);
+  glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, sums_depth_, 0, 0);
+  const GLenum both[2] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  glDrawBuffers(2, both);
+  if (auto ok = check_complete("blending"); !ok) return ok;
+  bytes_ += uint64_t(width_) * uint64_t(height_) * (float_blend ? 36u : 20u);
   return {};
 }
 
@@ -78,7 +86,7 @@ Result<void> SurfaceTargets::prepare_picture() {
   glGenTextures(1, &picture_);
   glBindTexture(GL_TEXTURE_2D, picture_);
   glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, width_, height_);
-  nearest_and_clamped(GL_TEXTURE_2D);
+  set_nearest_and_clamped(GL_TEXTURE_2D);
   glBindTexture(GL_TEXTURE_2D, 0);
   glBindFramebuffer(GL_FRAMEBUFFER, picture_framebuffer_);
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, picture_, 0);

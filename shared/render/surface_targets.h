@@ -8,16 +8,15 @@
 
 namespace isosplat {
 
-/// Where splats are drawn: a framebuffer, and its depth attachment as a layer of a texture array.
+/// A framebuffer for splats, and its depth attachment: a layer of a texture array.
 struct SplatTarget {
   GLuint framebuffer = 0, depths = 0;
   int layer = 0;
 };
 
-/// What surfaces are drawn into before they are lit: layers of surface pixels (RGBA16UI, see
-/// surface_pixel.glsl) with depth, the blended kind's sums, and a picture for what is lit as it is
-/// drawn. Made for a size, kept until another
-/// is asked for.
+/// The render targets of surfaces: layers of surface pixels (RGBA16UI, see surface_pixel.glsl) with
+/// depth, the sums of blended splats, and a picture for surfaces that are lit while they are drawn.
+/// They are allocated for a size, and kept until prepare() requests another one.
 class SurfaceTargets {
  public:
   SurfaceTargets() = default;
@@ -25,10 +24,10 @@ class SurfaceTargets {
   SurfaceTargets(const SurfaceTargets&) = delete;
   SurfaceTargets& operator=(const SurfaceTargets&) = delete;
 
-  /// Makes at least `layers` layers of this size, and the sums if `blended`; does nothing where
-  /// they exist. float_blend: 32-bit sums, else 16-bit. Errors: gl_error.
+  /// Allocates at least `layers` layers of this size, and the sums if `blended`, unless they exist.
+  /// float_blend: 32-bit sums, else 16-bit. Errors: gl_error.
   Result<void> prepare(int width, int height, int layers, bool blended, bool float_blend);
-  /// Makes the picture's target (RGBA8, with the first layer's depths), after prepare(). Errors:
+  /// Allocates the picture (RGBA8, with the depths of the first layer). Requires prepare(). Errors:
   /// gl_error.
   Result<void> prepare_picture();
 
@@ -49,6 +48,9 @@ class SurfaceTargets {
   void abandon();
 
  private:
+  Result<void> create_layers();
+  Result<void> create_sums(bool float_blend);
+
   int width_ = 0, height_ = 0, layers_ = 0;
   GLuint surfaces_ = 0, depths_ = 0;
   std::vector<GLuint> framebuffers_;

@@ -13,10 +13,10 @@ void VertexRuns::add(uint32_t first, uint32_t count) {
   counts_.push_back(static_cast<GLsizei>(count));
 }
 
-uint32_t VertexRuns::draw(GLenum mode, [[maybe_unused]] bool together) {
+uint32_t VertexRuns::draw(GLenum mode, [[maybe_unused]] bool multi_draw) {
   auto calls = static_cast<uint32_t>(firsts_.size());
 #ifdef __EMSCRIPTEN__
-  if (together && calls > 1) {
+  if (multi_draw && calls > 1) {
     glMultiDrawArraysWEBGL(mode, firsts_.data(), counts_.data(), static_cast<GLsizei>(calls));
     firsts_.clear();
     calls = 1;

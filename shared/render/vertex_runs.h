@@ -7,14 +7,14 @@
 
 namespace isosplat {
 
-/// Runs of vertices of the bound vertex array that are drawn in the same state.
+/// Ranges of vertices of the bound vertex array that are drawn with the same GL state.
 class VertexRuns {
  public:
   void add(uint32_t first, uint32_t count);
 
-  /// Draws all, and forgets them. `together`: by WEBGL_multi_draw, which the context must offer.
-  /// Answers the number of calls.
-  uint32_t draw(GLenum mode, bool together);
+  /// Draws all ranges, and clears the list. `multi_draw`: uses WEBGL_multi_draw, which the context
+  /// must support. Returns the number of draw calls.
+  uint32_t draw(GLenum mode, bool multi_draw);
 
  private:
   std::vector<GLint> firsts_;

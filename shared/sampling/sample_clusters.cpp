@@ -9,7 +9,7 @@ namespace {
 
 constexpr uint32_t kRegions = kBlockRegions * kBlockRegions * kBlockRegions;
 
-/// From the bits of packed_sample.h: the upper three of each coordinate's six.
+/// From the bits of packed_sample.h: the upper three of the six bits of each coordinate.
 uint32_t region_of(const PackedSample& sample) {
   const uint32_t cell = sample.word[0];
   return (cell >> 3 & 7) | (cell >> 9 & 7) << 3 | (cell >> 15 & 7) << 6;

@@ -80,21 +80,21 @@ TEST(Occluders, HideWhatLiesBehindThemAndNothingElse) {
   Occluders occluders;
   occluders.begin(frame_along_z());
   const Occluders::Box behind{{0, 0, 200}, {4, 4, 4}};
-  EXPECT_FALSE(occluders.hide(behind));
+  EXPECT_FALSE(occluders.occlude(behind));
   occluders.add({{0, 0, 100}, {10, 10, 2}}, 400);
-  EXPECT_TRUE(occluders.hide(behind));
-  EXPECT_FALSE(occluders.hide({{0, 0, 100}, {4, 4, 2}}));   // beside it, in part before it
-  EXPECT_FALSE(occluders.hide({{0, 0, 50}, {1, 1, 1}}));    // before it
-  EXPECT_FALSE(occluders.hide({{20, 0, 200}, {8, 4, 4}}));  // in part beside it
+  EXPECT_TRUE(occluders.occlude(behind));
+  EXPECT_FALSE(occluders.occlude({{0, 0, 100}, {4, 4, 2}}));   // beside it, in part before it
+  EXPECT_FALSE(occluders.occlude({{0, 0, 50}, {1, 1, 1}}));    // before it
+  EXPECT_FALSE(occluders.occlude({{20, 0, 200}, {8, 4, 4}}));  // in part beside it
   occluders.begin(frame_along_z());
-  EXPECT_FALSE(occluders.hide(behind));
+  EXPECT_FALSE(occluders.occlude(behind));
 }
 
 TEST(Occluders, HideByTheirAreaOnly) {
   Occluders occluders;
   occluders.begin(frame_along_z());
   occluders.add({{0, 0, 100}, {10, 10, 2}}, 4);
-  EXPECT_FALSE(occluders.hide({{0, 0, 200}, {4, 4, 4}}));
+  EXPECT_FALSE(occluders.occlude({{0, 0, 200}, {4, 4, 4}}));
 }
 
 TEST(Occluders, KnowWhatIsInTheImage) {
