@@ -1,5 +1,5 @@
-// What C++ and GLSL must agree on: included by the one, prepended to the other. Only #define lines
-// of plain numbers.
+// Constants of both C++ and GLSL: C++ includes this file, and it is prepended to each shader. Only
+// #define lines with plain numbers.
 
 // SplatKind.
 #define KIND_QUAD 0
@@ -11,17 +11,18 @@
 #define MAX_ISOSURFACES 8
 #define MAX_LAYERS 9
 
-// Clip planes of the settings, and the six of the clip box.
+// Clip planes of the settings, and the six planes of the clip box.
 #define MAX_CLIP_PLANES 12
 
-// Width of the texture from which large splats fetch their samples.
+// Width of the texture from which large splats fetch their samples, in samples.
 #define SAMPLE_TEXTURE_WIDTH 1024
 
-// Squares (measured: tests/bench/render): how much of the normal the extent of a plane's part
-// discounts, and how far towards a corner the plane counts as moved, both less than all as surfaces
-// bend; px by which squares are enlarged, and bands; how far behind its middle the plane's part is
-// drawn, in half its extent along the view; and how far corners must be beyond the plane, in half
-// the cell's extent along the normal, to show that there is more than a plane.
+// Squares of the quad kind, by measurements with tests/bench/render.
+// FLATNESS: the fraction of the normal in c of the bounds (README.md, decision 14), and CORNER: the
+// fraction of the plane's offset by which its box is reduced; below 1, as surfaces are curved.
+// MARGIN_PX, MIN_PX: px by which squares and strips are enlarged. SETBACK: distance by which a square
+// is moved back, in half extents of the plane's part along the view. BEYOND: distance of a corner from
+// the plane, in half extents of the cell along the normal, beyond which a plane is not sufficient.
 #define QUAD_FLATNESS 0.95
 #define QUAD_CORNER 0.9
 #define QUAD_MARGIN_PX 0.3
@@ -29,59 +30,59 @@
 #define QUAD_SETBACK 0.7
 #define QUAD_BEYOND 0.4
 
-// Side of the tiles by whose farthest depth hidden splats are dropped; those more than twice as
-// large never are.
+// Side of a tile of the farthest depths, in px. Splats that span more than three tiles are not tested.
 #define HIDING_TILE_PX 8
 
-// Squares count as hidden where they are at places no further apart.
+// Largest distance between the points at which a square is tested for occlusion, in px.
 #define QUAD_PROBE_PX 5
 
-// Px per texel of the occluders' image.
+// Side of a texel of the occluders' depth image, in px.
 #define OCCLUDER_PX 8
 
-// Faces of a cell that each sample of a cluster hides.
+// Area that each sample of a cluster occludes, in faces of a cell.
 #define OCCLUDER_FILL 1.0
 
-// A chunk whose squares or ellipses may be larger than this, in px, is ray cast instead: what is
-// approximate would show, and so few splats that are so large fit on the screen.
+// Chunks whose squares or ellipses may be larger than this, in px, are ray cast instead: the
+// approximation would be visible, and few splats of this size fit on the screen.
 #define LARGE_SPLAT_PX 24.0
 
-// A fragment of an ellipse belongs to the surface that is this near, in cells, and not further than
-// the margin outside of the cell. The cosine below which the tangent plane counts as seen from its
-// edge.
+// Ellipses. Largest distance of a fragment from the surface, in cells; largest distance of a fragment
+// from the cell, in cells; smallest cosine between the normal and the ray that is used.
 #define ELLIPSE_TOLERANCE_CELLS 0.02
 #define ELLIPSE_MARGIN_CELLS 0.01
 #define ELLIPSE_MIN_FACING 0.1
 
-// A ray-cast splat accepts roots this far outside of its cell, in cells: neighbours then overlap by
-// more than single precision can part them, or, where the interval is wide, rounded corners.
+// A ray-cast splat accepts roots this far outside of its cell, in cells. Neighbours then overlap in
+// spite of errors of single precision, or of rounded corners where the interval is wide.
 #define EXACT_MARGIN_CELLS 0.002
 #define ROUNDED_MARGIN_CELLS 0.008
 
-// Splats of coarse cells that hold something thinner than a cell are scaled by no less.
+// Smallest scale of splats of coarse cells with a structure thinner than a cell.
 #define THIN_FOOTPRINT 0.4
 
 // A blended splat reaches this far beyond its cell, in cells, so that neighbours' normals blend.
 #define BLEND_MARGIN_CELLS 0.2
 
-// Fragments of the blended kind this far behind the foremost, in cells, still belong to it: more
-// would blend the two sides of what is thinner than a cell (measured: tests/bench/render).
+// Fragments of the blended kind this far behind the nearest one, in cells, are blended with it. A
+// larger distance would blend both sides of structures thinner than a cell (measured with
+// tests/bench/render).
 #define BLEND_DEPTH_CELLS 0.6
 
 // Bits of a surface pixel's fourth channel.
 #define COVERAGE_MAX 4095.0
 #define ISOSURFACE_SHIFT 12
 
-// Occlusion query: probes of a cell along each axis of the image, at most, where px are counted;
-// tiles of a cell along each axis, at most, where it is looked at px by px; by how many px a cell
-// is enlarged, and by how much of the depth brought nearer, so that rounding loses none; and how
-// far exact splats and ellipses reach beyond their cells at most, in cells.
+// Occlusion queries. PROBES: largest number of pixels tested along each axis of the image when pixels
+// of a cell are counted. MAX_TILES: largest number of tiles along each axis when all pixels of a cell
+// are tested. MARGIN_PX, DEPTH_MARGIN: px by which cells are enlarged, and depth by which they are
+// moved nearer, against rounding. MARGIN_CELLS: largest distance by which exact splats and ellipses
+// reach beyond their cells, in cells.
 #define OCCLUSION_PROBES 8
 #define OCCLUSION_MAX_TILES 64
 #define OCCLUSION_MARGIN_PX 0.25
 #define OCCLUSION_MARGIN_CELLS 0.01
 #define OCCLUSION_DEPTH_MARGIN 1.5e-7
 
-// A chunk's answer is a row of texels, with four regions in each: 1/255 for each px, up to 255.
+// The result for a chunk is a row of texels with four regions each: 1/255 per px, up to 255 px.
 #define OCCLUSION_ROW_TEXELS 128
 #define OCCLUSION_MAX_PX 255

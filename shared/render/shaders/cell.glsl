@@ -1,5 +1,5 @@
-// Packed samples and the trilinear interpolant: repeats shared/sampling/packed_sample.h and
-// trilinear.h, and is tested against them by value.
+// Packed samples and the trilinear interpolant. Implements the same formulas as
+// shared/sampling/packed_sample.h and trilinear.h; a test compares the values.
 
 struct Cell {
   vec3 low;       // corner 0, in cells of the level, in the block
@@ -32,12 +32,13 @@ Cell unpack_sample(uvec4 w) {
   return cell;
 }
 
-// Corners are rounded where the interval is wide, and coarse cells reach beyond their corners: the
-// value nearest to the quantized isovalue that the corners have.
+// The quantized isovalue, clamped to the range of the corners. It can lie outside of the range:
+// corners are rounded where the interval is wide, and intervals of coarse cells are wider than the
+// range of their corners.
 float reachable(Cell cell, float quantized_isovalue) {
-  vec4 least = min(cell.lower, cell.upper), most = max(cell.lower, cell.upper);
-  return clamp(quantized_isovalue, min(min(least.x, least.y), min(least.z, least.w)),
-               max(max(most.x, most.y), max(most.z, most.w)));
+  vec4 low = min(cell.lower, cell.upper), high = max(cell.lower, cell.upper);
+  return clamp(quantized_isovalue, min(min(low.x, low.y), min(low.z, low.w)),
+               max(max(high.x, high.y), max(high.z, high.w)));
 }
 
 bool is_active(vec2 interval, float quantized_isovalue) {
@@ -59,7 +60,7 @@ vec4 value_and_gradient(Trilinear f, vec3 p) {
               f.b.x + p.x * f.b.y + p.y * (f.b.z + p.x * f.b.w));
 }
 
-// The same at the cell's centre, straight from the corners.
+// The same at the cell's centre, directly from the corners.
 vec4 value_and_gradient_at_centre(Cell cell) {
   vec4 sum = cell.lower + cell.upper, rise = cell.upper - cell.lower;
   return 0.25 * vec4(0.5 * (sum.x + sum.y + sum.z + sum.w), sum.y + sum.w - sum.x - sum.z,

@@ -1,12 +1,12 @@
-// Surface pixels of all layers become the picture: light, colour, and layers over each other by
-// depth. A layer holds the nearest surface of one translucent isosurface, or of all opaque ones, so
-// at most nine are sorted at each pixel, and the result does not depend on the order of drawing.
+// Lights the surface pixels of all layers, and blends the layers by depth. A layer holds the nearest
+// surface of one translucent isosurface, or of all opaque ones. At most nine layers are sorted at each
+// pixel, and the result does not depend on the order of drawing.
 uniform highp usampler2DArray u_surfaces;
 #ifndef ONE_LAYER
 uniform int u_layers;
 #endif
 uniform vec4 u_background;         // linear, alpha
-uniform bool u_linear;             // leaves the colour linear, to be accumulated
+uniform bool u_linear;             // writes linear colours, for accumulation
 layout(location = 0) out vec4 o_colour;
 
 vec4 shade(ivec2 at, int layer, float depth) {
@@ -28,8 +28,8 @@ void main() {
   float through = 1.0;
 #ifdef ONE_LAYER
   float depth = depth_at(at, 0);
-  // A loop that runs once or never: software renderers skip loops, but not branches, where no pixel
-  // of a group needs them.
+  // A loop that runs at most once: software renderers skip a loop that no pixel of a group runs, but
+  // not a branch.
   for (int turn = depth < 1.0 ? 0 : 1; turn < 1; ++turn) {
     vec4 colour = shade(at, 0, depth);
     sum = colour.a * colour.rgb;

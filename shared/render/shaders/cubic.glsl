@@ -1,7 +1,7 @@
-// A ray against a cell's trilinear surface, in cell units: repeats what
-// shared/sampling/exact_projection.cpp does, and is tested against it by value.
+// Intersection of a ray with a cell's trilinear surface, in cell units. Implements the same formulas
+// as shared/sampling/exact_projection.cpp; a test compares the values.
 
-// The part of the ray inside of the cell enlarged by `margin`; empty (x > y) where it misses.
+// The interval of the ray inside of the cell, enlarged by `margin`; empty (x > y) if it misses.
 vec2 ray_in_cell(vec3 origin, vec3 direction, float margin) {
   direction += vec3(equal(direction, vec3(0.0))) * 1e-9;
   vec3 per_place = 1.0 / direction;
@@ -22,9 +22,9 @@ vec4 cubic_along(Trilinear f, vec3 o, vec3 r) {
 
 float cubic(vec4 k, float t) { return ((k.x * t + k.y) * t + k.z) * t + k.w; }
 
-// The least root in [0, end]; negative where there is none. Between its extrema the cubic is
-// monotonic: the first part whose ends have different signs holds the root. As in the active test,
-// zero counts as below.
+// The smallest root in [0, end]; negative if there is none. Between its extrema the cubic is
+// monotonic: the first part whose ends have different signs contains the root. Zero counts as below,
+// as in is_active.
 float first_root(vec4 k, float end) {
   float a = 3.0 * k.x, b = k.y, c = k.z;  // a t^2 + 2 b t + c
   float discriminant = b * b - a * c;
@@ -72,7 +72,7 @@ float first_root(vec4 k, float end) {
   return slope != 0.0 ? clamp(t - cubic(k, t) / slope, low, high) : t;
 }
 
-// The first extremum in (from, end) of a cubic; negative where there is none.
+// The first extremum of a cubic in (from, end); negative if there is none.
 float extremum(vec4 k, float from, float end) {
   float a = 3.0 * k.x, b = k.y, c = k.z;
   float discriminant = b * b - a * c;

@@ -1,6 +1,6 @@
-// A piece of the tangent plane, from which each fragment goes along its ray to the cell's trilinear
-// surface by two Newton steps: depth and normal are the surface's, and where it has none, nothing is
-// covered.
+// A part of the tangent plane. Each fragment starts on this plane, and moves along its ray to the
+// cell's trilinear surface by two Newton steps. Depth and normal are those of the surface; fragments
+// without a surface are discarded.
 flat in vec2 v_centre_px;
 flat in vec4 v_distance;
 flat in vec3 v_place, v_place_x, v_place_y;
@@ -33,9 +33,9 @@ void main() {
   bool found = abs(at.x) <= ELLIPSE_TOLERANCE_CELLS * length(at.yzw);
   bool crossed = (cubic(k, between.x) > 0.0) != (cubic(k, between.y) > 0.0);
   if (!found && !crossed && v_distance.w < 1.0) discard;
-  // Where two steps do not find it, but the ray's ends are on both sides of it, or the surface is so
-  // bent that the ray may cross it twice: as the exact kind. A loop that runs once or never, as
-  // software renderers skip loops, but not branches.
+  // Searches as the exact kind if the two steps fail, but the ends of the ray are on both sides of the
+  // surface, or the surface is so curved that the ray may cross it twice. A loop that runs at most
+  // once: software renderers skip a loop that no pixel of a group runs, but not a branch.
   for (int turn = found ? 1 : 0; turn < 1; ++turn) {
     vec4 from = cubic_along(f, p + between.x * along, along);
     t = first_root(from, between.y - between.x);

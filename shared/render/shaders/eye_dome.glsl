@@ -1,4 +1,4 @@
-// Eye-dome lighting (Boucheny 2009): darkens what lies behind its neighbours in the image.
+// Eye-dome lighting (Boucheny 2009): darkens pixels that are farther away than their neighbours.
 uniform highp sampler2DArray u_depths;
 
 float depth_at(ivec2 at, int layer) {

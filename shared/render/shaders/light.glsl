@@ -1,11 +1,11 @@
-// What light makes of a surface's colour. Colours are linear.
+// Lighting of a surface. Colours are linear.
 uniform int u_colour_by;                 // 0: the isosurface's colour; 1: the map at the scalar; 2: at depth
 uniform vec4 u_colour[MAX_ISOSURFACES];  // w: opacity
 uniform vec4 u_light;                    // x ambient, y specular, z eye-dome strength, w eye-dome radius px
 uniform sampler2D u_colour_map;
 
-// z: distance along the view. A loop that runs once or never: software renderers skip loops, but not
-// branches, where nothing of a group needs them.
+// z: distance along the view. A loop that runs at most once: software renderers skip a loop that no
+// pixel of a group runs, but not a branch.
 vec3 base_colour(uint isosurface, float scalar, float z) {
   vec3 colour = u_colour[isosurface].rgb;
   for (int turn = u_colour_by == 0 ? 1 : 0; turn < 1; ++turn) {
@@ -16,7 +16,7 @@ vec3 base_colour(uint isosurface, float scalar, float z) {
   return colour;
 }
 
-// From a place on the image to the eye, in the camera's frame.
+// Direction from an image position to the eye, in the camera's frame.
 vec3 eye_from(vec2 px) { return normalize(vec3((0.5 * u_image.xy - px) * u_lens.y, 1.0)); }
 
 float to_the_40th(float x) {
@@ -24,8 +24,8 @@ float to_the_40th(float x) {
   return x16 * x16 * x8;
 }
 
-// The headlight leaves nothing black; the key light, from the upper left, tells shapes apart. Both
-// sides of a surface are lit.
+// The headlight avoids black surfaces; the key light, from the upper left, shows shape. Both sides of
+// a surface are lit.
 /// normal, to_eye: in the camera's frame, of unit length.
 vec3 lit(vec3 normal, vec3 to_eye, vec3 colour) {
   const vec3 key = vec3(-0.408, 0.577, 0.707);

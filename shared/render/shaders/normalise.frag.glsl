@@ -1,4 +1,4 @@
-// Blended splats: the sums at each pixel become a surface pixel.
+// Converts the sums of blended splats to surface pixels.
 uniform sampler2D u_normals;
 uniform sampler2D u_sums;
 uniform uint u_isosurface;

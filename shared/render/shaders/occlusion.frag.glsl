@@ -1,4 +1,4 @@
-// The dots of occlusion.vert.glsl; those of one texel are added up.
+// The points of occlusion.vert.glsl; blending adds those of one texel.
 flat in vec4 v_answer;
 layout(location = 0) out vec4 o_answer;
 

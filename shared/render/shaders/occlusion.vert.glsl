@@ -1,14 +1,15 @@
-// One sample becomes one dot in the answer, at its region's place in its chunk's row: in how many px
-// the picture shows a surface inside of its cell (no px shows two cells), or with u_in_front, whether
-// any part of its cell is in front of what the picture shows in any px.
+// Each sample becomes a point in the result texture, at the texel of its region in the row of its
+// chunk. Its value is the number of pixels that show a surface inside of the sample's cell (no pixel
+// shows two cells). With u_in_front, it shows whether any part of the cell is in front of the surface
+// of some pixel.
 layout(location = 0) in uvec4 a_sample;
 uniform vec4 u_block;        // as in splat.vert.glsl
 uniform float u_quantized_isovalues[MAX_ISOSURFACES];
 uniform int u_isosurface_layers[MAX_ISOSURFACES];
 uniform int u_isovalue_count;
-uniform vec2 u_row;          // middle of the chunk's row in the answer, in rows; all rows
+uniform vec2 u_row;          // x: centre of the chunk's row in the result, in rows; y: number of rows
 uniform highp sampler2DArray u_depths;
-uniform int u_layers;        // 0 is opaque, the others are seen in front of it
+uniform int u_layers;        // 0 is opaque, the others are translucent
 uniform bool u_in_front;
 uniform highp usampler2D u_farthest;  // opaque depth of each tile, for u_in_front
 flat out vec4 v_answer;
@@ -24,13 +25,13 @@ uint active_layers(vec2 interval) {
   return found;
 }
 
-// Through the middle of the px, one unit along the view.
+// The ray through the pixel's centre, one unit along the view.
 vec3 ray_through(ivec2 px) {
   vec2 slope = (vec2(px) + 0.5 - 0.5 * u_image.xy) * u_lens.y;
   return u_step_forward.xyz + slope.x * u_step_right.xyz + slope.y * u_step_up.xyz;
 }
 
-// Whether a layer of the picture shows a surface inside of the box, at this px.
+// Whether a layer of the picture has a surface inside of the box at this pixel.
 bool is_shown(ivec2 px, vec3 centre, vec3 half_box) {
   vec3 ray = ray_through(px);
   float opaque = texelFetch(u_depths, ivec3(px, 0), 0).x;
@@ -43,7 +44,7 @@ bool is_shown(ivec2 px, vec3 centre, vec3 half_box) {
   return false;
 }
 
-// The image's px that the box may cover: lowest, highest. Boxes cut by the near plane: all.
+// Bounds of the pixels that the box may cover (low, high). All pixels if the near plane cuts the box.
 ivec4 px_bounds(vec3 centre, vec3 half_box, float z, float reach) {
   vec2 low = vec2(0.0), high = u_image.xy - 1.0;
   if (z - reach > u_depth.z) {
@@ -54,7 +55,7 @@ ivec4 px_bounds(vec3 centre, vec3 half_box, float z, float reach) {
   return ivec4(low, high);
 }
 
-// The px that show a surface inside of the box; of large boxes, an estimate.
+// Number of pixels that show a surface inside of the box; an estimate for large boxes.
 int px_shown(vec3 centre, vec3 half_box, ivec4 bounds) {
   ivec2 step = 1 + (bounds.zw - bounds.xy) / OCCLUSION_PROBES;
   int count = 0;
@@ -66,8 +67,8 @@ int px_shown(vec3 centre, vec3 half_box, ivec4 bounds) {
   return count * step.x * step.y;
 }
 
-// The part of a ray inside of the box that the planes keep, as distances along the view: none where
-// the first is the larger.
+// The interval of a ray inside of the box and the clip planes, as distances along the view; empty if
+// x > y.
 vec2 ray_in_box(vec3 ray, vec3 centre, vec3 half_box) {
   vec3 along = mix(ray, vec3(1e-12), lessThan(abs(ray), vec3(1e-12)));
   vec3 first = (centre - half_box) / along, second = (centre + half_box) / along;
@@ -84,8 +85,8 @@ vec2 ray_in_box(vec3 ray, vec3 centre, vec3 half_box) {
   return between;
 }
 
-// Whether any part of the box is in front of what this px shows, of the opaque surfaces or of one of
-// these layers: something else might be seen there.
+// Whether any part of the box is in front of the surface of this pixel, in the opaque layer or in one
+// of these layers. A surface in this part would be visible.
 bool is_in_front(ivec2 px, vec3 centre, vec3 half_box, uint layers) {
   vec2 between = ray_in_box(ray_through(px), centre, half_box);
   if (between.x > between.y) return false;
@@ -98,9 +99,8 @@ bool is_in_front(ivec2 px, vec3 centre, vec3 half_box, uint layers) {
   return false;
 }
 
-// Whether any px is one in which a part of the box is in front of what the picture shows. Looks px by
-// px in the tiles whose farthest depth does not say no. Boxes so large that this takes long count as
-// in front.
+// Whether is_in_front() holds at any pixel. Skips tiles whose farthest depth is nearer than the box.
+// Very large boxes count as in front, since the test would take long.
 bool is_anywhere_in_front(vec3 centre, vec3 half_box, ivec4 bounds, float nearest, uint layers) {
   ivec4 tiles = bounds / HIDING_TILE_PX;
   if (any(greaterThan(tiles.zw - tiles.xy, ivec2(OCCLUSION_MAX_TILES)))) return true;

@@ -1,16 +1,16 @@
-// A square with one depth and normal, as large as the tangent plane's part inside of the cell, and
-// cut to the band that this part covers: where a surface is seen from its edge, whole squares would
-// reach beyond the outline.
+// A square with one depth and normal, around the part of the tangent plane inside of the cell. It is
+// cut to the strip of the image that this part covers: whole squares would reach beyond the outline
+// where a surface is seen edge-on.
 #ifdef LIT
-flat out uvec4 v_square;  // bits of the band, and the colour: each output costs software renderers
+flat out uvec4 v_square;  // bits of the strip and the colour: software renderers pay for each output
 #else
 flat out uvec4 v_pixel;
 flat out vec3 v_band;
 #endif
 
-// Whether a corner is well beyond the tangent plane, and yet not beyond the surface: the cell then
-// holds a further sheet of it, or one that bends so much that a plane's part would leave a hole.
-/// offset: of the plane from the cell's centre, along the normal.
+// Whether a corner is far beyond the tangent plane, but not beyond the surface. The cell then contains
+// a second sheet of the surface, or one so curved that a part of a plane would leave a hole.
+// offset: distance of the plane from the cell's centre, along the normal.
 bool is_more_than_a_plane(Cell cell, float quantized_isovalue, vec3 normal, vec3 size, float offset) {
   vec3 rise = 0.5 * normal * size;
   vec4 beyond = vec4(-rise.x - rise.y, rise.x - rise.y, rise.y - rise.x, rise.x + rise.y) - offset;
@@ -54,8 +54,8 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   v_pixel = encode_surface(in_view, scalar, u_isosurface, 1.0);
 #endif
 
-  // Where the tangent plane cuts off a corner of the cell, its part inside is in a smaller box at
-  // that corner; what is thin is in a smaller box about the sample.
+  // If the tangent plane cuts off a corner of the cell, its part inside of the cell lies in a smaller
+  // box at that corner. Thin structures lie in a smaller box around the sample.
   vec3 half_box = 0.5 * u_lens.w * size, middle = -displacement;
   float footprint = thin_footprint(cell, quantized_isovalue);
   if (footprint < 1.0) {
@@ -69,11 +69,12 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   vec3 part = min(half_box, 0.5 * room / (abs(normal) + 1e-6));
   middle += sign(offset) * sign(normal) * (half_box - part);
 
-  // Of overlapping squares the nearest is seen, which brings the surface forward: put it back.
+  // The nearest of overlapping squares is visible, which moves the surface towards the eye: move the
+  // square back.
   float flatness = QUAD_FLATNESS;
   vec3 along_view = u_forward.xyz + flatness * in_view.z * normal;
   float back = z + dot(along_view, middle) + QUAD_SETBACK * dot(abs(along_view), part);
-  // What one plane cannot stand for is covered by all of the cell.
+  // If one plane cannot represent the surface, the square covers the whole cell.
   if (footprint == 1.0 && u_switches.y != 0 &&
       is_more_than_a_plane(cell, quantized_isovalue, normal, size, offset)) {
     part = half_box;
@@ -81,7 +82,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
     flatness = 0.0;
   }
 
-  // For any c, no point of a plane's part inside of a box is further along r than the box is along
+  // For any c, the part of a plane inside of a box extends no further along r than the box along
   // r - c n.
   vec3 to_hit = position / z;
   vec2 aside = vec2(dot(to_hit, u_right.xyz), dot(to_hit, u_up.xyz));
@@ -96,7 +97,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
       to_px(position, z) + per_px * vec2(dot(along_right, middle), dot(along_up, middle));
   float half_band = per_px * dot(abs(along_edge), part) + QUAD_MIN_PX * length(edge);
   vec2 across = edge / max(half_band, 1e-6);
-  vec3 band = vec3(across, dot(across, centre_px));  // in half its widths: per px across; its middle
+  vec3 band = vec3(across, dot(across, centre_px));  // in half widths of the strip: per px across it; its centre
 #ifdef LIT
   v_square = uvec4(floatBitsToUint(band), pack_colour(colour));
 #else

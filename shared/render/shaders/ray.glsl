@@ -1,6 +1,6 @@
-// The pixel's ray, from a point beside a cell's centre: positions relative to the centre keep their
-// precision however far the eye is. Large cells (PULLED) are near, and may be beside the eye or
-// behind it, where a centre has no place on the image.
+// The pixel's ray, starting beside a cell's centre: positions relative to the centre are precise at any
+// distance from the eye. The centres of large cells (PULLED) may be beside the eye or behind it, and
+// then have no image position.
 struct Ray {
   vec3 origin;     // on the plane through the centre that faces the camera, minus the centre
   vec3 direction;  // one unit along the view
@@ -12,7 +12,7 @@ Ray pixel_ray(vec4 centre) {
   return Ray(direction * centre.w - centre.xyz, direction);
 }
 
-// The same, where the centre's place on the image is known.
+// The same, if the centre has an image position.
 Ray pixel_ray(vec4 centre, vec2 centre_px) {
   vec2 offset = (gl_FragCoord.xy - centre_px) * u_lens.y;
   vec3 across = u_step_right.xyz * offset.x + u_step_up.xyz * offset.y;
@@ -20,7 +20,7 @@ Ray pixel_ray(vec4 centre, vec2 centre_px) {
 }
 
 #ifdef CLIPPED
-// Cuts the part of the ray (between.x, between.y) to what the clip planes keep.
+// Clips the interval (between.x, between.y) of the ray to the clip planes.
 vec2 clip_ray(Ray ray, vec3 centre, vec2 between) {
   for (int i = 0; i < u_switches.x; ++i) {
     float inside = dot(u_clip_plane[i].xyz, ray.origin + centre) - u_clip_plane[i].w;

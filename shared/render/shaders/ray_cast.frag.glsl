@@ -1,5 +1,5 @@
-// Where the pixel's ray meets the cell's trilinear isosurface first. Kinds: exact, also LIT; blended in two
-// passes, VISIBILITY (depth only) and accumulation.
+// The first intersection of the pixel's ray with the cell's trilinear isosurface. Kinds: exact, also
+// LIT; blended in two passes, VISIBILITY (depth only) and accumulation.
 flat in vec4 v_centre;
 #ifndef PULLED
 flat in vec2 v_centre_px;
@@ -22,8 +22,8 @@ layout(location = 1) out vec4 o_sums;    // weight x (1, depth, scalar); unused
 #endif
 
 #if KIND == KIND_BLENDED && !defined(VISIBILITY)
-// How much of the pixel a surface covers that its ray just misses: by the closest approach, `t`, in
-// pixels. Always less than a half, so that outlines stay where they are.
+// Coverage of the pixel by a surface that its ray just misses, from the distance in pixels at the
+// closest approach `t`. Always less than a half, so that outlines do not move.
 float near_miss(Trilinear f, vec4 k, vec3 origin, vec3 direction, float end, float z, out float t) {
   t = extremum(k, 0.0, end);
   if (t < 0.0) return 0.0;
@@ -63,7 +63,7 @@ void main() {
   }
 #if KIND == KIND_BLENDED && !defined(VISIBILITY)
   if (t < 0.0) {
-    // Beyond its cell a splat covers nothing, but lends its normal to its neighbours.
+    // Outside of its cell a splat covers nothing, but contributes its normal to its neighbours.
     coverage = 0.0;
     between = ray_in_cell(origin, direction, BLEND_MARGIN_CELLS);
     between.x = max(between.x, u_depth.z - v_centre.w);
@@ -93,7 +93,7 @@ void main() {
 #elif KIND == KIND_EXACT
   o_pixel = encode_surface(normal, scalar, u_isosurface, 1.0);
 #else
-  // Full weight inside of the cell, none where the splat ends.
+  // The weight is 1 inside of the cell, and 0 at the edge of the splat.
   vec3 place = abs(ray.origin + t * ray.direction) / v_size;
   vec3 beyond = max(place - 0.5 + BLEND_MARGIN_CELLS, 0.0) / (2.0 * BLEND_MARGIN_CELLS);
   vec3 fade = 1.0 - min(beyond, 1.0);

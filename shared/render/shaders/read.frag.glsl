@@ -1,4 +1,4 @@
-// One layer's surface pixels with their depth, for reading back: depth cannot be read otherwise.
+// Copies the surface pixels and depths of layer 0 into a colour target: GL cannot read depths back.
 uniform highp usampler2DArray u_surfaces;
 uniform highp sampler2DArray u_depths;
 layout(location = 0) out uvec4 o_words;

@@ -1,4 +1,4 @@
-// The regions of a chunk's block that it draws: 8×8×8 of 8³ cells, two words for each slice in z.
+// The drawn regions of a chunk's block: 8×8×8 regions of 8³ cells, two words for each slice in z.
 uniform uvec4 u_regions[4];
 
 // low: the cell's low corner in the block, 0 to 63.

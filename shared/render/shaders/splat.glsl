@@ -1,5 +1,6 @@
-// What the vertex shaders of all kinds share. One sample becomes one splat: a point (attribute), or,
-// where points cannot be that large, two triangles that fetch the sample by gl_VertexID (PULLED).
+// Common to the vertex shaders of all kinds of splats. A sample becomes a point, with the sample as
+// its attribute. Splats that are too large for points are two triangles, which fetch the sample by
+// gl_VertexID (PULLED).
 #ifdef PULLED
 uniform highp usampler2D u_samples;
 #else
@@ -12,11 +13,11 @@ uniform uint u_isosurface;
 uniform vec3 u_scalar;          // weights of 1, gradient length, projection error
 
 #ifndef PULLED
-uniform bool u_drops_hidden;          // by what is drawn already
+uniform bool u_drops_hidden;          // samples that are occluded by u_drawn
 #if KIND == KIND_QUAD
-uniform highp sampler2D u_drawn;      // depths of what is drawn already
+uniform highp sampler2D u_drawn;      // depths drawn so far
 #else
-uniform highp usampler2D u_drawn;     // the farthest of each tile
+uniform highp usampler2D u_drawn;     // the farthest depth of each tile
 #endif
 #endif
 
@@ -29,7 +30,7 @@ uvec4 fetch_sample() {
 #endif
 }
 
-// Points go to the corner of the viewport, outside of the image: clipping would cost more.
+// Moves points to the corner of the viewport, outside of the image: clipping would cost more.
 void drop() {
 #ifdef PULLED
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
@@ -39,7 +40,7 @@ void drop() {
 #endif
 }
 
-// Whether the clip planes keep nothing of a box with half sizes h about e.
+// Whether a box with centre e and half sizes h is outside of a clip plane.
 bool is_clipped(vec3 e, vec3 h) {
 #ifdef CLIPPED
   for (int i = 0; i < u_switches.x; ++i) {
@@ -50,26 +51,27 @@ bool is_clipped(vec3 e, vec3 h) {
   return false;
 }
 
-// Coarse cells whose corners all lie on one side of the quantized isovalue hold something thinner than a cell,
-// and the thinner, the nearer the quantized isovalue is to the interval's end: what to scale the splat by, 1
-// elsewhere.
-/// reached: the quantized isovalue as far as the corners reach.
+// The scale of a splat. Coarse cells whose corners are all on one side of the isovalue contain a
+// structure thinner than a cell. The nearer the isovalue is to the end of the interval, the thinner is
+// the structure. The scale is 1 for all other cells.
+// reached: the quantized isovalue, clamped to the range of the corners.
 float thin_footprint(Cell cell, float reached) {
   if (u_block.w == 1.0 || reached == u_quantized_isovalue) return 1.0;
   float end = reached < u_quantized_isovalue ? cell.interval.y : cell.interval.x;
   return clamp(sqrt(1.3 * (end - u_quantized_isovalue) / (end - reached)), THIN_FOOTPRINT, 0.999);
 }
 
-// What is thinner than a cell may run any way: halfway between its normal and the view, so that the
-// plane there is never seen from its edge. normal: in the camera's frame, as the answer.
+// The normal halfway between `normal` and the direction to the eye. The orientation of a structure
+// thinner than a cell is unknown, and its plane must not be seen edge-on. Both normals are in the
+// camera's frame.
 vec3 towards_eye(vec3 normal, vec3 position) {
   vec3 to_eye = -normalize(to_view(position));
   return normalize(dot(normal, to_eye) < 0.0 ? to_eye - normal : to_eye + normal);
 }
 
 // The displacement, from the cell's centre, of the approximate projection (paper, section 3.2).
-// Where it is longer than the threshold the sample is dropped (false), or moved that far and no
-// further, and not out of its cell.
+// A displacement longer than the threshold drops the sample (returns false), or is clamped to the
+// threshold. Displacements are also clamped to the cell.
 bool displace(float value, vec3 gradient, vec3 size, float quantized_isovalue, out vec3 displacement) {
   vec3 ascent = ascent_of(gradient);
   displacement = newton_step(value, gradient, ascent, quantized_isovalue);
@@ -83,7 +85,7 @@ bool displace(float value, vec3 gradient, vec3 size, float quantized_isovalue, o
   return true;
 }
 
-// A further step, to the surface from where the last one led; not out of the cell.
+// Another Newton step from the last displacement, clamped to the cell.
 vec3 displace_further(vec4 at, vec3 size, float quantized_isovalue, vec3 displacement) {
   vec3 gradient = at.yzw / size;
   vec3 further = displacement + newton_step(at.x, gradient, ascent_of(gradient), quantized_isovalue);
@@ -101,7 +103,7 @@ float scalar_of(Trilinear f, vec3 place, float steepness) {
 
 #ifndef PULLED
 #if KIND == KIND_QUAD
-// By places no further apart than QUAD_PROBE_PX: what is seen of the square between them is narrow.
+// Tests points at most QUAD_PROBE_PX apart. Only a narrow visible part of the square can be missed.
 bool is_hidden(vec2 centre_px, vec2 half_px, float nearest) {
   float reach = 0.8 * half_px.x;
   int steps = max(int(ceil(2.0 * reach / float(QUAD_PROBE_PX))), 2);
@@ -115,7 +117,7 @@ bool is_hidden(vec2 centre_px, vec2 half_px, float nearest) {
   return window_depth(nearest) > farthest + 1e-6;
 }
 #else
-// By all tiles that it touches, so never of what is seen.
+// Tests all tiles that the splat touches, so visible splats are never dropped.
 bool is_hidden(vec2 centre_px, vec2 half_px, float nearest) {
   vec2 last = u_image.xy - 1.0;
   ivec2 low = ivec2(clamp(centre_px - half_px, vec2(0.0), last)) / HIDING_TILE_PX;
@@ -133,7 +135,7 @@ bool is_hidden(vec2 centre_px, vec2 half_px, float nearest) {
 
 #endif
 
-// The sample's cell, its size and its centre; false where the isosurface does not pass through it.
+// The sample's cell, its size and its centre. Returns false if the cell is not active.
 bool find_cell(out Cell cell, out vec3 size, out vec3 centre) {
   cell = unpack_sample(fetch_sample());
   size = u_cell.xyz * u_block.w;
@@ -141,8 +143,8 @@ bool find_cell(out Cell cell, out vec3 size, out vec3 centre) {
   return is_active(cell.interval, u_quantized_isovalue);
 }
 
-// Splats wholly outside of the image, or behind what is drawn already, cost nothing more.
-/// nearest: distance along the view of the splat's nearest point, and of all where it has one depth.
+// Drops splats that are outside of the image or occluded, and writes the position of all others.
+// nearest: distance along the view of the splat's nearest point.
 void place_splat(vec2 centre_px, vec2 half_px, float nearest) {
   if (any(lessThan(half_px, vec2(0.0))) || any(lessThan(centre_px + half_px, vec2(0.0))) ||
       any(greaterThan(centre_px - half_px, u_image.xy))) {

@@ -1,11 +1,11 @@
-// Splats whose fragments go to the cell's trilinear surface: from the tangent plane (ellipse), or
-// wherever it is in the cell's box (exact, blended).
+// Splats whose fragments find the cell's trilinear surface: near the tangent plane (ellipse), or
+// anywhere in the cell's box (exact, blended).
 #if KIND == KIND_ELLIPSE
 flat out vec2 v_centre_px;
-flat out vec4 v_distance;       // of the sample along the view; the tangent plane's per px across;
-                                // how bent the surface is
-flat out vec3 v_place, v_place_x, v_place_y;  // in the cell, 0 to 1: of the sample; per px across
-flat out vec3 v_along;          // that place per unit along the view
+flat out vec4 v_distance;       // x: distance of the sample along the view; yz: change of the tangent
+                                // plane's distance per px; w: curvature of the surface
+flat out vec3 v_place, v_place_x, v_place_y;  // position in the cell, 0 to 1: of the sample; change per px
+flat out vec3 v_along;          // change of this position per unit along the view
 #else
 flat out vec4 v_centre;         // of the cell; w: distance along the view
 #ifndef PULLED
@@ -18,7 +18,7 @@ flat out vec4 v_a, v_b;         // the trilinear interpolant minus the quantized
 flat out float v_scalar;
 
 #ifdef PULLED
-// Bounds in px (lowest, highest) of the part of a box beyond the near plane.
+// Bounds in px (low, high) of the part of a box beyond the near plane.
 vec4 bounds_px(vec3 e, vec3 h) {
   mat3 to_camera = transpose(mat3(u_right.xyz, u_up.xyz, u_forward.xyz));
   vec3 middle = to_camera * e;
@@ -31,7 +31,7 @@ vec4 bounds_px(vec3 e, vec3 h) {
     low = min(low, corner.xy / corner.z);
     high = max(high, corner.xy / corner.z);
   }
-  // Where the near plane cuts the box, no more of that plane is inside than the box is wide.
+  // If the near plane cuts the box, the cut is no wider than the box.
   if (middle.z - reach.z < u_depth.z) {
     low = min(low, (middle.xy - reach.xy) / u_depth.z);
     high = max(high, (middle.xy + reach.xy) / u_depth.z);
@@ -70,7 +70,7 @@ void main() {
       drop();
       return;
     }
-    // Further steps, from where the first one led: the gradient there is the surface's.
+    // More Newton steps, with the gradients at the displaced points.
     for (int i = 0; i < 2; ++i) {
       at = value_and_gradient(f, displacement / size + 0.5);
       displacement = displace_further(at, size, quantized_isovalue, displacement);
@@ -92,9 +92,9 @@ void main() {
 
   float footprint = thin_footprint(cell, quantized_isovalue);
   if (footprint < 1.0 || u_switches.y == 0) {
-    // The corners know no surface there, or it is not asked for: a plane in a smaller cell about the
-    // sample, or as near to it as the cell has room for that. The occlusion query asks of no more than
-    // the cell.
+    // The trilinear function has no surface here, or projection is disabled: draws a plane in a smaller
+    // box around the sample. The box stays inside of the cell, since the occlusion query tests no more
+    // than the cell.
     vec3 room = 0.5 * (1.0 - footprint) * size;
     size *= footprint;
     centre += clamp(displacement, -room, room);
@@ -121,15 +121,16 @@ void main() {
     drop();
     return;
   }
-  // One px to the right, or up, moves the ray's hit in the tangent plane by `slope` px along the view.
+  // One px to the right, or up, moves the ray's intersection with the tangent plane by `slope` px along
+  // the view.
   vec3 to_hit = position / z;
   float facing = dot(normal, to_hit);
   facing = facing < 0.0 ? min(facing, -ELLIPSE_MIN_FACING) : max(facing, ELLIPSE_MIN_FACING);
   vec2 slope = -in_view.xy / facing;
   float px = z * u_lens.y;  // size of a pixel there
-  // Bounds of the tangent plane's part inside of the cell's box: for any c, no point of it is
-  // further along r than the box is along r - c n. The more the surface bends, by the mixed second
-  // derivatives, the less of n is discounted.
+  // Bounds of the tangent plane's part inside of the cell's box: for any c, it extends no further along
+  // r than the box along r - c n. The more curved the surface is, by the mixed second derivatives, the
+  // smaller is c.
   vec2 aside = vec2(dot(to_hit, u_right.xyz), dot(to_hit, u_up.xyz));
   vec3 right = u_right.xyz - u_forward.xyz * aside.x, up = u_up.xyz - u_forward.xyz * aside.y;
   vec2 edge = in_view.xy + in_view.z * aside;  // the normal along right and up

@@ -1,4 +1,4 @@
-// A surface pixel: normal in the camera's frame (octahedral, 2 x 16 bits), a scalar for colouring
+// A surface pixel: the normal in the camera's frame (octahedral, 2 x 16 bits), a scalar for colouring
 // (16 bits), isosurface (4 bits) and coverage (12 bits).
 uvec2 encode_normal(vec3 n) {
   n /= abs(n.x) + abs(n.y) + abs(n.z);
