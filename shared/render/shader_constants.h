@@ -20,9 +20,10 @@
 // Squares of the quad kind, by measurements with tests/bench/render.
 // FLATNESS: the fraction of the normal in c of the bounds (README.md, decision 14), and CORNER: the
 // fraction of the plane's offset by which its box is reduced; below 1, as surfaces are curved.
-// MARGIN_PX, MIN_PX: px by which squares and strips are enlarged. SETBACK: distance by which a square
-// is moved back, in half extents of the plane's part along the view. BEYOND: distance of a corner from
-// the plane, in half extents of the cell along the normal, beyond which a plane is not sufficient.
+// MARGIN_PX, MIN_PX: px by which squares and strips are enlarged. SETBACK: distance by which a
+// square is moved back, in half extents of the plane's part along the view. BEYOND: distance of a
+// corner from the plane, in half extents of the cell along the normal, beyond which a plane is not
+// sufficient.
 #define QUAD_FLATNESS 0.95
 #define QUAD_CORNER 0.9
 #define QUAD_MARGIN_PX 0.3
@@ -30,7 +31,8 @@
 #define QUAD_SETBACK 0.7
 #define QUAD_BEYOND 0.4
 
-// Side of a tile of the farthest depths, in px. Splats that span more than three tiles are not tested.
+// Side of a tile of the farthest depths, in px. Splats that span more than three tiles are not
+// tested.
 #define HIDING_TILE_PX 8
 
 // Largest distance between the points at which a square is tested for occlusion, in px.
@@ -46,8 +48,8 @@
 // approximation would be visible, and few splats of this size fit on the screen.
 #define LARGE_SPLAT_PX 24.0
 
-// Ellipses. Largest distance of a fragment from the surface, in cells; largest distance of a fragment
-// from the cell, in cells; smallest cosine between the normal and the ray that is used.
+// Ellipses. Largest distance of a fragment from the surface, in cells; largest distance of a
+// fragment from the cell, in cells; smallest cosine between the normal and the ray that is used.
 #define ELLIPSE_TOLERANCE_CELLS 0.02
 #define ELLIPSE_MARGIN_CELLS 0.01
 #define ELLIPSE_MIN_FACING 0.1
@@ -72,11 +74,11 @@
 #define COVERAGE_MAX 4095.0
 #define ISOSURFACE_SHIFT 12
 
-// Occlusion queries. PROBES: largest number of pixels tested along each axis of the image when pixels
-// of a cell are counted. MAX_TILES: largest number of tiles along each axis when all pixels of a cell
-// are tested. MARGIN_PX, DEPTH_MARGIN: px by which cells are enlarged, and depth by which they are
-// moved nearer, against rounding. MARGIN_CELLS: largest distance by which exact splats and ellipses
-// reach beyond their cells, in cells.
+// Occlusion queries. PROBES: largest number of pixels tested along each axis of the image when
+// pixels of a cell are counted. MAX_TILES: largest number of tiles along each axis when all pixels
+// of a cell are tested. MARGIN_PX, DEPTH_MARGIN: px by which cells are enlarged, and depth by which
+// they are moved nearer, against rounding. MARGIN_CELLS: largest distance by which exact splats and
+// ellipses reach beyond their cells, in cells.
 #define OCCLUSION_PROBES 8
 #define OCCLUSION_MAX_TILES 64
 #define OCCLUSION_MARGIN_PX 0.25
