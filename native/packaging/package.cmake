@@ -35,8 +35,11 @@ install(FILES native/packaging/isosplat.bash RENAME isosplat
         DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
 install(FILES native/packaging/isosplat.zsh RENAME _isosplat
         DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
-install(FILES ${documents}/changelog.gz native/packaging/copyright
+install(FILES native/packaging/copyright
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libisosplat-dev COMPONENT library)
+# Debian wants it; `cmake --install` of the library works without the target `documents`.
+install(FILES ${documents}/changelog.gz
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libisosplat-dev COMPONENT library OPTIONAL)
 # Nothing enables the unit: that is the administrator's decision.
 install(FILES native/packaging/isosplat.service DESTINATION lib/systemd/system COMPONENT program)
 
