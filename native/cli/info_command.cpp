@@ -90,7 +90,7 @@ std::string exactness(const ValueMapping& mapping) {
   const std::string quantized_values =
       fmt::format("{} bits, steps of {:.6g}", mapping.bits, mapping.scale);
   if (mapping.max_error == 0) return "lossless (" + quantized_values + ")";
-  return fmt::format("error at most ±{:.3g} ({})", mapping.max_error, quantized_values);
+  return fmt::format("values are within ±{:.3g} ({})", mapping.max_error, quantized_values);
 }
 
 void print_levels(const VolumeGrid& grid) {
