@@ -28,18 +28,19 @@ SizeBudget::SizeBudget(const SizeForecast& forecast, double max_bytes, double fi
   }
 }
 
-double SizeBudget::at(const PerDial& bytes, double storage_weight) const {
+double SizeBudget::at(const PerCandidate& bytes, double storage_weight) const {
   const double first = forecast_.storage_weight(0), ratio = forecast_.storage_weight(1) / first;
   const double place = ratio > 1 ? std::log(storage_weight / first) / std::log(ratio) : 0;
-  const double dial = std::clamp(place, 0.0, double{kDials - 1});
-  const auto below = std::min(static_cast<size_t>(dial), kDials - 2);
-  const double share = dial - static_cast<double>(below);
+  const double candidate = std::clamp(place, 0.0, double{kCandidateWeights - 1});
+  const auto below = std::min(static_cast<size_t>(candidate), kCandidateWeights - 2);
+  const double share = candidate - static_cast<double>(below);
   return bytes[below] * (1 - share) + bytes[below + 1] * share;
 }
 
-double SizeBudget::total(size_t dial, const std::array<double, 2>& correction) const {
+double SizeBudget::total(size_t candidate, const std::array<double, 2>& correction) const {
   double bytes = spent_;
-  for (size_t i = 0; i < parts_.size(); ++i) bytes += correction[i] * parts_[i].remaining[dial];
+  for (size_t i = 0; i < parts_.size(); ++i)
+    bytes += correction[i] * parts_[i].remaining[candidate];
   return bytes;
 }
 
@@ -47,20 +48,22 @@ SizeBudget::Grant SizeBudget::grant() const {
   Grant grant;
   for (size_t i = 0; i < parts_.size(); ++i) grant.correction[i] = parts_[i].correction();
   const double goal = kGuard * max_ - kCaution * std::max(kGuard * max_ - spent_, 0.0);
-  size_t dial = 0;
-  while (dial < kDials && total(dial, grant.correction) > goal) ++dial;
-  if (dial == 0) {
+  size_t candidate = 0;
+  while (candidate < kCandidateWeights && total(candidate, grant.correction) > goal) ++candidate;
+  if (candidate == 0) {
     grant.storage_weight = forecast_.storage_weight(0);
-  } else if (dial == kDials) {
-    grant.storage_weight = forecast_.storage_weight(kDials - 1);
+  } else if (candidate == kCandidateWeights) {
+    grant.storage_weight = forecast_.storage_weight(kCandidateWeights - 1);
   } else {
-    const double above = total(dial - 1, grant.correction), below = total(dial, grant.correction);
+    const double above = total(candidate - 1, grant.correction),
+                 below = total(candidate, grant.correction);
     const double share = (above - goal) / std::max(above - below, 1e-9);
     grant.storage_weight =
-        forecast_.storage_weight(dial - 1) *
-        std::pow(forecast_.storage_weight(dial) / forecast_.storage_weight(dial - 1), share);
+        forecast_.storage_weight(candidate - 1) *
+        std::pow(forecast_.storage_weight(candidate) / forecast_.storage_weight(candidate - 1),
+                 share);
   }
-  grant.slack = kGuard * max_ - total(kDials - 1, grant.correction);
+  grant.slack = kGuard * max_ - total(kCandidateWeights - 1, grant.correction);
   return grant;
 }
 
@@ -74,9 +77,10 @@ double SizeBudget::min_bytes(const Grant& grant, uint32_t level, Index3 block) c
 }
 
 void SizeBudget::add(uint32_t level, Index3 block, double storage_weight, double bytes) {
-  const PerDial forecast = forecast_.block(level, block);
+  const PerCandidate forecast = forecast_.block(level, block);
   Part& part = parts_[level > 0];
-  for (size_t dial = 0; dial < kDials; ++dial) part.remaining[dial] -= forecast[dial];
+  for (size_t candidate = 0; candidate < kCandidateWeights; ++candidate)
+    part.remaining[candidate] -= forecast[candidate];
   part.forecast += at(forecast, storage_weight);
   part.actual += bytes;
   spent_ += bytes;

@@ -39,13 +39,13 @@ class SizeBudget {
  private:
   /// Forecast and actual sizes of one level or of several.
   struct Part {
-    PerDial remaining{};  ///< forecast of blocks to come
-    double forecast = 0;  ///< of the blocks so far
+    PerCandidate remaining{};  ///< forecast of blocks to come
+    double forecast = 0;       ///< of the blocks so far
     double actual = 0;
     double correction() const { return actual / forecast; }
   };
-  double at(const PerDial& bytes, double storage_weight) const;
-  double total(size_t dial, const std::array<double, 2>& correction) const;
+  double at(const PerCandidate& bytes, double storage_weight) const;
+  double total(size_t candidate, const std::array<double, 2>& correction) const;
 
   const SizeForecast& forecast_;
   double max_, spent_;

@@ -52,24 +52,24 @@ std::vector<CellInterval> unite(const SampleColumn& column, Index3 coarse) {
 
 /// Bytes per cell of a block like these cells, of which each takes `cell_bytes` where all are
 /// coded.
-PerDial plan(BandPlanner& planner, const std::vector<CellInterval>& cells, double cell_bytes,
-             uint32_t level, BandOptions options, const PerDial& storage_weights) {
+PerCandidate plan(BandPlanner& planner, const std::vector<CellInterval>& cells, double cell_bytes,
+                  uint32_t level, BandOptions options, const PerCandidate& storage_weights) {
   constexpr double kBlock = double{kBlockCells} * kBlockCells * kBlockCells;
   const auto count = static_cast<double>(cells.size());
   planner.count(cells);
   options.max_candidates = kCandidates;
   options.overhead_cells *= count / kBlock;
-  PerDial bytes{};
-  for (size_t dial = 0; dial < kDials; ++dial) {
-    options.storage_weight = storage_weights[dial];
+  PerCandidate bytes{};
+  for (size_t candidate = 0; candidate < kCandidateWeights; ++candidate) {
+    options.storage_weight = storage_weights[candidate];
     planner.plan(block_options(options, level, planner.cells(), cells.size()));
     for (const uint32_t band : planner.band_cells()) {
       if (band == 0) continue;
-      bytes[dial] += cell_bytes * std::pow(band / count, kDensityPower) + kChunkBytes / kBlock;
+      bytes[candidate] += cell_bytes * std::pow(band / count, kDensityPower) + kChunkBytes / kBlock;
     }
     if (planner.band_cells().size() <= 1) {
       // A greater λ cuts no more.
-      std::fill(bytes.begin() + static_cast<ptrdiff_t>(dial), bytes.end(), bytes[dial]);
+      std::fill(bytes.begin() + static_cast<ptrdiff_t>(candidate), bytes.end(), bytes[candidate]);
       break;
     }
   }
@@ -78,38 +78,40 @@ PerDial plan(BandPlanner& planner, const std::vector<CellInterval>& cells, doubl
 
 /// Makes one of the columns of one block, the last axis of the lattice, and mixes in some of the
 /// mean of all: a column may have missed what its block holds.
-void blend(std::vector<PerDial>& columns, int32_t layers_per_block) {
+void blend(std::vector<PerCandidate>& columns, int32_t layers_per_block) {
   constexpr double kOfMean = 0.15;
   const size_t count = columns.size() / static_cast<size_t>(layers_per_block);
-  PerDial mean{};
+  PerCandidate mean{};
   for (size_t i = 0; i < columns.size(); ++i) {
-    for (size_t dial = 0; dial < kDials; ++dial) {
-      mean[dial] += columns[i][dial] / static_cast<double>(columns.size());
-      if (i >= count) columns[i % count][dial] += columns[i][dial];
+    for (size_t candidate = 0; candidate < kCandidateWeights; ++candidate) {
+      mean[candidate] += columns[i][candidate] / static_cast<double>(columns.size());
+      if (i >= count) columns[i % count][candidate] += columns[i][candidate];
     }
   }
   columns.resize(count);
-  for (PerDial& column : columns) {
-    for (size_t dial = 0; dial < kDials; ++dial) {
-      column[dial] = (1 - kOfMean) * column[dial] / layers_per_block + kOfMean * mean[dial];
+  for (PerCandidate& column : columns) {
+    for (size_t candidate = 0; candidate < kCandidateWeights; ++candidate) {
+      column[candidate] =
+          (1 - kOfMean) * column[candidate] / layers_per_block + kOfMean * mean[candidate];
     }
   }
 }
 
 }  // namespace
 
-PerDial dial_lambdas(double least) {
-  PerDial storage_weights{};
-  for (size_t dial = 0; dial < kDials; ++dial) {
-    storage_weights[dial] = least * std::pow(std::max(kMaxStorageWeight / least, 1.0),
-                                             static_cast<double>(dial) / (kDials - 1));
+PerCandidate candidate_weights(double least) {
+  PerCandidate storage_weights{};
+  for (size_t candidate = 0; candidate < kCandidateWeights; ++candidate) {
+    storage_weights[candidate] =
+        least * std::pow(std::max(kMaxStorageWeight / least, 1.0),
+                         static_cast<double>(candidate) / (kCandidateWeights - 1));
   }
   return storage_weights;
 }
 
 ColumnForecast forecast_column(const SampleColumn& column, const BandOptions& options,
                                BandPlanner& planner) {
-  const PerDial storage_weights = dial_lambdas(options.storage_weight);
+  const PerCandidate storage_weights = candidate_weights(options.storage_weight);
   const double cell_bytes = column.bits / 8 * kSharedPoints * kThinness;
   const Index3 coarse{(column.cells.x + 1) / 2, (column.cells.y + 1) / 2, (column.cells.z + 1) / 2};
   return {
@@ -122,7 +124,7 @@ SizeForecast::SizeForecast(const VolumeSample& sample, Index3 voxels, const Band
     : voxels_(voxels),
       across_(sample.columns_across),
       stride_(sample.stride),
-      storage_weights_(dial_lambdas(options.storage_weight)),
+      storage_weights_(candidate_weights(options.storage_weight)),
       all_{} {
   for (const ColumnForecast& column : columns) {
     per_cell_[0].push_back(column.finest);
@@ -135,15 +137,16 @@ SizeForecast::SizeForecast(const VolumeSample& sample, Index3 voxels, const Band
     for (int32_t z = 0; z < blocks.z; ++z) {
       for (int32_t y = 0; y < blocks.y; ++y) {
         for (int32_t x = 0; x < blocks.x; ++x) {
-          const PerDial bytes = block(level, {x, y, z});
-          for (size_t dial = 0; dial < kDials; ++dial) all_[level > 0][dial] += bytes[dial];
+          const PerCandidate bytes = block(level, {x, y, z});
+          for (size_t candidate = 0; candidate < kCandidateWeights; ++candidate)
+            all_[level > 0][candidate] += bytes[candidate];
         }
       }
     }
   }
 }
 
-const PerDial& SizeForecast::column(uint32_t level, Index3 block) const {
+const PerCandidate& SizeForecast::column(uint32_t level, Index3 block) const {
   const Index3 blocks = level_grid(voxels_, 0).blocks;
   const int32_t x = std::min(block.x, blocks.x - 1) / stride_;
   const int32_t y = std::min(block.y, blocks.y - 1) / stride_;
@@ -152,13 +155,14 @@ const PerDial& SizeForecast::column(uint32_t level, Index3 block) const {
   return per_cell_[level > 0][static_cast<size_t>((z * across_.y + y) * across_.x + x)];
 }
 
-PerDial SizeForecast::block(uint32_t level, Index3 index) const {
+PerCandidate SizeForecast::block(uint32_t level, Index3 index) const {
   const Index3 cells = block_cells(level_grid(voxels_, level), index);
   const double count = double{1} * cells.x * cells.y * cells.z;
-  PerDial bytes{};
+  PerCandidate bytes{};
   const auto add = [&](Index3 place, double weight) {
-    const PerDial& per_cell = column(level, place);
-    for (size_t dial = 0; dial < kDials; ++dial) bytes[dial] += weight * per_cell[dial];
+    const PerCandidate& per_cell = column(level, place);
+    for (size_t candidate = 0; candidate < kCandidateWeights; ++candidate)
+      bytes[candidate] += weight * per_cell[candidate];
   };
   if (level == 0) {
     add(index, count);

@@ -11,17 +11,17 @@ namespace isosplat {
 
 /// Weights of stored bytes, λ, for which sizes are forecast: from the least that a build may use to
 /// one with which hardly any block is cut, at equal ratios.
-inline constexpr size_t kDials = 12;
+inline constexpr size_t kCandidateWeights = 12;
 inline constexpr double kMaxStorageWeight = 200;
-using PerDial = std::array<double, kDials>;
+using PerCandidate = std::array<double, kCandidateWeights>;
 
-/// λ of each dial, of which `least` is the first.
-PerDial dial_lambdas(double least);
+/// λ of each candidate, of which `least` is the first.
+PerCandidate candidate_weights(double least);
 
-/// Bytes per cell of blocks like a column, for each dial.
+/// Bytes per cell of blocks like a column, for each candidate.
 struct ColumnForecast {
-  PerDial finest;  ///< at level 0
-  PerDial coarse;  ///< at level 1
+  PerCandidate finest;  ///< at level 0
+  PerCandidate coarse;  ///< at level 1
 };
 
 /// Cuts a column of a sample as blocks will be. `options.storage_weight` is the least λ. `planner`:
@@ -30,7 +30,7 @@ ColumnForecast forecast_column(const SampleColumn& column, const BandOptions& op
                                BandPlanner& planner);
 
 /// How many bytes a store's blocks will take, as far as a sample of the volume tells: the sample's
-/// columns are cut as blocks will be, for each dial. What the codec makes of a volume is only
+/// columns are cut as blocks will be, for each candidate. What the codec makes of a volume is only
 /// guessed at: SizeBudget compares with what was written.
 class SizeForecast {
  public:
@@ -38,24 +38,24 @@ class SizeForecast {
   SizeForecast(const VolumeSample& sample, Index3 voxels, const BandOptions& options,
                std::span<const ColumnForecast> columns);
 
-  double storage_weight(size_t dial) const { return storage_weights_[dial]; }
+  double storage_weight(size_t candidate) const { return storage_weights_[candidate]; }
 
   /// Bytes of a block's chunks and of their directory.
-  PerDial block(uint32_t level, Index3 index) const;
+  PerCandidate block(uint32_t level, Index3 index) const;
 
   /// Of all blocks of level 0, and of all coarser ones.
-  const PerDial& all(bool coarse) const { return all_[coarse]; }
+  const PerCandidate& all(bool coarse) const { return all_[coarse]; }
 
  private:
   /// Bytes per cell of level `level` where a block of level 0 is.
-  const PerDial& column(uint32_t level, Index3 block) const;
+  const PerCandidate& column(uint32_t level, Index3 block) const;
 
   Index3 voxels_;
   Index3 across_;
   int32_t stride_;
-  PerDial storage_weights_;
-  std::array<std::vector<PerDial>, 2> per_cell_;  ///< of each column: at level 0, at level 1
-  std::array<PerDial, 2> all_;
+  PerCandidate storage_weights_;
+  std::array<std::vector<PerCandidate>, 2> per_cell_;  ///< of each column: at level 0, at level 1
+  std::array<PerCandidate, 2> all_;
 };
 
 }  // namespace isosplat

@@ -44,7 +44,11 @@ std::string shader_text(std::string_view defines, std::initializer_list<std::str
       "precision highp float;\nprecision highp int;\nprecision highp sampler2D;\n";
   text += defines;
   text += shader_file("shader_constants.h");
-  for (const std::string_view file : files) text += shader_file(file);
+  for (const std::string_view file : files) {
+    const std::string_view part = shader_file(file);
+    // The log of the driver then names the file that is missing.
+    text += part.empty() ? "#error no shader file " + std::string(file) + "\n" : std::string(part);
+  }
   return text;
 }
 

@@ -61,10 +61,10 @@ TEST(VolumeSample, EstimatesTheBitsOfNoise) {
 TEST(SizeForecast, FallsWithTheStorageWeightAndAddsUp) {
   const SizeForecast forecast = noisy_forecast();
   EXPECT_EQ(forecast.storage_weight(0), 0.01);
-  EXPECT_NEAR(forecast.storage_weight(kDials - 1), kMaxStorageWeight, 1e-9);
+  EXPECT_NEAR(forecast.storage_weight(kCandidateWeights - 1), kMaxStorageWeight, 1e-9);
   for (const bool coarse : {false, true}) {
-    for (size_t dial = 1; dial < kDials; ++dial) {
-      EXPECT_LE(forecast.all(coarse)[dial], forecast.all(coarse)[dial - 1]);
+    for (size_t candidate = 1; candidate < kCandidateWeights; ++candidate) {
+      EXPECT_LE(forecast.all(coarse)[candidate], forecast.all(coarse)[candidate - 1]);
     }
   }
   EXPECT_LT(forecast.all(false).back(), 0.7 * forecast.all(false).front());
@@ -86,7 +86,7 @@ TEST(SizeBudget, TakesTheLeastStorageWeightWhereThereIsRoom) {
 TEST(SizeBudget, TakesTheGreatestStorageWeightWhereNothingFits) {
   const SizeForecast forecast = noisy_forecast();
   const SizeBudget::Grant grant = SizeBudget(forecast, 0.5 * forecast.all(false).back(), 0).grant();
-  EXPECT_EQ(grant.storage_weight, forecast.storage_weight(kDials - 1));
+  EXPECT_EQ(grant.storage_weight, forecast.storage_weight(kCandidateWeights - 1));
   EXPECT_LT(grant.slack, 0);
 }
 
