@@ -25,10 +25,10 @@ struct BuildOptions {
   std::vector<std::string> notes;
   std::string source_file;  ///< name of the volume's file or folder, for the metadata (FORMAT.md)
   std::string source_path_hash;  ///< hash of its path, for the metadata; empty: unknown
-  /// Weight of a byte fetched for an isovalue against a byte stored, above 0. A larger weight makes
-  /// larger stores and smaller fetches. The size limit of the store is √fetch_weight times the
-  /// bytes of the voxels or of their quantized values, whichever are fewer. Noisy volumes may
-  /// exceed it.
+  /// How important the bytes fetched for an isovalue are, relative to the bytes stored; above 0 (1:
+  /// the default). A larger weight gives larger stores and smaller fetches. Size limit of the
+  /// store: √fetch_weight × the bytes of the voxels or of their quantized values, whichever is
+  /// smaller. Noisy volumes may exceed it.
   double fetch_weight = 1;
   /// Largest difference between a stored value and the voxel's, in the volume's units. 0: lossless
   /// if 16 bits allow it, else as exact as 16 bits are. See choose_quantization.

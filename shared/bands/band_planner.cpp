@@ -53,8 +53,8 @@ void BandPlanner::choose_candidates(uint32_t max_count) {
   candidates_.clear();
   uint32_t ended = 0, begun = 0, since = 0;
   for (uint32_t quantized = low; quantized <= high; ++quantized) {
-    // A cell of [min, max) is active in [.., quantized value) iff min < quantized value, and in
-    // [quantized value, ..) iff max > quantized value.
+    // A cell of [min, max) is active below `quantized` iff min < quantized, and from `quantized` on
+    // iff max > quantized.
     ended += maxima_[quantized];
     since += maxima_[quantized] + minima_[quantized];
     if (quantized == low || quantized == high || take_all || since >= quantum ||

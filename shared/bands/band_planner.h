@@ -24,10 +24,11 @@ struct BandOptions {
   uint32_t max_candidates = 128;
 };
 
-/// Cuts the value range of a block where it is cheapest, by a dynamic programme with an exact
-/// answer. Between candidates t₀ < t₁ < …, N − #(max ≤ tᵢ) − #(min ≥ tⱼ) cells are active somewhere
-/// in [tᵢ, tⱼ): two look-ups in cumulative counts. Such a band costs
-/// (P(tᵢ ≤ isovalue < tⱼ) + λ) · cells + λ · overhead.
+/// Finds the cheapest cuts of a block's value range exactly, by dynamic programming. N: number of
+/// cells; #(…): number of cells for which … holds. Between candidates tᵢ < tⱼ,
+/// N − #(max ≤ tᵢ) − #(min ≥ tⱼ) cells are active somewhere in [tᵢ, tⱼ); both counts are look-ups.
+/// With P from isovalue_distribution and λ = storage_weight, such a band costs
+/// (P(tᵢ ≤ isovalue < tⱼ) + λ) · cells + λ · overhead_cells.
 ///
 /// Keeps about 1 MB of scratch memory: one per thread.
 class BandPlanner {
@@ -64,9 +65,9 @@ class BandPlanner {
   uint32_t cells_ = 0;
   struct Candidate {
     uint32_t quantized;
-    uint32_t ended;      // cells with max ≤ quantized value
-    uint32_t not_begun;  // cells with min ≥ quantized value
-    double probability;  // that an isovalue is below quantized value
+    uint32_t ended;      // cells with max ≤ quantized
+    uint32_t not_begun;  // cells with min ≥ quantized
+    double probability;  // that an isovalue is below `quantized`
   };
   std::vector<Candidate> candidates_;
   std::vector<double> cost_;

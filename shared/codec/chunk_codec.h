@@ -18,7 +18,7 @@ struct CellMask;
 /// same values, except for the cell count, which only the decoder needs.
 struct ChunkShape {
   Index3 block_cells;          ///< of its block, each 1 to kBlockCells
-  uint32_t band_begin = 0;     ///< the band's first quantized isovalue
+  uint32_t band_begin = 0;     ///< the first quantized value of the band
   uint32_t band_end = 0;       ///< one beyond its last, > band_begin, ≤ 65535
   uint32_t cell_count = 0;     ///< cells that the chunk holds, ≥ 1
   bool has_intervals = false;  ///< levels ≥ 1: the cells' intervals go beyond their corners'

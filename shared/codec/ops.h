@@ -98,8 +98,8 @@ struct ScalarOps {
     for (int i = 0; i < 4; ++i) sums[i] = sum_taps(of(i));
   }
 
-  /// Sets those of a row's `count` values (at most 64) that bits of `points` are set for: to
-  /// quantized values less 32768. Returns the union of these quantized values' bits.
+  /// Sets values[x] to quantized_values[x] − 32768 for each bit x that is set in `points`. A row
+  /// has `count` values (at most 64). Returns the bitwise OR of the quantized values used.
   static uint32_t set_points(uint64_t points, const QuantizedValue* quantized_values,
                              [[maybe_unused]] int32_t count, int16_t* values) {
     uint32_t all = 0;

@@ -18,8 +18,7 @@ Index3 cells_at(Index3 voxels, uint32_t level) {
   return cells;
 }
 
-/// Whether an isovalue and the value of a quantized value are the same up to rounding: see
-/// quantized_isovalue().
+/// Whether two values are the same up to rounding; see quantized_isovalue().
 bool is_same(const ValueMapping& mapping, double a, double b) {
   const double max_magnitude = std::abs(mapping.offset) + 65536 * mapping.scale;
   if (std::abs(a - b) <= std::min(max_magnitude * 0x1p-50, mapping.scale / 4)) return true;

@@ -9,8 +9,8 @@
 
 namespace isosplat {
 
-/// The distinct numbers among many, as long as they are few: a hash table that gives up, and frees
-/// its memory, where there are more than quantized values for them. At most 2 MiB.
+/// The distinct numbers among many, as long as there are at most kMax (65536, the number of
+/// quantized values). With more, it gives up and frees its memory. At most 2 MiB.
 class DistinctValues {
  public:
   static constexpr size_t kMax = 65536;

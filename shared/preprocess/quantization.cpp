@@ -15,7 +15,7 @@
 namespace isosplat {
 namespace {
 
-/// Quantized numbers take quantized values up to this, whether or not some are missing.
+/// The largest quantized value of voxels that are rounded, whether or not some are missing.
 constexpr uint32_t kMaxQuantized = 65534;
 
 /// The least and greatest voxel of an integer type, as keys.

@@ -20,9 +20,9 @@ class Quantization {
   /// What the store records: value = offset + scale · quantized value.
   const ValueMapping& mapping() const { return mapping_; }
 
-  /// Turns native-endian voxels into quantized values, as many as `voxels` holds. `codes` points to
-  /// bytes where mapping().bits is 8, else to 16-bit numbers. It may be the same memory as `voxels`
-  /// where quantized values are as wide as voxels.
+  /// Converts native-endian voxels to quantized values, one for each voxel. `quantized_values`
+  /// points to 8-bit numbers if mapping().bits is 8, otherwise to 16-bit numbers. It may be the
+  /// same memory as `voxels` if both have the same width.
   void encode(std::span<const std::byte> voxels, void* quantized_values) const;
 
   friend Result<Quantization> choose_quantization(const VolumeHeader& header, const VoxelScan& scan,
@@ -36,30 +36,33 @@ class Quantization {
 
   VoxelType type_ = VoxelType::u8;
   ValueMapping mapping_;
-  bool is_plain_ = false;      ///< integers that are their own quantized values, but for a constant
-  bool is_quantized_ = false;  ///< places are numbers of double precision; else integers
-  bool is_reversed_ =
-      false;  ///< the slope is negative: the quantized value is (first − voxel) / step
-  uint64_t first_key_ = 0;             ///< the voxel of quantized value 0: of integers, as a key
-  uint64_t step_ = 1;                  ///< between two quantized values
-  double first_ = 0, pitch_ = 1;       ///< the same, where places are numbers of double precision
-  QuantizedValue max_ = 0;             ///< no voxel with a value has a greater quantized value
-  std::vector<QuantizedValue> table_;  ///< of narrow integers that are not plain, by their bits
+  bool is_plain_ = false;  ///< quantized value = integer − constant
+  /// first_ and pitch_ are used (double precision); otherwise first_key_ and step_ (integers).
+  bool is_quantized_ = false;
+  /// The slope is negative: the quantized value is (first − voxel) / step.
+  bool is_reversed_ = false;
+  uint64_t first_key_ = 0;        ///< key (key_of) of the voxel with quantized value 0
+  uint64_t step_ = 1;             ///< between two quantized values
+  double first_ = 0, pitch_ = 1;  ///< the same, where places are numbers of double precision
+  QuantizedValue max_ = 0;        ///< no voxel with a value has a greater quantized value
+  /// Look-up by the voxel's bits, for 8- and 16-bit integers that are not plain.
+  std::vector<QuantizedValue> table_;
 };
 
 /// Chooses quantized values:
-/// - integers of up to 16 bits, and wider ones whose range allows, are kept: a step of the
-/// quantized value is
-///   what all differences are multiples of;
-/// - floating-point numbers that lie on an even lattice of up to 65536 values, too
-/// (value_lattice.h);
-/// - all others are quantized evenly to 65535 quantized values over the range.
+/// - Integers of up to 16 bits, and wider ones whose range is small enough, are kept without loss.
+///   One quantized step is the greatest common divisor of all differences.
+/// - So are floating-point numbers on an evenly spaced lattice of at most 65536 values
+///   (value_lattice.h).
+/// - All others are rounded to 65535 evenly spaced values over the range.
 /// Quantized values have 8 bits where that is enough, except that integers which are their own
-/// quantized values keep the bits they have. `scan`: of all voxels, or a settled one.
+/// quantized values keep the bits they have. `scan`: a scan of all voxels, or of a part if it
+/// is_settled().
 ///
-/// `max_error`, in the volume's values: 0 for the above; otherwise as few quantized values as leave
-/// no value further from the voxel's. Errors: invalid_argument where `max_error` cannot be reached,
-/// with the least that can; malformed_volume for a slope with which values cannot be told apart.
+/// `max_error`, in the volume's values: 0 for the above; otherwise there may be fewer quantized
+/// values, such that no stored value differs from the voxel's by more than max_error. Errors:
+/// invalid_argument (max_error is too small; the message states the smallest possible one),
+/// malformed_volume (with this slope, different voxels get equal values).
 Result<Quantization> choose_quantization(const VolumeHeader& header, const VoxelScan& scan,
                                          double max_error = 0);
 

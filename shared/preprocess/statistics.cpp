@@ -111,7 +111,7 @@ std::vector<uint64_t> VolumeStatistics::active_cells(const QuantizedBins& bins) 
   uint64_t running = 0;
   size_t quantized = bins.first;
   for (uint32_t bin = 0; bin < bins.count; ++bin) {
-    // The middle of the bin, whose first quantized value begins half a quantized value before it.
+    // The middle of the bin. The bin begins half a step below its first quantized value.
     const double quantized_isovalue = bins.first - 0.5 + (bin + 0.5) * bins.width;
     for (; quantized < kQuantizedValues && static_cast<double>(quantized) <= quantized_isovalue;
          ++quantized) {

@@ -42,8 +42,8 @@ class VoxelScan {
   /// Floating-point numbers: which ones there are.
   const DistinctValues& distinct() const { return distinct_; }
 
-  /// Whether more voxels would change nothing about the quantized values: integers of up to 16 bits
-  /// that are not all multiples of something are their own codes.
+  /// Whether more voxels cannot change the choice of quantized values: integers of up to 16 bits
+  /// whose differences have no common divisor above 1 are their own quantized values.
   bool is_settled() const { return voxel_bytes(type_) <= 2 && step_ == 1; }
 
  private:

@@ -127,7 +127,8 @@ class Renderer {
 
   const RendererLimits& limits() const;
 
-  /// Whether the driver has compiled all programs that were started: warm_up() does not wait then.
+  /// Whether the driver has finished compiling all programs that were started. If so, warm_up()
+  /// does not wait. Also true if the driver cannot tell.
   bool is_compiled() const;
 
   /// Makes the driver complete work that it defers to the first draw call. Call it while the first
@@ -162,7 +163,7 @@ class Renderer {
   /// Sets the chunks that draw() draws. Unknown handles are ignored. The caller ensures that no two
   /// chunks cover the same part of the volume.
   void set_visible(std::span<const DrawnChunk> chunks);
-  void set_visible(std::span<const ChunkHandle> handles);  ///< all regions of each
+  void set_visible(std::span<const ChunkHandle> handles);  ///< draws all regions of each chunk
 
   void set_settings(const RenderSettings& settings);
   const RenderSettings& settings() const;

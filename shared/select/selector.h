@@ -18,15 +18,16 @@ struct Selection {
   std::vector<DrawnChunk> draw;   ///< resident chunks to draw now
   std::vector<ChunkHandle> keep;  ///< resident chunks that this view needs, drawn or not
 
-  /// Drawn chunks that replace finer ones. With SelectionView::occlusion, the caller tests which of
-  /// their regions are visible whenever `draw` has changed, and passes the result to
-  /// set_visibility.
+  /// Drawn chunks that stand in for finer ones which are not resident, or not needed because they
+  /// are occluded. With SelectionView::occlusion, test their regions for visibility whenever `draw`
+  /// changes, and pass the result to set_visibility.
   std::vector<ChunkHandle> test;
   /// Chunks that will be needed if the pending occlusion query finds them visible.
   uint32_t undecided = 0;
   int32_t finest_drawn_level = -1;    ///< −1: nothing is drawn
   int32_t coarsest_drawn_level = -1;  ///< of the drawn chunks that may be visible
-  uint64_t target_cells = 0;          ///< of the chunks that are drawn when everything is resident
+  /// Cells of all chunks that would be drawn if everything in `load` were resident.
+  uint64_t target_cells = 0;
   bool limited_by_budget = false;
 
   /// Whether nothing is left to fetch, unless an occlusion query of `draw` finds more visible
@@ -36,17 +37,18 @@ struct Selection {
 
 /// Selects the blocks to show and their levels for a camera view. The refinement is best first, by
 /// the size of cells on the screen, until cells are small enough or the budget is used up. A larger
-/// budget always refines a superset, so it never makes a picture worse.
+/// budget refines the same blocks and more, so it never makes a picture worse.
 ///
 /// The drawn chunks have no holes and no overlaps: a region is drawn by a coarse chunk until finer
 /// chunks that cover it are resident. A block without an active cell counts as resident. A coarse
 /// chunk can leave regions to blocks at most three levels finer, so the selection also loads every
 /// third level between the coarsest level and the needed one, unless such a level is resident.
 ///
-/// With SelectionView::occlusion, occluded blocks are not refined: their coarser chunks stay, and
-/// there are still no holes. When finer chunks replace coarse ones, which are thicker, other blocks
-/// may become visible or hidden; chunks that were fetched are kept. A view is therefore complete
-/// after at most as many queries as it has blocks, and the picture does not flicker.
+/// With SelectionView::occlusion, occluded blocks are not refined: a coarser chunk is drawn in
+/// their place, so there are no holes. Finer chunks cover less of the image than the coarse chunks
+/// they replace, so other blocks can become visible. Each query but the last marks at least one
+/// more block as needed, and fetched chunks are kept. So a view is complete after at most as
+/// many queries as it has blocks, and the picture does not flicker.
 ///
 /// The visible part of a complete picture depends on the view only: not on earlier views, and not
 /// on other resident chunks.

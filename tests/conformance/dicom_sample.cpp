@@ -55,12 +55,12 @@ struct Pixels {
 
   size_t bytes() const { return static_cast<size_t>(allocated) / 8; }
 
-  std::string encode(const std::vector<int64_t>& codes) const {
+  std::string encode(const std::vector<int64_t>& stored_values) const {
     const uint64_t mask = (uint64_t{1} << stored) - 1;
     const int below = high_bit + 1 - stored;
     std::string out;
-    for (const int64_t code : codes) {
-      uint64_t word = (static_cast<uint64_t>(code) & mask) << below;
+    for (const int64_t value : stored_values) {
+      uint64_t word = (static_cast<uint64_t>(value) & mask) << below;
       if (has_other_bits) word |= ~(mask << below);
       out.append(reinterpret_cast<const char*>(&word), bytes());
     }
@@ -129,16 +129,16 @@ class Maker {
     for (int z = 0; z < slices(); ++z) {
       const int factor = differ_ ? random_.one_of({1, 2, 4}) : 1;
       slopes_.push_back(unit * factor);
-      std::vector<int64_t> codes;
+      std::vector<int64_t> stored_values;
       for (int y = 0; y < rows(); ++y) {
         for (int x = 0; x < columns(); ++x) {
           const int64_t number = 10 + x + 6 * y + 36 * z - (pixels_.is_signed ? 120 : 0);
-          codes.push_back(differ_ ? number * 4 / factor : number);
+          stored_values.push_back(differ_ ? number * 4 / factor : number);
           truth.values.push_back(intercept_ +
                                  unit * static_cast<double>(differ_ ? number * 4 : number));
         }
       }
-      quantized_values_.push_back(std::move(codes));
+      stored_values_.push_back(std::move(stored_values));
     }
     has_rescaling_ = differ_ || unit != 1 || intercept_ != 0 || random_.chance(30);
     is_inverse_ = random_.chance(15);
@@ -192,9 +192,7 @@ class Maker {
     return decimal_value({row_.x, row_.y, row_.z, column_.x, column_.y, column_.z});
   }
   DicomValue pixel_spacing_value() const { return decimal_value({spacing_.y, spacing_.x}); }
-  std::string frame(int z) const {
-    return pixels_.encode(quantized_values_[static_cast<size_t>(z)]);
-  }
+  std::string frame(int z) const { return pixels_.encode(stored_values_[static_cast<size_t>(z)]); }
 
   DicomItem common(const std::string& modality, const std::string& sop_class) const {
     DicomItem d;
@@ -286,7 +284,7 @@ class Maker {
         DicomItem d = make_slice(z);
         d[0x00080018] = test::dicom_text("UI", fmt::format("1.2.3.5.{}.{}", t, z));
         d[told_by] = test::dicom_text(told_by == 0x00180081u ? "DS" : "IS", std::to_string(t));
-        const std::vector<int64_t> other(quantized_values_[0].size(), 3);
+        const std::vector<int64_t> other(stored_values_[0].size(), 3);
         d[0x7fe00010] = pixels_.element({pixels_.encode(other)}, static_cast<size_t>(columns()));
         sample_.files[fmt::format("IM{}_{}{}", z, t, extension)] = file_of(d);
       }
@@ -508,9 +506,9 @@ class Maker {
     has_rescaling_ = true;
     std::vector<double>& values = sample_.truth.values;
     values.clear();
-    for (const auto& codes : quantized_values_) {
-      for (const int64_t code : codes) {
-        values.push_back(intercept + slope * static_cast<double>(code));
+    for (const auto& stored_values : stored_values_) {
+      for (const int64_t value : stored_values) {
+        values.push_back(intercept + slope * static_cast<double>(value));
       }
     }
     sample_.must_be_noted = is_inverse_;
@@ -537,8 +535,8 @@ class Maker {
   Sample sample_;
   DicomSyntax syntax_;
   Vec3d row_{1, 0, 0}, column_{0, 1, 0}, spacing_{1, 1, 1};
-  std::vector<std::vector<int64_t>> quantized_values_;  ///< by slice, as stored
-  std::vector<double> slopes_;                          ///< by slice
+  std::vector<std::vector<int64_t>> stored_values_;  ///< by slice
+  std::vector<double> slopes_;                       ///< by slice
   double intercept_ = 0;
   bool differ_ = false;  ///< slices have different slopes
   bool has_rescaling_ = false;

@@ -9,9 +9,9 @@
 namespace isosplat::conformance {
 namespace {
 
-int16_t quantize(Number type) {
-  constexpr int16_t kQuantizedValues[] = {2, 256, 512, 4, 768, 8, 1280, 1024, 16, 64};
-  return kQuantizedValues[static_cast<size_t>(type)];
+int16_t datatype_code(Number type) {
+  constexpr int16_t kDatatypeCodes[] = {2, 256, 512, 4, 768, 8, 1280, 1024, 16, 64};
+  return kDatatypeCodes[static_cast<size_t>(type)];
 }
 
 /// A header whose fields are set by their offsets.
@@ -122,7 +122,7 @@ Sample make_nifti(Random& random) {
       h.set(40 + 2 * i, static_cast<int16_t>(dim[i]));
     }
   }
-  h.set(is_two ? 12 : 70, quantize(type));
+  h.set(is_two ? 12 : 70, datatype_code(type));
   h.set(is_two ? 14 : 72, static_cast<int16_t>(8 * bytes_of(type)));
   sample.must_be_noted = zero_time;
 

@@ -79,7 +79,7 @@ TEST_P(Noise, BlocksHaveTheirVoxelsAndTheIntervalsOfTheirCells) {
 
 TEST_P(Noise, ACoarserLevelAveragesVoxelsAndUnitesIntervals) {
   const LevelGrid grid = level_grid(kVoxels, 1);
-  const size_t code_bytes = GetParam() / 8;
+  const size_t value_bytes = GetParam() / 8;
   std::vector<std::byte> voxels(voxel_slice_bytes(grid, GetParam()) *
                                 static_cast<size_t>(grid.cells.z + 1));
   std::vector<std::byte> intervals(interval_slice_bytes(grid, GetParam()) *
@@ -90,9 +90,9 @@ TEST_P(Noise, ACoarserLevelAveragesVoxelsAndUnitesIntervals) {
     gather_block(layer_, {b & 1, b >> 1 & 1, b >> 2}, block);
     coarsen_block(layer_, block, coarser);
   }
-  const auto code_at = [&](const std::vector<std::byte>& bytes, size_t i) {
-    const std::byte* const quantized = bytes.data() + i * code_bytes;
-    return code_bytes == 1
+  const auto value_at = [&](const std::vector<std::byte>& bytes, size_t i) {
+    const std::byte* const quantized = bytes.data() + i * value_bytes;
+    return value_bytes == 1
                ? static_cast<uint32_t>(quantized[0])
                : static_cast<uint32_t>(quantized[0]) | static_cast<uint32_t>(quantized[1]) << 8;
   };
@@ -109,7 +109,7 @@ TEST_P(Noise, ACoarserLevelAveragesVoxelsAndUnitesIntervals) {
           sum += weight * at({std::clamp(centre.x + dx, 0, 74), std::clamp(centre.y + dy, 0, 69),
                               std::clamp(centre.z + dz, 0, 67)});
         }
-        wrong += code_at(voxels, i) != (sum + 32) / 64;
+        wrong += value_at(voxels, i) != (sum + 32) / 64;
       }
     }
   }
@@ -126,7 +126,7 @@ TEST_P(Noise, ACoarserLevelAveragesVoxelsAndUnitesIntervals) {
           united.min = std::min(united.min, below.min);
           united.max = std::max(united.max, below.max);
         }
-        wrong += code_at(intervals, i) != united.min || code_at(intervals, i + 1) != united.max;
+        wrong += value_at(intervals, i) != united.min || value_at(intervals, i + 1) != united.max;
       }
     }
   }
@@ -167,8 +167,8 @@ TEST_P(Noise, StatisticsCountEveryVoxel) {
 INSTANTIATE_TEST_SUITE_P(Bits, Noise, ::testing::Values(uint8_t{8}, uint8_t{16}));
 
 template <class T>
-Quantization codes_for(const std::vector<T>& voxels, VoxelType type, double slope,
-                       double max_error) {
+Quantization quantization_for(const std::vector<T>& voxels, VoxelType type, double slope,
+                              double max_error) {
   VoxelScan scan(type);
   scan.add(std::as_bytes(std::span(voxels)));
   VolumeHeader header;
@@ -199,7 +199,7 @@ std::vector<double> kept_values(const std::vector<T>& voxels,
 TEST(Quantization, KeepIntegersUnderANegativeSlope) {
   std::vector<int16_t> voxels;
   for (int32_t v = -1024; v <= 3071; ++v) voxels.push_back(static_cast<int16_t>(v));
-  const Quantization quantized_values = codes_for(voxels, VoxelType::i16, -0.25, 0);
+  const Quantization quantized_values = quantization_for(voxels, VoxelType::i16, -0.25, 0);
   EXPECT_EQ(quantized_values.mapping().max_error, 0);
   const std::vector<double> values = kept_values(voxels, quantized_values);
   for (size_t i = 0; i < voxels.size(); ++i) EXPECT_EQ(values[i], -0.25 * voxels[i]);
@@ -208,7 +208,7 @@ TEST(Quantization, KeepIntegersUnderANegativeSlope) {
 TEST(Quantization, KeepFloatsThatAreMultiplesOfATenth) {
   std::vector<float> voxels;
   for (int32_t i = -500; i < 1500; ++i) voxels.push_back(static_cast<float>(i) / 10);
-  const Quantization quantized_values = codes_for(voxels, VoxelType::f32, 1, 0);
+  const Quantization quantized_values = quantization_for(voxels, VoxelType::f32, 1, 0);
   const std::vector<double> values = kept_values(voxels, quantized_values);
   for (size_t i = 0; i < voxels.size(); ++i) EXPECT_EQ(static_cast<float>(values[i]), voxels[i]);
 }
@@ -218,7 +218,7 @@ TEST(Quantization, KeepWithinTheErrorThatWasAskedFor) {
   std::vector<double> voxels;
   for (int32_t i = 0; i < 5000; ++i) voxels.push_back(std::sqrt(static_cast<double>(random())));
   const double most = 65536;  // the square root of 2³²
-  const Quantization quantized_values = codes_for(voxels, VoxelType::f64, 1, most / 400);
+  const Quantization quantized_values = quantization_for(voxels, VoxelType::f64, 1, most / 400);
   EXPECT_EQ(quantized_values.mapping().bits, 8);
   EXPECT_LE(quantized_values.mapping().max_error, most / 400);
   const std::vector<double> values = kept_values(voxels, quantized_values);

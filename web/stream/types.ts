@@ -114,7 +114,10 @@ export interface StreamEvents {
 
 export interface StreamOptions {
   events: StreamEvents;
-  /** Most resident samples (16 bytes each, on the GPU). Default: by device class. */
+  /**
+   * Most resident samples (16 bytes each, on the GPU). Default: from the device's memory
+   * (web/stream/device.ts).
+   */
   sampleBudget?: number;
   /** Size in pixels up to which a cell is not refined further. Default 1. */
   targetCellPixels?: number;

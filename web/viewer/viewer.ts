@@ -27,20 +27,20 @@ import {
 export interface ViewerEvents {
   /** A volume is open; its first surface is on its way. */
   opened: StoreInfo;
-  /** Streaming went on; see Progress. */
+  /** The streaming progress has changed. */
   progress: Progress;
   /** A frame was drawn. */
   frame: FrameReport;
-  /** See isBusy: it has changed. */
+  /** `isBusy` has changed. */
   busy: boolean;
   /** The camera moved, by a gesture or by a call. */
   camera: Camera;
   /** Another volume has come to the address: it is open now. */
   replaced: StoreInfo;
   /**
-   * Told once for each run of a fault (web/stream/faults.ts); Progress.fault says how long those of
-   * streaming last. The picture stays as it is. `info` is null where the volume could not be opened
-   * again: open it.
+   * Emitted once for each occurrence of a fault (web/stream/faults.ts). Progress.fault is set as
+   * long as a streaming fault lasts. The picture stays. If `info` is null afterwards, no volume is
+   * open: call open() again.
    */
   error: StreamError | RendererError;
   /** The browser took the GPU away, and gave it back. */
@@ -48,7 +48,10 @@ export interface ViewerEvents {
 }
 
 export interface ViewerOptions {
-  /** Most samples (16 bytes each) held on the GPU. Default: by device class. */
+  /**
+   * Most samples (16 bytes each) held on the GPU. Default: from the device's memory
+   * (web/stream/device.ts).
+   */
   sampleBudget?: number;
   /** Cells are refined until they are no larger than this on the screen, in pixels. Default 1. */
   targetCellPixels?: number;
@@ -65,12 +68,12 @@ export interface OpenOptions {
   signal?: AbortSignal;
 }
 
-/** A renderer that fails again so soon (ms) after it was replaced is not replaced once more. */
+/** If a renderer fails within this time (ms) after it was replaced, it is not replaced again. */
 const shortestLife = 30_000;
 
 const firstLook = { colour: "#d9ccb3", opacity: 1 };
 
-/** The GPU is asked so often whether the first shaders are compiled (ms). */
+/** Interval in ms between checks whether the first shaders are compiled. */
 const shaderPolling = 8;
 
 /**
@@ -218,7 +221,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return session.info;
   }
 
-  /** Asks at once for what waits for its next try, and again for what has failed. */
+  /** Retries at once: requests that wait for their next attempt, and parts that have failed. */
   retry(): void {
     this.#session?.retry();
   }
@@ -226,7 +229,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   /** Lets go of the volume: its requests, its memory on CPU and GPU. The canvas keeps its picture. */
   close(): void {
     this.#scheduler?.onVolumeChange();
-    this.#opening?.abort(new DOMException("another volume is opened", "AbortError"));
+    this.#opening?.abort(
+      new DOMException("the volume was closed, or another was opened", "AbortError"),
+    );
     this.#opening = null;
     this.#session?.close();
     this.#session = null;
@@ -289,7 +294,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return { colourBy, colours, range: this.#mappedRange() };
   }
 
-  /** What the colour map's ends stand for: volume values, values per world unit, levels or cells. */
+  /** The range shown in the legend; null if it differs from view to view. */
   #mappedRange(): [number, number] | null {
     switch (this.#look.colourBy) {
       case "depth":
@@ -319,7 +324,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#camera;
   }
 
-  /** One that is not finite, or too far from the volume, gives way to one that can be drawn from. */
+  /**
+   * Sets the camera. Distance and angles are limited to what can be drawn. If a number is not finite
+   * or the target is too far from the volume, the default camera is used.
+   */
   setCamera(camera: Camera): void {
     const bounded = this.#renderer && this.#info ? this.#renderer.bounded(camera) : camera;
     this.#camera = bounded;
@@ -415,7 +423,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     renderer.setLook(this.#look, this.#colourRange());
   }
 
-  /** What the ends of the colour map stand for. */
+  /** The range of values, or of gradients, that is passed to the renderer for colouring. */
   #colourRange(): [number, number] {
     const info = this.#info;
     if (!info) return [0, 1];
@@ -426,8 +434,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   /**
-   * Whether the picture is still to change by itself: a volume, data, finer splats or smoother edges
-   * are on their way.
+   * Whether the picture will change without further calls: a volume, data, finer splats or smoother
+   * edges are still coming.
    */
   get isBusy(): boolean {
     return this.#isBusy;
@@ -465,8 +473,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   /**
-   * Does what may fail in the renderer; says whether it did not. A context that is lost is no
-   * error: it comes back. That memory is full is told by streaming, which makes do with less.
+   * Runs `action`, which may fail, and returns whether it succeeded. A lost context is not an
+   * error: it is restored later. Streaming reports a full GPU memory, and continues with a smaller
+   * budget.
    */
   #guard(action: (renderer: RendererModule) => void): boolean {
     if (!this.#renderer) return false;

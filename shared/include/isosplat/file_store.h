@@ -15,8 +15,9 @@
 
 namespace isosplat {
 
-/// A store in a local file: as Store, but it reads what it needs. Several threads may call its
-/// functions at a time. It keeps the file open, and refuses to read one that was changed in place.
+/// A store in a local file: like Store, but it reads the bytes itself. Several threads may call its
+/// functions at the same time. It keeps the file open. If the file is modified while open, reading
+/// fails.
 class FileStore {
  public:
   /// Errors: io_error, and those of Store::open; the message begins with the path.

@@ -20,13 +20,15 @@ struct SampleArrays {
   std::vector<std::array<float, 2>> intervals;  ///< lowest and highest value of the cell
 };
 
-/// What becomes of a sample whose projection leads further than Δd.
+/// What happens to a sample that the Newton step would move further than Δd, half the longest
+/// diagonal of its cell.
 enum class Displaced : uint8_t {
   clamp,  ///< it is moved that far and no further, and not out of its cell: closes all holes
   drop,   ///< it is left out (paper, section 3.2); coarse levels clamp nevertheless
 };
 
-/// Points of an isosurface, with unit normals (towards smaller values; zero where the gradient is).
+/// Points of an isosurface, with unit normals (towards smaller values; zero where the gradient is
+/// zero).
 struct PointArrays {
   std::vector<Vec3d> positions;  ///< world
   std::vector<Vec3f> normals;    ///< of the world; as many as positions
@@ -34,13 +36,15 @@ struct PointArrays {
 
 /// How a sample is projected onto the isosurface.
 struct ProjectionOptions {
-  /// Along the gradient's ray to the trilinear surface within the cell where it is met there
-  /// (paper, section 3.1), otherwise, and without `exact`, by one Newton step (equations 5 and 6).
+  /// true: along the ray through the sample in gradient direction, to its intersection with the
+  /// trilinear surface in the cell (paper, section 3.1). If there is none in the cell, or if false:
+  /// one Newton step (equations 5 and 6).
   bool exact = false;
 
-  /// Of one Newton step. `clamp`: every active cell has exactly one point, inside of it, as the
-  /// renderer draws it; at its centre where the gradient is zero. `drop`: at level 0 the paper's
-  /// criterion, so there are fewer, some outside of their cell; those without a gradient have none.
+  /// Applies to the Newton step. `clamp`: every active cell has exactly one point, inside the cell
+  /// (its centre if the gradient is zero), as the renderer draws it. `drop`: level 0 follows the
+  /// paper: some cells have no point, and some points are outside their cell. A cell with a zero
+  /// gradient has no point.
   Displaced displaced = Displaced::clamp;
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// Which chunks of a store hold the cells of an isosurface, from bytes that the caller brings.
+/// Which chunks of a store hold the cells of an isosurface, from bytes that the caller supplies.
 
 #include <cstddef>
 #include <memory>
@@ -39,11 +39,11 @@ struct Page {
   uint32_t bytes = 0;   ///< size in the store file
 };
 
-/// A store's directory. It reads nothing itself: the caller brings the bytes, from a file, a socket
-/// or an archive, and they may be anything; what was accepted is consistent. Bytes are copied.
-/// Several threads may call const functions at a time. FileStore does the same for a file.
+/// A store's directory. It reads nothing itself. The caller supplies the bytes, from a file, a
+/// socket or an archive. They need not be trusted: invalid bytes give an error. Accepted bytes are
+/// copied. Several threads may call const functions at a time. FileStore does the same for a file.
 ///
-/// \quantized value
+/// \code
 /// auto store = isosplat::Store::open(first_bytes);
 /// for (const isosplat::Page& page : store->missing_pages(level, isovalue)) {
 ///   store->add_page(page.index, fetch(page.offset, page.bytes));

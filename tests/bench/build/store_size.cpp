@@ -95,7 +95,7 @@ int fail_with(const Error& error) {
 
 /// The quantized values of all voxels, as in the store.
 template <class T>
-std::vector<T> codes_of(const HeldVolume& volume, const Quantization& quantization) {
+std::vector<T> quantized_values_of(const HeldVolume& volume, const Quantization& quantization) {
   std::vector<T> quantized_values(volume.voxels.size() / voxel_bytes(volume.header_.type));
   quantization.encode(volume.voxels, quantized_values.data());
   return quantized_values;
@@ -162,11 +162,11 @@ int run(int count, char** arguments) {
   std::span<const std::byte> stored;
   std::vector<uint8_t> narrow;
   if (info.mapping.bits == 8) {
-    narrow = codes_of<uint8_t>(source, *quantization);
+    narrow = quantized_values_of<uint8_t>(source, *quantization);
     quantized_values.assign(narrow.begin(), narrow.end());
     stored = std::as_bytes(std::span(narrow));
   } else {
-    quantized_values = codes_of<QuantizedValue>(source, *quantization);
+    quantized_values = quantized_values_of<QuantizedValue>(source, *quantization);
     stored = std::as_bytes(std::span(quantized_values));
   }
   if (quantized_file) {

@@ -78,7 +78,7 @@ test("example 4: a user interface, built by Vite", async ({ page }) => {
   await page.goto(`${built.url}index.html`);
   await expect(page.locator("output")).toHaveText("complete");
   const slider = page.locator("#isovalue");
-  // The range of the store: codes from 0, less 100.
+  // The range of the store: quantized values from 0, less 100.
   expect(await slider.getAttribute("min")).toBe("-100");
 
   await slider.fill("60.5");
