@@ -10,6 +10,7 @@ import { isovalueScale, roundStep, roundToScale } from "../../web/page/isovalue_
 import { levelText, stateText } from "../../web/page/status_text.ts";
 import { surfacesAt, withAddedSurface } from "../../web/page/surfaces.ts";
 import type { Progress } from "../../web/stream/types.ts";
+import { completeText } from "../support/complete_text.ts";
 
 describe("numbers for people", () => {
   it("has three digits and a unit", () => {
@@ -178,6 +179,17 @@ describe("the status line", () => {
     expect(stateText({ ...damaged, damagedParts: 1 })).toBe("complete except for 1 damaged part");
     const gone: Progress = { ...damaged, fault: { kind: "not-found", message: "" } };
     expect(stateText(gone)).toBe("parts are missing");
+  });
+
+  it("is matched by the browser tests' pattern only if nothing is missing", () => {
+    const complete: Progress = { ...progress, state: "complete" };
+    expect(stateText(complete)).toMatch(completeText);
+    expect(stateText({ ...complete, finestLevel: -1 })).toMatch(completeText);
+    const fault = { kind: "damaged-part", message: "" } as const;
+    const damaged: Progress = { ...progress, state: "incomplete", fault, damagedParts: 1 };
+    for (const other of [damaged, progress, { ...progress, state: "limited" } as Progress]) {
+      expect(stateText(other)).not.toMatch(completeText);
+    }
   });
 
   it("says which levels are shown", () => {

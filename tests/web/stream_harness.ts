@@ -10,7 +10,6 @@ import {
   type StreamError,
   StreamSession,
 } from "../../web/stream/index.ts";
-import { offset } from "./fixture.ts";
 
 /** Looks at the fixture's volume from the front; `distance` in volume sizes from its centre. */
 export function view(isovalue: number, distance = 1.5, size = 768): CameraView {
@@ -118,9 +117,4 @@ export class Harness {
   complete(): Promise<void> {
     return this.until(() => this.progress?.complete === true);
   }
-}
-
-/** The quantized isovalue of an isovalue of the fixture. */
-export function quantizedIsovalueOf(isovalue: number): number {
-  return isovalue - offset;
 }

@@ -1,11 +1,12 @@
 import { readFileSync } from "node:fs";
 import { expect, type Page } from "@playwright/test";
+import { completeText } from "../../support/complete_text.ts";
 
 /**
  * Waits until the page reports that nothing is left to fetch for its view, and nothing is missing.
  */
 export async function complete(page: Page, timeout = 30_000): Promise<void> {
-  await expect(page.locator(".status-state")).toHaveText(/^complete(?! but)/, { timeout });
+  await expect(page.locator(".status-state")).toHaveText(completeText, { timeout });
 }
 
 /**

@@ -2,6 +2,7 @@
 import { readdirSync, readFileSync, rmSync, watch } from "node:fs";
 import { join } from "node:path";
 import type { Page } from "puppeteer-core";
+import { completeText } from "../../support/complete_text.ts";
 import type { Firefox } from "./firefox.ts";
 
 const timeout = 30_000;
@@ -28,7 +29,7 @@ export async function shows(page: Page, selector: string, pattern: RegExp): Prom
 
 /** Waits until nothing is left to fetch for the view, and nothing is missing. */
 export function complete(page: Page): Promise<void> {
-  return shows(page, ".status-state", /^complete(?! but)/);
+  return shows(page, ".status-state", completeText);
 }
 
 /** Waits until neither picture nor address will change by themselves. */
