@@ -77,7 +77,7 @@ inline BrickMask bricks_of(const CellMask& mask, Index3 cells) {
   BrickMask bricks;
   for (int32_t z = 0; z < cells.z; ++z) {
     for (int32_t y = 0; y < cells.y; ++y) {
-      // A bit for each four, and those together.
+      // Reduces each four bits to one bit, then moves these bits together.
       uint64_t row = mask.row(y, z);
       row |= row >> 1;
       row = (row | row >> 2) & 0x1111111111111111;
@@ -91,7 +91,8 @@ inline BrickMask bricks_of(const CellMask& mask, Index3 cells) {
   return bricks;
 }
 
-/// Puts the cells of a brick, bit x + 4 y + 16 z, in the order of quads, four bits each, or back.
+/// Converts the cells of a brick from raster order (bit x + 4 y + 16 z) to the order of quads, four
+/// bits each, or back.
 inline uint64_t swap_quads(uint64_t word) {
   const uint64_t differ = (word ^ word >> 2) & 0x0c0c0c0c0c0c0c0c;
   return word ^ differ ^ differ << 2;
@@ -104,13 +105,14 @@ inline uint64_t code_brick(Coder& coder, int32_t slices, bool two_x, bool two_y,
                            uint64_t above, uint64_t below, uint64_t old) {
   const auto bits = [](uint64_t word, int from) { return static_cast<uint32_t>(word >> from); };
   const auto right_of = [](uint32_t quad) { return (quad & 2) << 3 | (quad & 8) << 2; };
-  // The quads at z − 1 are held apart: a quad waits for those that its context needs alone.
+  // The four quads of a slice are separate variables, so that a quad depends only on the quads in
+  // its context.
   uint32_t q0 = bits(below, 48) & 15, q1 = bits(below, 52) & 15;
   uint32_t q2 = bits(below, 56) & 15, q3 = bits(below, 60) & 15;
   Coder local = coder;  // in registers
   uint64_t word = 0;
-  // Most bricks have both: then each slice has a symbol for each coder state, and none moves from
-  // register to register.
+  // Most bricks have both columns and both rows of quads. Then each slice uses each of the four
+  // coder states once, and no state moves between registers.
   const auto code_slices = [&](bool with_x, bool with_y) __attribute__((always_inline)) {
     for (int32_t z = 0; z < 16 * slices; z += 16) {
       const uint32_t side = bits(left, z), up = bits(above, z), quads = bits(old, z);

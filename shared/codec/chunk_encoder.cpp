@@ -10,8 +10,8 @@
 namespace isosplat {
 namespace {
 
-/// The predictor is fitted to at least this number of points, if there are so many, and at most
-/// about twice this number.
+/// The predictor is fitted to a sample of kFitSamples to 2 · kFitSamples points, or to all points
+/// of a chunk that has fewer.
 constexpr uint32_t kFitSamples = 4096;
 
 /// Chunks with fewer residuals than these merge 16, 8, 4, 2 levels.
@@ -23,9 +23,9 @@ constexpr size_t kMaxHeaderBits = 16384;
 constexpr uint32_t kQuadBits = 12;
 static_assert(kQuadTotal == 1u << kQuadBits);
 
-static_assert(PlaneResiduals::kBeyond <= ResidualEncoder::kSlack);
+static_assert(PlaneResiduals::kSlack <= ResidualEncoder::kSlack);
 
-/// A quad for each 2×2 cells, and fewer for the bricks.
+/// One quad per 2×2 cells makes a quarter of the number of cells; the quads of bricks are fewer.
 constexpr size_t kMaxQuads = kBlockCells * kBlockCells * kBlockCells / 2;
 
 /// Collects the mask's symbols, which are encoded last.
@@ -51,7 +51,7 @@ uint32_t count_cells(const CellMask& mask, Index3 cells) {
   return count;
 }
 
-/// Finds how many low bits all the cells' intervals leave unused: zeros in min and ones in max.
+/// Counts the low bits that are zero in min and one in max of all the cells' intervals.
 int32_t unused_bits(const BlockVoxels& block, const CellMask& mask) {
   uint32_t used = 1u << kMaxIntervalShift;
   const CellInterval* intervals = block.intervals;
@@ -69,8 +69,8 @@ int32_t unused_bits(const BlockVoxels& block, const CellMask& mask) {
 }  // namespace
 
 struct IntervalResidual {
-  int32_t below, beyond;  ///< how far a cell's interval goes beyond its corners'
-  int32_t range;          ///< of the corners
+  int32_t below, beyond;  ///< how far the interval exceeds the range of the corners at each end
+  int32_t range;          ///< greatest minus least corner
 };
 
 struct ChunkEncoder::Scratch {
@@ -78,10 +78,10 @@ struct ChunkEncoder::Scratch {
   uint16_t mask_symbols[kMaxQuads];
 
   BandMasks band_masks;           // of one band
-  const PointPlane nothing = {};  // stands for the plane before the first
+  const PointPlane nothing = {};  // substitute for the plane before the first
   PointPlane planes[kLatticeAcross];
   Row rows[kLatticeAcross][kLatticeAcross];  // by z, y
-  Row first_row;                             // stands for the rows before the first
+  Row first_row;                             // substitute for the rows before the first
   Energies energies;
   PlaneResiduals plane_residuals;
   IntervalResidual slice_intervals[kBlockCells * kBlockCells];
@@ -114,7 +114,7 @@ ChunkEncoder::Scratch::Scratch() : rows{}, first_row{} {
 }
 
 /// Calls f(y, neighbours) for each row of plane z that has points, in coding order. last: the row
-/// coded before, to begin with first_row.
+/// coded before (first_row for the first plane); on return, the last row of this plane.
 template <class F>
 void ChunkEncoder::Scratch::for_each_row(Index3 cells, int32_t z, const Row*& last, F f) {
   for (int32_t y = 0; y <= cells.y; ++y) {
@@ -155,7 +155,8 @@ void ChunkEncoder::Scratch::set_values(const BlockVoxels& block, uint32_t point_
   std::copy_n(&weights.taps[0][0], kClasses * kTaps, &header.taps[0][0]);
 }
 
-/// Gives every stride-th point to the fit. skip: points to pass over first, here and on return.
+/// Adds every stride-th point of a row to the fit. skip: how many points to skip first; on return,
+/// how many to skip in the next row.
 void ChunkEncoder::Scratch::sample_row(int32_t y, int32_t z, const Neighbours& n, uint32_t stride,
                                        uint32_t& skip) {
   const int16_t* values = rows[z][y].value + kRowPad;
@@ -173,7 +174,8 @@ void ChunkEncoder::Scratch::sample_row(int32_t y, int32_t z, const Neighbours& n
   }
 }
 
-/// Adds the intervals of slice z: how far each goes beyond the range of the cell's corners.
+/// Adds the residuals of the intervals of slice z: how far each exceeds the range of the cell's
+/// corners.
 void ChunkEncoder::Scratch::add_intervals(const BlockVoxels& block, const CellMask& mask,
                                           const ChunkHeader& header, int32_t z,
                                           int32_t& interval_energy) {

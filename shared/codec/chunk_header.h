@@ -12,14 +12,15 @@ namespace isosplat {
 
 inline constexpr int32_t kMaxIntervalShift = 7;
 
-/// What a chunk's bits begin with (CHUNK.md has the layout).
+/// The header of a chunk (layout: CHUNK.md).
 struct ChunkHeader {
   bool wide = false;           ///< quantized values may exceed 255
-  int32_t interval_shift = 0;  ///< low bits that no interval uses; 0 to kMaxIntervalShift
+  int32_t interval_shift = 0;  ///< 0 to kMaxIntervalShift: in all intervals, this many low bits
+                               ///< are zero in min and one in max, and are not stored
   LevelMap levels;
-  uint32_t fitted = 0;  ///< bit per class: its weights differ from the default ones
+  uint32_t fitted = 0;  ///< bit c: class c has weights of its own, not the default ones
   int32_t taps[kClasses][kTaps];
-  uint8_t model[kContexts] = {};  ///< kNoModel where the context is not used
+  uint8_t model[kContexts] = {};  ///< kNoModel if the context is not used
 
   CellInterval shifted(CellInterval interval) const {
     return {static_cast<QuantizedValue>(interval.min >> interval_shift),
@@ -31,9 +32,9 @@ inline constexpr int kHeaderVersion = 0;
 inline constexpr int kHeaderVersionBits = 2;
 inline constexpr uint8_t kNoModel = 255;
 
-/// A weight's difference from the default one, folded, in Rice code: the upper part in unary (at
-/// most kMaxUnary ones, then a zero; without the zero, the whole in kPlainWeightBits), then the
-/// lower bits.
+/// A weight is stored as its difference from the default one, folded, in Rice code: the upper part
+/// in unary (fewer than kMaxUnary ones, then a zero), then the lower bits. If the upper part is too
+/// large for that: kMaxUnary ones, then the whole number in kPlainWeightBits.
 inline constexpr uint32_t kMaxUnary = 12;
 inline constexpr int kPlainWeightBits = 13;
 
@@ -83,7 +84,8 @@ inline void write_header(const ChunkHeader& header, bool has_intervals, BitWrite
   });
 }
 
-/// Returns false where the header is none that write_header() can write. Reads at most 1,300 bytes.
+/// Returns false if the header is malformed: a value is outside its limits, or the version is
+/// unknown. Reads at most 1,300 bytes.
 inline bool read_header(BitReader& bits, bool has_intervals, ChunkHeader& header) {
   if (bits.get(kHeaderVersionBits) != kHeaderVersion) return false;
   header.wide = bits.get(1) != 0;

@@ -5,9 +5,10 @@
 
 namespace isosplat {
 
-/// Distributions are written with one letter for each symbol: letter c (A = 0, … Z = 25, a = 26, …)
-/// stands for the frequency ⌊2^(c/4)⌋. The most frequent symbol (the first of equal ones) has what
-/// the others leave of the total instead.
+/// Reads the frequencies of a distribution, which is written with one letter for each symbol.
+/// Letter number c (A = 0, … Z = 25, a = 26, …) stands for the frequency ⌊2^(c/4)⌋. What is missing
+/// from the total is added to the most frequent symbol, or to the first of several equally frequent
+/// ones.
 inline constexpr uint32_t kQuadTotal = 4096;
 inline constexpr uint32_t kTokenTotal = 2048;
 inline void read_distribution(const char* letters, size_t symbols, uint32_t total,

@@ -13,12 +13,13 @@
 
 namespace isosplat {
 
-/// The voxels at the corners of a chunk's cells form a sparse lattice of (cells + 1)³ points, coded
-/// row by row. A row that has any point is held dense: what is absent is filled from the rows
-/// before, so that every neighbour of a point has a value, and prediction needs no branch.
+/// The voxels at the corners of a chunk's cells are the points of a sparse lattice of (cells + 1)³
+/// positions. Points are coded row by row. A row that has any point gets a value at every position:
+/// positions without a point are filled from the rows before. So every neighbour of a point has a
+/// value, and prediction needs no branch.
 inline constexpr int32_t kLatticeAcross = kBlockCells + 1;
 
-/// Room before point 0 and after point 64, for neighbours and whole vectors.
+/// Positions before 0 and after 64, so that neighbours and whole vectors can be read there.
 inline constexpr int32_t kRowPad = 4;
 inline constexpr int32_t kRowSize = 86;
 
@@ -28,7 +29,7 @@ struct Row {
 };
 
 /// The values at the corners of a row of cells: the lattice's rows (y, z), (y + 1, z), (y, z + 1)
-/// and (y + 1, z + 1), each from point 0 on.
+/// and (y + 1, z + 1), each from position 0 on.
 struct CellRows {
   const int16_t *r00, *r10, *r01, *r11;
 
@@ -47,7 +48,7 @@ struct CellRows {
   }
 };
 
-/// Which points a row has: bits 0–63 and point 64.
+/// The positions of a row that have points: 0–63 in word[0], 64 in word[1].
 struct PointMask {
   uint64_t word[2];
 
@@ -86,15 +87,15 @@ struct PointPlane {
   }
 };
 
-/// The rows that stand for those around row (y, z): (y − 1, z), (y, z − 1), (y + 1, z − 1) and
-/// (y − 1, z − 1).
+/// The rows from which row (y, z) is predicted: up is (y − 1, z), back (y, z − 1), back_down
+/// (y + 1, z − 1), and back_up (y − 1, z − 1), or substitutes for them.
 struct Neighbours {
   const Row *up, *back, *back_down, *back_up;
 };
 
-/// A neighbouring row without a point has no values: another stands in, the same on both sides.
-/// `current`, `previous`: the planes z and z − 1 (without points where z = 0); `row(plane, y)` the
-/// rows' data (plane 0 current, 1 previous); `last` the row coded most recently.
+/// The neighbours of row y. A row without a point has no values: encoder and decoder substitute the
+/// same other row. current, previous: the planes z and z − 1 (without points if z = 0). row(plane,
+/// y) returns a row (plane 0: current, 1: previous). last: the row coded most recently.
 template <class RowAt>
 Neighbours neighbours_of(const PointPlane& current, const PointPlane& previous, int32_t y,
                          int32_t last_y, RowAt row, const Row* last) {
@@ -116,7 +117,8 @@ Neighbours neighbours_of(const PointPlane& current, const PointPlane& previous, 
   return n;
 }
 
-/// Fills a row's values before its points are set: up + back − back_up, kept between up and back.
+/// Fills a row before its points are set: up + back − back_up, clamped to the range between up and
+/// back.
 inline void fill_values(const Neighbours& n, Row& to) {
   const auto fill = [](int16_t* __restrict row, const int16_t* __restrict up,
                        const int16_t* __restrict back, const int16_t* __restrict back_up) {
@@ -132,21 +134,21 @@ inline void fill_values(const Neighbours& n, Row& to) {
   fill(to.value, n.up->value, n.back->value, n.back_up->value);
 }
 
-/// What stands in for the rows before the first one: the middle of the band.
+/// Sets the substitute for the rows before the first one: the middle of the band.
 inline void set_first_row(uint32_t band_begin, uint32_t band_end, Row& row) {
   const auto middle = static_cast<int32_t>((band_begin + band_end) / 2);
   std::fill_n(row.value, kRowSize, static_cast<int16_t>(std::min(middle, 65535) - 32768));
 }
 
-/// After a row's points are set: the points beyond the block repeat the last one.
+/// Repeats the last value of a row beyond the block, after the row's points are set.
 inline void pad_row(Row& row, int32_t last_x) {
   int16_t* last = row.value + kRowPad + last_x;
   last[1] = last[2] = last[0];
 }
 
-/// How far the last point at each (x, y), whatever its z, was from its prediction: at most
-/// kMaxEnergy; kFirstEnergy where there was none yet. The contexts of a plane's points are drawn
-/// from the planes before alone, so that a whole plane's residuals decode in one loop.
+/// The magnitude of the most recent residual at each (x, y), in any earlier plane: at most
+/// kMaxEnergy; kFirstEnergy where no point was yet. The contexts of a plane's residuals depend on
+/// earlier planes only, so that one loop decodes all residuals of a plane.
 inline constexpr int32_t kMaxEnergy = 4095;
 inline constexpr int16_t kFirstEnergy = 4;
 struct Energies {
@@ -154,7 +156,7 @@ struct Energies {
   int16_t values[kLatticeAcross + 2][kStride];
 
   void reset() { std::fill_n(&values[0][0], sizeof values / sizeof(int16_t), kFirstEnergy); }
-  /// Those of row y, by x.
+  /// The energies of row y, by x.
   int16_t* row(int32_t y) { return &values[y + 1][1]; }
   void set(int32_t x, int32_t y, int32_t residual) { row(y)[x] = energy_of(residual); }
   static int16_t energy_of(int32_t residual) {
@@ -162,11 +164,11 @@ struct Energies {
     return static_cast<int16_t>(magnitude < kMaxEnergy ? magnitude : kMaxEnergy);
   }
 
-  /// Around row y.
+  /// The rows y − 1, y and y + 1.
   EnergyRows around(int32_t y) const { return {values[y], values[y + 1], values[y + 2]}; }
 };
 
-/// A point's class says which of its neighbours are points too: bit 0 (x − 1, y, z),
+/// A point's class states which of its neighbours are points too: bit 0 (x − 1, y, z),
 /// 1 (x, y − 1, z), 2 (x, y, z − 1), 3 (x, y − 1, z − 1).
 inline constexpr uint32_t kLeftIsPoint = 1;
 struct ClassBits {
@@ -179,12 +181,13 @@ inline ClassBits class_bits(const PointPlane& current, const PointPlane& previou
            previous.points[y].word[word], y > 0 ? previous.points[y - 1].word[word] : 0}};
 }
 
-/// The points of a plane, in coding order, and what their contexts need.
+/// The points of a plane in coding order, with their classes and context keys.
 struct PlanePoints {
   static constexpr int32_t kMax = kLatticeAcross * kLatticeAcross;
-  static constexpr int32_t kSlack = 8;  ///< vectors read and write beyond the last
-  int32_t first[kLatticeAcross + 1];    ///< of each row; the last is the number of points
-  // What lies beyond the last point may be used, and is of another plane, or of none: valid.
+  static constexpr int32_t kSlack = 8;  ///< vectors read and write beyond the last point
+  int32_t first[kLatticeAcross + 1];    ///< first point of each row; the last entry: all points
+  // Entries beyond the last point are read with it. They are left over from another plane, or zero,
+  // and so valid.
   uint8_t x[kMax + kSlack] = {};
   uint8_t point_class[kMax + kSlack] = {};
   uint8_t key[kMax + kSlack];  ///< octave and group: residual_key()
@@ -216,24 +219,26 @@ struct PlanePoints {
   }
 };
 
-/// The classes' predictors: weights in 1/128 of 14 neighbours (taps), in the order
+/// A class predicts a point from 14 neighbours (taps), with weights in units of 1/128, in the order
 ///
 ///   0–2  (x − 1, x, x + 1) of (y − 1, z)        9–11  of (y − 1, z − 1)
 ///   3–5  of (y, z − 1)                          12    (x − 1, y, z)
 ///   6–8  of (y + 1, z − 1)                      13    (x − 2, y, z)
 ///
-/// They sum to 128. Tap 1 is not coded: it is what the others leave.
+/// The weights of a class sum to 128, so the weight of tap 1 follows from the others; it is not
+/// stored.
 inline constexpr int kImpliedTap = 1;
 inline constexpr int kWeightBits = 7;
 inline constexpr int32_t kMaxWeight = 1023;
 
-/// Their size is a power of two: an index becomes an address by a shift.
+/// The weights of one class, arranged for vectors. 64 bytes, so that an index becomes an address by
+/// a shift.
 struct alignas(64) ClassWeights {
-  /// Taps 0–11, each three followed by a zero; but the first zero is that of tap 12 if it is no
-  /// point, and so is known before the points of its row are.
+  /// Taps 0–11, each three followed by a zero. But entry 3 is the weight of tap 12 if the left
+  /// neighbour is not a point: then its value is known before the row's points are decoded.
   int16_t rows[16] = {};
   int16_t own[2] = {};  ///< taps 13 and 12, in the order of the row
-  int32_t left = 0;     ///< tap 12 if it is a point, else zero
+  int32_t left = 0;     ///< tap 12 if the left neighbour is a point, else zero
   int32_t left2 = 0;    ///< tap 13
 
   void set(const int32_t* taps, bool left_is_point) {
@@ -248,21 +253,21 @@ struct alignas(64) ClassWeights {
 
 struct Predictor {
   ClassWeights classes[kClasses];
-  int32_t greatest = 32767;  ///< of a prediction, less 32768; the least is −32768
+  int32_t greatest = 32767;  ///< upper limit of predictions; the lower limit is −32768
 
   void set(const int32_t (*taps)[kTaps], bool wide) {
     for (uint32_t c = 0; c < kClasses; ++c) classes[c].set(taps[c], (c & kLeftIsPoint) != 0);
     greatest = wide ? 32767 : 255 - 32768;
   }
 
-  /// `sum`: of what ClassWeights::rows weighs; `row` points at x in the row itself.
+  /// sum: of the taps that ClassWeights::rows weights; row: the point's own row, from the point on.
   int32_t predict(const ClassWeights& weights, int32_t sum, const int16_t* row) const {
     return prediction(sum + weights.left * row[-1] + weights.left2 * row[-2]);
   }
-  /// From the sum over all taps.
+  /// The prediction from the weighted sum over all taps.
   int32_t prediction(int32_t sum) const {
     const int32_t rounded = (sum + (1 << (kWeightBits - 1))) >> kWeightBits;
-    // Rare, so that the next point need not wait for it.
+    // A rarely taken branch: std::clamp would make the next point wait for two more operations.
     if (__builtin_expect(rounded < -32768 || rounded > greatest, 0)) {
       return std::clamp(rounded, -32768, greatest);
     }

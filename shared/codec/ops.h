@@ -12,8 +12,8 @@
 /// bit with vectors (SSE4.1, AVX2, WASM SIMD) if the target has them.
 namespace isosplat {
 
-/// Four rows of lattice values, each from x − 1 on: x − 1, x, x + 1 (and x + 2, which has weight
-/// 0).
+/// The neighbours of point x in four other rows. Each pointer points at position x − 1, and four
+/// values are read: x − 1, x, x + 1, and x + 2 with weight 0.
 struct TapPointers {
   const int16_t* up;
   const int16_t* back;
@@ -21,7 +21,8 @@ struct TapPointers {
   const int16_t* back_up;
 };
 
-/// An energy on a logarithmic scale of half octaves: below kOctaves for an energy below 2^20.
+/// An energy on a logarithmic scale of half octaves. Less than kOctaves if the energy is less than
+/// 2^20.
 inline constexpr int kOctaves = 40;
 inline int32_t half_octave(uint32_t energy) {
   const uint32_t e = energy + 2;
@@ -37,18 +38,18 @@ inline int32_t half_octave_by_float(int32_t plus_two) {
   return static_cast<int32_t>(bits >> 22) - 256;
 }
 
-/// The energies of three rows of places, each from the one to the left of place 0 on.
+/// The energies of three adjacent rows. Each pointer points at position −1.
 struct EnergyRows {
   const int16_t *above, *here, *below;
 
-  /// The nine around place x, weighted 1 2 1, 2 4 2, 1 2 1: at most 16 · 4095.
+  /// The weighted sum of the nine energies around x: 1 2 1, 2 4 2, 1 2 1. At most 16 · kMaxEnergy.
   uint32_t around(int32_t x) const {
     const auto column = [&](int32_t i) { return above[i] + 2 * here[i] + below[i]; };
     return static_cast<uint32_t>(column(x) + 2 * column(x + 1) + column(x + 2));
   }
 };
 
-/// Bit `bit` of four words, as the bits of a number.
+/// The class of a point: bit i is bit `bit` of words[i].
 inline uint32_t class_at(const uint64_t* words, int bit) {
   uint32_t point_class = 0;
   for (int i = 0; i < 4; ++i) point_class |= static_cast<uint32_t>(words[i] >> bit & 1) << i;
@@ -74,14 +75,14 @@ struct WeightedTaps {
 };
 
 struct ScalarOps {
-  /// How many of the 16 ascending starts are ≤ slot, less one. starts[0] is 0.
+  /// The last quad whose start is ≤ slot. starts: 16, ascending, the first 0.
   static uint32_t find_quad(const uint16_t* starts, uint32_t slot) {
     uint32_t quad = 0;
     for (int i = 1; i < 16; ++i) quad += starts[i] <= slot;
     return quad;
   }
 
-  /// Sum of products.
+  /// The weighted sum of a point's taps.
   static int32_t sum_taps(const WeightedTaps& point) {
     const auto& [taps, left, weights] = point;
     int32_t sum = *left * weights[3];
@@ -92,7 +93,7 @@ struct ScalarOps {
     return sum;
   }
 
-  /// Sums of products of four points; `of(i)` returns the WeightedTaps of point i.
+  /// sum_taps() of four points; of(i) returns the WeightedTaps of point i.
   template <class F>
   static void sum_four(F of, int32_t* sums) {
     for (int i = 0; i < 4; ++i) sums[i] = sum_taps(of(i));
@@ -111,9 +112,9 @@ struct ScalarOps {
     return all;
   }
 
-  /// Lists the points of a row from their bits, ascending: of each its x, its class, and the octave
-  /// of the energies around it. Returns their number; up to 8 bytes beyond it may be overwritten.
-  /// class_words: see class_at().
+  /// Lists the points of a row from their bits, ascending: x, class, and half_octave() of the
+  /// energies around each. Returns their number. May overwrite 8 bytes after the last entry of each
+  /// list. class_words: see class_at().
   static int32_t list_points(uint64_t points, const uint64_t* class_words,
                              const EnergyRows& energies, uint8_t* x, uint8_t* point_class,
                              uint8_t* octave) {
@@ -127,7 +128,7 @@ struct ScalarOps {
     return count;
   }
 
-  /// Bits of the cells with max(min, begin) < min(max, end), of up to 64.
+  /// Bit i is set if max(min, begin) < min(max, end) for cell i. count ≤ 64.
   static uint64_t active_cells(const CellInterval* cells, int32_t count, uint32_t begin,
                                uint32_t end) {
     uint64_t bits = 0;
@@ -142,7 +143,7 @@ struct ScalarOps {
 
 #if ISOSPLAT_CODEC_SIMD
 
-/// Of sixteen bits: the byte that each is in, and which bit of it.
+/// For each of 16 bits: the byte that contains it, and its value in that byte.
 alignas(16) inline constexpr uint8_t kByteOfBit[16] = {0, 0, 0, 0, 0, 0, 0, 0,
                                                        1, 1, 1, 1, 1, 1, 1, 1};
 alignas(16) inline constexpr uint8_t kBitOfByte[16] = {1, 2, 4, 8, 16, 32, 64, 128,
@@ -150,7 +151,7 @@ alignas(16) inline constexpr uint8_t kBitOfByte[16] = {1, 2, 4, 8, 16, 32, 64, 1
 
 alignas(16) inline constexpr uint16_t kBitOfLane[8] = {1, 2, 4, 8, 16, 32, 64, 128};
 
-/// half_octave(energies.around(x)) of as many x as T has lanes of 16 bits, from `x` on.
+/// half_octave(energies.around(x)) in 16-bit lanes: `x` in the first, x + 1 in the next, and so on.
 template <class T>
 [[gnu::always_inline]] inline T half_octaves(const EnergyRows& energies, int32_t x) {
   using namespace simd;
@@ -251,8 +252,8 @@ struct VectorOps {
                                uint32_t end) {
     using namespace simd;
     static_assert(sizeof(CellInterval) == 4);
-    // In each lane: the lesser half is max(min, begin), the upper min(max, end). An end of 65536
-    // may count as 65535: a cell with min 65535 has no greater max.
+    // In each lane, the lower 16 bits are max(min, begin), and the upper ones min(max, end). An end
+    // of 65536 may count as 65535, because no cell's max exceeds 65535.
     const uint32_t low_bound = begin, high_bound = 0xffff | std::min(end, 65535u) << 16;
     uint64_t bits = 0;
     int32_t i = 0;

@@ -8,16 +8,16 @@
 
 namespace isosplat {
 
-/// The intervals of a row of cells, by x.
+/// The intervals of a row of cells, by x, with room for whole vectors.
 struct IntervalRow {
   QuantizedValue min[kBlockCells + 8] = {};
   QuantizedValue max[kBlockCells + 8] = {};
 };
 
-/// Writes the cells of a row as pack_sample() does, in the order of x, and returns where the next
-/// one goes; up to kBeyondPacked samples there may have been overwritten. Bit x of `cells`: cell x
-/// is one of them; `place`: y << 6 | z << 12; intervals: null where they are those of the corners.
-inline constexpr int kBeyondPacked = 7;
+/// Writes the packed samples of a row's cells, in the order of x, and returns the end of them. May
+/// overwrite up to kPackedSlack samples after the end. cells: bit x is set if the chunk has cell x;
+/// place: y << 6 | z << 12; intervals: null if each cell's interval is that of its corners.
+inline constexpr int kPackedSlack = 7;
 
 inline PackedSample* pack_cells_scalar(uint64_t cells, uint32_t place, const CellRows& rows,
                                        const IntervalRow* intervals, PackedSample* to) {
@@ -33,7 +33,8 @@ inline PackedSample* pack_cells_scalar(uint64_t cells, uint32_t place, const Cel
 }
 
 #if ISOSPLAT_CODEC_SIMD
-/// Eight cells at a time, from one that is asked for on: a lane each, until they are samples.
+/// Handles windows of eight adjacent cells, each of which begins with a cell of the chunk. Vectors
+/// have a 16-bit lane per cell; a transposition at the end makes samples of them.
 inline PackedSample* pack_cells(uint64_t cells, uint32_t place, const CellRows& rows,
                                 const IntervalRow* intervals, PackedSample* to) {
   using namespace simd;
@@ -56,7 +57,8 @@ inline PackedSample* pack_cells(uint64_t cells, uint32_t place, const CellRows& 
 
     V span = sub16(max, min), ninth = splat16(0);
     if (any_above_u16(span, 255)) {
-      // corner_shift(), by bisection: the bits beyond nine.
+      // corner_shift() of each lane by bisection: how many bits the span has beyond nine. All lanes
+      // of more bits shift at once.
       for (uint32_t shift = 4; shift > 0; shift /= 2) {
         if (!any_above_u16(span, (256u << shift) - 1)) continue;
         const V wide = above_u16(span, (256u << shift) - 1);

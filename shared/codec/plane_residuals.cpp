@@ -11,34 +11,35 @@ void PlaneResiduals::add_row(const PointPlane& current, const PointPlane& previo
   if (current.points[y].has(kBlockCells)) add_word(current, previous, y, 1);
 }
 
-/// Adds the windows of the points 64 · word to 64 · word + 63 of a row.
+/// Adds the windows of positions 64 · word to 64 · word + 63 of a row.
 void PlaneResiduals::add_word(const PointPlane& current, const PointPlane& previous, int32_t y,
                               int word) {
   const uint64_t points = current.points[y].word[word];
   const ClassBits classes = class_bits(current, previous, y, word);
   const uint64_t exposed = ~(classes.words[1] & classes.words[2]);
   const uint64_t others = points & (exposed | ~(classes.words[0] & classes.words[3]));
-  int32_t window_of[kBlockCells / kPlaces];
-  for (int32_t part = 0; part < kBlockCells / kPlaces; ++part) {
-    const auto places = [&](uint64_t bits) {
-      return static_cast<uint16_t>(bits >> part * kPlaces & ((1u << kPlaces) - 1));
+  int32_t window_of[kBlockCells / kLanes];
+  for (int32_t part = 0; part < kBlockCells / kLanes; ++part) {
+    const auto lanes = [&](uint64_t bits) {
+      return static_cast<uint16_t>(bits >> part * kLanes & ((1u << kLanes) - 1));
     };
-    // Whether a window has points is close to random: it is added without a branch.
-    window_[windows_] = {static_cast<uint8_t>(64 * word + part * kPlaces), static_cast<uint8_t>(y),
-                         places(points), places(others), places(exposed)};
+    // Branch prediction fails here, because windows with and without points alternate irregularly:
+    // a window is always written, and kept if it has points.
+    window_[windows_] = {static_cast<uint8_t>(64 * word + part * kLanes), static_cast<uint8_t>(y),
+                         lanes(points), lanes(others), lanes(exposed)};
     window_of[part] = windows_;
-    windows_ += places(points) != 0;
+    windows_ += lanes(points) != 0;
   }
   for (uint64_t bits = others; bits; bits &= bits - 1) {
     const int bit = __builtin_ctzll(bits);
     other_[others_++] = {static_cast<uint8_t>(64 * word + bit), static_cast<uint8_t>(y),
                          static_cast<uint8_t>(class_at(classes.words, bit)),
-                         static_cast<uint16_t>(kPlaces * window_of[bit / kPlaces] + bit % kPlaces)};
+                         static_cast<uint16_t>(kLanes * window_of[bit / kLanes] + bit % kLanes)};
   }
 }
 
 void PlaneResiduals::predict_others() {
-  // By fours: the last one again where there are fewer.
+  // Four points at a time: copies of the last point fill up the last four.
   for (int32_t i = others_; i < others_ + 3; ++i) other_[i] = other_[others_ > 0 ? others_ - 1 : 0];
   for (int32_t i = 0; i < others_; i += 4) {
     int32_t sums[4];
@@ -52,7 +53,7 @@ void PlaneResiduals::predict_others() {
         sums);
     for (int k = 0; k < 4; ++k) {
       const Other& other = other_[i + k];
-      prediction_[other.place] = static_cast<int16_t>(predictor_.predict(
+      prediction_[other.lane] = static_cast<int16_t>(predictor_.predict(
           predictor_.classes[other.point_class], sums[k], rows_[other.y].values + other.x));
     }
   }
@@ -63,7 +64,7 @@ namespace {
 
 using simd::Widest;
 
-/// Of the lanes, those whose bits are set: all ones.
+/// Lanes of all ones where a bit is set, and zero elsewhere.
 Widest lanes_of(uint32_t bits) {
   using namespace simd;
   alignas(32) static constexpr uint16_t kBits[16] = {
@@ -72,7 +73,7 @@ Widest lanes_of(uint32_t bits) {
   return equal16(and_(splat16_as<Widest>(bits), lanes), lanes);
 }
 
-/// Predictions of points side by side that are of one class.
+/// Predicts adjacent points that have the same class.
 class ClassPredictor {
  public:
   ClassPredictor(const ClassWeights& weights, int32_t greatest)
@@ -87,10 +88,10 @@ class ClassPredictor {
     weights_[6] = both(weights.own[0], weights.own[1]);
   }
 
-  /// row: the points' own.
+  /// row: the values of the points' own row, from the first point on.
   Widest predict(const TapPointers& taps, const int16_t* row) const {
     using namespace simd;
-    // Two taps at a time: multiplied, and added at once.
+    // Each multiply_add_pairs() handles two taps.
     const int16_t* const first[] = {taps.up,     taps.back,          taps.back_down, taps.back_up,
                                     taps.up + 2, taps.back_down + 2, row - 2};
     const int16_t* const second[] = {taps.up + 1,      taps.back + 1, taps.back_down + 1,
@@ -121,14 +122,14 @@ Widest fold_lanes(Widest residual) {
 
 }  // namespace
 
-/// The keys of all points, before any energy changes.
+/// Computes the keys of all points, before put() changes any energy.
 void PlaneResiduals::find_keys(const Energies& energies) {
   using namespace simd;
   for (int32_t i = 0; i < windows_; ++i) {
     const Window window = window_[i];
     const auto octave = half_octaves<Widest>(energies.around(window.y), window.x);
     const Widest group = and_(lanes_of(window.exposed), splat16_as<Widest>(kOctaves));
-    store(key_ + kPlaces * i, add16(octave, group));
+    store(key_ + kLanes * i, add16(octave, group));
   }
 }
 
@@ -146,7 +147,7 @@ uint32_t* PlaneResiduals::put(Energies& energies, uint32_t* to) {
     const int16_t* const values = row.values + window.x;
     const Widest prediction =
         xor_(select(whole.predict(taps_at(row.neighbours, window.x), values),
-                    load_as<Widest>(prediction_ + kPlaces * i), lanes_of(window.others)),
+                    load_as<Widest>(prediction_ + kLanes * i), lanes_of(window.others)),
              sign);
     const Widest value = xor_(load_as<Widest>(values), sign);
     const Widest low = sub32(low_halves16(value, zero), low_halves16(prediction, zero));
@@ -157,7 +158,7 @@ uint32_t* PlaneResiduals::put(Energies& energies, uint32_t* to) {
     int16_t* const energies_here = &energies.values[window.y + 1][window.x + 1];
     store(energies_here, select(load_as<Widest>(energies_here), energy, lanes_of(window.points)));
 
-    const Widest key = shift_left_u16(load_as<Widest>(key_ + kPlaces * i), kFoldedBits - 16);
+    const Widest key = shift_left_u16(load_as<Widest>(key_ + kLanes * i), kFoldedBits - 16);
     to = store_present(to, or_(fold_lanes(low), low_halves16(zero, key)),
                        or_(fold_lanes(high), high_halves16(zero, key)), window.points);
   }
@@ -170,7 +171,7 @@ void PlaneResiduals::find_keys(const Energies& energies) {
     for (uint32_t bits = window.points; bits; bits &= bits - 1) {
       const int bit = __builtin_ctz(bits);
       const bool exposed = window.exposed >> bit & 1;
-      key_[kPlaces * i + bit] = static_cast<int16_t>(
+      key_[kLanes * i + bit] = static_cast<int16_t>(
           residual_key(half_octave(energies.around(window.y).around(window.x + bit)),
                        exposed ? kExposed : kEnclosed));
     }
@@ -186,7 +187,7 @@ uint32_t* PlaneResiduals::put(Energies& energies, uint32_t* to) {
     const auto& row = rows_[window.y];
     for (uint32_t bits = window.points; bits; bits &= bits - 1) {
       const int bit = __builtin_ctz(bits), x = window.x + bit;
-      int32_t prediction = prediction_[kPlaces * i + bit];
+      int32_t prediction = prediction_[kLanes * i + bit];
       if (!(window.others >> bit & 1)) {
         const int32_t sum =
             ScalarOps::sum_taps({taps_at(row.neighbours, x), row.values + x - 1, whole.rows});
@@ -194,7 +195,7 @@ uint32_t* PlaneResiduals::put(Energies& energies, uint32_t* to) {
       }
       const int32_t residual = row.values[x] - prediction;
       energies.set(x, window.y, residual);
-      *to++ = residual_entry(fold(residual), key_[kPlaces * i + bit]);
+      *to++ = residual_entry(fold(residual), key_[kLanes * i + bit]);
     }
   }
   return to;

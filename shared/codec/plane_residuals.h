@@ -7,49 +7,51 @@
 
 namespace isosplat {
 
-/// Finds the residuals of a plane's points for the encoder, which knows all values beforehand: by
-/// windows of places of a row, as many as a vector holds. Most points have all their neighbours: a
-/// window is predicted as if all of its points had, and the others are predicted one by one.
-/// Keeps scratch memory: about 60 KB.
+/// Computes the residuals of a plane's points for the encoder. The encoder knows all values
+/// beforehand, so it can predict as many points at once as a vector has lanes: a window of kLanes
+/// adjacent positions of a row. Most points have all their neighbours, and so one class: all points
+/// of a window are predicted with that class, and those of other classes again one by one. Scratch
+/// memory: about 60 KB.
 class PlaneResiduals {
  public:
-  /// put() may overwrite so many entries beyond those it writes.
-  static constexpr int kBeyond = 16;
+  /// put() may overwrite this many entries after those that it writes.
+  static constexpr int kSlack = 16;
 
   /// taps: the weights of each class, in the order of lattice.h.
   void set_predictor(const int32_t (*taps)[kTaps], bool wide) { predictor_.set(taps, wide); }
 
-  /// Forgets the plane before.
+  /// Starts a new plane, without rows.
   void clear() { windows_ = others_ = 0; }
 
-  /// Adds row y, in coding order. `row` is the row itself, with all of its points set.
+  /// Adds row y; rows must come in coding order. `n` and `row` must stay valid until put(); `row`
+  /// has the values of all its points.
   void add_row(const PointPlane& current, const PointPlane& previous, int32_t y,
                const Neighbours& n, const Row& row);
 
-  /// Writes the residual_entry() of each point of the rows added, and returns where the next one
-  /// goes. Sets the points' energies, once all contexts are found.
+  /// Writes the residual_entry() of each point of the added rows, and returns the end of the
+  /// entries. Then `energies` has those of this plane; the contexts use those of the planes before.
   uint32_t* put(Energies& energies, uint32_t* to);
 
  private:
 #if ISOSPLAT_CODEC_SIMD
-  static constexpr int32_t kPlaces = sizeof(simd::Widest) / sizeof(int16_t);
+  static constexpr int32_t kLanes = sizeof(simd::Widest) / sizeof(int16_t);
 #else
-  static constexpr int32_t kPlaces = 16;
+  static constexpr int32_t kLanes = 16;
 #endif
   /// The class of points that have all their neighbours.
   static constexpr uint32_t kWhole = kClasses - 1;
 
   struct Window {
     uint8_t x, y;
-    uint16_t points;   ///< a bit for each place from x on
-    uint16_t others;   ///< those points that have another class than kWhole
-    uint16_t exposed;  ///< places whose points are, or would be, of group kExposed
+    uint16_t points;   ///< bit i: position x + i has a point
+    uint16_t others;   ///< the points of another class than kWhole
+    uint16_t exposed;  ///< the positions of group kExposed, also where there is no point
   };
   struct Other {
     uint8_t x, y, point_class;
-    uint16_t place;  ///< kPlaces · its window + the place therein
+    uint16_t lane;  ///< index into prediction_: kLanes · window + lane of the window
   };
-  static constexpr int32_t kMaxWindows = kLatticeAcross * (kBlockCells / kPlaces + 1);
+  static constexpr int32_t kMaxWindows = kLatticeAcross * (kBlockCells / kLanes + 1);
   static constexpr int32_t kMaxPoints = kLatticeAcross * kLatticeAcross;
 
   void add_word(const PointPlane& current, const PointPlane& previous, int32_t y, int word);
@@ -63,9 +65,9 @@ class PlaneResiduals {
   } rows_[kLatticeAcross];
   Window window_[kMaxWindows + 1];
   Other other_[kMaxPoints + 3];
-  // By place:
-  int16_t key_[kMaxWindows * kPlaces];
-  int16_t prediction_[kMaxWindows * kPlaces] = {};  ///< of the others
+  // By kLanes · window + lane:
+  int16_t key_[kMaxWindows * kLanes];
+  int16_t prediction_[kMaxWindows * kLanes] = {};  ///< of the points in other_
   int32_t windows_ = 0, others_ = 0;
 };
 

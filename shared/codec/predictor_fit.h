@@ -8,20 +8,20 @@
 
 namespace isosplat {
 
-/// Fits each class's weights to a chunk: least squares over a sample of its points, drawn towards
-/// the default weights where there is little evidence. Plain IEEE arithmetic in a fixed order, so
-/// that every machine finds the same weights.
+/// Fits each class's weights to a chunk by ridge regression: least squares over a sample of its
+/// points, with a penalty for the distance from the default weights. IEEE arithmetic in a fixed
+/// order, so that every machine finds the same weights.
 class PredictorFit {
  public:
-  /// Weights, in the order of lattice.h, and which classes do not use the default ones.
+  /// The weights of all classes, in the order of lattice.h.
   struct Weights {
     int32_t taps[kClasses][kTaps];
-    uint32_t fitted = 0;  ///< bit per class
+    uint32_t fitted = 0;  ///< bit c: class c has weights of its own, not the default ones
   };
 
   void clear() { samples_.clear(); }
 
-  /// A point: its class, its taps in other rows, and its own row from x on.
+  /// Adds a point. taps: its neighbours in other rows; row: its own row, from the point on.
   void add(uint32_t point_class, const TapPointers& taps, const int16_t* row) {
     Sample& sample = samples_.emplace_back();
     std::memcpy(sample.slot, taps.up, 8);
@@ -34,26 +34,30 @@ class PredictorFit {
     sample.point_class = point_class;
   }
 
-  /// stride: how many points there are for each one added.
+  /// stride: the chunk has about this many points for each point that was added.
   Weights solve(uint32_t stride);
 
  private:
-  /// Taps 0–11 as in ClassWeights::rows, with the others and the value in the gaps: what four
-  /// loads yield. Slot 11 means nothing.
+  /// The layout of a sample, which four loads of four values yield: taps 0–11 as in
+  /// ClassWeights::rows; taps 12 and 13 and the point's value in the gaps; slot 11 is not used.
   static constexpr int kSlots = 16;
   static constexpr int kValueSlot = 15;
   static constexpr int slot_of_tap(int tap) {
     return tap < 12 ? tap / 3 * 4 + tap % 3 : tap == 12 ? 3 : tap == 13 ? 7 : kValueSlot;
   }
 
-  static void differences(const int16_t* slots, float* to);
-
   struct Sample {
     int16_t slot[kSlots];
     uint32_t point_class;
   };
+  class Moments;
+
+  static void differences(const int16_t* slots, float* to);
+  void sort_by_class(size_t (&end)[kClasses]);
+  Moments moments_of(size_t begin, size_t end) const;
+
   std::vector<Sample> samples_;
-  std::vector<uint32_t> sorted_;  ///< the samples' places, class after class
+  std::vector<uint32_t> sorted_;  ///< indices of the samples, sorted by class
 };
 
 }  // namespace isosplat

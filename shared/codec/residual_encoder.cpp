@@ -11,7 +11,8 @@ namespace {
 constexpr uint32_t kTokenBits = 11;
 static_assert(kTokenTotal == 1u << kTokenBits);
 
-/// −log2(frequency / 2048) in 1/256 bit, by integers, so that it is the same everywhere.
+/// −log2(frequency / 2048) in units of 1/256 bit. Integer arithmetic, so that all machines get the
+/// same result.
 uint32_t cost_of(uint32_t frequency) {
   uint64_t x = uint64_t{frequency} << 32;
   uint32_t log = 0;
@@ -24,8 +25,8 @@ uint32_t cost_of(uint32_t frequency) {
   return kTokenBits * 256 - log;
 }
 
-/// How many bits a number from 1 to 2^24 − 1 has, less one: a float's exponent, since vectors
-/// cannot all count leading zeros.
+/// ⌊log2(number)⌋ for 1 ≤ number < 2^24. Uses the exponent of a float, because not all instruction
+/// sets count leading zeros of vectors.
 uint32_t bits_beyond_one(uint32_t number) {
   const auto real = static_cast<float>(static_cast<int32_t>(number));
   uint32_t bits;
@@ -41,7 +42,8 @@ uint32_t min_of_bin(uint32_t bin) {
 }  // namespace
 
 uint32_t ResidualEncoder::bin_of(uint32_t folded) {
-  // A float's exponent and the three bits after it: vectors have that.
+  // The exponent of a float and the first three bits of its mantissa, so that the compiler can
+  // vectorise the loop that calls this.
   const auto number = static_cast<float>(static_cast<int32_t>(folded));
   uint32_t bits;
   std::memcpy(&bits, &number, sizeof bits);
@@ -78,7 +80,7 @@ void ResidualEncoder::begin(size_t max_residuals) {
   size_ = 0;
 }
 
-/// keys: those from here on do not occur.
+/// Counts the residuals of each key below `keys` in each bin; larger keys do not occur.
 void ResidualEncoder::count_bins(int32_t keys) {
   std::fill_n(&bins_[0][0], static_cast<uint32_t>(keys) * kBins, 0);
   uint32_t* const counts = &bins_[0][0];
@@ -87,7 +89,7 @@ void ResidualEncoder::count_bins(int32_t keys) {
   for (size_t begin = 0; begin < size_; begin += kBatch) {
     const size_t count = std::min(kBatch, size_ - begin);
     const uint32_t* const entries = residuals_.data() + begin;
-    // Apart from the counting, so that it becomes vector code.
+    // A loop of its own, apart from the counting, so that the compiler vectorises it.
     for (size_t i = 0; i < count; ++i) {
       at[i] = static_cast<uint16_t>((entries[i] >> kFoldedBits) * kBins +
                                     bin_of(entries[i] & kFoldedMask));
@@ -102,7 +104,8 @@ ResidualEncoder::Choice ResidualEncoder::choose_model(const uint32_t* bins) cons
     count += bins[bin];
     sum += uint64_t{bins[bin]} * min_of_bin(bin);
   }
-  // A mean of nine is where the broadest plain distribution ends.
+  // The broadest distribution without a shift suits a mean of 9: find the shift that brings the
+  // mean below that, and try it and its neighbours.
   uint32_t middle = 0;
   while (middle < kMaxShift && sum > count * 9 << middle) ++middle;
 
@@ -137,7 +140,7 @@ size_t ResidualEncoder::choose_models(ChunkHeader& header, bool has_intervals) {
   for (int32_t key = 0; key < keys; ++key) {
     for (const uint32_t count : bins_[key]) octaves[static_cast<size_t>(key % kOctaves)] += count;
   }
-  // The lowest sixteenth of all residuals share a level.
+  // The lowest 1/16 of all residuals share level 0.
   header.levels.base = 0;
   for (size_t below = octaves[0]; header.levels.base < 15 && below <= size_ / 16;) {
     below += octaves[static_cast<size_t>(++header.levels.base)];
@@ -166,7 +169,7 @@ size_t ResidualEncoder::choose_models(ChunkHeader& header, bool has_intervals) {
 
 void ResidualEncoder::put(const ChunkHeader& header, RansEncoder& rans,
                           BackwardBitWriter& bits) const {
-  // Of each key: the first of its model's symbols, and the shift above that.
+  // For each key: the index of its model's first symbol, and the model's shift in the bits above.
   constexpr uint32_t kSymbolBits = 16;
   std::array<uint32_t, kKeys> models{};
   for (int32_t key = 0; key < kKeys; ++key) {
@@ -175,16 +178,16 @@ void ResidualEncoder::put(const ChunkHeader& header, RansEncoder& rans,
     const Model model = model_of(m);
     models[static_cast<size_t>(key)] = model.shape * kTokens | model.shift << kSymbolBits;
   }
-  // Bytes may alias anything: only local variables stay in registers.
+  // Stores of bytes may alias any object: only local copies stay in registers.
   BackwardBitWriter local_bits = std::move(bits);
   RansEncoder local_rans = rans;
   constexpr size_t kBatch = 512;
   uint32_t symbol[kBatch], raw[kBatch], raw_bits[kBatch];
   for (size_t end = size_, count; end > 0; end -= count) {
-    // All batches but the one that is encoded last are whole: both go by fours.
+    // Only the batch encoded last may be incomplete, so groups of four never cross batches.
     count = std::min(end, kBatch);
     const uint32_t* const entries = residuals_.data() + end - count;
-    // Apart from the encoding, so that it becomes vector code.
+    // A loop of its own, apart from the encoding, so that the compiler vectorises it.
     for (size_t i = 0; i < count; ++i) {
       const uint32_t model = models[entries[i] >> kFoldedBits], shift = model >> kSymbolBits;
       const uint32_t folded = entries[i] & kFoldedMask, q = folded >> shift;
@@ -205,7 +208,7 @@ void ResidualEncoder::put(const ChunkHeader& header, RansEncoder& rans,
                      raw_bits[first] + raw_bits[first + 1]);
     };
     for (i = count; i >= 4; i -= 4) {
-      // Hardly ever more bits than fit at once.
+      // Four residuals almost always fit into one put().
       const size_t a = i - 4, c = i - 2;
       const uint32_t bits_a = raw_bits[a] + raw_bits[a + 1], bits_c = raw_bits[c] + raw_bits[c + 1];
       if (bits_a + bits_c > BackwardBitWriter::kMaxBits) {

@@ -11,37 +11,39 @@
 
 namespace isosplat {
 
-/// Collects a chunk's residuals, finds the models that suit them, and encodes them.
+/// Collects a chunk's residuals, chooses the models that encode them in the fewest bits, and
+/// encodes them.
 class ResidualEncoder {
  public:
-  static constexpr size_t kSlack = 16;  ///< entries beyond the last that may be overwritten
+  static constexpr size_t kSlack = 16;  ///< entries after end() that may be overwritten
 
   ResidualEncoder();
 
   /// Starts a new chunk of at most `max_residuals` residuals.
   void begin(size_t max_residuals);
 
-  /// Room for the next residuals in coding order, and kSlack more, to be filled with
-  /// residual_entry() as far as set_end() says.
+  /// Where the next residuals go, as residual_entry(), in coding order; set_end() states up to
+  /// where entries were written.
   uint32_t* end() { return residuals_.data() + size_; }
   void set_end(const uint32_t* end) { size_ = static_cast<size_t>(end - residuals_.data()); }
 
-  /// Sets where levels begin, and each context's model: the cheapest of those with about the right
-  /// number of raw bits. header.levels.merge is given. has_intervals: of the chunk. Returns how
-  /// many raw bits put() will write.
+  /// Sets header.levels.base and the model of each context: the one that needs the fewest bits,
+  /// among those whose shift suits the mean residual. header.levels.merge must be set.
+  /// has_intervals: of the chunk. Returns the number of raw bits that put() will write.
   size_t choose_models(ChunkHeader& header, bool has_intervals);
 
-  /// Encodes backwards, from the last residual to the first, with the header that choose_models()
-  /// has set.
+  /// Encodes the residuals with the header that choose_models() has set, from the last to the
+  /// first, as rANS requires.
   void put(const ChunkHeader& header, RansEncoder& rans, BackwardBitWriter& bits) const;
 
  private:
-  /// Bins of folded residuals, as fine as any model's tokens: 0 to 15 are themselves, then come
-  /// eight for each power of two below 2^17, which no folded residual reaches.
+  /// Bins of folded residuals for the histogram from which models are chosen, as fine as the tokens
+  /// of any model: one for each number from 0 to 15, then eight for each power of two up to 2^17,
+  /// which exceeds all folded residuals.
   static constexpr uint32_t kBins = 16 + 8 * 13;
   static uint32_t bin_of(uint32_t folded);
 
-  /// Of each model shift, the tokens that bins become.
+  /// The token of each bin, for each shift of a model.
   struct BinTokens {
     uint8_t token[kMaxShift + 1][kBins];
     BinTokens();

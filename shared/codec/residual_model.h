@@ -11,7 +11,7 @@ namespace isosplat {
 
 /// A residual r is coded as u = −2r (r ≤ 0) or 2r − 1 (r > 0), below 2^17.
 inline uint32_t fold(int32_t residual) {
-  // The sign is random: arithmetic, not a branch.
+  // Arithmetic instead of a branch, because the sign is random.
   return static_cast<uint32_t>((2 * residual - 1) ^ (residual - 1) >> 31);
 }
 inline int32_t unfold(uint32_t folded) {
@@ -19,14 +19,15 @@ inline int32_t unfold(uint32_t folded) {
   return -(half ^ sign);
 }
 
-/// Its low k bits are raw; the rest, u >> k, is a token and raw bits: 0–15 are themselves, token
-/// t ≥ 16 stands for [2^(t − 12), 2^(t − 11)) with t − 12 raw bits.
+/// The low k bits of a folded residual u are stored raw. The rest, q = u >> k, is coded as a token
+/// and raw bits: q ≤ 15 is its own token; token t ≥ 16 stands for [2^(t − 12), 2^(t − 11)), with t
+/// − 12 raw bits.
 struct Token {
   uint32_t token;
   uint32_t raw_bits;
 };
 inline Token token_of(uint32_t q) {
-  // Selections, not a branch: which kind it is is close to random.
+  // Conditional moves instead of a branch, because q < 16 is close to random.
   const auto bits = static_cast<uint32_t>(31 - __builtin_clz(q | 8));
   return {q < 16 ? q : bits + 12, q < 16 ? 0 : bits};
 }
@@ -41,8 +42,9 @@ struct TokenInfo {
 };
 inline constexpr TokenInfo kTokenInfo;
 
-/// A context's model: one of the token distributions of chunk_tables.h, and k. The distributions
-/// are two runs of 27: for k = 0 the first 23, ever broader; for k ≥ 1 the last four.
+/// The model of a context: a token distribution of chunk_tables.h (its shape), and k (its shift).
+/// There are two runs of 27 distributions. In each run, the first 23, from narrow to broad, are for
+/// k = 0, and the last four for k ≥ 1.
 inline constexpr uint32_t kPlainShapes = 23;
 inline constexpr uint32_t kShiftedShapes = 4;
 inline constexpr uint32_t kMaxShift = 13;
@@ -62,7 +64,7 @@ inline Model model_of(uint32_t model) {
           1 + (i - kPlainShapes) / kShiftedShapes};
 }
 
-/// The models of one run that have the shift: [first, end).
+/// The models of a run that have a given shift: [first, end), relative to the run.
 struct ModelRange {
   uint32_t first, end;
 };
@@ -83,7 +85,7 @@ enum ContextGroup : int32_t {
 inline constexpr int32_t kGroups = 4;
 inline constexpr int32_t kContexts = kGroups * kLevels;
 
-/// What a residual's context is found from: its octave and its group.
+/// A key combines octave and group of a residual; a chunk's LevelMap turns it into a context.
 inline constexpr int32_t kKeys = kGroups * kOctaves;
 inline int32_t residual_key(int32_t octave, int32_t group) {
   return octave + group * kOctaves;
@@ -96,7 +98,7 @@ inline uint32_t residual_entry(uint32_t folded, int32_t key) {
   return folded | static_cast<uint32_t>(key) << kFoldedBits;
 }
 
-/// How a chunk maps energies to levels.
+/// Maps the octaves of energies to levels; each chunk has its own.
 struct LevelMap {
   int32_t base = 0;   ///< 0 to 15: half octaves below count as level 0
   int32_t merge = 0;  ///< 0 to 4: 2^merge levels share one model

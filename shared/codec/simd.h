@@ -1,6 +1,7 @@
 #pragma once
 
-/// ISOSPLAT_CODEC_SIMD: whether there are 128-bit vectors, in the namespace isosplat::simd.
+/// ISOSPLAT_CODEC_SIMD: 1 if the target has 128-bit vectors. Then the namespace isosplat::simd has
+/// their operations.
 #if defined(__SSE4_1__)
 #include "shared/codec/simd_sse.h"
 #define ISOSPLAT_CODEC_SIMD 1

@@ -6,8 +6,8 @@
 
 #include "shared/codec/bit_positions.h"
 
-/// 256-bit vectors by AVX2: a pair of the vectors of simd_sse.h. Functions that have the name of
-/// one there do the same to each half.
+/// 256-bit vectors (AVX2). A function that has the name of a function of simd_sse.h does the same
+/// with each 128-bit half; the halves do not mix.
 namespace isosplat::simd {
 
 using W = __m256i;
@@ -86,7 +86,7 @@ inline W narrow32(W a, W b) {
 inline W float_bits(W a, int n) {
   return _mm256_srli_epi32(_mm256_castps_si256(_mm256_cvtepi32_ps(a)), n);
 }
-/// narrow_u() of both halves.
+/// narrow_u() of the lower and the upper half.
 inline V narrow_u_halves(W a) {
   return narrow_u(_mm256_castsi256_si128(a), _mm256_extracti128_si256(a, 1));
 }

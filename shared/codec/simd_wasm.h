@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-/// 128-bit vectors by WebAssembly's instructions; what each function does says simd_sse.h.
+/// 128-bit vectors (WebAssembly SIMD). simd_sse.h documents the functions.
 namespace isosplat::simd {
 
 using V = v128_t;

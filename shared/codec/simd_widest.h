@@ -7,10 +7,11 @@
 
 #if ISOSPLAT_CODEC_SIMD
 
-/// For algorithms that are written once for vectors of any width: Widest is the widest there are,
-/// a V or a pair of them, each half of which goes its own way.
+/// Lets an algorithm be written once for vectors of any width. Widest is the widest vector type of
+/// the target: W (256 bits, AVX2) or V (128 bits).
 namespace isosplat::simd {
 
+/// load(), splat16() and splat32() for the vector type T.
 template <class T>
 T load_as(const void* p);
 template <class T>
@@ -31,7 +32,8 @@ inline V splat32_as<V>(uint32_t v) {
   return splat32(v);
 }
 
-/// Of four lanes, the bytes of those whose bits are set, one after the other.
+/// For each number of four bits, the shuffle8() argument that moves the 32-bit lanes whose bits are
+/// set to the front.
 struct PresentBytes {
   alignas(16) uint8_t of[16][16];
 
@@ -46,9 +48,10 @@ struct PresentBytes {
 };
 inline constexpr PresentBytes kPresentBytes;
 
-/// Stores those lanes whose bits are set, and returns where the next one goes; what lies there, as
-/// far as it would go with all bits set, may be overwritten. low, high: as of low_halves16() and
-/// high_halves16().
+/// Stores the 32-bit lanes whose bits in `present` are set, without gaps, and returns the end of
+/// what was stored. Always writes memory for all lanes, so the space after the end may be
+/// overwritten. low, high: the results of low_halves16() and high_halves16() with the same
+/// arguments; bit i stands for lane i of these arguments.
 inline uint32_t* store_present(uint32_t* to, V low, V high, uint32_t present) {
   store(to, shuffle8(low, load(kPresentBytes.of[present & 15])));
   to += __builtin_popcount(present & 15);

@@ -408,7 +408,7 @@ TEST(PackCells, VectorsEqualScalars) {
     const uint64_t cells = i % 3 == 0 ? ~uint64_t{0} : i % 3 == 1 ? some : some & some << 7;
     const uint32_t place = (random() % 4096) << 6;
     const IntervalRow* given = i % 2 ? &intervals : nullptr;
-    std::vector<PackedSample> expected(64), found(64 + kBeyondPacked);
+    std::vector<PackedSample> expected(64), found(64 + kPackedSlack);
     expected.resize(
         size_t(pack_cells_scalar(cells, place, rows, given, expected.data()) - expected.data()));
     const auto* end = pack_cells(cells, place, rows, given, found.data());
