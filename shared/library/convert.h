@@ -3,7 +3,7 @@
 #include "isosplat/store.h"
 #include "shared/store/store_reader.h"
 
-// Between the public types of shared/include/isosplat and those of the core.
+// Converts between the public types (shared/include/isosplat) and the types of the core.
 namespace isosplat {
 
 Volume volume_of(const StoreInfo& info);
@@ -13,7 +13,7 @@ ValueMapping mapping_of(const Volume& volume);
 Chunk chunk_of(const ChunkRef& ref);
 ChunkRef chunk_ref_of(const Chunk& chunk);
 
-/// The chunks with at least one cell: gaps between values have none.
+/// Converts the chunks that have cells. Bands of values that do not occur have none.
 std::vector<Chunk> chunks_of(const std::vector<ChunkRef>& refs);
 
 /// Errors: not_found (no such level), invalid_argument (the isovalue is not a finite number).

@@ -10,8 +10,8 @@
 
 namespace isosplat {
 
-/// Which file lies at a path, and in which state. A program that replaces a file by renaming
-/// another one gives the path another identity.
+/// Identifies a file and its state. A file that replaces another one at the same path has another
+/// identity.
 struct FileIdentity {
   uint64_t device = 0;
   uint64_t inode = 0;
@@ -20,8 +20,7 @@ struct FileIdentity {
 
   friend bool operator==(const FileIdentity&, const FileIdentity&) = default;
 
-  /// Whether a file has the size and the time of change that it had. For what is open, or known by
-  /// its path alone.
+  /// Whether size and modification time are equal. For files that are open, or known by path only.
   bool has_same_content(const FileIdentity& other) const {
     return bytes == other.bytes && modified_ns == other.modified_ns;
   }
@@ -31,23 +30,23 @@ struct FileIdentity {
 /// devices.
 Result<FileIdentity> file_identity(const std::filesystem::path& path);
 
-/// An open file. Reads and writes at offsets, so that several threads may use it at a time; closes
-/// it at the end. Calls that a signal interrupts are made again; short ones are completed. Error
-/// messages begin with the file's name.
+/// An open file; the destructor closes it. Reads and writes have offsets, so that several threads
+/// may use a file at the same time. Repeats system calls that a signal interrupted, and completes
+/// short reads and writes. Error messages begin with the file's name.
 class PosixFile {
  public:
   /// No file: is_open() is false, and nothing else may be called.
   PosixFile() = default;
 
-  /// Opens a regular file for reading. Does not wait where the path names a pipe. Errors: io_error,
+  /// Opens a regular file for reading. Never waits for the other end of a pipe. Errors: io_error,
   /// also for folders, pipes and devices.
   static Result<PosixFile> open(const std::filesystem::path& path);
 
-  /// Creates a file without a path, for reading and writing: the system removes it however the
-  /// program ends. Errors: io_error.
+  /// Creates a file without a path, for reading and writing. The system removes it when the program
+  /// ends, also after a crash. Errors: io_error.
   static Result<PosixFile> create_temporary(const std::filesystem::path& folder);
 
-  /// Takes an open descriptor over. `name`: for messages.
+  /// Takes ownership of an open descriptor. name: for messages.
   PosixFile(int descriptor, std::string name);
 
   PosixFile(PosixFile&& other) noexcept;
@@ -60,14 +59,13 @@ class PosixFile {
   const std::string& name() const { return name_; }
   void set_name(std::string name) { name_ = std::move(name); }
 
-  /// As it is now. Errors: io_error.
+  /// The identity of the file at this moment. Errors: io_error.
   Result<FileIdentity> identity() const;
 
-  /// Reads up to out.size() bytes; fewer only where the file ends. Returns how many. Errors:
-  /// io_error.
+  /// Reads out.size() bytes, or fewer if the file ends. Returns their number. Errors: io_error.
   Result<size_t> read_some(uint64_t offset, std::span<std::byte> out) const;
 
-  /// Fills `out`. Errors: io_error; truncated where the file ends before.
+  /// Fills `out`. Errors: io_error; truncated if the file ends too early.
   Result<void> read(uint64_t offset, std::span<std::byte> out) const;
 
   /// Writes all bytes. Errors: io_error.

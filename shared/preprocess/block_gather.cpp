@@ -45,7 +45,7 @@ void gather_intervals(const Layer& layer, GatheredBlock& block) {
   }
 }
 
-/// The least and greatest of four rows of voxels, each `count` long.
+/// The minimum and maximum of four rows of `count` voxels, position by position.
 void combine_rows(const QuantizedValue* a, const QuantizedValue* b, const QuantizedValue* c,
                   const QuantizedValue* d, size_t count, QuantizedValue* low,
                   QuantizedValue* high) {

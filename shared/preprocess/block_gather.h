@@ -7,20 +7,21 @@
 
 namespace isosplat {
 
-/// One block, copied out of its layer: the form in which it is cut and encoded.
+/// One block, copied from its layer. Band planning and encoding read this form.
 struct GatheredBlock {
   Index3 index;
   Index3 cells;
   std::vector<QuantizedValue> voxels;       ///< (cells.x + 1)(cells.y + 1)(cells.z + 1), x fastest
   std::vector<CellInterval> intervals;      ///< one per cell; {65535, 0} where a corner is missing
-  std::vector<CellInterval> row_intervals;  ///< of each row of cells: what theirs lie in
+  std::vector<CellInterval> row_intervals;  ///< for each row of cells, the union of their intervals
 };
 
-/// Copies a block's voxels and finds its cells' intervals: at level 0 from their corners, else from
-/// the layer, but not those of its rows. Reuses the memory of `block`.
+/// Copies a block's voxels, and sets its cells' intervals: computed from the corners at level 0,
+/// copied from the layer at coarser levels. Does not set row_intervals. Reuses the memory of
+/// `block`.
 void gather_block(const Layer& layer, Index3 index, GatheredBlock& block);
 
-/// Sets block.row_intervals from its intervals.
+/// Sets block.row_intervals from block.intervals.
 void find_row_intervals(GatheredBlock& block);
 
 }  // namespace isosplat

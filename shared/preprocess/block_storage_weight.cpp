@@ -6,15 +6,17 @@
 namespace isosplat {
 namespace {
 
-/// Coarse levels are read before the finer ones, the coarsest of them whole: fewer cuts than their
-/// bytes alone would ask for. Measured (whole store; coarse levels' bytes for an isovalue on
-/// average): engine 0.65 × and 280 KB with 4, 0.68 × and 257 KB with 2.
+/// Increases λ at levels ≥ 1, so that their blocks are cut into fewer bands: viewers read coarse
+/// levels first, and the coarsest whole. Measured on engine (size of the store relative to the
+/// voxels; bytes of coarse levels for an isovalue on average): 0.65 and 280 KB with a factor of 4,
+/// 0.68 and 257 KB with 2.
 constexpr double kCoarseStorageWeightFactor = 2;
 
-/// Where few cells of a block are ever active, copies of them are cheap: λ shrinks with the share
-/// of active cells to this power. Measured (level 0, whole store; bytes for an isovalue) at λ =
-/// 0.1: aneurysm 0.10 × and 214 KB with 0, 0.19 × and 187 KB with 0.75, 0.23 × and 186 KB with 1;
-/// engine, whose cells are all active, stays as it is.
+/// Reduces λ in blocks with few cells that are ever active, because storing these in several bands
+/// is cheap: λ is multiplied by the share of such cells to this power. Measured on aneurysm with λ
+/// = 0.1 (size of level 0 relative to the voxels; bytes for an isovalue): 0.10 and 214 KB with
+/// power 0, 0.19 and 187 KB with 0.75, 0.23 and 186 KB with 1. Engine, whose cells are all active,
+/// does not change.
 constexpr double kOccupancyPower = 0.75;
 
 }  // namespace

@@ -7,8 +7,8 @@
 
 namespace isosplat {
 
-/// The options with which one block is cut, from those of the whole volume: λ depends on the level,
-/// and on how many of the block's cells are ever active.
+/// The options for cutting one block into bands: those of the volume, with λ adapted to the level
+/// and to the share of the block's cells that are ever active.
 BandOptions block_options(const BandOptions& options, uint32_t level, size_t active_cells,
                           size_t cells);
 

@@ -7,8 +7,8 @@
 namespace isosplat {
 namespace {
 
-/// The coarse voxels that a block is responsible for along one axis: [begin, end). The last block
-/// also has the level's last voxel.
+/// The coarse voxels that a block writes along one axis: [begin, end). The last block also writes
+/// the last voxel of the level.
 struct Span1 {
   int32_t begin, end;
 };
@@ -19,7 +19,7 @@ Span1 coarse_voxels(int32_t block, int32_t block_cells, int32_t cells, int32_t c
   return {begin, is_last ? coarse_cells + 1 : begin + kBlockCells / 2};
 }
 
-/// Voxels at the places 2c − 1, 2c, 2c + 1, where 2c is at most the last place, as are the others.
+/// The positions 2c − 1, 2c and 2c + 1 of the finer level for coarse voxel c, clamped to 0 … last.
 std::array<int32_t, 3> neighbours(int32_t coarse, int32_t last) {
   const int32_t centre = std::min(2 * coarse, last);
   return {std::max(centre - 1, 0), centre, std::min(centre + 1, last)};
@@ -27,13 +27,13 @@ std::array<int32_t, 3> neighbours(int32_t coarse, int32_t last) {
 
 constexpr std::array<uint32_t, 3> kWeight = {1, 2, 1};
 
-/// Weighted sums of nine voxels across x: at most sixteen times the greatest quantized value.
+/// The type of a weighted sum over nine voxels with equal x. The weights sum to 16.
 template <class T>
 using Sum = std::conditional_t<sizeof(T) == 1, uint16_t, uint32_t>;
 template <class T>
 using RowSums = std::array<Sum<T>, kBlockCells + 4>;
 
-/// The nine rows of voxels that a coarse row is made of, y fastest.
+/// The nine fine rows from which a coarse row is computed, y fastest.
 template <class T>
 using NineRows = std::array<const T*, 9>;
 
@@ -47,7 +47,7 @@ void sum_rows(const NineRows<T>& rows, size_t count, RowSums<T>& sums) {
   }
 }
 
-/// The same of the voxels that have a value; `weights` says how much they weigh together.
+/// As sum_rows(), without missing voxels. weights: the sum of the weights of the others.
 template <class T>
 void sum_present(const NineRows<T>& rows, size_t count, RowSums<T>& sums, RowSums<T>& weights) {
   sums.fill(0);
@@ -62,7 +62,7 @@ void sum_present(const NineRows<T>& rows, size_t count, RowSums<T>& sums, RowSum
   }
 }
 
-/// The sum of three such sums around a coarse voxel, the first of which is of place first_x.
+/// The weighted sum of three such sums around a coarse voxel. sums[0] belongs to position first_x.
 template <class T>
 uint32_t sum_around(const RowSums<T>& sums, int32_t coarse, int32_t last, int32_t first_x) {
   const auto [left, centre, right] = neighbours(coarse, last);
@@ -80,21 +80,21 @@ void average_voxels(const Layer& layer, const GatheredBlock& block, const Coarse
   const Span1 xs = coarse_voxels(block.index.x, block.cells.x, cells.x, coarse.x);
   const Span1 ys = coarse_voxels(block.index.y, block.cells.y, cells.y, coarse.y);
   const Span1 zs = coarse_voxels(block.index.z, block.cells.z, cells.z, coarse.z);
-  // Fine places along x that the row needs, clamped into the volume.
+  // The fine positions along x that the row needs, clamped to the volume.
   const int32_t first_x = std::max(2 * xs.begin - 1, 0);
   const int32_t last_x = std::min(2 * (xs.end - 1) + 1, cells.x);
   const auto count = static_cast<size_t>(last_x - first_x + 1);
-  // Coarse voxels with all three places in the volume.
+  // The coarse voxels whose three positions are all inside the volume.
   const int32_t begin = std::max(xs.begin, 1), end = std::min(xs.end, (cells.x + 1) / 2);
   RowSums<T> sums, weights;
   for (int32_t k = zs.begin; k < zs.end; ++k) {
-    const auto z_places = neighbours(k, cells.z);
+    const auto z_rows = neighbours(k, cells.z);
     for (int32_t j = ys.begin; j < ys.end; ++j) {
-      const auto y_places = neighbours(j, cells.y);
+      const auto y_rows = neighbours(j, cells.y);
       NineRows<T> rows;
       for (size_t r = 0; r < rows.size(); ++r) {
-        const auto z = static_cast<size_t>(z_places[r / 3] - layer.first_voxel_slice);
-        const auto y = static_cast<size_t>(y_places[r % 3]);
+        const auto z = static_cast<size_t>(z_rows[r / 3] - layer.first_voxel_slice);
+        const auto y = static_cast<size_t>(y_rows[r % 3]);
         rows[r] = slices + (z * ny + y) * nx + static_cast<size_t>(first_x);
       }
       const auto out_z = static_cast<size_t>(k - coarser.first_voxel_slice);

@@ -9,8 +9,8 @@
 
 namespace isosplat {
 
-/// The distinct numbers among many, as long as there are at most kMax (65536, the number of
-/// quantized values). With more, it gives up and frees its memory. At most 2 MiB.
+/// Collects distinct numbers, up to kMax (65536, the number of quantized values). If there are
+/// more, it gives up and frees its memory. At most 2 MiB.
 class DistinctValues {
  public:
   static constexpr size_t kMax = 65536;
@@ -29,7 +29,7 @@ class DistinctValues {
     }
   }
 
-  /// Whether there were more than kMax. Then there are no values any more.
+  /// Whether there were more than kMax. Then sorted() is empty.
   bool has_too_many() const { return has_too_many_; }
 
   std::vector<double> sorted() const {
@@ -75,7 +75,7 @@ class DistinctValues {
     count_ = 0;
   }
 
-  std::vector<double> slots_;  ///< a power of two, NaN where free
+  std::vector<double> slots_;  ///< a hash table; its size is a power of two, free slots are NaN
   size_t count_ = 0;
   double last_ = kFree;
   bool has_too_many_ = false;

@@ -4,11 +4,12 @@
 
 namespace isosplat {
 
-// Isovalues are likely anywhere in the range of the sample, but less so where voxels crowd. There
-// lie air and the insides of things, whose noise nobody wants to see, and whose cells would be cut
-// into many bands otherwise; and somewhat less so where there are hardly any. Against an even
-// distribution: bunny 4.83 for 5.11 MB at 1000.5 and 0.532 for 0.525 × raw, engine 402 for 411 KB
-// at 60.5 and 0.637 for 0.646 × raw.
+// Any isovalue in the range of the sample is possible. Values that very many voxels have are less
+// likely: these are air and the interior of materials, whose noise nobody wants to see, and whose
+// cells would otherwise be cut into many bands. Values that hardly any voxel has are somewhat less
+// likely, too. Compared with a uniform distribution: bunny 4.83 instead of 5.11 MB at isovalue
+// 1000.5 and a store of 0.532 instead of 0.525 times the voxels; engine 402 instead of 411 KB
+// at 60.5 and 0.637 instead of 0.646.
 std::vector<double> guess_isovalues(const VolumeStatistics& sample, uint64_t voxels) {
   constexpr uint32_t kBins = 256;
   const CellInterval range = sample.range();

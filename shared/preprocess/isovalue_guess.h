@@ -6,9 +6,9 @@
 
 namespace isosplat {
 
-/// How likely an isovalue is below each quantized value, as BandOptions::isovalue_distribution
-/// wants it: 65537 entries. `sample`: the quantized values of a part of the volume, of `voxels`
-/// voxels.
+/// Guesses which isovalues users will choose: the probability that an isovalue is below each
+/// quantized value, in the form of BandOptions::isovalue_distribution (65537 entries). sample:
+/// statistics of `voxels` voxels of the volume.
 std::vector<double> guess_isovalues(const VolumeStatistics& sample, uint64_t voxels);
 
 }  // namespace isosplat

@@ -7,9 +7,9 @@
 
 namespace isosplat {
 
-/// The part of one level that a layer of blocks needs, in memory: slices of voxels and, at coarser
-/// levels, of cell intervals, each slice x fastest. Quantized values are bytes where the volume has
-/// 8 bits, else 16-bit numbers; an interval is two quantized values, min and max.
+/// The part of a level that a layer of blocks needs: slices of voxels, and at coarser levels slices
+/// of cell intervals, x fastest. Quantized values have `bits` bits; an interval is two quantized
+/// values, min and max. Borrows the memory.
 struct Layer {
   LevelGrid grid;
   uint8_t bits = 16;
@@ -20,7 +20,7 @@ struct Layer {
   int32_t first_cell_slice = 0;
 };
 
-/// Where the part of the next level that lies over a layer goes, in the same form.
+/// The memory for the part of the next coarser level that covers a layer, in the same form.
 struct CoarserLayer {
   LevelGrid grid;
   std::byte* voxels = nullptr;  ///< null: there is no coarser level

@@ -15,7 +15,7 @@
 namespace isosplat {
 namespace {
 
-/// The largest quantized value of voxels that are rounded, whether or not some are missing.
+/// The largest quantized value of rounded voxels. 65535 is left for missing voxels.
 constexpr uint32_t kMaxQuantized = 65534;
 
 /// The least and greatest voxel of an integer type, as keys.
@@ -26,81 +26,84 @@ std::pair<uint64_t, uint64_t> keys_of(VoxelType type) {
   });
 }
 
-/// What stands between a voxel and its quantized value, before slope and intercept: places low +
-/// pitch · n for n from 0 to `count`. All in units of voxels.
-struct Places {
+/// The evenly spaced values that quantized values stand for: low + pitch · n for n from 0 to
+/// `count` (at most 65535). In units of the file's voxels, before slope and intercept.
+struct EvenValues {
   double low = 0, pitch = 1;
   uint64_t count = 0;
   double max_error = 0;
-  bool is_integer = false;  ///< the following hold, and low and pitch follow from them
+  bool is_integer = false;  ///< low_key and step are exact; low and pitch are the same as doubles
   uint64_t low_key = 0, step = 1;
+
+  double high() const { return low + pitch * static_cast<double>(count); }
 };
 
-/// Beyond 2^53 a double has no room for each integer.
+/// How far integers are rounded when they become doubles: not at all up to 2^53.
 double rounding_of_integers(const VoxelScan& scan) {
   const double most = std::max(std::abs(scan.min()), std::abs(scan.max()));
   return is_integer(scan.type()) && most > 0x1p53 ? most * 0x1p-52 : 0;
 }
 
-/// Places for integers that are kept; nothing where there would be too many. `may_be_plain`: all
-/// that a narrow type has, where no coarser step is found.
-std::optional<Places> integer_places(const VoxelScan& scan, bool may_be_plain) {
+/// Values for integers that are stored without loss; nullopt if there would be more than 65536.
+/// may_be_plain: if the step is 1, integers of up to 16 bits keep all values of their type.
+std::optional<EvenValues> integer_values(const VoxelScan& scan, bool may_be_plain) {
   const VoxelType type = scan.type();
   if (!is_integer(type)) return std::nullopt;
-  Places places;
-  places.is_integer = true;
-  places.step = std::max<uint64_t>(scan.step(), 1);
-  places.low_key = scan.low();
-  places.count = (scan.high() - scan.low()) / places.step;
-  if (may_be_plain && voxel_bytes(type) <= 2 && places.step == 1) {
+  EvenValues values;
+  values.is_integer = true;
+  values.step = std::max<uint64_t>(scan.step(), 1);
+  values.low_key = scan.low();
+  values.count = (scan.high() - scan.low()) / values.step;
+  if (may_be_plain && voxel_bytes(type) <= 2 && values.step == 1) {
     const auto [least, greatest] = keys_of(type);
-    places.low_key = least;
-    places.count = greatest - least;
+    values.low_key = least;
+    values.count = greatest - least;
   }
-  if (places.count > 65535) return std::nullopt;
-  places.low = voxel_of_key(type, places.low_key);
-  places.pitch = static_cast<double>(places.step);
-  places.max_error = rounding_of_integers(scan);
-  return places;
+  if (values.count > 65535) return std::nullopt;
+  values.low = voxel_of_key(type, values.low_key);
+  values.pitch = static_cast<double>(values.step);
+  values.max_error = rounding_of_integers(scan);
+  return values;
 }
 
-std::optional<Places> lattice_places(const VoxelScan& scan) {
+/// The values of the lattice on which floating-point voxels lie; nullopt if there is none.
+std::optional<EvenValues> lattice_values(const VoxelScan& scan) {
   if (is_integer(scan.type()) || scan.distinct().has_too_many()) return std::nullopt;
   const auto lattice = find_lattice(scan.distinct().sorted(), scan.type() == VoxelType::f32,
                                     scan.missing() > 0 ? kMaxQuantized : 65535);
   if (!lattice) return std::nullopt;
-  Places places;
-  places.low = lattice->origin;
-  places.pitch = lattice->step;
-  places.count = lattice->steps;
-  places.max_error = lattice->max_error;
-  return places;
+  EvenValues values;
+  values.low = lattice->origin;
+  values.pitch = lattice->step;
+  values.count = lattice->steps;
+  values.max_error = lattice->max_error;
+  return values;
 }
 
-/// `count` even steps over the range.
-Places quantized_places(const VoxelScan& scan, uint32_t count) {
-  Places places;
-  places.low_key = scan.low();
-  places.low = scan.min();
+/// `count` steps over the range of the voxels.
+EvenValues rounded_values(const VoxelScan& scan, uint32_t count) {
+  EvenValues values;
+  values.low_key = scan.low();
+  values.low = scan.min();
   if (scan.max() > scan.min()) {
-    places.count = count;
-    places.pitch = std::max((scan.max() - scan.min()) / count, std::numeric_limits<double>::min());
-    places.max_error = places.pitch * (0.5 + 1e-9) + rounding_of_integers(scan);
+    values.count = count;
+    values.pitch = std::max((scan.max() - scan.min()) / count, std::numeric_limits<double>::min());
+    values.max_error = values.pitch * (0.5 + 1e-9) + rounding_of_integers(scan);
   }
-  return places;
+  return values;
 }
 
-/// Fewer places, where that leaves no voxel further than `max_error` from its place: each stands
-/// for an odd number of those before, of which it is the middle.
-void thin_out(Places& places, double max_error) {
-  const double each_side = std::floor((max_error - places.max_error) / places.pitch);
+/// Reduces the number of values as far as no voxel is then further than max_error from its value:
+/// each new value replaces an odd number of old ones, and is their middle.
+void thin_out(EvenValues& values, double max_error) {
+  const double each_side = std::floor((max_error - values.max_error) / values.pitch);
   if (!(each_side >= 1)) return;
   const auto reach = static_cast<uint64_t>(std::min(each_side, 65536.0));
   const uint64_t together = 2 * reach + 1;
-  places.max_error += static_cast<double>(reach) * places.pitch;
-  places.pitch *= static_cast<double>(together);
-  places.step *= together;
-  places.count = (places.count + reach) / together;
+  values.max_error += static_cast<double>(reach) * values.pitch;
+  values.pitch *= static_cast<double>(together);
+  values.step *= together;
+  values.count = (values.count + reach) / together;
 }
 
 std::string text_of(double value, int digits) {
@@ -118,43 +121,46 @@ tl::unexpected<Error> too_exact(double max_error, double least, const VolumeHead
                   text_of(high, 6) + ": give " + text_of(least * 1.01, 3) + ", or leave it away");
 }
 
-}  // namespace
-
-Result<Quantization> choose_quantization(const VolumeHeader& header, const VoxelScan& scan,
-                                         double max_error) {
-  const double slope = std::abs(header.slope);
-  const double voxel_error = max_error / slope;
-  Quantization quantization;
-  quantization.type_ = scan.type();
-  Places places;
+/// Chooses the values that the quantized values stand for. max_error: in the volume's values.
+Result<EvenValues> choose_values(const VolumeHeader& header, const VoxelScan& scan,
+                                 double max_error) {
+  const double slope = std::abs(header.slope), voxel_error = max_error / slope;
   if (scan.is_empty()) {
-    places.is_integer = is_integer(scan.type());
-  } else {
-    auto kept = integer_places(scan, voxel_error < 1);
-    if (!kept) kept = lattice_places(scan);
-    places = kept ? *kept : quantized_places(scan, kMaxQuantized);
-    if (max_error > 0 && voxel_error < places.max_error) {
-      return too_exact(max_error, places.max_error * slope, header, scan);
-    }
-    if (max_error > 0 && kept) {
-      thin_out(places, voxel_error);
-    } else if (max_error > 0) {
-      const double count = std::ceil((scan.max() - scan.min()) * (1 + 1e-8) / (2 * voxel_error));
-      places = quantized_places(
-          scan, static_cast<uint32_t>(std::clamp(count, 1.0, double{kMaxQuantized})));
-    }
+    EvenValues none;
+    none.is_integer = is_integer(scan.type());
+    return none;
   }
-  quantization.max_ = static_cast<QuantizedValue>(places.count);  // at most 65535 by now
+  auto exact = integer_values(scan, voxel_error < 1);
+  if (!exact) exact = lattice_values(scan);
+  EvenValues values = exact ? *exact : rounded_values(scan, kMaxQuantized);
+  if (!(max_error > 0)) return values;
+  if (voxel_error < values.max_error) {
+    return too_exact(max_error, values.max_error * slope, header, scan);
+  }
+  if (exact) {
+    thin_out(values, voxel_error);
+    return values;
+  }
+  const double count = std::ceil((scan.max() - scan.min()) * (1 + 1e-8) / (2 * voxel_error));
+  return rounded_values(scan, static_cast<uint32_t>(std::clamp(count, 1.0, double{kMaxQuantized})));
+}
 
-  ValueMapping& mapping = quantization.mapping_;
-  const bool is_reversed = header.slope < 0;
-  const double high = places.low + places.pitch * static_cast<double>(places.count);
-  mapping.offset = header.value(is_reversed ? high : places.low);
-  mapping.scale = slope * places.pitch;
-  mapping.max_error = slope * places.max_error;
+/// Whether the voxels are their own quantized values, except for a constant.
+bool is_plain(const EvenValues& values, VoxelType type) {
+  return values.is_integer && values.step == 1 && voxel_bytes(type) <= 2;
+}
+
+/// The mapping from quantized values to the volume's values.
+Result<ValueMapping> mapping_to(const EvenValues& values, const VolumeHeader& header,
+                                const VoxelScan& scan) {
+  const double slope = std::abs(header.slope);
+  ValueMapping mapping;
+  mapping.offset = header.value(header.slope < 0 ? values.high() : values.low);
+  mapping.scale = slope * values.pitch;
+  mapping.max_error = slope * values.max_error;
   mapping.has_missing = scan.missing() > 0;
-  const bool is_plain = places.is_integer && places.step == 1 && voxel_bytes(scan.type()) <= 2;
-  const bool is_narrow = is_plain ? voxel_bytes(scan.type()) == 1 : places.count <= 255;
+  const bool is_narrow =
+      is_plain(values, scan.type()) ? voxel_bytes(scan.type()) == 1 : values.count <= 255;
   mapping.bits = is_narrow && !mapping.has_missing ? 8 : 16;
   if (!std::isfinite(mapping.offset) || !std::isfinite(mapping.scale) || !(mapping.scale > 0) ||
       !std::isfinite(mapping.max_error)) {
@@ -163,47 +169,63 @@ Result<Quantization> choose_quantization(const VolumeHeader& header, const Voxel
                     text_of(header.slope, 6) + " and " + text_of(header.intercept, 6) +
                     ": the header is damaged; export the volume again");
   }
+  return mapping;
+}
 
-  quantization.is_plain_ = is_plain;
-  quantization.is_quantized_ = !places.is_integer;
+}  // namespace
+
+Result<Quantization> choose_quantization(const VolumeHeader& header, const VoxelScan& scan,
+                                         double max_error) {
+  const auto values = choose_values(header, scan, max_error);
+  if (!values) return tl::unexpected(values.error());
+  const auto mapping = mapping_to(*values, header, scan);
+  if (!mapping) return tl::unexpected(mapping.error());
+
+  const bool is_reversed = header.slope < 0;
+  Quantization quantization;
+  quantization.type_ = scan.type();
+  quantization.mapping_ = *mapping;
+  quantization.max_ = static_cast<QuantizedValue>(values->count);
+  quantization.is_plain_ = is_plain(*values, scan.type());
+  quantization.is_quantized_ = !values->is_integer;
   quantization.is_reversed_ = is_reversed;
-  quantization.step_ = places.step;
-  quantization.pitch_ = places.pitch;
-  quantization.first_key_ = !is_reversed        ? places.low_key
-                            : places.is_integer ? places.low_key + places.step * places.count
-                                                : scan.high();
-  quantization.first_ = is_reversed ? high : places.low;
-  if (!is_plain && voxel_bytes(scan.type()) <= 2) {
-    with_voxel_type(scan.type(), [&]<class T>(T) {
-      if constexpr (sizeof(T) <= 2) {
-        quantization.table_.resize(size_t{1} << 8 * sizeof(T));
-        for (size_t i = 0; i < quantization.table_.size(); ++i) {
-          quantization.table_[i] = quantization.quantize(static_cast<T>(i));
-        }
-      }
-    });
-  }
+  quantization.step_ = values->step;
+  quantization.pitch_ = values->pitch;
+  quantization.first_key_ = !is_reversed         ? values->low_key
+                            : values->is_integer ? values->low_key + values->step * values->count
+                                                 : scan.high();
+  quantization.first_ = is_reversed ? values->high() : values->low;
+  if (!quantization.is_plain_ && voxel_bytes(scan.type()) <= 2) quantization.fill_table();
   return quantization;
+}
+
+void Quantization::fill_table() {
+  with_voxel_type(type_, [&]<class T>(T) {
+    if constexpr (sizeof(T) <= 2) {
+      table_.resize(size_t{1} << 8 * sizeof(T));
+      for (size_t i = 0; i < table_.size(); ++i) table_[i] = quantize(static_cast<T>(i));
+    }
+  });
 }
 
 template <class T>
 QuantizedValue Quantization::quantize(T voxel) const {
-  double place = 0;
+  double position = 0;
   if constexpr (std::is_integral_v<T>) {
     const uint64_t key = key_of(voxel);
     if (!is_quantized_) {
-      // Modulo 2^64: the greatest voxels may lie beyond the last place by less than half a step.
+      // Modulo 2^64. The greatest voxels may exceed the last value by less than half a step.
       const uint64_t distance = (is_reversed_ ? first_key_ - key : key - first_key_) + step_ / 2;
       return static_cast<QuantizedValue>(std::min<uint64_t>(distance / step_, max_));
     }
-    place = static_cast<double>(is_reversed_ ? first_key_ - key : key - first_key_) / pitch_;
+    position = static_cast<double>(is_reversed_ ? first_key_ - key : key - first_key_) / pitch_;
   } else {
     if (!has_value(voxel)) return kMissingVoxel;
     const auto wide = static_cast<double>(voxel);
-    place = (is_reversed_ ? first_ - wide : wide - first_) / pitch_;
+    position = (is_reversed_ ? first_ - wide : wide - first_) / pitch_;
   }
   return static_cast<QuantizedValue>(
-      std::clamp(std::floor(place + 0.5), 0.0, static_cast<double>(max_)));
+      std::clamp(std::floor(position + 0.5), 0.0, static_cast<double>(max_)));
 }
 
 template <class T>

@@ -8,13 +8,13 @@ namespace isosplat {
 
 void round_intervals(GatheredBlock& block) {
   constexpr int kMaxBits = 7;
-  // Cells by the number of bits of their span: a span of b bits is at least 2^(b − 1).
+  // Counts cells by the number of bits of their span. A span of b bits is at least 2^(b − 1).
   std::array<size_t, 17> cells{};
   for (const CellInterval interval : block.intervals) {
     const int span = std::max(interval.max - interval.min, 0);
     ++cells[static_cast<size_t>(std::bit_width(static_cast<unsigned>(span)))];
   }
-  cells[0] = 0;  // those are never active
+  cells[0] = 0;  // never active
   size_t all = 0;
   for (const size_t count : cells) all += count;
   size_t below = 0;

@@ -6,15 +6,15 @@
 namespace isosplat {
 namespace {
 
-/// What no block may break, as a share of the most bytes; and how much less λ aims at: this share
-/// of what is still to be written, since forecasts err.
+/// kGuard, a share of the allowed bytes, is the limit for every block. λ aims lower by kCaution, a
+/// share of the bytes still to be written, because forecasts err.
 constexpr double kGuard = 0.98, kCaution = 0.05;
 
-/// How much the forecast itself counts against the sizes of blocks: as much as a share of the least
-/// that it says, and of the most bytes.
+/// The weight of the forecast in the correction before blocks are finished: it counts like blocks
+/// of these shares of the smallest forecast, and of the allowed bytes.
 constexpr double kTrust = 0.03, kTrustOfMax = 0.003;
 
-/// Nothing measured takes more than so many times its forecast: 3.3 a sheared CT.
+/// No volume measured takes more than this times its forecast; the worst, a sheared CT, takes 3.3.
 constexpr double kWorstError = 3.5;
 
 }  // namespace
@@ -30,8 +30,8 @@ SizeBudget::SizeBudget(const SizeForecast& forecast, double max_bytes, double fi
 
 double SizeBudget::at(const PerCandidate& bytes, double storage_weight) const {
   const double first = forecast_.storage_weight(0), ratio = forecast_.storage_weight(1) / first;
-  const double place = ratio > 1 ? std::log(storage_weight / first) / std::log(ratio) : 0;
-  const double candidate = std::clamp(place, 0.0, double{kCandidateWeights - 1});
+  const double position = ratio > 1 ? std::log(storage_weight / first) / std::log(ratio) : 0;
+  const double candidate = std::clamp(position, 0.0, double{kCandidateWeights - 1});
   const auto below = std::min(static_cast<size_t>(candidate), kCandidateWeights - 2);
   const double share = candidate - static_cast<double>(below);
   return bytes[below] * (1 - share) + bytes[below + 1] * share;

@@ -7,22 +7,22 @@
 
 namespace isosplat {
 
-/// Chooses λ, the weight of a stored byte, so that a store stays within a number of bytes: the
-/// least λ with which what is written and what is forecast for the rest stay below. Forecasts are
-/// corrected by how blocks so far compare with theirs. What it says depends on the blocks finished
-/// and their order, on nothing else.
+/// Chooses λ, the weight of a stored byte, so that a store does not exceed a number of bytes: the
+/// least λ for which the bytes written so far plus the forecast of the rest stay below. Forecasts
+/// are corrected by the ratio of actual to forecast sizes of the blocks so far. The results depend
+/// only on the finished blocks and their order.
 class SizeBudget {
  public:
-  /// `max_bytes`: of the whole file, of which `fixed_bytes` are taken by the head.
+  /// max_bytes: of the whole file; fixed_bytes: of these, what is not chunks or directory pages.
   SizeBudget(const SizeForecast& forecast, double max_bytes, double fixed_bytes);
 
-  /// What a block is to be built with.
+  /// The λ for the next blocks, and their limits.
   struct Grant {
     double storage_weight = 0;
-    /// Bytes that are left when every block to come takes as few as it can: those that are built at
-    /// a time share them.
+    /// Bytes that remain if every further block takes its minimum. Blocks that are built at the
+    /// same time share them.
     double slack = 0;
-    std::array<double, 2> correction{1, 1};  ///< of forecasts: level 0, coarser levels
+    std::array<double, 2> correction{1, 1};  ///< factors for forecasts: level 0, coarser levels
   };
   Grant grant() const;
 
@@ -30,14 +30,14 @@ class SizeBudget {
   /// forecast, so that sizes need not be watched block by block.
   bool is_ample() const;
 
-  /// What a block takes at least, as far as is known at a grant.
+  /// The least bytes that a block is expected to take.
   double min_bytes(const Grant& grant, uint32_t level, Index3 block) const;
 
-  /// The next block, in the store's order, was built with `storage_weight` and took so many bytes.
+  /// Reports that the next block in the store's order was built with storage_weight, and its size.
   void add(uint32_t level, Index3 block, double storage_weight, double bytes);
 
  private:
-  /// Forecast and actual sizes of one level or of several.
+  /// Forecast and actual sizes of level 0, or of all coarser levels.
   struct Part {
     PerCandidate remaining{};  ///< forecast of blocks to come
     double forecast = 0;       ///< of the blocks so far

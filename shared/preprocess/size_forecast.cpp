@@ -8,29 +8,30 @@
 namespace isosplat {
 namespace {
 
-/// The fewer cells of a block a chunk has, the more points there are for each, and the worse they
-/// are predicted. Measured on eleven volumes: bytes per cell fall from 1.0 to 2.4 times those of a
-/// chunk with half the cells to one with a two-hundredth.
+/// The bytes of a chunk grow with its number of cells to this power: a chunk with few cells of its
+/// block has more points per cell, and they are predicted worse. Measured on eleven volumes: a
+/// chunk with 1/200 of the cells takes up to 2.4 times as many bytes per cell as one with half of
+/// them.
 constexpr double kDensityPower = 0.8;
 
-/// Fitted weights, models, state of the coders, and the band's place in the directory.
+/// Bytes of a chunk that do not depend on its cells: header, coder states, and directory entry.
 constexpr double kChunkBytes = 72;
 
-/// A cell of a coarse level takes about so many times the bytes of one of level 0, for its
-/// interval.
+/// Cells of coarse levels take about this times the bytes of cells of level 0, because of their
+/// intervals.
 constexpr double kCoarseCell = 1.8;
 
-/// A block has more bands than a few slices of it: their values are nearer to each other. Measured:
-/// 1.05 to 1.4.
+/// A block has more bands than a sample of a few of its slices, in which values vary less.
+/// Measured: 1.05 to 1.4 times the bytes.
 constexpr double kThinness = 1.18;
 
-/// Points of a block are shared with the blocks around it.
+/// Points on the faces of a block are stored in each block that they touch.
 constexpr double kSharedPoints = 1.047;
 
-/// Places for a cut that are considered: a forecast needs no more.
+/// How many positions of cuts are tried; enough for a forecast.
 constexpr uint32_t kCandidates = 32;
 
-/// The intervals of the cells of the next level.
+/// The cell intervals of the next coarser level.
 std::vector<CellInterval> unite(const SampleColumn& column, Index3 coarse) {
   std::vector<CellInterval> united(
       static_cast<size_t>(coarse.x) * static_cast<size_t>(coarse.y) * static_cast<size_t>(coarse.z),
@@ -50,8 +51,8 @@ std::vector<CellInterval> unite(const SampleColumn& column, Index3 coarse) {
   return united;
 }
 
-/// Bytes per cell of a block like these cells, of which each takes `cell_bytes` where all are
-/// coded.
+/// Forecasts the bytes per cell of a block that resembles these cells. cell_bytes: of each cell in
+/// a chunk with all cells.
 PerCandidate plan(BandPlanner& planner, const std::vector<CellInterval>& cells, double cell_bytes,
                   uint32_t level, BandOptions options, const PerCandidate& storage_weights) {
   constexpr double kBlock = double{kBlockCells} * kBlockCells * kBlockCells;
@@ -68,7 +69,7 @@ PerCandidate plan(BandPlanner& planner, const std::vector<CellInterval>& cells, 
       bytes[candidate] += cell_bytes * std::pow(band / count, kDensityPower) + kChunkBytes / kBlock;
     }
     if (planner.band_cells().size() <= 1) {
-      // A greater λ cuts no more.
+      // The block is not cut, and will not be with a greater λ.
       std::fill(bytes.begin() + static_cast<ptrdiff_t>(candidate), bytes.end(), bytes[candidate]);
       break;
     }
@@ -76,8 +77,8 @@ PerCandidate plan(BandPlanner& planner, const std::vector<CellInterval>& cells, 
   return bytes;
 }
 
-/// Makes one of the columns of one block, the last axis of the lattice, and mixes in some of the
-/// mean of all: a column may have missed what its block holds.
+/// Averages the columns that belong to one layer of blocks (they differ in z), and adds a part of
+/// the mean of all columns, because a column may not be typical of its block.
 void blend(std::vector<PerCandidate>& columns, int32_t layers_per_block) {
   constexpr double kOfMean = 0.15;
   const size_t count = columns.size() / static_cast<size_t>(layers_per_block);
@@ -168,7 +169,7 @@ PerCandidate SizeForecast::block(uint32_t level, Index3 index) const {
     add(index, count);
     return bytes;
   }
-  // The blocks of level 0 in the middles of the eight parts of what it stands for.
+  // The average of eight blocks of level 0: those in the middles of the octants of this block.
   const int32_t wide = 1 << level;
   for (int32_t part = 0; part < 8; ++part) {
     const auto place = [&](int32_t at, int32_t bit) {

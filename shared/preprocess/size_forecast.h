@@ -9,29 +9,29 @@
 
 namespace isosplat {
 
-/// Weights of stored bytes, λ, for which sizes are forecast: from the least that a build may use to
-/// one with which hardly any block is cut, at equal ratios.
+/// Sizes are forecast for kCandidateWeights values of λ, in geometric progression from the least
+/// that a build may use to kMaxStorageWeight, with which hardly any block is cut.
 inline constexpr size_t kCandidateWeights = 12;
 inline constexpr double kMaxStorageWeight = 200;
 using PerCandidate = std::array<double, kCandidateWeights>;
 
-/// λ of each candidate, of which `least` is the first.
+/// λ of each candidate. least: of the first.
 PerCandidate candidate_weights(double least);
 
-/// Bytes per cell of blocks like a column, for each candidate.
+/// Bytes per cell of blocks that resemble a column of the sample, for each candidate.
 struct ColumnForecast {
   PerCandidate finest;  ///< at level 0
   PerCandidate coarse;  ///< at level 1
 };
 
-/// Cuts a column of a sample as blocks will be. `options.storage_weight` is the least λ. `planner`:
-/// reused.
+/// Cuts a column of a sample into bands like a block. options.storage_weight: the least λ. planner:
+/// its memory is reused.
 ColumnForecast forecast_column(const SampleColumn& column, const BandOptions& options,
                                BandPlanner& planner);
 
-/// How many bytes a store's blocks will take, as far as a sample of the volume tells: the sample's
-/// columns are cut as blocks will be, for each candidate. What the codec makes of a volume is only
-/// guessed at: SizeBudget compares with what was written.
+/// Forecasts the size of each block of a store from a sample of the volume, for each candidate λ:
+/// the columns of the sample are cut into bands like blocks. The bytes per cell are a rough
+/// estimate, which SizeBudget corrects by the sizes of the first blocks.
 class SizeForecast {
  public:
   /// `columns`: forecast_column() of each column of the sample, with the same options.
@@ -47,7 +47,7 @@ class SizeForecast {
   const PerCandidate& all(bool coarse) const { return all_[coarse]; }
 
  private:
-  /// Bytes per cell of level `level` where a block of level 0 is.
+  /// Bytes per cell of a level at the position of a block of level 0.
   const PerCandidate& column(uint32_t level, Index3 block) const;
 
   Index3 voxels_;

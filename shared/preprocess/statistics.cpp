@@ -8,12 +8,13 @@ namespace {
 
 constexpr size_t kQuantizedValues = 65536;
 
-/// Spans are summed over every kSpanStride-th cell: their mean needs no more, and time is short.
+/// Only every kSpanStride-th cell counts for mean spans, to save time.
 constexpr size_t kSpanStride = 5;
 
 template <class T>
 void count_values(const T* quantized_values, size_t count, std::vector<uint64_t>& into) {
-  // Four tables in turn: equal neighbours would otherwise wait for each other's increment.
+  // Four tables in turn: increments of the same entry would have to wait for each other, and
+  // neighbours are often equal.
   constexpr size_t kTables = sizeof(T) == 1 ? 4 : 1;
   constexpr size_t kSize = sizeof(T) == 1 ? 256 : 1;
   if constexpr (kTables == 1) {
@@ -68,7 +69,8 @@ void VolumeStatistics::add_block(const BandPlanner& planner,
     maxima_[range.min + i] += maxima[i];
   }
   for (size_t i = 0; i < intervals.size(); i += kSpanStride) {
-    // Whether a cell is active at all may be close to random: zero, not a branch.
+    // No branch for cells that are never active, because it could not be predicted: their span is
+    // 0.
     const auto [min, max] = intervals[i];
     const auto span = static_cast<uint64_t>(std::max(max - min, 0));
     spans_from_[min] += span;

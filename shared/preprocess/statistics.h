@@ -12,15 +12,14 @@
 
 namespace isosplat {
 
-/// Bins of equally many quantized values: bin i has the quantized values from first + i · width on.
+/// Bins of a histogram: bin i covers `width` quantized values from first + i · width on.
 struct QuantizedBins {
   uint32_t first = 0;
   uint32_t width = 1;
   uint32_t count = 1;
 
-  /// The fewest quantized values per bin with which `most` bins cover the range: one per bin if
-  /// they are few. Whole numbers, since bins of 19 and 20 quantized values in turn would show a
-  /// comb that is not there.
+  /// Bins of the smallest width with which at most `most` bins cover the range. All have the same
+  /// width, because a mix of widths 19 and 20, say, would show peaks that the data do not have.
   static QuantizedBins over(CellInterval range, uint32_t most) {
     const uint32_t quantized_values = range.max - range.min + 1u;
     const uint32_t width = (quantized_values + most - 1) / most;
@@ -28,14 +27,15 @@ struct QuantizedBins {
   }
 };
 
-/// What the build learns of a volume on its way: how often each quantized value occurs, and how
-/// many cells of level 0 are active at each isovalue, and how steep they are. Sums of integers, so
-/// that the result does not depend on who adds what.
+/// Statistics of a volume that the build collects: how often each quantized value occurs, and
+/// number and mean span of the cells of level 0 that are active at each isovalue. Sums of integers,
+/// so that the result does not depend on the order of additions, and so not on the number of
+/// threads.
 class VolumeStatistics {
  public:
   VolumeStatistics();
 
-  /// Counts quantized values (bytes where bits is 8). Missing voxels count only as missing.
+  /// Counts quantized values of 8 or 16 bits. Missing voxels are counted as missing only.
   void add_values(const void* quantized_values, size_t count, uint8_t bits, bool has_missing);
 
   /// Adds a block of level 0, as the planner has counted it.
@@ -45,7 +45,7 @@ class VolumeStatistics {
 
   uint64_t missing() const { return missing_; }
 
-  /// Of all voxels with a value; {0, 0} where there is none.
+  /// The range of all voxels that have a value; {0, 0} if there are none.
   CellInterval range() const;
 
   /// Voxels in each bin.
@@ -54,8 +54,8 @@ class VolumeStatistics {
   /// Active cells of level 0 at the middle of each bin.
   std::vector<uint64_t> active_cells(const QuantizedBins& bins) const;
 
-  /// Quantized isovalues, strongest first, at which the isosurface is steep for its size: peaks of
-  /// the mean span of the active cells. At most `most`.
+  /// Suggests up to `most` quantized isovalues, best first: peaks of the mean span of the active
+  /// cells (strong edges), weighted by the number of these cells.
   std::vector<double> suggest(CellInterval range, size_t most) const;
 
  private:

@@ -11,7 +11,7 @@
 namespace isosplat {
 namespace {
 
-/// Half the distance to the next number of the type: how far rounding to it may move a value.
+/// Half the distance to the next number of the type: the greatest rounding error.
 double half_ulp(double value, bool is_single) {
   const double size = std::abs(value);
   if (!is_single) return (std::nextafter(size, HUGE_VAL) - size) / 2;
@@ -19,32 +19,32 @@ double half_ulp(double value, bool is_single) {
   return (static_cast<double>(std::nextafter(single, HUGE_VALF)) - static_cast<double>(single)) / 2;
 }
 
-/// The problem: values, and for each its number on a lattice, once that is known.
+/// The values, and the number n of the lattice point of each, once it is known.
 struct Fit {
   std::span<const double> values;
   bool is_single;
   uint32_t max_steps;
-  std::vector<double> roundings;  ///< half_ulp of each
+  std::vector<double> roundings;  ///< half_ulp() of each value
   std::vector<double> numbers;
 };
 
-/// How far the values are from their places; infinity where a value would be nearer to another
-/// place.
+/// The greatest distance of a value from its lattice point; infinity if a value is nearer to
+/// another lattice point.
 double error_of(const Fit& fit, double origin, double step) {
   if (!(step > 0) || !std::isfinite(step) || !std::isfinite(origin)) return HUGE_VAL;
   double most = 0;
   for (size_t i = 0; i < fit.values.size(); ++i) {
     const double exact = origin + step * fit.numbers[i];
-    const double place = fit.is_single ? static_cast<double>(static_cast<float>(exact)) : exact;
-    // As the encoder does it.
+    const double point = fit.is_single ? static_cast<double>(static_cast<float>(exact)) : exact;
+    // The same formula as in Quantization::quantize().
     if (std::floor((fit.values[i] - origin) / step + 0.5) != fit.numbers[i]) return HUGE_VAL;
-    most = std::max(most, std::abs(place - fit.values[i]));
+    most = std::max(most, std::abs(point - fit.values[i]));
   }
   return most;
 }
 
-/// The greatest step of which all differences are whole multiples, by Euclid's algorithm; 0 where
-/// it is smaller than `least`. fmod is exact, and so are differences of a lattice with few steps.
+/// The greatest step of which all differences are multiples, by Euclid's algorithm; 0 if it is
+/// smaller than `least`. fmod is exact, and so are differences of a lattice with few steps.
 double exact_step(std::span<const double> values, double least) {
   double step = 0;
   for (const double value : values) {
@@ -58,11 +58,11 @@ double exact_step(std::span<const double> values, double least) {
   return step;
 }
 
-/// Numbers the values along the lattice whose step is near `step`: from two neighbours outwards,
-/// the nearer value first, while the step becomes known better and better. Values are where they
-/// should be within twice their rounding, or that of the largest. Returns what to divide the step
-/// by where a value lies between two places, 1 where all have their numbers, 0 where there is no
-/// such lattice.
+/// Assigns lattice points to the values, for a step near `step`. Begins at value `start` and
+/// proceeds outwards, the nearer value first; the wider the range covered, the better the step is
+/// known. A value may be off its lattice point by twice its rounding error (or that of the largest
+/// value, if of_largest). Returns 1 if all values have lattice points; a divisor for the step if a
+/// value lies between two lattice points; 0 if there is no such lattice.
 double number_values(Fit& fit, size_t start, double step, bool of_largest) {
   const std::span<const double> values = fit.values;
   const double largest = std::max(fit.roundings.front(), fit.roundings.back());
@@ -76,10 +76,10 @@ double number_values(Fit& fit, size_t start, double step, bool of_largest) {
     const bool is_up = above <= below;
     const size_t from = is_up ? high : low, to = is_up ? high + 1 : low - 1;
     const double gap = std::min(above, below);
-    const double places = std::floor(gap / step + 0.5);
-    const double allowed = slack(from) + slack(to) + std::max(places, 1.0) * step_error;
+    const double steps = std::floor(gap / step + 0.5);
+    const double allowed = slack(from) + slack(to) + std::max(steps, 1.0) * step_error;
     if (!(allowed < step / 4)) return 0;
-    if (const double rest = std::abs(gap - places * step); rest > allowed) {
+    if (const double rest = std::abs(gap - steps * step); rest > allowed) {
       const double most = fit.max_steps * step / (values.back() - values.front());
       for (double divisor = 2; divisor <= most; ++divisor) {
         const double part = rest * divisor / step;
@@ -87,7 +87,7 @@ double number_values(Fit& fit, size_t start, double step, bool of_largest) {
       }
       return 0;
     }
-    fit.numbers[to] = fit.numbers[from] + (is_up ? places : -places);
+    fit.numbers[to] = fit.numbers[from] + (is_up ? steps : -steps);
     (is_up ? high : low) = to;
     const double number = fit.numbers[high] - fit.numbers[low];
     if (const double known = (slack(low) + slack(high)) / number; known < step_error) {
@@ -100,7 +100,7 @@ double number_values(Fit& fit, size_t start, double step, bool of_largest) {
   return fit.numbers.back() <= fit.max_steps ? 1 : 0;
 }
 
-/// Gives the values their numbers on a lattice that they lie on up to rounding.
+/// Finds a lattice on which the values lie up to rounding, and assigns its points to them.
 bool find_numbers(Fit& fit) {
   const std::span<const double> values = fit.values;
   size_t start = 0;
@@ -112,8 +112,8 @@ bool find_numbers(Fit& fit) {
   }
   if (least * fit.max_steps < (values.back() - values.front()) / 2) return false;
   fit.numbers.assign(values.size(), 0);
-  // A value that was computed in single precision carries the rounding of larger intermediate
-  // results: then each may be off by as much as the largest.
+  // Values that were computed in single precision carry rounding errors of larger intermediate
+  // results. So the second attempt allows each value the error of the largest one.
   for (const bool of_largest : {false, true}) {
     double step = least;
     for (int attempt = 0; attempt < 17; ++attempt) {
@@ -130,8 +130,8 @@ struct Interval {
   long double low, high;
 };
 
-/// The origins for which, with this step, each value is within its rounding of its place: from low
-/// to high, none where low is above.
+/// The origins for which, with this step, the distance of each value from its lattice point is
+/// within its rounding error. None if low > high.
 Interval origins(const Fit& fit, long double step) {
   Interval interval{-HUGE_VALL, HUGE_VALL};
   for (size_t i = 0; i < fit.values.size(); ++i) {
@@ -143,9 +143,9 @@ Interval origins(const Fit& fit, long double step) {
   return interval;
 }
 
-/// The steps for which there is an origin; where there is none, only the step that comes nearest.
-/// The room for the origin is a concave function of the step, so that bisection finds its maximum
-/// (by slope) and its zeros.
+/// The steps for which there is such an origin; if there is none for any step, the step that comes
+/// closest. The width of the interval of origins is a concave function of the step: ternary search
+/// finds its maximum, bisection its zeros.
 Interval steps(const Fit& fit) {
   const auto room = [&](long double step) {
     const Interval interval = origins(fit, step);
@@ -216,8 +216,8 @@ std::optional<ValueLattice> find_lattice(std::span<const double> values, bool is
   }
   if (!find_numbers(fit)) return std::nullopt;
 
-  // Of all steps and origins that round to the values, decimal ones are likely those that the
-  // values were made of, and the middle is the safest.
+  // Among the steps and origins that are possible, short decimal numbers are most likely the
+  // original ones, and the middle is the safest.
   const Interval range_of_steps = steps(fit);
   const auto middle = static_cast<double>((range_of_steps.low + range_of_steps.high) / 2);
   for (const double step : {shortest(range_of_steps), middle}) {
@@ -226,8 +226,8 @@ std::optional<ValueLattice> find_lattice(std::span<const double> values, bool is
     consider(static_cast<double>((range_of_origins.low + range_of_origins.high) / 2), step);
   }
   consider(values.front(), range / fit.numbers.back());
-  // Multiples of a step were multiplied, and not added to anything: as numbers from 0 on they are
-  // computed in the same way.
+  // Values that were computed as n · step, without an origin: with the origin 0 they are reproduced
+  // by the same computation.
   const double step = shortest(range_of_steps);
   const double before = std::floor(values.front() / step + 0.5);
   const double last = before + fit.numbers.back();
@@ -235,7 +235,7 @@ std::optional<ValueLattice> find_lattice(std::span<const double> values, bool is
     for (double& number : fit.numbers) number += before;
     consider(0, step);
   }
-  // Beyond that it is no rounding, but chance; and 16 bits can do better.
+  // A greater error is not rounding; the values match by chance, and 65535 even steps are as exact.
   if (best.max_error > std::min(best.step / 64, range / 131072)) return std::nullopt;
   return best;
 }

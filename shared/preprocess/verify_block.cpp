@@ -10,6 +10,10 @@ namespace {
 constexpr const char* kRemedy = ": rebuild the store, or fetch it again";
 constexpr CellInterval kNone{65535, 0};
 
+tl::unexpected<Error> malformed(const ChunkRef& chunk, const std::string& what) {
+  return fail(Status::malformed_chunk, name_of(chunk) + ": " + what + kRemedy);
+}
+
 }  // namespace
 
 std::string name_of(const ChunkRef& chunk) {
@@ -27,10 +31,7 @@ void BlockVerifier::begin(const BlockRef& block, Index3 cells) {
   reaching_ = 0;
 }
 
-Result<void> BlockVerifier::add(const ChunkRef& chunk) {
-  const auto malformed = [&](const std::string& what) {
-    return fail(Status::malformed_chunk, name_of(chunk) + ": " + what + kRemedy);
-  };
+Result<void> BlockVerifier::decode(const ChunkRef& chunk) {
   if (checksum32(bytes) != chunk.checksum) {
     return fail(Status::checksum_mismatch,
                 name_of(chunk) + ": its checksum differs from the recorded one" + kRemedy);
@@ -45,9 +46,49 @@ Result<void> BlockVerifier::add(const ChunkRef& chunk) {
     decoded_.cell.clear();
   }
   if (decoded_.cell.size() != chunk.cells) {
-    return malformed("expected " + std::to_string(chunk.cells) + " cells, found " +
-                     std::to_string(decoded_.cell.size()));
+    return malformed(chunk, "expected " + std::to_string(chunk.cells) + " cells, found " +
+                                std::to_string(decoded_.cell.size()));
   }
+  return {};
+}
+
+/// Checks a cell's interval against the band, its corners, and the band before.
+Result<void> BlockVerifier::check_interval(const ChunkRef& chunk, size_t decoded, size_t at) {
+  const CellInterval interval = decoded_.interval[decoded];
+  if (std::max<uint32_t>(interval.min, chunk.band_begin) >=
+      std::min<uint32_t>(interval.max, chunk.band_end)) {
+    return malformed(chunk, "a cell is never active in the band");
+  }
+  if (chunk.block.level == 0 && interval != corner_interval(decoded_.corners[decoded])) {
+    return malformed(chunk, "a cell's interval is not that of its corners");
+  }
+  const bool is_from_before = interval.min < chunk.band_begin;
+  if (is_from_before ? last_band_[at] != chunk.band || intervals_[at] != interval
+                     : last_band_[at] != 0) {
+    return malformed(chunk, "a cell is missing in the band before, or another there");
+  }
+  last_band_[at] = static_cast<uint16_t>(chunk.band + 1);
+  intervals_[at] = interval;
+  united_.min = std::min(united_.min, interval.min);
+  united_.max = std::max(united_.max, interval.max);
+  return {};
+}
+
+/// Checks that a cell's corners have the values that they have in other cells.
+Result<void> BlockVerifier::check_corners(const ChunkRef& chunk, size_t decoded, Index3 cell) {
+  for (int32_t c = 0; c < 8; ++c) {
+    const Index3 v{cell.x + (c & 1), cell.y + (c >> 1 & 1), cell.z + (c >> 2)};
+    int32_t& voxel =
+        voxels_[static_cast<size_t>((v.z * (cells_.y + 1) + v.y) * (cells_.x + 1) + v.x)];
+    const int32_t corner = decoded_.corners[decoded][static_cast<size_t>(c)];
+    if (voxel >= 0 && voxel != corner) return malformed(chunk, "a voxel has two values");
+    voxel = corner;
+  }
+  return {};
+}
+
+Result<void> BlockVerifier::add(const ChunkRef& chunk) {
+  if (auto done = decode(chunk); !done) return done;
   const uint32_t expected_from_before = reaching_;
   uint32_t from_before = 0;
   reaching_ = 0;
@@ -58,42 +99,18 @@ Result<void> BlockVerifier::add(const ChunkRef& chunk) {
                       static_cast<int32_t>(place >> 12)};
     if (cell.x >= cells_.x || cell.y >= cells_.y || cell.z >= cells_.z ||
         static_cast<int64_t>(place) <= previous) {
-      return malformed("its cells are not in raster order within the block");
+      return malformed(chunk, "its cells are not in raster order within the block");
     }
     previous = place;
-    const CellInterval interval = decoded_.interval[i];
-    if (std::max<uint32_t>(interval.min, chunk.band_begin) >=
-        std::min<uint32_t>(interval.max, chunk.band_end)) {
-      return malformed("a cell is never active in the band");
-    }
-    if (chunk.block.level == 0 && interval != corner_interval(decoded_.corners[i])) {
-      return malformed("a cell's interval is not that of its corners");
-    }
-    const size_t at = cell_at(cell);
-    const bool is_from_before = interval.min < chunk.band_begin;
-    from_before += is_from_before;
-    reaching_ += interval.max > chunk.band_end;
-    if (is_from_before ? last_band_[at] != chunk.band || intervals_[at] != interval
-                       : last_band_[at] != 0) {
-      return malformed("a cell is missing in the band before, or another there");
-    }
-    last_band_[at] = static_cast<uint16_t>(chunk.band + 1);
-    intervals_[at] = interval;
-    united_.min = std::min(united_.min, interval.min);
-    united_.max = std::max(united_.max, interval.max);
-    for (int32_t c = 0; c < 8; ++c) {
-      const Index3 v{cell.x + (c & 1), cell.y + (c >> 1 & 1), cell.z + (c >> 2)};
-      int32_t& voxel =
-          voxels_[static_cast<size_t>((v.z * (cells_.y + 1) + v.y) * (cells_.x + 1) + v.x)];
-      const int32_t corner = decoded_.corners[i][static_cast<size_t>(c)];
-      if (voxel >= 0 && voxel != corner) return malformed("a voxel has two values");
-      voxel = corner;
-    }
+    if (auto good = check_interval(chunk, i, cell_at(cell)); !good) return good;
+    from_before += decoded_.interval[i].min < chunk.band_begin;
+    reaching_ += decoded_.interval[i].max > chunk.band_end;
+    if (auto good = check_corners(chunk, i, cell); !good) return good;
   }
   if (from_before != expected_from_before) {
-    return malformed("expected " + std::to_string(expected_from_before) +
-                     " cells that reach into it from the band before, found " +
-                     std::to_string(from_before));
+    return malformed(chunk, "expected " + std::to_string(expected_from_before) +
+                                " cells that reach into it from the band before, found " +
+                                std::to_string(from_before));
   }
   return {};
 }

@@ -7,10 +7,10 @@
 namespace isosplat {
 namespace {
 
-/// The entropy of a voxel of the block's active cells, in bits, if it were predicted as well as the
-/// chunk codec can: from how far two simple predictions are off, row by row. Where noise dominates,
-/// their errors are 1.15 and 2 times as large as the noise; where a gradient does, the second one's
-/// is small. The codec's fitted prediction comes near the better of the two.
+/// Estimates the entropy, in bits, of the residual of a voxel of active cells. Two simple
+/// predictors are tried in each row: the mean of three neighbours, and the plane through them. With
+/// pure noise, their errors are 1.15 and 2 times the noise; with a pure gradient, the second one's
+/// is zero. The codec's fitted predictor comes near the better of the two.
 double voxel_bits(const GatheredBlock& block) {
   const auto row = static_cast<size_t>(block.cells.x + 1);
   const size_t slice = row * static_cast<size_t>(block.cells.y + 1);
@@ -19,7 +19,8 @@ double voxel_bits(const GatheredBlock& block) {
   const CellInterval* interval = block.intervals.data();
   for (int32_t z = 0; z < block.cells.z; ++z) {
     for (int32_t y = 0; y < block.cells.y; ++y, interval += block.cells.x) {
-      // The corner of each cell with the greatest coordinates, and its neighbours before it.
+      // The corner of each cell with the greatest coordinates, and its neighbours towards the
+      // origin.
       const QuantizedValue* here = block.voxels.data() + static_cast<size_t>(z + 1) * slice +
                                    static_cast<size_t>(y + 1) * row;
       const QuantizedValue *up = here - row, *back = here - slice;
@@ -38,7 +39,7 @@ double voxel_bits(const GatheredBlock& block) {
                            std::min(static_cast<double>(from_mean) / (3 * 1.1547),
                                     static_cast<double>(from_plane) / 2) /
                            count;
-      // Of a normal distribution with this mean absolute value, rounded to whole numbers.
+      // The entropy of a normal distribution with this mean absolute value, rounded to integers.
       const double variance = error * error * 1.5708 + 1.0 / 12;
       bits += count * 0.5 * std::log2(17.0795 * variance);
       cells += active;

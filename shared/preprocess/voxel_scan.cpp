@@ -41,7 +41,7 @@ void VoxelScan::add_integers(const T* voxels, size_t count) {
   const uint64_t low_key = key_of(low), high_key = key_of(high);
   if (is_empty_) low_ = high_ = low_key;
   uint64_t step = std::gcd(step_, distance(low_, low_key));
-  // A difference of voxels, the same as that of their keys, fits in the type's unsigned one.
+  // The difference of two voxels equals that of their keys, and fits the type's unsigned variant.
   using Unsigned = std::make_unsigned_t<T>;
   using Word = std::conditional_t<sizeof(T) == 8, uint64_t, uint32_t>;
   for (size_t i = 0; i < count && step != 1; ++i) {
@@ -59,8 +59,8 @@ void VoxelScan::add_integers(const T* voxels, size_t count) {
 
 template <class T>
 void VoxelScan::add_floats(const T* voxels, size_t count) {
-  // Infinities as neutral elements keep the loop free of branches: it must not cost more than
-  // reading the voxels does.
+  // Infinities as neutral elements avoid branches. The loop must not take longer than reading the
+  // voxels.
   T low = std::numeric_limits<T>::infinity(), high = -low;
   uint64_t with_value = 0;
   for (size_t i = 0; i < count; ++i) {

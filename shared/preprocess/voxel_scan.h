@@ -9,8 +9,8 @@
 
 namespace isosplat {
 
-/// What reading a volume's voxels once tells of them: what quantized values they can have. Voxels
-/// are taken as they are in the file; slope and intercept do not matter here.
+/// Collects the properties of voxels that determine their quantized values. Voxels are those of the
+/// file, before slope and intercept.
 class VoxelScan {
  public:
   explicit VoxelScan(VoxelType type) : type_(type) {}
@@ -18,28 +18,29 @@ class VoxelScan {
   /// Adds native-endian voxels.
   void add(std::span<const std::byte> voxels);
 
-  /// Adds what another scan of the same type has seen.
+  /// Adds the voxels of another scan of the same type.
   void add(const VoxelScan& other);
 
   VoxelType type() const { return type_; }
 
-  /// No voxel with a value so far: what follows means nothing.
+  /// Whether there was no voxel with a value. Then the following functions are meaningless, except
+  /// missing().
   bool is_empty() const { return is_empty_; }
 
-  /// How many have no value: NaN, infinities, and doubles beyond ±1e300.
+  /// The number of voxels without a value: NaN, infinities, and doubles beyond ±1e300.
   uint64_t missing() const { return missing_; }
 
   /// The least and greatest voxel.
   double min() const;
   double max() const;
 
-  /// Integers: the same as keys (key_of), and the greatest common divisor of all differences, 0
-  /// where all voxels are equal.
+  /// For integers: the least and greatest voxel as keys (key_of), and the greatest common divisor
+  /// of all differences, which is 0 if all voxels are equal.
   uint64_t low() const { return low_; }
   uint64_t high() const { return high_; }
   uint64_t step() const { return step_; }
 
-  /// Floating-point numbers: which ones there are.
+  /// For floating-point numbers: the distinct voxels.
   const DistinctValues& distinct() const { return distinct_; }
 
   /// Whether more voxels cannot change the choice of quantized values: integers of up to 16 bits
@@ -65,18 +66,18 @@ constexpr bool is_integer(VoxelType type) {
   return type != VoxelType::f32 && type != VoxelType::f64;
 }
 
-/// An integer as an unsigned one, in the same order: signed ones are moved up by 2^63.
+/// Maps integers of any type to unsigned ones in the same order, by adding 2^63 to signed ones.
 template <class T>
 constexpr uint64_t key_of(T voxel) {
   if constexpr (T(-1) > T(0)) return voxel;
   return static_cast<uint64_t>(static_cast<int64_t>(voxel)) ^ uint64_t { 1 } << 63;
 }
 
-/// The integer of a key, rounded where a double has no room for it.
+/// The integer of a key, rounded to double precision.
 double voxel_of_key(VoxelType type, uint64_t key);
 
-/// Whether a voxel has a value. Doubles beyond this could not be told apart by their distance,
-/// which may overflow; they are placeholders in all data that has them.
+/// Whether a voxel has a value. Doubles beyond ±1e300 do not: differences of them could overflow,
+/// and they are used as placeholders.
 template <class T>
 bool has_value(T voxel) {
   constexpr double kMax = 1e300;
