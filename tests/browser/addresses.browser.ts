@@ -1,7 +1,10 @@
-// Addresses with invalid settings: each is ignored or limited, with a message.
-import { expect, test } from "@playwright/test";
+/**
+ * Addresses. Invalid settings are ignored or limited, with a message. A copied address gives the
+ * same picture.
+ */
+import { expect, type Page, test } from "@playwright/test";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
-import { complete, settled } from "./support/view.ts";
+import { compare, complete, savedPicture, settled } from "./support/view.ts";
 
 let server: RunningServer;
 test.beforeAll(async () => {
@@ -70,4 +73,27 @@ test("the page reports that its program did not load", async ({ page }) => {
     for (const animation of document.getAnimations()) animation.finish();
   });
   await expect(message).toBeVisible();
+});
+
+async function finalPicture(page: Page): Promise<Buffer> {
+  await complete(page);
+  await settled(page);
+  return savedPicture(page);
+}
+
+test("the address of a view gives the same picture, pixel by pixel", async ({ page, browser }) => {
+  test.setTimeout(120_000);
+  // The ripples of this volume are as thin as a pixel: any other camera gives other pixels.
+  await page.goto(`${server.url}?volume=marschner_lobb&isovalue=134.5&kind=ellipse`);
+  await complete(page);
+  await page.getByRole("application").focus();
+  for (const key of ["ArrowLeft", "ArrowUp", "+", "+", "-"]) await page.keyboard.press(key);
+  const original = await finalPicture(page);
+  const context = await browser.newContext({ viewport: { width: 800, height: 500 } });
+  const copy = await context.newPage();
+  await copy.goto(page.url());
+  const { covered, differing } = await compare(page, await finalPicture(copy), original);
+  await context.close();
+  expect(covered).toBeGreaterThan(0.1);
+  expect(differing).toBe(0);
 });

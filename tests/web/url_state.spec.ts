@@ -59,6 +59,30 @@ describe("the address of a view", () => {
     expect(readUrl(writeUrl(everything))).toEqual(everything);
   });
 
+  it("keeps every digit", () => {
+    const third = 1 / 3;
+    const exact: UrlState = {
+      isovalues: [100 * third],
+      opacities: [third],
+      camera: {
+        azimuth: 37.2 + third,
+        elevation: -third,
+        distance: 417.36504030327 / 1.15,
+        // A volume in map coordinates: seven digits would move it by half a unit.
+        target: [4_649_776.22 + third, -third, 1e-9 * third],
+        roll: third,
+        fieldOfView: 30 + third,
+      },
+      eyeDome: third,
+      clip: {
+        low: [third, 0, 0],
+        high: [1, 1, 2 * third],
+        planes: [{ normal: [0.6, third, -0.8], offset: 4_649_776.22 + third }],
+      },
+    };
+    expect(readUrl(writeUrl(exact))).toEqual(exact);
+  });
+
   it("keeps what a person would type", () => {
     expect(readUrl("?volume=engine&isovalue=60.5")).toEqual({
       volume: "engine",

@@ -163,12 +163,11 @@ function ignored(name: string, text: string, expected: string): string {
   return `“${name}=${shown}” in the address was ignored: expected ${expected}.`;
 }
 
-/** Enough digits to reproduce the view to a fraction of a pixel. */
-function formatNumber(value: number): string {
-  return String(Number(value.toPrecision(7)));
-}
-
-/** The query, with its question mark. Commas are not escaped, everything else is. */
+/**
+ * The query, with its question mark. Commas are not escaped, everything else is. Numbers have as
+ * many digits as are needed to read the same numbers: the address then gives the same picture,
+ * pixel by pixel, on the page and with `isosplat render`.
+ */
 export function writeUrl(state: UrlState): string {
   const parts: string[] = [];
   const add = (name: string, value: string | undefined) => {
@@ -177,27 +176,26 @@ export function writeUrl(state: UrlState): string {
   };
   add("volume", state.volume);
   add("src", state.src);
-  add("isovalue", state.isovalues?.map(formatNumber).join(","));
+  add("isovalue", state.isovalues?.join(","));
   add("colour", state.colours?.map((c) => c.slice(1)).join(","));
-  add("opacity", state.opacities?.map(formatNumber).join(","));
+  add("opacity", state.opacities?.join(","));
   if (state.camera) {
     const c = state.camera;
     const n = [c.azimuth, c.elevation, c.distance, ...c.target];
     if (c.roll !== 0 || c.fieldOfView !== 30) n.push(c.roll);
     if (c.fieldOfView !== 30) n.push(c.fieldOfView);
-    add("camera", n.map(formatNumber).join(","));
+    add("camera", n.join(","));
   }
   add("kind", state.kind);
   add("colour-by", state.colourBy);
   add("map", state.colourMap);
   add("background", state.background?.slice(1));
-  add("shade", state.eyeDome === undefined ? undefined : formatNumber(state.eyeDome));
+  add("shade", state.eyeDome?.toString());
   if (state.clip) {
     const { low, high, planes } = state.clip;
     const n = [low[0], high[0], low[1], high[1], low[2], high[2]];
-    if (!isWhole({ low, high, planes: [] })) add("clip", n.map(formatNumber).join(","));
-    for (const { normal, offset } of planes)
-      add("plane", [...normal, offset].map(formatNumber).join(","));
+    if (!isWhole({ low, high, planes: [] })) add("clip", n.join(","));
+    for (const { normal, offset } of planes) add("plane", [...normal, offset].join(","));
   }
   return parts.length === 0 ? "" : `?${parts.join("&")}`;
 }
