@@ -19,6 +19,10 @@ enum class Method : uint8_t { get, head, options, other };
 struct Request {
   Method method = Method::other;
   std::string_view target;
+  std::string_view host;
+  bool has_host = false;  ///< an empty Host differs from none
+  std::string_view origin;
+  std::string_view sec_fetch_site;
   std::string_view accept_encoding;
   std::string_view if_match;
   std::string_view if_none_match;

@@ -125,6 +125,11 @@ Request RequestParser::request() const {
   Request request;
   request.method = method_of(message.method());
   request.target = message.target();
+  const auto host = message.find(http::field::host);
+  request.has_host = host != message.end();
+  if (request.has_host) request.host = host->value();
+  request.origin = message[http::field::origin];
+  request.sec_fetch_site = message["Sec-Fetch-Site"];
   request.accept_encoding = message[http::field::accept_encoding];
   request.if_match = message[http::field::if_match];
   request.if_none_match = message[http::field::if_none_match];

@@ -10,15 +10,6 @@ namespace {
 
 constexpr std::string_view kMethods = "GET, HEAD, OPTIONS";
 
-void add_data_fields(Response& response) {
-  response.set("Access-Control-Allow-Origin", "*");
-  response.set("Access-Control-Expose-Headers",
-               "Accept-Ranges, Content-Length, Content-Range, ETag, Retry-After, "
-               "X-Isosplat-Chunks");
-  response.set("Cross-Origin-Resource-Policy", "cross-origin");
-  response.set("Timing-Allow-Origin", "*");
-}
-
 Response options_response(bool is_data) {
   Response response;
   response.status = 204;
@@ -85,7 +76,9 @@ Response Router::respond(const Request& request) const {
   Response response;
   const Result<Target> target = parse_target(request.target);
   const bool is_page = target && !is_data(*target);
-  if (request.target.size() > limits_.target_bytes) {
+  if (std::optional<Response> refusal = policy_.refuse(request, !is_page)) {
+    response = std::move(*refusal);
+  } else if (request.target.size() > limits_.target_bytes) {
     response = error_response(
         414, "target_too_long",
         fmt::format("expected a target of at most {} bytes, found {}: send several requests",
@@ -101,7 +94,7 @@ Response Router::respond(const Request& request) const {
     response = route(request, *target);
   }
   response.set("X-Content-Type-Options", "nosniff");
-  if (!is_page) add_data_fields(response);
+  if (!is_page) policy_.add_fields(request, response);
   return response;
 }
 

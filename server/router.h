@@ -2,9 +2,11 @@
 
 #include <memory>
 #include <mutex>
+#include <utility>
 
 #include "server/catalog.h"
 #include "server/message.h"
+#include "server/origin_policy.h"
 #include "server/page_assets.h"
 #include "server/routes.h"
 
@@ -15,6 +17,10 @@ namespace isosplat {
 class Router {
  public:
   Router(const Catalog& catalog, RouterLimits limits);
+
+  /// Sets the hosts and pages that are allowed. Not thread-safe: call before respond().
+  void set_policy(OriginPolicy policy) { policy_ = std::move(policy); }
+  const OriginPolicy& policy() const { return policy_; }
 
   /// Sets the page for the following requests; null: no page.
   void set_page(std::shared_ptr<const PageAssets> page);
@@ -27,6 +33,7 @@ class Router {
 
   const Catalog& catalog_;
   const RouterLimits limits_;
+  OriginPolicy policy_;
   mutable std::mutex page_mutex_;
   std::shared_ptr<const PageAssets> page_;  // guarded by page_mutex_
 };

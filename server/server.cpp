@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -48,6 +49,25 @@ std::string address_key(const asio::ip::address& address) {
   return asio::ip::address_v6(bytes).to_string();
 }
 
+/// The hosts that requests may name.
+AllowedHosts allowed_hosts(const ServerOptions& options, bool is_local) {
+  AllowedHosts hosts;
+  hosts.any = options.is_public;
+  hosts.any_address = !is_local;
+  const bool is_v6 = options.host.find(':') != std::string::npos;
+  hosts.names.push_back(host_of(is_v6 ? fmt::format("[{}]", options.host) : options.host));
+  for (const std::string& name : options.allowed_hosts) {
+    if (name == "*") hosts.any = true;
+    hosts.names.push_back(host_of(name));
+  }
+  char machine[256] = {};
+  if (!is_local && ::gethostname(machine, sizeof machine - 1) == 0) {
+    hosts.names.push_back(host_of(machine));
+  }
+  std::erase(hosts.names, "");  // malformed: no request's host is equal to it
+  return hosts;
+}
+
 /// Raises the soft limit of open files to the hard limit: each store and each connection uses one.
 void raise_open_file_limit() {
   rlimit limit{};
@@ -76,6 +96,7 @@ struct Server::State {
     for (std::thread& thread : worker_threads) thread.join();
   }
 
+  Result<void> choose_policy();
   Result<void> load_page();
   void reload_page();
   void run();
@@ -112,6 +133,32 @@ struct Server::State {
   std::condition_variable done_changed;
   size_t workers_running = 0;  // guarded by done_mutex
 };
+
+/// Decides who may read the data. Call when the addresses are known.
+Result<void> Server::State::choose_policy() {
+  const bool is_local = std::ranges::all_of(acceptors, [](const Acceptor& acceptor) {
+    error_code error;
+    return acceptor.local_endpoint(error).address().is_loopback() && !error;
+  });
+  if (!is_local && !options.cross_origin && !options.is_public) {
+    return fail(
+        Status::invalid_argument,
+        fmt::format("host {}: other machines can reach this address: choose which web pages of "
+                    "other origins may read the volumes: --cors none, --cors https://a.example, "
+                    "--cors '*', or --public (any page, by any host name)",
+                    options.host));
+  }
+  CrossOrigin cross_origin = options.cross_origin.value_or(CrossOrigin{});
+  if (options.is_public) cross_origin.any = true;
+  router.set_policy(OriginPolicy(allowed_hosts(options, is_local), std::move(cross_origin)));
+  if (!is_local) {
+    log.line(
+        fmt::format("warning: everyone who reaches {} on port {} can read every volume: there is "
+                    "neither access control nor encryption",
+                    options.host, bound_port));
+  }
+  return {};
+}
 
 Result<void> Server::State::load_page() {
   if (options.web_root.empty()) return {};
@@ -264,6 +311,7 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
   if (!acceptors) return tl::unexpected(acceptors.error());
   state->acceptors = std::move(*acceptors);
   state->bound_port = state->acceptors.front().local_endpoint().port();
+  if (Result<void> chosen = state->choose_policy(); !chosen) return tl::unexpected(chosen.error());
   state->catalog.scan();
   state->run();
   return std::unique_ptr<Server>(new Server(std::move(state)));

@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "server/origin_policy.h"
 #include "shared/base/status.h"
 
 namespace isosplat {
@@ -44,6 +46,14 @@ struct ServerOptions {
   /// looks for new, replaced and removed stores. A store that cannot be opened is listed with its
   /// error.
   std::vector<std::filesystem::path> stores;
+  /// Pages of other origins that may read the data. Absent: none, which requires a `host` on the
+  /// loopback interface. On other interfaces the choice must be made, here or by `is_public`.
+  std::optional<CrossOrigin> cross_origin;
+  /// Names that requests may give as their Host, besides `host` and those of the loopback
+  /// interface;
+  /// "*": any. On other interfaces, IP addresses and the name of this machine are allowed as well.
+  std::vector<std::string> allowed_hosts;
+  bool is_public = false;          ///< any host, and pages of any origin
   std::filesystem::path web_root;  ///< the built page; empty: only the data is served
   uint32_t threads = 0;            ///< at most kMaxServerThreads; 0: one per core
   std::chrono::milliseconds scan_interval{1'000};

@@ -16,7 +16,7 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 
 /// The only response of a refused connection; null if it was admitted.
-std::unique_ptr<Response> refusal_of(Admission::Verdict verdict) {
+std::unique_ptr<Response> refusal_of(Admission::Verdict verdict, const OriginPolicy& policy) {
   std::unique_ptr<Response> refusal;
   if (verdict == Admission::Verdict::too_many) {
     refusal = std::make_unique<Response>(
@@ -29,8 +29,8 @@ std::unique_ptr<Response> refusal_of(Admission::Verdict verdict) {
   }
   if (refusal) {
     refusal->set("Retry-After", "1");
-    refusal->set("Access-Control-Allow-Origin", "*");
     refusal->set("X-Content-Type-Options", "nosniff");
+    policy.add_fields(*refusal);
   }
   return refusal;
 }
@@ -88,7 +88,7 @@ void Worker::abort() {
 
 Awaitable<void> Worker::serve(Socket socket, std::string address, Admission::Verdict verdict) {
   const Membership membership(*this, std::move(socket), std::move(address), verdict);
-  co_await membership.connection->run(refusal_of(verdict));
+  co_await membership.connection->run(refusal_of(verdict, shared_.router.policy()));
 }
 
 void Worker::abort_all() {

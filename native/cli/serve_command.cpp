@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "native/cli/command.h"
 #include "native/cli/numbers.h"
 #include "native/cli/options.h"
+#include "native/cli/server_flags.h"
 #include "native/cli/serving.h"
 #include "native/cli/terminal.h"
 
@@ -11,19 +14,17 @@ namespace {
 
 struct ServeCall {
   std::vector<std::string> stores;
-  std::string host = "127.0.0.1", web_root;
-  uint16_t port = 8080;
+  ServerFlags server_flags;
   uint32_t threads = 0;
   bool verbose = false;
 };
 
 int run(const ServeCall& call) {
-  ServerOptions options;
-  options.host = call.host;
-  options.port = call.port;
+  Result<ServerOptions> parsed = call.server_flags.options();
+  if (!parsed) return report(parsed.error());
+  ServerOptions options = std::move(*parsed);
   options.threads = call.threads;
   options.stores.assign(call.stores.begin(), call.stores.end());
-  options.web_root = find_page(call.web_root);
   for (const std::filesystem::path& store : options.stores) {
     std::error_code error;
     if (!std::filesystem::exists(store, error)) {
@@ -46,13 +47,7 @@ void add_serve_command(CLI::App& program, int& exit_code) {
   auto call = std::make_shared<ServeCall>();
   command->add_option("stores", call->stores, "Store files, and folders with *.isosplat files")
       ->required();
-  command->add_option("--port", call->port, "Port (0: any free port)")
-      ->check(is_whole_number(0, 65535))
-      ->capture_default_str();
-  command->add_option("--host", call->host, "Address (0.0.0.0: every network)")
-      ->capture_default_str();
-  command->add_option("--web-root", call->web_root,
-                      "Folder with the page (default: the page built with this program)");
+  call->server_flags.add_to(*command);
   command
       ->add_option("--threads", call->threads, "Threads (0: one per core; use more for slow disks)")
       ->check(is_whole_number(0, kMaxServerThreads))
@@ -61,7 +56,10 @@ void add_serve_command(CLI::App& program, int& exit_code) {
   command->footer(
       examples("  isosplat serve engine.isosplat head.isosplat\n"
                "  isosplat serve stores/ --port 8081\n"
-               "  isosplat serve stores/ --host 0.0.0.0\n"
+               "  isosplat serve stores/ --host 0.0.0.0 --cors none\n"
+               "  isosplat serve stores/ --host 0.0.0.0 --public\n"
+               "Without --host, only this machine reaches the server, and only its own page reads "
+               "the\nvolumes.\n"
                "New and replaced stores of a folder are served within a second."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }

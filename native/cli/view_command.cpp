@@ -8,8 +8,8 @@
 
 #include "native/cli/building.h"
 #include "native/cli/command.h"
-#include "native/cli/numbers.h"
 #include "native/cli/options.h"
+#include "native/cli/server_flags.h"
 #include "native/cli/serving.h"
 #include "native/cli/terminal.h"
 #include "server/catalog.h"
@@ -18,8 +18,8 @@ namespace isosplat::cli {
 namespace {
 
 struct ViewCall {
-  std::string volume, host = "127.0.0.1", web_root;
-  uint16_t port = 8080;
+  std::string volume;
+  ServerFlags server_flags;
   bool rebuild = false;
   VolumeFlags volume_flags;
   BuildFlags build_flags;
@@ -116,14 +116,12 @@ Result<std::filesystem::path> find_or_build_store(const ViewCall& call) {
 }
 
 int run(const ViewCall& call) {
+  Result<ServerOptions> options = call.server_flags.options();
+  if (!options) return report(options.error());
   const auto store = find_or_build_store(call);
   if (!store) return report(store.error());
-  ServerOptions options;
-  options.host = call.host;
-  options.port = call.port;
-  options.stores = {*store};
-  options.web_root = find_page(call.web_root);
-  return serve_until_stopped(std::move(options), url_name(*store));
+  options->stores = {*store};
+  return serve_until_stopped(std::move(*options), url_name(*store));
 }
 
 }  // namespace
@@ -133,13 +131,7 @@ void add_view_command(CLI::App& program, int& exit_code) {
       program.add_subcommand("view", "Show a volume: build its store if needed, and serve it");
   auto call = std::make_shared<ViewCall>();
   command->add_option("volume", call->volume, "A volume as for build, or a store")->required();
-  command->add_option("--port", call->port, "Port (0: any free port)")
-      ->check(is_whole_number(0, 65535))
-      ->capture_default_str();
-  command->add_option("--host", call->host, "Address (0.0.0.0: every network)")
-      ->capture_default_str();
-  command->add_option("--web-root", call->web_root,
-                      "Folder with the page (default: the page built with this program)");
+  call->server_flags.add_to(*command);
   command->add_flag("--rebuild", call->rebuild, "Build the store even if it exists");
   call->build_flags.add_to(*command);
   call->volume_flags.add_to(*command);

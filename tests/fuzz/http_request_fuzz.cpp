@@ -26,15 +26,18 @@ struct Site {
   Site() {
     test::write_file(folder.path() / "a.isosplat", store.file);
     catalog.scan();
+    open.set_policy(OriginPolicy(AllowedHosts{.any = true}, CrossOrigin{.any = true}));
   }
   test::TemporaryFolder folder;
   test::KnownStore store = test::make_store(1, {70, 40, 40}, 200);
   Catalog catalog{{folder.path()}, 1 << 20, [](std::string_view) {}};
-  Router router{catalog, {.query_bytes = 5000, .query_chunks = 50, .target_bytes = 8192}};
+  RouterLimits limits{.query_bytes = 5000, .query_chunks = 50, .target_bytes = 8192};
+  Router router{catalog, limits};  // for this machine
+  Router open{catalog, limits};    // for everyone
 };
 
-void answer(const Site& site, const Request& request) {
-  Response response = site.router.respond(request);
+void answer(const Router& router, const Request& request) {
+  Response response = router.respond(request);
   require(reason_phrase(response.status) != "Unknown");
   require(response.headers.empty() || response.headers.ends_with("\r\n"));
   require(response.headers.find("\r\n\r\n") == std::string::npos);
@@ -60,7 +63,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     Request request;
     request.method = Method::get;
     request.target = target;
-    answer(site, request);
+    answer(site.open, request);
     return 0;
   }
 
@@ -79,7 +82,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (refused) {
     require(refused->close && refused->status >= 400);
   } else {
-    answer(site, parser.request());
+    answer(site.open, parser.request());
+    answer(site.router, parser.request());
   }
   return 0;
 }

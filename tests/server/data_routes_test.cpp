@@ -21,7 +21,7 @@ class DataRoutes : public ServerTest {
     EXPECT_EQ(answer.status, status) << answer.body;
     EXPECT_EQ(answer.header("content-type"), "application/json");
     EXPECT_EQ(answer.header("cache-control"), "no-store");
-    EXPECT_EQ(answer.header("access-control-allow-origin"), "*");
+    EXPECT_EQ(answer.header("cross-origin-resource-policy"), "same-origin");
     const Json body = Json::parse(answer.body, nullptr, false);
     ASSERT_TRUE(body.is_object()) << answer.body;
     EXPECT_EQ(body["status"], name);
@@ -32,7 +32,7 @@ class DataRoutes : public ServerTest {
     EXPECT_EQ(answer.header("cache-control"), "public, max-age=31536000, immutable");
     EXPECT_NE(answer.header("etag").find(alpha.content), std::string::npos);
     EXPECT_EQ(answer.header("content-type").substr(0, 12), "application/");
-    EXPECT_EQ(answer.header("access-control-allow-origin"), "*");
+    EXPECT_EQ(answer.header("cross-origin-resource-policy"), "same-origin");
     EXPECT_EQ(answer.header("x-content-type-options"), "nosniff");
   }
 };
@@ -204,6 +204,8 @@ TEST_F(DataRoutes, HeadHasTheFieldsOfGet) {
 }
 
 TEST_F(DataRoutes, OptionsAnswersPreflights) {
+  options.cross_origin = CrossOrigin{.any = true, .origins = {}};
+  start();
   const Answer answer =
       Client(port()).request("OPTIONS", content("file"),
                              "Origin: https://example.org\r\nAccess-Control-Request-Method: GET\r\n"

@@ -25,13 +25,13 @@ class HostileClients : public ServerTest {
   }
 
   static std::string get_with(const std::string& headers, const std::string& body = "") {
-    return "GET /healthz HTTP/1.1\r\nHost: x\r\n" + headers + "\r\n" + body;
+    return "GET /healthz HTTP/1.1\r\nHost: localhost\r\n" + headers + "\r\n" + body;
   }
 };
 
 TEST_F(HostileClients, BodiesAreRefusedAndTheConnectionCloses) {
   start();
-  const std::string hidden = "GET /v1/volumes HTTP/1.1\r\nHost: x\r\n\r\n";
+  const std::string hidden = "GET /v1/volumes HTTP/1.1\r\nHost: localhost\r\n\r\n";
   const std::string length = std::to_string(hidden.size());
   for (const std::string& headers : {
            std::string("Transfer-Encoding: chunked\r\n"),
@@ -58,7 +58,8 @@ TEST_F(HostileClients, BodiesAreRefusedAndTheConnectionCloses) {
            std::string("Transfer-Encoding : chunked\r\n"),
        }) {
     expect_refused(get_with(headers, hidden), 400);
-    expect_refused("POST /healthz HTTP/1.1\r\nHost: x\r\n" + headers + "\r\n" + hidden, 400);
+    expect_refused("POST /healthz HTTP/1.1\r\nHost: localhost\r\n" + headers + "\r\n" + hidden,
+                   400);
   }
   Client client(port());
   EXPECT_EQ(client.request("GET", "/healthz", "Content-Length: 0\r\n").status, 200);
@@ -131,8 +132,8 @@ TEST_F(HostileClients, PipelinedRequestsAreAnsweredInOrder) {
   Client client(port());
   std::string requests;
   for (size_t i = 0; i < 50; ++i) {
-    requests +=
-        "GET " + content("chunks/" + place_of(alpha.chunks[i])) + " HTTP/1.1\r\nHost: x\r\n\r\n";
+    requests += "GET " + content("chunks/" + place_of(alpha.chunks[i])) +
+                " HTTP/1.1\r\nHost: localhost\r\n\r\n";
   }
   client.send(requests);
   for (size_t i = 0; i < 50; ++i) {
@@ -219,7 +220,8 @@ TEST_F(HostileClients, AClientThatDoesNotReadIsDisconnected) {
   start();
   Client client(port());
   client.set_receive_buffer(64 * 1024);
-  client.send("GET /v1/volumes/large/" + large.content + "/file HTTP/1.1\r\nHost: x\r\n\r\n");
+  client.send("GET /v1/volumes/large/" + large.content +
+              "/file HTTP/1.1\r\nHost: localhost\r\n\r\n");
   size_t received = client.read(12).size();
   // Until it is gone it holds the only connection.
   EXPECT_TRUE(eventually([&] { return get(port(), "/healthz").status == 200; }));
@@ -239,7 +241,7 @@ TEST_F(HostileClients, AClientThatReadsSlowlyGetsEverything) {
     Client patient(port());
     patient.set_receive_buffer(256 * 1024);
     patient.send("GET /v1/volumes/large/" + large.content +
-                 "/file HTTP/1.1\r\nHost: x\r\nRange: bytes=0-1999999\r\n\r\n");
+                 "/file HTTP/1.1\r\nHost: localhost\r\nRange: bytes=0-1999999\r\n\r\n");
     size_t all = 0;
     for (std::string part; !(part = patient.read(100'000)).empty() && all < 2'000'000;) {
       all += part.size();
@@ -252,6 +254,7 @@ TEST_F(HostileClients, AClientThatReadsSlowlyGetsEverything) {
 
 TEST_F(HostileClients, ConnectionsAreLimited) {
   options.limits.connections = 4;
+  options.is_public = true;  // so that other pages read why, too
   start();
   std::vector<Client> clients;
   for (int i = 0; i < 4; ++i) {
@@ -300,7 +303,8 @@ TEST_F(HostileClients, ConnectionsThatEndEarlyAreForgotten) {
   for (int i = 0; i < 100; ++i) {
     EXPECT_TRUE(eventually([&] {
       Client client(port());
-      client.send("GET /v1/volumes/large/" + large.content + "/file HTTP/1.1\r\nHost: x\r\n\r\n");
+      client.send("GET /v1/volumes/large/" + large.content +
+                  "/file HTTP/1.1\r\nHost: localhost\r\n\r\n");
       return client.read(12) == "HTTP/1.1 200";
     }));
   }

@@ -52,7 +52,7 @@ export const faults = {
     title: "This host does not let other sites read its files",
     text:
       "The host of “NAME” answers, but keeps its answer from this page (CORS); or the file is not there. Its operator must send " +
-      "“Access-Control-Allow-Origin: *” with every answer, errors too (nginx: add_header … always), and " +
+      "“Access-Control-Allow-Origin: *” with every answer, errors too (nginx: add_header … always; isosplat serve: --cors), and " +
       "should send “Access-Control-Expose-Headers: Content-Range, Content-Length, ETag”.",
     offers: ["again", "volumes"],
   },

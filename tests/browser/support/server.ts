@@ -12,10 +12,14 @@ export interface RunningServer {
   stop(): Promise<void>;
 }
 
-/** Serves stores (files or folders) and the page. `port` 0: any free port. */
-export async function serve(stores: readonly string[], port = 0): Promise<RunningServer> {
+/** Serves stores (files or folders) and the page. `port` 0: any free port. `more`: further options. */
+export async function serve(
+  stores: readonly string[],
+  port = 0,
+  more: readonly string[] = [],
+): Promise<RunningServer> {
   if (!existsSync(program)) throw new Error(`${program} is missing: run .ci/build release`);
-  const options = ["serve", ...stores, "--port", String(port), "--web-root", "build/page"];
+  const options = ["serve", ...stores, "--port", String(port), "--web-root", "build/page", ...more];
   const child = spawn(program, options, { stdio: ["ignore", "pipe", "pipe"] });
   const url = await addressOf(child);
   return { url, stop: () => ended(child) };

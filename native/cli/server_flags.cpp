@@ -1,0 +1,53 @@
+#include "native/cli/server_flags.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "native/cli/numbers.h"
+#include "native/cli/serving.h"
+
+namespace isosplat::cli {
+
+void ServerFlags::add_to(CLI::App& command) {
+  command.add_option("--port", port_, "Port (0: any free port)")
+      ->check(is_whole_number(0, 65535))
+      ->capture_default_str();
+  command.add_option("--host", host_, "Address (0.0.0.0: every network; needs --cors or --public)")
+      ->capture_default_str();
+  CLI::Option* cors =
+      command.add_option("--cors", cross_origin_,
+                         "Web pages of other sites that may read the volumes: none, '*', or "
+                         "origins such as https://a.example,https://b.example");
+  command.add_option("--allow-host", allowed_hosts_,
+                     "A name of this server in addresses, behind a proxy for example; '*': any");
+  command
+      .add_flag("--public", is_public_,
+                "Any web page may read the volumes, by any name of this server")
+      ->excludes(cors);
+  command.add_option("--web-root", web_root_,
+                     "Folder with the page (default: the page built with this program)");
+}
+
+Result<ServerOptions> ServerFlags::options() const {
+  ServerOptions options;
+  options.host = host_;
+  options.port = port_;
+  options.web_root = find_page(web_root_);
+  options.is_public = is_public_;
+  if (!cross_origin_.empty()) {
+    Result<CrossOrigin> parsed = parse_cross_origin(cross_origin_);
+    if (!parsed) return fail(Status::invalid_argument, "--cors: " + parsed.error().message);
+    options.cross_origin = std::move(*parsed);
+  }
+  for (const std::string& name : allowed_hosts_) {
+    if (name != "*" && host_of(name).empty()) {
+      return fail(Status::invalid_argument,
+                  fmt::format("--allow-host: expected a host name, found '{}'", name));
+    }
+    options.allowed_hosts.push_back(name);
+  }
+  return options;
+}
+
+}  // namespace isosplat::cli

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "server/server.h"
+
+namespace isosplat::cli {
+
+/// The options of serve and view that say where the server listens and who may read.
+class ServerFlags {
+ public:
+  void add_to(CLI::App& command);
+
+  /// Errors: invalid_argument.
+  Result<ServerOptions> options() const;
+
+ private:
+  std::string host_ = "127.0.0.1", web_root_, cross_origin_;
+  std::vector<std::string> allowed_hosts_;
+  uint16_t port_ = 8080;
+  bool is_public_ = false;
+};
+
+}  // namespace isosplat::cli
