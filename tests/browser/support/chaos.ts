@@ -27,6 +27,30 @@ export class Chance {
   }
 }
 
+/**
+ * Numbers of its own for the first, second … request of each address: they do not depend on the
+ * order in which requests for different addresses arrive.
+ */
+export class ChanceOfEach {
+  readonly #seed: number;
+  readonly #requests = new Map<string, number>();
+
+  constructor(seed: number) {
+    this.#seed = seed;
+  }
+
+  next(address: string): Chance {
+    const number = this.#requests.get(address) ?? 0;
+    this.#requests.set(address, number + 1);
+    // FNV-1a.
+    let hash = 0x811c9dc5;
+    for (const letter of `${this.#seed} ${number} ${address}`) {
+      hash = Math.imul(hash ^ (letter.codePointAt(0) ?? 0), 0x01000193);
+    }
+    return new Chance(hash);
+  }
+}
+
 const statuses = [400, 401, 403, 404, 408, 410, 412, 416, 429, 500, 502, 503, 504];
 
 /** A fault of a response. */
