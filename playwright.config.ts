@@ -2,9 +2,9 @@ import { defineConfig } from "@playwright/test";
 import { launchOptions } from "./tests/browser/support/chromium.ts";
 
 /**
- * Tests that run in Debian's Chromium: tests/browser/*.browser.ts and tests/packages. Each starts the real server on a
- * free port. WebGL is drawn by llvmpipe, which gives the pixels of native EGL; Chromium falls back
- * to another renderer silently, so picture tests assert UNMASKED_RENDERER_WEBGL.
+ * Tests in Debian's Chromium: tests/browser/*.browser.ts and tests/packages. Each starts the real
+ * server on a free port. llvmpipe draws WebGL, with the same pixels as native EGL. Chromium may silently
+ * choose another renderer, so picture tests check UNMASKED_RENDERER_WEBGL.
  */
 export default defineConfig({
   testDir: "tests",
@@ -13,8 +13,8 @@ export default defineConfig({
   workers: 1,
   fullyParallel: false,
   forbidOnly: Boolean(process.env.CI),
-  // A picture may come late on a machine that does other things beside; what passes only then is
-  // reported as flaky.
+  // Pictures may be late on a busy machine. A test that passes only the second time is reported as
+  // flaky.
   retries: process.env.CI ? 1 : 0,
   timeout: 60_000,
   expect: { timeout: 20_000 },
@@ -23,7 +23,7 @@ export default defineConfig({
     browserName: "chromium",
     trace: "retain-on-failure",
     screenshot: "only-on-failure",
-    // A click cannot miss what does not move.
+    // No animations, so that clicks do not miss moving elements.
     contextOptions: { reducedMotion: "reduce" },
     launchOptions,
   },

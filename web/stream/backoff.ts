@@ -4,21 +4,21 @@ import { StreamError } from "./types.ts";
 
 const firstWait = 250;
 const longestWait = 10_000;
-/** Faults in a row after which the source counts as out of reach, and the viewer is told. */
+/** After this many consecutive faults, the source counts as unreachable, and the viewer is informed. */
 const faultsUntilOffline = 3;
 
 export interface BackoffEvents {
-  /** A fault has lasted so long that it is told of; or undefined: the source is in order again. */
+  /** A fault has lasted long enough to be reported; undefined: the source works again. */
   trouble(error: StreamError | undefined): void;
-  /** Something failed that is tried again slowly: each time. */
+  /** A request failed with a fault that is retried slowly. Called for each failure. */
   slow?(error: StreamError): void;
 }
 
 /**
- * When a source that failed is tried again (`Retry` in faults.ts): soon, after 1/4 s, then twice as
- * long each time, up to 10 s, and up to a quarter more so that many clients do not come back at
- * once; or slowly; or when the server said, if that is later; or at once when the browser finds
- * itself online again. Until it has answered, one request at a time tries it.
+ * Decides when a failed source is tried again (`Retry` in faults.ts). soon: after 1/4 s, doubled each
+ * time up to 10 s, plus up to a quarter at random, so that many clients do not return at the same
+ * time. slowly: see `slowWait`. Later if the server asks for it (Retry-After), and at once when the
+ * browser is online again. Until the source answers, only one request at a time tries it.
  */
 export class Backoff {
   #faults = 0;
@@ -35,17 +35,17 @@ export class Backoff {
     if (typeof addEventListener === "function") addEventListener("online", this.#online);
   }
 
-  /** What keeps the source from answering, once it has lasted; a slow fault at once. */
+  /** The present fault: after `faultsUntilOffline` failures, or at once if it is retried slowly. */
   get trouble(): StreamError | undefined {
     return this.#trouble;
   }
 
-  /** Nothing may be asked for now. */
+  /** Whether requests have to wait now. */
   get waiting(): boolean {
     return this.#until > Date.now() || (this.#faults > 0 && this.#underway > 0);
   }
 
-  /** Call it before a request, and what it answers when that is over, however it ended. */
+  /** To be called before a request; the returned function is to be called when the request has ended. */
   begin(): () => void {
     ++this.#underway;
     let isOver = false;
@@ -124,7 +124,7 @@ export class Backoff {
           reject(signal.reason);
         };
         const left = this.#until - Date.now();
-        // The end of the request under way resolves this.
+        // Resolved when the request in flight ends.
         const timer = left > 0 ? setTimeout(done, left + 1) : undefined;
         this.#wake.add(done);
         signal.addEventListener("abort", aborted, { once: true });

@@ -1,34 +1,34 @@
 /**
- * What can go wrong on the way from an address to a picture: the only list. README.md says of each
- * how it is told apart, what stays on the screen, and how it ends.
+ * The list of all faults between an address and a picture. README.md states for each fault how it is
+ * detected, what remains on the screen, and how it ends.
  */
 
 /**
- * When what failed is tried again by itself. soon: after ¼, ½, 1 … 10 s (backoff.ts). slowly: every
- * 12 to 16 s (`slowWait`), for what only changes when somebody mends it. never: when the visitor
- * says so.
+ * When a failed request is repeated automatically. soon: after ¼, ½, 1 … 10 s (backoff.ts). slowly:
+ * every 12 to 16 s (`slowWait`), for faults that somebody has to repair. never: only when the visitor
+ * asks for it.
  */
 export type Retry = "soon" | "slowly" | "never";
 
-/** What the page offers: to try again at once, the list of volumes, to load the page anew. */
+/** The actions that the page offers: retry at once, show the list of volumes, reload the page. */
 export type Offer = "again" | "volumes" | "reload";
 
 export interface Fault {
   retry: Retry;
-  /** What has happened: a line of its own, or the first sentence of a banner. */
+  /** What happened: a title, or the first sentence of a banner. */
   title: string;
   /** What it means, and what to do. NAME stands for the volume's name or the store's address. */
   text: string;
   offers: readonly Offer[];
 }
 
-/** Milliseconds until what is tried slowly is tried for the first time, and at most. */
+/** The first and the longest wait before a slow retry, in milliseconds. */
 export const slowRetry = 12_000;
 export const longestSlowRetry = 16_000;
 
 /**
- * Milliseconds until the next try of what is tried slowly and has failed so often before: 12, 14,
- * then always 16 s. No longer, because a page shows within 20 s that what was wrong is mended.
+ * The wait before the next slow retry after this many failures, in milliseconds: 12 s, 14 s, then
+ * always 16 s. Not longer, so that a page recovers within 20 s after a fault has been repaired.
  */
 export function slowWait(failedBefore: number): number {
   return Math.min(longestSlowRetry, slowRetry + 2000 * failedBefore);
@@ -167,14 +167,14 @@ export const faults = {
 
 export type FaultKind = keyof typeof faults;
 
-/** Of these, everything else goes on: a part is missing, and a coarser one stands in for it. */
+/** Faults of single parts: coarser chunks replace the missing one, and everything else continues. */
 export function isOfPart(kind: FaultKind): boolean {
   return kind === "damaged-part" || kind === "damaged-page";
 }
 
 /**
- * What the statuses of the core (shared/base/status.h) and the server's own (server/HTTP.md) mean
- * here. `undefined`: this status says no more than its HTTP code.
+ * The faults of the core's statuses (shared/base/status.h) and the server's (server/HTTP.md).
+ * `undefined`: the HTTP status code decides.
  */
 export function faultOfStatus(status: string): FaultKind | undefined {
   switch (status) {
@@ -204,7 +204,7 @@ export function faultOfStatus(status: string): FaultKind | undefined {
   }
 }
 
-/** What an HTTP status code means where the answer says nothing else. */
+/** The fault of an HTTP status code, for answers without a status of the server. */
 export function faultOfCode(code: number): FaultKind {
   if (code === 404 || code === 410) return "not-found";
   if (code === 401 || code === 403) return "access-denied";

@@ -4,17 +4,17 @@ import { beginsAsStore, type FileIdentity, joined, Traffic, transfer } from "./t
 import { StreamError } from "./types.ts";
 
 /**
- * Bytes between two chunks that are fetched with them rather than by another request: what a link
- * of 20 Mbit/s carries in 13 ms, a third of a round trip.
+ * Two chunks with at most this many bytes between them are fetched by one request. A link of 20 Mbit/s
+ * carries these bytes in 13 ms, a third of a round trip.
  */
 const gapWorthFetching = 32 * 1024;
-/** One request carries at most so much: the order of need may change while it is under way. */
+/** The largest request (bytes): priorities may change while a request is in flight. */
 const maxBytesTogether = 1024 * 1024;
-/** Neighbours are looked for among so many of the most needed chunks. */
+/** Requests are merged among this number of chunks of highest priority. */
 const chunksLookedAt = 48;
-/** Headers are mostly much smaller than their limit. */
+/** The first request for the header. Most headers are much smaller than their limit. */
 const firstHeaderBytes = 16 * 1024;
-/** Where the content id lies in the header (shared/store/FORMAT.md). */
+/** The offset of the content id in the header (shared/store/FORMAT.md). */
 const contentIdPlace = [32, 48] as const;
 
 export interface ByteRange<C> {
@@ -23,7 +23,7 @@ export interface ByteRange<C> {
   chunks: C[];
 }
 
-/** Joins places in a file that are neighbours, or nearly, to ranges of at most `most` bytes. */
+/** Merges adjacent or nearly adjacent parts of a file into ranges of at most `most` bytes. */
 export function ranges<C extends { offset: number; bytes: number }>(
   places: readonly C[],
   gap = gapWorthFetching,
@@ -49,7 +49,7 @@ export function ranges<C extends { offset: number; bytes: number }>(
 }
 
 export interface SourceOptions {
-  /** When nothing has arrived for so long (ms), a connection counts as broken. Default: 20 s. */
+  /** A connection counts as broken after this time without data (ms). Default: 20 s. */
   longestSilence?: number;
 }
 
@@ -59,7 +59,7 @@ export class FileSource implements Source {
   protected readonly traffic = new Traffic();
   #fresh = false;
   #warm: { header: Promise<Uint8Array>; whole: boolean } | undefined;
-  /** What the answers have said of the file so far; whether another ETag is another file. */
+  /** What earlier answers stated about the file, and whether another ETag means another file. */
   #etag: string | undefined;
   #fileBytes: number | undefined;
   #etagIdentifies = true;
@@ -111,7 +111,7 @@ export class FileSource implements Source {
           `${this.name}: expected a store, found something else`,
         );
       }
-      // Hosts that are several machines may give one file several ETags.
+      // Hosts that consist of several machines may send different ETags for the same file.
       const isOtherEtag = before.etag !== undefined && this.#etag !== before.etag;
       if (isOtherEtag && before.bytes === this.#fileBytes) this.#etagIdentifies = false;
       return contentIdOf(bytes);
@@ -122,7 +122,7 @@ export class FileSource implements Source {
     }
   }
 
-  /** Every answer has to be of the file that was opened. */
+  /** Checks that an answer belongs to the file that was opened. */
   #identify({ etag, bytes }: FileIdentity): void {
     const isOther =
       (bytes !== undefined && this.#fileBytes !== undefined && bytes !== this.#fileBytes) ||
@@ -152,7 +152,7 @@ export class FileSource implements Source {
   warm(): void {
     if (this.#warm) return;
     const header = this.fetchHeader(new AbortController().signal, this.fresh);
-    // A failure is told when the header is asked for.
+    // header() reports a failure.
     header.catch(() => {});
     this.#warm = { header, whole: this.fresh };
   }
@@ -188,7 +188,7 @@ export class FileSource implements Source {
       arrived(part, at);
       at += part.length;
     });
-    // The answer was whole, by its own account: the file has no more.
+    // The answer is complete according to its headers, so the file ends here.
     if (at !== offset + bytes) {
       throw new StreamError(
         "cut-short",
@@ -227,7 +227,7 @@ export class FileSource implements Source {
   }
 
   group<C extends ChunkPlaceInFile>(chunks: readonly C[]): C[][] {
-    // Sets keep the order of need: a range is as urgent as its most needed chunk.
+    // Sets keep the order of insertion, so a range gets the priority of its most important chunk.
     const rank = new Map(chunks.map((chunk, i) => [chunk, i]));
     const mostNeeded = (range: ByteRange<C>): number =>
       Math.min(...range.chunks.map((chunk) => rank.get(chunk) ?? 0));
@@ -251,8 +251,8 @@ export class FileSource implements Source {
 }
 
 /**
- * Does something for each item at the same time. When it fails for one, it is ended for the others;
- * settles when nothing is under way any more, with the first failure.
+ * Runs a function for all items concurrently. If it fails for one item, the others are aborted. Settles
+ * when all have ended; rejects with the first failure.
  */
 export async function together<T>(
   signal: AbortSignal,
@@ -279,7 +279,7 @@ export async function together<T>(
   if (failures.length > 0) throw failures[0];
 }
 
-/** Of a store's first bytes. */
+/** The content id in the first bytes of a store. */
 export function contentIdOf(header: Uint8Array): string {
   return hexadecimal(header.subarray(...contentIdPlace));
 }
@@ -288,7 +288,7 @@ export function hexadecimal(bytes: Uint8Array): string {
   return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }
 
-/** Cuts a range into its places while it arrives. */
+/** Cuts a range into its parts while it arrives. */
 class Cutter<C extends { offset: number; bytes: number }> {
   readonly #places: C[];
   readonly #arrived: (place: C, bytes: Uint8Array) => void;
@@ -307,7 +307,7 @@ class Cutter<C extends { offset: number; bytes: number }> {
       const from = Math.max(place.offset + this.#have - offset, 0);
       const to = Math.min(place.offset + place.bytes - offset, part.length);
       if (to > from) {
-        // A copy: the part is the transport's, and may hold other places too.
+        // A copy, because the transport's buffer may contain other parts too.
         this.#parts.push(part.slice(from, to));
         this.#have += to - from;
       }

@@ -12,8 +12,8 @@ import { transfer, transferWhole } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
 /**
- * A batch takes about so long (ms): so often is the order of need looked at. As many bytes as that
- * takes are asked for together, as far as the last batches tell, within these limits.
+ * The intended duration of a batch (ms), so that the order of priority is reconsidered that often. The
+ * size of a batch follows from the measured rate of the last batches, within these limits.
  */
 const batchTime = 250;
 const [fewestBatchBytes, maxBatchBytes] = [128 * 1024, 1024 * 1024];
@@ -21,16 +21,16 @@ const [fewestBatchBytes, maxBatchBytes] = [128 * 1024, 1024 * 1024];
 const batchChunks = 96;
 
 export interface ServerSourceOptions extends SourceOptions {
-  /** The server's address. Default: that of the page. */
+  /** The server's address. Default: the page's address. */
   base?: string;
   /** The volume's name on the server. */
   volume: string;
 }
 
 /**
- * A volume of an Isosplat server (server/HTTP.md). Every URL but the volume's own names its content
- * and never changes meaning. Over HTTP/1.1 many chunks travel as one streamed answer; over HTTP/2
- * and later each has a request of its own, which costs nothing there and is cached on its own.
+ * A volume of an Isosplat server (server/HTTP.md). All URLs but the volume's own contain the content id,
+ * so their content never changes. Over HTTP/1.1, one streamed answer carries many chunks. Over HTTP/2
+ * and later, each chunk has its own request: these are multiplexed, and cached separately.
  */
 export class ServerSource extends FileSource {
   override get concurrency(): number {
@@ -38,7 +38,7 @@ export class ServerSource extends FileSource {
   }
   readonly #volumeUrl: string;
   #contentUrl: string | undefined;
-  /** What came with the header, until it is asked for. */
+  /** The chunks and pages that came with the header, until they are requested. */
   #bootstrap: Bootstrap | undefined;
   #multiplexed = false;
   #batchBytes = 192 * 1024;
@@ -125,14 +125,14 @@ export class ServerSource extends FileSource {
     frames.end();
     const bytes = chunks.reduce((sum, chunk) => sum + chunk.bytes, 0);
     const fitting = (bytes * batchTime) / Math.max(1, performance.now() - begin);
-    // A small batch tells of the round trip, not of the link.
+    // A small batch measures the round trip, not the rate of the link.
     if (bytes >= fewestBatchBytes / 2 || fitting > this.#batchBytes) {
       const next = (this.#batchBytes + fitting) / 2;
       this.#batchBytes = Math.min(maxBatchBytes, Math.max(fewestBatchBytes, next));
     }
   }
 
-  /** Reads an answer. One that is not what was asked for may have come from a cache. */
+  /** Parses an answer. After a failure, later requests bypass caches: a cache may have sent it. */
   #checked<T>(read: () => T): T {
     try {
       return read();
@@ -164,7 +164,7 @@ export class ServerSource extends FileSource {
   }
 }
 
-/** What is wrong with a part of the header is wrong with the header. */
+/** Reports faults of a part of the opening answer as faults of the header. */
 async function ofVolume(answer: Promise<Uint8Array>, url: string): Promise<Uint8Array> {
   try {
     return await answer;
@@ -182,7 +182,7 @@ function place(chunk: ChunkPlaceInFile): string {
 interface Bootstrap {
   contentId: string;
   header: Uint8Array;
-  /** A range of the file, and where it begins. */
+  /** A byte range of the file, and its offset. */
   rest: Uint8Array;
   offset: number;
 }
@@ -221,7 +221,7 @@ function readBootstrap(answer: Uint8Array, url: string): Bootstrap {
   };
 }
 
-/** Whether one connection carries many requests at a time, as the browser found it. */
+/** Whether the connection multiplexes requests (HTTP/2 or later), according to the browser. */
 function isMultiplexed(url: string): boolean {
   if (typeof performance === "undefined" || typeof window === "undefined") return false;
   const [entry] = performance.getEntriesByName(url, "resource").slice(-1);

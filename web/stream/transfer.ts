@@ -1,46 +1,46 @@
 import { faultOfCode, faultOfStatus } from "./faults.ts";
 import { StreamError } from "./types.ts";
 
-/** What has been asked for and received, by one source. */
+/** Counts the requests and received bytes of one source. */
 export class Traffic {
   requests = 0;
   bytesReceived = 0;
-  /** The source has answered, and this page may read its answers. */
+  /** Whether the source has answered, and CORS lets this page read its answers. */
   hasAnswered = false;
-  /** When nothing has arrived for so long (ms), the connection counts as broken. */
+  /** A connection counts as broken after this time without data (ms). */
   longestSilence = 20_000;
 }
 
 export interface TransferOptions {
-  /** First and last byte of the resource to ask for. */
+  /** First and last byte to request. */
   range?: readonly [first: number, last: number];
-  /** Past every cache: what the caches hold has turned out wrong. */
+  /** Bypasses all caches, because a cached answer was wrong. */
   fresh?: boolean;
-  /** Is told what the answer says of its file, before its body; what this throws ends the request. */
+  /** Called before the body with what the headers state about the file. If it throws, the request ends. */
   identify?: (answer: FileIdentity) => void;
 }
 
-/** What an answer says of the file it is of; undefined where it does not, or CORS hides it. */
+/** What an answer's headers state about its file; undefined if a header is missing or hidden by CORS. */
 export interface FileIdentity {
   etag: string | undefined;
-  /** Of the whole file. */
+  /** Size of the whole file. */
   bytes: number | undefined;
 }
 
-/** A failed request's StreamError with how long the server asks to wait, in ms. */
+/** The StreamError of a failed request, and how long the server asks to wait (Retry-After), in ms. */
 export class TransferError extends StreamError {
   retryAfter = 0;
 }
 
-/** Of what a server says of an error, so much is read (bytes). */
+/** How much of an error's body is read (bytes). */
 const longestExplanation = 16 * 1024;
-/** What every store begins with (shared/store/FORMAT.md). */
+/** The first bytes of every store (shared/store/FORMAT.md). */
 const storeMagic = [0x89, 0x49, 0x53, 0x4f, 0x53, 0x0d, 0x0a, 0x1a];
 
 /**
- * Makes one request and hands on the answer's body as it arrives; `expected` (of a range or a
- * Content-Length) is met exactly, or this rejects. Counts into `traffic`. Rejects with a StreamError
- * or the signal's reason.
+ * Makes one request and passes on the answer's body as it arrives. Rejects unless the body has exactly
+ * the size that the range or Content-Length states. Adds to `traffic`. Rejects with a StreamError or
+ * the signal's reason.
  */
 export async function transfer(
   url: string,
@@ -61,7 +61,7 @@ export async function transfer(
         arrived(part);
       });
     } catch (cause) {
-      // Nobody reads on: let the connection go.
+      // The rest of the body is not needed: release the connection.
       void response.body?.cancel().catch(() => {});
       throw cause;
     }
@@ -77,7 +77,7 @@ export async function transfer(
   }
 }
 
-/** As `transfer`, into one array. */
+/** Like `transfer`, but returns the whole body as one array. */
 export async function transferWhole(
   url: string,
   options: TransferOptions,
@@ -106,7 +106,7 @@ export function beginsAsStore(bytes: Uint8Array): boolean {
   return storeMagic.every((byte, i) => bytes[i] === byte);
 }
 
-/** Ends a request when its signal does, or when nothing has arrived for too long. */
+/** Aborts a request when its signal is aborted, or when no data have arrived for too long. */
 class Silence {
   readonly #ending = new AbortController();
   readonly #outer: AbortSignal;
@@ -126,7 +126,7 @@ class Silence {
     return this.#ending.signal;
   }
 
-  /** Something has arrived. */
+  /** Reports that data have arrived. */
   broken(): void {
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => {
@@ -163,7 +163,7 @@ async function ask(
       const what = silence.isOver ? "the server does not answer" : "the server cannot be reached";
       throw new TransferError("unreachable", `${url}: ${what}`, cause);
     }
-    // A host that let this page read before: its errors come without the fields that allow it.
+    // CORS allowed earlier answers of this host, so this is an error answer without CORS headers.
     throw new TransferError(
       traffic.hasAnswered ? "server-fault" : "cors-refused",
       `${url}: the host answers, without Access-Control-Allow-Origin for this page`,
@@ -173,8 +173,8 @@ async function ask(
 }
 
 /**
- * Whether a host of another origin answers at all. A browser does not tell a refusal by CORS from a
- * host that is not there; but where nothing is to be read of the answer, CORS refuses nothing.
+ * Whether a host of another origin answers at all. Browsers report a refusal by CORS and an
+ * unreachable host in the same way. But an opaque request (mode no-cors) succeeds if the host answers.
  */
 async function answersWithoutCors(url: string, signal: AbortSignal): Promise<boolean> {
   if (typeof location === "undefined") return false;
@@ -207,12 +207,12 @@ function codeInWords(response: Response, status: number): string {
   return `the file ends before what is asked for${bytes === undefined ? "" : `, at ${bytes} bytes`}`;
 }
 
-/** Why a Range request was answered with the whole file. */
+/** Finds out why a Range request was answered with the whole file. */
 async function whyWhole(response: Response, url: string, first: number): Promise<StreamError> {
   if (response.headers.get("Content-Length") === "0") {
     return new StreamError("cut-short", `${url}: expected a store, found a file of 0 bytes`);
   }
-  // Hosts that answer every address with a page answer this one, too.
+  // Some hosts answer every unknown address with the same page.
   if (first === 0 && !beginsAsStore(await firstBytes(response, storeMagic.length))) {
     return new StreamError(
       "not-a-store",
@@ -226,7 +226,7 @@ async function whyWhole(response: Response, url: string, first: number): Promise
   );
 }
 
-/** The server's own words (server/HTTP.md, Errors), if it has any. */
+/** The server's error message (server/HTTP.md, Errors), if there is one. */
 async function explanation(
   response: Response,
 ): Promise<{ status: string; message: string } | undefined> {
@@ -241,7 +241,7 @@ async function explanation(
   }
 }
 
-/** The first bytes of the body, at least so many where it has them; the rest is not read. */
+/** The first bytes of the body: at least `count` if it has as many. Does not read the rest. */
 async function firstBytes(response: Response, count: number): Promise<Uint8Array> {
   const parts: Uint8Array[] = [];
   const reader = response.body?.getReader();
@@ -255,7 +255,7 @@ async function firstBytes(response: Response, count: number): Promise<Uint8Array
   return joined(parts);
 }
 
-/** Of Content-Range: the bytes that the answer has, and of the whole file. */
+/** Parses Content-Range: the first and last byte of the answer, and the size of the whole file. */
 function contentRange(
   response: Response,
 ): { first: number | undefined; last: number | undefined; total: number | undefined } | undefined {
@@ -267,7 +267,7 @@ function contentRange(
   return { first: number(match[1]), last: number(match[2]), total: number(match[3]) };
 }
 
-/** Looks at what the answer says of itself; answers how many bytes are to come, if that is known. */
+/** Checks the answer's status and headers. Returns the size of the body, if it is known. */
 function identify(response: Response, url: string, options: TransferOptions): number | undefined {
   const range = contentRange(response);
   const etag = response.headers.get("ETag") ?? undefined;
@@ -283,7 +283,7 @@ function identify(response: Response, url: string, options: TransferOptions): nu
   return range.last - first + 1;
 }
 
-/** What fails in who takes the bytes is no fault of the connection. */
+/** An error of the function that receives the bytes; not a fault of the connection. */
 function hand(part: Uint8Array, arrived: (part: Uint8Array) => void): void {
   try {
     arrived(part);

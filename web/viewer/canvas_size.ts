@@ -1,8 +1,8 @@
 import { onPixelRatio } from "./pixel_ratio.ts";
 
 /**
- * Keeps the pixels of a canvas in step with its size on the page. The size is what the browser has
- * last told of it: to ask for it in a frame would have the page laid out at once.
+ * Adapts the pixels of a canvas to its size on the page. The size is the one that the browser reported
+ * last (ResizeObserver): reading it within a frame would force a layout of the page.
  */
 export class CanvasSize {
   readonly #canvas: HTMLCanvasElement;
@@ -12,7 +12,7 @@ export class CanvasSize {
   #cssWidth = 0;
   #cssHeight = 0;
 
-  /** `changed`: the size on the page, or the pixels that it has, are others. */
+  /** changed: called when the size on the page or the number of pixels has changed. */
   constructor(canvas: HTMLCanvasElement, maxPixelRatio: number, changed: () => void) {
     this.#canvas = canvas;
     this.#maxPixelRatio = maxPixelRatio;
@@ -24,7 +24,7 @@ export class CanvasSize {
     this.#unwatch = onPixelRatio(changed);
   }
 
-  /** At least 1; CSS pixels. */
+  /** In CSS pixels, at least 1. */
   get cssHeight(): number {
     if (this.#cssHeight === 0) this.#read();
     return Math.max(this.#cssHeight, 1);
@@ -36,7 +36,7 @@ export class CanvasSize {
     return Math.max(this.#cssWidth, 1) / cssHeight;
   }
 
-  /** Answers whether the canvas has another size now, and with that is empty. */
+  /** Returns whether it resized the canvas, which also clears it. */
   fit(): boolean {
     const ratio = Math.min(devicePixelRatio, this.#maxPixelRatio);
     const height = Math.max(1, Math.round(this.cssHeight * ratio));

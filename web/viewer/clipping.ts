@@ -11,7 +11,7 @@ export function isWhole({ low, high, planes }: Clip): boolean {
   return low.every((v) => v === 0) && high.every((v) => v === 1) && planes.length === 0;
 }
 
-/** The smallest and the largest of normal · world in the volume. */
+/** The smallest and the largest value of normal · world in the volume. */
 export function extentAlong(normal: Triple, info: StoreInfo): [number, number] {
   const { origin, direction, spacing, voxels } = info;
   let low = 0;
@@ -28,11 +28,11 @@ export function extentAlong(normal: Triple, info: StoreInfo): [number, number] {
   return [start + low, start + high];
 }
 
-/** Through the middle of the volume; cuts away what is on the eye's side. */
+/** A plane through the centre of the volume that cuts away the half towards the eye. */
 export function planeFacing(camera: Camera, info: StoreInfo): ClipPlane {
   const azimuth = (camera.azimuth * Math.PI) / 180;
   const elevation = (camera.elevation * Math.PI) / 180;
-  // The view's direction: shared/render/camera.cpp, camera_frame.
+  // The viewing direction, as in camera_frame of shared/render/camera.cpp.
   const normal: Triple = [
     -Math.sin(azimuth) * Math.cos(elevation),
     Math.cos(azimuth) * Math.cos(elevation),

@@ -1,4 +1,4 @@
-/** What a gesture asks of the camera. Pixels are CSS pixels. */
+/** The actions of gestures on the camera. Pixels are CSS pixels. */
 export interface CameraActions {
   orbit(rightDegrees: number, upDegrees: number): void;
   pan(rightPx: number, downPx: number): void;
@@ -21,7 +21,7 @@ interface Point {
 /**
  * Mouse (left: orbit; right, middle or Shift: pan; wheel: zoom), touch (one finger: orbit; two:
  * pinch and pan), pen, and keys on the canvas (arrows: orbit; Shift and arrows: pan; + −: zoom; R:
- * reset). The answer removes all listeners.
+ * reset). The returned function removes all listeners.
  */
 export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions): () => void {
   const pointers = new Map<number, Point>();
@@ -32,7 +32,7 @@ export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions
 
   const orbitBy = (dx: number, dy: number) => {
     const scale = degreesPerHeight / Math.max(canvas.clientHeight, 1);
-    // The surface follows the pointer, so the eye goes the other way; y runs down on screens.
+    // The surface follows the pointer, so the eye moves in the opposite direction. y points down.
     actions.orbit(-dx * scale, dy * scale);
   };
 
@@ -65,7 +65,7 @@ export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions
       } else if (pointers.size === 2) {
         const other = [...pointers].find(([id]) => id !== event.pointerId)?.[1];
         if (other) {
-          // Each finger moves the middle by half of its own way.
+          // The midpoint of two fingers moves by half of each finger's movement.
           actions.pan(dx / 2, dy / 2);
           const spreadBefore = Math.hypot(before.x - other.x, before.y - other.y);
           const spreadAfter = Math.hypot(after.x - other.x, after.y - other.y);
@@ -113,15 +113,15 @@ export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions
 }
 
 /**
- * Firefox counts a mouse wheel in lines, three to a notch, which is some 120 px elsewhere; in pages,
- * where the system is set up so.
+ * Converts a wheel event to pixels. Firefox reports lines, three per notch (other browsers: about
+ * 120 px), or pages, if the system is configured so.
  */
 function pixelsPerUnit({ deltaMode }: WheelEvent): number {
   if (deltaMode === WheelEvent.DOM_DELTA_LINE) return 40;
   return deltaMode === WheelEvent.DOM_DELTA_PAGE ? 120 : 1;
 }
 
-/** Does what the key asks of the camera; false when it asks nothing. For keys outside the canvas. */
+/** Handles a key outside the canvas. Returns false if the key has no action. */
 export function handleCameraKey(event: KeyboardEvent, actions: CameraActions): boolean {
   if (event.ctrlKey || event.metaKey || event.altKey) return false;
   const arrows: Record<string, [number, number]> = {

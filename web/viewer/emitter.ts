@@ -1,8 +1,8 @@
-/** Calls listeners by the event's name. `Events` maps a name to what its listeners are given. */
+/** Calls listeners by event name. `Events` maps names to the arguments of listeners. */
 export class Emitter<Events> {
   readonly #listeners = new Map<keyof Events, Set<(detail: never) => void>>();
 
-  /** Adds a listener; the answer removes it. */
+  /** Adds a listener; the returned function removes it. */
   on<Name extends keyof Events>(name: Name, listener: (detail: Events[Name]) => void): () => void {
     let listeners = this.#listeners.get(name);
     if (!listeners) {

@@ -1,15 +1,14 @@
 import type { RendererModule } from "./renderer_module.ts";
 
-/** A picture gives way to a finer one over so long (ms). */
+/** Duration of a fade from one picture to the next (ms). */
 const duration = 160;
 
 /**
- * Lets finer pictures of a still view come in the place of coarser ones step by step, where they
- * would else pop up.
+ * Fades from one picture to the next finer one of the same view, so that details do not pop up.
  */
 export class Fade {
   readonly #renderer: RendererModule;
-  /** A picture is held that looks like the present one, but for what has arrived since. */
+  /** The renderer keeps a picture of the present view, from which the next one can fade in. */
   #holds = false;
   #startedAt: number | undefined;
 
@@ -21,20 +20,20 @@ export class Fade {
     return this.#startedAt !== undefined;
   }
 
-  /** The next picture shows something else: it is to be there at once. */
+  /** The next picture shows something else, and is to appear without a fade. */
   forget(): void {
     this.#holds = false;
     this.#startedAt = undefined;
   }
 
-  /** Before a draw: a fade that is under way goes on from where it is. */
+  /** To be called before a draw. A running fade continues from its present state. */
   beforeDraw(now: number): void {
     if (this.#startedAt === undefined) return;
     this.#renderer.fade(this.#progress(now));
     this.#renderer.holdPicture();
   }
 
-  /** Right after a draw. `isMoreToCome`: the next picture is to come in the place of this one. */
+  /** To be called right after a draw. isMoreToCome: the next picture is to fade in over this one. */
   afterDraw(now: number, isMoreToCome: boolean): void {
     if (this.#holds && this.#renderer.beginFade()) {
       this.#startedAt = now;
@@ -44,7 +43,7 @@ export class Fade {
     }
   }
 
-  /** In a frame that draws nothing. */
+  /** To be called in a frame that draws nothing. */
   step(now: number, isMoreToCome: boolean): void {
     const progress = this.#progress(now);
     this.#renderer.fade(progress);

@@ -1,9 +1,9 @@
-/** Milliseconds after a frame within which the next one belongs to the same run. */
+/** A frame belongs to the same run as the one before if it follows within this time (ms). */
 const sameRun = 40;
 
 /**
- * Draws on demand. `request` asks for one frame; the callback says whether another is to follow. A
- * view that stands still costs nothing.
+ * Draws on demand: `request` requests one frame, and the callback returns whether another one is to
+ * follow. A still view causes no work.
  */
 export class FrameLoop {
   readonly #draw: (now: number) => boolean;
@@ -23,7 +23,7 @@ export class FrameLoop {
     this.#handle = requestAnimationFrame(this.#frame);
   }
 
-  /** A frame is to come. */
+  /** Whether a frame has been requested. */
   get isRequested(): boolean {
     return this.#handle !== 0;
   }
@@ -33,7 +33,7 @@ export class FrameLoop {
     this.#handle = 0;
   }
 
-  /** Of the last frames that followed one another; 0 while there were none. */
+  /** Frames per second of the last run; 0 if there was none. */
   get framesPerSecond(): number {
     if (this.#intervals.length < 2) return 0;
     const sum = this.#intervals.reduce((total, interval) => total + interval, 0);
@@ -45,8 +45,8 @@ export class FrameLoop {
     const before = this.#lastFrame;
     const interval = now - before;
     this.#lastFrame = now;
-    // Asked for soon after the last frame: one run. Later, it was not waited for, as when a chunk
-    // arrives now and then; that says nothing of how fast frames can be.
+    // Only frames that were requested right after the one before are a run. Later requests, for
+    // example for chunks that arrive now and then, do not show how fast frames can be.
     if (this.#askedAt - before < sameRun && interval < 1000) {
       this.#intervals.push(interval);
       if (this.#intervals.length > 30) this.#intervals.shift();

@@ -7,13 +7,13 @@ import { type DrawStatistics, RendererError, type RendererModule } from "./rende
 import { SplatChoice } from "./splat_choice.ts";
 import type { Camera, FrameReport, Look, SplatKind } from "./types.ts";
 
-/** The view rests when nothing has moved or arrived for so long (ms). */
+/** The view is at rest when nothing has moved or arrived for this time (ms). */
 const restAfter = 220;
-/** A picture of a resting view that takes no longer (ms) is drawn a few times more, for smooth edges. */
+/** Edges are smoothed by further draws if one picture takes no longer than this (ms). */
 const longestSmoothed = 400;
-/** While a picture is being drawn, it is looked again after so long (ms). */
+/** Interval between checks whether the GPU has finished a picture (ms). */
 const shortestWait = 8;
-/** Arrivals fade in where a picture takes no longer (ms). */
+/** New chunks fade in if a picture takes no longer than this (ms). */
 const longestFaded = 50;
 
 /** What is to be drawn. */
@@ -24,16 +24,16 @@ export interface Scene {
   kind: Look["kind"];
 }
 
-/** What a picture asks of its viewer. */
+/** What the scheduler needs from its viewer. */
 export interface FrameSchedulerHost {
-  /** Null while there is nothing to draw, or nothing to draw with. */
+  /** Null while there is no volume or no renderer. */
   scene(): Scene | null;
-  /** Does what may fail in the renderer; answers whether it did not. */
+  /** Runs an action of the renderer; returns whether it succeeded. */
   guard(action: (renderer: RendererModule) => void): boolean;
-  /** Asks the GPU whether all is there that was sent to it, these chunks among it. */
+  /** Checks that the uploads of these chunks, and all before, have succeeded. */
   checkGpu(ids: readonly number[]): void;
   isContextLost(): boolean;
-  /** Gives the canvas its size; answers whether that is another one. */
+  /** Sets the size of the canvas; returns whether it has changed. */
   fitCanvas(): boolean;
   drawn(report: FrameReport): void;
   /** `FrameScheduler.isBusy` may have changed. */
@@ -41,8 +41,8 @@ export interface FrameSchedulerHost {
 }
 
 /**
- * When a canvas is drawn, and how finely: fast splats while something moves, the exact surface and
- * smooth edges at rest, what arrives as it comes, as far as the GPU keeps up.
+ * Decides when a canvas is drawn, and in which quality: fast splats while something moves; the exact
+ * surface and smooth edges at rest; new chunks as they arrive, as far as the GPU is fast enough.
  */
 export class FrameScheduler {
   readonly #canvas: HTMLCanvasElement;
@@ -59,22 +59,22 @@ export class FrameScheduler {
   #restTimer = 0;
   #drawTimer = 0;
   #chunksToGo = 0;
-  /** Of the present view, data are on their way, or are to be asked for. */
+  /** Data of the present view are in flight, or will be requested. */
   #isStreaming = false;
-  /** As of the last frame; nothing has moved or arrived since. */
+  /** As of the last frame: nothing has moved or arrived since. */
   #isResting = false;
-  /** The last frame is followed by another one at once. */
+  /** Another frame follows the last one at once. */
   #isFollowed = false;
-  /** From when on what has arrived may be drawn, as long as more is to come. */
+  /** While more data are expected, new chunks are not drawn before this time. */
   #nextArrivals = 0;
-  /** What the last picture that was measured took (ms), and of what. */
+  /** Duration (ms) and splat kind of the last picture that was measured. */
   #took: { kind: SplatKind; milliseconds: number } | null = null;
-  /** Chunks that went to the GPU, which has not been asked since whether there was room for them. */
+  /** Chunks that were uploaded, but not yet checked for a full GPU memory. */
   #unchecked: number[] = [];
-  /** Of this volume: until there is something to see, drawing would only take the GPU's time. */
+  /** Whether something of this volume can be seen. Before that, drawing would waste the GPU's time. */
   #isBegun = false;
 
-  /** `canvas`: the one that the view draws on. */
+  /** canvas: on which the view is drawn. */
   constructor(canvas: HTMLCanvasElement, renderer: RendererModule, owner: FrameSchedulerHost) {
     const gl = canvas.getContext("webgl2");
     if (!gl) throw new RendererError("the canvas has no WebGL 2 context");
@@ -95,12 +95,12 @@ export class FrameScheduler {
     });
   }
 
-  /** There is something to see, or it is known that there is nothing. */
+  /** Something can be seen, or it is known that there is nothing to see. */
   get isBegun(): boolean {
     return this.#isBegun;
   }
 
-  /** The picture is still to change by itself. */
+  /** Whether the picture will still change without further calls. */
   get isBusy(): boolean {
     return (
       this.#isStreaming ||
@@ -113,25 +113,25 @@ export class FrameScheduler {
     );
   }
 
-  /** Asks for a frame. */
+  /** Requests a frame. */
   request(): void {
     this.#loop.request();
     this.#owner.busyChanged();
   }
 
-  /** The camera or what is shown has changed. */
+  /** The camera, the surfaces or their look has changed. */
   onCameraChange(): void {
     this.#lastMotion = performance.now();
     this.#isResting = false;
     this.request();
   }
 
-  /** A chunk's samples went to the GPU. */
+  /** The samples of a chunk have been uploaded. */
   onUpload(id: number): void {
     this.#unchecked.push(id);
   }
 
-  /** Other chunks are drawn. */
+  /** The set of chunks to draw has changed. */
   onVisibleChange(): void {
     this.#isBegun = true;
     this.#lastArrival = performance.now();
@@ -139,7 +139,7 @@ export class FrameScheduler {
     this.request();
   }
 
-  /** Streaming went on. */
+  /** The progress of streaming has changed. */
   onProgress({ chunksToGo, state }: Progress): void {
     const isLast = this.#chunksToGo > 0 && chunksToGo === 0;
     const isEmpty = !this.#isBegun && state !== "opening";
@@ -150,7 +150,7 @@ export class FrameScheduler {
     else this.#owner.busyChanged();
   }
 
-  /** Nothing that was asked of the GPU is answered any more. */
+  /** The context is lost: pending queries and fences will not be answered. */
   onContextLost(): void {
     this.#timer.stop();
     this.#pulse.contextLost();
@@ -159,12 +159,12 @@ export class FrameScheduler {
     this.cancelFade();
   }
 
-  /** What is drawn next has nothing to do with what is there. */
+  /** The next picture is unrelated to the present one. */
   cancelFade(): void {
     this.#fade.forget();
   }
 
-  /** Another volume is opened. */
+  /** Another volume is being opened. */
   onVolumeChange(): void {
     this.#isBegun = false;
     this.#chunksToGo = 0;
@@ -182,7 +182,7 @@ export class FrameScheduler {
     this.#timer.stop();
   }
 
-  /** Draws as finely as at rest. `smooth`: a few times more, for smooth edges. */
+  /** Draws in the quality of a view at rest. smooth: draws several times, to smooth edges. */
   drawToSave(smooth: boolean): void {
     const { width, height } = this.#canvas;
     const scene = this.#owner.scene();
@@ -197,9 +197,9 @@ export class FrameScheduler {
   }
 
   /**
-   * A still view is drawn anew when the last picture is done; what has arrived waits as long as that
-   * took, where more is to come: a slow GPU would else draw every few chunks anew, and take the
-   * processor's time from those that follow.
+   * A still view is drawn again when the last picture is finished. If more data are expected, new chunks
+   * also wait for the duration of a picture: a slow GPU would otherwise draw again after every few
+   * chunks, and software renderers would take the time that decoding needs.
    */
   #mayDraw(now: number): boolean {
     let wait = this.#chunksToGo > 0 ? this.#nextArrivals - now : 0;
@@ -210,7 +210,7 @@ export class FrameScheduler {
     return false;
   }
 
-  /** Answers whether another frame is to follow at once. */
+  /** Returns whether another frame is to follow at once. */
   #frame(now: number): boolean {
     const scene = this.#owner.scene();
     this.#isFollowed = false;
@@ -256,24 +256,24 @@ export class FrameScheduler {
     if (!isMoving && !renderer.needsRedraw(width, height)) {
       this.#visibility.test(session, isResting || kind === this.#kind(scene, true));
     }
-    // Once more when it has come to rest: for the finer splats, and so that streaming refines.
+    // One more frame at rest: it draws finer splats, and lets streaming refine.
     clearTimeout(this.#restTimer);
     if (!isResting) {
       const wait = Math.max(0, quietSince + restAfter - now) + 1;
       this.#restTimer = window.setTimeout(() => this.request(), wait);
     }
-    // Smoothing begins in the frame after a fade's last.
+    // Smoothing begins in the frame after the end of a fade.
     this.#isFollowed = wasFading || this.#fade.isRunning;
     this.#owner.busyChanged();
     return this.#isFollowed;
   }
 
-  /** Whether the last picture of this kind took no longer (ms). */
+  /** Whether the last picture of this kind took no longer than a time (ms). */
   #isFast(longest: number, kind: SplatKind): boolean {
     return this.#took?.kind === kind && this.#took.milliseconds <= longest;
   }
 
-  /** One picture at a time, so that a gesture need not wait for more than one. */
+  /** Only one picture is in flight, so that a gesture does not have to wait for more. */
   #maySmooth(kind: SplatKind): boolean {
     return !this.#timer.isBusy && this.#isFast(longestSmoothed, kind);
   }
@@ -294,14 +294,14 @@ export class FrameScheduler {
     if (report) this.#owner.drawn({ ...report, framesPerSecond: this.#loop.framesPerSecond });
   }
 
-  /** A picture is done: where the view rests, what waited for the GPU goes on. */
+  /** The GPU has finished a picture. If the view is at rest, the actions that waited for this continue. */
   #settled(): void {
     const quietSince = Math.max(this.#lastMotion, this.#lastArrival);
     if (performance.now() - quietSince < restAfter) {
       this.#owner.busyChanged();
       return;
     }
-    // Now the GPU has little else to do: asking it while frames follow each other would wait.
+    // The GPU is idle now. During a run of frames this check would have to wait for them.
     const unchecked = this.#unchecked;
     this.#unchecked = [];
     if (unchecked.length > 0) this.#owner.checkGpu(unchecked);

@@ -1,14 +1,14 @@
 const pollMs = 8;
-/** A frame is asked for first after this share of what the last one took. */
+/** The first check for a frame happens after this share of the duration of the last one. */
 const firstPollShare = 0.5;
-/** What was sent longer ago (ms) says nothing of how the GPU does now. */
+/** Fences older than this (ms) are not used to judge whether the GPU responds. */
 const longestBeat = 50;
-/** A GPU that has not answered at once when asked so many times will not: what waits for that goes on. */
+/** After this many checks, a GPU that never responded at once counts as responding. */
 const maxAsked = 40;
 
 /**
- * How long frames take on the GPU, by fences: a call that draws returns long before the picture is
- * there. One frame at a time; those that begin meanwhile are not measured.
+ * Measures the duration of frames on the GPU by fences, because draw calls return long before the
+ * picture is finished. Measures one frame at a time; frames that begin meanwhile are not measured.
  */
 export class GpuTimer {
   readonly #gl: WebGL2RenderingContext;
@@ -19,12 +19,12 @@ export class GpuTimer {
     this.#gl = gl;
   }
 
-  /** A frame is being drawn. */
+  /** Whether a frame is being measured. */
   get isBusy(): boolean {
     return this.#timer !== 0;
   }
 
-  /** Call right after a frame's commands. `done` is told the milliseconds since `startedAt`. */
+  /** To be called right after a frame's commands. done: receives the milliseconds since startedAt. */
   measure(startedAt: number, done: (milliseconds: number) => void): void {
     if (this.#timer !== 0) return;
     const gl = this.#gl;
@@ -45,7 +45,7 @@ export class GpuTimer {
     this.#timer = window.setTimeout(poll, Math.max(pollMs, firstPollShare * this.#lastTook));
   }
 
-  /** Whatever is being drawn is not waited for: it is of no interest, or was lost with the context. */
+  /** Stops measuring: the frame does not matter any more, or was lost with the context. */
   stop(): void {
     clearTimeout(this.#timer);
     this.#timer = 0;
@@ -53,22 +53,22 @@ export class GpuTimer {
 }
 
 /**
- * Whether the GPU answers at once. What is read back from it waits for all that was sent before,
- * also by the browser, which draws the page with it.
+ * Finds out whether the GPU responds at once. Reading back from it waits for all commands sent before,
+ * including those of the browser, which draws the page with the same GPU.
  */
 export class GpuPulse {
   readonly #gl: WebGL2RenderingContext;
   #fence: WebGLSync | null = null;
   #sentAt = 0;
   #isLate = false;
-  /** Times since it last beat. */
+  /** Number of checks since the GPU last responded at once. */
   #asked = 0;
 
   constructor(gl: WebGL2RenderingContext) {
     this.#gl = gl;
   }
 
-  /** The context is lost: fences of it mean nothing to the one that comes after it. */
+  /** The context is lost: its fences are not valid in the next one. */
   contextLost(): void {
     this.#fence = null;
     this.#isLate = false;
@@ -76,9 +76,9 @@ export class GpuPulse {
   }
 
   /**
-   * Call it every few milliseconds until it says so: what was sent at the last call had been done
-   * when it was first looked at. On a machine that is always busy that never happens: after
-   * `maxAsked` calls it says so as well.
+   * To be called every few milliseconds until it returns true: the fence of the last call was already
+   * signalled at the first check. On a machine that is always busy this never happens, so it also
+   * returns true after `maxAsked` calls.
    */
   beats(): boolean {
     const beats = this.#isAnsweredAtOnce() || ++this.#asked >= maxAsked;

@@ -1,21 +1,21 @@
 import type { StreamSession } from "../stream/index.ts";
 import type { RendererModule } from "./renderer_module.ts";
 
-/** The GPU is asked so often whether a test is done (ms). */
+/** Interval between checks whether the GPU has finished a test (ms). */
 const polling = 8;
 
-/** What the tester asks of its viewer. */
+/** What the tester needs from its viewer. */
 export interface TestedViewer {
-  /** Does what may fail in the renderer; answers whether it did not. */
+  /** Runs an action of the renderer; returns whether it succeeded. */
   guard(action: (renderer: RendererModule) => void): boolean;
-  /** Nothing moves, and the GPU has nothing to do: an answer can be read without waiting. */
+  /** Whether nothing moves and the GPU is idle, so that an answer can be read without waiting. */
   isIdle(): boolean;
   isContextLost(): boolean;
-  /** A test has ended; what waited for that goes on. */
+  /** A test has ended. Actions that waited for this continue. */
   ended(): void;
 }
 
-/** Finds out, where streaming asks for it, what of a picture may be seen more finely. */
+/** Runs occlusion queries when streaming requests them, to find the regions that are to be refined. */
 export class OcclusionTester {
   readonly #viewer: TestedViewer;
   #timer = 0;
@@ -24,14 +24,14 @@ export class OcclusionTester {
     this.#viewer = viewer;
   }
 
-  /** A test's answer is awaited: it would wait for whatever is drawn meanwhile. */
+  /** Whether a test's answer is awaited. Reading it would also wait for commands sent meanwhile. */
   get isRunning(): boolean {
     return this.#timer !== 0;
   }
 
   /**
-   * Tests the picture as it is drawn, if its session wants that. `settled`: when the view rests, it
-   * is drawn no differently.
+   * Tests the present picture, if the session requests it. settled: the picture is already drawn in the
+   * quality of a view at rest.
    */
   test(session: StreamSession, settled: boolean): void {
     if (this.isRunning) return;
@@ -66,7 +66,7 @@ export class OcclusionTester {
     }
   }
 
-  /** The session goes on without answers; after a lost context it begins anew. */
+  /** Reports a failed test: the session continues without answers. A lost context resets it anyway. */
   #failed(session: StreamSession): void {
     if (this.#viewer.isContextLost()) return;
     session.occlusionFailed();

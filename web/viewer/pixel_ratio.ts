@@ -1,6 +1,6 @@
 /**
- * Calls `changed` whenever the window has another devicePixelRatio: it was moved to another screen,
- * or zoomed. The answer ends that.
+ * Calls `changed` whenever devicePixelRatio has changed, because the window moved to another screen or
+ * the page was zoomed. The returned function removes the listener.
  */
 export function onPixelRatio(changed: () => void): () => void {
   let query: MediaQueryList | undefined;
@@ -8,7 +8,7 @@ export function onPixelRatio(changed: () => void): () => void {
     watch();
     changed();
   };
-  // A query is for one ratio: once that has gone, another is needed.
+  // A media query matches one ratio only, so each change needs a new query.
   const watch = () => {
     query = matchMedia(`(resolution: ${devicePixelRatio}dppx)`);
     query.addEventListener("change", again, { once: true });

@@ -1,29 +1,29 @@
 import type { DrawStatistics } from "./renderer_module.ts";
 import type { SplatKind } from "./types.ts";
 
-/** Ellipses that take longer (ms) give way to squares while something moves. */
+/** If ellipses take longer than this (ms), squares replace them while something moves. */
 const slowEllipses = 50;
-/** Squares that are faster (ms) give way to ellipses, which take up to three times as long. */
+/** If squares take less than this (ms), ellipses replace them, which take up to three times as long. */
 const fastSquares = 14;
-/** A resting picture may take so long (ms): longer, and the page seems to hang. */
+/** The longest picture at rest (ms). With longer ones the page would seem to hang. */
 const longestRest = 1000;
-/** Moving frames that take longer (ms) say that exact ones would take too long. */
+/** If frames during movement take longer than this (ms), exact ones would take too long. */
 const hopelessMotion = 400;
-/** The eye has moved so much nearer or farther that what was measured says nothing any more. */
+/** If the distance of the eye changes by this factor, earlier measurements do not count any more. */
 const otherDistance = 1.3;
 
 type MeasuredFrame = Pick<DrawStatistics, "kind" | "programsLinked">;
 
 /**
- * What the kind "automatic" draws: fast splats while something moves, the exact surface when it
- * rests, each as far as this GPU can. Judged by what frames took, not by the GPU's name.
+ * Chooses the splat kind for "automatic": fast splats while something moves, the exact surface at rest,
+ * or cheaper ones if this GPU is too slow. Uses the measured duration of frames, not the GPU's name.
  */
 export class SplatChoice {
   #moving: "ellipse" | "quad" = "ellipse";
   #lastMoving = 0;
   #slowExactAt = 0;
 
-  /** `distance`: of the eye from its target. */
+  /** distance: from the eye to its target. */
   kind(isResting: boolean, distance: number): SplatKind {
     if (!isResting) return this.#moving;
     if (this.#slowExactAt > 0) {
@@ -34,7 +34,7 @@ export class SplatChoice {
     return this.#lastMoving > hopelessMotion ? "ellipse" : "exact";
   }
 
-  /** A frame took so long on the GPU. One that had to link programs says nothing of the next ones. */
+  /** Reports the duration of a frame on the GPU. Frames that linked shader programs do not count. */
   measured(frame: MeasuredFrame, milliseconds: number, distance: number): void {
     if (frame.programsLinked > 0) return;
     const { kind } = frame;

@@ -1,9 +1,9 @@
 import { maxIsosurfaces } from "../../build/wasm/web/layouts.js";
 import type { Triple } from "../stream/types.ts";
 
-/** A view of the volume; the numbers of shared/render/camera.h. Angles in degrees. */
+/** A view of the volume, as in shared/render/camera.h. Angles in degrees. */
 export interface Camera {
-  /** World: what the camera looks at, and orbits. */
+  /** The point, in world coordinates, that the camera looks at and orbits. */
   target: Triple;
   /** From the eye to the target, world units. */
   distance: number;
@@ -12,7 +12,7 @@ export interface Camera {
   /** −90 … 90; 90: the eye is above (+z). */
   elevation: number;
   roll: number;
-  /** Vertical. */
+  /** The vertical field of view. */
   fieldOfView: number;
 }
 
@@ -38,7 +38,7 @@ export const colourings = [
   "level",
   "projection-error",
 ] as const;
-/** What decides a pixel's colour (shared/render/renderer.h, ColourBy). */
+/** The quantity that a pixel's colour shows (shared/render/renderer.h, ColourBy). */
 export type Colouring = (typeof colourings)[number];
 
 export const colourMaps = ["viridis", "magma", "cividis", "turbo"] as const;
@@ -46,7 +46,7 @@ export type ColourMap = (typeof colourMaps)[number];
 
 /** How the surfaces look. */
 export interface Look {
-  /** automatic: fast splats while something moves, exact ones when it rests. */
+  /** automatic: fast splats while something moves, exact ones at rest. */
   kind: SplatKind | "automatic";
   colourBy: Colouring;
   colourMap: ColourMap;
@@ -56,22 +56,22 @@ export interface Look {
   eyeDome: number;
 }
 
-/** What colours stand for (shared/render/splat_passes.cpp, scalar_weights). */
+/** The meaning of colours (shared/render/splat_passes.cpp, scalar_weights). */
 export interface Legend {
   colourBy: Exclude<Colouring, "isosurface">;
   /** CSS colours, evenly spaced from low to high. */
   colours: readonly string[];
-  /** What the first and the last colour stand for; null: the nearest and farthest of the view. */
+  /** The values of the first and the last colour; null: the nearest and farthest point of the view. */
   range: readonly [number, number] | null;
 }
 
-/** Keeps the side that the normal points to: normal · world ≥ offset. */
+/** Keeps the half-space that the normal points to: normal · world ≥ offset. */
 export interface ClipPlane {
   normal: Triple;
   offset: number;
 }
 
-/** The part of the volume that is shown: what is in the box and on the right side of every plane. */
+/** The part of the volume that is shown: inside the box, and in the half-space of every plane. */
 export interface Clip {
   /** The box: fractions of the volume's extent along x, y, z. */
   low: Triple;
@@ -80,13 +80,13 @@ export interface Clip {
   planes: readonly ClipPlane[];
 }
 
-/** What was drawn last. */
+/** Statistics of the last frame. */
 export interface FrameReport {
   samplesDrawn: number;
   samplesResident: number;
   gpuBytes: number;
   kind: SplatKind;
-  /** Frames per second while frames follow one another; 0 when the view stands still. */
+  /** Frames per second during a run of frames; 0 if the view is still. */
   framesPerSecond: number;
 }
 

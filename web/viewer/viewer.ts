@@ -25,7 +25,7 @@ import {
 } from "./types.ts";
 
 export interface ViewerEvents {
-  /** A volume is open; its first surface is on its way. */
+  /** A volume is open. Its first surface follows. */
   opened: StoreInfo;
   /** The streaming progress has changed. */
   progress: Progress;
@@ -35,7 +35,7 @@ export interface ViewerEvents {
   busy: boolean;
   /** The camera moved, by a gesture or by a call. */
   camera: Camera;
-  /** Another volume has come to the address: it is open now. */
+  /** The source had another volume at the same address, which is open now. */
   replaced: StoreInfo;
   /**
    * Emitted once for each occurrence of a fault (web/stream/faults.ts). Progress.fault is set as
@@ -43,21 +43,21 @@ export interface ViewerEvents {
    * open: call open() again.
    */
   error: StreamError | RendererError;
-  /** The browser took the GPU away, and gave it back. */
+  /** The WebGL context was lost or restored. */
   context: "lost" | "restored";
 }
 
 export interface ViewerOptions {
   /**
-   * Most samples (16 bytes each) held on the GPU. Default: from the device's memory
-   * (web/stream/device.ts).
+   * The largest number of samples (16 bytes each) in the GPU's memory. Default: depends on the device's
+   * memory (web/stream/device.ts).
    */
   sampleBudget?: number;
-  /** Cells are refined until they are no larger than this on the screen, in pixels. Default 1. */
+  /** Cells larger than this on the screen, in pixels, are refined. Default 1. */
   targetCellPixels?: number;
-  /** Device pixels per CSS pixel, at most. Default 2. */
+  /** The largest number of device pixels per CSS pixel. Default 2. */
   maxPixelRatio?: number;
-  /** Mouse, touch and keys on the canvas. Default true. */
+  /** Whether mouse, touch and keys on the canvas move the camera. Default true. */
   controls?: boolean;
 }
 
@@ -77,8 +77,8 @@ const firstLook = { colour: "#d9ccb3", opacity: 1 };
 const shaderPolling = 8;
 
 /**
- * A volume on a canvas: streams what the view needs, and draws when something has changed. Knows
- * nothing of the page around it.
+ * Shows a volume on a canvas: streams what the view needs, and draws when something has changed. Does
+ * not depend on the page around the canvas.
  *
  *   const viewer = new Viewer(canvas);
  *   await viewer.open(new ServerSource({ volume: "engine" }));
@@ -129,7 +129,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   /**
-   * Shows another volume in place of the present one. Resolves when its header is read; the surface
+   * Shows another volume instead of the present one. Resolves when its header has been read; the surface
    * follows. Rejects with a StreamError, a RendererError (no WebGL 2), or the signal's reason.
    */
   async open(source: Source, options: OpenOptions = {}): Promise<StoreInfo> {
@@ -149,7 +149,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     } catch (error) {
       if (this.#opening === opening) this.close();
       if (abortOf(error)) {
-        // The instance has aborted: the next open makes another.
+        // The instance has aborted. The next open() creates another one.
         this.#renderer = null;
         this.#parts = null;
       }
@@ -162,7 +162,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     options: OpenOptions,
     signal: AbortSignal,
   ): Promise<StoreInfo> {
-    // Workers and the store's header load beside the renderer.
+    // Workers and the store's header load at the same time as the renderer.
     source.warm();
     this.#decoder ??= new WorkerPool({ renderer: compiledRenderer() });
     const decoder = this.#decoder;
@@ -178,7 +178,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const session = await StreamSession.open(source, core, {
       events: {
         samples: (id, place, samples, clusters) => {
-          // When the context comes back, all of it is opened anew.
+          // The volume is opened again when the context is restored.
           if (this.#contextLost) return true;
           const isTaken = this.#guard((renderer) =>
             renderer.addChunk(id, place, samples, clusters),
@@ -226,7 +226,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#session?.retry();
   }
 
-  /** Lets go of the volume: its requests, its memory on CPU and GPU. The canvas keeps its picture. */
+  /** Closes the volume: ends its requests, and frees its memory. The canvas keeps its picture. */
   close(): void {
     this.#scheduler?.onVolumeChange();
     this.#opening?.abort(
@@ -268,7 +268,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#scheduler?.onCameraChange();
   }
 
-  /** Changes the isovalues and keeps the surfaces' colours; more isovalues take the first's. */
+  /** Changes the isovalues and keeps the colours. Additional surfaces get the colour of the first. */
   setIsovalues(isovalues: readonly number[]): void {
     const first = this.#surfaces[0] ?? { isovalue: 0, ...firstLook };
     this.setSurfaces(
@@ -286,7 +286,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#scheduler?.request();
   }
 
-  /** What the colours stand for; null while each surface has its own, or no volume is open. */
+  /** The meaning of colours; null if each surface has its own colour, or no volume is open. */
   get legend(): Legend | null {
     const { colourBy, colourMap } = this.#look;
     if (!this.#renderer || !this.#info || colourBy === "isosurface") return null;
@@ -298,7 +298,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #mappedRange(): [number, number] | null {
     switch (this.#look.colourBy) {
       case "depth":
-        return null; // the nearest and the farthest of the volume in each view
+        return null; // depends on the view
       case "level":
         return [0, 7];
       case "projection-error":
@@ -335,7 +335,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#scheduler?.onCameraChange();
   }
 
-  /** Back to the view a volume is first seen in. */
+  /** Returns to the first view of the volume. */
   reset(): void {
     if (this.#renderer && this.#info) this.setCamera(this.#firstCamera(this.#renderer));
   }
@@ -361,20 +361,20 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (!this.#renderer || !this.#camera) return;
     const before = this.#camera;
     const zoomed = this.#renderer.zoomed(before, factor);
-    // What is under the pointer stays there.
+    // The point under the pointer stays there.
     const keep = 1 - before.distance / zoomed.distance;
     const height = this.#size.cssHeight;
     this.setCamera(this.#renderer.panned(zoomed, at.x * keep, at.y * keep, height));
   }
 
   /**
-   * The picture as it is, at the canvas's resolution. `smooth`: drawn a few times more, however long
-   * that takes, for smooth edges.
+   * The present picture, at the canvas's resolution. smooth: draws several times to smooth edges, even
+   * if that takes long.
    */
   async screenshot({ smooth = true } = {}): Promise<Blob> {
     if (!this.#scheduler || this.#contextLost) throw new RendererError("nothing is drawn yet");
     this.#scheduler.drawToSave(smooth);
-    // In the same task: afterwards the browser may have cleared the drawing buffer.
+    // In the same task, because the browser may clear the drawing buffer afterwards.
     return new Promise((resolve, reject) =>
       this.canvas.toBlob((blob) => {
         if (blob) resolve(blob);
@@ -393,14 +393,14 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       this.#scheduler = this.#newPicture(renderer);
       return { renderer, core: await loadCore({ module: renderer.exports }) };
     });
-    // A failure is not kept: the next open tries again.
+    // After a failure, the next open() tries again.
     this.#parts.catch(() => {
       this.#parts = null;
     });
     return this.#parts;
   }
 
-  /** Waits for the shaders without standing in the way of the workers, and of the first samples. */
+  /** Waits for the shaders without blocking the workers and the first samples. */
   #warmUp(): void {
     if (this.#isWarm) return;
     setTimeout(
@@ -429,7 +429,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (!info) return [0, 1];
     const [low, high] = info.range;
     if (this.#look.colourBy !== "gradient") return [low, high];
-    // Half of the range across one cell is a sharp edge.
+    // The largest gradient of the scale: half of the range of values across one cell, a sharp edge.
     return [0, (0.5 * (high - low)) / Math.min(...info.spacing)];
   }
 
@@ -489,7 +489,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       } else if (error instanceof WebAssembly.RuntimeError) {
         this.#replaceRenderer(error);
       } else {
-        // A fault in JavaScript: the renderer is in order.
+        // An error in JavaScript; the renderer still works.
         this.emit("error", new RendererError(String(error), "internal", error));
       }
       return false;
@@ -512,13 +512,13 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #streamFailed(error: StreamError): void {
-    // Streaming asks the core of the renderer's instance.
+    // Streaming uses the core of the renderer's instance.
     const abort = abortOf(error);
     if (abort) this.#replaceRenderer(abort);
     else this.emit("error", error);
   }
 
-  /** The instance has aborted, and cannot go on: another one opens the volume again. */
+  /** The instance has aborted and cannot continue. Opens the volume again with another one. */
   #replaceRenderer(error: WebAssembly.RuntimeError): void {
     if (!this.#renderer) return;
     this.#renderer = null;
@@ -527,7 +527,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#scheduler?.stop();
     const isToStay = performance.now() - this.#rendererMadeAt < shortestLife;
     this.#rendererMadeAt = performance.now();
-    // Not within the call that has failed.
+    // In a task of its own, not within the call that failed.
     setTimeout(() => {
       if (this.#disposed) return;
       if (isToStay) {
@@ -535,7 +535,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         this.emit("error", new RendererError(String(error), "renderer-failed", error));
         return;
       }
-      // What the old instance has on the GPU goes with its context.
+      // Losing the context frees what the old instance has in the GPU's memory.
       const context = this.canvas.getContext("webgl2");
       const loss = context?.getExtension("WEBGL_lose_context");
       if (!context || !loss || context.isContextLost()) {
@@ -552,7 +552,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #onContextLost(event: Event): void {
-    event.preventDefault(); // asks the browser to restore it
+    event.preventDefault(); // otherwise the browser does not restore it
     this.#contextLost = true;
     this.#scheduler?.onContextLost();
     this.#renderer?.contextLost();
@@ -560,7 +560,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.emit("context", "lost");
   }
 
-  /** The chunks went with the context. They are read again, mostly from the browser's cache. */
+  /** The chunks were lost with the context. They are read again, mostly from the browser's cache. */
   #onContextRestored(): void {
     this.#contextLost = false;
     this.#guard((renderer) => renderer.contextRestored());
@@ -568,7 +568,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     void this.#reopen();
   }
 
-  /** Opens what is at the source's address now, with the present view. */
+  /** Opens the volume that is now at the source's address, with the present view. */
   async #reopen(): Promise<StoreInfo | undefined> {
     const source = this.#source;
     if (!source) return undefined;
@@ -588,7 +588,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const before = this.#info;
     const info = await this.#reopen();
     if (!info) return;
-    // Another grid: the camera looks elsewhere, or at nothing.
+    // In another grid, the camera might not look at the volume.
     if (!before || !isSameGrid(before, info)) this.reset();
     this.emit("replaced", info);
   }
