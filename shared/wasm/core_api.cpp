@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -231,9 +230,10 @@ IsosplatStatus isosplat_core_info(IsosplatCore* core) {
   return kOk;
 }
 
-float isosplat_core_quantized_isovalue(const IsosplatCore* core, double isovalue) {
-  return core->store ? core->store->info().mapping.quantized_isovalue(isovalue)
-                     : std::numeric_limits<float>::quiet_NaN();
+IsosplatStatus isosplat_core_quantized_isovalue(IsosplatCore* core, double isovalue) {
+  if (!core->store) return no_store(core);
+  put_record(core, 0, core->store->info().mapping.quantized_isovalue(isovalue));
+  return kOk;
 }
 
 IsosplatStatus isosplat_core_coarse_range(IsosplatCore* core, double max_bytes) {

@@ -65,8 +65,8 @@ IsosplatStatus isosplat_core_open(IsosplatCore* core, const void* header, uint32
 /// Results: IsosplatStoreInfo, and the metadata as JSON text.
 IsosplatStatus isosplat_core_info(IsosplatCore* core);
 
-/// ValueMapping::quantized_isovalue. NaN if no store is open.
-float isosplat_core_quantized_isovalue(const IsosplatCore* core, double isovalue);
+/// Result 0: a float, ValueMapping::quantized_isovalue.
+IsosplatStatus isosplat_core_quantized_isovalue(IsosplatCore* core, double isovalue);
 
 /// The coarse tail of the file, at most max_bytes: StoreReader::coarse_range. Result 0:
 /// IsosplatCoarseRange.

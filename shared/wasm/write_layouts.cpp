@@ -4,8 +4,8 @@
 //
 // layouts.js has xBytes for each record X, readX for those that C++ fills, writeX for those that
 // JavaScript fills, and xOffsets for those whose arrays are copied as a whole. layouts.d.ts has the
-// types; web/core/generated.d.ts is a copy. The build runs this program as WebAssembly, so that the
-// offsets are those of the modules.
+// types; web/core/generated.d.ts is a copy. Both also have the names of some enumerations' values.
+// The build runs this program as WebAssembly, so that the offsets are those of the modules.
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
@@ -142,6 +142,74 @@ std::vector<Constant> all_constants() {
       {"selectionTest", ISOSPLAT_SELECTION_TEST},
       {"selectionKeep", ISOSPLAT_SELECTION_KEEP},
   };
+}
+
+struct Enumeration {
+  const char* name;
+  std::vector<const char*> values;
+};
+
+// The compiler warns of a value that a switch does not handle, and warnings are errors.
+const char* name_of(SplatKind kind) {
+  switch (kind) {
+    case SplatKind::quad:
+      return "quad";
+    case SplatKind::ellipse:
+      return "ellipse";
+    case SplatKind::blended:
+      return "blended";
+    case SplatKind::exact:
+      return "exact";
+  }
+  return nullptr;
+}
+
+const char* name_of(ColourBy quantity) {
+  switch (quantity) {
+    case ColourBy::isosurface:
+      return "isosurface";
+    case ColourBy::isovalue:
+      return "isovalue";
+    case ColourBy::gradient:
+      return "gradient";
+    case ColourBy::depth:
+      return "depth";
+    case ColourBy::level:
+      return "level";
+    case ColourBy::projection_error:
+      return "projection-error";
+  }
+  return nullptr;
+}
+
+const char* name_of(ColourMap map) {
+  switch (map) {
+    case ColourMap::viridis:
+      return "viridis";
+    case ColourMap::magma:
+      return "magma";
+    case ColourMap::cividis:
+      return "cividis";
+    case ColourMap::turbo:
+      return "turbo";
+  }
+  return nullptr;
+}
+
+/// The names of all values, which must be 0, 1, 2, …
+template <class Enum>
+std::vector<const char*> names_of() {
+  std::vector<const char*> names;
+  for (int value = 0; const char* name = name_of(static_cast<Enum>(value)); ++value) {
+    names.push_back(name);
+  }
+  return names;
+}
+
+std::vector<Enumeration> all_enumerations() {
+  return {{"splatKindNames", names_of<SplatKind>()},
+          {"colourByNames", names_of<ColourBy>()},
+          {"colourMapNames", names_of<ColourMap>()}};
 }
 
 bool is_read(const Record& record) {
@@ -305,6 +373,12 @@ int main(int argc, char** argv) {
     script += std::string("export const ") + constant.name + " = " +
               std::to_string(constant.value) + ";\n";
     types += std::string("  export const ") + constant.name + ": number;\n";
+  }
+  for (const Enumeration& enumeration : all_enumerations()) {
+    script += std::string("export const ") + enumeration.name + " = [";
+    for (const char* name : enumeration.values) script += std::string("\"") + name + "\",";
+    script += "];\n";
+    types += std::string("  export const ") + enumeration.name + ": readonly string[];\n";
   }
   for (const Record& record : all_records()) {
     if (has_gap(record)) {

@@ -1,8 +1,12 @@
+import { readFileSync } from "node:fs";
+import { fileURLToPath } from "node:url";
 import { afterEach, beforeAll, expect, test } from "vitest";
+import { Calls } from "../../web/core/calls.ts";
 import {
   type Chunk,
   type Core,
   CoreError,
+  type CoreModule,
   maxHeaderBytes,
   regionWords,
   type Store,
@@ -267,6 +271,29 @@ test("a chunk whose bytes were changed is refused with both checksums", () => {
   expect(() => core.decodeChunk(chunk, changed)).toThrow(
     `checksum_mismatch: checksum differs (expected ${expected}, found ${found})`,
   );
+});
+
+test("a closed store reports that it is closed", () => {
+  const store = openWhole(core, file);
+  store.close();
+  const closed = "invalid_argument: the store has been closed";
+  expect(() => store.quantizedIsovalue(100.5)).toThrow(closed);
+  expect(() => store.pages()).toThrow(closed);
+  expect(() => store.chunksFor(0, 100.5)).toThrow(closed);
+  expect(() => store.close()).not.toThrow();
+});
+
+test("the module itself refuses a question about values without a store", async () => {
+  const { default: createModule } = await import("../../build/wasm/web/isosplat-core.js");
+  const wasmBinary = readFileSync(
+    fileURLToPath(new URL("../../build/wasm/web/isosplat-core.wasm", import.meta.url)),
+  );
+  const module = (await createModule({ wasmBinary })) as CoreModule;
+  const calls = new Calls(module);
+  expect(() => calls.check(module._isosplat_core_quantized_isovalue(calls.core, 100.5))).toThrow(
+    "invalid_argument: no store is open",
+  );
+  calls.close();
 });
 
 test("stores that are closed give their memory back", () => {

@@ -2,6 +2,7 @@
 import { readFileSync } from "node:fs";
 import { expect, test } from "vitest";
 import * as layouts from "../../build/wasm/web/layouts.js";
+import { colourings, colourMaps, splatKinds } from "../../web/viewer/types.ts";
 
 const file = (path: string) => readFileSync(new URL(`../../${path}`, import.meta.url), "utf8");
 
@@ -23,6 +24,12 @@ test("records are as large as C lays them out", () => {
   expect(layouts.drawnChunkBytes).toBe(4 + 4 * layouts.regionWords);
   expect(layouts.visibilityBytes).toBe(4 + 2 * 4 * layouts.regionWords);
   expect(layouts.selectionViewBytes).toBe(16 * 8 + 5 * 8 + 2 * 4);
+});
+
+test("the viewer's lists have the enumerations of the renderer, in their order", () => {
+  expect(splatKinds).toEqual(layouts.splatKindNames);
+  expect(colourings).toEqual(layouts.colourByNames);
+  expect(colourMaps).toEqual(layouts.colourMapNames);
 });
 
 test("a record reads as it was written", () => {

@@ -29,11 +29,17 @@ export type ChunkShape = Pick<Chunk, "level" | "blockCells" | "bandBegin" | "ban
  */
 export class Calls {
   readonly module: CoreModule;
-  core: number;
+  #core: number;
 
   constructor(module: CoreModule, core = module._isosplat_core_create()) {
     this.module = module;
-    this.core = core;
+    this.#core = core;
+  }
+
+  /** The IsosplatCore. Throws a CoreError after close(). */
+  get core(): number {
+    if (this.#core === 0) throw new CoreError("invalid_argument", "the store has been closed");
+    return this.#core;
   }
 
   check(status: number): void {
@@ -103,8 +109,8 @@ export class Calls {
   }
 
   close(): void {
-    if (this.core) this.module._isosplat_core_destroy(this.core);
-    this.core = 0;
+    if (this.#core) this.module._isosplat_core_destroy(this.#core);
+    this.#core = 0;
   }
 }
 

@@ -159,7 +159,9 @@ export class Store {
 
   /** The isovalue on the scale of the quantized values, in single precision. */
   quantizedIsovalue(isovalue: number): number {
-    return this.#module._isosplat_core_quantized_isovalue(this.#calls.core, isovalue);
+    const calls = this.#calls;
+    calls.check(this.#module._isosplat_core_quantized_isovalue(calls.core, isovalue));
+    return viewOf(calls.result(0)).getFloat32(0, true);
   }
 
   /** The coarsest levels whose chunks and pages fit into `maxBytes`; at least the coarsest one. */

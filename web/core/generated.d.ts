@@ -22,6 +22,9 @@ declare module "*/layouts.js" {
   export const selectionDraw: number;
   export const selectionTest: number;
   export const selectionKeep: number;
+  export const splatKindNames: readonly string[];
+  export const colourByNames: readonly string[];
+  export const colourMapNames: readonly string[];
 
   export interface Chunk {
     offset: number;

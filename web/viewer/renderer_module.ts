@@ -79,16 +79,9 @@ export class RendererError extends Error {
   }
 }
 
-export interface DrawStatistics {
-  samplesDrawn: number;
-  samplesResident: number;
-  gpuBytes: number;
-  chunksDrawn: number;
-  chunksCulled: number;
-  drawCalls: number;
+/** FrameStatistics of shared/render/renderer.h. */
+export interface DrawStatistics extends Omit<layouts.FrameStatistics, "kind"> {
   kind: SplatKind;
-  /** Shader programs that were linked in this draw, which took longer because of it. */
-  programsLinked: number;
 }
 
 /** The channels of #rrggbb, 0 … 1. */
@@ -231,7 +224,7 @@ export class RendererModule {
     this.#check(this.#exports._isosplat_renderer_set_volume(this.#scratch));
   }
 
-  /** samples, clusters: of a DecodedChunk. */
+  /** samples, clusters: those of a DecodedChunk. */
   addChunk(handle: number, place: ChunkPlace, samples: Uint32Array, clusters: Uint8Array): void {
     const pointer = this.#reserve(clusters.byteLength);
     this.#exports.HEAPU8.set(clusters, pointer);
