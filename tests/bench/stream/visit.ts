@@ -289,13 +289,17 @@ export class Visitor {
     if (this.page.context().pages().length !== before) throw new Error("a page was left open");
   }
 
+  /** Waits until the page's controls are defined. The page loads them after the first surface. */
+  async controls(): Promise<void> {
+    await controls(this.page);
+  }
+
   /**
-   * Bytes on the wire of everything that the page has loaded but the volume: of the workers' script
-   * too, whose request the browser does not show, so it is asked for once more, as it does. What
-   * else workers run is the page's.
+   * Bytes on the wire of the page's own files so far, without the volume. The browser does not report
+   * the request for the workers' script, so this function requests it again in the same way, and
+   * counts that. Workers load no other files.
    */
   async programBytes(): Promise<number> {
-    await controls(this.page);
     const seen = new Set(this.otherUrls.map((url) => new URL(url).pathname));
     let bytes = this.other.bytes;
     const text = await this.page.evaluate(async () => {
