@@ -6,13 +6,13 @@ import { median } from "./harness/results.ts";
 
 interface Case {
   volume: string;
-  /** The name in the table, where it is not the volume's. */
+  /** The name in the table, if it differs from the volume's. */
   name?: string;
-  /** The whole store against the voxels. */
+  /** Largest allowed size of the store relative to the voxels. */
   ratio?: number;
-  /** Bytes of level 0 for an isovalue, at most. */
+  /** Largest allowed number of bytes of level 0 for an isovalue. */
   isovalues?: Record<string, number>;
-  /** Million voxels per second, at least. */
+  /** Smallest allowed rate, million voxels per second. */
   rate?: number;
   options?: string[];
 }

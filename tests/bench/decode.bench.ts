@@ -1,5 +1,5 @@
-// Decoding on one core, from a chunk's bytes to the 16-byte layout of the GPU: natively, and in Node
-// with the WebAssembly module that the page's workers run.
+// Rate of decoding chunks to packed samples on one core: natively, and in Node with the WebAssembly
+// module that the page's workers use.
 import { type ChildProcess, spawn } from "node:child_process";
 import { existsSync, readFileSync } from "node:fs";
 import { join } from "node:path";
@@ -16,9 +16,9 @@ interface Case {
   volume: string;
   /** Undefined: all chunks of level 0. */
   isovalue?: number;
-  /** Million samples per second natively, at least. */
+  /** Smallest allowed native rate, million samples per second. */
   native?: number;
-  /** WASM's rate as a part of the native one, at least. */
+  /** Smallest allowed ratio of the WebAssembly rate to the native rate. */
   ratio?: number;
 }
 
@@ -34,7 +34,7 @@ interface Decoding {
   samples: number;
 }
 
-/** The native decoder in a process of its own, which holds the chunks. */
+/** The native decoder in a separate process, which keeps the chunks in memory. */
 class NativeDecoder {
   readonly #child: ChildProcess;
   readonly #lines: AsyncIterator<string>;
@@ -66,13 +66,13 @@ interface HeldChunk {
   cells: number;
 }
 
-/** CPU time, in seconds, as the native decoder counts. */
+/** CPU time in seconds, as the native decoder measures it. */
 function cpuSeconds(): number {
   const { user, system } = process.cpuUsage();
   return (user + system) / 1e6;
 }
 
-/** Calls the module's decoder itself: web/core would add copies that are none of its work. */
+/** Calls the module's functions directly, because web/core would add copies. */
 class WasmDecoder {
   readonly #module: CoreModule;
   readonly #core: number;

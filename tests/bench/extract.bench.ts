@@ -23,7 +23,7 @@ interface Extraction {
   read: number;
 }
 
-/** An open store in a process of its own that extracts what it is asked for. */
+/** A separate process with an open store, which extracts points on request. */
 class StoreExtractor {
   readonly #child: ChildProcess;
   readonly #lines: AsyncIterator<string>;
@@ -66,7 +66,8 @@ async function runCase(bench: Bench, program: string, python: string | undefined
   try {
     let extraction: Extraction | undefined;
     let mesh: Mesh | undefined;
-    // Both wake up after the other: the first of two extractions in a row warms, the second counts.
+    // The two programs alternate. Of two extractions in a row, the first warms the caches, and only the
+    // second is measured.
     const runs = await bench.interleave(
       {
         isosplat: async () => {

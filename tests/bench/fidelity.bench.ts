@@ -1,8 +1,8 @@
-// How true the pictures are, against a ray caster of the trilinear field in double precision.
-// Holes: pixels at least 2 px from the reference's outlines and depth edges where ours is background
-// or more than 2 cells behind. Depth and normal errors: means over the same pixels. Cells: the
-// smallest spacing. The marks are those of the project; "mesh" is VTK's Flying Edges mesh with its
-// normals, drawn by the same renderer.
+// Errors of pictures, compared with a ray caster of the trilinear field in double precision. Holes:
+// pixels at least 2 px from the reference's outlines and depth edges that show the background or are
+// more than 2 cells behind the reference. Depth and normal errors: means over the same pixels. A cell's
+// length is the smallest spacing. "mesh" is VTK's Flying Edges mesh with its normals, drawn by the same
+// renderer.
 import type { Benchmark } from "./harness/benchmark.ts";
 import { flyingEdgesMesh, renderProgram } from "./harness/render.ts";
 import type { Reach } from "./harness/results.ts";

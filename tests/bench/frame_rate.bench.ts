@@ -1,6 +1,6 @@
-// Frame rates of every kind beside VTK's Flying Edges mesh as indexed triangles with normals, in the
-// same renderer, over the 36 views of the paper's experiment (section 6), taken in turn. Squares and
-// the mesh are lit at their vertices, as they are drawn; the others per pixel.
+// Frame rates of all splat kinds, and of VTK's Flying Edges mesh (indexed triangles with normals) in
+// the same renderer, over the 36 views of the paper's experiment (section 6), interleaved. Quads and the
+// mesh are lit per vertex, the other kinds per pixel.
 import type { Benchmark } from "./harness/benchmark.ts";
 import { flyingEdgesMesh, renderProgram } from "./harness/render.ts";
 

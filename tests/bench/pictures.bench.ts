@@ -1,5 +1,5 @@
-// Draws the pictures of docs/PICTURES.md anew: the paper's figures 4 and 7 by the present renderer,
-// and two isosurfaces. Measures nothing.
+// Draws the pictures of docs/PICTURES.md again: figures 4 and 7 of the paper and two isosurfaces, with
+// the present renderer. Measures nothing.
 import { copyFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Benchmark } from "./harness/benchmark.ts";

@@ -4,7 +4,7 @@ import { join } from "node:path";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
 import { imageData } from "./harness/image_data.ts";
 
-/** Greatest errors, as shares of the volume's range; 0: as exact as 16 bits allow. */
+/** Values of --max-error relative to the volume's range; 0: as exact as 16 bits allow. */
 const shares = [0, 1e-4, 1e-3, 4e-3];
 
 interface Report {
@@ -15,7 +15,7 @@ interface Report {
   chunkReport: { queries: { bytes: number; activeCells: number }[] };
 }
 
-/** VTK image data as a raw volume whose name says its size and type. */
+/** Converts VTK image data to a raw volume whose name contains size and type. */
 function rawOf(bench: Bench, image: string, name: string): string {
   const raw = join(bench.folder, `${name}_64x64x64_f32.raw`);
   writeFileSync(raw, imageData(image));

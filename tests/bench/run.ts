@@ -1,8 +1,8 @@
 // npm run bench [-- NAME… | --list | --checksums]
 //
 // Runs the benchmarks of this folder (NAME.bench.ts), prints a table, and adds rows to
-// results/NAME.csv. Inputs that are absent are skipped by name; ones that differ from their
-// checksum are an error.
+// results/NAME.csv. Names the inputs that are missing, and skips them. An input with another checksum
+// is an error.
 import { existsSync, readdirSync } from "node:fs";
 import { join, relative } from "node:path";
 import { Bench, type Benchmark } from "./harness/benchmark.ts";

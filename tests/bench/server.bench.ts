@@ -1,4 +1,4 @@
-// Requests a second of the server's chunk route, beside nginx with the same bytes as files.
+// Requests per second of the server's chunk route, and of nginx with the same bytes as files.
 import { spawnSync } from "node:child_process";
 import { mkdirSync, writeFileSync } from "node:fs";
 import { createServer } from "node:net";
@@ -32,7 +32,7 @@ async function untilItAnswers(url: string): Promise<void> {
   throw new Error(`${url} does not answer`);
 }
 
-/** As the user who runs it: another could not read the folder. */
+/** Runs nginx as the present user, because another one could not read the folder. */
 const nginxConfiguration = (folder: string, port: number) => `
 user ${userInfo().username}; daemon off; worker_processes 2; pid ${folder}/nginx.pid; error_log ${folder}/nginx.log;
 events { worker_connections 1024; }
@@ -56,7 +56,7 @@ function load(wrk: string, url: string): Load {
   };
 }
 
-/** A chunk of the level with about so many bytes, from the frames of a range query. */
+/** A chunk of a level with about this number of bytes, from the frames of a range query. */
 async function chunkNear(content: string, bytes: number): Promise<{ url: string; body: Buffer }> {
   const answer = await fetch(`${content}/chunks?isovalue=-1e9..1e9&level=0`);
   if (!answer.ok) throw new Error(await answer.text());
@@ -100,8 +100,8 @@ async function run(bench: Bench): Promise<void> {
     await untilItAnswers(`http://127.0.0.1:${nginxPort}/ready`);
   }
 
-  // All that is fetched comes before what is measured: wrk runs for longer than the server keeps an
-  // idle connection, and fetch() would take one that has been closed meanwhile.
+  // All fetches happen before the measurement: wrk runs longer than the server keeps idle connections,
+  // and fetch() would then reuse a closed one.
   const chunks: { wanted: number; chunk: { url: string; body: Buffer } }[] = [];
   for (const wanted of [4096, 65536]) {
     chunks.push({ wanted, chunk: await chunkNear(content, wanted) });

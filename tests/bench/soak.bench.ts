@@ -2,10 +2,10 @@ import type { Bench, Benchmark } from "./harness/benchmark.ts";
 import { buildStore, serve } from "./stream/serving.ts";
 import { launch, Visitor } from "./stream/visit.ts";
 
-/** Of scripted use: ISOSPLAT_BENCH_SOAK_MINUTES. */
+/** Duration of scripted use: ISOSPLAT_BENCH_SOAK_MINUTES. */
 const minutes = Number(process.env.ISOSPLAT_BENCH_SOAK_MINUTES ?? 5);
 
-/** A round of use: isovalues over the range, the volume turned, nearer and farther. */
+/** One round of use: isovalues over the whole range, orbiting, zooming in and out. */
 async function use(visitor: Visitor, round: number): Promise<void> {
   const { page } = visitor;
   for (let i = 0; i <= 10; ++i) await visitor.slide([0.05 + 0.09 * ((i * 7 + round) % 11)]);
@@ -26,7 +26,7 @@ async function soak(bench: Bench, visitor: Visitor): Promise<void> {
   const end = Date.now() + minutes * 60_000;
   for (let round = 0; Date.now() < end; ++round) {
     await use(visitor, round);
-    // As near as at the beginning: every second round goes back.
+    // Every second round zooms back, so that the distance does not drift.
     if (round % 2 === 0) continue;
     const detail = await visitor.markDetail("isosplat:complete");
     budget = detail.sampleBudget;
@@ -47,7 +47,7 @@ async function soak(bench: Bench, visitor: Visitor): Promise<void> {
   for (const what of ["objects", "buffers", "wasm"] as const) {
     const [early, late] = [mean(what, third), mean(what, held.length - third)];
     report(`${what}, in the last third`, "MB", late);
-    // The first third fills caches: it is left out.
+    // The first third is not counted, because it fills caches.
     report(`${what}, last third by the second`, "×", late / early, { atMost: 1.05 });
   }
 }

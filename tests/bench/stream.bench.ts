@@ -8,11 +8,11 @@ import { measureVtk, servePeer } from "./stream/vtk_js.ts";
 interface Case {
   name: string;
   isovalue: number;
-  /** MB until the default view is complete. */
+  /** Largest allowed MB until the default view is complete. */
   reach?: number;
 }
 
-/** From an empty profile, and again with the page in the browser's cache but not the volume. */
+/** Visits with an empty cache, and with a cache that has the page but not the volume. */
 async function visits(
   bench: Bench,
   browser: Browser,
@@ -34,7 +34,7 @@ async function visits(
       await visitor.page.goto(at);
       cold.push((await visitor.mark("isosplat:surface")).shown / 1000);
       await visitor.mark("isosplat:complete");
-      // The volume's bytes are fetched again, the page's are not.
+      // The volume's bytes are fetched again, but not the page's.
       await visitor.forgetData();
       const before = { ...visitor.data };
       await visitor.page.goto(at);
@@ -74,7 +74,7 @@ async function visits(
   bench.report(what, "until complete", "requests", wire.requests);
 }
 
-/** The slider is dragged over the whole range in 5 s. */
+/** Drags the slider over the whole range in 5 s. */
 async function drag(bench: Bench, browser: Browser, url: string, name: string): Promise<void> {
   const visitor = await Visitor.arrive(browser, links[0]);
   try {
@@ -115,17 +115,17 @@ async function drag(bench: Bench, browser: Browser, url: string, name: string): 
   }
 }
 
-/** Isovalues next to each other, within the bands that are resident: one a frame. */
+/** Shows adjacent isovalues within the resident bands, one per frame. */
 async function step(bench: Bench, browser: Browser, url: string, name: string): Promise<void> {
   const visitor = await Visitor.arrive(browser, links[0]);
   const what = `${name} 60.5, isovalue changed within its bands`;
   try {
     await visitor.page.goto(`${url}?volume=${name}&isovalue=60.5`);
     await visitor.mark("isosplat:complete");
-    // The picture for the list of volumes is taken once the page is idle.
+    // When the page is idle, it takes the preview picture for the list of volumes.
     await visitor.page.waitForTimeout(3000);
     const before = visitor.data.requests;
-    // Steps of the slider, so that each is a change; bands end at whole quantized values.
+    // Each isovalue is a step of the slider, so each is a change. Bands end at whole quantized values.
     const places = Array.from({ length: 40 }, (_, i) => (60 + (i % 2) / 2) / 255);
     const taken = async () => ({
       ...(await visitor.mainThread()),

@@ -17,7 +17,7 @@ import { buildStore, serve } from "./stream/serving.ts";
 import { launch, Visitor } from "./stream/visit.ts";
 
 const canvas = { width: 944, height: 748 };
-/** Views whose names match, as "bonsai 150.5, aside". */
+/** Only views whose names match are compared; a name is, for example, "bonsai 150.5, aside". */
 const wanted = new RegExp(process.env.ISOSPLAT_BENCH_TRUTH ?? "");
 
 async function measure(bench: Bench, visitor: Visitor, what: string, truth: Buffer): Promise<void> {
@@ -32,7 +32,7 @@ async function measure(bench: Bench, visitor: Visitor, what: string, truth: Buff
   bench.report(what, "until complete", "KB", bytesReceived / 1000);
 }
 
-/** To the right and back to the very same view. */
+/** Orbits to the right and back to exactly the same view. */
 async function dragAndBack({ page }: Visitor): Promise<void> {
   await page.mouse.move(400, 300);
   await page.mouse.down();

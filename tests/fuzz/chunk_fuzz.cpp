@@ -1,5 +1,5 @@
-// Chunks that are hostile: any bytes give exactly the cells that the directory promises, or an
-// error; both ways of decoding agree.
+// Hostile chunks: any bytes decode to the number of cells that the directory states, or to an
+// error. Both decoding functions give the same result.
 #include <cstdlib>
 
 #include "shared/codec/chunk_codec.h"
@@ -14,7 +14,7 @@ struct ValidChunk {
   std::vector<std::byte> bytes;
 };
 
-/// Chunks of two levels, of smooth and of rough data, thin and wide bands.
+/// Chunks of two levels, with smooth and rough data, and with narrow and wide bands.
 std::vector<ValidChunk> make_chunks() {
   constexpr Index3 kVoxels{14, 11, 8};
   std::vector<ValidChunk> chunks;

@@ -1,8 +1,8 @@
-// DICOM files: elements, what frames they describe, how those are ordered, and native pixels. What
-// GDCM decompresses runs in a child process, and is not looked at here.
+// DICOM files: their elements, frames, the order of frames, and uncompressed pixels. Not compressed
+// pixels, which GDCM decompresses in a child process.
 //
-// The input is a file as it is where its first byte is 128 or more; otherwise the byte names a
-// valid file, and the rest edits it.
+// If the first byte of the input is 128 or more, the rest is a file. Otherwise the byte is the
+// number of a valid file, and the rest are edits of it.
 #include <sys/mman.h>
 #include <unistd.h>
 

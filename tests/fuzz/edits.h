@@ -7,7 +7,7 @@
 
 namespace isosplat::fuzz {
 
-/// Takes small numbers from a fuzzer's input; 0 when there are none left.
+/// Reads small numbers from a fuzzer's input; 0 after its end.
 class Input {
  public:
   Input(const uint8_t* data, size_t size) : data_(data), size_(size) {}
@@ -27,8 +27,8 @@ class Input {
   size_t size_;
 };
 
-/// Changes valid bytes as the input says, at most 16 places: what a random file never reaches, a
-/// nearly valid one does. Each edit is a place (2 bytes) and what is written there (1 byte).
+/// Applies up to 16 edits of the input to valid bytes. Nearly valid files reach code that random
+/// files do not. An edit is an offset (2 bytes) and the new byte.
 inline void edit(std::span<std::byte> bytes, Input& input) {
   for (int i = 0; i < 16 && !input.empty() && !bytes.empty(); ++i) {
     const size_t place = input.number(2) % bytes.size();

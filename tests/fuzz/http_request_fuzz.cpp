@@ -1,7 +1,8 @@
-// Bytes from a client: the end of the header, the request, its target, and the answer's body.
+// Bytes from a client: finding the end of the header, parsing the request and its target, and
+// writing the body of the answer.
 //
-// The input is a request as it comes over a socket. One that begins with "~" is a target's rest
-// below a volume's content instead, so that the fuzzer need not guess a content id.
+// The input is a request as it comes over a socket. If it begins with "~", it is the last part of a
+// target, after the content id of a volume, which the fuzzer could not guess.
 
 #include <cstdint>
 #include <cstdlib>
@@ -21,7 +22,7 @@ void require(bool condition) {
   if (!condition) std::abort();
 }
 
-/// A store with its router, made once.
+/// A store and its router, created once.
 struct Site {
   Site() {
     test::write_file(folder.path() / "a.isosplat", store.file);
@@ -67,7 +68,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     return 0;
   }
 
-  // In two pieces, as a socket may bring it: the scan must find the same.
+  // In two parts, as a socket may deliver it. The result must be the same.
   constexpr size_t kMaxBytes = 4096;
   const HeaderScan whole = scan_header(input, 0, kMaxBytes, 1024);
   const HeaderScan first = scan_header(input.substr(0, size / 2), 0, kMaxBytes, 1024);

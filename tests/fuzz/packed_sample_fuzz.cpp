@@ -4,8 +4,8 @@
 #include "shared/sampling/exact_projection.h"
 #include "shared/sampling/packed_sample.h"
 
-// Any 16 bytes are a packed sample: unpacking them, and projecting what they hold, neither crashes
-// nor leaves the cell.
+// Any 16 bytes are a packed sample. Unpacking and projecting it does not crash, and the projected
+// point is inside the cell.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace isosplat;
   PackedSample packed;

@@ -1,4 +1,4 @@
-// Stores that are hostile: a header or page with fields that lie, under checksums that are right.
+// Hostile stores: headers and pages with wrong fields, but correct checksums.
 #include <cstdlib>
 
 #include "shared/codec/chunk_codec.h"
@@ -18,7 +18,8 @@ std::vector<std::byte> make_valid_store() {
   return fixture::make_store(levels, 40);
 }
 
-/// Everything a client does with a store: the header, all pages, look-ups, some chunks.
+/// Does what clients do with a store: reads the header, adds all pages, searches and decodes
+/// chunks.
 void read_store(std::span<const std::byte> header, std::span<const std::byte> file) {
   auto reader = StoreReader::open(header);
   if (!reader) return;

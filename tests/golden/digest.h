@@ -8,7 +8,7 @@
 
 namespace isosplat {
 
-/// CRC-32 as in zlib and PNG: any language has it at hand.
+/// CRC-32 as in zlib and PNG, which libraries of all languages provide.
 class Crc32 {
  public:
   void add(uint32_t value, int bytes) {
@@ -23,9 +23,9 @@ class Crc32 {
   uint32_t crc_ = 0xffffffff;
 };
 
-/// What a store decodes to, as text: for each level a line "level chunks cells crc", where crc is
-/// the CRC-32 (hexadecimal) over its chunks in directory order (page by page, block by block, band
-/// by band) and their cells in raster order, each as x, y, z in the block (a byte each), eight
+/// A digest of a store's decoded content: for each level a line "level chunks cells crc", where crc
+/// is the CRC-32 (hexadecimal) over its chunks in directory order (page by page, block by block,
+/// band by band) and their cells in raster order, each as x, y, z in the block (a byte each), eight
 /// corners, min and max (16 bits each, little-endian).
 inline std::string digest_of(std::span<const std::byte> store) {
   auto reader = StoreReader::open(store);

@@ -1,5 +1,5 @@
-// Writes the golden stores of this version: write_golden FOLDER. Run once for each version of the
-// format, and never again: what is written then is kept for ever, and every reader reads it.
+// Writes the golden stores of this version of the format: write_golden FOLDER. To be run once for
+// each version. The stores are kept for ever, and every later reader must read them.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -51,7 +51,7 @@ void write(const std::filesystem::path& folder, const std::string& name, Index3 
   std::cout << name << ": " << sink.bytes.size() << " bytes\n" << digest_of(sink.bytes);
 }
 
-/// A bowl with ripples, 0 to about 1, by exact arithmetic.
+/// A paraboloid with ripples, 0 to about 1. Uses only operations that all machines round alike.
 double bowl(int32_t x, int32_t y, int32_t z, Index3 n) {
   const double u = 2.0 * x / n.x - 1, v = 2.0 * y / n.y - 1, w = 2.0 * z / n.z - 1;
   return (u * u + v * v + w * w) / 3 + ((x ^ y ^ z) & 7) / 64.0;

@@ -1,4 +1,4 @@
-// Drivers that refuse: a picture that fails in its middle leaves nothing behind for the next one.
+// Failures of the driver: a picture that fails halfway does not affect the next one.
 #include <EGL/egl.h>
 #include <GLES3/gl3.h>
 #include <gtest/gtest.h>
@@ -9,12 +9,12 @@
 
 namespace {
 
-/// Programs that still link; negative: all do.
+/// How many more programs link before one fails; negative: all link.
 int links_left = -1;
 
 }  // namespace
 
-// The test program's own, in place of the driver's: which says that a program does not link.
+// Replaces the driver's function in this test program, to report that a program does not link.
 extern "C" void glGetProgramiv(GLuint program, GLenum name, GLint* value) {
   using Function = void (*)(GLuint, GLenum, GLint*);
   static const auto driver = reinterpret_cast<Function>(eglGetProcAddress("glGetProgramiv"));

@@ -1,5 +1,6 @@
-// Writes what the browser's picture test draws again: samples of a small anisotropic and sheared
-// volume, and native pictures of it by every kind.  isosplat_render_fixture FOLDER
+// Writes the input and the expected pictures of the browser's picture test: samples of a small
+// anisotropic and sheared volume, and native pictures of every splat kind.
+// isosplat_render_fixture FOLDER
 #include <cstdio>
 #include <fstream>
 

@@ -1,4 +1,4 @@
-// GLSL functions that repeat a formula of the C++, compared by value.
+// Compares the values of GLSL functions with the C++ functions that have the same formulas.
 #include <GLES3/gl3.h>
 #include <gtest/gtest.h>
 
@@ -91,7 +91,7 @@ class RenderGlslGpu : public ::testing::Test {
     auto context = EglContext::create();
     ASSERT_TRUE(context) << context.error().message;
     context_ = std::move(*context);
-    // Spans of every size that has a corner shift of its own, 0 to 7.
+    // One span for each corner shift from 0 to 7.
     std::mt19937 random(1);
     for (int i = 0; i < kSamples; ++i) {
       const uint32_t span = 1u << (2 + i % 15);
@@ -129,8 +129,8 @@ TEST_F(RenderGlslGpu, UnpacksExactly) {
   }
 }
 
-// Relative to the cell's span: value and gradient to 10⁻⁵, the Newton step to 10⁻⁴ of a cell where
-// it is at most a cell long.
+// Tolerances: 10⁻⁵ of the cell's span for value and gradient; 10⁻⁴ of a cell for Newton steps of at
+// most one cell.
 TEST_F(RenderGlslGpu, InterpolatesAndProjectsAsTheCoreDoes) {
   const auto found =
       run_shader(samples_,
@@ -167,8 +167,8 @@ TEST_F(RenderGlslGpu, InterpolatesAndProjectsAsTheCoreDoes) {
   }
 }
 
-// Rays from a face of the cell: the least root is that of the core's cubic, to 10⁻³ of a cell, and
-// one is found if and only if the core finds one, but for rays that graze the surface.
+// Rays that start on a face of the cell. The first root equals that of the core's cubic to 10⁻³ of
+// a cell. Both find a root, or neither does, except for rays that graze the surface.
 TEST_F(RenderGlslGpu, FindsTheRootsThatTheCoreFinds) {
   const auto found = run_shader(
       samples_,
@@ -190,7 +190,7 @@ TEST_F(RenderGlslGpu, FindsTheRootsThatTheCoreFinds) {
     }
     const Vec3f origin{float(sample.cell.x) / 63, float(sample.cell.y) / 63, 0};
     const Vec3f direction{0.5f - origin.x, 0.5f - origin.y, 0.8f};
-    // From the face inwards, the root nearest to the origin is the least.
+    // For rays from a face inwards, the root nearest to the origin is the first one.
     const auto truth = nearest_root_in_cell(Trilinear(corners), origin, direction, 0.4f);
     const float ours = found[i][0][2];
     if (truth.has_value() != (ours >= 0)) {

@@ -1,5 +1,5 @@
-// Pictures of analytic fields, on whatever EGL offers (llvmpipe where there is no GPU). Thresholds
-// are stated at each comparison.
+// Pictures of analytic fields, drawn by any GPU that EGL offers (llvmpipe if there is none). Each
+// comparison states its thresholds.
 #include <GLES3/gl3.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ class RenderGpu : public ::testing::Test {
     context_.reset();
   }
 
-  /// Keeps a picture where ISOSPLAT_TEST_PICTURES names a folder.
+  /// Saves a picture if ISOSPLAT_TEST_PICTURES is set to a folder.
   static void keep(const Image& image, const std::string& name) {
     if (const char* folder = std::getenv("ISOSPLAT_TEST_PICTURES")) {
       ASSERT_TRUE(write_png(std::string(folder) + "/" + name + ".png", image));
@@ -153,8 +153,8 @@ TEST_F(RenderGpu, AnisotropicSpacingIsNotSquashed) {
   }
 }
 
-// So many samples for so few pixels that those behind what is drawn already are dropped: nothing of
-// what is seen may be among them.
+// With many samples per pixel, the renderer drops samples that are behind what is already drawn. It
+// must not drop any visible sample.
 TEST_F(RenderGpu, DropsHiddenSamplesOnly) {
   const TestVolume volume = sphere_volume({130, 130, 130});
   const uint64_t samples = show_volume(*renderer_, volume, 5500, 5500);
@@ -169,7 +169,7 @@ TEST_F(RenderGpu, DropsHiddenSamplesOnly) {
   constexpr size_t kChunks = 27;
   std::vector<ChunkHandle> all(kChunks);
   std::iota(all.begin(), all.end(), ChunkHandle{0});
-  // Blended surfaces are means across chunks, and so cannot be put together of them.
+  // Blended surfaces average splats of different chunks, so they cannot be drawn chunk by chunk.
   for (const SplatKind kind : {SplatKind::quad, SplatKind::ellipse, SplatKind::exact}) {
     settings.kind = kind;
     renderer_->set_settings(settings);
@@ -192,8 +192,8 @@ TEST_F(RenderGpu, DropsHiddenSamplesOnly) {
   }
 }
 
-// Opaque squares are lit as they are drawn, and shaded at edges afterwards: by the same light, to
-// within a few steps of a colour, as the eye is taken from their middle.
+// Opaque quads are lit when they are drawn, others in a later pass. The colours differ by a few
+// steps only, because the viewing direction is taken at the centre of a quad.
 TEST_F(RenderGpu, SquaresAreLitAlikeInBothWays) {
   const TestVolume volume = sphere_volume({40, 40, 40});
   show_volume(*renderer_, volume, 2000, 2000);
@@ -213,7 +213,7 @@ TEST_F(RenderGpu, SquaresAreLitAlikeInBothWays) {
         settings.isosurfaces = {{2000, {0.85f, 0.5f, 0.3f}, 1}};
         renderer_->set_settings(settings);
         const auto at_once = draw_image(*renderer_, 200, 200);
-        // A translucent isosurface asks for layers, even where no sample has it.
+        // A translucent isosurface requires layers, even if no sample belongs to it.
         settings.isosurfaces.push_back({-1e6, {1, 1, 1}, 0.5f});
         renderer_->set_settings(settings);
         const auto from_layers = draw_image(*renderer_, 200, 200);
@@ -230,7 +230,7 @@ TEST_F(RenderGpu, SquaresAreLitAlikeInBothWays) {
   }
 }
 
-// What one isosurface hides of itself says nothing of another one.
+// An isosurface that occludes itself must not hide another isosurface.
 TEST_F(RenderGpu, TranslucentSurfacesHideNothing) {
   const TestVolume volume = sphere_volume({130, 130, 130});
   show_volume(*renderer_, volume, 4000, 5500);
@@ -260,8 +260,8 @@ TEST_F(RenderGpu, TranslucentSurfacesHideNothing) {
   }
 }
 
-// One picture comes in the place of another: as it was first, as it will be at last, between both
-// in between, and from there again when a third picture comes.
+// A fade: at its start the first picture, at its end the second one, and a mix of both in between.
+// A third picture fades in from the present mix.
 TEST_F(RenderGpu, PicturesFadeIntoEachOther) {
   const TestVolume volume = sphere_volume({40, 40, 40});
   show_volume(*renderer_, volume, 800, 1700);
@@ -308,7 +308,7 @@ TEST_F(RenderGpu, PicturesFadeIntoEachOther) {
   EXPECT_EQ(shown(), between);
   ASSERT_TRUE(renderer_->fade(1, framebuffer));
   EXPECT_EQ(shown(), third);
-  // That is what the next fade begins with. A picture of another size gives way at once.
+  // The next fade begins with this picture. A picture of another size is replaced without a fade.
   drawn(800);
   EXPECT_EQ(renderer_->begin_fade(framebuffer), true);
   EXPECT_EQ(shown(), third);
@@ -318,7 +318,7 @@ TEST_F(RenderGpu, PicturesFadeIntoEachOther) {
   glDeleteTextures(1, &texture);
 }
 
-/// How many pieces, joined at sides or corners, the set pixels form.
+/// The number of connected components of the set pixels, with 8 neighbours.
 int pieces(std::vector<char> set, int width, int height) {
   int count = 0;
   std::vector<int> open;
@@ -341,8 +341,8 @@ int pieces(std::vector<char> set, int width, int height) {
   return count;
 }
 
-// A vessel of about a cell's width, wound so that its cells hold two walls at every angle: in one
-// piece by every kind, near and far.
+// A vessel about as wide as a cell, wound so that its cells contain two walls at all angles. All
+// splat kinds draw it as one connected component, from near and far.
 TEST_F(RenderGpu, ThinVesselsStayConnected) {
   const TestVolume volume = sampled_volume({40, 40, 40}, {1, 1, 1}, [](Vec3d p) {
     double nearest = 1e9;
@@ -376,10 +376,10 @@ TEST_F(RenderGpu, ThinVesselsStayConnected) {
   }
 }
 
-// One layer of cells with random corners: most hold several sheets, or one that one plane cannot
-// stand for, and there is nothing behind to hide a hole. Pixels within 2 px of the reference's
-// outline are not counted; at most 0.03 % may show through (0.3 % do where each square is as
-// large as the tangent plane's part).
+// One layer of cells with random corners. Most contain several sheets, or one that a plane cannot
+// approximate, and nothing behind them hides holes. Pixels within 2 px of the reference's outline
+// are not counted. At most 0.03 % may be holes (0.3 % are if each quad is as large as the part of
+// the tangent plane in the cell).
 TEST_F(RenderGpu, SquaresCoverCellsWithSeveralSheets) {
   uint32_t state = 1;
   const TestVolume volume = sampled_volume({64, 64, 2}, {1, 1, 1}, [&](Vec3d) {
@@ -403,8 +403,8 @@ TEST_F(RenderGpu, SquaresCoverCellsWithSeveralSheets) {
   EXPECT_LT(d.holes, 0.0003 * d.reference);
 }
 
-// Where points cannot be as large as splats, triangles draw the same: at most 0.2 % of pixels
-// differ in coverage, and no more than rounding in depth.
+// If points cannot be as large as the splats, triangles draw the same picture: at most 0.2 % of
+// pixels differ in coverage, and depths differ by rounding only.
 TEST_F(RenderGpu, TrianglesStandInForPointsThatAreTooLarge) {
   const TestVolume volume = sphere_volume({40, 40, 40});
   Camera camera = default_camera(volume.grid);
@@ -536,7 +536,8 @@ TEST_F(RenderGpu, StillViewsNeedNoRedrawAndChangesDo) {
   EXPECT_TRUE(renderer_->needs_redraw(64, 64));
 }
 
-// The mean of pictures moved by parts of a pixel is what a much larger picture, shrunk, looks like.
+// The mean of pictures that are shifted by fractions of a pixel equals a much larger picture,
+// reduced.
 TEST_F(RenderGpu, WarmingUpChangesNoPicture) {
   const TestVolume volume = sphere_volume({40, 40, 40});
   GLuint framebuffer = 0, colour = 0;
@@ -650,7 +651,8 @@ TEST_F(RenderGpu, RefusesWhatItCannotDraw) {
   EXPECT_TRUE(renderer_->draw(10, 10));
 }
 
-// Coarse levels, where cells' intervals are wider than their corners': thin structure stays.
+// Coarse levels, whose cells have wider intervals than their corners: thin structures remain
+// visible.
 TEST_F(RenderGpu, CoarseLevelsKeepWhatIsThinnerThanTheirCells) {
   const TestVolume volume = sampled_volume({65, 65, 65}, {1, 1, 1}, [](Vec3d p) {
     return 1000.0 * std::exp(-0.5 * ((p.y - 33) * (p.y - 33) + (p.z - 31) * (p.z - 31)));

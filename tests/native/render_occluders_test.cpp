@@ -1,4 +1,4 @@
-// How samples are put into clusters, and which boxes others hide.
+// Grouping of samples into clusters, and which boxes are occluded by others.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -64,7 +64,7 @@ TEST(SampleClusters, AreRecognisedByTheirOrder) {
   EXPECT_FALSE(changed([](auto& c) { c.push_back({64, 0, {1, 2}, 511, {}, {}}); }));
 }
 
-/// Looks along z, 256² px, one px wide at a distance of 256.
+/// A view along z with 256² pixels; at a distance of 256, a pixel is 1 wide.
 FrameBlock frame_along_z() {
   FrameBlock frame{};
   frame.right = {1, 0, 0, 0};

@@ -1,4 +1,4 @@
-// Which regions a picture shows, against what its pixels say.
+// Compares the answers of occlusion queries with the pixels of the picture.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,7 +31,7 @@ class OcclusionQueryGpu : public ::testing::Test {
     context_.reset();
   }
 
-  /// Draws level 1, a single block, and asks.
+  /// Draws level 1, a single block, and runs an occlusion query.
   ChunkVisibility visibility(int min_px) {
     show_volume(*renderer_, volume_, 3000, 5000, kLevel);
     renderer_->set_settings(settings_);
@@ -79,7 +79,7 @@ TEST_F(OcclusionQueryGpu, RegionsAreSeenThatShowInEnoughPixels) {
   int seen = 0, hidden = 0;
   for (int bit = 0; bit < 512; ++bit) {
     const bool is_seen = answer.visible.contains({bit % 8, bit / 8 % 8, bit / 64});
-    // Surface within a quarter of a px of two cells counts for both, and these are 2 to 3 px wide.
+    // Cells are 2 to 3 px wide. A pixel within 1/4 px of the boundary of two cells counts for both.
     if (is_seen) {
       EXPECT_GE(counts[bit], kMin / 2) << "region " << bit;
     } else {
@@ -100,7 +100,7 @@ TEST_F(OcclusionQueryGpu, WithNoLeastEveryRegionCountsThatMayBeSeen) {
   for (int bit = 0; bit < 512; ++bit) {
     const Index3 region{bit % 8, bit / 8 % 8, bit / 64};
     if (answer.visible.contains(region)) ++seen;
-    // At the outline, cells of the hidden half reach beyond what is shown.
+    // At the outline, cells of the hidden half project beyond the visible surface.
     if (answer.visible.contains(region) && !shown.visible.contains(region)) ++more;
     if (counts[bit] > 40) {
       EXPECT_TRUE(answer.visible.contains(region)) << "region " << bit;
@@ -121,7 +121,7 @@ TEST_F(OcclusionQueryGpu, WhatHidesAllOfARegionHidesItWithNoLeast) {
 }
 
 TEST_F(OcclusionQueryGpu, WhatIsInsideOfAnOpaqueSurfaceIsHiddenAndSeenThroughATranslucentOne) {
-  // The inner sphere's cells, of radius 30, are in no region of the outer one's.
+  // No region contains cells of both spheres.
   settings_.isosurfaces = {{5000, {1, 1, 1}, 1}, {3000, {1, 0, 0}, 1}};
   const RegionMask opaque = visibility(1).visible;
   settings_.isosurfaces[0].opacity = 0.5f;
@@ -151,8 +151,8 @@ TEST_F(OcclusionQueryGpu, ClippedSurfacesHideNothingAndAreNotSeen) {
 }
 
 TEST_F(OcclusionQueryGpu, SplatsOfWhatIsThinnerThanACoarseCellStayInsideOfTheCell) {
-  // A slope on which single voxels stand out that no corner of a cell of level 2 is: the slope
-  // moves samples to the faces of their cells.
+  // A slope with single high voxels that are not corners of cells of level 2. The slope moves
+  // samples to the faces of their cells.
   constexpr uint32_t level = 2;
   const auto stands_out = [](int32_t i) { return i % 16 == 6; };
   volume_ = sampled_volume({129, 129, 129}, {1, 1, 1}, [&](Vec3d p) {

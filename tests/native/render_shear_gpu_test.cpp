@@ -1,5 +1,5 @@
-// Grids whose axes are not perpendicular, against the analytic truth and against the same field on
-// a perpendicular grid. Thresholds are stated at each comparison.
+// Grids whose axes are not perpendicular, compared with the analytic surface, and with the same
+// field on a perpendicular grid. Each comparison states its thresholds.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ struct NamedGrid {
   Vec3d spacing;
 };
 
-// As ct_shear.nii.gz has it (18.5°); oblique and turned in every plane (up to 44°); and
+// Sheared like a CT with gantry tilt (18.5°); oblique and rotated in all planes (up to 44°); and
 // left-handed.
 const NamedGrid kSheared[] = {
     {"gantry", {1, 0, 0, 0, 0.948, 0, 0, 0.317, 1}, {1, 1, 2.4}},
@@ -37,7 +37,8 @@ constexpr SplatKind kKinds[] = {SplatKind::quad, SplatKind::ellipse, SplatKind::
                                 SplatKind::exact};
 constexpr const char* kKindNames[] = {"quad", "ellipse", "blended", "exact"};
 
-/// 100 quantized values per world unit from the centre: a sphere at isovalue 100 r.
+/// 100 times the distance from the centre: the isosurface of isovalue 100 r is a sphere of radius
+/// r.
 TestVolume ball(const NamedGrid& grid) {
   return sampled_volume(grid_about(kCentre, kRadius, grid.axes, grid.spacing),
                         [](Vec3d p) { return 100 * length(p - kCentre); });
@@ -54,7 +55,7 @@ struct Hit {
   Vec3d normal;
 };
 
-/// Where the pixel's ray meets the sphere first, or last.
+/// The first or last intersection of the pixel's ray with the sphere.
 std::optional<Hit> sphere_hit(const CameraFrame& frame, int x, int y, bool last = false) {
   const Vec3d ray = pixel_ray(frame, x, y), from = frame.eye - kCentre;
   const double a = dot(ray, ray), b = dot(ray, from), c = dot(from, from) - kRadius * kRadius;
@@ -94,7 +95,7 @@ class ShearGpu : public ::testing::Test {
     return std::move(*image);
   }
 
-  /// Keeps a picture where ISOSPLAT_TEST_PICTURES names a folder.
+  /// Saves a picture if ISOSPLAT_TEST_PICTURES is set to a folder.
   static void keep(const Image& image, const std::string& name) {
     if (const char* folder = std::getenv("ISOSPLAT_TEST_PICTURES")) {
       ASSERT_TRUE(write_png(std::string(folder) + "/" + name + ".png", image));
@@ -113,8 +114,8 @@ class ShearGpu : public ::testing::Test {
     double normal = 0, worst_normal = 0;    // degrees
   };
 
-  /// What was drawn last beside the true sphere. Holes are missing pixels off the outline, and the
-  /// worst normal is found off it, too.
+  /// Compares the last picture with the true sphere. Holes and the worst normal are looked for away
+  /// from the outline.
   Difference against_the_sphere() const {
     const auto pixels = renderer_->read_surface().value();
     const CameraFrame frame = camera_frame(camera_);
@@ -189,7 +190,7 @@ TEST_F(ShearGpu, EveryKindDrawsTheTrueSphereOnEveryGrid) {
   }
 }
 
-// So near that cells are larger than squares may be: ray cast, as points and as triangles.
+// From so near that cells exceed the largest point size: drawn as points and as triangles.
 TEST_F(ShearGpu, CloseUpsAreTheSameAsPointsAndAsTriangles) {
   camera_.distance = 32;
   std::vector<std::vector<Renderer::SurfacePixel>> as_points;
@@ -225,7 +226,7 @@ TEST_F(ShearGpu, CloseUpsAreTheSameAsPointsAndAsTriangles) {
   }
 }
 
-/// A ball with lumps, and with steep and flat sides: nothing about it is symmetric.
+/// A ball with lumps, and with steep and flat sides, without any symmetry.
 TestVolume lumps(const NamedGrid& grid) {
   return sampled_volume(grid_about(kCentre, kRadius + 3, grid.axes, grid.spacing), [](Vec3d p) {
     const Vec3d d = p - kCentre;
@@ -234,7 +235,7 @@ TestVolume lumps(const NamedGrid& grid) {
   });
 }
 
-// A field and its copy on a perpendicular grid look the same: their light, and what colours them.
+// A field and its copy on a perpendicular grid have the same lighting and colouring.
 TEST_F(ShearGpu, LooksLikeItsCopyOnAPerpendicularGrid) {
   settings_.colour_low = 60;
   settings_.colour_high = 140;  // quantized values per world unit
@@ -268,7 +269,8 @@ TEST_F(ShearGpu, LooksLikeItsCopyOnAPerpendicularGrid) {
   }
 }
 
-// A plane of the world and a box of the volume cut where they say.
+// A clip plane (in world coordinates) and a clip box (in fractions of the volume) cut at the right
+// positions.
 TEST_F(ShearGpu, ClipPlanesAndBoxesCutWhereTheySay) {
   const Vec3d n{-0.6, 0.64, -0.48};  // what is nearest to the eye is cut away
   for (const NamedGrid& named : kSheared) {
@@ -334,7 +336,7 @@ TEST_F(ShearGpu, CoarseLevelsHaveNoHoles) {
   }
 }
 
-// The reference that pictures are judged by, against the sphere.
+// Compares the ray caster, the reference of other tests, with the analytic sphere.
 TEST_F(ShearGpu, TheRayCasterFindsTheSphere) {
   const CameraFrame frame = camera_frame(camera_);
   for (const NamedGrid& grid : kSheared) {
@@ -349,7 +351,7 @@ TEST_F(ShearGpu, TheRayCasterFindsTheSphere) {
         differing += truth.has_value() != hit.has_value();
         if (!truth || !hit) continue;
         ++hits;
-        // At glancing rays a small distance is a large one along the view.
+        // For rays that graze the surface, a small error of position is a large one in depth.
         const double facing =
             std::abs(dot(truth->normal, pixel_ray(frame, x, y))) / length(pixel_ray(frame, x, y));
         EXPECT_LT(std::abs(hit->depth - truth->depth) * facing, 0.06);
@@ -362,7 +364,7 @@ TEST_F(ShearGpu, TheRayCasterFindsTheSphere) {
   }
 }
 
-// What an occlusion query says is seen is what pixels show in its regions.
+// Occlusion queries report as visible the regions that the pixels show.
 TEST_F(ShearGpu, OcclusionQueriesFindTheVisibleRegions) {
   settings_.kind = SplatKind::exact;
   constexpr uint32_t kLevel = 0;

@@ -1,4 +1,4 @@
-// How much ray casting a picture takes: fragments counted, not seconds.
+// The amount of ray casting for a picture, measured as the number of fragments, not as time.
 #include <GLES3/gl3.h>
 #include <gtest/gtest.h>
 
@@ -23,8 +23,8 @@ void attach(GLuint program, GLenum stage, const std::string& text) {
   glDeleteShader(shader);
 }
 
-/// Draws the block's samples as triangles that are ray cast, each fragment of which adds 1/255 to
-/// its pixel, and returns the mean count (a pixel counts no further than 255).
+/// Draws the block's samples as ray-cast triangles, and returns the mean number of fragments per
+/// pixel. Each fragment adds 1/255 to its pixel, so pixels count up to 255.
 double mean_fragments(const TestVolume& volume, double isovalue, SplatKind kind,
                       const Camera& camera, int size) {
   const auto samples = block_samples(volume, {0, {0, 0, 0}}, isovalue, isovalue);
@@ -92,8 +92,8 @@ double mean_fragments(const TestVolume& volume, double isovalue, SplatKind kind,
   return sum / (double(size) * size);
 }
 
-// From inside of a sphere, close to its wall: one visible layer of the surface, and a ring of
-// hundreds of cells that the plane through the eye cuts.
+// From inside a sphere, close to its wall: one visible layer of the surface, and a ring of hundreds
+// of cells that intersect the plane through the eye.
 TEST(RenderWorkGpu, CloseUpsCastFewRaysForEachPixel) {
   const auto context = EglContext::create();
   ASSERT_TRUE(context) << context.error().message;

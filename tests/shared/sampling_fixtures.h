@@ -8,8 +8,8 @@
 
 namespace isosplat {
 
-/// Random cells, the same natively and as WASM: the standard's distributions differ between
-/// libraries, its engine does not.
+/// Random cells, the same natively and as WebAssembly: the standard defines the numbers of its
+/// engines exactly, but not those of its distributions.
 class RandomCells {
  public:
   explicit RandomCells(uint32_t seed) : engine_(seed) {}
@@ -19,7 +19,7 @@ class RandomCells {
   /// In [0, 1), a multiple of 2^-24.
   float unit() { return static_cast<float>(engine_() >> 8) * 0x1p-24f; }
 
-  /// A cell whose quantized values lie in [low, low + span] and reach both.
+  /// A cell whose least and greatest quantized values are low and low + span.
   CellCorners cell(uint32_t low, uint32_t span) {
     CellCorners corners;
     for (QuantizedValue& c : corners) c = static_cast<QuantizedValue>(low + integer(span + 1));
@@ -38,7 +38,7 @@ class RandomCells {
   std::mt19937 engine_;
 };
 
-/// FNV-1a over the bits of what a test computed, to compare builds.
+/// FNV-1a over the bits of a test's results, to compare builds.
 class Digest {
  public:
   template <class T>

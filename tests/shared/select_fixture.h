@@ -13,8 +13,8 @@ namespace isosplat::fixture {
 
 inline constexpr Index3 kVoxels{300, 200, 150};
 
-/// A volume with empty ranges: two rough balls of different size, each below quantized isovalue
-/// 600.
+/// A volume with empty parts: two balls of different size with rough surfaces, whose values are at
+/// most 607, and 0 to 7 elsewhere.
 inline QuantizedValue two_balls(int32_t x, int32_t y, int32_t z) {
   const auto ball = [&](int32_t cx, int32_t cy, int32_t cz, int32_t radius) {
     const int32_t dx = x - cx, dy = y - cy, dz = z - cz;
@@ -26,7 +26,7 @@ inline QuantizedValue two_balls(int32_t x, int32_t y, int32_t z) {
                                      hash);
 }
 
-/// A camera on a sphere around the volume's centre.
+/// A view of the volume's centre from a direction (radians) and a distance.
 inline SelectionView view_from(double distance, double azimuth, double elevation,
                                float quantized_isovalue, double pixels = 512) {
   const VolumeGrid grid{kVoxels, {1, 1, 1.5}, {-10, 20, 30}};
@@ -95,8 +95,8 @@ class SelectTest : public testing::Test {
     return place->second;
   }
 
-  /// How often each active cell of level 0 is drawn, by itself or by a coarser cell over it.
-  /// Cells outside of the frustum are left out.
+  /// How often each active cell of level 0 is drawn, as itself or as part of a coarser cell. Does
+  /// not count cells outside of the frustum.
   static std::map<int, int> coverage(const StoreReader& store, const Selector& selector,
                                      const SelectionView& view, const Selection& selection) {
     std::map<std::tuple<uint32_t, int, int, int>, RegionMask> regions;
@@ -120,7 +120,7 @@ class SelectTest : public testing::Test {
     return times;
   }
 
-  /// Makes everything of the coarsest levels resident, as a client does when it opens a store.
+  /// Makes all chunks of the coarsest levels resident, as a client does when it opens a store.
   void load_coarse(const StoreReader& store, Selector& selector, uint32_t from) const {
     for (uint32_t l = from; l < store.info().levels; ++l) {
       const std::vector<ChunkRef> chunks = *store.chunks_for(l, 0, 65535);

@@ -23,7 +23,8 @@ struct Level {
   }
 };
 
-/// All levels of a volume. Coarse voxels are taken, not averaged: only intervals matter to tests.
+/// All levels of a volume. Coarse voxels are copies of fine ones, not averages, because these tests
+/// use only the intervals of coarse levels.
 inline std::vector<Level> make_levels(
     Index3 voxels, const std::function<QuantizedValue(int32_t, int32_t, int32_t)>& quantized) {
   std::vector<Level> levels;
@@ -128,8 +129,8 @@ inline std::vector<std::byte> make_store(const std::vector<Level>& levels, uint3
   return std::move(sink.bytes);
 }
 
-/// A ball with a rough surface, in integers so that every language computes the same: quantized
-/// values fall from 600 at the centre by the squared distance, and a hash roughens them.
+/// A ball with a rough surface, computed with integers so that all languages get the same numbers.
+/// Quantized values fall from 600 at the centre with the squared distance, plus a hash as noise.
 inline QuantizedValue rough_ball(Index3 voxels, int32_t x, int32_t y, int32_t z) {
   const int32_t dx = 2 * x - voxels.x, dy = 2 * y - voxels.y, dz = 2 * z - voxels.z;
   const int32_t smallest = std::min({voxels.x, voxels.y, voxels.z});
@@ -138,7 +139,7 @@ inline QuantizedValue rough_ball(Index3 voxels, int32_t x, int32_t y, int32_t z)
   return static_cast<QuantizedValue>(std::max(0, 600 - fall) + static_cast<int32_t>(hash));
 }
 
-/// A reader with every page added.
+/// A reader with all directory pages.
 inline StoreReader open_store(std::span<const std::byte> bytes) {
   auto reader = StoreReader::open(bytes.first(std::min(bytes.size(), kMaxStoreHeaderBytes)));
   for (uint32_t i = 0; i < reader->pages().size(); ++i) {

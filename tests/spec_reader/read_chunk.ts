@@ -1,9 +1,9 @@
-// A decoder of chunks, written from shared/codec/CHUNK.md alone: it shares no code with the rest,
-// goes by the document's words and order, and takes no care to be fast.
+// A decoder of chunks, written from shared/codec/CHUNK.md alone. It shares no code with the rest,
+// follows the terms and the order of the document, and is not optimised.
 
-/** What the directory tells of a chunk. */
+/** The properties of a chunk that the directory states. */
 export interface ChunkShape {
-  /** Of the block, along each axis. */
+  /** The block's cells along each axis. */
   blockCells: [number, number, number];
   begin: number;
   end: number;
@@ -122,7 +122,7 @@ class Streams {
   }
 }
 
-/** A box of numbers that are `outside` beyond it. */
+/** A 3D array of numbers. Elements beyond its bounds read as `outside`. */
 class Box {
   #values: number[];
 

@@ -1,6 +1,5 @@
-// A reader of the store's directory, written from shared/store/FORMAT.md alone: it shares no code
-// with the rest, and so shows whether the specification says enough. What is inside a chunk is
-// CHUNK.md's business.
+// A reader of the store's directory, written from shared/store/FORMAT.md alone. It shares no code with
+// the rest, so it tests whether the specification is complete. read_chunk.ts decodes chunks.
 
 export interface Chunk {
   level: number;
@@ -24,7 +23,7 @@ export interface Store {
   scale: number;
   range: [number, number];
   metadata: Record<string, unknown>;
-  /** Per level: the cells along each axis, and its chunks of at least one cell, page by page. */
+  /** For each level: the cells along each axis, and the chunks that have cells, page by page. */
   levels: { cells: number[]; chunks: Chunk[] }[];
 }
 

@@ -31,7 +31,7 @@ const arrows = [...diagram.matchAll(/^\s*([\w/]+) --> ([\w/]+)\s*$/gm)].map(
   ([, from = "", to = ""]) => ({ from, to }),
 );
 
-/** Whether arrows lead from one folder to another, without the one that is left out. */
+/** Whether a path of arrows leads from one folder to another if one arrow is left out. */
 function leads(from: string, to: string, without?: { from: string; to: string }): boolean {
   const seen = new Set([from]);
   for (const folder of seen) {

@@ -1,4 +1,4 @@
-// What is no longer needed is cancelled: the request itself ends, on both sides.
+// Requests that are no longer needed are cancelled, for the client and for the server.
 import { createServer, type Server, type ServerResponse } from "node:http";
 import type { AddressInfo } from "node:net";
 import { afterEach, beforeAll, beforeEach, expect, it } from "vitest";
@@ -63,7 +63,7 @@ it("a transfer that is ended before it begins asks for nothing", async () => {
   expect(traffic.requests).toBe(0);
 });
 
-/** A source whose requests the test holds in its hand. */
+/** A source whose requests the test answers or lets wait. */
 class HeldSource implements Source {
   readonly name = "held";
   readonly concurrency = 2;
@@ -133,7 +133,7 @@ beforeAll(async () => {
   chunks = openWhole(core, file).chunksFor(0, 100, 100).slice(0, 4);
 });
 
-/** What the queue asks of its source, and says. */
+/** The requests of the queue to its source, and its events. */
 function queueOf(source: HeldSource) {
   const released: number[] = [];
   const decoded: number[] = [];
@@ -157,7 +157,7 @@ function queueOf(source: HeldSource) {
       changed: () => wake(),
     },
   );
-  /** Until something holds; the queue says when it has changed. */
+  /** Waits until a condition holds. Checks it whenever the queue reports a change. */
   const until = async (what: () => boolean): Promise<void> => {
     while (!what()) {
       await new Promise<void>((resolve) => {

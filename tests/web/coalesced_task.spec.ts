@@ -1,4 +1,4 @@
-// Work that is done soon: in a task of its own, once for all that ask for it.
+// Coalesced tasks: requested work runs soon in a task of its own, once for all requests.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { CoalescedTask } from "../../web/stream/coalesced_task.ts";
 

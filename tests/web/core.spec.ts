@@ -153,7 +153,7 @@ test("exactly projected points lie on the trilinear surface", () => {
     const [nx = 0, ny = 0, nz = 0] = exact.normals.subarray(3 * i, 3 * i + 3);
     expect(Math.hypot(nx, ny, nz)).toBeCloseTo(1, 4);
   }
-  // The others' gradient rays leave the cell before they meet the surface.
+  // The gradient rays of the other samples leave the cell before they meet the surface.
   expect(onSurface / exact.count).toBeGreaterThan(0.7);
 });
 
@@ -169,7 +169,7 @@ test("packed samples project to the same points, and region by region", () => {
     expect(expected.count).toBeGreaterThan(100);
     expect(store.projectPacked(chunk, packed, isovalue, { exact })).toEqual(expected);
   }
-  // The lower half of each slice, and what it leaves out.
+  // The lower half of each slice, and the rest.
   const lower = Uint32Array.from({ length: regionWords }, (_, i) => (i % 2 === 0 ? ~0 : 0));
   const upper = lower.map((word) => ~word);
   const parts = [lower, upper].map((regions) =>

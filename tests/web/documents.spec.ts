@@ -32,7 +32,7 @@ describe("the glossary", () => {
 });
 
 describe("documents", () => {
-  // `folder/file.extension`, or a folder: of the repository, not of what the build writes.
+  // `folder/file.extension`, or a folder, of the repository; not build outputs.
   const path = /`((?:shared|native|server|web|tests|docs|\.ci)\/[\w./-]*[\w])`/g;
   const named = trackedFiles(root, "*.md")
     .filter((document) => document !== "CHANGELOG.md")
@@ -64,7 +64,7 @@ describe("the version of package.json", () => {
 });
 
 describe("links to headings", () => {
-  /** The anchor that repository hosts give a heading. */
+  /** The anchor of a heading, as repository hosts form it. */
   const anchor = (heading: string) =>
     heading
       .toLowerCase()

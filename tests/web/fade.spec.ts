@@ -1,4 +1,4 @@
-// When pictures fade into each other, told by what is asked of the renderer.
+// When pictures fade into each other, according to the calls of the renderer.
 import { expect, it } from "vitest";
 import { Fade } from "../../web/viewer/fade.ts";
 import type { RendererModule } from "../../web/viewer/renderer_module.ts";
@@ -31,7 +31,7 @@ it("fades from a picture to the one that what arrives makes of it", () => {
   fade.step(900, false);
   expect(fade.isRunning).toBe(false);
   expect(calls).toEqual(["hold", "begin", "fade 0.25", "fade 0.50", "fade 1.00"]);
-  // Nothing was to come: the next picture is another view, or another look.
+  // No further data were expected, so the next picture shows another view or another look.
   fade.afterDraw(1000, false);
   expect(calls).toHaveLength(5);
 });

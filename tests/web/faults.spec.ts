@@ -1,4 +1,4 @@
-/** Every fault of a source is told by its true name, is left again, and makes no loop of requests. */
+/** Each fault of a source is identified correctly, ends when its cause does, and causes no request loop. */
 import {
   mkdtempSync,
   readFileSync,
@@ -32,7 +32,7 @@ import { Harness, view } from "./stream_harness.ts";
 
 const readme = fileURLToPath(new URL("../../web/stream/README.md", import.meta.url));
 const other = fileURLToPath(new URL("../golden/v1.0/u8.isosplat", import.meta.url));
-/** Long enough for two tries of what is tried slowly, on a slow machine. */
+/** Long enough for two slow retries on a slow machine. */
 const slow = 3 * longestSlowRetry + 20_000;
 
 let folder: string;
@@ -58,7 +58,7 @@ afterAll(async () => {
   await host?.stop();
   rmSync(folder, { recursive: true, force: true });
 });
-/** Tests wait for seconds, beside each other: each has its own, closed at the end. */
+/** Tests run concurrently, because they wait for seconds. Each closes its resources at its end. */
 function newHarness(): Harness {
   const harness = new Harness();
   harnesses.push(harness);
@@ -67,7 +67,7 @@ function newHarness(): Harness {
 
 const path = (name: string): string => join(folder, `${name}.isosplat`);
 
-/** A store of its own name with these bytes; appears at once, as when it is renamed. */
+/** Adds a store with these bytes under a new name, atomically (by renaming). */
 function put(bytes: Uint8Array, name = `store-${++number}`): string {
   writeFileSync(`${path(name)}.part`, bytes);
   renameSync(`${path(name)}.part`, path(name));
@@ -81,7 +81,7 @@ async function proxyTo(target: string): Promise<FaultProxy> {
   return proxy;
 }
 
-/** Waits until the server knows of the volume what it is to know. */
+/** Waits until the server's state of a volume is the expected one. */
 async function served(name: string, isAsWanted: (answer: Response) => boolean): Promise<void> {
   for (let attempt = 0; attempt < 200; ++attempt) {
     const answer = await fetch(`${isosplat.url}v1/volumes/${name}`);
@@ -149,7 +149,7 @@ describe("a store that cannot be opened is told by what is wrong with it", () =>
   test.each(broken)("%s: %s", async (_, kind, bytes) => {
     const name = put(bytes());
     await served(name, (answer) => answer.status === 500);
-    // The server says of an empty file that it is none of its own.
+    // For an empty file, the server reports that it is not a store.
     const onServer = bytes().length === 0 ? "not-a-store" : kind;
     const source = new ServerSource({ base: isosplat.url, volume: name });
     expect(await openingFault(source)).toBe(onServer);
@@ -179,7 +179,7 @@ describe("a store that cannot be opened is told by what is wrong with it", () =>
     nothing.warm();
     await expect(nothing.header(signal)).rejects.toMatchObject({ kind: "not-found" });
     expect(proxy.requests.length).toBe(1);
-    // Past the caches at once, which may hold what is wrong.
+    // Bypasses the caches at once, because they may contain the wrong bytes.
     proxy.requests.length = 0;
     const name = put(damaged([{ offset: 60, bytes: 64 }]));
     const again = new FileSource(`${proxy.url}/${name}.isosplat`);
@@ -216,7 +216,7 @@ const kinds: [string, (name: string) => Source, () => string][] = [
 
 describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => {
   const isServer = label !== "nginx";
-  /** The same, with a proxy that counts in between. */
+  /** The same with a proxy that counts requests. */
   async function counted(name: string): Promise<{ proxy: FaultProxy; source: Source }> {
     const proxy = await proxyTo(address());
     return {
@@ -242,7 +242,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     expect(harness.progress?.fault?.kind).toBe("damaged-part");
     expect(harness.progress?.fault?.message).toMatch(/checksum.*expected 0x.*found 0x/);
     expect(harness.errors.map(({ kind }) => kind)).toEqual(["damaged-part"]);
-    // One look at one of them every 12 s, and at what is at the address, is all that follows.
+    // After that, one of the parts and the address are checked every 12 s, and nothing else is requested.
     const before = proxy.requests.length;
     await new Promise((resolve) => setTimeout(resolve, slowRetry + 3000));
     expect(proxy.requests.length - before).toBeLessThanOrEqual(3);
@@ -304,7 +304,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     put(readFileSync(other), name);
     const old = session.info.contentId;
     if (isServer) await served(name, ({ ok }) => ok);
-    // The server may still know the old one for a moment; then nothing is wrong yet.
+    // The server may serve the old volume for a moment; until then there is no fault.
     for (let step = 0; harness.replacements.length === 0; ++step) {
       await new Promise((resolve) => setTimeout(resolve, 100 + 10 * step));
       session.update(view(40.5 + 23 * step));
@@ -380,7 +380,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     await harness.until(() => harness.progress?.state === "offline");
     expect(harness.progress?.fault?.kind).toBe("server-fault");
     await new Promise((resolve) => setTimeout(resolve, 5000));
-    // Those that were under way together, and then after 1/4, 1/2, 1, 2 and 4 s.
+    // The requests in flight together, then retries after 1/4, 1/2, 1, 2 and 4 s.
     expect(proxy.requests.length - before).toBeLessThanOrEqual(6 + 6);
     proxy.fault = () => undefined;
     await harness.until(() => harness.progress?.complete === true, 90_000);
@@ -405,7 +405,7 @@ test("the same file under another ETag is no other file", async () => {
 
 test("another file of the same size, on a host that says neither ETag nor length", async () => {
   const harness = newHarness();
-  // Answers pass through a proxy that keeps these fields to itself, as CORS does.
+  // The proxy removes these headers from answers, as CORS hides them.
   const name = put(whole);
   const source = new FileSource(`${host.url}${name}.isosplat`);
   const fetchAll = globalThis.fetch;
@@ -485,7 +485,7 @@ describe("what the GPU does not take", () => {
     const requests = session.source.requests;
     session.retry();
     await harness.until(() => harness.progress?.complete === true && !harness.progress.fault);
-    // Nothing keeps their samples: they were asked for again.
+    // Their samples were not kept, so the chunks were requested again.
     expect(session.source.requests).toBeGreaterThan(requests);
     for (const id of lost) {
       expect(harness.resident.has(id)).toBe(true);

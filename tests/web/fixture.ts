@@ -1,4 +1,4 @@
-/** What the tests in Node share: the core, and the store that write_store_fixture.cpp makes. */
+/** Shared by the tests in Node: the core, and the store that write_store_fixture.cpp writes. */
 import { existsSync, readFileSync } from "node:fs";
 import { type Core, loadCore, maxHeaderBytes, type Store } from "../../web/core/index.ts";
 
@@ -8,7 +8,7 @@ export async function core(): Promise<Core> {
   return loadCore();
 }
 
-/** From the first preset in which the tests were built. */
+/** The store of the first CMake preset in which the tests were built. */
 export function storeBytes(): Uint8Array {
   for (const preset of ["release", "debug", "sanitizers"]) {
     const file = new URL(`${preset}/tests/shared/fixture.isosplat`, built);
@@ -18,7 +18,7 @@ export function storeBytes(): Uint8Array {
 }
 
 export const voxels = [150, 131, 70] as const;
-/** The fixture's values are its quantized values less 100. */
+/** In the fixture, value = quantized value + offset. */
 export const offset = -100;
 
 /** The quantized value of a voxel, by the formula of tests/shared/store_fixture.h. */

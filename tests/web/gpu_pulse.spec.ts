@@ -1,8 +1,8 @@
-// When the GPU is said to answer at once, told by fences that pass when the test lets them.
+// When GpuPulse reports that the GPU responds at once; the test decides when fences are signalled.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { GpuPulse } from "../../web/viewer/gpu_timer.ts";
 
-/** A context whose fences pass when `passed` is set. */
+/** A context whose fences are signalled when `passed` is set. */
 function context(): { gl: WebGL2RenderingContext; passed: boolean; alive: number } {
   const state = {
     passed: false,
@@ -70,7 +70,7 @@ it("is not waited for without end where it never answers at once", () => {
   const pulse = new GpuPulse(gpu.gl);
   const callsUntilBeat = (): number => {
     for (let call = 1; call <= 1000; ++call) {
-      // What was sent two calls ago is done, and never what was sent at the last one.
+      // The fence of the last call but one is signalled, but never that of the last call.
       gpu.passed = call % 2 === 0;
       if (pulse.beats()) return call;
       vi.advanceTimersByTime(8);
@@ -79,7 +79,7 @@ it("is not waited for without end where it never answers at once", () => {
   };
   pulse.beats();
   expect(callsUntilBeat()).toBeLessThan(100);
-  // A GPU that was busy is not taken for idle the next time.
+  // After a busy period, the next check does not report an idle GPU at once.
   expect(callsUntilBeat()).toBeGreaterThan(10);
   expect(gpu.alive).toBe(1);
 });

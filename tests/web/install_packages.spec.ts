@@ -20,7 +20,7 @@ function tool(name: string, text: string) {
   writeFileSync(join(tools, name), `#!/bin/bash\n${text}\n`, { mode: 0o755 });
 }
 
-/** Names of all packages of --list, but those of Boost. */
+/** The names of all packages of --list except those of Boost. */
 function otherPackages(): string[] {
   const listed = spawnSync("bash", [script, "--list"], { encoding: "utf8" }).stdout;
   return [...listed.matchAll(/^ {2}(\S+)/gm)]
@@ -28,7 +28,7 @@ function otherPackages(): string[] {
     .filter((name) => !name.startsWith("libboost"));
 }
 
-/** Runs the script where these packages are installed and the index has those, with versions. */
+/** Runs the script with these installed packages, and with these packages and versions in the index. */
 function run(
   options: string[],
   installed: Record<string, string>,

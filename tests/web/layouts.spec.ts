@@ -1,4 +1,4 @@
-/** The records that cross between C++ and TypeScript: what the build generates from records.h. */
+/** The records that C++ and TypeScript exchange, which the build generates from records.h. */
 import { readFileSync } from "node:fs";
 import { expect, test } from "vitest";
 import * as layouts from "../../build/wasm/web/layouts.js";

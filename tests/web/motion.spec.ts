@@ -1,4 +1,4 @@
-// Where the isovalue is going: only a movement tells, not two changes in quick succession.
+// Prediction of the isovalue's motion. Two changes in quick succession are not yet a motion.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { Motion } from "../../web/stream/motion.ts";
 
@@ -11,7 +11,7 @@ afterEach(() => {
 
 const range = 255;
 
-/** Shows these isovalues one after the other, so many ms apart. */
+/** Shows these isovalues one after the other, at an interval in ms. */
 function moved(isovalues: readonly number[], apart: number): Motion {
   const motion = new Motion(() => {});
   for (const isovalue of isovalues) {

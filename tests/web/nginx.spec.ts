@@ -1,4 +1,4 @@
-/** A store on a plain web server: nginx, with nothing set but the folder. */
+/** A store on a plain web server: nginx without settings except for the folder. */
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";

@@ -1,4 +1,4 @@
-/** An occlusion query that fails, wherever it does, ends: the session goes on without answers. */
+/** An occlusion query that fails at any point ends, and the session continues without answers. */
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import type { StreamSession } from "../../web/stream/index.ts";
 import { OcclusionTester } from "../../web/viewer/occlusion_tester.ts";
@@ -17,7 +17,7 @@ const failing = (): never => {
   throw new TypeError("the driver gives nothing back");
 };
 
-/** A session that wants one query, and a viewer whose renderer answers it so. */
+/** A session that requests one query, and a viewer whose renderer behaves as stated. */
 function tested(view: Partial<RendererModule>): { told: string[]; tester: OcclusionTester } {
   const told: string[] = [];
   const session = {

@@ -7,9 +7,9 @@ const [a, b, c, d, e] = chunks as [Chunk, Chunk, Chunk, Chunk, Chunk];
 
 it("keeps what is prefetched until the movement is over", () => {
   const prefetch = new Prefetch();
-  // Nothing of a view that changes at once is asked for, but what is under way is finished.
+  // Nothing is requested for a view that changes at once, but requests in flight are finished.
   expect(prefetch.select([a, b], [b, c], [d])).toEqual([b, d]);
-  // The next frames need none of it, and prefetch no more.
+  // The next frames do not need it, and prefetch nothing.
   expect(prefetch.select([a], [b, d], [])).toEqual([d]);
   expect(prefetch.select([], [d], [e])).toEqual([d, e]);
   prefetch.end();

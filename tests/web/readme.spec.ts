@@ -9,7 +9,7 @@ import { afterAll, beforeAll, describe, expect, it } from "vitest";
 const root = fileURLToPath(new URL("../..", import.meta.url));
 const binaries = join(root, "build/release/native/cli");
 
-/** A NIfTI file of 24³ bytes, a ball: what the README calls head.nii.gz. */
+/** The file that the README calls head.nii.gz: a ball as NIfTI, 24³ bytes. */
 function header(): Buffer {
   const size = 24;
   const file = Buffer.alloc(352 + size ** 3);

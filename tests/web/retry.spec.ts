@@ -1,4 +1,4 @@
-/** How often what has failed is asked for again, by a clock that the tests turn. */
+/** How often failed requests are repeated. The tests control the clock. */
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { Backoff } from "../../web/stream/backoff.ts";
 import { FailedParts } from "../../web/stream/failed_parts.ts";
@@ -11,15 +11,15 @@ afterEach(() => {
   vi.useRealTimers();
 });
 
-/** No try comes sooner after the one before. */
+/** The shortest allowed time between two attempts. */
 const shortestGap = 10_000;
-/** What is mended is found out within this. */
+/** The longest allowed time until a repaired source is noticed. */
 const longestGap = 20_000;
 
 const gaps = (times: readonly number[]): number[] =>
   times.slice(1).map((time, i) => time - (times[i] ?? 0));
 
-/** When a source that always fails so is tried, in so many ms. */
+/** The times at which a source that always fails is tried, within this many ms. */
 async function tries(kind: "not-found" | "unreachable", milliseconds: number): Promise<number[]> {
   const backoff = new Backoff({ trouble: () => {} });
   const ending = new AbortController();
@@ -54,7 +54,7 @@ test("what fails for another reason than what was looked up is not hastened twic
   let hastened = 0;
   const backoff = new Backoff({
     trouble: () => {},
-    // As a session does that finds the store at its address in order.
+    // As a session does that finds that the store at its address is intact.
     slow: () => {
       ++hastened;
       backoff.hasten();
@@ -65,7 +65,7 @@ test("what fails for another reason than what was looked up is not hastened twic
   let isInOrder = false;
   const attempt = (): Promise<void> => {
     times.push(Date.now());
-    // A loop of requests would leave the clock no time to go on.
+    // In a loop of requests, the clock would never advance.
     if (isInOrder || times.length > 20) return Promise.resolve();
     return Promise.reject(new StreamError("not-found", "a directory page is missing"));
   };

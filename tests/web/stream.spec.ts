@@ -166,7 +166,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     const session = await harness.open(source(), core);
     let begunAt = 0;
     const triedAt: number[] = [];
-    // All that are under way together are refused.
+    // All requests in flight at that time are refused.
     server.fault = () => {
       begunAt ||= Date.now();
       if (Date.now() - begunAt < 500) return { kind: "status", status: 429, retryAfter: 1 };
@@ -251,7 +251,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     const before = server.bytesSent;
     session.update(view(300.5));
     await harness.until(() => server.requests.length > 0 && server.bytesSent > before);
-    // Far away, the resident coarse levels are fine enough.
+    // From far away, the resident coarse levels suffice.
     session.update(view(300.5, 30));
     await harness.complete();
     const total = server.bytesSent;

@@ -1,4 +1,4 @@
-/** A viewer that draws nothing, and checks that streaming keeps its promises. */
+/** A viewer that draws nothing, and checks the guarantees of streaming. */
 import { expect } from "vitest";
 import { type Core, regionWords } from "../../web/core/index.ts";
 import {
@@ -11,7 +11,7 @@ import {
   StreamSession,
 } from "../../web/stream/index.ts";
 
-/** Looks at the fixture's volume from the front; `distance` in volume sizes from its centre. */
+/** A view of the fixture's volume from the front. distance: from its centre, in volume sizes. */
 export function view(isovalue: number, distance = 1.5, size = 768): CameraView {
   const centre = [-10 + 74.5, 20 + 65, 30 + 51.75];
   const eye = distance * 150;
@@ -40,7 +40,7 @@ export class Harness {
   readonly uploaded = new Map<number, number>();
   readonly errors: StreamError[] = [];
   readonly replacements: StreamError[] = [];
-  /** Whether there is room for a chunk. */
+  /** Whether the viewer accepts a chunk. */
   takes: (id: number) => boolean = () => true;
   visible: number[] = [];
   progress: Progress | undefined;
@@ -102,7 +102,7 @@ export class Harness {
     return [...this.resident.values()].reduce((sum, { samples }) => sum + samples, 0);
   }
 
-  /** Waits until something holds. */
+  /** Waits until a condition holds. */
   async until(what: () => boolean, milliseconds = 10_000): Promise<void> {
     const end = Date.now() + milliseconds;
     while (!what()) {

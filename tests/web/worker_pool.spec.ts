@@ -1,4 +1,4 @@
-// Decoding workers that die: what they had is reported, others take over, and it ends.
+// Decoding workers that die: their chunks are reported, and other workers replace them, up to a limit.
 import { afterEach, beforeAll, beforeEach, describe, expect, it, vi } from "vitest";
 import { type Chunk, type Core, CoreError, type DecodedChunk } from "../../web/core/index.ts";
 import type { WorkerRequest, WorkerStart } from "../../web/stream/decode_worker.ts";
@@ -16,7 +16,7 @@ beforeAll(async () => {
     .map((chunk) => ({ chunk, bytes: file.slice(chunk.offset, chunk.offset + chunk.bytes) }));
 });
 
-/** A worker that decodes when the test says so, with the code of the real one. */
+/** A worker with the code of the real one, which decodes when the test tells it to. */
 class StubWorker {
   static all: StubWorker[] = [];
   onmessage: ((event: { data: unknown }) => void) | null = null;
@@ -65,7 +65,7 @@ afterEach(() => {
 
 const never = new AbortController().signal;
 
-/** The n-th chunk on its way through the pool, and how it ended. */
+/** Sends the n-th chunk through the pool, and records the result. */
 function decode(pool: WorkerPool, n: number, signal = never) {
   const at = chunks[n % chunks.length];
   if (!at) throw new Error("the fixture has no chunks");
@@ -81,7 +81,7 @@ function decode(pool: WorkerPool, n: number, signal = never) {
   return { state, done, expected: () => core.decodeChunk(at.chunk, at.bytes) };
 }
 
-/** Until the workers have been told what to run. */
+/** Waits until the workers have received the module. */
 const begun = () => Promise.resolve().then(() => Promise.resolve());
 
 describe("a worker that dies", () => {
@@ -139,7 +139,7 @@ describe("a worker that dies", () => {
       expect((job.state.error as CoreError).message).toContain(`death ${deaths}`);
     }
     expect(StubWorker.all.length).toBe(4);
-    // Who asks again has waited: perhaps there is memory again.
+    // A repeated request comes later, when memory may be available again.
     const late = decode(pool, 0);
     await begun();
     StubWorker.living[0]?.crash("still");
