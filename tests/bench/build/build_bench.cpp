@@ -63,80 +63,93 @@ int generate(const char* path, int32_t nx, int32_t ny, int32_t nz) {
   return std::fclose(file) == 0 ? 0 : 1;
 }
 
-int run(int count, char** arguments) {
-  BuildOptions options;
+struct Options {
+  BuildOptions build;
   std::vector<double> isovalues;
   int runs = 1;
-  double low = 0, high = 0;
+  double low = 0, high = 0;  ///< the range of values that becomes 8 bits, if low < high
+};
+
+Options parse_options(int count, char** arguments) {
+  Options options;
   for (int i = 2; i < count; ++i) {
     const std::string option = arguments[i];
     const auto next = [&] { return std::atof(arguments[++i]); };
     if (option == "--fetch-weight")
-      options.fetch_weight = next();
+      options.build.fetch_weight = next();
     else if (option == "--threads")
-      options.threads = static_cast<unsigned>(next());
+      options.build.threads = static_cast<unsigned>(next());
     else if (option == "--runs")
-      runs = static_cast<int>(next());
+      options.runs = static_cast<int>(next());
     else if (option == "--u8")
-      low = next(), high = next();
+      options.low = next(), options.high = next();
     else
-      isovalues.push_back(std::atof(option.c_str()));
+      options.isovalues.push_back(std::atof(option.c_str()));
   }
+  return options;
+}
+
+/// Prints bytes, cells and chunks as the member `name` of a JSON object.
+void print_chunks(const std::string& name, const std::vector<ChunkRef>& chunks) {
+  size_t bytes = 0, cells = 0;
+  for (const ChunkRef& chunk : chunks) {
+    bytes += chunk.bytes;
+    cells += chunk.cells;
+  }
+  std::printf(", \"%s\": {\"bytes\": %zu, \"cells\": %zu, \"chunks\": %zu}", name.c_str(), bytes,
+              cells, chunks.size());
+}
+
+/// Prints the bytes of each level, and those of level 0 for each isovalue.
+void print_store(std::span<const std::byte> store, const std::vector<double>& isovalues) {
+  auto reader = StoreReader::open(store);
+  for (uint32_t i = 0; i < reader->pages().size(); ++i) {
+    const PageRef page = reader->pages()[i];
+    (void)reader->add_page(i, store.subspan(page.offset, page.bytes));
+  }
+  for (const LevelRef& level : reader->levels()) {
+    print_chunks("level_" + std::to_string(level.grid.level),
+                 *reader->chunks_for(level.grid.level, 0, 65535));
+  }
+  for (const double isovalue : isovalues) {
+    const float quantized_isovalue = reader->info().mapping.quantized_isovalue(isovalue);
+    char name[40];
+    std::snprintf(name, sizeof name, "isovalue_%g", isovalue);
+    print_chunks(name, *reader->chunks_for(0, quantized_isovalue, quantized_isovalue));
+  }
+}
+
+int run(int count, char** arguments) {
+  const Options options = parse_options(count, arguments);
   auto held = hold_volume(arguments[1]);
   if (!held) return std::fprintf(stderr, "%s\n", held.error().message.c_str()), 1;
   HeldVolume& volume = *held;
   const Index3 n = volume.header_.grid.voxels;
-  if (low < high) squeeze(volume, low, high);
+  if (options.low < options.high) squeeze(volume, options.low, options.high);
   std::vector<double> seconds;
   double user = user_seconds();
   MemorySink sink;
   BuildReport report;
-  for (int i = 0; i < runs; ++i) {
+  for (int i = 0; i < options.runs; ++i) {
     sink.bytes.clear();
-    auto built = build_store(volume, sink, options);
+    auto built = build_store(volume, sink, options.build);
     if (!built) return std::fprintf(stderr, "%s\n", built.error().message.c_str()), 1;
     report = *built;
     seconds.push_back(report.seconds);
   }
-  user = (user_seconds() - user) / runs;
-  auto reader = StoreReader::open(sink.bytes);
-  for (uint32_t i = 0; i < reader->pages().size(); ++i) {
-    const PageRef page = reader->pages()[i];
-    (void)reader->add_page(i, std::span(sink.bytes).subspan(page.offset, page.bytes));
-  }
+  user = (user_seconds() - user) / options.runs;
   const double voxels = static_cast<double>(n.x) * n.y * n.z;
   std::printf("{\"raw_bytes\": %zu, \"store_bytes\": %zu, \"ratio\": %.4f, ", volume.voxels.size(),
               sink.bytes.size(),
               static_cast<double>(sink.bytes.size()) / static_cast<double>(volume.voxels.size()));
   std::printf("\"content_id\": \"");
   for (const uint8_t byte : report.info.content_id) std::printf("%02x", byte);
-  std::printf("\", ");
-  std::printf("\"user_seconds\": %.3f, ", user);
-  std::printf("\"megavoxels_per_second\": [");
+  std::printf("\", \"user_seconds\": %.3f, \"megavoxels_per_second\": [", user);
   for (size_t i = 0; i < seconds.size(); ++i) {
     std::printf("%s%.2f", i > 0 ? ", " : "", voxels / 1e6 / seconds[i]);
   }
   std::printf("]");
-  for (const LevelRef& level : reader->levels()) {
-    size_t cells = 0;
-    const auto all = reader->chunks_for(level.grid.level, 0, 65535);
-    for (const ChunkRef& chunk : *all) cells += chunk.cells;
-    std::printf(", \"level_%u\": {\"bytes\": %llu, \"cells\": %zu, \"chunks\": %zu}",
-                level.grid.level, static_cast<unsigned long long>(level.chunks_bytes), cells,
-                all->size());
-  }
-  for (const double isovalue : isovalues) {
-    const float quantized_isovalue = reader->info().mapping.quantized_isovalue(isovalue);
-    size_t bytes = 0, cells = 0, chunks = 0;
-    const auto found = reader->chunks_for(0, quantized_isovalue, quantized_isovalue);
-    for (const ChunkRef& chunk : *found) {
-      bytes += chunk.bytes;
-      cells += chunk.cells;
-      ++chunks;
-    }
-    std::printf(", \"isovalue_%g\": {\"bytes\": %zu, \"cells\": %zu, \"chunks\": %zu}", isovalue,
-                bytes, cells, chunks);
-  }
+  print_store(sink.bytes, options.isovalues);
   std::printf("}\n");
   return 0;
 }

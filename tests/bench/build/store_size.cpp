@@ -101,6 +101,89 @@ std::vector<T> quantized_values_of(const HeldVolume& volume, const Quantization&
   return quantized_values;
 }
 
+/// Opens a store in memory, with all directory pages.
+Result<StoreReader> open_store(std::span<const std::byte> store) {
+  auto reader = StoreReader::open(store);
+  if (!reader) return reader;
+  for (uint32_t i = 0; i < reader->pages().size(); ++i) {
+    const PageRef page = reader->pages()[i];
+    const auto bytes = store.subspan(page.offset, page.bytes);
+    if (auto added = reader->add_page(i, bytes); !added) return tl::unexpected(added.error());
+  }
+  return reader;
+}
+
+/// Means over the isovalues in the middle between two quantized values of the range.
+struct Means {
+  double even[2] = {};                       ///< bytes for an isovalue: level 0, coarser levels
+  double by_active[2] = {};                  ///< the same, weighted by the number of active cells
+  double fetched_cells_per_active_cell = 0;  ///< at level 0
+  uint64_t coarse_bytes = 0;                 ///< chunks of coarser levels
+};
+
+/// active: cells of level 0 at each of these isovalues.
+Result<Means> means_of(const StoreReader& reader, const std::vector<uint64_t>& active) {
+  const uint32_t low = reader.info().range.min, high = reader.info().range.max;
+  Means means;
+  double all_active = 0, all_fetched = 0;
+  for (uint32_t quantized = low; quantized < high; ++quantized)
+    all_active += double(active[quantized - low]);
+  for (const LevelRef& level : reader.levels()) {
+    PerValue bytes, cells;
+    const auto chunks = reader.chunks_for(level.grid.level, 0, 65535);
+    if (!chunks) return tl::unexpected(chunks.error());
+    for (const ChunkRef& chunk : *chunks) {
+      bytes.add(chunk.band_begin, chunk.band_end, chunk.bytes);
+      cells.add(chunk.band_begin, chunk.band_end, chunk.cells);
+    }
+    const bool is_coarse = level.grid.level > 0;
+    if (is_coarse) means.coarse_bytes += level.chunks_bytes;
+    const auto bytes_at = bytes.sum(), cells_at = cells.sum();
+    for (uint32_t quantized = low; quantized < high; ++quantized) {
+      means.even[is_coarse] += double(bytes_at[quantized]) / (high - low);
+      means.by_active[is_coarse] +=
+          double(bytes_at[quantized]) * double(active[quantized - low]) / all_active;
+      if (!is_coarse) all_fetched += double(cells_at[quantized]);
+    }
+  }
+  means.fetched_cells_per_active_cell = all_fetched / all_active;
+  return means;
+}
+
+/// The quantized values of all voxels: as they are stored, and as 16-bit numbers.
+struct Quantized {
+  std::vector<std::byte> stored;
+  std::vector<QuantizedValue> values;
+};
+
+Result<Quantized> quantize(HeldVolume& source, uint8_t bits) {
+  const auto scan = scan_volume(source, 1, true, [](uint64_t) {});
+  if (!scan) return tl::unexpected(scan.error());
+  const auto quantization = choose_quantization(source.header(), *scan);
+  if (!quantization) return tl::unexpected(quantization.error());
+  Quantized result;
+  const auto keep = [&](const auto& values) {
+    const auto bytes = std::as_bytes(std::span(values));
+    result.stored.assign(bytes.begin(), bytes.end());
+    result.values.assign(values.begin(), values.end());
+  };
+  if (bits == 8) {
+    keep(quantized_values_of<uint8_t>(source, *quantization));
+  } else {
+    keep(quantized_values_of<QuantizedValue>(source, *quantization));
+  }
+  return result;
+}
+
+bool write_bytes(const char* path, std::span<const std::byte> bytes) {
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+  if (file.flush()) return true;
+  std::fprintf(stderr, "%s: cannot be written\n", path);
+  return false;
+}
+
 int run(int count, char** arguments) {
   BuildOptions options;
   const char* quantized_file = nullptr;
@@ -114,74 +197,27 @@ int run(int count, char** arguments) {
   HeldVolume source = *volume;
   MemorySink sink;
   if (auto built = build_store(source, sink, options); !built) return fail_with(built.error());
-  const auto scan = scan_volume(source, 1, true, [](uint64_t) {});
-  if (!scan) return fail_with(scan.error());
-  const auto quantization = choose_quantization(source.header(), *scan);
-  if (!quantization) return fail_with(quantization.error());
   const auto survey = survey_volume(source);
   if (!survey) return fail_with(survey.error());
-  auto reader = StoreReader::open(sink.bytes);
+  const auto reader = open_store(sink.bytes);
   if (!reader) return fail_with(reader.error());
-  for (uint32_t i = 0; i < reader->pages().size(); ++i) {
-    const PageRef page = reader->pages()[i];
-    const auto bytes = std::span(sink.bytes).subspan(page.offset, page.bytes);
-    if (auto added = reader->add_page(i, bytes); !added) return fail_with(added.error());
-  }
   const StoreInfo& info = reader->info();
   const uint32_t low = info.range.min, high = info.range.max;
   if (low == high) return std::fprintf(stderr, "the volume has a single value\n"), 1;
-  const auto active = survey->statistics.active_cells({low, 1, high - low + 1});
-
-  // Isovalues in the middle between two quantized values of the range.
-  double even[2] = {}, by_active[2] = {};  // level 0, coarser ones
-  double all_active = 0, all_fetched = 0;
-  uint64_t coarse_bytes = 0;
-  for (uint32_t quantized = low; quantized < high; ++quantized)
-    all_active += double(active[quantized - low]);
-  for (const LevelRef& level : reader->levels()) {
-    PerValue bytes, cells;
-    const auto chunks = reader->chunks_for(level.grid.level, 0, 65535);
-    if (!chunks) return fail_with(chunks.error());
-    for (const ChunkRef& chunk : *chunks) {
-      bytes.add(chunk.band_begin, chunk.band_end, chunk.bytes);
-      cells.add(chunk.band_begin, chunk.band_end, chunk.cells);
-    }
-    const bool is_coarse = level.grid.level > 0;
-    if (is_coarse) coarse_bytes += level.chunks_bytes;
-    const auto bytes_at = bytes.sum(), cells_at = cells.sum();
-    for (uint32_t quantized = low; quantized < high; ++quantized) {
-      even[is_coarse] += double(bytes_at[quantized]) / (high - low);
-      by_active[is_coarse] +=
-          double(bytes_at[quantized]) * double(active[quantized - low]) / all_active;
-      if (!is_coarse) all_fetched += double(cells_at[quantized]);
-    }
-  }
-
-  const Index3 n = info.grid.voxels;
-  std::vector<QuantizedValue> quantized_values;
-  std::span<const std::byte> stored;
-  std::vector<uint8_t> narrow;
-  if (info.mapping.bits == 8) {
-    narrow = quantized_values_of<uint8_t>(source, *quantization);
-    quantized_values.assign(narrow.begin(), narrow.end());
-    stored = std::as_bytes(std::span(narrow));
-  } else {
-    quantized_values = quantized_values_of<QuantizedValue>(source, *quantization);
-    stored = std::as_bytes(std::span(quantized_values));
-  }
-  if (quantized_file) {
-    std::ofstream file(quantized_file, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(stored.data()),
-               static_cast<std::streamsize>(stored.size()));
-    if (!file.flush()) return std::fprintf(stderr, "%s: cannot be written\n", quantized_file), 1;
-  }
+  const auto means = means_of(*reader, survey->statistics.active_cells({low, 1, high - low + 1}));
+  if (!means) return fail_with(means.error());
+  const auto quantized = quantize(source, info.mapping.bits);
+  if (!quantized) return fail_with(quantized.error());
+  if (quantized_file && !write_bytes(quantized_file, quantized->stored)) return 1;
   std::printf(
       "{\"raw_bytes\": %zu, \"store_bytes\": %zu, \"coarse_bytes\": %llu, \"isovalue_bytes\": "
       "%.0f, \"isovalue_bytes_of_level_0\": %.0f, \"isovalue_bytes_by_active_cells\": %.0f, "
       "\"fetched_cells_per_active_cell\": %.3f, \"whole_bytes\": %llu}\n",
-      stored.size(), sink.bytes.size(), static_cast<unsigned long long>(coarse_bytes),
-      even[0] + even[1], even[0], by_active[0] + by_active[1], all_fetched / all_active,
-      static_cast<unsigned long long>(lossless_bytes(quantized_values, n)));
+      quantized->stored.size(), sink.bytes.size(),
+      static_cast<unsigned long long>(means->coarse_bytes), means->even[0] + means->even[1],
+      means->even[0], means->by_active[0] + means->by_active[1],
+      means->fetched_cells_per_active_cell,
+      static_cast<unsigned long long>(lossless_bytes(quantized->values, info.grid.voxels)));
   return 0;
 }
 

@@ -1,5 +1,6 @@
-// How true pictures are: each kind, and a triangle mesh drawn by the same renderer, against the ray
-// caster.  isosplat_fidelity VOLUME ISOVALUE [--mesh FILE] [--size PX] [--kind K] [--view V]
+// Errors of the pictures of each splat kind, and of a triangle mesh drawn by the same renderer,
+// compared with the ray caster. isosplat_fidelity VOLUME ISOVALUE [--mesh FILE] [--size PX] [--kind
+// K] [--view V]
 // [--pictures FOLDER]. Prints a line of JSON for each view and kind.
 #include <cmath>
 #include <cstdio>
@@ -17,7 +18,7 @@ namespace {
 
 constexpr double kDegrees = 180 / 3.14159265358979323846;
 
-/// What the ray caster sees.
+/// The picture of the ray caster.
 struct Reference {
   std::vector<std::optional<RayCaster::Hit>> hits;
   std::vector<char> deep;  // a hit at least 2 px from silhouettes and depth edges
@@ -43,7 +44,7 @@ Reference cast_reference(const RayCaster& caster, const Camera& camera, int size
   }
   for (std::thread& thread : pool) thread.join();
 
-  // An edge: a neighbour that is background, or more than two cells nearer or farther.
+  // A pixel is at an edge if a neighbour is background, or more than two cells nearer or farther.
   std::vector<char> edge(n * n);
   for (int y = 0; y < size; ++y) {
     for (int x = 0; x < size; ++x) {
@@ -79,8 +80,8 @@ Reference cast_reference(const RayCaster& caster, const Camera& camera, int size
   return reference;
 }
 
-/// Where pictures differ: grey where both hit, red where only ours does, blue where only the
-/// reference does, green for holes.
+/// Colours of the picture of differences. kExcess: only the renderer has a surface; kMissed: only
+/// the reference does.
 constexpr std::array<uint8_t, 4> kBoth{200, 200, 200, 255}, kExcess{220, 0, 0, 255},
     kMissed{0, 0, 220, 255}, kHole{0, 160, 0, 255}, kNeither{255, 255, 255, 255};
 
@@ -132,39 +133,119 @@ void compare(Renderer& renderer, const Reference& reference, double cell, const 
   std::fflush(stdout);
 }
 
+struct Options {
+  std::string mesh, pictures, kind, view;  ///< empty: none, or all
+  int size = 1024;
+  Displaced displaced = Displaced::clamp;
+  float scale = 1;
+};
+
+Options parse_options(int argc, char** argv) {
+  Options options;
+  for (int i = 3; i < argc; ++i) {
+    const auto next = [&] { return i + 1 < argc ? argv[++i] : ""; };
+    if (!std::strcmp(argv[i], "--mesh"))
+      options.mesh = next();
+    else if (!std::strcmp(argv[i], "--size"))
+      options.size = std::atoi(next());
+    else if (!std::strcmp(argv[i], "--pictures"))
+      options.pictures = next();
+    else if (!std::strcmp(argv[i], "--kind"))
+      options.kind = next();
+    else if (!std::strcmp(argv[i], "--view"))
+      options.view = next();
+    else if (!std::strcmp(argv[i], "--scale"))
+      options.scale = static_cast<float>(std::atof(next()));
+    else if (!std::strcmp(argv[i], "--drop"))
+      options.displaced = Displaced::drop;
+  }
+  return options;
+}
+
+/// The volume with its reference, and the isovalue to compare.
+struct Subject {
+  TestVolume volume;
+  RayCaster caster;
+  double isovalue, quantized_isovalue;
+  double cell;  ///< smallest spacing
+
+  Subject(const char* path, double value)
+      : volume(load_volume(path)),
+        caster(volume.grid, volume.quantized_values, volume.mapping.has_missing),
+        isovalue(value),
+        quantized_isovalue((value - volume.mapping.offset) / volume.mapping.scale),
+        cell(std::min({volume.grid.spacing.x, volume.grid.spacing.y, volume.grid.spacing.z})) {}
+};
+
+/// A camera so near to the surface, close to the centre of the picture, that a cell covers about 20
+/// pixels. The same camera if the surface is not found.
+Camera close_camera(const Subject& subject, const Camera& camera, int size) {
+  Camera close = camera;
+  for (int ring = 0; ring < size / 2; ring += 8) {
+    for (int turn = 0; turn < 8; ++turn) {
+      const double angle = turn * 0.785398;
+      const double right = ring * std::cos(angle), up = ring * std::sin(angle);
+      const int x = size / 2 + static_cast<int>(right), y = size / 2 + static_cast<int>(up);
+      const auto hit = subject.caster.cast(camera, size, size, x, y, subject.quantized_isovalue);
+      if (!hit) continue;
+      const CameraFrame frame = camera_frame(camera);
+      const double px = 2 * frame.tan_half_field_of_view / size;
+      close.target =
+          frame.eye +
+          (frame.forward + frame.right * (px * right) + frame.up * (px * up)) * hit->depth;
+      close.distance = subject.cell * size / (2 * frame.tan_half_field_of_view) / 20;
+      return close;
+    }
+  }
+  return close;
+}
+
+/// Compares the pictures of all kinds from one camera. Exits if one cannot be drawn.
+void compare_view(Renderer& renderer, const Subject& subject, const char* view,
+                  const Camera& camera, const Options& options) {
+  const int size = options.size;
+  renderer.set_camera(camera);
+  const Reference reference =
+      cast_reference(subject.caster, camera, size, subject.quantized_isovalue, subject.cell);
+  RenderSettings settings;
+  settings.isosurfaces = {{subject.isovalue, {0.85f, 0.8f, 0.7f}, 1}};
+  settings.splat_scale = options.scale;
+  settings.displaced = options.displaced;
+  const auto draw = [&](const char* kind) {
+    if (!options.kind.empty() && options.kind != kind) return;
+    renderer.set_settings(settings);
+    FrameStatistics statistics;
+    const auto image = draw_image(renderer, size, size, &statistics);
+    if (!image) {
+      std::fprintf(stderr, "%s\n", image.error().message.c_str());
+      std::exit(1);
+    }
+    Image difference = *image;
+    compare(renderer, reference, subject.cell, view, kind, statistics, difference);
+    if (options.pictures.empty()) return;
+    const std::string path = options.pictures + "/" + view + "-" + kind;
+    (void)write_png(path + ".png", *image);
+    (void)write_png(path + "-difference.png", difference);
+  };
+  constexpr const char* kKinds[] = {"quad", "ellipse", "blended", "exact"};
+  for (int kind = 0; kind < 4; ++kind) {
+    settings.kind = static_cast<SplatKind>(kind);
+    draw(kKinds[kind]);
+  }
+  if (!options.mesh.empty()) {
+    show_mesh(renderer, subject.volume.grid, options.mesh);
+    draw("mesh");
+    (void)renderer.set_mesh({}, {});
+  }
+}
+
 int run(int argc, char** argv) {
   if (argc < 3) {
     std::fprintf(stderr, "usage: isosplat_fidelity VOLUME ISOVALUE [--mesh FILE] [--size PX]\n");
     return 2;
   }
-  std::string mesh, pictures, only, only_view;
-  int size = 1024;
-  bool drop = false;
-  float scale = 1;
-  for (int i = 3; i < argc; ++i) {
-    const auto next = [&] { return i + 1 < argc ? argv[++i] : ""; };
-    if (!std::strcmp(argv[i], "--mesh"))
-      mesh = next();
-    else if (!std::strcmp(argv[i], "--size"))
-      size = std::atoi(next());
-    else if (!std::strcmp(argv[i], "--pictures"))
-      pictures = next();
-    else if (!std::strcmp(argv[i], "--kind"))
-      only = next();
-    else if (!std::strcmp(argv[i], "--view"))
-      only_view = next();
-    else if (!std::strcmp(argv[i], "--scale"))
-      scale = static_cast<float>(std::atof(next()));
-    else if (!std::strcmp(argv[i], "--drop"))
-      drop = true;
-  }
-  const TestVolume volume = load_volume(argv[1]);
-  const double isovalue = std::atof(argv[2]);
-  const double quantized_isovalue = (isovalue - volume.mapping.offset) / volume.mapping.scale;
-  const RayCaster caster(volume.grid, volume.quantized_values, volume.mapping.has_missing);
-  const Vec3d s = volume.grid.spacing;
-  const double cell = std::min({s.x, s.y, s.z});
-
+  const Options options = parse_options(argc, argv);
+  const Subject subject(argv[1], std::atof(argv[2]));
   const auto context = EglContext::create();
   auto created = context ? Renderer::create()
                          : Result<std::unique_ptr<Renderer>>(tl::unexpected(context.error()));
@@ -173,70 +254,18 @@ int run(int argc, char** argv) {
     return 1;
   }
   Renderer& renderer = **created;
-  show_volume(renderer, volume, isovalue, isovalue);
+  show_volume(renderer, subject.volume, subject.isovalue, subject.isovalue);
 
-  // Two views of the whole, and one so near that a cell covers about 20 pixels.
-  Camera front = default_camera(volume.grid);
+  Camera front = default_camera(subject.volume.grid);
   front.distance *= 0.7;
   Camera back = front;
   back.azimuth = 160;
   back.elevation = -25;
-  Camera close = front;
-  bool found = false;
-  for (int ring = 0; ring < size / 2 && !found; ring += 8) {
-    for (int turn = 0; turn < 8 && !found; ++turn) {
-      const double angle = turn * 0.785398;
-      const double right = ring * std::cos(angle), up = ring * std::sin(angle);
-      const int x = size / 2 + static_cast<int>(right), y = size / 2 + static_cast<int>(up);
-      const auto hit = caster.cast(front, size, size, x, y, quantized_isovalue);
-      if (!hit) continue;
-      const CameraFrame frame = camera_frame(front);
-      const double px = 2 * frame.tan_half_field_of_view / size;
-      close.target =
-          frame.eye +
-          (frame.forward + frame.right * (px * right) + frame.up * (px * up)) * hit->depth;
-      close.distance = cell * size / (2 * frame.tan_half_field_of_view) / 20;
-      found = true;
-    }
-  }
-
   const std::pair<const char*, Camera> views[] = {
-      {"front", front}, {"back", back}, {"close", close}};
-  constexpr const char* kKinds[] = {"quad", "ellipse", "blended", "exact"};
+      {"front", front}, {"back", back}, {"close", close_camera(subject, front, options.size)}};
   for (const auto& [name, camera] : views) {
-    if (!only_view.empty() && only_view != name) continue;
-    renderer.set_camera(camera);
-    const Reference reference = cast_reference(caster, camera, size, quantized_isovalue, cell);
-    RenderSettings settings;
-    settings.isosurfaces = {{isovalue, {0.85f, 0.8f, 0.7f}, 1}};
-    settings.splat_scale = scale;
-    settings.displaced = drop ? Displaced::drop : Displaced::clamp;
-    const auto draw = [&](const char* kind) {
-      if (!only.empty() && only != kind) return;
-      renderer.set_settings(settings);
-      FrameStatistics statistics;
-      const auto image = draw_image(renderer, size, size, &statistics);
-      if (!image) {
-        std::fprintf(stderr, "%s\n", image.error().message.c_str());
-        std::exit(1);
-      }
-      Image difference = *image;
-      compare(renderer, reference, cell, name, kind, statistics, difference);
-      if (!pictures.empty()) {
-        const std::string path = pictures + "/" + name + "-" + kind;
-        (void)write_png(path + ".png", *image);
-        (void)write_png(path + "-difference.png", difference);
-      }
-    };
-    for (int kind = 0; kind < 4; ++kind) {
-      settings.kind = static_cast<SplatKind>(kind);
-      draw(kKinds[kind]);
-    }
-    if (!mesh.empty()) {
-      show_mesh(renderer, volume.grid, mesh);
-      draw("mesh");
-      (void)renderer.set_mesh({}, {});
-    }
+    if (!options.view.empty() && options.view != name) continue;
+    compare_view(renderer, subject, name, camera, options);
   }
   return 0;
 }
