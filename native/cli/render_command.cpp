@@ -34,6 +34,7 @@ struct RenderCall {
   double azimuth = 30, elevation = 20, roll = 0, field_of_view = 30;
   double distance = 0, zoom = 1;
   double eye_dome = RenderSettings{}.eye_dome;
+  std::vector<double> light, light_strength, material, occlusion, shadow;
   std::optional<uint32_t> level;
   uint64_t samples = uint64_t{64} << 20;
   int turntable = 0;  // number of pictures; 0: one picture, named `output`
@@ -64,6 +65,24 @@ std::optional<std::array<float, 4>> parse_colour(std::string_view text) {
     colour[i] = static_cast<float>(value) / 255;
   }
   return colour;
+}
+
+/// Sets each of these settings that the option names.
+void set_floats(const std::vector<double>& numbers, std::initializer_list<float*> settings) {
+  size_t i = 0;
+  for (float* setting : settings) {
+    if (i < numbers.size()) *setting = static_cast<float>(numbers[i++]);
+  }
+}
+
+LightSettings light_settings(const RenderCall& call) {
+  LightSettings light;
+  set_floats(call.light, {&light.azimuth, &light.elevation});
+  set_floats(call.light_strength, {&light.key, &light.sky, &light.rim});
+  set_floats(call.material, {&light.highlight, &light.roughness});
+  set_floats(call.occlusion, {&light.occlusion, &light.occlusion_radius});
+  set_floats(call.shadow, {&light.shadow, &light.shadow_softness});
+  return light;
 }
 
 Result<RenderSettings> render_settings(const RenderCall& call) {
@@ -122,6 +141,7 @@ Result<RenderSettings> render_settings(const RenderCall& call) {
     settings.clip_planes.push_back({{x, y, z}, offset});
   }
   settings.projected = !call.unprojected;
+  settings.light = light_settings(call);
   settings.eye_dome = static_cast<float>(call.eye_dome);
   return settings;
 }
@@ -322,6 +342,50 @@ void add_camera_options(CLI::App* command, RenderCall* call) {
       ->expected(3);
 }
 
+void add_light_options(CLI::App* command, RenderCall* call) {
+  const LightSettings light;
+  const auto add = [&](const char* name, std::vector<double>& numbers, const std::string& text,
+                       int least, int most) {
+    return command->add_option(name, numbers, text)->delimiter(',')->expected(least, most);
+  };
+  add("--light", call->light,
+      fmt::format("AZIMUTH,ELEVATION: direction to the key light in degrees: 0,0 from the eye, "
+                  "negative azimuths from the left ({},{})",
+                  light.azimuth, light.elevation),
+      2, 2)
+      ->check(is_number(-180, 180));
+  add("--light-strength", call->light_strength,
+      fmt::format(
+          "KEY[,SKY[,RIM]]: strengths of the key light, of the light from all sides, and of "
+          "the light from behind, each 0 to 2 ({},{},{})",
+          light.key, light.sky, light.rim),
+      1, 3)
+      ->check(is_number(0, 2));
+  add("--material", call->material,
+      fmt::format("HIGHLIGHT[,ROUGHNESS]: strength of highlights, 0 to 2, and roughness, 0.1 to 1 "
+                  "({},{})",
+                  light.highlight, light.roughness),
+      1, 2)
+      ->check(is_number(0, 2));
+  add("--occlusion", call->occlusion,
+      fmt::format("STRENGTH[,RADIUS]: ambient occlusion, 0 to 1, and its reach as a share of the "
+                  "volume's radius, 0.001 to 1 ({},{})",
+                  light.occlusion, light.occlusion_radius),
+      1, 2)
+      ->check(is_number(0, 1));
+  add("--shadow", call->shadow,
+      fmt::format("STRENGTH[,SOFTNESS]: shadows of the key light, 0 to 1, and the radius of that "
+                  "light at distance 1, 0.01 to 0.5 ({},{})",
+                  light.shadow, light.shadow_softness),
+      1, 2)
+      ->check(is_number(0, 1));
+  command
+      ->add_option("--eye-dome", call->eye_dome,
+                   "Strength of edge shading (eye-dome lighting), 0 to 1")
+      ->check(is_number(0, 1))
+      ->capture_default_str();
+}
+
 void add_scene_options(CLI::App* command, RenderCall* call) {
   command->add_option("--kind", call->kind, "Kind of splats")
       ->check(CLI::IsMember({"quad", "ellipse", "blended", "exact"}))
@@ -340,9 +404,6 @@ void add_scene_options(CLI::App* command, RenderCall* call) {
       ->delimiter(',')
       ->check(is_number())
       ->expected(1, kMaxClipPlanes);
-  command->add_option("--eye-dome", call->eye_dome, "Strength of eye-dome lighting, 0 to 1")
-      ->check(is_number(0, 1))
-      ->capture_default_str();
   command->add_option("--level", call->level, "0 is the finest (default: by --samples)")
       ->check(is_whole_number(0, 32));
   command
@@ -353,7 +414,8 @@ void add_scene_options(CLI::App* command, RenderCall* call) {
   command->add_flag("--unprojected", call->unprojected,
                     "Does not project samples onto the isosurface (quads and ellipses)");
   command->add_flag("--aliased", call->aliased,
-                    "No antialiasing: eight times faster, with jagged edges");
+                    "One picture instead of the mean of eight: faster, with jagged edges, without "
+                    "ambient occlusion and shadows");
 }
 
 }  // namespace
@@ -365,6 +427,7 @@ void add_render_command(CLI::App& program, int& exit_code) {
   add_output_options(command, call.get());
   add_colour_options(command, call.get());
   add_camera_options(command, call.get());
+  add_light_options(command, call.get());
   add_scene_options(command, call.get());
   command->footer(examples(
       "  isosplat render engine.isosplat --isovalue 60.5 -o engine.png\n"

@@ -64,10 +64,14 @@ GlProgram::~GlProgram() {
 GlProgram GlProgram::start(std::string_view defines,
                            std::initializer_list<std::string_view> vertex_files,
                            std::initializer_list<std::string_view> fragment_files) {
+  return start(shader_text(defines, vertex_files), shader_text(defines, fragment_files));
+}
+
+GlProgram GlProgram::start(const std::string& vertex_text, const std::string& fragment_text) {
   GlProgram program;
   program.name_ = glCreateProgram();
-  attach(program.name_, GL_VERTEX_SHADER, shader_text(defines, vertex_files));
-  attach(program.name_, GL_FRAGMENT_SHADER, shader_text(defines, fragment_files));
+  attach(program.name_, GL_VERTEX_SHADER, vertex_text);
+  attach(program.name_, GL_FRAGMENT_SHADER, fragment_text);
   glLinkProgram(program.name_);
   return program;
 }

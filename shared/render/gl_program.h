@@ -25,6 +25,9 @@ class GlProgram {
                          std::initializer_list<std::string_view> vertex_files,
                          std::initializer_list<std::string_view> fragment_files);
 
+  /// As above, from whole shaders.
+  static GlProgram start(const std::string& vertex_text, const std::string& fragment_text);
+
   /// Whether finish() would return at once. Requires KHR_parallel_shader_compile.
   bool is_done() const;
 

@@ -20,30 +20,28 @@ void bind_framebuffer(GLuint framebuffer, int width, int height) {
   glViewport(0, 0, width, height);
 }
 
-ImagePass compose_pass(bool several_layers, bool eye_dome) {
-  if (several_layers)
-    return eye_dome ? ImagePass::compose_layers_eye_dome : ImagePass::compose_layers;
-  return eye_dome ? ImagePass::compose_eye_dome : ImagePass::compose;
-}
-
 }  // namespace
 
 // Each pass unbinds its textures: later passes draw into them, which would be a feedback loop.
 
-Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer, bool as_linear) {
+Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer,
+                     const StillPicture* still) {
   const SurfaceTargets& targets = context.targets;
   const RenderSettings& settings = context.settings;
   bind_framebuffer(framebuffer, targets.width(), targets.height());
   glDisable(GL_DEPTH_TEST);
-  const auto linked = context.programs.image(compose_pass(layers > 1, settings.eye_dome > 0));
+  const bool is_occluded = still && Lighting::has_occlusion(settings.light);
+  const auto linked = context.programs.compose({layers > 1, settings.eye_dome > 0, is_occluded});
   if (!linked) return tl::unexpected(linked.error());
   const GlProgram& program = **linked;
   glUseProgram(program.name());
   bind_texture(0, GL_TEXTURE_2D_ARRAY, targets.surfaces());
   bind_texture(1, GL_TEXTURE_2D_ARRAY, targets.depths());
-  context.lighting.apply(program, settings, targets.height());
+  context.lighting.apply(program, settings);
+  Lighting::apply_edges(program, settings, targets.height());
+  if (is_occluded) Lighting::apply_occlusion(program, settings.light, *still);
   if (layers > 1) glUniform1i(program.uniform("u_layers"), layers);
-  glUniform1i(program.uniform("u_linear"), as_linear);
+  glUniform1i(program.uniform("u_linear"), still != nullptr);
   const auto& b = settings.background;
   const Vec3f background = to_linear({b[0], b[1], b[2]});
   glUniform4f(program.uniform("u_background"), background.x, background.y, background.z,
@@ -70,7 +68,7 @@ Result<void> show_lit_picture(const DrawContext& context, GLuint framebuffer) {
   bind_framebuffer(framebuffer, width, height);
   glDisable(GL_DEPTH_TEST);
   glUseProgram((*program)->name());
-  context.lighting.apply(**program, context.settings, height);
+  Lighting::apply_edges(**program, context.settings, height);
   bind_texture(1, GL_TEXTURE_2D_ARRAY, targets.depths());
   bind_texture(0, GL_TEXTURE_2D, targets.picture_colours());
   draw_image_triangle(context);

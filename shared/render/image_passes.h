@@ -9,9 +9,10 @@
 /// bound. Errors of all: gl_error, if a shader does not compile.
 namespace isosplat {
 
-/// Lights the surface pixels of `layers` layers, and blends them by depth. `as_linear` leaves
-/// colours linear, for accumulation.
-Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer, bool as_linear);
+/// Lights the surface pixels of `layers` layers, and blends them by depth. `still`: for
+/// accumulation, with linear colours, ambient occlusion and shadows; else null.
+Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer,
+                     const StillPicture* still);
 
 /// Shows the picture that was lit while it was drawn (SurfaceTargets::picture), with eye-dome
 /// lighting.

@@ -2,14 +2,43 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
+#include "shared/base/matrix3.h"
+#include "shared/render/accumulation.h"
 #include "shared/render/colour_maps.h"
+#include "shared/render/shader_constants.h"
 
 namespace isosplat {
 
-Vec3f to_linear(Vec3f colour) {
-  const auto square = [](float v) { return std::clamp(v, 0.0f, 1.0f) * std::clamp(v, 0.0f, 1.0f); };
-  return {square(colour.x), square(colour.y), square(colour.z)};
+namespace {
+
+void set(const GlProgram& program, const char* name, Vec3f v) {
+  glUniform3f(program.uniform(name), v.x, v.y, v.z);
+}
+
+void set(const GlProgram& program, const char* name, Vec3f v, float w) {
+  glUniform4f(program.uniform(name), v.x, v.y, v.z, w);
+}
+
+bool shows_values(const RenderSettings& settings) {
+  return settings.colour_by != ColourBy::isosurface;
+}
+
+float share(float value) {
+  return value > 0 ? std::min(value, 1.0f) : 0.0f;
+}
+
+}  // namespace
+
+double visible_radius(const VolumeGrid& grid, const RenderSettings& settings) {
+  const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
+  const auto cells = [](int32_t voxels, double from, double to) {
+    return (voxels - 1) * std::clamp(to - from, 0.01, 1.0);
+  };
+  const Vec3d shown{cells(grid.voxels.x, low.x, high.x), cells(grid.voxels.y, low.y, high.y),
+                    cells(grid.voxels.z, low.z, high.z)};
+  return 0.5 * longest_diagonal(scale_columns(grid.cell_edges(), shown));
 }
 
 void Lighting::bind_colour_map(ColourMap map) {
@@ -19,7 +48,7 @@ void Lighting::bind_colour_map(ColourMap map) {
   glBindTexture(GL_TEXTURE_2D, colour_map_);
   if (index == loaded_map_) return;
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, 256, 1, 0, GL_RGB, GL_UNSIGNED_BYTE,
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8, 256, 1, 0, GL_RGB, GL_UNSIGNED_BYTE,
                kColourMapTable[index]);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
@@ -29,7 +58,7 @@ void Lighting::bind_colour_map(ColourMap map) {
   loaded_map_ = index;
 }
 
-void Lighting::apply(const GlProgram& program, const RenderSettings& settings, int image_height) {
+void Lighting::apply(const GlProgram& program, const RenderSettings& settings) {
   bind_colour_map(settings.colour_map);
   glUniform1i(program.uniform("u_colour_by"), settings.colour_by == ColourBy::isosurface ? 0
                                               : settings.colour_by == ColourBy::depth    ? 2
@@ -44,9 +73,51 @@ void Lighting::apply(const GlProgram& program, const RenderSettings& settings, i
                 colours.begin() + static_cast<std::ptrdiff_t>(4 * i));
   }
   glUniform4fv(program.uniform("u_colour"), kMaxIsosurfaces, colours.data());
-  // The radius of eye-dome lighting grows with the image: 1 px up to a height of 700 px.
-  glUniform4f(program.uniform("u_light"), settings.ambient, settings.specular, settings.eye_dome,
+
+  const LightTerms terms = light_terms(settings.light, shows_values(settings));
+  set(program, "u_key_direction", terms.key_direction, terms.roughness_4);
+  set(program, "u_key", terms.key);
+  glUniform3fv(program.uniform("u_sky"), 3, &terms.sky[0].x);
+  set(program, "u_rim", terms.rim_direction, terms.rim);
+  set(program, "u_shading", {terms.highlight, terms.least, terms.most});
+}
+
+void Lighting::apply_edges(const GlProgram& program, const RenderSettings& settings,
+                           int image_height) {
+  // Where colours stand for values, edge shading stops at kLeastEdgeShading.
+  const float most = shows_values(settings) ? -std::log2(kLeastEdgeShading) /
+                                                  float(EDGE_SHADING_SLOPE * EDGE_SHADING_MOST)
+                                            : 1.0f;
+  // The radius grows with the image: 1 px up to a height of 700 px.
+  glUniform2f(program.uniform("u_edges"), std::min(settings.eye_dome, most),
               std::max(1.0f, static_cast<float>(image_height) / 700));
+}
+
+bool Lighting::has_occlusion(const LightSettings& light) {
+  return light.occlusion > 0 || light.shadow > 0;
+}
+
+void Lighting::apply_occlusion(const GlProgram& program, const LightSettings& light,
+                               const StillPicture& picture) {
+  // In close-ups, occluders reach over a fifth of the image's height, so that folds are seen there.
+  constexpr float kMostOfImage = 0.2f;
+  const float radius = std::clamp(light.occlusion_radius, 0.001f, 1.0f) * picture.scene_radius;
+  glUniform4f(program.uniform("u_ambient"), share(light.occlusion), radius,
+              kMostOfImage * picture.image_height, 0);
+  // Shadows reach as far as the visible part's radius. What is farther in front of a ray than a
+  // quarter of it casts none: only its front is known.
+  glUniform4f(program.uniform("u_shadow"), share(light.shadow),
+              std::clamp(light.shadow_softness, 0.01f, 0.5f), picture.scene_radius,
+              0.25f * picture.scene_radius);
+  // The same sequence as that of the offsets in the image, with another phase, and points of the
+  // disc by H. Vogel's spiral (1979).
+  const ImageOffset noise = Accumulation::offset(picture.index);
+  constexpr float kGoldenAngle = 2.39996323f;
+  const float index = static_cast<float>(picture.index);
+  const float from_middle = std::sqrt((index + 0.5f) / float(Accumulation::kPictures));
+  glUniform4f(program.uniform("u_sample"), static_cast<float>(noise.right) + 0.5f,
+              static_cast<float>(noise.up) + 0.5f, from_middle * std::cos(kGoldenAngle * index),
+              from_middle * std::sin(kGoldenAngle * index));
 }
 
 void Lighting::release() {

@@ -10,10 +10,18 @@ namespace isosplat {
 /// Isosurfaces of at least this opacity are drawn as opaque.
 inline constexpr float kOpaque = 0.999f;
 
-/// sRGB to linear colours by a gamma of 2, as shaders/gamma.glsl; clamps to 0 … 1.
-Vec3f to_linear(Vec3f colour);
+/// Half the longest diagonal of the clip box of the settings, in world units: the scale of ambient
+/// occlusion and shadows. It depends neither on the camera nor on the isovalue.
+double visible_radius(const VolumeGrid& grid, const RenderSettings& settings);
 
-/// The uniforms and the colour map of shaders/light.glsl.
+/// One of the pictures that Accumulation adds up.
+struct StillPicture {
+  int index = 0;           ///< 0 … Accumulation::kPictures − 1
+  float scene_radius = 1;  ///< visible_radius(), in units of frame space
+  float image_height = 1;  ///< of the part of the plane at distance 1 from the eye that is visible
+};
+
+/// The uniforms and the colour map of shaders/light.glsl, eye_dome.glsl and occlusion.glsl.
 class Lighting {
  public:
   Lighting() = default;
@@ -23,7 +31,15 @@ class Lighting {
 
   /// Sets the uniforms of the current program. Binds the colour map to texture unit 3, and leaves
   /// that unit active.
-  void apply(const GlProgram& program, const RenderSettings& settings, int image_height);
+  void apply(const GlProgram& program, const RenderSettings& settings);
+  /// Sets the uniforms of edge shading.
+  static void apply_edges(const GlProgram& program, const RenderSettings& settings,
+                          int image_height);
+  /// Whether ambient occlusion or shadows are on.
+  static bool has_occlusion(const LightSettings& light);
+  /// Sets the uniforms of ambient occlusion and shadows.
+  static void apply_occlusion(const GlProgram& program, const LightSettings& light,
+                              const StillPicture& picture);
 
   void release();
   /// The context that owned the colour map is gone.

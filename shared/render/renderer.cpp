@@ -33,8 +33,8 @@ bool operator==(const RenderSettings& a, const RenderSettings& b) {
                     b.isosurfaces.end(), same_surface) &&
          a.kind == b.kind && a.colour_by == b.colour_by && a.colour_map == b.colour_map &&
          a.colour_low == b.colour_low && a.colour_high == b.colour_high &&
-         a.background == b.background && a.ambient == b.ambient && a.specular == b.specular &&
-         a.eye_dome == b.eye_dome && a.splat_scale == b.splat_scale && a.projected == b.projected &&
+         a.background == b.background && a.light == b.light && a.eye_dome == b.eye_dome &&
+         a.splat_scale == b.splat_scale && a.projected == b.projected &&
          a.displaced == b.displaced &&
          std::equal(a.clip_planes.begin(), a.clip_planes.end(), b.clip_planes.begin(),
                     b.clip_planes.end(), same_plane) &&

@@ -11,6 +11,7 @@
 #include "shared/base/status.h"
 #include "shared/grid/drawn_chunk.h"
 #include "shared/render/camera.h"
+#include "shared/render/light.h"
 #include "shared/sampling/packed_sample.h"
 #include "shared/sampling/projection.h"
 #include "shared/sampling/sample_clusters.h"
@@ -43,7 +44,7 @@ inline constexpr int kMaxClipPlanes = 6;
 
 struct Isosurface {
   double isovalue = 0;              ///< in the volume's values
-  Vec3f colour{0.85f, 0.8f, 0.7f};  ///< sRGB, 0 … 1; decoded by a gamma of 2 (README.md)
+  Vec3f colour{0.85f, 0.8f, 0.7f};  ///< sRGB, 0 … 1
   float opacity = 1;                ///< 0 … 1
 };
 
@@ -61,11 +62,10 @@ struct RenderSettings {
   ColourMap colour_map = ColourMap::viridis;
   double colour_low = 0, colour_high = 1;
   std::array<float, 4> background{1, 1, 1, 1};  ///< sRGB, not premultiplied
-  float ambient = 0.25f;                        ///< ambient light, 0 … 1
-  float specular = 0.15f;
-  float eye_dome = 0.5f;  ///< strength of eye-dome lighting, 0: none
-  float splat_scale = 1;  ///< multiplies the footprint; 1 closes all holes
-  bool projected = true;  ///< false: draws samples at their cells' centres (paper, figure 4)
+  LightSettings light;
+  float eye_dome = 0.15f;  ///< strength of edge shading (eye-dome lighting), 0: none … 1
+  float splat_scale = 1;   ///< multiplies the footprint; 1 closes all holes
+  bool projected = true;   ///< false: draws samples at their cells' centres (paper, figure 4)
   Displaced displaced = Displaced::clamp;
   std::vector<ClipPlane> clip_planes;  ///< at most kMaxClipPlanes; more are ignored
   Vec3d clip_box_low{0, 0, 0}, clip_box_high{1, 1, 1};  ///< fractions of the volume's extent
@@ -185,8 +185,9 @@ class Renderer {
   /// eight pictures are accumulated, and the GPU has float targets.
   bool can_refine(int width, int height) const;
 
-  /// Smooths the edges of a still picture: draws it again, moved by a fraction of a pixel, and
-  /// shows the mean of all pictures since draw(). Each call costs a draw. Errors: as draw();
+  /// Improves a still picture: draws it again, moved by a fraction of a pixel, and shows the mean
+  /// of all pictures since draw(). The mean has smooth edges, and the ambient occlusion and shadows
+  /// of RenderSettings::light, which draw() omits. Each call costs a draw. Errors: as draw();
   /// invalid_argument if can_refine() returns false.
   Result<FrameStatistics> refine(int width, int height, uint32_t framebuffer = 0);
 

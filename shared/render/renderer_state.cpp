@@ -6,6 +6,16 @@
 #include "shared/render/image_passes.h"
 
 namespace isosplat {
+namespace {
+
+const VolumeGrid kNoVolume{{2, 2, 2}};
+
+/// One unit of frame space in world units.
+double unit_of_frame_space(const VolumeGrid& grid) {
+  return std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
+}
+
+}  // namespace
 
 Renderer::State::~State() {
   if (frame_buffer) glDeleteBuffers(1, &frame_buffer);
@@ -48,7 +58,7 @@ Result<void> Renderer::State::warm_up(GLuint framebuffer) {
     glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
     done = splat_passes.warm_up(context(), chunks.buffers(), *range);
   }
-  if (done) done = compose(context(), layers.count, framebuffer, /*as_linear=*/false);
+  if (done) done = compose(context(), layers.count, framebuffer, /*still=*/nullptr);
   chunks.buffers().remove(*range);
   dirty = true;
   return done;
@@ -118,7 +128,6 @@ Result<void> Renderer::State::draw_surfaces(int width, int height, ImageOffset o
   assign_layers();
   if (auto ok = prepare_targets(width, height, kind); !ok) return ok;
 
-  static const VolumeGrid kNoVolume{{2, 2, 2}};
   const Frame frame(grid ? *grid : kNoVolume, settings, camera, width, height, limits.guard_px,
                     limits.offered.max_point_size, offset);
   glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
@@ -154,7 +163,7 @@ Result<void> Renderer::State::draw_mesh(const Frame& frame) {
                     lit ? targets.picture().framebuffer : targets.layer_framebuffer(0));
   glViewport(0, 0, targets.width(), targets.height());
   glUseProgram(program.name());
-  if (lit) lighting.apply(program, settings, targets.height());
+  if (lit) lighting.apply(program, settings);
   glUniformMatrix4fv(program.uniform("u_clip_from_world"), 1, GL_FALSE, frame.mesh_clip().data());
   glUniformMatrix3fv(program.uniform("u_view_from_world"), 1, GL_FALSE, frame.mesh_view().data());
   mesh.draw();
@@ -184,7 +193,7 @@ Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint fram
     return tl::unexpected(ok.error());
   }
   const auto shown = lit ? show_lit_picture(context(), framebuffer)
-                         : compose(context(), layers.count, framebuffer, /*as_linear=*/false);
+                         : compose(context(), layers.count, framebuffer, /*still=*/nullptr);
   if (!shown) return tl::unexpected(shown.error());
   accumulation.restart();
   return finish_frame();
@@ -199,8 +208,13 @@ Result<void> Renderer::State::accumulate_picture() {
   glEnable(GL_BLEND);
   glBlendEquation(GL_FUNC_ADD);
   glBlendFunc(GL_ONE, GL_ONE);
-  auto composed = compose(context(), layers.count, accumulation.sums().framebuffer(),
-                          /*as_linear=*/true);
+  const VolumeGrid& shown = grid ? *grid : kNoVolume;
+  StillPicture still;
+  still.index = accumulation.pictures();
+  still.scene_radius =
+      static_cast<float>(visible_radius(shown, settings) / unit_of_frame_space(shown));
+  still.image_height = static_cast<float>(2 * camera_frame(camera).tan_half_field_of_view);
+  auto composed = compose(context(), layers.count, accumulation.sums().framebuffer(), &still);
   glDisable(GL_BLEND);
   if (composed) accumulation.picture_added();
   return composed;

@@ -88,3 +88,14 @@
 // The result for a chunk is a row of texels with four regions each: 1/255 per px, up to 255 px.
 #define OCCLUSION_ROW_TEXELS 128
 #define OCCLUSION_MAX_PX 255
+
+// Edge shading: a power of ½, with this exponent per unit of the sum of log₂ of the ratios of
+// depths, up to this sum.
+#define EDGE_SHADING_SLOPE 24.0
+#define EDGE_SHADING_MOST 0.1
+
+// Still pictures: slices of the hemisphere per pixel and picture, steps to each side in a slice,
+// and steps towards the key light.
+#define AMBIENT_SLICES 2
+#define AMBIENT_STEPS 5
+#define SHADOW_STEPS 14

@@ -15,17 +15,6 @@ GlProgram start_image(std::string_view defines,
   return GlProgram::start(defines, {"image.vert.glsl"}, fragment_files);
 }
 
-GlProgram start_compose(ImagePass pass) {
-  const bool layers =
-      pass == ImagePass::compose_layers || pass == ImagePass::compose_layers_eye_dome;
-  const bool eye_dome =
-      pass == ImagePass::compose_eye_dome || pass == ImagePass::compose_layers_eye_dome;
-  return start_image(
-      std::string(layers ? "" : "#define ONE_LAYER\n") + (eye_dome ? "#define EYE_DOME\n" : ""),
-      {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl", "eye_dome.glsl",
-       "compose.frag.glsl"});
-}
-
 }  // namespace
 
 ShaderPrograms::Splat& ShaderPrograms::slot(SplatVariant variant) {
@@ -36,7 +25,8 @@ ShaderPrograms::Splat& ShaderPrograms::slot(SplatVariant variant) {
 
 void ShaderPrograms::start_first() {
   started_ = true;
-  slot(ImagePass::compose_eye_dome).program = start(ImagePass::compose_eye_dome);
+  const ComposeVariant moving{.eye_dome = true};
+  slot(moving).program = start(moving);
   start_splats();
 }
 
@@ -49,6 +39,7 @@ bool ShaderPrograms::is_compiled() const {
     return !entry.program || entry.is_ready || entry.program.is_done();
   };
   return std::all_of(image_programs_.begin(), image_programs_.end(), is_done) &&
+         std::all_of(compose_programs_.begin(), compose_programs_.end(), is_done) &&
          std::all_of(splat_programs_.begin(), splat_programs_.end(), is_done);
 }
 
@@ -115,18 +106,13 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
 
 GlProgram ShaderPrograms::start(ImagePass pass) {
   switch (pass) {
-    case ImagePass::compose:
-    case ImagePass::compose_layers:
-    case ImagePass::compose_eye_dome:
-    case ImagePass::compose_layers_eye_dome:
-      return start_compose(pass);
     case ImagePass::normalise:
       return start_image("", {"frame.glsl", "surface_pixel.glsl", "normalise.frag.glsl"});
     case ImagePass::present:
       return start_image("", {"gamma.glsl", "present.frag.glsl"});
     case ImagePass::darken:
       return start_image(
-          "", {"frame.glsl", "gamma.glsl", "light.glsl", "eye_dome.glsl", "darken.frag.glsl"});
+          "", {"frame.glsl", "gamma.glsl", "depths.glsl", "eye_dome.glsl", "darken.frag.glsl"});
     case ImagePass::fade:
       return start_image("", {"fade.frag.glsl"});
     case ImagePass::read:
@@ -140,18 +126,44 @@ GlProgram ShaderPrograms::start(ImagePass pass) {
                           {"surface_pixel.glsl", "mesh.frag.glsl"});
 }
 
+GlProgram ShaderPrograms::start(ComposeVariant variant) {
+  std::string defines = variant.several_layers ? "" : "#define ONE_LAYER\n";
+  if (variant.eye_dome) defines += "#define EYE_DOME\n";
+  if (!variant.still) {
+    return start_image(defines, {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
+                                 "depths.glsl", "eye_dome.glsl", "compose.frag.glsl"});
+  }
+  return start_image(defines + "#define STILL\n",
+                     {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl", "depths.glsl",
+                      "eye_dome.glsl", "occlusion.glsl", "compose.frag.glsl"});
+}
+
 Result<const GlProgram*> ShaderPrograms::image(ImagePass pass) {
   Image& image = slot(pass);
+  if (!image.program) image.program = start(pass);
+  const bool was_ready = image.is_ready;
+  auto finished = finish(image);
+  if (finished && !was_ready) {
+    glUniform1i(image.program.uniform("u_sums"), pass == ImagePass::normalise ? 1 : 0);
+  }
+  return finished;
+}
+
+Result<const GlProgram*> ShaderPrograms::compose(ComposeVariant variant) {
+  Image& image = slot(variant);
+  if (!image.program) image.program = start(variant);
+  return finish(image);
+}
+
+Result<const GlProgram*> ShaderPrograms::finish(Image& image) {
   GlProgram& program = image.program;
   if (image.is_ready) return &program;
-  if (!program) program = start(pass);
   if (auto ok = program.finish(); !ok) return tl::unexpected(ok.error());
   const GLuint frame = glGetUniformBlockIndex(program.name(), "Frame");
   if (frame != GL_INVALID_INDEX) glUniformBlockBinding(program.name(), frame, kFrameBinding);
   glUseProgram(program.name());
   // No program has all of these. GL ignores location -1.
   glUniform1i(program.uniform("u_normals"), 0);
-  glUniform1i(program.uniform("u_sums"), pass == ImagePass::normalise ? 1 : 0);
   glUniform1i(program.uniform("u_picture"), 0);
   glUniform1i(program.uniform("u_from"), 0);
   glUniform1i(program.uniform("u_to"), 1);
@@ -169,10 +181,12 @@ void ShaderPrograms::abandon() {
     splat.program.abandon();
     splat = Splat{};
   }
-  for (Image& image : image_programs_) {
+  const auto abandon_image = [](Image& image) {
     image.program.abandon();
     image = Image{};
-  }
+  };
+  std::for_each(image_programs_.begin(), image_programs_.end(), abandon_image);
+  std::for_each(compose_programs_.begin(), compose_programs_.end(), abandon_image);
 }
 
 }  // namespace isosplat

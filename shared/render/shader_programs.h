@@ -26,12 +26,15 @@ struct SplatVariant {
   bool lit = false;      ///< writes lit colours instead of surface pixels
 };
 
-/// Passes over the whole image, and those of the mesh.
+/// A program that lights the surface pixels of layers, and blends the layers.
+struct ComposeVariant {
+  bool several_layers = false;
+  bool eye_dome = false;
+  bool still = false;  ///< ambient occlusion and shadows; writes linear colours
+};
+
+/// Other passes over the whole image, and those of the mesh.
 enum class ImagePass : uint8_t {
-  compose,  ///< one layer, without eye-dome lighting
-  compose_layers,
-  compose_eye_dome,
-  compose_layers_eye_dome,
   normalise,  ///< sums of blended splats become surface pixels
   present,    ///< the mean of accumulated pictures
   darken,     ///< eye-dome lighting of a lit picture
@@ -40,7 +43,7 @@ enum class ImagePass : uint8_t {
   mesh,
   lit_mesh,
 };
-inline constexpr size_t kImagePasses = 11;
+inline constexpr size_t kImagePasses = 7;
 
 /// All shader programs of the renderer. A program is compiled when it is first needed; those of
 /// most first pictures are started earlier, as drivers compile in the background.
@@ -67,6 +70,7 @@ class ShaderPrograms {
   /// driver's log. Pointers stay valid until set_sheared() or abandon().
   Result<const Splat*> splat(SplatVariant variant);
   Result<const GlProgram*> image(ImagePass pass);
+  Result<const GlProgram*> compose(ComposeVariant variant);
 
   /// Number of programs linked since the last reset.
   uint32_t linked_count() const { return linked_count_; }
@@ -83,12 +87,19 @@ class ShaderPrograms {
 
   Splat& slot(SplatVariant variant);
   Image& slot(ImagePass pass) { return image_programs_[static_cast<size_t>(pass)]; }
+  Image& slot(ComposeVariant variant) {
+    return compose_programs_[(variant.still ? 4u : 0u) + (variant.several_layers ? 2u : 0u) +
+                             (variant.eye_dome ? 1u : 0u)];
+  }
   void start_splats();
   GlProgram start(SplatVariant variant) const;
   static GlProgram start(ImagePass pass);
+  static GlProgram start(ComposeVariant variant);
+  Result<const GlProgram*> finish(Image& image);
 
   std::array<Splat, kSplatPasses * 8> splat_programs_;
   std::array<Image, kImagePasses> image_programs_;
+  std::array<Image, 8> compose_programs_;
   bool sheared_ = false;
   bool started_ = false;  // since the context exists
   uint32_t linked_count_ = 0;

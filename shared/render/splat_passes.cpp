@@ -92,7 +92,7 @@ void SplatPasses::use_program(const Pass& pass, SplatPass variant, bool pulled, 
   glUniform1f(program.quantized_isovalue, pass.quantized_isovalue);
   glUniform1ui(program.isosurface, static_cast<GLuint>(pass.isosurface));
   glUniform1i(program.drops_hidden, drops_hidden);
-  if (pass.splats.lit) context.lighting.apply(program.program, context.settings, height);
+  if (pass.splats.lit) context.lighting.apply(program.program, context.settings);
   if (pulled) {
     glViewport(0, 0, width, height);
     glBindVertexArray(context.empty_vertex_array);

@@ -129,10 +129,18 @@ typedef struct IsosplatAppearance {
   uint32_t colour_by;              ///< ColourBy
   uint32_t colour_map;             ///< ColourMap
   float background[4];             ///< with alpha
-  float ambient, specular;
   float eye_dome;
   float reserved;
 } IsosplatAppearance;
+
+/// LightSettings.
+typedef struct IsosplatLight {
+  float azimuth, elevation;
+  float key, sky, rim;
+  float highlight, roughness;
+  float occlusion, occlusion_radius;
+  float shadow, shadow_softness;
+} IsosplatLight;
 
 /// The clip box of RenderSettings, in fractions of the volume's extent.
 typedef struct IsosplatClipBox {

@@ -254,9 +254,22 @@ void isosplat_renderer_set_appearance(const IsosplatAppearance* appearance) {
   settings.colour_high = appearance->colour_high;
   std::copy(std::begin(appearance->background), std::end(appearance->background),
             settings.background.begin());
-  settings.ambient = appearance->ambient;
-  settings.specular = appearance->specular;
   settings.eye_dome = appearance->eye_dome;
+  apply_settings();
+}
+
+void isosplat_renderer_set_light(const IsosplatLight* light) {
+  state().settings.light = {light->azimuth,
+                            light->elevation,
+                            light->key,
+                            light->sky,
+                            light->rim,
+                            light->highlight,
+                            light->roughness,
+                            light->occlusion,
+                            light->occlusion_radius,
+                            light->shadow,
+                            light->shadow_softness};
   apply_settings();
 }
 

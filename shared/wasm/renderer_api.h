@@ -58,6 +58,7 @@ void isosplat_renderer_set_isosurfaces(const IsosplatIsosurface* isosurfaces, ui
 /// kind: SplatKind.
 void isosplat_renderer_set_kind(uint32_t kind);
 void isosplat_renderer_set_appearance(const IsosplatAppearance* appearance);
+void isosplat_renderer_set_light(const IsosplatLight* light);
 
 /// The colours of a ColourMap, from low to high: `colourMapColours` × 3 bytes, sRGB. Null if there
 /// is no such map. The table is static.

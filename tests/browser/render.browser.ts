@@ -9,6 +9,7 @@ import { tmpdir } from "node:os";
 import { extname, join } from "node:path";
 import { expect, test } from "@playwright/test";
 import type * as Layouts from "../../build/wasm/web/layouts.js";
+import { defaultLook } from "../../web/viewer/types.ts";
 
 const modules = "build/wasm/web";
 const fixture = "build/release/tests/native/isosplat_render_fixture";
@@ -17,7 +18,7 @@ const types: Record<string, string> = {
   ".wasm": "application/wasm",
   ".html": "text/html",
 };
-const kinds = ["quad", "ellipse", "blended", "exact", "quad, lit at once"];
+const kinds = ["quad", "ellipse", "blended", "exact", "quad, lit at once", "exact, at rest"];
 
 let folder = "";
 let server: Server;
@@ -70,7 +71,7 @@ test("draws what the native renderer draws, before and after a lost context", as
   page.on("console", (message) => messages.push(message.text()));
   await page.goto(origin);
   const result = await page.evaluate(
-    async ([cameraRecord, kindCount]) => {
+    async ([cameraRecord, kindCount, look]) => {
       const layouts: typeof Layouts = await import(`${location.origin}/layouts.js`);
       const { default: create } = await import(`${location.origin}/isosplat-renderer.js`);
       const m = await create({ locateFile: (f: string) => `${location.origin}/${f}` });
@@ -142,7 +143,8 @@ test("draws what the native renderer draws, before and after a lost context", as
         const shares: number[] = [];
         for (let kind = 0; kind < kindCount; ++kind) {
           const atOnce = kind === 4;
-          m._isosplat_renderer_set_kind(kind % 4);
+          const atRest = kind === 5;
+          m._isosplat_renderer_set_kind(atRest ? 3 : kind % 4);
           m._isosplat_renderer_set_isosurfaces(isosurfaces, atOnce ? 1 : 2);
           const appearance = records(layouts.appearanceBytes, layouts.writeAppearance, {
             colourLow: 0,
@@ -150,13 +152,16 @@ test("draws what the native renderer draws, before and after a lost context", as
             colourBy: 0,
             colourMap: 0,
             background: [1, 1, 1, 1],
-            ambient: 0.25,
-            specular: 0.15,
-            eyeDome: atOnce ? 0 : 0.5,
+            eyeDome: atOnce ? 0 : look.eyeDome,
           });
           m._isosplat_renderer_set_appearance(appearance);
           m._free(appearance);
+          const light = records(layouts.lightBytes, layouts.writeLight, look.light);
+          m._isosplat_renderer_set_light(light);
+          m._free(light);
           check(m._isosplat_renderer_draw(256, 256, 0));
+          while (atRest && m._isosplat_renderer_can_refine(256, 256) === 1)
+            check(m._isosplat_renderer_refine(256, 256, 0));
           gl.readPixels(0, 0, 256, 256, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
           const native = new Uint8Array(await (await fetch(`/fixture/${kind}.rgba`)).arrayBuffer());
           let count = 0;
@@ -205,7 +210,7 @@ test("draws what the native renderer draws, before and after a lost context", as
       m._isosplat_renderer_destroy();
       return { before, after, redrawWhenStill, statusWhileLost, renderer, floatTargets, error };
     },
-    [camera, kinds.length] as const,
+    [camera, kinds.length, defaultLook] as const,
   );
   expect(result.renderer).toContain("llvmpipe");
   expect(result.floatTargets).toBe(1);

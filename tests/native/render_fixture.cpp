@@ -49,15 +49,22 @@ int main(int argc, char** argv) {
   (*renderer)->set_camera(camera);
   RenderSettings settings;
   settings.isosurfaces = {{1500.5, {0.9f, 0.3f, 0.2f}, 1}, {2500, {0.85f, 0.8f, 0.7f}, 0.4f}};
+  const std::vector<Isosurface> both = settings.isosurfaces;
   settings.clip_box_high.x = 0.8;
-  for (int kind = 0; kind < 5; ++kind) {
+  for (int kind = 0; kind < 6; ++kind) {
     settings.kind = static_cast<SplatKind>(kind % 4);
     if (kind == 4) {  // squares that are lit as they are drawn
       settings.isosurfaces.resize(1);
       settings.eye_dome = 0;
     }
+    const bool is_still = kind == 5;  // with all that accumulates at rest
+    if (is_still) {
+      settings.kind = SplatKind::exact;
+      settings.isosurfaces = both;
+      settings.eye_dome = RenderSettings{}.eye_dome;
+    }
     (*renderer)->set_settings(settings);
-    const auto image = draw_image(**renderer, 256, 256);
+    const auto image = draw_image(**renderer, 256, 256, nullptr, is_still);
     if (!image) return 1;
     std::ofstream(folder + "/" + std::to_string(kind) + ".rgba", std::ios::binary)
         .write(reinterpret_cast<const char*>(image->rgba.data()),

@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { readUrl, type UrlState, writeUrl } from "../../web/page/url_state.ts";
+import { defaultLight } from "../../web/viewer/light.ts";
 
 const everything: UrlState = {
   volume: "engine",
@@ -19,6 +20,19 @@ const everything: UrlState = {
   colourMap: "magma",
   background: "#102030",
   eyeDome: 0.25,
+  light: {
+    azimuth: 60,
+    elevation: -12.5,
+    key: 0.8,
+    sky: 1.5,
+    rim: 0,
+    highlight: 0.1,
+    roughness: 0.75,
+    occlusion: 0.5,
+    occlusionRadius: 0.05,
+    shadow: 0,
+    shadowSoftness: 0.3,
+  },
   clip: {
     low: [0, 0.25, 0],
     high: [1, 1, 0.5],
@@ -38,6 +52,12 @@ describe("what an address cannot mean", () => {
       "clip=0,2,0,1,0,1",
       "plane=0,0,0,1",
       "shade=-1",
+      "light=40",
+      "light=0,100",
+      "light-strength=1,1,1,1",
+      "material=1,0",
+      "occlusion=1.5",
+      "shadow=1,",
     ];
     for (const parameter of wrong) {
       const { notes, ...rest } = readUrl(`?${parameter}`);
@@ -128,6 +148,14 @@ describe("the address of a view", () => {
     ["plane=1,0,0,5,6", "clip"],
   ])("takes %s as missing", (query, key) => {
     expect(readUrl(`?${query}`)).not.toHaveProperty(key);
+  });
+
+  it("changes only what it names of the light, and names only what differs", () => {
+    const { light } = readUrl("?light-strength=1.5&shadow=0");
+    expect(light).toEqual({ ...defaultLight, key: 1.5, shadow: 0 });
+    expect(writeUrl(light ? { light } : {})).toBe("?light-strength=1.5&shadow=0");
+    expect(writeUrl({ light: { ...defaultLight, elevation: 10 } })).toBe("?light=-45,10");
+    expect(writeUrl({ light: defaultLight })).toBe("");
   });
 
   it("takes no more isosurfaces than can be drawn", () => {

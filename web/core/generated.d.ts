@@ -163,12 +163,26 @@ declare module "*/layouts.js" {
     colourBy: number;
     colourMap: number;
     background: number[];
-    ambient: number;
-    specular: number;
     eyeDome: number;
   }
   export const appearanceBytes: number;
   export function writeAppearance(data: DataView, at: number, record: Appearance): void;
+
+  export interface Light {
+    azimuth: number;
+    elevation: number;
+    key: number;
+    sky: number;
+    rim: number;
+    highlight: number;
+    roughness: number;
+    occlusion: number;
+    occlusionRadius: number;
+    shadow: number;
+    shadowSoftness: number;
+  }
+  export const lightBytes: number;
+  export function writeLight(data: DataView, at: number, record: Light): void;
 
   export interface ClipBox {
     low: [number, number, number];

@@ -48,12 +48,17 @@ export class DisplaySettings {
       kind: url.kind ?? defaultLook.kind,
       colourBy: url.colourBy ?? defaultLook.colourBy,
       colourMap: url.colourMap ?? defaultLook.colourMap,
+      light: url.light ?? defaultLook.light,
       eyeDome: url.eyeDome ?? defaultLook.eyeDome,
       background: url.background ?? themeBackground[theme()],
     };
     this.#clip = url.clip ?? wholeVolume;
     viewer.setLook(this.#look);
     viewer.setClip(this.#clip);
+    viewer.on("light", (light) => {
+      this.#look = { ...this.#look, light };
+      changed();
+    });
   }
 
   /** Empty until the address or a volume provides an isovalue. */

@@ -4,6 +4,7 @@ const rows: [string, string][] = [
   ["Drag, one finger, arrow keys", "Rotate"],
   ["Right drag, Shift drag, two fingers, Shift + arrows", "Pan"],
   ["Wheel, pinch, + and −", "Zoom"],
+  ["L + drag", "Move the key light"],
   ["[ and ]", "Lower or raise the isovalue; with Shift in small steps"],
   ["R", "Reset the view"],
   ["C", "Copy a link to this view"],

@@ -36,6 +36,7 @@ export function addressOf(view: AddressState): UrlState {
   if (look.colourBy !== defaultLook.colourBy) state.colourBy = look.colourBy;
   if (look.colourMap !== defaultLook.colourMap) state.colourMap = look.colourMap;
   if (look.eyeDome !== defaultLook.eyeDome) state.eyeDome = look.eyeDome;
+  if (look.light !== defaultLook.light) state.light = look.light;
   if (!view.isThemeBackground) state.background = look.background;
   if (!isWhole(clip)) state.clip = clip;
   return state;

@@ -286,17 +286,6 @@ export function appearanceSection(state: PanelState, actions: PanelActions): Tem
           />
         </div>
       </div>
-      <wa-slider
-        size="s"
-        label="Edge shading"
-        min="0"
-        max="1"
-        step="0.05"
-        .value=${look.eyeDome}
-        .valueFormatter=${percent}
-        @input=${(event: Event) =>
-          actions.changeLook({ eyeDome: Number((event.currentTarget as ValueElement).value) })}
-      ></wa-slider>
     </div>
   </wa-details>`;
 }

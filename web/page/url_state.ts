@@ -1,4 +1,5 @@
 import { isWhole, maxClipPlanes, wholeVolume } from "../viewer/clipping.ts";
+import { defaultLight, type Light } from "../viewer/light.ts";
 import {
   type Camera,
   type Clip,
@@ -11,6 +12,7 @@ import {
   type SplatKind,
   splatKinds,
 } from "../viewer/types.ts";
+import { expectedOfLight, lightParameters, readLight, writeLight } from "./light_address.ts";
 
 /** A fainter surface looks invisible; the panel's slider starts here. */
 export const minOpacity = 0.05;
@@ -25,6 +27,9 @@ export const minOpacity = 0.05;
  *   colour=d9ccb3,c65b4e  opacity=1,0.4
  *   camera=azimuth,elevation,distance,x,y,z[,roll[,field of view]]
  *   kind=exact  colour-by=gradient  map=magma  background=ffffff  shade=0.5
+ *   light=azimuth,elevation        of the key light, in degrees
+ *   light-strength=key,sky,rim  material=highlight,roughness
+ *   occlusion=strength,radius  shadow=strength,softness     see Light for the ranges
  *   clip=x0,x1,y0,y1,z0,z1         a box: fractions of the volume's extent
  *   plane=x,y,z,offset             once for each clip plane: keeps what is before it, see ClipPlane
  */
@@ -40,6 +45,7 @@ export interface UrlState {
   colourMap?: ColourMap;
   background?: string;
   eyeDome?: number;
+  light?: Light;
   clip?: Clip;
   /** Settings of the address that were ignored or changed: one sentence each, for the visitor. */
   notes?: string[];
@@ -148,6 +154,10 @@ export function readUrl(search: string): UrlState {
   if (background) state.background = background;
   const shade = read("shade", readShare, "a number from 0 to 1");
   if (shade !== undefined) state.eyeDome = shade;
+  for (const name of Object.keys(lightParameters)) {
+    const light = read(name, (text) => readLight(name, text), expectedOfLight(name));
+    if (light) state.light = { ...(state.light ?? defaultLight), ...light };
+  }
   read("clip", readBox, "x0,x1,y0,y1,z0,z1 from 0 to 1");
   for (const text of query.getAll("plane")) {
     if (!readPlane(text)) notes.push(ignored("plane", text, "x,y,z,offset"));
@@ -191,6 +201,9 @@ export function writeUrl(state: UrlState): string {
   add("map", state.colourMap);
   add("background", state.background?.slice(1));
   add("shade", state.eyeDome?.toString());
+  for (const name of Object.keys(lightParameters)) {
+    if (state.light) add(name, writeLight(name, state.light));
+  }
   if (state.clip) {
     const { low, high, planes } = state.clip;
     const n = [low[0], high[0], low[1], high[1], low[2], high[2]];

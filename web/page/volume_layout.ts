@@ -7,6 +7,7 @@ import { formatDims, formatType } from "./format.ts";
 import { showHelp } from "./help.ts";
 import { icon } from "./icons.ts";
 import { legendPart } from "./legend.ts";
+import { lightSection } from "./light_section.ts";
 import {
   appearanceSection,
   clippingSection,
@@ -168,6 +169,7 @@ function panelPart(
     <div class="more" id="more-controls">
       ${surfacesSection(state, actions)}
       ${guard([state.look, state.isThemeBackground], () => appearanceSection(state, actions))}
+      ${guard([state.look], () => lightSection(state, actions))}
       ${guard([state.clip, state.info], () => clippingSection(state, actions))}
       ${guard([state.info], () => volumeSection(state))}
     </div>

@@ -4,6 +4,8 @@ export interface CameraActions {
   pan(rightPx: number, downPx: number): void;
   /** Multiplies the distance; `at`: the point under the pointer, from the canvas's centre. */
   zoom(factor: number, at?: { x: number; y: number }): void;
+  /** Turns the key light. */
+  turnLight(rightDegrees: number, upDegrees: number): void;
   reset(): void;
 }
 
@@ -19,13 +21,15 @@ interface Point {
 }
 
 /**
- * Mouse (left: orbit; right, middle or Shift: pan; wheel: zoom), touch (one finger: orbit; two:
+ * Mouse (left: orbit; right, middle or Shift: pan; L held: key light; wheel: zoom), touch (one finger: orbit; two:
  * pinch and pan), pen, and keys on the canvas (arrows: orbit; Shift and arrows: pan; + −: zoom; R:
  * reset). The returned function removes all listeners.
  */
 export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions): () => void {
   const pointers = new Map<number, Point>();
   let panning = false;
+  let lighting = false;
+  let isLightKeyDown = false;
   const listeners = new AbortController();
   const { signal } = listeners;
   canvas.style.touchAction = "none";
@@ -34,6 +38,11 @@ export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions
     const scale = degreesPerHeight / Math.max(canvas.clientHeight, 1);
     // The surface follows the pointer, so the eye moves in the opposite direction. y points down.
     actions.orbit(-dx * scale, dy * scale);
+  };
+
+  const lightBy = (dx: number, dy: number) => {
+    const scale = degreesPerHeight / Math.max(canvas.clientHeight, 1);
+    actions.turnLight(dx * scale, -dy * scale);
   };
 
   const fromCentre = (point: Point): Point => {
@@ -46,6 +55,7 @@ export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions
     (event) => {
       canvas.setPointerCapture(event.pointerId);
       pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+      lighting = isLightKeyDown;
       panning = event.button !== 0 || event.shiftKey || event.ctrlKey || event.metaKey;
     },
     { signal },
@@ -60,7 +70,8 @@ export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions
       const dx = after.x - before.x;
       const dy = after.y - before.y;
       if (pointers.size === 1) {
-        if (panning) actions.pan(dx, dy);
+        if (lighting) lightBy(dx, dy);
+        else if (panning) actions.pan(dx, dy);
         else orbitBy(dx, dy);
       } else if (pointers.size === 2) {
         const other = [...pointers].find(([id]) => id !== event.pointerId)?.[1];
@@ -100,6 +111,14 @@ export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions
     },
     { signal, passive: false },
   );
+
+  // The picture need not have the focus.
+  const lightKey = (event: KeyboardEvent) => {
+    if (event.key === "l" || event.key === "L") isLightKeyDown = event.type === "keydown";
+  };
+  window.addEventListener("keydown", lightKey, { signal });
+  window.addEventListener("keyup", lightKey, { signal });
+  window.addEventListener("blur", () => (isLightKeyDown = false), { signal });
 
   canvas.addEventListener(
     "keydown",

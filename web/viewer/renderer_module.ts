@@ -36,6 +36,7 @@ interface Exports extends CoreModule {
   _isosplat_renderer_set_isosurfaces(isosurfaces: number, count: number): void;
   _isosplat_renderer_set_kind(kind: number): void;
   _isosplat_renderer_set_appearance(appearance: number): void;
+  _isosplat_renderer_set_light(light: number): void;
   _isosplat_renderer_set_clipping(box: number, planes: number, count: number): void;
   _isosplat_renderer_set_camera(camera: number): void;
   _isosplat_renderer_default_camera(camera: number, aspect: number): void;
@@ -134,14 +135,13 @@ const { maxClipPlanes, maxIsosurfaces } = layouts;
 const scratchBytes = Math.max(
   layouts.volumeBytes,
   layouts.appearanceBytes,
+  layouts.lightBytes,
   layouts.frameStatisticsBytes,
   layouts.cameraBytes + layouts.projectionBytes,
   layouts.isosurfaceBytes * maxIsosurfaces,
   layouts.clipBoxBytes + layouts.clipPlaneBytes * maxClipPlanes,
 );
 const drawnChunkWords = layouts.drawnChunkBytes / 4;
-/** The light that reaches every side, and the strength of highlights. */
-const [ambientLight, specularLight] = [0.25, 0.15];
 
 /**
  * The C++ renderer (shared/render) on one canvas, through the C functions of shared/wasm/renderer_api.h.
@@ -291,11 +291,11 @@ export class RendererModule {
       colourBy: colourings.indexOf(look.colourBy),
       colourMap: colourMaps.indexOf(look.colourMap),
       background: [...colourChannels(look.background), 1],
-      ambient: ambientLight,
-      specular: specularLight,
       eyeDome: look.eyeDome,
     });
     this.#exports._isosplat_renderer_set_appearance(this.#scratch);
+    layouts.writeLight(this.#view(), this.#scratch, look.light);
+    this.#exports._isosplat_renderer_set_light(this.#scratch);
   }
 
   /** `count` evenly spaced colours of a colour map, from low to high, as CSS colours. */

@@ -1,5 +1,6 @@
 import { maxIsosurfaces } from "../../build/wasm/web/layouts.js";
 import type { Triple } from "../stream/types.ts";
+import { defaultLight, type Light } from "./light.ts";
 
 /** A view of the volume, as in shared/render/camera.h. Angles in degrees. */
 export interface Camera {
@@ -52,7 +53,8 @@ export interface Look {
   colourMap: ColourMap;
   /** #rrggbb, sRGB. */
   background: string;
-  /** Strength of eye-dome lighting, 0 … 1. */
+  light: Light;
+  /** Strength of edge shading (eye-dome lighting), 0 … 1. */
   eyeDome: number;
 }
 
@@ -95,5 +97,6 @@ export const defaultLook: Look = {
   colourBy: "isosurface",
   colourMap: "viridis",
   background: "#ffffff",
-  eyeDome: 0.5,
+  light: defaultLight,
+  eyeDome: 0.15,
 };

@@ -13,6 +13,7 @@ import { wholeVolume } from "./clipping.ts";
 import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";
 import { FrameScheduler, type Scene } from "./frame_scheduler.ts";
+import { type Light, turnedLight } from "./light.ts";
 import { compiledRenderer, RendererError, RendererModule } from "./renderer_module.ts";
 import {
   type Camera,
@@ -35,6 +36,8 @@ export interface ViewerEvents {
   busy: boolean;
   /** The camera moved, by a gesture or by a call. */
   camera: Camera;
+  /** A gesture turned the key light. */
+  light: Light;
   /** The source had another volume at the same address, which is open now. */
   replaced: StoreInfo;
   /**
@@ -365,6 +368,12 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const keep = 1 - before.distance / zoomed.distance;
     const height = this.#size.cssHeight;
     this.setCamera(this.#renderer.panned(zoomed, at.x * keep, at.y * keep, height));
+  }
+
+  turnLight(rightDegrees: number, upDegrees: number): void {
+    const light = turnedLight(this.#look.light, rightDegrees, upDegrees);
+    this.setLook({ light });
+    this.emit("light", light);
   }
 
   /**

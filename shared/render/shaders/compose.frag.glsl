@@ -6,7 +6,9 @@ uniform highp usampler2DArray u_surfaces;
 uniform int u_layers;
 #endif
 uniform vec4 u_background;         // linear, alpha
+#ifndef STILL
 uniform bool u_linear;             // writes linear colours, for accumulation
+#endif
 layout(location = 0) out vec4 o_colour;
 
 vec4 shade(ivec2 at, int layer, float depth) {
@@ -15,11 +17,27 @@ vec4 shade(ivec2 at, int layer, float depth) {
   float coverage = float(bits.w & uint(COVERAGE_MAX)) / COVERAGE_MAX;
   float z = distance_of(depth);
   vec3 base = base_colour(isosurface, float(bits.z) / 65535.0, z);
-  vec3 colour = lit(decode_normal(bits.xy), eye_from(gl_FragCoord.xy), base);
+  vec3 normal = decode_normal(bits.xy), to_eye = eye_from(gl_FragCoord.xy);
+  float opacity = u_colour[isosurface].a, open = 1.0, key_share = 1.0;
+#ifdef STILL
+  // Translucent surfaces keep as much light away as they do not let through.
+  vec3 position = position_at(gl_FragCoord.xy, z);
+  vec3 facing = dot(normal, to_eye) < 0.0 ? -normal : normal;
+  vec2 noise = fract(interleaved_noise(gl_FragCoord.xy) + u_sample.xy);
+  for (int turn = u_ambient.x > 0.0 ? 0 : 1; turn < 1; ++turn) {
+    float albedo = min(dot(base, vec3(0.2126, 0.7152, 0.0722)), 0.9);
+    float seen = openness(position, facing, to_eye, layer, noise);
+    open = mix(1.0, with_reflections(seen, albedo), opacity * u_ambient.x);
+  }
+  for (int turn = u_shadow.x > 0.0 ? 0 : 1; turn < 1; ++turn) {
+    key_share = mix(1.0, key_arrives(position, facing, layer, noise.y), opacity * u_shadow.x);
+  }
+#endif
+  vec3 colour = lit(normal, to_eye, base, open, key_share);
 #ifdef EYE_DOME
   colour *= eye_dome(at, layer, z);
 #endif
-  return vec4(colour, u_colour[isosurface].a * coverage);
+  return vec4(colour, opacity * coverage);
 }
 
 void main() {
@@ -61,5 +79,9 @@ void main() {
 #endif
   float alpha = 1.0 - through + through * u_background.a;
   vec4 linear = vec4(sum + through * u_background.a * u_background.rgb, alpha);
+#ifdef STILL
+  o_colour = min(linear, 1.0);  // accumulation needs linear colours
+#else
   o_colour = u_linear ? min(linear, 1.0) : apply_gamma(linear);
+#endif
 }

@@ -1,17 +1,13 @@
 // Eye-dome lighting (Boucheny 2009): darkens pixels that are farther away than their neighbours.
-uniform highp sampler2DArray u_depths;
-
-float depth_at(ivec2 at, int layer) {
-  return texelFetch(u_depths, ivec3(clamp(at, ivec2(0), ivec2(u_image.xy) - 1), layer), 0).x;
-}
+uniform vec2 u_edges;  // x: strength; y: radius in px
 
 const ivec2 kAround[8] = ivec2[8](ivec2(1, 0), ivec2(2, 2), ivec2(0, 1), ivec2(-2, 2), ivec2(-1, 0),
                                   ivec2(-2, -2), ivec2(0, -1), ivec2(2, -2));
 float eye_dome(ivec2 at, int layer, float z) {
   float sum = 0.0, here = log2(z);
   for (int i = 0; i < 8; ++i) {
-    float depth = depth_at(at + kAround[i] * int(u_light.w), layer);
+    float depth = depth_at(at + kAround[i] * int(u_edges.y), layer);
     if (depth < 1.0) sum += max(0.0, here - log2(distance_of(depth)));
   }
-  return exp2(-u_light.z * 24.0 * min(sum, 0.1));
+  return exp2(-u_edges.x * EDGE_SHADING_SLOPE * min(sum, EDGE_SHADING_MOST));
 }

@@ -1,8 +1,14 @@
-// Light is added in linear colours. Colours are sRGB, decoded by a gamma of 2 instead of the sRGB
-// curve. This is cheap, and exact for colours that are not shaded. Shaded colours differ from those
-// of the sRGB curve by at most 10 of 255.
-vec3 to_linear(vec3 c) { return c * c; }
-vec3 from_linear(vec3 c) { return sqrt(c); }
+// Light is added in linear colours. Colours are encoded by the sRGB transfer function (light.h). Its
+// power by two roots, to a tenth of 1/255: quads are lit at each vertex, and powers cost a software
+// renderer more than all other lighting.
+vec3 from_linear(vec3 c) {
+  vec3 root = sqrt(c);
+  vec3 curve = 0.833718 * root + 0.298142 * sqrt(root) - 0.055309 * c - 0.076912;
+  return mix(curve, 12.92 * c, lessThanEqual(c, vec3(0.0031308)));
+}
+vec3 to_linear(vec3 c) {
+  return mix(pow((c + 0.055) / 1.055, vec3(2.4)), c / 12.92, lessThanEqual(c, vec3(0.04045)));
+}
 
 // Encodes a linear, premultiplied colour. The result is premultiplied as well, as canvases expect.
 vec4 apply_gamma(vec4 linear) {

@@ -1,0 +1,93 @@
+/**
+ * The light on the surfaces, and their material: the numbers of shared/render/light.h. The key light
+ * keeps its place in the camera's frame.
+ */
+export interface Light {
+  /** Of the key light: degrees, −180 … 180; 0: from the eye, negative: from the left. */
+  azimuth: number;
+  /** Of the key light: degrees, −90 … 90; positive: from above. */
+  elevation: number;
+  /** Strength of the key light, 0 … 2. */
+  key: number;
+  /** Strength of the light from all sides, 0 … 2. */
+  sky: number;
+  /** Strength of the light from behind, 0 … 2. */
+  rim: number;
+  /** Strength of highlights, 0 … 2. None where colours stand for values. */
+  highlight: number;
+  /** 0.1 … 1: wide and faint highlights where it is high. */
+  roughness: number;
+  /** Strength of ambient occlusion, 0 … 1. It appears when the view rests. */
+  occlusion: number;
+  /** How far occluders reach, as a share of the visible volume's radius, 0.001 … 1. */
+  occlusionRadius: number;
+  /** Strength of shadows, 0 … 1. They appear when the view rests. */
+  shadow: number;
+  /** Radius of the key light at distance 1, 0.01 … 0.5. */
+  shadowSoftness: number;
+}
+
+/** The defaults of LightSettings. */
+export const defaultLight: Light = {
+  azimuth: -45,
+  elevation: 45,
+  key: 1,
+  sky: 1,
+  rim: 0.3,
+  highlight: 0.6,
+  roughness: 0.4,
+  occlusion: 0.9,
+  occlusionRadius: 0.2,
+  shadow: 0.75,
+  shadowSoftness: 0.1,
+};
+
+/** The ranges in which the renderer uses these numbers. */
+export const lightRanges: Readonly<Record<keyof Light, readonly [number, number]>> = {
+  azimuth: [-180, 180],
+  elevation: [-90, 90],
+  key: [0, 2],
+  sky: [0, 2],
+  rim: [0, 2],
+  highlight: [0, 2],
+  roughness: [0.1, 1],
+  occlusion: [0, 1],
+  occlusionRadius: [0.001, 1],
+  shadow: [0, 1],
+  shadowSoftness: [0.01, 0.5],
+};
+
+const degrees = 180 / Math.PI;
+
+/**
+ * The key light's direction as a point of a disc: x to the right, y up, 0 in the middle: from the
+ * eye; at the edge and beyond: from the side. Lights behind the surface lie on the edge.
+ */
+export function lightOnDisc({ azimuth, elevation }: Light): { x: number; y: number } {
+  const y = Math.sin(elevation / degrees);
+  const x = Math.sin(azimuth / degrees) * Math.cos(elevation / degrees);
+  if (Math.abs(azimuth) <= 90) return { x, y };
+  const length = Math.hypot(x, y) || 1;
+  return { x: x / length, y: y / length };
+}
+
+/** The angles of the key light for a point of the disc; points beyond its edge are moved to it. */
+export function lightFromDisc(x: number, y: number): Pick<Light, "azimuth" | "elevation"> {
+  const scale = 1 / Math.max(1, Math.hypot(x, y));
+  const up = Math.max(-1, Math.min(1, y * scale));
+  const towardsEye = Math.sqrt(Math.max(0, 1 - (x * scale) ** 2 - up ** 2));
+  return {
+    azimuth: Math.round(Math.atan2(x * scale, towardsEye) * degrees),
+    elevation: Math.round(Math.asin(up) * degrees),
+  };
+}
+
+/** Turns the key light by these angles. It stays in front of the surface. */
+export function turnedLight(light: Light, right: number, up: number): Light {
+  const within = (value: number) => Math.max(-90, Math.min(90, value));
+  return {
+    ...light,
+    azimuth: within(light.azimuth + right),
+    elevation: within(light.elevation + up),
+  };
+}
