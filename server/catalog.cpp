@@ -19,6 +19,17 @@ bool is_name_character(char c) {
          c == '_' || c == '.';
 }
 
+/// Replaces the path by the file's name: clients may read the message, and must not see folders.
+Error with_file_name(Error error, const std::filesystem::path& path) {
+  const std::string full = path.string(), name = path.filename().string();
+  size_t at = 0;
+  while (full != name && (at = error.message.find(full, at)) != std::string::npos) {
+    error.message.replace(at, full.size(), name);
+    at += name.size();
+  }
+  return error;
+}
+
 }  // namespace
 
 std::string url_name(const std::filesystem::path& path) {
@@ -76,14 +87,11 @@ CatalogEntry Catalog::examine(const std::filesystem::path& path, const CatalogSn
   if (auto store = StoreFile::open(path, directory_bytes_)) {
     entry.store = std::move(*store);
   } else {
-    entry.error = store.error();
+    entry.error = with_file_name(store.error(), path);
+    log_(fmt::format("volume {} is not served: {}", entry.name, store.error().message));
+    return entry;
   }
-  if (entry.error) {
-    log_(fmt::format("volume {} is not served: {}", entry.name, entry.error->message));
-  } else {
-    log_(fmt::format("volume {}: {}, content {}", entry.name, path.string(),
-                     entry.store->content()));
-  }
+  log_(fmt::format("volume {}: {}, content {}", entry.name, path.string(), entry.store->content()));
   return entry;
 }
 

@@ -90,9 +90,14 @@ TEST_F(Stores, BrokenStoresAreListedWithTheirError) {
   EXPECT_EQ(volume("folder")["error"]["status"], "not_a_store");
   EXPECT_EQ(volume("dangling")["error"]["status"], "io_error");
   for (const char* name : {"empty", "magic", "half", "text", "folder", "dangling"}) {
-    EXPECT_FALSE(volume(name)["error"]["message"].get<std::string>().empty()) << name;
+    // The name of the file, not its folder.
+    const auto message = volume(name)["error"]["message"].get<std::string>();
+    EXPECT_TRUE(message.find(std::string(name) + ".isosplat") == 0) << message;
+    EXPECT_EQ(message.find(folder.path().string()), std::string::npos) << message;
     EXPECT_TRUE(log_mentions(std::string("volume ") + name + " is not served")) << name;
-    EXPECT_EQ(get(port(), std::string("/v1/volumes/") + name).status, 500);
+    const Answer answer = get(port(), std::string("/v1/volumes/") + name);
+    EXPECT_EQ(answer.status, 500);
+    EXPECT_EQ(answer.body.find(folder.path().string()), std::string::npos) << answer.body;
     EXPECT_EQ(get(port(), std::string("/v1/volumes/") + name + "/x/header").status, 500);
   }
   EXPECT_EQ(Json::parse(get(port(), "/v1/volumes").body)["volumes"].size(), 7u);
