@@ -14,7 +14,7 @@ struct SelectionView {
   std::array<double, 16> view_projection{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   double width_px = 1;
   double height_px = 1;
-  std::vector<float> quantized_isovalues;  ///< the isosurfaces shown
+  std::vector<float> quantized_isovalues;  ///< the isosurfaces shown; if empty, nothing is selected
 
   /// A block whose cells are larger than this on the screen is refined.
   double load_cell_px = 1;

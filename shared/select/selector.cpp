@@ -188,7 +188,7 @@ bool is_usable(const SelectionView& view) {
   return std::all_of(view.view_projection.begin(), view.view_projection.end(), finite) &&
          view.width_px > 0 && view.height_px > 0 && finite(view.width_px) &&
          finite(view.height_px) && view.load_cell_px > 0 && view.draw_cell_px > 0 &&
-         !view.quantized_isovalues.empty() && view.quantized_isovalues.size() <= kMaxIsovalues;
+         view.quantized_isovalues.size() <= kMaxIsovalues;
 }
 
 /// Whether an occlusion query in one view is valid in the other.
@@ -208,8 +208,8 @@ struct Selector::State {
   Result<Selection> select(const SelectionView& view) {
     if (!is_usable(view)) {
       return fail(Status::invalid_argument,
-                  "view: expected a finite matrix and size, cell sizes above 0, and 1 to 64 "
-                  "isovalues");
+                  "view: expected a finite matrix and size, cell sizes above 0, and at most "
+                  "64 isovalues");
     }
     BlockTree tree(*store, table, view, visibility);
     if (auto built = tree.build(); !built) return tl::unexpected(built.error());

@@ -310,6 +310,19 @@ TEST_F(SelectTest, LooksAheadWithoutATrace) {
   EXPECT_EQ(first, second);
 }
 
+TEST_F(SelectTest, SelectsNothingWithoutIsovalues) {
+  const StoreReader store = open();
+  Selector selector(store);
+  SelectionView view = view_from(300, 0, 0, 100.5f);
+  view.quantized_isovalues.clear();
+  const auto selection = selector.select(view);
+  ASSERT_TRUE(selection) << selection.error().message;
+  EXPECT_TRUE(selection->load.empty());
+  EXPECT_TRUE(selection->draw.empty());
+  EXPECT_TRUE(selection->pages.empty());
+  EXPECT_FALSE(selection->limited_by_budget);
+}
+
 TEST_F(SelectTest, RefusesViewsThatAreNone) {
   const StoreReader store = open();
   Selector selector(store);
@@ -317,8 +330,6 @@ TEST_F(SelectTest, RefusesViewsThatAreNone) {
   view.view_projection[5] = NAN;
   EXPECT_EQ(selector.select(view).error().status, Status::invalid_argument);
   view = view_from(300, 0, 0, 100.5f);
-  view.quantized_isovalues.clear();
-  EXPECT_EQ(selector.select(view).error().status, Status::invalid_argument);
   view.quantized_isovalues.assign(65, 1.0f);
   EXPECT_EQ(selector.select(view).error().status, Status::invalid_argument);
   view = view_from(300, 0, 0, 100.5f);

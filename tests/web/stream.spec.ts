@@ -117,6 +117,21 @@ describe.each(sources)("from %s", (_, target, source) => {
     expect(harness.visible.length).toBeGreaterThan(0);
   });
 
+  test("without isovalues, a view is complete with nothing to draw", async () => {
+    const session = await harness.open(source(), core);
+    session.update(view(100.5));
+    await harness.complete();
+    const before = server.requests.length;
+    session.update({ ...view(100.5), isovalues: [] });
+    await harness.complete();
+    expect(harness.errors).toEqual([]);
+    expect(harness.visible).toEqual([]);
+    expect(server.requests.length).toBe(before);
+    session.update(view(100.5));
+    await harness.complete();
+    expect(harness.visible.length).toBeGreaterThan(0);
+  });
+
   test("the budget holds at all times, and limits what is shown", async () => {
     const sampleBudget = 60_000;
     const session = await harness.open(source(), core, { sampleBudget });
