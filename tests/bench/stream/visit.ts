@@ -1,5 +1,4 @@
 /** A visit to the real page in Chromium, over a throttled network, with what it took. */
-import { get } from "node:http";
 import {
   type Browser,
   type BrowserContext,
@@ -44,20 +43,8 @@ export function launch(): Promise<Browser> {
   return chromium.launch(launchOptions);
 }
 
-/** The size of a response on the network. */
-function bytesOnTheWire(url: string): Promise<number> {
-  return new Promise((resolve, reject) => {
-    const headers = { "Accept-Encoding": "gzip, deflate, br" };
-    get(url, { headers }, (answer) => {
-      let bytes = answer.rawHeaders.join(": ").length;
-      answer.on("data", (part: Buffer) => {
-        bytes += part.length;
-      });
-      answer.on("end", () => resolve(bytes));
-      answer.on("error", reject);
-    }).on("error", reject);
-  });
-}
+/** The URLs of a volume's data, on a server or as a file. */
+const volumeUrl = /\/v1\/|\.isosplat/;
 
 /** Waits for the page's controls, the last part of it that is loaded. */
 async function controls(page: Page): Promise<void> {
@@ -69,13 +56,10 @@ export class Visitor {
   readonly page: Page;
   readonly #context: BrowserContext;
   readonly #cdp: CDPSession;
-  /** Requests by whether they are for the volume's data. */
+  /** The requests for the volume's data. */
   readonly data: Wire = { bytes: 0, requests: 0 };
-  readonly other: Wire = { bytes: 0, requests: 0 };
-  /** Of the volume's data, in the order of the requests. */
+  /** Their URLs, in the order of the requests. */
   readonly urls: string[] = [];
-  /** Of everything else. */
-  readonly otherUrls: string[] = [];
   #pageUrl = "";
 
   private constructor(context: BrowserContext, page: Page, cdp: CDPSession) {
@@ -145,40 +129,34 @@ export class Visitor {
   }
 
   async #watch(): Promise<void> {
-    const isData = new Map<string, boolean>();
+    const dataRequests = new Set<string>();
     const cached = new Set<string>();
+    const isCounted = (id: string): boolean => dataRequests.has(id) && !cached.has(id);
     await this.#cdp.send("Network.enable");
     await this.#cdp.send("Performance.enable");
     this.#cdp.on("Network.requestWillBeSent", ({ requestId, request }) => {
       if (!request.url.startsWith("http")) return;
       if (!this.#pageUrl) this.#pageUrl = request.url;
-      const isOfVolume = /\/v1\/|\.isosplat/.test(request.url);
-      isData.set(requestId, isOfVolume);
-      (isOfVolume ? this.urls : this.otherUrls).push(request.url);
+      if (!volumeUrl.test(request.url)) return;
+      dataRequests.add(requestId);
+      this.urls.push(request.url);
     });
     this.#cdp.on("Network.requestServedFromCache", ({ requestId }) => cached.add(requestId));
     this.#cdp.on("Network.responseReceived", ({ requestId, response }) => {
       if (response.fromDiskCache) cached.add(requestId);
-      const wire = this.#wire(isData.get(requestId));
-      if (wire && !cached.has(requestId)) ++wire.requests;
+      if (isCounted(requestId)) ++this.data.requests;
     });
     // encodedDataLength of dataReceived is 0 for some responses; loadingFinished has the total.
     const partial = new Map<string, number>();
     this.#cdp.on("Network.dataReceived", ({ requestId, encodedDataLength }) => {
-      const wire = this.#wire(isData.get(requestId));
-      if (!wire || cached.has(requestId)) return;
-      wire.bytes += encodedDataLength;
+      if (!isCounted(requestId)) return;
+      this.data.bytes += encodedDataLength;
       partial.set(requestId, (partial.get(requestId) ?? 0) + encodedDataLength);
     });
     this.#cdp.on("Network.loadingFinished", ({ requestId, encodedDataLength }) => {
-      const wire = this.#wire(isData.get(requestId));
-      if (!wire || cached.has(requestId)) return;
-      wire.bytes += encodedDataLength - (partial.get(requestId) ?? 0);
+      if (!isCounted(requestId)) return;
+      this.data.bytes += encodedDataLength - (partial.get(requestId) ?? 0);
     });
-  }
-
-  #wire(isData: boolean | undefined): Wire | undefined {
-    return isData === undefined ? undefined : isData ? this.data : this.other;
   }
 
   /** Waits for a mark of web/stream; `shown` is when its frame was handed over, ms. */
@@ -295,26 +273,22 @@ export class Visitor {
   }
 
   /**
-   * Bytes on the wire of the page's own files so far, without the volume. The browser does not report
-   * the request for the workers' script, so this function requests it again in the same way, and
-   * counts that. Workers load no other files.
+   * Bytes on the wire of the page's own files (without the volume) that were requested before a time
+   * (ms, as in mark()). From resource timing, which also has the workers' script; it counts 300 bytes
+   * for the header of each answer.
    */
-  async programBytes(): Promise<number> {
-    const seen = new Set(this.otherUrls.map((url) => new URL(url).pathname));
-    let bytes = this.other.bytes;
-    const text = await this.page.evaluate(async () => {
-      const texts: string[] = [];
-      for (const { name } of performance.getEntriesByType("resource")) {
-        if (name.endsWith(".js")) texts.push(await (await fetch(name)).text());
-      }
-      return texts.join("\n");
-    });
-    const assets = text.matchAll(/decode_worker-[\w-]+\.js/g);
-    for (const file of new Set([...assets].map(([name]) => name))) {
-      const path = `/assets/${file}`;
-      if (!seen.has(path)) bytes += await bytesOnTheWire(new URL(path, this.#pageUrl).href);
-    }
-    return bytes;
+  async programBytes(before = Number.POSITIVE_INFINITY): Promise<number> {
+    const files = await this.page.evaluate(() =>
+      (
+        [
+          ...performance.getEntriesByType("navigation"),
+          ...performance.getEntriesByType("resource"),
+        ] as PerformanceResourceTiming[]
+      ).map(({ name, startTime, transferSize }) => ({ name, startTime, transferSize })),
+    );
+    return files
+      .filter(({ name, startTime }) => startTime < before && !volumeUrl.test(name))
+      .reduce((bytes, { transferSize }) => bytes + transferSize, 0);
   }
 
   async leave(): Promise<void> {
