@@ -13,6 +13,12 @@ test.beforeAll(async () => {
 test.afterAll(() => server.stop());
 test.use({ viewport: { width: 800, height: 500 } });
 
+async function finalPicture(page: Page): Promise<Buffer> {
+  await complete(page);
+  await settled(page);
+  return savedPicture(page);
+}
+
 for (const src of ["http://", "https://[", "javascript:alert(1)", "data:,x"]) {
   test(`?src=${src} is not the address of a store`, async ({ page }) => {
     await page.goto(`${server.url}?src=${encodeURIComponent(src)}`);
@@ -51,6 +57,29 @@ test("a view beside the volume is complete, and the page reports that it has no 
   await settled(page);
 });
 
+for (const [where, camera] of [
+  ["beside the volume", "0,0,100,5000,0,0"],
+  ["far from the volume", "30,20,90000,63.5,63.5,63.5"],
+  ["inside of the volume", "30,20,0.01,20,20,20"],
+]) {
+  test(`a camera ${where}, then reset: no message stays`, async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100&camera=${camera}&kind=ellipse`);
+    await expect(page.locator(".status-state")).toHaveText(/^complete/);
+    await settled(page);
+    await page.getByRole("application").focus();
+    await page.keyboard.press("r");
+    const picture = await finalPicture(page);
+    await expect(page.getByRole("alert")).toHaveCount(0);
+    await expect(page.locator(".banner")).toHaveCount(0);
+    await expect(page.locator("wa-spinner")).toHaveCount(0);
+    await expect(page.locator(".toast")).toHaveCount(0);
+    await page.goto(`${server.url}?volume=bucky&isovalue=100&kind=ellipse`);
+    const { covered, differing } = await compare(page, await finalPicture(page), picture);
+    expect(covered).toBeGreaterThan(0.05);
+    expect(differing).toBe(0);
+  });
+}
+
 test("the page reports that a part of its program did not load", async ({ page }) => {
   await page.route("**/assets/components-*.js", (route) => route.fulfill({ status: 404 }));
   await page.goto(`${server.url}?volume=bucky&isovalue=100`);
@@ -74,12 +103,6 @@ test("the page reports that its program did not load", async ({ page }) => {
   });
   await expect(message).toBeVisible();
 });
-
-async function finalPicture(page: Page): Promise<Buffer> {
-  await complete(page);
-  await settled(page);
-  return savedPicture(page);
-}
 
 test("the address of a view gives the same picture, pixel by pixel", async ({ page, browser }) => {
   test.setTimeout(120_000);

@@ -168,6 +168,8 @@ test.describe("a desk", () => {
           (canvas) => canvas.width / canvas.clientWidth,
         ),
       );
+    // The picture, and the histogram.
+    expect(await widths()).toHaveLength(2);
     for (const ratio of await widths()) expect(ratio).toBeCloseTo(1, 1);
     const screen = await page.context().newCDPSession(page);
     await screen.send("Emulation.setDeviceMetricsOverride", {
