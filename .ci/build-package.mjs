@@ -48,6 +48,7 @@ const emitted = readdirSync(folder, { recursive: true, encoding: "utf8" }).filte
 // Before the check below, which expects that what is referred to exists.
 mkdirSync(join(folder, "wasm"));
 for (const file of wasmFiles) copyFileSync(join(wasm, file), join(folder, "wasm", file));
+writeFileSync(join(folder, "wasm/layouts.d.ts"), layoutsDeclarations());
 for (const file of emitted) fitReferences(join(folder, file));
 
 copyFileSync(join(root, "LICENSE"), join(folder, "LICENSE"));
@@ -81,6 +82,14 @@ function fitReferences(file) {
     }
   }
   writeFileSync(file, text);
+}
+
+/** The declarations of layouts.js as those of a module; in the sources they name it by a pattern. */
+function layoutsDeclarations() {
+  const text = readFileSync(join(root, "web/core/generated.d.ts"), "utf8");
+  const [, before, declarations] = text.match(/^([^]*)declare module "[^"]*" \{\n([^]*)\}\n$/) ?? [];
+  if (!declarations) throw new Error("expected one declared module in web/core/generated.d.ts");
+  return before + declarations.replaceAll(/^ {2}/gm, "");
 }
 
 function readJson(file) {
