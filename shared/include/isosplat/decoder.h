@@ -1,7 +1,8 @@
 #pragma once
 
 /// \file
-/// From the bytes of a chunk to cells, samples and points.
+/// From the bytes of a chunk to cells, samples and points. "The paper": Co, Hamann and Joy (2003),
+/// see points.h.
 
 #include <cstddef>
 #include <memory>
@@ -28,11 +29,11 @@ class Cells {
   /// The number of cells, active or not.
   [[nodiscard]] size_t size() const;
 
-  /// One sample at the centre of each cell, from which the isosurface can be reached (paper,
+  /// One sample at the centre of each cell, from which the isosurface can be reached (the paper,
   /// section 4). Arrays of size() entries.
   [[nodiscard]] SampleArrays samples() const;
 
-  /// One point on the isosurface for each active cell, unless the options drop some (paper,
+  /// One point on the isosurface for each active cell, unless the options drop some (the paper,
   /// section 3). Empty where the isovalue lies outside the chunk's band, or is not a number.
   /// \param isovalue in the volume's values.
   /// \param options the paper's exact or approximate projection.
