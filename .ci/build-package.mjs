@@ -87,7 +87,7 @@ function fitReferences(file) {
 /** The declarations of layouts.js as those of a module; in the sources they name it by a pattern. */
 function layoutsDeclarations() {
   const text = readFileSync(join(root, "web/core/generated.d.ts"), "utf8");
-  const [, before, declarations] = text.match(/^([^]*)declare module "[^"]*" \{\n([^]*)\}\n$/) ?? [];
+  const [, before, declarations] = text.match(/^(.*?)declare module "[^"]*" \{\n(.*)\}\n$/s) ?? [];
   if (!declarations) throw new Error("expected one declared module in web/core/generated.d.ts");
   return before + declarations.replaceAll(/^ {2}/gm, "");
 }
