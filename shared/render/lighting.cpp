@@ -13,6 +13,8 @@ namespace isosplat {
 
 namespace {
 
+static_assert(int(STILL_PICTURES) == Accumulation::kPictures);
+
 void set(const GlProgram& program, const char* name, Vec3f v) {
   glUniform3f(program.uniform(name), v.x, v.y, v.z);
 }
@@ -104,11 +106,10 @@ void Lighting::apply_occlusion(const GlProgram& program, const LightSettings& li
   const float radius = std::clamp(light.occlusion_radius, 0.001f, 1.0f) * picture.scene_radius;
   glUniform4f(program.uniform("u_ambient"), share(light.occlusion), radius,
               kMostOfImage * picture.image_height, 0);
-  // Shadows reach as far as the visible part's radius. What is farther in front of a ray than a
-  // quarter of it casts none: only its front is known.
+  // Shadows reach as far as the visible part's radius, or half of the image.
   glUniform4f(program.uniform("u_shadow"), share(light.shadow),
               std::clamp(light.shadow_softness, 0.01f, 0.5f), picture.scene_radius,
-              0.25f * picture.scene_radius);
+              0.5f * picture.image_height);
   // The same sequence as that of the offsets in the image, with another phase, and points of the
   // disc by H. Vogel's spiral (1979).
   const ImageOffset noise = Accumulation::offset(picture.index);

@@ -94,8 +94,9 @@
 #define EDGE_SHADING_SLOPE 24.0
 #define EDGE_SHADING_MOST 0.1
 
-// Still pictures: slices of the hemisphere per pixel and picture, steps to each side in a slice,
-// and steps towards the key light.
+// Still pictures: their number in a mean, slices of the hemisphere per pixel and picture, steps to
+// each side in a slice, and steps towards the key light.
+#define STILL_PICTURES 8.0
 #define AMBIENT_SLICES 2
 #define AMBIENT_STEPS 5
-#define SHADOW_STEPS 14
+#define SHADOW_STEPS 16

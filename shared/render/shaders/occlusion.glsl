@@ -3,7 +3,7 @@
 // Directions and steps differ from pixel to pixel and from picture to picture, so that the mean of the
 // accumulated pictures has many of both.
 uniform vec4 u_ambient;  // x: strength; y: largest distance of occluders; z: the same per distance from the eye
-uniform vec4 u_shadow;   // x: strength; y: radius of the light at distance 1; z: length; w: thickness
+uniform vec4 u_shadow;   // x: strength; y: radius of the light at distance 1; z: length; w: the same per distance from the eye
 uniform vec4 u_sample;   // x, y: offsets of slices and of steps; z, w: point in the light's unit disc
 
 const float kHalfPi = 1.57079633;
@@ -85,7 +85,8 @@ float disc_share(float height) {
 }
 
 // Share of the key light that arrives. Each picture tests the direction to another point of the light,
-// with a penumbra that fills the space between these points.
+// with a penumbra that fills the space between these points. What is farther in front of the ray than a
+// quarter of its length casts no shadow: only its front is known.
 float key_arrives(vec3 position, vec3 normal, int layer, float offset) {
   vec3 key = u_key_direction.xyz;
   if (dot(normal, key) <= 0.0) return 1.0;  // the surface faces away
@@ -94,7 +95,8 @@ float key_arrives(vec3 position, vec3 normal, int layer, float offset) {
   vec3 to_light = normalize(key + disc.x * side + disc.y * cross(key, side));
   float px = -position.z * u_lens.y;  // the size of a pixel
   vec3 from = position + normal * px;
-  float length_of_ray = min(u_shadow.z, 0.9 * (-from.z - u_depth.z) / max(to_light.z, 1e-3));
+  float longest = min(u_shadow.z, u_shadow.w * -position.z), thickness = 0.25 * longest;
+  float length_of_ray = min(longest, 0.9 * (-from.z - u_depth.z) / max(to_light.z, 1e-3));
   float across = max(sqrt(1.0 - to_light.z * to_light.z), 0.05);
   float share = 1.0;
   for (int i = 0; i < SHADOW_STEPS; ++i) {
@@ -106,7 +108,7 @@ float key_arrives(vec3 position, vec3 normal, int layer, float offset) {
       float clearance = p.z - there.z;  // positive: the ray is in front of the surface
       float height = clearance * across / (0.5 * u_shadow.y * way);
       // What is far in front of the ray does not reach back to it, and the light's reach ends softly.
-      float weight = clamp(2.0 + clearance / u_shadow.w, 0.0, 1.0) * clamp(3.0 - 3.0 * t, 0.0, 1.0);
+      float weight = clamp(2.0 + clearance / thickness, 0.0, 1.0) * clamp(3.0 - 3.0 * t, 0.0, 1.0);
       share = min(share, mix(1.0, disc_share(height), weight));
     }
   }

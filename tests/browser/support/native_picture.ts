@@ -11,6 +11,8 @@ export interface NativeView {
   kind: "quad" | "ellipse" | "blended" | "exact";
   width: number;
   height: number;
+  /** Settings of the light by their parameters in the page's address. */
+  light?: Readonly<Record<string, string>>;
 }
 
 /** Runs `isosplat render` for level 0, on white, in the page's first colour: a PNG. */
@@ -22,6 +24,10 @@ export function drawNatively(store: string, view: NativeView): Buffer {
       ...["render", store, "--isovalue", String(view.isovalue), "-o", output, "--level", "0"],
       ...["--size", `${view.width}x${view.height}`, "--camera", view.camera],
       ...["--kind", view.kind, "--background", "ffffff", "--colour", "d9ccb3"],
+      ...Object.entries(view.light ?? {}).flatMap(([name, value]) => [
+        name === "shade" ? "--eye-dome" : `--${name}`,
+        value,
+      ]),
     ]);
     return readFileSync(output);
   } finally {
