@@ -6,11 +6,22 @@ export type MinPixels = number;
 
 /**
  * Most coarse regions are occluded once those in front of them are refined. So regions with many
- * visible pixels are refined first: one threshold before the view is at rest, then a falling sequence.
- * With the last threshold, every region that may be visible is refined.
+ * visible pixels are refined first. Then every region that may be visible is refined: once by a fast
+ * picture, which is drawn anyway, so that the picture at rest, which may take a second, is drawn when
+ * everything is resident. The last answer is that of the picture at rest: only its splats stay inside
+ * of their cells.
  */
-const beforeRest = 255;
-const atRest: readonly MinPixels[] = [160, 0];
+const steps: readonly { minPixels: MinPixels; atRest: boolean }[] = [
+  { minPixels: 255, atRest: false },
+  { minPixels: 0, atRest: false },
+  { minPixels: 0, atRest: true },
+];
+const lastStep = steps.length - 1;
+/**
+ * So many bytes change a picture so much that more becomes visible: the step is repeated with the
+ * next fast picture.
+ */
+const manyBytes = 256 * 1024;
 
 /** Finds which regions of these drawn chunks may be visible. */
 export interface OcclusionQuery {
@@ -21,74 +32,107 @@ export interface OcclusionQuery {
   readonly picture: number;
 }
 
+/** What a selection says about the next query. */
+export interface OcclusionNeeds {
+  /** The chunks to test; undefined if occlusion queries are not used. */
+  ids: Uint32Array | undefined;
+  /** More chunks or pages are on their way by the answers so far. Damaged ones do not count. */
+  isLoading: boolean;
+  /** Bytes of these chunks. */
+  bytesLoading: number;
+  /** The present picture has to be tested before it is known what to fetch. */
+  isUndecided: boolean;
+  /** Coarse chunks are on their way that decide more than those of the present picture. */
+  isTooCoarse: boolean;
+}
+
 /** Decides which picture needs an occlusion query, and whether the last answer is still valid. */
 export class OcclusionQueries {
   #view = 0;
   #picture = 0;
-  /** The chunks to test; undefined if occlusion queries are not used. */
-  #ids: Uint32Array | undefined;
+  #needs: OcclusionNeeds | undefined;
   #answered: { picture: number; settled: boolean; minPixels: MinPixels } | undefined;
-  /** Index into `atRest`. Everything visible by the thresholds before it is refined. */
+  /** Index into `steps`. Everything visible by the steps before it is refined. */
   #step = 0;
+  /** A picture of this view has been tested at the present step. */
+  #isStepAnswered = false;
 
   /** The camera view has changed: answers to earlier queries are not valid for it. */
   viewChanged(): void {
     ++this.#view;
     this.#step = 0;
+    this.#isStepAnswered = false;
     this.pictureChanged();
   }
 
-  /** The same camera view has another picture: the query is repeated. */
+  /** The same camera view has another picture: the last step needs another query. */
   pictureChanged(): void {
     ++this.#picture;
   }
 
-  /** Sets the chunks to test. `isMoreNeeded`: by the last answer, there is something to fetch. */
-  need(ids: Uint32Array | undefined, isMoreNeeded: boolean): void {
-    this.#ids = ids;
-    if (!isMoreNeeded && this.#isAnswered() && this.#step < atRest.length - 1) ++this.#step;
+  /** Sets what the present selection needs. */
+  need(needs: OcclusionNeeds): void {
+    this.#needs = needs;
+    if (this.#step > 0 && needs.bytesLoading > manyBytes) this.#isStepAnswered = false;
+    while (
+      this.#step < lastStep &&
+      (this.#isStepAnswered || this.#isAnswered()) &&
+      !needs.isLoading &&
+      !needs.isUndecided
+    ) {
+      ++this.#step;
+      this.#isStepAnswered = false;
+    }
   }
 
   /** Everything visible is refined: there is nothing to test, or the last step has its answer. */
   get done(): boolean {
-    if (!this.#ids || this.#ids.length === 0) return true;
-    return this.#step === atRest.length - 1 && this.#isAnswered();
+    return this.#ids.length === 0 || (this.#step === lastStep && this.#isAnswered());
   }
 
-  /** The present step has its answer. While a needed chunk has failed, there is no further step. */
-  get answered(): boolean {
-    return !this.#ids || this.#ids.length === 0 || this.#isAnswered();
+  /** Only a test of the picture at rest is missing: it should be drawn now. */
+  get needsRest(): boolean {
+    return !this.done && this.#step === lastStep && this.#needs?.isLoading === false;
   }
 
   /** `settled`: a picture drawn now would be the same at rest. */
   query(settled: boolean): OcclusionQuery | undefined {
-    if (this.done || !this.#ids) return undefined;
-    const isFirst = !settled && this.#step === 0;
-    const minPixels = isFirst ? beforeRest : this.#minAtRest;
-    const before = this.#answered;
-    const isSame =
-      before?.picture === this.#picture &&
-      before.minPixels <= minPixels &&
-      (before.settled || !settled);
-    if (isSame) return undefined;
+    if (this.done || !this.#needs || this.#needs.isTooCoarse) return undefined;
+    const { minPixels, atRest } = this.#present;
+    if (atRest && !settled) return undefined;
+    // What is on its way occludes regions that are in front of the picture so far.
+    if (this.#step > 0 && this.#needs.isLoading) return undefined;
+    if (this.#isAnswered()) return undefined;
     return { ids: this.#ids, minPixels, view: this.#view, picture: this.#picture };
   }
 
   /** Records an answer. Returns whether it is valid for the present camera view. */
   record({ view, picture, minPixels }: OcclusionQuery, settled: boolean): boolean {
+    const isValid = view === this.#view;
+    if (!isValid) return false;
     this.#answered = { picture, settled, minPixels };
-    return view === this.#view;
+    if (minPixels <= this.#present.minPixels) this.#isStepAnswered = true;
+    return true;
   }
 
-  get #minAtRest(): MinPixels {
-    return atRest[this.#step] ?? 0;
+  get #ids(): Uint32Array {
+    return this.#needs?.ids ?? noIds;
   }
 
-  /** Whether this step was answered for the present picture at rest. */
+  get #present(): { minPixels: MinPixels; atRest: boolean } {
+    return steps[this.#step] ?? { minPixels: 0, atRest: true };
+  }
+
+  /** Whether this step was answered for the present picture. */
   #isAnswered(): boolean {
     const before = this.#answered;
+    const { minPixels, atRest } = this.#present;
     return (
-      before?.picture === this.#picture && before.settled && before.minPixels <= this.#minAtRest
+      before?.picture === this.#picture &&
+      before.minPixels <= minPixels &&
+      (before.settled || !atRest)
     );
   }
 }
+
+const noIds = new Uint32Array();

@@ -71,11 +71,11 @@ function remainingWork(inputs: ProgressInputs): RemainingWork {
     selection.load.every(hasFailed) &&
     selection.pages.every((page) => pages.isDamaged(page)) &&
     selection.undecided === 0 &&
-    occlusion.answered;
+    occlusion.done;
   const isMissingNothing = selection.load.length === 0 && selection.pages.length === 0;
   return {
     isSettled,
-    isDone: isSettled && isMissingNothing && occlusion.done,
+    isDone: isSettled && isMissingNothing,
     isFull: selection.load.length > 0 && queue.full && queue.idle,
   };
 }

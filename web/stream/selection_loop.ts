@@ -1,4 +1,5 @@
 import type { Chunk, CoreSelection, SelectionView, Store } from "../core/index.ts";
+import type { Backoff } from "./backoff.ts";
 import type { ChunkQueue } from "./chunk_queue.ts";
 import type { ChunkUploads } from "./chunk_uploads.ts";
 import type { CoarseLoader } from "./coarse_loader.ts";
@@ -27,6 +28,7 @@ export interface SelectionParts {
   motion: Motion;
   occlusion: OcclusionQueries;
   sourceCheck: SourceCheck;
+  backoff: Backoff;
   viewer: StreamEvents;
   /** Sets a mark on the browser's timeline. */
   mark(name: string): void;
@@ -105,10 +107,18 @@ export class SelectionLoop {
   }
 
   #requestOcclusionQuery(selection: CoreSelection, usesOcclusion: boolean): void {
-    const { occlusion, viewer } = this.#parts;
-    const { load, pages, undecided, test } = selection;
-    const isMoreNeeded = load.length > 0 || pages.length > 0 || undecided > 0;
-    occlusion.need(usesOcclusion ? test : undefined, isMoreNeeded);
+    const { occlusion, viewer, queue, pages, uploads, coarse, backoff } = this.#parts;
+    const isOnItsWay = ({ handle }: Chunk): boolean =>
+      queue.state(handle) !== "failed" && !uploads.isRejected(handle);
+    const loading = selection.load.filter(isOnItsWay);
+    occlusion.need({
+      ids: usesOcclusion ? selection.test : undefined,
+      isLoading: loading.length > 0 || selection.pages.some((page) => !pages.isDamaged(page)),
+      bytesLoading: loading.reduce((bytes, chunk) => bytes + chunk.bytes, 0),
+      isUndecided: selection.undecided > 0,
+      // Coarse levels that cannot be fetched are not waited for.
+      isTooCoarse: coarse.isLoading && !backoff.trouble,
+    });
     if (!occlusion.done) viewer.testOcclusion?.();
   }
 

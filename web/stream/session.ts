@@ -153,6 +153,14 @@ export class StreamSession {
     return this.isClosed ? undefined : this.#occlusion.query(settled);
   }
 
+  /**
+   * Everything visible is resident as far as fast pictures tell: a query of the picture at rest is
+   * all that is missing for the view to be complete.
+   */
+  get needsRestingPicture(): boolean {
+    return !this.isClosed && this.#occlusion.needsRest;
+  }
+
   /** `answers`: the result of the query, `visibilityWords` (core) for each drawn chunk. */
   answerOcclusion(query: OcclusionQuery, answers: Uint32Array, settled: boolean): void {
     if (this.isClosed) return;
@@ -239,6 +247,7 @@ export class StreamSession {
         motion: this.#motion,
         occlusion: this.#occlusion,
         sourceCheck: this.#sourceCheck,
+        backoff: this.#backoff,
         viewer: this.#events,
         mark: (name) => this.#mark(name),
       },

@@ -1,4 +1,5 @@
 import { measured, type Progress, type StreamSession } from "../stream/index.ts";
+import { ArrivalForecast } from "./arrival_forecast.ts";
 import { Fade } from "./fade.ts";
 import { FrameLoop } from "./frame_loop.ts";
 import { GpuPulse, GpuTimer } from "./gpu_timer.ts";
@@ -9,6 +10,11 @@ import type { Camera, FrameReport, Look, SplatKind } from "./types.ts";
 
 /** The view is at rest when nothing has moved or arrived for this time (ms). */
 const restAfter = 220;
+/**
+ * The same while more data are in flight, or may be needed (ms): a slow GPU would otherwise draw the
+ * exact picture several times, and software renderers would take the time that decoding needs.
+ */
+const restWhileStreaming = { afterMotion: 500, afterArrival: 1500 };
 /** Edges are smoothed by further draws if one picture takes no longer than this (ms). */
 const longestSmoothed = 400;
 /** Interval between checks whether the GPU has finished a picture (ms). */
@@ -54,6 +60,7 @@ export class FrameScheduler {
   readonly #fade: Fade;
   readonly #pulse: GpuPulse;
   readonly #visibility: OcclusionTester;
+  readonly #forecast = new ArrivalForecast();
   #lastMotion = Number.NEGATIVE_INFINITY;
   #lastArrival = Number.NEGATIVE_INFINITY;
   #restTimer = 0;
@@ -69,6 +76,7 @@ export class FrameScheduler {
   #nextArrivals = 0;
   /** Duration (ms) and splat kind of the last picture that was measured. */
   #took: { kind: SplatKind; milliseconds: number } | null = null;
+  #drawnKind: SplatKind | undefined;
   /** Chunks that were uploaded, but not yet checked for a full GPU memory. */
   #unchecked: number[] = [];
   /** Whether something of this volume can be seen. Before that, drawing would waste the GPU's time. */
@@ -140,13 +148,16 @@ export class FrameScheduler {
   }
 
   /** The progress of streaming has changed. */
-  onProgress({ chunksToGo, state }: Progress): void {
+  onProgress({ chunksToGo, bytesToGo, bytesFetched, state }: Progress): void {
+    this.#forecast.add(performance.now(), bytesFetched, bytesToGo);
     const isLast = this.#chunksToGo > 0 && chunksToGo === 0;
     const isEmpty = !this.#isBegun && state !== "opening";
     this.#chunksToGo = chunksToGo;
+    const wasStreaming = this.#isStreaming;
     this.#isStreaming = !["complete", "limited", "incomplete", "offline"].includes(state);
+    const hasEnded = wasStreaming && !this.#isStreaming;
     if (isEmpty) this.#isBegun = true;
-    if (isLast || isEmpty) this.request();
+    if (isLast || isEmpty || hasEnded) this.request();
     else this.#owner.busyChanged();
   }
 
@@ -168,6 +179,7 @@ export class FrameScheduler {
   onVolumeChange(): void {
     this.#isBegun = false;
     this.#chunksToGo = 0;
+    this.#forecast.forget();
     this.#isStreaming = false;
     this.#unchecked = [];
     this.#visibility.stop();
@@ -192,6 +204,13 @@ export class FrameScheduler {
     while (smooth && this.#renderer.canRefine(width, height)) this.#renderer.refine(width, height);
   }
 
+  /** When the view rests if nothing moves or arrives until then. */
+  #restsAt(): number {
+    const always = { afterMotion: restAfter, afterArrival: restAfter };
+    const { afterMotion, afterArrival } = this.#isStreaming ? restWhileStreaming : always;
+    return Math.max(this.#lastMotion + afterMotion, this.#lastArrival + afterArrival);
+  }
+
   #kind({ kind, camera }: Scene, isResting: boolean): SplatKind {
     return kind === "automatic" ? this.#choice.kind(isResting, camera.distance) : kind;
   }
@@ -199,10 +218,16 @@ export class FrameScheduler {
   /**
    * A still view is drawn again when the last picture is finished. If more data are expected, new chunks
    * also wait for the duration of a picture: a slow GPU would otherwise draw again after every few
-   * chunks, and software renderers would take the time that decoding needs.
+   * chunks, and software renderers would take the time that decoding needs. They wait for the last
+   * chunk if it is expected before the picture could be finished.
    */
   #mayDraw(now: number): boolean {
-    let wait = this.#chunksToGo > 0 ? this.#nextArrivals - now : 0;
+    let wait = 0;
+    if (this.#chunksToGo > 0) {
+      const remaining = this.#forecast.remaining(now);
+      const isSoon = remaining < (this.#took?.milliseconds ?? 0);
+      wait = Math.max(this.#nextArrivals - now, isSoon ? remaining : 0);
+    }
     if (this.#timer.isBusy) wait = shortestWait;
     if (wait <= 0) return true;
     clearTimeout(this.#drawTimer);
@@ -219,13 +244,18 @@ export class FrameScheduler {
     const renderer = this.#renderer;
     const isResized = this.#owner.fitCanvas();
     const { width, height } = this.#canvas;
-    const quietSince = Math.max(this.#lastMotion, this.#lastArrival);
     const isMoving = now - this.#lastMotion < restAfter;
-    const isResting = now - quietSince >= restAfter;
+    // Nothing more arrives until this picture has been tested.
+    if (!isMoving && session.needsRestingPicture) {
+      this.#lastMotion = Number.NEGATIVE_INFINITY;
+      this.#lastArrival = Number.NEGATIVE_INFINITY;
+    }
+    const restsAt = this.#restsAt();
+    const isResting = now >= restsAt;
     this.#isResting = isResting;
 
     renderer.setCamera(camera);
-    const kind = this.#kind(scene, isResting);
+    const kind = this.#kindToKeep(scene, isResting) ?? this.#kind(scene, isResting);
     renderer.setKind(kind);
     session.update({
       viewProjection: renderer.viewProjection(camera, width, height),
@@ -259,13 +289,23 @@ export class FrameScheduler {
     // One more frame at rest: it draws finer splats, and lets streaming refine.
     clearTimeout(this.#restTimer);
     if (!isResting) {
-      const wait = Math.max(0, quietSince + restAfter - now) + 1;
+      const wait = Math.max(0, restsAt - now) + 1;
       this.#restTimer = window.setTimeout(() => this.request(), wait);
     }
     // Smoothing begins in the frame after the end of a fade.
     this.#isFollowed = wasFading || this.#fade.isRunning;
     this.#owner.busyChanged();
     return this.#isFollowed;
+  }
+
+  /**
+   * The kind of the present picture, if nothing has changed and nothing finer is to be drawn: the
+   * duration of a picture decides about later ones, and is no reason to draw it again.
+   */
+  #kindToKeep({ kind }: Scene, isResting: boolean): SplatKind | undefined {
+    const { width, height } = this.#canvas;
+    if (kind !== "automatic" || this.#renderer.needsRedraw(width, height)) return undefined;
+    return !isResting || this.#drawnKind === "exact" ? this.#drawnKind : undefined;
   }
 
   /** Whether the last picture of this kind took no longer than a time (ms). */
@@ -284,6 +324,7 @@ export class FrameScheduler {
       const startedAt = performance.now();
       const drawn = measured("isosplat:drawing", draw);
       report = drawn;
+      this.#drawnKind = drawn.kind;
       this.#timer.measure(startedAt, (milliseconds) => {
         this.#choice.measured(drawn, milliseconds, camera.distance);
         this.#nextArrivals = performance.now() + milliseconds;
@@ -296,8 +337,7 @@ export class FrameScheduler {
 
   /** The GPU has finished a picture. If the view is at rest, the actions that waited for this continue. */
   #settled(): void {
-    const quietSince = Math.max(this.#lastMotion, this.#lastArrival);
-    if (performance.now() - quietSince < restAfter) {
+    if (performance.now() < this.#restsAt()) {
       this.#owner.busyChanged();
       return;
     }

@@ -1,0 +1,25 @@
+/** When the missing chunks will have arrived, by the rate of the last half second. */
+import { expect, test } from "vitest";
+import { ArrivalForecast } from "../../web/viewer/arrival_forecast.ts";
+
+test("follows the present rate, not the mean since the beginning", () => {
+  const forecast = new ArrivalForecast();
+  expect(forecast.remaining(0)).toBe(Number.POSITIVE_INFINITY);
+  forecast.add(0, 0, 300_000);
+  expect(forecast.remaining(10)).toBe(Number.POSITIVE_INFINITY);
+  // 10 KB in the first second, then 100 KB in each half.
+  forecast.add(1000, 10_000, 290_000);
+  forecast.add(1500, 110_000, 190_000);
+  forecast.add(2000, 210_000, 90_000);
+  expect(forecast.remaining(2000)).toBe(450);
+});
+
+test("expects nothing soon of a link that has stalled", () => {
+  const forecast = new ArrivalForecast();
+  forecast.add(0, 0, 200_000);
+  forecast.add(100, 100_000, 100_000);
+  expect(forecast.remaining(100)).toBe(100);
+  expect(forecast.remaining(1000)).toBe(1000);
+  forecast.forget();
+  expect(forecast.remaining(1000)).toBe(Number.POSITIVE_INFINITY);
+});
