@@ -58,10 +58,18 @@ test("a session fetches little, in few requests, and nothing twice", async ({ br
 
   await visitor.mark("isosplat:complete");
   const complete = await visitor.markDetail("isosplat:complete");
-  await expectCounted(visitor, complete.bytesReceived);
-  expect(visitor.data.bytes).toBeLessThan(complete.bytesReceived * 1.1 + 10_000);
   expect(complete.bytesReceived).toBeLessThan(0.35 * statSync(store).size);
   expect(complete.requests).toBeLessThanOrEqual(16);
+
+  // Coarse levels for other isovalues follow.
+  await visitor.mark("isosplat:prepared");
+  const prepared = await visitor.markDetail("isosplat:prepared");
+  expect(prepared.bytesReceived - complete.bytesReceived).toBeGreaterThan(10_000);
+  expect(prepared.bytesReceived - complete.bytesReceived).toBeLessThan(
+    0.3 * statSync(store).size + 10_000,
+  );
+  await expectCounted(visitor, prepared.bytesReceived);
+  expect(visitor.data.bytes).toBeLessThan(prepared.bytesReceived * 1.1 + 10_000);
 
   // Within the resident bands: no requests.
   const before = visitor.urls.length;

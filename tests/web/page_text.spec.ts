@@ -162,6 +162,7 @@ describe("the status line", () => {
     coarsestLevel: 2,
     limitedByBudget: false,
     complete: false,
+    preparation: null,
     damagedParts: 0,
     fault: null,
   };
@@ -169,6 +170,11 @@ describe("the status line", () => {
   it("says what is to go, and when it is complete", () => {
     expect(stateText(progress)).toBe("120 KB to go");
     expect(stateText({ ...progress, state: "complete" })).toBe("complete");
+    const preparation = { bytes: 1_200_000, bytesPlanned: 4_000_000 };
+    const preparing = stateText({ ...progress, state: "complete", preparation });
+    expect(preparing).toBe("complete · preparing other isovalues, 1.20 MB of 4.00 MB");
+    // Tests wait for the end of all requests by this text.
+    expect(preparing).not.toMatch(completeText);
     expect(stateText({ ...progress, state: "offline" })).toContain("trying again");
   });
 

@@ -8,6 +8,7 @@ import {
   type Progress,
   type Source,
   type StreamError,
+  type StreamOptions,
   StreamSession,
 } from "../../web/stream/index.ts";
 
@@ -50,10 +51,12 @@ export class Harness {
   async open(
     source: Source,
     core: Core,
-    options: { sampleBudget?: number; firstIsovalues?: number[]; signal?: AbortSignal } = {},
+    options: Omit<StreamOptions, "events"> = {},
   ): Promise<StreamSession> {
     this.session = await StreamSession.open(source, core, {
       decoder: new InlineDecoder(core),
+      // Only tests of it let anything be fetched at rest.
+      backgroundBytes: 0,
       ...options,
       events: {
         samples: (id, place, samples) => {

@@ -14,7 +14,7 @@ export function stateText(progress: Progress): string {
   const toGo = progress.bytesToGo > 0 ? `${formatBytes(progress.bytesToGo)} to go` : "";
   switch (progress.state) {
     case "complete":
-      return progress.finestLevel < 0 ? "complete: no surface in this view" : "complete";
+      return completeText(progress) + preparationText(progress);
     case "limited":
       return "limited by memory";
     case "opening":
@@ -37,4 +37,15 @@ function incompleteText({ damagedParts, fault }: Progress): string {
   const isDamaged = fault?.kind === "damaged-part" || fault?.kind === "damaged-page";
   if (!isDamaged || damagedParts === 0) return "parts are missing";
   return `complete except for ${damagedParts} damaged ${damagedParts === 1 ? "part" : "parts"}`;
+}
+
+function completeText({ finestLevel }: Progress): string {
+  return finestLevel < 0 ? "complete: no surface in this view" : "complete";
+}
+
+/** The view needs nothing more: the bytes are for other isovalues. */
+function preparationText({ preparation }: Progress): string {
+  if (!preparation) return "";
+  const { bytes, bytesPlanned } = preparation;
+  return ` · preparing other isovalues, ${formatBytes(bytes)} of ${formatBytes(bytesPlanned)}`;
 }

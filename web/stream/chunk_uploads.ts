@@ -1,7 +1,7 @@
 import type { Chunk, DecodedChunk, Store } from "../core/index.ts";
-import { Residency } from "./residency.ts";
+import { Residency, type UploadPurpose } from "./residency.ts";
 import { StreamError, type StreamEvents } from "./types.ts";
-import { UploadQueue } from "./upload_queue.ts";
+import { type Upload, UploadQueue } from "./upload_queue.ts";
 
 /** After an upload failed, the budget becomes this share of the samples that are resident. */
 const shareAfterOverflow = 0.75;
@@ -9,6 +9,8 @@ const shareAfterOverflow = 0.75;
 export interface ChunkUploadEvents {
   /** The chunks of one frame are uploaded, or the budget has changed. */
   changed(): void;
+  /** Chunks are resident that no view needed when they were fetched, or there was no room for them. */
+  uploadedInAdvance(): void;
   /** The GPU has no room. Called once until `retry`. */
   overflowed(error: StreamError): void;
 }
@@ -20,6 +22,8 @@ export interface ChunkUploadEvents {
 export class ChunkUploads {
   readonly residency: Residency;
   readonly #queue: UploadQueue;
+  /** What is fetched in advance: it neither delays a view nor keeps it from being complete. */
+  readonly #advanceQueue: UploadQueue;
   readonly #viewer: StreamEvents;
   readonly #events: ChunkUploadEvents;
   /** Chunks that the GPU had no room for. They are not requested again until `retry`. */
@@ -30,10 +34,9 @@ export class ChunkUploads {
     this.#viewer = viewer;
     this.#events = events;
     this.residency = new Residency(store, budget, (id) => viewer.drop(id));
-    this.#queue = new UploadQueue(
-      (chunk, decoded, pinned) => this.#upload(chunk, decoded, pinned),
-      () => events.changed(),
-    );
+    const upload: Upload = (chunk, decoded, purpose) => this.#upload(chunk, decoded, purpose);
+    this.#queue = new UploadQueue(upload, () => events.changed());
+    this.#advanceQueue = new UploadQueue(upload, () => events.uploadedInAdvance());
   }
 
   /** The error of the last failed upload, until `retry`. */
@@ -41,27 +44,26 @@ export class ChunkUploads {
     return this.#overflow;
   }
 
-  /** No chunk waits for its upload. */
+  /** No chunk of a view or of the coarse levels waits for its upload. */
   get isEmpty(): boolean {
     return this.#queue.empty;
   }
 
   isQueued(handle: number): boolean {
-    return this.#queue.has(handle);
+    return this.#queue.has(handle) || this.#advanceQueue.has(handle);
   }
 
   isRejected(handle: number): boolean {
     return this.#rejected.has(handle);
   }
 
-  /** Resolves when everything added so far has been uploaded. */
-  drained(): Promise<void> {
-    return this.#queue.drained();
+  /** Resolves when everything added so far for this purpose has been uploaded. */
+  drained(purpose: UploadPurpose): Promise<void> {
+    return this.#queueFor(purpose).drained();
   }
 
-  /** `pinned`: resident as long as the volume is open. */
-  add(chunk: Chunk, decoded: DecodedChunk, pinned: boolean): void {
-    this.#queue.add(chunk, decoded, pinned);
+  add(chunk: Chunk, decoded: DecodedChunk, purpose: UploadPurpose): void {
+    this.#queueFor(purpose).add(chunk, decoded, purpose);
   }
 
   /**
@@ -84,16 +86,23 @@ export class ChunkUploads {
   /** Drops what waits. Resident chunks stay. */
   close(): void {
     this.#queue.close();
+    this.#advanceQueue.close();
   }
 
-  #upload(chunk: Chunk, { samples, clusters }: DecodedChunk, pinned: boolean): void {
+  #queueFor(purpose: UploadPurpose): UploadQueue {
+    return purpose === "advance" ? this.#advanceQueue : this.#queue;
+  }
+
+  #upload(chunk: Chunk, { samples, clusters }: DecodedChunk, purpose: UploadPurpose): void {
     const { handle } = chunk;
     if (this.residency.has(handle)) {
       this.residency.release(handle);
     } else if (this.#viewer.samples(handle, chunk, samples, clusters)) {
-      this.residency.add(handle, samples.length / 4, pinned);
+      this.residency.add(handle, samples.length / 4, purpose);
     } else {
       this.residency.release(handle);
+      // The picture has what it needs.
+      if (purpose === "advance") return;
       this.#overflowed("the graphics card has no room for more samples", [handle]);
     }
   }

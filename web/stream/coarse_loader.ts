@@ -46,6 +46,11 @@ export class CoarseLoader {
     this.#finestLevel = this.#tail.finestLevel;
   }
 
+  /** The finest level that is loaded for every isovalue. */
+  get finestLevel(): number {
+    return this.#finestLevel;
+  }
+
   get isLoading(): boolean {
     return this.#isLoading;
   }

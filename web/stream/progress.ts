@@ -1,4 +1,5 @@
 import type { Chunk, CoreSelection } from "../core/index.ts";
+import type { Preparation } from "./background_loader.ts";
 import type { ChunkQueue } from "./chunk_queue.ts";
 import type { ChunkUploads } from "./chunk_uploads.ts";
 import type { Motion } from "./motion.ts";
@@ -20,6 +21,7 @@ export interface ProgressInputs {
   /** Another selection is requested. */
   isSelectionPending: boolean;
   isLoadingCoarse: boolean;
+  preparation: Preparation | null;
   /** Why the source is not answering now. */
   sourceFault: StreamError | undefined;
 }
@@ -47,6 +49,7 @@ export function progressOf(inputs: ProgressInputs): Progress {
     coarsestLevel: selection?.coarsestLevel ?? -1,
     limitedByBudget,
     complete: state === "complete",
+    preparation: state === "complete" ? inputs.preparation : null,
     damagedParts: chunkDamage.count + pageDamage.count,
     fault: fault ? { kind: fault.kind, message: fault.message } : null,
   };

@@ -1,8 +1,14 @@
 import type { Chunk, Store } from "../core/index.ts";
 
+/**
+ * What a chunk is uploaded for: a camera view; the coarse levels, which stay resident as long as the
+ * volume is open; or isovalues that may be shown later (BackgroundLoader).
+ */
+export type UploadPurpose = "view" | "coarse" | "advance";
+
 interface Resident {
   samples: number;
-  /** Number of the last selection that used it. */
+  /** Number of the last selection that used it; −1: none, it was fetched in advance. */
   lastUse: number;
   pinned: boolean;
 }
@@ -76,7 +82,7 @@ export class Residency {
   /** Reserves room for a chunk. Returns false if all resident chunks are in use. */
   reserve(chunk: Chunk): boolean {
     if (this.#reserved.has(chunk.handle)) return true;
-    const room = (): number => this.budget - this.#samples - this.#reservedSamples - chunk.cells;
+    const room = (): number => this.#room(chunk);
     if (room() < 0) {
       const idle = [...this.#residents]
         .filter(([, resident]) => !resident.pinned && resident.lastUse < this.#now)
@@ -93,17 +99,29 @@ export class Residency {
     return true;
   }
 
+  /** Reserves room for a chunk that no view needs. Drops nothing for it. */
+  reserveFree(chunk: Chunk): boolean {
+    return this.#room(chunk) >= 0 && this.reserve(chunk);
+  }
+
   release(handle: number): void {
     this.#reservedSamples -= this.#reserved.get(handle) ?? 0;
     this.#reserved.delete(handle);
   }
 
-  add(handle: number, samples: number, pinned: boolean): void {
+  /** `purpose`: see UploadPurpose. Chunks fetched in advance are the first to be dropped. */
+  add(handle: number, samples: number, purpose: UploadPurpose): void {
     this.release(handle);
-    this.#residents.set(handle, { samples, lastUse: this.#now, pinned });
+    const pinned = purpose === "coarse";
+    const lastUse = purpose === "advance" ? -1 : this.#now;
+    this.#residents.set(handle, { samples, lastUse, pinned });
     this.#samples += samples;
     if (pinned) this.#pinnedSamples += samples;
     this.#store.setResident(handle, true);
+  }
+
+  #room(chunk: Chunk): number {
+    return this.budget - this.#samples - this.#reservedSamples - chunk.cells;
   }
 
   drop(handle: number): void {

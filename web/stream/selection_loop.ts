@@ -1,4 +1,5 @@
 import type { Chunk, CoreSelection, SelectionView, Store } from "../core/index.ts";
+import type { BackgroundLoader } from "./background_loader.ts";
 import type { Backoff } from "./backoff.ts";
 import type { ChunkQueue } from "./chunk_queue.ts";
 import type { ChunkUploads } from "./chunk_uploads.ts";
@@ -25,6 +26,7 @@ export interface SelectionParts {
   pages: PageLoader;
   uploads: ChunkUploads;
   coarse: CoarseLoader;
+  background: BackgroundLoader;
   motion: Motion;
   occlusion: OcclusionQueries;
   sourceCheck: SourceCheck;
@@ -144,11 +146,12 @@ export class SelectionLoop {
   }
 
   #isToBeFetched({ handle, level }: Chunk): boolean {
-    const { coarse, sourceCheck, uploads } = this.#parts;
+    const { background, coarse, sourceCheck, uploads } = this.#parts;
     return (
       coarse.hasFirstSurface &&
       !sourceCheck.isReplaced &&
       !coarse.isLoadingLevel(level) &&
+      !background.isArriving(handle) &&
       !uploads.isQueued(handle) &&
       !uploads.isRejected(handle)
     );

@@ -1,4 +1,5 @@
 import type { Core, Points, Store } from "../core/index.ts";
+import { BackgroundLoader, defaultBackgroundBytes, savesData } from "./background_loader.ts";
 import { Backoff } from "./backoff.ts";
 import { ChunkQueue } from "./chunk_queue.ts";
 import { ChunkUploads } from "./chunk_uploads.ts";
@@ -41,6 +42,7 @@ export class StreamSession {
   readonly #pages: PageLoader;
   readonly #uploads: ChunkUploads;
   readonly #coarse: CoarseLoader;
+  readonly #background: BackgroundLoader;
   readonly #sourceCheck: SourceCheck;
   readonly #selectionLoop: SelectionLoop;
   readonly #progress: ProgressReporter;
@@ -66,6 +68,7 @@ export class StreamSession {
     const budget = options.sampleBudget ?? defaultSampleBudget();
     this.#uploads = new ChunkUploads(store, budget, this.#events, {
       changed: () => this.#selecting.request(),
+      uploadedInAdvance: () => this.#onAdvance(),
       overflowed: (error) => this.#report(error),
     });
     this.#queue = this.#makeQueue();
@@ -74,6 +77,7 @@ export class StreamSession {
       failed: (error, isFirst) => this.#onPartFailed(error, isFirst),
     });
     this.#coarse = this.#makeCoarseLoader();
+    this.#background = this.#makeBackgroundLoader(options.backgroundBytes);
     this.#selectionLoop = this.#makeSelectionLoop(options);
     this.#progress = new ProgressReporter(
       () => this.#currentProgress(),
@@ -118,6 +122,7 @@ export class StreamSession {
     if (this.isClosed) return;
     if (!this.#motion.changed(cameraView)) return;
     this.#occlusion.viewChanged();
+    this.#background.stop();
     this.#cameraView = {
       ...cameraView,
       viewProjection: Array.from(cameraView.viewProjection),
@@ -203,6 +208,7 @@ export class StreamSession {
     this.#progress.close();
     this.#queue.close();
     this.#pages.close();
+    this.#background.close();
     this.#uploads.close();
     this.#backoff.close();
     if (this.#ownsDecoder) this.#decoder.close();
@@ -219,7 +225,7 @@ export class StreamSession {
     const { residency } = this.#uploads;
     return new ChunkQueue(this.source, this.#decoder, this.#backoff, {
       admit: (chunk) => residency.reserve(chunk),
-      decoded: (chunk, decoded) => this.#uploads.add(chunk, decoded, false),
+      decoded: (chunk, decoded) => this.#uploads.add(chunk, decoded, "view"),
       released: (chunk) => residency.release(chunk.handle),
       failed: (error, isFirst) => this.#onPartFailed(error, isFirst),
       changed: () => this.#updateProgress(),
@@ -229,11 +235,32 @@ export class StreamSession {
   #makeCoarseLoader(): CoarseLoader {
     return new CoarseLoader(this.source, this.#store, this.#backoff, this.#decoder, {
       isResident: (handle) => this.#uploads.residency.has(handle),
-      decoded: (chunk, decoded) => this.#uploads.add(chunk, decoded, true),
-      uploaded: () => this.#uploads.drained(),
+      decoded: (chunk, decoded) => this.#uploads.add(chunk, decoded, "coarse"),
+      uploaded: () => this.#uploads.drained("coarse"),
       changed: () => this.#selecting.request(),
       failed: (error) => this.#report(error),
     });
+  }
+
+  #makeBackgroundLoader(budget = defaultBackgroundBytes(this.info.fileBytes)): BackgroundLoader {
+    const { residency } = this.#uploads;
+    const bytes = savesData() ? 0 : budget;
+    return new BackgroundLoader(this.source, this.#store, this.#decoder, bytes, {
+      isResident: (handle) => residency.has(handle) || this.#uploads.isQueued(handle),
+      admit: (chunk) => residency.reserveFree(chunk),
+      released: (chunk) => residency.release(chunk.handle),
+      decoded: (chunk, decoded) => this.#uploads.add(chunk, decoded, "advance"),
+      uploaded: () => this.#uploads.drained("advance"),
+      changed: () => this.#onAdvance(),
+      ended: () => this.#mark("isosplat:prepared"),
+    });
+  }
+
+  /** Chunks that no view needed when they were fetched do not change a complete picture. */
+  #onAdvance(): void {
+    if (this.isClosed) return;
+    if (this.#isComplete) this.#updateProgress();
+    else this.#selecting.request();
   }
 
   #makeSelectionLoop({ targetCellPixels = 1, movingCellPixels = 5 }: SessionOptions) {
@@ -244,6 +271,7 @@ export class StreamSession {
         pages: this.#pages,
         uploads: this.#uploads,
         coarse: this.#coarse,
+        background: this.#background,
         motion: this.#motion,
         occlusion: this.#occlusion,
         sourceCheck: this.#sourceCheck,
@@ -301,7 +329,23 @@ export class StreamSession {
   }
 
   #updateProgress(): void {
-    if (!this.isClosed) this.#progress.update();
+    if (this.isClosed) return;
+    this.#prepareOtherIsovalues();
+    this.#progress.update();
+  }
+
+  get #isComplete(): boolean {
+    return this.#currentProgress().state === "complete";
+  }
+
+  /** Whatever a view needs comes before what a later one may need. */
+  #prepareOtherIsovalues(): void {
+    const isovalues = this.#cameraView?.isovalues;
+    if (!isovalues || !this.#isComplete || this.#sourceCheck.isReplaced || this.#uploads.overflow) {
+      this.#background.stop();
+    } else {
+      this.#background.start(isovalues, this.#coarse.finestLevel);
+    }
   }
 
   #currentProgress() {
@@ -315,6 +359,7 @@ export class StreamSession {
       selection: this.#selectionLoop.selection,
       isSelectionPending: this.#selecting.isRequested,
       isLoadingCoarse: this.#coarse.isLoading,
+      preparation: this.#background.preparation,
       sourceFault: this.#backoff.trouble,
     });
   }

@@ -56,6 +56,11 @@ export interface Progress {
   limitedByBudget: boolean;
   /** Whether `state` is complete. */
   complete: boolean;
+  /**
+   * Coarse levels are being fetched for other isovalues (`StreamOptions.backgroundBytes`): bytes
+   * fetched so far, and planned. Null while nothing is: then a complete view makes no requests.
+   */
+  preparation: { bytes: number; bytesPlanned: number } | null;
   /** Damaged chunks and directory pages that this view needs. */
   damagedParts: number;
   /** The present fault; null as soon as it has ended. */
@@ -123,6 +128,12 @@ export interface StreamOptions {
   targetCellPixels?: number;
   /** The same while the camera moves. Default 5: finer levels would be out of date on arrival. */
   movingCellPixels?: number;
+  /**
+   * Most bytes fetched for other isovalues while a view is complete, so that a moving isovalue has
+   * fine cells at once. Default: 4 MB or 0.3 of the store, whichever is less. Always 0 if the visitor
+   * asks pages to save data (`navigator.connection.saveData`).
+   */
+  backgroundBytes?: number;
   /** The isovalues of the first view. Their surface is loaded first. Default: the suggested one. */
   firstIsovalues?: readonly number[];
   /** Ends opening and closes the session, as `close` does. */

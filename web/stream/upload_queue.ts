@@ -1,4 +1,5 @@
 import type { Chunk, DecodedChunk } from "../core/index.ts";
+import type { UploadPurpose } from "./residency.ts";
 import { measured } from "./timeline.ts";
 
 /** Longest time for uploads in one frame (ms). */
@@ -11,10 +12,10 @@ const longestFrame = 100;
 interface QueuedUpload {
   chunk: Chunk;
   decoded: DecodedChunk;
-  pinned: boolean;
+  purpose: UploadPurpose;
 }
 
-type Upload = (chunk: Chunk, decoded: DecodedChunk, pinned: boolean) => void;
+export type Upload = (chunk: Chunk, decoded: DecodedChunk, purpose: UploadPurpose) => void;
 
 /** Uploads decoded chunks, spread over frames. */
 export class UploadQueue {
@@ -46,9 +47,9 @@ export class UploadQueue {
     return this.#handles.has(handle);
   }
 
-  add(chunk: Chunk, decoded: DecodedChunk, pinned: boolean): void {
+  add(chunk: Chunk, decoded: DecodedChunk, purpose: UploadPurpose): void {
     if (this.#closed) return;
-    this.#waiting.push({ chunk, decoded, pinned });
+    this.#waiting.push({ chunk, decoded, purpose });
     this.#handles.add(chunk.handle);
     this.#scheduled ??= nextFrame(this.#frame);
   }
@@ -70,7 +71,7 @@ export class UploadQueue {
     let upload = this.#waiting.shift();
     while (upload) {
       this.#handles.delete(upload.chunk.handle);
-      this.#upload(upload.chunk, upload.decoded, upload.pinned);
+      this.#upload(upload.chunk, upload.decoded, upload.purpose);
       if (this.#closed) return;
       samples += upload.decoded.samples.length / 4;
       const next = this.#waiting[0];

@@ -56,6 +56,8 @@ export interface ViewerOptions {
    * memory (web/stream/device.ts).
    */
   sampleBudget?: number;
+  /** Most bytes fetched for other isovalues while a view is complete: see StreamOptions. */
+  backgroundBytes?: number;
   /** Cells larger than this on the screen, in pixels, are refined. Default 1. */
   targetCellPixels?: number;
   /** The largest number of device pixels per CSS pixel. Default 2. */
@@ -172,10 +174,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const { renderer, core } = await this.#loadParts();
     signal.throwIfAborted();
     if (options.surfaces) this.#surfaces = [...options.surfaces];
-    const { sampleBudget, targetCellPixels } = this.#options;
+    const { sampleBudget, targetCellPixels, backgroundBytes } = this.#options;
     const streaming = {
       ...(sampleBudget ? { sampleBudget } : {}),
       ...(targetCellPixels ? { targetCellPixels } : {}),
+      ...(backgroundBytes === undefined ? {} : { backgroundBytes }),
     };
     const firstIsovalues = this.#surfaces.map((surface) => surface.isovalue);
     const session = await StreamSession.open(source, core, {

@@ -1,0 +1,187 @@
+/** Coarse levels for other isovalues, fetched from the real server while a view is complete. */
+import { existsSync, statSync } from "node:fs";
+import { join } from "node:path";
+import { afterAll, afterEach, beforeAll, beforeEach, expect, test, vi } from "vitest";
+import type { Core } from "../../web/core/index.ts";
+import { type CameraView, ServerSource, type StreamOptions } from "../../web/stream/index.ts";
+import { demoFolder, type RunningServer, serve } from "../browser/support/server.ts";
+import { FaultProxy, fetchedTwice } from "../support/fault_proxy.ts";
+import { core as load } from "./fixture.ts";
+import { Harness } from "./stream_harness.ts";
+
+const store = join(demoFolder, "mandelbulb.isosplat");
+
+let isosplat: RunningServer;
+let core: Core;
+let server: FaultProxy;
+let harness: Harness;
+
+beforeAll(async () => {
+  if (!existsSync(store)) throw new Error(`${store} is missing: .ci/build demo`);
+  core = await load();
+  isosplat = await serve([store]);
+});
+afterAll(async () => {
+  await isosplat?.stop();
+});
+beforeEach(async () => {
+  server = new FaultProxy(isosplat.url);
+  await server.start();
+  harness = new Harness();
+});
+afterEach(async () => {
+  vi.unstubAllGlobals();
+  harness.close();
+  await server.stop();
+});
+
+/** All 256³ cells, parallel to y; a cell of level 0 has size/256 pixels. */
+function view(isovalue: number, size = 64): CameraView {
+  const scale = 2 / 256;
+  return {
+    viewProjection: [
+      ...[scale, 0, 0, 0],
+      ...[0, 0, scale, 0],
+      ...[0, scale, 0, 0],
+      ...[-1, -1, -1, 1],
+    ],
+    viewport: { width: size, height: size },
+    isovalues: [isovalue],
+    moving: false,
+  };
+}
+
+/** Opens the volume and waits until a view is complete whose cells of level 2 are a pixel large. */
+async function open(options: Partial<StreamOptions>) {
+  const source = new ServerSource({ base: server.url, volume: "mandelbulb" });
+  const session = await harness.open(source, core, { firstIsovalues: [226.5], ...options });
+  session.update(view(226.5));
+  await harness.complete();
+  return session;
+}
+
+const ended = (): Promise<void> => harness.until(() => harness.progress?.preparation === null);
+const started = (): Promise<void> => harness.until(() => harness.progress?.preparation !== null);
+const chunkRequests = () => server.requests.filter(({ path }) => /batch|chunks/.test(path));
+
+test("any isovalue is drawn of level 1 without a request", async () => {
+  const session = await open({ backgroundBytes: 3e6 });
+  const complete = harness.progress;
+  await started();
+  expect(harness.progress?.state).toBe("complete");
+  const drawn = [...harness.visible];
+  await ended();
+  expect(harness.visible).toEqual(drawn);
+  expect(harness.progress?.requests).toBeGreaterThan(complete?.requests ?? 0);
+  expect(fetchedTwice(server.requests)).toEqual([]);
+
+  const before = server.requests.length;
+  // A view that resolves level 1: coarser levels would be drawn in its place.
+  const levels = new Set<number>();
+  for (let isovalue = 0.5; isovalue < 255; isovalue += 5) {
+    session.update(view(isovalue, 128));
+    if (harness.visible.length === 0) continue;
+    for (const id of harness.visible) levels.add(harness.resident.get(id)?.place.level ?? -1);
+  }
+  expect(Math.max(...levels)).toBe(1);
+  expect(server.requests.length).toBe(before);
+  await harness.complete();
+  expect(server.requests.length).toBe(before);
+  expect(harness.errors).toEqual([]);
+});
+
+test("by default, at most 4 MB or 0.3 of the store; none if data are to be saved", async () => {
+  await open({ backgroundBytes: undefined as unknown as number });
+  await started();
+  const planned = harness.progress?.preparation?.bytesPlanned ?? 0;
+  expect(planned).toBeGreaterThan(1e6);
+  expect(planned).toBeLessThanOrEqual(Math.min(4e6, 0.3 * statSync(store).size));
+  await ended();
+  harness.close();
+
+  vi.stubGlobal("navigator", { connection: { saveData: true } });
+  harness = new Harness();
+  await open({ backgroundBytes: 4e6 });
+  const before = server.requests.length;
+  expect(harness.progress?.preparation).toBeNull();
+  await new Promise((resolve) => setTimeout(resolve, 1000));
+  expect(server.requests.length).toBe(before);
+});
+
+test("keeps its budget: the coarsest level for all isovalues, then the nearest bands", async () => {
+  await open({ backgroundBytes: 600_000 });
+  const before = harness.progress?.bytesFetched ?? 0;
+  await started();
+  await ended();
+  const bytes = (harness.progress?.bytesFetched ?? 0) - before;
+  expect(bytes).toBeGreaterThan(400_000);
+  expect(bytes).toBeLessThanOrEqual(600_000 + 20_000); // with the frames of responses
+  const finer = [...harness.resident.values()].filter(({ place }) => place.level < 2);
+  expect(finer.length).toBeGreaterThan(0);
+  // At rest there are no requests.
+  const requests = server.requests.length;
+  await new Promise((resolve) => setTimeout(resolve, 1000));
+  expect(server.requests.length).toBe(requests);
+});
+
+test("is cancelled by a change of view, and goes on afterwards", async () => {
+  const session = await open({ backgroundBytes: 3e6 });
+  server.fault = (path) => (/batch|chunks/.test(path) ? { kind: "silence" } : undefined);
+  const before = chunkRequests().length;
+  await harness.until(() => chunkRequests().length > before);
+  server.fault = () => undefined;
+  session.update(view(226.5, 128));
+  expect(harness.progress?.preparation).toBeNull();
+  await harness.complete();
+  expect(harness.errors).toEqual([]);
+  await started();
+  await ended();
+  expect(harness.progress?.complete).toBe(true);
+});
+
+test("takes free memory only, and is the first to be dropped", async () => {
+  const sampleBudget = 1_200_000;
+  const session = await open({ backgroundBytes: 3e6, sampleBudget });
+  const ofView = new Set(harness.visible);
+  await started();
+  await ended();
+  expect(harness.maxResident).toBeLessThanOrEqual(sampleBudget);
+  expect(harness.maxResident).toBeGreaterThan(sampleBudget / 2);
+  for (const id of ofView) expect(harness.resident.has(id)).toBe(true);
+  // Level 0 needs the room of what no view has used.
+  session.update(view(226.5, 512));
+  await harness.until(() => /complete|limited/.test(harness.progress?.state ?? ""));
+  expect(harness.maxResident).toBeLessThanOrEqual(sampleBudget);
+  expect([...harness.resident.values()].some(({ place }) => place.level === 0)).toBe(true);
+  expect(harness.errors).toEqual([]);
+});
+
+test("damaged chunks are not reported before a view needs them", async () => {
+  const session = await open({ backgroundBytes: 3e6 });
+  server.fault = (path) => (/batch|chunks/.test(path) ? { kind: "corrupt", at: -5 } : undefined);
+  await started();
+  await ended();
+  expect(harness.progress?.complete).toBe(true);
+  expect(harness.progress?.fault).toBeNull();
+  expect(harness.errors).toEqual([]);
+  // What was damaged is fetched again for views that need it.
+  server.fault = () => undefined;
+  for (const isovalue of [20.5, 120.5, 200.5]) {
+    session.update(view(isovalue, 128));
+    await harness.complete();
+  }
+  expect(harness.errors).toEqual([]);
+});
+
+test("a failing source is not reported, and not asked again at rest", async () => {
+  await open({ backgroundBytes: 3e6 });
+  server.fault = (path) =>
+    /batch|chunks/.test(path) ? { kind: "status", status: 503 } : undefined;
+  await started();
+  await ended();
+  const before = server.requests.length;
+  await new Promise((resolve) => setTimeout(resolve, 1500));
+  expect(server.requests.length).toBe(before);
+  expect(harness.progress?.complete).toBe(true);
+  expect(harness.errors).toEqual([]);
+});

@@ -1,0 +1,272 @@
+import { type Chunk, CoreError, type DecodedChunk, type Store } from "../core/index.ts";
+import type { Decoder } from "./decoder.ts";
+import { PartError, type Source } from "./source.ts";
+import { StreamError } from "./types.ts";
+
+/** Most bytes by default, and the largest share of the store. */
+const maxBytes = 4e6;
+/**
+ * Level 1 and all coarser levels of engine, bonsai, aneurysm and chris_t1 take 0.20 to 0.30 of their
+ * stores.
+ */
+const maxShare = 0.3;
+/** A view has been complete for so long (ms): the next gesture is not imminent. */
+const startDelay = 500;
+/** After a fault, nothing is fetched for so long (ms), and then not before a view is complete. */
+const faultPause = 12_000;
+/** Requests made at a time. */
+const maxConcurrency = 4;
+
+/** Bytes fetched for other isovalues, and how many will be fetched in all. */
+export interface Preparation {
+  bytes: number;
+  bytesPlanned: number;
+}
+
+export interface BackgroundLoaderEvents {
+  /** Bytes of these chunks need not be fetched. */
+  isResident(handle: number): boolean;
+  /** Reserves room that nothing else needs. Returns false if there is none. */
+  admit(chunk: Chunk): boolean;
+  /** An admitted chunk will not be decoded. */
+  released(chunk: Chunk): void;
+  decoded(chunk: Chunk, decoded: DecodedChunk): void;
+  /** Resolves when everything decoded so far has been uploaded. */
+  uploaded(): Promise<void>;
+  /** `preparation` has changed, or a chunk of `isArriving` is damaged. */
+  changed(): void;
+  /** Everything that fits is resident. Called once. */
+  ended(): void;
+}
+
+/** Most bytes to fetch by default; none if the visitor asks pages to save data. */
+export function defaultBackgroundBytes(fileBytes: number): number {
+  return Math.min(maxBytes, maxShare * fileBytes);
+}
+
+/** The visitor asks pages to use little data (the Save-Data client hint). */
+export function savesData(): boolean {
+  if (typeof navigator === "undefined") return false;
+  const { connection } = navigator as { connection?: { saveData?: boolean } };
+  return connection?.saveData === true;
+}
+
+/**
+ * Fetches coarse levels for every isovalue while a view is complete, so that a moving isovalue finds
+ * fine cells without a request: the levels below those of the CoarseLoader, the coarsest first, and of
+ * each level the bands nearest to the present isovalues first. Level 0 is not coarse, and is left out.
+ * Faults end it silently: a view that needs the same chunk requests it again, and reports the fault.
+ */
+export class BackgroundLoader {
+  readonly #source: Source;
+  readonly #store: Store;
+  readonly #decoder: Decoder;
+  readonly #budget: number;
+  readonly #events: BackgroundLoaderEvents;
+  /** Chunks that were fetched, or are damaged: each is fetched once. */
+  readonly #seen = new Set<number>();
+  /** Chunks being decoded, by handle. */
+  readonly #decoding = new Map<number, Promise<void>>();
+  readonly #closing = new AbortController();
+  #running: AbortController | undefined;
+  #bytes = 0;
+  #bytesPlanned = 0;
+  #notBefore = Number.NEGATIVE_INFINITY;
+  #isDone: boolean;
+
+  /** `budget`: most bytes to fetch while the volume is open, directory pages included. */
+  constructor(
+    source: Source,
+    store: Store,
+    decoder: Decoder,
+    budget: number,
+    events: BackgroundLoaderEvents,
+  ) {
+    this.#source = source;
+    this.#store = store;
+    this.#decoder = decoder;
+    this.#budget = budget;
+    this.#events = events;
+    this.#isDone = !(budget > 0);
+    this.#bytesPlanned = budget;
+  }
+
+  /** What is being fetched; null while nothing is, or will be without another `start`. */
+  get preparation(): Preparation | null {
+    if (!this.#running) return null;
+    return { bytes: this.#bytes, bytesPlanned: this.#bytesPlanned };
+  }
+
+  /** The chunk's bytes have arrived: it needs no other request. */
+  isArriving(handle: number): boolean {
+    return this.#decoding.has(handle);
+  }
+
+  /** A view of these isovalues is complete. `finestLoaded`: the finest level resident as a whole. */
+  start(isovalues: readonly number[], finestLoaded: number): void {
+    if (this.#isDone || this.#running || performance.now() < this.#notBefore) return;
+    const running = new AbortController();
+    this.#running = running;
+    const quantized = isovalues.map((isovalue) => this.#store.quantizedIsovalue(isovalue));
+    void this.#run(quantized, finestLoaded - 1, running.signal)
+      .catch(() => {
+        // The cause of a fault is reported when a view needs what is missing.
+        if (!running.signal.aborted) this.#notBefore = performance.now() + faultPause;
+      })
+      .finally(() => {
+        if (this.#running !== running) return;
+        this.#running = undefined;
+        if (this.#closing.signal.aborted) return;
+        if (this.#isDone) this.#events.ended();
+        this.#events.changed();
+      });
+  }
+
+  /** Something else is needed. Cancels requests; chunks that have arrived are decoded. */
+  stop(): void {
+    this.#running?.abort(new DOMException("a view needs other data", "AbortError"));
+    this.#running = undefined;
+  }
+
+  /** The volume is closed. No event follows. */
+  close(): void {
+    this.#isDone = true;
+    this.stop();
+    this.#closing.abort(new DOMException("the volume was closed", "AbortError"));
+  }
+
+  async #run(isovalues: readonly number[], finest: number, signal: AbortSignal): Promise<void> {
+    await delay(startDelay, signal);
+    for (let level = finest; level > 0; --level) {
+      if (!(await this.#addPages(level, signal))) break;
+      this.#plan(level);
+      const missing = this.#missing(level);
+      const affordable = this.#affordable(byDistance(missing, isovalues));
+      if (!(await this.#fetchAll(affordable, signal))) break;
+      if (affordable.length < missing.length) break;
+    }
+    await Promise.all(this.#decoding.values());
+    await this.#events.uploaded();
+    signal.throwIfAborted();
+    this.#isDone = true;
+  }
+
+  /** Returns false if the budget does not suffice. */
+  async #addPages(level: number, signal: AbortSignal): Promise<boolean> {
+    const missing = new Set(this.#store.missingPages(level, ...this.#store.info.range));
+    const pages = this.#store.pages().filter(({ index }) => missing.has(index));
+    if (pages.length === 0) return true;
+    const bytes = pages.reduce((sum, page) => sum + page.bytes, 0);
+    if (this.#bytes + bytes > this.#budget) return false;
+    const arrived = new Map<number, Uint8Array>();
+    await this.#source.pages(pages, signal, (index, page) => arrived.set(index, page));
+    signal.throwIfAborted();
+    this.#bytes += bytes;
+    for (const [index, page] of arrived) this.#store.addPage(index, page);
+    return true;
+  }
+
+  /** Chunks of the level that are neither resident nor were fetched before. */
+  #missing(level: number): Chunk[] {
+    return this.#store
+      .chunksFor(level, ...this.#store.info.range)
+      .filter(({ handle }) => !this.#seen.has(handle) && !this.#events.isResident(handle));
+  }
+
+  /** The first chunks, as far as the budget suffices. */
+  #affordable(chunks: readonly Chunk[]): Chunk[] {
+    let bytes = this.#bytes;
+    const tooLarge = chunks.findIndex((chunk) => {
+      bytes += chunk.bytes;
+      return bytes > this.#budget;
+    });
+    return tooLarge < 0 ? [...chunks] : chunks.slice(0, tooLarge);
+  }
+
+  /** Returns false if memory does not suffice. */
+  async #fetchAll(chunks: readonly Chunk[], signal: AbortSignal): Promise<boolean> {
+    const groups = this.#source.group(chunks);
+    const concurrency = Math.min(maxConcurrency, this.#source.concurrency);
+    let hasRoom = true;
+    const fetchNext = async (): Promise<void> => {
+      for (let group = groups.shift(); group && hasRoom; group = groups.shift()) {
+        const admitted = group.filter((chunk) => this.#events.admit(chunk));
+        hasRoom = hasRoom && admitted.length === group.length;
+        if (admitted.length > 0) await this.#fetch(admitted, signal);
+      }
+    };
+    await Promise.all(Array.from({ length: concurrency }, fetchNext));
+    // The groups of a source are not always all chunks.
+    const rest = chunks.filter(({ handle }) => !this.#seen.has(handle));
+    if (!hasRoom || rest.length === chunks.length) return hasRoom && rest.length === 0;
+    return rest.length === 0 || (await this.#fetchAll(rest, signal));
+  }
+
+  async #fetch(chunks: readonly Chunk[], signal: AbortSignal): Promise<void> {
+    const underway = new Set(chunks);
+    try {
+      await this.#source.chunks(chunks, signal, (chunk, bytes) => {
+        underway.delete(chunk);
+        this.#bytes += chunk.bytes;
+        this.#seen.add(chunk.handle);
+        this.#decoding.set(chunk.handle, this.#decode(chunk, bytes));
+      });
+    } catch (error) {
+      const damaged = error instanceof PartError ? error.handle : undefined;
+      const isAlone = chunks.length === 1 && error instanceof StreamError;
+      if (damaged === undefined && !(isAlone && error.kind === "damaged-part")) throw error;
+      this.#seen.add(damaged ?? chunks[0]?.handle ?? -1);
+    } finally {
+      for (const chunk of underway) this.#events.released(chunk);
+    }
+  }
+
+  async #decode(chunk: Chunk, bytes: Uint8Array): Promise<void> {
+    const { signal } = this.#closing;
+    try {
+      const decoded = await this.#decoder.decode(chunk, bytes, signal);
+      this.#decoding.delete(chunk.handle);
+      if (!signal.aborted) this.#events.decoded(chunk, decoded);
+    } catch (error) {
+      this.#decoding.delete(chunk.handle);
+      if (signal.aborted) return;
+      this.#events.released(chunk);
+      // The caches may hold the wrong bytes.
+      if (error instanceof CoreError && error.status === "checksum_mismatch") {
+        this.#source.bypassCaches();
+      }
+    }
+    this.#events.changed();
+  }
+
+  /** What will be fetched in all, as far as the directory pages tell. */
+  #plan(level: number): void {
+    let bytes = this.#bytes;
+    for (let l = level; l > 0; --l) {
+      if (this.#store.missingPages(l, ...this.#store.info.range).length > 0) {
+        bytes = this.#budget;
+        break;
+      }
+      bytes += this.#missing(l).reduce((sum, chunk) => sum + chunk.bytes, 0);
+    }
+    this.#bytesPlanned = Math.min(this.#budget, bytes);
+    this.#events.changed();
+  }
+}
+
+/** Orders chunks by how far their bands are from the nearest isovalue, in quantized values. */
+function byDistance(chunks: readonly Chunk[], isovalues: readonly number[]): Chunk[] {
+  const distance = ({ bandBegin, bandEnd }: Chunk): number =>
+    Math.min(...isovalues.map((isovalue) => Math.max(bandBegin - isovalue, isovalue - bandEnd, 0)));
+  return [...chunks].sort((a, b) => distance(a) - distance(b));
+}
+
+function delay(milliseconds: number, signal: AbortSignal): Promise<void> {
+  return new Promise((resolve, reject) => {
+    const timer = setTimeout(resolve, milliseconds);
+    signal.addEventListener("abort", () => {
+      clearTimeout(timer);
+      reject(signal.reason);
+    });
+  });
+}
