@@ -341,11 +341,10 @@ export class StreamSession {
   /** Whatever a view needs comes before what a later one may need. */
   #prepareOtherIsovalues(): void {
     const isovalues = this.#cameraView?.isovalues;
-    if (!isovalues || !this.#isComplete || this.#sourceCheck.isReplaced || this.#uploads.overflow) {
-      this.#background.stop();
-    } else {
-      this.#background.start(isovalues, this.#coarse.finestLevel);
-    }
+    const isFailing =
+      this.#sourceCheck.isReplaced || this.#backoff.trouble || this.#uploads.overflow;
+    if (!isovalues || isFailing || !this.#isComplete) this.#background.stop();
+    else this.#background.start(isovalues, this.#coarse.finestLevel);
   }
 
   #currentProgress() {
