@@ -56,12 +56,18 @@ function load(wrk: string, url: string): Load {
   };
 }
 
+/** The address of a chunk, and its bytes. */
+interface ChunkAnswer {
+  url: string;
+  body: Buffer;
+}
+
 /** A chunk of a level with about this number of bytes, from the frames of a range query. */
-async function chunkNear(content: string, bytes: number): Promise<{ url: string; body: Buffer }> {
+async function chunkNear(content: string, bytes: number): Promise<ChunkAnswer> {
   const answer = await fetch(`${content}/chunks?isovalue=-1e9..1e9&level=0`);
   if (!answer.ok) throw new Error(await answer.text());
   const frames = Buffer.from(await answer.arrayBuffer());
-  let best: { url: string; body: Buffer } | undefined;
+  let best: ChunkAnswer | undefined;
   for (let at = 0; at < frames.length; ) {
     const field = (i: number) => frames.readUInt32LE(at + 4 * i);
     const body = frames.subarray(at + 48, at + 48 + field(0));
@@ -83,69 +89,77 @@ async function run(bench: Bench): Promise<void> {
   const store = join(bench.folder, "bucky.isosplat");
   await bench.command(bench.isosplat, ["build", join(bench.folder, "bucky.nrrd"), "-o", store]);
 
+  const content = await serveVolume(bench, store);
+  mkdirSync(join(bench.folder, "files"));
+  const files = nginx ? await serveFiles(bench, nginx) : undefined;
+
+  // All fetches happen before the measurement: wrk runs longer than the server keeps idle connections,
+  // and fetch() would then reuse a closed one.
+  const chunks: { wanted: number; chunk: ChunkAnswer }[] = [];
+  for (const wanted of [4096, 65536]) {
+    chunks.push({ wanted, chunk: await chunkNear(content, wanted) });
+  }
+  for (const { wanted, chunk } of chunks) {
+    writeFileSync(join(bench.folder, "files", `${wanted}`), chunk.body);
+    await compare(bench, wrk, chunk, files && `${files}/${wanted}`);
+  }
+}
+
+/** Serves a store. Returns the address of its content. */
+async function serveVolume(bench: Bench, store: string): Promise<string> {
   const port = await freePort();
   bench.start(bench.isosplat, ["serve", store, "--port", String(port), "--threads", "2"]);
   const base = `http://127.0.0.1:${port}`;
   await untilItAnswers(`${base}/healthz`);
   const info = (await (await fetch(`${base}/v1/volumes/bucky`)).json()) as { contentId: string };
-  const content = `${base}/v1/volumes/bucky/${info.contentId}`;
+  return `${base}/v1/volumes/bucky/${info.contentId}`;
+}
 
-  const nginxPort = await freePort();
-  mkdirSync(join(bench.folder, "files"));
-  if (nginx) {
-    const configuration = join(bench.folder, "nginx.conf");
-    writeFileSync(configuration, nginxConfiguration(bench.folder, nginxPort));
-    writeFileSync(join(bench.folder, "files/ready"), "ready");
-    bench.start(nginx, ["-c", configuration, "-e", join(bench.folder, "nginx.log")]);
-    await untilItAnswers(`http://127.0.0.1:${nginxPort}/ready`);
-  }
+/** Serves the folder `files` with nginx. Returns its address. */
+async function serveFiles(bench: Bench, nginx: string): Promise<string> {
+  const port = await freePort();
+  const configuration = join(bench.folder, "nginx.conf");
+  writeFileSync(configuration, nginxConfiguration(bench.folder, port));
+  writeFileSync(join(bench.folder, "files/ready"), "ready");
+  bench.start(nginx, ["-c", configuration, "-e", join(bench.folder, "nginx.log")]);
+  await untilItAnswers(`http://127.0.0.1:${port}/ready`);
+  return `http://127.0.0.1:${port}`;
+}
 
-  // All fetches happen before the measurement: wrk runs longer than the server keeps idle connections,
-  // and fetch() would then reuse a closed one.
-  const chunks: { wanted: number; chunk: { url: string; body: Buffer } }[] = [];
-  for (const wanted of [4096, 65536]) {
-    chunks.push({ wanted, chunk: await chunkNear(content, wanted) });
-  }
-  for (const { wanted, chunk } of chunks) {
-    const what = `chunk of ${chunk.body.length} bytes`;
-    writeFileSync(join(bench.folder, "files", `${wanted}`), chunk.body);
-    const ours: Load[] = [];
-    const theirs: Load[] = [];
-    const both = await bench.interleave(
-      {
-        isosplat: () => {
-          ours.push(load(wrk, chunk.url));
-          return ours.at(-1)?.requestsPerSecond ?? 0;
-        },
-        nginx: () => {
-          if (!nginx) return 0;
-          theirs.push(load(wrk, `http://127.0.0.1:${nginxPort}/${wanted}`));
-          return theirs.at(-1)?.requestsPerSecond ?? 0;
-        },
-      },
-      Math.min(bench.runs, 5),
-    );
-    bench.report(`${what}, isosplat`, "rate", "requests/s", both.isosplat);
-    bench.report(
-      `${what}, isosplat`,
-      "99th percentile",
-      "ms",
-      ours.slice(1).map((run) => run.p99Ms),
-    );
-    if (!nginx) continue;
-    bench.report(`${what}, nginx`, "rate", "requests/s", both.nginx);
-    bench.report(
-      `${what}, nginx`,
-      "99th percentile",
-      "ms",
-      theirs.slice(1).map((run) => run.p99Ms),
-    );
-    const ratios = both.isosplat.map((rate, i) => rate / (both.nginx[i] ?? Number.NaN));
-    bench.report(what, "rate, ratio to nginx", "", ratios, { atLeast: 0.8 });
-  }
+/** Measures a chunk's route, and nginx with the same bytes, if there is an address of it. */
+async function compare(
+  bench: Bench,
+  wrk: string,
+  chunk: ChunkAnswer,
+  file: string | undefined,
+): Promise<void> {
+  const what = `chunk of ${chunk.body.length} bytes`;
+  const ours: Load[] = [];
+  const theirs: Load[] = [];
+  const measure = (loads: Load[], url: string): number => {
+    loads.push(load(wrk, url));
+    return loads.at(-1)?.requestsPerSecond ?? 0;
+  };
+  const both = await bench.interleave(
+    {
+      isosplat: () => measure(ours, chunk.url),
+      nginx: () => (file ? measure(theirs, file) : 0),
+    },
+    Math.min(bench.runs, 5),
+  );
+  const report = (name: string, rates: number[], loads: Load[]): void => {
+    const late = loads.slice(1).map((run) => run.p99Ms);
+    bench.report(`${what}, ${name}`, "rate", "requests/s", rates);
+    bench.report(`${what}, ${name}`, "99th percentile", "ms", late);
+  };
+  report("isosplat", both.isosplat, ours);
+  if (!file) return;
+  report("nginx", both.nginx, theirs);
+  const ratios = both.isosplat.map((rate, i) => rate / (both.nginx[i] ?? Number.NaN));
+  bench.report(what, "rate, ratio to nginx", "", ratios, { atLeast: 0.8 });
 }
 
 export default {
-  title: "requests a second, beside nginx",
+  title: "requests per second, compared with nginx",
   run,
 } satisfies Benchmark;
