@@ -1,6 +1,13 @@
 // The page's messages and recovery in Firefox after faults of a file, the server or the graphics
 // driver.
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import {
+  copyFileSync,
+  mkdtempSync,
+  readFileSync,
+  renameSync,
+  rmSync,
+  writeFileSync,
+} from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Page } from "puppeteer-core";
@@ -72,6 +79,27 @@ test("the server goes away and comes back", async () => {
   } finally {
     await again.stop();
   }
+});
+
+test("a store that is replaced under its name: the page opens the new one", async () => {
+  const address = `${server.url}v1/volumes/replaced`;
+  const entry = async (): Promise<string> => JSON.stringify(await (await fetch(address)).json());
+  /** Resolves when the server has noticed the change. */
+  const put = async (name: string): Promise<void> => {
+    const store = join(folder, "replaced.isosplat");
+    copyFileSync(join(demoFolder, `${name}.isosplat`), `${store}.part`);
+    renameSync(`${store}.part`, store);
+    const wanted = await (await fetch(`${server.url}v1/volumes/${name}`)).json();
+    await expect.poll(entry, { timeout: 20_000 }).toContain(wanted.contentId);
+  };
+  await put("marschner_lobb");
+  await page.goto(`${server.url}?volume=replaced&isovalue=60`);
+  await complete(page);
+  await put("mandelbulb");
+  await page.evaluate(slideTo, 200);
+  await shows(page, ".volume-name", /mandelbulb/i);
+  await complete(page);
+  await saysNothing(page);
 });
 
 test("damaged chunks: complete except for them", async () => {
