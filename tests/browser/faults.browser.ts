@@ -80,6 +80,42 @@ async function expectNoWord(page: Page): Promise<void> {
 }
 
 test.describe("the graphics context is lost", () => {
+  test("and the view moves while the volume is opened again: picture and address agree", async ({
+    page,
+  }) => {
+    const name = await put(bucky);
+    const proxy = new FaultProxy(server.url);
+    await proxy.start();
+    try {
+      const distance = (): number =>
+        Number(new URL(page.url()).searchParams.get("camera")?.split(",")[2]);
+      await page.goto(`${proxy.url}/?volume=${name}&kind=exact&camera=30,20,400,63.5,63.5,63.5`);
+      await complete(page);
+      await settled(page);
+      proxy.requests.length = 0;
+      proxy.fault = () => ({ kind: "delay", milliseconds: 3000 });
+      await page.evaluate(loseContext);
+      await page.evaluate(restoreContext);
+      await expect.poll(() => proxy.requests.length).toBeGreaterThan(0);
+      await page.getByRole("application").focus();
+      for (const key of ["+", "+"]) await page.keyboard.press(key);
+      expect(proxy.requests.every(({ status }) => status === 0)).toBe(true);
+      proxy.fault = () => undefined;
+      await complete(page);
+      await settled(page);
+      expect(distance()).toBeLessThan(350);
+      const picture = await savedPicture(page);
+      await page.reload();
+      await complete(page);
+      await settled(page);
+      const { differing, covered } = await compare(page, picture, await savedPicture(page));
+      expect(covered).toBeGreaterThan(0.05);
+      expect(differing).toBe(0);
+    } finally {
+      await proxy.stop();
+    }
+  });
+
   test("and restored, several times: the same picture, and no message", async ({ page }) => {
     test.setTimeout(300_000);
     const name = await put(bucky);

@@ -169,7 +169,8 @@ export class VolumePage {
     this.#render();
     try {
       const { surfaces } = this.#settings;
-      const camera = this.#camera ?? this.#url.camera;
+      const before = this.#camera;
+      const camera = before ?? this.#url.camera;
       const source = this.#target.source();
       // The fault may be in cached data.
       if (again) source.bypassCaches();
@@ -178,7 +179,8 @@ export class VolumePage {
         ...(camera ? { camera } : {}),
       });
       const notes = [...(this.#url.notes ?? []), ...this.#settings.opened(info)];
-      if (camera && JSON.stringify(camera) !== JSON.stringify(this.#viewer.camera)) {
+      const isMoved = this.#camera !== before;
+      if (!isMoved && camera && JSON.stringify(camera) !== JSON.stringify(this.#viewer.camera)) {
         this.#camera = this.#viewer.camera;
         notes.push(
           "The view in the address is too far from the volume: the default view is shown.",

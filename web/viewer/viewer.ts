@@ -171,6 +171,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     source.warm();
     this.#decoder ??= new WorkerPool({ renderer: compiledRenderer() });
     const decoder = this.#decoder;
+    const cameraBefore = this.#camera;
     const { renderer, core } = await this.#loadParts();
     signal.throwIfAborted();
     if (options.surfaces) this.#surfaces = [...options.surfaces];
@@ -220,11 +221,23 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (!options.surfaces) this.#surfaces = [firstSurface(session.info)];
     this.#warmUp();
     renderer.setVolume(session.info);
-    this.#camera = options.camera ? renderer.bounded(options.camera) : this.#firstCamera(renderer);
+    this.#setFirstCamera(renderer, options.camera, cameraBefore);
     this.#applySettings();
     this.emit("opened", session.info);
     this.#scheduler?.request();
     return session.info;
+  }
+
+  /** `asked`: the camera of `open()`; `before`: the camera when that was called. */
+  #setFirstCamera(renderer: RendererModule, asked: Camera | undefined, before: Camera | null) {
+    if (!asked) {
+      this.#camera = this.#firstCamera(renderer);
+    } else if (this.#camera && this.#camera !== before) {
+      // It was moved while the volume was opened again: listeners know that camera.
+      this.setCamera(this.#camera);
+    } else {
+      this.#camera = renderer.bounded(asked);
+    }
   }
 
   /** Retries at once: requests that wait for their next attempt, and parts that have failed. */
