@@ -22,19 +22,22 @@ class Admission {
   Admission(uint32_t max, uint32_t max_per_address)
       : max_(max), max_per_address_(max_per_address) {}
 
-  /// Counts a new connection. After each verdict except `ignored`, call leave() once with the
-  /// address and this verdict when the connection ends.
-  Verdict enter(const std::string& address) {
+  /// Counts a new connection. If the server is full, calls `make_room`, which returns whether
+  /// another connection will end soon; this one is then admitted. After each verdict except
+  /// `ignored`, call leave() once with the address and this verdict when the connection ends.
+  template <class MakeRoom>
+  Verdict enter(const std::string& address, MakeRoom make_room) {
     constexpr uint32_t kMaxRefusals = 64;
+    // Connections may be above the limit, until those that are closed have ended.
+    constexpr uint32_t kMaxAbove = 64;
     const std::lock_guard lock(mutex_);
     Verdict verdict = Verdict::admitted;
-    if (open_ >= max_) {
+    // First, so that an address at its limit does not close the connections of others.
+    const auto found = by_address_.find(address);
+    if (max_per_address_ != 0 && found != by_address_.end() && found->second >= max_per_address_) {
+      verdict = Verdict::too_many_from_one;
+    } else if (open_ >= max_ && (open_ >= max_ + kMaxAbove || !make_room())) {
       verdict = Verdict::too_many;
-    } else if (max_per_address_ != 0) {
-      const auto found = by_address_.find(address);
-      if (found != by_address_.end() && found->second >= max_per_address_) {
-        verdict = Verdict::too_many_from_one;
-      }
     }
     if (verdict == Verdict::admitted) {
       ++open_;

@@ -82,9 +82,16 @@ struct Connection::State {
   std::string address;
   const ConnectionShared& shared;
   beast::flat_buffer buffer;
+  WaitingConnections& waiting;
   bool is_idle = false;
+  std::optional<WaitingConnections::Place> place{};  ///< in `waiting`
 
   // These return false if the connection must be closed.
+  void end_waiting() {
+    if (place) waiting.remove(*place);
+    place.reset();
+  }
+
   Awaitable<bool> write(std::span<const std::byte> first, std::span<const std::byte> second);
   Awaitable<bool> write_response(Response& response, bool close, bool http_1_0, bool head);
   Awaitable<bool> wait_for_request();
@@ -95,12 +102,15 @@ struct Connection::State {
                         Clock::time_point begin);
 };
 
-Connection::Connection(Socket socket, std::string address, const ConnectionShared& shared)
-    : state_(new State{Stream(std::move(socket)), std::move(address), shared,
+Connection::Connection(Socket socket, std::string address, const ConnectionShared& shared,
+                       WaitingConnections& waiting)
+    : state_(new State{Stream(std::move(socket)), std::move(address), shared, waiting,
                        // A header of the largest size, and one more read.
                        beast::flat_buffer(shared.limits.header_bytes + 8192)}) {}
 
-Connection::~Connection() = default;
+Connection::~Connection() {
+  state_->end_waiting();
+}
 
 void Connection::stop() {
   if (state_->is_idle) abort();
@@ -108,6 +118,8 @@ void Connection::stop() {
 
 void Connection::abort() {
   state_->stream.close();
+  // Before its coroutine runs again: the next one that waits is then the longest.
+  state_->end_waiting();
 }
 
 Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
@@ -120,6 +132,7 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
     // Two statements: g++ 12 evaluates both sides of "co_await a && co_await b" in any case.
     for (bool is_open = true; is_open;) {
       is_open = co_await state.wait_for_request();
+      state.place = state.waiting.add(this);
       if (is_open) is_open = co_await state.handle_request();
     }
   }
@@ -170,6 +183,7 @@ Awaitable<bool> Connection::State::handle_request() {
   HeaderScan header = co_await read_header();
   if (header.state == HeaderScan::State::partial) co_return false;
   const Clock::time_point begin = Clock::now();
+  end_waiting();
   RequestParser parser;
   std::optional<Response> refusal = std::move(header.refusal);
   if (!refusal) {
@@ -209,11 +223,11 @@ Awaitable<bool> Connection::State::write(std::span<const std::byte> first,
 Awaitable<bool> Connection::State::write_response(Response& response, bool close, bool http_1_0,
                                                   bool head) {
   const std::string header = header_block(response, close, http_1_0);
-  std::span<const std::byte> waiting = std::as_bytes(std::span(header));
-  if (head || response.body_size() == 0) co_return co_await write(waiting, {});
+  std::span<const std::byte> unsent = std::as_bytes(std::span(header));
+  if (head || response.body_size() == 0) co_return co_await write(unsent, {});
   if (!response.stream) {
     const bool is_text = response.bytes.data() == nullptr;
-    co_return co_await write(waiting,
+    co_return co_await write(unsent,
                              is_text ? std::as_bytes(std::span(response.text)) : response.bytes);
   }
   std::vector<std::byte> piece;
@@ -221,8 +235,8 @@ Awaitable<bool> Connection::State::write_response(Response& response, bool close
     piece.clear();
     Error error;
     step = response.stream->next(piece, error);
-    if (!co_await write(waiting, piece)) co_return false;
-    waiting = {};
+    if (!co_await write(unsent, piece)) co_return false;
+    unsent = {};
     if (step == BodyStream::Step::broken) {
       shared.log.fault(error.message);
       co_return false;

@@ -94,6 +94,13 @@ RequestParser::RequestParser() : state_(std::make_unique<State>()) {
 RequestParser::~RequestParser() = default;
 
 std::optional<Response> RequestParser::parse(std::string_view header) {
+  // Beast joins the lines of a folded field. Others take the second line for a field of its own, or
+  // refuse it, as RFC 9112 (5.2) wants.
+  for (const std::string_view fold : {"\r\n ", "\r\n\t"}) {
+    if (header.find(fold) != std::string_view::npos) {
+      return bad_request("expected each header field on one line");
+    }
+  }
   auto& parser = state_->parser;
   boost::system::error_code error;
   parser.put(asio::buffer(header.data(), header.size()), error);

@@ -85,6 +85,7 @@ struct Server::State {
         catalog(options.stores, options.limits.directory_bytes,
                 [this](std::string_view line) { log.line(line); }),
         router(catalog, {options.limits.query_bytes, options.limits.query_chunks,
+  bool close_longest_waiting();
                          options.limits.query_directory_bytes, options.limits.target_bytes}),
         admission(options.limits.connections, options.limits.connections_per_address),
         shared{router, options.limits, stopping, log} {}
@@ -207,7 +208,8 @@ Awaitable<void> Server::State::accept_on(Acceptor& acceptor) {
       continue;
     }
     std::string address = address_key(peer.address());
-    const Admission::Verdict verdict = admission.enter(address);
+    const Admission::Verdict verdict =
+        admission.enter(address, [this] { return close_longest_waiting(); });
     if (verdict == Admission::Verdict::ignored) continue;
     worker.adopt(std::move(socket), std::move(address), verdict);
   }
@@ -217,6 +219,16 @@ void Server::State::wait_for_signal() {
   signals->async_wait([this](const error_code& error, int) {
     if (error) return;
     if (stopping) {
+/// Closes the connection that has waited longest for a request; false if none waits. A client that
+/// needs it again opens another one (RFC 9112, 9.5).
+bool Server::State::close_longest_waiting() {
+  const auto longest = std::ranges::min_element(
+      workers, {}, [](const auto& worker) { return worker->longest_waiting_since(); });
+  if ((*longest)->longest_waiting_since() == WaitingConnections::kNone) return false;
+  (*longest)->close_longest_waiting();
+  return true;
+}
+
       close_connections();
     } else {
       log.line("stopping: responses in progress are completed first");

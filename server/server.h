@@ -21,7 +21,8 @@ namespace isosplat {
 struct ServerLimits {
   size_t header_bytes = 16 * 1024;  ///< request line and header fields together: 431
   size_t target_bytes = 8 * 1024;   ///< the request's target: 414
-  uint32_t connections = 1024;      ///< open connections: 503
+  /// Open connections: those that have waited longest for a request are closed; if none waits: 503.
+  uint32_t connections = 1024;
   /// Open connections from one address (IPv6: one /64 network): 429. 0: no limit, for a server
   /// behind a proxy.
   uint32_t connections_per_address = 256;

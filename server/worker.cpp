@@ -45,7 +45,8 @@ struct Worker::Membership {
       : worker(its_worker),
         address(std::move(its_address)),
         verdict(its_verdict),
-        connection(std::make_unique<Connection>(std::move(socket), address, its_worker.shared_)) {
+        connection(std::make_unique<Connection>(std::move(socket), address, its_worker.shared_,
+                                                its_worker.waiting_)) {
     worker.connections_.insert(connection.get());
   }
   Membership(const Membership&) = delete;
@@ -68,6 +69,12 @@ void Worker::adopt(Socket socket, std::string address, Admission::Verdict verdic
   asio::post(context_, [this, socket = std::move(socket), address = std::move(address),
                         verdict]() mutable {
     asio::co_spawn(context_, serve(std::move(socket), std::move(address), verdict), asio::detached);
+  });
+}
+
+void Worker::close_longest_waiting() {
+  asio::post(context_, [this] {
+    if (Connection* const connection = waiting_.longest()) connection->abort();
   });
 }
 

@@ -8,6 +8,7 @@
 #include "server/admission.h"
 #include "server/asio.h"
 #include "server/connection.h"
+#include "server/waiting_connections.h"
 
 namespace isosplat {
 
@@ -22,6 +23,13 @@ class Worker {
 
   /// Serves a connection until it ends. Thread-safe.
   void adopt(Socket socket, std::string address, Admission::Verdict verdict);
+
+  /// Since when the connection waits for a request that has waited longest, as
+  /// WaitingConnections::longest_since(). Thread-safe.
+  int64_t longest_waiting_since() const { return waiting_.longest_since(); }
+
+  /// Closes this connection. Thread-safe. May find that none waits any more.
+  void close_longest_waiting();
 
   /// Closes the connections that wait for a request, and all others after ServerLimits::stop_time.
   /// Thread-safe. Set `shared.stopping` before.
@@ -44,6 +52,7 @@ class Worker {
   const ConnectionShared& shared_;
   Admission& admission_;
   std::unordered_set<Connection*> connections_;
+  WaitingConnections waiting_;
   boost::asio::io_context context_{1};
   boost::asio::executor_work_guard<Executor> guard_;
   Timer deadline_{context_.get_executor()};

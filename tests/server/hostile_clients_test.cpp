@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "tests/server/server_fixture.h"
@@ -85,6 +86,11 @@ TEST_F(HostileClients, WhatIsNotARequest) {
            "GET /\x01 HTTP/1.1\r\nHost: a\r\n\r\n",
            "GET / HTTP/1.1\nHost: a\n\n",
            "GET / HTTP/1.1\r\nHost: a\nX: y\r\n\r\n",
+           // a field on several lines (RFC 9112, 5.2)
+           "GET /healthz HTTP/1.1\r\nHost: localhost\r\nX: a\r\n b\r\n\r\n",
+           "GET /healthz HTTP/1.1\r\nHost: localhost\r\nX: a\r\n\tb\r\n\r\n",
+           "GET /healthz HTTP/1.1\r\nHost:\r\n localhost\r\n\r\n",
+           "GET /healthz HTTP/1.1\r\nHost: localhost\r\nX: a\r\n \r\n\r\n",
            "GET / HTTP/1.1\r\nHost: a\r\n\n",
            "\r\r\nGET / HTTP/1.1\r\nHost: a\r\n\r\n",
            "GET / HTTP/1.1\r\n\r\n",
@@ -252,14 +258,19 @@ TEST_F(HostileClients, AClientThatReadsSlowlyGetsEverything) {
   EXPECT_GE(most, 2'000'000u);
 }
 
-TEST_F(HostileClients, ConnectionsAreLimited) {
+TEST_F(HostileClients, BusyConnectionsAreLimited) {
+  const KnownStore large = make_store(3, {128, 128, 128}, 8'000'000);
+  write_file(folder.path() / "large.isosplat", large.file);
   options.limits.connections = 4;
   options.is_public = true;  // so that other pages read why, too
   start();
   std::vector<Client> clients;
   for (int i = 0; i < 4; ++i) {
     clients.emplace_back(port());
-    EXPECT_EQ(clients.back().request("GET", "/healthz").status, 200);
+    clients.back().set_receive_buffer(64 * 1024);
+    clients.back().send("GET /v1/volumes/large/" + large.content +
+                        "/file HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    EXPECT_EQ(clients.back().read(12), "HTTP/1.1 200");
   }
   Client refused(port());
   const Answer answer = refused.receive();
@@ -269,6 +280,57 @@ TEST_F(HostileClients, ConnectionsAreLimited) {
   EXPECT_TRUE(refused.is_closed());
   clients.pop_back();
   EXPECT_TRUE(eventually([&] { return get(port(), "/healthz").status == 200; }));
+}
+
+TEST_F(HostileClients, IdleConnectionsMakeRoom) {
+  options.limits.connections = 8;
+  start();
+  std::vector<Client> idle;
+  for (int i = 0; i < 8; ++i) {
+    idle.emplace_back(port());
+    // Some have never sent a request, some have sent a part of one, some have had a response.
+    if (i % 4 == 1) idle.back().send("GET /healthz HT");
+    if (i % 4 < 2) continue;
+    EXPECT_EQ(idle.back().request("GET", "/healthz").status, 200);
+  }
+  // Each new connection is served at once; the one that has waited longest is closed for it.
+  std::vector<Client> honest;
+  for (int i = 0; i < 4; ++i) {
+    honest.emplace_back(port());
+    EXPECT_EQ(honest.back().request("GET", "/healthz").status, 200) << i;
+  }
+  // Which have waited longest, depends on when the server accepted them: four of the eight.
+  size_t closed = 0;
+  EXPECT_TRUE(eventually([&] {
+    closed = 0;
+    for (Client& client : idle) closed += client.is_closed_within(milliseconds(20)) ? 1 : 0;
+    return closed >= 4;
+  }));
+  EXPECT_EQ(closed, 4u);
+  for (Client& client : honest) EXPECT_EQ(client.request("GET", "/healthz").status, 200);
+}
+
+TEST_F(HostileClients, ABusyConnectionIsNotClosedForAnother) {
+  const KnownStore large = make_store(3, {128, 128, 128}, 2'000'000);
+  write_file(folder.path() / "large.isosplat", large.file);
+  options.limits.connections = 2;
+  start();
+  Client busy(port());
+  busy.set_receive_buffer(64 * 1024);
+  busy.send("GET /v1/volumes/large/" + large.content + "/file HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  EXPECT_EQ(busy.read(12), "HTTP/1.1 200");
+  // While the one before is ending, there is no room, and none that waits: 503.
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_TRUE(eventually([&] { return get(port(), "/healthz").status == 200; })) << i;
+  }
+  size_t rest = 0;
+  // The rest of the header makes up for the last bytes of the body.
+  while (rest < large.file.size()) {
+    const std::string part = busy.read(std::min<size_t>(1 << 16, large.file.size() - rest));
+    if (part.empty()) break;
+    rest += part.size();
+  }
+  EXPECT_GE(rest, large.file.size());
 }
 
 TEST_F(HostileClients, ConnectionsOfOneAddressAreLimited) {
