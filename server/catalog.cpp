@@ -76,6 +76,9 @@ CatalogEntry Catalog::examine(const std::filesystem::path& path, const CatalogSn
   CatalogEntry entry;
   entry.name = name_for(path);
   entry.path = path;
+  std::error_code ignored;
+  entry.folder = std::filesystem::weakly_canonical(
+      std::filesystem::absolute(path, ignored).parent_path(), ignored);
   const Result<FileIdentity> identity = file_identity(path);
   if (identity) entry.identity = *identity;
 

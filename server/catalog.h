@@ -20,6 +20,7 @@ namespace isosplat {
 struct CatalogEntry {
   std::string name;  ///< as in URLs: letters, digits, "-", "_" and "."; unique
   std::filesystem::path path;
+  std::filesystem::path folder;          ///< of `path`; absolute, with links resolved
   std::optional<FileIdentity> identity;  ///< of the file when it was opened
   std::shared_ptr<const StoreFile> store;
   std::optional<Error> error;  ///< if and only if `store` is null

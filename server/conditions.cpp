@@ -98,7 +98,8 @@ ParsedRange requested_range(const Request& request, std::string_view etag, uint6
   return applies ? parse_range(request.range, size) : ParsedRange{};
 }
 
-Response begin_response(const Request& request, const std::string& etag, CachePolicy policy) {
+Response begin_response(const Request& request, const std::string& etag, CachePolicy policy,
+                        bool is_private) {
   if (!request.if_match.empty() && !names_etag(request.if_match, etag, /*weak=*/false)) {
     return error_response(412, "precondition_failed",
                           "If-Match: the content has another ETag: request it without If-Match");
@@ -106,8 +107,9 @@ Response begin_response(const Request& request, const std::string& etag, CachePo
   Response response;
   response.set("ETag", etag);
   response.set("Cache-Control", policy == CachePolicy::immutable
-                                    ? "public, max-age=31536000, immutable"
-                                    : "no-cache");
+                                    ? (is_private ? "private, max-age=31536000, immutable"
+                                                  : "public, max-age=31536000, immutable")
+                                    : (is_private ? "private, no-cache" : "no-cache"));
   if (!request.if_none_match.empty() && names_etag(request.if_none_match, etag, /*weak=*/true)) {
     response.status = 304;
   }

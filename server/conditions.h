@@ -47,8 +47,10 @@ enum class CachePolicy : uint8_t {
 };
 
 /// Begins the response for a resource with this ETag: sets ETag and Cache-Control, and evaluates
-/// If-Match (412) and If-None-Match (304) as in RFC 9110, section 13.2.2.
-Response begin_response(const Request& request, const std::string& etag, CachePolicy policy);
+/// If-Match (412) and If-None-Match (304) as in RFC 9110, section 13.2.2. `is_private`: only the
+/// client's own cache may keep the response.
+Response begin_response(const Request& request, const std::string& etag, CachePolicy policy,
+                        bool is_private);
 
 /// Whether the response of begin_response() is complete (304 or 412): do not add a body.
 bool is_complete(const Response& response);

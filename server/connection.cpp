@@ -13,6 +13,7 @@
 #include <span>
 #include <utility>
 
+#include "server/credentials.h"
 #include "server/request_parser.h"
 #include "server/streams.h"
 
@@ -81,17 +82,17 @@ struct Connection::State {
   Stream stream;
   std::string address;
   const ConnectionShared& shared;
-  beast::flat_buffer buffer;
   WaitingConnections& waiting;
-  bool is_idle = false;
+  beast::flat_buffer buffer;
   std::optional<WaitingConnections::Place> place{};  ///< in `waiting`
+  bool is_idle = false;
 
-  // These return false if the connection must be closed.
   void end_waiting() {
     if (place) waiting.remove(*place);
     place.reset();
   }
 
+  // These return false if the connection must be closed.
   Awaitable<bool> write(std::span<const std::byte> first, std::span<const std::byte> second);
   Awaitable<bool> write_response(Response& response, bool close, bool http_1_0, bool head);
   Awaitable<bool> wait_for_request();
@@ -117,9 +118,9 @@ void Connection::stop() {
 }
 
 void Connection::abort() {
-  state_->stream.close();
   // Before its coroutine runs again: the next one that waits is then the longest.
   state_->end_waiting();
+  state_->stream.close();
 }
 
 Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
@@ -131,8 +132,8 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
   } else {
     // Two statements: g++ 12 evaluates both sides of "co_await a && co_await b" in any case.
     for (bool is_open = true; is_open;) {
-      is_open = co_await state.wait_for_request();
       state.place = state.waiting.add(this);
+      is_open = co_await state.wait_for_request();
       if (is_open) is_open = co_await state.handle_request();
     }
   }
@@ -181,9 +182,9 @@ Awaitable<HeaderScan> Connection::State::read_header() {
 
 Awaitable<bool> Connection::State::handle_request() {
   HeaderScan header = co_await read_header();
+  end_waiting();
   if (header.state == HeaderScan::State::partial) co_return false;
   const Clock::time_point begin = Clock::now();
-  end_waiting();
   RequestParser parser;
   std::optional<Response> refusal = std::move(header.refusal);
   if (!refusal) {
@@ -268,8 +269,8 @@ void Connection::State::write_access_log(std::string_view method, std::string_vi
   const auto milliseconds =
       std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begin).count();
   shared.log.access(fmt::format("{} {} {} {} {} {}ms", address, log_escaped(method),
-                                log_escaped(target), response.status, response.body_size(),
-                                milliseconds));
+                                log_escaped(without_secrets(target)), response.status,
+                                response.body_size(), milliseconds));
 }
 
 }  // namespace isosplat

@@ -53,8 +53,8 @@ Response frames_response(const RouteCall& call, ChunkSelection selection) {
                     selection.bytes, selection.count, selection.directory_bytes));
   }
   const std::shared_ptr<const StoreFile>& store = call.volume->store;
-  Response response =
-      begin_response(call.request, etag_of(*store, kFrameVersion), CachePolicy::immutable);
+  Response response = begin_response(call.request, etag_of(*store, kFrameVersion),
+                                     CachePolicy::immutable, call.is_private);
   if (is_complete(response)) return response;
   response.set("Content-Type", "application/vnd.isosplat.frames");
   response.set("X-Isosplat-Chunks", std::to_string(selection.count));
@@ -91,7 +91,8 @@ class Parameters {
 
 Response header_response(const RouteCall& call) {
   const StoreFile& store = *call.volume->store;
-  Response response = begin_response(call.request, etag_of(store), CachePolicy::immutable);
+  Response response =
+      begin_response(call.request, etag_of(store), CachePolicy::immutable, call.is_private);
   if (is_complete(response)) return response;
   const std::span<const std::byte> header = store.header();
   return with_bytes(std::move(response), {header.begin(), header.end()});
@@ -101,7 +102,8 @@ Response directory_page_response(const RouteCall& call) {
   const StoreFile& store = *call.volume->store;
   const std::optional<uint32_t> page = parse_index(call.arguments[2]);
   if (!page) return bad_request("page: expected a number");
-  Response response = begin_response(call.request, etag_of(store), CachePolicy::immutable);
+  Response response =
+      begin_response(call.request, etag_of(store), CachePolicy::immutable, call.is_private);
   if (*page < store.pages().size() && is_complete(response)) return response;
   Result<std::vector<std::byte>> bytes = store.read_page(*page);
   if (!bytes) return error_response(bytes.error());
@@ -120,7 +122,8 @@ Response chunk_response(const RouteCall& call) {
   }
   const Result<ChunkRef> chunk = store.chunk({*level, *block}, *band);
   if (!chunk) return error_response(chunk.error());
-  Response response = begin_response(call.request, etag_of(store), CachePolicy::immutable);
+  Response response =
+      begin_response(call.request, etag_of(store), CachePolicy::immutable, call.is_private);
   if (is_complete(response)) return response;
   std::vector<std::byte> bytes;
   if (Result<void> read = store.read_chunk(*chunk, bytes); !read) {
@@ -182,7 +185,7 @@ Response file_response(const RouteCall& call) {
   const std::shared_ptr<const StoreFile>& store = call.volume->store;
   const std::string etag = etag_of(*store);
   const uint64_t size = store->info().file_bytes;
-  Response response = begin_response(call.request, etag, CachePolicy::immutable);
+  Response response = begin_response(call.request, etag, CachePolicy::immutable, call.is_private);
   if (is_complete(response)) return response;
   if (Result<void> unchanged = store->check_unchanged(); !unchanged) {
     return error_response(unchanged.error());

@@ -23,6 +23,8 @@ struct Request {
   bool has_host = false;  ///< an empty Host differs from none
   std::string_view origin;
   std::string_view sec_fetch_site;
+  std::string_view authorization;
+  std::string_view cookie;
   std::string_view accept_encoding;
   std::string_view if_match;
   std::string_view if_none_match;

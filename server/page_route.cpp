@@ -26,7 +26,9 @@ void preload_volume(Response& response, const RouteCall& call) {
   for (const auto& [key, value] : call.target.query) {
     if (key != "volume") continue;
     const auto found = call.catalog->find(value);
-    if (found == call.catalog->end() || !found->second.store) return;
+    if (found == call.catalog->end() || !found->second.store || !call.may_read(found->second)) {
+      return;
+    }
     // Names of the catalog need no escaping.
     response.set("Link", fmt::format("<v1/volumes/{}/bootstrap>; rel=preload; as=fetch; "
                                      "crossorigin=anonymous",
@@ -45,11 +47,14 @@ const AssetVariant& choose_variant(const Asset& asset, std::string_view accept_e
 
 Response asset_response(const RouteCall& call, const Asset& asset) {
   const AssetVariant& variant = choose_variant(asset, call.request.accept_encoding);
+  // HTML names a volume that the client may read; it may set a cookie, too.
+  const bool is_html = asset.mime_type.starts_with("text/html");
   Response response =
       begin_response(call.request, variant.etag,
-                     asset.immutable ? CachePolicy::immutable : CachePolicy::revalidated);
+                     asset.immutable ? CachePolicy::immutable : CachePolicy::revalidated,
+                     is_html && call.is_private);
   response.set("Vary", "Accept-Encoding");
-  if (asset.mime_type.starts_with("text/html")) preload_volume(response, call);
+  if (is_html) preload_volume(response, call);
   if (is_complete(response)) return response;
   response.set("Content-Type", asset.mime_type);
   if (variant.encoding != Encoding::identity) {

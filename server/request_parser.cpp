@@ -137,6 +137,8 @@ Request RequestParser::request() const {
   if (request.has_host) request.host = host->value();
   request.origin = message[http::field::origin];
   request.sec_fetch_site = message["Sec-Fetch-Site"];
+  request.authorization = message[http::field::authorization];
+  request.cookie = message[http::field::cookie];
   request.accept_encoding = message[http::field::accept_encoding];
   request.if_match = message[http::field::if_match];
   request.if_none_match = message[http::field::if_none_match];

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <ctime>
 #include <optional>
 #include <utility>
 
@@ -16,7 +17,8 @@ Response options_response(bool is_data) {
   response.set("Allow", kMethods);
   if (is_data) {
     response.set("Access-Control-Allow-Methods", kMethods);
-    response.set("Access-Control-Allow-Headers", "If-Match, If-None-Match, If-Range, Range");
+    response.set("Access-Control-Allow-Headers",
+                 "Authorization, If-Match, If-None-Match, If-Range, Range");
     response.set("Access-Control-Max-Age", "86400");
   }
   return response;
@@ -32,11 +34,13 @@ Response not_found(std::string_view message) {
 }
 
 /// For routes with {name}: looks the volume up, and compares its content id with {content}. Returns
-/// an error response if there is no such volume, or no store that can be served.
+/// an error response if there is no such volume, or no store that can be served. A volume that the
+/// client may not read is answered exactly as one that does not exist.
 std::optional<Response> find_volume(const Route& route, RouteCall& call) {
   if (call.arguments.empty()) return std::nullopt;
   const auto found = call.catalog->find(call.arguments[0]);
-  if (found == call.catalog->end()) {
+  if (found == call.catalog->end() || !call.may_read(found->second)) {
+    if (!call.grant.is_known()) return unauthorized_response();
     return not_found("no volume has this name: /v1/volumes lists all volumes");
   }
   const CatalogEntry& entry = found->second;
@@ -55,6 +59,7 @@ std::optional<Response> find_volume(const Route& route, RouteCall& call) {
                     entry.store->content(), entry.name));
   }
   call.volume = &entry;
+  call.is_private = !call.grant.is_public(entry.name, entry.folder);
   return std::nullopt;
 }
 
@@ -63,18 +68,25 @@ std::optional<Response> find_volume(const Route& route, RouteCall& call) {
 Router::Router(const Catalog& catalog, RouterLimits limits) : catalog_(catalog), limits_(limits) {}
 
 void Router::set_page(std::shared_ptr<const PageAssets> page) {
-  const std::lock_guard lock(page_mutex_);
+  const std::lock_guard lock(mutex_);
   page_ = std::move(page);
 }
 
-std::shared_ptr<const PageAssets> Router::page() const {
-  const std::lock_guard lock(page_mutex_);
-  return page_;
+void Router::set_access(std::shared_ptr<const AccessRules> access) {
+  if (access && access->is_open()) access.reset();
+  const std::lock_guard lock(mutex_);
+  access_ = std::move(access);
+}
+
+std::pair<std::shared_ptr<const PageAssets>, std::shared_ptr<const AccessRules>> Router::current()
+    const {
+  const std::lock_guard lock(mutex_);
+  return {page_, access_};
 }
 
 Response Router::respond(const Request& request) const {
   Response response;
-  const Result<Target> target = parse_target(request.target);
+  Result<Target> target = parse_target(request.target);
   const bool is_page = target && !is_data(*target);
   if (std::optional<Response> refusal = policy_.refuse(request, !is_page)) {
     response = std::move(*refusal);
@@ -98,12 +110,27 @@ Response Router::respond(const Request& request) const {
   return response;
 }
 
-Response Router::route(const Request& request, const Target& target) const {
-  RouteCall call{request, target, limits_, catalog_.snapshot(), page(), {}};
+Response Router::route(const Request& request, Target& target) const {
+  auto [page, access] = current();
+  const bool is_for_page = !is_data(target);
+  Grant grant;
+  const auto now = static_cast<uint64_t>(std::time(nullptr));
+  if (access) {
+    if (is_for_page) {
+      if (auto exchange = exchange_token(target, access, cookies_, now))
+        return std::move(*exchange);
+    }
+    grant = AccessRules::grant(access, credentials_of(request, target, cookies_.name), now);
+  }
+  remove_link(target);
+  RouteCall call{request,         target, limits_,           catalog_.snapshot(),
+                 std::move(page), grant,  access != nullptr, {}};
   const Route* const route = find_route(request.method, target, call.arguments);
   if (!route) return not_found("expected a path that server/HTTP.md lists");
   if (std::optional<Response> error = find_volume(*route, call)) return std::move(*error);
-  return route->handler(call);
+  Response response = route->handler(call);
+  if (access && is_for_page) set_link_cookie(target, access, cookies_, now, response);
+  return response;
 }
 
 }  // namespace isosplat

@@ -4,7 +4,9 @@
 #include <mutex>
 #include <utility>
 
+#include "server/access_rules.h"
 #include "server/catalog.h"
+#include "server/credentials.h"
 #include "server/message.h"
 #include "server/origin_policy.h"
 #include "server/page_assets.h"
@@ -22,20 +24,28 @@ class Router {
   void set_policy(OriginPolicy policy) { policy_ = std::move(policy); }
   const OriginPolicy& policy() const { return policy_; }
 
+  /// Sets the name of the cookies, and whether they are for TLS. Not thread-safe, as above.
+  void set_cookies(CookieOptions cookies) { cookies_ = std::move(cookies); }
+
+  /// Sets who may read which volumes, for the following requests; null: everyone may read all.
+  void set_access(std::shared_ptr<const AccessRules> access);
+
   /// Sets the page for the following requests; null: no page.
   void set_page(std::shared_ptr<const PageAssets> page);
 
   Response respond(const Request& request) const;
 
  private:
-  Response route(const Request& request, const Target& target) const;
-  std::shared_ptr<const PageAssets> page() const;
+  Response route(const Request& request, Target& target) const;
+  std::pair<std::shared_ptr<const PageAssets>, std::shared_ptr<const AccessRules>> current() const;
 
   const Catalog& catalog_;
   const RouterLimits limits_;
   OriginPolicy policy_;
-  mutable std::mutex page_mutex_;
-  std::shared_ptr<const PageAssets> page_;  // guarded by page_mutex_
+  CookieOptions cookies_;
+  mutable std::mutex mutex_;
+  std::shared_ptr<const PageAssets> page_;     // guarded by mutex_
+  std::shared_ptr<const AccessRules> access_;  // guarded by mutex_
 };
 
 }  // namespace isosplat

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/access_rules.h"
 #include "server/catalog.h"
 #include "server/message.h"
 #include "server/page_assets.h"
@@ -27,12 +28,20 @@ struct RouteCall {
   const RouterLimits& limits;
   std::shared_ptr<const CatalogSnapshot> catalog;
   std::shared_ptr<const PageAssets> page;  ///< null: none
+  const Grant& grant;                      ///< what the client may read
+
+  /// The response depends on who asks: only the client's own cache may keep it.
+  bool is_private = false;
 
   /// The path's segments for the placeholders {…} of the pattern, in order.
   std::vector<std::string_view> arguments;
 
-  /// For routes with {name}: the volume, which has a store.
+  /// For routes with {name}: the volume, which has a store, and which the client may read.
   const CatalogEntry* volume = nullptr;
+
+  bool may_read(const CatalogEntry& entry) const {
+    return grant.may_read(entry.name, entry.folder);
+  }
 };
 
 /// A route. HTTP.md has a table of the same routes in the same order.

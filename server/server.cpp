@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -18,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "server/access_options.h"
 #include "server/admission.h"
 #include "server/asio.h"
 #include "server/catalog.h"
@@ -49,25 +49,6 @@ std::string address_key(const asio::ip::address& address) {
   return asio::ip::address_v6(bytes).to_string();
 }
 
-/// The hosts that requests may name.
-AllowedHosts allowed_hosts(const ServerOptions& options, bool is_local) {
-  AllowedHosts hosts;
-  hosts.any = options.is_public;
-  hosts.any_address = !is_local;
-  const bool is_v6 = options.host.find(':') != std::string::npos;
-  hosts.names.push_back(host_of(is_v6 ? fmt::format("[{}]", options.host) : options.host));
-  for (const std::string& name : options.allowed_hosts) {
-    if (name == "*") hosts.any = true;
-    hosts.names.push_back(host_of(name));
-  }
-  char machine[256] = {};
-  if (!is_local && ::gethostname(machine, sizeof machine - 1) == 0) {
-    hosts.names.push_back(host_of(machine));
-  }
-  std::erase(hosts.names, "");  // malformed: no request's host is equal to it
-  return hosts;
-}
-
 /// Raises the soft limit of open files to the hard limit: each store and each connection uses one.
 void raise_open_file_limit() {
   rlimit limit{};
@@ -85,7 +66,6 @@ struct Server::State {
         catalog(options.stores, options.limits.directory_bytes,
                 [this](std::string_view line) { log.line(line); }),
         router(catalog, {options.limits.query_bytes, options.limits.query_chunks,
-  bool close_longest_waiting();
                          options.limits.query_directory_bytes, options.limits.target_bytes}),
         admission(options.limits.connections, options.limits.connections_per_address),
         shared{router, options.limits, stopping, log} {}
@@ -98,10 +78,14 @@ struct Server::State {
   }
 
   Result<void> choose_policy();
+  Result<void> load_access();
+  Result<void> reload();
+  bool has_files() const { return !options.token_file.empty() || !options.link_key_file.empty(); }
   Result<void> load_page();
   void reload_page();
   void run();
   Awaitable<void> accept_on(Acceptor& acceptor);
+  bool close_longest_waiting();
   void wait_for_signal();
   void scan_regularly();
   void stop();
@@ -118,6 +102,7 @@ struct Server::State {
   uint64_t page_signature = 0;             // of the last attempt to load the page
   uint64_t page_signature_seen = 0;        // of the last scan
   uint16_t bound_port = 0;
+  std::atomic<bool> has_access_rules{false};
 
   std::vector<std::unique_ptr<Worker>> workers;
   std::vector<std::thread> worker_threads;
@@ -154,11 +139,30 @@ Result<void> Server::State::choose_policy() {
   router.set_policy(OriginPolicy(allowed_hosts(options, is_local), std::move(cross_origin)));
   if (!is_local) {
     log.line(
-        fmt::format("warning: everyone who reaches {} on port {} can read every volume: there is "
-                    "neither access control nor encryption",
-                    options.host, bound_port));
+        has_access_rules
+            ? fmt::format("warning: connections to {} port {} are not encrypted: everyone on the "
+                          "way can read tokens, links and volumes",
+                          options.host, bound_port)
+            : fmt::format("warning: everyone who reaches {} port {} can read every volume: there "
+                          "is neither access control (--token-file) nor encryption",
+                          options.host, bound_port));
   }
   return {};
+}
+
+Result<void> Server::State::load_access() {
+  auto rules = read_access(options);
+  if (!rules) return tl::unexpected(rules.error());
+  has_access_rules = !(*rules)->is_open();
+  router.set_access(std::move(*rules));
+  return {};
+}
+
+Result<void> Server::State::reload() {
+  Result<void> loaded = load_access();
+  log.line(loaded ? "tokens and keys: read again"
+                  : "tokens and keys: the old ones stay: " + loaded.error().message);
+  return loaded;
 }
 
 Result<void> Server::State::load_page() {
@@ -215,10 +219,6 @@ Awaitable<void> Server::State::accept_on(Acceptor& acceptor) {
   }
 }
 
-void Server::State::wait_for_signal() {
-  signals->async_wait([this](const error_code& error, int) {
-    if (error) return;
-    if (stopping) {
 /// Closes the connection that has waited longest for a request; false if none waits. A client that
 /// needs it again opens another one (RFC 9112, 9.5).
 bool Server::State::close_longest_waiting() {
@@ -229,6 +229,12 @@ bool Server::State::close_longest_waiting() {
   return true;
 }
 
+void Server::State::wait_for_signal() {
+  signals->async_wait([this](const error_code& error, int signal) {
+    if (error) return;
+    if (signal == SIGHUP) {
+      (void)reload();  // logs what went wrong
+    } else if (stopping) {
       close_connections();
     } else {
       log.line("stopping: responses in progress are completed first");
@@ -271,7 +277,9 @@ void Server::State::run() {
   }
   if (options.handle_signals) {
     signals.emplace(control);
-    for (const int signal : {SIGINT, SIGTERM}) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+      // Without files to read again, SIGHUP ends the program: its terminal was closed.
+      if (signal == SIGHUP && !has_files()) continue;
       struct sigaction now {};
       // Ignored signals stay ignored: a shell ignores SIGINT for its background jobs.
       if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler != SIG_IGN) {
@@ -319,10 +327,12 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
   raise_open_file_limit();
   auto state = std::make_unique<State>(std::move(options));
   if (Result<void> loaded = state->load_page(); !loaded) return tl::unexpected(loaded.error());
+  if (Result<void> loaded = state->load_access(); !loaded) return tl::unexpected(loaded.error());
   auto acceptors = listen(state->control, state->options.host, state->options.port);
   if (!acceptors) return tl::unexpected(acceptors.error());
   state->acceptors = std::move(*acceptors);
   state->bound_port = state->acceptors.front().local_endpoint().port();
+  state->router.set_cookies({fmt::format("isosplat-{}", state->bound_port), false});
   if (Result<void> chosen = state->choose_policy(); !chosen) return tl::unexpected(chosen.error());
   state->catalog.scan();
   state->run();
@@ -351,6 +361,10 @@ std::vector<Server::Volume> Server::volumes() const {
                        entry.error ? entry.error->message : ""});
   }
   return volumes;
+}
+
+Result<void> Server::reload() {
+  return state_->reload();
 }
 
 void Server::stop() {

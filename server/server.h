@@ -54,11 +54,19 @@ struct ServerOptions {
   /// interface;
   /// "*": any. On other interfaces, IP addresses and the name of this machine are allowed as well.
   std::vector<std::string> allowed_hosts;
-  bool is_public = false;          ///< any host, and pages of any origin
-  std::filesystem::path web_root;  ///< the built page; empty: only the data is served
-  uint32_t threads = 0;            ///< at most kMaxServerThreads; 0: one per core
+  bool is_public = false;  ///< any host, and pages of any origin
+
+  // Access (AccessRules). With any of these, a volume is read only by those who are admitted.
+  std::vector<std::string> tokens;      ///< each admits to all volumes
+  std::filesystem::path token_file;     ///< AccessRules::add_lines; empty: none
+  std::string link_key;                 ///< of signed links; empty: no links
+  std::filesystem::path link_key_file;  ///< the same in a file; empty: none
+  std::filesystem::path web_root;       ///< the built page; empty: only the data is served
+  uint32_t threads = 0;                 ///< at most kMaxServerThreads; 0: one per core
   std::chrono::milliseconds scan_interval{1'000};
-  bool handle_signals = false;  ///< SIGTERM and SIGINT call stop(); a second one closes connections
+  /// SIGTERM and SIGINT call stop(); a second one closes connections. If there are files to read
+  /// again, SIGHUP calls reload().
+  bool handle_signals = false;
   ServerLimits limits;
   /// Called with one line (no line break) about stores, the page and faults. From any thread, one
   /// call at a time.
@@ -94,6 +102,10 @@ class Server {
     std::string error;    ///< message; empty if the store is served
   };
   std::vector<Volume> volumes() const;
+
+  /// Reads the files of tokens and keys again, for the following requests. Thread-safe. If one
+  /// cannot be read, the rules do not change. Errors: io_error, invalid_argument.
+  Result<void> reload();
 
   /// Stops to accept connections, closes idle ones, and gives responses in progress
   /// limits.stop_time. Returns at once. Thread-safe; may be called more than once.

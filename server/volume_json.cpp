@@ -76,10 +76,11 @@ void add_short_metadata(Json& json, const StoreInfo& info) {
 
 }  // namespace
 
-std::string volume_list_json(const CatalogSnapshot& snapshot) {
+std::string volume_list_json(std::span<const CatalogEntry* const> entries) {
   Json volumes = Json::array();
-  for (const auto& [name, entry] : snapshot) {
-    Json json = {{"name", name}, {"url", "/v1/volumes/" + name}};
+  for (const CatalogEntry* const listed : entries) {
+    const CatalogEntry& entry = *listed;
+    Json json = {{"name", entry.name}, {"url", "/v1/volumes/" + entry.name}};
     if (entry.store) {
       const StoreInfo& info = entry.store->info();
       json["contentId"] = entry.store->content();

@@ -3,16 +3,19 @@
 #include <fmt/format.h>
 
 #include <utility>
+#include <vector>
 
 #include "server/conditions.h"
+#include "server/credentials.h"
 #include "server/streams.h"
 #include "server/volume_json.h"
 
 namespace isosplat {
 namespace {
 
-Response revalidated_json(const Request& request, std::string text) {
-  Response response = begin_response(request, etag_for(text), CachePolicy::revalidated);
+Response revalidated_json(const RouteCall& call, std::string text) {
+  Response response =
+      begin_response(call.request, etag_for(text), CachePolicy::revalidated, call.is_private);
   if (is_complete(response)) return response;
   response.set("Content-Type", "application/json");
   response.text = std::move(text);
@@ -22,22 +25,29 @@ Response revalidated_json(const Request& request, std::string text) {
 }  // namespace
 
 Response health_response(const RouteCall& call) {
-  size_t served = 0;
-  for (const auto& [name, entry] : *call.catalog) served += entry.store ? 1 : 0;
+  size_t served = 0, broken = 0;
+  for (const auto& [name, entry] : *call.catalog) {
+    if (call.may_read(entry)) ++(entry.store ? served : broken);
+  }
   Response response;
   response.set("Content-Type", "application/json");
   response.set("Cache-Control", "no-store");
-  response.text = fmt::format("{{\"status\":\"ok\",\"volumes\":{},\"broken\":{}}}\n", served,
-                              call.catalog->size() - served);
+  response.text =
+      fmt::format("{{\"status\":\"ok\",\"volumes\":{},\"broken\":{}}}\n", served, broken);
   return response;
 }
 
 Response volumes_response(const RouteCall& call) {
-  return revalidated_json(call.request, volume_list_json(*call.catalog));
+  if (!call.grant.is_known() && !call.grant.has_public_volumes()) return unauthorized_response();
+  std::vector<const CatalogEntry*> readable;
+  for (const auto& [name, entry] : *call.catalog) {
+    if (call.may_read(entry)) readable.push_back(&entry);
+  }
+  return revalidated_json(call, volume_list_json(readable));
 }
 
 Response volume_response(const RouteCall& call) {
-  return revalidated_json(call.request, volume_json(*call.volume));
+  return revalidated_json(call, volume_json(*call.volume));
 }
 
 Response bootstrap_response(const RouteCall& call) {
@@ -45,8 +55,9 @@ Response bootstrap_response(const RouteCall& call) {
   if (Result<void> unchanged = store->check_unchanged(); !unchanged) {
     return error_response(unchanged.error());
   }
-  Response response = begin_response(
-      call.request, fmt::format("\"{}-bootstrap1\"", store->content()), CachePolicy::revalidated);
+  Response response =
+      begin_response(call.request, fmt::format("\"{}-bootstrap1\"", store->content()),
+                     CachePolicy::revalidated, call.is_private);
   if (is_complete(response)) return response;
   response.set("Content-Type", "application/octet-stream");
   response.stream = std::make_unique<BootstrapStream>(store);

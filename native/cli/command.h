@@ -18,6 +18,7 @@ void add_extract_command(CLI::App& program, int& exit_code);
 void add_info_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
 void add_serve_command(CLI::App& program, int& exit_code);
+void add_sign_link_command(CLI::App& program, int& exit_code);
 void add_verify_command(CLI::App& program, int& exit_code);
 void add_view_command(CLI::App& program, int& exit_code);
 

@@ -53,14 +53,19 @@ void add_serve_command(CLI::App& program, int& exit_code) {
       ->check(is_whole_number(0, kMaxServerThreads))
       ->capture_default_str();
   command->add_flag("-v,--verbose", call->verbose, "Print each request");
-  command->footer(
-      examples("  isosplat serve engine.isosplat head.isosplat\n"
-               "  isosplat serve stores/ --port 8081\n"
-               "  isosplat serve stores/ --host 0.0.0.0 --cors none\n"
-               "  isosplat serve stores/ --host 0.0.0.0 --public\n"
-               "Without --host, only this machine reaches the server, and only its own page reads "
-               "the\nvolumes.\n"
-               "New and replaced stores of a folder are served within a second."));
+  command->footer(examples(
+      "  isosplat serve engine.isosplat head.isosplat\n"
+      "  isosplat serve stores/ --port 8081\n"
+      "  isosplat serve stores/ --host 0.0.0.0 --cors none\n"
+      "  isosplat serve stores/ --host 0.0.0.0 --public\n"
+      "  isosplat serve stores/ --token-file tokens.txt\n"
+      "Without --host, only this machine reaches the server, and only its own page reads "
+      "the\nvolumes.\n"
+      "A line of the token file is TOKEN PATTERN…: a pattern is the name of a volume, in which * "
+      "stands\nfor any characters, or a folder with a slash (stores/ct/); the word anyone "
+      "in place of a\ntoken admits everyone. SIGHUP reads it again. ISOSPLAT_TOKEN admits "
+      "to all volumes,\nISOSPLAT_LINK_KEY is the key of links.\n"
+      "New and replaced stores of a folder are served within a second."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <utility>
 
 #include "native/cli/numbers.h"
@@ -25,6 +26,10 @@ void ServerFlags::add_to(CLI::App& command) {
       .add_flag("--public", is_public_,
                 "Any web page may read the volumes, by any name of this server")
       ->excludes(cors);
+  command.add_option("--token-file", token_file_,
+                     "Who may read: lines of a token (or anyone) and names or folders of volumes");
+  command.add_option("--link-key-file", link_key_file_,
+                     "Key of the links that sign-link makes (at least 32 bytes)");
   command.add_option("--web-root", web_root_,
                      "Folder with the page (default: the page built with this program)");
 }
@@ -35,6 +40,13 @@ Result<ServerOptions> ServerFlags::options() const {
   options.port = port_;
   options.web_root = find_page(web_root_);
   options.is_public = is_public_;
+  options.token_file = token_file_;
+  options.link_key_file = link_key_file_;
+  // Other users see the arguments of a program, but not its environment.
+  if (const char* token = std::getenv("ISOSPLAT_TOKEN"); token && *token) {
+    options.tokens.emplace_back(token);
+  }
+  if (const char* key = std::getenv("ISOSPLAT_LINK_KEY"); key && *key) options.link_key = key;
   if (!cross_origin_.empty()) {
     Result<CrossOrigin> parsed = parse_cross_origin(cross_origin_);
     if (!parsed) return fail(Status::invalid_argument, "--cors: " + parsed.error().message);

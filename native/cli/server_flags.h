@@ -14,11 +14,11 @@ class ServerFlags {
  public:
   void add_to(CLI::App& command);
 
-  /// Errors: invalid_argument.
+  /// Reads ISOSPLAT_TOKEN and ISOSPLAT_LINK_KEY as well. Errors: invalid_argument.
   Result<ServerOptions> options() const;
 
  private:
-  std::string host_ = "127.0.0.1", web_root_, cross_origin_;
+  std::string host_ = "127.0.0.1", web_root_, cross_origin_, token_file_, link_key_file_;
   std::vector<std::string> allowed_hosts_;
   uint16_t port_ = 8080;
   bool is_public_ = false;

@@ -22,7 +22,7 @@ std::filesystem::path find_page(const std::string& given) {
   return {};
 }
 
-int serve_until_stopped(ServerOptions options, const std::string& volume) {
+int serve_until_stopped(ServerOptions options, const std::string& query) {
   if (options.web_root.empty()) {
     note("the page has not been built: only the data is served. npm run build builds the page");
   }
@@ -38,10 +38,7 @@ int serve_until_stopped(ServerOptions options, const std::string& volume) {
         "second");
   }
   std::string url = (*server)->url();
-  if (!volume.empty()) {
-    if (!url.ends_with('/')) url += '/';
-    url += "?volume=" + volume;
-  }
+  if (!query.empty()) url += "?" + query;
   fmt::print("Isosplat is ready: {}   (Ctrl-C stops it)\n", url);
   std::fflush(stdout);
   (*server)->wait();

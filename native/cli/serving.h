@@ -12,8 +12,8 @@ namespace isosplat::cli {
 /// installed with this program. Empty if there is none.
 std::filesystem::path find_page(const std::string& given);
 
-/// Starts a server, prints its URL, and waits until a signal stops it. If `volume` is not empty,
-/// the URL opens this volume. Returns the exit code.
-int serve_until_stopped(ServerOptions options, const std::string& volume);
+/// Starts a server, prints its URL with this query, and waits until a signal stops it. Returns the
+/// exit code.
+int serve_until_stopped(ServerOptions options, const std::string& query);
 
 }  // namespace isosplat::cli

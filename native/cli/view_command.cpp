@@ -12,6 +12,7 @@
 #include "native/cli/server_flags.h"
 #include "native/cli/serving.h"
 #include "native/cli/terminal.h"
+#include "server/access_rules.h"
 #include "server/catalog.h"
 
 namespace isosplat::cli {
@@ -121,7 +122,15 @@ int run(const ViewCall& call) {
   const auto store = find_or_build_store(call);
   if (!store) return report(store.error());
   options->stores = {*store};
-  return serve_until_stopped(std::move(*options), url_name(*store));
+  // Also other users of this machine reach the port: only who has the printed address may read.
+  if (options->tokens.empty()) {
+    auto token = random_token();
+    if (!token) return report(token.error());
+    options->tokens = {std::move(*token)};
+  }
+  const std::string query =
+      fmt::format("token={}&volume={}", options->tokens.front(), url_name(*store));
+  return serve_until_stopped(std::move(*options), query);
 }
 
 }  // namespace
@@ -139,6 +148,8 @@ void add_view_command(CLI::App& program, int& exit_code) {
       examples("  isosplat view head.nii.gz\n"
                "  isosplat view scans/ct --port 0\n"
                "  isosplat view engine.isosplat\n"
+               "The printed address has a token; without it, nothing of the volume can be read. "
+               "ISOSPLAT_TOKEN\nsets it.\n"
                "Stores are kept in $XDG_CACHE_HOME/isosplat (default: ~/.cache/isosplat). A store "
                "is\nbuilt again when the volume has changed."));
   command->callback([call, &exit_code] { exit_code = run(*call); });

@@ -11,7 +11,7 @@ _isosplat() {
       grep -oE '(^|[ ,])--?[a-z][a-z-]*' | tr -d ' ,' | sort -u)" -- "$word")
   elif [[ -z $command ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" --help 2>/dev/null |
-      sed -n '/^[Ss]ubcommands:/,/^[^ ]/s/^  \([a-z]*\) .*/\1/p')" -- "$word")
+      sed -n '/^[Ss]ubcommands:/,/^[^ ]/s/^  \([a-z-]*\) .*/\1/p')" -- "$word")
   else
     compopt -o default
   fi

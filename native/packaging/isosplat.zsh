@@ -8,7 +8,7 @@ if [[ $PREFIX == -* ]]; then
   names=(${(f)"$(isosplat $command --help 2>/dev/null | grep -oE '(^|[ ,])--?[a-z][a-z-]*' | tr -d ' ,')"})
   compadd -- $names
 elif [[ -z $command ]]; then
-  names=(${(f)"$(isosplat --help 2>/dev/null | sed -n '/^[Ss]ubcommands:/,/^[^ ]/s/^  \([a-z]*\) .*/\1/p')"})
+  names=(${(f)"$(isosplat --help 2>/dev/null | sed -n '/^[Ss]ubcommands:/,/^[^ ]/s/^  \([a-z-]*\) .*/\1/p')"})
   compadd -- $names
 else
   _files

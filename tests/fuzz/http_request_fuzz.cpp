@@ -1,8 +1,9 @@
 // Bytes from a client: finding the end of the header, parsing the request and its target, and
 // writing the body of the answer.
 //
-// The input is a request as it comes over a socket. If it begins with "~", it is the last part of a
-// target, after the content id of a volume, which the fuzzer could not guess.
+// The input is a request as it comes over a socket, with cookies, tokens and signed links. If it
+// begins with "~", it is the last part of a target, after the content id of a volume, which the
+// fuzzer could not guess. If it begins with "#", it is a token file.
 
 #include <cstdint>
 #include <cstdlib>
@@ -27,6 +28,12 @@ struct Site {
   Site() {
     test::write_file(folder.path() / "a.isosplat", store.file);
     catalog.scan();
+    auto rules = std::make_shared<AccessRules>();
+    require(rules->add_token("0123456789abcdef0123456789abcdef").has_value());
+    require(rules->set_link_key("fedcba9876543210fedcba9876543210").has_value());
+    closed.set_access(rules);
+    closed.set_cookies({"isosplat-1", false});
+    closed.set_policy(OriginPolicy(AllowedHosts{.any = true}, CrossOrigin{.any = true}));
     open.set_policy(OriginPolicy(AllowedHosts{.any = true}, CrossOrigin{.any = true}));
   }
   test::TemporaryFolder folder;
@@ -35,6 +42,7 @@ struct Site {
   RouterLimits limits{.query_bytes = 5000, .query_chunks = 50, .target_bytes = 8192};
   Router router{catalog, limits};  // for this machine
   Router open{catalog, limits};    // for everyone
+  Router closed{catalog, limits};  // for those with a token or link, which no input has
 };
 
 void answer(const Router& router, const Request& request) {
@@ -42,6 +50,7 @@ void answer(const Router& router, const Request& request) {
   require(reason_phrase(response.status) != "Unknown");
   require(response.headers.empty() || response.headers.ends_with("\r\n"));
   require(response.headers.find("\r\n\r\n") == std::string::npos);
+  require(response.headers.find('\0') == std::string::npos);
   if (!response.stream) return;
   std::vector<std::byte> body;
   Error error;
@@ -51,6 +60,15 @@ void answer(const Router& router, const Request& request) {
   }
   require(step != BodyStream::Step::broken);
   require(body.size() == response.body_size());
+}
+
+/// Nothing of the volume may come without a token.
+void refuse(const Site& site, const Request& request) {
+  const Response response = site.closed.respond(request);
+  require(!response.stream && response.headers.find("Set-Cookie") == std::string::npos);
+  require(response.headers.find(site.store.content) == std::string::npos);
+  require(response.text.find(site.store.content) == std::string::npos);
+  require(without_secrets(request.target).size() <= 3 * request.target.size());
 }
 
 }  // namespace
@@ -65,6 +83,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     request.method = Method::get;
     request.target = target;
     answer(site.open, request);
+    refuse(site, request);
+    return 0;
+  }
+  if (input.starts_with('#')) {
+    AccessRules rules;
+    if (rules.add_lines(input)) require(!rules.is_open());
     return 0;
   }
 
@@ -85,6 +109,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   } else {
     answer(site.open, parser.request());
     answer(site.router, parser.request());
+    refuse(site, parser.request());
   }
   return 0;
 }

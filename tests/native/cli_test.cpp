@@ -28,7 +28,8 @@ size_t lines(const std::string& text) {
 TEST(Cli, HelpShowsExamplesForEveryCommand) {
   const Ended program = run({"--help"});
   EXPECT_EQ(program.exit_code, 0);
-  for (const char* command : {"build", "info", "serve", "view", "extract", "verify", "demo"}) {
+  for (const char* command :
+       {"build", "info", "serve", "view", "extract", "verify", "demo", "sign-link"}) {
     EXPECT_NE(program.out.find(command), std::string::npos);
     const Ended help = run({command, "--help"});
     EXPECT_EQ(help.exit_code, 0);
@@ -332,13 +333,54 @@ TEST(Cli, ServesUntilItIsStopped) {
   EXPECT_NE(waiting.err.find("no store yet"), std::string::npos) << waiting.err;
 }
 
+TEST(Cli, AServerForOthersNeedsAChoice) {
+  const TempFolder folder;
+  const Ended refused = run({"serve", folder.path(), "--port", "0", "--host", "0.0.0.0"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("--cors none"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("--public"), std::string::npos) << refused.err;
+  const Ended chosen = serve_and_stop(Call{
+      .arguments = {"serve", folder.path(), "--port", "0", "--host", "0.0.0.0", "--cors", "none"}});
+  EXPECT_EQ(chosen.exit_code, 0) << chosen.err;
+  EXPECT_NE(chosen.err.find("warning: everyone who reaches 0.0.0.0"), std::string::npos);
+  for (const std::vector<std::string>& options : {std::vector<std::string>{"--cors", "a.example"},
+                                                  {"--allow-host", "a:b"},
+                                                  {"--cors", "*", "--public"}}) {
+    std::vector<std::string> arguments = {"serve", folder.path(), "--port", "0"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    EXPECT_EQ(run(arguments).exit_code, 2) << options[0];
+  }
+}
+
+TEST(Cli, SignLinkPrintsAnAddress) {
+  const TempFolder folder;
+  const std::string key = folder / "key";
+  write_file(key, std::string(64, 'k') + "\n");
+  const Ended link = run({"sign-link", "stores/head 1.isosplat", "--link-key-file", key,
+                          "--expires", "2h", "--url", "https://a.example/volumes"});
+  EXPECT_EQ(link.exit_code, 0) << link.err;
+  EXPECT_TRUE(link.out.starts_with("https://a.example/volumes/?volume=head-1&exp=")) << link.out;
+  const std::string signature = link.out.substr(link.out.find("&sig=") + 5);
+  EXPECT_EQ(signature.size(), 65u) << link.out;
+  write_file(key, "short");
+  EXPECT_EQ(run({"sign-link", "head", "--link-key-file", key}).exit_code, 2);
+  EXPECT_EQ(run({"sign-link", "head", "--link-key-file", folder / "none"}).exit_code, 1);
+  EXPECT_EQ(run({"sign-link", "head"}).exit_code, 2) << "no key";
+  write_file(key, std::string(64, 'k'));
+  for (const char* time : {"", "7", "d", "0d", "-1d", "1.5h", "4000d", "99999999999999999999d"}) {
+    EXPECT_EQ(run({"sign-link", "head", "--link-key-file", key, "--expires", time}).exit_code, 2)
+        << time;
+  }
+}
+
 TEST(Cli, ViewBuildsOnceIntoTheCache) {
   const TempFolder folder, cache;
   const std::string volume = write_ball(folder, 20);
   const Call call{.arguments = {"view", volume, "--port", "0"}, .cache = cache.path()};
   const Ended first = serve_and_stop(call);
   EXPECT_EQ(first.exit_code, 0) << first.err;
-  EXPECT_NE(first.out.find("?volume=ball"), std::string::npos) << first.out;
+  EXPECT_NE(first.out.find("/?token="), std::string::npos) << first.out;
+  EXPECT_NE(first.out.find("&volume=ball"), std::string::npos) << first.out;
   EXPECT_NE(first.err.find("Building"), std::string::npos);
   const Ended second = serve_and_stop(call);
   EXPECT_EQ(second.err.find("Building"), std::string::npos) << second.err;

@@ -82,7 +82,13 @@ describe("the README's commands", () => {
         child.on("error", reject);
         child.on("close", (code) => reject(new Error(`exit status ${code}: ${printed}`)));
       });
-      const answer = await fetch(new URL("/v1/volumes", url));
+      // What view prints has a token, without which nothing of the volume can be read.
+      const list = new URL("/v1/volumes", url);
+      const token = new URL(url).searchParams.get("token");
+      expect(token !== null).toBe(args[0] === "view");
+      if (token) expect((await fetch(list)).status).toBe(401);
+      const headers = token ? { Authorization: `Bearer ${token}` } : {};
+      const answer = await fetch(list, { headers });
       const { volumes } = (await answer.json()) as { volumes: { voxels: number[] }[] };
       expect(volumes.map(({ voxels }) => voxels)).toEqual([[24, 24, 24]]);
       const ended = new Promise((resolve) => child.on("close", resolve));

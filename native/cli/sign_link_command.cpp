@@ -1,0 +1,115 @@
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+#include <optional>
+
+#include "native/cli/command.h"
+#include "native/cli/numbers.h"
+#include "native/cli/options.h"
+#include "native/cli/terminal.h"
+#include "server/access_rules.h"
+#include "server/catalog.h"
+
+namespace isosplat::cli {
+namespace {
+
+struct SignCall {
+  std::string volume, key_file, expires = "7d", url = "http://localhost:8080/";
+};
+
+/// "30m", "12h", "7d", "90s" as seconds.
+std::optional<int64_t> parse_duration(std::string_view text) {
+  if (text.empty()) return std::nullopt;
+  int64_t unit = 0;
+  switch (text.back()) {
+    case 's':
+      unit = 1;
+      break;
+    case 'm':
+      unit = 60;
+      break;
+    case 'h':
+      unit = 3600;
+      break;
+    case 'd':
+      unit = 86400;
+      break;
+    default:
+      return std::nullopt;
+  }
+  const auto count = parse_whole_number(text.substr(0, text.size() - 1));
+  constexpr int64_t kMaxDays = 3650;
+  if (!count || *count < 1 || *count > kMaxDays * 86400 / unit) return std::nullopt;
+  return *count * unit;
+}
+
+Result<std::string> read_key(const std::string& file) {
+  std::string key;
+  if (!file.empty()) {
+    std::ifstream stream(file, std::ios::binary);
+    key.assign(std::istreambuf_iterator<char>(stream), {});
+    if (!stream) {
+      return fail(Status::io_error, fmt::format("{}: the key cannot be read", file));
+    }
+  } else if (const char* given = std::getenv("ISOSPLAT_LINK_KEY"); given && *given) {
+    key = given;
+  } else {
+    return fail(Status::invalid_argument,
+                "expected --link-key-file or ISOSPLAT_LINK_KEY, with the key of the server");
+  }
+  while (key.ends_with('\n') || key.ends_with('\r')) key.pop_back();
+  // The same limits as the server has.
+  if (Result<void> valid = AccessRules().set_link_key(key); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  return key;
+}
+
+int run(const SignCall& call) {
+  const auto seconds = parse_duration(call.expires);
+  if (!seconds) {
+    return report({Status::invalid_argument,
+                   fmt::format("--expires: expected a time such as 30m, 12h or 7d (at most 3650d), "
+                               "found '{}'",
+                               call.expires)});
+  }
+  // A name, or the path of a store, which has the same name on the server.
+  const std::string name = url_name(call.volume);
+  const auto key = read_key(call.key_file);
+  if (!key) return report(key.error());
+  const std::string expires = std::to_string(std::time(nullptr) + *seconds);
+  const std::string signature = sign_link(*key, name, expires);
+  if (signature.empty()) {
+    return report({Status::io_error, "HMAC-SHA-256 is not available: check OpenSSL"});
+  }
+  fmt::print("{}{}?volume={}&exp={}&sig={}\n", call.url, call.url.ends_with('/') ? "" : "/", name,
+             expires, signature);
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_sign_link_command(CLI::App& program, int& exit_code) {
+  CLI::App* command =
+      program.add_subcommand("sign-link", "Print a link that admits to one volume for some time");
+  auto call = std::make_shared<SignCall>();
+  command->add_option("volume", call->volume, "The volume's name on the server, or its store")
+      ->required();
+  command->add_option("--link-key-file", call->key_file,
+                      "The key of the server (default: ISOSPLAT_LINK_KEY)");
+  command->add_option("--expires", call->expires, "How long it admits: 30m, 12h, 7d")
+      ->capture_default_str();
+  command->add_option("--url", call->url, "Address of the server's page")->capture_default_str();
+  command->footer(
+      examples("  isosplat sign-link head --link-key-file key.txt --expires 12h\n"
+               "  isosplat sign-link head --link-key-file key.txt --url https://a.example/\n"
+               "openssl rand -hex 32 > key.txt makes a key; isosplat serve --link-key-file key.txt "
+               "takes it.\nWhoever has the link may read the volume until then. Another key ends "
+               "all links."));
+  command->callback([call, &exit_code] { exit_code = run(*call); });
+}
+
+}  // namespace isosplat::cli

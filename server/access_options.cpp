@@ -1,0 +1,75 @@
+#include "server/access_options.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+
+namespace isosplat {
+namespace {
+
+/// The contents of a small file, such as a list of tokens.
+Result<std::string> read_text(const std::filesystem::path& path) {
+  constexpr size_t kMaxBytes = 1 << 20;
+  std::ifstream file(path, std::ios::binary);
+  std::string text(kMaxBytes, '\0');
+  file.read(text.data(), kMaxBytes);
+  if (file.bad() || !file.eof()) {
+    return fail(Status::io_error,
+                fmt::format("{}: expected a file of less than 1 MiB: {}", path.string(),
+                            file.eof() ? "it cannot be read" : std::strerror(errno)));
+  }
+  text.resize(static_cast<size_t>(file.gcount()));
+  return text;
+}
+
+}  // namespace
+
+AllowedHosts allowed_hosts(const ServerOptions& options, bool is_local) {
+  AllowedHosts hosts;
+  hosts.any = options.is_public;
+  hosts.any_address = !is_local;
+  const bool is_v6 = options.host.find(':') != std::string::npos;
+  hosts.names.push_back(host_of(is_v6 ? fmt::format("[{}]", options.host) : options.host));
+  for (const std::string& name : options.allowed_hosts) {
+    if (name == "*") hosts.any = true;
+    hosts.names.push_back(host_of(name));
+  }
+  char machine[256] = {};
+  if (!is_local && ::gethostname(machine, sizeof machine - 1) == 0) {
+    hosts.names.push_back(host_of(machine));
+  }
+  std::erase(hosts.names, "");  // malformed: no request's host is equal to it
+  return hosts;
+}
+
+Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& options) {
+  auto rules = std::make_shared<AccessRules>();
+  for (const std::string& token : options.tokens) {
+    if (Result<void> added = rules->add_token(token); !added) return tl::unexpected(added.error());
+  }
+  const auto from_file = [](const std::filesystem::path& path, const auto& add) -> Result<void> {
+    if (path.empty()) return {};
+    const Result<std::string> text = read_text(path);
+    if (!text) return tl::unexpected(text.error());
+    Result<void> added = add(*text);
+    if (added) return {};
+    return fail(added.error().status, path.string() + ": " + added.error().message);
+  };
+  Result<void> read =
+      from_file(options.token_file, [&](std::string_view text) { return rules->add_lines(text); });
+  if (read && !options.link_key.empty()) read = rules->set_link_key(options.link_key);
+  if (read) {
+    read = from_file(options.link_key_file,
+                     [&](std::string_view text) { return rules->set_link_key(text); });
+  }
+  if (!read) return tl::unexpected(read.error());
+  return rules;
+}
+
+}  // namespace isosplat
