@@ -50,7 +50,13 @@ export class Catalog {
     } catch (error) {
       if (signal.aborted) return;
       this.#problem = listProblem(error);
-      if (error instanceof ApiError && !error.retry) {
+      if (error instanceof ApiError && error.denied) {
+        this.#problem = {
+          ...this.#problem,
+          title: "This server needs a token",
+          text: "Open the whole address that the server printed, or the link that you were given.",
+        };
+      } else if (error instanceof ApiError && !error.retry) {
         this.#problem = {
           ...this.#problem,
           title: "No list of volumes",

@@ -18,13 +18,18 @@ export interface VolumeEntry {
   error?: { status: string; message: string };
 }
 
-/** The list could not be fetched. `retry`: the same request may succeed later. */
+/**
+ * The list could not be fetched. `retry`: the same request may succeed later. `denied`: a token or
+ * link is needed.
+ */
 export class ApiError extends Error {
   override readonly name = "ApiError";
   readonly retry: boolean;
-  constructor(message: string, retry: boolean) {
+  readonly denied: boolean;
+  constructor(message: string, retry: boolean, denied = false) {
     super(message);
     this.retry = retry;
+    this.denied = denied;
   }
 }
 
@@ -38,6 +43,9 @@ export async function fetchVolumes(signal?: AbortSignal): Promise<VolumeEntry[]>
     throw new ApiError("The server does not answer.", true);
   }
   if (!response.ok) {
+    if (response.status === 401 || response.status === 403) {
+      throw new ApiError("The server does not admit this page.", false, true);
+    }
     const retry = response.status >= 500 || response.status === 429;
     throw new ApiError(
       `The server returned status ${response.status} for the list of volumes.`,

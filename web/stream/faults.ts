@@ -59,7 +59,7 @@ export const faults = {
   "access-denied": {
     retry: "slowly",
     title: "The server refuses access",
-    text: "“NAME” is not public, or is not there. Ask its owner to let it be read without signing in.",
+    text: "“NAME” is not public, or is not there. Open the whole address or link that you were given: it may have expired. Or ask the owner of “NAME” for access.",
     offers: ["again", "volumes"],
   },
   "not-found": {

@@ -1,6 +1,13 @@
 import { maxHeaderBytes } from "../core/index.ts";
 import type { ChunkPlaceInFile, PagePlace, Source } from "./source.ts";
-import { beginsAsStore, type FileIdentity, joined, Traffic, transfer } from "./transfer.ts";
+import {
+  type Admittance,
+  beginsAsStore,
+  type FileIdentity,
+  joined,
+  Traffic,
+  transfer,
+} from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
 /**
@@ -48,7 +55,7 @@ export function ranges<C extends { offset: number; bytes: number }>(
   return result;
 }
 
-export interface SourceOptions {
+export interface SourceOptions extends Admittance {
   /** A connection counts as broken after this time without data (ms). Default: 20 s. */
   longestSilence?: number;
 }
@@ -66,6 +73,12 @@ export class FileSource implements Source {
 
   constructor(url: string, options: SourceOptions = {}) {
     this.name = url;
+    const { headers, credentials, query } = options;
+    this.traffic.admittance = {
+      ...(headers && { headers: { ...headers } }),
+      ...(credentials && { credentials }),
+      ...(query && { query }),
+    };
     if (options.longestSilence) this.traffic.longestSilence = options.longestSilence;
   }
 

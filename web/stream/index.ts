@@ -8,7 +8,7 @@ export {
   slowRetry,
   slowWait,
 } from "./faults.ts";
-export { FileSource } from "./file_source.ts";
+export { FileSource, type SourceOptions } from "./file_source.ts";
 export { ServerSource, type ServerSourceOptions } from "./server_source.ts";
 export { StreamSession } from "./session.ts";
 export type { Source } from "./source.ts";

@@ -8,7 +8,7 @@ import {
 } from "./file_source.ts";
 import { FrameReader } from "./frames.ts";
 import { type ChunkPlaceInFile, PartError } from "./source.ts";
-import { transfer, transferWhole } from "./transfer.ts";
+import { transfer, transferWhole, withQuery } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
 /**
@@ -82,7 +82,7 @@ export class ServerSource extends FileSource {
     const answer = await ofVolume(transferWhole(url, options, this.traffic, signal), url);
     const bootstrap = this.#checked(() => readBootstrap(answer, url));
     this.#contentUrl = `${this.#volumeUrl}/${bootstrap.contentId}`;
-    this.#multiplexed = isMultiplexed(url);
+    this.#multiplexed = isMultiplexed(withQuery(url, this.traffic.admittance.query));
     this.#bootstrap = bootstrap;
     return bootstrap.header;
   }

@@ -1,8 +1,25 @@
 import { faultOfCode, faultOfStatus } from "./faults.ts";
 import { StreamError } from "./types.ts";
 
+/** What a source shows its host to be admitted. */
+export interface Admittance {
+  /**
+   * Fields of every request, such as `{ Authorization: "Bearer …" }`. A host of another origin has
+   * to allow them (`Access-Control-Allow-Headers`).
+   */
+  headers?: Readonly<Record<string, string>>;
+  /**
+   * Where cookies are sent, as for `fetch`. Default: "same-origin". For "include", a host of another
+   * origin has to send `Access-Control-Allow-Credentials: true` and the page's origin.
+   */
+  credentials?: RequestCredentials;
+  /** Added to the query of every URL: a signed link's `exp=…&sig=…`, for example. */
+  query?: string;
+}
+
 /** Counts the requests and received bytes of one source. */
 export class Traffic {
+  admittance: Admittance = {};
   requests = 0;
   bytesReceived = 0;
   /** Whether the source has answered, and CORS lets this page read its answers. */
@@ -77,6 +94,11 @@ export async function transfer(
   }
 }
 
+/** `url` with `query` at the end of its query. */
+export function withQuery(url: string, query: string | undefined): string {
+  return query ? `${url}${url.includes("?") ? "&" : "?"}${query}` : url;
+}
+
 /** Like `transfer`, but returns the whole body as one array. */
 export async function transferWhole(
   url: string,
@@ -149,11 +171,13 @@ async function ask(
   silence: Silence,
 ): Promise<Response> {
   ++traffic.requests;
-  const headers: Record<string, string> = {};
+  const { credentials = "same-origin" } = traffic.admittance;
+  const headers: Record<string, string> = { ...traffic.admittance.headers };
   if (options.range) headers.Range = `bytes=${options.range[0]}-${options.range[1]}`;
   try {
     const cache = options.fresh ? "reload" : "default";
-    const response = await fetch(url, { headers, signal: silence.signal, cache });
+    const asked = withQuery(url, traffic.admittance.query);
+    const response = await fetch(asked, { headers, credentials, signal: silence.signal, cache });
     silence.broken();
     traffic.hasAnswered = true;
     return response;

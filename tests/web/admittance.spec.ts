@@ -1,0 +1,90 @@
+// What a source shows its host to be admitted: header fields, and the query of a signed link.
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import {
+  FileSource,
+  ServerSource,
+  type Source,
+  type SourceOptions,
+  StreamError,
+} from "../../web/stream/index.ts";
+import { withQuery } from "../../web/stream/transfer.ts";
+import { program, type RunningServer, serve } from "../browser/support/server.ts";
+import { core as load, storeBytes } from "./fixture.ts";
+import { Harness, view } from "./stream_harness.ts";
+
+const token = "token-0123456789abcdef";
+const folder = mkdtempSync(join(tmpdir(), "isosplat-admittance-"));
+const keyFile = join(folder, "key");
+let server: RunningServer;
+let file = "";
+let link = "";
+
+beforeAll(async () => {
+  writeFileSync(join(folder, "test.isosplat"), storeBytes());
+  writeFileSync(join(folder, "tokens"), `${token} test\n`);
+  writeFileSync(keyFile, "k".repeat(64));
+  server = await serve([folder], 0, [
+    ...["--token-file", join(folder, "tokens")],
+    ...["--link-key-file", keyFile],
+  ]);
+  const headers = { Authorization: `Bearer ${token}` };
+  const answer = await fetch(`${server.url}v1/volumes/test`, { headers });
+  const { urls } = (await answer.json()) as { urls: { file: string } };
+  file = new URL(urls.file, server.url).href;
+  const signed = execFileSync(program, ["sign-link", "test", "--link-key-file", keyFile]);
+  const { searchParams } = new URL(signed.toString().trim());
+  searchParams.delete("volume");
+  link = searchParams.toString();
+});
+afterAll(async () => {
+  await server.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+const sources: [string, (options: SourceOptions) => Source][] = [
+  ["ServerSource", (o) => new ServerSource({ base: server.url, volume: "test", ...o })],
+  // Any host that answers Range requests, and asks for the same.
+  ["FileSource", (options) => new FileSource(file, options)],
+];
+
+describe.each(sources)("%s", (_, make) => {
+  it.each([
+    ["header fields", () => ({ headers: { Authorization: `Bearer ${token}` } })],
+    ["a signed link", () => ({ query: link })],
+  ])("streams with %s", async (_way, options) => {
+    const harness = new Harness();
+    await harness.open(make(options()), await load(), { firstIsovalues: [100.5] });
+    try {
+      harness.session?.update(view(100.5));
+      await harness.complete();
+      expect(harness.errors).toEqual([]);
+      expect(harness.progress?.finestLevel).toBe(0);
+    } finally {
+      harness.close();
+    }
+  });
+
+  it.each([
+    ["nothing", () => ({})],
+    ["a wrong token", () => ({ headers: { Authorization: "Bearer wrong-0123456789" } })],
+    ["a changed link", () => ({ query: link.replace("exp=", "exp=9") })],
+  ])("is refused with %s", async (_way, options) => {
+    const refused = await make(options())
+      .header(AbortSignal.timeout(20_000))
+      .catch((e) => e);
+    expect(refused).toBeInstanceOf(StreamError);
+    expect((refused as StreamError).kind).toBe("access-denied");
+  });
+});
+
+it("a presigned URL is asked for as it is", () => {
+  expect(withQuery("https://b.example/s?X-Signature=a%2Fb", undefined)).toBe(
+    "https://b.example/s?X-Signature=a%2Fb",
+  );
+  expect(withQuery("https://b.example/s?a=1", "b=2")).toBe("https://b.example/s?a=1&b=2");
+  expect(withQuery("https://b.example/s", "b=2")).toBe("https://b.example/s?b=2");
+});
