@@ -4,6 +4,7 @@
 
 #include <array>
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
@@ -11,6 +12,7 @@
 #include <ctime>
 #include <optional>
 #include <span>
+#include <tuple>
 #include <utility>
 
 #include "server/credentials.h"
@@ -81,10 +83,13 @@ std::string log_escaped(std::string_view text) {
 struct Connection::State {
   Stream stream;
   std::string address;
+  std::shared_ptr<TlsContext> tls_context;
   const ConnectionShared& shared;
   WaitingConnections& waiting;
+  Connection* owner;
   beast::flat_buffer buffer;
   std::optional<WaitingConnections::Place> place{};  ///< in `waiting`
+  std::optional<asio::ssl::stream<Stream&>> tls{};   ///< over `stream`; absent without TLS
   bool is_idle = false;
 
   void end_waiting() {
@@ -92,7 +97,11 @@ struct Connection::State {
     place.reset();
   }
 
+  /// Reads some bytes into `buffer`; nothing is read if the connection ends.
+  Awaitable<error_code> read_some();
+
   // These return false if the connection must be closed.
+  Awaitable<bool> shake_hands();
   Awaitable<bool> write(std::span<const std::byte> first, std::span<const std::byte> second);
   Awaitable<bool> write_response(Response& response, bool close, bool http_1_0, bool head);
   Awaitable<bool> wait_for_request();
@@ -103,9 +112,10 @@ struct Connection::State {
                         Clock::time_point begin);
 };
 
-Connection::Connection(Socket socket, std::string address, const ConnectionShared& shared,
-                       WaitingConnections& waiting)
-    : state_(new State{Stream(std::move(socket)), std::move(address), shared, waiting,
+Connection::Connection(Socket socket, std::string address, std::shared_ptr<TlsContext> tls,
+                       const ConnectionShared& shared, WaitingConnections& waiting)
+    : state_(new State{Stream(std::move(socket)), std::move(address), std::move(tls), shared,
+                       waiting, this,
                        // A header of the largest size, and one more read.
                        beast::flat_buffer(shared.limits.header_bytes + 8192)}) {}
 
@@ -127,6 +137,10 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
   State& state = *state_;
   error_code ignored;
   state.stream.socket().set_option(tcp::no_delay(true), ignored);
+  if (state.tls_context && !co_await state.shake_hands()) {
+    state.stream.close();
+    co_return;
+  }
   if (refusal) {
     if (co_await state.write_response(*refusal, true, false, false)) co_await state.linger();
   } else {
@@ -140,25 +154,44 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
   state.stream.close();
 }
 
+/// The handshake of TLS, within request_time.
+Awaitable<bool> Connection::State::shake_hands() {
+  tls.emplace(stream, *tls_context);
+  place = waiting.add(owner);
+  stream.expires_after(shared.limits.request_time);
+  const auto [error] = co_await tls->async_handshake(asio::ssl::stream_base::server, kAwait);
+  end_waiting();
+  co_return !error;
+}
+
+Awaitable<error_code> Connection::State::read_some() {
+  constexpr size_t kReadBytes = 4096;
+  std::tuple<error_code, size_t> result;
+  if (tls) {
+    result = co_await tls->async_read_some(buffer.prepare(kReadBytes), kAwait);
+  } else {
+    result = co_await stream.async_read_some(buffer.prepare(kReadBytes), kAwait);
+  }
+  const auto [error, bytes] = result;
+  if (!error) buffer.commit(bytes);
+  co_return error;
+}
+
 /// Waits for the first byte of a request, up to idle_time.
 Awaitable<bool> Connection::State::wait_for_request() {
-  constexpr size_t kReadBytes = 4096;
   if (buffer.size() > 0) co_return true;
   if (shared.stopping) co_return false;
   buffer.shrink_to_fit();
   stream.expires_after(shared.limits.idle_time);
   is_idle = true;
-  const auto [error, bytes] = co_await stream.async_read_some(buffer.prepare(kReadBytes), kAwait);
+  const error_code error = co_await read_some();
   is_idle = false;
-  if (error) co_return false;
-  buffer.commit(bytes);
-  co_return true;
+  co_return !error;
 }
 
 /// Reads a request's header within request_time. Returns the state partial if the connection ends
 /// before the header is complete.
 Awaitable<HeaderScan> Connection::State::read_header() {
-  constexpr size_t kReadBytes = 4096;
   stream.expires_after(shared.limits.request_time);
   size_t scanned = 0;
   while (true) {
@@ -174,9 +207,7 @@ Awaitable<HeaderScan> Connection::State::read_header() {
       if (scan.state != HeaderScan::State::partial) co_return scan;
       scanned = received.size();
     }
-    const auto [error, bytes] = co_await stream.async_read_some(buffer.prepare(kReadBytes), kAwait);
-    if (error) co_return HeaderScan{};
-    buffer.commit(bytes);
+    if (co_await read_some()) co_return HeaderScan{};
   }
 }
 
@@ -215,8 +246,13 @@ Awaitable<bool> Connection::State::write(std::span<const std::byte> first,
         asio::const_buffer(slice.data(), slice.size())};
     first = {};
     stream.expires_after(shared.limits.write_time);
-    const auto [error, bytes] = co_await asio::async_write(stream, buffers, kAwait);
-    if (error) co_return false;
+    std::tuple<error_code, size_t> result;
+    if (tls) {
+      result = co_await asio::async_write(*tls, buffers, kAwait);
+    } else {
+      result = co_await asio::async_write(stream, buffers, kAwait);
+    }
+    if (std::get<error_code>(result)) co_return false;
   } while (!second.empty());
   co_return true;
 }
@@ -251,11 +287,16 @@ Awaitable<bool> Connection::State::write_response(Response& response, bool close
 Awaitable<void> Connection::State::linger() {
   constexpr auto kMaxTime = std::chrono::seconds(2);
   constexpr size_t kMaxBytes = 256 * 1024;
+  stream.expires_after(std::min<Clock::duration>(kMaxTime, shared.limits.write_time));
+  if (tls) {
+    // Sends close_notify, and waits for the client's.
+    co_await tls->async_shutdown(kAwait);
+    co_return;
+  }
   error_code failed;
   stream.socket().shutdown(tcp::socket::shutdown_send, failed);
   if (failed) co_return;
   std::array<std::byte, 4096> unread;
-  stream.expires_after(std::min<Clock::duration>(kMaxTime, shared.limits.write_time));
   for (size_t total = 0; total < kMaxBytes;) {
     const auto [error, bytes] = co_await stream.async_read_some(asio::buffer(unread), kAwait);
     if (error) co_return;

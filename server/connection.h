@@ -9,6 +9,7 @@
 #include "server/router.h"
 #include "server/server.h"
 #include "server/server_log.h"
+#include "server/tls.h"
 #include "server/waiting_connections.h"
 
 namespace isosplat {
@@ -25,9 +26,10 @@ struct ConnectionShared {
 /// side closes it. All functions except the constructor run on the socket's thread.
 class Connection {
  public:
-  /// `waiting` lists this connection while it waits; it must outlive the connection.
-  Connection(Socket socket, std::string address, const ConnectionShared& shared,
-             WaitingConnections& waiting);
+  /// `tls`: null for a connection without TLS. `waiting` lists this connection while it waits; it
+  /// must outlive the connection.
+  Connection(Socket socket, std::string address, std::shared_ptr<TlsContext> tls,
+             const ConnectionShared& shared, WaitingConnections& waiting);
   ~Connection();
 
   /// Serves the connection until it ends. If `refusal` is not null, sends only this response and

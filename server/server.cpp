@@ -25,6 +25,7 @@
 #include "server/listen.h"
 #include "server/router.h"
 #include "server/server_log.h"
+#include "server/tls.h"
 #include "server/worker.h"
 
 namespace isosplat {
@@ -79,8 +80,13 @@ struct Server::State {
 
   Result<void> choose_policy();
   Result<void> load_access();
+  Result<void> load_tls_files();
+  std::shared_ptr<TlsContext> tls_context();
   Result<void> reload();
-  bool has_files() const { return !options.token_file.empty() || !options.link_key_file.empty(); }
+  bool has_files() const {
+    return !options.token_file.empty() || !options.link_key_file.empty() ||
+           !options.tls_certificate.empty();
+  }
   Result<void> load_page();
   void reload_page();
   void run();
@@ -103,6 +109,8 @@ struct Server::State {
   uint64_t page_signature_seen = 0;        // of the last scan
   uint16_t bound_port = 0;
   std::atomic<bool> has_access_rules{false};
+  std::mutex tls_mutex;
+  std::shared_ptr<TlsContext> tls;  // guarded by tls_mutex; null without TLS
 
   std::vector<std::unique_ptr<Worker>> workers;
   std::vector<std::thread> worker_threads;
@@ -137,15 +145,16 @@ Result<void> Server::State::choose_policy() {
   CrossOrigin cross_origin = options.cross_origin.value_or(CrossOrigin{});
   if (options.is_public) cross_origin.any = true;
   router.set_policy(OriginPolicy(allowed_hosts(options, is_local), std::move(cross_origin)));
-  if (!is_local) {
+  if (!is_local && !has_access_rules) {
     log.line(
-        has_access_rules
-            ? fmt::format("warning: connections to {} port {} are not encrypted: everyone on the "
-                          "way can read tokens, links and volumes",
-                          options.host, bound_port)
-            : fmt::format("warning: everyone who reaches {} port {} can read every volume: there "
-                          "is neither access control (--token-file) nor encryption",
-                          options.host, bound_port));
+        fmt::format("warning: everyone who reaches {} port {} can read every volume: there is no "
+                    "access control (--token-file){}",
+                    options.host, bound_port, tls ? "" : ", and no encryption (--tls-cert)"));
+  } else if (!is_local && !tls) {
+    log.line(
+        fmt::format("warning: connections to {} port {} are not encrypted (--tls-cert): everyone "
+                    "on the way can read tokens, links and volumes",
+                    options.host, bound_port));
   }
   return {};
 }
@@ -158,10 +167,26 @@ Result<void> Server::State::load_access() {
   return {};
 }
 
+/// Reads certificate and key, for the connections that follow.
+Result<void> Server::State::load_tls_files() {
+  if (options.tls_certificate.empty() && options.tls_key.empty()) return {};
+  auto loaded = load_tls(options.tls_certificate, options.tls_key);
+  if (!loaded) return tl::unexpected(loaded.error());
+  const std::lock_guard lock(tls_mutex);
+  tls = std::move(*loaded);
+  return {};
+}
+
+std::shared_ptr<TlsContext> Server::State::tls_context() {
+  const std::lock_guard lock(tls_mutex);
+  return tls;
+}
+
 Result<void> Server::State::reload() {
   Result<void> loaded = load_access();
-  log.line(loaded ? "tokens and keys: read again"
-                  : "tokens and keys: the old ones stay: " + loaded.error().message);
+  if (Result<void> loaded_tls = load_tls_files(); loaded) loaded = std::move(loaded_tls);
+  log.line(loaded ? "tokens, keys and certificates: read again"
+                  : "tokens, keys and certificates: the old ones stay: " + loaded.error().message);
   return loaded;
 }
 
@@ -215,7 +240,7 @@ Awaitable<void> Server::State::accept_on(Acceptor& acceptor) {
     const Admission::Verdict verdict =
         admission.enter(address, [this] { return close_longest_waiting(); });
     if (verdict == Admission::Verdict::ignored) continue;
-    worker.adopt(std::move(socket), std::move(address), verdict);
+    worker.adopt(std::move(socket), std::move(address), verdict, tls_context());
   }
 }
 
@@ -328,11 +353,14 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
   auto state = std::make_unique<State>(std::move(options));
   if (Result<void> loaded = state->load_page(); !loaded) return tl::unexpected(loaded.error());
   if (Result<void> loaded = state->load_access(); !loaded) return tl::unexpected(loaded.error());
+  if (Result<void> loaded = state->load_tls_files(); !loaded) {
+    return tl::unexpected(loaded.error());
+  }
   auto acceptors = listen(state->control, state->options.host, state->options.port);
   if (!acceptors) return tl::unexpected(acceptors.error());
   state->acceptors = std::move(*acceptors);
   state->bound_port = state->acceptors.front().local_endpoint().port();
-  state->router.set_cookies({fmt::format("isosplat-{}", state->bound_port), false});
+  state->router.set_cookies({fmt::format("isosplat-{}", state->bound_port), state->tls != nullptr});
   if (Result<void> chosen = state->choose_policy(); !chosen) return tl::unexpected(chosen.error());
   state->catalog.scan();
   state->run();
@@ -351,7 +379,8 @@ std::string Server::url() const {
   std::string host = state_->options.host;
   if (host == "127.0.0.1" || host == "0.0.0.0" || host == "::" || host == "::1") host = "localhost";
   if (host.find(':') != std::string::npos) host = "[" + host + "]";
-  return fmt::format("http://{}:{}/", host, state_->bound_port);
+  return fmt::format("{}://{}:{}/", state_->tls_context() ? "https" : "http", host,
+                     state_->bound_port);
 }
 
 std::vector<Server::Volume> Server::volumes() const {

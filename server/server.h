@@ -56,6 +56,10 @@ struct ServerOptions {
   std::vector<std::string> allowed_hosts;
   bool is_public = false;  ///< any host, and pages of any origin
 
+  // TLS, with both of these PEM files: the certificate with its chain, and its private key.
+  std::filesystem::path tls_certificate;
+  std::filesystem::path tls_key;
+
   // Access (AccessRules). With any of these, a volume is read only by those who are admitted.
   std::vector<std::string> tokens;      ///< each admits to all volumes
   std::filesystem::path token_file;     ///< AccessRules::add_lines; empty: none
@@ -76,7 +80,8 @@ struct ServerOptions {
   std::function<void(std::string_view line)> access_log;
 };
 
-/// Serves stores and the page over HTTP/1.1, as HTTP.md specifies, with its own threads.
+/// Serves stores and the page over HTTP/1.1, with or without TLS, as HTTP.md specifies, with its
+/// own threads.
 class Server {
  public:
   /// Opens the stores, binds the port and starts to serve. Errors: io_error (unknown host, port in
@@ -103,8 +108,9 @@ class Server {
   };
   std::vector<Volume> volumes() const;
 
-  /// Reads the files of tokens and keys again, for the following requests. Thread-safe. If one
-  /// cannot be read, the rules do not change. Errors: io_error, invalid_argument.
+  /// Reads the files of tokens and keys again for the following requests, and those of TLS for the
+  /// following connections. Thread-safe. If one
+  /// cannot be read, its old contents stay. Errors: io_error, invalid_argument.
   Result<void> reload();
 
   /// Stops to accept connections, closes idle ones, and gives responses in progress

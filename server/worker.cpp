@@ -41,12 +41,12 @@ std::unique_ptr<Response> refusal_of(Admission::Verdict verdict, const OriginPol
 /// ends, also by an exception.
 struct Worker::Membership {
   Membership(Worker& its_worker, Socket socket, std::string its_address,
-             Admission::Verdict its_verdict)
+             Admission::Verdict its_verdict, std::shared_ptr<TlsContext> tls)
       : worker(its_worker),
         address(std::move(its_address)),
         verdict(its_verdict),
-        connection(std::make_unique<Connection>(std::move(socket), address, its_worker.shared_,
-                                                its_worker.waiting_)) {
+        connection(std::make_unique<Connection>(std::move(socket), address, std::move(tls),
+                                                its_worker.shared_, its_worker.waiting_)) {
     worker.connections_.insert(connection.get());
   }
   Membership(const Membership&) = delete;
@@ -65,10 +65,12 @@ struct Worker::Membership {
 Worker::Worker(const ConnectionShared& shared, Admission& admission)
     : shared_(shared), admission_(admission), guard_(context_.get_executor()) {}
 
-void Worker::adopt(Socket socket, std::string address, Admission::Verdict verdict) {
-  asio::post(context_, [this, socket = std::move(socket), address = std::move(address),
-                        verdict]() mutable {
-    asio::co_spawn(context_, serve(std::move(socket), std::move(address), verdict), asio::detached);
+void Worker::adopt(Socket socket, std::string address, Admission::Verdict verdict,
+                   std::shared_ptr<TlsContext> tls) {
+  asio::post(context_, [this, socket = std::move(socket), address = std::move(address), verdict,
+                        tls = std::move(tls)]() mutable {
+    asio::co_spawn(context_, serve(std::move(socket), std::move(address), verdict, std::move(tls)),
+                   asio::detached);
   });
 }
 
@@ -93,8 +95,10 @@ void Worker::abort() {
   asio::post(context_, [this] { abort_all(); });
 }
 
-Awaitable<void> Worker::serve(Socket socket, std::string address, Admission::Verdict verdict) {
-  const Membership membership(*this, std::move(socket), std::move(address), verdict);
+Awaitable<void> Worker::serve(Socket socket, std::string address, Admission::Verdict verdict,
+                              std::shared_ptr<TlsContext> tls) {
+  const Membership membership(*this, std::move(socket), std::move(address), verdict,
+                              std::move(tls));
   co_await membership.connection->run(refusal_of(verdict, shared_.router.policy()));
 }
 

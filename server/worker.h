@@ -2,6 +2,7 @@
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
+#include <memory>
 #include <string>
 #include <unordered_set>
 
@@ -21,8 +22,9 @@ class Worker {
   /// The io_context for the sockets that are passed to adopt().
   boost::asio::io_context& context() { return context_; }
 
-  /// Serves a connection until it ends. Thread-safe.
-  void adopt(Socket socket, std::string address, Admission::Verdict verdict);
+  /// Serves a connection until it ends, with TLS unless `tls` is null. Thread-safe.
+  void adopt(Socket socket, std::string address, Admission::Verdict verdict,
+             std::shared_ptr<TlsContext> tls);
 
   /// Since when the connection waits for a request that has waited longest, as
   /// WaitingConnections::longest_since(). Thread-safe.
@@ -45,7 +47,8 @@ class Worker {
  private:
   struct Membership;
 
-  Awaitable<void> serve(Socket socket, std::string address, Admission::Verdict verdict);
+  Awaitable<void> serve(Socket socket, std::string address, Admission::Verdict verdict,
+                        std::shared_ptr<TlsContext> tls);
   void abort_all();
   void finish_if_done();
 

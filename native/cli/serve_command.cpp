@@ -59,12 +59,15 @@ void add_serve_command(CLI::App& program, int& exit_code) {
       "  isosplat serve stores/ --host 0.0.0.0 --cors none\n"
       "  isosplat serve stores/ --host 0.0.0.0 --public\n"
       "  isosplat serve stores/ --token-file tokens.txt\n"
-      "Without --host, only this machine reaches the server, and only its own page reads "
-      "the\nvolumes.\n"
-      "A line of the token file is TOKEN PATTERN…: a pattern is the name of a volume, in which * "
-      "stands\nfor any characters, or a folder with a slash (stores/ct/); the word anyone "
-      "in place of a\ntoken admits everyone. SIGHUP reads it again. ISOSPLAT_TOKEN admits "
-      "to all volumes,\nISOSPLAT_LINK_KEY is the key of links.\n"
+      "  isosplat serve stores/ --host 0.0.0.0 --cors none --token-file tokens.txt\n"
+      "    --tls-cert a.example.pem --tls-key a.example.key\n"
+      "Without --host, only this machine reaches the server, and only its own page reads\n"
+      "the volumes.\n"
+      "A line of the token file is TOKEN PATTERN…: a pattern is the name of a volume, in\n"
+      "which * stands for any characters, or a folder with a slash (stores/ct/); the word\n"
+      "anyone in place of a token admits everyone. ISOSPLAT_TOKEN admits to all volumes,\n"
+      "ISOSPLAT_LINK_KEY is the key of links. SIGHUP reads tokens, keys and certificates\n"
+      "again.\n"
       "New and replaced stores of a folder are served within a second."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }

@@ -26,6 +26,11 @@ void ServerFlags::add_to(CLI::App& command) {
       .add_flag("--public", is_public_,
                 "Any web page may read the volumes, by any name of this server")
       ->excludes(cors);
+  CLI::Option* certificate = command.add_option("--tls-cert", tls_certificate_,
+                                                "Certificate with its chain (PEM), for https://");
+  CLI::Option* key = command.add_option("--tls-key", tls_key_, "Its private key (PEM)");
+  certificate->needs(key);
+  key->needs(certificate);
   command.add_option("--token-file", token_file_,
                      "Who may read: lines of a token (or anyone) and names or folders of volumes");
   command.add_option("--link-key-file", link_key_file_,
@@ -40,6 +45,8 @@ Result<ServerOptions> ServerFlags::options() const {
   options.port = port_;
   options.web_root = find_page(web_root_);
   options.is_public = is_public_;
+  options.tls_certificate = tls_certificate_;
+  options.tls_key = tls_key_;
   options.token_file = token_file_;
   options.link_key_file = link_key_file_;
   // Other users see the arguments of a program, but not its environment.

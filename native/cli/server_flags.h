@@ -18,7 +18,8 @@ class ServerFlags {
   Result<ServerOptions> options() const;
 
  private:
-  std::string host_ = "127.0.0.1", web_root_, cross_origin_, token_file_, link_key_file_;
+  std::string host_ = "127.0.0.1", web_root_, cross_origin_, token_file_, link_key_file_,
+              tls_certificate_, tls_key_;
   std::vector<std::string> allowed_hosts_;
   uint16_t port_ = 8080;
   bool is_public_ = false;

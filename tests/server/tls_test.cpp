@@ -1,0 +1,245 @@
+// TLS: versions, ALPN, resumption, certificates that are read again, and clients that speak
+// something else.
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <openssl/evp.h>
+#include <openssl/pem.h>
+#include <openssl/ssl.h>
+#include <openssl/x509.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <memory>
+
+#include "tests/server/server_fixture.h"
+
+namespace isosplat::test {
+namespace {
+
+template <class T, void (*kFree)(T*)>
+struct Free {
+  void operator()(T* object) const { kFree(object); }
+};
+template <class T, void (*kFree)(T*)>
+using Owned = std::unique_ptr<T, Free<T, kFree>>;
+
+/// Writes NAME.pem and NAME.key: a certificate for NAME, signed by itself.
+void write_certificate(const std::filesystem::path& folder, const std::string& name) {
+  const Owned<EVP_PKEY, EVP_PKEY_free> key(EVP_EC_gen("P-256"));
+  const Owned<X509, X509_free> certificate(X509_new());
+  X509_set_version(certificate.get(), 2);
+  ASN1_INTEGER_set(X509_get_serialNumber(certificate.get()), 1);
+  X509_gmtime_adj(X509_getm_notBefore(certificate.get()), -60);
+  X509_gmtime_adj(X509_getm_notAfter(certificate.get()), 24 * 3600);
+  X509_set_pubkey(certificate.get(), key.get());
+  X509_NAME* const subject = X509_get_subject_name(certificate.get());
+  X509_NAME_add_entry_by_txt(subject, "CN", MBSTRING_ASC,
+                             reinterpret_cast<const unsigned char*>(name.c_str()), -1, -1, 0);
+  X509_set_issuer_name(certificate.get(), subject);
+  ASSERT_GT(X509_sign(certificate.get(), key.get(), EVP_sha256()), 0);
+  FILE* file = std::fopen((folder / (name + ".pem")).c_str(), "w");
+  ASSERT_EQ(PEM_write_X509(file, certificate.get()), 1);
+  std::fclose(file);
+  file = std::fopen((folder / (name + ".key")).c_str(), "w");
+  ASSERT_EQ(PEM_write_PrivateKey(file, key.get(), nullptr, nullptr, 0, nullptr, nullptr), 1);
+  std::fclose(file);
+}
+
+/// A client that checks no certificate. Null pointers and empty texts: the defaults.
+struct TlsClient {
+  struct Options {
+    int least = TLS1_2_VERSION, most = 0;  ///< 0: the newest
+    std::string_view protocols = {};       ///< ALPN: each after its length
+    SSL_SESSION* session = nullptr;
+    const char* ciphers = nullptr;
+  };
+
+  explicit TlsClient(uint16_t port) : TlsClient(port, Options{}) {}
+  TlsClient(uint16_t port, const Options& options) : context(SSL_CTX_new(TLS_client_method())) {
+    SSL_CTX_set_min_proto_version(context.get(), options.least);
+    SSL_CTX_set_max_proto_version(context.get(), options.most);
+    // Old versions and ciphers are allowed here, so that it is the server that refuses them.
+    SSL_CTX_set_cipher_list(context.get(), options.ciphers ? options.ciphers : "ALL:@SECLEVEL=0");
+    ssl.reset(SSL_new(context.get()));
+    if (!options.protocols.empty()) {
+      SSL_set_alpn_protos(ssl.get(),
+                          reinterpret_cast<const unsigned char*>(options.protocols.data()),
+                          static_cast<unsigned>(options.protocols.size()));
+    }
+    if (options.session) SSL_set_session(ssl.get(), options.session);
+    socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    const timeval patience{20, 0};
+    ::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    if (::connect(socket, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) return;
+    SSL_set_fd(ssl.get(), socket);
+    is_open = SSL_connect(ssl.get()) == 1;
+  }
+  ~TlsClient() { ::close(socket); }
+  TlsClient(const TlsClient&) = delete;
+  TlsClient& operator=(const TlsClient&) = delete;
+
+  /// The response to a request that closes the connection.
+  std::string get(const std::string& target, const std::string& headers = {}) {
+    const std::string request = "GET " + target + " HTTP/1.1\r\nHost: localhost\r\n" + headers +
+                                "Connection: close\r\n\r\n";
+    if (SSL_write(ssl.get(), request.data(), static_cast<int>(request.size())) <= 0) return "";
+    std::string response;
+    char piece[16384];
+    int bytes = 0;
+    while ((bytes = SSL_read(ssl.get(), piece, sizeof piece)) > 0) {
+      response.append(piece, static_cast<size_t>(bytes));
+    }
+    was_closed_by_notice = SSL_get_error(ssl.get(), bytes) == SSL_ERROR_ZERO_RETURN;
+    return response;
+  }
+
+  std::string name_of_server() const {
+    const Owned<X509, X509_free> certificate(SSL_get1_peer_certificate(ssl.get()));
+    char text[100] = {};
+    X509_NAME_get_text_by_NID(X509_get_subject_name(certificate.get()), NID_commonName, text,
+                              sizeof text);
+    return text;
+  }
+
+  Owned<SSL_CTX, SSL_CTX_free> context;
+  Owned<SSL, SSL_free> ssl;
+  int socket = -1;
+  bool is_open = false;
+  bool was_closed_by_notice = false;
+};
+
+class Tls : public ServerTest {
+ protected:
+  Tls() {
+    write_certificate(certificates.path(), "one");
+    write_certificate(certificates.path(), "two");
+    use("one");
+    options.tls_certificate = certificates.path() / "server.pem";
+    options.tls_key = certificates.path() / "server.key";
+  }
+
+  void use(const std::string& name) const {
+    for (const char* end : {".pem", ".key"}) {
+      std::filesystem::copy_file(certificates.path() / (name + end),
+                                 certificates.path() / (std::string("server") + end),
+                                 std::filesystem::copy_options::overwrite_existing);
+    }
+  }
+
+  TemporaryFolder certificates;
+};
+
+TEST_F(Tls, ServesTheSameBytes) {
+  start();
+  EXPECT_TRUE(server->url().starts_with("https://localhost:")) << server->url();
+  for (const int version : {TLS1_2_VERSION, TLS1_3_VERSION}) {
+    TlsClient client(port(), {.least = version, .most = version});
+    ASSERT_TRUE(client.is_open) << version;
+    const std::string response = client.get(content("file"));
+    EXPECT_TRUE(response.starts_with("HTTP/1.1 200 OK\r\n"));
+    EXPECT_EQ(response.substr(response.find("\r\n\r\n") + 4), text_of(alpha.file));
+    EXPECT_TRUE(client.was_closed_by_notice) << "else a client cannot tell a cut from an end";
+  }
+}
+
+TEST_F(Tls, OldVersionsAndCiphersAreRefused) {
+  start();
+  for (const int version : {TLS1_VERSION, TLS1_1_VERSION}) {
+    EXPECT_FALSE(TlsClient(port(), {.least = version, .most = version}).is_open) << version;
+  }
+  // Without forward secrecy, and without authenticated encryption.
+  for (const char* cipher : {"AES128-GCM-SHA256", "ECDHE-ECDSA-AES128-SHA"}) {
+    EXPECT_FALSE(TlsClient(port(), {.most = TLS1_2_VERSION, .ciphers = cipher}).is_open) << cipher;
+  }
+  EXPECT_TRUE(
+      TlsClient(port(), {.most = TLS1_2_VERSION, .ciphers = "ECDHE-ECDSA-AES128-GCM-SHA256"})
+          .is_open);
+}
+
+TEST_F(Tls, ChoosesHttp11) {
+  start();
+  TlsClient browser(port(), {.protocols = "\x02h2\x08http/1.1"});
+  ASSERT_TRUE(browser.is_open);
+  const unsigned char* name = nullptr;
+  unsigned bytes = 0;
+  SSL_get0_alpn_selected(browser.ssl.get(), &name, &bytes);
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(name), bytes), "http/1.1");
+  EXPECT_FALSE(TlsClient(port(), {.protocols = "\x02h2"}).is_open);
+}
+
+TEST_F(Tls, ResumesSessions) {
+  start();
+  for (const int version : {TLS1_2_VERSION, TLS1_3_VERSION}) {
+    TlsClient first(port(), {.least = version, .most = version});
+    EXPECT_FALSE(first.get("/healthz").empty());
+    EXPECT_EQ(SSL_session_reused(first.ssl.get()), 0);
+    const Owned<SSL_SESSION, SSL_SESSION_free> session(SSL_get1_session(first.ssl.get()));
+    // With other options of the client the session would not be reused.
+    TlsClient second(port(), {.least = version, .most = version, .session = session.get()});
+    ASSERT_TRUE(second.is_open);
+    EXPECT_EQ(SSL_session_reused(second.ssl.get()), 1) << version;
+    EXPECT_TRUE(second.get("/healthz").starts_with("HTTP/1.1 200")) << version;
+  }
+}
+
+TEST_F(Tls, ReadsCertificatesAgain) {
+  start();
+  TlsClient before(port());
+  EXPECT_EQ(before.name_of_server(), "one");
+  use("two");
+  EXPECT_TRUE(server->reload());
+  EXPECT_EQ(TlsClient(port()).name_of_server(), "two");
+  EXPECT_TRUE(before.get("/healthz").starts_with("HTTP/1.1 200")) << "open connections go on";
+  // A key of another certificate, and half a file: the old ones stay.
+  std::filesystem::copy_file(certificates.path() / "one.key", options.tls_key,
+                             std::filesystem::copy_options::overwrite_existing);
+  EXPECT_FALSE(server->reload());
+  EXPECT_EQ(TlsClient(port()).name_of_server(), "two");
+  std::filesystem::resize_file(options.tls_certificate, 100);
+  EXPECT_FALSE(server->reload());
+  EXPECT_TRUE(log_mentions("the old ones stay"));
+  EXPECT_EQ(TlsClient(port()).name_of_server(), "two");
+}
+
+TEST_F(Tls, FilesThatAreNone) {
+  options.tls_key = certificates.path() / "two.key";
+  const auto mismatched = Server::start(options);
+  ASSERT_FALSE(mismatched);
+  EXPECT_EQ(mismatched.error().status, Status::io_error);
+  EXPECT_NE(mismatched.error().message.find("expected the private key"), std::string::npos);
+  options.tls_key = certificates.path() / "none.key";
+  EXPECT_EQ(Server::start(options).error().status, Status::io_error);
+  options.tls_key.clear();
+  EXPECT_EQ(Server::start(options).error().status, Status::io_error);
+}
+
+TEST_F(Tls, WhatIsNotTls) {
+  options.limits.request_time = std::chrono::milliseconds(700);
+  start();
+  Client plain(port());
+  plain.send("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  EXPECT_EQ(plain.read(1 << 16).find("HTTP/1.1 200"), std::string::npos);
+  EXPECT_TRUE(plain.is_closed());
+  Client silent(port());
+  EXPECT_TRUE(silent.is_closed()) << "a handshake has request_time";
+  EXPECT_TRUE(TlsClient(port()).get("/healthz").starts_with("HTTP/1.1 200"));
+}
+
+TEST_F(Tls, CookiesAreForTlsOnly) {
+  options.tokens = {"token-0123456789abcdef"};
+  write_file(certificates.path() / "index.html", std::string_view("<title>I</title>"));
+  options.web_root = certificates.path();
+  start();
+  const std::string moved = TlsClient(port()).get("/?token=token-0123456789abcdef");
+  EXPECT_TRUE(moved.starts_with("HTTP/1.1 303 ")) << moved;
+  EXPECT_NE(moved.find("; SameSite=Strict; Secure\r\n"), std::string::npos) << moved;
+}
+
+}  // namespace
+}  // namespace isosplat::test
