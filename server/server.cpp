@@ -23,6 +23,7 @@
 #include "server/catalog.h"
 #include "server/connection.h"
 #include "server/listen.h"
+#include "server/page_loader.h"
 #include "server/router.h"
 #include "server/server_log.h"
 #include "server/tls.h"
@@ -34,10 +35,6 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
-
-/// How long files of the old page are served after the page was rebuilt, to browsers that have the
-/// old page open.
-constexpr std::chrono::hours kOldPageKept{1};
 
 /// The key for counting connections: an IPv4 address, or the first 64 bits of an IPv6 address,
 /// since a client usually has a whole /64 network.
@@ -69,7 +66,8 @@ struct Server::State {
         router(catalog, {options.limits.query_bytes, options.limits.query_chunks,
                          options.limits.query_directory_bytes, options.limits.target_bytes}),
         admission(options.limits.connections, options.limits.connections_per_address),
-        shared{router, options.limits, stopping, log} {}
+        shared{router, options.limits, stopping, log},
+        page(options.web_root, options.limits.page_asset_bytes, router, log) {}
 
   ~State() {
     stop();
@@ -87,8 +85,6 @@ struct Server::State {
     return !options.token_file.empty() || !options.link_key_file.empty() ||
            !options.tls_certificate.empty();
   }
-  Result<void> load_page();
-  void reload_page();
   void run();
   Awaitable<void> accept_on(Acceptor& acceptor);
   bool close_longest_waiting();
@@ -104,9 +100,7 @@ struct Server::State {
   Router router;
   Admission admission;
   ConnectionShared shared;
-  std::shared_ptr<const PageAssets> page;  // null without a web root
-  uint64_t page_signature = 0;             // of the last attempt to load the page
-  uint64_t page_signature_seen = 0;        // of the last scan
+  PageLoader page;
   uint16_t bound_port = 0;
   std::atomic<bool> has_access_rules{false};
   std::mutex tls_mutex;
@@ -190,38 +184,6 @@ Result<void> Server::State::reload() {
   return loaded;
 }
 
-Result<void> Server::State::load_page() {
-  if (options.web_root.empty()) return {};
-  page_signature = page_signature_seen = PageAssets::signature(options.web_root);
-  const uint64_t max_bytes = options.limits.page_asset_bytes;
-  auto loaded = PageAssets::load(options.web_root, max_bytes,
-                                 [this](std::string_view line) { log.line(line); });
-  if (!loaded) return tl::unexpected(loaded.error());
-  if (const std::vector<std::string> missing = (*loaded)->missing(); !missing.empty()) {
-    const std::string text = fmt::format("page {}: its HTML refers to {}, which does not exist",
-                                         options.web_root.string(), missing.front());
-    if (page) return fail(Status::io_error, text + ": the old page is served until it does");
-    log.line(text + ": build the page again");
-  }
-  if (page) (*loaded)->keep_hashed(*page, max_bytes, kOldPageKept);
-  page = *loaded;
-  router.set_page(page);
-  return {};
-}
-
-/// Loads the page again if it has changed since the last load but not since the last scan. While a
-/// build writes the page, it is incomplete: the old page is served until the new one is complete.
-void Server::State::reload_page() {
-  if (options.web_root.empty()) return;
-  const uint64_t signature = PageAssets::signature(options.web_root);
-  const bool is_stable = signature == page_signature_seen;
-  page_signature_seen = signature;
-  if (!is_stable || signature == page_signature) return;
-  const Result<void> loaded = load_page();
-  log.line(loaded ? fmt::format("page: loaded again from {}", options.web_root.string())
-                  : loaded.error().message);
-}
-
 Awaitable<void> Server::State::accept_on(Acceptor& acceptor) {
   Timer pause(control.get_executor());
   while (!stopping) {
@@ -274,7 +236,7 @@ void Server::State::scan_regularly() {
   while (!done_changed.wait_for(lock, options.scan_interval, [this] { return stopping.load(); })) {
     lock.unlock();
     catalog.scan();
-    reload_page();
+    page.load_if_changed();
     lock.lock();
   }
 }
@@ -351,7 +313,7 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
   }
   raise_open_file_limit();
   auto state = std::make_unique<State>(std::move(options));
-  if (Result<void> loaded = state->load_page(); !loaded) return tl::unexpected(loaded.error());
+  if (Result<void> loaded = state->page.load(); !loaded) return tl::unexpected(loaded.error());
   if (Result<void> loaded = state->load_access(); !loaded) return tl::unexpected(loaded.error());
   if (Result<void> loaded = state->load_tls_files(); !loaded) {
     return tl::unexpected(loaded.error());
