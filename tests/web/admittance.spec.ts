@@ -81,6 +81,23 @@ describe.each(sources)("%s", (_, make) => {
   });
 });
 
+it("the server reads tokens again on SIGHUP, and goes on", async () => {
+  const tokens = join(folder, "tokens");
+  const other = "other-0123456789abcdef";
+  const status = async (of: string): Promise<number> => {
+    const headers = { Authorization: `Bearer ${of}` };
+    return (await fetch(`${server.url}v1/volumes/test`, { headers })).status;
+  };
+  expect([await status(token), await status(other)]).toEqual([200, 401]);
+  writeFileSync(tokens, `${other} test\n`);
+  server.signal("SIGHUP");
+  await expect.poll(() => status(other), { timeout: 60_000 }).toBe(200);
+  expect(await status(token)).toBe(401);
+  writeFileSync(tokens, `${token} test\n`);
+  server.signal("SIGHUP");
+  await expect.poll(() => status(token), { timeout: 60_000 }).toBe(200);
+});
+
 it("a presigned URL is asked for as it is", () => {
   expect(withQuery("https://b.example/s?X-Signature=a%2Fb", undefined)).toBe(
     "https://b.example/s?X-Signature=a%2Fb",

@@ -10,6 +10,7 @@ export interface RunningServer {
   url: string;
   /** Stops the server and waits. Does nothing if it has already ended. */
   stop(): Promise<void>;
+  signal(name: NodeJS.Signals): void;
 }
 
 /** Serves stores (files or folders) and the page. `port` 0: any free port. `more`: further options. */
@@ -22,7 +23,7 @@ export async function serve(
   const options = ["serve", ...stores, "--port", String(port), "--web-root", "build/page", ...more];
   const child = spawn(program, options, { stdio: ["ignore", "pipe", "pipe"] });
   const url = await addressOf(child);
-  return { url, stop: () => ended(child) };
+  return { url, stop: () => ended(child), signal: (name) => void child.kill(name) };
 }
 
 function addressOf(child: ChildProcess): Promise<string> {
