@@ -1,4 +1,4 @@
-/** A visit to the real page in Chromium, over a throttled network, with what it took. */
+/** A visit to the real page in Chromium over a throttled network: its times, bytes and memory. */
 import {
   type Browser,
   type BrowserContext,
@@ -19,7 +19,7 @@ export const links: Link[] = [
   { name: "5 Mbit/s, 150 ms", megabitsPerSecond: 5, latencyMs: 150 },
 ];
 
-/** What was on the wire between two moments. Bytes as the network sends them, headers included. */
+/** Traffic of a period. Bytes as the network sends them, with headers. */
 export interface Wire {
   bytes: number;
   requests: number;
@@ -46,12 +46,12 @@ export function launch(): Promise<Browser> {
 /** The URLs of a volume's data, on a server or as a file. */
 const volumeUrl = /\/v1\/|\.isosplat/;
 
-/** Waits for the page's controls, the last part of it that is loaded. */
+/** Waits for the page's controls, which load last. */
 async function controls(page: Page): Promise<void> {
   await page.waitForFunction(() => customElements.get("wa-slider") !== undefined);
 }
 
-/** A page in a profile of its own: nothing is cached but what this visitor has fetched. */
+/** A page in a new browser profile, whose cache has only what this visitor has fetched. */
 export class Visitor {
   readonly page: Page;
   readonly #context: BrowserContext;
@@ -86,7 +86,7 @@ export class Visitor {
         uploadThroughput: (link.megabitsPerSecond * 1e6) / 8,
       });
     }
-    // The marks of web/stream, with the time at which the frame after them has been handed over.
+    // The marks of web/stream, with the time at which the next frame was submitted to the browser.
     await page.addInitScript(() => {
       const seen: { name: string; at: number; shown: number }[] = [];
       (globalThis as unknown as { visit: typeof seen }).visit = seen;
@@ -159,7 +159,7 @@ export class Visitor {
     });
   }
 
-  /** Waits for a mark of web/stream; `shown` is when its frame was handed over, ms. */
+  /** Waits for a mark of web/stream. shown: time (ms) at which its frame was submitted. */
   async mark(name: string, count = 1, timeout = 180_000): Promise<{ at: number; shown: number }> {
     const handle = await this.page.waitForFunction(
       ({ name, count }) => {
@@ -183,9 +183,9 @@ export class Visitor {
   }
 
   /**
-   * Moves the isovalue slider to these places between its ends (0 to 1) one after the other, as a
-   * hand would, and lets so many frames go by after each: it is drawn in the first. In one call, so
-   * that what calls cost is not counted as the page's.
+   * Moves the isovalue slider to these positions (0 to 1) one after the other, as a user would, and waits
+   * for a number of frames after each; the first of these draws it. One call into the page for all
+   * positions, so that the cost of calls is not measured.
    */
   async slide(places: readonly number[], framesEach = 0): Promise<void> {
     await this.page.evaluate(
@@ -206,8 +206,8 @@ export class Visitor {
   }
 
   /**
-   * What the page's main thread holds once its garbage is collected, in MB: objects, array buffers,
-   * and WebAssembly's memories. Those of workers are not seen; tests/web/stream.spec.ts watches them.
+   * Memory of the page's main thread after garbage collection, in MB: objects, array buffers, and
+   * WebAssembly memories. Does not include workers, which tests/web/stream.spec.ts checks.
    */
   async heap(): Promise<{ objects: number; buffers: number; wasm: number }> {
     await this.#cdp.send("HeapProfiler.collectGarbage");
@@ -221,8 +221,8 @@ export class Visitor {
   }
 
   /**
-   * Milliseconds that the main thread has worked so far: scripts, WebAssembly included; the page's
-   * layout with its styles.
+   * Milliseconds that the main thread has spent so far on scripts (with WebAssembly), and on layout and
+   * styles.
    */
   async mainThread(): Promise<{ scripts: number; layout: number }> {
     const { metrics } = await this.#cdp.send("Performance.getMetrics");
@@ -234,7 +234,7 @@ export class Visitor {
     };
   }
 
-  /** What the main thread was kept by a kind of work (web/stream/timeline.ts) so far, in ms. */
+  /** Time that the main thread has spent so far on a kind of work (web/stream/timeline.ts), in ms. */
   async work(name: "isosplat:streaming" | "isosplat:drawing"): Promise<Work> {
     return this.page.evaluate((name) => {
       const { work } = globalThis as unknown as { work: Record<string, Work> };
@@ -242,7 +242,7 @@ export class Visitor {
     }, name);
   }
 
-  /** What the last mark of this name says of streaming until then. */
+  /** The state of streaming at the last mark of this name. */
   async markDetail(name: string): Promise<MarkDetail> {
     return this.page.evaluate((name) => {
       const [mark] = performance.getEntriesByName(name, "mark");
@@ -250,11 +250,11 @@ export class Visitor {
     }, name);
   }
 
-  /** The volume's data leaves the browser's cache, what the page is made of stays. */
+  /** Removes the volume's data from the browser's cache, but not the page. */
   async forgetData(): Promise<void> {
     await this.page.goto("about:blank");
     await this.#cdp.send("Network.clearBrowserCache");
-    // The cache can only be emptied as a whole: the page is fetched once more, unseen.
+    // The cache can only be cleared completely, so another tab fetches the page again.
     const before = this.page.context().pages().length;
     const again = await this.page.context().newPage();
     const cdp = await this.#context.newCDPSession(again);
