@@ -245,3 +245,32 @@ test("decoding workers that crash are replaced, and the picture becomes complete
     await page.evaluate(() => window.life.events.filter((e) => e.startsWith("error"))),
   ).toEqual([]);
 });
+
+test("a change of the light is a motion: fast splats first, then the exact surface", async ({
+  page,
+}) => {
+  await emptyPage(page);
+  await open(page);
+  const kinds = await page.evaluate(async () => {
+    const { viewer } = window.life;
+    const atRest = () =>
+      new Promise<void>((resolve) => {
+        const stop = viewer.on("busy", (isBusy) => {
+          if (isBusy) return;
+          stop();
+          resolve();
+        });
+      });
+    await window.life.opened;
+    if (viewer.isBusy) await atRest();
+    const drawn: string[] = [];
+    viewer.on("frame", ({ kind }) => drawn.push(kind));
+    const isDone = atRest();
+    viewer.setLook({ light: { ...viewer.look.light, azimuth: 30 } });
+    await isDone;
+    return drawn;
+  });
+  expect(kinds[0]).not.toBe("exact");
+  expect(kinds.at(-1)).toBe("exact");
+  await dispose(page);
+});

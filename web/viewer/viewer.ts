@@ -302,7 +302,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   setLook(change: Partial<Look>): void {
     this.#look = { ...this.#look, ...change };
     this.#applySettings();
-    this.#scheduler?.request();
+    // A slider that is dragged is a motion: else pictures with and without occlusion would alternate.
+    this.#scheduler?.onCameraChange();
   }
 
   /** The meaning of colours; null if each surface has its own colour, or no volume is open. */
