@@ -25,11 +25,6 @@ constexpr Vec3f kRimDirection{0.76f, 0.19f, -0.62f};
 
 constexpr float kNormalReflectance = 0.04f;  // of most dielectrics
 
-/// `value` within [low, high]; low if it is not a number.
-float limited(float value, float low, float high) {
-  return value > low ? std::min(value, high) : low;
-}
-
 Vec3f unit(Vec3f v) {
   return v * (1 / length(v));
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "shared/base/vec3.h"
@@ -17,11 +18,11 @@ struct LightSettings {
   float rim = 0.3f;        ///< strength of the light from behind, on the right, 0 … 2
   float highlight = 0.6f;  ///< strength of the reflection of the key light, 0 … 2
   float roughness = 0.4f;  ///< of the material, 0.1 … 1: wide and faint highlights where it is high
-  float occlusion = 0.9f;  ///< share of the occluded sky light that is taken away, 0 … 1
+  float occlusion = 1;     ///< share of the occluded sky light that is taken away, 0 … 1
   /// How far occluders reach, as a share of the radius of the visible part of the volume, 0.001
   /// … 1.
   float occlusion_radius = 0.2f;
-  float shadow = 0.75f;          ///< share of the occluded key light that is taken away, 0 … 1
+  float shadow = 0.9f;           ///< share of the occluded key light that is taken away, 0 … 1
   float shadow_softness = 0.1f;  ///< radius of the key light at distance 1, 0.01 … 0.5
 
   friend bool operator==(const LightSettings&, const LightSettings&) = default;
@@ -32,6 +33,11 @@ struct LightSettings {
 /// legend's, with the edge shading included (kLeastEdgeShading).
 inline constexpr float kLeastValueShading = 0.4f;
 inline constexpr float kLeastEdgeShading = 0.75f;
+
+/// `value` within [low, high]; low if it is not a number.
+inline float limited(float value, float low, float high) {
+  return value > low ? std::min(value, high) : low;
+}
 
 /// The sRGB transfer function (IEC 61966-2-1) and its inverse, 0 … 1.
 float srgb_to_linear(float encoded);

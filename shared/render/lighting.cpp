@@ -27,10 +27,6 @@ bool shows_values(const RenderSettings& settings) {
   return settings.colour_by != ColourBy::isosurface;
 }
 
-float share(float value) {
-  return value > 0 ? std::min(value, 1.0f) : 0.0f;
-}
-
 }  // namespace
 
 double visible_radius(const VolumeGrid& grid, const RenderSettings& settings) {
@@ -103,12 +99,12 @@ void Lighting::apply_occlusion(const GlProgram& program, const LightSettings& li
                                const StillPicture& picture) {
   // In close-ups, occluders reach over a fifth of the image's height, so that folds are seen there.
   constexpr float kMostOfImage = 0.2f;
-  const float radius = std::clamp(light.occlusion_radius, 0.001f, 1.0f) * picture.scene_radius;
-  glUniform4f(program.uniform("u_ambient"), share(light.occlusion), radius,
+  const float radius = limited(light.occlusion_radius, 0.001f, 1) * picture.scene_radius;
+  glUniform4f(program.uniform("u_ambient"), limited(light.occlusion, 0, 1), radius,
               kMostOfImage * picture.image_height, 0);
   // Shadows reach as far as the visible part's radius, or half of the image.
-  glUniform4f(program.uniform("u_shadow"), share(light.shadow),
-              std::clamp(light.shadow_softness, 0.01f, 0.5f), picture.scene_radius,
+  glUniform4f(program.uniform("u_shadow"), limited(light.shadow, 0, 1),
+              limited(light.shadow_softness, 0.01f, 0.5f), picture.scene_radius,
               0.5f * picture.image_height);
   // The same sequence as that of the offsets in the image, with another phase, and points of the
   // disc by H. Vogel's spiral (1979).

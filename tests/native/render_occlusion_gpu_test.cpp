@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
@@ -234,6 +235,23 @@ TEST_F(OcclusionGpu, StartsWithTheSecondPicture) {
   const auto plain = draw_image(*renderer_, kSize, kSize);
   ASSERT_TRUE(first && plain);
   EXPECT_EQ(first->rgba, plain->rgba);
+}
+
+// Settings may come from a link. Numbers out of range count as the nearest limit, NaN as the lower
+// one.
+TEST_F(OcclusionGpu, LimitsItsSettings) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  settings_.light.occlusion = settings_.light.shadow = 7;
+  settings_.light.occlusion_radius = settings_.light.shadow_softness = kNan;
+  settings_.light.key = settings_.light.sky = 1e30f;
+  settings_.light.roughness = -1;
+  const std::vector<float> outside = light();
+  settings_.light.occlusion = settings_.light.shadow = 1;
+  settings_.light.occlusion_radius = 0.001f;
+  settings_.light.shadow_softness = 0.01f;
+  settings_.light.key = settings_.light.sky = 2;
+  settings_.light.roughness = 0.1f;
+  EXPECT_EQ(outside, light());
 }
 
 // Also at the image's edges, and where the surface is seen at a grazing angle.

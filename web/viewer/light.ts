@@ -36,9 +36,9 @@ export const defaultLight: Light = {
   rim: 0.3,
   highlight: 0.6,
   roughness: 0.4,
-  occlusion: 0.9,
+  occlusion: 1,
   occlusionRadius: 0.2,
-  shadow: 0.75,
+  shadow: 0.9,
   shadowSoftness: 0.1,
 };
 
