@@ -22,7 +22,7 @@ struct RenderCall {
   std::string store, output = "out.png";
   std::vector<double> isovalues;
   std::string size = "1024x1024";
-  std::string kind = "exact";
+  std::string kind = "exact", shading = "smooth";
   std::vector<std::string> colours;
   std::vector<double> opacities;
   std::string background = "ffffff";
@@ -89,8 +89,8 @@ Result<RenderSettings> render_settings(const RenderCall& call) {
   RenderSettings settings;
   settings.kind = call.kind == "quad"      ? SplatKind::quad
                   : call.kind == "ellipse" ? SplatKind::ellipse
-                  : call.kind == "exact"   ? SplatKind::exact
-                                           : SplatKind::blended;
+                                           : SplatKind::exact;
+  settings.shading = call.shading == "smooth" ? Shading::smooth : Shading::exact;
   if (call.isovalues.size() > kMaxIsosurfaces) {
     return fail(Status::invalid_argument,
                 fmt::format("--isovalue: expected at most {} isovalues, found {}", kMaxIsosurfaces,
@@ -268,10 +268,8 @@ int run(const RenderCall& call) {
   fmt::print("{}: {} × {}{}, {} samples of level {}, {}\n", call.output, width, height,
              frames > 1 ? fmt::format(", {} frames", frames) : "",
              with_commas(statistics.samples_drawn), scene->level, (*renderer)->limits().renderer);
-  if (statistics.kind != settings->kind) {
-    note(
-        "this OpenGL has no floating-point render targets: ellipses were drawn instead of blended "
-        "splats");
+  if (settings->shading == Shading::smooth && !(*renderer)->limits().float_targets) {
+    note("this OpenGL has no floating-point render targets: shading is exact instead of smooth");
   }
   return kSuccess;
 }
@@ -388,7 +386,13 @@ void add_light_options(CLI::App* command, RenderCall* call) {
 
 void add_scene_options(CLI::App* command, RenderCall* call) {
   command->add_option("--kind", call->kind, "Kind of splats")
-      ->check(CLI::IsMember({"quad", "ellipse", "blended", "exact"}))
+      ->check(CLI::IsMember({"quad", "ellipse", "exact"}))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--shading", call->shading,
+          "smooth: normals are continuous; exact: the gradient of each cell (not of quads)")
+      ->check(CLI::IsMember({"smooth", "exact"}))
       ->capture_default_str();
   command
       ->add_option("--clip-box", call->clip_box,

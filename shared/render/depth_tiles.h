@@ -6,8 +6,8 @@
 
 namespace isosplat {
 
-/// The farthest depth of each tile (HIDING_TILE_PX) of the surfaces drawn so far. Vertex shaders
-/// drop splats behind it, so that they cost no fragments.
+/// The range of depths of each tile (HIDING_TILE_PX) of the surfaces drawn so far. Vertex shaders
+/// drop splats outside of it, so that they cost no fragments.
 class DepthTiles {
  public:
   /// Allocates the tiles of an image of this size. Errors: gl_error.
@@ -17,7 +17,7 @@ class DepthTiles {
   /// changes viewport, program and vertex array.
   void update(const SplatTarget& target, GLuint empty_vertex_array);
 
-  /// R32UI: the bits of the depth (0 to 1) as a float, whose order is that of the depths.
+  /// RGBA32UI: see shaders/depth_tiles.frag.glsl.
   GLuint texture() const { return tiles_.texture(); }
   uint64_t bytes() const { return tiles_.bytes(); }
 
@@ -27,7 +27,7 @@ class DepthTiles {
 
  private:
   GlProgram program_;
-  ImageTarget tiles_{GL_R32UI, "for the depths of tiles"};
+  ImageTarget tiles_{GL_RGBA32UI, "for the depths of tiles"};
 };
 
 }  // namespace isosplat

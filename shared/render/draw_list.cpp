@@ -9,15 +9,25 @@
 namespace isosplat {
 namespace {
 
+double cells_per_cell_of_level_0(const ChunkStore::Chunk& chunk) {
+  return std::ldexp(1.0, static_cast<int>(chunk.block.level));
+}
+
 DrawItem make_item(const DrawnChunk& visible, const ChunkStore::Chunk& chunk, const Frame& frame,
                    const Frame::Box& box) {
   const auto& lens = frame.block().lens;
-  const double level_scale = std::ldexp(1.0, static_cast<int>(chunk.block.level));
+  const double level_scale = cells_per_cell_of_level_0(chunk);
   const double nearest = frame.nearest(box);
   const double diagonal = 2 * level_scale * double(frame.block().cell[3]);
+  const double near_plane = double(frame.block().depth[2]);
   // Near the corners of the image, oblique cells look larger than their diagonal.
-  const double largest_px = 1.5 * diagonal * double(lens[0]) * double(lens[3]) /
-                            std::max(nearest - diagonal, double(frame.block().depth[2]));
+  const double largest_px =
+      1.5 * diagonal * double(lens[0]) * double(lens[3]) / std::max(nearest - diagonal, near_plane);
+  constexpr double kReach = 2 * double(SMOOTH_REACH_CELLS);  // of a splat of gradients, in cells
+  const double largest_support_px =
+      1.5 * kReach * diagonal * double(lens[0]) / std::max(nearest - kReach * diagonal, near_plane);
+  const double largest_side_px =
+      level_scale * frame.cell_side() * double(lens[0]) / std::max(nearest, near_plane);
   const Vec3d corner = box.centre - box.half;
   return {visible.handle,
           &chunk,
@@ -26,6 +36,8 @@ DrawItem make_item(const DrawnChunk& visible, const ChunkStore::Chunk& chunk, co
            static_cast<float>(level_scale)},
           visible.regions,
           static_cast<float>(largest_px),
+          static_cast<float>(largest_support_px),
+          static_cast<float>(largest_side_px),
           0};
 }
 
@@ -46,14 +58,16 @@ Occluders::Box cluster_box(const Frame& frame, const DrawItem& item, const Sampl
 
 }  // namespace
 
-uint32_t DrawList::collect(const ChunkStore& chunks, const Frame& frame) {
+uint32_t DrawList::collect(const ChunkStore& chunks, const Frame& frame, double margin_cells) {
   items_.clear();
   uint32_t culled = 0;
   for (const DrawnChunk& visible : chunks.visible()) {
     const ChunkStore::Chunk* chunk = chunks.find(visible.handle);
     if (!chunk || chunk->range.count == 0) continue;
     const Frame::Box box = frame.box(chunk->low, chunk->high);
-    if (frame.may_see(box)) {
+    const double margin = margin_cells * cells_per_cell_of_level_0(*chunk);
+    const Vec3d margins{margin, margin, margin};
+    if (frame.may_see(frame.box(chunk->low - margins, chunk->high + margins))) {
       items_.push_back(make_item(visible, *chunk, frame, box));
     } else {
       ++culled;
@@ -97,6 +111,20 @@ uint64_t DrawList::estimate_visibility(const Frame& frame, float quantized_isova
     }
   }
   return occluded_samples;
+}
+
+void DrawList::find_contributors(const Frame& frame) {
+  occluders_.begin(frame.block());
+  visibilities_.clear();
+  for (DrawItem& item : items_) {
+    item.first_cluster = static_cast<uint32_t>(visibilities_.size());
+    for (const SampleCluster& cluster : item.chunk->clusters) {
+      const bool present =
+          item.regions.contains(cluster.region_index()) &&
+          occluders_.is_in_image(cluster_box(frame, item, cluster), item.largest_support_px);
+      visibilities_.push_back(present ? ClusterVisibility::visible : ClusterVisibility::absent);
+    }
+  }
 }
 
 const DrawItem* DrawList::find(ChunkHandle handle) const {

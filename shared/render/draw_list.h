@@ -10,9 +10,9 @@
 
 namespace isosplat {
 
-/// Which clusters a pass draws. The last two need a depth test in the vertex shader, which drops
+/// Which clusters a pass draws. The last one needs a depth test in the vertex shader, which drops
 /// samples that are occluded by what is drawn already.
-enum class ClusterSubset : uint8_t { all, likely_visible, likely_occluded, all_tested };
+enum class ClusterSubset : uint8_t { all, likely_visible, likely_occluded };
 
 /// A visible chunk in the frustum of this frame.
 struct DrawItem {
@@ -21,20 +21,26 @@ struct DrawItem {
   double nearest;              ///< distance along the view of its nearest point, frame space
   std::array<float, 4> block;  ///< u_block of shaders/splat.glsl
   RegionMask regions;
-  float largest_px;        ///< upper limit of the size of its splats
-  uint32_t first_cluster;  ///< of its clusters in the list of all clusters
+  float largest_px;          ///< upper limit of the size of its splats
+  float largest_support_px;  ///< that of splats of gradients
+  float largest_side_px;     ///< upper limit of the side of a cell (as a cube of its volume)
+  uint32_t first_cluster;    ///< of its clusters in the list of all clusters
 };
 
 /// The chunks to draw in a frame, and an estimate of which of their clusters are occluded.
 class DrawList {
  public:
-  /// Collects the visible chunks inside of the frustum and the clip planes, nearest first. Returns
-  /// the number of resident visible chunks outside of them.
-  uint32_t collect(const ChunkStore& chunks, const Frame& frame);
+  /// Collects the visible chunks inside of the frustum and the clip planes, or not more than
+  /// `margin_cells` of their cells outside, nearest first. Returns the number of resident visible
+  /// chunks that are not collected.
+  uint32_t collect(const ChunkStore& chunks, const Frame& frame, double margin_cells);
 
   /// Estimates, for one isosurface, which clusters are in the image and which of them are occluded
   /// by others. Returns the number of samples in the occluded ones.
   uint64_t estimate_visibility(const Frame& frame, float quantized_isovalue);
+
+  /// Instead: all clusters whose cells may contribute to the normals of what is in the image.
+  void find_contributors(const Frame& frame);
 
   const std::vector<DrawItem>& items() const { return items_; }
   const DrawItem* find(ChunkHandle handle) const;
@@ -66,7 +72,6 @@ inline bool DrawList::contains(ClusterSubset subset, ClusterVisibility visibilit
     case ClusterSubset::likely_occluded:
       return visibility == ClusterVisibility::occluded;
     case ClusterSubset::all:
-    case ClusterSubset::all_tested:
       break;
   }
   return visibility != ClusterVisibility::absent;

@@ -78,22 +78,6 @@ Result<void> show_lit_picture(const DrawContext& context, GLuint framebuffer) {
   return {};
 }
 
-Result<void> normalise_sums(const DrawContext& context, int isosurface, int layer) {
-  const SurfaceTargets& targets = context.targets;
-  bind_framebuffer(targets.layer_framebuffer(layer), targets.width(), targets.height());
-  const auto program = context.programs.image(ImagePass::normalise);
-  if (!program) return tl::unexpected(program.error());
-  glUseProgram((*program)->name());
-  glUniform1ui((*program)->uniform("u_isosurface"), static_cast<GLuint>(isosurface));
-  bind_texture(0, GL_TEXTURE_2D, targets.normal_sums());
-  bind_texture(1, GL_TEXTURE_2D, targets.scalar_sums());
-  draw_image_triangle(context);
-  bind_texture(1, GL_TEXTURE_2D, 0);
-  bind_texture(0, GL_TEXTURE_2D, 0);
-  ++context.statistics.draw_calls;
-  return {};
-}
-
 Result<void> present_mean(const DrawContext& context, const Accumulation& accumulation,
                           GLuint framebuffer) {
   const auto program = context.programs.image(ImagePass::present);

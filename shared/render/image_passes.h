@@ -18,9 +18,6 @@ Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer,
 /// lighting.
 Result<void> show_lit_picture(const DrawContext& context, GLuint framebuffer);
 
-/// Converts the sums of blended splats to surface pixels of a layer.
-Result<void> normalise_sums(const DrawContext& context, int isosurface, int layer);
-
 /// Shows the mean of the accumulated pictures.
 Result<void> present_mean(const DrawContext& context, const Accumulation& accumulation,
                           GLuint framebuffer);

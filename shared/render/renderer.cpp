@@ -13,7 +13,6 @@ namespace {
 
 static_assert(KIND_QUAD == static_cast<int>(SplatKind::quad));
 static_assert(KIND_ELLIPSE == static_cast<int>(SplatKind::ellipse));
-static_assert(KIND_BLENDED == static_cast<int>(SplatKind::blended));
 static_assert(KIND_EXACT == static_cast<int>(SplatKind::exact));
 static_assert(MAX_ISOSURFACES == kMaxIsosurfaces && MAX_LAYERS == kMaxIsosurfaces + 1);
 static_assert(MAX_CLIP_PLANES == kMaxClipPlanes + 6);
@@ -31,10 +30,10 @@ bool operator==(const RenderSettings& a, const RenderSettings& b) {
   };
   return std::equal(a.isosurfaces.begin(), a.isosurfaces.end(), b.isosurfaces.begin(),
                     b.isosurfaces.end(), same_surface) &&
-         a.kind == b.kind && a.colour_by == b.colour_by && a.colour_map == b.colour_map &&
-         a.colour_low == b.colour_low && a.colour_high == b.colour_high &&
-         a.background == b.background && a.light == b.light && a.eye_dome == b.eye_dome &&
-         a.splat_scale == b.splat_scale && a.projected == b.projected &&
+         a.kind == b.kind && a.shading == b.shading && a.colour_by == b.colour_by &&
+         a.colour_map == b.colour_map && a.colour_low == b.colour_low &&
+         a.colour_high == b.colour_high && a.background == b.background && a.light == b.light &&
+         a.eye_dome == b.eye_dome && a.splat_scale == b.splat_scale && a.projected == b.projected &&
          a.displaced == b.displaced &&
          std::equal(a.clip_planes.begin(), a.clip_planes.end(), b.clip_planes.begin(),
                     b.clip_planes.end(), same_plane) &&

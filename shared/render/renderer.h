@@ -22,8 +22,15 @@ namespace isosplat {
 enum class SplatKind : uint8_t {
   quad,     ///< squares of one depth (QSplat), cut to a strip where seen edge-on; the fastest
   ellipse,  ///< pieces of the tangent plane, moved to the cell's surface at each pixel
-  blended,  ///< ellipses weighted and normalised (EWA), anti-aliased edges; needs float targets
   exact,    ///< intersection of the pixel's ray with the cell's trilinear surface
+};
+
+/// The normals of exact splats and ellipses.
+enum class Shading : uint8_t {
+  /// Continuous across cells, chunks and levels: gradients of the cells around each lattice point
+  /// are averaged, and interpolated. Needs float targets. Cells below 3 px have exact ones.
+  smooth,
+  exact,  ///< the gradient of the cell's trilinear function, which jumps from cell to cell
 };
 
 /// The quantity that a pixel's colour shows.
@@ -58,6 +65,7 @@ struct ClipPlane {
 struct RenderSettings {
   std::vector<Isosurface> isosurfaces;  ///< at most kMaxIsosurfaces; more are ignored
   SplatKind kind = SplatKind::ellipse;
+  Shading shading = Shading::smooth;
   ColourBy colour_by = ColourBy::isosurface;
   ColourMap colour_map = ColourMap::viridis;
   double colour_low = 0, colour_high = 1;
@@ -87,16 +95,15 @@ struct FrameStatistics {
   uint32_t chunks_drawn = 0;
   uint32_t chunks_culled = 0;  ///< of set_visible(), outside of the frustum or clip planes
   uint32_t draw_calls = 0;
-  uint32_t programs_linked = 0;      ///< for the first time in this draw, which delays it
-  SplatKind kind = SplatKind::quad;  ///< as drawn: ellipse replaces blended without float targets
+  uint32_t programs_linked = 0;  ///< for the first time in this draw, which delays it
 };
 
 /// Limits of the GL implementation.
 struct RendererLimits {
   float max_point_size = 1;  ///< larger splats are drawn as two triangles
   int max_texture_size = 0;
-  bool float_targets = false;  ///< EXT_color_buffer_float: the blended kind is available
-  bool float_blend = false;    ///< EXT_float_blend: 32-bit accumulation, else 16
+  bool float_targets = false;  ///< EXT_color_buffer_float: smooth shading, and refine()
+  bool float_blend = false;    ///< EXT_float_blend: 32-bit sums of gradients, else 16
   std::string renderer;        ///< GL_RENDERER
 };
 

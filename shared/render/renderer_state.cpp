@@ -52,7 +52,7 @@ Result<void> Renderer::State::warm_up(GLuint framebuffer) {
   if (!range) return tl::unexpected(range.error());
   layers.count = 1;
   lit = false;
-  auto done = targets.prepare(1, 1, layers.count, /*blended=*/false, limits.offered.float_blend);
+  auto done = targets.prepare(1, 1, layers.count);
   if (done) {
     glEnable(GL_DEPTH_TEST);
     glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
@@ -86,13 +86,16 @@ void Renderer::State::assign_layers() {
   }
 }
 
-Result<void> Renderer::State::prepare_targets(int width, int height, SplatKind kind) {
-  const bool blended = kind == SplatKind::blended;
-  if (auto ok = targets.prepare(width, height, layers.count, blended, limits.offered.float_blend);
-      !ok) {
-    return ok;
-  }
+Result<void> Renderer::State::prepare_targets(int width, int height) {
+  if (auto ok = targets.prepare(width, height, layers.count); !ok) return ok;
   return lit ? targets.prepare_picture() : Result<void>();
+}
+
+/// Whether the normals of layers are to be smooth. Those of squares need not be exact, and samples
+/// that are not projected show no surface.
+bool Renderer::State::has_smooth_normals() const {
+  return settings.shading == Shading::smooth && settings.kind != SplatKind::quad &&
+         settings.projected && limits.offered.float_targets && mesh.is_empty();
 }
 
 void Renderer::State::clear_targets() {
@@ -122,17 +125,14 @@ Result<void> Renderer::State::draw_surfaces(int width, int height, ImageOffset o
   lit = light_directly;
   statistics = FrameStatistics{};
   programs.reset_linked_count();
-  SplatKind kind = settings.kind;
-  if (kind == SplatKind::blended && !limits.offered.float_targets) kind = SplatKind::ellipse;
-  statistics.kind = kind;
   assign_layers();
-  if (auto ok = prepare_targets(width, height, kind); !ok) return ok;
+  if (auto ok = prepare_targets(width, height); !ok) return ok;
 
   const Frame frame(grid ? *grid : kNoVolume, settings, camera, width, height, limits.guard_px,
                     limits.offered.max_point_size, offset);
   glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
   glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(FrameBlock), &frame.block());
-  statistics.chunks_culled = splat_passes.collect(chunks, frame);
+  statistics.chunks_culled = splat_passes.collect(chunks, frame, has_smooth_normals() ? 1 : 0);
 
   glDisable(GL_BLEND);
   glDisable(GL_SCISSOR_TEST);
@@ -142,15 +142,24 @@ Result<void> Renderer::State::draw_surfaces(int width, int height, ImageOffset o
   glDepthMask(GL_TRUE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   clear_targets();
-  if (!mesh.is_empty()) return draw_mesh(frame);
-  const SplatFrame splats{frame, chunks.buffers(), mapping, kind, lit};
+  return mesh.is_empty() ? draw_splats(frame) : draw_mesh(frame);
+}
+
+Result<void> Renderer::State::draw_splats(const Frame& frame) {
+  const SplatFrame splats{frame, chunks.buffers(), mapping, settings.kind, lit};
+  std::vector<std::vector<int>> surfaces(static_cast<size_t>(layers.count));
   for (size_t i = 0; i < surface_count(); ++i) {
     const int layer = layers.by_surface[i];
     if (layer < 0) continue;
-    if (auto ok = splat_passes.draw_isosurface(context(), splats, static_cast<int>(i), layer);
-        !ok) {
+    const auto isosurface = static_cast<int>(i);
+    surfaces[static_cast<size_t>(layer)].push_back(isosurface);
+    if (auto ok = splat_passes.draw_isosurface(context(), splats, isosurface, layer); !ok)
       return ok;
-    }
+  }
+  for (int layer = 0; has_smooth_normals() && layer < layers.count; ++layer) {
+    const auto& of_layer = surfaces[static_cast<size_t>(layer)];
+    if (of_layer.empty()) continue;
+    if (auto ok = splat_passes.smooth_normals(context(), splats, of_layer, layer); !ok) return ok;
   }
   return {};
 }

@@ -76,7 +76,9 @@ struct Renderer::State {
   size_t surface_count() const;
   void assign_layers();
   Result<void> draw_surfaces(int width, int height, ImageOffset offset, bool light_directly);
-  Result<void> prepare_targets(int width, int height, SplatKind kind);
+  bool has_smooth_normals() const;
+  Result<void> prepare_targets(int width, int height);
+  Result<void> draw_splats(const Frame& frame);
   void clear_targets();
   Result<void> draw_mesh(const Frame& frame);
   Result<void> accumulate_picture();

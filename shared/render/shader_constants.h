@@ -4,8 +4,7 @@
 // SplatKind.
 #define KIND_QUAD 0
 #define KIND_ELLIPSE 1
-#define KIND_BLENDED 2
-#define KIND_EXACT 3
+#define KIND_EXACT 2
 
 // One layer holds all opaque isosurfaces, and each translucent one has a layer of its own.
 #define MAX_ISOSURFACES 8
@@ -62,13 +61,14 @@
 // Smallest scale of splats of coarse cells with a structure thinner than a cell.
 #define THIN_FOOTPRINT 0.4
 
-// A blended splat reaches this far beyond its cell, in cells, so that neighbours' normals blend.
-#define BLEND_MARGIN_CELLS 0.2
-
-// Fragments of the blended kind this far behind the nearest one, in cells, are blended with it. A
-// larger distance would blend both sides of structures thinner than a cell (measured with
-// tests/bench/render).
-#define BLEND_DEPTH_CELLS 0.6
+// Smooth normals. Cells that are smaller than MIN_PX keep the normals of their own gradients, as
+// the steps between them cannot be seen. From FULL_PX on, normals are smooth. REACH_CELLS: distance
+// from its centre, in cells, up to which a cell contributes. MAX_TILES: splats that span more tiles
+// are not tested for occlusion.
+#define SMOOTH_MIN_PX 3.0
+#define SMOOTH_FULL_PX 4.0
+#define SMOOTH_REACH_CELLS 1.5
+#define SMOOTH_MAX_TILES 6
 
 // Bits of a surface pixel's fourth channel.
 #define COVERAGE_MAX 4095.0

@@ -52,15 +52,18 @@ void ShaderPrograms::set_sheared(bool sheared) {
 }
 
 GlProgram ShaderPrograms::start(SplatVariant variant) const {
-  static constexpr int kKind[kSplatPasses] = {KIND_QUAD, KIND_ELLIPSE, KIND_EXACT, KIND_BLENDED,
-                                              KIND_BLENDED};
+  static constexpr int kKind[kSplatPasses] = {KIND_QUAD, KIND_ELLIPSE, KIND_EXACT, KIND_EXACT};
   std::string defines =
       "#define KIND " + std::to_string(kKind[static_cast<size_t>(variant.pass)]) + "\n";
   if (variant.pulled) defines += "#define PULLED\n";
   if (variant.clipped) defines += "#define CLIPPED\n";
   if (variant.lit) defines += "#define LIT\n";
   if (sheared_) defines += "#define SHEARED\n";
-  if (variant.pass == SplatPass::visibility) defines += "#define VISIBILITY\n";
+  if (variant.pass == SplatPass::gradients) {
+    return GlProgram::start(defines + "#define GRADIENTS\n",
+                            {"frame.glsl", "cell.glsl", "splat.glsl", "gradients.vert.glsl"},
+                            {"frame.glsl", "smooth.glsl", "gradients.frag.glsl"});
+  }
   if (variant.pass == SplatPass::quad) {
     return GlProgram::start(defines,
                             {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
@@ -92,8 +95,11 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
   splat.isosurface = program.uniform("u_isosurface");
   splat.scalar = program.uniform("u_scalar");
   splat.drops_hidden = program.uniform("u_drops_hidden");
+  splat.support = program.uniform("u_support");
+  splat.per_cell = program.uniform("u_per_cell");
   glUseProgram(program.name());
   if (variant.lit) glUniform1i(program.uniform("u_colour_map"), 3);
+  glUniform1i(program.uniform("u_places"), 2);
   if (variant.pulled) {
     glUniform1i(program.uniform("u_samples"), 0);
   } else {
@@ -106,8 +112,10 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
 
 GlProgram ShaderPrograms::start(ImagePass pass) {
   switch (pass) {
-    case ImagePass::normalise:
-      return start_image("", {"frame.glsl", "surface_pixel.glsl", "normalise.frag.glsl"});
+    case ImagePass::places:
+      return start_image("", {"frame.glsl", "places.frag.glsl"});
+    case ImagePass::smooth_normals:
+      return start_image("", {"frame.glsl", "surface_pixel.glsl", "smooth_normals.frag.glsl"});
     case ImagePass::present:
       return start_image("", {"gamma.glsl", "present.frag.glsl"});
     case ImagePass::darken:
@@ -144,7 +152,7 @@ Result<const GlProgram*> ShaderPrograms::image(ImagePass pass) {
   const bool was_ready = image.is_ready;
   auto finished = finish(image);
   if (finished && !was_ready) {
-    glUniform1i(image.program.uniform("u_sums"), pass == ImagePass::normalise ? 1 : 0);
+    glUniform1i(image.program.uniform("u_sums"), pass == ImagePass::smooth_normals ? 1 : 0);
   }
   return finished;
 }
@@ -163,7 +171,7 @@ Result<const GlProgram*> ShaderPrograms::finish(Image& image) {
   if (frame != GL_INVALID_INDEX) glUniformBlockBinding(program.name(), frame, kFrameBinding);
   glUseProgram(program.name());
   // No program has all of these. GL ignores location -1.
-  glUniform1i(program.uniform("u_normals"), 0);
+  glUniform1i(program.uniform("u_places"), 0);
   glUniform1i(program.uniform("u_picture"), 0);
   glUniform1i(program.uniform("u_from"), 0);
   glUniform1i(program.uniform("u_to"), 1);

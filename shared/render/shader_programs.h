@@ -13,10 +13,9 @@ namespace isosplat {
 /// Binding point of the uniform block Frame.
 inline constexpr GLuint kFrameBinding = 0;
 
-/// Passes that draw splats. The blended kind takes two: visibility writes depths, and accumulate
-/// adds up weighted surface attributes.
-enum class SplatPass : uint8_t { quad, ellipse, exact, visibility, accumulate };
-inline constexpr size_t kSplatPasses = 5;
+/// Passes that draw splats: three kinds of surfaces, and the gradients of smooth normals.
+enum class SplatPass : uint8_t { quad, ellipse, exact, gradients };
+inline constexpr size_t kSplatPasses = 4;
 
 /// A program of a splat pass.
 struct SplatVariant {
@@ -35,15 +34,16 @@ struct ComposeVariant {
 
 /// Other passes over the whole image, and those of the mesh.
 enum class ImagePass : uint8_t {
-  normalise,  ///< sums of blended splats become surface pixels
-  present,    ///< the mean of accumulated pictures
-  darken,     ///< eye-dome lighting of a lit picture
+  places,          ///< positions of surface pixels, for smooth normals
+  smooth_normals,  ///< sums of gradients become normals of surface pixels
+  present,         ///< the mean of accumulated pictures
+  darken,          ///< eye-dome lighting of a lit picture
   fade,
   read,  ///< surface pixels and depths, for reading back
   mesh,
   lit_mesh,
 };
-inline constexpr size_t kImagePasses = 7;
+inline constexpr size_t kImagePasses = 8;
 
 /// All shader programs of the renderer. A program is compiled when it is first needed; those of
 /// most first pictures are started earlier, as drivers compile in the background.
@@ -54,6 +54,7 @@ class ShaderPrograms {
     GlProgram program;
     bool is_ready = false;  ///< linked, and its constant uniforms are set
     GLint block = -1, quantized_isovalue = -1, isosurface = -1, scalar = -1, drops_hidden = -1;
+    GLint support = -1, per_cell = -1;  // of gradients
   };
 
   /// Starts to compile the programs of most first pictures, and does not wait.

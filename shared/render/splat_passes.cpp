@@ -15,19 +15,12 @@ constexpr uint32_t kSamplesPerFlush = 1u << 14;
 
 constexpr uint32_t kUnset = std::numeric_limits<uint32_t>::max();
 
-void enable_colour_writes(bool enabled) {
-  const GLboolean mask = enabled ? GL_TRUE : GL_FALSE;
-  glColorMask(mask, mask, mask, mask);
-}
-
 SplatPass pass_of(SplatKind kind) {
   switch (kind) {
     case SplatKind::quad:
       return SplatPass::quad;
     case SplatKind::ellipse:
       return SplatPass::ellipse;
-    case SplatKind::blended:
-      return SplatPass::accumulate;
     case SplatKind::exact:
       break;
   }
@@ -67,6 +60,7 @@ struct SplatPasses::Pass {
   int isosurface;
   double isovalue;
   float quantized_isovalue;
+  uint32_t finest_level = 0;  // of the gradients
 
   Pass(const DrawContext& context_, const SplatFrame& splats_, SplatPass pass_, int isosurface_)
       : context(context_),
@@ -92,6 +86,10 @@ void SplatPasses::use_program(const Pass& pass, SplatPass variant, bool pulled, 
   glUniform1f(program.quantized_isovalue, pass.quantized_isovalue);
   glUniform1ui(program.isosurface, static_cast<GLuint>(pass.isosurface));
   glUniform1i(program.drops_hidden, drops_hidden);
+  if (variant == SplatPass::gradients) {
+    glActiveTexture(GL_TEXTURE2);
+    glBindTexture(GL_TEXTURE_2D, smooth_normals_.places());
+  }
   if (pass.splats.lit) context.lighting.apply(program.program, context.settings);
   if (pulled) {
     glViewport(0, 0, width, height);
@@ -109,24 +107,26 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
                                     BoundState& bound) {
   const DrawContext& context = pass.context;
   const ChunkStore::Chunk& chunk = *item.chunk;
-  const bool pulled = item.largest_px > context.limits.offered.max_point_size;
-  const bool large = context.settings.projected && item.largest_px > float(LARGE_SPLAT_PX) &&
+  const bool is_gradients = pass.pass == SplatPass::gradients;
+  const float largest_px = is_gradients ? item.largest_support_px : item.largest_px;
+  const bool pulled = largest_px > context.limits.offered.max_point_size;
+  const bool large = context.settings.projected && largest_px > float(LARGE_SPLAT_PX) &&
                      (pass.pass == SplatPass::quad || pass.pass == SplatPass::ellipse);
   // Large splats are few: they are not culled, but drawn with the first subset.
   if ((pulled || large) && subset == ClusterSubset::likely_occluded) return {};
   const SplatPass variant = large ? SplatPass::exact : pass.pass;
-  const auto program =
-      context.programs.splat({variant, pulled, pass.splats.frame.clipped(), pass.splats.lit});
+  const bool clipped = pass.splats.frame.clipped() && !is_gradients;
+  const auto program = context.programs.splat({variant, pulled, clipped, pass.splats.lit});
   if (!program) return tl::unexpected(program.error());
   if (*program != bound.program) {
-    const bool depth_tested =
-        subset == ClusterSubset::likely_occluded || subset == ClusterSubset::all_tested;
+    const bool depth_tested = subset == ClusterSubset::likely_occluded || is_gradients;
     use_program(pass, variant, pulled, depth_tested && !large, **program);
     bound.program = *program;
     bound.level = bound.buffer = kUnset;
   }
   if (chunk.block.level != bound.level) {
     bound.level = chunk.block.level;
+    if (is_gradients) set_support(pass, bound);
     const auto weights = scalar_weights(context.settings, pass.splats.mapping,
                                         pass.splats.frame.unit(), pass.isovalue, bound.level);
     glUniform3fv(bound.program->scalar, 1, weights.data());
@@ -151,9 +151,9 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   draw_list_.for_each_range(item, pulled || large ? ClusterSubset::all : subset, add_range);
   FrameStatistics& statistics = context.statistics;
   statistics.draw_calls += runs_.draw(pulled ? GL_TRIANGLES : GL_POINTS, context.limits.multi_draw);
-  if (subset != ClusterSubset::all_tested) statistics.samples_drawn += samples;
-  if (subset == ClusterSubset::all || subset == ClusterSubset::likely_visible) {
-    ++statistics.chunks_drawn;
+  if (!is_gradients) {
+    statistics.samples_drawn += samples;
+    if (subset != ClusterSubset::likely_occluded) ++statistics.chunks_drawn;
   }
   bound.unflushed_samples += samples;
   if (context.limits.on_cpu && bound.unflushed_samples > kSamplesPerFlush) {
@@ -167,13 +167,12 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
 Result<void> SplatPasses::draw_subset(const Pass& pass, ClusterSubset subset) {
   BoundState bound;
   Result<void> drawn;
-  enable_colour_writes(pass.pass != SplatPass::visibility);
   for (const DrawItem& item : draw_list_.items()) {
     if (!is_active(item.chunk->interval, pass.quantized_isovalue)) continue;
+    if (pass.pass == SplatPass::gradients && item.largest_side_px <= float(SMOOTH_MIN_PX)) continue;
     drawn = draw_item(pass, subset, item, bound);
     if (!drawn) break;
   }
-  enable_colour_writes(true);
   return drawn;
 }
 
@@ -202,7 +201,6 @@ Result<void> SplatPasses::draw_isosurface(const DrawContext& context, const Spla
   const SurfaceTargets& targets = context.targets;
   const int width = targets.width(), height = targets.height();
   if (auto ok = depth_tiles_.prepare(width, height); !ok) return ok;
-  if (splats.kind == SplatKind::blended) return draw_blended(context, splats, isosurface, layer);
   if (splats.kind == SplatKind::quad) {
     if (auto ok = drawn_depths_.prepare(width, height); !ok) return ok;
   }
@@ -210,28 +208,65 @@ Result<void> SplatPasses::draw_isosurface(const DrawContext& context, const Spla
                                      splats.lit ? targets.picture() : targets.layer(layer));
 }
 
-Result<void> SplatPasses::draw_blended(const DrawContext& context, const SplatFrame& splats,
-                                       int isosurface, int layer) {
-  const SplatTarget sums = context.targets.sums();
-  const float zero[4] = {0, 0, 0, 0}, farthest = 1;
-  glBindFramebuffer(GL_FRAMEBUFFER, sums.framebuffer);
-  glClearBufferfv(GL_COLOR, 0, zero);
-  glClearBufferfv(GL_COLOR, 1, zero);
-  glClearBufferfv(GL_DEPTH, 0, &farthest);
-  const Pass visibility(context, splats, SplatPass::visibility, isosurface);
-  if (auto ok = draw_with_occlusion_culling(visibility, sums); !ok) return ok;
-  depth_tiles_.update(sums, context.empty_vertex_array);
+Result<void> SplatPasses::smooth_normals(const DrawContext& context, const SplatFrame& splats,
+                                         std::span<const int> isosurfaces, int layer) {
+  const auto& items = draw_list_.items();
+  if (std::none_of(items.begin(), items.end(), [](const DrawItem& item) {
+        return item.largest_side_px > float(SMOOTH_MIN_PX);
+      })) {
+    return {};
+  }
+  const SurfaceTargets& targets = context.targets;
+  const int width = targets.width(), height = targets.height();
+  if (auto ok = depth_tiles_.prepare(width, height); !ok) return ok;
+  const bool float_blend = context.limits.offered.float_blend;
+  if (auto ok = smooth_normals_.prepare(width, height, float_blend); !ok) return ok;
+  depth_tiles_.update(targets.layer(layer), context.empty_vertex_array);
+  if (auto ok = smooth_normals_.begin(context, layer); !ok) return ok;
   glDepthMask(GL_FALSE);
   glEnable(GL_BLEND);
+  glBlendEquation(GL_FUNC_ADD);
   glBlendFunc(GL_ONE, GL_ONE);
-  glBlendEquationSeparate(GL_FUNC_ADD, GL_MAX);
-  const Pass accumulate(context, splats, SplatPass::accumulate, isosurface);
-  const auto accumulated = draw_subset(accumulate, ClusterSubset::all_tested);
+  const auto drawn = draw_gradients(context, splats, isosurfaces);
   // Reset the state after a failure as well: the next pass relies on it.
   glDisable(GL_BLEND);
   glDepthMask(GL_TRUE);
-  if (!accumulated) return accumulated;
-  return normalise_sums(context, isosurface, layer);
+  glActiveTexture(GL_TEXTURE2);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  const auto finished = smooth_normals_.finish(context, layer);
+  return drawn ? finished : drawn;
+}
+
+Result<void> SplatPasses::draw_gradients(const DrawContext& context, const SplatFrame& splats,
+                                         std::span<const int> isosurfaces) {
+  draw_list_.find_contributors(splats.frame);
+  uint32_t finest_level = std::numeric_limits<uint32_t>::max();
+  for (const DrawItem& item : draw_list_.items()) {
+    finest_level = std::min(finest_level, item.chunk->block.level);
+  }
+  for (const int isosurface : isosurfaces) {
+    Pass pass(context, splats, SplatPass::gradients, isosurface);
+    pass.finest_level = finest_level;
+    if (auto ok = draw_subset(pass, ClusterSubset::all); !ok) return ok;
+  }
+  return {};
+}
+
+/// Sets the uniforms of gradients that depend on the level. A cell's weight is proportional to the
+/// inverse of its volume: where levels meet, coarse cells then change normals within about one fine
+/// cell. Sums stay below 65504, the largest 16-bit float: at most eight gradients of 65535
+/// quantized values per unit.
+void SplatPasses::set_support(const Pass& pass, const BoundState& bound) {
+  const Frame& frame = pass.splats.frame;
+  const FrameBlock& block = frame.block();
+  const auto level = static_cast<int>(bound.level);
+  const int coarser = level - static_cast<int>(pass.finest_level);
+  const auto cells = static_cast<float>(std::ldexp(1.0, level));
+  const double weight = std::ldexp(1.0 / 16, static_cast<int>(pass.finest_level) - 3 * coarser);
+  glUniform2f(bound.program->support, static_cast<float>(weight),
+              static_cast<float>(frame.cell_side()) * cells * block.lens[0]);
+  glUniform3f(bound.program->per_cell, 1 / (block.cell[0] * cells), 1 / (block.cell[1] * cells),
+              1 / (block.cell[2] * cells));
 }
 
 Result<void> SplatPasses::warm_up(const DrawContext& context, const SampleBuffers& buffers,
@@ -260,7 +295,8 @@ Result<GLuint> SplatPasses::farthest_depths(const DrawContext& context) {
 }
 
 uint64_t SplatPasses::bytes() const {
-  return drawn_depths_.bytes() + depth_tiles_.bytes() + sample_texture_.bytes();
+  return drawn_depths_.bytes() + depth_tiles_.bytes() + sample_texture_.bytes() +
+         smooth_normals_.bytes();
 }
 
 void SplatPasses::abandon() {
@@ -268,6 +304,7 @@ void SplatPasses::abandon() {
   drawn_depths_.abandon();
   depth_tiles_.abandon();
   sample_texture_.abandon();
+  smooth_normals_.abandon();
 }
 
 }  // namespace isosplat

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <span>
+
 #include "shared/render/depth_tiles.h"
 #include "shared/render/draw_context.h"
 #include "shared/render/draw_list.h"
 #include "shared/render/drawn_depths.h"
 #include "shared/render/sample_texture.h"
+#include "shared/render/smooth_normals.h"
 #include "shared/render/vertex_runs.h"
 
 namespace isosplat {
@@ -21,15 +24,21 @@ struct SplatFrame {
 /// Draws the splats of chunks into a layer of surface pixels, or into the lit picture.
 class SplatPasses {
  public:
-  /// Collects the chunks that draw_isosurface() draws. Returns the number of culled chunks.
-  uint32_t collect(const ChunkStore& chunks, const Frame& frame) {
-    return draw_list_.collect(chunks, frame);
+  /// Collects the chunks that the passes draw. margin_cells: see DrawList::collect(). Returns the
+  /// number of culled chunks.
+  uint32_t collect(const ChunkStore& chunks, const Frame& frame, double margin_cells) {
+    return draw_list_.collect(chunks, frame, margin_cells);
   }
 
   /// Draws one isosurface of the settings. Adds to samples_drawn, chunks_drawn and draw_calls of
   /// the statistics. Errors: gl_error.
   Result<void> draw_isosurface(const DrawContext& context, const SplatFrame& splats, int isosurface,
                                int layer);
+
+  /// Replaces the normals of a layer by smooth ones, after all its isosurfaces (indices into those
+  /// of the settings) are drawn. Requires float targets. Adds to draw_calls. Errors: gl_error.
+  Result<void> smooth_normals(const DrawContext& context, const SplatFrame& splats,
+                              std::span<const int> isosurfaces, int layer);
 
   /// Uses the programs of most first pictures on an inactive sample, so that the driver completes
   /// work that it defers to the first draw call. Errors: gl_error.
@@ -53,11 +62,12 @@ class SplatPasses {
   struct BoundState;
 
   Result<void> draw_with_occlusion_culling(const Pass& pass, const SplatTarget& target);
-  Result<void> draw_blended(const DrawContext& context, const SplatFrame& splats, int isosurface,
-                            int layer);
   Result<void> draw_subset(const Pass& pass, ClusterSubset subset);
   Result<void> draw_item(const Pass& pass, ClusterSubset subset, const DrawItem& item,
                          BoundState& bound);
+  static void set_support(const Pass& pass, const BoundState& bound);
+  Result<void> draw_gradients(const DrawContext& context, const SplatFrame& splats,
+                              std::span<const int> isosurfaces);
   void use_program(const Pass& pass, SplatPass variant, bool pulled, bool drops_hidden,
                    const ShaderPrograms::Splat& program);
 
@@ -65,6 +75,7 @@ class SplatPasses {
   DrawnDepths drawn_depths_;
   DepthTiles depth_tiles_;
   SampleTexture sample_texture_;
+  SmoothNormals smooth_normals_;
   VertexRuns runs_;  // reused between chunks, to avoid allocations
 };
 

@@ -23,17 +23,13 @@ Result<void> check_complete(const char* what) {
 
 }  // namespace
 
-Result<void> SurfaceTargets::prepare(int width, int height, int layers, bool blended,
-                                     bool float_blend) {
-  if (width != width_ || height != height_ || layers > layers_) {
-    release();
-    width_ = width;
-    height_ = height;
-    layers_ = layers;
-    if (auto ok = create_layers(); !ok) return ok;
-  }
-  if (blended && !sums_framebuffer_) return create_sums(float_blend);
-  return {};
+Result<void> SurfaceTargets::prepare(int width, int height, int layers) {
+  if (width == width_ && height == height_ && layers <= layers_) return {};
+  release();
+  width_ = width;
+  height_ = height;
+  layers_ = layers;
+  return create_layers();
 }
 
 Result<void> SurfaceTargets::create_layers() {
@@ -54,29 +50,6 @@ Result<void> SurfaceTargets::create_layers() {
     if (auto ok = check_complete("surfaces"); !ok) return ok;
   }
   bytes_ = uint64_t(width_) * uint64_t(height_) * uint64_t(layers_) * 12;
-  return {};
-}
-
-Result<void> SurfaceTargets::create_sums(bool float_blend) {
-  glGenFramebuffers(1, &sums_framebuffer_);
-  glBindFramebuffer(GL_FRAMEBUFFER, sums_framebuffer_);
-  glGenTextures(2, sums_);
-  for (int i = 0; i < 2; ++i) {
-    glBindTexture(GL_TEXTURE_2D, sums_[i]);
-    glTexStorage2D(GL_TEXTURE_2D, 1, float_blend ? GL_RGBA32F : GL_RGBA16F, width_, height_);
-    set_nearest_and_clamped(GL_TEXTURE_2D);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i),
-                           GL_TEXTURE_2D, sums_[i], 0);
-  }
-  glGenTextures(1, &sums_depth_);
-  glBindTexture(GL_TEXTURE_2D_ARRAY, sums_depth_);
-  glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_DEPTH_COMPONENT24, width_, height_, 1);
-  set_nearest_and_clamped(GL_TEXTURE_2D_ARRAY);
-  glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, sums_depth_, 0, 0);
-  const GLenum both[2] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
-  glDrawBuffers(2, both);
-  if (auto ok = check_complete("blending"); !ok) return ok;
-  bytes_ += uint64_t(width_) * uint64_t(height_) * (float_blend ? 36u : 20u);
   return {};
 }
 
@@ -103,16 +76,12 @@ void SurfaceTargets::release() {
   if (!framebuffers_.empty()) {
     glDeleteFramebuffers(static_cast<GLsizei>(framebuffers_.size()), framebuffers_.data());
   }
-  if (sums_framebuffer_) glDeleteFramebuffers(1, &sums_framebuffer_);
-  if (sums_[0]) glDeleteTextures(2, sums_);
-  if (sums_depth_) glDeleteTextures(1, &sums_depth_);
   abandon();
 }
 
 void SurfaceTargets::abandon() {
   width_ = height_ = layers_ = 0;
-  surfaces_ = depths_ = picture_ = picture_framebuffer_ = sums_framebuffer_ = sums_[0] = sums_[1] =
-      sums_depth_ = 0;
+  surfaces_ = depths_ = picture_ = picture_framebuffer_ = 0;
   framebuffers_.clear();
   bytes_ = 0;
 }

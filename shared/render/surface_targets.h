@@ -15,7 +15,7 @@ struct SplatTarget {
 };
 
 /// The render targets of surfaces: layers of surface pixels (RGBA16UI, see surface_pixel.glsl) with
-/// depth, the sums of blended splats, and a picture for surfaces that are lit while they are drawn.
+/// depth, and a picture for surfaces that are lit while they are drawn.
 /// They are allocated for a size, and kept until prepare() requests another one.
 class SurfaceTargets {
  public:
@@ -24,9 +24,8 @@ class SurfaceTargets {
   SurfaceTargets(const SurfaceTargets&) = delete;
   SurfaceTargets& operator=(const SurfaceTargets&) = delete;
 
-  /// Allocates at least `layers` layers of this size, and the sums if `blended`, unless they exist.
-  /// float_blend: 32-bit sums, else 16-bit. Errors: gl_error.
-  Result<void> prepare(int width, int height, int layers, bool blended, bool float_blend);
+  /// Allocates at least `layers` layers of this size, unless they exist. Errors: gl_error.
+  Result<void> prepare(int width, int height, int layers);
   /// Allocates the picture (RGBA8, with the depths of the first layer). Requires prepare(). Errors:
   /// gl_error.
   Result<void> prepare_picture();
@@ -34,12 +33,9 @@ class SurfaceTargets {
   GLuint layer_framebuffer(int layer) const { return framebuffers_[static_cast<size_t>(layer)]; }
   SplatTarget layer(int layer) const { return {layer_framebuffer(layer), depths_, layer}; }
   SplatTarget picture() const { return {picture_framebuffer_, depths_, 0}; }
-  SplatTarget sums() const { return {sums_framebuffer_, sums_depth_, 0}; }
   GLuint surfaces() const { return surfaces_; }  ///< texture array
   GLuint depths() const { return depths_; }      ///< texture array
   GLuint picture_colours() const { return picture_; }
-  GLuint normal_sums() const { return sums_[0]; }
-  GLuint scalar_sums() const { return sums_[1]; }
   int width() const { return width_; }
   int height() const { return height_; }
   uint64_t bytes() const { return bytes_; }
@@ -49,13 +45,11 @@ class SurfaceTargets {
 
  private:
   Result<void> create_layers();
-  Result<void> create_sums(bool float_blend);
 
   int width_ = 0, height_ = 0, layers_ = 0;
   GLuint surfaces_ = 0, depths_ = 0;
   std::vector<GLuint> framebuffers_;
   GLuint picture_ = 0, picture_framebuffer_ = 0;
-  GLuint sums_framebuffer_ = 0, sums_[2] = {0, 0}, sums_depth_ = 0;
   uint64_t bytes_ = 0;
 };
 

@@ -173,8 +173,6 @@ typedef struct IsosplatFrameStatistics {
   uint32_t chunks_drawn, chunks_culled;
   uint32_t draw_calls;
   uint32_t programs_linked;
-  uint32_t kind;  ///< SplatKind
-  uint32_t reserved;
 } IsosplatFrameStatistics;
 
 /// RendererLimits, without the name of the renderer.

@@ -67,7 +67,6 @@ IsosplatStatus report_drawn(const Result<FrameStatistics>& drawn,
   statistics->chunks_culled = drawn->chunks_culled;
   statistics->draw_calls = drawn->draw_calls;
   statistics->programs_linked = drawn->programs_linked;
-  statistics->kind = static_cast<uint32_t>(drawn->kind);
   return kOk;
 }
 
@@ -238,9 +237,11 @@ void isosplat_renderer_set_isosurfaces(const IsosplatIsosurface* isosurfaces, ui
   apply_settings();
 }
 
-void isosplat_renderer_set_kind(uint32_t kind) {
-  constexpr auto kLast = static_cast<uint32_t>(SplatKind::exact);
-  state().settings.kind = static_cast<SplatKind>(std::min(kind, kLast));
+void isosplat_renderer_set_splats(uint32_t kind, uint32_t shading) {
+  constexpr auto kLastKind = static_cast<uint32_t>(SplatKind::exact);
+  constexpr auto kLastShading = static_cast<uint32_t>(Shading::exact);
+  state().settings.kind = static_cast<SplatKind>(std::min(kind, kLastKind));
+  state().settings.shading = static_cast<Shading>(std::min(shading, kLastShading));
   apply_settings();
 }
 

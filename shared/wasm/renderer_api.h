@@ -55,8 +55,8 @@ void isosplat_renderer_set_visible(const IsosplatDrawnChunk* chunks, uint32_t co
 /// At most kMaxIsosurfaces; more are ignored.
 void isosplat_renderer_set_isosurfaces(const IsosplatIsosurface* isosurfaces, uint32_t count);
 
-/// kind: SplatKind.
-void isosplat_renderer_set_kind(uint32_t kind);
+/// kind: SplatKind; shading: Shading.
+void isosplat_renderer_set_splats(uint32_t kind, uint32_t shading);
 void isosplat_renderer_set_appearance(const IsosplatAppearance* appearance);
 void isosplat_renderer_set_light(const IsosplatLight* light);
 

@@ -107,7 +107,7 @@ std::vector<Record> all_records() {
       RECORD(Projection, by_cpp, FIELD(clip_from_world)),
       RECORD(FrameStatistics, by_cpp, FIELD(samples_drawn), FIELD(samples_resident),
              FIELD(gpu_bytes), FIELD(chunks_drawn), FIELD(chunks_culled), FIELD(draw_calls),
-             FIELD(programs_linked), FIELD(kind), FIELD(reserved)),
+             FIELD(programs_linked)),
       RECORD(RendererLimits, by_cpp, FIELD(max_point_size), FIELD(max_texture_size),
              FIELD(float_targets), FIELD(float_blend)),
       RECORD(OcclusionAnswer, by_cpp, FIELD(is_ready), FIELD(count)),
@@ -158,9 +158,17 @@ const char* name_of(SplatKind kind) {
       return "quad";
     case SplatKind::ellipse:
       return "ellipse";
-    case SplatKind::blended:
-      return "blended";
     case SplatKind::exact:
+      return "exact";
+  }
+  return nullptr;
+}
+
+const char* name_of(Shading shading) {
+  switch (shading) {
+    case Shading::smooth:
+      return "smooth";
+    case Shading::exact:
       return "exact";
   }
   return nullptr;
@@ -210,6 +218,7 @@ std::vector<const char*> names_of() {
 
 std::vector<Enumeration> all_enumerations() {
   return {{"splatKindNames", names_of<SplatKind>()},
+          {"shadingNames", names_of<Shading>()},
           {"colourByNames", names_of<ColourBy>()},
           {"colourMapNames", names_of<ColourMap>()}};
 }

@@ -30,10 +30,9 @@ interface Row {
 const silhouette: Record<string, number> = {
   quad: 0.03,
   ellipse: 0.015,
-  blended: 0.01,
   exact: 0.002,
 };
-const depth: Record<string, number> = { quad: 0.35, ellipse: 0.2, blended: 0.2, exact: 0.01 };
+const depth: Record<string, number> = { quad: 0.35, ellipse: 0.2, exact: 0.01 };
 
 export default {
   title: "fidelity of pictures, 1024², three views",
@@ -56,7 +55,6 @@ export default {
         const ofMesh = rows.find((r) => r.view === row.view && r.kind === "mesh")?.normal;
         const normal = {
           ellipse: ofMesh && 1.2 * ofMesh,
-          blended: ofMesh,
           exact: 1,
         }[row.kind];
         const ours = row.kind !== "mesh";

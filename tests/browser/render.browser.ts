@@ -18,7 +18,14 @@ const types: Record<string, string> = {
   ".wasm": "application/wasm",
   ".html": "text/html",
 };
-const kinds = ["quad", "ellipse", "blended", "exact", "quad, lit at once", "exact, at rest"];
+const kinds = [
+  "quad",
+  "ellipse",
+  "exact",
+  "exact, exact shading",
+  "quad, lit at once",
+  "exact, at rest",
+];
 
 let folder = "";
 let server: Server;
@@ -144,7 +151,7 @@ test("draws what the native renderer draws, before and after a lost context", as
         for (let kind = 0; kind < kindCount; ++kind) {
           const atOnce = kind === 4;
           const atRest = kind === 5;
-          m._isosplat_renderer_set_kind(atRest ? 3 : kind % 4);
+          m._isosplat_renderer_set_splats([0, 1, 2, 2, 0, 2][kind], kind === 3 ? 1 : 0);
           m._isosplat_renderer_set_isosurfaces(isosurfaces, atOnce ? 1 : 2);
           const appearance = records(layouts.appearanceBytes, layouts.writeAppearance, {
             colourLow: 0,

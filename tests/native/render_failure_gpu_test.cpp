@@ -32,8 +32,7 @@ TEST(RenderFailureGpu, ALinkThatFailsLeavesNoState) {
   auto context = EglContext::create();
   ASSERT_TRUE(context) << context.error().message;
   const TestVolume volume = sphere_volume({65, 65, 65});
-  for (const SplatKind kind :
-       {SplatKind::quad, SplatKind::ellipse, SplatKind::blended, SplatKind::exact}) {
+  for (const SplatKind kind : {SplatKind::quad, SplatKind::ellipse, SplatKind::exact}) {
     RenderSettings settings;
     settings.kind = kind;
     settings.isosurfaces = {{5000, {1, 1, 1}, 1}, {4000, {1, 0, 0}, 0.5f}};

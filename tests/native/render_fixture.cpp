@@ -51,15 +51,17 @@ int main(int argc, char** argv) {
   settings.isosurfaces = {{1500.5, {0.9f, 0.3f, 0.2f}, 1}, {2500, {0.85f, 0.8f, 0.7f}, 0.4f}};
   const std::vector<Isosurface> both = settings.isosurfaces;
   settings.clip_box_high.x = 0.8;
+  constexpr SplatKind kKinds[] = {SplatKind::quad,  SplatKind::ellipse, SplatKind::exact,
+                                  SplatKind::exact, SplatKind::quad,    SplatKind::exact};
   for (int kind = 0; kind < 6; ++kind) {
-    settings.kind = static_cast<SplatKind>(kind % 4);
+    settings.kind = kKinds[kind];
+    settings.shading = kind == 3 ? Shading::exact : Shading::smooth;
     if (kind == 4) {  // squares that are lit as they are drawn
       settings.isosurfaces.resize(1);
       settings.eye_dome = 0;
     }
     const bool is_still = kind == 5;  // with all that accumulates at rest
     if (is_still) {
-      settings.kind = SplatKind::exact;
       settings.isosurfaces = both;
       settings.eye_dome = RenderSettings{}.eye_dome;
     }

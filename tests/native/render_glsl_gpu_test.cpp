@@ -11,6 +11,7 @@
 #include "shared/sampling/exact_projection.h"
 #include "shared/sampling/packed_sample.h"
 #include "shared/sampling/projection.h"
+#include "shared/sampling/smooth_gradients.h"
 #include "shared/sampling/trilinear.h"
 
 namespace isosplat {
@@ -35,7 +36,7 @@ GLuint compile(GLenum stage, const std::string& text) {
 std::vector<std::array<std::array<float, 4>, 4>> run_shader(
     const std::vector<PackedSample>& samples, const std::string& body) {
   const std::string fragment =
-      shader_text("", {"cell.glsl", "cubic.glsl"}) +
+      shader_text("", {"cell.glsl", "cubic.glsl", "smooth.glsl"}) +
       "uniform highp usampler2D u_samples;\n"
       "layout(location = 0) out vec4 o_0;\nlayout(location = 1) out vec4 o_1;\n"
       "layout(location = 2) out vec4 o_2;\nlayout(location = 3) out vec4 o_3;\n"
@@ -203,6 +204,30 @@ TEST_F(RenderGlslGpu, FindsTheRootsThatTheCoreFinds) {
   }
   EXPECT_GT(roots, 300);
   EXPECT_LE(disagreements, 5);
+}
+
+// In the cell, and up to more than a cell beyond it: relative to the cell's span, to 10⁻⁵.
+TEST_F(RenderGlslGpu, SumsGradientsAsTheCoreDoes) {
+  const auto found =
+      run_shader(samples_,
+                 "Cell cell = unpack_sample(bits);\n"
+                 "vec3 p = cell.low / 20.0 - 1.1;\n"
+                 "o_0 = corner_gradients(cell.lower, cell.upper, low_hats(p), high_hats(p));\n"
+                 "o_1 = vec4(p, 0.0);\no_2 = o_3 = vec4(0.0);\n");
+  int outside = 0;
+  for (size_t i = 0; i < kSamples; ++i) {
+    const UnpackedSample sample = unpack_sample(samples_[i]);
+    const auto& o = found[i];
+    const auto truth = corner_gradients(sample.corners, {o[1][0], o[1][1], o[1][2]});
+    const float tolerance = 1e-5f * float(sample.interval.max);
+    EXPECT_NEAR(o[0][0], truth.gradient.x, tolerance);
+    EXPECT_NEAR(o[0][1], truth.gradient.y, tolerance);
+    EXPECT_NEAR(o[0][2], truth.gradient.z, tolerance);
+    EXPECT_NEAR(o[0][3], truth.weight, 1e-5f);
+    outside += truth.weight == 0;
+  }
+  EXPECT_GT(outside, kSamples / 20);
+  EXPECT_LT(outside, kSamples / 2);
 }
 
 }  // namespace

@@ -33,9 +33,8 @@ const NamedGrid kSheared[] = {
 };
 const NamedGrid kPerpendicular{"perpendicular", kIdentity3, {1, 1, 1}};
 
-constexpr SplatKind kKinds[] = {SplatKind::quad, SplatKind::ellipse, SplatKind::blended,
-                                SplatKind::exact};
-constexpr const char* kKindNames[] = {"quad", "ellipse", "blended", "exact"};
+constexpr SplatKind kKinds[] = {SplatKind::quad, SplatKind::ellipse, SplatKind::exact};
+constexpr const char* kKindNames[] = {"quad", "ellipse", "exact"};
 
 /// 100 times the distance from the centre: the isosurface of isovalue 100 r is a sphere of radius
 /// r.
@@ -158,8 +157,7 @@ class ShearGpu : public ::testing::Test {
 struct Limits {
   double outline, depth, normal, worst_normal;
 };
-constexpr Limits kLimits[] = {
-    {0.04, 0.3, 3.5, 15}, {0.006, 0.06, 2, 6}, {0.004, 0.06, 1.5, 5}, {0.004, 0.06, 2, 6}};
+constexpr Limits kLimits[] = {{0.04, 0.3, 3.5, 15}, {0.006, 0.06, 2, 6}, {0.004, 0.06, 2, 6}};
 
 TEST_F(ShearGpu, EveryKindDrawsTheTrueSphereOnEveryGrid) {
   for (const double azimuth : {30.0, 155.0}) {
@@ -240,7 +238,7 @@ TEST_F(ShearGpu, LooksLikeItsCopyOnAPerpendicularGrid) {
   settings_.colour_low = 60;
   settings_.colour_high = 140;  // quantized values per world unit
   // Mean difference of 255, and the largest share of values that differ by more than 24 (outlines).
-  constexpr double kMean[] = {2.5, 1, 1, 1}, kShare[] = {0.03, 0.01, 0.01, 0.01};
+  constexpr double kMean[] = {2.5, 1, 1}, kShare[] = {0.03, 0.01, 0.01};
   for (const ColourBy colour_by : {ColourBy::isosurface, ColourBy::gradient}) {
     settings_.colour_by = colour_by;
     for (const SplatKind kind : kKinds) {
@@ -291,7 +289,7 @@ TEST_F(ShearGpu, ClipPlanesAndBoxesCutWhereTheySay) {
       const auto keeps = [&](Vec3d p) {
         return box ? fraction(p) <= 0.6 : dot(n, p - kCentre) >= -5;
       };
-      for (const SplatKind kind : {SplatKind::ellipse, SplatKind::exact, SplatKind::blended}) {
+      for (const SplatKind kind : {SplatKind::ellipse, SplatKind::exact}) {
         settings_.kind = kind;
         SCOPED_TRACE(std::string(named.name) + (box ? ", box, " : ", plane, ") +
                      kKindNames[static_cast<int>(kind)]);

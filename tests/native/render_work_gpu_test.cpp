@@ -107,10 +107,8 @@ TEST(RenderWorkGpu, CloseUpsCastFewRaysForEachPixel) {
       camera.target = Vec3d{29.5, 29.5, 29.5} + axes.forward * 25.0;
       camera.distance = distance;
       const double exact = mean_fragments(volume, 2500, SplatKind::exact, camera, 256);
-      const double blended = mean_fragments(volume, 2500, SplatKind::blended, camera, 256);
       EXPECT_GE(exact, 1) << distance;  // no pixel is a hole
       EXPECT_LT(exact, 8) << distance;
-      EXPECT_LT(blended, 12) << distance;
     }
   }
 }

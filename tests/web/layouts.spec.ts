@@ -2,7 +2,7 @@
 import { readFileSync } from "node:fs";
 import { expect, test } from "vitest";
 import * as layouts from "../../build/wasm/web/layouts.js";
-import { colourings, colourMaps, splatKinds } from "../../web/viewer/types.ts";
+import { colourings, colourMaps, shadings, splatKinds } from "../../web/viewer/types.ts";
 
 const file = (path: string) => readFileSync(new URL(`../../${path}`, import.meta.url), "utf8");
 
@@ -28,6 +28,7 @@ test("records are as large as C lays them out", () => {
 
 test("the viewer's lists have the enumerations of the renderer, in their order", () => {
   expect(splatKinds).toEqual(layouts.splatKindNames);
+  expect(shadings).toEqual(layouts.shadingNames);
   expect(colourings).toEqual(layouts.colourByNames);
   expect(colourMaps).toEqual(layouts.colourMapNames);
 });

@@ -23,6 +23,7 @@ declare module "*/layouts.js" {
   export const selectionTest: number;
   export const selectionKeep: number;
   export const splatKindNames: readonly string[];
+  export const shadingNames: readonly string[];
   export const colourByNames: readonly string[];
   export const colourMapNames: readonly string[];
 
@@ -224,7 +225,6 @@ declare module "*/layouts.js" {
     chunksCulled: number;
     drawCalls: number;
     programsLinked: number;
-    kind: number;
   }
   export const frameStatisticsBytes: number;
   export function readFrameStatistics(data: DataView, at: number): FrameStatistics;

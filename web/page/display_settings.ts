@@ -46,6 +46,7 @@ export class DisplaySettings {
     this.#isThemeBackground = url.background === undefined;
     this.#look = {
       kind: url.kind ?? defaultLook.kind,
+      shading: url.shading ?? defaultLook.shading,
       colourBy: url.colourBy ?? defaultLook.colourBy,
       colourMap: url.colourMap ?? defaultLook.colourMap,
       light: url.light ?? defaultLook.light,

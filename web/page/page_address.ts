@@ -33,6 +33,7 @@ export function addressOf(view: AddressState): UrlState {
   }
   if (view.camera) state.camera = view.camera;
   if (look.kind !== defaultLook.kind) state.kind = look.kind;
+  if (look.shading !== defaultLook.shading) state.shading = look.shading;
   if (look.colourBy !== defaultLook.colourBy) state.colourBy = look.colourBy;
   if (look.colourMap !== defaultLook.colourMap) state.colourMap = look.colourMap;
   if (look.eyeDome !== defaultLook.eyeDome) state.eyeDome = look.eyeDome;

@@ -213,8 +213,11 @@ const kinds: Choice[] = [
   { value: "automatic", label: "Automatic" },
   { value: "quad", label: "Squares (fastest)" },
   { value: "ellipse", label: "Ellipses" },
-  { value: "blended", label: "Blended (smooth edges)" },
   { value: "exact", label: "Exact surface" },
+];
+const shadingChoices: Choice[] = [
+  { value: "smooth", label: "Smooth" },
+  { value: "exact", label: "Each cell's gradient" },
 ];
 const quantities: Choice[] = [
   { value: "isosurface", label: "One per surface" },
@@ -243,6 +246,9 @@ export function appearanceSection(state: PanelState, actions: PanelActions): Tem
   return html`<wa-details class="section" appearance="plain" summary="Appearance">
     <div class="fields">
       ${select("Splats", look.kind, kinds, (kind) => actions.changeLook({ kind: kind as Look["kind"] }))}
+      ${select("Normals", look.shading, shadingChoices, (shading) =>
+        actions.changeLook({ shading: shading as Look["shading"] }),
+      )}
       ${select("Colour", look.colourBy, quantities, (by) =>
         actions.changeLook({ colourBy: by as Look["colourBy"] }),
       )}

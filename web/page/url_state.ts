@@ -9,7 +9,9 @@ import {
   colourings,
   colourMaps,
   maxSurfaces,
+  type Shading,
   type SplatKind,
+  shadings,
   splatKinds,
 } from "../viewer/types.ts";
 import { expectedOfLight, lightParameters, readLight, writeLight } from "./light_address.ts";
@@ -26,7 +28,7 @@ export const minOpacity = 0.05;
  *   isovalue=60.5,180              one for each isosurface
  *   colour=d9ccb3,c65b4e  opacity=1,0.4
  *   camera=azimuth,elevation,distance,x,y,z[,roll[,field of view]]
- *   kind=exact  colour-by=gradient  map=magma  background=ffffff  shade=0.5
+ *   kind=exact  shading=exact  colour-by=gradient  map=magma  background=ffffff  shade=0.5
  *   light=azimuth,elevation        of the key light, in degrees
  *   light-strength=key,sky,rim  material=highlight,roughness
  *   occlusion=strength,radius  shadow=strength,softness     see Light for the ranges
@@ -41,6 +43,7 @@ export interface UrlState {
   opacities?: number[];
   camera?: Camera;
   kind?: SplatKind | "automatic";
+  shading?: Shading;
   colourBy?: Colouring;
   colourMap?: ColourMap;
   background?: string;
@@ -146,6 +149,8 @@ export function readUrl(search: string): UrlState {
   const kinds = ["automatic", ...splatKinds] as const;
   const kind = read("kind", (text) => oneOf(text, kinds), kinds.join(", "));
   if (kind) state.kind = kind;
+  const shading = read("shading", (text) => oneOf(text, shadings), shadings.join(", "));
+  if (shading) state.shading = shading;
   const colourBy = read("colour-by", (text) => oneOf(text, colourings), colourings.join(", "));
   if (colourBy) state.colourBy = colourBy;
   const colourMap = read("map", (text) => oneOf(text, colourMaps), colourMaps.join(", "));
@@ -197,6 +202,7 @@ export function writeUrl(state: UrlState): string {
     add("camera", n.join(","));
   }
   add("kind", state.kind);
+  add("shading", state.shading);
   add("colour-by", state.colourBy);
   add("map", state.colourMap);
   add("background", state.background?.slice(1));

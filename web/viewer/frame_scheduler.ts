@@ -6,7 +6,7 @@ import { GpuPulse, GpuTimer } from "./gpu_timer.ts";
 import { OcclusionTester } from "./occlusion_tester.ts";
 import { type DrawStatistics, RendererError, type RendererModule } from "./renderer_module.ts";
 import { SplatChoice } from "./splat_choice.ts";
-import type { Camera, FrameReport, Look, SplatKind } from "./types.ts";
+import type { Camera, FrameReport, Look, Splats } from "./types.ts";
 
 /** The view is at rest when nothing has moved or arrived for this time (ms). */
 const restAfter = 220;
@@ -28,6 +28,7 @@ export interface Scene {
   camera: Camera;
   isovalues: number[];
   kind: Look["kind"];
+  shading: Look["shading"];
 }
 
 /** What the scheduler needs from its viewer. */
@@ -74,9 +75,11 @@ export class FrameScheduler {
   #isFollowed = false;
   /** While more data are expected, new chunks are not drawn before this time. */
   #nextArrivals = 0;
-  /** Duration (ms) and splat kind of the last picture that was measured. */
-  #took: { kind: SplatKind; milliseconds: number } | null = null;
-  #drawnKind: SplatKind | undefined;
+  /** Duration (ms) and splats of the last picture that was measured. */
+  #took: (Splats & { milliseconds: number }) | null = null;
+  #drawnSplats: Splats | undefined;
+  /** The shading of the scene, as the last picture was drawn. */
+  #requestedShading: Look["shading"] | undefined;
   /** Chunks that were uploaded, but not yet checked for a full GPU memory. */
   #unchecked: number[] = [];
   /** Whether something of this volume can be seen. Before that, drawing would waste the GPU's time. */
@@ -198,7 +201,7 @@ export class FrameScheduler {
   drawToSave(smooth: boolean): void {
     const { width, height } = this.#canvas;
     const scene = this.#owner.scene();
-    if (scene) this.#renderer.setKind(this.#kind(scene, true));
+    if (scene) this.#renderer.setSplats(this.#splats(scene, true));
     this.cancelFade();
     this.#renderer.draw(width, height);
     while (smooth && this.#renderer.canRefine(width, height)) this.#renderer.refine(width, height);
@@ -211,8 +214,10 @@ export class FrameScheduler {
     return Math.max(this.#lastMotion + afterMotion, this.#lastArrival + afterArrival);
   }
 
-  #kind({ kind, camera }: Scene, isResting: boolean): SplatKind {
-    return kind === "automatic" ? this.#choice.kind(isResting, camera.distance) : kind;
+  #splats({ kind, shading, camera }: Scene, isResting: boolean): Splats {
+    const chosen = this.#choice.splats(isResting, camera.distance);
+    if (kind === "automatic") return shading === "exact" ? { ...chosen, shading } : chosen;
+    return { kind, shading: isResting ? shading : "exact" };
   }
 
   /**
@@ -255,8 +260,8 @@ export class FrameScheduler {
     this.#isResting = isResting;
 
     renderer.setCamera(camera);
-    const kind = this.#kindToKeep(scene, isResting) ?? this.#kind(scene, isResting);
-    renderer.setKind(kind);
+    const splats = this.#splatsToKeep(scene, isResting) ?? this.#splats(scene, isResting);
+    renderer.setSplats(splats);
     session.update({
       viewProjection: renderer.viewProjection(camera, width, height),
       viewport: { width, height },
@@ -270,7 +275,7 @@ export class FrameScheduler {
         if (isMoving || isResized) this.#fade.forget();
         this.#owner.guard(() => this.#fade.beforeDraw(now));
         this.#draw(scene, () => renderer.draw(width, height));
-        if (isMoving || !this.#isFast(longestFaded, kind)) this.#fade.forget();
+        if (isMoving || !this.#isFast(longestFaded, splats)) this.#fade.forget();
         else this.#owner.guard(() => this.#fade.afterDraw(now, this.#chunksToGo > 0));
       }
     } else if (wasFading) {
@@ -278,13 +283,13 @@ export class FrameScheduler {
     } else if (
       isResting &&
       !isTesting &&
-      this.#maySmooth(kind) &&
+      this.#maySmooth(splats) &&
       renderer.canRefine(width, height)
     ) {
       this.#draw(scene, () => renderer.refine(width, height));
     }
     if (!isMoving && !renderer.needsRedraw(width, height)) {
-      this.#visibility.test(session, isResting || kind === this.#kind(scene, true));
+      this.#visibility.test(session, isResting || splats.kind === this.#splats(scene, true).kind);
     }
     // One more frame at rest: it draws finer splats, and lets streaming refine.
     clearTimeout(this.#restTimer);
@@ -299,36 +304,40 @@ export class FrameScheduler {
   }
 
   /**
-   * The kind of the present picture, if nothing has changed and nothing finer is to be drawn: the
+   * The splats of the present picture, if nothing has changed and nothing finer is to be drawn: the
    * duration of a picture decides about later ones, and is no reason to draw it again.
    */
-  #kindToKeep({ kind }: Scene, isResting: boolean): SplatKind | undefined {
+  #splatsToKeep({ kind, shading }: Scene, isResting: boolean): Splats | undefined {
     const { width, height } = this.#canvas;
+    const drawn = this.#drawnSplats;
     if (kind !== "automatic" || this.#renderer.needsRedraw(width, height)) return undefined;
-    return !isResting || this.#drawnKind === "exact" ? this.#drawnKind : undefined;
+    if (shading !== this.#requestedShading) return undefined;
+    return !isResting || drawn?.kind === "exact" ? drawn : undefined;
   }
 
-  /** Whether the last picture of this kind took no longer than a time (ms). */
-  #isFast(longest: number, kind: SplatKind): boolean {
-    return this.#took?.kind === kind && this.#took.milliseconds <= longest;
+  /** Whether the last picture of these splats took no longer than a time (ms). */
+  #isFast(longest: number, { kind, shading }: Splats): boolean {
+    const took = this.#took;
+    return took?.kind === kind && took.shading === shading && took.milliseconds <= longest;
   }
 
   /** Only one picture is in flight, so that a gesture does not have to wait for more. */
-  #maySmooth(kind: SplatKind): boolean {
-    return !this.#timer.isBusy && this.#isFast(longestSmoothed, kind);
+  #maySmooth(splats: Splats): boolean {
+    return !this.#timer.isBusy && this.#isFast(longestSmoothed, splats);
   }
 
-  #draw({ camera }: Scene, draw: () => DrawStatistics): void {
+  #draw({ camera, shading }: Scene, draw: () => DrawStatistics): void {
     let report: DrawStatistics | undefined;
     this.#owner.guard(() => {
       const startedAt = performance.now();
       const drawn = measured("isosplat:drawing", draw);
       report = drawn;
-      this.#drawnKind = drawn.kind;
+      this.#drawnSplats = { kind: drawn.kind, shading: drawn.shading };
+      this.#requestedShading = shading;
       this.#timer.measure(startedAt, (milliseconds) => {
         this.#choice.measured(drawn, milliseconds, camera.distance);
         this.#nextArrivals = performance.now() + milliseconds;
-        this.#took = { kind: drawn.kind, milliseconds };
+        this.#took = { kind: drawn.kind, shading: drawn.shading, milliseconds };
         this.#settled();
       });
     });

@@ -8,8 +8,8 @@ import {
 } from "../core/index.ts";
 import { type FaultKind, faultOfStatus } from "../stream/faults.ts";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
-import type { Camera, Clip, ColourMap, Look, SplatKind, Surface } from "./types.ts";
-import { colourings, colourMaps, splatKinds } from "./types.ts";
+import type { Camera, Clip, ColourMap, Look, Splats, Surface } from "./types.ts";
+import { colourings, colourMaps, shadings, splatKinds } from "./types.ts";
 
 /** The instance that Emscripten's factory creates: the functions of shared/wasm/renderer_api.h. */
 interface Exports extends CoreModule {
@@ -34,7 +34,7 @@ interface Exports extends CoreModule {
   _isosplat_renderer_remove_chunk(handle: number): void;
   _isosplat_renderer_set_visible(chunks: number, count: number): void;
   _isosplat_renderer_set_isosurfaces(isosurfaces: number, count: number): void;
-  _isosplat_renderer_set_kind(kind: number): void;
+  _isosplat_renderer_set_splats(kind: number, shading: number): void;
   _isosplat_renderer_set_appearance(appearance: number): void;
   _isosplat_renderer_set_light(light: number): void;
   _isosplat_renderer_set_clipping(box: number, planes: number, count: number): void;
@@ -80,10 +80,8 @@ export class RendererError extends Error {
   }
 }
 
-/** FrameStatistics of shared/render/renderer.h. */
-export interface DrawStatistics extends Omit<layouts.FrameStatistics, "kind"> {
-  kind: SplatKind;
-}
+/** FrameStatistics of shared/render/renderer.h, with the splats that were drawn. */
+export interface DrawStatistics extends layouts.FrameStatistics, Splats {}
 
 /** The channels of #rrggbb, 0 … 1. */
 export function colourChannels(colour: string): [number, number, number] {
@@ -151,6 +149,8 @@ export class RendererModule {
   readonly #exports: Exports;
   /** Memory for records: `scratchBytes`. */
   readonly #scratch: number;
+  /** As setSplats() has set them; at first those of RenderSettings. */
+  #splats: Splats = { kind: "ellipse", shading: "smooth" };
   /** Memory for bulk data. It grows as needed. */
   #bulk = 0;
   #bulkBytes = 0;
@@ -279,8 +279,11 @@ export class RendererModule {
     this.#exports._isosplat_renderer_set_isosurfaces(this.#scratch, used.length);
   }
 
-  setKind(kind: SplatKind): void {
-    this.#exports._isosplat_renderer_set_kind(splatKinds.indexOf(kind));
+  setSplats(splats: Splats): void {
+    this.#splats = splats;
+    const { kind, shading } = splats;
+    const exports = this.#exports;
+    exports._isosplat_renderer_set_splats(splatKinds.indexOf(kind), shadings.indexOf(shading));
   }
 
   /** range: of the quantity that the colour map shows. */
@@ -456,7 +459,7 @@ export class RendererModule {
 
   #readStatistics(): DrawStatistics {
     const statistics = layouts.readFrameStatistics(this.#view(), this.#scratch);
-    return { ...statistics, kind: splatKinds[statistics.kind] ?? "quad" };
+    return { ...statistics, ...this.#splats };
   }
 
   /** Memory of at least this size, 8-byte-aligned. It is valid until the next call of this method. */

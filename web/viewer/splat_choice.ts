@@ -1,5 +1,5 @@
 import type { DrawStatistics } from "./renderer_module.ts";
-import type { SplatKind } from "./types.ts";
+import type { Splats } from "./types.ts";
 
 /** If ellipses take longer than this (ms), squares replace them while something moves. */
 const slowEllipses = 50;
@@ -12,26 +12,42 @@ const hopelessMotion = 400;
 /** If the distance of the eye changes by this factor, earlier measurements do not count any more. */
 const otherDistance = 1.3;
 
-type MeasuredFrame = Pick<DrawStatistics, "kind" | "programsLinked">;
+type MeasuredFrame = Pick<DrawStatistics, "kind" | "shading" | "programsLinked">;
+
+/** A distance of the eye at which something took too long, until the view is at another one. */
+class SlowView {
+  #distance = 0;
+
+  found(distance: number): void {
+    this.#distance = distance;
+  }
+
+  isAt(distance: number): boolean {
+    const ratio = distance / this.#distance;
+    const isHere = ratio < otherDistance && ratio > 1 / otherDistance;
+    if (!isHere) this.#distance = 0;
+    return isHere;
+  }
+}
 
 /**
- * Chooses the splat kind for "automatic": fast splats while something moves, the exact surface at rest,
- * or cheaper ones if this GPU is too slow. Uses the measured duration of frames, not the GPU's name.
+ * Chooses the splats for the kind "automatic": fast ones while something moves, the exact surface with
+ * smooth normals at rest, or cheaper ones if this GPU is too slow. Uses the measured duration of frames,
+ * not the GPU's name.
  */
 export class SplatChoice {
   #moving: "ellipse" | "quad" = "ellipse";
   #lastMoving = 0;
-  #slowExactAt = 0;
+  readonly #slowExact = new SlowView();
+  readonly #slowSmooth = new SlowView();
 
   /** distance: from the eye to its target. */
-  kind(isResting: boolean, distance: number): SplatKind {
-    if (!isResting) return this.#moving;
-    if (this.#slowExactAt > 0) {
-      const ratio = distance / this.#slowExactAt;
-      if (ratio < otherDistance && ratio > 1 / otherDistance) return "ellipse";
-      this.#slowExactAt = 0;
+  splats(isResting: boolean, distance: number): Splats {
+    if (!isResting) return { kind: this.#moving, shading: "exact" };
+    if (this.#slowExact.isAt(distance) || this.#lastMoving > hopelessMotion) {
+      return { kind: "ellipse", shading: "exact" };
     }
-    return this.#lastMoving > hopelessMotion ? "ellipse" : "exact";
+    return { kind: "exact", shading: this.#slowSmooth.isAt(distance) ? "exact" : "smooth" };
   }
 
   /** Reports the duration of a frame on the GPU. Frames that linked shader programs do not count. */
@@ -39,7 +55,8 @@ export class SplatChoice {
     if (frame.programsLinked > 0) return;
     const { kind } = frame;
     if (kind === "exact") {
-      if (milliseconds > longestRest) this.#slowExactAt = distance;
+      const slow = frame.shading === "smooth" ? this.#slowSmooth : this.#slowExact;
+      if (milliseconds > longestRest) slow.found(distance);
       return;
     }
     this.#lastMoving = milliseconds;

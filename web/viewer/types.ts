@@ -27,9 +27,19 @@ export interface Surface {
 /** The largest number of isosurfaces; more are ignored (kMaxIsosurfaces in shared/render/renderer.h). */
 export const maxSurfaces: number = maxIsosurfaces;
 
-export const splatKinds = ["quad", "ellipse", "blended", "exact"] as const;
+export const splatKinds = ["quad", "ellipse", "exact"] as const;
 /** What a sample is drawn as (shared/render/renderer.h, SplatKind). */
 export type SplatKind = (typeof splatKinds)[number];
+
+export const shadings = ["smooth", "exact"] as const;
+/** The normals that surfaces are lit by (shared/render/renderer.h, Shading). */
+export type Shading = (typeof shadings)[number];
+
+/** A kind of splats with its shading. */
+export interface Splats {
+  kind: SplatKind;
+  shading: Shading;
+}
 
 export const colourings = [
   "isosurface",
@@ -49,6 +59,8 @@ export type ColourMap = (typeof colourMaps)[number];
 export interface Look {
   /** automatic: fast splats while something moves, exact ones at rest. */
   kind: SplatKind | "automatic";
+  /** smooth: continuous normals where the view rests; exact: each cell's own gradient. */
+  shading: Shading;
   colourBy: Colouring;
   colourMap: ColourMap;
   /** #rrggbb, sRGB. */
@@ -94,6 +106,7 @@ export interface FrameReport {
 
 export const defaultLook: Look = {
   kind: "automatic",
+  shading: "smooth",
   colourBy: "isosurface",
   colourMap: "viridis",
   background: "#ffffff",

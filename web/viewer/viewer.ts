@@ -495,6 +495,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       camera: this.#camera,
       isovalues: this.#surfaces.map((surface) => surface.isovalue),
       kind: this.#look.kind,
+      shading: this.#look.shading,
     };
   }
 

@@ -71,15 +71,3 @@ float first_root(vec4 k, float end) {
   float slope = (3.0 * k.x * t + 2.0 * k.y) * t + k.z;
   return slope != 0.0 ? clamp(t - cubic(k, t) / slope, low, high) : t;
 }
-
-// The first extremum of a cubic in (from, end); negative if there is none.
-float extremum(vec4 k, float from, float end) {
-  float a = 3.0 * k.x, b = k.y, c = k.z;
-  float discriminant = b * b - a * c;
-  if (discriminant < 0.0) return -1.0;
-  float q = -(b + (b < 0.0 ? -1.0 : 1.0) * sqrt(discriminant));
-  float r0 = a != 0.0 ? q / a : -1.0, r1 = q != 0.0 ? c / q : -1.0;
-  float low = min(r0, r1), high = max(r0, r1);
-  if (low > from && low < end) return low;
-  return high > from && high < end ? high : -1.0;
-}

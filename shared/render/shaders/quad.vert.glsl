@@ -103,7 +103,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
 #else
   v_band = band;
 #endif
-  place_splat(centre_px, half_px + QUAD_MARGIN_PX, back);
+  place_splat(centre_px, half_px + QUAD_MARGIN_PX, back, back);
 }
 
 void main() {

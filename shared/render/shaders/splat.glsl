@@ -17,7 +17,7 @@ uniform bool u_drops_hidden;          // samples that are occluded by u_drawn
 #if KIND == KIND_QUAD
 uniform highp sampler2D u_drawn;      // depths drawn so far
 #else
-uniform highp usampler2D u_drawn;     // the farthest depth of each tile
+uniform highp usampler2D u_drawn;     // depths of each tile (depth_tiles.frag.glsl)
 #endif
 #endif
 
@@ -104,32 +104,45 @@ float scalar_of(Trilinear f, vec3 place, float steepness) {
 #ifndef PULLED
 #if KIND == KIND_QUAD
 // Tests points at most QUAD_PROBE_PX apart. Only a narrow visible part of the square can be missed.
-bool is_hidden(vec2 centre_px, vec2 half_px, float nearest) {
+bool is_hidden(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
   float reach = 0.8 * half_px.x;
   int steps = max(int(ceil(2.0 * reach / float(QUAD_PROBE_PX))), 2);
-  float farthest = 0.0;
+  float drawn = 0.0;
   for (int y = 0; y <= steps; ++y) {
     for (int x = 0; x <= steps; ++x) {
       vec2 px = centre_px + reach * (2.0 / float(steps) * vec2(x, y) - 1.0);
-      farthest = max(farthest, texelFetch(u_drawn, ivec2(clamp(px, vec2(0.0), u_image.xy - 1.0)), 0).x);
+      drawn = max(drawn, texelFetch(u_drawn, ivec2(clamp(px, vec2(0.0), u_image.xy - 1.0)), 0).x);
     }
   }
-  return window_depth(nearest) > farthest + 1e-6;
+  return window_depth(nearest) > drawn + 1e-6;
 }
 #else
-// Tests all tiles that the splat touches, so visible splats are never dropped.
-bool is_hidden(vec2 centre_px, vec2 half_px, float nearest) {
+// Tests all tiles that the splat touches, so visible splats are never dropped. Splats of gradients are
+// dropped as well if they are nearer than all surfaces, since they cover more than their cells.
+bool is_hidden(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
   vec2 last = u_image.xy - 1.0;
   ivec2 low = ivec2(clamp(centre_px - half_px, vec2(0.0), last)) / HIDING_TILE_PX;
   ivec2 high = ivec2(clamp(centre_px + half_px, vec2(0.0), last)) / HIDING_TILE_PX;
-  if (any(greaterThan(high - low, ivec2(2)))) return false;
-  uint farthest = 0u;
+#ifdef GRADIENTS
+  if (any(greaterThanEqual(high - low, ivec2(SMOOTH_MAX_TILES)))) return false;
+  uvec2 range = uvec2(0xffffffffu, 0u);
   for (int y = low.y; y <= high.y; ++y) {
     for (int x = low.x; x <= high.x; ++x) {
-      farthest = max(farthest, texelFetch(u_drawn, ivec2(x, y), 0).x);
+      uvec2 depths = texelFetch(u_drawn, ivec2(x, y), 0).yz;
+      range = uvec2(min(range.x, depths.x), max(range.y, depths.y));
     }
   }
-  return window_depth(nearest) > uintBitsToFloat(farthest) + 1e-6;
+  vec2 surfaces = uintBitsToFloat(range);
+  return window_depth(max(nearest, u_depth.z)) > surfaces.y + 1e-6 ||
+         window_depth(max(farthest, u_depth.z)) < surfaces.x - 1e-6;
+#else
+  if (any(greaterThan(high - low, ivec2(2)))) return false;
+  uint drawn = 0u;
+  for (int y = low.y; y <= high.y; ++y) {
+    for (int x = low.x; x <= high.x; ++x) drawn = max(drawn, texelFetch(u_drawn, ivec2(x, y), 0).x);
+  }
+  return window_depth(nearest) > uintBitsToFloat(drawn) + 1e-6;
+#endif
 }
 #endif
 
@@ -144,8 +157,8 @@ bool find_cell(out Cell cell, out vec3 size, out vec3 centre) {
 }
 
 // Drops splats that are outside of the image or occluded, and writes the position of all others.
-// nearest: distance along the view of the splat's nearest point.
-void place_splat(vec2 centre_px, vec2 half_px, float nearest) {
+// nearest, farthest: distances along the view of the splat's nearest and farthest points.
+void place_splat(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
   if (any(lessThan(half_px, vec2(0.0))) || any(lessThan(centre_px + half_px, vec2(0.0))) ||
       any(greaterThan(centre_px - half_px, u_image.xy))) {
     drop();
@@ -153,7 +166,7 @@ void place_splat(vec2 centre_px, vec2 half_px, float nearest) {
   }
 #ifndef PULLED
   half_px = vec2(max(half_px.x, half_px.y));
-  if (u_drops_hidden && is_hidden(centre_px, half_px, nearest)) {
+  if (u_drops_hidden && is_hidden(centre_px, half_px, nearest, farthest)) {
     drop();
     return;
   }
@@ -169,3 +182,45 @@ void place_splat(vec2 centre_px, vec2 half_px, float nearest) {
   gl_PointSize = clamp(2.0 * half_px.x, 1.0, u_lens.z);
 #endif
 }
+
+#if KIND != KIND_QUAD && KIND != KIND_ELLIPSE
+#ifdef PULLED
+// Bounds in px (low, high) of the part of a box beyond the near plane.
+vec4 bounds_px(vec3 e, vec3 h) {
+  mat3 to_camera = transpose(mat3(u_right.xyz, u_up.xyz, u_forward.xyz));
+  vec3 middle = to_camera * e;
+  mat3 half_edges = mat3(to_camera[0] * h.x, to_camera[1] * h.y, to_camera[2] * h.z);
+  vec3 reach = abs(half_edges[0]) + abs(half_edges[1]) + abs(half_edges[2]);
+  vec2 low = vec2(1e9), high = vec2(-1e9);
+  for (int i = 0; i < 8; ++i) {
+    vec3 corner = middle + half_edges * (2.0 * vec3(i & 1, i >> 1 & 1, i >> 2) - 1.0);
+    if (corner.z < u_depth.z) continue;
+    low = min(low, corner.xy / corner.z);
+    high = max(high, corner.xy / corner.z);
+  }
+  // If the near plane cuts the box, the cut is no wider than the box.
+  if (middle.z - reach.z < u_depth.z) {
+    low = min(low, (middle.xy - reach.xy) / u_depth.z);
+    high = max(high, (middle.xy + reach.xy) / u_depth.z);
+  }
+  return 0.5 * u_image.xyxy + u_lens.x * vec4(low, high);
+}
+#endif
+
+// Places a splat that covers a box (centre e, half sizes h), at the depth of the box's nearest point.
+void place_box(vec3 e, vec3 h, float pad_px) {
+  float z = dot(e, u_forward.xyz), reach = dot(abs(u_forward.xyz), h);
+#ifdef PULLED
+  if (is_beside(e, h)) {
+    drop();
+    return;
+  }
+  vec4 bounds = bounds_px(e, h);
+  vec2 low_px = max(bounds.xy - pad_px, vec2(-1.0)), high_px = min(bounds.zw + pad_px, u_image.xy + 1.0);
+  place_splat(0.5 * (low_px + high_px), 0.5 * (high_px - low_px), z - reach, z + reach);
+#else
+  float positive = max(z, u_depth.z);
+  place_splat(to_px(e, positive), half_extent_px(e, h, positive) + pad_px, z - reach, z + reach);
+#endif
+}
+#endif

@@ -5,6 +5,7 @@
 // only those that are active for the isovalue.
 #include <GLES3/gl3.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -55,7 +56,7 @@ GLuint make_framebuffer(int size) {
   return framebuffer;
 }
 
-constexpr const char* kNames[] = {"quad", "ellipse", "blended", "exact", "mesh"};
+constexpr const char* kNames[] = {"quad", "ellipse", "exact", "smooth", "mesh"};
 constexpr int kMesh = 4;
 
 /// Time for all views, by kNames.
@@ -76,7 +77,8 @@ std::optional<Times> draw_views(Renderer& splats, Renderer& mesh, const Options&
     for (int kind = 0; kind < 5; ++kind) {
       if (kind != kMesh && !options.kind.empty() && options.kind != kNames[kind]) continue;
       Renderer& renderer = kind == kMesh ? mesh : splats;
-      settings.kind = static_cast<SplatKind>(kind % 4);
+      settings.kind = static_cast<SplatKind>(std::min(kind, 2));
+      settings.shading = kind == 3 ? Shading::smooth : Shading::exact;
       renderer.set_settings(settings);
       renderer.set_camera(camera);
       glFinish();

@@ -8,7 +8,7 @@ export interface NativeView {
   isovalue: number;
   /** As in the page's address. */
   camera: string;
-  kind: "quad" | "ellipse" | "blended" | "exact";
+  kind: "quad" | "ellipse" | "exact";
   width: number;
   height: number;
   /** Settings of the light by their parameters in the page's address. */

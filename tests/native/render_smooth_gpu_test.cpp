@@ -1,0 +1,328 @@
+// Smooth normals, against the core's sums of gradients, and across cells, chunks, blocks and
+// levels. Thresholds are stated at each comparison.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "native/headless/draw_image.h"
+#include "native/headless/egl_context.h"
+#include "shared/sampling/smooth_gradients.h"
+#include "tests/native/test_volume.h"
+
+namespace isosplat {
+namespace {
+
+constexpr int kSize = 256;
+constexpr double kDegrees = 180 / 3.14159265358979323846;
+
+double angle(Vec3d a, Vec3d b) {
+  return std::atan2(length(cross(a, b)), dot(a, b)) * kDegrees;
+}
+
+/// Marschner and Lobb's test signal (1994) on [−1, 1]³, from 0 to 10000.
+TestVolume marschner_lobb() {
+  constexpr double kPi = 3.14159265358979323846;
+  return sampled_volume({41, 41, 41}, {1, 1, 1}, [](Vec3d index) {
+    const Vec3d p = index * (1.0 / 20) - Vec3d{1, 1, 1};
+    const double rho = std::cos(12 * kPi * std::cos(0.5 * kPi * std::hypot(p.x, p.y)));
+    return 10000 * (1 - std::sin(0.5 * kPi * p.z) + 0.25 * (1 + rho)) / 2.5;
+  });
+}
+
+/// The samples of a block as the oracle takes them.
+void add_cells(SmoothGradients& gradients, BlockKey block, std::span<const PackedSample> samples) {
+  for (const PackedSample& packed : samples) {
+    const UnpackedSample sample = unpack_sample(packed);
+    const Index3 first{block.index.x * kBlockCells, block.index.y * kBlockCells,
+                       block.index.z * kBlockCells};
+    gradients.add(block.level,
+                  {first.x + sample.cell.x, first.y + sample.cell.y, first.z + sample.cell.z},
+                  sample.corners);
+  }
+}
+
+class RenderSmoothGpu : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto context = EglContext::create();
+    ASSERT_TRUE(context) << context.error().message;
+    context_ = std::move(*context);
+    auto renderer = Renderer::create();
+    ASSERT_TRUE(renderer) << renderer.error().message;
+    renderer_ = std::move(*renderer);
+    settings_.kind = SplatKind::exact;
+  }
+  void TearDown() override {
+    renderer_.reset();
+    context_.reset();
+  }
+
+  /// The surface that is seen, with normals in the world.
+  struct Pixel {
+    bool hit = false;
+    Vec3d position, normal;  // of unit length
+    uint32_t isosurface = 0;
+    double depth = 0;
+  };
+  std::vector<Pixel> draw() {
+    renderer_->set_settings(settings_);
+    renderer_->set_camera(camera_);
+    EXPECT_TRUE(draw_image(*renderer_, kSize, kSize));
+    const auto pixels = renderer_->read_surface().value();
+    const CameraFrame frame = camera_frame(camera_);
+    std::vector<Pixel> result(pixels.size());
+    for (size_t i = 0; i < pixels.size(); ++i) {
+      const auto& from = pixels[i];
+      if (!from.hit) continue;
+      const auto across = [&](size_t at) {
+        return (double(at) + 0.5 - 0.5 * kSize) * 2 * frame.tan_half_field_of_view / kSize;
+      };
+      const Vec3d ray =
+          frame.forward + frame.right * across(i % kSize) + frame.up * across(i / kSize);
+      result[i] = {true, frame.eye + ray * double(from.depth),
+                   frame.right * double(from.normal.x) + frame.up * double(from.normal.y) -
+                       frame.forward * double(from.normal.z),
+                   from.isosurface, double(from.depth)};
+    }
+    return result;
+  }
+
+  /// Looks at the surface near a point from this distance.
+  void look_at(Vec3d target, double distance) {
+    camera_.target = target;
+    camera_.distance = distance;
+  }
+
+  /// Jumps of the normal across faces of cells of level 0, in ascending order: of four pixels in a
+  /// row or a column, of which two are in one cell and two in another, the angle in the middle less
+  /// the larger one beside it. The depths of neighbours differ by less than 0.2.
+  static std::vector<double> jumps(const std::vector<Pixel>& pixels) {
+    const auto is_near = [&](size_t a, size_t b) {
+      return pixels[a].hit && pixels[b].hit && std::abs(pixels[a].depth - pixels[b].depth) < 0.2;
+    };
+    const auto cell = [&](size_t i) {
+      const Vec3d p = pixels[i].position;
+      return Vec3d{std::floor(p.x), std::floor(p.y), std::floor(p.z)};
+    };
+    std::vector<double> result;
+    for (size_t i = 0; i < pixels.size(); ++i) {
+      for (const size_t by : {size_t{1}, size_t{kSize}}) {
+        const size_t p[4] = {i, i + by, i + 2 * by, i + 3 * by};
+        if (p[3] >= pixels.size() || (by == 1 && i % kSize + 3 >= kSize)) continue;
+        if (!is_near(p[0], p[1]) || !is_near(p[1], p[2]) || !is_near(p[2], p[3])) continue;
+        if (cell(p[0]) != cell(p[1]) || cell(p[1]) == cell(p[2]) || cell(p[2]) != cell(p[3])) {
+          continue;
+        }
+        const auto step = [&](int k) {
+          return angle(pixels[p[k]].normal, pixels[p[k + 1]].normal);
+        };
+        result.push_back(step(1) - std::max(step(0), step(2)));
+      }
+    }
+    std::sort(result.begin(), result.end());
+    return result;
+  }
+
+  std::unique_ptr<EglContext> context_;
+  std::unique_ptr<Renderer> renderer_;
+  RenderSettings settings_;
+  Camera camera_;
+};
+
+double percentile(const std::vector<double>& sorted, double share) {
+  return sorted[static_cast<size_t>(share * double(sorted.size() - 1))];
+}
+
+// At 0.1° for all but 1 in 1000 pixels: normals have 16 bits, and depths 24.
+TEST_F(RenderSmoothGpu, NormalsAreThoseOfTheCore) {
+  for (const Vec3d spacing : {Vec3d{1, 1, 1}, Vec3d{1, 1.5, 2}}) {
+    const TestVolume volume = sphere_volume({70, 70, 70}, spacing);
+    show_volume(*renderer_, volume, 2300, 2700);  // some cells are not active
+    SmoothGradients gradients;
+    for (int block = 0; block < 8; ++block) {
+      const BlockKey key{0, {block & 1, block >> 1 & 1, block >> 2}};
+      add_cells(gradients, key, block_samples(volume, key, 2300, 2700));
+    }
+    settings_.isosurfaces = {{2500, {1, 1, 1}, 1}};
+    const Vec3d centre = volume.grid.world({34.5, 34.5, 34.5});
+    for (const double distance : {60.0, 20.0, 3.0}) {
+      for (const SplatKind kind : {SplatKind::exact, SplatKind::ellipse}) {
+        SCOPED_TRACE(distance);
+        settings_.kind = kind;
+        const Vec3d out = camera_frame(camera_).forward * -1.0;
+        look_at(centre + out * 25.0, distance);
+        const auto pixels = draw();
+        int hits = 0, differing = 0;
+        for (const Pixel& pixel : pixels) {
+          if (!pixel.hit) continue;
+          ++hits;
+          const Vec3d index = multiply_transposed(volume.grid.dual_edges(), pixel.position);
+          const Vec3d truth = volume.grid.world_gradient(gradients.at(index));
+          differing += angle(pixel.normal, truth) > 0.1;
+        }
+        EXPECT_GT(hits, 20000);
+        EXPECT_LE(differing, hits / 1000);
+      }
+    }
+  }
+}
+
+// Across cells, chunks and blocks: at the 95th percentile less than 0.1°, and nowhere 2°. Gradients
+// of single cells jump.
+TEST_F(RenderSmoothGpu, NormalsAreContinuous) {
+  struct Case {
+    TestVolume volume;
+    double isovalue;
+    Vec3d target;
+    double exact_jump;  // at least, at the 95th percentile
+  };
+  const Case cases[] = {{sphere_volume({130, 130, 130}), 2500, {64.5, 40, 64.5}, 0.5},
+                        {marschner_lobb(), 5000, {20, 20, 20}, 10}};
+  for (const auto& [volume, isovalue, target, exact_jump] : cases) {
+    show_volume(*renderer_, volume, isovalue, isovalue);
+    settings_.isosurfaces = {{isovalue, {1, 1, 1}, 1}};
+    look_at(target, 18);
+    camera_.elevation = 40;
+    for (const Shading shading : {Shading::smooth, Shading::exact}) {
+      settings_.shading = shading;
+      const auto found = jumps(draw());
+      ASSERT_GT(found.size(), size_t{1000});
+      if (shading == Shading::smooth) {
+        EXPECT_LT(percentile(found, 0.95), 0.1) << isovalue;
+        EXPECT_LT(found.back(), 2) << isovalue;
+      } else {
+        EXPECT_GT(percentile(found, 0.95), exact_jump) << isovalue;
+      }
+    }
+  }
+}
+
+// Level 0 beside level 1: nowhere a jump of more than 0.5°, and fine cells have the normals of the
+// sphere to 1°, but for those beside coarse cells.
+TEST_F(RenderSmoothGpu, NormalsAreContinuousBetweenLevels) {
+  const TestVolume volume = sphere_volume({129, 65, 65});
+  renderer_->set_volume(volume.grid, volume.mapping);
+  const BlockKey fine{0, {0, 0, 0}}, coarse{1, {0, 0, 0}};
+  ASSERT_TRUE(renderer_->add_chunk(0, {fine}, block_samples(volume, fine, 2500, 2500)));
+  ASSERT_TRUE(renderer_->add_chunk(1, {coarse}, block_samples(volume, coarse, 2500, 2500)));
+  RegionMask coarse_regions;
+  for (int z = 0; z < 8; ++z) {
+    for (int y = 0; y < 8; ++y) {
+      for (int x = 4; x < 8; ++x) coarse_regions.insert({x, y, z});
+    }
+  }
+  const DrawnChunk chunks[2] = {{0}, {1, coarse_regions}};
+  renderer_->set_visible(chunks);
+  settings_.isosurfaces = {{2500, {1, 1, 1}, 1}};
+  camera_.elevation = 0;
+  camera_.azimuth = 0;
+  look_at({64, 32 - 25, 32}, 20);
+  settings_.shading = Shading::exact;
+  const auto exact = jumps(draw());
+  settings_.shading = Shading::smooth;
+  const auto pixels = draw();
+  const auto smooth = jumps(pixels);
+  EXPECT_GT(exact.back(), 2);
+  EXPECT_LT(smooth.back(), 0.5);
+  int fine_pixels = 0;
+  for (const Pixel& pixel : pixels) {
+    if (!pixel.hit || pixel.position.x > 63) continue;
+    ++fine_pixels;
+    EXPECT_LT(angle(pixel.normal, pixel.position - Vec3d{64, 32, 32}), 1);
+  }
+  EXPECT_GT(fine_pixels, 10000);
+}
+
+// What is not in the same isosurface has no influence, and a cut leaves the normals beside it.
+TEST_F(RenderSmoothGpu, NormalsDependOnTheirSurfaceAlone) {
+  const TestVolume volume = sphere_volume({60, 60, 60});
+  show_volume(*renderer_, volume, 1900, 2100);
+  const Isosurface outer{2100, {1, 1, 1}, 1}, inner{1900, {1, 0, 0}, 1};
+  look_at({29.5, 29.5, 29.5}, 70);
+  settings_.isosurfaces = {outer, inner};
+  const auto both = draw();
+  settings_.isosurfaces = {outer};
+  const auto alone = draw();
+  settings_.clip_planes = {{{0.8, 0.36, 0.48}, 40}};
+  const auto cut = draw();
+  int of_outer = 0, left = 0;
+  for (size_t i = 0; i < both.size(); ++i) {
+    if (both[i].hit && both[i].isosurface == 0) {
+      ++of_outer;
+      EXPECT_LT(angle(both[i].normal, alone[i].normal), 0.02);
+    }
+    if (cut[i].hit && std::abs(cut[i].depth - alone[i].depth) < 1e-3) {
+      ++left;
+      EXPECT_LT(angle(cut[i].normal, alone[i].normal), 0.02);
+    }
+  }
+  EXPECT_GT(of_outer, 20000);
+  EXPECT_GT(left, 2000);
+  EXPECT_LT(left, of_outer - 2000);
+}
+
+// Translucent surfaces have layers of their own: each changes from exact to smooth.
+TEST_F(RenderSmoothGpu, TranslucentSurfacesAreSmooth) {
+  const TestVolume volume = marschner_lobb();
+  show_volume(*renderer_, volume, 4000, 5000);
+  look_at({20, 20, 20}, 20);
+  camera_.elevation = 50;
+  const Isosurface behind{5000, {1, 1, 1}, 1}, before{4000, {1, 0.5f, 0}, 0.5f};
+  const auto picture = [&](std::vector<Isosurface> isosurfaces, Shading shading) {
+    settings_.isosurfaces = std::move(isosurfaces);
+    settings_.shading = shading;
+    renderer_->set_settings(settings_);
+    renderer_->set_camera(camera_);
+    return draw_image(*renderer_, kSize, kSize).value().rgba;
+  };
+  EXPECT_NE(picture({before}, Shading::smooth), picture({before}, Shading::exact));
+  EXPECT_NE(picture({behind, before}, Shading::smooth), picture({behind, before}, Shading::exact));
+}
+
+// Cells below 3 px keep their own normals, at no cost; those of 4 px and more are smooth. Points
+// and triangles give the same normals, to 0.05° for all but 1 in 1000 pixels.
+TEST_F(RenderSmoothGpu, AppliesToCellsThatAreLargeEnough) {
+  const TestVolume volume = sphere_volume({70, 70, 70});
+  show_volume(*renderer_, volume, 2500, 2500);
+  settings_.isosurfaces = {{2500, {1, 1, 1}, 1}};
+  const double focal_px = 0.5 * kSize / camera_frame(camera_).tan_half_field_of_view;
+  const auto differing = [&](double px_per_cell) {
+    look_at({34.5, 34.5, 34.5}, focal_px / px_per_cell);
+    settings_.shading = Shading::exact;
+    const auto exact = draw();
+    settings_.shading = Shading::smooth;
+    const auto smooth = draw();
+    int count = 0;
+    for (size_t i = 0; i < exact.size(); ++i) {
+      count += exact[i].hit && angle(exact[i].normal, smooth[i].normal) > 0.05;
+    }
+    return count;
+  };
+  EXPECT_EQ(differing(2.5), 0);
+  EXPECT_GT(differing(4.5), 2000);
+}
+
+TEST_F(RenderSmoothGpu, PointsAndTrianglesAreTheSame) {
+  const TestVolume volume = sphere_volume({70, 70, 70});
+  settings_.isosurfaces = {{2500, {1, 1, 1}, 1}};
+  look_at({34.5, 34.5 - 25, 34.5}, 12);
+  std::vector<Pixel> pixels[2];
+  for (const float max_point_size : {1024.0f, 8.0f}) {
+    renderer_ = std::move(*Renderer::create(max_point_size));
+    show_volume(*renderer_, volume, 2500, 2500);
+    pixels[max_point_size == 8] = draw();
+  }
+  int hits = 0, differing = 0;
+  for (size_t i = 0; i < pixels[0].size(); ++i) {
+    if (!pixels[0][i].hit || !pixels[1][i].hit) continue;
+    ++hits;
+    differing += angle(pixels[0][i].normal, pixels[1][i].normal) > 0.05;
+  }
+  EXPECT_GT(hits, 20000);
+  EXPECT_LE(differing, hits / 1000);
+}
+
+}  // namespace
+}  // namespace isosplat
