@@ -1,0 +1,55 @@
+// How true and how smooth normals are. Angles, where a cell covers 8 px: to the gradient by central
+// differences at the voxels, interpolated trilinearly. Jumps, where a cell covers 32 px, so that a
+// pixel is a small step: across faces between cells, between blocks, and between levels (95th
+// percentile). isosplat_normals says how.
+import type { Benchmark } from "./harness/benchmark.ts";
+import { renderProgram } from "./harness/render.ts";
+import { buildStore } from "./stream/serving.ts";
+
+const cases: [string, number][] = [
+  ["engine.nhdr", 60.5],
+  ["bonsai.nhdr", 40.5],
+  ["aneurysm.nhdr", 100.5],
+  ["mni152.nii.gz", 700.5],
+  ["bunny_ct_i16.nrrd", 1000.5],
+];
+
+interface Figures {
+  median: number;
+  p95: number;
+  cells: number;
+  blocks: number;
+  levels: number;
+}
+
+export default {
+  title: "normals in close-ups",
+  async run(bench) {
+    for (const [file, isovalue] of cases) {
+      const volume = bench.volume(file);
+      if (!volume) continue;
+      const name = file.replace(/\..*/, "");
+      const store = await buildStore(bench, volume, name);
+      const program = renderProgram("isosplat_normals");
+      const measure = async (px: string) => {
+        const { stdout } = await bench.command(program, [
+          ...[store, volume, String(isovalue), "--px", px],
+        ]);
+        return JSON.parse(stdout) as Record<"smooth" | "exact", Figures>;
+      };
+      const angles = await measure("8");
+      const jumps = await measure("32");
+      for (const shading of ["exact", "smooth"] as const) {
+        const what = `${name} ${isovalue}, ${shading}`;
+        const most = (limit: number) => (shading === "smooth" ? { atMost: limit } : undefined);
+        const { median, p95 } = angles[shading];
+        const { cells, blocks, levels } = jumps[shading];
+        bench.report(what, "angle, median", "°", median, most(2));
+        bench.report(what, "angle, 95 %", "°", p95, most(8));
+        bench.report(what, "jump between cells, 95 %", "°", cells, most(1));
+        bench.report(what, "jump between blocks, 95 %", "°", blocks, most(1));
+        bench.report(what, "jump between levels, 95 %", "°", levels, most(1));
+      }
+    }
+  },
+} satisfies Benchmark;
