@@ -1,12 +1,13 @@
 /** Coarse levels for other isovalues, fetched from the real server while a view is complete. */
-import { existsSync, statSync } from "node:fs";
+import { existsSync, readFileSync, statSync } from "node:fs";
 import { join } from "node:path";
 import { afterAll, afterEach, beforeAll, beforeEach, expect, test, vi } from "vitest";
-import type { Core } from "../../web/core/index.ts";
+import type { Chunk, Core } from "../../web/core/index.ts";
 import { type CameraView, ServerSource, type StreamOptions } from "../../web/stream/index.ts";
+import { chunksOf } from "../browser/support/chunks.ts";
 import { demoFolder, type RunningServer, serve } from "../browser/support/server.ts";
 import { FaultProxy, fetchedTwice } from "../support/fault_proxy.ts";
-import { core as load } from "./fixture.ts";
+import { core as load, openWhole } from "./fixture.ts";
 import { Harness } from "./stream_harness.ts";
 
 const store = join(demoFolder, "mandelbulb.isosplat");
@@ -116,8 +117,18 @@ test("keeps its budget: the coarsest level for all isovalues, then the nearest b
   const bytes = (harness.progress?.bytesFetched ?? 0) - before;
   expect(bytes).toBeGreaterThan(400_000);
   expect(bytes).toBeLessThanOrEqual(600_000 + 20_000); // with the frames of responses
-  const finer = [...harness.resident.values()].filter(({ place }) => place.level < 2);
-  expect(finer.length).toBeGreaterThan(0);
+  const fetched = new Set(chunksOf(server.requests.map(({ path }) => path)));
+  const whole = openWhole(core, new Uint8Array(readFileSync(store)));
+  const isFetched = ({ level, block, band }: Chunk): boolean =>
+    fetched.has(`${level}/${block.join(".")}/${band}`);
+  expect(whole.chunksFor(2, 0, 255).every(isFetched)).toBe(true);
+  const distance = ({ bandBegin, bandEnd }: Chunk): number =>
+    Math.max(bandBegin - 226.5, 226.5 - bandEnd, 0);
+  const finer = whole.chunksFor(1, 0, 255);
+  const near = finer.filter(isFetched).map(distance);
+  const far = finer.filter((chunk) => !isFetched(chunk)).map(distance);
+  expect(near.length).toBeGreaterThan(0);
+  expect(Math.max(...near)).toBeLessThanOrEqual(Math.min(...far));
   // At rest there are no requests.
   const requests = server.requests.length;
   await new Promise((resolve) => setTimeout(resolve, 1000));
