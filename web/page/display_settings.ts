@@ -5,6 +5,7 @@ import {
   type Look,
   planeFacing,
   type Surface,
+  turnedLight,
   type Viewer,
   wholeVolume,
 } from "../viewer/index.ts";
@@ -158,6 +159,7 @@ export class DisplaySettings {
       if (change.background !== undefined) this.#isThemeBackground = false;
       this.#changeLook(change);
     },
+    turnLight: (right, up) => this.#changeLook({ light: turnedLight(this.#look.light, right, up) }),
     followTheme: () => {
       this.#isThemeBackground = true;
       this.themeChanged();

@@ -6,7 +6,6 @@ import {
   lightFromDisc,
   lightOnDisc,
   lightRanges,
-  turnedLight,
 } from "../viewer/light.ts";
 import type { PanelActions, PanelState } from "./panel.ts";
 
@@ -39,7 +38,11 @@ function directionText({ azimuth, elevation }: Light): string {
 }
 
 /** A ball as the key light shows it: dragging moves the light, as do the arrow keys. */
-function ball(light: Light, change: (light: Light) => void): TemplateResult {
+function ball(
+  light: Light,
+  change: (light: Light) => void,
+  turn: PanelActions["turnLight"],
+): TemplateResult {
   const { x, y } = lightOnDisc(light);
   const move = (event: PointerEvent) => {
     const box = (event.currentTarget as HTMLElement).getBoundingClientRect();
@@ -64,7 +67,7 @@ function ball(light: Light, change: (light: Light) => void): TemplateResult {
     const step = steps[event.key];
     if (!step) return;
     event.preventDefault();
-    change(turnedLight(light, ...step));
+    turn(...step);
   };
   const at = { "--light-x": `${50 + 50 * x}%`, "--light-y": `${50 - 50 * y}%` };
   return html`<div class="field">
@@ -96,7 +99,7 @@ export function lightSection(state: PanelState, actions: PanelActions): Template
   );
   return html`<wa-details class="section" appearance="plain" summary="Light">
     <div class="fields">
-      ${ball(light, change)}
+      ${ball(light, change, actions.turnLight)}
       ${sliders.map(
         ({ name, label, step }) => html`<wa-slider
           size="s"

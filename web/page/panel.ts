@@ -39,6 +39,8 @@ export interface PanelActions {
   addSurface(): void;
   removeSurface(index: number): void;
   changeLook(change: Partial<Look>): void;
+  /** Turns the key light from where it is now, which may not be shown yet. */
+  turnLight(rightDegrees: number, upDegrees: number): void;
   followTheme(): void;
   changeClip(clip: Clip): void;
   /** Replaces the clip plane by one across the view. */
