@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <span>
 
 #include "native/import/array_source.h"
 #include "native/import/conventions.h"
@@ -141,35 +142,164 @@ Result<HeaderGeometry> geometry_of(const std::filesystem::path& path, const Meta
   return geometry;
 }
 
+/// The sizes along all axes, x first.
+Result<std::vector<int64_t>> sizes_of(const std::filesystem::path& path, const MetaHeader& header) {
+  const auto dimension = whole_number(header.field({"NDims"}));
+  auto sizes = whole_numbers(header.field({"DimSize"}));
+  if (!dimension || !sizes || *dimension != static_cast<int64_t>(sizes->size()) || sizes->empty() ||
+      std::ranges::min(*sizes) < 1) {
+    return malformed(path,
+                     fmt::format("expected as many sizes above 0 as dimensions, found NDims '{}' "
+                                 "and DimSize '{}'",
+                                 header.field({"NDims"}), header.field({"DimSize"})));
+  }
+  return *std::move(sizes);
+}
+
+/// The type of the voxels. Errors: also if a voxel has several channels.
+Result<VoxelType> voxel_type_of(const std::filesystem::path& path, const MetaHeader& header) {
+  const std::string channels = header.field({"ElementNumberOfChannels"});
+  if (!channels.empty() && channels != "1") {
+    const auto count = whole_number(channels);
+    if (!count || *count < 1) return malformed(path, fmt::format("{} channels", channels));
+    return not_scalar(path, static_cast<int>(std::min<int64_t>(*count, 1000)));
+  }
+  const std::string name = header.field({"ElementType"});
+  const auto type = type_of(name);
+  if (!type) return unknown_type(path, name.empty() ? "no ElementType" : name);
+  return *type;
+}
+
+/// The type, byte order, slope and intercept of the voxels.
+Result<StoredVoxels> stored_voxels_of(const std::filesystem::path& path, const MetaHeader& header,
+                                      VoxelType type) {
+  StoredVoxels stored;
+  stored.type = type;
+  stored.big_endian = header.is_true({"BinaryDataByteOrderMSB", "ElementByteOrderMSB"});
+  const auto number_of = [&](const char* name, double otherwise) {
+    const std::string text = header.field({name});
+    return text.empty() ? otherwise : number_in(text).value_or(std::nan(""));
+  };
+  stored.slope = number_of("ElementToIntensityFunctionSlope", 1);
+  stored.intercept = number_of("ElementToIntensityFunctionOffset", 0);
+  if (!std::isfinite(stored.slope) || stored.slope == 0 || !std::isfinite(stored.intercept)) {
+    return malformed(path,
+                     "expected ElementToIntensityFunctionSlope and Offset to be numbers, the slope "
+                     "not 0");
+  }
+  return stored;
+}
+
+/// How the voxels are encoded in the data files.
+struct Encoding {
+  int64_t skip = 0;  ///< bytes before the voxels; -1: the voxels are at the end of the file
+  bool deflated = false;
+  bool text = false;
+};
+
+Result<Encoding> encoding_of(const std::filesystem::path& path, const MetaHeader& header) {
+  Encoding encoding;
+  const std::string skip = header.field({"HeaderSize"});
+  if (!skip.empty()) encoding.skip = whole_number(skip).value_or(-2);
+  if (encoding.skip < -1) return malformed(path, fmt::format("HeaderSize '{}' is not valid", skip));
+  encoding.deflated = header.is_true({"CompressedData"});
+  encoding.text = !header.field({"BinaryData"}).empty() && !header.is_true({"BinaryData"});
+  return encoding;
+}
+
+/// Whether ElementDataFile is a list of files or a pattern with a range of numbers.
+bool names_several_files(const std::string& data_name) {
+  return lower_case(data_name).starts_with("list") ||
+         (data_name.find('%') != data_name.npos && words(data_name).size() >= 3);
+}
+
+/// Opens the array in several data files, which divide the last axes of `sizes`.
+Result<OpenVolume> open_several(const std::filesystem::path& path, const std::string& data_name,
+                                std::span<const int64_t> sizes, const Encoding& encoding,
+                                ArrayVolume array, std::vector<std::string> notes) {
+  DataFiles files;
+  files.paths = named_data_files(path, data_name);
+  if (encoding.text || encoding.deflated) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected uncompressed binary voxels, since there are several "
+                            "data files: save the volume as one file",
+                            path.string()));
+  }
+  if (files.paths.empty() || !divides_axes(files.paths.size(), sizes)) {
+    return malformed(path, fmt::format("expected a data file for each step of the last axes, found "
+                                       "{} files",
+                                       files.paths.size()));
+  }
+  files.voxel_bytes = voxel_bytes(array.stored.type);
+  files.bytes_each = array_bytes(array.voxels, array.steps, files.voxel_bytes) / files.paths.size();
+  files.skip = encoding.skip;
+  auto joined = open_data_files(path, std::move(files), array.allowed);
+  if (!joined) return tl::unexpected(joined.error());
+  array.missing = std::move(joined->missing);
+  for (std::string& note : joined->notes) notes.push_back(std::move(note));
+  return open_array(std::move(array), std::move(joined->reader), std::move(notes));
+}
+
+/// Finds the one data file, relative to the header's folder.
+Result<std::filesystem::path> find_data_file(const std::filesystem::path& path,
+                                             const std::string& data_name) {
+  std::filesystem::path data = data_name;
+  if (data.is_relative()) data = path.parent_path() / data;
+  std::error_code error;
+  if (!std::filesystem::exists(data, error)) {
+    return fail(Status::io_error,
+                fmt::format("{}: its data file is missing: expected {}: add the file, or correct "
+                            "ElementDataFile in the header",
+                            path.string(), data.string()));
+  }
+  return data;
+}
+
+/// Opens the array in one data file, or behind the header (ElementDataFile = LOCAL).
+Result<OpenVolume> open_single(const std::filesystem::path& path, const MetaHeader& header,
+                               const Encoding& encoding, ArrayVolume array,
+                               std::vector<std::string> notes) {
+  const std::string data_name = header.field({"ElementDataFile"});
+  std::filesystem::path data = path;
+  uint64_t start = header.data_offset;
+  if (lower_case(data_name) != "local") {
+    const auto found = find_data_file(path, data_name);
+    if (!found) return tl::unexpected(found.error());
+    data = *found;
+    start = 0;
+  }
+  if (encoding.skip > 0) start += static_cast<uint64_t>(encoding.skip);
+  array.plain = !encoding.deflated && !encoding.text;
+  if (encoding.skip == -1 && !array.plain) {
+    return malformed(path, "HeaderSize = -1 is not valid for text and compressed data");
+  }
+  if (encoding.text) array.stored.big_endian = std::endian::native == std::endian::big;
+  auto bytes = encoding.deflated ? open_deflated(data, start)
+               : encoding.text   ? open_text_voxels(data, start, array.stored.type)
+                                 : open_plain(data);
+  if (!bytes) return tl::unexpected(bytes.error());
+  if (array.plain) {
+    const uint64_t all = array_bytes(array.voxels, array.steps, voxel_bytes(array.stored.type));
+    const uint64_t size = (*bytes)->size_limit();
+    array.offset = encoding.skip == -1 ? size - std::min(size, all) : start;
+  }
+  return open_array(std::move(array), std::move(*bytes), std::move(notes));
+}
+
 }  // namespace
 
 Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
                                    const ImportOptions& options) {
   const auto header = read_header(path);
   if (!header) return tl::unexpected(header.error());
-  std::vector<std::string> notes;
   const std::string object = lower_case(header->field({"ObjectType"}));
   if (!object.empty() && object != "image") {
     return malformed(path, fmt::format("expected ObjectType = Image, found '{}'", object));
   }
-  const auto dimension = whole_number(header->field({"NDims"}));
-  const auto sizes = whole_numbers(header->field({"DimSize"}));
-  if (!dimension || !sizes || *dimension != static_cast<int64_t>(sizes->size()) || sizes->empty() ||
-      std::ranges::min(*sizes) < 1) {
-    return malformed(path,
-                     fmt::format("expected as many sizes above 0 as dimensions, found NDims '{}' "
-                                 "and DimSize '{}'",
-                                 header->field({"NDims"}), header->field({"DimSize"})));
-  }
-  const std::string channels = header->field({"ElementNumberOfChannels"});
-  if (!channels.empty() && channels != "1") {
-    const auto count = whole_number(channels);
-    if (!count || *count < 1) return malformed(path, fmt::format("{} channels", channels));
-    return not_scalar(path, static_cast<int>(std::min<int64_t>(*count, 1000)));
-  }
-  const std::string type_name = header->field({"ElementType"});
-  const auto type = type_of(type_name);
-  if (!type) return unknown_type(path, type_name.empty() ? "no ElementType" : type_name);
+  const auto sizes = sizes_of(path, *header);
+  if (!sizes) return tl::unexpected(sizes.error());
+  const auto type = voxel_type_of(path, *header);
+  if (!type) return tl::unexpected(type.error());
   const auto step = choose_time_step(path, *sizes, options);
   if (!step) return tl::unexpected(step.error());
   if (sizes->size() > 4) {
@@ -178,92 +308,24 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
                             "as a separate file",
                             path.string(), sizes->size()));
   }
+  std::vector<std::string> notes;
   const auto geometry = geometry_of(path, *header, sizes->size(), notes);
   if (!geometry) return tl::unexpected(geometry.error());
+  const auto stored = stored_voxels_of(path, *header, *type);
+  if (!stored) return tl::unexpected(stored.error());
+  const auto encoding = encoding_of(path, *header);
+  if (!encoding) return tl::unexpected(encoding.error());
 
   ArrayVolume array =
       make_array("MetaImage", path, {(*sizes)[0], (*sizes)[1], (*sizes)[2]}, *geometry, options);
-  array.stored.type = *type;
+  array.stored = *stored;
   array.steps = static_cast<uint64_t>(sizes->size() > 3 ? (*sizes)[3] : 1);
   array.step = *step;
-  array.stored.big_endian = header->is_true({"BinaryDataByteOrderMSB", "ElementByteOrderMSB"});
-  const auto number_of = [&](const char* name, double otherwise) {
-    const std::string text = header->field({name});
-    return text.empty() ? otherwise : number_in(text).value_or(std::nan(""));
-  };
-  array.stored.slope = number_of("ElementToIntensityFunctionSlope", 1);
-  array.stored.intercept = number_of("ElementToIntensityFunctionOffset", 0);
-  if (!std::isfinite(array.stored.slope) || array.stored.slope == 0 ||
-      !std::isfinite(array.stored.intercept)) {
-    return malformed(path,
-                     "expected ElementToIntensityFunctionSlope and Offset to be numbers, the slope "
-                     "not 0");
-  }
-  const std::string skip_text = header->field({"HeaderSize"});
-  const auto skip = skip_text.empty() ? int64_t{0} : whole_number(skip_text).value_or(-2);
-  if (skip < -1) return malformed(path, fmt::format("HeaderSize '{}' is not valid", skip_text));
-  const bool deflated = header->is_true({"CompressedData"});
-  const std::string binary = header->field({"BinaryData"});
-  const bool text = !binary.empty() && !header->is_true({"BinaryData"});
-  const uint64_t all = array_bytes(array.voxels, array.steps, voxel_bytes(*type));
-
   const std::string data_name = header->field({"ElementDataFile"});
-  const std::string lower_name = lower_case(data_name);
-  const bool local = lower_name == "local";
-  if (lower_name.starts_with("list") ||
-      (data_name.find('%') != data_name.npos && words(data_name).size() >= 3)) {
-    DataFiles files;
-    files.paths = named_data_files(path, data_name);
-    if (text || deflated) {
-      return fail(Status::unsupported_format,
-                  fmt::format("{}: expected uncompressed binary voxels, since there are several "
-                              "data files: save the volume as one file",
-                              path.string()));
-    }
-    if (files.paths.empty() || !divides_axes(files.paths.size(), *sizes)) {
-      return malformed(path,
-                       fmt::format("expected a data file for each step of the last axes, found {} "
-                                   "files",
-                                   files.paths.size()));
-    }
-    files.voxel_bytes = voxel_bytes(*type);
-    files.bytes_each = all / files.paths.size();
-    files.skip = skip;
-    auto joined = open_data_files(path, std::move(files), array.allowed);
-    if (!joined) return tl::unexpected(joined.error());
-    array.missing = std::move(joined->missing);
-    for (std::string& note : joined->notes) notes.push_back(std::move(note));
-    return open_array(std::move(array), std::move(joined->reader), std::move(notes));
+  if (names_several_files(data_name)) {
+    return open_several(path, data_name, *sizes, *encoding, std::move(array), std::move(notes));
   }
-
-  std::filesystem::path data = path;
-  if (!local) {
-    data = std::filesystem::path(data_name);
-    if (data.is_relative()) data = path.parent_path() / data;
-    std::error_code error;
-    if (!std::filesystem::exists(data, error)) {
-      return fail(Status::io_error,
-                  fmt::format("{}: its data file is missing: expected {}: add the file, or correct "
-                              "ElementDataFile in the header",
-                              path.string(), data.string()));
-    }
-  }
-  const uint64_t start =
-      (local ? header->data_offset : 0) + (skip > 0 ? static_cast<uint64_t>(skip) : 0);
-  if (skip == -1 && (deflated || text)) {
-    return malformed(path, "HeaderSize = -1 is not valid for text and compressed data");
-  }
-  array.plain = !deflated && !text;
-  if (text) array.stored.big_endian = std::endian::native == std::endian::big;
-  auto bytes = deflated ? open_deflated(data, start)
-               : text   ? open_text_voxels(data, start, *type)
-                        : open_plain(data);
-  if (!bytes) return tl::unexpected(bytes.error());
-  if (array.plain) {
-    const uint64_t size = (*bytes)->size_limit();
-    array.offset = skip == -1 ? size - std::min(size, all) : start;
-  }
-  return open_array(std::move(array), std::move(*bytes), std::move(notes));
+  return open_single(path, *header, *encoding, std::move(array), std::move(notes));
 }
 
 }  // namespace isosplat
