@@ -129,43 +129,34 @@ Result<void> join_decimals(const std::filesystem::path& folder, std::vector<Name
   }
 }
 
-}  // namespace
+/// The error if some names share a pattern of text and numbers, but not all.
+Result<void> check_no_shared_pattern(const std::filesystem::path& folder,
+                                     const std::vector<std::filesystem::path>& files,
+                                     const std::vector<Name>& names) {
+  std::map<std::string, std::vector<size_t>> kinds;
+  for (const Name& name : names) kinds[name.shape].push_back(name.file);
+  if (kinds.size() == files.size()) return {};
+  const auto one = kinds.begin();
+  const auto other = std::next(one);
+  return ambiguous_order(folder,
+                         fmt::format("the names have {} different patterns, such as {} and "
+                                     "{}: keep only the files of one stack in the folder",
+                                     kinds.size(), files[one->second[0]].filename().string(),
+                                     files[other->second[0]].filename().string()));
+}
 
-Result<SliceOrder> order_slices(const std::filesystem::path& folder,
-                                std::vector<std::filesystem::path> files, Allowances allowed) {
-  SliceOrder result;
-  std::vector<Name> names = names_of(files, "[0-9]+");
-  if (!have_one_shape(names)) {
-    const auto with_signs = names_of(files, "[-+]?[0-9]+(?:\\.[0-9]+)?");
-    if (have_one_shape(with_signs)) {
-      names = with_signs;
-    } else {
-      std::map<std::string, std::vector<size_t>> kinds;
-      for (const Name& name : names) kinds[name.shape].push_back(name.file);
-      const auto one = kinds.begin();
-      const auto other = std::next(one);
-      if (kinds.size() < files.size()) {
-        return ambiguous_order(folder,
-                               fmt::format("the names have {} different patterns, such as {} and "
-                                           "{}: keep only the files of one stack in the folder",
-                                           kinds.size(), files[one->second[0]].filename().string(),
-                                           files[other->second[0]].filename().string()));
-      }
-      result.notes.push_back(
-          "the slices' names have no common pattern: they are sorted alphabetically");
-      result.slices = std::move(files);
-      std::ranges::sort(result.slices);
-      return result;
-    }
-  } else if (names[0].numbers.empty() && files.size() > 1) {
-    return ambiguous_order(folder, "the names have no numbers: add numbers");
-  }
-  if (files.size() < 2) {
-    result.slices = std::move(files);
-    return result;
-  }
-  if (auto joined = join_decimals(folder, names); !joined) return tl::unexpected(joined.error());
+/// The order of the slices by the numbers in their names.
+struct Numbering {
+  std::vector<size_t> order;  ///< indices of the files
+  Values values;              ///< the numbers that count the slices, one for each file
+  uint64_t gaps = 0;          ///< number of missing slices; kUneven: no constant step
+};
 
+constexpr uint64_t kUneven = UINT64_MAX;
+
+/// Finds the number in the names that counts the slices. If several do, one without gaps is chosen.
+Result<Numbering> find_numbering(const std::filesystem::path& folder,
+                                 const std::vector<Name>& names) {
   std::vector<Values> fields;
   for (size_t i = 0; i < names[0].numbers.size(); ++i) {
     Values values = values_of(names, i);
@@ -173,38 +164,46 @@ Result<SliceOrder> order_slices(const std::filesystem::path& folder,
   }
   std::vector<const Values*> all;
   for (const Values& field : fields) all.push_back(&field);
-  const auto order = sorted_by(all, files.size());
-  const Values* counting = nullptr;  // the numbers that count the slices
-  uint64_t gaps = 0;
+  Numbering numbering;
+  numbering.order = sorted_by(all, names.size());
   for (const Values& field : fields) {
     if (!all_differ(field)) continue;
-    if (sorted_by({&field}, files.size()) != order) {
+    if (sorted_by({&field}, names.size()) != numbering.order) {
       return ambiguous_order(
           folder,
           "the names have several numbers that give different orders: keep one varying number");
     }
-    uint64_t missing = 0;
-    const bool even = even_step(field, missing).has_value();
-    if (!counting || (even && missing == 0)) {
-      counting = &field;
-      gaps = even ? missing : UINT64_MAX;
+    uint64_t gaps = 0;
+    const bool even = even_step(field, gaps).has_value();
+    if (numbering.values.empty() || (even && gaps == 0)) {
+      numbering.values = field;
+      numbering.gaps = even ? gaps : kUneven;
     }
   }
-  if (!counting) {
+  if (numbering.values.empty()) {
     return ambiguous_order(
         folder,
         "several numbers in the names vary independently (times or channels, and "
         "slices?): give the folder of one stack");
   }
+  return numbering;
+}
+
+/// The files in order, with an empty path for each missing slice if there are few enough of them.
+Result<SliceOrder> place_slices(const std::filesystem::path& folder,
+                                std::vector<std::filesystem::path> files,
+                                const Numbering& numbering, Allowances allowed) {
+  const auto& [order, values, gaps] = numbering;
   if (gaps > 0 && !allowed.has(Allowance::gaps)) {
     return fail(Status::malformed_volume,
                 fmt::format("{}: expected evenly numbered slices, found {}: add the missing "
                             "slices, or read without them with {}",
                             folder.string(),
-                            gaps == UINT64_MAX ? "uneven numbers"
-                                               : fmt::format("{} missing between them", gaps),
+                            gaps == kUneven ? "uneven numbers"
+                                            : fmt::format("{} missing between them", gaps),
                             flag_of(Allowance::gaps)));
   }
+  SliceOrder result;
   const bool fills = gaps > 0 && gaps <= 16 * files.size();
   if (fills) {
     result.notes.push_back(fmt::format("{} slices are missing: their voxels have no value", gaps));
@@ -212,15 +211,42 @@ Result<SliceOrder> order_slices(const std::filesystem::path& folder,
     result.notes.push_back("the slices are not numbered evenly: even distances are assumed");
   }
   uint64_t ignored = 0;
-  const double step = fills ? *even_step(*counting, ignored) : 1;
+  const double step = fills ? *even_step(values, ignored) : 1;
   for (size_t i = 0; i < order.size(); ++i) {
     if (fills && i > 0) {
-      const double apart = ((*counting)[order[i]] - (*counting)[order[i - 1]]) / step;
+      const double apart = (values[order[i]] - values[order[i - 1]]) / step;
       for (int64_t k = 1; k < std::llround(apart); ++k) result.slices.emplace_back();
     }
-    result.slices.push_back(files[order[i]]);
+    result.slices.push_back(std::move(files[order[i]]));
   }
   return result;
+}
+
+}  // namespace
+
+Result<SliceOrder> order_slices(const std::filesystem::path& folder,
+                                std::vector<std::filesystem::path> files, Allowances allowed) {
+  std::vector<Name> names = names_of(files, "[0-9]+");
+  if (!have_one_shape(names)) {
+    std::vector<Name> with_signs = names_of(files, "[-+]?[0-9]+(?:\\.[0-9]+)?");
+    if (!have_one_shape(with_signs)) {
+      if (auto checked = check_no_shared_pattern(folder, files, names); !checked) {
+        return tl::unexpected(checked.error());
+      }
+      std::ranges::sort(files);
+      return SliceOrder{
+          std::move(files),
+          {"the slices' names have no common pattern: they are sorted alphabetically"}};
+    }
+    names = std::move(with_signs);
+  } else if (names[0].numbers.empty() && files.size() > 1) {
+    return ambiguous_order(folder, "the names have no numbers: add numbers");
+  }
+  if (files.size() < 2) return SliceOrder{std::move(files), {}};
+  if (auto joined = join_decimals(folder, names); !joined) return tl::unexpected(joined.error());
+  const auto numbering = find_numbering(folder, names);
+  if (!numbering) return tl::unexpected(numbering.error());
+  return place_slices(folder, std::move(files), *numbering, allowed);
 }
 
 }  // namespace isosplat
