@@ -125,4 +125,30 @@ std::optional<std::vector<std::string>> quoted_strings(std::string_view text) {
   }
 }
 
+std::optional<std::vector<double>> parse_vector(std::string_view text) {
+  if (!text.starts_with('(') || !text.ends_with(')')) return std::nullopt;
+  text = text.substr(1, text.size() - 2);
+  std::vector<double> numbers;
+  for (;;) {
+    const size_t comma = std::min(text.find(','), text.size());
+    const auto number = number_in(trimmed(text.substr(0, comma)));
+    if (!number) return std::nullopt;
+    numbers.push_back(*number);
+    if (comma == text.size()) return numbers;
+    text.remove_prefix(comma + 1);
+  }
+}
+
+std::vector<std::string> split_vectors(std::string_view text) {
+  std::vector<std::string> all;
+  while (!(text = trimmed(text)).empty()) {
+    size_t end = text.starts_with('(') ? text.find(')') : text.find_first_of(" \t(");
+    if (end == text.npos) end = text.size();
+    if (text.starts_with('(') && end < text.size()) ++end;
+    all.emplace_back(text.substr(0, end));
+    text.remove_prefix(end);
+  }
+  return all;
+}
+
 }  // namespace isosplat

@@ -38,4 +38,11 @@ std::optional<VoxelType> nrrd_type(std::string_view text);
 /// The strings in double quotes of a field such as "space units". Nothing if a quote is missing.
 std::optional<std::vector<std::string>> quoted_strings(std::string_view text);
 
+/// Parses "(1,0,0)". Nothing if the text is not a vector.
+std::optional<std::vector<double>> parse_vector(std::string_view text);
+
+/// Splits "space directions" or "space origin" into vectors and "none"s. White space is allowed
+/// inside parentheses.
+std::vector<std::string> split_vectors(std::string_view text);
+
 }  // namespace isosplat
