@@ -129,6 +129,48 @@ Result<OpenVolume> open_several(const std::filesystem::path& path, const NrrdHea
   return open_array(std::move(array), std::move(joined->reader), std::move(notes));
 }
 
+/// Opens the array in one data file, or behind the header.
+Result<OpenVolume> open_single(const std::filesystem::path& path, const NrrdHeader& header,
+                               ArrayVolume array, Coding coding, int64_t byte_skip,
+                               int64_t line_skip, std::vector<std::string> notes) {
+  const VoxelType type = array.stored.type;
+  auto data = find_data_file(path, header, coding, notes);
+  if (!data) return tl::unexpected(data.error());
+  auto start = skip_lines(data->path, data->offset, line_skip);
+  if (!start) return tl::unexpected(start.error());
+  if (byte_skip < (coding == Coding::raw ? -1 : 0)) {
+    return malformed_nrrd(path,
+                          fmt::format("byte skip {} is not valid for this encoding", byte_skip));
+  }
+  array.plain = coding == Coding::raw;
+  Result<std::unique_ptr<ByteReader>> bytes;
+  switch (coding) {
+    case Coding::raw:
+      bytes = open_plain(data->path);
+      break;
+    case Coding::gzip:
+      bytes = open_deflated(data->path, *start);
+      break;
+    case Coding::text:
+      bytes = open_text_voxels(data->path, *start + static_cast<uint64_t>(byte_skip), type);
+      break;
+    case Coding::hex:
+      bytes = open_hex(data->path, *start + static_cast<uint64_t>(byte_skip));
+      break;
+  }
+  if (!bytes) return tl::unexpected(bytes.error());
+  if (coding == Coding::raw && byte_skip == -1) {  // the data are at the end of the file
+    const uint64_t all = array_bytes(array.voxels, array.steps, voxel_bytes(type));
+    const uint64_t size = (*bytes)->size_limit();
+    array.offset = size - std::min(size, all);
+  } else if (coding == Coding::raw) {
+    array.offset = *start + static_cast<uint64_t>(byte_skip);
+  } else if (coding == Coding::gzip) {  // teem skips decompressed bytes
+    array.offset = static_cast<uint64_t>(byte_skip);
+  }
+  return open_array(std::move(array), std::move(*bytes), std::move(notes));
+}
+
 }  // namespace
 
 Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOptions& options) {
@@ -164,41 +206,8 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
     return open_several(path, *header, std::move(array), *coding, *byte_skip, *line_skip,
                         std::move(axes->notes));
   }
-  auto data = find_data_file(path, *header, *coding, axes->notes);
-  if (!data) return tl::unexpected(data.error());
-  auto start = skip_lines(data->path, data->offset, *line_skip);
-  if (!start) return tl::unexpected(start.error());
-  if (*byte_skip < (*coding == Coding::raw ? -1 : 0)) {
-    return malformed_nrrd(path,
-                          fmt::format("byte skip {} is not valid for this encoding", *byte_skip));
-  }
-  array.plain = *coding == Coding::raw;
-  Result<std::unique_ptr<ByteReader>> bytes;
-  switch (*coding) {
-    case Coding::raw:
-      bytes = open_plain(data->path);
-      break;
-    case Coding::gzip:
-      bytes = open_deflated(data->path, *start);
-      break;
-    case Coding::text:
-      bytes = open_text_voxels(data->path, *start + static_cast<uint64_t>(*byte_skip), *type);
-      break;
-    case Coding::hex:
-      bytes = open_hex(data->path, *start + static_cast<uint64_t>(*byte_skip));
-      break;
-  }
-  if (!bytes) return tl::unexpected(bytes.error());
-  if (*coding == Coding::raw && *byte_skip == -1) {  // the data are at the end of the file
-    const uint64_t all = array_bytes(array.voxels, array.steps, voxel_bytes(*type));
-    const uint64_t size = (*bytes)->size_limit();
-    array.offset = size - std::min(size, all);
-  } else if (*coding == Coding::raw) {
-    array.offset = *start + static_cast<uint64_t>(*byte_skip);
-  } else if (*coding == Coding::gzip) {  // teem skips decompressed bytes
-    array.offset = static_cast<uint64_t>(*byte_skip);
-  }
-  return open_array(std::move(array), std::move(*bytes), std::move(axes->notes));
+  return open_single(path, *header, std::move(array), *coding, *byte_skip, *line_skip,
+                     std::move(axes->notes));
 }
 
 }  // namespace isosplat
