@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <string_view>
 
 #include "native/import/conventions.h"
 
@@ -20,6 +21,8 @@
 // scl_inter     116  f32      184  f64
 namespace isosplat {
 namespace {
+
+using namespace std::string_view_literals;
 
 class Fields {
  public:
@@ -42,12 +45,6 @@ class Fields {
   std::span<const std::byte> bytes_;
   bool swap_;
 };
-
-tl::unexpected<Error> malformed(const std::filesystem::path& path, const std::string& what) {
-  return fail(Status::malformed_volume,
-              fmt::format("{}: {}: the NIfTI header is damaged; export the volume again",
-                          path.string(), what));
-}
 
 using Steps = std::array<Vec3d, 3>;
 
@@ -113,82 +110,117 @@ double disagreement(const Affine& a, const Affine& b, const std::vector<int64_t>
   return largest;
 }
 
+bool has_bytes(std::span<const std::byte> bytes, size_t at, std::string_view expected) {
+  return std::memcmp(bytes.data() + at, expected.data(), expected.size()) == 0;
+}
+
+/// The sizes of the first dim[0] dimensions.
+Result<std::vector<int64_t>> sizes_of(const std::filesystem::path& path,
+                                      const std::array<double, 8>& dim) {
+  if (!(dim[0] >= 1 && dim[0] <= 7)) {
+    return malformed_nifti(path, fmt::format("expected 1 to 7 dimensions, found {}", dim[0]));
+  }
+  std::vector<int64_t> sizes;
+  for (size_t i = 1; i <= static_cast<size_t>(dim[0]); ++i) {
+    sizes.push_back(static_cast<int64_t>(dim[i]));
+  }
+  return sizes;
+}
+
+/// Reads a NIfTI-1 header. `bytes` has at least 348 bytes; `f`: its fields in their byte order.
+Result<NiftiHeader> parse_nifti1(const std::filesystem::path& path,
+                                 std::span<const std::byte> bytes, const Fields& f) {
+  NiftiHeader h;
+  h.is_pair = has_bytes(bytes, 344, "ni1\0"sv);
+  if (!h.is_pair && !has_bytes(bytes, 344, "n+1\0"sv)) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected a NIfTI header with the magic 'n+1' or 'ni1', found an "
+                            "ANALYZE 7.5 or other header: ANALYZE does not distinguish left from "
+                            "right; save the volume as NIfTI",
+                            path.string()));
+  }
+  std::array<double, 8> dim{};
+  f.doubles<int16_t>(40, dim);
+  h.data_type = f.get<int16_t>(70);
+  h.bits = f.get<int16_t>(72);
+  f.doubles<float>(76, h.pixdim);
+  h.voxel_offset = static_cast<double>(f.get<float>(108));
+  h.slope = static_cast<double>(f.get<float>(112));
+  h.intercept = static_cast<double>(f.get<float>(116));
+  h.units = f.get<uint8_t>(123);
+  h.qform_code = f.get<int16_t>(252);
+  h.sform_code = f.get<int16_t>(254);
+  f.doubles<float>(256, h.quaternion);
+  f.doubles<float>(268, h.qoffset);
+  f.doubles<float>(280, h.srow);
+  auto sizes = sizes_of(path, dim);
+  if (!sizes) return tl::unexpected(sizes.error());
+  h.sizes = *std::move(sizes);
+  return h;
+}
+
+/// Reads a NIfTI-2 header. `bytes` has at least 540 bytes; `f`: its fields in their byte order.
+Result<NiftiHeader> parse_nifti2(const std::filesystem::path& path,
+                                 std::span<const std::byte> bytes, const Fields& f) {
+  NiftiHeader h;
+  h.version = 2;
+  h.is_pair = has_bytes(bytes, 4, "ni2\0\r\n\032\n"sv);
+  if (!h.is_pair && !has_bytes(bytes, 4, "n+2\0\r\n\032\n"sv)) {
+    return malformed_nifti(path,
+                           "expected the magic 'n+2' or 'ni2' of NIfTI-2 with its line ends, found "
+                           "others");
+  }
+  std::array<double, 8> dim{};
+  for (size_t i = 0; i < 8; ++i) {
+    const auto value = f.get<int64_t>(16 + 8 * i);
+    if (std::abs(value) > int64_t{1} << 40)
+      return malformed_nifti(path, fmt::format("a size of {}", value));
+    dim[i] = static_cast<double>(value);
+  }
+  h.data_type = f.get<int16_t>(12);
+  h.bits = f.get<int16_t>(14);
+  f.doubles<double>(104, h.pixdim);
+  h.voxel_offset = static_cast<double>(f.get<int64_t>(168));
+  h.slope = f.get<double>(176);
+  h.intercept = f.get<double>(184);
+  h.qform_code = f.get<int32_t>(344);
+  h.sform_code = f.get<int32_t>(348);
+  f.doubles<double>(352, h.quaternion);
+  f.doubles<double>(376, h.qoffset);
+  f.doubles<double>(400, h.srow);
+  h.units = f.get<int32_t>(500);
+  auto sizes = sizes_of(path, dim);
+  if (!sizes) return tl::unexpected(sizes.error());
+  h.sizes = *std::move(sizes);
+  return h;
+}
+
 }  // namespace
+
+tl::unexpected<Error> malformed_nifti(const std::filesystem::path& path, const std::string& what) {
+  return fail(Status::malformed_volume,
+              fmt::format("{}: {}: the NIfTI header is damaged; export the volume again",
+                          path.string(), what));
+}
 
 Result<NiftiHeader> parse_nifti(const std::filesystem::path& path,
                                 std::span<const std::byte> bytes) {
-  NiftiHeader h;
   const auto size = bytes.size() < 4 ? 0 : Fields(bytes, false).get<int32_t>(0);
   const auto swapped = std::bit_cast<int32_t>(__builtin_bswap32(std::bit_cast<uint32_t>(size)));
   const bool swap = size != 348 && size != 540;
   const int32_t header_bytes = swap ? swapped : size;
-  const Fields f(bytes, swap);
-  h.big_endian = swap != (std::endian::native == std::endian::big);
-  const auto magic = [&](size_t at, const char* text, size_t count) {
-    return std::memcmp(bytes.data() + at, text, count) == 0;
-  };
-  std::array<double, 8> dim{};
-  if (header_bytes == 348 && bytes.size() >= 348) {
-    h.is_pair = magic(344, "ni1", 4);
-    if (!h.is_pair && !magic(344, "n+1", 4)) {
-      return fail(Status::unsupported_format,
-                  fmt::format("{}: expected a NIfTI header with the magic 'n+1' or 'ni1', found an "
-                              "ANALYZE 7.5 or other header: ANALYZE does not distinguish left from "
-                              "right; save the volume as NIfTI",
-                              path.string()));
-    }
-    f.doubles<int16_t>(40, dim);
-    h.data_type = f.get<int16_t>(70);
-    h.bits = f.get<int16_t>(72);
-    f.doubles<float>(76, h.pixdim);
-    h.voxel_offset = static_cast<double>(f.get<float>(108));
-    h.slope = static_cast<double>(f.get<float>(112));
-    h.intercept = static_cast<double>(f.get<float>(116));
-    h.units = f.get<uint8_t>(123);
-    h.qform_code = f.get<int16_t>(252);
-    h.sform_code = f.get<int16_t>(254);
-    f.doubles<float>(256, h.quaternion);
-    f.doubles<float>(268, h.qoffset);
-    f.doubles<float>(280, h.srow);
-  } else if (header_bytes == 540 && bytes.size() >= 540) {
-    h.version = 2;
-    h.is_pair = magic(4, "ni2\0\r\n\032\n", 8);
-    if (!h.is_pair && !magic(4, "n+2\0\r\n\032\n", 8)) {
-      return malformed(path,
-                       "expected the magic 'n+2' or 'ni2' of NIfTI-2 with its line ends, found "
-                       "others");
-    }
-    for (size_t i = 0; i < 8; ++i) {
-      const auto value = f.get<int64_t>(16 + 8 * i);
-      if (std::abs(value) > int64_t{1} << 40)
-        return malformed(path, fmt::format("a size of {}", value));
-      dim[i] = static_cast<double>(value);
-    }
-    h.data_type = f.get<int16_t>(12);
-    h.bits = f.get<int16_t>(14);
-    f.doubles<double>(104, h.pixdim);
-    h.voxel_offset = static_cast<double>(f.get<int64_t>(168));
-    h.slope = f.get<double>(176);
-    h.intercept = f.get<double>(184);
-    h.qform_code = f.get<int32_t>(344);
-    h.sform_code = f.get<int32_t>(348);
-    f.doubles<double>(352, h.quaternion);
-    f.doubles<double>(376, h.qoffset);
-    f.doubles<double>(400, h.srow);
-    h.units = f.get<int32_t>(500);
-  } else {
-    return malformed(path,
-                     fmt::format("expected a header of 348 or 540 bytes (NIfTI-1, NIfTI-2), found "
-                                 "size {}",
-                                 size));
+  const bool is_nifti1 = header_bytes == 348 && bytes.size() >= 348;
+  const bool is_nifti2 = header_bytes == 540 && bytes.size() >= 540;
+  if (!is_nifti1 && !is_nifti2) {
+    return malformed_nifti(
+        path, fmt::format("expected a header of 348 or 540 bytes (NIfTI-1, NIfTI-2), found "
+                          "size {}",
+                          size));
   }
-  if (!(dim[0] >= 1 && dim[0] <= 7)) {
-    return malformed(path, fmt::format("expected 1 to 7 dimensions, found {}", dim[0]));
-  }
-  for (size_t i = 1; i <= static_cast<size_t>(dim[0]); ++i) {
-    h.sizes.push_back(static_cast<int64_t>(dim[i]));
-  }
-  return h;
+  const Fields fields(bytes, swap);
+  auto header = is_nifti1 ? parse_nifti1(path, bytes, fields) : parse_nifti2(path, bytes, fields);
+  if (header) header->big_endian = swap != (std::endian::native == std::endian::big);
+  return header;
 }
 
 std::optional<VoxelType> nifti_type(int16_t code) {
@@ -243,7 +275,7 @@ Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const N
     }
     geometry = geometry_of_steps(qform.steps, qform.origin);
   } else if (says_sform || says_qform) {
-    return malformed(path, "its transforms (sform, qform) are singular");
+    return malformed_nifti(path, "its transforms (sform, qform) are singular");
   } else {
     notes.push_back(
         "the header has no orientation: x to the left, y forwards and z up are assumed, as in "

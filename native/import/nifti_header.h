@@ -11,6 +11,7 @@
 
 #include "native/import/orientation.h"
 #include "native/import/stored_voxels.h"
+#include "shared/base/status.h"
 
 namespace isosplat {
 
@@ -39,6 +40,9 @@ constexpr size_t kNifti2Bytes = 540;
 /// and unsupported_format for ANALYZE 7.5.
 Result<NiftiHeader> parse_nifti(const std::filesystem::path& path,
                                 std::span<const std::byte> bytes);
+
+/// The error for an invalid header. `what`: what was expected and found.
+tl::unexpected<Error> malformed_nifti(const std::filesystem::path& path, const std::string& what);
 
 /// The voxel type of a data type code. Nothing for types that are not scalar or not supported.
 std::optional<VoxelType> nifti_type(int16_t code);
