@@ -155,6 +155,51 @@ Result<OpenVolume> open_bare_stack(const std::filesystem::path& path, const Open
   return open_array(std::move(array), std::move(*bytes), std::move(notes));
 }
 
+/// Compares the number of pages with the description's. Adds a note if a difference is allowed.
+Result<void> check_page_count(const std::filesystem::path& path, uint64_t found, uint64_t expected,
+                              Allowances allowed, std::vector<std::string>& notes) {
+  if (found == expected) return {};
+  const bool fewer = found < expected;
+  const Allowance needed = fewer ? Allowance::truncated : Allowance::surplus;
+  const auto text = fmt::format("{}: expected {} pages according to its description, found {}",
+                                path.string(), expected, found);
+  if (!allowed.has(needed)) {
+    return fail(
+        fewer ? Status::truncated : Status::malformed_volume,
+        fmt::format(
+            "{}: the file is incomplete, or its description is wrong; read it anyway with {}", text,
+            flag_of(needed)));
+  }
+  notes.push_back(text + (fewer ? ": the voxels of the missing pages have no value"
+                                : ": the surplus is ignored"));
+  return {};
+}
+
+/// The pages of the slices of one time step. Incomplete pages, if allowed, are missing slices.
+std::vector<TiffSlice> slices_of_step(const std::filesystem::path& path, const OpenFile& file,
+                                      const TiffDescription& description, uint64_t step,
+                                      uint64_t file_bytes, Allowances allowed,
+                                      std::vector<std::string>& notes) {
+  std::vector<TiffSlice> slices(description.slices);
+  size_t missing = 0;
+  for (uint64_t z = 0; z < description.slices; ++z) {
+    const uint64_t index = description.frames_before_slices ? z * description.frames + step
+                                                            : step * description.slices + z;
+    if (index >= file.pages.offsets.size()) continue;
+    if (allowed.has(Allowance::truncated) &&
+        (!TIFFSetSubDirectory(file.tiff.get(), file.pages.offsets[index]) ||
+         !is_whole_page(file.tiff.get(), file_bytes))) {
+      ++missing;
+      continue;
+    }
+    slices[z] = {path, file.pages.offsets[index]};
+  }
+  if (missing > 0) {
+    notes.push_back(fmt::format("{} pages are incomplete: their voxels have no value", missing));
+  }
+  return slices;
+}
+
 std::optional<FillValue> fill_of(std::optional<double> no_data) {
   if (!no_data) return std::nullopt;
   return FillValue{*no_data, *no_data};
@@ -198,38 +243,12 @@ Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const Impor
     return open_bare_stack(path, *file, page, description, *step, geometry, options,
                            std::move(notes));
   }
-  if (found != *description.images) {
-    const bool fewer = found < *description.images;
-    const Allowance needed = fewer ? Allowance::truncated : Allowance::surplus;
-    const auto text = fmt::format("{}: expected {} pages according to its description, found {}",
-                                  path.string(), *description.images, found);
-    if (!options.allowed.has(needed)) {
-      return fail(
-          fewer ? Status::truncated : Status::malformed_volume,
-          fmt::format(
-              "{}: the file is incomplete, or its description is wrong; read it anyway with {}",
-              text, flag_of(needed)));
-    }
-    notes.push_back(text + (fewer ? ": the voxels of the missing pages have no value"
-                                  : ": the surplus is ignored"));
+  if (auto fine = check_page_count(path, found, *description.images, options.allowed, notes);
+      !fine) {
+    return tl::unexpected(fine.error());
   }
-  std::vector<TiffSlice> slices(description.slices);
-  size_t missing = 0;
-  for (uint64_t z = 0; z < description.slices; ++z) {
-    const uint64_t index = description.frames_before_slices ? z * description.frames + *step
-                                                            : *step * description.slices + z;
-    if (index >= found) continue;
-    if (options.allowed.has(Allowance::truncated) &&
-        (!TIFFSetSubDirectory(tiff, file->pages.offsets[index]) ||
-         !is_whole_page(tiff, *file_bytes))) {
-      ++missing;
-      continue;
-    }
-    slices[z] = {path, file->pages.offsets[index]};
-  }
-  if (missing > 0) {
-    notes.push_back(fmt::format("{} pages are incomplete: their voxels have no value", missing));
-  }
+  auto slices =
+      slices_of_step(path, *file, description, *step, *file_bytes, options.allowed, notes);
   auto volume = make_stack(path, page, geometry, std::move(slices), std::move(notes));
   if (volume) volume->fill_value = fill_of(file->pages.no_data);
   return volume;
