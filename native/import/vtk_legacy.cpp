@@ -36,13 +36,68 @@ const VtkArray* choose_array(const std::vector<VtkArray>& arrays) {
   return nullptr;
 }
 
+/// The error if the file may end before the scalars of points: those of cells are then not read in
+/// their place.
+Result<void> check_point_data(const std::filesystem::path& path, const VtkFile& file,
+                              const VtkArray& array) {
+  const bool points_are_empty =
+      file.has_point_data &&
+      std::ranges::none_of(file.arrays, [](const VtkArray& a) { return !a.of_cells; });
+  if (array.of_cells && (points_are_empty || (file.ends_early && &array != &file.arrays.back()))) {
+    return fail(
+        Status::truncated,
+        fmt::format("{}: expected values of points, found the end of the file: it is incomplete; "
+                    "copy or download it again",
+                    path.string()));
+  }
+  return {};
+}
+
+/// The note if the file has several arrays of scalars.
+void note_other_arrays(const VtkFile& file, const VtkArray& array,
+                       std::vector<std::string>& notes) {
+  size_t scalars = 0;
+  for (const VtkArray& other : file.arrays) scalars += other.type && other.components == 1;
+  if (scalars > 1) {
+    notes.push_back(fmt::format("the file has {} arrays of scalars: '{}' of its {} is read",
+                                scalars, array.name, array.of_cells ? "cells" : "points"));
+  }
+}
+
+/// The sizes and the geometry of the voxels.
+struct Voxels {
+  Vec3<int64_t> sizes;
+  HeaderGeometry geometry;
+};
+
+/// A value per cell becomes a voxel at the cell's centre.
+Voxels voxels_of(const VtkFile& file, const VtkArray& array, std::vector<std::string>& notes) {
+  if (file.has_no_spacing) {
+    notes.push_back(
+        "the header has no voxel spacing: 1,1,1 is assumed; --spacing sets "
+        "another");
+  }
+  Vec3<int64_t> sizes = file.dimensions;
+  Vec3d origin = file.origin;
+  if (array.of_cells) {
+    sizes = {sizes.x - 1, sizes.y - 1, sizes.z - 1};
+    origin = origin + file.spacing * 0.5;
+    notes.push_back("the values belong to cells: each becomes a voxel at its cell's centre");
+  }
+  for (const double spacing : {file.spacing.x, file.spacing.y, file.spacing.z}) {
+    if (spacing < 0) {
+      notes.push_back(fmt::format("the spacing {} is negative: the axis is reversed", spacing));
+    }
+  }
+  return {sizes, geometry_of_spacing(file.spacing, origin)};
+}
+
 }  // namespace
 
 Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
                                    const ImportOptions& options) {
   const auto file = read_vtk_sections(path);
   if (!file) return tl::unexpected(file.error());
-  std::vector<std::string> notes;
   const VtkArray* array = choose_array(file->arrays);
   if (!array) {
     for (const VtkArray& other : file->arrays) {
@@ -51,53 +106,21 @@ Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
     }
     return malformed(path, "expected POINT_DATA or CELL_DATA with SCALARS, found none");
   }
-  // Scalars of cells are used only if no scalars of points can have been cut off.
-  const bool points_are_empty =
-      file->has_point_data &&
-      std::ranges::none_of(file->arrays, [](const VtkArray& a) { return !a.of_cells; });
-  if (array->of_cells &&
-      (points_are_empty || (file->ends_early && array != &file->arrays.back()))) {
-    return fail(
-        Status::truncated,
-        fmt::format("{}: expected values of points, found the end of the file: it is incomplete; "
-                    "copy or download it again",
-                    path.string()));
+  if (auto checked = check_point_data(path, *file, *array); !checked) {
+    return tl::unexpected(checked.error());
   }
   if (const auto step = choose_step(path, 1, options); !step) return tl::unexpected(step.error());
-  size_t others = 0;
-  for (const VtkArray& other : file->arrays) others += other.type && other.components == 1;
-  if (others > 1) {
-    notes.push_back(fmt::format("the file has {} arrays of scalars: '{}' of its {} is read", others,
-                                array->name, array->of_cells ? "cells" : "points"));
-  }
-
-  if (file->has_no_spacing) {
-    notes.push_back(
-        "the header has no voxel spacing: 1,1,1 is assumed; --spacing sets "
-        "another");
-  }
-  Vec3<int64_t> voxels = file->dimensions;
-  Vec3d origin = file->origin;
-  if (array->of_cells) {
-    // A value per cell becomes a voxel at the cell's centre.
-    voxels = {voxels.x - 1, voxels.y - 1, voxels.z - 1};
-    origin = origin + file->spacing * 0.5;
-    notes.push_back("the values belong to cells: each becomes a voxel at its cell's centre");
-  }
-  for (const double spacing : {file->spacing.x, file->spacing.y, file->spacing.z}) {
-    if (spacing < 0) {
-      notes.push_back(fmt::format("the spacing {} is negative: the axis is reversed", spacing));
-    }
-  }
-  const uint64_t needed = array_bytes(voxels, 1, 1);
+  std::vector<std::string> notes;
+  note_other_arrays(*file, *array, notes);
+  const auto [sizes, geometry] = voxels_of(*file, *array, notes);
+  const uint64_t needed = array_bytes(sizes, 1, 1);
   if (needed != array->values) {
     return malformed(
         path, fmt::format("expected {} values for {} × {} × {} {}, found a section of {}", needed,
-                          voxels.x, voxels.y, voxels.z, array->of_cells ? "cells" : "points",
+                          sizes.x, sizes.y, sizes.z, array->of_cells ? "cells" : "points",
                           array->values));
   }
-  ArrayVolume volume =
-      make_array("VTK", path, voxels, geometry_of_spacing(file->spacing, origin), options);
+  ArrayVolume volume = make_array("VTK", path, sizes, geometry, options);
   volume.stored.type = *array->type;
   volume.stored.big_endian =
       file->is_binary || std::endian::native == std::endian::big;  // text: native voxels
