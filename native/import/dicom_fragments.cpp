@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <span>
 
 namespace isosplat::dicom {
 namespace {
@@ -39,87 +40,107 @@ Result<bool> starts_frame(ByteReader& file, const Image& image, const Fragment& 
          (start[1] == std::byte{0xd8} || start[1] == std::byte{0x4f});
 }
 
-}  // namespace
-
-Result<std::vector<std::vector<Fragment>>> find_fragments(ByteReader& file, const Image& image,
-                                                          bool allow_partial) {
+/// Reads the headers of all items of the pixel data: the offset table, then the fragments. With
+/// `allow_partial`, items beyond the end of the file are left out.
+Result<std::vector<Fragment>> read_items(ByteReader& file, const Image& image, bool allow_partial) {
   const auto cut_off = [&](uint64_t at) {
     return fail(Status::truncated,
                 fmt::format("{}: expected another compressed fragment at byte {}, found the end of "
                             "the file: it is incomplete; copy or download it again",
                             image.file, at));
   };
-  const auto frames = static_cast<size_t>(image.frames);
   const uint64_t file_bytes = file.size_limit();
   std::vector<Fragment> items;
   uint64_t at = image.pixels.offset;
   for (;;) {
     std::array<std::byte, 8> header{};
     const bool has_header = at <= file_bytes && file_bytes - at >= header.size();
-    if (!has_header && allow_partial) break;
+    if (!has_header && allow_partial) return items;
     if (!has_header) return cut_off(at);
     if (auto r = file.read(at, header); !r) return tl::unexpected(r.error());
     at += header.size();
     const uint32_t tag = u32_at(header.data()), bytes = u32_at(header.data() + 4);
-    if (tag == kSequenceEnd) break;
+    if (tag == kSequenceEnd) return items;
     if (tag != kItem) return malformed(image, fmt::format("no item at byte {}", at - 8));
-    if (bytes > file_bytes - at && allow_partial) break;
+    if (bytes > file_bytes - at && allow_partial) return items;
     if (bytes > file_bytes - at) return cut_off(at);
     items.push_back({at, bytes});
-    if (items.size() > frames * kMaxFragmentsPerFrame)
+    if (items.size() > static_cast<size_t>(image.frames) * kMaxFragmentsPerFrame)
       return malformed(image, "too many fragments");
     at += bytes;
   }
+}
+
+/// Whether each fragment is the first of a frame, by the offset table. Offsets are relative to the
+/// header of the first fragment.
+Result<std::vector<bool>> starts_by_table(ByteReader& file, const Image& image, Fragment table,
+                                          std::span<const Fragment> fragments, bool allow_partial) {
+  std::vector<bool> starts(fragments.size());
+  std::vector<std::byte> offsets(table.bytes);
+  if (auto r = file.read(table.offset, offsets); !r) return tl::unexpected(r.error());
+  for (size_t i = 0; i < static_cast<size_t>(image.frames); ++i) {
+    const uint64_t start = fragments.front().offset + u32_at(offsets.data() + 4 * i);
+    const auto found = std::lower_bound(fragments.begin(), fragments.end(), start,
+                                        [](const Fragment& f, uint64_t o) { return f.offset < o; });
+    if (found == fragments.end() && allow_partial) break;
+    if (found == fragments.end() || found->offset != start) {
+      return malformed(image, "the offset table points between fragments");
+    }
+    starts[static_cast<size_t>(found - fragments.begin())] = true;
+  }
+  return starts;
+}
+
+/// Whether each fragment is the first of a frame, by its bytes.
+Result<std::vector<bool>> starts_by_content(ByteReader& file, const Image& image,
+                                            std::span<const Fragment> fragments) {
+  std::vector<bool> starts(fragments.size());
+  for (size_t i = 0; i < fragments.size(); ++i) {
+    const auto first = starts_frame(file, image, fragments[i]);
+    if (!first) return tl::unexpected(first.error());
+    starts[i] = *first;
+  }
+  return starts;
+}
+
+}  // namespace
+
+Result<std::vector<std::vector<Fragment>>> find_fragments(ByteReader& file, const Image& image,
+                                                          bool allow_partial) {
+  auto items = read_items(file, image, allow_partial);
+  if (!items) return tl::unexpected(items.error());
+  const auto frames = static_cast<size_t>(image.frames);
   std::vector<std::vector<Fragment>> result(frames);
-  if (items.size() < 2 && allow_partial) return result;
-  if (items.size() < 2) return malformed(image, "no fragment");
-  const Fragment table = items.front();
-  items.erase(items.begin());
+  if (items->size() < 2 && allow_partial) return result;
+  if (items->size() < 2) return malformed(image, "no fragment");
+  const Fragment table = items->front();
+  items->erase(items->begin());
+  const std::vector<Fragment>& fragments = *items;
 
   if (frames == 1) {
-    result[0] = std::move(items);
+    result[0] = fragments;
     return result;
   }
-  if (items.size() == frames) {
-    for (size_t i = 0; i < frames; ++i) result[i] = {items[i]};
+  if (fragments.size() == frames) {
+    for (size_t i = 0; i < frames; ++i) result[i] = {fragments[i]};
     return result;
   }
-  if (items.size() < frames && !allow_partial) {
+  if (fragments.size() < frames && !allow_partial) {
     return malformed(image, "fewer fragments than frames");
   }
-
-  // Offsets are relative to the header of the first fragment.
-  std::vector<bool> starts(items.size());
-  if (table.bytes == 4 * frames) {
-    std::vector<std::byte> bytes(table.bytes);
-    if (auto r = file.read(table.offset, bytes); !r) return tl::unexpected(r.error());
-    for (size_t i = 0; i < frames; ++i) {
-      const uint64_t start = items.front().offset + u32_at(bytes.data() + 4 * i);
-      const auto found =
-          std::lower_bound(items.begin(), items.end(), start,
-                           [](const Fragment& f, uint64_t o) { return f.offset < o; });
-      if (found == items.end() && allow_partial) break;
-      if (found == items.end() || found->offset != start) {
-        return malformed(image, "the offset table points between fragments");
-      }
-      starts[static_cast<size_t>(found - items.begin())] = true;
-    }
-  } else {
-    for (size_t i = 0; i < items.size(); ++i) {
-      const auto first = starts_frame(file, image, items[i]);
-      if (!first) return tl::unexpected(first.error());
-      starts[i] = *first;
-    }
-  }
-  const auto begun = static_cast<size_t>(std::count(starts.begin(), starts.end(), true));
-  if (!starts[0] || begun > frames || (begun < frames && !allow_partial)) {
+  const auto starts = table.bytes == 4 * frames
+                          ? starts_by_table(file, image, table, fragments, allow_partial)
+                          : starts_by_content(file, image, fragments);
+  if (!starts) return tl::unexpected(starts.error());
+  const auto begun = static_cast<size_t>(std::count(starts->begin(), starts->end(), true));
+  if (!starts->at(0) || begun > frames || (begun < frames && !allow_partial)) {
     return malformed(image, fmt::format("{} fragments for {} frames, without an offset table",
-                                        items.size(), frames));
+                                        fragments.size(), frames));
   }
   size_t frame = 0;
-  for (size_t i = 0; i < items.size(); ++i) {
-    if (i > 0 && starts[i]) ++frame;
-    result[frame].push_back(items[i]);
+  for (size_t i = 0; i < fragments.size(); ++i) {
+    if (i > 0 && starts->at(i)) ++frame;
+    result[frame].push_back(fragments[i]);
   }
   return result;
 }
