@@ -1,0 +1,144 @@
+#include "native/cli/render_settings.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+namespace isosplat::cli {
+namespace {
+
+// Colours for bone and skin, then those of Okabe and Ito (2008), which people with colour vision
+// deficiency can distinguish.
+constexpr Vec3f kColours[kMaxIsosurfaces] = {
+    {0.90f, 0.85f, 0.74f}, {0.84f, 0.55f, 0.42f}, {0.34f, 0.71f, 0.91f}, {0.00f, 0.62f, 0.45f},
+    {0.94f, 0.89f, 0.26f}, {0.00f, 0.45f, 0.70f}, {0.84f, 0.37f, 0.00f}, {0.80f, 0.47f, 0.65f}};
+
+/// "rrggbb" or "rrggbbaa", with or without "#".
+std::optional<std::array<float, 4>> parse_colour(std::string_view text) {
+  if (text == "transparent") return std::array<float, 4>{1, 1, 1, 0};
+  if (!text.empty() && text[0] == '#') text.remove_prefix(1);
+  if (text.size() != 6 && text.size() != 8) return std::nullopt;
+  std::array<float, 4> colour{0, 0, 0, 1};
+  for (size_t i = 0; 2 * i < text.size(); ++i) {
+    int value = 0;
+    const auto [end, error] =
+        std::from_chars(text.data() + 2 * i, text.data() + 2 * i + 2, value, 16);
+    if (error != std::errc{} || end != text.data() + 2 * i + 2) return std::nullopt;
+    colour[i] = static_cast<float>(value) / 255;
+  }
+  return colour;
+}
+
+/// Sets each of these settings that the option names.
+void set_floats(const std::vector<double>& numbers, std::initializer_list<float*> settings) {
+  size_t i = 0;
+  for (float* setting : settings) {
+    if (i < numbers.size()) *setting = static_cast<float>(numbers[i++]);
+  }
+}
+
+LightSettings light_settings(const RenderCall& call) {
+  LightSettings light;
+  set_floats(call.light, {&light.azimuth, &light.elevation});
+  set_floats(call.light_strength, {&light.key, &light.sky, &light.rim});
+  set_floats(call.material, {&light.highlight, &light.roughness});
+  set_floats(call.occlusion, {&light.occlusion, &light.occlusion_radius});
+  set_floats(call.shadow, {&light.shadow, &light.shadow_softness});
+  return light;
+}
+
+/// The isosurfaces with their colours and opacities.
+Result<std::vector<Isosurface>> isosurfaces_of(const RenderCall& call) {
+  std::vector<Isosurface> isosurfaces;
+  if (call.isovalues.size() > kMaxIsosurfaces) {
+    return fail(Status::invalid_argument,
+                fmt::format("--isovalue: expected at most {} isovalues, found {}", kMaxIsosurfaces,
+                            call.isovalues.size()));
+  }
+  for (size_t i = 0; i < call.isovalues.size(); ++i) {
+    Isosurface surface{call.isovalues[i], kColours[i], 1};
+    if (i < call.colours.size()) {
+      const auto colour = parse_colour(call.colours[i]);
+      if (!colour) {
+        return fail(Status::invalid_argument,
+                    fmt::format("--colour {}: expected rrggbb, such as d6a08c", call.colours[i]));
+      }
+      surface.colour = {(*colour)[0], (*colour)[1], (*colour)[2]};
+      surface.opacity = (*colour)[3];
+    }
+    if (i < call.opacities.size()) surface.opacity = static_cast<float>(call.opacities[i]);
+    isosurfaces.push_back(surface);
+  }
+  return isosurfaces;
+}
+
+}  // namespace
+
+Result<RenderSettings> render_settings(const RenderCall& call) {
+  RenderSettings settings;
+  settings.kind = call.kind == "quad"      ? SplatKind::quad
+                  : call.kind == "ellipse" ? SplatKind::ellipse
+                                           : SplatKind::exact;
+  settings.shading = call.shading == "smooth" ? Shading::smooth : Shading::exact;
+  auto isosurfaces = isosurfaces_of(call);
+  if (!isosurfaces) return tl::unexpected(isosurfaces.error());
+  settings.isosurfaces = *std::move(isosurfaces);
+  const auto background = parse_colour(call.background);
+  if (!background) {
+    return fail(Status::invalid_argument,
+                fmt::format("--background {}: expected rrggbb or transparent", call.background));
+  }
+  settings.background = *background;
+  constexpr std::array kColourBy = {"isosurface", "isovalue", "gradient",
+                                    "depth",      "level",    "error"};
+  constexpr std::array kMaps = {"viridis", "magma", "cividis", "turbo"};
+  for (size_t i = 0; i < kColourBy.size(); ++i) {
+    if (call.colour_by == kColourBy[i]) settings.colour_by = static_cast<ColourBy>(i);
+  }
+  for (size_t i = 0; i < kMaps.size(); ++i) {
+    if (call.colour_map == kMaps[i]) settings.colour_map = static_cast<ColourMap>(i);
+  }
+  if (call.colour_range.size() == 2) {
+    settings.colour_low = call.colour_range[0];
+    settings.colour_high = call.colour_range[1];
+  }
+  if (call.clip_box.size() == 6) {
+    settings.clip_box_low = {call.clip_box[0], call.clip_box[1], call.clip_box[2]};
+    settings.clip_box_high = {call.clip_box[3], call.clip_box[4], call.clip_box[5]};
+  }
+  for (const auto& [x, y, z, offset] : call.clip_planes) {
+    if (x == 0 && y == 0 && z == 0) {
+      return fail(Status::invalid_argument,
+                  "--clip-plane: expected a normal X,Y,Z that is not 0,0,0, then the offset");
+    }
+    settings.clip_planes.push_back({{x, y, z}, offset});
+  }
+  settings.projected = !call.unprojected;
+  settings.light = light_settings(call);
+  settings.eye_dome = static_cast<float>(call.eye_dome);
+  return settings;
+}
+
+Camera render_camera(const RenderCall& call, const VolumeGrid& grid, double aspect) {
+  if (const auto& c = call.camera; c.size() >= 6) {
+    return {{c[3], c[4], c[5]},      c[2], c[0], c[1], c.size() > 6 ? c[6] : 0,
+            c.size() > 7 ? c[7] : 30};
+  }
+  Camera camera = default_camera(grid, aspect);
+  const double default_distance = camera.distance * std::sin(camera.field_of_view / 2 / 57.29578);
+  camera.azimuth = call.azimuth;
+  camera.elevation = call.elevation;
+  camera.roll = call.roll;
+  camera.field_of_view = call.field_of_view;
+  camera.distance = call.distance > 0
+                        ? call.distance
+                        : default_distance / std::sin(call.field_of_view / 2 / 57.29578);
+  camera.distance /= call.zoom;
+  if (call.target.size() == 3) camera.target = {call.target[0], call.target[1], call.target[2]};
+  return camera;
+}
+
+}  // namespace isosplat::cli

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "native/cli/render_options.h"
+#include "shared/base/status.h"
+#include "shared/render/renderer.h"
+
+namespace isosplat::cli {
+
+/// The settings of the renderer. The ends of the colour map are those of --range, or unset. Errors:
+/// invalid_argument.
+Result<RenderSettings> render_settings(const RenderCall& call);
+
+/// The camera of the first picture. `aspect`: width / height.
+Camera render_camera(const RenderCall& call, const VolumeGrid& grid, double aspect);
+
+}  // namespace isosplat::cli
