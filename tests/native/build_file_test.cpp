@@ -61,7 +61,7 @@ class InterruptedSource : public ArraySource<uint8_t> {
 
 const Index3 kSize{80, 80, 200};
 
-TEST(BuildFile, AppearsWholeAndAlone) {
+TEST(BuildFile, AppearsCompleteAndWithoutTemporaryFiles) {
   const TemporaryFolder folder;
   const auto target = folder.path() / "volume.isosplat";
   const auto voxels = noise(kSize, 1);
@@ -183,7 +183,7 @@ TEST(BuildFile, StaysWithinItsMemory) {
   EXPECT_GE(static_cast<uint64_t>(usage.ru_maxrss) * 1024, options.memory_bytes / 4);
 }
 
-TEST(BuildFile, TargetsThatCannotBeAreRefused) {
+TEST(BuildFile, InvalidTargetsAreRefused) {
   const TemporaryFolder folder;
   const auto voxels = noise({4, 4, 4}, 1);
   EXPECT_EQ(build_store_file<uint8_t>(grid_of({4, 4, 4}), voxels, folder.path()).error().status,

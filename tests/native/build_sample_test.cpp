@@ -22,7 +22,7 @@ VolumeSample noisy_sample(unsigned threads = 2) {
   return *sample_volume(source, *choose_quantization(source.header(), *scan), threads);
 }
 
-TEST(VolumeSample, IsTheSameWhateverTheThreads) {
+TEST(VolumeSample, DoesNotDependOnThreads) {
   const VolumeSample one = noisy_sample(1), many = noisy_sample(5);
   ASSERT_EQ(one.columns.size(), many.columns.size());
   EXPECT_EQ(one.voxels, size_t{24} * 193 * 193);

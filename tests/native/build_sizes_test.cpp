@@ -38,7 +38,7 @@ struct Expectation {
 
 class BuildSizes : public testing::TestWithParam<Expectation> {};
 
-TEST_P(BuildSizes, StayWithinTheirMarks) {
+TEST_P(BuildSizes, StayWithinTheirLimits) {
   const auto& [name, max_of_raw, isovalue, max_bytes] = GetParam();
   const auto volume = real_volume(name);
   if (!volume) GTEST_SKIP() << name << " is not in the folder of real volumes";
@@ -185,7 +185,7 @@ TEST(BuildSize, OfANoisyVolumeIsAtMostThatOfItsVoxels) {
   }
 }
 
-TEST(BuildSize, IsKeptWhereverTheNoiseLies) {
+TEST(BuildSize, IsAtMostThatOfTheVoxelsForNoiseInAnyPlace) {
   const Index3 n{130, 130, 150};
   for (const int32_t from : {0, 50, 100}) {
     std::mt19937 random(3);
@@ -196,7 +196,7 @@ TEST(BuildSize, IsKeptWhereverTheNoiseLies) {
   }
 }
 
-TEST(BuildSize, OfNothingButNoiseIsTheLeastAndSaidToBeMore) {
+TEST(BuildSize, OfPureNoiseIsTheSmallestPossibleAndNoted) {
   const Index3 n{100, 130, 90};
   std::mt19937 random(3);
   const auto voxels =
@@ -234,7 +234,7 @@ TEST(BuildSize, FetchWeightMovesBothFiguresOneWay) {
   }
 }
 
-TEST(BuildSize, IsTheSameWhateverTheThreadsAndTheMemory) {
+TEST(BuildSize, DoesNotDependOnThreadsAndMemory) {
   const Index3 n{200, 180, 150};
   Noise random;
   const auto voxels = generate<uint8_t>(n, [&](int32_t x, int32_t y, int32_t z) {

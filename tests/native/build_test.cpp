@@ -171,7 +171,7 @@ TEST(Build, DoublesOfAnyMagnitudeAreQuantizedWithinTheBound) {
   }
 }
 
-TEST(Build, IsTheSameWhateverTheThreadsAndTheMemory) {
+TEST(Build, DoesNotDependOnThreadsAndMemory) {
   const Index3 n{150, 140, 200};
   const auto voxels = random_volume<uint16_t>(n, 2);
   BuildOptions options;
@@ -192,7 +192,7 @@ TEST(Build, IsTheSameWhateverTheThreadsAndTheMemory) {
   }
 }
 
-TEST(Survey, SuggestsWhatTheBuildDoes) {
+TEST(Survey, AgreesWithTheMetadataOfTheBuild) {
   const Index3 n{70, 80, 150};
   auto voxels = random_volume<float>(n, 2);
   voxels[5000] = std::nanf("");
@@ -217,7 +217,7 @@ TEST(Survey, SuggestsWhatTheBuildDoes) {
   }
 }
 
-TEST(Build, TooLittleMemoryIsSaidBeforeTheStart) {
+TEST(Build, TooLittleMemoryIsReportedBeforeTheStart) {
   const std::vector<float> voxels(50 * 50 * 50);
   ArraySource<float> source(grid_of({50, 50, 50}), voxels);
   BuildOptions options;

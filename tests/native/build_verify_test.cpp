@@ -54,7 +54,7 @@ void reseal(std::vector<std::byte>& store, StoreHeader header) {
   std::copy(bytes.begin(), bytes.end(), store.begin());
 }
 
-TEST(Verify, AcceptsWhatTheBuilderWrites) {
+TEST(Verify, AcceptsStoresOfTheBuilder) {
   const TemporaryFolder folder;
   const auto store = small_store();
   write_file(folder.path() / "a", store);
@@ -96,7 +96,7 @@ TEST(Verify, FindsTruncationAndExtraBytes) {
   EXPECT_EQ(verify_store_file(folder.path()).error().status, Status::io_error);
 }
 
-TEST(Verify, FindsLiesWhoseChecksumsMatch) {
+TEST(Verify, FindsInconsistenciesWithMatchingChecksums) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "a";
   const auto store = small_store();

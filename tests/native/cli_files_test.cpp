@@ -53,7 +53,7 @@ void expect_refused(const std::vector<std::string>& arguments, const std::string
   EXPECT_NE(ended.err.find("isosplat: "), std::string::npos) << ended.err;
 }
 
-TEST(CliFiles, BuildNeverWritesOverWhatItReads) {
+TEST(CliFiles, BuildNeverWritesOverItsInput) {
   const TempFolder folder;
   const std::string header = write_detached(folder, 12, "voxels.raw");
   std::filesystem::create_symlink("voxels.raw", folder / "link");
@@ -233,7 +233,7 @@ TEST(CliFiles, AnIgnoredHangUpStaysIgnored) {
   }
 }
 
-TEST(CliFiles, ViewBuildsAnewWhenAnyFileOfTheVolumeHasChanged) {
+TEST(CliFiles, ViewRebuildsTheStoreWhenAnyFileOfTheVolumeHasChanged) {
   const TempFolder folder, cache;
   const auto builds = [&](const std::string& volume) {
     const Ended ended =

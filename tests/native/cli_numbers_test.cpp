@@ -97,7 +97,7 @@ TEST(CliNumbers, NumbersAreTaken) {
   }
 }
 
-TEST(CliNumbers, MoreMemoryThanThereIsIsNotTaken) {
+TEST(CliNumbers, AMemoryLimitAboveTheMachinesMemoryIsNoted) {
   const TempFolder folder;
   const Ended ended = run({"build", write_ball(folder, 12), "--memory", "8T"});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
@@ -105,7 +105,7 @@ TEST(CliNumbers, MoreMemoryThanThereIsIsNotTaken) {
       << ended.err;
 }
 
-TEST(CliNumbers, QuietIsQuiet) {
+TEST(CliNumbers, QuietPrintsErrorsOnly) {
   const TempFolder folder;
   std::string voxels(24 * 24 * 24, 'a');
   for (size_t i = 0; i < voxels.size(); ++i) voxels[i] = static_cast<char>(i % 90);
@@ -123,7 +123,7 @@ TEST(CliNumbers, QuietIsQuiet) {
   EXPECT_EQ(std::count(failed.err.begin(), failed.err.end(), '\n'), 1) << failed.err;
 }
 
-TEST(CliNumbers, NoIsosurfaceIsSaidWhereThereIsNone) {
+TEST(CliNumbers, AnIsovalueWithoutIsosurfaceIsReported) {
   const TempFolder folder;
   // A step from 10 to 200 where all cells have a missing voxel.
   std::vector<float> values;

@@ -39,7 +39,7 @@ TEST(Cli, HelpShowsExamplesForEveryCommand) {
   EXPECT_EQ(run({"--version"}).exit_code, 0);
 }
 
-TEST(Cli, BuildSaysWhereAStoreIsLargerThanWasAimedAt) {
+TEST(Cli, BuildNotesAStoreAboveTheAimedSize) {
   const TempFolder folder;
   std::mt19937 random(1);
   std::string noise;
@@ -194,7 +194,7 @@ TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
             (std::vector<std::string>{"ball.isosplat", "ball.nrrd", "ball.ply", "none.ply"}));
 }
 
-TEST(Cli, ReadsRawVolumesAndReportsWhatIsNotFinite) {
+TEST(Cli, ReadsRawVolumesAndReportsNumbersThatAreNotFinite) {
   const TempFolder folder;
   std::vector<float> values(20 * 20 * 20, 1);
   for (size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i % 400);
@@ -296,7 +296,7 @@ TEST(Cli, AnIgnoredHangUpDoesNotEndABuild) {
   EXPECT_EQ(run({"verify", store}).exit_code, 0);
 }
 
-TEST(Cli, TooLittleMemoryIsSaidBeforeAnythingIsWritten) {
+TEST(Cli, TooLittleMemoryIsReportedBeforeAnythingIsWritten) {
   const TempFolder folder;
   const std::string volume = write_ball(folder, 100);
   const Ended ended = run({"build", volume, "--memory", "1M"});

@@ -76,7 +76,7 @@ TEST(Demo, PortableMathAgreesWithTheLibrary) {
   }
 }
 
-TEST(Demo, UnknownNameIsNamedWithThoseThatExist) {
+TEST(Demo, AnUnknownNameIsRefusedWithAListOfAllNames) {
   const auto volume = make_demo("teapot", 1);
   ASSERT_FALSE(volume);
   EXPECT_EQ(volume.error().status, Status::not_found);

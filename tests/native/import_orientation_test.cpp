@@ -121,7 +121,7 @@ TEST(Orientation, ShearedAxesKeepEveryVoxelInItsPlace) {
   EXPECT_GT(kept, 100);
 }
 
-TEST(Orientation, NonsenseIsReplacedAndNamed) {
+TEST(Orientation, InvalidGeometryIsReplacedAndNoted) {
   HeaderGeometry geometry;
   geometry.spacing = {0, std::nan(""), -1};
   geometry.origin = {std::nan(""), 0, 0};

@@ -56,7 +56,7 @@ class Library : public testing::Test {
   std::vector<std::byte> bytes_;
 };
 
-TEST_F(Library, SaysWhatTheStoreHolds) {
+TEST_F(Library, DescribesTheStore) {
   const Store store = open();
   const StoreInfo info = StoreReader::open(bytes_)->info();
   EXPECT_EQ(store.volume().voxels, info.grid.voxels);
@@ -94,7 +94,7 @@ TEST_F(Library, ProjectsOnePointForEachActiveCellOfEachLevel) {
   }
 }
 
-TEST_F(Library, RefusesQueriesThatItCannotAnswer) {
+TEST_F(Library, RefusesInvalidQueries) {
   Store store = open();
   EXPECT_EQ(status_of(store.chunks_for(0, kIsovalue)), Status::page_not_resident);
   add_pages(store, 0, kIsovalue);
@@ -111,7 +111,7 @@ TEST_F(Library, RefusesQueriesThatItCannotAnswer) {
   EXPECT_TRUE(store.chunks_for(0, store.volume().max_value + 1)->empty());
 }
 
-TEST_F(Library, RefusesBytesThatAreNotThoseOfTheChunk) {
+TEST_F(Library, RefusesBytesOfAnotherChunk) {
   Store store = open();
   const Chunk chunk = first_chunk(store);
   Decoder decoder(store.volume());
@@ -125,7 +125,7 @@ TEST_F(Library, RefusesBytesThatAreNotThoseOfTheChunk) {
   EXPECT_EQ(status_of(decoder.decode(chunk, right, cells)), Status::ok);
 }
 
-TEST_F(Library, RefusesChunksThatTheVolumeDoesNotHave) {
+TEST_F(Library, RefusesChunksOutsideTheVolume) {
   Store store = open();
   const Chunk chunk = first_chunk(store);
   Decoder decoder(store.volume());
@@ -164,7 +164,7 @@ TEST_F(Library, ReadsAFileAsItReadsBytes) {
   }
 }
 
-TEST_F(Library, SaysWhatIsWrongWithAFile) {
+TEST_F(Library, ReportsErrorsOfFiles) {
   EXPECT_EQ(status_of(FileStore::open(kGolden + "absent.isosplat")), Status::io_error);
   EXPECT_EQ(status_of(FileStore::open(kGolden + "u8.txt")), Status::not_a_store);
   const auto file = FileStore::open(kGolden + "u8.isosplat");

@@ -28,7 +28,7 @@ extern "C" void glGetProgramiv(GLuint program, GLenum name, GLint* value) {
 namespace isosplat {
 namespace {
 
-TEST(RenderFailureGpu, ALinkThatFailsLeavesNoState) {
+TEST(RenderFailureGpu, AFailedProgramLinkLeavesNoState) {
   auto context = EglContext::create();
   ASSERT_TRUE(context) << context.error().message;
   const TestVolume volume = sphere_volume({65, 65, 65});

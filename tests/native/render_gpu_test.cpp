@@ -464,7 +464,7 @@ TEST_F(RenderGpu, ClipBoxAndPlanesCutAndOpenTheView) {
   }
 }
 
-TEST_F(RenderGpu, ACutIsAsStraightAsItsPlane) {
+TEST_F(RenderGpu, CutsFollowTheClipPlaneExactly) {
   const TestVolume volume = sphere_volume({40, 40, 40});
   show_volume(*renderer_, volume, 1500, 1500);
   renderer_->set_camera(default_camera(volume.grid));
@@ -632,7 +632,7 @@ TEST_F(RenderGpu, RefiningKeepsTheLightOfEveryKind) {
   }
 }
 
-TEST_F(RenderGpu, RefusesWhatItCannotDraw) {
+TEST_F(RenderGpu, RefusesInvalidInput) {
   EXPECT_EQ(renderer_->draw(0, 10).error().status, Status::invalid_argument);
   EXPECT_EQ(renderer_->draw(10, 100000).error().status, Status::invalid_argument);
   EXPECT_EQ(renderer_->read_surface().error().status, Status::invalid_argument);
@@ -649,7 +649,7 @@ TEST_F(RenderGpu, RefusesWhatItCannotDraw) {
 
 // Coarse levels, whose cells have wider intervals than their corners: thin structures remain
 // visible.
-TEST_F(RenderGpu, CoarseLevelsKeepWhatIsThinnerThanTheirCells) {
+TEST_F(RenderGpu, CoarseLevelsKeepFeaturesThinnerThanTheirCells) {
   const TestVolume volume = sampled_volume({65, 65, 65}, {1, 1, 1}, [](Vec3d p) {
     return 1000.0 * std::exp(-0.5 * ((p.y - 33) * (p.y - 33) + (p.z - 31) * (p.z - 31)));
   });

@@ -82,7 +82,7 @@ class LightGlslGpu : public ::testing::Test {
 };
 
 // IEC 61966-2-1: mid-grey, the end of the linear part, and both ends.
-TEST(Light, SrgbIsThatOfTheStandard) {
+TEST(Light, SrgbFollowsTheStandard) {
   EXPECT_EQ(srgb_to_linear(0), 0);
   EXPECT_NEAR(srgb_to_linear(1), 1, 1e-6);
   EXPECT_NEAR(srgb_to_linear(0.04045f), 0.0031308, 1e-6);

@@ -76,7 +76,7 @@ FrameBlock frame_along_z() {
   return frame;
 }
 
-TEST(Occluders, HideWhatLiesBehindThemAndNothingElse) {
+TEST(Occluders, HideOnlyBoxesBehindThem) {
   Occluders occluders;
   occluders.begin(frame_along_z());
   const Occluders::Box behind{{0, 0, 200}, {4, 4, 4}};
@@ -97,7 +97,7 @@ TEST(Occluders, HideByTheirAreaOnly) {
   EXPECT_FALSE(occluders.occlude({{0, 0, 200}, {4, 4, 4}}));
 }
 
-TEST(Occluders, KnowWhatIsInTheImage) {
+TEST(Occluders, TestWhetherABoxIsInTheImage) {
   Occluders occluders;
   occluders.begin(frame_along_z());
   EXPECT_TRUE(occluders.is_in_image({{60, 0, 100}, {15, 1, 1}}, 0));

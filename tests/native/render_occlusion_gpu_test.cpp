@@ -134,7 +134,7 @@ double open_share(Vec3d at, Vec3d normal, double radius) {
 
 // Mean difference below 0.03, and 95 % of the pixels within 0.1: the picture shows neither the
 // back of the ball nor what it hides.
-TEST_F(OcclusionGpu, AmbientOcclusionIsThatOfTheHemisphere) {
+TEST_F(OcclusionGpu, AmbientOcclusionEqualsTheIntegralOverTheHemisphere) {
   settings_.light.key = 0;
   settings_.light.sky = 2;
   const std::vector<float> open_light = light();
@@ -255,7 +255,7 @@ TEST_F(OcclusionGpu, LimitsItsSettings) {
 }
 
 // Also at the image's edges, and where the surface is seen at a grazing angle.
-TEST_F(OcclusionGpu, LeavesAPlaneAsItIs) {
+TEST_F(OcclusionGpu, DoesNotDarkenAPlane) {
   const TestVolume plane =
       sampled_volume({64, 64, 8}, {1, 1, 1}, [](Vec3d p) { return kIsovalue - 200 * (p.z - 3.3); });
   show_volume(*renderer_, plane, kIsovalue, kIsovalue);

@@ -73,7 +73,7 @@ class OcclusionQueryGpu : public ::testing::Test {
   RenderSettings settings_;
 };
 
-TEST_F(OcclusionQueryGpu, RegionsAreSeenThatShowInEnoughPixels) {
+TEST_F(OcclusionQueryGpu, RegionsWithEnoughPixelsAreVisible) {
   constexpr int kMin = 40;
   const ChunkVisibility answer = visibility(kMin);
   EXPECT_EQ(answer.tested, RegionMask::all());
@@ -93,7 +93,7 @@ TEST_F(OcclusionQueryGpu, RegionsAreSeenThatShowInEnoughPixels) {
   EXPECT_GT(hidden, 300);
 }
 
-TEST_F(OcclusionQueryGpu, WithNoLeastEveryRegionCountsThatMayBeSeen) {
+TEST_F(OcclusionQueryGpu, AMinimumOfZeroPixelsAlsoCountsRegionsBetweenPixels) {
   const ChunkVisibility shown = visibility(1);
   const ChunkVisibility answer = visibility(0);
   EXPECT_EQ(answer.tested, RegionMask::all());
@@ -112,7 +112,7 @@ TEST_F(OcclusionQueryGpu, WithNoLeastEveryRegionCountsThatMayBeSeen) {
   EXPECT_LT(seen, 250);
 }
 
-TEST_F(OcclusionQueryGpu, WhatHidesAllOfARegionHidesItWithNoLeast) {
+TEST_F(OcclusionQueryGpu, AnOpaqueSurfaceHidesRegionsBehindItForAMinimumOfZeroPixels) {
   // A sphere of radius 30 inside of an opaque one.
   settings_.isosurfaces = {{5000, {1, 1, 1}, 1}};
   const RegionMask outer = visibility(0).visible;
@@ -122,7 +122,7 @@ TEST_F(OcclusionQueryGpu, WhatHidesAllOfARegionHidesItWithNoLeast) {
   EXPECT_NE(visibility(0).visible, outer);
 }
 
-TEST_F(OcclusionQueryGpu, WhatIsInsideOfAnOpaqueSurfaceIsHiddenAndSeenThroughATranslucentOne) {
+TEST_F(OcclusionQueryGpu, AnInnerSurfaceIsVisibleThroughATranslucentSurfaceOnly) {
   // No region contains cells of both spheres.
   settings_.isosurfaces = {{5000, {1, 1, 1}, 1}, {3000, {1, 0, 0}, 1}};
   const RegionMask opaque = visibility(1).visible;
@@ -136,7 +136,7 @@ TEST_F(OcclusionQueryGpu, WhatIsInsideOfAnOpaqueSurfaceIsHiddenAndSeenThroughATr
   EXPECT_GT(more, 8);
 }
 
-TEST_F(OcclusionQueryGpu, ClippedSurfacesHideNothingAndAreNotSeen) {
+TEST_F(OcclusionQueryGpu, ClippedSurfacesAreNotVisibleAndOccludeNothing) {
   const RegionMask whole = visibility(1).visible;
   settings_.clip_box_low = {0, 0.5, 0};  // the half in front of the camera
   const RegionMask cut = visibility(1).visible;
@@ -152,7 +152,7 @@ TEST_F(OcclusionQueryGpu, ClippedSurfacesHideNothingAndAreNotSeen) {
   EXPECT_TRUE(more);
 }
 
-TEST_F(OcclusionQueryGpu, SplatsOfWhatIsThinnerThanACoarseCellStayInsideOfTheCell) {
+TEST_F(OcclusionQueryGpu, SplatsOfThinFeaturesStayInsideTheirCoarseCells) {
   // A slope with single high voxels that are not corners of cells of level 2. The slope moves
   // samples to the faces of their cells.
   constexpr uint32_t level = 2;
@@ -192,7 +192,7 @@ TEST_F(OcclusionQueryGpu, SplatsOfWhatIsThinnerThanACoarseCellStayInsideOfTheCel
   }
 }
 
-TEST_F(OcclusionQueryGpu, NeedsAPictureThatIsTrue) {
+TEST_F(OcclusionQueryGpu, RequiresAPictureWithTheCurrentCamera) {
   const ChunkHandle handle = 0;
   EXPECT_EQ(renderer_->begin_occlusion_query({&handle, 1}, 1).error().status,
             Status::invalid_argument);

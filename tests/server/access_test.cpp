@@ -97,7 +97,7 @@ TEST_F(Access, TokensAdmitToTheirVolumes) {
   }
 }
 
-TEST_F(Access, AVolumeThatOneMayNotReadDoesNotExist) {
+TEST_F(Access, AVolumeWithoutPermissionIsNotFound) {
   start();
   const std::string content = beta.content;
   for (const std::string& headers :
@@ -128,7 +128,7 @@ TEST_F(Access, AVolumeThatOneMayNotReadDoesNotExist) {
   EXPECT_NE(get(port(), "/?volume=beta", bearer(kAllToken)).header("link"), "");
 }
 
-TEST_F(Access, SharedCachesKeepOnlyWhatIsPublic) {
+TEST_F(Access, SharedCachesMayStorePublicResponsesOnly) {
   start();
   const std::string own = "/v1/volumes/beta/" + beta.content;
   const std::string open = "/v1/volumes/open/" + beta.content;
@@ -233,7 +233,7 @@ TEST_F(Access, ReadsTokensAgain) {
   EXPECT_EQ(listed(bearer(kAllToken)), Names{"401"});
 }
 
-TEST_F(Access, TokenFilesThatAreNone) {
+TEST_F(Access, InvalidTokenFilesAreRefused) {
   for (const std::string& text :
        {std::string("short *\n"), kAllToken + "\n", std::string("anyone\n"),
         std::string("with-umlaut-\xc3\xa4-0123456789 *\n"),

@@ -44,7 +44,7 @@ TEST_F(DataRoutes, HealthCountsVolumes) {
   EXPECT_EQ(answer.header("cache-control"), "no-store");
 }
 
-TEST_F(DataRoutes, ListHasWhatACardShows) {
+TEST_F(DataRoutes, ListHasTheFieldsOfAVolumeCard) {
   const Answer answer = get(port(), "/v1/volumes");
   EXPECT_EQ(answer.status, 200);
   EXPECT_EQ(answer.header("cache-control"), "no-cache");
@@ -63,7 +63,7 @@ TEST_F(DataRoutes, ListHasWhatACardShows) {
   EXPECT_EQ(volume["histogram"]["counts"][1], 4 + 5 + 6 + 7);
 }
 
-TEST_F(DataRoutes, VolumeSaysWhatItsHeaderSays) {
+TEST_F(DataRoutes, VolumeHasTheFieldsOfItsHeader) {
   const Answer answer = get(port(), "/v1/volumes/alpha");
   EXPECT_EQ(answer.status, 200);
   const Json volume = Json::parse(answer.body);
@@ -128,7 +128,7 @@ TEST_F(DataRoutes, HeaderAndPagesOpenTheStore) {
   expect_error(get(port(), content("pages/00")), 400, "invalid_argument");
 }
 
-TEST_F(DataRoutes, EveryChunkIsTheStores) {
+TEST_F(DataRoutes, ChunksEqualThoseOfTheStore) {
   Client client(port());
   for (const KnownChunk& chunk : alpha.chunks) {
     const Answer answer = client.request("GET", content("chunks/" + place_of(chunk)));
@@ -138,7 +138,7 @@ TEST_F(DataRoutes, EveryChunkIsTheStores) {
   }
 }
 
-TEST_F(DataRoutes, ChunksThatAreNotThere) {
+TEST_F(DataRoutes, MissingChunksAreNotFound) {
   expect_error(get(port(), content("chunks/0/0.0.0/100")), 404, "not_found");
   expect_error(get(port(), content("chunks/0/4.0.0/0")), 404, "not_found");
   expect_error(get(port(), content("chunks/0/1048577.0.0/0")), 400, "invalid_argument");
@@ -152,7 +152,7 @@ TEST_F(DataRoutes, ChunksThatAreNotThere) {
   expect_error(get(port(), "/v1/other"), 404, "not_found");
 }
 
-TEST_F(DataRoutes, OtherContentIsNeverAnswered) {
+TEST_F(DataRoutes, AnotherContentIdIsNotFound) {
   const std::string other(32, '0');
   const Answer answer = get(port(), "/v1/volumes/alpha/" + other + "/header");
   expect_error(answer, 404, "not_found");

@@ -90,7 +90,7 @@ class Frames : public ServerTest {
   }
 };
 
-TEST_F(Frames, RangeQueriesGiveWhatBruteForceGives) {
+TEST_F(Frames, RangeQueriesMatchBruteForce) {
   start();
   Client client(port());
   for (uint32_t level = 0; level < alpha.info.levels; ++level) {
@@ -158,7 +158,7 @@ TEST_F(Frames, BatchInTheOrderAsked) {
   EXPECT_EQ(header.header("content-length"), std::to_string(answer.body.size()));
 }
 
-TEST_F(Frames, QueriesThatAreWrong) {
+TEST_F(Frames, InvalidQueriesAreRefused) {
   start();
   for (const char* query : {"chunks",
                             "chunks?",
@@ -234,7 +234,7 @@ TEST_F(Frames, ALargeDirectoryIsNotSearchedToItsEnd) {
   EXPECT_EQ(get(port(), content("batch?chunks=" + chunk)).status, 413);
 }
 
-TEST_F(Frames, ABrokenChunkIsNeverGood) {
+TEST_F(Frames, ADamagedChunkIsAnError) {
   const KnownChunk* broken = nullptr;
   const auto chunks = alpha.meeting(0, quantized_isovalue(-200), quantized_isovalue(200));
   for (const KnownChunk* chunk : chunks) {
@@ -264,7 +264,7 @@ TEST_F(Frames, ABrokenChunkIsNeverGood) {
   EXPECT_EQ(frames[1].band, broken->band);
 }
 
-TEST_F(Frames, ABrokenPageIsNeverGood) {
+TEST_F(Frames, ADamagedPageIsAnError) {
   const Result<StoreReader> reader = StoreReader::open(alpha.file);
   ASSERT_TRUE(reader);
   std::vector<std::byte> file = alpha.file;

@@ -67,7 +67,7 @@ TEST_F(HostileClients, BodiesAreRefusedAndTheConnectionCloses) {
   EXPECT_EQ(client.request("GET", "/healthz").status, 200) << "no body was announced";
 }
 
-TEST_F(HostileClients, WhatIsNotARequest) {
+TEST_F(HostileClients, MalformedRequestsAreRefused) {
   start();
   for (const char* bytes : {
            "\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03 tls hello\r\n\r\n",
@@ -106,7 +106,7 @@ TEST_F(HostileClients, WhatIsNotARequest) {
   }
 }
 
-TEST_F(HostileClients, NothingSentComesBackInAHeader) {
+TEST_F(HostileClients, RequestTextIsNotCopiedIntoResponseHeaders) {
   start();
   for (const char* target : {"/%0d%0aX-Evil:1", "/v1/volumes/%0aX-Evil:1", "/v1/volumes/x%20y",
                              "/evil", "/v1/volumes/alpha/evil/header"}) {
@@ -357,7 +357,7 @@ TEST_F(HostileClients, ManyConnections) {
   for (Client& client : clients) EXPECT_EQ(client.request("GET", "/healthz").status, 200);
 }
 
-TEST_F(HostileClients, ConnectionsThatEndEarlyAreForgotten) {
+TEST_F(HostileClients, ConnectionsThatEndEarlyAreReleased) {
   options.limits.connections = 8;
   const KnownStore large = make_store(3, {128, 128, 128}, 1'000'000);
   write_file(folder.path() / "large.isosplat", large.file);

@@ -141,7 +141,7 @@ TEST_F(Origins, ListedOriginsMayRead) {
   EXPECT_EQ(get(port(), kList).header("vary"), "Origin");
 }
 
-TEST_F(Origins, EveryPageMayReadWhatIsPublic) {
+TEST_F(Origins, EveryPageMayReadPublicVolumes) {
   options.is_public = true;
   start();
   expect({{kList, "Host: any.example\r\nOrigin: https://a.example\r\n", 200, "", "*"},
@@ -171,7 +171,7 @@ TEST_F(Origins, OnOtherAddressesTheOperatorMustChoose) {
           {kList, "Host: 192.168.1.5\r\nSec-Fetch-Site: cross-site\r\n", 403, kBadOrigin}});
 }
 
-TEST_F(Origins, ChoicesThatAreNone) {
+TEST_F(Origins, InvalidChoicesAreRefused) {
   for (const char* text :
        {"", "a.example", "https://", "https://a.example/", "https://a.example/p",
         "*,https://a.example", "https://*.example", "https://a.example,", "https://a b",

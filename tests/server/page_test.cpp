@@ -99,7 +99,7 @@ TEST_F(Page, Types) {
   EXPECT_EQ(get(port(), "/a%20b.txt").body, "space");
 }
 
-TEST_F(Page, EncodingsByWhatTheClientTakes) {
+TEST_F(Page, EncodingFollowsAcceptEncoding) {
   start();
   const std::string url = "/assets/index-Ab3_x-9Z.js";
   const Answer plain = get(port(), url);
@@ -121,7 +121,7 @@ TEST_F(Page, EncodingsByWhatTheClientTakes) {
       << "another encoding is another representation";
 }
 
-TEST_F(Page, NothingOutsideTheFolder) {
+TEST_F(Page, FilesOutsideTheFolderAreNotServed) {
   start();
   for (const char* url :
        {"/../secret.txt", "/%2e%2e/secret.txt", "/%2e%2e%2fsecret.txt", "/..%2fsecret.txt",
@@ -170,7 +170,7 @@ TEST_F(Page, AHalfWrittenPageIsNotServed) {
       eventually([&] { return get(port(), "/").body.find("NEW_NEW1") != std::string::npos; }));
 }
 
-TEST_F(Page, WithoutAPageTheRootSaysSo) {
+TEST_F(Page, WithoutAPageTheRootIsAnExplanation) {
   options.web_root.clear();
   start();
   const Answer answer = get(port(), "/");
@@ -179,7 +179,7 @@ TEST_F(Page, WithoutAPageTheRootSaysSo) {
   EXPECT_EQ(get(port(), "/index.html").status, 404);
 }
 
-TEST_F(Page, AMissingFolderIsSaidAtTheStart) {
+TEST_F(Page, AMissingFolderIsReportedAtTheStart) {
   options.web_root = page.path() / "none";
   const auto started = Server::start(options);
   ASSERT_FALSE(started);
@@ -187,7 +187,7 @@ TEST_F(Page, AMissingFolderIsSaidAtTheStart) {
   EXPECT_NE(started.error().message.find("none"), std::string::npos);
 }
 
-TEST_F(Page, TooLargeAFolderIsSaidAtTheStart) {
+TEST_F(Page, ATooLargeFolderIsReportedAtTheStart) {
   options.limits.page_asset_bytes = 1000;
   const auto started = Server::start(options);
   ASSERT_FALSE(started);

@@ -54,7 +54,7 @@ TEST(Routes, AreThoseOfTheDocumentInItsOrder) {
   }
 }
 
-TEST(Routes, APathBelongsToTheFirstThatHasItsForm) {
+TEST(Routes, APathMatchesTheFirstFittingRoute) {
   using Arguments = std::vector<std::string_view>;
   struct Case {
     const char* path;

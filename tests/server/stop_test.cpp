@@ -42,7 +42,7 @@ class Stop : public ServerTest {
   KnownStore large;  ///< larger than what socket buffers take
 };
 
-TEST_F(Stop, AnswersInFlightEndAndIdleConnectionsClose) {
+TEST_F(Stop, ResponsesInProgressEndAndIdleConnectionsClose) {
   options.limits.stop_time = seconds(60);
   start_with_large_store();
   Client idle(port());
@@ -73,7 +73,7 @@ TEST_F(Stop, ASignalDuringATransfer) {
   EXPECT_TRUE(log_mentions("stopping"));
 }
 
-TEST_F(Stop, ASecondSignalDropsWhatIsInFlight) {
+TEST_F(Stop, ASecondSignalDropsResponsesInProgress) {
   options.handle_signals = true;
   options.limits.stop_time = seconds(600);
   start_with_large_store();
@@ -85,7 +85,7 @@ TEST_F(Stop, ASecondSignalDropsWhatIsInFlight) {
   server->wait();
 }
 
-TEST_F(Stop, TheDeadlineDropsWhatIsInFlight) {
+TEST_F(Stop, TheDeadlineDropsResponsesInProgress) {
   options.limits.stop_time = milliseconds(300);
   start_with_large_store();
   Client client = reader();
@@ -117,7 +117,7 @@ TEST_F(Stop, AtOnceAfterTheStart) {
   }
 }
 
-TEST_F(Stop, APortThatIsTaken) {
+TEST_F(Stop, APortInUseIsAnError) {
   start();
   ServerOptions second = options;
   second.port = port();
@@ -127,7 +127,7 @@ TEST_F(Stop, APortThatIsTaken) {
   EXPECT_NE(started.error().message.find(std::to_string(port())), std::string::npos);
 }
 
-TEST_F(Stop, HostsAndPortsThatDoNotWork) {
+TEST_F(Stop, UnusableHostsAndStoresAreErrors) {
   options.host = "no-such-host.invalid";
   EXPECT_EQ(Server::start(options).error().status, Status::io_error);
   options.host = "192.0.2.1";  // a documentation address: none of this machine's

@@ -56,7 +56,7 @@ TEST_F(Stores, ARemovedStoreIsGone) {
   EXPECT_TRUE(log_mentions("alpha was removed"));
 }
 
-TEST_F(Stores, AStoreOverwrittenInPlaceIsNeverMixed) {
+TEST_F(Stores, AStoreOverwrittenInPlaceIsNotServed) {
   options.scan_interval = std::chrono::hours(1);
   start();
   const KnownChunk& chunk = alpha.chunks.front();
@@ -107,7 +107,7 @@ TEST_F(Stores, BrokenStoresAreListedWithTheirError) {
   EXPECT_TRUE(eventually([&] { return volume("half")["contentId"] == alpha.content; }));
 }
 
-TEST_F(Stores, MetadataIsTakenAsHostile) {
+TEST_F(Stores, InvalidMetadataIsIgnored) {
   const std::vector<std::string> texts = {
       "not JSON",
       "[1,2,3]",

@@ -207,7 +207,7 @@ TEST_F(Tls, ReadsCertificatesAgain) {
   EXPECT_EQ(TlsClient(port()).name_of_server(), "two");
 }
 
-TEST_F(Tls, FilesThatAreNone) {
+TEST_F(Tls, InvalidCertificateFilesAreRefused) {
   options.tls_key = certificates.path() / "two.key";
   const auto mismatched = Server::start(options);
   ASSERT_FALSE(mismatched);
@@ -219,7 +219,7 @@ TEST_F(Tls, FilesThatAreNone) {
   EXPECT_EQ(Server::start(options).error().status, Status::io_error);
 }
 
-TEST_F(Tls, WhatIsNotTls) {
+TEST_F(Tls, ConnectionsWithoutTlsAreClosed) {
   options.limits.request_time = std::chrono::milliseconds(700);
   start();
   Client plain(port());

@@ -89,7 +89,7 @@ TEST(BandPlanner, NoActiveCellsMeanNoBand) {
   EXPECT_TRUE(planner.plan({}).empty());
 }
 
-TEST(BandPlanner, CutsMoreWhereIsovaluesAreLikely) {
+TEST(BandPlanner, MakesMoreCutsWhereIsovaluesAreLikely) {
   std::vector<CellInterval> cells;
   for (uint32_t i = 0; i < 20000; ++i) {
     const auto v = static_cast<QuantizedValue>(i % 200);

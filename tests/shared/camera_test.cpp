@@ -92,7 +92,7 @@ TEST(Camera, OrbitStopsAtThePoles) {
   EXPECT_NEAR(dot(top.right, top.up), 0, 1e-12);
 }
 
-TEST(Camera, BoundedKeepsWhatGesturesLeadTo) {
+TEST(Camera, BoundedKeepsCamerasThatGesturesReach) {
   const VolumeGrid g = grid();
   const double radius = bounding_sphere(g).radius;
   Camera camera = panned(orbited(default_camera(g), 170, 30), 300, -200, 480);
@@ -103,7 +103,7 @@ TEST(Camera, BoundedKeepsWhatGesturesLeadTo) {
   }
 }
 
-TEST(Camera, BoundedIsNearTheVolumeWhateverALinkSays) {
+TEST(Camera, BoundedIsNearTheVolumeForEveryLink) {
   const VolumeGrid g = grid();
   const BoundingSphere sphere = bounding_sphere(g);
   const double infinity = std::numeric_limits<double>::infinity();

@@ -7,7 +7,7 @@
 namespace isosplat {
 namespace {
 
-TEST(Cell, IntervalIsThatOfItsCorners) {
+TEST(Cell, IntervalIsTheRangeOfItsCorners) {
   EXPECT_EQ(corner_interval({5, 9, 3, 7, 5, 5, 8, 4}), (CellInterval{3, 9}));
   EXPECT_EQ(corner_interval({0, 0, 0, 0, 0, 0, 0, 65535}), (CellInterval{0, 65535}));
   EXPECT_EQ(corner_interval({12, 12, 12, 12, 12, 12, 12, 12}), (CellInterval{12, 12}));

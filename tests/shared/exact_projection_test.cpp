@@ -125,7 +125,7 @@ TEST(ExactProjection, FindsATripleRoot) {
   }
 }
 
-TEST(ExactProjection, FindsNothingWhereTheRayMissesTheIsosurface) {
+TEST(ExactProjection, FindsNoRootWhereTheRayMissesTheIsosurface) {
   const Trilinear f(CellCorners{0, 0, 0, 0, 0, 0, 0, 80});
   EXPECT_FALSE(nearest_root_in_cell(f, kCentre, {1, 0, 0}, 79));  // leaves through a face first
   EXPECT_TRUE(nearest_root_in_cell(f, kCentre, {1, 1, 1}, 79));

@@ -13,7 +13,7 @@ std::string content(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-TEST(Golden, StoresOfEveryVersionDecodeToWhatTheyDidThen) {
+TEST(Golden, StoresOfEveryVersionDecodeToTheSameValues) {
   for (const std::string version : {"v1.0"}) {
     for (const std::string name : {"tiny", "u8", "i16", "f32_missing", "u32"}) {
       SCOPED_TRACE(version + " " + name);

@@ -213,7 +213,7 @@ TEST(Quantization, KeepFloatsThatAreMultiplesOfATenth) {
   for (size_t i = 0; i < voxels.size(); ++i) EXPECT_EQ(static_cast<float>(values[i]), voxels[i]);
 }
 
-TEST(Quantization, KeepWithinTheErrorThatWasAskedFor) {
+TEST(Quantization, StaysWithinTheRequestedError) {
   std::mt19937 random(5);
   std::vector<double> voxels;
   for (int32_t i = 0; i < 5000; ++i) voxels.push_back(std::sqrt(static_cast<double>(random())));
@@ -227,7 +227,7 @@ TEST(Quantization, KeepWithinTheErrorThatWasAskedFor) {
   }
 }
 
-TEST(Quantization, AnErrorThatSixteenBitsCannotReachNamesTheLeast) {
+TEST(Quantization, AnErrorTooSmallForSixteenBitsIsRefusedWithTheSmallestPossible) {
   const std::vector<double> voxels{0, 0.1234567, 1e6};
   VoxelScan scan(VoxelType::f64);
   scan.add(std::as_bytes(std::span(voxels)));

@@ -77,7 +77,7 @@ TEST_F(SelectTest, NeverLeavesAHoleNorDrawsTwiceWhileLoading) {
   }
 }
 
-TEST_F(SelectTest, StaysWholeWhileChunksAreEvicted) {
+TEST_F(SelectTest, LeavesNoHoleWhileChunksAreEvicted) {
   const StoreReader store = open();
   std::mt19937 random(11);
   Selector selector(store);
@@ -105,7 +105,7 @@ TEST_F(SelectTest, StaysWholeWhileChunksAreEvicted) {
   }
 }
 
-TEST_F(SelectTest, ComesDownToTheErrorBound) {
+TEST_F(SelectTest, RefinesToTheErrorBound) {
   const StoreReader store = open();
   for (const double distance : {2000.0, 700.0, 250.0}) {
     for (const double target : {1.0, 3.0}) {
@@ -134,7 +134,7 @@ TEST_F(SelectTest, ComesDownToTheErrorBound) {
   }
 }
 
-TEST_F(SelectTest, CellSizeOnScreenIsThatOfTheProjection) {
+TEST_F(SelectTest, CellSizeOnScreenMatchesTheProjection) {
   const StoreReader store = open();
   const SelectionView view = view_from(500, 0, 0, 100.5f, 1000);
   const ScreenProjection projection(store.info().grid, view);
@@ -147,7 +147,7 @@ TEST_F(SelectTest, CellSizeOnScreenIsThatOfTheProjection) {
               1e-6);
 }
 
-TEST_F(SelectTest, AsksOnlyForActiveBlocksInSight) {
+TEST_F(SelectTest, RequestsOnlyActiveBlocksInTheView) {
   const StoreReader store = open();
   const SelectionView view = view_from(160, 2.0, 0.2, 340.25f);
   Selector selector(store);
@@ -210,7 +210,7 @@ TEST_F(SelectTest, LargerBudgetRefinesASuperset) {
   }
 }
 
-TEST_F(SelectTest, ACompleteViewDrawsTheSameWhateverWasLookedAtBefore) {
+TEST_F(SelectTest, ACompleteSelectionDoesNotDependOnEarlierViews) {
   const StoreReader store = open();
   Selector selector(store);
   const auto complete = [&](double distance) {
@@ -233,7 +233,7 @@ TEST_F(SelectTest, ACompleteViewDrawsTheSameWhateverWasLookedAtBefore) {
   }
 }
 
-TEST_F(SelectTest, FinerDataStaysWhileTheCameraMovesAndNothingCoarserIsAskedFor) {
+TEST_F(SelectTest, FinerChunksStayWhileTheCameraMovesAndNoCoarserOnesAreRequested) {
   const StoreReader store = open();
   Selector selector(store);
   SelectionView view = view_from(300, 0.7, 0.5, 100.5f);
@@ -250,7 +250,7 @@ TEST_F(SelectTest, FinerDataStaysWhileTheCameraMovesAndNothingCoarserIsAskedFor)
   EXPECT_EQ(moving.draw, still.draw);
 }
 
-TEST_F(SelectTest, NamesMissingPagesAndGoesOnWithout) {
+TEST_F(SelectTest, ReportsMissingPagesAndCompletesOnceTheyAreAdded) {
   StoreReader store = *StoreReader::open(std::span(*bytes_).first(kMaxStoreHeaderBytes));
   const SelectionView view = view_from(200, 0.7, 0.5, 100.5f);
   Selector selector(store);
@@ -295,7 +295,7 @@ TEST_F(SelectTest, SeveralIsovaluesAreCoveredTogether) {
   FAIL() << "never complete";
 }
 
-TEST_F(SelectTest, LooksAheadWithoutATrace) {
+TEST_F(SelectTest, SelectingAheadDoesNotChangeLaterSelections) {
   const StoreReader store = open();
   Selector selector(store), other(store);
   const SelectionView view = view_from(300, 0.7, 0.5, 100.5f);
@@ -323,7 +323,7 @@ TEST_F(SelectTest, SelectsNothingWithoutIsovalues) {
   EXPECT_FALSE(selection->limited_by_budget);
 }
 
-TEST_F(SelectTest, RefusesViewsThatAreNone) {
+TEST_F(SelectTest, RefusesInvalidViews) {
   const StoreReader store = open();
   Selector selector(store);
   SelectionView view = view_from(300, 0, 0, 100.5f);

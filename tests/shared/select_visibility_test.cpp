@@ -66,7 +66,7 @@ class SelectVisibilityTest : public SelectTest {
   }
 };
 
-TEST_F(SelectVisibilityTest, FetchesWhatIsSeenAndNothingBehindItAndLeavesNoHole) {
+TEST_F(SelectVisibilityTest, FetchesVisibleChunksOnlyAndLeavesNoHole) {
   const StoreReader store = open();
   std::mt19937 random(5);
   for (const double azimuth : {0.3, 2.2}) {
@@ -105,7 +105,7 @@ TEST_F(SelectVisibilityTest, FetchesWhatIsSeenAndNothingBehindItAndLeavesNoHole)
   }
 }
 
-TEST_F(SelectVisibilityTest, AsksForNothingFineBeforeItIsToldWhatIsSeen) {
+TEST_F(SelectVisibilityTest, RequestsNoFineChunksBeforeVisibilityIsKnown) {
   const StoreReader store = open();
   Selector selector(store);
   load_coarse(store, selector, 3);
@@ -132,7 +132,7 @@ TEST_F(SelectVisibilityTest, AsksForNothingFineBeforeItIsToldWhatIsSeen) {
             Status::not_found);
 }
 
-TEST_F(SelectVisibilityTest, WhatHasBeenFetchedStaysWhenItIsHidden) {
+TEST_F(SelectVisibilityTest, FetchedChunksStayWhenTheyBecomeHidden) {
   const StoreReader store = open();
   Selector selector(store);
   load_coarse(store, selector, 2);
@@ -180,7 +180,7 @@ TEST_F(SelectVisibilityTest, CoarseChunksAreNotDrawnWhereAllFinerBlocksAreKnownT
   EXPECT_GT(inactive, 5);
 }
 
-TEST(VisibilityMapTest, TellsBlocksAboveAndBelowWhatWasTested) {
+TEST(VisibilityMapTest, DerivesTheVisibilityOfCoarserAndFinerBlocks) {
   VisibilityMap visibility;
   EXPECT_EQ(visibility.of({0, {9, 9, 9}}), Visibility::untested);
   RegionMask seen;

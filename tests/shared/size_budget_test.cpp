@@ -73,7 +73,7 @@ TEST(SizeForecast, FallsWithTheStorageWeightAndAddsUp) {
   EXPECT_NEAR(sum, forecast.all(false)[3], 1e-6 * sum);
 }
 
-TEST(SizeBudget, TakesTheLeastStorageWeightWhereThereIsRoom) {
+TEST(SizeBudget, ChoosesTheLeastStorageWeightIfTheStoreFits) {
   const SizeForecast forecast = noisy_forecast();
   const double all = forecast.all(false)[0] + forecast.all(true)[0];
   EXPECT_TRUE(SizeBudget(forecast, 4 * all, 0).is_ample());
@@ -83,14 +83,14 @@ TEST(SizeBudget, TakesTheLeastStorageWeightWhereThereIsRoom) {
   EXPECT_GT(SizeBudget(forecast, 1.2 * all, 0.3 * all).grant().storage_weight, 0.01);
 }
 
-TEST(SizeBudget, TakesTheGreatestStorageWeightWhereNothingFits) {
+TEST(SizeBudget, ChoosesTheGreatestStorageWeightIfNothingFits) {
   const SizeForecast forecast = noisy_forecast();
   const SizeBudget::Grant grant = SizeBudget(forecast, 0.5 * forecast.all(false).back(), 0).grant();
   EXPECT_EQ(grant.storage_weight, forecast.storage_weight(kCandidateWeights - 1));
   EXPECT_LT(grant.slack, 0);
 }
 
-TEST(SizeBudget, LearnsFromWhatBlocksTake) {
+TEST(SizeBudget, AdaptsToTheSizesOfWrittenBlocks) {
   const SizeForecast forecast = noisy_forecast();
   const double most = 1.2 * (forecast.all(false)[4] + forecast.all(true)[4]);
   // Blocks that take as forecast, more, and less, with the λ that they were granted.

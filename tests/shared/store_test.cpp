@@ -82,7 +82,7 @@ void reseal(std::vector<std::byte>& store) {
            checksum64(std::span(store).first(header_bytes - 8)));
 }
 
-TEST(Store, HeaderSaysWhatWasWritten) {
+TEST(Store, HeaderHasTheWrittenFields) {
   const Written store = random_store({300, 200, 130}, 1, R"({"name":"x"})");
   const auto reader = StoreReader::open(store.bytes);
   ASSERT_TRUE(reader) << reader.error().message;
@@ -175,7 +175,7 @@ TEST(Store, EveryBlockAnswersForEveryIsovalue) {
   EXPECT_EQ(reader->add_page(100000, {}).error().status, Status::not_found);
 }
 
-TEST(Store, NotANumberIsNoIsovalue) {
+TEST(Store, NotANumberIsRefusedAsIsovalue) {
   const Written store = random_store({70, 70, 70}, 3);
   auto reader = StoreReader::open(store.bytes);
   add_all_pages(*reader, store.bytes);
@@ -246,7 +246,7 @@ TEST(Store, EveryFlippedBitAndTruncationOfAPageIsRefused) {
   }
 }
 
-TEST(Store, LyingHeadersAreRefused) {
+TEST(Store, InconsistentHeadersAreRefused) {
   const Written store = random_store({200, 80, 70}, 9);
   // Any field of any section changed, with a checksum that matches: either it is a field that can
   // have any value (a spacing, the metadata), or it is malformed; nothing else, and no crash.
@@ -267,7 +267,7 @@ TEST(Store, LyingHeadersAreRefused) {
 }
 
 // Section VOLU is the first: its direction begins at byte 64 of its payload.
-TEST(Store, AxesThatAreNoBasisAreRefused) {
+TEST(Store, LinearlyDependentAxesAreRefused) {
   const Written store = random_store({70, 70, 70}, 9);
   const size_t direction = kFixedHeaderBytes + kSectionHeaderBytes + 64;
   const auto opened = [&](const Matrix3d& axes) {
@@ -291,7 +291,7 @@ TEST(Store, AxesThatAreNoBasisAreRefused) {
   }
 }
 
-TEST(Store, AFutureVersionSaysSo) {
+TEST(Store, AFutureVersionIsRefusedAsNewer) {
   Written store = random_store({70, 70, 70}, 11);
   auto bytes = store.bytes;
   write_le(bytes.data() + 8, 2, 2);
@@ -329,7 +329,7 @@ TEST(Store, UnknownSectionsAreSkippedOnlyIfOptional) {
   EXPECT_EQ(StoreReader::open(bytes).error().status, Status::malformed_header);
 }
 
-TEST(Store, LyingPagesAreRefused) {
+TEST(Store, InconsistentPagesAreRefused) {
   // Every byte of a page changed, with checksums that match.
   const Written store = random_store({200, 80, 70}, 13);
   const auto header = parse_store_header(store.bytes);
@@ -449,7 +449,7 @@ TEST(Store, SizesBeyondTheFormatAreRefused) {
   }
 }
 
-TEST(Store, WriterRefusesWhatReadersWould) {
+TEST(Store, WriterRefusesStoresThatReadersRefuse) {
   MemorySink sink;
   auto writer = StoreWriter::create({10, 10, 10}, 100, sink);
   const std::string text = "abc";
