@@ -14,10 +14,13 @@ int16_t datatype_code(Number type) {
   return kDatatypeCodes[static_cast<size_t>(type)];
 }
 
-/// A header whose fields are set by their offsets.
+/// A header of NIfTI-1 or NIfTI-2, whose fields are set by their offsets.
 class Header {
  public:
-  Header(size_t bytes, bool big_endian) : bytes_(bytes, '\0'), big_endian_(big_endian) {}
+  Header(bool is_two, bool big_endian)
+      : is_two_(is_two), bytes_(is_two ? 540 : 348, '\0'), big_endian_(big_endian) {
+    set(0, static_cast<int32_t>(bytes_.size()));
+  }
 
   template <class T>
   void set(size_t offset, T value) {
@@ -28,9 +31,23 @@ class Header {
   void set_text(size_t offset, const std::string& text) {
     bytes_.replace(offset, text.size(), text);
   }
+
+  /// Fields at offset `one` in NIfTI-1 and at `two` in NIfTI-2: f32 or f64, i16 or i32, i16 or i64.
+  void set_real(size_t one, size_t two, double value) {
+    is_two_ ? set(two, value) : set(one, static_cast<float>(value));
+  }
+  void set_code(size_t one, size_t two, int value) {
+    is_two_ ? set(two, static_cast<int32_t>(value)) : set(one, static_cast<int16_t>(value));
+  }
+  void set_size(size_t one, size_t two, int value) {
+    is_two_ ? set(two, static_cast<int64_t>(value)) : set(one, static_cast<int16_t>(value));
+  }
+
+  bool is_two() const { return is_two_; }
   const std::string& bytes() const { return bytes_; }
 
  private:
+  bool is_two_;
   std::string bytes_;
   bool big_endian_;
 };
@@ -68,6 +85,102 @@ std::array<double, 3> quaternion_of(const std::array<Vec3d, 3>& c) {
   return {b, cc, d};
 }
 
+/// Sets the sizes. Some files of three dimensions have dim[0] = 4 and dim[4] = 0.
+void set_sizes(Random& random, int times, Header& h, Sample& sample) {
+  const std::array<int, 3>& sizes = sample.truth.sizes;
+  const bool zero_time = times == 1 && random.chance(15);
+  const int dim[] = {times > 1 || zero_time ? 4 : random.one_of({3, 3, 4, 5}),
+                     sizes[0],
+                     sizes[1],
+                     sizes[2],
+                     zero_time ? 0 : times,
+                     1,
+                     1,
+                     1};
+  for (size_t i = 0; i < 8; ++i) h.set_size(40 + 2 * i, 16 + 8 * i, dim[i]);
+  sample.must_be_noted = zero_time;
+}
+
+void set_sform(Random& random, const std::array<Vec3d, 3>& steps, Vec3d origin, Header& h) {
+  h.set_code(254, 348, random.between(1, 4));
+  for (size_t i = 0; i < 3; ++i) {
+    h.set_real(280 + 4 * i, 400 + 8 * i, steps[i].x);
+    h.set_real(296 + 4 * i, 432 + 8 * i, steps[i].y);
+    h.set_real(312 + 4 * i, 464 + 8 * i, steps[i].z);
+  }
+  h.set_real(292, 424, origin.x);
+  h.set_real(308, 456, origin.y);
+  h.set_real(324, 488, origin.z);
+}
+
+/// `qfac`: -1 if the steps are left-handed, else 1.
+void set_qform(Random& random, const std::array<Vec3d, 3>& steps, Vec3d origin, double qfac,
+               Header& h) {
+  h.set_code(252, 344, random.between(1, 4));
+  std::array<Vec3d, 3> columns;
+  for (size_t i = 0; i < 3; ++i) columns[i] = steps[i] * (1 / length(steps[i]));
+  columns[2] = columns[2] * qfac;
+  const auto q = quaternion_of(columns);
+  for (size_t i = 0; i < 3; ++i) h.set_real(256 + 4 * i, 352 + 8 * i, q[i]);
+  h.set_real(268, 376, origin.x);
+  h.set_real(272, 384, origin.y);
+  h.set_real(276, 392, origin.z);
+}
+
+/// Sets the unit and the transform, which are in RAS. Returns a description.
+std::string set_transform(Random& random, Header& h, Sample& sample) {
+  Truth& truth = sample.truth;
+  const bool sform = random.chance(60), qform = !sform || random.chance(40);
+  const auto steps = choose_steps(random, !qform);
+  const Vec3d origin = choose_place(random);
+  const int unit_code = random.one_of({2, 2, 1, 3, 0});
+  const double unit = unit_code == 1 ? 1000 : unit_code == 3 ? 0.001 : 1;
+  sample.must_be_noted |= unit_code == 0;
+  if (h.is_two()) {
+    h.set(500, static_cast<int32_t>(unit_code | 8));
+  } else {
+    h.set(123, static_cast<uint8_t>(unit_code | 8));
+  }
+  const double qfac = dot(steps[0], cross(steps[1], steps[2])) < 0 ? -1 : 1;
+  h.set_real(76, 104, qfac);
+  for (size_t i = 0; i < 3; ++i) h.set_real(80 + 4 * i, 112 + 8 * i, length(steps[i]));
+  if (sform) set_sform(random, steps, origin, h);
+  if (qform) set_qform(random, steps, origin, qfac, h);
+  for (size_t i = 0; i < 3; ++i) truth.steps[i] = with_signs(steps[i], {-1, -1, 1}) * unit;
+  truth.origin = with_signs(origin, {-1, -1, 1}) * unit;
+  return fmt::format("{}{}, unit {}", sform ? " sform" : "", qform ? " qform" : "", unit_code);
+}
+
+void set_scaling(Random& random, Header& h, Truth& truth) {
+  if (random.chance(35)) {
+    const double slope = random.one_of({0.5, 2.0, -1.0, 0.25}),
+                 intercept = random.one_of({0.0, -100.0});
+    h.set_real(112, 176, slope);
+    h.set_real(116, 184, intercept);
+    for (double& value : truth.values) value = value * slope + intercept;
+  } else if (random.chance(30)) {
+    h.set_real(112, 176, std::nan(""));
+    h.set_real(116, 184, std::nan(""));
+  }
+}
+
+/// Damages the uncompressed header in the file `with_header`.
+void add_damages(const std::string& with_header, bool is_two, bool big_endian, Number type,
+                 Sample& sample) {
+  const size_t at = is_two ? 24 + (big_endian ? 7 : 0) : 42 + (big_endian ? 1 : 0);
+  sample.damages.push_back([=](auto& files) {
+    char& low = files[with_header][at];
+    low = low == 2 ? 3 : 2;
+  });
+  sample.damages.push_back([=](auto& files) {  // another type of a different size
+    const std::string raw = {static_cast<char>(bytes_of(type) == 2 ? 16 : 4), 0};
+    std::string& h = files[with_header];
+    const size_t place = is_two ? 12 : 70;
+    h[place] = big_endian ? 0 : raw[0];
+    h[place + 1] = big_endian ? raw[0] : '\0';
+  });
+}
+
 }  // namespace
 
 Sample make_nifti(Random& random) {
@@ -83,136 +196,42 @@ Sample make_nifti(Random& random) {
     for (const double value : truth.values) stored.push_back(t == step ? value : 3);
   }
   const bool is_two = random.chance(35), big_endian = random.chance(40), pair = random.chance(20);
-  const size_t size = is_two ? 540 : 348;
-  Header h(size, big_endian);
-  h.set(0, static_cast<int32_t>(size));
+  Header h(is_two, big_endian);
   if (is_two) {
     h.set_text(4, std::string(pair ? "ni2\0\r\n\032\n" : "n+2\0\r\n\032\n", 8));
   } else {
     h.set_text(344, std::string(pair ? "ni1\0" : "n+1\0", 4));
   }
-  const auto real = [&](size_t one, size_t two, double value) {
-    if (is_two) {
-      h.set(two, value);
-    } else {
-      h.set(one, static_cast<float>(value));
-    }
-  };
-  const auto code = [&](size_t one, size_t two, int value) {
-    if (is_two) {
-      h.set(two, static_cast<int32_t>(value));
-    } else {
-      h.set(one, static_cast<int16_t>(value));
-    }
-  };
-  // Some files of three dimensions have dim[0] = 4 and dim[4] = 0.
-  const bool zero_time = times == 1 && random.chance(15);
-  const int dim[] = {times > 1 || zero_time ? 4 : random.one_of({3, 3, 4, 5}),
-                     truth.sizes[0],
-                     truth.sizes[1],
-                     truth.sizes[2],
-                     zero_time ? 0 : times,
-                     1,
-                     1,
-                     1};
-  for (size_t i = 0; i < 8; ++i) {
-    if (is_two) {
-      h.set(16 + 8 * i, static_cast<int64_t>(dim[i]));
-    } else {
-      h.set(40 + 2 * i, static_cast<int16_t>(dim[i]));
-    }
-  }
+  set_sizes(random, times, h, sample);
   h.set(is_two ? 12 : 70, datatype_code(type));
   h.set(is_two ? 14 : 72, static_cast<int16_t>(8 * bytes_of(type)));
-  sample.must_be_noted = zero_time;
-
-  // The transform, in RAS.
-  const bool sform = random.chance(60), qform = !sform || random.chance(40);
-  const auto steps = choose_steps(random, !qform);
-  const Vec3d origin = choose_place(random);
-  const int unit_code = random.one_of({2, 2, 1, 3, 0});
-  const double unit = unit_code == 1 ? 1000 : unit_code == 3 ? 0.001 : 1;
-  sample.must_be_noted |= unit_code == 0;
+  const std::string transform = set_transform(random, h, sample);
+  set_scaling(random, h, truth);
+  const auto header_bytes = static_cast<int>(h.bytes().size());
+  const int offset = pair ? random.one_of({0, 0, 16}) : header_bytes + random.one_of({4, 20});
   if (is_two) {
-    h.set(500, static_cast<int32_t>(unit_code | 8));
+    h.set(168, static_cast<int64_t>(offset));
   } else {
-    h.set_text(123, std::string(1, static_cast<char>(unit_code | 8)));
+    h.set(108, static_cast<float>(offset));
   }
-  const bool left_handed = dot(steps[0], cross(steps[1], steps[2])) < 0;
-  const double qfac = left_handed ? -1 : 1;
-  real(76, 104, qfac);
-  for (size_t i = 0; i < 3; ++i) real(80 + 4 * i, 112 + 8 * i, length(steps[i]));
-  if (sform) {
-    code(254, 348, random.between(1, 4));
-    for (size_t i = 0; i < 3; ++i) {
-      real(280 + 4 * i, 400 + 8 * i, steps[i].x);
-      real(296 + 4 * i, 432 + 8 * i, steps[i].y);
-      real(312 + 4 * i, 464 + 8 * i, steps[i].z);
-    }
-    real(292, 424, origin.x);
-    real(308, 456, origin.y);
-    real(324, 488, origin.z);
-  }
-  if (qform) {
-    code(252, 344, random.between(1, 4));
-    std::array<Vec3d, 3> columns;
-    for (size_t i = 0; i < 3; ++i) columns[i] = steps[i] * (1 / length(steps[i]));
-    columns[2] = columns[2] * qfac;
-    const auto q = quaternion_of(columns);
-    for (size_t i = 0; i < 3; ++i) real(256 + 4 * i, 352 + 8 * i, q[i]);
-    real(268, 376, origin.x);
-    real(272, 384, origin.y);
-    real(276, 392, origin.z);
-  }
-  for (size_t i = 0; i < 3; ++i) truth.steps[i] = with_signs(steps[i], {-1, -1, 1}) * unit;
-  truth.origin = with_signs(origin, {-1, -1, 1}) * unit;
 
-  if (random.chance(35)) {
-    const double slope = random.one_of({0.5, 2.0, -1.0, 0.25}),
-                 intercept = random.one_of({0.0, -100.0});
-    real(112, 176, slope);
-    real(116, 184, intercept);
-    for (double& value : truth.values) value = value * slope + intercept;
-  } else if (random.chance(30)) {
-    real(112, 176, std::nan(""));
-    real(116, 184, std::nan(""));
-  }
-  const int padding =
-      pair ? random.one_of({0, 0, 16}) : static_cast<int>(size) + random.one_of({4, 20});
-  if (is_two) {
-    h.set(168, static_cast<int64_t>(padding));
-  } else {
-    h.set(108, static_cast<float>(padding));
-  }
-  std::string voxels = binary_of(stored, type, big_endian);
+  const std::string voxels = binary_of(stored, type, big_endian);
   const bool gzip = random.chance(40);
   if (pair) {
     sample.main = random.one_of({"v.hdr", "v.img"});
     sample.files["v.hdr"] = h.bytes();
     sample.removable = {"v.hdr", "v.img"};
-    sample.files["v.img"] = std::string(static_cast<size_t>(padding), 'e') + voxels;
+    sample.files["v.img"] = std::string(static_cast<size_t>(offset), 'e') + voxels;
   } else {
-    std::string all = h.bytes() + std::string(static_cast<size_t>(padding) - size, '\0') + voxels;
+    const std::string padding(static_cast<size_t>(offset - header_bytes), '\0');
+    const std::string all = h.bytes() + padding + voxels;
     sample.main = gzip && random.chance(70) ? "v.nii.gz" : "v.nii";  // compressed ".nii" too
     sample.files[sample.main] = gzip ? gzipped(all) : all;
   }
-  sample.text = fmt::format("NIfTI-{}{}{}{}{}{}, unit {}", is_two ? 2 : 1, pair ? " pair" : "",
-                            sform ? " sform" : "", qform ? " qform" : "",
-                            big_endian ? " big-endian" : "", gzip ? " gzip" : "", unit_code);
+  sample.text = fmt::format("NIfTI-{}{}{}{}{}", is_two ? 2 : 1, pair ? " pair" : "", transform,
+                            big_endian ? ", big-endian" : "", gzip ? ", gzip" : "");
   if (!gzip || pair) {
-    const std::string with_header = pair ? "v.hdr" : sample.main;
-    const size_t at = is_two ? 24 + (big_endian ? 7 : 0) : 42 + (big_endian ? 1 : 0);
-    sample.damages.push_back([=](auto& files) {
-      char& low = files[with_header][at];
-      low = low == 2 ? 3 : 2;
-    });
-    sample.damages.push_back([=](auto& files) {  // another type of a different size
-      const std::string raw = {static_cast<char>(bytes_of(type) == 2 ? 16 : 4), 0};
-      std::string& h2 = files[with_header];
-      const size_t place = is_two ? 12 : 70;
-      h2[place] = big_endian ? 0 : raw[0];
-      h2[place + 1] = big_endian ? raw[0] : '\0';
-    });
+    add_damages(pair ? "v.hdr" : sample.main, is_two, big_endian, type, sample);
   }
   return sample;
 }

@@ -74,28 +74,23 @@ struct Axis {
   int size = 0;
 };
 
-}  // namespace
-
-Sample make_nrrd(Random& random) {
-  Sample sample;
-  Truth& truth = sample.truth;
-  const auto type = static_cast<Number>(random.between(0, 9));
-  choose_voxels(random, type, truth);
-
-  // Axes: x, y, z, and sometimes time or a list at any position among them.
+/// Chooses the axes x, y and z, and sometimes time or a list at any position among them. `step`:
+/// the step that is read.
+std::vector<Axis> choose_axes(Random& random, Sample& sample, int& step) {
   std::vector<Axis> axes;
-  for (size_t i = 0; i < 3; ++i) axes.push_back({true, i, truth.sizes[i]});
-  const bool has_steps = random.chance(40);
-  int steps = 1, step = 0;
-  if (has_steps) {
-    steps = random.between(1, 3);
+  for (size_t i = 0; i < 3; ++i) axes.push_back({true, i, sample.truth.sizes[i]});
+  if (random.chance(40)) {
+    const int steps = random.between(1, 3);
     step = random.between(0, steps - 1);
     axes.insert(axes.begin() + random.between(0, 3), {false, 0, steps});
     if (steps > 1 || random.chance(50)) sample.options.time_step = step;
   }
-  const char* kind = random.one_of({"time", "list"});
+  return axes;
+}
 
-  // Values of all steps, the first axis fastest; other steps have different values.
+/// Values of all steps, the first axis fastest; other steps have different values.
+std::vector<double> values_of_all_steps(const Truth& truth, const std::vector<Axis>& axes,
+                                        int step) {
   std::vector<double> stored;
   size_t total = 1;
   for (const Axis& axis : axes) total *= static_cast<size_t>(axis.size);
@@ -112,91 +107,83 @@ Sample make_nrrd(Random& random) {
         (place[2] * truth.sizes[1] + place[1]) * truth.sizes[0] + place[0])];
     stored.push_back(at_step == step ? value : 7);
   }
+  return stored;
+}
 
-  std::string header = fmt::format("NRRD000{}\n# by a test\n", random.between(1, 5));
-  std::string sizes = "sizes:", kinds = "kinds:", directions = "space directions:";
+/// The lines of a header with a space. `kinds`: the line of the axes' kinds.
+std::string space_lines(Random& random, const std::vector<Axis>& axes, const std::string& kinds,
+                        Truth& truth) {
+  std::string header, directions = "space directions:";
+  const SpaceName& space = kSpaces[random.between(0, std::size(kSpaces) - 1)];
+  const double unit = random.one_of({1.0, 1.0, 0.001, 10.0});
+  const auto in_file = choose_steps(random, true);
+  const Vec3d origin = choose_place(random);
+  for (size_t i = 0; i < 3; ++i) truth.steps[i] = with_signs(in_file[i], space.signs) * unit;
+  truth.origin = with_signs(origin, space.signs) * unit;
   for (const Axis& axis : axes) {
-    sizes += fmt::format(" {}", axis.size);
-    kinds += fmt::format(" {}", axis.is_space ? random.one_of({"domain", "space"}) : kind);
+    directions += " ";
+    if (axis.is_space) {
+      directions += vector_text(in_file[axis.index], space.has_time ? ",0" : "");
+    } else {
+      directions += space.has_time ? "(0,0,0,2.5)" : "none";
+    }
   }
+  header += *space.name ? fmt::format("space: {}\n", space.name) : "space dimension: 3\n";
   header +=
-      fmt::format("type: {}\ndimension: {}\n{}\n", type_name(random, type), axes.size(), sizes);
-
-  if (random.chance(60)) {  // with a space
-    const SpaceName& space = kSpaces[random.between(0, std::size(kSpaces) - 1)];
-    const double unit = random.one_of({1.0, 1.0, 0.001, 10.0});
-    const auto in_file = choose_steps(random, true);
-    const Vec3d origin = choose_place(random);
-    for (size_t i = 0; i < 3; ++i) truth.steps[i] = with_signs(in_file[i], space.signs) * unit;
-    truth.origin = with_signs(origin, space.signs) * unit;
-    for (const Axis& axis : axes) {
-      directions += " ";
-      if (axis.is_space) {
-        directions += vector_text(in_file[axis.index], space.has_time ? ",0" : "");
-      } else {
-        directions += space.has_time ? "(0,0,0,2.5)" : "none";
-      }
-    }
-    header += *space.name ? fmt::format("space: {}\n", space.name) : "space dimension: 3\n";
-    header +=
-        directions + "\nspace origin: " + vector_text(origin, space.has_time ? ",1" : "") + "\n";
-    if (unit != 1 || random.chance(30)) {
-      const char* name = unit == 1 ? "mm" : unit == 10 ? "cm" : "um";
-      header += fmt::format("space units: \"{0}\" \"{0}\" \"{0}\"{1}\n", name,
-                            space.has_time ? " \"s\"" : "");
-    }
-    if (has_steps || random.chance(50)) header += kinds + "\n";
-    if (random.chance(20)) header += "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n";
-  } else {
-    header += kinds + "\n";
-    std::string spacings = "spacings:", mins = "axis mins:", maxs = "axis maxs:",
-                centers = "centers:";
-    const bool has_spacings = random.chance(60), has_mins = random.chance(60);
-    const bool has_maxs = !has_spacings && has_mins;
-    const bool cell = random.chance(50);
-    for (const Axis& axis : axes) {
-      if (!axis.is_space) {
-        spacings += " nan";
-        mins += " nan";
-        maxs += " nan";
-        centers += " ???";
-        continue;
-      }
-      const double spacing =
-          (random.chance(20) && (has_spacings || has_mins) ? -1 : 1) * random.between(1, 20) * 0.25;
-      const double min = random.between(-50, 50) * 0.5;
-      const double used = has_spacings || has_maxs ? spacing : 1;
-      const double first = has_mins ? min + (cell ? used / 2 : 0) : 0;
-      double* const origin[] = {&truth.origin.x, &truth.origin.y, &truth.origin.z};
-      *origin[axis.index] = first;
-      truth.steps[axis.index] = {axis.index == 0 ? used : 0, axis.index == 1 ? used : 0,
-                                 axis.index == 2 ? used : 0};
-      spacings += fmt::format(" {:.17g}", spacing);
-      mins += fmt::format(" {:.17g}", min);
-      maxs += fmt::format(" {:.17g}", min + used * (cell ? axis.size : axis.size - 1));
-      centers += cell ? " cell" : " node";
-    }
-    if (has_spacings) header += spacings + "\n";
-    if (has_mins) header += mins + "\n";
-    if (has_maxs) header += maxs + "\n";
-    if (has_mins || random.chance(30)) header += centers + "\n";
-    sample.must_be_noted = !has_spacings && !has_mins;
+      directions + "\nspace origin: " + vector_text(origin, space.has_time ? ",1" : "") + "\n";
+  if (unit != 1 || random.chance(30)) {
+    const char* name = unit == 1 ? "mm" : unit == 10 ? "cm" : "um";
+    header += fmt::format("space units: \"{0}\" \"{0}\" \"{0}\"{1}\n", name,
+                          space.has_time ? " \"s\"" : "");
   }
-  header += "a key:=with a value\n";
+  if (axes.size() > 3 || random.chance(50)) header += kinds + "\n";
+  if (random.chance(20)) header += "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n";
+  return header;
+}
 
-  const bool big_endian = random.chance(50);
-  const std::string data = binary_of(stored, type, big_endian);
-  const char* encoding = random.one_of({"raw", "raw", "gzip", "gz", "ascii", "txt", "hex"});
-  const std::string coding = encoding;
-  const bool gzip = coding[0] == 'g', text = coding == "ascii" || coding == "txt";
-  std::string coded = gzip              ? gzipped(data)
-                      : text            ? text_of(stored, random)
-                      : coding == "hex" ? hex_of(data)
-                                        : data;
-  header += fmt::format("encoding: {}\n", encoding);
-  if (bytes_of(type) > 1 || random.chance(30)) {
-    header += fmt::format("endian: {}\n", big_endian ? "big" : "little");
+/// The lines of a header without a space: spacings, mins, maxs and centers.
+std::string spacing_lines(Random& random, const std::vector<Axis>& axes, Sample& sample) {
+  Truth& truth = sample.truth;
+  std::string header;
+  std::string spacings = "spacings:", mins = "axis mins:", maxs = "axis maxs:",
+              centers = "centers:";
+  const bool has_spacings = random.chance(60), has_mins = random.chance(60);
+  const bool has_maxs = !has_spacings && has_mins;
+  const bool cell = random.chance(50);
+  for (const Axis& axis : axes) {
+    if (!axis.is_space) {
+      spacings += " nan";
+      mins += " nan";
+      maxs += " nan";
+      centers += " ???";
+      continue;
+    }
+    const double spacing =
+        (random.chance(20) && (has_spacings || has_mins) ? -1 : 1) * random.between(1, 20) * 0.25;
+    const double min = random.between(-50, 50) * 0.5;
+    const double used = has_spacings || has_maxs ? spacing : 1;
+    const double first = has_mins ? min + (cell ? used / 2 : 0) : 0;
+    double* const origin[] = {&truth.origin.x, &truth.origin.y, &truth.origin.z};
+    *origin[axis.index] = first;
+    truth.steps[axis.index] = {axis.index == 0 ? used : 0, axis.index == 1 ? used : 0,
+                               axis.index == 2 ? used : 0};
+    spacings += fmt::format(" {:.17g}", spacing);
+    mins += fmt::format(" {:.17g}", min);
+    maxs += fmt::format(" {:.17g}", min + used * (cell ? axis.size : axis.size - 1));
+    centers += cell ? " cell" : " node";
   }
+  if (has_spacings) header += spacings + "\n";
+  if (has_mins) header += mins + "\n";
+  if (has_maxs) header += maxs + "\n";
+  if (has_mins || random.chance(30)) header += centers + "\n";
+  sample.must_be_noted = !has_spacings && !has_mins;
+  return header;
+}
+
+/// Writes the header and the encoded voxels to one file, two, or a file for each step of the
+/// slowest axis.
+void add_files(Random& random, std::string header, const std::string& coding, std::string coded,
+               const std::vector<Axis>& axes, Sample& sample) {
   const int layout = random.between(0, 3);
   if (layout == 0 || (layout > 1 && coding != "raw")) {
     sample.main = "v.nrrd";
@@ -228,7 +215,10 @@ Sample make_nrrd(Random& random) {
     sample.files["v.nhdr"] = header;
   }
   sample.text = header;
+}
 
+/// `text`: the voxels are text.
+void add_damages(bool text, Sample& sample) {
   const std::string main = sample.main;
   if (sample.open_ended.empty())
     sample.damages.push_back([=](auto& files) {  // a different size
@@ -242,6 +232,47 @@ Sample make_nrrd(Random& random) {
       file.insert(file.find_last_of(" \n", file.size() - 4) + 1, 1, 'x');
     });
   }
+}
+
+}  // namespace
+
+Sample make_nrrd(Random& random) {
+  Sample sample;
+  const auto type = static_cast<Number>(random.between(0, 9));
+  choose_voxels(random, type, sample.truth);
+  int step = 0;
+  const std::vector<Axis> axes = choose_axes(random, sample, step);
+  const char* kind = random.one_of({"time", "list"});
+  const std::vector<double> stored = values_of_all_steps(sample.truth, axes, step);
+
+  std::string header = fmt::format("NRRD000{}\n# by a test\n", random.between(1, 5));
+  std::string sizes = "sizes:", kinds = "kinds:";
+  for (const Axis& axis : axes) {
+    sizes += fmt::format(" {}", axis.size);
+    kinds += fmt::format(" {}", axis.is_space ? random.one_of({"domain", "space"}) : kind);
+  }
+  header +=
+      fmt::format("type: {}\ndimension: {}\n{}\n", type_name(random, type), axes.size(), sizes);
+
+  header += random.chance(60) ? space_lines(random, axes, kinds, sample.truth)
+                              : kinds + "\n" + spacing_lines(random, axes, sample);
+  header += "a key:=with a value\n";
+
+  const bool big_endian = random.chance(50);
+  const std::string data = binary_of(stored, type, big_endian);
+  const char* encoding = random.one_of({"raw", "raw", "gzip", "gz", "ascii", "txt", "hex"});
+  const std::string coding = encoding;
+  const bool gzip = coding[0] == 'g', text = coding == "ascii" || coding == "txt";
+  const std::string coded = gzip              ? gzipped(data)
+                            : text            ? text_of(stored, random)
+                            : coding == "hex" ? hex_of(data)
+                                              : data;
+  header += fmt::format("encoding: {}\n", encoding);
+  if (bytes_of(type) > 1 || random.chance(30)) {
+    header += fmt::format("endian: {}\n", big_endian ? "big" : "little");
+  }
+  add_files(random, header, coding, coded, axes, sample);
+  add_damages(text, sample);
   return sample;
 }
 
