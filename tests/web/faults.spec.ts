@@ -249,6 +249,17 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     expect(harness.progress?.state).toBe("incomplete");
   }, 60_000);
 
+  test("a view with damaged chunks settles after its occlusion queries", async () => {
+    const harness = newHarness();
+    harness.answersOcclusion = true;
+    const name = put(damaged(chunksOfLevel0(300.5)));
+    if (isServer) await served(name, ({ ok }) => ok);
+    const session = await harness.open(source(name), core, { firstIsovalues: [300.5] });
+    session.update(view(300.5));
+    await harness.until(() => harness.progress?.state === "incomplete", 20_000);
+    expect(harness.progress?.fault?.kind).toBe("damaged-part");
+  }, 60_000);
+
   test("what was damaged on its way is whole by itself when the way is in order", async () => {
     const harness = newHarness();
     const name = put(whole);

@@ -1,6 +1,6 @@
 /** A viewer that draws nothing, and checks the guarantees of streaming. */
 import { expect } from "vitest";
-import { type Core, regionWords } from "../../web/core/index.ts";
+import { type Core, regionWords, visibilityWords } from "../../web/core/index.ts";
 import {
   type CameraView,
   type ChunkPlace,
@@ -43,6 +43,8 @@ export class Harness {
   readonly replacements: StreamError[] = [];
   /** Whether the viewer accepts a chunk. */
   takes: (id: number) => boolean = () => true;
+  /** Whether the viewer answers occlusion queries: nothing is occluded. Set it before open(). */
+  answersOcclusion = false;
   visible: number[] = [];
   progress: Progress | undefined;
   maxResident = 0;
@@ -90,9 +92,24 @@ export class Harness {
         replaced: (error) => {
           this.replacements.push(error);
         },
+        ...(this.answersOcclusion && { testOcclusion: () => this.#answerOcclusion() }),
       },
     });
     return this.session;
+  }
+
+  /** As if the picture at rest were tested in the next frame. */
+  #answerOcclusion(): void {
+    setTimeout(() => {
+      const query = this.session?.occlusionQuery(true);
+      if (!query) return;
+      // Of each chunk its handle, the tested regions, and the visible ones.
+      const answers = new Uint32Array(visibilityWords * query.ids.length).fill(~0);
+      query.ids.forEach((id, i) => {
+        answers[visibilityWords * i] = id;
+      });
+      this.session?.answerOcclusion(query, answers, true);
+    });
   }
 
   closed = false;

@@ -319,6 +319,8 @@ export class StreamSession {
   }
 
   #onPartFailed(error: StreamError, isFirst: boolean): void {
+    // Occlusion queries that waited for this part go on without it.
+    this.#selecting.request();
     if (isFirst) this.#report(error);
     void this.#sourceCheck.run(error);
   }
