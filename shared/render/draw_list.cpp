@@ -127,6 +127,14 @@ void DrawList::find_contributors(const Frame& frame) {
   }
 }
 
+uint32_t DrawList::finest_level() const {
+  const auto finest =
+      std::min_element(items_.begin(), items_.end(), [](const DrawItem& a, const DrawItem& b) {
+        return a.chunk->block.level < b.chunk->block.level;
+      });
+  return finest == items_.end() ? 0 : finest->chunk->block.level;
+}
+
 const DrawItem* DrawList::find(ChunkHandle handle) const {
   const auto found = std::find_if(items_.begin(), items_.end(),
                                   [handle](const DrawItem& item) { return item.handle == handle; });

@@ -44,6 +44,8 @@ class DrawList {
 
   const std::vector<DrawItem>& items() const { return items_; }
   const DrawItem* find(ChunkHandle handle) const;
+  /// The finest level of the items; 0 if there are none.
+  uint32_t finest_level() const;
 
   /// Calls draw(first, count) for each range of consecutive samples of the chunk that a subset
   /// contains.

@@ -50,6 +50,13 @@ std::array<float, 3> scalar_weights(const RenderSettings& settings, const ValueM
   return {0, 0, 0};
 }
 
+/// Whether the finest drawn cells would be large enough for smooth normals in the place of this
+/// item.
+bool has_smooth_normals(const DrawItem& item, uint32_t finest_level) {
+  const int finer = static_cast<int>(item.chunk->block.level - finest_level);
+  return std::ldexp(item.largest_side_px, -finer) > float(SMOOTH_MIN_PX);
+}
+
 }  // namespace
 
 /// One isosurface in one pass.
@@ -169,7 +176,7 @@ Result<void> SplatPasses::draw_subset(const Pass& pass, ClusterSubset subset) {
   Result<void> drawn;
   for (const DrawItem& item : draw_list_.items()) {
     if (!is_active(item.chunk->interval, pass.quantized_isovalue)) continue;
-    if (pass.pass == SplatPass::gradients && item.largest_side_px <= float(SMOOTH_MIN_PX)) continue;
+    if (pass.pass == SplatPass::gradients && !has_smooth_normals(item, pass.finest_level)) continue;
     drawn = draw_item(pass, subset, item, bound);
     if (!drawn) break;
   }
@@ -211,8 +218,9 @@ Result<void> SplatPasses::draw_isosurface(const DrawContext& context, const Spla
 Result<void> SplatPasses::smooth_normals(const DrawContext& context, const SplatFrame& splats,
                                          std::span<const int> isosurfaces, int layer) {
   const auto& items = draw_list_.items();
-  if (std::none_of(items.begin(), items.end(), [](const DrawItem& item) {
-        return item.largest_side_px > float(SMOOTH_MIN_PX);
+  const uint32_t finest_level = draw_list_.finest_level();
+  if (std::none_of(items.begin(), items.end(), [finest_level](const DrawItem& item) {
+        return has_smooth_normals(item, finest_level);
       })) {
     return {};
   }
@@ -240,13 +248,9 @@ Result<void> SplatPasses::smooth_normals(const DrawContext& context, const Splat
 Result<void> SplatPasses::draw_gradients(const DrawContext& context, const SplatFrame& splats,
                                          std::span<const int> isosurfaces) {
   draw_list_.find_contributors(splats.frame);
-  uint32_t finest_level = std::numeric_limits<uint32_t>::max();
-  for (const DrawItem& item : draw_list_.items()) {
-    finest_level = std::min(finest_level, item.chunk->block.level);
-  }
   for (const int isosurface : isosurfaces) {
     Pass pass(context, splats, SplatPass::gradients, isosurface);
-    pass.finest_level = finest_level;
+    pass.finest_level = draw_list_.finest_level();
     if (auto ok = draw_subset(pass, ClusterSubset::all); !ok) return ok;
   }
   return {};
@@ -254,17 +258,21 @@ Result<void> SplatPasses::draw_gradients(const DrawContext& context, const Splat
 
 /// Sets the uniforms of gradients that depend on the level. A cell's weight is proportional to the
 /// inverse of its volume: where levels meet, coarse cells then change normals within about one fine
-/// cell. Sums stay below 65504, the largest 16-bit float: at most eight gradients of 65535
-/// quantized values per unit.
+/// cell. Whether a cell contributes depends on the size of the finest cells at its place: an
+/// occluded coarse cell must not decide the normals of visible cells that are too small to. Sums
+/// stay below 65504, the largest 16-bit float: at most eight gradients of 65535 quantized values
+/// per unit.
 void SplatPasses::set_support(const Pass& pass, const BoundState& bound) {
   const Frame& frame = pass.splats.frame;
   const FrameBlock& block = frame.block();
   const auto level = static_cast<int>(bound.level);
   const int coarser = level - static_cast<int>(pass.finest_level);
   const auto cells = static_cast<float>(std::ldexp(1.0, level));
-  const double weight = std::ldexp(1.0 / 16, static_cast<int>(pass.finest_level) - 3 * coarser);
+  const auto finest = static_cast<int>(pass.finest_level);
+  const double weight = std::ldexp(1.0 / 16, finest - 3 * coarser);
+  const double finest_side = std::ldexp(frame.cell_side(), finest);
   glUniform2f(bound.program->support, static_cast<float>(weight),
-              static_cast<float>(frame.cell_side()) * cells * block.lens[0]);
+              static_cast<float>(finest_side) * block.lens[0]);
   glUniform3f(bound.program->per_cell, 1 / (block.cell[0] * cells), 1 / (block.cell[1] * cells),
               1 / (block.cell[2] * cells));
 }

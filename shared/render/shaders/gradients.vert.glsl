@@ -2,10 +2,10 @@
 // cell's box and one cell more on every side, where the hat functions of its corners are not 0. Cells
 // that the isosurface does not cross contribute as well, since central differences would use their
 // voxels.
-uniform vec2 u_support;         // x: weight of the gradient; y: side of a cell in px at distance 1
+uniform vec2 u_support;         // x: weight of the gradient; y: side of the finest cells in px at distance 1
 flat out vec3 v_low;            // the cell's low corner
 flat out vec4 v_lower, v_upper; // its values, weighted
-flat out float v_fade;          // 0 for cells too small for smooth normals, up to 1
+flat out float v_fade;          // 0 where cells are too small for smooth normals, up to 1
 
 void main() {
   Cell cell = unpack_sample(fetch_sample());
