@@ -107,6 +107,10 @@ test("a session fetches little, in few requests, and nothing twice", async ({ br
 
 test("a reload is served by the browser's cache", async ({ browser }) => {
   const visitor = await Visitor.arrive(browser);
+  // Otherwise a complete view fetches coarse levels for other isovalues, and requests differ by time.
+  await visitor.page.addInitScript(() => {
+    Object.defineProperty(navigator, "connection", { value: { saveData: true } });
+  });
   const address = `${url}?volume=fixture&isovalue=100.5`;
   await visitor.page.goto(address);
   await visitor.mark("isosplat:complete");

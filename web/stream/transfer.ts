@@ -12,7 +12,7 @@ export interface Admittance {
    * Where cookies are sent, as for `fetch`. Default: "same-origin". For "include", a host of another
    * origin has to send `Access-Control-Allow-Credentials: true` and the page's origin.
    */
-  credentials?: RequestCredentials;
+  credentials?: RequestInit["credentials"];
   /** Added to the query of every URL: a signed link's `exp=…&sig=…`, for example. */
   query?: string;
 }
