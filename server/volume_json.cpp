@@ -74,29 +74,43 @@ void add_short_metadata(Json& json, const StoreInfo& info) {
   }
 }
 
+/// What a list says of a store, except its name and address.
+void add_summary(Json& json, const CatalogEntry& entry) {
+  const StoreInfo& info = entry.store->info();
+  json["contentId"] = entry.store->content();
+  json["fileBytes"] = info.file_bytes;
+  json["voxels"] = triple(info.grid.voxels);
+  json["spacing"] = triple(info.grid.spacing);
+  json["range"] = {info.mapping.value(info.range.min), info.mapping.value(info.range.max)};
+  json["levels"] = info.levels;
+  add_short_metadata(json, info);
+}
+
 }  // namespace
 
 std::string volume_list_json(std::span<const CatalogEntry* const> entries) {
   Json volumes = Json::array();
-  for (const CatalogEntry* const listed : entries) {
-    const CatalogEntry& entry = *listed;
-    Json json = {{"name", entry.name}, {"url", "/v1/volumes/" + entry.name}};
-    if (entry.store) {
-      const StoreInfo& info = entry.store->info();
-      json["contentId"] = entry.store->content();
-      json["fileBytes"] = info.file_bytes;
-      json["voxels"] = triple(info.grid.voxels);
-      json["spacing"] = triple(info.grid.spacing);
-      json["range"] = {info.mapping.value(info.range.min), info.mapping.value(info.range.max)};
-      json["levels"] = info.levels;
-      add_short_metadata(json, info);
+  for (const CatalogEntry* const entry : entries) {
+    Json json = {{"name", entry->name}, {"url", "/v1/volumes/" + entry->name}};
+    if (entry->store) {
+      add_summary(json, *entry);
     } else {
-      json["error"] = {{"status", status_name(entry.error->status)},
-                       {"message", entry.error->message}};
+      json["error"] = {{"status", status_name(entry->error->status)},
+                       {"message", entry->error->message}};
     }
     volumes.push_back(std::move(json));
   }
   return json_text({{"volumes", std::move(volumes)}});
+}
+
+std::string published_catalog_json(std::span<const PublishedVolume> published) {
+  Json volumes = Json::array();
+  for (const PublishedVolume& volume : published) {
+    Json json = {{"name", volume.entry->name}, {"file", volume.file}};
+    add_summary(json, *volume.entry);
+    volumes.push_back(std::move(json));
+  }
+  return json_text({{"isosplat", "site 1"}, {"volumes", std::move(volumes)}});
 }
 
 std::string volume_json(const CatalogEntry& entry) {

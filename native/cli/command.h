@@ -16,6 +16,7 @@ void add_build_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);
 void add_extract_command(CLI::App& program, int& exit_code);
 void add_info_command(CLI::App& program, int& exit_code);
+void add_publish_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
 void add_serve_command(CLI::App& program, int& exit_code);
 void add_sign_link_command(CLI::App& program, int& exit_code);

@@ -29,7 +29,7 @@ TEST(Cli, HelpShowsExamplesForEveryCommand) {
   const Ended program = run({"--help"});
   EXPECT_EQ(program.exit_code, 0);
   for (const char* command :
-       {"build", "info", "serve", "view", "extract", "verify", "demo", "sign-link"}) {
+       {"build", "info", "serve", "view", "extract", "verify", "demo", "publish", "sign-link"}) {
     EXPECT_NE(program.out.find(command), std::string::npos);
     const Ended help = run({command, "--help"});
     EXPECT_EQ(help.exit_code, 0);

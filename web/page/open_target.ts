@@ -1,9 +1,10 @@
-import { FileSource, ServerSource, StreamError } from "../stream/index.ts";
+import { FileSource, StreamError } from "../stream/index.ts";
+import { volumeSource } from "./site.ts";
 import type { Target } from "./volume_page.ts";
 
-/** What the page's address refers to: a volume of its server, or a store on any host. */
+/** What the page's address refers to: a volume of its server or site, or a store on any host. */
 export function openTarget(volume: string | undefined, src: string | undefined): Target {
-  if (volume !== undefined) return { name: volume, source: () => new ServerSource({ volume }) };
+  if (volume !== undefined) return { name: volume, source: () => volumeSource(volume) };
   const text = src ?? "";
   const address = storeAddress(text);
   if (!address) {

@@ -1,6 +1,6 @@
-import { ServerSource } from "../stream/index.ts";
 import { RendererError, Viewer } from "../viewer/index.ts";
 import { firstIsovalue } from "./isovalue_scale.ts";
+import { volumeSource } from "./site.ts";
 import { surfacesAt } from "./surfaces.ts";
 import { theme, themeBackground } from "./theme.ts";
 import { keepThumbnail, pictureSize, thumbnail } from "./thumbnails.ts";
@@ -86,7 +86,7 @@ export class Previews {
     });
     try {
       viewer.setSurfaces([]);
-      const info = await viewer.open(new ServerSource({ volume: name }));
+      const info = await viewer.open(volumeSource(name));
       viewer.setSurfaces(surfacesAt([firstIsovalue(info)]));
       if (viewer.camera) {
         viewer.setCamera({ ...viewer.camera, distance: viewer.camera.distance / zoom });

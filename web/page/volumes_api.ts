@@ -1,3 +1,5 @@
+import { siteCatalog } from "./site.ts";
+
 /**
  * A volume of the server's list (server/HTTP.md). Fields that the server does not send are
  * undefined.
@@ -33,11 +35,11 @@ export class ApiError extends Error {
   }
 }
 
-/** The volumes on this page's server. */
+/** The volumes on this page's server, or of its static site. */
 export async function fetchVolumes(signal?: AbortSignal): Promise<VolumeEntry[]> {
   let response: Response;
   try {
-    response = await fetch("v1/volumes", { signal: signal ?? null });
+    response = await fetch(siteCatalog() ?? "v1/volumes", { signal: signal ?? null });
   } catch (error) {
     if (signal?.aborted) throw error;
     throw new ApiError("The server does not answer.", true);

@@ -11,6 +11,7 @@ export {
 export { FileSource, type SourceOptions } from "./file_source.ts";
 export { ServerSource, type ServerSourceOptions } from "./server_source.ts";
 export { StreamSession } from "./session.ts";
+export { SiteSource, type SiteSourceOptions } from "./site_source.ts";
 export type { Source } from "./source.ts";
 export { measured } from "./timeline.ts";
 export * from "./types.ts";

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "shared/base/status.h"
+
+namespace isosplat::cli {
+
+/// A static web site: the page, a catalog, and stores. The page finds the catalog by an element of
+/// its index.html, and reads the stores by ranges of bytes. Needs no server program.
+///
+///     index.html, assets/…                  the page
+///     catalog.json                          {"isosplat":"site 1","volumes":[…]}
+///     stores/{name}-{contentId}.isosplat    never changes: another store has another name
+struct SiteOptions {
+  std::vector<std::filesystem::path> stores;  ///< store files, and folders of stores
+  std::filesystem::path page;                 ///< the built page
+  std::filesystem::path to;                   ///< the folder of the site; created if missing
+  bool force = false;  ///< `to` may be a folder that is no site, and other files are replaced
+  bool prune = false;  ///< removes stores and assets in `to` that the site no longer uses
+
+  /// Called while stores are copied: bytes so far, and of all.
+  std::function<void(uint64_t done, uint64_t all)> progress;
+};
+
+struct SiteVolume {
+  std::string name;
+  std::filesystem::path path;  ///< of the source
+  std::string file;            ///< relative to the site
+  bool is_new = false;         ///< copied now; false: the site had it already
+};
+
+struct Site {
+  std::vector<SiteVolume> volumes;
+  std::vector<std::filesystem::path> pruned;
+};
+
+/// Writes a site, or brings one up to date. Stores are copied first and index.html is written last:
+/// visitors see the old site or the new one, never a part of it. Nothing is written if a store
+/// cannot be read. Never overwrites a store or a file of the page that it reads. Errors: those of
+/// StoreFile::open; invalid_argument (no store, `to` is neither empty nor a site, an output is an
+/// input, or the page is not one); io_error.
+Result<Site> publish_site(const SiteOptions& options);
+
+}  // namespace isosplat::cli

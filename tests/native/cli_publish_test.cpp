@@ -1,0 +1,180 @@
+// isosplat publish: the files of a static site, and what it never overwrites.
+
+#include <nlohmann/json.hpp>
+
+#include "tests/native/cli_program.h"
+
+namespace isosplat {
+namespace {
+
+using test::Ended;
+using test::read_file;
+using test::run;
+using test::TempFolder;
+using test::write_ball;
+using test::write_file;
+using Json = nlohmann::json;
+
+/// A page, two stores, and the folder of a site that does not exist yet.
+class CliPublish : public ::testing::Test {
+ protected:
+  CliPublish() {
+    std::filesystem::create_directories(folder / "page/assets");
+    write_file(page / "index.html", "<!doctype html><html><head><title>x</title></head></html>");
+    write_file(page / "index.html.br", "compressed");
+    write_file(page / "assets/main-12345678.js", "program");
+    std::filesystem::create_directory(stores);
+    build("one", 12);
+    build("two", 14);
+  }
+
+  void build(const std::string& name, int n) {
+    const Ended built =
+        run({"build", write_ball(folder, n, name), "-o", stores / (name + ".isosplat"), "--force"});
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+  }
+
+  Ended publish(const std::vector<std::string>& from, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{"publish"};
+    arguments.insert(arguments.end(), from.begin(), from.end());
+    arguments.insert(arguments.end(), {"--to", site, "--web-root", page});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments);
+  }
+
+  Json catalog() const { return Json::parse(read_file(site / "catalog.json")); }
+
+  /// All files of the site, relative to it, sorted.
+  std::vector<std::string> site_files() const {
+    std::vector<std::string> files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(site)) {
+      if (entry.is_regular_file()) files.push_back(entry.path().lexically_relative(site));
+    }
+    std::ranges::sort(files);
+    return files;
+  }
+
+  std::string file_of(size_t volume) const { return catalog()["volumes"][volume]["file"]; }
+
+  const TempFolder folder;
+  const std::filesystem::path page = folder / "page", stores = folder / "stores",
+                              site = folder / "site";
+};
+
+TEST_F(CliPublish, WritesThePageTheCatalogAndTheStores) {
+  const Ended ended = publish({stores});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json volumes = catalog()["volumes"];
+  ASSERT_EQ(volumes.size(), 2u);
+  EXPECT_EQ(volumes[0]["name"], "one");
+  EXPECT_EQ(volumes[1]["name"], "two");
+  EXPECT_EQ(volumes[1]["voxels"], Json({14, 14, 14}));
+  for (const Json& volume : volumes) {
+    const std::string name = volume["name"], content = volume["contentId"];
+    EXPECT_EQ(volume["file"], "stores/" + name + "-" + content + ".isosplat");
+    const std::string copy = read_file(site / volume["file"].get<std::string>());
+    EXPECT_EQ(copy, read_file(stores / (name + ".isosplat")));
+    EXPECT_EQ(copy.size(), volume["fileBytes"]);
+  }
+  // The page's encodings lack the elements that name the catalog.
+  EXPECT_EQ(site_files(), (std::vector<std::string>{"assets/main-12345678.js", "catalog.json",
+                                                    "index.html", file_of(0), file_of(1)}));
+  EXPECT_EQ(read_file(site / "assets/main-12345678.js"), "program");
+  const std::string index = read_file(site / "index.html");
+  EXPECT_NE(index.find("<head><meta name=\"isosplat-catalog\" content=\"catalog.json\">"),
+            std::string::npos)
+      << index;
+}
+
+TEST_F(CliPublish, PublishedAgainTheSiteGetsWhatIsNewAndKeepsTheRest) {
+  ASSERT_EQ(publish({stores}).exit_code, 0);
+  const std::string one = file_of(0), two = file_of(1);
+  const auto written = std::filesystem::last_write_time(site / one);
+  build("two", 16);
+  write_file(page / "assets/main-87654321.js", "new program");
+  std::filesystem::remove(page / "assets/main-12345678.js");
+  const Ended again = publish({stores});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(file_of(0), one);
+  EXPECT_EQ(std::filesystem::last_write_time(site / one), written) << "copied again";
+  EXPECT_NE(file_of(1), two);
+  EXPECT_EQ(site_files().size(), 7u) << "visitors of the old page still read the old files";
+
+  const Ended pruned = publish({stores / "two.isosplat"}, {"--prune"});
+  ASSERT_EQ(pruned.exit_code, 0) << pruned.err;
+  EXPECT_EQ(catalog()["volumes"].size(), 1u);
+  EXPECT_EQ(site_files(), (std::vector<std::string>{"assets/main-87654321.js", "catalog.json",
+                                                    "index.html", file_of(0)}));
+}
+
+TEST_F(CliPublish, RepairsAStoreThatIsDamagedInTheSite) {
+  ASSERT_EQ(publish({stores}).exit_code, 0);
+  const std::string good = read_file(site / file_of(0));
+  write_file(site / file_of(0), good.substr(0, good.size() / 2));
+  ASSERT_EQ(publish({stores}).exit_code, 0);
+  EXPECT_EQ(read_file(site / file_of(0)), good);
+}
+
+TEST_F(CliPublish, WritesIntoAFolderWithOtherFilesOnlyByForce) {
+  std::filesystem::create_directory(site);
+  write_file(site / "thesis.txt", "years of work");
+  write_file(site / "index.html", "another site");
+  const Ended refused = publish({stores});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("--force"), std::string::npos) << refused.err;
+  EXPECT_EQ(site_files(), (std::vector<std::string>{"index.html", "thesis.txt"}));
+  EXPECT_EQ(read_file(site / "index.html"), "another site");
+
+  ASSERT_EQ(publish({stores}, {"--force", "--prune"}).exit_code, 0);
+  EXPECT_EQ(read_file(site / "thesis.txt"), "years of work");
+  EXPECT_NE(read_file(site / "index.html"), "another site");
+}
+
+TEST_F(CliPublish, NeverOverwritesOrRemovesWhatItReads) {
+  // The page's own folder as the site.
+  const std::string index = read_file(page / "index.html");
+  const Ended page_itself =
+      run({"publish", stores, "--to", page, "--web-root", page, "--force", "--prune"});
+  EXPECT_EQ(page_itself.exit_code, 2);
+  EXPECT_NE(page_itself.err.find("expected an output that is not an input"), std::string::npos);
+  EXPECT_EQ(read_file(page / "index.html"), index);
+
+  // A link in the site that leads to a store.
+  ASSERT_EQ(publish({stores}).exit_code, 0);
+  const std::filesystem::path copy = site / file_of(0);
+  build("one", 18);
+  const std::string source = read_file(stores / "one.isosplat");
+  ASSERT_EQ(publish({stores}).exit_code, 0);
+  const std::filesystem::path named = site / file_of(0);
+  std::filesystem::remove(named);
+  std::filesystem::create_hard_link(stores / "one.isosplat", named);
+  EXPECT_EQ(publish({stores}).exit_code, 0) << "it has the content already";
+  EXPECT_EQ(read_file(stores / "one.isosplat"), source);
+
+  // A store in the site that is published from there.
+  ASSERT_EQ(publish({copy}, {"--prune"}).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(copy));
+}
+
+TEST_F(CliPublish, WritesNothingIfAStoreOrThePageCannotBeRead) {
+  const std::string good = read_file(stores / "two.isosplat");
+  write_file(stores / "two.isosplat", good.substr(0, good.size() / 2));
+  const Ended broken = publish({stores});
+  EXPECT_EQ(broken.exit_code, 1);
+  EXPECT_NE(broken.err.find("two.isosplat"), std::string::npos) << broken.err;
+  EXPECT_FALSE(std::filesystem::exists(site));
+
+  EXPECT_EQ(publish({folder / "nothing"}).exit_code, 1);
+  std::filesystem::create_directory(folder / "empty");
+  const Ended none = publish({folder / "empty"});
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.err.find("at least one store"), std::string::npos) << none.err;
+  std::filesystem::remove(page / "index.html");
+  const Ended no_page = publish({stores / "one.isosplat"});
+  EXPECT_EQ(no_page.exit_code, 2);
+  EXPECT_NE(no_page.err.find("index.html"), std::string::npos) << no_page.err;
+  EXPECT_FALSE(std::filesystem::exists(site));
+}
+
+}  // namespace
+}  // namespace isosplat
