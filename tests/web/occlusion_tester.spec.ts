@@ -37,6 +37,7 @@ function tested(view: Partial<RendererModule>): { told: string[]; tester: Occlus
     },
     isIdle: () => true,
     isContextLost: () => false,
+    answered: (settled) => told.push(settled ? "rest" : "fast"),
     ended: () => told.push("ended"),
   });
   tester.test(session as unknown as StreamSession, true);
@@ -68,5 +69,5 @@ test("one that is answered", async () => {
   const answer = new Uint32Array(33);
   const { told } = tested({ beginOcclusionQuery: () => {}, takeOcclusionQuery: () => answer });
   await vi.advanceTimersByTimeAsync(1000);
-  expect(told).toEqual(["answered", "ended"]);
+  expect(told).toEqual(["answered", "rest", "ended"]);
 });

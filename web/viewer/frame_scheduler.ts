@@ -5,16 +5,10 @@ import { FrameLoop } from "./frame_loop.ts";
 import { GpuPulse, GpuTimer } from "./gpu_timer.ts";
 import { OcclusionTester } from "./occlusion_tester.ts";
 import { type DrawStatistics, RendererError, type RendererModule } from "./renderer_module.ts";
+import { RestClock } from "./rest_clock.ts";
 import { SplatChoice } from "./splat_choice.ts";
 import type { Camera, FrameReport, Look, Splats } from "./types.ts";
 
-/** The view is at rest when nothing has moved or arrived for this time (ms). */
-const restAfter = 220;
-/**
- * The same while more data are in flight, or may be needed (ms): a slow GPU would otherwise draw the
- * exact picture several times, and software renderers would take the time that decoding needs.
- */
-const restWhileStreaming = { afterMotion: 500, afterArrival: 1500 };
 /** Edges are smoothed by further draws if one picture takes no longer than this (ms). */
 const longestSmoothed = 400;
 /** Interval between checks whether the GPU has finished a picture (ms). */
@@ -62,13 +56,10 @@ export class FrameScheduler {
   readonly #pulse: GpuPulse;
   readonly #visibility: OcclusionTester;
   readonly #forecast = new ArrivalForecast();
-  #lastMotion = Number.NEGATIVE_INFINITY;
-  #lastArrival = Number.NEGATIVE_INFINITY;
+  readonly #rest = new RestClock();
   #restTimer = 0;
   #drawTimer = 0;
   #chunksToGo = 0;
-  /** Data of the present view are in flight, or will be requested. */
-  #isStreaming = false;
   /** As of the last frame: nothing has moved or arrived since. */
   #isResting = false;
   /** Another frame follows the last one at once. */
@@ -98,10 +89,11 @@ export class FrameScheduler {
     this.#visibility = new OcclusionTester({
       guard: (action) => owner.guard(action),
       isIdle: () =>
-        performance.now() - this.#lastMotion >= restAfter &&
-        !this.#timer.isBusy &&
-        this.#pulse.beats(),
+        !this.#rest.isMoving(performance.now()) && !this.#timer.isBusy && this.#pulse.beats(),
       isContextLost: () => owner.isContextLost(),
+      answered: (settled) => {
+        if (!settled) this.#rest.fastPictureTested(performance.now());
+      },
       ended: () => this.request(),
     });
   }
@@ -114,7 +106,7 @@ export class FrameScheduler {
   /** Whether the picture will still change without further calls. */
   get isBusy(): boolean {
     return (
-      this.#isStreaming ||
+      this.#rest.isStreaming ||
       !this.#isResting ||
       this.#isFollowed ||
       this.#loop.isRequested ||
@@ -132,7 +124,7 @@ export class FrameScheduler {
 
   /** The camera, the surfaces or their look has changed. */
   onCameraChange(): void {
-    this.#lastMotion = performance.now();
+    this.#rest.moved(performance.now());
     this.#isResting = false;
     this.request();
   }
@@ -145,7 +137,7 @@ export class FrameScheduler {
   /** The set of chunks to draw has changed. */
   onVisibleChange(): void {
     this.#isBegun = true;
-    this.#lastArrival = performance.now();
+    this.#rest.arrived(performance.now());
     this.#isResting = false;
     this.request();
   }
@@ -156,9 +148,10 @@ export class FrameScheduler {
     const isLast = this.#chunksToGo > 0 && chunksToGo === 0;
     const isEmpty = !this.#isBegun && state !== "opening";
     this.#chunksToGo = chunksToGo;
-    const wasStreaming = this.#isStreaming;
-    this.#isStreaming = !["complete", "limited", "incomplete", "offline"].includes(state);
-    const hasEnded = wasStreaming && !this.#isStreaming;
+    const wasStreaming = this.#rest.isStreaming;
+    const isStreaming = !["complete", "limited", "incomplete", "offline"].includes(state);
+    this.#rest.isStreaming = isStreaming;
+    const hasEnded = wasStreaming && !isStreaming;
     if (isEmpty) this.#isBegun = true;
     if (isLast || isEmpty || hasEnded) this.request();
     else this.#owner.busyChanged();
@@ -183,7 +176,7 @@ export class FrameScheduler {
     this.#isBegun = false;
     this.#chunksToGo = 0;
     this.#forecast.forget();
-    this.#isStreaming = false;
+    this.#rest.isStreaming = false;
     this.#unchecked = [];
     this.#visibility.stop();
     this.cancelFade();
@@ -205,13 +198,6 @@ export class FrameScheduler {
     this.cancelFade();
     this.#renderer.draw(width, height);
     while (smooth && this.#renderer.canRefine(width, height)) this.#renderer.refine(width, height);
-  }
-
-  /** When the view rests if nothing moves or arrives until then. */
-  #restsAt(): number {
-    const always = { afterMotion: restAfter, afterArrival: restAfter };
-    const { afterMotion, afterArrival } = this.#isStreaming ? restWhileStreaming : always;
-    return Math.max(this.#lastMotion + afterMotion, this.#lastArrival + afterArrival);
   }
 
   #splats({ kind, shading, camera }: Scene, isResting: boolean): Splats {
@@ -249,13 +235,10 @@ export class FrameScheduler {
     const renderer = this.#renderer;
     const isResized = this.#owner.fitCanvas();
     const { width, height } = this.#canvas;
-    const isMoving = now - this.#lastMotion < restAfter;
+    const isMoving = this.#rest.isMoving(now);
     // Nothing more arrives until this picture has been tested.
-    if (!isMoving && session.needsRestingPicture) {
-      this.#lastMotion = Number.NEGATIVE_INFINITY;
-      this.#lastArrival = Number.NEGATIVE_INFINITY;
-    }
-    const restsAt = this.#restsAt();
+    if (!isMoving && session.needsRestingPicture) this.#rest.restNow();
+    const { restsAt } = this.#rest;
     const isResting = now >= restsAt;
     this.#isResting = isResting;
 
@@ -346,7 +329,7 @@ export class FrameScheduler {
 
   /** The GPU has finished a picture. If the view is at rest, the actions that waited for this continue. */
   #settled(): void {
-    if (performance.now() < this.#restsAt()) {
+    if (performance.now() < this.#rest.restsAt) {
       this.#owner.busyChanged();
       return;
     }

@@ -11,6 +11,8 @@ export interface TestedViewer {
   /** Whether nothing moves and the GPU is idle, so that an answer can be read without waiting. */
   isIdle(): boolean;
   isContextLost(): boolean;
+  /** The session has an answer; settled: about a picture at rest. `ended` follows. */
+  answered(settled: boolean): void;
   /** A test has ended. Actions that waited for this continue. */
   ended(): void;
 }
@@ -50,6 +52,7 @@ export class OcclusionTester {
       });
       if (answer) {
         session.answerOcclusion(query, answer, settled);
+        this.#viewer.answered(settled);
         this.#viewer.ended();
       } else if (isAsked) {
         this.#timer = window.setTimeout(poll, polling);
