@@ -15,10 +15,8 @@ Result<Image> draw_image(Renderer& renderer, int width, int height, FrameStatist
   glBindRenderbuffer(GL_RENDERBUFFER, colour);
   glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour);
-  auto drawn = renderer.draw(width, height, framebuffer);
-  while (smooth && drawn && renderer.can_refine(width, height)) {
-    drawn = renderer.refine(width, height, framebuffer);
-  }
+  auto drawn = smooth ? renderer.draw_still(width, height, framebuffer)
+                      : renderer.draw(width, height, framebuffer);
   if (const auto checked = renderer.check_gpu(); drawn && !checked) {
     drawn = tl::unexpected(checked.error());
   }

@@ -82,7 +82,8 @@ Result<void> present_mean(const DrawContext& context, const Accumulation& accumu
                           GLuint framebuffer) {
   const auto program = context.programs.image(ImagePass::present);
   if (!program) return tl::unexpected(program.error());
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  bind_framebuffer(framebuffer, context.targets.width(), context.targets.height());
+  glDisable(GL_DEPTH_TEST);
   glUseProgram((*program)->name());
   bind_texture(0, GL_TEXTURE_2D, accumulation.sums().texture());
   glUniform1f((*program)->uniform("u_weight"), 1.0f / static_cast<float>(accumulation.pictures()));

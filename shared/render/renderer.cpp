@@ -194,6 +194,18 @@ Result<FrameStatistics> Renderer::refine(int width, int height, uint32_t framebu
   return state_->refine(framebuffer);
 }
 
+Result<FrameStatistics> Renderer::draw_still(int width, int height, uint32_t framebuffer) {
+  State& s = *state_;
+  const bool is_current = !s.lost && !needs_redraw(width, height);
+  if (is_current && s.accumulation.pictures() == Accumulation::kPictures) {
+    return s.show_mean(framebuffer);
+  }
+  Result<FrameStatistics> drawn =
+      can_refine(width, height) ? s.statistics : draw(width, height, framebuffer);
+  while (drawn && can_refine(width, height)) drawn = refine(width, height, framebuffer);
+  return drawn;
+}
+
 Result<void> Renderer::hold_picture(uint32_t framebuffer) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");

@@ -198,6 +198,11 @@ class Renderer {
   /// invalid_argument if can_refine() returns false.
   Result<FrameStatistics> refine(int width, int height, uint32_t framebuffer = 0);
 
+  /// Shows the picture that draw() and refine() lead to, and draws only what is missing of it:
+  /// after the last refine() it costs one pass over the pixels. A browser may clear its canvas
+  /// between two tasks, so a picture must be shown again to be saved. Errors: as draw().
+  Result<FrameStatistics> draw_still(int width, int height, uint32_t framebuffer = 0);
+
   /// Copies the picture in the framebuffer, so that a later draw() can fade from it. Call it in the
   /// same task as the draw() or refine() that made the picture. Errors: gl_error, invalid_argument
   /// (nothing drawn yet).

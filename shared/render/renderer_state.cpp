@@ -249,6 +249,15 @@ Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
   return finish_frame();
 }
 
+Result<FrameStatistics> Renderer::State::show_mean(GLuint framebuffer) {
+  statistics = FrameStatistics{};
+  programs.reset_linked_count();
+  if (auto ok = present_mean(context(), accumulation, framebuffer); !ok) {
+    return tl::unexpected(ok.error());
+  }
+  return finish_frame();
+}
+
 Result<void> Renderer::State::fade(float progress, GLuint framebuffer) {
   return show_fade(context(), cross_fade, progress, drawn_width, drawn_height, framebuffer);
 }

@@ -62,6 +62,7 @@ struct Renderer::State {
   Result<void> warm_up(GLuint framebuffer);
   Result<FrameStatistics> draw(int width, int height, GLuint framebuffer);
   Result<FrameStatistics> refine(GLuint framebuffer);
+  Result<FrameStatistics> show_mean(GLuint framebuffer);
   Result<void> fade(float progress, GLuint framebuffer);
   /// Draws the last picture's surface pixels, unless the last draw has done so.
   Result<void> ensure_layers();

@@ -344,6 +344,12 @@ IsosplatStatus isosplat_renderer_refine(int32_t width, int32_t height,
   return renderer ? report_drawn(renderer->refine(width, height), statistics) : no_renderer();
 }
 
+IsosplatStatus isosplat_renderer_draw_still(int32_t width, int32_t height,
+                                            IsosplatFrameStatistics* statistics) {
+  Renderer* renderer = current();
+  return renderer ? report_drawn(renderer->draw_still(width, height), statistics) : no_renderer();
+}
+
 IsosplatStatus isosplat_renderer_hold_picture() {
   Renderer* renderer = current();
   return renderer ? status_of(renderer->hold_picture()) : no_renderer();

@@ -99,6 +99,11 @@ bool isosplat_renderer_can_refine(int32_t width, int32_t height);
 IsosplatStatus isosplat_renderer_refine(int32_t width, int32_t height,
                                         IsosplatFrameStatistics* statistics);
 
+/// Shows the picture that draw() and refine() lead to, and draws only what is missing of it
+/// (Renderer::draw_still). `statistics` may be null.
+IsosplatStatus isosplat_renderer_draw_still(int32_t width, int32_t height,
+                                            IsosplatFrameStatistics* statistics);
+
 /// Renderer::hold_picture, begin_fade and fade. `has_begun` is 0 if there is no picture to fade
 /// from.
 IsosplatStatus isosplat_renderer_hold_picture();

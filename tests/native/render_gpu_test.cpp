@@ -608,6 +608,35 @@ TEST_F(RenderGpu, RefiningSmoothsEdges) {
   EXPECT_FALSE(renderer_->can_refine(kSize, kSize)) << "a change is to be drawn first";
 }
 
+TEST_F(RenderGpu, AStillPictureIsDrawnOnceAndShownAgain) {
+  const TestVolume volume = sphere_volume({40, 40, 40});
+  show_volume(*renderer_, volume, 1000, 1000);
+  renderer_->set_camera(default_camera(volume.grid));
+  RenderSettings settings;
+  settings.isosurfaces = {{1000, {1, 0.8f, 0.6f}, 1}};
+  settings.kind = SplatKind::exact;
+  renderer_->set_settings(settings);
+  constexpr int kSize = 96;
+  ASSERT_TRUE(draw_image(*renderer_, kSize, kSize));  // links the programs
+  FrameStatistics first, again, other;
+  const auto picture = draw_image(*renderer_, kSize, kSize, &first, true);
+  EXPECT_GT(first.samples_drawn, 0u);
+  // Into another framebuffer, so this is not what was left in the first one.
+  const auto shown = draw_image(*renderer_, kSize, kSize, &again, true);
+  ASSERT_TRUE(picture && shown);
+  EXPECT_TRUE(shown->rgba == picture->rgba);
+  EXPECT_EQ(again.samples_drawn, 0u);
+  EXPECT_EQ(again.draw_calls, 1u);
+  EXPECT_EQ(again.samples_resident, first.samples_resident);
+  // After a change, it is drawn.
+  settings.isosurfaces[0].isovalue = 900;
+  renderer_->set_settings(settings);
+  const auto changed = draw_image(*renderer_, kSize, kSize, &other, true);
+  ASSERT_TRUE(changed);
+  EXPECT_GT(other.samples_drawn, 0u);
+  EXPECT_FALSE(changed->rgba == picture->rgba);
+}
+
 // The mean of each channel changes by at most 1 of 255 (edges fall on other pixels).
 TEST_F(RenderGpu, RefiningKeepsTheLightOfEveryKind) {
   const TestVolume volume = sphere_volume({40, 40, 40});

@@ -190,14 +190,19 @@ export class FrameScheduler {
     this.#timer.stop();
   }
 
-  /** Draws in the quality of a view at rest. smooth: draws several times, to smooth edges. */
+  /**
+   * Draws in the quality of a view at rest; smooth: also smooth edges, which takes several draws
+   * unless they are smooth already.
+   */
   drawToSave(smooth: boolean): void {
     const { width, height } = this.#canvas;
     const scene = this.#owner.scene();
-    if (scene) this.#renderer.setSplats(this.#splats(scene, true));
+    const renderer = this.#renderer;
+    if (scene) renderer.setSplats(this.#splatsToKeep(scene, true) ?? this.#splats(scene, true));
     this.cancelFade();
-    this.#renderer.draw(width, height);
-    while (smooth && this.#renderer.canRefine(width, height)) this.#renderer.refine(width, height);
+    const isFinal = !renderer.needsRedraw(width, height) && !renderer.canRefine(width, height);
+    if (smooth || isFinal) renderer.drawStill(width, height);
+    else renderer.draw(width, height);
   }
 
   #splats({ kind, shading, camera }: Scene, isResting: boolean): Splats {

@@ -55,6 +55,7 @@ interface Exports extends CoreModule {
   _isosplat_renderer_draw(width: number, height: number, statistics: number): number;
   _isosplat_renderer_can_refine(width: number, height: number): number;
   _isosplat_renderer_refine(width: number, height: number, statistics: number): number;
+  _isosplat_renderer_draw_still(width: number, height: number, statistics: number): number;
   _isosplat_renderer_hold_picture(): number;
   _isosplat_renderer_begin_fade(hasBegun: number): number;
   _isosplat_renderer_fade(progress: number): number;
@@ -383,6 +384,12 @@ export class RendererModule {
   /** Draws the picture again, shifted by a fraction of a pixel, and shows the mean of all of them. */
   refine(width: number, height: number): DrawStatistics {
     this.#check(this.#exports._isosplat_renderer_refine(width, height, this.#scratch));
+    return this.#readStatistics();
+  }
+
+  /** Shows the picture that draw() and refine() lead to, and draws only what is missing of it. */
+  drawStill(width: number, height: number): DrawStatistics {
+    this.#check(this.#exports._isosplat_renderer_draw_still(width, height, this.#scratch));
     return this.#readStatistics();
   }
 
