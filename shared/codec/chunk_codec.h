@@ -80,7 +80,7 @@ class ChunkDecoder {
   ChunkDecoder& operator=(ChunkDecoder&&) noexcept;
   ~ChunkDecoder();
 
-  /// Replaces the content of `out`.
+  /// Replaces the content of `out`; after an error it is empty.
   Result<void> decode(std::span<const std::byte> bytes, const ChunkShape& shape, DecodedCells& out);
 
   /// The same cells as decode(), each through pack_sample(), which is faster. Replaces the content

@@ -18,6 +18,8 @@ constexpr size_t kSlack = 2048;
 /// How many points are decoded between two checks of the bounds.
 constexpr int32_t kBatch = 256;
 
+constexpr uint32_t kMaxCells = kBlockCells * kBlockCells * kBlockCells;
+
 constexpr size_t kSmallestChunk = 4 * kRansStates + 1;
 
 template <class Ops>
@@ -283,26 +285,34 @@ ChunkDecoder::~ChunkDecoder() = default;
 
 Result<void> ChunkDecoder::decode(std::span<const std::byte> bytes, const ChunkShape& shape,
                                   DecodedCells& out) {
-  out.cell.clear();
-  out.corners.clear();
-  out.interval.clear();
-  return scratch_->decode<ScalarOps>(
+  // Cells are emitted only after their number was checked against cell_count.
+  const uint32_t count = std::min(shape.cell_count, kMaxCells);
+  out.cell.resize(count);
+  out.corners.resize(count);
+  out.interval.resize(count);
+  size_t i = 0;
+  const Result<void> done = scratch_->decode<VectorOps>(
       bytes, shape,
       [&](uint64_t in_row, uint32_t place, const CellRows& rows, const IntervalRow* intervals) {
-        for (; in_row; in_row &= in_row - 1) {
+        for (; in_row; in_row &= in_row - 1, ++i) {
           const int32_t x = __builtin_ctzll(in_row);
-          out.cell.push_back(place | static_cast<uint32_t>(x));
-          out.corners.push_back(rows.corners(x));
-          out.interval.push_back(intervals ? CellInterval{intervals->min[x], intervals->max[x]}
-                                           : corner_interval(out.corners.back()));
+          const CellCorners corners = rows.corners(x);
+          out.cell[i] = place | static_cast<uint32_t>(x);
+          out.corners[i] = corners;
+          out.interval[i] = intervals ? CellInterval{intervals->min[x], intervals->max[x]}
+                                      : corner_interval(corners);
         }
       });
+  if (!done) {
+    out.cell.clear();
+    out.corners.clear();
+    out.interval.clear();
+  }
+  return done;
 }
 
 Result<void> ChunkDecoder::decode_packed(std::span<const std::byte> bytes, const ChunkShape& shape,
                                          std::vector<PackedSample>& out) {
-  // Cells are emitted only after their number was checked against cell_count.
-  constexpr uint32_t kMaxCells = kBlockCells * kBlockCells * kBlockCells;
   // Not cleared before: the samples of an earlier call are overwritten, and need no initialisation.
   out.resize(std::min(shape.cell_count, kMaxCells) + kPackedSlack);
   PackedSample* to = out.data();

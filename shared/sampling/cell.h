@@ -21,8 +21,13 @@ struct CellInterval {
 /// The interval of a cell of level 0: the range of its corners. (At coarser levels, the interval is
 /// the union of the intervals of the finer cells, so that thin features do not vanish.)
 inline CellInterval corner_interval(const CellCorners& corners) {
-  const auto [min, max] = std::minmax_element(corners.begin(), corners.end());
-  return {*min, *max};
+  // Compilers make vector instructions of this loop, but not of std::minmax_element.
+  CellInterval range{corners[0], corners[0]};
+  for (const QuantizedValue corner : corners) {
+    range.min = std::min(range.min, corner);
+    range.max = std::max(range.max, corner);
+  }
+  return range;
 }
 
 /// Whether the isosurface crosses the cell: min ≤ isovalue < max. The half-open interval gives
