@@ -19,6 +19,7 @@ struct ExtractCall {
   uint32_t level = 0;
   unsigned threads = 0;
   ProjectionOptions projection;
+  std::string shading = "smooth";
   bool force = false;
 };
 
@@ -41,9 +42,9 @@ int run(const ExtractCall& call) {
       fmt::format("isosurface {} of {}, level {}, by isosplat " ISOSPLAT_VERSION, call.isovalue,
                   std::filesystem::path(call.store).filename().string(), call.level));
   if (!file) return report(file.error());
-  const auto points =
-      extract_points(**store, call.isovalue, call.projection, {call.level, call.threads},
-                     [&](const PointArrays& batch) { return file->append(batch); });
+  const auto points = extract_points(**store, call.isovalue, call.projection,
+                                     {call.level, call.threads, call.shading == "smooth"},
+                                     [&](const PointArrays& batch) { return file->append(batch); });
   if (!points) return report(points.error());
   if (auto published = file->publish(); !published) return report(published.error());
   fmt::print("{}: {} points with normals, {}\n", path.string(), with_commas(*points),
@@ -82,6 +83,12 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "--drop-displaced", [call] { call->projection.displaced = Displaced::drop; },
       "Omit points of level 0 that a Newton step moves by more than half a cell's diagonal\n"
       "(Co, Hamann, Joy 2003, section 3.2), and do not clamp the others to their cells");
+  command
+      ->add_option("--shading", call->shading,
+                   "smooth: normals are continuous, from the cells around each point;\n"
+                   "exact: the gradient of each cell, which jumps from cell to cell")
+      ->check(CLI::IsMember({"smooth", "exact"}))
+      ->capture_default_str();
   command->add_flag("--force", call->force, "Replace any file of this name");
   command->add_option("--threads", call->threads, "Threads (0: one per core)")
       ->check(is_whole_number(0, kMaxThreads))

@@ -80,7 +80,8 @@ SampleArrays samples_of(const DecodedCells& cells, const ChunkFrame& frame) {
 }
 
 PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
-                            float quantized_isovalue, const ProjectionOptions& options) {
+                            float quantized_isovalue, const ProjectionOptions& options,
+                            const LatticeGradients* smooth_gradients) {
   const CellFrame cell_frame(frame.block);
   const VolumeGrid& grid = *frame.grid;
   // Computes the step in the world, relative to the cell's centre, and converts it to cell units.
@@ -118,6 +119,12 @@ PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
     }
     const Vec3d index = cell_frame.index(cells.cell[i], as_double(in_cell));
     result.positions.push_back(grid.world(index));
+    if (smooth_gradients) {
+      // A point outside of its cell has the normal of the nearest point in the cell: the sums of
+      // the cells beyond the block's border are not there.
+      const Vec3f sum = smooth_gradients->at(cells.cell[i], clamped_to_cell(in_cell));
+      if (dot(sum, sum) > 0) at_gradient = sum;
+    }
     const Vec3d normal = world_gradient(at_gradient);
     const double steepness = length(normal);
     result.normals.push_back(as_float(normal * (steepness > 0 ? -1 / steepness : 0.0)));

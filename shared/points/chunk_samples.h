@@ -6,6 +6,7 @@
 #include "shared/codec/chunk_codec.h"
 #include "shared/grid/grid.h"
 #include "shared/grid/region_mask.h"
+#include "shared/points/lattice_gradients.h"
 
 namespace isosplat {
 
@@ -23,8 +24,11 @@ DecodedCells cells_of(std::span<const PackedSample> samples, const RegionMask& r
 /// The samples at the centres of cells, one entry per cell in each array.
 SampleArrays samples_of(const DecodedCells& cells, const ChunkFrame& frame);
 
-/// The projections of the active cells' samples onto the isosurface.
+/// The projections of the active cells' samples onto the isosurface. Normals are smooth if
+/// `smooth_gradients` is given: the sums of the cells around the block's lattice points. Else, and
+/// where these are zero, they are the gradients of each cell's own trilinear function.
 PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
-                            float quantized_isovalue, const ProjectionOptions& options);
+                            float quantized_isovalue, const ProjectionOptions& options,
+                            const LatticeGradients* smooth_gradients = nullptr);
 
 }  // namespace isosplat

@@ -1,7 +1,8 @@
 // How true and how smooth normals are. Angles, where a cell covers 8 px: to the gradient by central
 // differences at the voxels, interpolated trilinearly. Jumps, where a cell covers 32 px, so that a
 // pixel is a small step: across faces between cells, between blocks, and between levels (95th
-// percentile). isosplat_normals says how.
+// percentile). isosplat_normals says how. And the normals of extracted points, by the same
+// reference, with the time that they take.
 import type { Benchmark } from "./harness/benchmark.ts";
 import { renderProgram } from "./harness/render.ts";
 import { buildStore } from "./stream/serving.ts";
@@ -14,6 +15,14 @@ const cases: [string, number][] = [
   ["bunny_ct_i16.nrrd", 1000.5],
 ];
 
+interface Points {
+  points: number;
+  median: number;
+  p95: number;
+  /** Of each run. */
+  seconds: number[];
+}
+
 interface Figures {
   median: number;
   p95: number;
@@ -23,7 +32,7 @@ interface Figures {
 }
 
 export default {
-  title: "normals in close-ups",
+  title: "normals in close-ups, and of points",
   async run(bench) {
     for (const [file, isovalue] of cases) {
       const volume = bench.volume(file);
@@ -49,6 +58,19 @@ export default {
         bench.report(what, "jump between cells, 95 %", "°", cells, most(1));
         bench.report(what, "jump between blocks, 95 %", "°", blocks, most(1));
         bench.report(what, "jump between levels, 95 %", "°", levels, most(1));
+      }
+      const { stdout } = await bench.command(renderProgram("isosplat_point_normals"), [
+        ...[store, volume, String(isovalue), String(bench.runs)],
+      ]);
+      const points = JSON.parse(stdout) as Record<"smooth" | "exact", Points>;
+      for (const shading of ["exact", "smooth"] as const) {
+        const what = `${name} ${isovalue}, points, ${shading}`;
+        const { median, p95, seconds } = points[shading];
+        const most = (limit: number) => (shading === "smooth" ? { atMost: limit } : undefined);
+        bench.report(what, "angle, median", "°", median, most(2));
+        bench.report(what, "angle, 95 %", "°", p95, most(8));
+        const ms = seconds.map((s) => 1000 * s);
+        bench.report(what, "extraction, 2 threads", "ms", ms);
       }
     }
   },

@@ -11,6 +11,7 @@
 
 #include "native/builder/array_source.h"
 #include "shared/sampling/sample.h"
+#include "shared/sampling/smooth_gradients.h"
 #include "tests/native/temporary_folder.h"
 
 namespace isosplat {
@@ -273,6 +274,104 @@ TEST(ExtractSheared, PointsAndNormalsAreThoseOfTheWorld) {
     ASSERT_TRUE(done);
     EXPECT_GT(count, 4000u);
   }
+}
+
+// Blocks along all axes, three layers of them. Chunks have cells of the band that the isosurface
+// does not cross, which contribute as well.
+TEST(ExtractSmooth, NormalsAreSumsOverAllBlocks) {
+  VolumeGrid grid;
+  grid.voxels = {140, 75, 150};
+  grid.spacing = {1, 1.5, 2};
+  grid.direction = {1, 0.6, 0, 0, 0.8, 0.6, 0, 0, 0.8};
+  std::mt19937 random(3);
+  std::vector<uint8_t> voxels;
+  for (int32_t z = 0; z < grid.voxels.z; ++z) {
+    for (int32_t y = 0; y < grid.voxels.y; ++y) {
+      for (int32_t x = 0; x < grid.voxels.x; ++x) {
+        const double wave = std::sin(0.11 * x) + std::sin(0.13 * y) + std::sin(0.09 * z);
+        voxels.push_back(static_cast<uint8_t>(128 + 30 * wave + double(random() % 6)));
+      }
+    }
+  }
+  const TemporaryFolder folder;
+  ASSERT_TRUE(build_store_file<uint8_t>(grid, voxels, folder.path() / "waves.isosplat"));
+  const auto store = StoreFile::open(folder.path() / "waves.isosplat");
+  ASSERT_TRUE(store);
+  const Matrix3d dual = grid.dual_edges();
+  for (const uint32_t level : {0u, 1u}) {
+    SCOPED_TRACE(level);
+    // The same sums, found by place among all cells of all chunks.
+    std::vector<ChunkSamples> chunks;
+    ASSERT_TRUE(extract_samples(**store, kIsovalue, {level, 2}, chunks));
+    ASSERT_GE(chunks.size(), level == 0 ? 18u : 2u);
+    SmoothGradients gradients;
+    size_t inactive = 0;
+    for (const ChunkSamples& chunk : chunks) {
+      for (const PackedSample& packed : chunk.samples) {
+        const UnpackedSample sample = unpack_sample(packed);
+        gradients.add(level, chunk.chunk.block.index * kBlockCells + sample.cell, sample.corners);
+        inactive += !is_active(sample.interval, kIsovalue);
+      }
+    }
+    EXPECT_GT(inactive, 100u);
+    size_t count = 0, at_borders = 0;
+    double least_cosine = 1;
+    const auto done =
+        extract_points(**store, kIsovalue, {}, {level, 2}, [&](const PointArrays& some) {
+          for (size_t i = 0; i < some.positions.size(); ++i, ++count) {
+            const Vec3d at = multiply_transposed(dual, some.positions[i] - grid.origin);
+            const Vec3d sum = multiply(dual, gradients.at(at));
+            const Vec3d normal = as_double(some.normals[i]);
+            EXPECT_NEAR(length(normal), 1, 1e-5);
+            least_cosine = std::min(least_cosine, -dot(sum, normal) / length(sum));
+            const double block = kBlockCells << level;
+            const auto near_border = [&](double x) {
+              return std::abs(x - block * std::round(x / block)) < 1;
+            };
+            at_borders += near_border(at.x) && near_border(at.z);
+          }
+          return Result<void>{};
+        });
+    ASSERT_TRUE(done);
+    EXPECT_GT(count, level == 0 ? 20000u : 3000u);
+    EXPECT_GT(at_borders, level == 0 ? 20u : 2u);
+    // Samples of coarse levels have their corners clamped to the cell's interval.
+    EXPECT_GT(least_cosine, level == 0 ? 1 - 1e-6 : 0.99);
+  }
+}
+
+TEST_P(Extract, ExactNormalsAreThoseOfEachCell) {
+  // A point in a noisy cell, exactly where the ray along the gradient meets the surface.
+  const ProjectionOptions projection{true, Displaced::clamp};
+  size_t count = 0, differ = 0;
+  std::vector<Vec3f> smooth;
+  ASSERT_TRUE(extract_points(*store_, kIsovalue, projection, {0, 2}, [&](const PointArrays& some) {
+    smooth.insert(smooth.end(), some.normals.begin(), some.normals.end());
+    return Result<void>{};
+  }));
+  ASSERT_TRUE(
+      extract_points(*store_, kIsovalue, projection, {0, 2, false}, [&](const PointArrays& some) {
+        for (size_t i = 0; i < some.positions.size(); ++i) {
+          const Vec3d at = index(some.positions[i]);
+          const auto low = [](double x) { return static_cast<int32_t>(std::floor(x)); };
+          const Index3 cell{low(at.x), low(at.y), low(at.z)};
+          const Vec3d p = at - Vec3d{double(cell.x), double(cell.y), double(cell.z)};
+          const bool is_inside =
+              std::min({p.x, p.y, p.z}) > 1e-3 && std::max({p.x, p.y, p.z}) < 0.999;
+          const Vec3f in_cell{float(p.x), float(p.y), float(p.z)};
+          const auto [value, gradient] = Trilinear(corners_of(cell)).at(in_cell);
+          // Points of which the ray does not meet the surface are elsewhere.
+          if (!is_inside || std::abs(value - kIsovalue) > 0.01) continue;
+          const Vec3d normal = as_double(some.normals[i]);
+          const Vec3d expected = grid_.world_gradient(as_double(gradient));
+          EXPECT_GT(-dot(normal, expected), 0.9999 * length(expected)) << i;
+          differ += dot(normal, as_double(smooth[count + i])) < 0.99;
+        }
+        count += some.positions.size();
+        return Result<void>{};
+      }));
+  EXPECT_EQ(count, smooth.size());
+  EXPECT_GT(differ, 1000u);
 }
 
 }  // namespace

@@ -34,9 +34,10 @@ class Cells {
   [[nodiscard]] SampleArrays samples() const;
 
   /// One point on the isosurface for each active cell, unless the options drop some (the paper,
-  /// section 3). Empty where the isovalue lies outside the chunk's band, or is not a number.
-  /// \param isovalue in the volume's values.
-  /// \param options the paper's exact or approximate projection.
+  /// section 3). Normals are the gradients of each cell's own trilinear function: smooth ones
+  /// (`isosplat extract`) need the cells of the neighbouring chunks. Empty where the isovalue lies
+  /// outside the chunk's band, or is not a number. \param isovalue in the volume's values. \param
+  /// options the paper's exact or approximate projection.
   [[nodiscard]] PointArrays project(double isovalue, const ProjectionOptions& options = {}) const;
 
  private:
