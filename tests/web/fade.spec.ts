@@ -3,7 +3,7 @@ import { expect, it } from "vitest";
 import { Fade } from "../../web/viewer/fade.ts";
 import type { RendererModule } from "../../web/viewer/renderer_module.ts";
 
-function recorded(): { fade: Fade; calls: string[] } {
+function recorded(mayFade = () => true): { fade: Fade; calls: string[] } {
   const calls: string[] = [];
   const view = {
     holdPicture: () => calls.push("hold"),
@@ -13,7 +13,7 @@ function recorded(): { fade: Fade; calls: string[] } {
     },
     fade: (progress: number) => calls.push(`fade ${progress.toFixed(2)}`),
   };
-  return { fade: new Fade(view as unknown as RendererModule), calls };
+  return { fade: new Fade(view as unknown as RendererModule, mayFade), calls };
 }
 
 it("fades from a picture to the one that what arrives makes of it", () => {
@@ -57,4 +57,34 @@ it("lets go of what is held when something moves", () => {
   fade.afterDraw(20, true);
   expect(calls).toEqual(["hold", "begin", "hold"]);
   expect(fade.isRunning).toBe(false);
+});
+
+it("fades to the first picture with occlusion, from the present one drawn again", () => {
+  const { fade, calls } = recorded();
+  const draw = () => calls.push("draw");
+  const drawOccluded = () => calls.push("draw occluded");
+  fade.toOccluded(1000, draw, drawOccluded);
+  expect(fade.isRunning).toBe(true);
+  fade.step(1040, false);
+  fade.step(1200, false);
+  expect(fade.isRunning).toBe(false);
+  const begun = ["draw", "hold", "draw occluded", "begin"];
+  expect(calls).toEqual([...begun, "fade 0.25", "fade 1.00"]);
+});
+
+it("shows pictures at once to visitors who prefer reduced motion", () => {
+  let mayFade = false;
+  const { fade, calls } = recorded(() => mayFade);
+  fade.afterDraw(0, true);
+  fade.afterDraw(10, true);
+  fade.toOccluded(
+    20,
+    () => calls.push("draw"),
+    () => calls.push("draw occluded"),
+  );
+  expect(fade.isRunning).toBe(false);
+  expect(calls).toEqual(["draw occluded"]);
+  mayFade = true;
+  fade.afterDraw(30, true);
+  expect(calls).toEqual(["draw occluded", "hold"]);
 });

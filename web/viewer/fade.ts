@@ -8,12 +8,15 @@ const duration = 160;
  */
 export class Fade {
   readonly #renderer: RendererModule;
+  readonly #mayFade: () => boolean;
   /** The renderer keeps a picture of the present view, from which the next one can fade in. */
   #holds = false;
   #startedAt: number | undefined;
 
-  constructor(renderer: RendererModule) {
+  /** mayFade: whether the visitor accepts animations. */
+  constructor(renderer: RendererModule, mayFade: () => boolean) {
     this.#renderer = renderer;
+    this.#mayFade = mayFade;
   }
 
   get isRunning(): boolean {
@@ -33,8 +36,26 @@ export class Fade {
     this.#renderer.holdPicture();
   }
 
+  /**
+   * Draws the first picture with ambient occlusion and shadows, and fades to it. `draw` draws the
+   * present picture once more, since the canvas does not keep it.
+   */
+  toOccluded(now: number, draw: () => void, drawOccluded: () => void): void {
+    const fades = this.#mayFade();
+    if (fades) {
+      draw();
+      this.#renderer.holdPicture();
+    }
+    drawOccluded();
+    if (fades && this.#renderer.beginFade()) this.#startedAt = now;
+  }
+
   /** To be called right after a draw. isMoreToCome: the next picture is to fade in over this one. */
   afterDraw(now: number, isMoreToCome: boolean): void {
+    if (!this.#mayFade()) {
+      this.forget();
+      return;
+    }
     if (this.#holds && this.#renderer.beginFade()) {
       this.#startedAt = now;
     } else if (isMoreToCome) {

@@ -71,6 +71,8 @@ export class FrameScheduler {
   #drawnSplats: Splats | undefined;
   /** The shading of the scene, as the last picture was drawn. */
   #requestedShading: Look["shading"] | undefined;
+  /** The present picture has ambient occlusion and shadows, if these are on. */
+  #isOccluded = false;
   /** Chunks that were uploaded, but not yet checked for a full GPU memory. */
   #unchecked: number[] = [];
   /** Whether something of this volume can be seen. Before that, drawing would waste the GPU's time. */
@@ -84,7 +86,8 @@ export class FrameScheduler {
     this.#owner = owner;
     this.#renderer = renderer;
     this.#timer = new GpuTimer(gl);
-    this.#fade = new Fade(renderer);
+    const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
+    this.#fade = new Fade(renderer, () => !reducedMotion.matches);
     this.#pulse = new GpuPulse(gl);
     this.#visibility = new OcclusionTester({
       guard: (action) => owner.guard(action),
@@ -263,6 +266,7 @@ export class FrameScheduler {
         if (isMoving || isResized) this.#fade.forget();
         this.#owner.guard(() => this.#fade.beforeDraw(now));
         this.#draw(scene, () => renderer.draw(width, height));
+        this.#isOccluded = false;
         if (isMoving || !this.#isFast(longestFaded, splats)) this.#fade.forget();
         else this.#owner.guard(() => this.#fade.afterDraw(now, this.#chunksToGo > 0));
       }
@@ -274,7 +278,7 @@ export class FrameScheduler {
       this.#maySmooth(splats) &&
       renderer.canRefine(width, height)
     ) {
-      this.#draw(scene, () => renderer.refine(width, height));
+      this.#refine(scene, now, splats);
     }
     if (!isMoving && !renderer.needsRedraw(width, height)) {
       this.#visibility.test(session, isResting || splats.kind === this.#splats(scene, true).kind);
@@ -307,6 +311,28 @@ export class FrameScheduler {
   #isFast(longest: number, { kind, shading }: Splats): boolean {
     const took = this.#took;
     return took?.kind === kind && took.shading === shading && took.milliseconds <= longest;
+  }
+
+  /**
+   * Draws the picture once more, shifted by a fraction of a pixel. The first time this also brings
+   * ambient occlusion and shadows, which fade in.
+   */
+  #refine(scene: Scene, now: number, splats: Splats): void {
+    const { width, height } = this.#canvas;
+    const renderer = this.#renderer;
+    if (this.#isOccluded || !this.#isFast(longestFaded, splats)) {
+      this.#draw(scene, () => renderer.refine(width, height));
+    } else {
+      // Its duration is not that of one picture, and is not measured.
+      this.#owner.guard(() =>
+        this.#fade.toOccluded(
+          now,
+          () => renderer.draw(width, height),
+          () => renderer.refine(width, height),
+        ),
+      );
+    }
+    this.#isOccluded = true;
   }
 
   /** Only one picture is in flight, so that a gesture does not have to wait for more. */
