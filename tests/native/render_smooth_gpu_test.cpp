@@ -304,6 +304,45 @@ TEST_F(RenderSmoothGpu, AppliesToCellsThatAreLargeEnough) {
   EXPECT_GT(differing(4.5), 2000);
 }
 
+// A coarse chunk that is hidden right behind fine cells below 3 px, and whose cells are larger,
+// does not change the picture: normals stay those of the fine cells. Without a threshold: nothing
+// is to differ.
+TEST_F(RenderSmoothGpu, HiddenCoarseCellsLeaveSmallFineCellsTheirNormals) {
+  // Two sheets, at y = 63.4 and behind it at y = 64.6, in two blocks.
+  const TestVolume volume = sampled_volume(
+      {65, 129, 65}, {1, 1, 1}, [](Vec3d p) { return 500 * std::abs(p.y - 64) + 4 * p.x; });
+  renderer_->set_volume(volume.grid, volume.mapping);
+  const BlockKey fine{0, {0, 0, 0}}, coarse{1, {0, 0, 0}};
+  ASSERT_TRUE(renderer_->add_chunk(0, {fine}, block_samples(volume, fine, 400, 400)));
+  ASSERT_TRUE(renderer_->add_chunk(1, {coarse}, block_samples(volume, coarse, 400, 400)));
+  RegionMask behind;
+  for (int z = 0; z < 8; ++z) {
+    for (int x = 0; x < 8; ++x) behind.insert({x, 4, z});  // coarse cells of y = 64 to 80
+  }
+  settings_.isosurfaces = {{400, {1, 1, 1}, 1}};
+  camera_.elevation = 0;
+  camera_.azimuth = 0;
+  const double focal_px = 0.5 * kSize / camera_frame(camera_).tan_half_field_of_view;
+  look_at({32, 63.4, 32}, focal_px / 2.2);
+  const DrawnChunk front[] = {{0}}, both[] = {{0}, {1, behind}}, back[] = {{1, behind}};
+  renderer_->set_visible(back);
+  const auto alone = draw();
+  EXPECT_GT(std::count_if(alone.begin(), alone.end(), [](const Pixel& p) { return p.hit; }), 10000);
+  renderer_->set_visible(front);
+  const auto expected = draw();
+  renderer_->set_visible(both);
+  const auto found = draw();
+  int hits = 0;
+  for (size_t i = 0; i < found.size(); ++i) {
+    ASSERT_EQ(found[i].hit, expected[i].hit);
+    if (!found[i].hit) continue;
+    ++hits;
+    ASSERT_EQ(found[i].depth, expected[i].depth);
+    ASSERT_EQ(angle(found[i].normal, expected[i].normal), 0) << i;
+  }
+  EXPECT_GT(hits, 10000);
+}
+
 TEST_F(RenderSmoothGpu, PointsAndTrianglesAreTheSame) {
   const TestVolume volume = sphere_volume({70, 70, 70});
   settings_.isosurfaces = {{2500, {1, 1, 1}, 1}};
