@@ -106,6 +106,9 @@ struct Connection::State {
   Awaitable<bool> write_response(Response& response, bool close, bool http_1_0, bool head);
   Awaitable<bool> wait_for_request();
   Awaitable<HeaderScan> read_header();
+  Awaitable<Response> respond(const Request& request);
+  Awaitable<BodyStream::Step> next_piece(BodyStream& body, std::vector<std::byte>& piece,
+                                         Error& error);
   Awaitable<bool> handle_request();
   Awaitable<void> linger();
   void write_access_log(std::string_view method, std::string_view target, const Response& response,
@@ -211,6 +214,30 @@ Awaitable<HeaderScan> Connection::State::read_header() {
   }
 }
 
+// A request is tried on this thread first: most of the time the system holds the bytes in memory,
+// and another thread would cost more than the read. What needs the disk is repeated in the pool.
+
+Awaitable<Response> Connection::State::respond(const Request& request) {
+  NoWait no_wait;
+  Response response = shared.router.respond(request, &no_wait);
+  if (!no_wait.needs_disk) co_return response;
+  auto repeat = [&] { response = shared.router.respond(request); };
+  co_await shared.disk.run(repeat);
+  co_return response;
+}
+
+/// The next bytes of a body, in `piece`, which is empty.
+Awaitable<BodyStream::Step> Connection::State::next_piece(BodyStream& body,
+                                                          std::vector<std::byte>& piece,
+                                                          Error& error) {
+  NoWait no_wait;
+  BodyStream::Step step = body.next(piece, error, &no_wait);
+  if (!no_wait.needs_disk || !piece.empty()) co_return step;
+  auto repeat = [&] { step = body.next(piece, error, nullptr); };
+  co_await shared.disk.run(repeat);
+  co_return step;
+}
+
 Awaitable<bool> Connection::State::handle_request() {
   HeaderScan header = co_await read_header();
   end_waiting();
@@ -223,7 +250,12 @@ Awaitable<bool> Connection::State::handle_request() {
     buffer.consume(header.bytes);
   }
   const Request request = parser.request();
-  Response response = refusal ? std::move(*refusal) : shared.router.respond(request);
+  Response response;
+  if (refusal) {
+    response = std::move(*refusal);
+  } else {
+    response = co_await respond(request);
+  }
   if (!response.fault.empty()) shared.log.fault(response.fault);
 
   const bool close = response.close || !parser.keep_alive() || shared.stopping;
@@ -271,7 +303,7 @@ Awaitable<bool> Connection::State::write_response(Response& response, bool close
   for (auto step = BodyStream::Step::more; step == BodyStream::Step::more;) {
     piece.clear();
     Error error;
-    step = response.stream->next(piece, error);
+    step = co_await next_piece(*response.stream, piece, error);
     if (!co_await write(unsent, piece)) co_return false;
     unsent = {};
     if (step == BodyStream::Step::broken) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "server/asio.h"
+#include "server/disk_pool.h"
 #include "server/message.h"
 #include "server/router.h"
 #include "server/server.h"
@@ -20,6 +21,7 @@ struct ConnectionShared {
   const ServerLimits& limits;
   const std::atomic<bool>& stopping;
   ServerLog& log;
+  DiskPool& disk;
 };
 
 /// A client's connection: reads requests and sends the responses in the same order, until either

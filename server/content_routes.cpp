@@ -105,7 +105,7 @@ Response directory_page_response(const RouteCall& call) {
   Response response =
       begin_response(call.request, etag_of(store), CachePolicy::immutable, call.is_private);
   if (*page < store.pages().size() && is_complete(response)) return response;
-  Result<std::vector<std::byte>> bytes = store.read_page(*page);
+  Result<std::vector<std::byte>> bytes = store.read_page(*page, call.no_wait);
   if (!bytes) return error_response(bytes.error());
   return with_bytes(std::move(response), std::move(*bytes));
 }
@@ -120,13 +120,13 @@ Response chunk_response(const RouteCall& call) {
         "chunk: expected chunks/{level}/{x}.{y}.{z}/{band}, all decimal numbers "
         "without leading zeros");
   }
-  const Result<ChunkRef> chunk = store.chunk({*level, *block}, *band);
+  const Result<ChunkRef> chunk = store.chunk({*level, *block}, *band, call.no_wait);
   if (!chunk) return error_response(chunk.error());
   Response response =
       begin_response(call.request, etag_of(store), CachePolicy::immutable, call.is_private);
   if (is_complete(response)) return response;
   std::vector<std::byte> bytes;
-  if (Result<void> read = store.read_chunk(*chunk, bytes); !read) {
+  if (Result<void> read = store.read_chunk(*chunk, bytes, call.no_wait); !read) {
     return error_response(read.error());
   }
   return with_bytes(std::move(response), std::move(bytes));
@@ -159,9 +159,9 @@ Response chunks_response(const RouteCall& call) {
     std::vector<BlockKey> keys;
     keys.reserve(blocks->size());
     for (const Index3& index : *blocks) keys.push_back({*level, index});
-    selection = store.chunks_for(keys, low, high, budget);
+    selection = store.chunks_for(keys, low, high, budget, call.no_wait);
   } else {
-    selection = store.chunks_for(*level, low, high, budget);
+    selection = store.chunks_for(*level, low, high, budget, call.no_wait);
   }
   if (!selection) return error_response(selection.error());
   return frames_response(call, std::move(*selection));
@@ -176,7 +176,7 @@ Response batch_response(const RouteCall& call) {
   const Result<std::vector<ChunkAddress>> addresses = parse_chunks(*list);
   if (!addresses) return bad_request("chunks: " + addresses.error().message);
   Result<ChunkSelection> selection =
-      call.volume->store->chunks_at(*addresses, budget_of(call.limits));
+      call.volume->store->chunks_at(*addresses, budget_of(call.limits), call.no_wait);
   if (!selection) return error_response(selection.error());
   return frames_response(call, std::move(*selection));
 }
@@ -187,7 +187,7 @@ Response file_response(const RouteCall& call) {
   const uint64_t size = store->info().file_bytes;
   Response response = begin_response(call.request, etag, CachePolicy::immutable, call.is_private);
   if (is_complete(response)) return response;
-  if (Result<void> unchanged = store->check_unchanged(); !unchanged) {
+  if (Result<void> unchanged = store->check_unchanged(call.no_wait); !unchanged) {
     return error_response(unchanged.error());
   }
   const ParsedRange range = requested_range(call.request, etag, size);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "shared/base/status.h"
+#include "shared/posix_file/posix_file.h"
 
 namespace isosplat {
 
@@ -46,8 +47,10 @@ class BodyStream {
     broken  ///< send these bytes, then close the connection: the rest cannot be produced
   };
 
-  /// Appends the next bytes to `out`, at least one unless broken. Sets `error` if broken.
-  virtual Step next(std::vector<std::byte>& out, Error& error) = 0;
+  /// Appends the next bytes to `out` (empty), at least one unless broken, or unless the first one
+  /// needs the disk and `no_wait` is given (null: may wait): call again without it. Sets `error` if
+  /// broken.
+  virtual Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) = 0;
 };
 
 /// A response. `headers` never contain text that a client sent.

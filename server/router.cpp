@@ -84,7 +84,7 @@ std::pair<std::shared_ptr<const PageAssets>, std::shared_ptr<const AccessRules>>
   return {page_, access_};
 }
 
-Response Router::respond(const Request& request) const {
+Response Router::respond(const Request& request, NoWait* no_wait) const {
   Response response;
   Result<Target> target = parse_target(request.target);
   const bool is_page = target && !is_data(*target);
@@ -103,14 +103,14 @@ Response Router::respond(const Request& request) const {
   } else if (!target) {
     response = error_response(target.error());
   } else {
-    response = route(request, *target);
+    response = route(request, *target, no_wait);
   }
   response.set("X-Content-Type-Options", "nosniff");
   if (!is_page) policy_.add_fields(request, response);
   return response;
 }
 
-Response Router::route(const Request& request, Target& target) const {
+Response Router::route(const Request& request, Target& target, NoWait* no_wait) const {
   auto [page, access] = current();
   const bool is_for_page = !is_data(target);
   Grant grant;
@@ -123,7 +123,7 @@ Response Router::route(const Request& request, Target& target) const {
     grant = AccessRules::grant(access, credentials_of(request, target, cookies_.name), now);
   }
   remove_link(target);
-  RouteCall call{request,         target, limits_,           catalog_.snapshot(),
+  RouteCall call{request,         target, limits_,           no_wait, catalog_.snapshot(),
                  std::move(page), grant,  access != nullptr, {}};
   const Route* const route = find_route(request.method, target, call.arguments);
   if (!route) return not_found("expected a path that server/HTTP.md lists");

@@ -15,7 +15,7 @@
 namespace isosplat {
 
 /// Makes the responses to requests; HTTP.md lists the routes. Independent of sockets. Thread-safe.
-/// Reads files, so a call may wait for the disk.
+/// Reads stores, so a call without a NoWait may wait for the disk.
 class Router {
  public:
   Router(const Catalog& catalog, RouterLimits limits);
@@ -33,10 +33,12 @@ class Router {
   /// Sets the page for the following requests; null: no page.
   void set_page(std::shared_ptr<const PageAssets> page);
 
-  Response respond(const Request& request) const;
+  /// If it sets no_wait->needs_disk, the result is of no use: call again without `no_wait`, on a
+  /// thread that may wait for the disk.
+  Response respond(const Request& request, NoWait* no_wait = nullptr) const;
 
  private:
-  Response route(const Request& request, Target& target) const;
+  Response route(const Request& request, Target& target, NoWait* no_wait) const;
   std::pair<std::shared_ptr<const PageAssets>, std::shared_ptr<const AccessRules>> current() const;
 
   const Catalog& catalog_;

@@ -26,6 +26,7 @@ struct RouteCall {
   const Request& request;
   const Target& target;
   const RouterLimits& limits;
+  NoWait* no_wait;  ///< for every read of a store; null: may wait
   std::shared_ptr<const CatalogSnapshot> catalog;
   std::shared_ptr<const PageAssets> page;  ///< null: none
   const Grant& grant;                      ///< what the client may read

@@ -22,6 +22,7 @@
 #include "server/asio.h"
 #include "server/catalog.h"
 #include "server/connection.h"
+#include "server/disk_pool.h"
 #include "server/listen.h"
 #include "server/page_loader.h"
 #include "server/router.h"
@@ -66,7 +67,8 @@ struct Server::State {
         router(catalog, {options.limits.query_bytes, options.limits.query_chunks,
                          options.limits.query_directory_bytes, options.limits.target_bytes}),
         admission(options.limits.connections, options.limits.connections_per_address),
-        shared{router, options.limits, stopping, log},
+        disk(options.disk_threads),
+        shared{router, options.limits, stopping, log, disk},
         page(options.web_root, options.limits.page_asset_bytes, router, log) {}
 
   ~State() {
@@ -99,6 +101,7 @@ struct Server::State {
   Catalog catalog;
   Router router;
   Admission admission;
+  DiskPool disk;
   ConnectionShared shared;
   PageLoader page;
   uint16_t bound_port = 0;
@@ -307,9 +310,11 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
     }
   }
   if (options.scan_interval <= std::chrono::milliseconds(0) ||
-      options.threads > kMaxServerThreads) {
+      options.threads > kMaxServerThreads || options.disk_threads < 1 ||
+      options.disk_threads > kMaxServerThreads) {
     return fail(Status::invalid_argument,
-                "server: expected a scan interval above 0 and at most 1024 threads");
+                "server: expected a scan interval above 0, at most 1024 threads, and 1 to 1024 "
+                "threads for disks");
   }
   raise_open_file_limit();
   auto state = std::make_unique<State>(std::move(options));

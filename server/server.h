@@ -67,6 +67,7 @@ struct ServerOptions {
   std::filesystem::path link_key_file;  ///< the same in a file; empty: none
   std::filesystem::path web_root;       ///< the built page; empty: only the data is served
   uint32_t threads = 0;                 ///< at most kMaxServerThreads; 0: one per core
+  uint32_t disk_threads = 16;           ///< that wait for disks, 1 to kMaxServerThreads
   std::chrono::milliseconds scan_interval{1'000};
   /// SIGTERM and SIGINT call stop(); a second one closes connections. If there are files to read
   /// again, SIGHUP calls reload().

@@ -36,13 +36,14 @@ FrameStream::FrameStream(std::shared_ptr<const StoreFile> store, std::vector<Chu
   for (const ChunkRef& chunk : chunks_) size_ += frame_bytes(chunk.bytes);
 }
 
-BodyStream::Step FrameStream::next(std::vector<std::byte>& out, Error& error) {
+BodyStream::Step FrameStream::next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) {
   while (position_ < chunks_.size()) {
     const ChunkRef& chunk = chunks_[position_];
     const size_t begin = out.size();
     append_frame_header(out, chunk, Status::ok);
-    if (Result<void> read = store_->read_chunk(chunk, out); !read) {
+    if (Result<void> read = store_->read_chunk(chunk, out, no_wait); !read) {
       out.resize(begin);
+      if (no_wait && no_wait->needs_disk) return Step::more;
       append_frame_header(out, chunk, read.error().status);
       error = std::move(read.error());
       return Step::broken;
@@ -57,12 +58,13 @@ BodyStream::Step FrameStream::next(std::vector<std::byte>& out, Error& error) {
 FileStream::FileStream(std::shared_ptr<const StoreFile> store, uint64_t offset, uint64_t bytes)
     : store_(std::move(store)), offset_(offset), end_(offset + bytes), size_(bytes) {}
 
-BodyStream::Step FileStream::next(std::vector<std::byte>& out, Error& error) {
+BodyStream::Step FileStream::next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) {
   const size_t begin = out.size();
   const size_t length = std::min<uint64_t>(kPieceBytes, end_ - offset_);
   out.resize(begin + length);
-  if (Result<void> read = store_->read(offset_, std::span(out).subspan(begin)); !read) {
+  if (Result<void> read = store_->read(offset_, std::span(out).subspan(begin), no_wait); !read) {
     out.resize(begin);
+    if (no_wait && no_wait->needs_disk) return Step::more;
     error = std::move(read.error());
     return Step::broken;
   }
@@ -77,7 +79,7 @@ uint64_t BootstrapStream::size() const {
   return kBootstrapHeaderBytes + store_->header().size() + rest_.size();
 }
 
-BodyStream::Step BootstrapStream::next(std::vector<std::byte>& out, Error& error) {
+BodyStream::Step BootstrapStream::next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) {
   if (!has_sent_header_) {
     has_sent_header_ = true;
     const CoarseRange& bootstrap = store_->bootstrap();
@@ -90,7 +92,7 @@ BodyStream::Step BootstrapStream::next(std::vector<std::byte>& out, Error& error
     for (const uint8_t byte : id) out.push_back(static_cast<std::byte>(byte));
     out.insert(out.end(), header.begin(), header.end());
   }
-  return rest_.next(out, error);
+  return rest_.next(out, error, no_wait);
 }
 
 }  // namespace isosplat

@@ -28,7 +28,7 @@ class FrameStream final : public BodyStream {
  public:
   FrameStream(std::shared_ptr<const StoreFile> store, std::vector<ChunkRef> chunks);
   uint64_t size() const override { return size_; }
-  Step next(std::vector<std::byte>& out, Error& error) override;
+  Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) override;
 
  private:
   std::shared_ptr<const StoreFile> store_;
@@ -42,7 +42,7 @@ class FileStream final : public BodyStream {
  public:
   FileStream(std::shared_ptr<const StoreFile> store, uint64_t offset, uint64_t bytes);
   uint64_t size() const override { return size_; }
-  Step next(std::vector<std::byte>& out, Error& error) override;
+  Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) override;
 
  private:
   std::shared_ptr<const StoreFile> store_;
@@ -60,7 +60,7 @@ class BootstrapStream final : public BodyStream {
  public:
   explicit BootstrapStream(std::shared_ptr<const StoreFile> store);
   uint64_t size() const override;
-  Step next(std::vector<std::byte>& out, Error& error) override;
+  Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) override;
 
  private:
   std::shared_ptr<const StoreFile> store_;

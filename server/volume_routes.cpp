@@ -52,7 +52,7 @@ Response volume_response(const RouteCall& call) {
 
 Response bootstrap_response(const RouteCall& call) {
   const std::shared_ptr<const StoreFile>& store = call.volume->store;
-  if (Result<void> unchanged = store->check_unchanged(); !unchanged) {
+  if (Result<void> unchanged = store->check_unchanged(call.no_wait); !unchanged) {
     return error_response(unchanged.error());
   }
   Response response =

@@ -16,6 +16,7 @@ struct ServeCall {
   std::vector<std::string> stores;
   ServerFlags server_flags;
   uint32_t threads = 0;
+  uint32_t disk_threads = ServerOptions{}.disk_threads;
   bool verbose = false;
 };
 
@@ -24,6 +25,7 @@ int run(const ServeCall& call) {
   if (!parsed) return report(parsed.error());
   ServerOptions options = std::move(*parsed);
   options.threads = call.threads;
+  options.disk_threads = call.disk_threads;
   options.stores.assign(call.stores.begin(), call.stores.end());
   for (const std::filesystem::path& store : options.stores) {
     std::error_code error;
@@ -48,9 +50,13 @@ void add_serve_command(CLI::App& program, int& exit_code) {
   command->add_option("stores", call->stores, "Store files, and folders with *.isosplat files")
       ->required();
   call->server_flags.add_to(*command);
-  command
-      ->add_option("--threads", call->threads, "Threads (0: one per core; use more for slow disks)")
+  command->add_option("--threads", call->threads, "Threads (0: one per core)")
       ->check(is_whole_number(0, kMaxServerThreads))
+      ->capture_default_str();
+  command
+      ->add_option("--disk-threads", call->disk_threads,
+                   "Threads that wait for disks: how many slow reads run at once")
+      ->check(is_whole_number(1, kMaxServerThreads))
       ->capture_default_str();
   command->add_flag("-v,--verbose", call->verbose, "Print each request");
   command->footer(examples(

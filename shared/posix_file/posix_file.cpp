@@ -1,7 +1,10 @@
 #include "shared/posix_file/posix_file.h"
 
 #include <fcntl.h>
+#include <linux/magic.h>
 #include <sys/stat.h>
+#include <sys/uio.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -27,6 +30,11 @@ Result<FileIdentity> identity_of(const struct stat& status, const std::string& n
       static_cast<int64_t>(status.st_mtim.tv_sec) * 1'000'000'000 + status.st_mtim.tv_nsec};
 }
 
+tl::unexpected<Error> needs_disk(NoWait& no_wait, const std::string& name) {
+  no_wait.needs_disk = true;
+  return fail(Status::io_error, name + ": cannot be read without waiting for the disk");
+}
+
 }  // namespace
 
 tl::unexpected<Error> file_error(int number, const std::string& name, const char* action) {
@@ -49,6 +57,7 @@ Result<PosixFile> PosixFile::open(const std::filesystem::path& path) {
   PosixFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK), path.string());
   if (!file.is_open()) return file_error(errno, file.name_, "opened");
   if (const auto identity = file.identity(); !identity) return tl::unexpected(identity.error());
+  file.waits_ = waits_of(file.descriptor_);
   return file;
 }
 
@@ -63,12 +72,25 @@ Result<PosixFile> PosixFile::create_temporary(const std::filesystem::path& folde
 PosixFile::PosixFile(int descriptor, std::string name)
     : name_(std::move(name)), descriptor_(descriptor) {}
 
+PosixFile::Waits PosixFile::waits_of(int descriptor) {
+  char byte = 0;
+  const iovec to{&byte, 1};
+  if (::preadv2(descriptor, &to, 1, 0, RWF_NOWAIT) >= 0 || errno == EAGAIN) return Waits::told;
+  struct statfs system {};
+  const bool is_in_memory = ::fstatfs(descriptor, &system) == 0 &&
+                            (system.f_type == TMPFS_MAGIC || system.f_type == RAMFS_MAGIC);
+  return is_in_memory ? Waits::never : Waits::unknown;
+}
+
 PosixFile::PosixFile(PosixFile&& other) noexcept
-    : name_(std::move(other.name_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+    : name_(std::move(other.name_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      waits_(other.waits_) {}
 
 PosixFile& PosixFile::operator=(PosixFile&& other) noexcept {
   std::swap(name_, other.name_);
   std::swap(descriptor_, other.descriptor_);
+  std::swap(waits_, other.waits_);
   return *this;
 }
 
@@ -80,18 +102,27 @@ void PosixFile::close() {
   if (is_open()) ::close(std::exchange(descriptor_, -1));
 }
 
-Result<FileIdentity> PosixFile::identity() const {
+Result<FileIdentity> PosixFile::identity(NoWait* no_wait) const {
+  if (no_wait && waits_ == Waits::unknown) return needs_disk(*no_wait, name_);
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0) return file_error(errno, name_, "read");
   return identity_of(status, name_);
 }
 
-Result<size_t> PosixFile::read_some(uint64_t offset, std::span<std::byte> out) const {
+Result<size_t> PosixFile::read_some(uint64_t offset, std::span<std::byte> out,
+                                    NoWait* no_wait) const {
+  if (no_wait && waits_ == Waits::unknown) return needs_disk(*no_wait, name_);
+  const int flags = no_wait && waits_ == Waits::told ? RWF_NOWAIT : 0;
   size_t done = 0;
   while (done < out.size()) {
-    const ssize_t count = ::pread(descriptor_, out.data() + done, out.size() - done,
-                                  static_cast<off_t>(offset + done));
+    const iovec to{out.data() + done, out.size() - done};
+    const ssize_t count = ::preadv2(descriptor_, &to, 1, static_cast<off_t>(offset + done), flags);
     if (count < 0 && errno == EINTR) continue;
+    // EOPNOTSUPP: this part of the file is stored in a way that does not say it (inline,
+    // encrypted).
+    if (count < 0 && flags != 0 && (errno == EAGAIN || errno == EOPNOTSUPP)) {
+      return needs_disk(*no_wait, name_);
+    }
     if (count < 0) return file_error(errno, name_, "read");
     if (count == 0) break;
     done += static_cast<size_t>(count);
@@ -99,8 +130,8 @@ Result<size_t> PosixFile::read_some(uint64_t offset, std::span<std::byte> out) c
   return done;
 }
 
-Result<void> PosixFile::read(uint64_t offset, std::span<std::byte> out) const {
-  const Result<size_t> count = read_some(offset, out);
+Result<void> PosixFile::read(uint64_t offset, std::span<std::byte> out, NoWait* no_wait) const {
+  const Result<size_t> count = read_some(offset, out, no_wait);
   if (!count) return tl::unexpected(count.error());
   if (*count == out.size()) return {};
   return fail(Status::truncated, name_ + ": expected " + std::to_string(out.size()) +

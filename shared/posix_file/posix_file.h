@@ -26,6 +26,13 @@ struct FileIdentity {
   }
 };
 
+/// For reads that must not wait for a disk or a network: a read that is given one fails with
+/// io_error and sets `needs_disk` if the system may not hold the bytes in memory. Repeat it without
+/// one, on a thread that may wait.
+struct NoWait {
+  bool needs_disk = false;
+};
+
 /// The identity of the regular file at a path. Errors: io_error, also for folders, pipes and
 /// devices.
 Result<FileIdentity> file_identity(const std::filesystem::path& path);
@@ -60,13 +67,14 @@ class PosixFile {
   void set_name(std::string name) { name_ = std::move(name); }
 
   /// The identity of the file at this moment. Errors: io_error.
-  Result<FileIdentity> identity() const;
+  Result<FileIdentity> identity(NoWait* no_wait = nullptr) const;
 
   /// Reads out.size() bytes, or fewer if the file ends. Returns their number. Errors: io_error.
-  Result<size_t> read_some(uint64_t offset, std::span<std::byte> out) const;
+  Result<size_t> read_some(uint64_t offset, std::span<std::byte> out,
+                           NoWait* no_wait = nullptr) const;
 
   /// Fills `out`. Errors: io_error; truncated if the file ends too early.
-  Result<void> read(uint64_t offset, std::span<std::byte> out) const;
+  Result<void> read(uint64_t offset, std::span<std::byte> out, NoWait* no_wait = nullptr) const;
 
   /// Writes all bytes. Errors: io_error.
   Result<void> write(uint64_t offset, std::span<const std::byte> bytes);
@@ -77,8 +85,17 @@ class PosixFile {
   void close();
 
  private:
+  /// What the file system can do for reads without waiting.
+  enum class Waits : uint8_t {
+    told,    ///< it says whether the bytes are in memory (ext4, XFS, Btrfs)
+    never,   ///< all of it is in memory (tmpfs)
+    unknown  ///< it does not say (network and user-space file systems)
+  };
+  static Waits waits_of(int descriptor);
+
   std::string name_;
   int descriptor_ = -1;
+  Waits waits_ = Waits::unknown;
 };
 
 /// io_error with the text of an errno value: "NAME: cannot be ACTION: TEXT". A full disk names the

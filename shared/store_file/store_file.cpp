@@ -128,8 +128,8 @@ Error StoreFile::with_file_name(Error error) const {
   return error;
 }
 
-Result<void> StoreFile::check_unchanged() const {
-  const Result<FileIdentity> now = file_.identity();
+Result<void> StoreFile::check_unchanged(NoWait* no_wait) const {
+  const Result<FileIdentity> now = file_.identity(no_wait);
   if (!now) return tl::unexpected(now.error());
   if (now->has_same_content(identity_)) return {};
   return tl::unexpected(with_file_name(
@@ -138,13 +138,13 @@ Result<void> StoreFile::check_unchanged() const {
        "renaming a new file to its name"}));
 }
 
-Result<void> StoreFile::read(uint64_t offset, std::span<std::byte> out) const {
-  Result<void> result = check_unchanged();
+Result<void> StoreFile::read(uint64_t offset, std::span<std::byte> out, NoWait* no_wait) const {
+  Result<void> result = check_unchanged(no_wait);
   if (!result) return result;
-  return file_.read(offset, out);
+  return file_.read(offset, out, no_wait);
 }
 
-Result<std::vector<std::byte>> StoreFile::load_page(uint32_t page) const {
+Result<std::vector<std::byte>> StoreFile::load_page(uint32_t page, NoWait* no_wait) const {
   const PageRef& ref = pages_[page];
   if (ref.offset > info_.file_bytes || ref.bytes > info_.file_bytes - ref.offset) {
     return tl::unexpected(
@@ -153,12 +153,13 @@ Result<std::vector<std::byte>> StoreFile::load_page(uint32_t page) const {
                                                       "store"}));
   }
   std::vector<std::byte> bytes(ref.bytes);
-  if (Result<void> read = this->read(ref.offset, bytes); !read) return tl::unexpected(read.error());
+  if (Result<void> read = this->read(ref.offset, bytes, no_wait); !read)
+    return tl::unexpected(read.error());
   return bytes;
 }
 
 template <class Query>
-auto StoreFile::with_page(uint32_t page, Query query) const
+auto StoreFile::with_page(uint32_t page, NoWait* no_wait, Query query) const
     -> decltype(query(std::declval<const StoreReader&>())) {
   last_use_[page] = ++uses_;
   {
@@ -166,7 +167,7 @@ auto StoreFile::with_page(uint32_t page, Query query) const
     if (reader_.is_resident(page)) return query(reader_);
   }
   // Read and parse the page without the lock, so that other threads can use other pages.
-  const Result<std::vector<std::byte>> bytes = load_page(page);
+  const Result<std::vector<std::byte>> bytes = load_page(page, no_wait);
   if (!bytes) return tl::unexpected(bytes.error());
   Result<ParsedPage> parsed = reader_.parse_page(page, *bytes);
   if (!parsed) return tl::unexpected(with_file_name(std::move(parsed.error())));
@@ -209,13 +210,13 @@ void StoreFile::free_memory_for(uint64_t bytes) const {
   }
 }
 
-Result<std::vector<std::byte>> StoreFile::read_page(uint32_t page) const {
+Result<std::vector<std::byte>> StoreFile::read_page(uint32_t page, NoWait* no_wait) const {
   if (page >= pages_.size()) {
     return tl::unexpected(with_file_name(
         {Status::not_found, "expected a page below " + std::to_string(pages_.size()) + ", found " +
                                 std::to_string(page)}));
   }
-  Result<std::vector<std::byte>> bytes = load_page(page);
+  Result<std::vector<std::byte>> bytes = load_page(page, no_wait);
   if (bytes && checksum32(*bytes) != pages_[page].checksum) {
     return tl::unexpected(with_file_name(
         checksum_error("page " + std::to_string(page), pages_[page].checksum, checksum32(*bytes))));
@@ -232,26 +233,27 @@ Result<uint32_t> StoreFile::page_of(BlockKey block) const {
 Result<BlockRef> StoreFile::block(BlockKey key) const {
   const Result<uint32_t> page = page_of(key);
   if (!page) return tl::unexpected(page.error());
-  return with_page(*page, [&](const StoreReader& reader) { return reader.block(key); });
+  return with_page(*page, nullptr, [&](const StoreReader& reader) { return reader.block(key); });
 }
 
-Result<ChunkRef> StoreFile::chunk(BlockKey block, uint32_t band) const {
+Result<ChunkRef> StoreFile::chunk(BlockKey block, uint32_t band, NoWait* no_wait) const {
   const Result<uint32_t> page = page_of(block);
   if (!page) return tl::unexpected(page.error());
-  return with_page(*page, [&](const StoreReader& reader) { return reader.chunk(block, band); });
+  return with_page(*page, no_wait,
+                   [&](const StoreReader& reader) { return reader.chunk(block, band); });
 }
 
 Result<std::optional<ChunkRef>> StoreFile::chunk_for(BlockKey block,
                                                      float quantized_isovalue) const {
   const Result<uint32_t> page = page_of(block);
   if (!page) return tl::unexpected(page.error());
-  return with_page(*page, [&](const StoreReader& reader) {
+  return with_page(*page, nullptr, [&](const StoreReader& reader) {
     return reader.chunk_for(block, quantized_isovalue);
   });
 }
 
 Result<ChunkSelection> StoreFile::chunks_for(uint32_t level, float low, float high,
-                                             const ChunkBudget& budget) const {
+                                             const ChunkBudget& budget, NoWait* no_wait) const {
   if (level >= info_.levels) {
     return tl::unexpected(with_file_name(
         {Status::not_found, "expected a level below " + std::to_string(info_.levels) + ", found " +
@@ -274,7 +276,7 @@ Result<ChunkSelection> StoreFile::chunks_for(uint32_t level, float low, float hi
       }
       return {};
     };
-    if (Result<void> done = with_page(page, select_page); !done) {
+    if (Result<void> done = with_page(page, no_wait, select_page); !done) {
       return tl::unexpected(done.error());
     }
   }
@@ -284,15 +286,17 @@ Result<ChunkSelection> StoreFile::chunks_for(uint32_t level, float low, float hi
 }
 
 Result<ChunkSelection> StoreFile::chunks_for(std::span<const BlockKey> blocks, float low,
-                                             float high, const ChunkBudget& budget) const {
+                                             float high, const ChunkBudget& budget,
+                                             NoWait* no_wait) const {
   ChunkCollector collector(budget);
   for (const BlockKey& key : blocks) {
     const Result<uint32_t> page = page_of(key);
     if (!page) return tl::unexpected(page.error());
     if (!is_active_within(pages_[*page].interval, low, high)) continue;
     if (!collector.begin_page(*page, pages_[*page])) break;
-    const auto chunks = with_page(
-        *page, [&](const StoreReader& reader) { return reader.chunks_for(key, low, high); });
+    const auto chunks = with_page(*page, no_wait, [&](const StoreReader& reader) {
+      return reader.chunks_for(key, low, high);
+    });
     if (!chunks) return tl::unexpected(chunks.error());
     if (!collector.add(*chunks)) break;
   }
@@ -300,20 +304,21 @@ Result<ChunkSelection> StoreFile::chunks_for(std::span<const BlockKey> blocks, f
 }
 
 Result<ChunkSelection> StoreFile::chunks_at(std::span<const ChunkAddress> addresses,
-                                            const ChunkBudget& budget) const {
+                                            const ChunkBudget& budget, NoWait* no_wait) const {
   ChunkCollector collector(budget);
   for (const ChunkAddress& address : addresses) {
     const Result<uint32_t> page = page_of(address.block);
     if (!page) return tl::unexpected(page.error());
     if (!collector.begin_page(*page, pages_[*page])) break;
-    const Result<ChunkRef> found = chunk(address.block, address.band);
+    const Result<ChunkRef> found = chunk(address.block, address.band, no_wait);
     if (!found) return tl::unexpected(found.error());
     if (!collector.add({&*found, 1})) break;
   }
   return collector.finish();
 }
 
-Result<void> StoreFile::read_chunk(const ChunkRef& chunk, std::vector<std::byte>& out) const {
+Result<void> StoreFile::read_chunk(const ChunkRef& chunk, std::vector<std::byte>& out,
+                                   NoWait* no_wait) const {
   if (chunk.offset > info_.file_bytes || chunk.bytes > info_.file_bytes - chunk.offset) {
     return tl::unexpected(
         with_file_name({Status::truncated, describe(chunk) + " ends beyond the file: rebuild "
@@ -322,7 +327,7 @@ Result<void> StoreFile::read_chunk(const ChunkRef& chunk, std::vector<std::byte>
   const size_t before = out.size();
   out.resize(before + chunk.bytes);
   const std::span<std::byte> bytes = std::span(out).subspan(before);
-  Result<void> result = read(chunk.offset, bytes);
+  Result<void> result = read(chunk.offset, bytes, no_wait);
   if (result) {
     const uint32_t found = checksum32(bytes);
     if (found == chunk.checksum) return {};

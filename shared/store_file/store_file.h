@@ -43,6 +43,9 @@ struct ChunkSelection {
 /// A store on disk: reads the header, loads directory pages when they are needed, and reads chunks.
 /// Several threads may call all functions at the same time.
 ///
+/// Functions that are given a NoWait fail with io_error, and say so in it, if they would have to
+/// wait for the disk.
+///
 /// The file stays open. A store that is replaced by renaming can still be read to the end through
 /// an object that was opened before. Each read fails if the file was changed in place.
 class StoreFile {
@@ -73,37 +76,40 @@ class StoreFile {
 
   /// The bytes of a page, after its checksum was verified. Errors: not_found, io_error, truncated,
   /// checksum_mismatch.
-  Result<std::vector<std::byte>> read_page(uint32_t page) const;
+  Result<std::vector<std::byte>> read_page(uint32_t page, NoWait* no_wait = nullptr) const;
 
   /// The same as in StoreReader, but they load pages as needed. Errors: those of StoreReader except
   /// page_not_resident, and those of read_page.
   Result<BlockRef> block(BlockKey key) const;
-  Result<ChunkRef> chunk(BlockKey block, uint32_t band) const;
+  Result<ChunkRef> chunk(BlockKey block, uint32_t band, NoWait* no_wait = nullptr) const;
   Result<std::optional<ChunkRef>> chunk_for(BlockKey block, float quantized_isovalue) const;
 
   /// Every chunk of a level whose band overlaps [low, high] (quantized isovalues), in file order.
   /// Stops when the budget is exceeded, which limits the work.
   Result<ChunkSelection> chunks_for(uint32_t level, float low, float high,
-                                    const ChunkBudget& budget = {}) const;
+                                    const ChunkBudget& budget = {},
+                                    NoWait* no_wait = nullptr) const;
 
   /// The same for these blocks, in the given order, bands ascending. Errors also: not_found.
   Result<ChunkSelection> chunks_for(std::span<const BlockKey> blocks, float low, float high,
-                                    const ChunkBudget& budget = {}) const;
+                                    const ChunkBudget& budget = {},
+                                    NoWait* no_wait = nullptr) const;
 
   /// These chunks, in the given order. Errors: those of chunk().
   Result<ChunkSelection> chunks_at(std::span<const ChunkAddress> addresses,
-                                   const ChunkBudget& budget) const;
+                                   const ChunkBudget& budget, NoWait* no_wait = nullptr) const;
 
   /// Appends the chunk's bytes, after their checksum was verified; nothing on failure. Errors:
   /// io_error, truncated, checksum_mismatch.
-  Result<void> read_chunk(const ChunkRef& chunk, std::vector<std::byte>& out) const;
+  Result<void> read_chunk(const ChunkRef& chunk, std::vector<std::byte>& out,
+                          NoWait* no_wait = nullptr) const;
 
   /// Fills `out` with the file's bytes at `offset`, without verification. Errors: io_error,
   /// truncated.
-  Result<void> read(uint64_t offset, std::span<std::byte> out) const;
+  Result<void> read(uint64_t offset, std::span<std::byte> out, NoWait* no_wait = nullptr) const;
 
   /// Fails if the open file was written to after it was opened. Errors: io_error.
-  Result<void> check_unchanged() const;
+  Result<void> check_unchanged(NoWait* no_wait = nullptr) const;
 
  private:
   StoreFile(std::filesystem::path path, PosixFile file, FileIdentity identity,
@@ -116,12 +122,12 @@ class StoreFile {
   Result<uint32_t> page_of(BlockKey block) const;
 
   /// A page's bytes, without verification.
-  Result<std::vector<std::byte>> load_page(uint32_t page) const;
+  Result<std::vector<std::byte>> load_page(uint32_t page, NoWait* no_wait) const;
 
   /// Loads the page if it is not resident, then calls `query` with the reader. Queries of resident
   /// pages run concurrently.
   template <class Query>
-  auto with_page(uint32_t page, Query query) const
+  auto with_page(uint32_t page, NoWait* no_wait, Query query) const
       -> decltype(query(std::declval<const StoreReader&>()));
 
   /// Adds a page, unless it is resident. The caller must hold mutex_ exclusively.

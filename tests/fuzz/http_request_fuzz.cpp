@@ -56,7 +56,7 @@ void answer(const Router& router, const Request& request) {
   Error error;
   BodyStream::Step step = BodyStream::Step::more;
   while (response.body_size() > 0 && step == BodyStream::Step::more) {
-    step = response.stream->next(body, error);
+    step = response.stream->next(body, error, nullptr);
   }
   require(step != BodyStream::Step::broken);
   require(body.size() == response.body_size());

@@ -4,7 +4,9 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <linux/magic.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -43,6 +45,45 @@ TEST_F(PosixFiles, AreReadAtOffsetsUpToTheirEnd) {
   ASSERT_FALSE(cut);
   EXPECT_EQ(cut.error().status, Status::truncated);
   EXPECT_TRUE(cut.error().message.starts_with(path.string() + ": expected 4 bytes at offset 8"));
+}
+
+TEST_F(PosixFiles, AreReadWithoutWaitingOrSayThatTheyNeedTheDisk) {
+  write("0123456789");
+  const auto file = PosixFile::open(path);
+  ASSERT_TRUE(file) << file.error().message;
+  std::string text(4, '.');
+  const auto out = std::as_writable_bytes(std::span(text));
+  // What was just written is in memory, but not every file system says so.
+  NoWait no_wait;
+  const auto read = file->read(3, out, &no_wait);
+  EXPECT_EQ(read.has_value(), !no_wait.needs_disk);
+  EXPECT_EQ(text, read ? "3456" : "....");
+  if (!read) {
+    EXPECT_EQ(read.error().status, Status::io_error);
+    return;
+  }
+  // The end of the file is no reason to wait.
+  NoWait at_end;
+  EXPECT_EQ(file->read(8, out, &at_end).error().status, Status::truncated);
+  EXPECT_FALSE(at_end.needs_disk);
+}
+
+TEST_F(PosixFiles, AFileOfAFileSystemInMemoryNeverWaits) {
+  struct statfs system {};
+  if (::statfs("/dev/shm", &system) != 0 || system.f_type != TMPFS_MAGIC) {
+    GTEST_SKIP() << "/dev/shm is no tmpfs";
+  }
+  const std::string name = "/dev/shm/isosplat-posix-file-test-" + std::to_string(::getpid());
+  std::ofstream(name) << "0123456789";
+  const auto file = PosixFile::open(name);
+  ::unlink(name.c_str());
+  ASSERT_TRUE(file) << file.error().message;
+  std::string text(4, '.');
+  NoWait no_wait;
+  EXPECT_TRUE(file->read(3, std::as_writable_bytes(std::span(text)), &no_wait));
+  EXPECT_TRUE(file->identity(&no_wait));
+  EXPECT_FALSE(no_wait.needs_disk);
+  EXPECT_EQ(text, "3456");
 }
 
 TEST_F(PosixFiles, AFileThatIsReplacedIsAnotherAndItsHolderKeepsTheOldOne) {
