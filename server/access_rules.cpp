@@ -183,6 +183,12 @@ bool Grant::may_read(const std::string& name, const std::filesystem::path& folde
          });
 }
 
+bool Grant::admits_to_all() const {
+  return std::ranges::any_of(patterns_, [](const AccessRules::Patterns* patterns) {
+    return std::ranges::find(patterns->names, "*") != patterns->names.end();
+  });
+}
+
 bool Grant::has_public_volumes() const {
   return !rules_ || !rules_->anyone_.names.empty() || !rules_->anyone_.folders.empty();
 }

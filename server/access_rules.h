@@ -92,6 +92,9 @@ class Grant {
   /// Whether a token was valid.
   bool has_token() const { return !patterns_.empty(); }
 
+  /// Whether a token for all volumes ("*") was valid.
+  bool admits_to_all() const;
+
   /// Whether some volumes may be read by anyone.
   bool has_public_volumes() const;
 

@@ -91,6 +91,8 @@ struct Connection::State {
   std::optional<WaitingConnections::Place> place{};  ///< in `waiting`
   std::optional<asio::ssl::stream<Stream&>> tls{};   ///< over `stream`; absent without TLS
   bool is_idle = false;
+  bool is_local = false;    ///< the other end is on this machine
+  uint64_t body_bytes = 0;  ///< of the last response, as far as they were sent
 
   void end_waiting() {
     if (place) waiting.remove(*place);
@@ -111,6 +113,10 @@ struct Connection::State {
                                          Error& error);
   Awaitable<bool> handle_request();
   Awaitable<void> linger();
+  void report_fault(std::string_view message) {
+    ++shared.metrics.faults;
+    shared.log.fault(message);
+  }
   void write_access_log(std::string_view method, std::string_view target, const Response& response,
                         Clock::time_point begin);
 };
@@ -120,7 +126,11 @@ Connection::Connection(Socket socket, std::string address, std::shared_ptr<TlsCo
     : state_(new State{Stream(std::move(socket)), std::move(address), std::move(tls), shared,
                        waiting, this,
                        // A header of the largest size, and one more read.
-                       beast::flat_buffer(shared.limits.header_bytes + 8192)}) {}
+                       beast::flat_buffer(shared.limits.header_bytes + 8192)}) {
+  error_code error;
+  state_->is_local =
+      state_->stream.socket().remote_endpoint(error).address().is_loopback() && !error;
+}
 
 Connection::~Connection() {
   state_->end_waiting();
@@ -220,7 +230,10 @@ Awaitable<HeaderScan> Connection::State::read_header() {
 Awaitable<Response> Connection::State::respond(const Request& request) {
   NoWait no_wait;
   Response response = shared.router.respond(request, &no_wait);
-  if (!no_wait.needs_disk) co_return response;
+  if (!no_wait.needs_disk) {
+    ++shared.metrics.reads_in_memory;
+    co_return response;
+  }
   auto repeat = [&] { response = shared.router.respond(request); };
   co_await shared.disk.run(repeat);
   co_return response;
@@ -232,7 +245,10 @@ Awaitable<BodyStream::Step> Connection::State::next_piece(BodyStream& body,
                                                           Error& error) {
   NoWait no_wait;
   BodyStream::Step step = body.next(piece, error, &no_wait);
-  if (!no_wait.needs_disk || !piece.empty()) co_return step;
+  if (!no_wait.needs_disk || !piece.empty()) {
+    ++shared.metrics.reads_in_memory;
+    co_return step;
+  }
   auto repeat = [&] { step = body.next(piece, error, nullptr); };
   co_await shared.disk.run(repeat);
   co_return step;
@@ -249,18 +265,21 @@ Awaitable<bool> Connection::State::handle_request() {
     refusal = parser.parse({static_cast<const char*>(buffer.data().data()), header.bytes});
     buffer.consume(header.bytes);
   }
-  const Request request = parser.request();
+  Request request = parser.request();
+  request.is_from_this_machine = is_local;
   Response response;
   if (refusal) {
     response = std::move(*refusal);
   } else {
     response = co_await respond(request);
   }
-  if (!response.fault.empty()) shared.log.fault(response.fault);
+  if (!response.fault.empty()) report_fault(response.fault);
 
   const bool close = response.close || !parser.keep_alive() || shared.stopping;
   const bool sent = co_await write_response(response, close, parser.is_http_1_0(),
                                             request.method == Method::head);
+  shared.metrics.add_response(response.route ? index_of(*response.route) : Metrics::kNoRoute,
+                              response.status, body_bytes, Clock::now() - begin);
   write_access_log(parser.method_text(), request.target, response, begin);
   if (!sent) co_return false;
   if (close) co_await linger();
@@ -285,12 +304,14 @@ Awaitable<bool> Connection::State::write(std::span<const std::byte> first,
       result = co_await asio::async_write(stream, buffers, kAwait);
     }
     if (std::get<error_code>(result)) co_return false;
+    body_bytes += slice.size();
   } while (!second.empty());
   co_return true;
 }
 
 Awaitable<bool> Connection::State::write_response(Response& response, bool close, bool http_1_0,
                                                   bool head) {
+  body_bytes = 0;
   const std::string header = header_block(response, close, http_1_0);
   std::span<const std::byte> unsent = std::as_bytes(std::span(header));
   if (head || response.body_size() == 0) co_return co_await write(unsent, {});
@@ -307,7 +328,7 @@ Awaitable<bool> Connection::State::write_response(Response& response, bool close
     if (!co_await write(unsent, piece)) co_return false;
     unsent = {};
     if (step == BodyStream::Step::broken) {
-      shared.log.fault(error.message);
+      report_fault(error.message);
       co_return false;
     }
   }
@@ -342,8 +363,8 @@ void Connection::State::write_access_log(std::string_view method, std::string_vi
   const auto milliseconds =
       std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begin).count();
   shared.log.access(fmt::format("{} {} {} {} {} {}ms", address, log_escaped(method),
-                                log_escaped(without_secrets(target)), response.status,
-                                response.body_size(), milliseconds));
+                                log_escaped(without_secrets(target)), response.status, body_bytes,
+                                milliseconds));
 }
 
 }  // namespace isosplat

@@ -7,6 +7,7 @@
 #include "server/asio.h"
 #include "server/disk_pool.h"
 #include "server/message.h"
+#include "server/metrics.h"
 #include "server/router.h"
 #include "server/server.h"
 #include "server/server_log.h"
@@ -22,6 +23,7 @@ struct ConnectionShared {
   const std::atomic<bool>& stopping;
   ServerLog& log;
   DiskPool& disk;
+  Metrics& metrics;
 };
 
 /// A client's connection: reads requests and sends the responses in the same order, until either

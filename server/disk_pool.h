@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <boost/asio/associated_executor.hpp>
 #include <boost/asio/async_result.hpp>
 #include <boost/asio/executor_work_guard.hpp>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "server/asio.h"
+#include "server/metrics.h"
 
 namespace isosplat {
 
@@ -18,7 +18,8 @@ namespace isosplat {
 /// so that a slow disk delays only who needs it. At most one task of each connection is queued.
 class DiskPool {
  public:
-  explicit DiskPool(uint32_t threads) : threads_(threads) {}
+  /// `metrics` must outlive the pool.
+  DiskPool(uint32_t threads, Metrics& metrics) : metrics_(metrics), threads_(threads) {}
 
   /// Runs `task` on a thread of the pool. The coroutine continues on its own thread when the task
   /// has returned; exceptions of the task are thrown there. `task` and what it refers to must
@@ -26,8 +27,8 @@ class DiskPool {
   template <class Task>
   Awaitable<void> run(Task& task) {
     std::exception_ptr thrown;
-    ++tasks_;
-    ++waiting_;
+    ++metrics_.reads_of_disk;
+    ++metrics_.reads_waiting;
     co_await boost::asio::async_initiate<const boost::asio::use_awaitable_t<Executor>&, void()>(
         [&](auto handler) {
           // The work guard keeps the connection's event loop running for the handler.
@@ -43,17 +44,12 @@ class DiskPool {
           });
         },
         boost::asio::use_awaitable_t<Executor>{});
-    --waiting_;
+    --metrics_.reads_waiting;
     if (thrown) std::rethrow_exception(thrown);
   }
 
-  /// Tasks so far, and those that are queued or run at this moment.
-  uint64_t tasks() const { return tasks_; }
-  uint64_t waiting() const { return waiting_; }
-
  private:
-  std::atomic<uint64_t> tasks_{0};
-  std::atomic<uint64_t> waiting_{0};
+  Metrics& metrics_;
   boost::asio::thread_pool threads_;
 };
 

@@ -31,6 +31,10 @@ struct Request {
   std::string_view if_none_match;
   std::string_view if_range;
   std::string_view range;
+  std::string_view request_id;  ///< as the client or a proxy gave it: not checked
+  /// The other end of the connection is on this machine: the client, or a proxy.
+  bool is_from_this_machine = false;
+  bool is_forwarded = false;  ///< a proxy says so
 };
 
 /// A body that is too large for memory: it is produced while it is sent.
@@ -53,11 +57,14 @@ class BodyStream {
   virtual Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) = 0;
 };
 
+struct Route;
+
 /// A response. `headers` never contain text that a client sent.
 struct Response {
   int status = 200;
-  std::string headers;  ///< lines that end in CR LF; not Content-Length, Date, Connection
-  std::string text;     ///< the body, unless `bytes` or `stream` is given
+  const Route* route = nullptr;  ///< null: the request was refused before it had one
+  std::string headers;           ///< lines that end in CR LF; not Content-Length, Date, Connection
+  std::string text;              ///< the body, unless `bytes` or `stream` is given
   std::span<const std::byte> bytes;
   std::shared_ptr<const void> owner;  ///< of the memory of `bytes`
   std::unique_ptr<BodyStream> stream;

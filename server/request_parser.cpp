@@ -144,6 +144,10 @@ Request RequestParser::request() const {
   request.if_none_match = message[http::field::if_none_match];
   request.if_range = message[http::field::if_range];
   request.range = message[http::field::range];
+  request.request_id = message["X-Request-Id"];
+  for (const std::string_view name : {"Forwarded", "X-Forwarded-For", "X-Real-IP", "Via"}) {
+    request.is_forwarded = request.is_forwarded || message.find(name) != message.end();
+  }
   return request;
 }
 

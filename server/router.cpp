@@ -26,7 +26,8 @@ Response options_response(bool is_data) {
 
 /// Whether a target belongs to the data interface; all other targets belong to the page.
 bool is_data(const Target& target) {
-  return target.segments[0] == "v1" || target.segments[0] == "healthz";
+  const std::string& first = target.segments[0];
+  return first == "v1" || first == "healthz" || first == "readyz" || first == "metrics";
 }
 
 Response not_found(std::string_view message) {
@@ -123,12 +124,14 @@ Response Router::route(const Request& request, Target& target, NoWait* no_wait) 
     grant = AccessRules::grant(access, credentials_of(request, target, cookies_.name), now);
   }
   remove_link(target);
-  RouteCall call{request,         target, limits_,           no_wait, catalog_.snapshot(),
-                 std::move(page), grant,  access != nullptr, {}};
+  RouteCall call{request,         target, limits_,  no_wait,           catalog_.snapshot(),
+                 std::move(page), grant,  monitor_, access != nullptr, {}};
   const Route* const route = find_route(request.method, target, call.arguments);
   if (!route) return not_found("expected a path that server/HTTP.md lists");
-  if (std::optional<Response> error = find_volume(*route, call)) return std::move(*error);
-  Response response = route->handler(call);
+  std::optional<Response> error = find_volume(*route, call);
+  Response response = error ? std::move(*error) : route->handler(call);
+  response.route = route;
+  if (error) return response;
   if (access && is_for_page) set_link_cookie(target, access, cookies_, now, response);
   return response;
 }

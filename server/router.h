@@ -27,6 +27,9 @@ class Router {
   /// Sets the name of the cookies, and whether they are for TLS. Not thread-safe, as above.
   void set_cookies(CookieOptions cookies) { cookies_ = std::move(cookies); }
 
+  /// Sets what the routes for operators report. Not thread-safe, as above.
+  void set_monitor(Monitor monitor) { monitor_ = monitor; }
+
   /// Sets who may read which volumes, for the following requests; null: everyone may read all.
   void set_access(std::shared_ptr<const AccessRules> access);
 
@@ -45,6 +48,7 @@ class Router {
   const RouterLimits limits_;
   OriginPolicy policy_;
   CookieOptions cookies_;
+  Monitor monitor_;
   mutable std::mutex mutex_;
   std::shared_ptr<const PageAssets> page_;     // guarded by mutex_
   std::shared_ptr<const AccessRules> access_;  // guarded by mutex_

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "server/content_routes.h"
+#include "server/monitor_routes.h"
 #include "server/page_route.h"
 #include "server/volume_routes.h"
 
@@ -20,6 +21,8 @@ Response no_such_path(const RouteCall&) {
 
 constexpr auto kRoutes = std::to_array<Route>({
     {Method::get, "/healthz", health_response},
+    {Method::get, "/readyz", ready_response},
+    {Method::get, "/metrics", metrics_response},
     {Method::get, "/v1/volumes", volumes_response},
     {Method::get, "/v1/volumes/{name}", volume_response},
     {Method::get, "/v1/volumes/{name}/bootstrap", bootstrap_response},
@@ -57,6 +60,10 @@ bool matches(const std::vector<std::string>& path, std::string_view pattern,
 
 std::span<const Route> routes() {
   return kRoutes;
+}
+
+size_t index_of(const Route& route) {
+  return static_cast<size_t>(&route - kRoutes.data());
 }
 
 const Route* find_route(Method method, const Target& target,

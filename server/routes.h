@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <span>
@@ -21,6 +22,15 @@ struct RouterLimits {
   size_t target_bytes = 8 * 1024;
 };
 
+class Metrics;
+
+/// What the routes for operators report. The pointers outlive the router.
+struct Monitor {
+  const Metrics* metrics = nullptr;  ///< null: none are counted
+  const std::atomic<bool>* stopping = nullptr;
+  bool is_stopping() const { return stopping && *stopping; }
+};
+
 /// A request and its context, for a route's handler. Valid while the handler runs.
 struct RouteCall {
   const Request& request;
@@ -30,8 +40,10 @@ struct RouteCall {
   std::shared_ptr<const CatalogSnapshot> catalog;
   std::shared_ptr<const PageAssets> page;  ///< null: none
   const Grant& grant;                      ///< what the client may read
+  const Monitor& monitor;
 
-  /// The response depends on who asks: only the client's own cache may keep it.
+  /// The response depends on who asks: only the client's own cache may keep it. Without a volume:
+  /// whether there are tokens or links.
   bool is_private = false;
 
   /// The path's segments for the placeholders {…} of the pattern, in order.
@@ -59,6 +71,9 @@ struct Route {
 
 /// All routes. The first route whose pattern matches a path handles it.
 std::span<const Route> routes();
+
+/// Its index in routes(). Requires one of these.
+size_t index_of(const Route& route);
 
 /// The route of a path, or null. Sets `arguments` to the segments of its placeholders.
 const Route* find_route(Method method, const Target& target,

@@ -24,6 +24,7 @@
 #include "server/connection.h"
 #include "server/disk_pool.h"
 #include "server/listen.h"
+#include "server/metrics.h"
 #include "server/page_loader.h"
 #include "server/router.h"
 #include "server/server_log.h"
@@ -67,9 +68,11 @@ struct Server::State {
         router(catalog, {options.limits.query_bytes, options.limits.query_chunks,
                          options.limits.query_directory_bytes, options.limits.target_bytes}),
         admission(options.limits.connections, options.limits.connections_per_address),
-        disk(options.disk_threads),
-        shared{router, options.limits, stopping, log, disk},
-        page(options.web_root, options.limits.page_asset_bytes, router, log) {}
+        disk(options.disk_threads, metrics),
+        shared{router, options.limits, stopping, log, disk, metrics},
+        page(options.web_root, options.limits.page_asset_bytes, router, log) {
+    router.set_monitor({&metrics, &stopping});
+  }
 
   ~State() {
     stop();
@@ -101,6 +104,7 @@ struct Server::State {
   Catalog catalog;
   Router router;
   Admission admission;
+  Metrics metrics;
   DiskPool disk;
   ConnectionShared shared;
   PageLoader page;

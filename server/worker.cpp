@@ -48,10 +48,14 @@ struct Worker::Membership {
         connection(std::make_unique<Connection>(std::move(socket), address, std::move(tls),
                                                 its_worker.shared_, its_worker.waiting_)) {
     worker.connections_.insert(connection.get());
+    Metrics& metrics = worker.shared_.metrics;
+    ++(verdict == Admission::Verdict::admitted ? metrics.connections : metrics.connections_refused);
+    ++metrics.connections_open;
   }
   Membership(const Membership&) = delete;
   Membership& operator=(const Membership&) = delete;
   ~Membership() {
+    --worker.shared_.metrics.connections_open;
     worker.connections_.erase(connection.get());
     worker.admission_.leave(address, verdict);
     if (worker.shared_.stopping) worker.finish_if_done();

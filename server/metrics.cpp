@@ -1,0 +1,113 @@
+#include "server/metrics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <span>
+#include <string_view>
+
+#include "server/routes.h"
+
+namespace isosplat {
+namespace {
+
+// A memory order is not needed: the counters guard nothing.
+constexpr auto kRelaxed = std::memory_order_relaxed;
+
+void declare(std::string& text, std::string_view name, std::string_view type,
+             std::string_view help) {
+  fmt::format_to(std::back_inserter(text), "# HELP {0} {2}\n# TYPE {0} {1}\n", name, type, help);
+}
+
+void add_value(std::string& text, std::string_view name, std::string_view type,
+               std::string_view help, uint64_t value) {
+  declare(text, name, type, help);
+  fmt::format_to(std::back_inserter(text), "{} {}\n", name, value);
+}
+
+std::string_view label_of(size_t route) {
+  return route < routes().size() ? routes()[route].pattern : "none";
+}
+
+}  // namespace
+
+Metrics::Metrics() : per_route_(routes().size() + 1) {}
+
+void Metrics::add_response(size_t route, int status, uint64_t bytes,
+                           std::chrono::nanoseconds time) {
+  PerRoute& counters = per_route_[std::min(route, per_route_.size() - 1)];
+  const auto microseconds = static_cast<uint64_t>(
+      std::max<int64_t>(std::chrono::ceil<std::chrono::microseconds>(time).count(), 0));
+  const auto bucket = std::ranges::lower_bound(kBuckets, microseconds) - kBuckets.begin();
+  counters.by_status[static_cast<size_t>(std::clamp(status, 0, kMaxStatus))].fetch_add(1, kRelaxed);
+  counters.by_time[static_cast<size_t>(bucket)].fetch_add(1, kRelaxed);
+  counters.microseconds.fetch_add(microseconds, kRelaxed);
+  counters.bytes.fetch_add(bytes, kRelaxed);
+}
+
+std::string Metrics::text(const StoreCounts& stores) const {
+  std::string text;
+  const auto out = std::back_inserter(text);
+  // Routes without a request so far are left out.
+  const auto used = [&](const PerRoute& route) {
+    return std::ranges::any_of(route.by_status, [](const auto& count) { return count != 0; });
+  };
+  constexpr std::string_view kRequests = "isosplat_http_requests_total";
+  declare(text, kRequests, "counter", "Responses, by route and status.");
+  for (size_t i = 0; i < per_route_.size(); ++i) {
+    for (int status = 0; status <= kMaxStatus; ++status) {
+      const uint64_t count = per_route_[i].by_status[static_cast<size_t>(status)];
+      if (count == 0) continue;
+      fmt::format_to(out, "{}{{route=\"{}\",status=\"{}\"}} {}\n", kRequests, label_of(i), status,
+                     count);
+    }
+  }
+  constexpr std::string_view kBytes = "isosplat_http_response_body_bytes_total";
+  declare(text, kBytes, "counter", "Bytes of bodies that were sent, by route.");
+  for (size_t i = 0; i < per_route_.size(); ++i) {
+    if (!used(per_route_[i])) continue;
+    fmt::format_to(out, "{}{{route=\"{}\"}} {}\n", kBytes, label_of(i), per_route_[i].bytes.load());
+  }
+  constexpr std::string_view kSeconds = "isosplat_http_request_duration_seconds";
+  declare(text, kSeconds, "histogram",
+          "From the last byte of a request to the last byte that was sent, by route.");
+  for (size_t i = 0; i < per_route_.size(); ++i) {
+    if (!used(per_route_[i])) continue;
+    uint64_t count = 0;
+    for (size_t bucket = 0; bucket <= kBuckets.size(); ++bucket) {
+      count += per_route_[i].by_time[bucket];
+      const std::string limit =
+          bucket == kBuckets.size() ? "+Inf" : fmt::format("{}", kBuckets[bucket] * 1e-6);
+      fmt::format_to(out, "{}_bucket{{route=\"{}\",le=\"{}\"}} {}\n", kSeconds, label_of(i), limit,
+                     count);
+    }
+    fmt::format_to(out, "{0}_sum{{route=\"{1}\"}} {2:.6f}\n{0}_count{{route=\"{1}\"}} {3}\n",
+                   kSeconds, label_of(i), static_cast<double>(per_route_[i].microseconds) * 1e-6,
+                   count);
+  }
+  add_value(text, "isosplat_connections_total", "counter", "Connections that were admitted.",
+            connections);
+  add_value(text, "isosplat_connections_refused_total", "counter", "Connections above a limit.",
+            connections_refused);
+  add_value(text, "isosplat_connections_open", "gauge", "Open connections.", connections_open);
+  constexpr std::string_view kReads = "isosplat_reads_total";
+  declare(text, kReads, "counter",
+          "Requests, and pieces of bodies, whose bytes were in memory or were read from a disk.");
+  fmt::format_to(out, "{0}{{from=\"memory\"}} {1}\n{0}{{from=\"disk\"}} {2}\n", kReads,
+                 reads_in_memory.load(), reads_of_disk.load());
+  add_value(text, "isosplat_disk_reads_waiting", "gauge",
+            "Requests that wait for a disk, or for a thread that may.", reads_waiting);
+  constexpr std::string_view kStores = "isosplat_stores";
+  declare(text, kStores, "gauge", "Stores that are served, and those that cannot be.");
+  fmt::format_to(out, "{0}{{state=\"served\"}} {1}\n{0}{{state=\"broken\"}} {2}\n", kStores,
+                 stores.served, stores.broken);
+  add_value(text, "isosplat_faults_total", "counter",
+            "Errors of the server or its disks, not of clients.", faults);
+  const auto start = std::chrono::floor<std::chrono::seconds>(start_).time_since_epoch();
+  add_value(text, "process_start_time_seconds", "gauge", "Start, in seconds since 1970.",
+            static_cast<uint64_t>(start.count()));
+  return text;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace isosplat {
+
+/// The numbers of stores at one moment.
+struct StoreCounts {
+  uint64_t served = 0;
+  uint64_t broken = 0;
+};
+
+/// Counts what a server does, for Prometheus. HTTP.md lists the names. Thread-safe; the counters of
+/// one text need not be of exactly the same moment.
+class Metrics {
+ public:
+  Metrics();
+
+  /// Counts a response. `route`: its index in routes(), or kNoRoute for a request that was refused
+  /// before it had one. `bytes`: of the body as far as it was sent. `time`: from the last byte of
+  /// the request to the last byte that was sent.
+  void add_response(size_t route, int status, uint64_t bytes, std::chrono::nanoseconds time);
+  static constexpr size_t kNoRoute = SIZE_MAX;
+
+  // Plain counters and gauges, for those who count.
+  std::atomic<uint64_t> connections{0};          ///< admitted so far
+  std::atomic<uint64_t> connections_refused{0};  ///< above a limit, so far
+  std::atomic<uint64_t> connections_open{0};     ///< now, with those that are being refused
+  std::atomic<uint64_t> reads_in_memory{0};      ///< requests and pieces that needed no disk
+  std::atomic<uint64_t> reads_of_disk{0};        ///< those that were given to the disk's threads
+  std::atomic<uint64_t> reads_waiting{0};        ///< queued for the disk, or reading, now
+  std::atomic<uint64_t> faults{0};               ///< errors of the server, so far
+
+  /// All of it in the text format 0.0.4 of Prometheus.
+  std::string text(const StoreCounts& stores) const;
+
+ private:
+  /// Upper limits of the histogram's buckets, in microseconds; the last bucket has none.
+  static constexpr std::array<uint32_t, 13> kBuckets = {
+      1'000,   2'500,   5'000,     10'000,    25'000,    50'000,    100'000,
+      250'000, 500'000, 1'000'000, 2'500'000, 5'000'000, 10'000'000};
+  static constexpr int kMaxStatus = 599;
+
+  struct PerRoute {
+    std::array<std::atomic<uint64_t>, kMaxStatus + 1> by_status{};
+    std::array<std::atomic<uint64_t>, kBuckets.size() + 1> by_time{};
+    std::atomic<uint64_t> microseconds{0};
+    std::atomic<uint64_t> bytes{0};
+  };
+
+  const std::chrono::system_clock::time_point start_ = std::chrono::system_clock::now();
+  std::vector<PerRoute> per_route_;  ///< those of routes(), then those without a route
+};
+
+}  // namespace isosplat
