@@ -72,4 +72,32 @@ Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& opti
   return rules;
 }
 
+Result<OriginPolicy> origin_policy(const ServerOptions& options, bool is_local) {
+  if (!is_local && !options.cross_origin && !options.is_public) {
+    return fail(
+        Status::invalid_argument,
+        fmt::format("host {}: other machines can reach this address: choose which web pages of "
+                    "other origins may read the volumes: --cors none, --cors https://a.example, "
+                    "--cors '*', or --public (any page, by any host name)",
+                    options.host));
+  }
+  CrossOrigin cross_origin = options.cross_origin.value_or(CrossOrigin{});
+  if (options.is_public) cross_origin.any = true;
+  return OriginPolicy(allowed_hosts(options, is_local), std::move(cross_origin));
+}
+
+std::string exposure_warning(const ServerOptions& options, uint16_t port, bool has_access_rules,
+                             bool has_tls) {
+  if (!has_access_rules) {
+    return fmt::format(
+        "warning: everyone who reaches {} port {} can read every volume: there is no access "
+        "control (--token-file){}",
+        options.host, port, has_tls ? "" : ", and no encryption (--tls-cert)");
+  }
+  return fmt::format(
+      "warning: connections to {} port {} are not encrypted (--tls-cert): everyone on the way can "
+      "read tokens, links and volumes",
+      options.host, port);
+}
+
 }  // namespace isosplat

@@ -16,4 +16,12 @@ AllowedHosts allowed_hosts(const ServerOptions& options, bool is_local);
 /// cannot be read), invalid_argument (its contents); messages have no secrets.
 Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& options);
 
+/// Which pages may read the data, and by which hosts. `is_local`: the server listens on the
+/// loopback interface only. Errors (invalid_argument): it does not, and the options do not say it.
+Result<OriginPolicy> origin_policy(const ServerOptions& options, bool is_local);
+
+/// The warning about a server that other machines reach, without access control or without TLS.
+std::string exposure_warning(const ServerOptions& options, uint16_t port, bool has_access_rules,
+                             bool has_tls);
+
 }  // namespace isosplat

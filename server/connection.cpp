@@ -1,7 +1,5 @@
 #include "server/connection.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ssl/stream.hpp>
@@ -9,14 +7,14 @@
 #include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/rate_policy.hpp>
-#include <ctime>
 #include <optional>
 #include <span>
 #include <tuple>
 #include <utility>
 
-#include "server/credentials.h"
+#include "server/refusals.h"
 #include "server/request_parser.h"
+#include "server/response_header.h"
 #include "server/streams.h"
 
 namespace isosplat {
@@ -29,54 +27,6 @@ using tcp = asio::ip::tcp;
 
 using Stream = beast::basic_stream<tcp, Executor, beast::unlimited_rate_policy>;
 using Clock = std::chrono::steady_clock;
-
-/// The value of the Date field (RFC 9110, 5.6.7), formatted once a second on each thread.
-std::string_view http_date() {
-  thread_local std::time_t formatted = -1;
-  thread_local std::string text;
-  const std::time_t now = std::time(nullptr);
-  if (now != formatted) {
-    std::tm parts{};
-    ::gmtime_r(&now, &parts);
-    // strftime would use the names of the process's locale.
-    constexpr const char* kDays[] = {"Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat"};
-    constexpr const char* kMonths[] = {"Jan", "Feb", "Mar", "Apr", "May", "Jun",
-                                       "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"};
-    text = fmt::format("{}, {:02} {} {:04} {:02}:{:02}:{:02} GMT", kDays[parts.tm_wday],
-                       parts.tm_mday, kMonths[parts.tm_mon], parts.tm_year + 1900, parts.tm_hour,
-                       parts.tm_min, parts.tm_sec);
-    formatted = now;
-  }
-  return text;
-}
-
-std::string header_block(const Response& response, bool close, bool http_1_0) {
-  std::string text = fmt::format("HTTP/1.1 {} {}\r\nDate: {}\r\nServer: isosplat\r\n",
-                                 response.status, reason_phrase(response.status), http_date());
-  if (response.status != 204 && response.status != 304) {
-    text += fmt::format("Content-Length: {}\r\n", response.body_size());
-  }
-  if (close) {
-    text += "Connection: close\r\n";
-  } else if (http_1_0) {
-    text += "Connection: keep-alive\r\n";
-  }
-  text += response.headers;
-  text += "\r\n";
-  return text;
-}
-
-std::string log_escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (c > 0x20 && c < 0x7f && c != '"' && c != '\\') {
-      result += c;
-    } else {
-      result += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-    }
-  }
-  return result;
-}
 
 }  // namespace
 
@@ -109,6 +59,7 @@ struct Connection::State {
   Awaitable<bool> wait_for_request();
   Awaitable<HeaderScan> read_header();
   Awaitable<Response> respond(const Request& request);
+  Awaitable<Response> respond_within_rates(const Request& request, ByteBudget::Share& memory);
   Awaitable<BodyStream::Step> next_piece(BodyStream& body, std::vector<std::byte>& piece,
                                          Error& error);
   Awaitable<bool> handle_request();
@@ -117,8 +68,8 @@ struct Connection::State {
     ++shared.metrics.faults;
     shared.log.fault(message);
   }
-  void write_access_log(std::string_view method, std::string_view target, const Response& response,
-                        Clock::time_point begin);
+  void write_access_log(const RequestParser& parser, const Request& request,
+                        const Response& response, std::string_view id, Clock::duration duration);
 };
 
 Connection::Connection(Socket socket, std::string address, std::shared_ptr<TlsContext> tls,
@@ -239,6 +190,26 @@ Awaitable<Response> Connection::State::respond(const Request& request) {
   co_return response;
 }
 
+/// The same, within the limits of the client's address and of the memory of bodies. `memory`: what
+/// the response takes of it.
+Awaitable<Response> Connection::State::respond_within_rates(const Request& request,
+                                                            ByteBudget::Share& memory) {
+  Response response;
+  if (const auto seconds = shared.rates.take_request(address, Clock::now())) {
+    response = rate_response(*seconds);
+  } else {
+    response = co_await respond(request);
+    if (request.method == Method::head) co_return response;
+    if (memory.take(shared.bytes_in_flight, response.memory())) {
+      shared.rates.take_bytes(address, response.body_size(), Clock::now());
+      co_return response;
+    }
+    response = busy_response();
+  }
+  shared.router.policy().add_fields(request, response);
+  co_return response;
+}
+
 /// The next bytes of a body, in `piece`, which is empty.
 Awaitable<BodyStream::Step> Connection::State::next_piece(BodyStream& body,
                                                           std::vector<std::byte>& piece,
@@ -267,20 +238,26 @@ Awaitable<bool> Connection::State::handle_request() {
   }
   Request request = parser.request();
   request.is_from_this_machine = is_local;
+  ByteBudget::Share memory;
   Response response;
   if (refusal) {
     response = std::move(*refusal);
   } else {
-    response = co_await respond(request);
+    response = co_await respond_within_rates(request, memory);
   }
   if (!response.fault.empty()) report_fault(response.fault);
 
+  std::string id;
+  const bool has_id = is_request_id(request.request_id);
+  if (has_id || shared.log.has_access_log()) id = request_id(request.request_id);
+  if (has_id) response.set("X-Request-Id", id);
   const bool close = response.close || !parser.keep_alive() || shared.stopping;
   const bool sent = co_await write_response(response, close, parser.is_http_1_0(),
                                             request.method == Method::head);
+  const Clock::duration duration = Clock::now() - begin;
   shared.metrics.add_response(response.route ? index_of(*response.route) : Metrics::kNoRoute,
-                              response.status, body_bytes, Clock::now() - begin);
-  write_access_log(parser.method_text(), request.target, response, begin);
+                              response.status, body_bytes, duration);
+  write_access_log(parser, request, response, id, duration);
   if (!sent) co_return false;
   if (close) co_await linger();
   co_return !close;
@@ -312,7 +289,7 @@ Awaitable<bool> Connection::State::write(std::span<const std::byte> first,
 Awaitable<bool> Connection::State::write_response(Response& response, bool close, bool http_1_0,
                                                   bool head) {
   body_bytes = 0;
-  const std::string header = header_block(response, close, http_1_0);
+  const std::string header = response_header(response, close, http_1_0);
   std::span<const std::byte> unsent = std::as_bytes(std::span(header));
   if (head || response.body_size() == 0) co_return co_await write(unsent, {});
   if (!response.stream) {
@@ -357,14 +334,23 @@ Awaitable<void> Connection::State::linger() {
   }
 }
 
-void Connection::State::write_access_log(std::string_view method, std::string_view target,
-                                         const Response& response, Clock::time_point begin) {
+void Connection::State::write_access_log(const RequestParser& parser, const Request& request,
+                                         const Response& response, std::string_view id,
+                                         Clock::duration duration) {
   if (!shared.log.has_access_log()) return;
-  const auto milliseconds =
-      std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begin).count();
-  shared.log.access(fmt::format("{} {} {} {} {} {}ms", address, log_escaped(method),
-                                log_escaped(without_secrets(target)), response.status, body_bytes,
-                                milliseconds));
+  const AccessEntry entry{
+      .time = std::chrono::system_clock::now() - duration,
+      .id = id,
+      .address = address,
+      .method = parser.method_text(),
+      .target = request.target,
+      .route = response.route ? response.route->pattern : std::string_view(),
+      .is_http_1_0 = parser.is_http_1_0(),
+      .status = response.status,
+      .bytes = body_bytes,
+      .duration = duration,
+  };
+  shared.log.access(access_line(entry, shared.log_format));
 }
 
 }  // namespace isosplat

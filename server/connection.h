@@ -4,10 +4,13 @@
 #include <memory>
 #include <string>
 
+#include "server/access_log.h"
 #include "server/asio.h"
+#include "server/byte_budget.h"
 #include "server/disk_pool.h"
 #include "server/message.h"
 #include "server/metrics.h"
+#include "server/rate_limit.h"
 #include "server/router.h"
 #include "server/server.h"
 #include "server/server_log.h"
@@ -24,6 +27,9 @@ struct ConnectionShared {
   ServerLog& log;
   DiskPool& disk;
   Metrics& metrics;
+  RateLimit& rates;
+  ByteBudget& bytes_in_flight;
+  LogFormat log_format;
 };
 
 /// A client's connection: reads requests and sends the responses in the same order, until either

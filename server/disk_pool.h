@@ -48,6 +48,10 @@ class DiskPool {
     if (thrown) std::rethrow_exception(thrown);
   }
 
+  /// Waits until the threads have ended. Before the event loops are destroyed: a thread that has
+  /// given a coroutine back may still be about to leave its loop.
+  void join() { threads_.join(); }
+
  private:
   Metrics& metrics_;
   boost::asio::thread_pool threads_;

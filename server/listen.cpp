@@ -1,6 +1,8 @@
 #include "server/listen.h"
 
 #include <fmt/format.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 
 #include <boost/asio/ip/v6_only.hpp>
 #include <utility>
@@ -46,6 +48,34 @@ Result<std::vector<Acceptor>> listen(asio::io_context& context, const std::strin
   if (!acceptors.empty()) return acceptors;
   return fail(Status::io_error,
               fmt::format("host {}: cannot listen: {}", host, last_error.message()));
+}
+
+Result<std::vector<Acceptor>> take_over(asio::io_context& context,
+                                        const std::vector<int>& sockets) {
+  std::vector<Acceptor> acceptors;
+  for (const int socket : sockets) {
+    sockaddr_storage address{};
+    socklen_t length = sizeof address;
+    int listens = 0;
+    socklen_t size = sizeof listens;
+    const bool is_known =
+        ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &length) == 0 &&
+        (address.ss_family == AF_INET || address.ss_family == AF_INET6) &&
+        ::getsockopt(socket, SOL_SOCKET, SO_ACCEPTCONN, &listens, &size) == 0 && listens != 0;
+    error_code error;
+    Acceptor acceptor(context.get_executor());
+    if (is_known) {
+      acceptor.assign(address.ss_family == AF_INET ? tcp::v4() : tcp::v6(), socket, error);
+    }
+    if (!is_known || error) {
+      return fail(Status::io_error,
+                  fmt::format("socket {}: expected a listening socket of TCP (ListenStream= with a "
+                              "port)",
+                              socket));
+    }
+    acceptors.push_back(std::move(acceptor));
+  }
+  return acceptors;
 }
 
 }  // namespace isosplat

@@ -15,4 +15,8 @@ namespace isosplat {
 Result<std::vector<Acceptor>> listen(boost::asio::io_context& context, const std::string& host,
                                      uint16_t port);
 
+/// Takes over listening sockets of TCP. Errors (io_error): one is none.
+Result<std::vector<Acceptor>> take_over(boost::asio::io_context& context,
+                                        const std::vector<int>& sockets);
+
 }  // namespace isosplat

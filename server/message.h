@@ -51,6 +51,9 @@ class BodyStream {
     broken  ///< send these bytes, then close the connection: the rest cannot be produced
   };
 
+  /// The most memory that sending it needs, in bytes.
+  virtual uint64_t memory() const { return uint64_t{128} << 10; }
+
   /// Appends the next bytes to `out` (empty), at least one unless broken, or unless the first one
   /// needs the disk and `no_wait` is given (null: may wait): call again without it. Sets `error` if
   /// broken.
@@ -59,7 +62,8 @@ class BodyStream {
 
 struct Route;
 
-/// A response. `headers` never contain text that a client sent.
+/// A response. `headers` never contain text that a client sent, except a request id that was
+/// checked (is_request_id).
 struct Response {
   int status = 200;
   const Route* route = nullptr;  ///< null: the request was refused before it had one
@@ -75,6 +79,9 @@ struct Response {
     if (stream) return stream->size();
     return bytes.data() != nullptr ? bytes.size() : text.size();
   }
+
+  /// The memory that sending it needs, in bytes.
+  uint64_t memory() const { return stream ? stream->memory() : body_size(); }
 
   void set(std::string_view name, std::string_view value) {
     headers += name;

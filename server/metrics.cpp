@@ -104,6 +104,8 @@ std::string Metrics::text(const StoreCounts& stores) const {
                  stores.served, stores.broken);
   add_value(text, "isosplat_faults_total", "counter",
             "Errors of the server or its disks, not of clients.", faults);
+  add_value(text, "isosplat_access_log_lost_total", "counter",
+            "Lines of the access log that its disk did not take.", access_log_lost);
   const auto start = std::chrono::floor<std::chrono::seconds>(start_).time_since_epoch();
   add_value(text, "process_start_time_seconds", "gauge", "Start, in seconds since 1970.",
             static_cast<uint64_t>(start.count()));

@@ -36,6 +36,7 @@ class Metrics {
   std::atomic<uint64_t> reads_of_disk{0};        ///< those that were given to the disk's threads
   std::atomic<uint64_t> reads_waiting{0};        ///< queued for the disk, or reading, now
   std::atomic<uint64_t> faults{0};               ///< errors of the server, so far
+  std::atomic<uint64_t> access_log_lost{0};      ///< lines that were not written, so far
 
   /// All of it in the text format 0.0.4 of Prometheus.
   std::string text(const StoreCounts& stores) const;

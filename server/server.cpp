@@ -21,13 +21,16 @@
 #include "server/admission.h"
 #include "server/asio.h"
 #include "server/catalog.h"
+#include "server/client_address.h"
 #include "server/connection.h"
 #include "server/disk_pool.h"
 #include "server/listen.h"
+#include "server/log_file.h"
 #include "server/metrics.h"
 #include "server/page_loader.h"
 #include "server/router.h"
 #include "server/server_log.h"
+#include "server/service_manager.h"
 #include "server/tls.h"
 #include "server/worker.h"
 
@@ -37,17 +40,6 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
-
-/// The key for counting connections: an IPv4 address, or the first 64 bits of an IPv6 address,
-/// since a client usually has a whole /64 network.
-std::string address_key(const asio::ip::address& address) {
-  if (address.is_v4()) return address.to_string();
-  const asio::ip::address_v6 v6 = address.to_v6();
-  if (v6.is_v4_mapped()) return asio::ip::make_address_v4(asio::ip::v4_mapped, v6).to_string();
-  auto bytes = v6.to_bytes();
-  if (!v6.is_loopback()) std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
-  return asio::ip::address_v6(bytes).to_string();
-}
 
 /// Raises the soft limit of open files to the hard limit: each store and each connection uses one.
 void raise_open_file_limit() {
@@ -60,8 +52,9 @@ void raise_open_file_limit() {
 }  // namespace
 
 struct Server::State {
-  explicit State(ServerOptions given)
+  State(ServerOptions given, std::shared_ptr<LogFile> its_access_file)
       : options(std::move(given)),
+        access_file(std::move(its_access_file)),
         log(options.log, options.access_log),
         catalog(options.stores, options.limits.directory_bytes,
                 [this](std::string_view line) { log.line(line); }),
@@ -69,7 +62,10 @@ struct Server::State {
                          options.limits.query_directory_bytes, options.limits.target_bytes}),
         admission(options.limits.connections, options.limits.connections_per_address),
         disk(options.disk_threads, metrics),
-        shared{router, options.limits, stopping, log, disk, metrics},
+        rates({options.limits.requests_per_second, options.limits.bytes_per_second}),
+        bytes_in_flight(options.limits.bytes_in_flight),
+        shared{router, options.limits,  stopping,          log, disk, metrics,
+               rates,  bytes_in_flight, options.log_format},
         page(options.web_root, options.limits.page_asset_bytes, router, log) {
     router.set_monitor({&metrics, &stopping});
   }
@@ -79,6 +75,7 @@ struct Server::State {
     if (control_thread.joinable()) control_thread.join();
     if (scan_thread.joinable()) scan_thread.join();
     for (std::thread& thread : worker_threads) thread.join();
+    disk.join();
   }
 
   Result<void> choose_policy();
@@ -88,7 +85,7 @@ struct Server::State {
   Result<void> reload();
   bool has_files() const {
     return !options.token_file.empty() || !options.link_key_file.empty() ||
-           !options.tls_certificate.empty();
+           !options.tls_certificate.empty() || access_file;
   }
   void run();
   Awaitable<void> accept_on(Acceptor& acceptor);
@@ -99,6 +96,7 @@ struct Server::State {
   void close_connections();
 
   const ServerOptions options;
+  const std::shared_ptr<LogFile> access_file;  // null: none
   ServerLog log;
   std::atomic<bool> stopping{false};
   Catalog catalog;
@@ -106,6 +104,8 @@ struct Server::State {
   Admission admission;
   Metrics metrics;
   DiskPool disk;
+  RateLimit rates;
+  ByteBudget bytes_in_flight;
   ConnectionShared shared;
   PageLoader page;
   uint16_t bound_port = 0;
@@ -135,27 +135,11 @@ Result<void> Server::State::choose_policy() {
     error_code error;
     return acceptor.local_endpoint(error).address().is_loopback() && !error;
   });
-  if (!is_local && !options.cross_origin && !options.is_public) {
-    return fail(
-        Status::invalid_argument,
-        fmt::format("host {}: other machines can reach this address: choose which web pages of "
-                    "other origins may read the volumes: --cors none, --cors https://a.example, "
-                    "--cors '*', or --public (any page, by any host name)",
-                    options.host));
-  }
-  CrossOrigin cross_origin = options.cross_origin.value_or(CrossOrigin{});
-  if (options.is_public) cross_origin.any = true;
-  router.set_policy(OriginPolicy(allowed_hosts(options, is_local), std::move(cross_origin)));
-  if (!is_local && !has_access_rules) {
-    log.line(
-        fmt::format("warning: everyone who reaches {} port {} can read every volume: there is no "
-                    "access control (--token-file){}",
-                    options.host, bound_port, tls ? "" : ", and no encryption (--tls-cert)"));
-  } else if (!is_local && !tls) {
-    log.line(
-        fmt::format("warning: connections to {} port {} are not encrypted (--tls-cert): everyone "
-                    "on the way can read tokens, links and volumes",
-                    options.host, bound_port));
+  Result<OriginPolicy> policy = origin_policy(options, is_local);
+  if (!policy) return tl::unexpected(policy.error());
+  router.set_policy(std::move(*policy));
+  if (!is_local && (!has_access_rules || !tls)) {
+    log.line(exposure_warning(options, bound_port, has_access_rules, tls != nullptr));
   }
   return {};
 }
@@ -186,8 +170,12 @@ std::shared_ptr<TlsContext> Server::State::tls_context() {
 Result<void> Server::State::reload() {
   Result<void> loaded = load_access();
   if (Result<void> loaded_tls = load_tls_files(); loaded) loaded = std::move(loaded_tls);
-  log.line(loaded ? "tokens, keys and certificates: read again"
-                  : "tokens, keys and certificates: the old ones stay: " + loaded.error().message);
+  if (access_file) {
+    if (Result<void> opened = access_file->reopen(); loaded) loaded = std::move(opened);
+  }
+  log.line(loaded ? "tokens, keys, certificates and logs: opened again"
+                  : "tokens, keys, certificates and logs: the old ones stay: " +
+                        loaded.error().message);
   return loaded;
 }
 
@@ -227,11 +215,14 @@ void Server::State::wait_for_signal() {
   signals->async_wait([this](const error_code& error, int signal) {
     if (error) return;
     if (signal == SIGHUP) {
+      notify_reloading();
       (void)reload();  // logs what went wrong
+      notify_service_manager("READY=1");
     } else if (stopping) {
       close_connections();
     } else {
       log.line("stopping: responses in progress are completed first");
+      notify_service_manager("STOPPING=1");
       stop();
     }
     wait_for_signal();
@@ -244,6 +235,7 @@ void Server::State::scan_regularly() {
     lock.unlock();
     catalog.scan();
     page.load_if_changed();
+    if (access_file) metrics.access_log_lost = access_file->lost();
     lock.lock();
   }
 }
@@ -272,8 +264,9 @@ void Server::State::run() {
   if (options.handle_signals) {
     signals.emplace(control);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-      // Without files to read again, SIGHUP ends the program: its terminal was closed.
-      if (signal == SIGHUP && !has_files()) continue;
+      // Without files to read again, SIGHUP ends the program: its terminal was closed. systemd
+      // sends it to reload.
+      if (signal == SIGHUP && !has_files() && !has_service_manager()) continue;
       struct sigaction now {};
       // Ignored signals stay ignored: a shell ignores SIGINT for its background jobs.
       if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler != SIG_IGN) {
@@ -321,13 +314,26 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
                 "threads for disks");
   }
   raise_open_file_limit();
-  auto state = std::make_unique<State>(std::move(options));
+  std::shared_ptr<LogFile> access_file;
+  if (!options.access_log_file.empty()) {
+    auto opened = LogFile::open(options.access_log_file);
+    if (!opened) return tl::unexpected(opened.error());
+    access_file = std::move(*opened);
+    options.access_log = [access_file,
+                          also = std::move(options.access_log)](std::string_view line) {
+      access_file->add(line);
+      if (also) also(line);
+    };
+  }
+  auto state = std::make_unique<State>(std::move(options), std::move(access_file));
   if (Result<void> loaded = state->page.load(); !loaded) return tl::unexpected(loaded.error());
   if (Result<void> loaded = state->load_access(); !loaded) return tl::unexpected(loaded.error());
   if (Result<void> loaded = state->load_tls_files(); !loaded) {
     return tl::unexpected(loaded.error());
   }
-  auto acceptors = listen(state->control, state->options.host, state->options.port);
+  auto acceptors = state->options.sockets.empty()
+                       ? listen(state->control, state->options.host, state->options.port)
+                       : take_over(state->control, state->options.sockets);
   if (!acceptors) return tl::unexpected(acceptors.error());
   state->acceptors = std::move(*acceptors);
   state->bound_port = state->acceptors.front().local_endpoint().port();

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/access_log.h"
 #include "server/origin_policy.h"
 #include "shared/base/status.h"
 
@@ -32,6 +33,12 @@ struct ServerLimits {
   uint64_t query_directory_bytes = uint64_t{256} << 20;
   uint64_t directory_bytes = uint64_t{64} << 20;   ///< cache of directory pages, per store
   uint64_t page_asset_bytes = uint64_t{64} << 20;  ///< of files below web_root, in memory
+  /// Memory of the bodies that are being sent: 503 above it.
+  uint64_t bytes_in_flight = uint64_t{256} << 20;
+  // Of each address (IPv6: one /64 network), per second, on average: 429. 0: no limit. See
+  // RateLimit.
+  double requests_per_second = 0;
+  double bytes_per_second = 0;
   std::chrono::milliseconds idle_time{30'000};     ///< without a request on an open connection
   std::chrono::milliseconds request_time{10'000};  ///< from a request's first byte to its last
   std::chrono::milliseconds write_time{30'000};  ///< for a client to take the next 64 KiB or frame
@@ -43,6 +50,8 @@ inline constexpr uint32_t kMaxServerThreads = 1024;
 struct ServerOptions {
   std::string host = "127.0.0.1";  ///< an address or a name; "0.0.0.0" or "::" for every interface
   uint16_t port = 8080;            ///< 0: any free port
+  /// Listening sockets of TCP, to use in place of `host` and `port`; the server closes them.
+  std::vector<int> sockets;
   /// Store files, and folders whose *.isosplat files are served. Every scan_interval the server
   /// looks for new, replaced and removed stores. A store that cannot be opened is listed with its
   /// error.
@@ -70,14 +79,17 @@ struct ServerOptions {
   uint32_t disk_threads = 16;           ///< that wait for disks, 1 to kMaxServerThreads
   std::chrono::milliseconds scan_interval{1'000};
   /// SIGTERM and SIGINT call stop(); a second one closes connections. If there are files to read
-  /// again, SIGHUP calls reload().
+  /// again, SIGHUP calls reload(). systemd is told when the server stops or reloads.
   bool handle_signals = false;
   ServerLimits limits;
   /// Called with one line (no line break) about stores, the page and faults. From any thread, one
   /// call at a time.
   std::function<void(std::string_view line)> log;
-  /// Called with one line per response: address, method, target, status, bytes, milliseconds. Text
-  /// from clients is escaped. From any thread, one call at a time.
+  /// Where the access log is appended, one line per response; "-": the standard output; empty:
+  /// none. Opened again on SIGHUP.
+  std::filesystem::path access_log_file;
+  LogFormat log_format = LogFormat::plain;
+  /// Called with each line of the access log. From any thread, one call at a time.
   std::function<void(std::string_view line)> access_log;
 };
 
@@ -110,8 +122,8 @@ class Server {
   std::vector<Volume> volumes() const;
 
   /// Reads the files of tokens and keys again for the following requests, and those of TLS for the
-  /// following connections. Thread-safe. If one
-  /// cannot be read, its old contents stay. Errors: io_error, invalid_argument.
+  /// following connections; opens the access log anew. Thread-safe. If one cannot be read, its old
+  /// contents stay. Errors: io_error, invalid_argument.
   Result<void> reload();
 
   /// Stops to accept connections, closes idle ones, and gives responses in progress

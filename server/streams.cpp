@@ -33,7 +33,14 @@ void append_frame_header(std::vector<std::byte>& out, const ChunkRef& chunk, Sta
 
 FrameStream::FrameStream(std::shared_ptr<const StoreFile> store, std::vector<ChunkRef> chunks)
     : store_(std::move(store)), chunks_(std::move(chunks)) {
-  for (const ChunkRef& chunk : chunks_) size_ += frame_bytes(chunk.bytes);
+  for (const ChunkRef& chunk : chunks_) {
+    size_ += frame_bytes(chunk.bytes);
+    largest_ = std::max(largest_, frame_bytes(chunk.bytes));
+  }
+}
+
+uint64_t FrameStream::memory() const {
+  return kPieceBytes + largest_ + chunks_.capacity() * sizeof(ChunkRef);
 }
 
 BodyStream::Step FrameStream::next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) {

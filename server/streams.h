@@ -28,6 +28,7 @@ class FrameStream final : public BodyStream {
  public:
   FrameStream(std::shared_ptr<const StoreFile> store, std::vector<ChunkRef> chunks);
   uint64_t size() const override { return size_; }
+  uint64_t memory() const override;
   Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) override;
 
  private:
@@ -35,6 +36,7 @@ class FrameStream final : public BodyStream {
   std::vector<ChunkRef> chunks_;
   size_t position_ = 0;
   uint64_t size_ = 0;
+  uint64_t largest_ = 0;  ///< frame
 };
 
 /// A byte range of the store file. Checksums are not compared here: the client does it.

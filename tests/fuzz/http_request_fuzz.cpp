@@ -1,5 +1,5 @@
-// Bytes from a client: finding the end of the header, parsing the request and its target, and
-// writing the body of the answer.
+// Bytes from a client: finding the end of the header, parsing the request and its target, writing
+// the body of the answer, and the line of the access log.
 //
 // The input is a request as it comes over a socket, with cookies, tokens and signed links. If it
 // begins with "~", it is the last part of a target, after the content id of a volume, which the
@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "server/access_log.h"
 #include "server/request_parser.h"
 #include "server/router.h"
 #include "tests/server/test_store.h"
@@ -71,6 +72,20 @@ void refuse(const Site& site, const Request& request) {
   require(without_secrets(request.target).size() <= 3 * request.target.size());
 }
 
+/// A line of the log has printable characters only, whatever the client sent.
+void log(const RequestParser& parser) {
+  const Request request = parser.request();
+  const std::string id = request_id(request.request_id);
+  require(is_request_id(id));
+  AccessEntry entry;
+  entry.id = id;
+  entry.method = parser.method_text();
+  entry.target = request.target;
+  for (const LogFormat format : {LogFormat::plain, LogFormat::common, LogFormat::json}) {
+    for (const char c : access_line(entry, format)) require(c >= 0x20 && c < 0x7f);
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -111,5 +126,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     answer(site.router, parser.request());
     refuse(site, parser.request());
   }
+  log(parser);
   return 0;
 }

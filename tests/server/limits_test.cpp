@@ -1,0 +1,129 @@
+// Limits of rates and of memory.
+
+#include <gtest/gtest.h>
+
+#include "server/byte_budget.h"
+#include "server/rate_limit.h"
+#include "tests/server/server_fixture.h"
+
+namespace isosplat::test {
+namespace {
+
+using Clock = RateLimit::Clock;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+TEST(RateLimits, ABucketOfRequestsEmptiesAndFills) {
+  RateLimit limit({.requests = 2, .bytes = 0});
+  const Clock::time_point start{};
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(limit.take_request("a", start)) << i;
+  EXPECT_EQ(limit.take_request("a", start), 1u);
+  EXPECT_FALSE(limit.take_request("b", start));
+  EXPECT_FALSE(limit.take_request("a", start + milliseconds(500)));
+  EXPECT_EQ(limit.take_request("a", start + milliseconds(999)), 1u);
+  // Never more than a full bucket.
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(limit.take_request("a", start + seconds(1000))) << i;
+  EXPECT_TRUE(limit.take_request("a", start + seconds(1000)));
+}
+
+TEST(RateLimits, BytesMayBeOwed) {
+  RateLimit limit({.requests = 0, .bytes = 1000});
+  const Clock::time_point start{};
+  EXPECT_FALSE(limit.take_request("a", start));
+  limit.take_bytes("a", 15'000, start);  // of the 10,000 in the bucket
+  EXPECT_EQ(limit.take_request("a", start), 5u);
+  EXPECT_EQ(limit.take_request("a", start + seconds(3)), 2u);
+  EXPECT_FALSE(limit.take_request("a", start + seconds(5)));
+  limit.take_bytes("a", UINT64_MAX, start + seconds(5));
+  EXPECT_EQ(limit.take_request("a", start + seconds(5)), 3600u);
+}
+
+TEST(RateLimits, OfManyAddressesTheOldestAreForgotten) {
+  RateLimit limit({.requests = 0.1, .bytes = 0});
+  const Clock::time_point start{};
+  EXPECT_FALSE(limit.take_request("first", start));
+  EXPECT_TRUE(limit.take_request("first", start));
+  EXPECT_FALSE(limit.take_request("kept", start));
+  for (size_t i = 0; i + 2 < RateLimit::kMaxAddresses; ++i) {
+    limit.take_request(std::to_string(i), start);
+  }
+  EXPECT_TRUE(limit.take_request("kept", start));
+  for (int i = 0; i < 10; ++i) limit.take_request("another " + std::to_string(i), start);
+  EXPECT_EQ(limit.addresses(), RateLimit::kMaxAddresses);
+  EXPECT_TRUE(limit.take_request("kept", start));
+  EXPECT_FALSE(limit.take_request("first", start));
+}
+
+TEST(ByteBudgets, AreSharedAndGivenBack) {
+  ByteBudget budget(100);
+  ByteBudget::Share large;
+  EXPECT_TRUE(large.take(budget, 1000)) << "alone, a body may be larger than the budget";
+  {
+    ByteBudget::Share other;
+    EXPECT_FALSE(other.take(budget, 1));
+  }
+  EXPECT_EQ(budget.used(), 1000u);
+  {
+    ByteBudget next(100);
+    ByteBudget::Share a, b, c;
+    EXPECT_TRUE(a.take(next, 60));
+    EXPECT_TRUE(b.take(next, 40));
+    EXPECT_FALSE(c.take(next, 1));
+    EXPECT_EQ(next.used(), 100u);
+  }
+}
+
+class Limits : public ServerTest {};
+
+TEST_F(Limits, RequestsAboveTheRateAreRefusedAndTheConnectionStays) {
+  options.limits.requests_per_second = 0.01;  // one request, then one every 100 s
+  start();
+  Client client(port());
+  EXPECT_EQ(client.request("GET", "/healthz").status, 200);
+  const Answer answer = client.request("GET", "/healthz");
+  EXPECT_EQ(answer.status, 429);
+  EXPECT_NE(answer.body.find("too_many_requests"), std::string::npos);
+  const int wait = std::stoi(answer.header("retry-after"));
+  EXPECT_GE(wait, 1);
+  EXPECT_LE(wait, 100);
+  EXPECT_EQ(answer.header("x-content-type-options"), "nosniff");
+  EXPECT_EQ(answer.header("cross-origin-resource-policy"), "same-origin");
+  EXPECT_EQ(client.request("GET", "/healthz").status, 429);
+  EXPECT_EQ(get(port(), "/healthz").status, 429) << "a new connection of the same address";
+}
+
+TEST_F(Limits, BytesAboveTheRateAreRefusedAfterTheResponse) {
+  options.limits.bytes_per_second = 10;
+  start();
+  Client client(port());
+  client.send("HEAD " + content("file") + " HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  EXPECT_EQ(client.receive(true).status, 200);
+  const Answer file = client.request("GET", content("file"));
+  EXPECT_EQ(file.status, 200);
+  EXPECT_EQ(file.body, text_of(alpha.file));
+  EXPECT_EQ(client.request("GET", content("header")).status, 429);
+}
+
+TEST_F(Limits, BodiesAboveTheMemoryAreRefused) {
+  const KnownStore large = make_store(3, {128, 128, 128}, 2'000'000);
+  write_file(folder.path() / "large.isosplat", large.file);
+  options.limits.bytes_in_flight = 1;
+  start();
+  // A client that reads nothing keeps the memory of its response.
+  Client slow(port());
+  slow.set_receive_buffer(4096);
+  slow.send("GET /v1/volumes/large/" + large.content + "/file HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  slow.read(12);
+  Client other(port());
+  const Answer answer = other.request("GET", content("file"));
+  EXPECT_EQ(answer.status, 503);
+  EXPECT_NE(answer.body.find("busy"), std::string::npos);
+  EXPECT_EQ(answer.header("retry-after"), "1");
+  while (!slow.read(1 << 20).empty()) {
+    if (other.request("GET", content("file")).status == 200) break;
+  }
+  EXPECT_TRUE(eventually([&] { return other.request("GET", content("file")).status == 200; }));
+}
+
+}  // namespace
+}  // namespace isosplat::test
