@@ -3,11 +3,13 @@
 #include <utility>
 
 #include "native/cli/command.h"
-#include "native/cli/numbers.h"
+#include "native/cli/config_file.h"
+#include "native/cli/operation_flags.h"
 #include "native/cli/options.h"
 #include "native/cli/server_flags.h"
 #include "native/cli/serving.h"
 #include "native/cli/terminal.h"
+#include "server/service_manager.h"
 
 namespace isosplat::cli {
 namespace {
@@ -15,17 +17,17 @@ namespace {
 struct ServeCall {
   std::vector<std::string> stores;
   ServerFlags server_flags;
-  uint32_t threads = 0;
-  uint32_t disk_threads = ServerOptions{}.disk_threads;
-  bool verbose = false;
+  OperationFlags operation_flags;
 };
 
 int run(const ServeCall& call) {
   Result<ServerOptions> parsed = call.server_flags.options();
   if (!parsed) return report(parsed.error());
   ServerOptions options = std::move(*parsed);
-  options.threads = call.threads;
-  options.disk_threads = call.disk_threads;
+  if (Result<void> applied = call.operation_flags.apply(options); !applied) {
+    return report(applied.error());
+  }
+  options.sockets = take_passed_sockets();
   options.stores.assign(call.stores.begin(), call.stores.end());
   for (const std::filesystem::path& store : options.stores) {
     std::error_code error;
@@ -36,9 +38,6 @@ int run(const ServeCall& call) {
                                                    store.string())});
     }
   }
-  if (call.verbose) {
-    options.access_log = [](std::string_view line) { fmt::print(stderr, "{}\n", line); };
-  }
   return serve_until_stopped(std::move(options), "");
 }
 
@@ -47,24 +46,18 @@ int run(const ServeCall& call) {
 void add_serve_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("serve", "Serve stores and the page over HTTP");
   auto call = std::make_shared<ServeCall>();
+  add_config_option(*command);
   command->add_option("stores", call->stores, "Store files, and folders with *.isosplat files")
       ->required();
   call->server_flags.add_to(*command);
-  command->add_option("--threads", call->threads, "Threads (0: one per core)")
-      ->check(is_whole_number(0, kMaxServerThreads))
-      ->capture_default_str();
-  command
-      ->add_option("--disk-threads", call->disk_threads,
-                   "Threads that wait for disks: how many slow reads run at once")
-      ->check(is_whole_number(1, kMaxServerThreads))
-      ->capture_default_str();
-  command->add_flag("-v,--verbose", call->verbose, "Print each request");
+  call->operation_flags.add_to(*command);
   command->footer(examples(
       "  isosplat serve engine.isosplat head.isosplat\n"
       "  isosplat serve stores/ --port 8081\n"
       "  isosplat serve stores/ --host 0.0.0.0 --cors none\n"
       "  isosplat serve stores/ --host 0.0.0.0 --public\n"
       "  isosplat serve stores/ --token-file tokens.txt\n"
+      "  isosplat serve --config server.toml\n"
       "  isosplat serve stores/ --host 0.0.0.0 --cors none --token-file tokens.txt\n"
       "    --tls-cert a.example.pem --tls-key a.example.key\n"
       "Without --host, only this machine reaches the server, and only its own page reads\n"
@@ -73,7 +66,8 @@ void add_serve_command(CLI::App& program, int& exit_code) {
       "which * stands for any characters, or a folder with a slash (stores/ct/); the word\n"
       "anyone in place of a token admits everyone. ISOSPLAT_TOKEN admits to all volumes,\n"
       "ISOSPLAT_LINK_KEY is the key of links. SIGHUP reads tokens, keys and certificates\n"
-      "again.\n"
+      "again, and opens the access log anew.\n"
+      "A file for --config has lines such as: stores = [\"/srv/ct\", \"/srv/mr\"]\n"
       "New and replaced stores of a folder are served within a second."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }

@@ -4,7 +4,7 @@
 #   bin/isosplat                    chooses one of the programs
 #   libexec/isosplat/ARCH/isosplat  the program for each instruction set that was built
 #   share/isosplat/page             the page
-#   share/man, share/bash-completion, share/zsh, share/doc, lib/systemd
+#   share/man, share/bash-completion, share/zsh, share/doc (with examples), lib/systemd
 #
 # The component library (shared/library/install.cmake) is a Debian package of its own,
 # libisosplat-dev. The archive holds both components.
@@ -41,7 +41,10 @@ install(FILES native/packaging/copyright
 install(FILES ${documents}/changelog.gz
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libisosplat-dev COMPONENT library OPTIONAL)
 # Nothing enables the unit: that is the administrator's decision.
-install(FILES native/packaging/isosplat.service DESTINATION lib/systemd/system COMPONENT program)
+install(FILES native/packaging/isosplat.service native/packaging/isosplat.socket
+        DESTINATION lib/systemd/system COMPONENT program)
+install(FILES native/packaging/nginx.conf native/packaging/Caddyfile
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/isosplat/examples COMPONENT program)
 
 set(CPACK_GENERATOR DEB TGZ)
 set(CPACK_PACKAGE_NAME isosplat)

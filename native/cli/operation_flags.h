@@ -1,0 +1,28 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+
+#include "server/server.h"
+
+namespace isosplat::cli {
+
+/// The options of serve that say how the server runs: threads, limits and logs.
+class OperationFlags {
+ public:
+  void add_to(CLI::App& command);
+
+  /// Sets what was given. Errors: invalid_argument.
+  Result<void> apply(ServerOptions& options) const;
+
+ private:
+  std::string access_log_, log_format_ = "common", rate_bytes_ = "0", bytes_in_flight_ = "256M";
+  double rate_requests_ = 0;
+  uint32_t threads_ = 0, disk_threads_ = ServerOptions{}.disk_threads,
+           connections_ = ServerLimits{}.connections,
+           connections_per_address_ = ServerLimits{}.connections_per_address;
+  bool verbose_ = false;
+};
+
+}  // namespace isosplat::cli

@@ -1,0 +1,193 @@
+// isosplat serve as a service: its configuration file, sockets of systemd, and what it tells
+// systemd.
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "tests/native/cli_program.h"
+
+namespace isosplat::test {
+namespace {
+
+std::string store_in(const TempFolder& folder) {
+  EXPECT_EQ(run({"build", write_ball(folder, 12)}).exit_code, 0);
+  return folder / "ball.isosplat";
+}
+
+/// A listening socket on a free port of the loopback interface.
+struct Listener {
+  Listener() {
+    socket = ::socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t length = sizeof address;
+    EXPECT_EQ(::bind(socket, reinterpret_cast<sockaddr*>(&address), length), 0);
+    EXPECT_EQ(::listen(socket, 16), 0);
+    EXPECT_EQ(::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &length), 0);
+    port = ntohs(address.sin_port);
+  }
+  ~Listener() { ::close(socket); }
+  int socket = -1;
+  uint16_t port = 0;
+};
+
+/// The response to a request for a path, as it comes.
+std::string get(uint16_t port, const std::string& path) {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(port);
+  std::string text;
+  if (::connect(socket, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0) {
+    const std::string request =
+        "GET " + path + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+    EXPECT_EQ(::send(socket, request.data(), request.size(), MSG_NOSIGNAL),
+              static_cast<ssize_t>(request.size()));
+    char buffer[4096];
+    for (ssize_t count; (count = ::recv(socket, buffer, sizeof buffer, 0)) > 0;) {
+      text.append(buffer, static_cast<size_t>(count));
+    }
+  }
+  ::close(socket);
+  return text;
+}
+
+/// The datagrams that a program sends to NOTIFY_SOCKET.
+class Notifications {
+  const TempFolder folder_;
+
+ public:
+  const std::string path = folder_ / "notify";
+
+  Notifications() {
+    socket_ = ::socket(AF_UNIX, SOCK_DGRAM, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    const timeval time{120, 0};  // as long as a slow machine may need
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &time, sizeof time);
+  }
+  ~Notifications() { ::close(socket_); }
+
+  /// Waits for the next one.
+  std::string next() {
+    char buffer[256];
+    const ssize_t count = ::recv(socket_, buffer, sizeof buffer, 0);
+    return count < 0 ? "(none)" : std::string(buffer, static_cast<size_t>(count));
+  }
+
+ private:
+  int socket_ = -1;
+};
+
+/// Starts the program with `socket` as systemd passes it.
+pid_t start_with_socket(const Call& call, int socket, const std::string& out,
+                        const std::string& err, const std::string& notify) {
+  const pid_t child = ::fork();
+  if (child != 0) return child;
+  ::dup2(socket, 3);
+  ::setenv("LISTEN_FDS", "1", 1);
+  ::setenv("LISTEN_PID", std::to_string(::getpid()).c_str(), 1);
+  ::setenv("NOTIFY_SOCKET", notify.c_str(), 1);
+  const auto redirect = [](const std::string& path, int to) {
+    ::dup2(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), to);
+  };
+  redirect(out, 1);
+  redirect(err, 2);
+  std::vector<char*> arguments;
+  std::string program = ISOSPLAT_PROGRAM;
+  arguments.push_back(program.data());
+  std::vector<std::string> copies = call.arguments;
+  for (std::string& argument : copies) arguments.push_back(argument.data());
+  arguments.push_back(nullptr);
+  ::execv(program.c_str(), arguments.data());
+  ::_exit(127);
+}
+
+TEST(CliServe, UsesTheSocketOfSystemdAndTellsItItsState) {
+  const TempFolder folder;
+  const std::string store = store_in(folder);
+  const Listener listener;
+  Notifications notifications;
+  const std::string out = folder / "out", err = folder / "err";
+  // Its port is in use: the passed socket is the only one.
+  const pid_t child =
+      start_with_socket({.arguments = {"serve", store, "--port", std::to_string(listener.port)}},
+                        listener.socket, out, err, notifications.path);
+  EXPECT_EQ(notifications.next(), "READY=1") << read_file(err);
+  EXPECT_TRUE(get(listener.port, "/readyz").starts_with("HTTP/1.1 200 "));
+  // systemd reloads by SIGHUP, also where there is nothing to read again.
+  ::kill(child, SIGHUP);
+  EXPECT_TRUE(notifications.next().starts_with("RELOADING=1\nMONOTONIC_USEC="));
+  EXPECT_EQ(notifications.next(), "READY=1");
+  EXPECT_TRUE(get(listener.port, "/readyz").starts_with("HTTP/1.1 200 "));
+  ::kill(child, SIGTERM);
+  EXPECT_EQ(notifications.next(), "STOPPING=1");
+  EXPECT_EQ(wait_for(child, out, err).exit_code, 0);
+}
+
+TEST(CliServe, RefusesASocketThatIsNoneOfTcp) {
+  const TempFolder folder;
+  const std::string store = store_in(folder);
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  const std::string out = folder / "out", err = folder / "err";
+  const Ended ended =
+      wait_for(start_with_socket({.arguments = {"serve", store}}, socket, out, err, ""), out, err);
+  ::close(socket);
+  EXPECT_EQ(ended.exit_code, 1);
+  EXPECT_NE(ended.err.find("expected a listening socket of TCP"), std::string::npos) << ended.err;
+}
+
+TEST(CliServe, TakesOptionsFromAFileAndTheCommandLineFirst) {
+  const TempFolder folder;
+  const std::string store = store_in(folder), log = folder / "access.log";
+  const std::string config = folder / "server.toml";
+  write_file(config, "# comment\nstores = [\"" + store + "\"]\nport = 1\nlog-format = \"json\"\n" +
+                         "access-log = \"" + log + "\"\npublic = false\nhost = \"127.0.0.1\"\n");
+  const Ended served = serve_and_stop({.arguments = {"serve", "--config", config, "--port", "0"}});
+  EXPECT_EQ(served.exit_code, 0) << served.err;
+  EXPECT_NE(served.err.find("volume ball: "), std::string::npos) << served.err;
+  EXPECT_EQ(access(log.c_str(), F_OK), 0) << "the access log of the file was not opened";
+}
+
+TEST(CliServe, NamesWhatIsWrongInTheFile) {
+  const TempFolder folder;
+  const std::string config = folder / "server.toml";
+  struct Case {
+    const char* text;
+    const char* message;
+  };
+  for (const Case& c :
+       {Case{"prot = 8080\n", "'prot'"}, Case{"port = 99999\n", "99999"},
+        Case{"public = maybe\n", "public: expected true or false"},
+        Case{"[section]\nport = 1\n", "'section'"}, Case{"config = \"other\"\n", "'config'"},
+        Case{"\x01\x02\x03\n", "server.toml"}, Case{"log-format = \"xml\"\n", "xml"}}) {
+    write_file(config, c.text);
+    const Ended ended = run({"serve", folder.path(), "--config", config});
+    EXPECT_EQ(ended.exit_code, 2) << c.text << ended.err;
+    EXPECT_NE(ended.err.find(c.message), std::string::npos) << c.text << ended.err;
+  }
+  EXPECT_EQ(run({"serve", folder.path(), "--config", folder / "nothing"}).exit_code, 2);
+}
+
+TEST(CliServe, RefusesLimitsThatAreNone) {
+  const TempFolder folder;
+  for (const std::vector<std::string>& options : {std::vector<std::string>{"--rate-requests", "-1"},
+                                                  {"--rate-bytes", "many"},
+                                                  {"--bytes-in-flight", "x"},
+                                                  {"--log-format", "xml"},
+                                                  {"--disk-threads", "0"}}) {
+    std::vector<std::string> arguments = {"serve", folder.path(), "--port", "0"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    EXPECT_EQ(run(arguments).exit_code, 2) << options[0];
+  }
+}
+
+}  // namespace
+}  // namespace isosplat::test
