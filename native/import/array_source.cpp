@@ -65,7 +65,7 @@ class ArraySource : public VolumeSource {
     return {};
   }
 
-  uint64_t resident_bytes() const override { return 0; }
+  uint64_t resident_bytes() const override { return reader_->resident_bytes(); }
 
   std::vector<std::filesystem::path> files() const override {
     std::vector<std::filesystem::path> files = reader_->files();

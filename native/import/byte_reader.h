@@ -31,6 +31,9 @@ class ByteReader {
   /// Number of bytes that can be read before an error or the end. Decompresses all compressed data.
   virtual uint64_t available_bytes() = 0;
 
+  /// Memory that it may keep between reads, at most, apart from buffers below 1 MB.
+  virtual uint64_t resident_bytes() const { return 0; }
+
   /// The files from which the bytes are read.
   virtual std::vector<std::filesystem::path> files() const = 0;
 };
@@ -42,8 +45,10 @@ Result<std::unique_ptr<ByteReader>> open_plain(const std::filesystem::path& path
 enum class Deflate : uint8_t { gzip_or_zlib, raw };
 
 /// Decompresses the gzip or zlib data, or deflated data without a container, from byte `start` of a
-/// file; several gzip members may follow each other. Reading forwards is fast; reading backwards
-/// decompresses again from the beginning. Uses about 100 KB of memory. Errors: io_error.
+/// file; several gzip members may follow each other. Reading forwards is fast. It keeps access
+/// points (access_points.h): bytes that were decompressed before are read again from the nearest
+/// one, with 1 MiB to skip at most in data of up to 256 MiB. Every byte is checked against the
+/// container's checksum when it is decompressed for the first time. Errors: io_error.
 Result<std::unique_ptr<ByteReader>> open_deflated(const std::filesystem::path& path,
                                                   uint64_t start = 0,
                                                   Deflate kind = Deflate::gzip_or_zlib);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "native/import/access_points.h"
 #include "native/import/header_text.h"
 
 namespace isosplat {
@@ -103,6 +104,9 @@ class JoinedReader : public ByteReader {
 
   uint64_t size_limit() const override { return parts_.size() * bytes_each_; }
   uint64_t available_bytes() override { return size_limit(); }
+  uint64_t resident_bytes() const override {
+    return deflated_ ? AccessPoints::max_bytes(bytes_each_) : 0;
+  }
 
   std::vector<std::filesystem::path> files() const override {
     std::vector<std::filesystem::path> files;
