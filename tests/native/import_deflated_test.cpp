@@ -73,6 +73,8 @@ TEST(ImportDeflated, RandomReadsGiveTheBytesOfEachContainer) {
     write_file(path, "0123456" + deflated(data, window_bits));
     const Deflate kind = window_bits < 0 ? Deflate::raw : Deflate::gzip_or_zlib;
     const auto reader = open(path, 7, kind);
+    EXPECT_GE(reader->resident_bytes(), 4 * AccessPoints::kWindowBytes);
+    EXPECT_LE(reader->resident_bytes(), uint64_t{8} << 20);
     read_at_random(*reader, data);
     const auto backwards = open(path, 7, kind);
     for (size_t end = data.size(); end > 0;) {
