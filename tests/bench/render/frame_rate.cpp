@@ -1,11 +1,13 @@
 // Time to draw each splat kind, and a triangle mesh in the same renderer: views around the volume
 // as in the paper's experiment (section 6), the kinds in turn at each view. isosplat_frame_rate
-// VOLUME ISOVALUE MESH [--size PX] [--views N] [--kind K] [--band LOW HIGH] Prints one line of
-// JSON. --band: all samples that are active in this range are resident, as in chunks; without it,
-// only those that are active for the isovalue.
+// VOLUME ISOVALUE MESH [--size PX] [--views N] [--kind K] [--band LOW HIGH] [--stages] Prints one
+// line of JSON. --band: all samples that are active in this range are resident, as in chunks;
+// without it, only those that are active for the isovalue. --stages: prints a table instead, of the
+// processor time of all threads by stage of a frame. It does not change with what else runs.
 #include <GLES3/gl3.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -23,6 +25,7 @@ struct Options {
   double isovalue, low, high;
   int size = 1024, views = 36;
   std::string kind;  ///< empty: all
+  bool stages = false;
 };
 
 Options parse_options(int argc, char** argv) {
@@ -36,6 +39,8 @@ Options parse_options(int argc, char** argv) {
       options.views = std::max(1, std::atoi(next()));
     else if (!std::strcmp(argv[i], "--kind"))
       options.kind = next();
+    else if (!std::strcmp(argv[i], "--stages"))
+      options.stages = true;
     else if (!std::strcmp(argv[i], "--band")) {
       options.low = std::atof(next());
       options.high = std::atof(next());
@@ -57,42 +62,104 @@ GLuint make_framebuffer(int size) {
 }
 
 constexpr const char* kNames[] = {"quad", "ellipse", "exact", "smooth", "mesh"};
-constexpr int kMesh = 4;
+constexpr size_t kMesh = 4;
 
-/// Time for all views, by kNames.
+/// Times in seconds of a frame, or of all views.
 struct Times {
-  double seconds[5] = {}, processor_seconds[5] = {};
+  double wall = 0;
+  double processor = 0;  ///< of all threads
+  double vertices = 0;   ///< the part of `processor` of vertex shaders and culling
+  double picture = 0;  ///< the part of an empty frame: clearing, lighting and composing all pixels
+  uint64_t samples = 0;  ///< whose vertex shaders run
+
+  void add(const Times& other) {
+    wall += other.wall;
+    processor += other.processor;
+    vertices += other.vertices;
+    picture += other.picture;
+    samples += other.samples;
+  }
 };
 
+/// Draws a frame. Returns nullopt if it cannot be drawn.
+std::optional<Times> time_frame(Renderer& renderer, int size, GLuint framebuffer) {
+  glFinish();
+  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t processor_begin = std::clock();
+  const auto drawn = renderer.draw(size, size, framebuffer);
+  if (!drawn) return std::nullopt;
+  glFinish();
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  Times times;
+  times.wall = taken.count();
+  times.processor = double(std::clock() - processor_begin) / CLOCKS_PER_SEC;
+  times.samples = drawn->samples_drawn;
+  return times;
+}
+
+/// Adds the times of the stages to those of a frame that was drawn last. Without rasterization, the
+/// depths of that frame stay, so that the vertex shaders drop the samples that it occludes.
+bool time_stages(Renderer& renderer, int size, GLuint framebuffer, Times& times) {
+  glEnable(GL_RASTERIZER_DISCARD);
+  const auto vertices = time_frame(renderer, size, framebuffer);
+  glDisable(GL_RASTERIZER_DISCARD);
+  const RenderSettings settings = renderer.settings();
+  RenderSettings empty = settings;
+  empty.isosurfaces[0].opacity = 0;
+  renderer.set_settings(empty);
+  const auto picture = time_frame(renderer, size, framebuffer);
+  renderer.set_settings(settings);
+  if (!vertices || !picture) return false;
+  times.vertices = vertices->processor;
+  times.picture = picture->processor;
+  return true;
+}
+
 /// Draws all kinds in turn at each view. Returns nullopt if a picture cannot be drawn.
-std::optional<Times> draw_views(Renderer& splats, Renderer& mesh, const Options& options,
-                                Camera camera) {
+std::optional<std::array<Times, 5>> draw_views(Renderer& splats, Renderer& mesh,
+                                               const Options& options, Camera camera) {
   const GLuint framebuffer = make_framebuffer(options.size);
   RenderSettings settings;
   settings.isosurfaces = {{options.isovalue, {0.85f, 0.8f, 0.7f}, 1}};
   settings.eye_dome = 0;
-  Times times;
+  std::array<Times, 5> sums;
   for (int view = -1; view < options.views; ++view) {  // the first one warms up
     camera.azimuth = 360.0 * view / options.views;
-    for (int kind = 0; kind < 5; ++kind) {
+    for (size_t kind = 0; kind < sums.size(); ++kind) {
       if (kind != kMesh && !options.kind.empty() && options.kind != kNames[kind]) continue;
       Renderer& renderer = kind == kMesh ? mesh : splats;
-      settings.kind = static_cast<SplatKind>(std::min(kind, 2));
+      settings.kind =
+          kind == kMesh ? SplatKind::quad : static_cast<SplatKind>(std::min<size_t>(kind, 2));
       settings.shading = kind == 3 ? Shading::smooth : Shading::exact;
       renderer.set_settings(settings);
       renderer.set_camera(camera);
-      glFinish();
-      const auto begin = std::chrono::steady_clock::now();
-      const std::clock_t processor_begin = std::clock();
-      if (!renderer.draw(options.size, options.size, framebuffer)) return std::nullopt;
-      glFinish();
-      const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
-      if (view < 0) continue;
-      times.seconds[kind] += taken.count();
-      times.processor_seconds[kind] += double(std::clock() - processor_begin) / CLOCKS_PER_SEC;
+      auto times = time_frame(renderer, options.size, framebuffer);
+      if (!times) return std::nullopt;
+      if (options.stages && !time_stages(renderer, options.size, framebuffer, *times)) {
+        return std::nullopt;
+      }
+      if (view >= 0) sums[kind].add(*times);
     }
   }
-  return times;
+  return sums;
+}
+
+/// Prints a row of Markdown for each kind, in ms of processor time per frame. What is left is the
+/// rasterization of points or triangles, and their fragment shaders.
+void print_stages(const std::array<Times, 5>& sums, int views) {
+  const Times& empty = sums[0];  // the mesh is lit as quads are, and draws into the same picture
+  std::printf(
+      "| kind | samples | vertices | points, fragments | picture | frame | of the mesh |\n");
+  std::printf("|---|---|---|---|---|---|---|\n");
+  for (size_t kind = 0; kind < sums.size(); ++kind) {
+    const Times& sum = sums[kind];
+    const double picture = kind == kMesh ? empty.picture : sum.picture;
+    const auto ms = [views](double seconds) { return seconds / views * 1000; };
+    std::printf("| %s | %llu | %.1f | %.1f | %.1f | %.1f | %.2f |\n", kNames[kind],
+                static_cast<unsigned long long>(sum.samples / static_cast<uint64_t>(views)),
+                ms(sum.vertices), ms(sum.processor - sum.vertices - picture), ms(picture),
+                ms(sum.processor), sum.processor / sums[kMesh].processor);
+  }
 }
 
 int run(int argc, char** argv) {
@@ -120,13 +187,17 @@ int run(int argc, char** argv) {
   camera.distance *= 0.7;
   const auto times = draw_views(splats, mesh, options, camera);
   if (!times) return 1;
+  if (options.stages) {
+    print_stages(*times, options.views);
+    return 0;
+  }
   std::printf("{\"renderer\":\"%s\",\"samples\":%llu,\"triangles\":%llu",
               splats.limits().renderer.c_str(), static_cast<unsigned long long>(samples),
               static_cast<unsigned long long>(triangles));
-  for (int kind = 0; kind < 5; ++kind) {
-    std::printf(",\"%s_ms\":%.3f,\"%s_cpu_ms\":%.3f", kNames[kind],
-                times->seconds[kind] / options.views * 1000, kNames[kind],
-                times->processor_seconds[kind] / options.views * 1000);
+  for (size_t kind = 0; kind < times->size(); ++kind) {
+    const Times& sum = (*times)[kind];
+    std::printf(",\"%s_ms\":%.3f,\"%s_cpu_ms\":%.3f", kNames[kind], sum.wall / options.views * 1000,
+                kNames[kind], sum.processor / options.views * 1000);
   }
   std::printf("}\n");
   return 0;
