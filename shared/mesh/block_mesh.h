@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "shared/base/vec3.h"
+#include "shared/codec/chunk_codec.h"
+#include "shared/mesh/cell_edges.h"
+
+namespace isosplat {
+
+/// An edge of a level's lattice that the isosurface cuts: axis and low end, in cells of the level.
+/// Identifies a vertex in all blocks.
+struct LatticeEdge {
+  Index3 low;
+  int axis = 0;
+
+  /// Different for all edges of a level, since it has at most 2^20 voxels along each axis.
+  uint64_t key() const {
+    return static_cast<uint64_t>(low.x) | static_cast<uint64_t>(low.y) << 21 |
+           static_cast<uint64_t>(low.z) << 42 | uint64_t(axis) << 62;
+  }
+};
+
+struct MeshVertex {
+  Vec3f position;  ///< in cells, from the block's low corner
+  /// The sum of the trilinear gradients of the block's cells at this point, in quantized values per
+  /// cell. Over all cells around a lattice edge, its components across the edge are those of
+  /// central differences.
+  Vec3f gradient;
+};
+
+/// A vertex on a face of its block, which other blocks may have as well.
+struct BorderVertex {
+  uint32_t vertex = 0;  ///< its index in the block
+  LatticeEdge edge;     ///< in cells of the level
+};
+
+/// The isosurface in one block. Triangles are counter-clockwise seen from the side of lower values.
+struct BlockMesh {
+  std::vector<MeshVertex> vertices;
+  std::vector<BorderVertex> border;  ///< ascending by vertex
+  std::vector<std::array<uint32_t, 3>> triangles;
+};
+
+/// Makes triangles of decoded cells. Keeps about 3 MB of scratch memory, so use one per thread.
+class BlockMesher {
+ public:
+  BlockMesher();
+
+  /// Replaces the content of `mesh`. origin: the block's low corner in cells of the level. cells:
+  /// the cells of the block's chunk for this isovalue; inactive ones are skipped. Vertices are
+  /// numbered by the order of cells.
+  void run(const DecodedCells& cells, Index3 block_cells, Index3 origin, float quantized_isovalue,
+           BlockMesh& mesh);
+
+ private:
+  void add_cell(uint32_t place, const CellCorners& corners, BlockMesh& mesh);
+  uint32_t vertex_at(int edge, Index3 low, const std::array<double, 8>& values, BlockMesh& mesh);
+
+  Index3 cells_{}, origin_{};
+  double isovalue_ = 0;
+  std::vector<uint32_t> vertex_of_;  ///< of each lattice edge of the block, + 1; 0: none
+  std::vector<uint32_t> used_;       ///< entries of vertex_of_ that are not 0
+};
+
+}  // namespace isosplat
