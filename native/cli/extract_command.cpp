@@ -7,6 +7,7 @@
 #include "native/cli/options.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
+#include "native/cli/write_mesh.h"
 #include "native/extract/extract.h"
 #include "native/extract/ply_file.h"
 
@@ -20,8 +21,18 @@ struct ExtractCall {
   unsigned threads = 0;
   ProjectionOptions projection;
   std::string shading = "smooth";
+  bool mesh = false;
   bool force = false;
 };
+
+void explain_no_surface(const StoreFile& store, const ExtractCall& call) {
+  const std::string reason = no_isosurface(store.info(), call.isovalue);
+  note(!reason.empty()
+           ? reason
+           : fmt::format("no cell of level {} is active at {}: all cells that the isosurface would "
+                         "cross touch missing voxels",
+                         call.level, call.isovalue));
+}
 
 int run(const ExtractCall& call) {
   const auto store = StoreFile::open(call.store);
@@ -34,13 +45,24 @@ int run(const ExtractCall& call) {
       !checked) {
     return report(checked.error());
   }
-  if (auto checked = check_replaceable(path, "ply\n", "a PLY file", call.force); !checked) {
+  const Result<FileKind> kind = call.mesh ? kind_of_mesh(path) : FileKind{"ply\n", "a PLY file"};
+  if (!kind) return report(kind.error());
+  if (auto checked = check_replaceable(path, kind->beginning, kind->name, call.force); !checked) {
     return report(checked.error());
   }
-  auto file = PlyFile::create(
-      path, (*store)->info().grid,
+  const std::string comment =
       fmt::format("isosurface {} of {}, level {}, by isosplat " ISOSPLAT_VERSION, call.isovalue,
-                  std::filesystem::path(call.store).filename().string(), call.level));
+                  std::filesystem::path(call.store).filename().string(), call.level);
+  if (call.mesh) {
+    const auto mesh = write_mesh(**store, call.isovalue, {call.level, call.threads}, path, comment);
+    if (!mesh) return report(mesh.error());
+    fmt::print("{}: {} triangles, {} vertices with normals, {}\n", path.string(),
+               with_commas(mesh->counts.triangles), with_commas(mesh->counts.vertices),
+               format_bytes(mesh->bytes));
+    if (mesh->counts.triangles == 0) explain_no_surface(**store, call);
+    return kSuccess;
+  }
+  auto file = PlyFile::create(path, (*store)->info().grid, comment);
   if (!file) return report(file.error());
   const auto points = extract_points(**store, call.isovalue, call.projection,
                                      {call.level, call.threads, call.shading == "smooth"},
@@ -49,22 +71,15 @@ int run(const ExtractCall& call) {
   if (auto published = file->publish(); !published) return report(published.error());
   fmt::print("{}: {} points with normals, {}\n", path.string(), with_commas(*points),
              format_bytes(file->bytes()));
-  if (*points == 0) {
-    const std::string reason = no_isosurface((*store)->info(), call.isovalue);
-    note(!reason.empty()
-             ? reason
-             : fmt::format("no cell of level {} is active at {}: all cells that the isosurface "
-                           "would cross touch missing voxels",
-                           call.level, call.isovalue));
-  }
+  if (*points == 0) explain_no_surface(**store, call);
   return kSuccess;
 }
 
 }  // namespace
 
 void add_extract_command(CLI::App& program, int& exit_code) {
-  CLI::App* command =
-      program.add_subcommand("extract", "Write an isosurface as points with normals (PLY file)");
+  CLI::App* command = program.add_subcommand(
+      "extract", "Write an isosurface as points with normals, or as triangles");
   auto call = std::make_shared<ExtractCall>();
   command->add_option("store", call->store, "A store file")->required();
   command->add_option("-i,--isovalue", call->isovalue, "The isovalue, in the volume's values")
@@ -76,18 +91,27 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       ->add_option("--level", call->level, "0 is the finest; each further level halves each axis")
       ->check(is_whole_number(0, 32))
       ->capture_default_str();
-  command->add_flag("--exact", call->projection.exact,
-                    "Place points exactly on the trilinear surface if the ray along the gradient\n"
-                    "meets it inside of the cell");
-  command->add_flag_callback(
-      "--drop-displaced", [call] { call->projection.displaced = Displaced::drop; },
-      "Omit points of level 0 that a Newton step moves by more than half a cell's diagonal\n"
-      "(Co, Hamann, Joy 2003, section 3.2), and do not clamp the others to their cells");
+  CLI::Option* mesh = command->add_flag(
+      "--mesh", call->mesh,
+      "Write triangles instead of points: a closed surface (except where the volume\n"
+      "ends) as a PLY, STL or OBJ file, by the extension of --output");
+  command
+      ->add_flag("--exact", call->projection.exact,
+                 "Place points exactly on the trilinear surface if the ray along the gradient\n"
+                 "meets it inside of the cell")
+      ->excludes(mesh);
+  command
+      ->add_flag_callback(
+          "--drop-displaced", [call] { call->projection.displaced = Displaced::drop; },
+          "Omit points of level 0 that a Newton step moves by more than half a cell's diagonal\n"
+          "(Co, Hamann, Joy 2003, section 3.2), and do not clamp the others to their cells")
+      ->excludes(mesh);
   command
       ->add_option("--shading", call->shading,
                    "smooth: normals are continuous, from the cells around each point;\n"
                    "exact: the gradient of each cell, which jumps from cell to cell")
       ->check(CLI::IsMember({"smooth", "exact"}))
+      ->excludes(mesh)
       ->capture_default_str();
   command->add_flag("--force", call->force, "Replace any file of this name");
   command->add_option("--threads", call->threads, "Threads (0: one per core)")
@@ -95,11 +119,17 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   command->footer(
       "The file has one point in each active cell, the same as `isosplat render` draws. On noisy\n"
-      "volumes --drop-displaced omits about an eighth of the points, which leaves holes.\n\n" +
+      "volumes --drop-displaced omits about an eighth of the points, which leaves holes. With "
+      "--mesh, the\n"
+      "file has the triangles of the same surface, with smooth normals. They share their "
+      "vertices,\n"
+      "and are counter-clockwise seen from the side of smaller values.\n\n" +
       examples("  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
                "  isosplat extract head.isosplat -i -300 --exact --level 1\n"
+               "  isosplat extract engine.isosplat --isovalue 60.5 --mesh -o engine.stl\n"
                "MeshLab, CloudCompare, Open3D and VTK read the file. Positions are in world "
-               "space. They are\ndouble precision if single precision would be wrong by more than "
+               "space. In PLY files\nthey are double precision if single precision would be wrong "
+               "by more than "
                "1/2000 of a voxel."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }

@@ -11,9 +11,6 @@ namespace isosplat {
 
 static_assert(std::endian::native == std::endian::little, "the file has the layout of memory");
 
-namespace {
-
-/// Whether single precision would move a point of the volume by more than 1/2000 of a voxel.
 bool needs_doubles(const VolumeGrid& grid) {
   double farthest = 0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -26,10 +23,21 @@ bool needs_doubles(const VolumeGrid& grid) {
   return !(std::ldexp(farthest, -24) <= voxel / 2000);
 }
 
+namespace {
+
+#pragma pack(push, 1)
+/// A triangle as "property list uchar uint vertex_indices".
+struct Face {
+  uint8_t count = 3;
+  std::array<uint32_t, 3> vertices;
+};
+#pragma pack(pop)
+static_assert(sizeof(Face) == 13);
+
 }  // namespace
 
 Result<PlyFile> PlyFile::create(const std::filesystem::path& path, const VolumeGrid& grid,
-                                std::string_view comment) {
+                                std::string_view comment, Content content) {
   auto file = OutputFile::create(path);
   if (!file) return tl::unexpected(file.error());
   std::string one_line(comment);
@@ -37,6 +45,11 @@ Result<PlyFile> PlyFile::create(const std::filesystem::path& path, const VolumeG
     if (static_cast<unsigned char>(c) < ' ') c = ' ';
   }
   PlyFile ply(std::move(*file), needs_doubles(grid), std::move(one_line));
+  if (content == Content::triangles) {
+    auto triangles = PosixFile::create_temporary(path.has_parent_path() ? path.parent_path() : ".");
+    if (!triangles) return tl::unexpected(triangles.error());
+    ply.triangle_file_ = std::move(*triangles);
+  }
   ply.end_ = ply.header().size();
   return ply;
 }
@@ -48,8 +61,12 @@ std::string PlyFile::header() const {
   return fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {:020}\n"
       "property {} x\nproperty {} y\nproperty {} z\n"
-      "property float nx\nproperty float ny\nproperty float nz\nend_header\n",
-      comment_, points_, type, type, type);
+      "property float nx\nproperty float ny\nproperty float nz\n{}end_header\n",
+      comment_, points_, type, type, type,
+      triangle_file_ ? fmt::format("element face {:020}\n"
+                                   "property list uchar uint vertex_indices\n",
+                                   triangles_)
+                     : "");
 }
 
 Result<void> PlyFile::append(const PointArrays& points) {
@@ -74,7 +91,34 @@ Result<void> PlyFile::append(const PointArrays& points) {
   return {};
 }
 
+Result<void> PlyFile::append(std::span<const std::array<uint32_t, 3>> triangles) {
+  buffer_.resize(triangles.size() * sizeof(Face));
+  for (size_t i = 0; i < triangles.size(); ++i) {
+    const Face face{3, triangles[i]};
+    std::memcpy(&buffer_[i * sizeof(Face)], &face, sizeof(Face));
+  }
+  auto written = triangle_file_->write(triangles_ * sizeof(Face), buffer_);
+  if (written) triangles_ += triangles.size();
+  return written;
+}
+
+/// Appends the triangles to the points.
+Result<void> PlyFile::copy_triangles() {
+  constexpr uint64_t kPiece = uint64_t{1} << 20;
+  const uint64_t bytes = triangles_ * sizeof(Face);
+  for (uint64_t done = 0; done < bytes; done += kPiece) {
+    buffer_.resize(std::min(kPiece, bytes - done));
+    if (auto read = triangle_file_->read(done, buffer_); !read) return read;
+    if (auto written = file_.write(end_, buffer_); !written) return written;
+    end_ += buffer_.size();
+  }
+  return {};
+}
+
 Result<void> PlyFile::publish() {
+  if (triangle_file_) {
+    if (auto copied = copy_triangles(); !copied) return copied;
+  }
   const std::string text = header();
   if (auto written = file_.write(0, std::as_bytes(std::span(text))); !written) return written;
   return file_.publish();

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string_view>
 
 #include "native/files/output_file.h"
@@ -8,22 +11,31 @@
 
 namespace isosplat {
 
-/// A binary little-endian PLY file of points with normals, which MeshLab, CloudCompare, Open3D and
-/// VTK read. It appears under its name with publish(). The number of points need not be known in
-/// advance.
+/// Whether single precision would move a point of the volume by more than 1/2000 of a voxel.
+bool needs_doubles(const VolumeGrid& grid);
+
+/// A binary little-endian PLY file of points with normals, and optionally of triangles, which
+/// MeshLab, CloudCompare, Open3D and VTK read. It appears under its name with publish(). The number
+/// of points and triangles need not be known in advance: triangles are kept in a temporary file.
 ///
 /// Positions have single precision if its error is at most 1/2000 of a voxel in the whole volume,
 /// otherwise double precision: at UTM coordinates the error of single precision is half a metre.
 /// Normals always have single precision.
 class PlyFile {
  public:
+  enum class Content { points, triangles };
+
   /// `grid`: of the volume that contains the points. `comment`: one line for the header. Errors:
   /// those of OutputFile.
   static Result<PlyFile> create(const std::filesystem::path& path, const VolumeGrid& grid,
-                                std::string_view comment);
+                                std::string_view comment, Content content = Content::points);
 
   /// Errors: io_error.
   Result<void> append(const PointArrays& points);
+
+  /// Requires Content::triangles. Indices are those of points in the order of append(). Errors:
+  /// io_error.
+  Result<void> append(std::span<const std::array<uint32_t, 3>> triangles);
 
   /// Completes the header, and gives the file its name. Errors: io_error.
   Result<void> publish();
@@ -34,11 +46,13 @@ class PlyFile {
   PlyFile(OutputFile file, bool doubles, std::string comment)
       : file_(std::move(file)), doubles_(doubles), comment_(std::move(comment)) {}
   std::string header() const;
+  Result<void> copy_triangles();
 
   OutputFile file_;
   bool doubles_;
   std::string comment_;
-  uint64_t points_ = 0;
+  std::optional<PosixFile> triangle_file_;  // if there are to be triangles
+  uint64_t points_ = 0, triangles_ = 0;
   uint64_t end_ = 0;
   std::vector<std::byte> buffer_;
 };

@@ -5,6 +5,7 @@ import { createInterface } from "node:readline";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
 import { FlyingEdges, type Mesh, readNrrd } from "./harness/flying_edges.ts";
 import { root } from "./harness/paths.ts";
+import { peakMegabytes } from "./harness/peak_memory.ts";
 
 const threads = 2;
 const cases = [
@@ -23,22 +24,34 @@ interface Extraction {
   read: number;
 }
 
-/** A separate process with an open store, which extracts points on request. */
-class StoreExtractor {
+interface Triangles {
+  seconds: number;
+  vertices: number;
+  triangles: number;
+  bytes: number;
+}
+
+/** A separate process with an open store, which extracts points, or a mesh, on request. */
+class StoreExtractor<Answer> {
   readonly #child: ChildProcess;
   readonly #lines: AsyncIterator<string>;
 
-  constructor(program: string, store: string) {
-    const child = spawn(program, [store, String(threads)], { stdio: ["pipe", "pipe", "inherit"] });
+  constructor(program: string, store: string, ...options: string[]) {
+    const args = [store, String(threads), ...options];
+    const child = spawn(program, args, { stdio: ["pipe", "pipe", "inherit"] });
     this.#child = child;
     this.#lines = createInterface({ input: child.stdout })[Symbol.asyncIterator]();
   }
 
-  async extract(isovalue: number): Promise<Extraction> {
+  get peakMegabytes(): number {
+    return peakMegabytes(this.#child.pid);
+  }
+
+  async extract(isovalue: number): Promise<Answer> {
     this.#child.stdin?.write(`${isovalue}\n`);
     const { value, done } = await this.#lines.next();
     if (done) throw new Error("isosplat_extract_bench ended");
-    return JSON.parse(value) as Extraction;
+    return JSON.parse(value) as Answer;
   }
 
   close(): void {
@@ -59,12 +72,14 @@ async function runCase(bench: Bench, program: string, python: string | undefined
   const store = `${bench.folder}/${index}.isosplat`;
   bench.say(`building the store of ${file}`);
   await bench.command(bench.isosplat, ["build", volume, "-o", store, "--quiet"]);
-  const ours = new StoreExtractor(program, store);
+  const ours = new StoreExtractor<Extraction>(program, store);
+  const mesher = new StoreExtractor<Triangles>(program, store, "mesh");
   const peer = python
     ? await FlyingEdges.open(python, readNrrd(volume), threads, bench.folder)
     : undefined;
   try {
     let extraction: Extraction | undefined;
+    let triangles: Triangles | undefined;
     let mesh: Mesh | undefined;
     // The two programs alternate. Of two extractions in a row, the first warms the caches, and only the
     // second is measured.
@@ -74,6 +89,11 @@ async function runCase(bench: Bench, program: string, python: string | undefined
           await ours.extract(isovalue);
           extraction = await ours.extract(isovalue);
           return 1000 * extraction.seconds;
+        },
+        mesh: async () => {
+          await mesher.extract(isovalue);
+          triangles = await mesher.extract(isovalue);
+          return 1000 * triangles.seconds;
         },
         vtk: async () => {
           if (!peer) return 0;
@@ -89,20 +109,32 @@ async function runCase(bench: Bench, program: string, python: string | undefined
     bench.report(what, "samples decoded", "", extraction.samples);
     bench.report(what, "output", "MB", extraction.bytes / 1e6);
     bench.report(what, "read from the store", "KB", extraction.read / 1e3);
+    if (triangles) {
+      bench.report(what, "Isosplat, mesh", "ms", runs.mesh);
+      bench.report(what, "triangles of the mesh", "", triangles.triangles);
+      bench.report(what, "peak memory of the mesh", "MB", mesher.peakMegabytes);
+    }
     if (!mesh) return;
     bench.report(what, "Flying Edges, 2 threads (TBB)", "ms", runs.vtk);
     bench.report(what, "its triangles", "", mesh.triangles);
     bench.report(what, "its output", "MB", mesh.bytes / 1e6);
     bench.report(what, "faster by", "×", median(runs.vtk) / median(runs.isosplat), { atLeast: 3 });
     bench.report(what, "output, of its", "×", extraction.bytes / mesh.bytes, { atMost: 1 / 3 });
+    const meshRatio = median(runs.vtk) / median(runs.mesh);
+    bench.report(what, "mesh faster by", "×", meshRatio, { atLeast: 1.5 });
+    if (!peer) return;
+    const memory = mesher.peakMegabytes / peer.peakMegabytes;
+    bench.report(what, "peak memory of the mesh, of its", "×", memory, { atMost: 0.5 });
   } finally {
     ours.close();
+    mesher.close();
     peer?.close();
   }
 }
 
 export default {
-  title: "extraction beside VTK's Flying Edges: look-up and decoding until samples can be drawn",
+  title:
+    "extraction beside VTK's Flying Edges: until samples can be drawn, and until there is a mesh",
   async run(bench) {
     const program = join(root, "build/release/tests/bench/extract/isosplat_extract_bench");
     if (!existsSync(program)) throw new Error(`${program} is not built. Run: npm run build`);

@@ -1,28 +1,71 @@
 // Extracts isosurfaces from an open store:
-// isosplat_extract_bench STORE THREADS
+// isosplat_extract_bench STORE THREADS [mesh]
 // For each isovalue, a line of standard input, the program prints a line of JSON: the seconds from
-// the directory look-up to samples in the GPU's layout, and their number.
+// the directory look-up to samples in the GPU's layout, and their number; or, with "mesh", to
+// triangles with normals.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "native/extract/extract.h"
+#include "native/extract/extract_mesh.h"
 
 namespace {
 
-int run(const char* path, unsigned threads) {
-  const auto store = isosplat::StoreFile::open(path);
-  if (!store) {
-    std::fprintf(stderr, "%s\n", store.error().message.c_str());
-    return 1;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+std::shared_ptr<isosplat::StoreFile> open_store(const char* path) {
+  auto store = isosplat::StoreFile::open(path);
+  if (store) return std::move(*store);
+  std::fprintf(stderr, "%s\n", store.error().message.c_str());
+  std::exit(1);
+}
+
+int run_meshes(const char* path, unsigned threads) {
+  const auto store = open_store(path);
+  char line[64];
+  while (std::fgets(line, sizeof line, stdin)) {
+    const double isovalue = std::atof(line);
+    std::vector<isosplat::MeshPart> parts;
+    const auto begin = Clock::now();
+    const auto counts =
+        isosplat::extract_mesh(*store, isovalue, {0, threads}, [&](isosplat::MeshPart&& part) {
+          parts.push_back(std::move(part));
+          return isosplat::Result<void>{};
+        });
+    const double seconds = seconds_since(begin);
+    if (!counts) {
+      std::fprintf(stderr, "%s\n", counts.error().message.c_str());
+      return 1;
+    }
+    const uint64_t bytes = counts->vertices * (sizeof(isosplat::Vec3d) + sizeof(isosplat::Vec3f)) +
+                           counts->triangles * 12;
+    std::printf("{\"seconds\": %.9f, \"vertices\": %llu, \"triangles\": %llu, \"bytes\": %llu}\n",
+                seconds, static_cast<unsigned long long>(counts->vertices),
+                static_cast<unsigned long long>(counts->triangles),
+                static_cast<unsigned long long>(bytes));
+    std::fflush(stdout);
   }
+  return 0;
+}
+
+int run(const char* path, unsigned threads) {
+  const auto store = open_store(path);
   std::vector<isosplat::ChunkSamples> chunks;
   char line[64];
   while (std::fgets(line, sizeof line, stdin)) {
     const double isovalue = std::atof(line);
-    const auto begin = std::chrono::steady_clock::now();
-    const auto done = isosplat::extract_samples(**store, isovalue, {0, threads}, chunks);
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    const auto begin = Clock::now();
+    const auto done = isosplat::extract_samples(*store, isovalue, {0, threads}, chunks);
+    const double seconds = seconds_since(begin);
     if (!done) {
       std::fprintf(stderr, "%s\n", done.error().message.c_str());
       return 1;
@@ -34,7 +77,7 @@ int run(const char* path, unsigned threads) {
     }
     std::printf(
         "{\"seconds\": %.9f, \"chunks\": %zu, \"samples\": %zu, \"bytes\": %zu, \"read\": %zu}\n",
-        seconds.count(), chunks.size(), samples, samples * sizeof(isosplat::PackedSample), fetched);
+        seconds, chunks.size(), samples, samples * sizeof(isosplat::PackedSample), fetched);
     std::fflush(stdout);
   }
   return 0;
@@ -43,9 +86,11 @@ int run(const char* path, unsigned threads) {
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count != 3) {
-    std::fprintf(stderr, "usage: isosplat_extract_bench STORE THREADS\n");
+  const bool meshes = count == 4 && std::string_view(arguments[3]) == "mesh";
+  if (count != 3 && !meshes) {
+    std::fprintf(stderr, "usage: isosplat_extract_bench STORE THREADS [mesh]\n");
     return 2;
   }
-  return run(arguments[1], static_cast<unsigned>(std::atoi(arguments[2])));
+  const auto threads = static_cast<unsigned>(std::atoi(arguments[2]));
+  return meshes ? run_meshes(arguments[1], threads) : run(arguments[1], threads);
 }

@@ -4,6 +4,7 @@ import { dirname, join } from "node:path";
 import { createInterface } from "node:readline";
 import { gunzipSync } from "node:zlib";
 import { root } from "./paths.ts";
+import { peakMegabytes } from "./peak_memory.ts";
 
 /** A volume's values as they are, little-endian, x fastest. */
 export interface RawVolume {
@@ -75,6 +76,10 @@ export class FlyingEdges {
     const { backend } = (await peer.#answer()) as { backend: string };
     if (backend !== "TBB") throw new Error(`VTK runs on ${backend}, not TBB: not the peer to beat`);
     return peer;
+  }
+
+  get peakMegabytes(): number {
+    return peakMegabytes(this.#child.pid);
   }
 
   async extract(isovalue: number): Promise<Mesh> {

@@ -1,0 +1,48 @@
+#include "native/extract/chunk_reading.h"
+
+#include <cmath>
+#include <thread>
+
+namespace isosplat {
+
+ChunkShape shape_of(const StoreInfo& info, const ChunkRef& chunk) {
+  const LevelGrid level = level_grid(info.grid.voxels, chunk.block.level);
+  return {block_cells(level, chunk.block.index), chunk.band_begin, chunk.band_end, chunk.cells,
+          chunk.block.level > 0};
+}
+
+Result<std::vector<ChunkRef>> chunks_of(const StoreFile& store, double isovalue,
+                                        const ExtractOptions& options) {
+  const StoreInfo& info = store.info();
+  if (options.level >= info.levels) {
+    return fail(Status::not_found,
+                fmt::format("{}: expected a level from 0 to {}, found {}: choose another level",
+                            store.path().string(), info.levels - 1, options.level));
+  }
+  if (!std::isfinite(isovalue)) {
+    return fail(Status::invalid_argument,
+                fmt::format("expected a finite isovalue, found {}", isovalue));
+  }
+  const float quantized_isovalue = info.mapping.quantized_isovalue(isovalue);
+  auto selection = store.chunks_for(options.level, quantized_isovalue, quantized_isovalue);
+  if (!selection) return tl::unexpected(selection.error());
+  std::erase_if(selection->chunks, [](const ChunkRef& chunk) { return chunk.cells == 0; });
+  return std::move(selection->chunks);
+}
+
+unsigned thread_count(const ExtractOptions& options, size_t chunks) {
+  const unsigned threads =
+      options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+  return static_cast<unsigned>(std::clamp<size_t>(chunks, 1, threads));
+}
+
+Error name_chunk(Error error, const StoreFile& store, const ChunkRef& chunk) {
+  const Index3 at = chunk.block.index;
+  if (!error.message.starts_with(store.path().string())) {
+    error.message = fmt::format("{}: chunk {}/{}.{}.{}/{}: {}", store.path().string(),
+                                chunk.block.level, at.x, at.y, at.z, chunk.band, error.message);
+  }
+  return error;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <functional>
+#include <mutex>
+#include <new>
+#include <numeric>
+#include <span>
+#include <system_error>
+#include <vector>
+
+#include "native/builder/parallel.h"
+#include "native/extract/extract.h"
+#include "shared/codec/chunk_codec.h"
+#include "shared/store_file/store_file.h"
+
+namespace isosplat {
+
+ChunkShape shape_of(const StoreInfo& info, const ChunkRef& chunk);
+
+/// The chunks that an isovalue needs at a level, in file order: at most one for each block. Errors:
+/// see extract_samples.
+Result<std::vector<ChunkRef>> chunks_of(const StoreFile& store, double isovalue,
+                                        const ExtractOptions& options);
+
+/// The threads to use for this many chunks, at least 1.
+unsigned thread_count(const ExtractOptions& options, size_t chunks);
+
+/// Puts the names of the store and the chunk in front of the message.
+Error name_chunk(Error error, const StoreFile& store, const ChunkRef& chunk);
+
+/// The first error of several threads.
+class FirstError {
+ public:
+  void set(Error error) {
+    const std::scoped_lock lock(mutex_);
+    if (!failed_.exchange(true)) error_ = std::move(error);
+  }
+  bool failed() const { return failed_; }
+  tl::unexpected<Error> get() { return tl::unexpected(std::move(error_)); }
+
+ private:
+  std::mutex mutex_;
+  std::atomic<bool> failed_{false};
+  Error error_;
+};
+
+/// Reads all chunks and calls process(thread, decoder, bytes, index) for each, on several threads.
+/// The checksums are verified. The largest chunks come first, so that all threads end at about the
+/// same time.
+template <class Process>
+Result<void> for_each_chunk(const StoreFile& store, std::span<const ChunkRef> chunks,
+                            unsigned threads, const Process& process) {
+  std::vector<size_t> order(chunks.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::sort(order, std::greater{}, [&](size_t i) { return chunks[i].cells; });
+  std::atomic<size_t> next{0};
+  FirstError error;
+  const auto run = [&](unsigned thread) {
+    ChunkDecoder decoder;
+    std::vector<std::byte> bytes;
+    while (!error.failed()) {
+      const size_t turn = next.fetch_add(1);
+      if (turn >= order.size()) return;
+      const size_t i = order[turn];
+      bytes.clear();
+      Result<void> done = store.read_chunk(chunks[i], bytes);
+      if (done) done = process(thread, decoder, bytes, i);
+      if (!done) error.set(name_chunk(std::move(done.error()), store, chunks[i]));
+    }
+  };
+  on_threads(static_cast<unsigned>(std::clamp<size_t>(chunks.size(), 1, threads)), run);
+  if (error.failed()) return error.get();
+  return {};
+}
+
+/// Returns extract(), or an error if the system refuses memory or threads.
+template <class Extract>
+auto catch_out_of_memory(const StoreFile& store, const Extract& extract) -> decltype(extract()) {
+  try {
+    return extract();
+  } catch (const std::bad_alloc&) {
+    return fail(Status::out_of_memory,
+                fmt::format("{}: the system refused memory while the isosurface was extracted: "
+                            "close other programs, or choose a coarser --level",
+                            store.path().string()));
+  } catch (const std::system_error& error) {
+    return fail(
+        Status::out_of_memory,
+        fmt::format("cannot start the extraction's threads ({}): reduce --threads", error.what()));
+  }
+}
+
+}  // namespace isosplat
