@@ -51,7 +51,7 @@ describe("the README's commands", () => {
   const serving = commands.filter(([name]) => name === "view" || name === "serve");
 
   it("are there", () => {
-    expect(finite.map(([name]) => name)).toEqual(["build", "info", "extract", "render"]);
+    expect(finite.map(([name]) => name)).toEqual(["build", "info", "publish", "extract", "render"]);
     expect(serving.map(([name]) => name)).toEqual(["view", "serve"]);
   });
 
@@ -62,8 +62,11 @@ describe("the README's commands", () => {
     (_, args) => {
       const printed = execFileSync(program, args, { cwd: folder, encoding: "utf8", env });
       const output = args[args.indexOf("-o") + 1];
+      const site = args[args.indexOf("--to") + 1];
       if (args.includes("-o") && output) {
         expect(statSync(join(folder, output)).size).toBeGreaterThan(1000);
+      } else if (args.includes("--to") && site) {
+        expect(existsSync(join(folder, site, "index.html"))).toBe(true);
       } else {
         expect(printed).toContain("24");
       }
