@@ -268,8 +268,8 @@ const CellTriangles& cell_surface(const std::array<double, 8>& values) {
   if (found.loops.size() <= 1) return found.disks;
   const auto pair = find_tunnel(found, signs, values);
   if (!pair) return found.disks;
-  return std::ranges::find_if(
-             found.tunnels,
+  return std::find_if(
+             found.tunnels.begin(), found.tunnels.end(),
              [&](const auto& tunnel) { return tunnel.a == pair->a && tunnel.b == pair->b; })
       ->surface;
 }

@@ -96,7 +96,7 @@ class Strip {
       --(from_a_[i][j] ? i : j);
       lines.push_back({i, j});
     }
-    std::ranges::reverse(lines);
+    std::reverse(lines.begin(), lines.end());
     return lines;
   }
 
@@ -143,7 +143,7 @@ BestStrip find_inner_strip(std::span<const CellEdge> a, std::span<const CellEdge
       least = strip.cost();
       best = {other, strip.lines()};
     }
-    std::ranges::rotate(other, other.begin() + 1);
+    std::rotate(other.begin(), other.begin() + 1, other.end());
   }
   return best;
 }
@@ -168,7 +168,7 @@ BestStrip find_even_strip(std::span<const CellEdge> a, std::span<const CellEdge>
       least = cost;
       best = {other, lines};
     }
-    std::ranges::rotate(other, other.begin() + 1);
+    std::rotate(other.begin(), other.begin() + 1, other.end());
   }
   return best;
 }
