@@ -89,7 +89,7 @@ Result<ImportOptions> VolumeFlags::options() const {
           "--spacing: expected three positive numbers such as 1,1,2.5, found '{}'", spacing_));
     }
   }
-  options.big_endian = endian_ == "big";
+  if (!endian_.empty()) options.big_endian = endian_ == "big";
   options.skip_bytes = skip_bytes_;
   if (time_step_ >= 0) options.time_step = time_step_;
   options.series = series_;
@@ -131,7 +131,7 @@ void BuildFlags::add_to(CLI::App& command) {
                   "Largest difference between stored values and voxels, in the volume's units: a "
                   "larger one makes smaller stores (default: lossless for integers and evenly "
                   "spaced numbers, as exact as 16 bits allow for others)")
-      ->check(CLI::PositiveNumber);
+      ->check(is_above_zero());
   command.add_option("--name", title_, "Title of the volume (default: the file's name)");
   command.add_option("--units", units_, "Unit of the values, such as HU");
   command.add_option("--temporary-folder", temporary_folder_,

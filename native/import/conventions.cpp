@@ -124,4 +124,19 @@ void to_millimetres(std::string_view unit, HeaderGeometry& geometry,
   }
 }
 
+void spacing_to_millimetres(const std::array<std::string, 3>& units, HeaderGeometry& geometry,
+                            std::vector<std::string>& notes) {
+  double* const spacing[] = {&geometry.spacing.x, &geometry.spacing.y, &geometry.spacing.z};
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const std::string& unit = units[axis];
+    if (unit.empty() || lower_case(unit).starts_with("pixel")) continue;
+    if (const auto factor = millimetres_in(unit)) {
+      *spacing[axis] *= *factor;
+    } else if (axis == 0 || unit != units[axis - 1]) {
+      notes.push_back(
+          fmt::format("lengths are in the unknown unit '{}': they are read as millimetres", unit));
+    }
+  }
+}
+
 }  // namespace isosplat

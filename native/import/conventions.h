@@ -44,4 +44,9 @@ std::optional<double> millimetres_in(std::string_view unit);
 void to_millimetres(std::string_view unit, HeaderGeometry& geometry,
                     std::vector<std::string>& notes);
 
+/// The same for a spacing whose axes have units of their own. Units that begin with "pixel" leave
+/// their axis unchanged without a note.
+void spacing_to_millimetres(const std::array<std::string, 3>& units, HeaderGeometry& geometry,
+                            std::vector<std::string>& notes);
+
 }  // namespace isosplat

@@ -145,7 +145,11 @@ Result<Part> find_part(const std::filesystem::path& path, const DataFiles& files
     if (!found) return tl::unexpected(found.error());
     size = *found;
   }
-  if (files.skip < 0) part.start = size - std::min(size, files.bytes_each);
+  if (files.skip < 0) {
+    const auto start = offset_before_end(path, size, 0, files.bytes_each);
+    if (!start) return tl::unexpected(start.error());
+    part.start = *start;
+  }
   const uint64_t found = size - std::min(size, part.start);
   const auto numbers = fmt::format("{}: expected {} bytes of voxels, found {}", path.string(),
                                    files.bytes_each, found);
@@ -171,11 +175,26 @@ Result<Part> find_part(const std::filesystem::path& path, const DataFiles& files
 
 }  // namespace
 
+bool is_list_of_files(std::string_view value) {
+  const auto parts = words(value);
+  return !parts.empty() && lower_case(parts[0]) == "list";
+}
+
+Result<uint64_t> offset_before_end(const std::filesystem::path& path, uint64_t file_bytes,
+                                   uint64_t begin, uint64_t bytes) {
+  const uint64_t found = file_bytes - std::min(file_bytes, begin);
+  if (found >= bytes) return file_bytes - bytes;
+  return fail(Status::truncated,
+              fmt::format("{}: expected {} bytes of voxels at the end of the file, found {}: the "
+                          "file is incomplete, or its header is wrong; copy or download it again",
+                          path.string(), bytes, found));
+}
+
 std::vector<std::filesystem::path> named_data_files(const std::filesystem::path& header,
                                                     std::string_view value) {
   std::vector<std::filesystem::path> files;
   for (const std::string& name :
-       lower_case(value).starts_with("list") ? listed_names(header) : numbered_names(value)) {
+       is_list_of_files(value) ? listed_names(header) : numbered_names(value)) {
     const std::filesystem::path file(name);
     files.push_back(file.is_relative() ? header.parent_path() / file : file);
   }

@@ -20,6 +20,16 @@ namespace isosplat {
 std::vector<std::filesystem::path> named_data_files(const std::filesystem::path& header,
                                                     std::string_view value);
 
+/// Whether the value of "data file" or "ElementDataFile" is "LIST" with or without a dimension. The
+/// first word decides: "list.raw" is the name of a file.
+bool is_list_of_files(std::string_view value);
+
+/// The offset of `bytes` bytes of voxels that end with their file of `file_bytes` bytes. They begin
+/// after `begin`, where the header ends. Errors: truncated, also if truncation is allowed: the
+/// beginning of the voxels in an incomplete file is unknown.
+Result<uint64_t> offset_before_end(const std::filesystem::path& path, uint64_t file_bytes,
+                                   uint64_t begin, uint64_t bytes);
+
 /// Whether `files` files can divide an array with these sizes (fastest first) evenly: each file has
 /// all samples of some axes, and there is one file for each sample of the other axes.
 bool divides_axes(size_t files, std::span<const int64_t> sizes);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "native/import/array_source.h"
 #include "native/import/dicom_order.h"
@@ -79,6 +80,20 @@ Result<void> check_images(const Collection& collection, const std::vector<uint32
   return {};
 }
 
+/// Adds a note if the positions of the frames refer to different origins.
+void note_frames_of_reference(const Collection& collection, const std::vector<uint32_t>& frames,
+                              std::vector<std::string>& notes) {
+  std::set<std::string_view> found;
+  for (const uint32_t index : frames) {
+    found.insert(collection.images[collection.frames[index].image].frame_of_reference);
+  }
+  if (found.size() < 2) return;
+  notes.push_back(fmt::format(
+      "the slices have {} frames of reference (Frame of Reference UID): their positions "
+      "are taken as those of one patient in one place",
+      found.size()));
+}
+
 /// The padding values of the chosen frames' files, if all files have the same.
 std::optional<FillValue> padding_of(const Collection& collection,
                                     const std::vector<uint32_t>& frames, const Values& values,
@@ -120,6 +135,7 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
     used.push_back(plane.first);
     if (plane.weight > 0) used.push_back(plane.second);
   }
+  note_frames_of_reference(collection, used, notes);
   const Values values = find_values(collection, used);
   if (!values.has_one_rescaling) {
     notes.push_back(

@@ -75,6 +75,7 @@ class ImageReader {
     image_.deflated_start = elements_.deflated_start;
     image_.sop_class = sop_class(data_);
     image_.instance_uid = data_.text(kSopInstance);
+    image_.frame_of_reference = data_.text(kFrameOfReference);
     image_.stated_slice_spacing = std::abs(data_.number(kSpacingBetweenSlices).value_or(0));
     image_.is_encapsulated = image_.pixels.bytes == PixelPlace::kUndefined;
     const auto rows = whole_number(kRows, "rows", 1, 65535);
@@ -137,18 +138,20 @@ class ImageReader {
     if (image_.is_encapsulated != !is_native) {
       return malformed("its transfer syntax and the form of its pixels do not agree");
     }
-    const uint64_t frame_bytes = static_cast<uint64_t>(image_.rows) *
-                                 static_cast<uint64_t>(image_.columns) *
-                                 static_cast<uint64_t>(image_.allocated / 8);
-    const uint64_t needed = frame_bytes * static_cast<uint64_t>(image_.frames);
+    // Padding is shorter than a row. A longer surplus means that rows, columns or the number of
+    // frames are wrong, so that the pixels would be read at wrong positions.
+    const uint64_t row_bytes =
+        static_cast<uint64_t>(image_.columns) * static_cast<uint64_t>(image_.allocated / 8);
+    const uint64_t needed =
+        row_bytes * static_cast<uint64_t>(image_.rows) * static_cast<uint64_t>(image_.frames);
     // The size of a deflated data set is known only after inflating it; inflates no more than
     // needed.
-    const auto after = (*file)->count_after(image_.pixels.offset, needed + frame_bytes);
+    const auto after = (*file)->count_after(image_.pixels.offset, needed + row_bytes);
     const uint64_t there = after ? 0 : (*file)->available_bytes();
     const uint64_t left = after ? *after : there - std::min(there, image_.pixels.offset);
     image_.pixels.bytes = std::min(left, image_.pixels.bytes);
     image_.cut_off = image_.pixels.bytes < needed;
-    image_.has_surplus = image_.pixels.bytes >= needed + frame_bytes;
+    image_.has_surplus = image_.pixels.bytes >= needed + row_bytes;
     return {};
   }
 

@@ -24,12 +24,13 @@ struct Image {
   bool is_signed = false, is_float = false;
   bool is_encapsulated = false;
   bool cut_off = false;             ///< the file ends before its last pixel
-  bool has_surplus = false;         ///< the file has pixels for at least one extra frame
+  bool has_surplus = false;         ///< the file has pixels for at least one extra row
   Status refusal = Status::ok;      ///< why it cannot become a volume; the reason is in `obstacle`
   std::string obstacle;             ///< reason for the refusal; empty: none
   std::string assumption;           ///< a note about an assumed position; empty: none
   std::string instance_uid;         ///< SOP Instance UID
   std::string sop_class;            ///< SOP Class UID
+  std::string frame_of_reference;   ///< Frame of Reference UID: of the positions; empty: unknown
   double stated_slice_spacing = 0;  ///< SpacingBetweenSlices; 0: absent
   /// Stored values from `padding` to `padding_limit` (equal to `padding` if the file gives no
   /// limit) are padding, not values.

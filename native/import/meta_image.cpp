@@ -59,7 +59,12 @@ Result<MetaHeader> read_header(const std::filesystem::path& path) {
       break;
     }
     const std::string name(trimmed(line->substr(0, equals)));
-    header.fields[name] = std::string(trimmed(line->substr(equals + 1)));
+    const std::string_view value = trimmed(line->substr(equals + 1));
+    const auto [at, is_new] = header.fields.emplace(name, value);
+    if (!is_new && at->second != value && name != "Comment") {
+      return malformed(path, fmt::format("the field '{}' occurs twice, as '{}' and '{}'", name,
+                                         at->second, value));
+    }
     if (name == "ElementDataFile") {
       header.data_offset = text->size() - rest.size();
       return header;
@@ -95,9 +100,19 @@ Result<HeaderGeometry> geometry_of(const std::filesystem::path& path, const Meta
     const std::string text = header.field(names);
     if (text.empty()) return otherwise;
     const auto found = numbers_in(text);
-    if (found && found->size() == count) return *found;
-    return malformed(
-        path, fmt::format("expected {} numbers for {}, found '{}'", count, *names.begin(), text));
+    if (!found || found->size() != count) {
+      return malformed(
+          path, fmt::format("expected {} numbers for {}, found '{}'", count, *names.begin(), text));
+    }
+    for (const char* name : names) {  // other names of the same field
+      const std::string other = header.field({name});
+      if (!other.empty() && other != text && numbers_in(other) != found &&
+          std::string_view(name) != "ElementSize") {
+        return malformed(path, fmt::format("{} is '{}', but {}, which means the same, is '{}'",
+                                           *names.begin(), text, name, other));
+      }
+    }
+    return *found;
   };
   std::vector<double> identity(dimension * dimension, 0.0);
   for (size_t i = 0; i < dimension; ++i) identity[i * dimension + i] = 1;
@@ -209,7 +224,7 @@ Result<Encoding> encoding_of(const std::filesystem::path& path, const MetaHeader
 
 /// Whether ElementDataFile is a list of files or a pattern with a range of numbers.
 bool names_several_files(const std::string& data_name) {
-  return lower_case(data_name).starts_with("list") ||
+  return is_list_of_files(data_name) ||
          (data_name.find('%') != data_name.npos && words(data_name).size() >= 3);
 }
 
@@ -280,8 +295,11 @@ Result<OpenVolume> open_single(const std::filesystem::path& path, const MetaHead
   if (!bytes) return tl::unexpected(bytes.error());
   if (array.plain) {
     const uint64_t all = array_bytes(array.voxels, array.steps, voxel_bytes(array.stored.type));
-    const uint64_t size = (*bytes)->size_limit();
-    array.offset = encoding.skip == -1 ? size - std::min(size, all) : start;
+    const auto offset = encoding.skip == -1
+                            ? offset_before_end(data, (*bytes)->size_limit(), start, all)
+                            : Result<uint64_t>(start);
+    if (!offset) return tl::unexpected(offset.error());
+    array.offset = *offset;
   }
   return open_array(std::move(array), std::move(*bytes), std::move(notes));
 }

@@ -88,11 +88,17 @@ Affine qform_of(const NiftiHeader& h) {
     a = std::sqrt(a);
   }
   const double qfac = h.pixdim[0] < 0 ? -1 : 1;
-  const double x = h.pixdim[1], y = h.pixdim[2], z = h.pixdim[3] * qfac;
+  // Spacings are positive by the specification: only the quaternion and qfac give directions.
+  const double x = std::abs(h.pixdim[1]), y = std::abs(h.pixdim[2]),
+               z = std::abs(h.pixdim[3]) * qfac;
   return {{Vec3d{a * a + b * b - c * c - d * d, 2 * (b * c + a * d), 2 * (b * d - a * c)} * x,
            Vec3d{2 * (b * c - a * d), a * a + c * c - b * b - d * d, 2 * (c * d + a * b)} * y,
            Vec3d{2 * (b * d + a * c), 2 * (c * d - a * b), a * a + d * d - c * c - b * b} * z},
           {h.qoffset[0], h.qoffset[1], h.qoffset[2]}};
+}
+
+bool is_left_handed(const Affine& a) {
+  return dot(a.steps[0], cross(a.steps[1], a.steps[2])) < 0;
 }
 
 /// The largest distance between the volume's corners under two transforms.
@@ -261,7 +267,11 @@ Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const N
     geometry = geometry_of_steps(sform.steps, sform.origin);
     const double voxel =
         std::min({length(sform.steps[0]), length(sform.steps[1]), length(sform.steps[2])});
-    if (has_qform && h.sform_code == h.qform_code) {
+    if (has_qform && is_left_handed(sform) != is_left_handed(qform)) {
+      notes.push_back(
+          "one of the header's two transforms mirrors the volume, and the other does not: the "
+          "sform is used; left and right may be swapped");
+    } else if (has_qform && h.sform_code == h.qform_code) {
       if (const double apart = disagreement(sform, qform, h.sizes); apart > voxel) {
         notes.push_back(
             fmt::format("the header's two transforms differ by up to {:.3g} voxels at the volume's "
@@ -272,6 +282,11 @@ Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const N
   } else if (has_qform) {
     if (says_sform) {
       notes.push_back("the header's sform is singular: the qform is used");
+    }
+    if (std::min({h.pixdim[1], h.pixdim[2], h.pixdim[3]}) < 0) {
+      notes.push_back(
+          "the header has negative spacings (pixdim), which have no meaning beside the qform: "
+          "their absolute values are used");
     }
     geometry = geometry_of_steps(qform.steps, qform.origin);
   } else if (says_sform || says_qform) {

@@ -104,7 +104,7 @@ Result<OpenVolume> open_several(const std::filesystem::path& path, const NrrdHea
   // not matter.
   const auto sizes = whole_numbers(header.field("sizes")).value_or(std::vector<int64_t>{});
   const auto parts = words(header.field("datafile"));
-  const bool is_list = lower_case(parts[0]) == "list";
+  const bool is_list = is_list_of_files(header.field("datafile"));
   const auto sub_dimension =
       parts.size() > (is_list ? 1 : 4) ? whole_number(parts[is_list ? 1 : 4]) : std::nullopt;
   const bool fits = sub_dimension == static_cast<int64_t>(sizes.size())
@@ -161,8 +161,9 @@ Result<OpenVolume> open_single(const std::filesystem::path& path, const NrrdHead
   if (!bytes) return tl::unexpected(bytes.error());
   if (coding == Coding::raw && byte_skip == -1) {  // the data are at the end of the file
     const uint64_t all = array_bytes(array.voxels, array.steps, voxel_bytes(type));
-    const uint64_t size = (*bytes)->size_limit();
-    array.offset = size - std::min(size, all);
+    const auto offset = offset_before_end(data->path, (*bytes)->size_limit(), *start, all);
+    if (!offset) return tl::unexpected(offset.error());
+    array.offset = *offset;
   } else if (coding == Coding::raw) {
     array.offset = *start + static_cast<uint64_t>(byte_skip);
   } else if (coding == Coding::gzip) {  // teem skips decompressed bytes
@@ -180,6 +181,7 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
   if (!type) return unknown_type(path, header->field("type"));
   auto axes = read_nrrd_axes(path, *header);
   if (!axes) return tl::unexpected(axes.error());
+  note_unused_fields(*header, axes->notes);
   const auto step = choose_step(path, axes->steps, options);
   if (!step) return tl::unexpected(step.error());
   auto coding = coding_of(path, *header);
@@ -201,8 +203,8 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
   if (!line_skip) return tl::unexpected(line_skip.error());
   const auto byte_skip = skip_of(path, *header, "byteskip");
   if (!byte_skip) return tl::unexpected(byte_skip.error());
-  const std::string named = lower_case(header->field("datafile"));
-  if (named.starts_with("list") || (named.find('%') != named.npos && words(named).size() >= 4)) {
+  const std::string_view named = header->field("datafile");
+  if (is_list_of_files(named) || (named.find('%') != named.npos && words(named).size() >= 4)) {
     return open_several(path, *header, std::move(array), *coding, *byte_skip, *line_skip,
                         std::move(axes->notes));
   }

@@ -87,6 +87,23 @@ Result<std::vector<NrrdAxis>> read_axes(const std::filesystem::path& path,
   return axes;
 }
 
+/// Errors: malformed_volume for axes with a space direction that have components or times
+/// according to their kind.
+Result<void> check_kinds_of_directions(const std::filesystem::path& path,
+                                       const std::vector<NrrdAxis>& axes) {
+  for (size_t i = 0; i < axes.size(); ++i) {
+    const std::string& kind = axes[i].kind;
+    const bool is_other = is_component_kind(kind) || kind == "list" || kind == "time";
+    if (axes[i].direction && axes[i].size > 1 && is_other) {
+      return malformed_nrrd(
+          path, fmt::format("axis {} has a space direction, but its kind is '{}': one of 'kinds' "
+                            "and 'space directions' is wrong",
+                            i + 1, kind));
+    }
+  }
+  return {};
+}
+
 /// Finds the spatial axes, in file order.
 std::vector<size_t> find_spatial_axes(const std::vector<NrrdAxis>& axes,
                                       std::vector<std::string>& notes) {
@@ -176,6 +193,7 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
   const auto space = read_nrrd_space(path, header);
   if (!space) return tl::unexpected(space.error());
   mark_time_axes(*space, *axes);
+  if (auto fit = check_kinds_of_directions(path, *axes); !fit) return tl::unexpected(fit.error());
 
   NrrdAxes result;
   const std::vector<size_t> spatial = find_spatial_axes(*axes, result.notes);

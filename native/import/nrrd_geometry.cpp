@@ -73,13 +73,26 @@ Result<HeaderGeometry> geometry_in_space(const std::filesystem::path& path,
                                         spatial[i] + 1, header.field("spacedirections")));
     }
     steps[i] = {d[0], d[1], d[2]};
+    const double spacing = axes[spatial[i]].spacing, distance = length(steps[i]);
+    if (std::isfinite(spacing) && std::abs(std::abs(spacing) - distance) > 1e-3 * distance) {
+      return malformed_nrrd(
+          path, fmt::format("axis {} has the spacing {}, but a space direction of length {}: one "
+                            "of 'spacings' and 'space directions' is wrong",
+                            spatial[i] + 1, spacing, distance));
+    }
   }
   const auto origin = origin_in_space(path, header, space, notes);
   if (!origin) return tl::unexpected(origin.error());
   HeaderGeometry geometry = geometry_of_steps(steps, *origin);
   const auto units = quoted_strings(header.field("spaceunits"));
   if (!units) return malformed_nrrd(path, "the quotes of 'space units' do not match");
-  if (units->size() >= 3) {
+  const size_t dimension = space.dimension == 0 ? 3 : space.dimension;
+  if (!header.field("spaceunits").empty()) {
+    if (units->size() != dimension) {
+      return malformed_nrrd(path, fmt::format("expected {} units in quotes in 'space units', found "
+                                              "'{}'",
+                                              dimension, header.field("spaceunits")));
+    }
     if ((*units)[0] != (*units)[1] || (*units)[0] != (*units)[2]) {
       return malformed_nrrd(path, "expected the same unit for x, y and z in 'space units'");
     }
@@ -207,6 +220,12 @@ Result<HeaderGeometry> nrrd_geometry(const std::filesystem::path& path, const Nr
                       ? geometry_in_space(path, header, axes, spatial, space, notes)
                       : geometry_without_space(path, header, axes, spatial, notes);
   if (!geometry) return geometry;
+  if (!axes[spatial[0]].direction && !header.field("space").empty()) {
+    notes.push_back(
+        fmt::format("the header has no space directions: the axes are assumed to be those of its "
+                    "space, {}",
+                    header.field("space")));
+  }
   to_lps(space.frame, *geometry);
   if (space.frame == Frame::left_handed) {
     notes.push_back("the header's space is left-handed: z is negated, so that nothing is mirrored");

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
+#include "native/import/data_files.h"
 #include "native/import/header_text.h"
 
 namespace isosplat {
@@ -53,10 +55,55 @@ Result<NrrdHeader> read_nrrd_header(const std::filesystem::path& path) {
       return malformed_nrrd(path, fmt::format("the field '{}' occurs twice, as '{}' and '{}'", name,
                                               at->second, value));
     }
-    ended = name == "datafile" && lower_case(value).starts_with("list");
+    ended = name == "datafile" && is_list_of_files(value);
   }
   header.data_offset = beginning->size() - rest.size();
   return header;
+}
+
+void note_unused_fields(const NrrdHeader& header, std::vector<std::string>& notes) {
+  static const std::set<std::string_view> kKnown = {"axismaxs",
+                                                    "axismins",
+                                                    "blocksize",
+                                                    "byteskip",
+                                                    "centers",
+                                                    "content",
+                                                    "datafile",
+                                                    "dimension",
+                                                    "encoding",
+                                                    "endian",
+                                                    "kinds",
+                                                    "labels",
+                                                    "lineskip",
+                                                    "max",
+                                                    "measurementframe",
+                                                    "min",
+                                                    "number",
+                                                    "oldmax",
+                                                    "oldmin",
+                                                    "sampleunits",
+                                                    "sizes",
+                                                    "space",
+                                                    "spacedimension",
+                                                    "spacedirections",
+                                                    "spaceorigin",
+                                                    "spaceunits",
+                                                    "spacings",
+                                                    "thicknesses",
+                                                    "type",
+                                                    "units"};
+  for (const auto& [name, value] : header.fields) {
+    if (!kKnown.contains(name)) {
+      notes.push_back(fmt::format("the header's field '{}' is unknown: it is ignored", name));
+    }
+  }
+  const std::string_view low = header.field("oldmin"), high = header.field("oldmax");
+  if (!low.empty() || !high.empty()) {
+    notes.push_back(
+        fmt::format("the values were quantized from the range {} to {} ('old min', 'old max'): "
+                    "they are read as stored",
+                    low, high));
+  }
 }
 
 tl::unexpected<Error> malformed_nrrd(const std::filesystem::path& path, const std::string& what) {

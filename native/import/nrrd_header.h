@@ -29,6 +29,10 @@ struct NrrdHeader {
 /// Reads the header of a file. Errors: io_error, malformed_volume.
 Result<NrrdHeader> read_nrrd_header(const std::filesystem::path& path);
 
+/// Adds notes about fields that the specification does not have, which may be misspelt, and about
+/// values that were quantized before they were stored.
+void note_unused_fields(const NrrdHeader& header, std::vector<std::string>& notes);
+
 /// The error for an invalid header. `what`: what was expected and found.
 tl::unexpected<Error> malformed_nrrd(const std::filesystem::path& path, const std::string& what);
 

@@ -130,6 +130,20 @@ bool is_tiff_folder(const std::filesystem::path& path) {
   return tiff_bytes > dicom_bytes;
 }
 
+/// The names of a folder's subfolders, in order; hidden ones are left out.
+std::vector<std::string> subfolders_of(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code unknown;
+    const std::string name = entry->path().filename().string();
+    if (!name.starts_with('.') && entry->is_directory(unknown)) names.push_back(name);
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
 Result<OpenVolume> open_folder(const std::filesystem::path& path, const ImportOptions& options) {
   if (is_tiff_folder(path)) return open_tiff_folder(path, options);
   if (files_of_folder(path, {}).empty()) {
@@ -157,7 +171,13 @@ Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOp
                               "this is a folder: remove these options",
                               path.string()));
     }
-    return open_folder(path, options);
+    auto volume = open_folder(path, options);
+    if (const auto inside = subfolders_of(path); volume && !inside.empty()) {
+      volume->notes.push_back(
+          fmt::format("{} subfolder{} not read, such as {}: slices in subfolders are other volumes",
+                      inside.size(), inside.size() > 1 ? "s are" : " is", inside.front()));
+    }
+    return volume;
   }
   const auto beginning = read_beginning(path, 4096);
   if (!beginning) return tl::unexpected(beginning.error());

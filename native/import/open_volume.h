@@ -16,7 +16,7 @@ namespace isosplat {
 struct ImportOptions {
   std::optional<Vec3<int64_t>> dims;  ///< raw files only: voxels along x, y, z
   std::optional<VoxelType> type;      ///< raw files only
-  bool big_endian = false;            ///< raw files only
+  std::optional<bool> big_endian;     ///< raw files only; nothing: little-endian, with a note
   uint64_t skip_bytes = 0;            ///< raw files only: bytes before the first voxel
   std::optional<Vec3d> spacing;       ///< every format: overrides the header's spacing
   std::optional<int64_t> time_step;   ///< time step of a 4D volume, from 0

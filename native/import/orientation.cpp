@@ -62,6 +62,8 @@ Result<Orientation> orient(Vec3<int64_t> voxels, HeaderGeometry geometry) {
   const Vec3d origin = geometry.origin;
   if (std::isfinite(origin.x) && std::isfinite(origin.y) && std::isfinite(origin.z)) {
     grid.origin = origin;
+  } else {
+    result.notes.push_back("the header's origin is not finite: 0, 0, 0 is assumed");
   }
 
   Matrix3d direction = geometry.direction;

@@ -84,7 +84,13 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
   }
   ArrayVolume array = make_array("raw", path, shape, HeaderGeometry{}, options);
   array.stored.type = type;
-  array.stored.big_endian = options.big_endian;
+  array.stored.big_endian = options.big_endian.value_or(false);
+  if (!options.big_endian && voxel_bytes(type) > 1) {
+    notes.push_back("little-endian voxels are assumed; --endian big sets the other byte order");
+  }
+  if (!options.spacing) {
+    notes.push_back("a raw file has no voxel spacing: 1,1,1 is assumed; --spacing sets another");
+  }
   array.offset = options.skip_bytes;
   array.plain = !is_gzip(path);
   auto bytes = array.plain ? open_plain(path) : open_deflated(path);

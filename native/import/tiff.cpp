@@ -40,9 +40,7 @@ HeaderGeometry geometry_of(TIFF* first, const TiffDescription& description,
                                          : Vec3d{pixel_size(first, TIFFTAG_XRESOLUTION),
                                                  pixel_size(first, TIFFTAG_YRESOLUTION),
                                                  *description.between_slices};
-    if (!lower_case(description.unit).starts_with("pixel")) {
-      to_millimetres(description.unit, geometry, notes);
-    }
+    spacing_to_millimetres(description.units, geometry, notes);
   } else {
     notes.push_back(
         "the TIFF file has no distance between slices: spacing 1,1,1 is assumed; --spacing sets "
@@ -77,15 +75,17 @@ Result<void> check_page(const std::filesystem::path& path, const TiffPage& page,
 }
 
 Result<OpenVolume> make_stack(const std::filesystem::path& path, const TiffPage& page,
-                              const HeaderGeometry& geometry, std::vector<TiffSlice> slices,
-                              std::vector<std::string> notes) {
+                              const HeaderGeometry& geometry, const TiffDescription& description,
+                              std::vector<TiffSlice> slices, std::vector<std::string> notes) {
   auto orientation =
       orient({page.width, page.height, static_cast<int64_t>(slices.size())}, geometry);
   if (!orientation) {
     return fail(orientation.error().status, path.string() + ": " + orientation.error().message);
   }
   for (std::string& note : orientation->notes) notes.push_back(std::move(note));
-  VolumeHeader header{orientation->grid, page.type, "TIFF", volume_name(path)};
+  notes.insert(notes.end(), description.notes.begin(), description.notes.end());
+  VolumeHeader header{orientation->grid, page.type,         "TIFF",
+                      volume_name(path), description.slope, description.intercept};
   return OpenVolume{make_tiff_source(std::move(header), page, std::move(slices)), std::move(notes)};
 }
 
@@ -145,6 +145,9 @@ Result<OpenVolume> open_bare_stack(const std::filesystem::path& path, const Open
                  geometry, options);
   array.stored.type = page.type;
   array.stored.big_endian = file.pages.big_endian;
+  array.stored.slope = description.slope;
+  array.stored.intercept = description.intercept;
+  notes.insert(notes.end(), description.notes.begin(), description.notes.end());
   array.offset = offsets[0];
   array.steps = description.frames;
   array.step = step;
@@ -221,6 +224,14 @@ Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const Impor
   auto parsed = parse_tiff_description(path, description_of(tiff));
   if (!parsed) return tl::unexpected(parsed.error());
   TiffDescription& description = *parsed;
+  if (description.width.value_or(page.width) != page.width ||
+      description.height.value_or(page.height) != page.height) {
+    return fail(Status::malformed_volume,
+                fmt::format("{}: expected pages of {} × {} voxels according to its description, "
+                            "found {} × {}: save it again",
+                            path.string(), description.width.value_or(page.width),
+                            description.height.value_or(page.height), page.width, page.height));
+  }
   const uint64_t found = file->pages.offsets.size();
   if (!description.images) {
     description.slices = found;
@@ -249,7 +260,7 @@ Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const Impor
   }
   auto slices =
       slices_of_step(path, *file, description, *step, *file_bytes, options.allowed, notes);
-  auto volume = make_stack(path, page, geometry, std::move(slices), std::move(notes));
+  auto volume = make_stack(path, page, geometry, description, std::move(slices), std::move(notes));
   if (volume) volume->fill_value = fill_of(file->pages.no_data);
   return volume;
 }
@@ -295,7 +306,7 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
   auto description = parse_tiff_description(*first, description_of(tiff.get()));
   if (!description) return tl::unexpected(description.error());
   const HeaderGeometry geometry = geometry_of(tiff.get(), *description, options, notes);
-  auto volume = make_stack(path, page, geometry, std::move(slices), std::move(notes));
+  auto volume = make_stack(path, page, geometry, *description, std::move(slices), std::move(notes));
   if (volume) volume->fill_value = fill_of(no_data);
   return volume;
 }

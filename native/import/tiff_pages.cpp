@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <set>
 
 #include "native/import/byte_reader.h"
@@ -125,104 +124,12 @@ class DirectoryReader {
   bool big_endian_ = false, big_tiff_ = false;
 };
 
-/// The value of a line `name=…`.
-std::optional<std::string_view> line_value(std::string_view text, std::string_view name) {
-  for (size_t at = 0; (at = text.find(name, at)) != text.npos; at += name.size()) {
-    const bool begins = at == 0 || text[at - 1] == '\n';
-    const size_t equals = at + name.size();
-    if (!begins || equals >= text.size() || text[equals] != '=') continue;
-    const size_t end = std::min(text.find('\n', equals), text.size());
-    return trimmed(text.substr(equals + 1, end - equals - 1));
-  }
-  return std::nullopt;
-}
-
-/// The value of an attribute name="…" in an XML element.
-std::optional<std::string_view> attribute(std::string_view element, const std::string& name) {
-  for (const char* before : {" ", "\n", "\t"}) {
-    const std::string key = before + name + "=\"";
-    const size_t at = element.find(key);
-    if (at == element.npos) continue;
-    const size_t begin = at + key.size(), end = element.find('"', begin);
-    if (end != element.npos) return element.substr(begin, end - begin);
-  }
-  return std::nullopt;
-}
-
-Result<TiffDescription> parse_ome(const std::filesystem::path& path, std::string_view text) {
-  TiffDescription d;
-  const size_t begin = text.find("<Pixels");
-  if (begin == text.npos) return d;
-  if (text.find("<Pixels", begin + 1) != text.npos) {
-    return fail(Status::unsupported_format,
-                fmt::format("{}: expected an OME-TIFF with one image, found several: save one of "
-                            "them as a separate file",
-                            path.string()));
-  }
-  const std::string_view pixels = text.substr(begin, text.find('>', begin) - begin);
-  const auto count = [&](const char* name) -> uint64_t {
-    const auto value = whole_number(attribute(pixels, name).value_or("1"));
-    return value && *value > 0 && *value < int64_t{1} << 20 ? static_cast<uint64_t>(*value) : 0;
-  };
-  d.slices = count("SizeZ");
-  d.channels = count("SizeC");
-  d.frames = count("SizeT");
-  if (d.slices == 0 || d.channels == 0 || d.frames == 0) {
-    return fail(Status::malformed_volume,
-                path.string() + ": expected SizeZ, SizeC and SizeT above 0 in its OME description");
-  }
-  d.images = d.slices * d.channels * d.frames;
-  const std::string_view order = attribute(pixels, "DimensionOrder").value_or("XYZCT");
-  d.frames_before_slices = order.find('T') < order.find('Z');
-  const auto size = [&](const char* name) {
-    return number_in(attribute(pixels, name).value_or("")).value_or(0);
-  };
-  const Vec3d voxel{size("PhysicalSizeX"), size("PhysicalSizeY"), size("PhysicalSizeZ")};
-  if (voxel.x > 0 && voxel.y > 0 && voxel.z > 0) d.voxel = voxel;
-  d.unit = attribute(pixels, "PhysicalSizeXUnit").value_or("um");
-  return d;
-}
-
 }  // namespace
 
 Result<TiffPages> find_tiff_pages(const std::filesystem::path& path) {
   auto file = open_plain(path);
   if (!file) return tl::unexpected(file.error());
   return DirectoryReader(std::move(*file)).walk(path);
-}
-
-Result<TiffDescription> parse_tiff_description(const std::filesystem::path& path,
-                                               std::string_view text) {
-  if (text.find("<OME") != text.npos) return parse_ome(path, text);
-  TiffDescription d;
-  if (!text.starts_with("ImageJ=")) return d;
-  d.is_imagej = true;
-  const auto count = [&](const char* name) -> std::optional<uint64_t> {
-    const auto value = line_value(text, name);
-    if (!value) return std::nullopt;
-    const auto number = whole_number(*value);
-    return number && *number > 0 && *number < int64_t{1} << 20 ? static_cast<uint64_t>(*number) : 0;
-  };
-  d.images = count("images");
-  d.channels = count("channels").value_or(1);
-  d.frames = count("frames").value_or(1);
-  const auto slices = count("slices");
-  const uint64_t others = d.channels * d.frames;
-  d.slices = slices ? *slices : others > 0 ? d.images.value_or(1) / others : 0;
-  if (d.channels == 0 || d.frames == 0 || d.slices == 0) {
-    return fail(Status::malformed_volume,
-                path.string() + ": expected numbers above 0 in its ImageJ description");
-  }
-  if (d.images && *d.images != d.channels * d.slices * d.frames) {
-    return fail(Status::malformed_volume,
-                fmt::format("{}: expected channels × slices × frames = images in its ImageJ "
-                            "description, found {} × {} × {} and {}",
-                            path.string(), d.channels, d.slices, d.frames, *d.images));
-  }
-  d.unit = line_value(text, "unit").value_or("");
-  const auto spacing = number_in(line_value(text, "spacing").value_or(""));
-  if (spacing && *spacing != 0 && std::isfinite(*spacing)) d.between_slices = std::abs(*spacing);
-  return d;
 }
 
 }  // namespace isosplat

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -29,13 +30,20 @@ struct TiffDescription {
   std::optional<uint64_t> images;  ///< the expected number of pages
   uint64_t slices = 1, channels = 1, frames = 1;
   bool frames_before_slices = false;  ///< the pages of one slice at all times are consecutive
-  std::string unit;                   ///< unit of lengths; empty: unknown
+  std::array<std::string, 3> units;   ///< of lengths along x, y and z; empty: unknown
   std::optional<double> between_slices;
   std::optional<Vec3d> voxel;  ///< OME-TIFF: the size of a voxel
+  /// OME-TIFF: the size of a page.
+  std::optional<int64_t> width, height;
+  /// ImageJ's calibration of values: value = intercept + slope · voxel. ImageJ stores signed 16-bit
+  /// voxels as unsigned ones with the intercept −32768.
+  double slope = 1, intercept = 0;
+  std::vector<std::string> notes;
 };
 
-/// Parses an ImageDescription. Errors: malformed_volume, unsupported_format for several images in
-/// one file.
+/// Parses the description that ImageJ or an OME program wrote into the first page. Errors:
+/// malformed_volume, unsupported_format for several images in one file, and for pages in another
+/// order than DimensionOrder's.
 Result<TiffDescription> parse_tiff_description(const std::filesystem::path& path,
                                                std::string_view text);
 

@@ -64,6 +64,26 @@ void note_other_arrays(const VtkFile& file, const VtkArray& array,
   }
 }
 
+/// Checks what follows the array. Errors: malformed_volume for values beyond the number that the
+/// header declares, unless surplus is allowed.
+Result<void> check_end(const std::filesystem::path& path, const VtkFile& file,
+                       const VtkArray& array, Allowances allowed, std::vector<std::string>& notes) {
+  if (file.ends_early && &array != &file.arrays.back()) {
+    notes.push_back(fmt::format("the file is incomplete: it ends within the array '{}'",
+                                file.arrays.back().name));
+  }
+  if (!file.has_surplus) return {};
+  if (!allowed.has(Allowance::surplus)) {
+    return fail(Status::malformed_volume,
+                fmt::format("{}: expected a section or the end of the file after {} values, found "
+                            "other data: the header's sizes or type do not fit the data; correct "
+                            "them, or ignore the surplus with {}",
+                            path.string(), array.values, flag_of(Allowance::surplus)));
+  }
+  notes.push_back("the data after the last section are ignored");
+  return {};
+}
+
 /// The sizes and the geometry of the voxels.
 struct Voxels {
   Vec3<int64_t> sizes;
@@ -119,6 +139,9 @@ Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
         path, fmt::format("expected {} values for {} × {} × {} {}, found a section of {}", needed,
                           sizes.x, sizes.y, sizes.z, array->of_cells ? "cells" : "points",
                           array->values));
+  }
+  if (auto checked = check_end(path, *file, *array, options.allowed, notes); !checked) {
+    return tl::unexpected(checked.error());
   }
   ArrayVolume volume = make_array("VTK", path, sizes, geometry, options);
   volume.stored.type = *array->type;

@@ -154,10 +154,15 @@ class Parser {
     file_.is_binary = name == "binary";
     for (;;) {
       auto parts = scanner_.next_words();
-      if (!parts) return tl::unexpected(parts.error());
+      if (!parts) {
+        if (!has_points_scalars()) return tl::unexpected(parts.error());
+        file_.has_surplus = true;
+        return finish();
+      }
       if (parts->empty()) return finish();
       if (auto done = section(*parts); !done) {
-        // Sections after the array that is read may be unknown.
+        // Sections after the array that is read may be unknown, but must begin with a name.
+        file_.has_surplus = !file_.ends_early && !is_name(parts->front());
         if (has_points_scalars() || file_.ends_early) return finish();
         return tl::unexpected(done.error());
       }
@@ -165,6 +170,15 @@ class Parser {
   }
 
  private:
+  static bool is_name(std::string_view word) {
+    const auto is_letter = [](char c) {
+      return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_';
+    };
+    return is_letter(word.front()) && std::ranges::all_of(word, [&](char c) {
+             return is_letter(c) || (c >= '0' && c <= '9');
+           });
+  }
+
   bool has_points_scalars() const {
     return std::ranges::any_of(file_.arrays, [](const VtkArray& a) {
       return !a.of_cells && !a.is_field && a.components == 1 && a.type;
@@ -196,14 +210,14 @@ class Parser {
       file_.dimensions = {static_cast<int64_t>(numbers->x), static_cast<int64_t>(numbers->y),
                           static_cast<int64_t>(numbers->z)};
       has_dimensions_ = true;
-      return {};
+      return check_repetition(key, *numbers);
     }
     if (key == "spacing" || key == "aspect_ratio" || key == "origin") {
       const auto numbers = triple(parts);
       if (!numbers) return tl::unexpected(numbers.error());
       (key == "origin" ? file_.origin : file_.spacing) = *numbers;
       if (key != "origin") file_.has_no_spacing = false;
-      return {};
+      return check_repetition(key == "origin" ? key : "spacing", *numbers);
     }
     if (key == "point_data" || key == "cell_data") {
       const auto count = parts.size() > 1 ? whole_number(parts[1]) : std::nullopt;
@@ -240,6 +254,13 @@ class Parser {
     const auto z = parts.size() > 3 ? number_in(parts[3]) : std::nullopt;
     if (x && y && z) return Vec3d{*x, *y, *z};
     return scanner_.malformed(fmt::format("expected three numbers after {}", parts[0]));
+  }
+
+  /// Errors: malformed_volume if a field occurs twice with different numbers.
+  Result<void> check_repetition(const std::string& name, Vec3d numbers) {
+    const auto [at, is_new] = numbers_of_.try_emplace(name, numbers);
+    if (is_new || at->second == numbers) return {};
+    return scanner_.malformed(fmt::format("the {} occurs twice with different numbers", name));
   }
 
   /// Skips lines up to an empty one.
@@ -365,6 +386,7 @@ class Parser {
   const std::filesystem::path& path_;
   Scanner scanner_;
   VtkFile file_;
+  std::map<std::string, Vec3d> numbers_of_;  ///< of the fields with three numbers
   bool is_structured_points_ = false, has_dimensions_ = false;
   bool in_data_ = false, of_cells_ = false;
   uint64_t values_ = 0;

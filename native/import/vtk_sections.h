@@ -33,6 +33,7 @@ struct VtkFile {
   bool has_no_spacing = true;
   bool has_point_data = false;  ///< a POINT_DATA section exists
   bool ends_early = false;      ///< within the values of the last array
+  bool has_surplus = false;     ///< what follows the last section is not the name of a section
   std::vector<VtkArray> arrays;
 };
 

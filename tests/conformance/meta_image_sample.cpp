@@ -60,6 +60,11 @@ void add_files(Random& random, std::string header, std::string data, bool is_pla
   const int layout = random.between(0, 3);
   if (layout == 0 || (layout > 1 && !is_plain)) {
     sample.main = "v.mha";
+    if (is_plain && random.chance(40)) {  // the voxels end with the file
+      header += "HeaderSize = -1\n";
+      sample.open_ended = {"v.mha"};
+      sample.damages.push_back([](auto& files) { files["v.mha"].pop_back(); });
+    }
     sample.files["v.mha"] = header + "ElementDataFile = LOCAL\n" + data;
   } else if (layout == 1) {
     sample.main = "v.mhd";

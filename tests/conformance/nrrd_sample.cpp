@@ -187,6 +187,11 @@ void add_files(Random& random, std::string header, const std::string& coding, st
   const int layout = random.between(0, 3);
   if (layout == 0 || (layout > 1 && coding != "raw")) {
     sample.main = "v.nrrd";
+    if (coding == "raw" && random.chance(40)) {  // the voxels end with the file
+      header += "byte skip: -1\n";
+      sample.open_ended = {"v.nrrd"};
+      sample.damages.push_back([](auto& files) { files["v.nrrd"].pop_back(); });
+    }
     sample.files["v.nrrd"] = header + "\n" + coded;
   } else if (layout == 1) {
     sample.main = "v.nhdr";

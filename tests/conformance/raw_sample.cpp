@@ -30,12 +30,15 @@ Sample make_raw(Random& random) {
     sample.main = "v.raw";
     options.dims = {truth.sizes[0], truth.sizes[1], truth.sizes[2]};
     options.type = types[static_cast<size_t>(type)];
-    options.big_endian = random.chance(50);
+    if (random.chance(80)) options.big_endian = random.chance(50);
     before = std::string(static_cast<size_t>(random.one_of({0, 0, 5})), 'h');
     options.skip_bytes = before.size();
   }
+  sample.must_be_noted =
+      sample.must_be_noted || !options.spacing || (!options.big_endian && bytes_of(type) > 1);
   if (gzip) sample.whole_at = {1};  // one byte does not show that the file was compressed
-  const std::string bytes = before + binary_of(truth.values, type, options.big_endian);
+  const std::string bytes =
+      before + binary_of(truth.values, type, options.big_endian.value_or(false));
   sample.files[sample.main] = gzip ? gzipped(bytes) : bytes;
   sample.text = sample.main + (floats ? " floats" : "") + (gzip ? " gzip" : "");
   return sample;

@@ -91,7 +91,6 @@ Sample make_vtk(Random& random) {
                       random.one_of({"", " 1"}), random.one_of({"default", "table"}));
   file += values_text(truth.values, type);
   if (after) file += cells;
-  sample.may_be_longer = true;
   sample.main = "v.vtk";
   sample.files["v.vtk"] = file;
   sample.text = fmt::format("{} {}{}{} of {}", text ? "text" : "binary", type_name(type),

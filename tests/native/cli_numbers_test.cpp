@@ -57,6 +57,7 @@ TEST(CliNumbers, OnlyNumbersAreTakenForNumbers) {
       {with({"build", volume}, "--memory"), {"-1", "1e9", "5X", "1..5G", "0", ".", "G"}},
       {with({"build", volume}, "--spacing"), {"1,1", "1,1,0", "1,1,-2", "1,1,nan", "1,,1"}},
       {with({"build", volume}, "--time-step"), {"-1", "0.5"}},
+      {with({"build", volume}, "--max-error"), {"-1", "0"}},
       {with({"build", volume}, "--skip-bytes"), {"-1", "1.5"}},
       {with({"build", volume, "--type", "u8"}, "--dims"),
        {"12x12", "12x12x0", "1e1x12x12", "12x12x-1", "12x12x12x12"}},

@@ -430,8 +430,10 @@ TEST(Cli, NotesOfAVolumeStayInItsStoreAndQuietPrintsNone) {
   EXPECT_NE(run({"info", volume}).out.find(note), std::string::npos);
   EXPECT_NE(run({"info", store}).out.find(note), std::string::npos);
   const auto json = nlohmann::json::parse(run({"info", store, "--json"}).out);
-  ASSERT_EQ(json["metadata"]["notes"].size(), 1u);
-  EXPECT_NE(json["metadata"]["notes"][0].get<std::string>().find(note), std::string::npos);
+  const auto& notes = json["metadata"]["notes"];
+  ASSERT_EQ(notes.size(), 2u);  // the dimensions and type; the spacing, which is assumed
+  EXPECT_NE(notes[0].get<std::string>().find(note), std::string::npos);
+  EXPECT_NE(notes[1].get<std::string>().find("no voxel spacing"), std::string::npos);
   const Ended quiet = run({"build", volume, "-o", store, "--quiet"});
   EXPECT_EQ(quiet.exit_code, 0);
   EXPECT_EQ(quiet.out + quiet.err, "");

@@ -333,6 +333,41 @@ TEST(DicomSeries, PixelsForAnotherFrameAreAnErrorOrIgnored) {
   expect_field(volume, series);
 }
 
+TEST(DicomSeries, DifferentFramesOfReferenceAndSubfoldersAreNoted) {
+  const TempFolder folder;
+  const BallSeries series;
+  series.write(folder);
+  EXPECT_TRUE(open(folder.path()).notes.empty());
+  DicomItem data = series.slice(3);
+  data[0x00200052] = test::dicom_text("UI", "1.2.3.4");
+  series.write_slice(folder, 3, data);
+  std::filesystem::create_directory(folder / "more");
+  auto volume = open(folder.path());
+  expect_note(volume, "2 frames of reference");
+  expect_note(volume, "1 subfolder is not read, such as more");
+  expect_field(volume, series);
+}
+
+// A surplus of rows shows that the number of rows or columns is wrong; less is padding.
+TEST(DicomSeries, PixelsForAnotherRowAreAnErrorAndLessIsPadding) {
+  const TempFolder folder;
+  const BallSeries series;
+  series.write(folder);
+  DicomItem data = series.slice(3);
+  auto pixels = series.pixels(3);
+  const auto write_surplus = [&](int32_t count) {
+    auto more = pixels;
+    more.insert(more.end(), pixels.begin(), pixels.begin() + count);
+    data[0x7fe00010] = test::dicom_numbers("OW", more);
+    series.write_slice(folder, 3, data);
+  };
+  write_surplus(series.size.x - 1);
+  auto padded = open(folder.path());
+  expect_field(padded, series);
+  write_surplus(series.size.x);
+  expect_error(folder.path(), {"more pixels than their header says", "--allow-surplus"});
+}
+
 TEST(DicomSeries, TimePointsAreDistinguishedByAttributes) {
   struct Case {
     uint32_t tag;

@@ -413,7 +413,7 @@ TEST(ImportRaw, UsesOptionsOrTheName) {
   write_file(folder / "foot_5x4x3_uint8.raw", bytes_of(pattern_voxels<uint8_t>(kSize)));
   auto named = open(folder / "foot_5x4x3_uint8.raw");
   expect_pattern(named, VoxelType::u8);
-  EXPECT_EQ(named.notes.size(), 1u);
+  EXPECT_EQ(named.notes.size(), 2u);  // dims and type; the spacing
 
   write_file(folder / "zipped.raw.gz", deflated(bytes_of(pattern_voxels<uint8_t>(kSize))));
   options = {};

@@ -131,7 +131,7 @@ TEST(Orientation, InvalidGeometryIsReplacedAndNoted) {
   EXPECT_EQ(result->grid.spacing, (Vec3d{1, 1, 1}));
   EXPECT_EQ(result->grid.origin, (Vec3d{0, 0, 0}));
   expect_orthonormal_right_handed(result->grid.direction);
-  EXPECT_EQ(result->notes.size(), 4u);
+  EXPECT_EQ(result->notes.size(), 5u);
 }
 
 TEST(Orientation, RefusesVolumesWithoutCellsAndTooLargeOnes) {

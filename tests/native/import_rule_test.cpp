@@ -6,7 +6,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "tests/native/volume_files.h"
+#include "tests/native/import_checks.h"
 
 // The right volume, the right volume with a note, or an error: cases that were once read wrongly.
 // The conformance suite tests the same rule on many generated files.
@@ -14,7 +14,11 @@ namespace isosplat {
 namespace {
 
 using test::bytes_of;
+using test::error_of;
+using test::expect_error;
+using test::expect_note;
 using test::nrrd_header;
+using test::open;
 using test::pattern;
 using test::pattern_voxels;
 using test::read_all;
@@ -22,37 +26,6 @@ using test::TempFolder;
 using test::write_file;
 
 constexpr Index3 kSize{5, 4, 3};
-
-OpenVolume open(const std::filesystem::path& path, const ImportOptions& options = {}) {
-  auto volume = open_volume(path, options);
-  EXPECT_TRUE(volume) << volume.error().message;
-  return volume ? std::move(*volume) : OpenVolume{};
-}
-
-/// The error of opening the file or of reading it; empty if there is none.
-std::string error_of(const std::filesystem::path& path, const ImportOptions& options = {}) {
-  auto volume = open_volume(path, options);
-  if (!volume) return volume.error().message;
-  const VolumeHeader& header = volume->source->header();
-  const Index3 n = header.grid.voxels;
-  std::vector<std::byte> out(static_cast<size_t>(n.x * n.y * n.z) * voxel_bytes(header.type));
-  const auto read = volume->source->read_slices(0, n.z, out);
-  return read ? "" : read.error().message;
-}
-
-void expect_error(const std::filesystem::path& path, const std::string& part,
-                  const ImportOptions& options = {}) {
-  const std::string error = error_of(path, options);
-  EXPECT_NE(error, "");
-  EXPECT_NE(error.find(part), std::string::npos) << error;
-}
-
-void expect_note(const OpenVolume& volume, const std::string& part) {
-  for (const std::string& note : volume.notes) {
-    if (note.find(part) != std::string::npos) return;
-  }
-  ADD_FAILURE() << "no note has '" << part << "'";
-}
 
 /// Expects that voxel (x, y, z) of the file has the pattern's value, and its position is
 /// `position`.

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "tests/native/volume_files.h"
+
+// Checks of what opening a volume gives: the volume, its notes, or an error.
+namespace isosplat::test {
+
+inline OpenVolume open(const std::filesystem::path& path, const ImportOptions& options = {}) {
+  auto volume = open_volume(path, options);
+  EXPECT_TRUE(volume) << volume.error().message;
+  return volume ? std::move(*volume) : OpenVolume{};
+}
+
+/// The error of opening the file or of reading it; empty if there is none.
+inline std::string error_of(const std::filesystem::path& path, const ImportOptions& options = {}) {
+  auto volume = open_volume(path, options);
+  if (!volume) return volume.error().message;
+  const VolumeHeader& header = volume->source->header();
+  const Index3 n = header.grid.voxels;
+  std::vector<std::byte> out(static_cast<size_t>(n.x * n.y * n.z) * voxel_bytes(header.type));
+  const auto read = volume->source->read_slices(0, n.z, out);
+  return read ? "" : read.error().message;
+}
+
+inline void expect_error(const std::filesystem::path& path, const std::string& part,
+                         const ImportOptions& options = {}) {
+  const std::string error = error_of(path, options);
+  EXPECT_NE(error, "");
+  EXPECT_NE(error.find(part), std::string::npos) << error;
+}
+
+inline void expect_note(const OpenVolume& volume, const std::string& part) {
+  for (const std::string& note : volume.notes) {
+    if (note.find(part) != std::string::npos) return;
+  }
+  ADD_FAILURE() << "no note has '" << part << "'";
+}
+
+}  // namespace isosplat::test
