@@ -74,6 +74,25 @@ export default defineConfig({
     target: "es2022",
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
+    rolldownOptions: {
+      input: {
+        index: here("web/index.html"),
+        embed: here("web/embed.html"),
+        "isosplat-viewer": here("web/element/index.ts"),
+      },
+      // Pages name the element's script, so its address stays the same.
+      output: {
+        entryFileNames: ({ name }) =>
+          name === "isosplat-viewer" ? "[name].js" : "assets/[name]-[hash].js",
+        // One request for what all pages need, not one for each small file that two of them share.
+        codeSplitting: {
+          groups: [
+            { name: "viewer", test: /\/web\/(core|stream|viewer)\/|overlay\/(parts|axis_names)/ },
+          ],
+        },
+      },
+      preserveEntrySignatures: "exports-only",
+    },
   },
   worker: { format: "es" },
   server: {

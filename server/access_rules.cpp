@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "server/target.h"
+#include "server/volume_names.h"
 
 namespace isosplat {
 namespace {
@@ -62,14 +63,23 @@ bool is_within(const std::filesystem::path& folder, const std::filesystem::path&
   return end == outer.end();
 }
 
+/// Whether a pattern of a rule admits the volume of this name.
+bool matches(std::string pattern, std::string name) {
+  if (pattern == "*") return true;
+  int flags = FNM_NOESCAPE | FNM_PATHNAME;
+  // "ct~*": what is behind the first folder or store that "*" matches is admitted as well.
+  if (pattern.ends_with("~*")) flags |= FNM_LEADING_DIR;
+  std::ranges::replace(pattern, kFolderSeparator, '/');
+  std::ranges::replace(name, kFolderSeparator, '/');
+  return ::fnmatch(pattern.c_str(), name.c_str(), flags) == 0;
+}
+
 }  // namespace
 
 bool AccessRules::Patterns::admit(const std::string& name,
                                   const std::filesystem::path& folder) const {
   return std::ranges::any_of(names,
-                             [&](const std::string& pattern) {
-                               return ::fnmatch(pattern.c_str(), name.c_str(), FNM_NOESCAPE) == 0;
-                             }) ||
+                             [&](const std::string& pattern) { return matches(pattern, name); }) ||
          std::ranges::any_of(
              folders, [&](const std::filesystem::path& outer) { return is_within(folder, outer); });
 }

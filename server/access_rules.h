@@ -33,8 +33,9 @@ class AccessRules {
  public:
   /// Adds the rules of a token file. Each line has a token, or the word "anyone", and one or more
   /// patterns, separated by blanks. A pattern without "/" is compared with the names of volumes, in
-  /// which "*" and "?" stand for any characters; one with "/" is a folder, and admits the stores in
-  /// it and below it. Empty lines and lines that begin with "#" are ignored. Errors
+  /// which "*" and "?" stand for any characters except "~"; "*" alone admits to all, and one that
+  /// ends with "~*" to all below the folder. One with "/" is a folder on the disk, and admits the
+  /// stores in it and below it. Empty lines and lines that begin with "#" are ignored. Errors
   /// (invalid_argument) name the line, not the token.
   Result<void> add_lines(std::string_view text);
 

@@ -1,142 +1,310 @@
 #include "server/catalog.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <functional>
 #include <system_error>
 #include <utility>
 
 namespace isosplat {
 namespace {
 
-constexpr std::string_view kExtension = ".isosplat";
+namespace fs = std::filesystem;
 
-/// Limit of stores, which bounds the work of a scan.
-constexpr size_t kMaxStores = 10'000;
+/// Limits of stores and of folders in folders, which bound the work of a scan.
+constexpr size_t kMaxStores = 100'000;
+constexpr int kMaxDepth = 32;
 
-bool is_name_character(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-         c == '_' || c == '.';
+/// The first scan logs one line for more stores than this.
+constexpr size_t kManyStores = 100;
+
+/// A file that was created without a report of its end, such as by a link to a nameless file, is
+/// complete when nobody has written to it for this long.
+constexpr std::chrono::seconds kSettled{2};
+
+bool is_store_name(std::string_view name) {
+  return name.ends_with(kStoreExtension) && !name.starts_with('.');
 }
 
-/// Replaces the path by the file's name: clients may read the message, and must not see folders.
-Error with_file_name(Error error, const std::filesystem::path& path) {
-  const std::string full = path.string(), name = path.filename().string();
-  size_t at = 0;
-  while (full != name && (at = error.message.find(full, at)) != std::string::npos) {
-    error.message.replace(at, full.size(), name);
-    at += name.size();
-  }
-  return error;
+fs::path real_path(const fs::path& path) {
+  std::error_code ignored;
+  return fs::weakly_canonical(fs::absolute(path, ignored), ignored);
+}
+
+/// The number of the folder at a path; null if there is none.
+std::optional<FileIdentity> folder_identity(const fs::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) return std::nullopt;
+  return FileIdentity{static_cast<uint64_t>(status.st_dev), static_cast<uint64_t>(status.st_ino), 0,
+                      0};
+}
+
+bool exists(const std::string& path) {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) == 0;
+}
+
+bool is_real_folder(const std::string& path) {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
 }
 
 }  // namespace
 
-std::string url_name(const std::filesystem::path& path) {
-  constexpr size_t kMaxLength = 128;
-  const std::string file = path.filename().string();
-  std::string_view stem = file;
-  if (stem.ends_with(kExtension)) stem.remove_suffix(kExtension.size());
-  std::string name;
-  for (const char c : stem) {
-    if (is_name_character(c)) {
-      name += c;
-    } else if (!name.ends_with('-')) {
-      name += '-';
-    }
-  }
-  name.erase(0, std::min(name.find_first_not_of("-."), name.size()));
-  name.resize(std::min(name.size(), kMaxLength));
-  while (name.ends_with('-') || name.ends_with('.')) name.pop_back();
-  return name.empty() ? "volume" : name;
-}
-
-Catalog::Catalog(std::vector<std::filesystem::path> sources, uint64_t directory_bytes, Log log)
+Catalog::Catalog(std::vector<fs::path> sources, Log log)
     : sources_(std::move(sources)),
-      directory_bytes_(directory_bytes),
       log_(std::move(log)),
-      snapshot_(std::make_shared<CatalogSnapshot>()) {}
+      snapshot_(std::make_shared<CatalogSnapshot>()) {
+  for (fs::path& source : sources_) {
+    if (!source.has_filename()) source = source.parent_path();  // "stores/"
+  }
+  std::ranges::stable_sort(sources_, std::greater(),
+                           [](const fs::path& source) { return source.native().size(); });
+}
 
 std::shared_ptr<const CatalogSnapshot> Catalog::snapshot() const {
   const std::lock_guard lock(snapshot_mutex_);
   return snapshot_;
 }
 
-std::string Catalog::name_for(const std::filesystem::path& path) {
-  const auto known = names_.find(path);
-  if (known != names_.end()) return known->second;
-  const std::string base = url_name(path);
-  std::string name = base;
-  for (uint32_t i = 2; !used_names_.insert(name).second; ++i) name = fmt::format("{}-{}", base, i);
-  names_.emplace(path, name);
-  return name;
-}
-
-CatalogEntry Catalog::examine(const std::filesystem::path& path, const CatalogSnapshot& before) {
-  CatalogEntry entry;
-  entry.name = name_for(path);
-  entry.path = path;
-  std::error_code ignored;
-  entry.folder = std::filesystem::weakly_canonical(
-      std::filesystem::absolute(path, ignored).parent_path(), ignored);
-  const Result<FileIdentity> identity = file_identity(path);
-  if (identity) entry.identity = *identity;
-
-  const auto old = before.find(entry.name);
-  if (old != before.end() && old->second.identity == entry.identity &&
-      (identity || old->second.error)) {
-    return old->second;
-  }
-  if (auto store = StoreFile::open(path, directory_bytes_)) {
-    entry.store = std::move(*store);
-  } else {
-    entry.error = with_file_name(store.error(), path);
-    log_(fmt::format("volume {} is not served: {}", entry.name, store.error().message));
-    return entry;
-  }
-  log_(fmt::format("volume {}: {}, content {}", entry.name, path.string(), entry.store->content()));
-  return entry;
-}
-
 void Catalog::scan() {
-  const std::lock_guard scan_lock(scan_mutex_);
-  const std::shared_ptr<const CatalogSnapshot> before = snapshot();
+  const std::scoped_lock lock(follow_mutex_, mutex_);
+  scan_now();
+  publish_snapshot();
+}
 
+bool Catalog::follow(std::chrono::milliseconds longest) {
+  const std::lock_guard follow_lock(follow_mutex_);
+  const FolderWatch::Changes changes = watch_.wait(longest);
+  const std::lock_guard lock(mutex_);
+  // Where changes are not reported, scanning takes at most a twentieth of the time.
+  const bool is_due = !is_all_watched_ && Clock::now() - last_scan_ > 20 * scan_time_;
+  if (changes.is_incomplete || is_due || are_sources_replaced()) {
+    scan_now();
+  } else {
+    for (const FolderChange& change : changes.list) apply(change);
+    look_at_unwatched();
+  }
+  return publish_snapshot();
+}
+
+// ---- Listing ----
+
+void Catalog::scan_now() {
+  const Clock::time_point begin = Clock::now();
+  is_all_watched_ = true;
+  is_full_ = false;
+  unwatched_files_.clear();
+  begun_.clear();
+  source_folders_.clear();
+  const std::map<std::string, Folder> before = std::move(folders_);
+  folders_.clear();
+  Found found;
+  // A source within another one comes first: its stores have the names that it gives them.
+  for (const fs::path& source : sources_) list_source(source, found);
+  for (const auto& [path, folder] : before) {
+    if (!folders_.contains(path)) watch_.remove(path);
+  }
+  const bool are_many = is_first_scan_ && found.size() > kManyStores;
+  if (are_many) log_(fmt::format("found {} stores", found.size()));
   // Sorted, so that names do not depend on the order in which a folder lists its files.
-  std::set<std::filesystem::path> paths;
-  for (const std::filesystem::path& source : sources_) {
-    std::error_code error;
-    if (!std::filesystem::is_directory(source, error)) {
-      paths.insert(source);
+  for (const auto& [path, folder] : found) look_at(path, *folder);
+  for (auto store = stores_.begin(); store != stores_.end();) {
+    const auto next = std::next(store);
+    if (!found.contains(store->first)) forget(store);
+    store = next;
+  }
+  is_first_scan_ = false;
+  last_scan_ = Clock::now();
+  scan_time_ = last_scan_ - begin;
+}
+
+void Catalog::list_source(const fs::path& source, Found& found) {
+  const std::string path = source.string();
+  if (const auto identity = folder_identity(source)) {
+    source_folders_.emplace(path, *identity);
+    list_folder(path, {"", real_path(source)}, 0, found);
+    return;
+  }
+  const auto [folder, is_new] =
+      folders_.try_emplace("file " + path, Folder{"", real_path(source).parent_path()});
+  found.emplace(path, &folder->second);
+  unwatched_files_.insert(path);
+}
+
+void Catalog::list_folder(const std::string& path, Folder its, int depth, Found& found) {
+  const auto [folder, is_new] = folders_.try_emplace(path, std::move(its));
+  if (!is_new) return;  // of two sources
+  // Before its files are listed: what appears in between is reported.
+  if (!watch_.add(path)) is_all_watched_ = false;
+  std::error_code error;
+  fs::directory_iterator file(path, error);
+  for (; !error && file != fs::directory_iterator(); file.increment(error)) {
+    const std::string name = file->path().filename().string();
+    if (name.starts_with('.')) continue;
+    std::error_code ignored;
+    const bool is_link = file->is_symlink(ignored);
+    if (is_store_name(name)) {
+      if (found.size() >= kMaxStores) {
+        is_full_ = true;
+        break;
+      }
+      found.emplace(file->path().string(), &folder->second);
+      if (is_link) unwatched_files_.insert(file->path().string());
+    } else if (!is_link && file->is_directory(ignored) && depth < kMaxDepth) {
+      list_folder(file->path().string(),
+                  {folder->second.prefix + folder_url_name(name) + kFolderSeparator,
+                   folder->second.canonical / name},
+                  depth + 1, found);
+    }
+  }
+  std::string message = error ? error.message() : std::string();
+  if (is_full_) message = fmt::format("more than {} stores: the others are not served", kMaxStores);
+  std::string& last = folder_errors_[path];
+  if (message != last && !message.empty()) log_(fmt::format("folder {}: {}", path, message));
+  last = std::move(message);
+  if (last.empty()) folder_errors_.erase(path);
+}
+
+/// Makes an entry for a file that is new or was replaced.
+void Catalog::look_at(const std::string& path, const Folder& folder) {
+  std::optional<FileIdentity> identity;
+  if (const Result<FileIdentity> known = file_identity(path)) identity = *known;
+  const auto old = stores_.find(path);
+  if (old != stores_.end() && old->second->identity == identity) return;
+  if (old == stores_.end() && stores_.size() >= kMaxStores) return;
+  auto entry = std::make_shared<CatalogEntry>();
+  entry->id = ++last_id_;
+  entry->name = names_.of(path, folder.prefix + url_name(path));
+  entry->path = path;
+  entry->folder = folder.canonical;
+  entry->identity = identity;
+  entry->is_one_of_many = is_first_scan_ && stores_.size() >= kManyStores;
+  stores_.insert_or_assign(path, std::move(entry));
+  has_changed_ = true;
+}
+
+void Catalog::forget(std::map<std::string, std::shared_ptr<const CatalogEntry>>::iterator store) {
+  log_(fmt::format("volume {} was removed: {}", store->second->name, store->first));
+  stores_.erase(store);
+  has_changed_ = true;
+}
+
+// ---- Following changes ----
+
+void Catalog::apply(const FolderChange& change) {
+  const auto folder = folders_.find(change.folder);
+  if (folder == folders_.end() || change.name.starts_with('.')) return;
+  const std::string path = (fs::path(change.folder) / change.name).string();
+  // A folder whose name is that of a store is a store that cannot be read.
+  const bool is_store = is_store_name(change.name);
+  if (!is_store) {
+    if (change.kind != FolderChange::Kind::folder) return;
+    const bool has_source = std::ranges::any_of(sources_, [&](const fs::path& source) {
+      return (source.string() + '/').starts_with(path + '/');
+    });
+    if (has_source) return scan_now();
+    return renew_folder(path, folder->second, change.name);
+  }
+  struct stat status {};
+  const bool is_there = ::lstat(path.c_str(), &status) == 0;
+  const bool is_link = is_there && S_ISLNK(status.st_mode);
+  if (is_link) {
+    unwatched_files_.insert(path);
+  } else {
+    unwatched_files_.erase(path);
+  }
+  const bool may_grow = is_there && S_ISREG(status.st_mode) && status.st_nlink == 1;
+  if (change.kind == FolderChange::Kind::begun && may_grow) {
+    begun_.insert(path);
+    return;
+  }
+  begun_.erase(path);
+  if (is_there) {
+    look_at(path, folder->second);
+  } else if (const auto store = stores_.find(path); store != stores_.end()) {
+    forget(store);
+  }
+}
+
+/// Lists a folder anew that came, went, or was renamed.
+void Catalog::renew_folder(const std::string& path, const Folder& parent, const std::string& name) {
+  const std::string below = path + '/', end = path + static_cast<char>('/' + 1);
+  watch_.remove(path);
+  folders_.erase(path);
+  folders_.erase(folders_.lower_bound(below), folders_.lower_bound(end));
+  Found found;
+  const auto depth = std::ranges::count(parent.prefix, kFolderSeparator) + 1;
+  if (is_real_folder(path) && depth <= kMaxDepth) {
+    list_folder(path,
+                {parent.prefix + folder_url_name(name) + kFolderSeparator,
+                 fs::path(parent.canonical) / name},
+                static_cast<int>(depth), found);
+  }
+  for (auto store = stores_.lower_bound(below); store != stores_.lower_bound(end);) {
+    const auto next = std::next(store);
+    if (!found.contains(store->first)) forget(store);
+    store = next;
+  }
+  for (const auto& [file, folder] : found) look_at(file, *folder);
+}
+
+/// Looks at files whose changes are not reported, and at those whose writing has ended silently.
+void Catalog::look_at_unwatched() {
+  const auto folder_of = [this](const std::string& path) {
+    const auto source = folders_.find("file " + path);
+    return source != folders_.end() ? source : folders_.find(fs::path(path).parent_path().string());
+  };
+  for (auto path = unwatched_files_.begin(); path != unwatched_files_.end();) {
+    const auto folder = folder_of(*path);
+    const auto store = stores_.find(*path);
+    const bool is_source = folder != folders_.end() && folder->first.starts_with("file ");
+    if (folder == folders_.end() || (!is_source && !exists(*path))) {
+      if (store != stores_.end()) forget(store);
+      path = unwatched_files_.erase(path);
       continue;
     }
-    std::filesystem::directory_iterator file(source, error);
-    for (; !error && file != std::filesystem::directory_iterator() && paths.size() < kMaxStores;
-         file.increment(error)) {
-      const std::filesystem::path& path = file->path();
-      const std::string name = path.filename().string();
-      if (name.ends_with(kExtension) && !name.starts_with('.')) paths.insert(path);
-    }
-    std::string& last_error = folder_errors_[source];
-    const std::string message = error ? error.message() : "";
-    if (message != last_error && error) {
-      log_(fmt::format("folder {}: {}", source.string(), message));
-    }
-    last_error = message;
+    look_at(*path, folder->second);
+    ++path;
   }
+  for (auto path = begun_.begin(); path != begun_.end();) {
+    struct stat status {};
+    const bool is_there = ::lstat(path->c_str(), &status) == 0;
+    const auto age =
+        std::chrono::system_clock::now() - std::chrono::system_clock::from_time_t(status.st_mtime);
+    if (is_there && age < kSettled) {
+      ++path;
+      continue;
+    }
+    const auto folder = folder_of(*path);
+    if (is_there && folder != folders_.end()) look_at(*path, folder->second);
+    path = begun_.erase(path);
+  }
+}
 
+/// Whether a source that is a folder came, went, or is another one than before.
+bool Catalog::are_sources_replaced() const {
+  return std::ranges::any_of(sources_, [this](const fs::path& source) {
+    const auto known = source_folders_.find(source.string());
+    const auto identity = folder_identity(source);
+    return identity.has_value() != (known != source_folders_.end()) ||
+           (identity && !(*identity == known->second));
+  });
+}
+
+bool Catalog::publish_snapshot() {
+  if (!std::exchange(has_changed_, false)) return false;
+  // A path that comes back has its name again; the memory of such names is bounded.
+  if (names_.size() > 2 * stores_.size() + 1000) {
+    names_.keep_only([this](const std::string& path) { return stores_.contains(path); });
+  }
   auto after = std::make_shared<CatalogSnapshot>();
-  for (const std::filesystem::path& path : paths) {
-    CatalogEntry entry = examine(path, *before);
-    after->emplace(entry.name, std::move(entry));
-  }
-  for (const auto& [name, entry] : *before) {
-    if (!after->contains(name)) {
-      log_(fmt::format("volume {} was removed: {}", name, entry.path.string()));
-    }
-  }
+  for (const auto& [path, entry] : stores_) after->emplace(entry->name, entry);
   const std::lock_guard lock(snapshot_mutex_);
   snapshot_ = std::move(after);
+  return true;
 }
 
 }  // namespace isosplat

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -12,58 +13,100 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/store_file/store_file.h"
+#include "server/folder_watch.h"
+#include "server/store_summary.h"
+#include "server/volume_names.h"
+#include "shared/posix_file/posix_file.h"
 
 namespace isosplat {
 
-/// A store that is served, or the error why it is not.
+/// A store file as it was when it was last looked at. A file that was replaced or modified has
+/// another entry.
 struct CatalogEntry {
-  std::string name;  ///< as in URLs: letters, digits, "-", "_" and "."; unique
+  uint64_t id = 0;   ///< of this entry; never used again
+  std::string name;  ///< as in URLs: segments of letters, digits, "-", "_" and ".", and "~" between
+                     ///< them; unique
   std::filesystem::path path;
   std::filesystem::path folder;          ///< of `path`; absolute, with links resolved
-  std::optional<FileIdentity> identity;  ///< of the file when it was opened
-  std::shared_ptr<const StoreFile> store;
-  std::optional<Error> error;  ///< if and only if `store` is null
+  std::optional<FileIdentity> identity;  ///< absent: there is no such file, or it is not a file
+  bool is_one_of_many = false;           ///< found with many others: not worth a line in the log
+  SummaryCell summary;                   ///< what its header says, once somebody has read it
 };
 
 /// The stores at one moment, by name. Each request uses one snapshot from begin to end.
-using CatalogSnapshot = std::map<std::string, CatalogEntry, std::less<>>;
+using CatalogSnapshot = std::map<std::string, std::shared_ptr<const CatalogEntry>, std::less<>>;
 
-/// The stores of a list of files and folders. Regular scans find new, changed and removed stores.
+/// The store files of a list of files and folders. Opens none of them.
 class Catalog {
  public:
   using Log = std::function<void(std::string_view)>;
 
-  /// `sources`: store files, and folders with *.isosplat files (without their subfolders).
-  /// `directory_bytes`: cache of directory pages per store. Opens no file before the first scan().
-  Catalog(std::vector<std::filesystem::path> sources, uint64_t directory_bytes, Log log);
+  /// `sources`: store files, and folders with *.isosplat files in them and in their subfolders.
+  /// Files and folders whose names begin with "." are left out, and links to folders are not
+  /// followed. Looks at nothing before the first scan().
+  Catalog(std::vector<std::filesystem::path> sources, Log log);
 
-  /// Opens new and replaced stores, and drops removed ones. A path keeps its name for the lifetime
-  /// of the catalog. Errors do not end a scan: they are logged once, and kept in the entry.
+  /// Looks at all sources. A path keeps its name while it is known. Errors do not end a scan: they
+  /// are logged once. Waits for a follow() in progress. Thread-safe.
   void scan();
+
+  /// Waits for changes, but not longer than this and not after wake(), and applies them: files that
+  /// were renamed to their place or closed by who wrote them, and folders that came, went or were
+  /// renamed. Files that are named as sources, links, and folders whose changes the system does not
+  /// report are looked at in each call. Returns whether the snapshot has changed. Thread-safe.
+  bool follow(std::chrono::milliseconds longest);
+
+  /// Ends the wait of follow(). Thread-safe.
+  void wake() { watch_.wake(); }
 
   std::shared_ptr<const CatalogSnapshot> snapshot() const;
 
  private:
-  std::string name_for(const std::filesystem::path& path);
-  CatalogEntry examine(const std::filesystem::path& path, const CatalogSnapshot& before);
+  using Clock = std::chrono::steady_clock;
 
-  const std::vector<std::filesystem::path> sources_;
-  const uint64_t directory_bytes_;
+  /// A folder that was listed.
+  struct Folder {
+    std::string prefix;               ///< of the names of its stores: "ct~"
+    std::filesystem::path canonical;  ///< absolute, with links resolved
+  };
+
+  /// Store files that a listing found, by path, with the folder that they are in.
+  using Found = std::map<std::string, const Folder*>;
+
+  void scan_now();
+  void list_source(const std::filesystem::path& source, Found& found);
+  void list_folder(const std::string& path, Folder folder, int depth, Found& found);
+  void look_at(const std::string& path, const Folder& folder);
+  void forget(std::map<std::string, std::shared_ptr<const CatalogEntry>>::iterator store);
+  void apply(const FolderChange& change);
+  void renew_folder(const std::string& path, const Folder& parent, const std::string& name);
+  void look_at_unwatched();
+  bool are_sources_replaced() const;
+  bool publish_snapshot();
+
+  std::vector<std::filesystem::path> sources_;  ///< the longest first
   const Log log_;
 
-  std::mutex scan_mutex_;
-  std::map<std::filesystem::path, std::string> names_;          // guarded by scan_mutex_
-  std::set<std::string> used_names_;                            // guarded by scan_mutex_
-  std::map<std::filesystem::path, std::string> folder_errors_;  // guarded by scan_mutex_
+  std::mutex follow_mutex_;  // before mutex_
+  FolderWatch watch_;        // guarded by follow_mutex_, except for wake()
+  std::mutex mutex_;         // guards what follows, as far as snapshot_mutex_
+  uint64_t last_id_ = 0;
+  VolumeNames names_;
+  std::map<std::string, Folder> folders_;  ///< by path; that of a file source by "file " + path
+  std::map<std::string, std::shared_ptr<const CatalogEntry>> stores_;  ///< by path
+  std::set<std::string> unwatched_files_;               ///< links, and sources that are files
+  std::set<std::string> begun_;                         ///< created, and perhaps not complete
+  std::map<std::string, FileIdentity> source_folders_;  ///< device and inode of each
+  std::map<std::string, std::string> folder_errors_;
+  bool is_all_watched_ = true;
+  bool is_full_ = false;  ///< the limit of stores was reached
+  bool has_changed_ = true;
+  bool is_first_scan_ = true;
+  Clock::time_point last_scan_{};
+  Clock::duration scan_time_{};
 
   mutable std::mutex snapshot_mutex_;
   std::shared_ptr<const CatalogSnapshot> snapshot_;  // guarded by snapshot_mutex_
 };
-
-/// The name of a store in URLs: the stem of its file name, in which each run of characters other
-/// than letters, digits, "-", "_" and "." becomes one "-", without leading "." and "-". Never
-/// empty.
-std::string url_name(const std::filesystem::path& path);
 
 }  // namespace isosplat

@@ -60,7 +60,10 @@ struct Connection::State {
   Awaitable<HeaderScan> read_header();
   Awaitable<Response> respond(const Request& request);
   Awaitable<Response> respond_within_rates(const Request& request, ByteBudget::Share& memory);
-  Awaitable<BodyStream::Step> next_piece(BodyStream& body, std::vector<std::byte>& piece,
+  WorkPool& pool_for(const Response& response) const {
+    return response.route && response.route->computes ? shared.computing : shared.disk;
+  }
+  Awaitable<BodyStream::Step> next_piece(const Response& response, std::vector<std::byte>& piece,
                                          Error& error);
   Awaitable<bool> handle_request();
   Awaitable<void> linger();
@@ -176,7 +179,8 @@ Awaitable<HeaderScan> Connection::State::read_header() {
 }
 
 // A request is tried on this thread first: most of the time the system holds the bytes in memory,
-// and another thread would cost more than the read. What needs the disk is repeated in the pool.
+// and another thread would cost more than the read. What needs the disk, or much processor time, is
+// repeated in a pool.
 
 Awaitable<Response> Connection::State::respond(const Request& request) {
   NoWait no_wait;
@@ -185,8 +189,22 @@ Awaitable<Response> Connection::State::respond(const Request& request) {
     ++shared.metrics.reads_in_memory;
     co_return response;
   }
-  auto repeat = [&] { response = shared.router.respond(request); };
-  co_await shared.disk.run(repeat);
+  const Route* const route = response.route;
+  const bool has_room =
+      !route || !route->computes || shared.computing.has_room(shared.limits.waiting_computations);
+  bool has_run = false;
+  if (has_room) {
+    auto repeat = [&] { response = shared.router.respond(request); };
+    has_run = co_await pool_for(response).run(repeat);
+  }
+  if (!has_run) {
+    response = busy_response(has_room ? "the server is stopping"
+                                      : "the server is computing as much as it can for others: "
+                                        "try again in a second");
+    response.route = route;
+    response.close = has_room;
+    shared.router.policy().add_fields(request, response);
+  }
   co_return response;
 }
 
@@ -204,16 +222,19 @@ Awaitable<Response> Connection::State::respond_within_rates(const Request& reque
       shared.rates.take_bytes(address, response.body_size(), Clock::now());
       co_return response;
     }
-    response = busy_response();
+    response =
+        busy_response("the server is sending as much as it has memory for: try again in a second");
   }
   shared.router.policy().add_fields(request, response);
   co_return response;
 }
 
-/// The next bytes of a body, in `piece`, which is empty.
-Awaitable<BodyStream::Step> Connection::State::next_piece(BodyStream& body,
+/// The next bytes of a body, in `piece`, which is empty. Broken without a message: the server
+/// stops.
+Awaitable<BodyStream::Step> Connection::State::next_piece(const Response& response,
                                                           std::vector<std::byte>& piece,
                                                           Error& error) {
+  BodyStream& body = *response.stream;
   NoWait no_wait;
   BodyStream::Step step = body.next(piece, error, &no_wait);
   if (!no_wait.needs_disk || !piece.empty()) {
@@ -221,8 +242,8 @@ Awaitable<BodyStream::Step> Connection::State::next_piece(BodyStream& body,
     co_return step;
   }
   auto repeat = [&] { step = body.next(piece, error, nullptr); };
-  co_await shared.disk.run(repeat);
-  co_return step;
+  const bool has_run = co_await pool_for(response).run(repeat);
+  co_return has_run ? step : BodyStream::Step::broken;
 }
 
 Awaitable<bool> Connection::State::handle_request() {
@@ -290,6 +311,7 @@ Awaitable<bool> Connection::State::write_response(Response& response, bool close
                                                   bool head) {
   body_bytes = 0;
   const std::string header = response_header(response, close, http_1_0);
+  if (head) response.stream.reset();  // its memory is not within the budget
   std::span<const std::byte> unsent = std::as_bytes(std::span(header));
   if (head || response.body_size() == 0) co_return co_await write(unsent, {});
   if (!response.stream) {
@@ -301,11 +323,11 @@ Awaitable<bool> Connection::State::write_response(Response& response, bool close
   for (auto step = BodyStream::Step::more; step == BodyStream::Step::more;) {
     piece.clear();
     Error error;
-    step = co_await next_piece(*response.stream, piece, error);
+    step = co_await next_piece(response, piece, error);
     if (!co_await write(unsent, piece)) co_return false;
     unsent = {};
     if (step == BodyStream::Step::broken) {
-      report_fault(error.message);
+      if (!error.message.empty()) report_fault(error.message);
       co_return false;
     }
   }

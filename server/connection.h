@@ -7,7 +7,6 @@
 #include "server/access_log.h"
 #include "server/asio.h"
 #include "server/byte_budget.h"
-#include "server/disk_pool.h"
 #include "server/message.h"
 #include "server/metrics.h"
 #include "server/rate_limit.h"
@@ -16,6 +15,7 @@
 #include "server/server_log.h"
 #include "server/tls.h"
 #include "server/waiting_connections.h"
+#include "server/work_pool.h"
 
 namespace isosplat {
 
@@ -25,7 +25,8 @@ struct ConnectionShared {
   const ServerLimits& limits;
   const std::atomic<bool>& stopping;
   ServerLog& log;
-  DiskPool& disk;
+  WorkPool& disk;       ///< for what waits for disks
+  WorkPool& computing;  ///< for the routes that compute
   Metrics& metrics;
   RateLimit& rates;
   ByteBudget& bytes_in_flight;

@@ -17,10 +17,6 @@ constexpr std::string_view kFrameVersion = "frames1";
 
 constexpr std::string_view kBinary = "application/octet-stream";
 
-Response bad_request(std::string_view message) {
-  return error_response(400, status_name(Status::invalid_argument), message);
-}
-
 /// Adds a binary body to a response.
 Response with_bytes(Response response, std::vector<std::byte> bytes) {
   response.set("Content-Type", kBinary);
@@ -28,16 +24,6 @@ Response with_bytes(Response response, std::vector<std::byte> bytes) {
   response.bytes = *owner;
   response.owner = std::move(owner);
   return response;
-}
-
-std::string etag_of(const StoreFile& store, std::string_view version = {}) {
-  std::string etag = "\"" + store.content();
-  if (!version.empty()) (etag += '-') += version;
-  return etag += '"';
-}
-
-ChunkBudget budget_of(const RouterLimits& limits) {
-  return {limits.query_bytes, limits.query_chunks, limits.query_directory_bytes};
 }
 
 Response frames_response(const RouteCall& call, ChunkSelection selection) {
@@ -62,32 +48,17 @@ Response frames_response(const RouteCall& call, ChunkSelection selection) {
   return response;
 }
 
-/// The parameters of a query. Each may occur once, and there may be no others.
-class Parameters {
- public:
-  explicit Parameters(const Target& target) : target_(target) {}
-
-  std::optional<std::string_view> get(std::string_view key) {
-    std::optional<std::string_view> value;
-    for (const auto& [name, text] : target_.query) {
-      if (name != key) continue;
-      repeated_ = repeated_ || value.has_value();
-      value = text;
-      ++known_;
-    }
-    return value;
-  }
-
-  /// Whether no parameter is unknown or repeated. Call after get() of all keys.
-  bool are_valid() const { return !repeated_ && known_ == target_.query.size(); }
-
- private:
-  const Target& target_;
-  size_t known_ = 0;
-  bool repeated_ = false;
-};
-
 }  // namespace
+
+Response invalid_argument(std::string_view message) {
+  return error_response(400, status_name(Status::invalid_argument), message);
+}
+
+std::string etag_of(const StoreFile& store, std::string_view version) {
+  std::string etag = "\"" + store.content();
+  if (!version.empty()) (etag += '-') += version;
+  return etag += '"';
+}
 
 Response header_response(const RouteCall& call) {
   const StoreFile& store = *call.volume->store;
@@ -101,7 +72,7 @@ Response header_response(const RouteCall& call) {
 Response directory_page_response(const RouteCall& call) {
   const StoreFile& store = *call.volume->store;
   const std::optional<uint32_t> page = parse_index(call.arguments[2]);
-  if (!page) return bad_request("page: expected a number");
+  if (!page) return invalid_argument("page: expected a number");
   Response response =
       begin_response(call.request, etag_of(store), CachePolicy::immutable, call.is_private);
   if (*page < store.pages().size() && is_complete(response)) return response;
@@ -116,7 +87,7 @@ Response chunk_response(const RouteCall& call) {
   const auto block = parse_block(call.arguments[3]);
   const auto band = parse_index(call.arguments[4]);
   if (!level || !block || !band) {
-    return bad_request(
+    return invalid_argument(
         "chunk: expected chunks/{level}/{x}.{y}.{z}/{band}, all decimal numbers "
         "without leading zeros");
   }
@@ -140,22 +111,22 @@ Response chunks_response(const RouteCall& call) {
   const auto isovalue = parameters.get("isovalue");
   const auto level_text = parameters.get("level");
   const auto block_list = parameters.get("blocks");
-  if (!isovalue || !level_text || !parameters.are_valid()) return bad_request(kExpected);
+  if (!isovalue || !level_text || !parameters.are_valid()) return invalid_argument(kExpected);
   const auto range = parse_value_range(*isovalue);
   const auto level = parse_index(*level_text);
-  if (!range) return bad_request("isovalue: expected a..b with a ≤ b, or one decimal number");
-  if (!level) return bad_request("level: expected a number");
+  if (!range) return invalid_argument("isovalue: expected a..b with a ≤ b, or one decimal number");
+  if (!level) return invalid_argument("level: expected a number");
 
   const StoreFile& store = *call.volume->store;
   const ValueMapping& mapping = store.info().mapping;
   float low = mapping.quantized_isovalue(range->low);
   float high = mapping.quantized_isovalue(range->high);
   if (low > high) std::swap(low, high);
-  const ChunkBudget budget = budget_of(call.limits);
+  const ChunkBudget budget = call.limits.chunk_budget();
   Result<ChunkSelection> selection = ChunkSelection{};
   if (block_list) {
     const Result<std::vector<Index3>> blocks = parse_blocks(*block_list);
-    if (!blocks) return bad_request("blocks: " + blocks.error().message);
+    if (!blocks) return invalid_argument("blocks: " + blocks.error().message);
     std::vector<BlockKey> keys;
     keys.reserve(blocks->size());
     for (const Index3& index : *blocks) keys.push_back({*level, index});
@@ -171,12 +142,13 @@ Response batch_response(const RouteCall& call) {
   Parameters parameters(call.target);
   const auto list = parameters.get("chunks");
   if (!list || !parameters.are_valid()) {
-    return bad_request("batch: expected chunks=level/x.y.z/band,… once, and no other parameter");
+    return invalid_argument(
+        "batch: expected chunks=level/x.y.z/band,… once, and no other parameter");
   }
   const Result<std::vector<ChunkAddress>> addresses = parse_chunks(*list);
-  if (!addresses) return bad_request("chunks: " + addresses.error().message);
+  if (!addresses) return invalid_argument("chunks: " + addresses.error().message);
   Result<ChunkSelection> selection =
-      call.volume->store->chunks_at(*addresses, budget_of(call.limits), call.no_wait);
+      call.volume->store->chunks_at(*addresses, call.limits.chunk_budget(), call.no_wait);
   if (!selection) return error_response(selection.error());
   return frames_response(call, std::move(*selection));
 }

@@ -1,8 +1,18 @@
 #pragma once
 
+#include <string>
+#include <string_view>
+
 #include "server/routes.h"
 
 namespace isosplat {
+
+/// 400 invalid_argument.
+Response invalid_argument(std::string_view message);
+
+/// An ETag of the store's content. `version`: of the layout, for responses that are not bytes of
+/// the store.
+std::string etag_of(const StoreFile& store, std::string_view version = {});
 
 // Handlers of the routes below /v1/volumes/{name}/{content}, whose bytes never change.
 

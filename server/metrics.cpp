@@ -98,10 +98,22 @@ std::string Metrics::text(const StoreCounts& stores) const {
                  reads_in_memory.load(), reads_of_disk.load());
   add_value(text, "isosplat_disk_reads_waiting", "gauge",
             "Requests that wait for a disk, or for a thread that may.", reads_waiting);
+  add_value(text, "isosplat_computations_total", "counter",
+            "Requests, and pieces of bodies, that were given to the threads that compute.",
+            computations);
+  add_value(text, "isosplat_computations_waiting", "gauge",
+            "Requests that are computed, or wait for a thread that computes.",
+            computations_waiting);
   constexpr std::string_view kStores = "isosplat_stores";
-  declare(text, kStores, "gauge", "Stores that are served, and those that cannot be.");
-  fmt::format_to(out, "{0}{{state=\"served\"}} {1}\n{0}{{state=\"broken\"}} {2}\n", kStores,
-                 stores.served, stores.broken);
+  declare(text, kStores, "gauge",
+          "Stores that are served, those that cannot be, and those that were not looked at yet.");
+  fmt::format_to(out,
+                 "{0}{{state=\"served\"}} {1}\n{0}{{state=\"broken\"}} {2}\n"
+                 "{0}{{state=\"unread\"}} {3}\n",
+                 kStores, stores.served, stores.broken, stores.unread);
+  add_value(text, "isosplat_stores_open", "gauge", "Stores that are open.", stores.open);
+  add_value(text, "isosplat_stores_opened_total", "counter",
+            "How often a store was opened for a request.", stores.opened);
   add_value(text, "isosplat_faults_total", "counter",
             "Errors of the server or its disks, not of clients.", faults);
   add_value(text, "isosplat_access_log_lost_total", "counter",

@@ -14,6 +14,9 @@ namespace isosplat {
 struct StoreCounts {
   uint64_t served = 0;
   uint64_t broken = 0;
+  uint64_t unread = 0;  ///< nobody has looked yet
+  uint64_t open = 0;
+  uint64_t opened = 0;  ///< so far
 };
 
 /// Counts what a server does, for Prometheus. HTTP.md lists the names. Thread-safe; the counters of
@@ -29,14 +32,16 @@ class Metrics {
   static constexpr size_t kNoRoute = SIZE_MAX;
 
   // Plain counters and gauges, for those who count.
-  std::atomic<uint64_t> connections{0};          ///< admitted so far
-  std::atomic<uint64_t> connections_refused{0};  ///< above a limit, so far
-  std::atomic<uint64_t> connections_open{0};     ///< now, with those that are being refused
-  std::atomic<uint64_t> reads_in_memory{0};      ///< requests and pieces that needed no disk
-  std::atomic<uint64_t> reads_of_disk{0};        ///< those that were given to the disk's threads
-  std::atomic<uint64_t> reads_waiting{0};        ///< queued for the disk, or reading, now
-  std::atomic<uint64_t> faults{0};               ///< errors of the server, so far
-  std::atomic<uint64_t> access_log_lost{0};      ///< lines that were not written, so far
+  std::atomic<uint64_t> connections{0};           ///< admitted so far
+  std::atomic<uint64_t> connections_refused{0};   ///< above a limit, so far
+  std::atomic<uint64_t> connections_open{0};      ///< now, with those that are being refused
+  std::atomic<uint64_t> reads_in_memory{0};       ///< requests and pieces that needed no disk
+  std::atomic<uint64_t> reads_of_disk{0};         ///< those that were given to the disk's threads
+  std::atomic<uint64_t> reads_waiting{0};         ///< queued for the disk, or reading, now
+  std::atomic<uint64_t> computations{0};          ///< given to the threads that compute, so far
+  std::atomic<uint64_t> computations_waiting{0};  ///< queued for them, or computing, now
+  std::atomic<uint64_t> faults{0};                ///< errors of the server, so far
+  std::atomic<uint64_t> access_log_lost{0};       ///< lines that were not written, so far
 
   /// All of it in the text format 0.0.4 of Prometheus.
   std::string text(const StoreCounts& stores) const;

@@ -1,26 +1,57 @@
 #include "server/monitor_routes.h"
 
+#include <optional>
+
 #include "server/credentials.h"
 #include "server/metrics.h"
 
 namespace isosplat {
 namespace {
 
-StoreCounts count_stores(const CatalogSnapshot& catalog) {
+StoreCounts count_stores(const RouteCall& call) {
   StoreCounts counts;
-  for (const auto& [name, entry] : catalog) ++(entry.store ? counts.served : counts.broken);
+  for (const auto& [name, entry] : *call.catalog) {
+    const StoreState state = entry->summary.state();
+    ++(state == StoreState::served   ? counts.served
+       : state == StoreState::broken ? counts.broken
+                                     : counts.unread);
+  }
+  counts.open = call.stores.size();
+  counts.opened = call.stores.opened();
   return counts;
+}
+
+/// Whether no store can be read. Reads headers that nobody has read yet, until one is valid or
+/// many are not; no value if that must wait.
+std::optional<bool> are_all_broken(const RouteCall& call) {
+  constexpr size_t kTried = 64;
+  bool has_stores = false;
+  size_t tried = 0;
+  for (const bool may_read : {false, true}) {  // first those that are known
+    for (const auto& [name, entry] : *call.catalog) {
+      has_stores = true;
+      auto summary = entry->summary.get();
+      if (!summary && may_read) {
+        if (++tried > kTried) return true;
+        summary = call.stores.summary(*entry, call.no_wait);
+        if (!summary) return std::nullopt;
+      }
+      if (summary && !summary->error) return false;
+    }
+  }
+  return has_stores;
 }
 
 }  // namespace
 
 Response ready_response(const RouteCall& call) {
-  const StoreCounts stores = count_stores(*call.catalog);
   const char* reason = nullptr;
   if (call.monitor.is_stopping()) {
     reason = "the server is stopping";
-  } else if (stores.served == 0 && stores.broken > 0) {
-    reason = "no store can be read";
+  } else {
+    const std::optional<bool> is_broken = are_all_broken(call);
+    if (!is_broken) return {};  // the connection asks again where it may wait
+    if (*is_broken) reason = "no store can be read";
   }
   if (reason) {
     Response response = error_response(503, "not_ready", reason);
@@ -45,8 +76,8 @@ Response metrics_response(const RouteCall& call) {
   Response response;
   response.set("Content-Type", "text/plain; version=0.0.4; charset=utf-8");
   response.set("Cache-Control", "no-store");
-  response.text = call.monitor.metrics ? call.monitor.metrics->text(count_stores(*call.catalog))
-                                       : std::string();
+  response.text =
+      call.monitor.metrics ? call.monitor.metrics->text(count_stores(call)) : std::string();
   return response;
 }
 

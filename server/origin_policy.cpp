@@ -146,6 +146,14 @@ std::optional<Response> OriginPolicy::refuse(const Request& request, bool is_dat
   return std::nullopt;
 }
 
+void OriginPolicy::add_page_fields(const Request& request, Response& response) const {
+  if (!cross_origin_.origins.empty()) response.set("Vary", "Origin");  // beside Accept-Encoding
+  const std::string* const listed = listed_origin(request);
+  if (!cross_origin_.any && !listed) return;
+  response.set("Access-Control-Allow-Origin", listed ? std::string_view(*listed) : "*");
+  response.set("Cross-Origin-Resource-Policy", "cross-origin");
+}
+
 void OriginPolicy::add_fields(const Request& request, Response& response) const {
   const std::string* const listed = listed_origin(request);
   if (!cross_origin_.origins.empty()) response.set("Vary", "Origin");
@@ -154,7 +162,7 @@ void OriginPolicy::add_fields(const Request& request, Response& response) const 
     response.set("Access-Control-Allow-Origin", readers);
     response.set("Access-Control-Expose-Headers",
                  "Accept-Ranges, Content-Length, Content-Range, ETag, Retry-After, "
-                 "X-Isosplat-Chunks");
+                 "X-Isosplat-Chunks, X-Isosplat-Dtype, X-Isosplat-Points");
     response.set("Timing-Allow-Origin", readers);
   }
   response.set("Cross-Origin-Resource-Policy", cross_origin_.any ? "cross-origin" : "same-origin");

@@ -48,6 +48,10 @@ class OriginPolicy {
   /// without Origin and Sec-Fetch-Site are not from a page in a browser.
   std::optional<Response> refuse(const Request& request, bool is_data) const;
 
+  /// Adds the fields that say which pages of other origins may run and read a file of the page: its
+  /// script `isosplat-viewer.js` is for them, too. The same origins as for data.
+  void add_page_fields(const Request& request, Response& response) const;
+
   /// Adds the fields that say which pages may read this data response.
   void add_fields(const Request& request, Response& response) const;
 

@@ -26,7 +26,7 @@ void preload_volume(Response& response, const RouteCall& call) {
   for (const auto& [key, value] : call.target.query) {
     if (key != "volume") continue;
     const auto found = call.catalog->find(value);
-    if (found == call.catalog->end() || !found->second.store || !call.may_read(found->second)) {
+    if (found == call.catalog->end() || !call.may_read(*found->second)) {
       return;
     }
     // Names of the catalog need no escaping.

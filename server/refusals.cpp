@@ -15,9 +15,8 @@ Response rate_response(uint32_t seconds) {
   return response;
 }
 
-Response busy_response() {
-  Response response = error_response(
-      503, "busy", "the server is sending as much as it has memory for: try again in a second");
+Response busy_response(std::string_view message) {
+  Response response = error_response(503, "busy", message);
   response.set("Retry-After", "1");
   response.set("X-Content-Type-Options", "nosniff");
   return response;

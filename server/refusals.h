@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 #include "server/message.h"
 
@@ -11,7 +12,7 @@ namespace isosplat {
 /// 429: the address has used up its rate; it may ask again after `seconds`.
 Response rate_response(uint32_t seconds);
 
-/// 503: the memory of bodies that are being sent is used up.
-Response busy_response();
+/// 503: something that other requests use at the moment is used up, as the message says.
+Response busy_response(std::string_view message);
 
 }  // namespace isosplat

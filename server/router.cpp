@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "server/refusals.h"
+
 namespace isosplat {
 namespace {
 
@@ -40,33 +42,36 @@ Response not_found(std::string_view message) {
 std::optional<Response> find_volume(const Route& route, RouteCall& call) {
   if (call.arguments.empty()) return std::nullopt;
   const auto found = call.catalog->find(call.arguments[0]);
-  if (found == call.catalog->end() || !call.may_read(found->second)) {
+  if (found == call.catalog->end() || !call.may_read(*found->second)) {
     if (!call.grant.is_known()) return unauthorized_response();
     return not_found("no volume has this name: /v1/volumes lists all volumes");
   }
-  const CatalogEntry& entry = found->second;
-  if (!entry.store) {
-    // The catalog has logged this error once: do not log it for each request.
-    Response response = error_response(*entry.error);
+  const CatalogEntry& entry = *found->second;
+  auto store = call.stores.open(entry, call.no_wait);
+  if (!store) {
+    if (store.error().status == Status::out_of_memory) return busy_response(store.error().message);
+    // The pool has logged this error once: do not log it for each request.
+    Response response = error_response(store.error());
     response.status = 500;
     response.fault.clear();
     return response;
   }
   const bool names_content = route.pattern.find("{content}") != std::string_view::npos;
-  if (names_content && call.arguments[1] != entry.store->content()) {
+  if (names_content && call.arguments[1] != (*store)->content()) {
     return not_found(
         fmt::format("the content of this volume is now {}: request /v1/volumes/{} "
                     "again",
-                    entry.store->content(), entry.name));
+                    (*store)->content(), entry.name));
   }
-  call.volume = &entry;
+  call.volume.emplace(OpenVolume{entry.name, std::move(*store)});
   call.is_private = !call.grant.is_public(entry.name, entry.folder);
   return std::nullopt;
 }
 
 }  // namespace
 
-Router::Router(const Catalog& catalog, RouterLimits limits) : catalog_(catalog), limits_(limits) {}
+Router::Router(const Catalog& catalog, StorePool& stores, RouterLimits limits)
+    : catalog_(catalog), stores_(stores), limits_(limits) {}
 
 void Router::set_page(std::shared_ptr<const PageAssets> page) {
   const std::lock_guard lock(mutex_);
@@ -107,7 +112,11 @@ Response Router::respond(const Request& request, NoWait* no_wait) const {
     response = route(request, *target, no_wait);
   }
   response.set("X-Content-Type-Options", "nosniff");
-  if (!is_page) policy_.add_fields(request, response);
+  if (is_page) {
+    policy_.add_page_fields(request, response);
+  } else {
+    policy_.add_fields(request, response);
+  }
   return response;
 }
 
@@ -124,8 +133,9 @@ Response Router::route(const Request& request, Target& target, NoWait* no_wait) 
     grant = AccessRules::grant(access, credentials_of(request, target, cookies_.name), now);
   }
   remove_link(target);
-  RouteCall call{request,         target, limits_,  no_wait,           catalog_.snapshot(),
-                 std::move(page), grant,  monitor_, access != nullptr, {}};
+  RouteCall call{request, target,          limits_, no_wait,  catalog_.snapshot(),
+                 stores_, std::move(page), grant,   monitor_, access != nullptr,
+                 {}};
   const Route* const route = find_route(request.method, target, call.arguments);
   if (!route) return not_found("expected a path that server/HTTP.md lists");
   std::optional<Response> error = find_volume(*route, call);

@@ -11,6 +11,7 @@
 #include "server/origin_policy.h"
 #include "server/page_assets.h"
 #include "server/routes.h"
+#include "server/store_pool.h"
 
 namespace isosplat {
 
@@ -18,7 +19,8 @@ namespace isosplat {
 /// Reads stores, so a call without a NoWait may wait for the disk.
 class Router {
  public:
-  Router(const Catalog& catalog, RouterLimits limits);
+  /// Both must outlive the router.
+  Router(const Catalog& catalog, StorePool& stores, RouterLimits limits);
 
   /// Sets the hosts and pages that are allowed. Not thread-safe: call before respond().
   void set_policy(OriginPolicy policy) { policy_ = std::move(policy); }
@@ -45,6 +47,7 @@ class Router {
   std::pair<std::shared_ptr<const PageAssets>, std::shared_ptr<const AccessRules>> current() const;
 
   const Catalog& catalog_;
+  StorePool& stores_;
   const RouterLimits limits_;
   OriginPolicy policy_;
   CookieOptions cookies_;

@@ -6,6 +6,7 @@
 #include "server/content_routes.h"
 #include "server/monitor_routes.h"
 #include "server/page_route.h"
+#include "server/sample_routes.h"
 #include "server/volume_routes.h"
 
 namespace isosplat {
@@ -13,16 +14,18 @@ namespace {
 
 /// Other paths below /v1 do not fall back to the page.
 Response no_such_path(const RouteCall&) {
-  return error_response(404, status_name(Status::not_found),
-                        "expected /v1/volumes, /v1/volumes/{name}, and below a content id header, "
-                        "pages/{page}, chunks/{level}/{x}.{y}.{z}/{band}, chunks?isovalue=…, "
-                        "batch?chunks=… or file");
+  return error_response(
+      404, status_name(Status::not_found),
+      "expected /v1/openapi.json, /v1/volumes, /v1/volumes/{name}, and below a content id header, "
+      "pages/{page}, chunks/{level}/{x}.{y}.{z}/{band}, chunks?isovalue=…, "
+      "batch?chunks=…, isovalues?isovalue=…, samples?isovalue=… or file");
 }
 
 constexpr auto kRoutes = std::to_array<Route>({
     {Method::get, "/healthz", health_response},
     {Method::get, "/readyz", ready_response},
     {Method::get, "/metrics", metrics_response},
+    {Method::get, "/v1/openapi.json", openapi_response},
     {Method::get, "/v1/volumes", volumes_response},
     {Method::get, "/v1/volumes/{name}", volume_response},
     {Method::get, "/v1/volumes/{name}/bootstrap", bootstrap_response},
@@ -31,6 +34,8 @@ constexpr auto kRoutes = std::to_array<Route>({
     {Method::get, "/v1/volumes/{name}/{content}/chunks/{level}/{x}.{y}.{z}/{band}", chunk_response},
     {Method::get, "/v1/volumes/{name}/{content}/chunks", chunks_response},
     {Method::get, "/v1/volumes/{name}/{content}/batch", batch_response},
+    {Method::get, "/v1/volumes/{name}/{content}/isovalues", isovalues_response},
+    {Method::get, "/v1/volumes/{name}/{content}/samples", samples_response, true},
     {Method::get, "/v1/volumes/{name}/{content}/file", file_response},
     {Method::get, "/v1/…", no_such_path},
     {Method::get, "/…", page_response},

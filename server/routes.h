@@ -3,6 +3,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -11,15 +12,22 @@
 #include "server/catalog.h"
 #include "server/message.h"
 #include "server/page_assets.h"
+#include "server/store_pool.h"
 #include "server/target.h"
 
 namespace isosplat {
 
+/// Limits of one request; ServerLimits has the same, except those of points.
 struct RouterLimits {
   uint64_t query_bytes = uint64_t{64} << 20;
   uint32_t query_chunks = 65536;
   uint64_t query_directory_bytes = uint64_t{256} << 20;
+  uint64_t query_cells = uint64_t{16} << 20;         ///< of the chunks that points are computed of
+  uint64_t query_border_bytes = uint64_t{64} << 20;  ///< PointLimits::border_bytes
+  uint32_t query_isovalues = 1024;                   ///< in one table of isovalues
   size_t target_bytes = 8 * 1024;
+
+  ChunkBudget chunk_budget() const { return {query_bytes, query_chunks, query_directory_bytes}; }
 };
 
 class Metrics;
@@ -31,6 +39,12 @@ struct Monitor {
   bool is_stopping() const { return stopping && *stopping; }
 };
 
+/// A volume that a request names, with its store, which stays the same until the response is sent.
+struct OpenVolume {
+  std::string_view name;
+  std::shared_ptr<const StoreFile> store;
+};
+
 /// A request and its context, for a route's handler. Valid while the handler runs.
 struct RouteCall {
   const Request& request;
@@ -38,6 +52,7 @@ struct RouteCall {
   const RouterLimits& limits;
   NoWait* no_wait;  ///< for every read of a store; null: may wait
   std::shared_ptr<const CatalogSnapshot> catalog;
+  StorePool& stores;
   std::shared_ptr<const PageAssets> page;  ///< null: none
   const Grant& grant;                      ///< what the client may read
   const Monitor& monitor;
@@ -49,8 +64,8 @@ struct RouteCall {
   /// The path's segments for the placeholders {…} of the pattern, in order.
   std::vector<std::string_view> arguments;
 
-  /// For routes with {name}: the volume, which has a store, and which the client may read.
-  const CatalogEntry* volume = nullptr;
+  /// For routes with {name}: the volume, which the client may read.
+  std::optional<OpenVolume> volume{};
 
   bool may_read(const CatalogEntry& entry) const {
     return grant.may_read(entry.name, entry.folder);
@@ -67,6 +82,10 @@ struct Route {
   std::string_view pattern;
 
   Response (*handler)(const RouteCall&);
+
+  /// Its response needs much processor time: the handler and the stream always set
+  /// NoWait::needs_disk, and are called again on a thread that computes.
+  bool computes = false;
 };
 
 /// All routes. The first route whose pattern matches a path handles it.

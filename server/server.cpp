@@ -23,7 +23,6 @@
 #include "server/catalog.h"
 #include "server/client_address.h"
 #include "server/connection.h"
-#include "server/disk_pool.h"
 #include "server/listen.h"
 #include "server/log_file.h"
 #include "server/metrics.h"
@@ -31,7 +30,9 @@
 #include "server/router.h"
 #include "server/server_log.h"
 #include "server/service_manager.h"
+#include "server/store_pool.h"
 #include "server/tls.h"
+#include "server/work_pool.h"
 #include "server/worker.h"
 
 namespace isosplat {
@@ -42,11 +43,32 @@ using boost::system::error_code;
 using tcp = asio::ip::tcp;
 
 /// Raises the soft limit of open files to the hard limit: each store and each connection uses one.
-void raise_open_file_limit() {
+/// Returns the limit.
+uint64_t raise_open_file_limit() {
   rlimit limit{};
-  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return UINT64_MAX;
   limit.rlim_cur = limit.rlim_max;
   ::setrlimit(RLIMIT_NOFILE, &limit);
+  ::getrlimit(RLIMIT_NOFILE, &limit);
+  return limit.rlim_cur;
+}
+
+StorePool::Limits pool_limits(const ServerLimits& limits) {
+  const uint64_t most = std::max<uint64_t>(raise_open_file_limit() / 4, 1);
+  return {static_cast<size_t>(std::min<uint64_t>(limits.open_stores, most)), limits.directory_bytes,
+          limits.all_directory_bytes};
+}
+
+RouterLimits router_limits(const ServerLimits& limits) {
+  return {.query_bytes = limits.query_bytes,
+          .query_chunks = limits.query_chunks,
+          .query_directory_bytes = limits.query_directory_bytes,
+          .target_bytes = limits.target_bytes};
+}
+
+/// Half of the cores: connections and other programs keep the others.
+uint32_t compute_threads() {
+  return std::max(1u, std::thread::hardware_concurrency() / 2);
 }
 
 }  // namespace
@@ -56,15 +78,15 @@ struct Server::State {
       : options(std::move(given)),
         access_file(std::move(its_access_file)),
         log(options.log, options.access_log),
-        catalog(options.stores, options.limits.directory_bytes,
-                [this](std::string_view line) { log.line(line); }),
-        router(catalog, {options.limits.query_bytes, options.limits.query_chunks,
-                         options.limits.query_directory_bytes, options.limits.target_bytes}),
+        catalog(options.stores, [this](std::string_view line) { log.line(line); }),
+        stores(pool_limits(options.limits), [this](std::string_view line) { log.line(line); }),
+        router(catalog, stores, router_limits(options.limits)),
         admission(options.limits.connections, options.limits.connections_per_address),
-        disk(options.disk_threads, metrics),
+        disk(options.disk_threads, metrics.reads_of_disk, metrics.reads_waiting),
+        computing(compute_threads(), metrics.computations, metrics.computations_waiting),
         rates({options.limits.requests_per_second, options.limits.bytes_per_second}),
         bytes_in_flight(options.limits.bytes_in_flight),
-        shared{router, options.limits,  stopping,          log, disk, metrics,
+        shared{router, options.limits,  stopping,          log, disk, computing, metrics,
                rates,  bytes_in_flight, options.log_format},
         page(options.web_root, options.limits.page_asset_bytes, router, log) {
     router.set_monitor({&metrics, &stopping});
@@ -76,6 +98,7 @@ struct Server::State {
     if (scan_thread.joinable()) scan_thread.join();
     for (std::thread& thread : worker_threads) thread.join();
     disk.join();
+    computing.join();
   }
 
   Result<void> choose_policy();
@@ -91,7 +114,8 @@ struct Server::State {
   Awaitable<void> accept_on(Acceptor& acceptor);
   bool close_longest_waiting();
   void wait_for_signal();
-  void scan_regularly();
+  void follow_files();
+  bool read_headers(const CatalogSnapshot& snapshot, std::string& done);
   void stop();
   void close_connections();
 
@@ -100,10 +124,12 @@ struct Server::State {
   ServerLog log;
   std::atomic<bool> stopping{false};
   Catalog catalog;
+  StorePool stores;
   Router router;
   Admission admission;
   Metrics metrics;
-  DiskPool disk;
+  WorkPool disk;
+  WorkPool computing;
   RateLimit rates;
   ByteBudget bytes_in_flight;
   ConnectionShared shared;
@@ -229,15 +255,45 @@ void Server::State::wait_for_signal() {
   });
 }
 
-void Server::State::scan_regularly() {
-  std::unique_lock lock(done_mutex);
-  while (!done_changed.wait_for(lock, options.scan_interval, [this] { return stopping.load(); })) {
-    lock.unlock();
-    catalog.scan();
+/// Follows what happens to stores and page, until the server stops.
+void Server::State::follow_files() {
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point next = Clock::now();
+  std::string read_up_to;
+  bool are_headers_read = false;
+  while (!stopping) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now());
+    const bool has_changed = catalog.follow(
+        are_headers_read ? std::clamp(left, {}, options.scan_interval) : decltype(left){0});
+    const auto snapshot = catalog.snapshot();
+    if (has_changed) {
+      read_up_to.clear();
+      are_headers_read = false;
+    }
+    if (!are_headers_read) are_headers_read = read_headers(*snapshot, read_up_to);
+    if (Clock::now() < next && !has_changed) continue;
+    stores.trim(*snapshot);
+    if (Clock::now() < next) continue;
     page.load_if_changed();
     if (access_file) metrics.access_log_lost = access_file->lost();
-    lock.lock();
+    next = Clock::now() + options.scan_interval;
   }
+}
+
+/// Reads headers that nobody has read yet, so that searches find titles at once and the log names
+/// stores that cannot be served. For a moment only: returns whether all were read. `done`: the name
+/// up to which the last call came.
+bool Server::State::read_headers(const CatalogSnapshot& snapshot, std::string& done) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point end = Clock::now() + std::chrono::milliseconds(50);
+  for (auto item = done.empty() ? snapshot.begin() : snapshot.upper_bound(done);
+       item != snapshot.end(); ++item) {
+    if (stopping || Clock::now() > end) return false;
+    stores.summary(*item->second);
+    done = item->first;
+  }
+  done.clear();
+  return true;
 }
 
 void Server::State::run() {
@@ -276,7 +332,7 @@ void Server::State::run() {
     wait_for_signal();
   }
   control_thread = std::thread([this] { control.run(); });
-  scan_thread = std::thread([this] { scan_regularly(); });
+  scan_thread = std::thread([this] { follow_files(); });
 }
 
 void Server::State::stop() {
@@ -285,6 +341,7 @@ void Server::State::stop() {
     if (stopping.exchange(true)) return;
   }
   done_changed.notify_all();
+  catalog.wake();
   asio::post(control, [this] {
     error_code ignored;
     for (Acceptor& acceptor : acceptors) acceptor.close(ignored);
@@ -313,7 +370,6 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
                 "server: expected a scan interval above 0, at most 1024 threads, and 1 to 1024 "
                 "threads for disks");
   }
-  raise_open_file_limit();
   std::shared_ptr<LogFile> access_file;
   if (!options.access_log_file.empty()) {
     auto opened = LogFile::open(options.access_log_file);
@@ -360,11 +416,16 @@ std::string Server::url() const {
                      state_->bound_port);
 }
 
+bool Server::has_stores() const {
+  return !state_->catalog.snapshot()->empty();
+}
+
 std::vector<Server::Volume> Server::volumes() const {
   std::vector<Volume> volumes;
   for (const auto& [name, entry] : *state_->catalog.snapshot()) {
-    volumes.push_back({name, entry.path, entry.store ? entry.store->content() : "",
-                       entry.error ? entry.error->message : ""});
+    const auto summary = state_->stores.summary(*entry);
+    volumes.push_back(
+        {name, entry->path, summary->content, summary->error ? summary->error->message : ""});
   }
   return volumes;
 }

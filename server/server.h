@@ -31,10 +31,15 @@ struct ServerLimits {
   uint32_t query_chunks = 65536;              ///< in one response: 413
   /// Of the directory pages that a query needs: 413.
   uint64_t query_directory_bytes = uint64_t{256} << 20;
-  uint64_t directory_bytes = uint64_t{64} << 20;   ///< cache of directory pages, per store
+  uint64_t directory_bytes = uint64_t{64} << 20;       ///< cache of directory pages, per store
+  uint64_t all_directory_bytes = uint64_t{512} << 20;  ///< the same of all stores
+  /// Stores that stay open, at most a quarter of the files that the system allows.
+  uint32_t open_stores = 256;
   uint64_t page_asset_bytes = uint64_t{64} << 20;  ///< of files below web_root, in memory
   /// Memory of the bodies that are being sent: 503 above it.
   uint64_t bytes_in_flight = uint64_t{256} << 20;
+  /// Requests that wait for a thread that computes, for each such thread: 503 above it.
+  uint32_t waiting_computations = 16;
   // Of each address (IPv6: one /64 network), per second, on average: 429. 0: no limit. See
   // RateLimit.
   double requests_per_second = 0;
@@ -52,9 +57,10 @@ struct ServerOptions {
   uint16_t port = 8080;            ///< 0: any free port
   /// Listening sockets of TCP, to use in place of `host` and `port`; the server closes them.
   std::vector<int> sockets;
-  /// Store files, and folders whose *.isosplat files are served. Every scan_interval the server
-  /// looks for new, replaced and removed stores. A store that cannot be opened is listed with its
-  /// error.
+  /// Store files, and folders whose *.isosplat files are served, with those of their subfolders.
+  /// The server follows their changes; where the system does not report them, it looks every
+  /// scan_interval. A store is opened when it is first asked for. One that cannot be opened is
+  /// listed with its error.
   std::vector<std::filesystem::path> stores;
   /// Pages of other origins that may read the data. Absent: none, which requires a `host` on the
   /// loopback interface. On other interfaces the choice must be made, here or by `is_public`.
@@ -112,7 +118,7 @@ class Server {
   /// The URL of the page, such as "http://localhost:8080/".
   std::string url() const;
 
-  /// A store as /v1/volumes lists it.
+  /// A store as /v1/volumes lists it. Reads the headers that were not read yet.
   struct Volume {
     std::string name;
     std::filesystem::path path;
@@ -120,6 +126,9 @@ class Server {
     std::string error;    ///< message; empty if the store is served
   };
   std::vector<Volume> volumes() const;
+
+  /// Whether there is a store. Reads no header.
+  bool has_stores() const;
 
   /// Reads the files of tokens and keys again for the following requests, and those of TLS for the
   /// following connections; opens the access log anew. Thread-safe. If one cannot be read, its old

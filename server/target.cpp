@@ -189,6 +189,19 @@ std::optional<ValueRange> parse_value_range(std::string_view text) {
   return ValueRange{*low, *high};
 }
 
+std::optional<std::array<double, 6>> parse_box(std::string_view text) {
+  std::array<double, 6> box;
+  for (size_t i = 0; i < box.size(); ++i) {
+    const size_t comma = text.find(',');
+    if ((comma == std::string_view::npos) != (i + 1 == box.size())) return std::nullopt;
+    const auto value = parse_value(text.substr(0, comma));
+    if (!value) return std::nullopt;
+    box[i] = *value;
+    text.remove_prefix(std::min(comma + 1, text.size()));
+  }
+  return box;
+}
+
 Result<std::vector<Index3>> parse_blocks(std::string_view text) {
   return parse_list<Index3>(text, "blocks x.y.z", parse_block);
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -31,6 +33,31 @@ struct Target {
 /// query that cannot be decoded are omitted: they belong to the page.
 Result<Target> parse_target(std::string_view raw);
 
+/// The parameters of a query. Each may occur once, and there may be no others.
+class Parameters {
+ public:
+  explicit Parameters(const Target& target) : target_(target) {}
+
+  std::optional<std::string_view> get(std::string_view key) {
+    std::optional<std::string_view> value;
+    for (const auto& [name, text] : target_.query) {
+      if (name != key) continue;
+      repeated_ = repeated_ || value.has_value();
+      value = text;
+      ++known_;
+    }
+    return value;
+  }
+
+  /// Whether no parameter is unknown or repeated. Call after get() of all keys.
+  bool are_valid() const { return !repeated_ && known_ == target_.query.size(); }
+
+ private:
+  const Target& target_;
+  size_t known_ = 0;
+  bool repeated_ = false;
+};
+
 /// A decimal number of at most `max`, without sign, leading zero or other characters. Each number
 /// has one spelling, so that each resource has one URL.
 std::optional<uint32_t> parse_index(std::string_view text, uint32_t max = UINT32_MAX);
@@ -47,6 +74,9 @@ struct ValueRange {
   double high = 0;
 };
 std::optional<ValueRange> parse_value_range(std::string_view text);
+
+/// Six decimal numbers "x,y,z,x,y,z".
+std::optional<std::array<double, 6>> parse_box(std::string_view text);
 
 /// "x.y.z,x.y.z,…". Errors (invalid_argument) name the item.
 Result<std::vector<Index3>> parse_blocks(std::string_view text);

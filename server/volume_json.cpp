@@ -1,6 +1,10 @@
 #include "server/volume_json.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace isosplat {
 namespace {
@@ -29,7 +33,7 @@ Json triple(Vec3d v) {
 }
 
 std::string json_text(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 /// A histogram of at most `max_bins` bins: neighbouring bins are summed. Null if it is malformed.
@@ -54,18 +58,43 @@ Json short_histogram(const Json& histogram, size_t max_bins) {
   return {{"low", *low}, {"high", *high}, {"counts", sums}};
 }
 
+/// The cells of level 0 that are active at the middle of the bin that has the isovalue, from the
+/// table of the metadata; null if it has none.
+Json active_cells_near(const Json& metadata, double isovalue) {
+  const auto table = metadata.find("active_cells");
+  if (table == metadata.end() || !table->is_object()) return nullptr;
+  const auto low = table->find("low"), high = table->find("high"), counts = table->find("counts");
+  if (low == table->end() || high == table->end() || counts == table->end() || !low->is_number() ||
+      !high->is_number() || !counts->is_array() || counts->empty()) {
+    return nullptr;
+  }
+  const double first = low->get<double>(), last = high->get<double>();
+  if (!(first <= isovalue && isovalue <= last && first < last)) return nullptr;
+  const double bin = (isovalue - first) / (last - first) * static_cast<double>(counts->size());
+  const Json& count = (*counts)[std::min(static_cast<size_t>(bin), counts->size() - 1)];
+  return count.is_number() ? count : Json(nullptr);
+}
+
+/// Lists keep texts of at most this many bytes in memory, and leave out longer ones.
+constexpr size_t kMaxListText = 1024;
+
+bool is_short_text(const Json& json, Json::const_iterator found) {
+  return found != json.end() && found->is_string() &&
+         found->get_ref<const std::string&>().size() <= kMaxListText;
+}
+
 /// Adds the metadata that the list of volumes shows.
 void add_short_metadata(Json& json, const StoreInfo& info) {
   constexpr size_t kShortHistogram = 64;
   const Json metadata = parse_metadata(info.metadata);
   for (const char* key : {"title", "units"}) {
     const auto found = metadata.find(key);
-    if (found != metadata.end() && found->is_string()) json[key] = *found;
+    if (is_short_text(metadata, found)) json[key] = *found;
   }
   const auto source = metadata.find("source");
   if (source != metadata.end() && source->is_object()) {
     const auto type = source->find("type");
-    if (type != source->end() && type->is_string()) json["type"] = *type;
+    if (is_short_text(*source, type)) json["type"] = *type;
   }
   const auto histogram = metadata.find("histogram");
   if (histogram != metadata.end() && histogram->is_object()) {
@@ -75,9 +104,8 @@ void add_short_metadata(Json& json, const StoreInfo& info) {
 }
 
 /// What a list says of a store, except its name and address.
-void add_summary(Json& json, const CatalogEntry& entry) {
-  const StoreInfo& info = entry.store->info();
-  json["contentId"] = entry.store->content();
+void add_summary(Json& json, const std::string& content, const StoreInfo& info) {
+  json["contentId"] = content;
   json["fileBytes"] = info.file_bytes;
   json["voxels"] = triple(info.grid.voxels);
   json["spacing"] = triple(info.grid.spacing);
@@ -88,43 +116,59 @@ void add_summary(Json& json, const CatalogEntry& entry) {
 
 }  // namespace
 
-std::string volume_list_json(std::span<const CatalogEntry* const> entries) {
-  Json volumes = Json::array();
-  for (const CatalogEntry* const entry : entries) {
-    Json json = {{"name", entry->name}, {"url", "/v1/volumes/" + entry->name}};
-    if (entry->store) {
-      add_summary(json, *entry);
-    } else {
-      json["error"] = {{"status", status_name(entry->error->status)},
-                       {"message", entry->error->message}};
-    }
-    volumes.push_back(std::move(json));
+std::string small_letters(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   }
-  return json_text({{"volumes", std::move(volumes)}});
+  return result;
+}
+
+StoreSummary summary_of(const std::string& name, const StoreFile& store) {
+  Json json = {{"name", name}, {"url", "/v1/volumes/" + name}};
+  add_summary(json, store.content(), store.info());
+  StoreSummary summary;
+  summary.content = store.content();
+  if (const auto title = json.find("title"); title != json.end()) {
+    summary.title = small_letters(title->get<std::string>());
+  }
+  summary.list_item = json_text(json);
+  return summary;
+}
+
+StoreSummary summary_of(const std::string& name, Error error) {
+  const Json json = {
+      {"name", name},
+      {"url", "/v1/volumes/" + name},
+      {"error", {{"status", status_name(error.status)}, {"message", error.message}}}};
+  StoreSummary summary;
+  summary.list_item = json_text(json);
+  summary.error = std::move(error);
+  return summary;
 }
 
 std::string published_catalog_json(std::span<const PublishedVolume> published) {
   Json volumes = Json::array();
   for (const PublishedVolume& volume : published) {
-    Json json = {{"name", volume.entry->name}, {"file", volume.file}};
-    add_summary(json, *volume.entry);
+    Json json = {{"name", volume.name}, {"file", volume.file}};
+    add_summary(json, volume.content, volume.info);
     volumes.push_back(std::move(json));
   }
-  return json_text({{"isosplat", "site 1"}, {"volumes", std::move(volumes)}});
+  return json_text({{"isosplat", "site 1"}, {"volumes", std::move(volumes)}}) + "\n";
 }
 
-std::string volume_json(const CatalogEntry& entry) {
-  const StoreInfo& info = entry.store->info();
+std::string volume_json(std::string_view name, const StoreFile& store) {
+  const StoreInfo& info = store.info();
   const ValueMapping& mapping = info.mapping;
   Json level_grids = Json::array();
   for (uint32_t level = 0; level < info.levels; ++level) {
     const LevelGrid grid = level_grid(info.grid.voxels, level);
     level_grids.push_back({{"cells", triple(grid.cells)}, {"blocks", triple(grid.blocks)}});
   }
-  const std::string base = "/v1/volumes/" + entry.name + "/" + entry.store->content();
-  return json_text({
-      {"name", entry.name},
-      {"contentId", entry.store->content()},
+  const std::string base = fmt::format("/v1/volumes/{}/{}", name, store.content());
+  const Json json = {
+      {"name", name},
+      {"contentId", store.content()},
       {"fileBytes", info.file_bytes},
       {"voxels", triple(info.grid.voxels)},
       {"spacing", triple(info.grid.spacing)},
@@ -142,16 +186,35 @@ std::string volume_json(const CatalogEntry& entry) {
       {"levels", info.levels},
       {"levelGrids", std::move(level_grids)},
       {"chunkCount", info.chunk_count},
-      {"pageCount", entry.store->pages().size()},
+      {"pageCount", store.pages().size()},
       {"urls",
        {{"header", base + "/header"},
         {"page", base + "/pages/{page}"},
         {"chunk", base + "/chunks/{level}/{x}.{y}.{z}/{band}"},
         {"chunks", base + "/chunks"},
         {"batch", base + "/batch"},
+        {"isovalues", base + "/isovalues"},
+        {"samples", base + "/samples"},
         {"file", base + "/file"}}},
       {"metadata", parse_metadata(info.metadata)},
-  });
+  };
+  return json_text(json) + "\n";
+}
+
+std::string isovalues_json(const StoreInfo& info, uint32_t level,
+                           std::span<const IsovalueNeeds> isovalues) {
+  const Json metadata = level == 0 ? parse_metadata(info.metadata) : Json::object();
+  Json list = Json::array();
+  for (const IsovalueNeeds& needs : isovalues) {
+    Json json = {{"isovalue", needs.isovalue},
+                 {"chunks", needs.chunks},
+                 {"bytes", needs.bytes},
+                 {"cells", needs.cells}};
+    Json active = active_cells_near(metadata, needs.isovalue);
+    if (!active.is_null()) json["activeCells"] = std::move(active);
+    list.push_back(std::move(json));
+  }
+  return json_text({{"level", level}, {"isovalues", std::move(list)}}) + "\n";
 }
 
 }  // namespace isosplat

@@ -1,26 +1,42 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 
-#include "server/catalog.h"
+#include "server/isovalue_needs.h"
+#include "server/store_summary.h"
+#include "shared/store_file/store_file.h"
 
 namespace isosplat {
 
-/// The body of /v1/volumes: these stores, in this order; broken stores with their error.
-std::string volume_list_json(std::span<const CatalogEntry* const> entries);
+/// A text with the letters A to Z as a to z; others as they are.
+std::string small_letters(std::string_view text);
+
+/// What a list says of a store.
+StoreSummary summary_of(const std::string& name, const StoreFile& store);
+
+/// The same for a store that cannot be served. `error`: without the names of folders.
+StoreSummary summary_of(const std::string& name, Error error);
 
 /// A volume of a static site.
 struct PublishedVolume {
-  const CatalogEntry* entry;  ///< with a store
-  std::string file;           ///< of the store, relative to the site
+  std::string name;
+  std::string content;  ///< hexadecimal content id
+  std::string file;     ///< of the store, relative to the site
+  StoreInfo info;
 };
 
 /// The catalog of a static site: the same as /v1/volumes, but each volume has `file` in place of
 /// `url`. Begins with {"isosplat":"site 1".
 std::string published_catalog_json(std::span<const PublishedVolume> published);
 
-/// The body of /v1/volumes/{name}. Requires a store.
-std::string volume_json(const CatalogEntry& entry);
+/// The body of /v1/volumes/{name}.
+std::string volume_json(std::string_view name, const StoreFile& store);
+
+/// The body of …/isovalues.
+std::string isovalues_json(const StoreInfo& info, uint32_t level,
+                           std::span<const IsovalueNeeds> isovalues);
 
 }  // namespace isosplat

@@ -2,13 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+#include <string>
 #include <utility>
-#include <vector>
 
 #include "server/conditions.h"
 #include "server/credentials.h"
+#include "server/openapi_document.h"
 #include "server/streams.h"
 #include "server/volume_json.h"
+#include "server/volume_list.h"
 
 namespace isosplat {
 namespace {
@@ -25,9 +28,11 @@ Response revalidated_json(const RouteCall& call, std::string text) {
 }  // namespace
 
 Response health_response(const RouteCall& call) {
+  // Those that nobody has read yet count as served: this answer waits for no disk.
   size_t served = 0, broken = 0;
   for (const auto& [name, entry] : *call.catalog) {
-    if (call.may_read(entry)) ++(entry.store ? served : broken);
+    if (!call.may_read(*entry)) continue;
+    ++(entry->summary.state() == StoreState::broken ? broken : served);
   }
   Response response;
   response.set("Content-Type", "application/json");
@@ -37,17 +42,21 @@ Response health_response(const RouteCall& call) {
   return response;
 }
 
+Response openapi_response(const RouteCall& call) {
+  return revalidated_json(call, std::string(openapi_document()));
+}
+
 Response volumes_response(const RouteCall& call) {
   if (!call.grant.is_known() && !call.grant.has_public_volumes()) return unauthorized_response();
-  std::vector<const CatalogEntry*> readable;
-  for (const auto& [name, entry] : *call.catalog) {
-    if (call.may_read(entry)) readable.push_back(&entry);
-  }
-  return revalidated_json(call, volume_list_json(readable));
+  const Result<ListQuery> query = parse_list_query(call.target);
+  if (!query) return error_response(query.error());
+  std::optional<std::string> list = list_volumes(call, *query);
+  if (!list) return {};  // the connection asks again where it may wait
+  return revalidated_json(call, std::move(*list));
 }
 
 Response volume_response(const RouteCall& call) {
-  return revalidated_json(call, volume_json(*call.volume));
+  return revalidated_json(call, volume_json(call.volume->name, *call.volume->store));
 }
 
 Response bootstrap_response(const RouteCall& call) {

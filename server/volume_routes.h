@@ -7,6 +7,10 @@ namespace isosplat {
 // Handlers of the routes without a content id, whose content may change at any time.
 
 Response health_response(const RouteCall& call);
+
+/// openapi.json.
+Response openapi_response(const RouteCall& call);
+
 Response volumes_response(const RouteCall& call);
 Response volume_response(const RouteCall& call);
 

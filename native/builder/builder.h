@@ -1,65 +1,25 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
-#include <string>
-#include <vector>
 
-#include "native/import/volume_source.h"
+#include "shared/builder/store_options.h"
+#include "shared/grid/volume_source.h"
 #include "shared/store/store_writer.h"
 
 namespace isosplat {
 
-/// Progress of a build.
-struct BuildProgress {
-  const char* phase = "";        ///< "reading the value range", "level 0", …, "finishing"
-  double fraction = 0;           ///< of the whole build, 0 to 1
-  double voxels_per_second = 0;  ///< of all levels, since encoding began
-  double seconds_left = 0;       ///< an estimate; 0 while unknown
-};
-
-struct BuildOptions {
-  std::string title;        ///< for display; empty: the source's name
-  std::string value_units;  ///< "HU", …; empty: unknown
-  /// Assumptions made when the volume was read, for display; kept in the store's metadata.
-  std::vector<std::string> notes;
-  std::string source_file;  ///< name of the volume's file or folder, for the metadata (FORMAT.md)
-  std::string source_path_hash;  ///< hash of its path, for the metadata; empty: unknown
-  /// How important the bytes fetched for an isovalue are, relative to the bytes stored; above 0 (1:
-  /// the default). A larger weight gives larger stores and smaller fetches. Size limit of the
-  /// store: √fetch_weight × the bytes of the voxels or of their quantized values, whichever is
-  /// smaller. Noisy volumes may exceed it.
-  double fetch_weight = 1;
-  /// Largest difference between a stored value and the voxel's, in the volume's units. 0: lossless
-  /// if 16 bits allow it, else as exact as 16 bits are. See choose_quantization.
-  double max_error = 0;
-  /// Memory limit of the build in bytes, including the memory of the source.
-  uint64_t memory_bytes = uint64_t{1} << 30;
+struct BuildOptions : StoreOptions {
   unsigned threads = 0;  ///< 0: one per core. The store does not depend on the number.
   /// Folder for coarse levels that do not fit in memory; empty: the target's folder, or the
   /// system's folder for temporary files.
   std::filesystem::path temporary_folder;
-  /// Called at most every 50 ms, from any of the build's threads, one call at a time.
-  std::function<void(const BuildProgress&)> progress;
-};
-
-struct BuildReport {
-  StoreInfo info;
-  uint64_t raw_bytes = 0;     ///< of the voxels, in their original type
-  uint64_t max_bytes = 0;     ///< size limit of the store; noisy volumes may exceed it
-  uint64_t needed_bytes = 0;  ///< of memory, as planned (MemoryPlan)
-  bool uses_temporary_files = false;
-  double seconds = 0;
 };
 
 /// The smallest memory_bytes with which a store of this volume can be built.
 uint64_t min_memory(const VolumeSource& source, const BuildOptions& options);
 
-/// Builds a store into a sink. Reads the source in up to three passes, each front to back: all
-/// slices for the range of values (integers of up to 16 bits: usually only the first slices), some
-/// slices as a sample for the size forecast, and all slices for encoding. Errors: those of
-/// choose_quantization, no_cells, volume_too_large, out_of_memory (before the source is read, with
-/// the memory needed), io_error, and those of the source.
+/// Builds a store into a sink: StoreBuild, with threads and temporary files. Errors: those of
+/// StoreBuild; out_of_memory, also if the system refuses memory or threads.
 Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const BuildOptions& options);
 
 /// Builds a store file. It appears under the name `target` when it is complete. If the build fails,

@@ -5,12 +5,10 @@
 
 namespace isosplat {
 
-BandChunk SharedBands::encode_band(ChunkEncoder& encoder, const OpenBlock& block, size_t band,
-                                   std::vector<std::byte>& bytes) {
-  const size_t before = bytes.size();
-  const uint32_t begin = band > 0 ? block.ends[band - 1] : block.begin, end = block.ends[band];
-  const uint32_t cells = encoder.encode(block.voxels, block.masks[band], begin, end, bytes);
-  return {end, cells, static_cast<uint32_t>(bytes.size() - before)};
+BandChunk SharedBands::encode_one(ChunkEncoder& encoder, const OpenBlock& block, size_t band,
+                                  std::vector<std::byte>& bytes) {
+  const uint32_t begin = band > 0 ? block.ends[band - 1] : block.begin;
+  return encode_band(encoder, block.voxels, block.masks[band], begin, block.ends[band], bytes);
 }
 
 void SharedBands::encode(ChunkEncoder& encoder, const BlockVoxels& voxels, const BandMasks& masks,
@@ -27,7 +25,7 @@ void SharedBands::encode(ChunkEncoder& encoder, const BlockVoxels& voxels, const
       const size_t band = block.next++;
       if (block.next == block.end) std::erase(open_, &block);
       lock.unlock();
-      bands.push_back(encode_band(encoder, block, band, bytes));
+      bands.push_back(encode_one(encoder, block, band, bytes));
       lock.lock();
     }
   } catch (...) {
@@ -67,7 +65,7 @@ void SharedBands::help(ChunkEncoder& encoder) noexcept {
     std::vector<std::byte> bytes;
     bool is_encoded = true;
     try {
-      chunk = encode_band(encoder, block, band, bytes);
+      chunk = encode_one(encoder, block, band, bytes);
     } catch (const std::bad_alloc&) {
       is_encoded = false;
     }

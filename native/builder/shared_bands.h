@@ -6,27 +6,23 @@
 #include <span>
 #include <vector>
 
-#include "shared/codec/band_masks.h"
-#include "shared/codec/chunk_codec.h"
-#include "shared/store/store_writer.h"
+#include "shared/builder/block_encoder.h"
 
 namespace isosplat {
 
 /// Work stealing between the threads that encode a layer: a thread without a block of its own
 /// encodes bands of other threads' blocks. So no thread is idle during the last blocks of a layer
 /// or the few blocks of a coarse level. The chunks do not depend on the thread that encodes them.
-class SharedBands {
+class SharedBands : public BandsEncoder {
  public:
   /// For this number of threads. Each of them encodes blocks, then calls help().
   explicit SharedBands(unsigned threads) : busy_(threads) {}
 
-  /// Encodes the bands of a block and appends them to `bands` and `bytes`, in order. Band i is the
-  /// half-open interval [ends[i − 1], ends[i]), the first one [begin, ends[0]). `masks`: the cells
-  /// of each band. Other threads may help. Throws std::bad_alloc, also if another thread had no
-  /// memory for one of the bands.
+  /// Other threads may help. Throws std::bad_alloc, also if another thread had no memory for one of
+  /// the bands.
   void encode(ChunkEncoder& encoder, const BlockVoxels& voxels, const BandMasks& masks,
               uint32_t begin, std::span<const uint32_t> ends, std::vector<BandChunk>& bands,
-              std::vector<std::byte>& bytes);
+              std::vector<std::byte>& bytes) override;
 
   /// Encodes bands of other threads' blocks until all threads have called help(). Each thread must
   /// call it, even if encoding a block has failed: the other threads wait for it.
@@ -47,8 +43,8 @@ class SharedBands {
     std::vector<std::vector<std::byte>> chunks;  ///< their bytes
     bool out_of_memory = false;                  ///< another thread had no memory for its band
   };
-  static BandChunk encode_band(ChunkEncoder& encoder, const OpenBlock& block, size_t band,
-                               std::vector<std::byte>& bytes);
+  static BandChunk encode_one(ChunkEncoder& encoder, const OpenBlock& block, size_t band,
+                              std::vector<std::byte>& bytes);
 
   /// Offers no more bands of a block, and waits until other threads have encoded theirs. `lock`: of
   /// mutex_.

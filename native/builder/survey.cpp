@@ -4,9 +4,9 @@
 #include <thread>
 #include <tuple>
 
-#include "native/builder/parallel.h"
-#include "native/builder/quantized_reader.h"
-#include "native/builder/scan_volume.h"
+#include "native/builder/thread_executor.h"
+#include "shared/builder/quantized_reader.h"
+#include "shared/builder/scan_volume.h"
 #include "shared/preprocess/block_gather.h"
 #include "shared/preprocess/quantization.h"
 
@@ -25,7 +25,8 @@ struct Counter {
 Result<VolumeSurvey> survey_volume(VolumeSource& source, size_t layer_bytes) {
   const Index3 n = source.header().grid.voxels;
   const unsigned threads = std::max(1u, std::thread::hardware_concurrency());
-  const auto scan = scan_volume(source, threads, true, [](uint64_t) {});
+  ThreadExecutor executor(threads);
+  const auto scan = scan_volume(source, executor, true, [](uint64_t) {});
   if (!scan) return tl::unexpected(scan.error());
   const auto quantization = choose_quantization(source.header(), *scan);
   if (!quantization) return tl::unexpected(quantization.error());
@@ -38,7 +39,7 @@ Result<VolumeSurvey> survey_volume(VolumeSource& source, size_t layer_bytes) {
   }
 
   std::vector<Counter> counters(threads);
-  QuantizedReader reader(source, *quantization, threads);
+  QuantizedReader reader(source, *quantization, executor);
   const auto count_values = [&](unsigned thread, const std::byte* quantized_values, size_t voxels) {
     counters[thread].statistics.add_values(quantized_values, voxels, survey.mapping.bits,
                                            survey.mapping.has_missing);
@@ -61,6 +62,7 @@ Result<VolumeSurvey> survey_volume(VolumeSource& source, size_t layer_bytes) {
     layer.bits = survey.mapping.bits;
     layer.has_missing = survey.mapping.has_missing;
     layer.voxels = buffer.data();
+    layer.voxel_box = voxel_slices(layer.grid, 0, cells + 1);
     const Index3 blocks = layer.grid.blocks;
     parallel_for(threads, layer.grid.block_count(), [&](unsigned thread, size_t i) {
       Counter& counter = counters[thread];

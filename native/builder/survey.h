@@ -1,6 +1,6 @@
 #pragma once
 
-#include "native/import/volume_source.h"
+#include "shared/grid/volume_source.h"
 #include "shared/preprocess/statistics.h"
 
 namespace isosplat {

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <limits>
 
 #include "native/cli/command.h"
 #include "native/cli/numbers.h"
@@ -22,6 +24,7 @@ struct ExtractCall {
   ProjectionOptions projection;
   std::string shading = "smooth";
   bool mesh = false;
+  MeshChanges changes;
   bool force = false;
 };
 
@@ -45,18 +48,29 @@ int run(const ExtractCall& call) {
       !checked) {
     return report(checked.error());
   }
-  const Result<FileKind> kind = call.mesh ? kind_of_mesh(path) : FileKind{"ply\n", "a PLY file"};
-  if (!kind) return report(kind.error());
-  if (auto checked = check_replaceable(path, kind->beginning, kind->name, call.force); !checked) {
-    return report(checked.error());
-  }
+  // Points are always in a PLY file.
+  const auto format = mesh_format(call.mesh ? path : "points.ply");
+  if (!format) return report(format.error());
+  const auto replaceable =
+      check_replaceable(path, (*format)->beginning, (*format)->name, call.force);
+  if (!replaceable) return report(replaceable.error());
   const std::string comment =
       fmt::format("isosurface {} of {}, level {}, by isosplat " ISOSPLAT_VERSION, call.isovalue,
                   std::filesystem::path(call.store).filename().string(), call.level);
   if (call.mesh) {
-    const auto mesh = write_mesh(**store, call.isovalue, {call.level, call.threads}, path, comment);
+    const auto mesh =
+        write_mesh(**store, call.isovalue, {call.level, call.threads}, call.changes, path, comment);
     if (!mesh) return report(mesh.error());
-    fmt::print("{}: {} triangles, {} vertices with normals, {}\n", path.string(),
+    if (mesh->components_found) {
+      note(fmt::format("{} of {} components are kept",
+                       with_commas(std::min(*call.changes.components, *mesh->components_found)),
+                       with_commas(*mesh->components_found)));
+    }
+    if (mesh->simplified_within) {
+      note(fmt::format("simplified; the largest quadric error (root mean square) is {:.4g}",
+                       *mesh->simplified_within));
+    }
+    fmt::print("{}: {} triangles, {} vertices, {}\n", path.string(),
                with_commas(mesh->counts.triangles), with_commas(mesh->counts.vertices),
                format_bytes(mesh->bytes));
     if (mesh->counts.triangles == 0) explain_no_surface(**store, call);
@@ -86,15 +100,33 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       ->check(is_number())
       ->required();
   command->add_option("-o,--output", call->output,
-                      "The PLY file (default: STORE_ISOVALUE.ply in the current folder)");
+                      "The file (default: STORE_ISOVALUE.ply in the current folder)");
   command
       ->add_option("--level", call->level, "0 is the finest; each further level halves each axis")
       ->check(is_whole_number(0, 32))
       ->capture_default_str();
   CLI::Option* mesh = command->add_flag(
       "--mesh", call->mesh,
-      "Write triangles instead of points: a closed surface (except where the volume\n"
-      "ends) as a PLY, STL or OBJ file, by the extension of --output");
+      "Write triangles instead of points: a closed surface (except at the volume's\n"
+      "border and at missing voxels), in the format that the extension of --output says:\n" +
+          mesh_extensions());
+  command
+      ->add_option("--components", call->changes.components,
+                   "Keep only this number of components, those of the largest areas")
+      ->check(is_whole_number(1, std::numeric_limits<uint32_t>::max()))
+      ->needs(mesh);
+  command
+      ->add_flag_callback(
+          "--largest", [call] { call->changes.components = 1; }, "The same as --components 1")
+      ->needs(mesh)
+      ->excludes("--components");
+  command
+      ->add_option(
+          "--simplify", call->changes.simplify_error,
+          "Use fewer triangles, with an error of about this length, in the units of the\n"
+          "volume's spacing (meshoptimizer's quadric error: the root mean square of distances)")
+      ->check(is_above_zero())
+      ->needs(mesh);
   command
       ->add_flag("--exact", call->projection.exact,
                  "Place points exactly on the trilinear surface if the ray along the gradient\n"
@@ -118,19 +150,21 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       ->check(is_whole_number(0, kMaxThreads))
       ->capture_default_str();
   command->footer(
-      "The file has one point in each active cell, the same as `isosplat render` draws. On noisy\n"
-      "volumes --drop-displaced omits about an eighth of the points, which leaves holes. With "
-      "--mesh, the\n"
-      "file has the triangles of the same surface, with smooth normals. They share their "
-      "vertices,\n"
-      "and are counter-clockwise seen from the side of smaller values.\n\n" +
+      "Without --mesh, the file has one point for each active cell: the cell's centre, moved onto\n"
+      "the surface by one Newton step, but not out of the cell. On noisy volumes --drop-displaced\n"
+      "omits about an eighth of the points, which leaves holes.\n"
+      "With --mesh, triangles are counter-clockwise seen from the side of smaller values. In PLY,\n"
+      "OBJ and GLB files they share vertices, which have smooth normals; STL has a normal for "
+      "each\n"
+      "triangle, and 3MF has none. Positions are in world space; GLB and 3MF assume millimetres,\n"
+      "and GLB converts to metres with y up. In PLY files they are double precision if single\n"
+      "precision would be wrong by more than 1/2000 of a voxel.\n\n" +
       examples("  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
                "  isosplat extract head.isosplat -i -300 --exact --level 1\n"
                "  isosplat extract engine.isosplat --isovalue 60.5 --mesh -o engine.stl\n"
-               "MeshLab, CloudCompare, Open3D and VTK read the file. Positions are in world "
-               "space. In PLY files\nthey are double precision if single precision would be wrong "
-               "by more than "
-               "1/2000 of a voxel."));
+               "  isosplat extract engine.isosplat -i 60.5 --mesh --largest --simplify 0.1 -o "
+               "part.3mf\n"
+               "MeshLab, CloudCompare, Open3D and VTK read PLY files."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

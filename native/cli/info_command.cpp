@@ -2,7 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "native/builder/metadata.h"
 #include "native/builder/survey.h"
 #include "native/cli/building.h"
 #include "native/cli/chunk_report.h"
@@ -10,6 +9,7 @@
 #include "native/cli/histogram_text.h"
 #include "native/cli/options.h"
 #include "native/cli/terminal.h"
+#include "shared/builder/metadata.h"
 
 namespace isosplat::cli {
 namespace {

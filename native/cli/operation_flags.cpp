@@ -54,6 +54,11 @@ void OperationFlags::add_to(CLI::App& command) {
       ->type_name("SIZE")
       ->capture_default_str();
   command
+      .add_option("--open-stores", open_stores_,
+                  "Stores that stay open (the least recently used ones are closed)")
+      ->check(is_whole_number(1, 1'000'000))
+      ->capture_default_str();
+  command
       .add_option("--access-log", access_log_,
                   "Append a line per response to this file ('-': standard output)")
       ->type_name("FILE");
@@ -75,6 +80,7 @@ Result<void> OperationFlags::apply(ServerOptions& options) const {
   options.limits.requests_per_second = rate_requests_;
   options.limits.bytes_per_second = static_cast<double>(*rate_bytes);
   options.limits.bytes_in_flight = *in_flight;
+  options.limits.open_stores = open_stores_;
   options.access_log_file = access_log_;
   if (!access_log_.empty()) options.log_format = log_formats().at(log_format_);
   if (verbose_) {

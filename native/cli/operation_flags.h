@@ -21,7 +21,8 @@ class OperationFlags {
   double rate_requests_ = 0;
   uint32_t threads_ = 0, disk_threads_ = ServerOptions{}.disk_threads,
            connections_ = ServerLimits{}.connections,
-           connections_per_address_ = ServerLimits{}.connections_per_address;
+           connections_per_address_ = ServerLimits{}.connections_per_address,
+           open_stores_ = ServerLimits{}.open_stores;
   bool verbose_ = false;
 };
 

@@ -68,7 +68,8 @@ void add_serve_command(CLI::App& program, int& exit_code) {
       "ISOSPLAT_LINK_KEY is the key of links. SIGHUP reads tokens, keys and certificates\n"
       "again, and opens the access log anew.\n"
       "A file for --config has lines such as: stores = [\"/srv/ct\", \"/srv/mr\"]\n"
-      "New and replaced stores of a folder are served within a second."));
+      "A folder is served with its subfolders: ct/head.isosplat is the volume ct~head. New,\n"
+      "replaced and removed stores are noticed at once."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

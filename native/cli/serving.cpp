@@ -33,7 +33,7 @@ int serve_until_stopped(ServerOptions options, const std::string& query) {
   }
   auto server = Server::start(std::move(options));
   if (!server) return report(server.error());
-  if ((*server)->volumes().empty()) {
+  if (!(*server)->has_stores()) {
     note(
         "there is no store yet: a store that isosplat build writes there is served within a "
         "second");

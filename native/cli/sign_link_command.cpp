@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -12,12 +13,13 @@
 #include "native/cli/terminal.h"
 #include "server/access_rules.h"
 #include "server/catalog.h"
+#include "server/volume_names.h"
 
 namespace isosplat::cli {
 namespace {
 
 struct SignCall {
-  std::string volume, key_file, expires = "7d", url = "http://localhost:8080/";
+  std::string volume, folder, key_file, expires = "7d", url = "http://localhost:8080/";
 };
 
 /// "30m", "12h", "7d", "90s" as seconds.
@@ -68,6 +70,40 @@ Result<std::string> read_key(const std::string& file) {
   return key;
 }
 
+/// The name on the server of a store of the folder that is served: as the server finds it.
+Result<std::string> name_in_folder(const SignCall& call) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  // Only the folder's links are resolved: the name is that of the link that is served.
+  const fs::path store = fs::weakly_canonical(fs::absolute(call.volume).parent_path(), error) /
+                         fs::path(call.volume).filename();
+  Catalog catalog({fs::canonical(call.folder, error)}, [](std::string_view) {});
+  catalog.scan();
+  for (const auto& [name, entry] : *catalog.snapshot()) {
+    if (entry->path == store) return name;
+  }
+  return fail(Status::invalid_argument,
+              fmt::format("{}: expected a store that is served from {}, which --folder names: a "
+                          "file *{} in it or below it",
+                          call.volume, call.folder, kStoreExtension));
+}
+
+/// The name on the server of the volume that was given by its name or its store.
+Result<std::string> name_of(const SignCall& call) {
+  if (!call.folder.empty()) return name_in_folder(call);
+  const bool is_store =
+      call.volume.find('/') != std::string::npos || call.volume.ends_with(kStoreExtension);
+  if (is_store) return url_name(call.volume);
+  std::string name;  // it may have folders: "ct~head"
+  for (std::string_view rest = call.volume;;) {
+    const std::string_view segment = rest.substr(0, rest.find(kFolderSeparator));
+    name += url_name(segment);
+    if (segment.size() == rest.size()) return name;
+    name += kFolderSeparator;
+    rest.remove_prefix(segment.size() + 1);
+  }
+}
+
 int run(const SignCall& call) {
   const auto seconds = parse_duration(call.expires);
   if (!seconds) {
@@ -76,8 +112,9 @@ int run(const SignCall& call) {
                                "found '{}'",
                                call.expires)});
   }
-  // A name, or the path of a store, which has the same name on the server.
-  const std::string name = url_name(call.volume);
+  const auto volume = name_of(call);
+  if (!volume) return report(volume.error());
+  const std::string& name = *volume;
   const auto key = read_key(call.key_file);
   if (!key) return report(key.error());
   const std::string expires = std::to_string(std::time(nullptr) + *seconds);
@@ -98,17 +135,23 @@ void add_sign_link_command(CLI::App& program, int& exit_code) {
   auto call = std::make_shared<SignCall>();
   command->add_option("volume", call->volume, "The volume's name on the server, or its store")
       ->required();
+  command
+      ->add_option("--folder", call->folder,
+                   "The folder that is served, if the store is in a subfolder of it")
+      ->check(CLI::ExistingDirectory);
   command->add_option("--link-key-file", call->key_file,
                       "The key of the server (default: ISOSPLAT_LINK_KEY)");
   command->add_option("--expires", call->expires, "How long it admits: 30m, 12h, 7d")
       ->capture_default_str();
   command->add_option("--url", call->url, "Address of the server's page")->capture_default_str();
-  command->footer(
-      examples("  isosplat sign-link head --link-key-file key.txt --expires 12h\n"
-               "  isosplat sign-link head --link-key-file key.txt --url https://a.example/\n"
-               "openssl rand -hex 32 > key.txt makes a key; isosplat serve --link-key-file key.txt "
-               "takes it.\nWhoever has the link may read the volume until then. Another key ends "
-               "all links."));
+  command->footer(examples(
+      "  isosplat sign-link head --link-key-file key.txt --expires 12h\n"
+      "  isosplat sign-link head --link-key-file key.txt --url https://a.example/\n"
+      "  isosplat sign-link ct~head --link-key-file key.txt\n"
+      "  isosplat sign-link stores/ct/head.isosplat --folder stores --link-key-file key.txt\n"
+      "openssl rand -hex 32 > key.txt makes a key; isosplat serve --link-key-file key.txt "
+      "takes it.\nWhoever has the link may read the volume until then. Another key ends "
+      "all links."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

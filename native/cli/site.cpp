@@ -132,6 +132,16 @@ Result<void> copy_store(const StoreFile& store, const fs::path& to,
   return file->publish();
 }
 
+/// Whether a path is that of the site, or below it.
+bool is_within(const fs::path& path, const fs::path& site) {
+  std::error_code ignored;
+  const auto real = [&](const fs::path& given) {
+    return fs::weakly_canonical(fs::absolute(given, ignored), ignored);
+  };
+  const fs::path relative = real(path).lexically_relative(real(site));
+  return !relative.empty() && *relative.begin() != "..";
+}
+
 bool has_content(const fs::path& path, const std::string& content) {
   const auto store = StoreFile::open(path);
   return store && (*store)->content() == content;
@@ -175,7 +185,7 @@ Result<Site> publish_site(const SiteOptions& options) {
   if (!index) return tl::unexpected(index.error());
 
   std::string folder_error;
-  Catalog catalog(options.stores, uint64_t{1} << 20, [&](std::string_view line) {
+  Catalog catalog(options.stores, [&](std::string_view line) {
     if (line.starts_with("folder ")) folder_error = line;
   });
   catalog.scan();
@@ -190,15 +200,21 @@ Result<Site> publish_site(const SiteOptions& options) {
     kept.insert(file.relative);
   }
   uint64_t all_bytes = 0;
+  // The site may be in a folder that is published; its own stores are not, unless they are named.
+  const bool are_named = std::ranges::any_of(
+      options.stores, [&](const fs::path& source) { return is_within(source, options.to); });
   for (const auto& [name, entry] : *entries) {
-    if (!entry.store) return tl::unexpected(*entry.error);
-    const std::string file = fmt::format("stores/{}-{}.isosplat", name, entry.store->content());
-    const bool is_new = !has_content(options.to / file, entry.store->content());
-    site.volumes.push_back({name, entry.path, file, is_new});
-    listed.push_back({&entry, file});
-    inputs.push_back(entry.path);
+    if (!are_named && is_within(entry->folder, options.to)) continue;
+    const auto store = StoreFile::open(entry->path);
+    if (!store) return tl::unexpected(store.error());
+    const std::string& content = (*store)->content();
+    const std::string file = fmt::format("stores/{}-{}.isosplat", name, content);
+    const bool is_new = !has_content(options.to / file, content);
+    site.volumes.push_back({name, entry->path, file, is_new});
+    listed.push_back({name, content, file, (*store)->info()});
+    inputs.push_back(entry->path);
     kept.insert(file);
-    if (is_new) all_bytes += entry.store->info().file_bytes;
+    if (is_new) all_bytes += (*store)->info().file_bytes;
   }
   if (listed.empty()) {
     return fail(Status::invalid_argument,
@@ -219,10 +235,18 @@ Result<Site> publish_site(const SiteOptions& options) {
 
   if (auto made = create_folders(options.to / "stores"); !made) return tl::unexpected(made.error());
   uint64_t done = 0;
-  for (const SiteVolume& volume : site.volumes) {
+  for (size_t i = 0; i < site.volumes.size(); ++i) {
+    const SiteVolume& volume = site.volumes[i];
     if (!volume.is_new) continue;
-    const StoreFile& store = *entries->find(volume.name)->second.store;
-    auto copied = copy_store(store, options.to / volume.file, [&](uint64_t bytes) {
+    // Opened again: there may be more stores than a program may open at a time.
+    const auto store = StoreFile::open(volume.path);
+    if (!store) return tl::unexpected(store.error());
+    if ((*store)->content() != listed[i].content) {
+      return fail(Status::io_error, fmt::format("{}: was replaced while the site was written: "
+                                                "publish it again",
+                                                volume.path.string()));
+    }
+    auto copied = copy_store(**store, options.to / volume.file, [&](uint64_t bytes) {
       done += bytes;
       if (options.progress) options.progress(done, all_bytes);
     });

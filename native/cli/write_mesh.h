@@ -1,32 +1,33 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
-#include <string_view>
 
-#include "native/extract/extract_mesh.h"
+#include "native/extract/mesh_file.h"
 
 namespace isosplat::cli {
 
-/// A kind of files: how all of them begin, and its name in messages.
-struct FileKind {
-  std::string_view beginning, name;
-};
+/// What is done with a mesh before it is written. If anything is, the whole mesh is in memory.
+struct MeshChanges {
+  std::optional<size_t> components;      ///< keep so many of the largest ones
+  std::optional<double> simplify_error;  ///< see simplify_mesh
 
-/// The kind of mesh file that an extension (.ply, .stl or .obj, in any case) says. Errors:
-/// invalid_argument.
-Result<FileKind> kind_of_mesh(const std::filesystem::path& path);
+  bool any() const { return components || simplify_error; }
+};
 
 /// The mesh file that was written.
 struct WrittenMesh {
   MeshCounts counts;
   uint64_t bytes = 0;
+  std::optional<size_t> components_found;   ///< before some were dropped
+  std::optional<double> simplified_within;  ///< the largest error of the simplification
 };
 
-/// Extracts an isosurface into a file of the kind that its extension says. comment: a line for the
-/// file's header. Errors: those of kind_of_mesh, extract_mesh and OutputFile.
+/// Extracts an isosurface into a file of the format that its extension says. comment: a line for
+/// the file's header. Errors: those of mesh_format, extract_mesh, simplify_mesh and MeshFile.
 Result<WrittenMesh> write_mesh(const StoreFile& store, double isovalue,
-                               const ExtractOptions& options, const std::filesystem::path& path,
-                               const std::string& comment);
+                               const ExtractOptions& options, const MeshChanges& changes,
+                               const std::filesystem::path& path, const std::string& comment);
 
 }  // namespace isosplat::cli

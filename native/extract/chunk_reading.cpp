@@ -5,12 +5,6 @@
 
 namespace isosplat {
 
-ChunkShape shape_of(const StoreInfo& info, const ChunkRef& chunk) {
-  const LevelGrid level = level_grid(info.grid.voxels, chunk.block.level);
-  return {block_cells(level, chunk.block.index), chunk.band_begin, chunk.band_end, chunk.cells,
-          chunk.block.level > 0};
-}
-
 Result<std::vector<ChunkRef>> chunks_of(const StoreFile& store, double isovalue,
                                         const ExtractOptions& options) {
   const StoreInfo& info = store.info();

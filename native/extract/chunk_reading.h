@@ -15,11 +15,10 @@
 #include "native/builder/parallel.h"
 #include "native/extract/extract.h"
 #include "shared/codec/chunk_codec.h"
+#include "shared/points/chunk_shape.h"
 #include "shared/store_file/store_file.h"
 
 namespace isosplat {
-
-ChunkShape shape_of(const StoreInfo& info, const ChunkRef& chunk);
 
 /// The chunks that an isovalue needs at a level, in file order: at most one for each block. Errors:
 /// see extract_samples.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "native/extract/chunk_reading.h"
+#include "shared/points/block_borders.h"
 
 namespace isosplat {
 namespace {
@@ -24,31 +25,20 @@ Result<void> extract_to(const StoreFile& store, double isovalue, const ExtractOp
       });
 }
 
-/// The chunks of one layer of blocks (one z), in raster order, and the sums of gradients at the
-/// borders of their blocks.
-struct Layer {
-  std::span<const ChunkRef> chunks;
-  std::vector<BlockBorder> borders;  ///< one per chunk; empty until they are computed
-
-  const BlockBorder* border_of(Index3 block) const {
-    const auto found = std::ranges::lower_bound(
-        chunks, std::pair(block.y, block.x), {},
-        [](const ChunkRef& chunk) { return std::pair(chunk.block.index.y, chunk.block.index.x); });
-    if (borders.empty() || found == chunks.end() || found->block.index != block) return nullptr;
-    return &borders[static_cast<size_t>(found - chunks.begin())];
+/// The ends of the layers of blocks (each of one z) in chunks in raster order.
+std::vector<size_t> layer_ends(std::span<const ChunkRef> chunks) {
+  std::vector<size_t> ends;
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    const bool is_last = i + 1 == chunks.size();
+    if (is_last || chunks[i].block.index.z != chunks[i + 1].block.index.z) ends.push_back(i + 1);
   }
-};
+  return ends;
+}
 
-/// Cuts chunks in raster order of blocks into layers.
-std::vector<Layer> layers_of(std::span<const ChunkRef> chunks) {
-  std::vector<Layer> layers;
-  for (size_t first = 0; first < chunks.size();) {
-    size_t end = first;
-    while (end < chunks.size() && chunks[end].block.index.z == chunks[first].block.index.z) ++end;
-    layers.push_back({chunks.subspan(first, end - first), {}});
-    first = end;
-  }
-  return layers;
+std::vector<Index3> blocks_of(std::span<const ChunkRef> chunks) {
+  std::vector<Index3> blocks;
+  for (const ChunkRef& chunk : chunks) blocks.push_back(chunk.block.index);
+  return blocks;
 }
 
 /// Computes points layer by layer. A first pass over the chunks of a layer finds the sums at the
@@ -62,7 +52,9 @@ class PointExtraction {
       : store_(store),
         quantized_isovalue_(quantized_isovalue),
         projection_(projection),
-        layers_(layers_of(chunks)),
+        chunks_(chunks),
+        layer_ends_(layer_ends(chunks)),
+        borders_(blocks_of(chunks)),
         threads_(thread_count(options, chunks.size())),
         cells_(threads_) {
     if (options.smooth_normals) gradients_.resize(threads_);
@@ -70,15 +62,17 @@ class PointExtraction {
 
   Result<uint64_t> run(const std::function<Result<void>(const PointArrays&)>& write) {
     uint64_t count = 0;
-    for (size_t i = 0; i < layers_.size(); ++i) {
+    for (size_t layer = 0; layer < layer_ends_.size(); ++layer) {
       Result<void> done;
       if (!gradients_.empty()) {
-        if (i == 0) done = find_borders(layers_[0]);
-        if (done && i + 1 < layers_.size()) done = find_borders(layers_[i + 1]);
+        if (layer == 0) done = find_borders(0);
+        if (done && layer + 1 < layer_ends_.size()) done = find_borders(layer + 1);
       }
-      if (done) done = write_points(i, write, count);
+      if (done) done = write_points(layer, write, count);
       if (!done) return tl::unexpected(done.error());
-      if (i > 0) layers_[i - 1].borders = {};
+      if (layer > 0) {
+        for (size_t i = layer_begin(layer - 1); i < layer_ends_[layer - 1]; ++i) borders_.clear(i);
+      }
     }
     return count;
   }
@@ -97,10 +91,15 @@ class PointExtraction {
                           });
   }
 
-  Result<void> find_borders(Layer& layer) {
-    layer.borders.resize(layer.chunks.size());
-    return decode(layer.chunks, [&](unsigned thread, size_t i) {
-      layer.borders[i] = gradients_[thread].border_of(cells_[thread]);
+  size_t layer_begin(size_t layer) const { return layer == 0 ? 0 : layer_ends_[layer - 1]; }
+
+  std::span<const ChunkRef> chunks_of_layer(size_t layer) const {
+    return chunks_.subspan(layer_begin(layer), layer_ends_[layer] - layer_begin(layer));
+  }
+
+  Result<void> find_borders(size_t layer) {
+    return decode(chunks_of_layer(layer), [&](unsigned thread, size_t i) {
+      borders_.set(layer_begin(layer) + i, gradients_[thread].border_of(cells_[thread]));
     });
   }
 
@@ -109,13 +108,12 @@ class PointExtraction {
                             const std::function<Result<void>(const PointArrays&)>& write,
                             uint64_t& count) {
     constexpr size_t kBatchChunks = 64;
-    const std::span<const ChunkRef> chunks = layers_[layer].chunks;
+    const std::span<const ChunkRef> chunks = chunks_of_layer(layer);
     std::vector<PointArrays> points(std::min(kBatchChunks, chunks.size()));
     for (size_t first = 0; first < chunks.size(); first += kBatchChunks) {
       const auto batch = chunks.subspan(first, std::min(kBatchChunks, chunks.size() - first));
-      auto done = decode(batch, [&](unsigned thread, size_t i) {
-        points[i] = points_of(thread, layer, batch[i].block);
-      });
+      auto done = decode(
+          batch, [&](unsigned thread, size_t i) { points[i] = points_of(thread, batch[i].block); });
       if (!done) return done;
       for (size_t i = 0; i < batch.size(); ++i) {
         count += points[i].positions.size();
@@ -125,48 +123,19 @@ class PointExtraction {
     return {};
   }
 
-  PointArrays points_of(unsigned thread, size_t layer, BlockKey block) {
+  PointArrays points_of(unsigned thread, BlockKey block) {
     const DecodedCells& cells = cells_[thread];
     const ChunkFrame frame{&store_.info().grid, &store_.info().mapping, block};
     if (gradients_.empty()) return project_samples(cells, frame, quantized_isovalue_, projection_);
-    LatticeGradients& gradients = gradients_[thread];
-    gradients.add(cells);
-    for_neighbours(layer, block, [&](const BlockBorder& border, Index3 offset) {
-      gradients.add(border, offset);
-    });
-    PointArrays points =
-        project_samples(cells, frame, quantized_isovalue_, projection_, &gradients);
-    gradients.remove(cells);
-    for_neighbours(layer, block, [&](const BlockBorder& border, Index3 offset) {
-      gradients.remove(border, offset);
-    });
-    return points;
-  }
-
-  /// Calls f(border, offset) for the up to 26 neighbours that have a chunk.
-  template <class F>
-  void for_neighbours(size_t layer, BlockKey block, const F& f) const {
-    // The layers before and after in the list may be further away than one block.
-    const size_t end = std::min(layer + 2, layers_.size());
-    for (size_t i = layer > 0 ? layer - 1 : 0; i < end; ++i) {
-      const int32_t dz = layers_[i].chunks.front().block.index.z - block.index.z;
-      if (dz < -1 || dz > 1) continue;
-      for (int32_t dy = -1; dy <= 1; ++dy) {
-        for (int32_t dx = -1; dx <= 1; ++dx) {
-          const Index3 offset{dx, dy, dz};
-          if (offset == Index3{}) continue;
-          if (const BlockBorder* border = layers_[i].border_of(block.index + offset)) {
-            f(*border, offset);
-          }
-        }
-      }
-    }
+    return borders_.project(cells, frame, quantized_isovalue_, projection_, gradients_[thread]);
   }
 
   const StoreFile& store_;
   float quantized_isovalue_;
   const ProjectionOptions& projection_;
-  std::vector<Layer> layers_;
+  std::span<const ChunkRef> chunks_;
+  std::vector<size_t> layer_ends_;
+  BlockBorders borders_;
   unsigned threads_;
   std::vector<DecodedCells> cells_;          ///< by thread
   std::vector<LatticeGradients> gradients_;  ///< by thread; all sums are zero between chunks

@@ -6,7 +6,8 @@
 
 namespace isosplat {
 
-Result<ObjFile> ObjFile::create(const std::filesystem::path& path, std::string_view comment) {
+Result<ObjFile> ObjFile::create(const std::filesystem::path& path, const VolumeGrid&,
+                                std::string_view comment) {
   auto file = OutputFile::create(path);
   if (!file) return tl::unexpected(file.error());
   ObjFile obj(std::move(*file));

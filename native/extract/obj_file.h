@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "native/extract/extract_mesh.h"
+#include "native/extract/mesh_file.h"
 #include "native/files/output_file.h"
 
 namespace isosplat {
@@ -12,18 +12,19 @@ namespace isosplat {
 /// A Wavefront OBJ file: a text of vertices, normals and triangles. Numbers have as many digits as
 /// single precision needs, positions those of double precision. It appears under its name with
 /// publish().
-class ObjFile {
+class ObjFile : public MeshFile {
  public:
   /// `comment`: one line. Errors: those of OutputFile.
-  static Result<ObjFile> create(const std::filesystem::path& path, std::string_view comment);
+  static Result<ObjFile> create(const std::filesystem::path& path, const VolumeGrid&,
+                                std::string_view comment);
 
   /// Errors: io_error.
-  Result<void> append(const MeshPart& part);
+  Result<void> append(const MeshPart& part) override;
 
   /// Gives the file its name. Errors: io_error.
-  Result<void> publish() { return file_.publish(); }
+  Result<void> publish() override { return file_.publish(); }
 
-  uint64_t bytes() const { return end_; }
+  uint64_t bytes() const override { return end_; }
 
  private:
   explicit ObjFile(OutputFile file) : file_(std::move(file)) {}

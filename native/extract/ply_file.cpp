@@ -7,21 +7,11 @@
 #include <cmath>
 #include <cstring>
 
+#include "shared/points/position_precision.h"
+
 namespace isosplat {
 
 static_assert(std::endian::native == std::endian::little, "the file has the layout of memory");
-
-bool needs_doubles(const VolumeGrid& grid) {
-  double farthest = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3d at = grid.world({corner & 1 ? double(grid.voxels.x) : -1.0,
-                                 corner & 2 ? double(grid.voxels.y) : -1.0,
-                                 corner & 4 ? double(grid.voxels.z) : -1.0});
-    farthest = std::max({farthest, std::abs(at.x), std::abs(at.y), std::abs(at.z)});
-  }
-  const double voxel = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
-  return !(std::ldexp(farthest, -24) <= voxel / 2000);
-}
 
 namespace {
 
@@ -46,9 +36,9 @@ Result<PlyFile> PlyFile::create(const std::filesystem::path& path, const VolumeG
   }
   PlyFile ply(std::move(*file), needs_doubles(grid), std::move(one_line));
   if (content == Content::triangles) {
-    auto triangles = PosixFile::create_temporary(path.has_parent_path() ? path.parent_path() : ".");
-    if (!triangles) return tl::unexpected(triangles.error());
-    ply.triangle_file_ = std::move(*triangles);
+    auto spooled = SpooledBytes::create(path.parent_path());
+    if (!spooled) return tl::unexpected(spooled.error());
+    ply.spooled_ = std::move(*spooled);
   }
   ply.end_ = ply.header().size();
   return ply;
@@ -63,10 +53,10 @@ std::string PlyFile::header() const {
       "property {} x\nproperty {} y\nproperty {} z\n"
       "property float nx\nproperty float ny\nproperty float nz\n{}end_header\n",
       comment_, points_, type, type, type,
-      triangle_file_ ? fmt::format("element face {:020}\n"
-                                   "property list uchar uint vertex_indices\n",
-                                   triangles_)
-                     : "");
+      spooled_ ? fmt::format("element face {:020}\n"
+                             "property list uchar uint vertex_indices\n",
+                             triangles_)
+               : "");
 }
 
 Result<void> PlyFile::append(const PointArrays& points) {
@@ -97,27 +87,19 @@ Result<void> PlyFile::append(std::span<const std::array<uint32_t, 3>> triangles)
     const Face face{3, triangles[i]};
     std::memcpy(&buffer_[i * sizeof(Face)], &face, sizeof(Face));
   }
-  auto written = triangle_file_->write(triangles_ * sizeof(Face), buffer_);
+  auto written = spooled_->append(buffer_);
   if (written) triangles_ += triangles.size();
   return written;
 }
 
-/// Appends the triangles to the points.
-Result<void> PlyFile::copy_triangles() {
-  constexpr uint64_t kPiece = uint64_t{1} << 20;
-  const uint64_t bytes = triangles_ * sizeof(Face);
-  for (uint64_t done = 0; done < bytes; done += kPiece) {
-    buffer_.resize(std::min(kPiece, bytes - done));
-    if (auto read = triangle_file_->read(done, buffer_); !read) return read;
-    if (auto written = file_.write(end_, buffer_); !written) return written;
-    end_ += buffer_.size();
-  }
-  return {};
-}
-
 Result<void> PlyFile::publish() {
-  if (triangle_file_) {
-    if (auto copied = copy_triangles(); !copied) return copied;
+  if (spooled_) {
+    auto copied = spooled_->read([&](std::span<const std::byte> piece) {
+      auto written = file_.write(end_, piece);
+      end_ += piece.size();
+      return written;
+    });
+    if (!copied) return copied;
   }
   const std::string text = header();
   if (auto written = file_.write(0, std::as_bytes(std::span(text))); !written) return written;

@@ -7,12 +7,10 @@
 #include <string_view>
 
 #include "native/files/output_file.h"
+#include "native/files/spooled_bytes.h"
 #include "shared/points/chunk_samples.h"
 
 namespace isosplat {
-
-/// Whether single precision would move a point of the volume by more than 1/2000 of a voxel.
-bool needs_doubles(const VolumeGrid& grid);
 
 /// A binary little-endian PLY file of points with normals, and optionally of triangles, which
 /// MeshLab, CloudCompare, Open3D and VTK read. It appears under its name with publish(). The number
@@ -46,12 +44,11 @@ class PlyFile {
   PlyFile(OutputFile file, bool doubles, std::string comment)
       : file_(std::move(file)), doubles_(doubles), comment_(std::move(comment)) {}
   std::string header() const;
-  Result<void> copy_triangles();
 
   OutputFile file_;
   bool doubles_;
   std::string comment_;
-  std::optional<PosixFile> triangle_file_;  // if there are to be triangles
+  std::optional<SpooledBytes> spooled_;  // the triangles, if there are to be any
   uint64_t points_ = 0, triangles_ = 0;
   uint64_t end_ = 0;
   std::vector<std::byte> buffer_;

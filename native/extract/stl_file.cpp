@@ -29,7 +29,8 @@ Vec3f unit_normal(const std::array<Vec3f, 3>& corners) {
 
 }  // namespace
 
-Result<StlFile> StlFile::create(const std::filesystem::path& path, std::string_view comment) {
+Result<StlFile> StlFile::create(const std::filesystem::path& path, const VolumeGrid&,
+                                std::string_view comment) {
   auto file = OutputFile::create(path);
   if (!file) return tl::unexpected(file.error());
   return StlFile(std::move(*file), comment);

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "native/extract/extract_mesh.h"
+#include "native/extract/mesh_file.h"
 #include "native/files/output_file.h"
 
 namespace isosplat {
@@ -12,18 +12,19 @@ namespace isosplat {
 /// A binary STL file: triangles without shared vertices, in single precision. It appears under its
 /// name with publish(). Keeps the positions of all vertices in memory, 12 bytes each, since later
 /// parts of a mesh refer to them.
-class StlFile {
+class StlFile : public MeshFile {
  public:
   /// `comment`: at most 80 bytes are kept. Errors: those of OutputFile.
-  static Result<StlFile> create(const std::filesystem::path& path, std::string_view comment);
+  static Result<StlFile> create(const std::filesystem::path& path, const VolumeGrid&,
+                                std::string_view comment);
 
   /// Errors: io_error, invalid_argument (more than 2³² − 1 triangles).
-  Result<void> append(const MeshPart& part);
+  Result<void> append(const MeshPart& part) override;
 
   /// Completes the header, and gives the file its name. Errors: io_error.
-  Result<void> publish();
+  Result<void> publish() override;
 
-  uint64_t bytes() const { return end_; }
+  uint64_t bytes() const override { return end_; }
 
  private:
   StlFile(OutputFile file, std::string_view comment) : file_(std::move(file)), comment_(comment) {}

@@ -1,22 +1,16 @@
 #include "native/headless/draw_image.h"
 
-#include <GLES3/gl3.h>
-
 #include <algorithm>
+
+#include "native/headless/offscreen_target.h"
 
 namespace isosplat {
 
 Result<Image> draw_image(Renderer& renderer, int width, int height, FrameStatistics* statistics,
                          bool smooth) {
-  GLuint framebuffer = 0, colour = 0;
-  glGenFramebuffers(1, &framebuffer);
-  glGenRenderbuffers(1, &colour);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glBindRenderbuffer(GL_RENDERBUFFER, colour);
-  glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour);
-  auto drawn = smooth ? renderer.draw_still(width, height, framebuffer)
-                      : renderer.draw(width, height, framebuffer);
+  const OffscreenTarget target(width, height);
+  auto drawn = smooth ? renderer.draw_still(width, height, target.framebuffer())
+                      : renderer.draw(width, height, target.framebuffer());
   if (const auto checked = renderer.check_gpu(); drawn && !checked) {
     drawn = tl::unexpected(checked.error());
   }
@@ -24,11 +18,9 @@ Result<Image> draw_image(Renderer& renderer, int width, int height, FrameStatist
   if (drawn) {
     if (statistics) *statistics = *drawn;
     image = {width, height, std::vector<uint8_t>(4 * size_t(width) * size_t(height))};
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer());
     glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, image.rgba.data());
   }
-  glDeleteFramebuffers(1, &framebuffer);
-  glDeleteRenderbuffers(1, &colour);
   if (!drawn) return tl::unexpected(drawn.error());
 
   const size_t row = 4 * size_t(width);

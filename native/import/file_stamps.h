@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "native/import/volume_source.h"
+#include "shared/grid/volume_source.h"
 #include "shared/posix_file/posix_file.h"
 
 namespace isosplat {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "native/import/allowances.h"
-#include "native/import/volume_source.h"
+#include "shared/grid/volume_source.h"
 
 namespace isosplat {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "native/import/volume_source.h"
+#include "shared/grid/volume_source.h"
 
 // Reads pages of TIFF files as slices; libtiff decodes them.
 namespace isosplat {

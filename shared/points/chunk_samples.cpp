@@ -119,6 +119,9 @@ PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
     }
     const Vec3d index = cell_frame.index(cells.cell[i], as_double(in_cell));
     result.positions.push_back(grid.world(index));
+    if (options.values) {
+      result.values.push_back(static_cast<float>(frame.mapping->value(field.at(in_cell).value)));
+    }
     if (smooth_gradients) {
       // A point outside of its cell has the normal of the nearest point in the cell: the sums of
       // the cells beyond the block's border are not there.

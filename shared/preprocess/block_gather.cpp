@@ -8,38 +8,31 @@ namespace {
 
 constexpr size_t kRow = kBlockCells + 1;
 
+Index3 first_cell_of(const GatheredBlock& block) {
+  return {block.index.x * kBlockCells, block.index.y * kBlockCells, block.index.z * kBlockCells};
+}
+
 template <class T>
 void gather_voxels(const Layer& layer, GatheredBlock& block) {
-  const auto nx = static_cast<size_t>(layer.grid.cells.x + 1);
-  const auto ny = static_cast<size_t>(layer.grid.cells.y + 1);
-  const auto* slices = reinterpret_cast<const T*>(layer.voxels);
+  const auto* voxels = reinterpret_cast<const T*>(layer.voxels);
+  const Index3 first = first_cell_of(block);
   const auto row = static_cast<size_t>(block.cells.x + 1);
   QuantizedValue* to = block.voxels.data();
   for (int32_t k = 0; k <= block.cells.z; ++k) {
-    const auto slice =
-        static_cast<size_t>(block.index.z * kBlockCells + k - layer.first_voxel_slice);
     for (int32_t j = 0; j <= block.cells.y; ++j, to += row) {
-      const auto y = static_cast<size_t>(block.index.y * kBlockCells + j);
-      const T* from =
-          slices + (slice * ny + y) * nx + static_cast<size_t>(block.index.x * kBlockCells);
-      std::copy_n(from, row, to);
+      std::copy_n(voxels + layer.voxel_box.at({first.x, first.y + j, first.z + k}), row, to);
     }
   }
 }
 
 template <class T>
 void gather_intervals(const Layer& layer, GatheredBlock& block) {
-  const auto cx = static_cast<size_t>(layer.grid.cells.x);
-  const auto cy = static_cast<size_t>(layer.grid.cells.y);
-  const auto* slices = reinterpret_cast<const T*>(layer.intervals);
+  const auto* intervals = reinterpret_cast<const T*>(layer.intervals);
+  const Index3 first = first_cell_of(block);
   CellInterval* to = block.intervals.data();
   for (int32_t k = 0; k < block.cells.z; ++k) {
-    const auto slice =
-        static_cast<size_t>(block.index.z * kBlockCells + k - layer.first_cell_slice);
     for (int32_t j = 0; j < block.cells.y; ++j) {
-      const auto y = static_cast<size_t>(block.index.y * kBlockCells + j);
-      const T* from =
-          slices + 2 * ((slice * cy + y) * cx + static_cast<size_t>(block.index.x * kBlockCells));
+      const T* from = intervals + 2 * layer.cell_box.at({first.x, first.y + j, first.z + k});
       for (int32_t i = 0; i < block.cells.x; ++i, ++to) *to = {from[2 * i], from[2 * i + 1]};
     }
   }

@@ -1,7 +1,8 @@
 #include "shared/preprocess/block_storage_weight.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "shared/base/portable_math.h"
 
 namespace isosplat {
 namespace {
@@ -26,7 +27,7 @@ BandOptions block_options(const BandOptions& options, uint32_t level, size_t act
   BandOptions result = options;
   const double occupancy =
       static_cast<double>(active_cells) / static_cast<double>(std::max<size_t>(1, cells));
-  result.storage_weight *= std::pow(occupancy, kOccupancyPower);
+  result.storage_weight *= portable::pow(occupancy, kOccupancyPower);
   if (level > 0) result.storage_weight *= kCoarseStorageWeightFactor;
   return result;
 }

@@ -73,10 +73,8 @@ uint32_t sum_around(const RowSums<T>& sums, int32_t coarse, int32_t last, int32_
 template <class T>
 void average_voxels(const Layer& layer, const GatheredBlock& block, const CoarserLayer& coarser) {
   const Index3 cells = layer.grid.cells, coarse = coarser.grid.cells;
-  const auto nx = static_cast<size_t>(cells.x + 1), ny = static_cast<size_t>(cells.y + 1);
-  const auto* slices = reinterpret_cast<const T*>(layer.voxels);
+  const auto* voxels = reinterpret_cast<const T*>(layer.voxels);
   auto* out = reinterpret_cast<T*>(coarser.voxels);
-  const auto out_nx = static_cast<size_t>(coarse.x + 1), out_ny = static_cast<size_t>(coarse.y + 1);
   const Span1 xs = coarse_voxels(block.index.x, block.cells.x, cells.x, coarse.x);
   const Span1 ys = coarse_voxels(block.index.y, block.cells.y, cells.y, coarse.y);
   const Span1 zs = coarse_voxels(block.index.z, block.cells.z, cells.z, coarse.z);
@@ -93,12 +91,9 @@ void average_voxels(const Layer& layer, const GatheredBlock& block, const Coarse
       const auto y_rows = neighbours(j, cells.y);
       NineRows<T> rows;
       for (size_t r = 0; r < rows.size(); ++r) {
-        const auto z = static_cast<size_t>(z_rows[r / 3] - layer.first_voxel_slice);
-        const auto y = static_cast<size_t>(y_rows[r % 3]);
-        rows[r] = slices + (z * ny + y) * nx + static_cast<size_t>(first_x);
+        rows[r] = voxels + layer.voxel_box.at({first_x, y_rows[r % 3], z_rows[r / 3]});
       }
-      const auto out_z = static_cast<size_t>(k - coarser.first_voxel_slice);
-      T* const __restrict to = out + (out_z * out_ny + static_cast<size_t>(j)) * out_nx;
+      T* const __restrict to = out + coarser.voxel_box.at({xs.begin, j, k});
       const auto around = [&](const RowSums<T>& of, int32_t i) {
         return sum_around<T>(of, i, cells.x, first_x);
       };
@@ -106,7 +101,7 @@ void average_voxels(const Layer& layer, const GatheredBlock& block, const Coarse
         sum_present<T>(rows, count, sums, weights);
         for (int32_t i = xs.begin; i < xs.end; ++i) {
           const uint32_t sum = around(sums, i), weight = around(weights, i);
-          to[i] = static_cast<T>(weight ? (sum + weight / 2) / weight : kMissingVoxel);
+          to[i - xs.begin] = static_cast<T>(weight ? (sum + weight / 2) / weight : kMissingVoxel);
         }
         continue;
       }
@@ -114,13 +109,13 @@ void average_voxels(const Layer& layer, const GatheredBlock& block, const Coarse
       for (int32_t i = begin; i < end; ++i) {
         const Sum<T>* const three = &sums[static_cast<size_t>(2 * i - 1 - first_x)];
         const uint32_t sum = uint32_t{three[0]} + 2u * three[1] + three[2];
-        to[i] = static_cast<T>((sum + 32) >> 6);
+        to[i - xs.begin] = static_cast<T>((sum + 32) >> 6);
       }
       for (int32_t i = xs.begin; i < begin; ++i) {
-        to[i] = static_cast<T>((around(sums, i) + 32) >> 6);
+        to[i - xs.begin] = static_cast<T>((around(sums, i) + 32) >> 6);
       }
       for (int32_t i = std::max(begin, end); i < xs.end; ++i) {
-        to[i] = static_cast<T>((around(sums, i) + 32) >> 6);
+        to[i - xs.begin] = static_cast<T>((around(sums, i) + 32) >> 6);
       }
     }
   }
@@ -128,7 +123,8 @@ void average_voxels(const Layer& layer, const GatheredBlock& block, const Coarse
 
 template <class T>
 void unite_intervals(const GatheredBlock& block, const CoarserLayer& coarser) {
-  const Index3 coarse = coarser.grid.cells;
+  const Index3 first{block.index.x * (kBlockCells / 2), block.index.y * (kBlockCells / 2),
+                     block.index.z * (kBlockCells / 2)};
   auto* out = reinterpret_cast<T*>(coarser.intervals);
   const auto row = static_cast<size_t>(block.cells.x);
   const size_t slice = row * static_cast<size_t>(block.cells.y);
@@ -146,11 +142,7 @@ void unite_intervals(const GatheredBlock& block, const CoarserLayer& coarser) {
       }
       low[row] = low[row - 1];
       high[row] = high[row - 1];
-      const auto z =
-          static_cast<size_t>(block.index.z * (kBlockCells / 2) + k / 2 - coarser.first_cell_slice);
-      const auto y = static_cast<size_t>(block.index.y * (kBlockCells / 2) + j / 2);
-      T* to = out + 2 * ((z * static_cast<size_t>(coarse.y) + y) * static_cast<size_t>(coarse.x) +
-                         static_cast<size_t>(block.index.x * (kBlockCells / 2)));
+      T* to = out + 2 * coarser.cell_box.at({first.x, first.y + j / 2, first.z + k / 2});
       for (size_t i = 0; i < row; i += 2, to += 2) {
         to[0] = static_cast<T>(std::min(low[i], low[i + 1]));
         to[1] = static_cast<T>(std::max(high[i], high[i + 1]));

@@ -1,6 +1,6 @@
 #include "shared/preprocess/isovalue_guess.h"
 
-#include <cmath>
+#include "shared/base/portable_math.h"
 
 namespace isosplat {
 
@@ -16,14 +16,17 @@ std::vector<double> guess_isovalues(const VolumeStatistics& sample, uint64_t vox
   const QuantizedBins bins = QuantizedBins::over(range, kBins);
   const std::vector<uint64_t> histogram = sample.histogram(bins);
   const double mean = static_cast<double>(voxels) / bins.count;
+  std::vector<double> weights;  // of each quantized value of a bin
+  for (const uint64_t count : histogram) {
+    const double crowd = static_cast<double>(count) / mean;
+    weights.push_back(portable::pow(crowd + 0.01, 0.25) / portable::pow(1 + crowd, 1.25));
+  }
   std::vector<double> distribution(65537);
   double sum = 0;
   for (uint32_t quantized = 0; quantized <= 65536; ++quantized) {
     distribution[quantized] = sum;
     if (quantized < range.min || quantized > range.max) continue;
-    const double crowd =
-        static_cast<double>(histogram[(quantized - bins.first) / bins.width]) / mean;
-    sum += std::pow(crowd + 0.01, 0.25) / std::pow(1 + crowd, 1.25);
+    sum += weights[(quantized - bins.first) / bins.width];
   }
   for (double& share : distribution) share /= sum;
   return distribution;

@@ -1,7 +1,8 @@
 #include "shared/preprocess/size_budget.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "shared/base/portable_math.h"
 
 namespace isosplat {
 namespace {
@@ -30,7 +31,8 @@ SizeBudget::SizeBudget(const SizeForecast& forecast, double max_bytes, double fi
 
 double SizeBudget::at(const PerCandidate& bytes, double storage_weight) const {
   const double first = forecast_.storage_weight(0), ratio = forecast_.storage_weight(1) / first;
-  const double position = ratio > 1 ? std::log(storage_weight / first) / std::log(ratio) : 0;
+  const double position =
+      ratio > 1 ? portable::log(storage_weight / first) / portable::log(ratio) : 0;
   const double candidate = std::clamp(position, 0.0, double{kCandidateWeights - 1});
   const auto below = std::min(static_cast<size_t>(candidate), kCandidateWeights - 2);
   const double share = candidate - static_cast<double>(below);
@@ -60,8 +62,8 @@ SizeBudget::Grant SizeBudget::grant() const {
     const double share = (above - goal) / std::max(above - below, 1e-9);
     grant.storage_weight =
         forecast_.storage_weight(candidate - 1) *
-        std::pow(forecast_.storage_weight(candidate) / forecast_.storage_weight(candidate - 1),
-                 share);
+        portable::pow(forecast_.storage_weight(candidate) / forecast_.storage_weight(candidate - 1),
+                      share);
   }
   grant.slack = kGuard * max_ - total(kCandidateWeights - 1, grant.correction);
   return grant;

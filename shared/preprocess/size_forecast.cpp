@@ -1,8 +1,8 @@
 #include "shared/preprocess/size_forecast.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "shared/base/portable_math.h"
 #include "shared/preprocess/block_storage_weight.h"
 
 namespace isosplat {
@@ -66,7 +66,8 @@ PerCandidate plan(BandPlanner& planner, const std::vector<CellInterval>& cells, 
     planner.plan(block_options(options, level, planner.cells(), cells.size()));
     for (const uint32_t band : planner.band_cells()) {
       if (band == 0) continue;
-      bytes[candidate] += cell_bytes * std::pow(band / count, kDensityPower) + kChunkBytes / kBlock;
+      bytes[candidate] +=
+          cell_bytes * portable::pow(band / count, kDensityPower) + kChunkBytes / kBlock;
     }
     if (planner.band_cells().size() <= 1) {
       // The block is not cut, and will not be with a greater λ.
@@ -104,8 +105,8 @@ PerCandidate candidate_weights(double least) {
   PerCandidate storage_weights{};
   for (size_t candidate = 0; candidate < kCandidateWeights; ++candidate) {
     storage_weights[candidate] =
-        least * std::pow(std::max(kMaxStorageWeight / least, 1.0),
-                         static_cast<double>(candidate) / (kCandidateWeights - 1));
+        least * portable::pow(std::max(kMaxStorageWeight / least, 1.0),
+                              static_cast<double>(candidate) / (kCandidateWeights - 1));
   }
   return storage_weights;
 }

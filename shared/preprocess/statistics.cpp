@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace isosplat {
 namespace {
@@ -88,6 +89,39 @@ void VolumeStatistics::add(const VolumeStatistics& other) {
   sum(spans_from_, other.spans_from_);
   sum(spans_to_, other.spans_to_);
   missing_ += other.missing_;
+}
+
+std::vector<std::byte> VolumeStatistics::bytes() const {
+  std::vector<std::byte> all;
+  const auto append = [&](std::span<const uint64_t> counts) {
+    const auto part = std::as_bytes(counts);
+    all.insert(all.end(), part.begin(), part.end());
+  };
+  for (const auto* counts : {&voxels_, &minima_, &maxima_, &spans_from_, &spans_to_}) {
+    append(*counts);
+  }
+  append(std::span(&missing_, 1));
+  return all;
+}
+
+Result<void> VolumeStatistics::add(std::span<const std::byte> bytes) {
+  if (bytes.size() != (5 * kQuantizedValues + 1) * sizeof(uint64_t)) {
+    return fail(Status::invalid_argument,
+                "the statistics of an encoder are of another version, or incomplete: load the page "
+                "again");
+  }
+  const std::byte* at = bytes.data();
+  const auto next = [&at] {
+    uint64_t count = 0;
+    std::memcpy(&count, at, sizeof count);
+    at += sizeof count;
+    return count;
+  };
+  for (auto* counts : {&voxels_, &minima_, &maxima_, &spans_from_, &spans_to_}) {
+    for (uint64_t& count : *counts) count += next();
+  }
+  missing_ += next();
+  return {};
 }
 
 CellInterval VolumeStatistics::range() const {

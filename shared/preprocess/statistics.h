@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "shared/bands/band_planner.h"
+#include "shared/base/status.h"
 #include "shared/grid/grid.h"
 #include "shared/sampling/cell.h"
 
@@ -42,6 +43,10 @@ class VolumeStatistics {
   void add_block(const BandPlanner& planner, std::span<const CellInterval> intervals);
 
   void add(const VolumeStatistics& other);
+
+  /// All of it as a message, and the same to add. Errors: invalid_argument (not such a message).
+  std::vector<std::byte> bytes() const;
+  Result<void> add(std::span<const std::byte> bytes);
 
   uint64_t missing() const { return missing_; }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "shared/base/portable_math.h"
+
 namespace isosplat {
 namespace {
 
@@ -41,7 +43,7 @@ double voxel_bits(const GatheredBlock& block) {
                            count;
       // The entropy of a normal distribution with this mean absolute value, rounded to integers.
       const double variance = error * error * 1.5708 + 1.0 / 12;
-      bits += count * 0.5 * std::log2(17.0795 * variance);
+      bits += count * 0.5 * portable::log2(17.0795 * variance);
       cells += active;
     }
   }

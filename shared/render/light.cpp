@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/render/shader_constants.h"
+
 namespace isosplat {
 namespace {
 
@@ -10,8 +12,9 @@ constexpr float kPi = 3.14159265f;
 
 // Radiance of a white diffuse surface that faces the key light, and of the sky's parts, at strength
 // 1: white surfaces that face the light are just not brighter than white paper.
-constexpr float kKey = 0.82f;
-constexpr float kZenith = 0.48f, kHorizon = 0.23f, kGround = 0.16f;
+constexpr float kKey = 0.86f;
+constexpr float kZenith = 0.42f, kHorizon = 0.16f, kGround = 0.08f;
+constexpr float kRim = 0.65f;
 
 // Tints where colours do not stand for values: a warm key light, a blue zenith and a warm ground
 // separate surfaces that grey light would show alike. Each has the luminance of white.
@@ -33,7 +36,7 @@ Vec3f times(Vec3f a, Vec3f b) {
   return {a.x * b.x, a.y * b.y, a.z * b.z};
 }
 
-/// Coefficients of the sky's radiance: 1, y, y².
+/// Coefficients of the sky's radiance: 1, h, h², for sky_height() h.
 std::array<Vec3f, 3> sky_polynomial(const LightSettings& settings, bool shows_values) {
   const float strength = limited(settings.sky, 0, 2);
   const Vec3f zenith = (shows_values ? kWhite : kZenithTint) * (kZenith * strength);
@@ -65,11 +68,11 @@ LightTerms light_terms(const LightSettings& settings, bool shows_values) {
                          std::cos(azimuth) * std::cos(elevation)};
   terms.key = (shows_values ? kWhite : kKeyTint) * (kKey * limited(settings.key, 0, 2));
   // A cosine around the normal scales the spherical harmonics of order 0, 1, 2 by 1, 2/3, 1/4 (per
-  // π), and y² = 1/3 + 2/3 P₂(y).
+  // π), and h² = 1/3 + 2/3 P₂(h).
   const std::array<Vec3f, 3> sky = sky_polynomial(settings, shows_values);
   terms.sky = {sky[0] + sky[2] * 0.25f, sky[1] * (2.0f / 3), sky[2] * 0.25f};
   terms.rim_direction = unit(kRimDirection);
-  terms.rim = limited(settings.rim, 0, 2);
+  terms.rim = kRim * limited(settings.rim, 0, 2);
   const float roughness = limited(settings.roughness, 0.1f, 1);
   terms.roughness_4 = roughness * roughness * roughness * roughness;
   terms.highlight = shows_values ? 0 : limited(settings.highlight, 0, 2);
@@ -78,9 +81,13 @@ LightTerms light_terms(const LightSettings& settings, bool shows_values) {
   return terms;
 }
 
-Vec3f sky_radiance(const LightSettings& settings, bool shows_values, float y) {
+float sky_height(Vec3f direction) {
+  return float(SKY_UP_Y) * direction.y + float(SKY_UP_Z) * direction.z;
+}
+
+Vec3f sky_radiance(const LightSettings& settings, bool shows_values, float h) {
   const std::array<Vec3f, 3> sky = sky_polynomial(settings, shows_values);
-  return sky[0] + (sky[1] + sky[2] * y) * y;
+  return sky[0] + (sky[1] + sky[2] * h) * h;
 }
 
 float highlight(const LightTerms& terms, float n_l, float n_v, float n_h, float v_h) {
@@ -98,7 +105,8 @@ Vec3f lit(const LightTerms& terms, Vec3f normal, Vec3f to_eye, Vec3f colour, flo
   if (dot(normal, to_eye) < 0) normal = normal * -1.0f;
   const float n_l = dot(normal, terms.key_direction);
   const float rim = terms.rim * std::max(dot(normal, terms.rim_direction), 0.0f);
-  const Vec3f sky = terms.sky[0] + (terms.sky[1] + terms.sky[2] * normal.y) * normal.y;
+  const float up = sky_height(normal);
+  const Vec3f sky = terms.sky[0] + (terms.sky[1] + terms.sky[2] * up) * up;
   Vec3f light = (sky + kWhite * rim) * open + terms.key * (key_share * std::max(n_l, 0.0f));
   light = {limited(light.x, terms.least, terms.most), limited(light.y, terms.least, terms.most),
            limited(light.z, terms.least, terms.most)};

@@ -50,8 +50,8 @@ Vec3f to_linear(Vec3f colour);
 struct LightTerms {
   Vec3f key_direction;  ///< towards the light, unit length
   Vec3f key;            ///< radiance of a white diffuse surface that faces the key light
-  /// Radiance of a white diffuse surface below the sky alone: sky[0] + y (sky[1] + y sky[2]), where
-  /// y is the upward component of its normal.
+  /// Radiance of a white diffuse surface below the sky alone: sky[0] + h (sky[1] + h sky[2]), where
+  /// h is the sky_height() of its normal.
   std::array<Vec3f, 3> sky;
   Vec3f rim_direction;
   float rim = 0;
@@ -63,11 +63,15 @@ struct LightTerms {
 /// `shows_values`: colours stand for values, see kLeastValueShading.
 LightTerms light_terms(const LightSettings& settings, bool shows_values);
 
-/// Radiance of the sky from a direction with upward component y: a quadratic polynomial through the
+/// The cosine between a direction (unit length) and the sky's zenith, which is above, and tilted
+/// towards the eye.
+float sky_height(Vec3f direction);
+
+/// Radiance of the sky from a direction with sky_height() h: a quadratic polynomial through the
 /// radiance of ground (−1), horizon (0) and zenith (1). Its convolution with a cosine is known in
 /// closed form, for which order 2 of spherical harmonics is exact (R. Ramamoorthi, P. Hanrahan, "An
 /// efficient representation for irradiance environment maps", SIGGRAPH 2001).
-Vec3f sky_radiance(const LightSettings& settings, bool shows_values, float y);
+Vec3f sky_radiance(const LightSettings& settings, bool shows_values, float h);
 
 /// Radiance of the highlight, for a key light of radiance 1 on white: GGX (B. Walter et al.,
 /// "Microfacet models for refraction through rough surfaces", EGSR 2007), visibility by Smith with

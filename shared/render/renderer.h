@@ -28,7 +28,8 @@ enum class SplatKind : uint8_t {
 /// The normals of exact splats and ellipses.
 enum class Shading : uint8_t {
   /// Continuous across cells, chunks and levels: gradients of the cells around each lattice point
-  /// are averaged, and interpolated. Needs float targets. Cells below 3 px have exact ones.
+  /// are averaged, and interpolated. Needs float targets. Cells below 3 px have exact ones, and in
+  /// still pictures (refine) those below half a pixel.
   smooth,
   exact,  ///< the gradient of the cell's trilinear function, which jumps from cell to cell
 };

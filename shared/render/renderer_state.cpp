@@ -119,17 +119,21 @@ void Renderer::State::clear_targets() {
   }
 }
 
+Frame Renderer::State::make_frame(int width, int height, ImageOffset offset) const {
+  return {grid ? *grid : kNoVolume,      settings, camera, width, height, limits.guard_px,
+          limits.offered.max_point_size, offset};
+}
+
 /// Draws all surfaces into layers, or with `light_directly` into the lit picture.
 Result<void> Renderer::State::draw_surfaces(int width, int height, ImageOffset offset,
-                                            bool light_directly) {
+                                            bool light_directly, SmoothSizes sizes) {
   lit = light_directly;
   statistics = FrameStatistics{};
   programs.reset_linked_count();
   assign_layers();
   if (auto ok = prepare_targets(width, height); !ok) return ok;
 
-  const Frame frame(grid ? *grid : kNoVolume, settings, camera, width, height, limits.guard_px,
-                    limits.offered.max_point_size, offset);
+  const Frame frame = make_frame(width, height, offset);
   glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
   glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(FrameBlock), &frame.block());
   statistics.chunks_culled = splat_passes.collect(chunks, frame, has_smooth_normals() ? 1 : 0);
@@ -142,24 +146,36 @@ Result<void> Renderer::State::draw_surfaces(int width, int height, ImageOffset o
   glDepthMask(GL_TRUE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   clear_targets();
-  return mesh.is_empty() ? draw_splats(frame) : draw_mesh(frame);
+  if (!mesh.is_empty()) return draw_mesh(frame);
+  if (auto ok = draw_splats(frame); !ok) return ok;
+  return has_smooth_normals() ? smooth_normals(frame, sizes) : Result<void>();
 }
 
 Result<void> Renderer::State::draw_splats(const Frame& frame) {
   const SplatFrame splats{frame, chunks.buffers(), mapping, settings.kind, lit};
-  std::vector<std::vector<int>> surfaces(static_cast<size_t>(layers.count));
   for (size_t i = 0; i < surface_count(); ++i) {
     const int layer = layers.by_surface[i];
     if (layer < 0) continue;
     const auto isosurface = static_cast<int>(i);
-    surfaces[static_cast<size_t>(layer)].push_back(isosurface);
     if (auto ok = splat_passes.draw_isosurface(context(), splats, isosurface, layer); !ok)
       return ok;
   }
-  for (int layer = 0; has_smooth_normals() && layer < layers.count; ++layer) {
-    const auto& of_layer = surfaces[static_cast<size_t>(layer)];
-    if (of_layer.empty()) continue;
-    if (auto ok = splat_passes.smooth_normals(context(), splats, of_layer, layer); !ok) return ok;
+  return {};
+}
+
+/// Replaces the normals of the layers that were drawn last, in this frame.
+Result<void> Renderer::State::smooth_normals(const Frame& frame, SmoothSizes sizes) {
+  const SplatFrame splats{frame, chunks.buffers(), mapping, settings.kind, lit};
+  glEnable(GL_DEPTH_TEST);
+  for (int layer = 0; layer < layers.count; ++layer) {
+    std::vector<int> surfaces;
+    for (size_t i = 0; i < surface_count(); ++i) {
+      if (layers.by_surface[i] == layer) surfaces.push_back(static_cast<int>(i));
+    }
+    if (surfaces.empty()) continue;
+    if (auto ok = splat_passes.smooth_normals(context(), splats, surfaces, layer, sizes); !ok) {
+      return ok;
+    }
   }
   return {};
 }
@@ -236,10 +252,16 @@ Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
       return tl::unexpected(ok.error());
     }
     if (auto ok = ensure_layers(); !ok) return tl::unexpected(ok.error());
+    if (has_smooth_normals()) {
+      const Frame frame = make_frame(drawn_width, drawn_height, {});
+      if (auto ok = smooth_normals(frame, kStillSmooth); !ok) return tl::unexpected(ok.error());
+    }
     if (auto ok = accumulate_picture(); !ok) return tl::unexpected(ok.error());
   }
   const ImageOffset offset = Accumulation::offset(accumulation.pictures());
-  if (auto ok = draw_surfaces(drawn_width, drawn_height, offset, /*light_directly=*/false); !ok) {
+  if (auto ok =
+          draw_surfaces(drawn_width, drawn_height, offset, /*light_directly=*/false, kStillSmooth);
+      !ok) {
     return tl::unexpected(ok.error());
   }
   if (auto ok = accumulate_picture(); !ok) return tl::unexpected(ok.error());

@@ -76,8 +76,11 @@ struct Renderer::State {
   bool can_light_directly() const;
   size_t surface_count() const;
   void assign_layers();
-  Result<void> draw_surfaces(int width, int height, ImageOffset offset, bool light_directly);
+  Frame make_frame(int width, int height, ImageOffset offset) const;
+  Result<void> draw_surfaces(int width, int height, ImageOffset offset, bool light_directly,
+                             SmoothSizes sizes = kDrawnSmooth);
   bool has_smooth_normals() const;
+  Result<void> smooth_normals(const Frame& frame, SmoothSizes sizes);
   Result<void> prepare_targets(int width, int height);
   Result<void> draw_splats(const Frame& frame);
   void clear_targets();

@@ -17,18 +17,10 @@
 #define SAMPLE_TEXTURE_WIDTH 1024
 
 // Squares of the quad kind, by measurements with tests/bench/render.
-// FLATNESS: the fraction of the normal in c of the bounds (README.md, decision 14), and CORNER: the
-// fraction of the plane's offset by which its box is reduced; below 1, as surfaces are curved.
-// MARGIN_PX, MIN_PX: px by which squares and strips are enlarged. SETBACK: distance by which a
-// square is moved back, in half extents of the plane's part along the view. BEYOND: distance of a
-// corner from the plane, in half extents of the cell along the normal, beyond which a plane is not
-// sufficient.
-#define QUAD_FLATNESS 0.95
-#define QUAD_CORNER 0.9
-#define QUAD_MARGIN_PX 0.3
-#define QUAD_MIN_PX 0.2
-#define QUAD_SETBACK 0.7
-#define QUAD_BEYOND 0.4
+// MARGIN_PX: px by which they reach beyond the crossings. SETBACK: distance by which a square is
+// moved back from the middle of its crossings, in half extents of the crossings along the view.
+#define QUAD_MARGIN_PX 0.005
+#define QUAD_SETBACK 0.15
 
 // Side of a tile of the farthest depths, in px. Splats that span more than three tiles are not
 // tested.
@@ -58,15 +50,15 @@
 #define EXACT_MARGIN_CELLS 0.002
 #define ROUNDED_MARGIN_CELLS 0.008
 
+// The search for a root ends where the cubic is smaller than this, in the unit of its values.
+// Fragments give values in spans of the cell.
+#define ROOT_TOLERANCE 1e-4
+
 // Smallest scale of splats of coarse cells with a structure thinner than a cell.
 #define THIN_FOOTPRINT 0.4
 
-// Smooth normals. Cells that are smaller than MIN_PX keep the normals of their own gradients, as
-// the steps between them cannot be seen. From FULL_PX on, normals are smooth. REACH_CELLS: distance
-// from its centre, in cells, up to which a cell contributes. MAX_TILES: splats that span more tiles
-// are not tested for occlusion.
-#define SMOOTH_MIN_PX 3.0
-#define SMOOTH_FULL_PX 4.0
+// Smooth normals. REACH_CELLS: distance from its centre, in cells, up to which a cell contributes.
+// MAX_TILES: splats that span more tiles are not tested for occlusion.
 #define SMOOTH_REACH_CELLS 1.5
 #define SMOOTH_MAX_TILES 6
 
@@ -93,6 +85,11 @@
 // depths, up to this sum.
 #define EDGE_SHADING_SLOPE 24.0
 #define EDGE_SHADING_MOST 0.1
+
+// Upward component and component towards the eye of the direction to the sky's zenith. Tilted
+// towards the eye, it models shapes in the shadow of the key light as well.
+#define SKY_UP_Y 0.8
+#define SKY_UP_Z 0.6
 
 // Still pictures: their number in a mean, slices of the hemisphere per pixel and picture, steps to
 // each side in a slice, and steps towards the key light.

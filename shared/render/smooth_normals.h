@@ -5,6 +5,15 @@
 
 namespace isosplat {
 
+/// Which cells have smooth normals, by the side in px of the finest cells at their place: up to
+/// `from_px` none, from `full_px` on all; between, normals are mixed.
+struct SmoothSizes {
+  float from_px, full_px;
+};
+/// Smaller cells cost more and show less: draw() smooths cells of some pixels. In a still picture,
+/// stripes are visible down to the size of a pixel.
+inline constexpr SmoothSizes kDrawnSmooth{3, 4}, kStillSmooth{0.5f, 1};
+
 /// The images of the smooth normals of one layer: where each pixel's surface is, and the sums of
 /// the gradients around it, which SplatPasses::smooth_normals() draws (README.md, decision 22).
 class SmoothNormals {

@@ -52,9 +52,9 @@ std::array<float, 3> scalar_weights(const RenderSettings& settings, const ValueM
 
 /// Whether the finest drawn cells would be large enough for smooth normals in the place of this
 /// item.
-bool has_smooth_normals(const DrawItem& item, uint32_t finest_level) {
+bool has_smooth_normals(const DrawItem& item, uint32_t finest_level, SmoothSizes sizes) {
   const int finer = static_cast<int>(item.chunk->block.level - finest_level);
-  return std::ldexp(item.largest_side_px, -finer) > float(SMOOTH_MIN_PX);
+  return std::ldexp(item.largest_side_px, -finer) > sizes.from_px;
 }
 
 }  // namespace
@@ -67,7 +67,8 @@ struct SplatPasses::Pass {
   int isosurface;
   double isovalue;
   float quantized_isovalue;
-  uint32_t finest_level = 0;  // of the gradients
+  uint32_t finest_level = 0;                // of the gradients
+  SmoothSizes smooth_sizes = kDrawnSmooth;  // of the gradients
 
   Pass(const DrawContext& context_, const SplatFrame& splats_, SplatPass pass_, int isosurface_)
       : context(context_),
@@ -176,7 +177,10 @@ Result<void> SplatPasses::draw_subset(const Pass& pass, ClusterSubset subset) {
   Result<void> drawn;
   for (const DrawItem& item : draw_list_.items()) {
     if (!is_active(item.chunk->interval, pass.quantized_isovalue)) continue;
-    if (pass.pass == SplatPass::gradients && !has_smooth_normals(item, pass.finest_level)) continue;
+    if (pass.pass == SplatPass::gradients &&
+        !has_smooth_normals(item, pass.finest_level, pass.smooth_sizes)) {
+      continue;
+    }
     drawn = draw_item(pass, subset, item, bound);
     if (!drawn) break;
   }
@@ -216,11 +220,12 @@ Result<void> SplatPasses::draw_isosurface(const DrawContext& context, const Spla
 }
 
 Result<void> SplatPasses::smooth_normals(const DrawContext& context, const SplatFrame& splats,
-                                         std::span<const int> isosurfaces, int layer) {
+                                         std::span<const int> isosurfaces, int layer,
+                                         SmoothSizes sizes) {
   const auto& items = draw_list_.items();
   const uint32_t finest_level = draw_list_.finest_level();
-  if (std::none_of(items.begin(), items.end(), [finest_level](const DrawItem& item) {
-        return has_smooth_normals(item, finest_level);
+  if (std::none_of(items.begin(), items.end(), [&](const DrawItem& item) {
+        return has_smooth_normals(item, finest_level, sizes);
       })) {
     return {};
   }
@@ -235,7 +240,7 @@ Result<void> SplatPasses::smooth_normals(const DrawContext& context, const Splat
   glEnable(GL_BLEND);
   glBlendEquation(GL_FUNC_ADD);
   glBlendFunc(GL_ONE, GL_ONE);
-  const auto drawn = draw_gradients(context, splats, isosurfaces);
+  const auto drawn = draw_gradients(context, splats, isosurfaces, sizes);
   // Reset the state after a failure as well: the next pass relies on it.
   glDisable(GL_BLEND);
   glDepthMask(GL_TRUE);
@@ -246,11 +251,12 @@ Result<void> SplatPasses::smooth_normals(const DrawContext& context, const Splat
 }
 
 Result<void> SplatPasses::draw_gradients(const DrawContext& context, const SplatFrame& splats,
-                                         std::span<const int> isosurfaces) {
+                                         std::span<const int> isosurfaces, SmoothSizes sizes) {
   draw_list_.find_contributors(splats.frame);
   for (const int isosurface : isosurfaces) {
     Pass pass(context, splats, SplatPass::gradients, isosurface);
     pass.finest_level = draw_list_.finest_level();
+    pass.smooth_sizes = sizes;
     if (auto ok = draw_subset(pass, ClusterSubset::all); !ok) return ok;
   }
   return {};
@@ -271,8 +277,9 @@ void SplatPasses::set_support(const Pass& pass, const BoundState& bound) {
   const auto finest = static_cast<int>(pass.finest_level);
   const double weight = std::ldexp(1.0 / 16, finest - 3 * coarser);
   const double finest_side = std::ldexp(frame.cell_side(), finest);
-  glUniform2f(bound.program->support, static_cast<float>(weight),
-              static_cast<float>(finest_side) * block.lens[0]);
+  const auto [from_px, full_px] = pass.smooth_sizes;
+  glUniform4f(bound.program->support, static_cast<float>(weight),
+              static_cast<float>(finest_side) * block.lens[0], from_px, 1 / (full_px - from_px));
   glUniform3f(bound.program->per_cell, 1 / (block.cell[0] * cells), 1 / (block.cell[1] * cells),
               1 / (block.cell[2] * cells));
 }

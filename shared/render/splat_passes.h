@@ -36,9 +36,10 @@ class SplatPasses {
                                int layer);
 
   /// Replaces the normals of a layer by smooth ones, after all its isosurfaces (indices into those
-  /// of the settings) are drawn. Requires float targets. Adds to draw_calls. Errors: gl_error.
+  /// of the settings) are drawn; cells that have smooth normals already keep them. Requires float
+  /// targets. Adds to draw_calls. Errors: gl_error.
   Result<void> smooth_normals(const DrawContext& context, const SplatFrame& splats,
-                              std::span<const int> isosurfaces, int layer);
+                              std::span<const int> isosurfaces, int layer, SmoothSizes sizes);
 
   /// Uses the programs of most first pictures on an inactive sample, so that the driver completes
   /// work that it defers to the first draw call. Errors: gl_error.
@@ -67,7 +68,7 @@ class SplatPasses {
                          BoundState& bound);
   static void set_support(const Pass& pass, const BoundState& bound);
   Result<void> draw_gradients(const DrawContext& context, const SplatFrame& splats,
-                              std::span<const int> isosurfaces);
+                              std::span<const int> isosurfaces, SmoothSizes sizes);
   void use_program(const Pass& pass, SplatPass variant, bool pulled, bool drops_hidden,
                    const ShaderPrograms::Splat& program);
 

@@ -119,7 +119,7 @@ StoreFile::StoreFile(std::filesystem::path path, PosixFile file, FileIdentity id
       pages_(reader.pages().begin(), reader.pages().end()),
       bootstrap_(reader.bootstrap_range()),
       content_(hexadecimal(info_.content_id)),
-      directory_bytes_(directory_bytes),
+      max_directory_bytes_(directory_bytes),
       reader_(std::move(reader)),
       last_use_(pages_.size()) {}
 
@@ -195,14 +195,14 @@ void StoreFile::add_page(ParsedPage&& parsed, uint32_t page) const {
 }
 
 void StoreFile::free_memory_for(uint64_t bytes) const {
-  if (resident_bytes_ + bytes <= directory_bytes_) return;
+  if (resident_bytes_ + bytes <= max_directory_bytes_) return;
   std::vector<std::pair<uint64_t, uint32_t>> by_last_use;  // last use, page
   for (uint32_t page = 0; page < pages_.size(); ++page) {
     if (reader_.is_resident(page)) by_last_use.emplace_back(last_use_[page].load(), page);
   }
   std::sort(by_last_use.begin(), by_last_use.end());
   // Free an eighth more than needed, so that not every new page has to free memory.
-  const uint64_t max_resident = directory_bytes_ - directory_bytes_ / 8;
+  const uint64_t max_resident = max_directory_bytes_ - max_directory_bytes_ / 8;
   for (const auto& [use, page] : by_last_use) {
     if (resident_bytes_ + bytes <= max_resident) break;
     reader_.remove_page(page);
@@ -253,7 +253,8 @@ Result<std::optional<ChunkRef>> StoreFile::chunk_for(BlockKey block,
 }
 
 Result<ChunkSelection> StoreFile::chunks_for(uint32_t level, float low, float high,
-                                             const ChunkBudget& budget, NoWait* no_wait) const {
+                                             const ChunkBudget& budget, NoWait* no_wait,
+                                             const BlockRange& where) const {
   if (level >= info_.levels) {
     return tl::unexpected(with_file_name(
         {Status::not_found, "expected a level below " + std::to_string(info_.levels) + ", found " +
@@ -263,11 +264,17 @@ Result<ChunkSelection> StoreFile::chunks_for(uint32_t level, float low, float hi
   for (uint32_t page = 0; page < pages_.size(); ++page) {
     const PageRef& ref = pages_[page];
     if (ref.level != level || !is_active_within(ref.interval, low, high)) continue;
+    const Index3 first{std::max(ref.first_block.x, where.first.x),
+                       std::max(ref.first_block.y, where.first.y),
+                       std::max(ref.first_block.z, where.first.z)};
+    const Index3 end{std::min(ref.end_block.x, where.end.x), std::min(ref.end_block.y, where.end.y),
+                     std::min(ref.end_block.z, where.end.z)};
+    if (first.x >= end.x || first.y >= end.y || first.z >= end.z) continue;
     if (!collector.begin_page(page, ref)) break;
     const auto select_page = [&](const StoreReader& reader) -> Result<void> {
-      for (int32_t z = ref.first_block.z; z < ref.end_block.z; ++z) {
-        for (int32_t y = ref.first_block.y; y < ref.end_block.y; ++y) {
-          for (int32_t x = ref.first_block.x; x < ref.end_block.x; ++x) {
+      for (int32_t z = first.z; z < end.z; ++z) {
+        for (int32_t y = first.y; y < end.y; ++y) {
+          for (int32_t x = first.x; x < end.x; ++x) {
             const auto chunks = reader.chunks_for({level, {x, y, z}}, low, high);
             if (!chunks) return tl::unexpected(with_file_name(chunks.error()));
             if (!collector.add(*chunks)) return {};

@@ -23,6 +23,12 @@ struct ChunkAddress {
   uint32_t band = 0;
 };
 
+/// Blocks of a level: those from `first` up to, without, `end` along each axis. By default all.
+struct BlockRange {
+  Index3 first;
+  Index3 end{INT32_MAX, INT32_MAX, INT32_MAX};
+};
+
 /// Limits of one query for chunks.
 struct ChunkBudget {
   uint64_t bytes = UINT64_MAX;
@@ -71,6 +77,9 @@ class StoreFile {
   /// The bytes that a viewer reads after the header: see StoreReader::bootstrap_range.
   const CoarseRange& bootstrap() const { return bootstrap_; }
 
+  /// Bytes of the directory pages that are in memory now, by their size in the file.
+  uint64_t directory_bytes() const { return resident_bytes_; }
+
   /// The bytes of the header, for StoreReader::open.
   std::span<const std::byte> header() const { return header_; }
 
@@ -84,11 +93,11 @@ class StoreFile {
   Result<ChunkRef> chunk(BlockKey block, uint32_t band, NoWait* no_wait = nullptr) const;
   Result<std::optional<ChunkRef>> chunk_for(BlockKey block, float quantized_isovalue) const;
 
-  /// Every chunk of a level whose band overlaps [low, high] (quantized isovalues), in file order.
-  /// Stops when the budget is exceeded, which limits the work.
+  /// Every chunk of a level whose band overlaps [low, high] (quantized isovalues), in file order;
+  /// of the blocks in `where` only. Stops when the budget is exceeded, which limits the work.
   Result<ChunkSelection> chunks_for(uint32_t level, float low, float high,
-                                    const ChunkBudget& budget = {},
-                                    NoWait* no_wait = nullptr) const;
+                                    const ChunkBudget& budget = {}, NoWait* no_wait = nullptr,
+                                    const BlockRange& where = {}) const;
 
   /// The same for these blocks, in the given order, bands ascending. Errors also: not_found.
   Result<ChunkSelection> chunks_for(std::span<const BlockKey> blocks, float low, float high,
@@ -144,11 +153,11 @@ class StoreFile {
   std::vector<PageRef> pages_;
   CoarseRange bootstrap_;
   std::string content_;
-  uint64_t directory_bytes_;
+  uint64_t max_directory_bytes_;
 
   mutable std::shared_mutex mutex_;
-  mutable StoreReader reader_;           // guarded by mutex_; its header never changes
-  mutable uint64_t resident_bytes_ = 0;  // guarded by mutex_
+  mutable StoreReader reader_;                        // guarded by mutex_; its header never changes
+  mutable std::atomic<uint64_t> resident_bytes_ = 0;  // written under mutex_
   mutable std::atomic<uint64_t> uses_ = 0;
   mutable std::vector<std::atomic<uint64_t>> last_use_;  // of each page, by uses_
 };

@@ -1,59 +1,16 @@
-// Draws the pictures of docs/PICTURES.md again: figures 4 and 7 of the paper and two isosurfaces, with
-// the present renderer. Measures nothing.
-import { copyFileSync } from "node:fs";
-import { join } from "node:path";
+// Draws the pictures of docs/PICTURES.md again, with the present renderer: figures of the paper, and
+// sheets that compare views with other programs. Measures nothing. ISOSPLAT_BENCH_PICTURES=engine draws
+// those whose names match.
 import type { Benchmark } from "./harness/benchmark.ts";
-import { root } from "./harness/paths.ts";
-import { flyingEdgesMesh, renderProgram } from "./harness/render.ts";
+import { drawFigures } from "./pictures/figures.ts";
+import { drawSheets } from "./pictures/sheets.ts";
 
-const folder = join(root, "docs/pictures");
-
-/** The name of a picture, the volume, and how `isosplat render` draws it. */
-const drawn: [string, string, string[]][] = [
-  ["figure_4_squares", "fuel.nhdr", ["--kind", "quad", "--unprojected"]],
-  ["figure_4_planes", "fuel.nhdr", ["--kind", "ellipse", "--unprojected"]],
-  ["figure_4_projected", "fuel.nhdr", ["--kind", "exact"]],
-  [
-    "engine_two_isosurfaces",
-    "engine.nhdr",
-    ["-i", "60.5,180.5", "--opacity", "0.35,1", "--colour", "d8d0c0,c8553d", "--zoom", "1.35"],
-  ],
-];
-
-const compared: [string, string, number][] = [
-  ["fuel", "fuel.nhdr", 20.5],
-  ["engine", "engine.nhdr", 60.5],
-  ["aneurysm", "aneurysm.nhdr", 40.5],
-];
+const wanted = new RegExp(process.env.ISOSPLAT_BENCH_PICTURES ?? "");
 
 export default {
   title: "pictures of the documents",
   async run(bench) {
-    for (const [name, file, options] of drawn) {
-      const volume = bench.volume(file);
-      if (!volume) continue;
-      const store = join(bench.folder, `${name}.isosplat`);
-      await bench.command(bench.isosplat, ["build", volume, "-o", store]);
-      const view = options.includes("-i")
-        ? ["--size", "800x700"]
-        : ["-i", "20.5", "--size", "480x400", "--zoom", "1.8", "--aliased"];
-      const picture = ["-o", join(folder, `${name}.png`)];
-      await bench.command(bench.isosplat, ["render", store, ...view, ...options, ...picture]);
-    }
-    for (const [name, file, isovalue] of compared) {
-      const volume = bench.volume(file);
-      const mesh = volume && (await flyingEdgesMesh(bench, volume, isovalue));
-      if (!mesh) continue;
-      const view = ["--size", "480", "--view", "front", "--kind"];
-      for (const kind of ["mesh", "exact"]) {
-        const options = ["--mesh", mesh, "--pictures", bench.folder, ...view, kind];
-        const program = renderProgram("isosplat_fidelity");
-        await bench.command(program, [volume, String(isovalue), ...options]);
-        copyFileSync(
-          join(bench.folder, `front-${kind}.png`),
-          join(folder, `figure_7_${name}_${kind}.png`),
-        );
-      }
-    }
+    await drawFigures(bench, wanted);
+    await drawSheets(bench, wanted);
   },
 } satisfies Benchmark;

@@ -1,4 +1,4 @@
-// npm run bench [-- NAME… | --list | --checksums]
+// npm run bench [-- NAME… | plot | --list | --checksums]
 //
 // Runs the benchmarks of this folder (NAME.bench.ts), prints a table, and adds rows to
 // results/NAME.csv. Names the inputs that are missing, and skips them. An input with another checksum
@@ -10,6 +10,7 @@ import { inspectMachine } from "./harness/machine.ts";
 import { isosplat, root } from "./harness/paths.ts";
 import { formatTable, reached, saveResults } from "./harness/results.ts";
 import { printChecksums } from "./harness/volumes.ts";
+import { drawPlots } from "./plot.ts";
 
 const folder = join(root, "tests/bench");
 const known = readdirSync(folder)
@@ -53,6 +54,10 @@ async function runOne(name: string): Promise<boolean> {
 const args = process.argv.slice(2);
 if (args.includes("--checksums")) {
   printChecksums();
+  process.exit(0);
+}
+if (args[0] === "plot") {
+  for (const file of await drawPlots()) console.log(`  drawn ${file}`);
   process.exit(0);
 }
 if (args.includes("--list")) {

@@ -1,23 +1,14 @@
 // Requests per second of the server's chunk route, and of nginx with the same bytes as files.
 import { spawnSync } from "node:child_process";
 import { mkdirSync, writeFileSync } from "node:fs";
-import { createServer } from "node:net";
 import { userInfo } from "node:os";
 import { join } from "node:path";
+import { freePort } from "../support/nginx.ts";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
 
 interface Load {
   requestsPerSecond: number;
   p99Ms: number;
-}
-
-async function freePort(): Promise<number> {
-  const server = createServer();
-  await new Promise<void>((resolve) => server.listen(0, "127.0.0.1", resolve));
-  const address = server.address();
-  await new Promise((resolve) => server.close(resolve));
-  if (address === null || typeof address === "string") throw new Error("no free port");
-  return address.port;
 }
 
 async function untilItAnswers(url: string): Promise<void> {

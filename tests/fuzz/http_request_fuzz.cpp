@@ -39,11 +39,12 @@ struct Site {
   }
   test::TemporaryFolder folder;
   test::KnownStore store = test::make_store(1, {70, 40, 40}, 200);
-  Catalog catalog{{folder.path()}, 1 << 20, [](std::string_view) {}};
+  Catalog catalog{{folder.path()}, [](std::string_view) {}};
+  mutable StorePool stores{{.stores = 1, .directory_bytes = 1 << 20}, [](std::string_view) {}};
   RouterLimits limits{.query_bytes = 5000, .query_chunks = 50, .target_bytes = 8192};
-  Router router{catalog, limits};  // for this machine
-  Router open{catalog, limits};    // for everyone
-  Router closed{catalog, limits};  // for those with a token or link, which no input has
+  Router router{catalog, stores, limits};  // for this machine
+  Router open{catalog, stores, limits};    // for everyone
+  Router closed{catalog, stores, limits};  // for those with a token or link, which no input has
 };
 
 void answer(const Router& router, const Request& request) {

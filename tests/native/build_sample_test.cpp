@@ -3,8 +3,9 @@
 #include <random>
 
 #include "native/builder/array_source.h"
-#include "native/builder/sample_volume.h"
-#include "native/builder/scan_volume.h"
+#include "native/builder/thread_executor.h"
+#include "shared/builder/sample_volume.h"
+#include "shared/builder/scan_volume.h"
 
 namespace isosplat {
 namespace {
@@ -18,8 +19,9 @@ VolumeSample noisy_sample(unsigned threads = 2) {
   std::vector<uint8_t> voxels(size_t{193} * 193 * 193);
   for (uint8_t& voxel : voxels) voxel = static_cast<uint8_t>(100 + random() % 32);
   ArraySource<uint8_t> source(grid, voxels);
-  const auto scan = scan_volume(source, threads, true, [](uint64_t) {});
-  return *sample_volume(source, *choose_quantization(source.header(), *scan), threads);
+  ThreadExecutor executor(threads);
+  const auto scan = scan_volume(source, executor, true, [](uint64_t) {});
+  return *sample_volume(source, *choose_quantization(source.header(), *scan), executor);
 }
 
 TEST(VolumeSample, DoesNotDependOnThreads) {

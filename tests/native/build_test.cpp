@@ -6,8 +6,8 @@
 #include <random>
 
 #include "native/builder/array_source.h"
-#include "native/builder/metadata.h"
 #include "native/builder/survey.h"
+#include "shared/builder/metadata.h"
 #include "shared/codec/chunk_codec.h"
 #include "shared/preprocess/quantization.h"
 #include "tests/native/brute_force.h"

@@ -86,6 +86,19 @@ TEST_F(CliPublish, WritesThePageTheCatalogAndTheStores) {
       << index;
 }
 
+TEST_F(CliPublish, StoresOfSubfoldersButNotThoseOfTheSite) {
+  std::filesystem::create_directory(stores / "ct");
+  std::filesystem::rename(stores / "two.isosplat", stores / "ct/two.isosplat");
+  for (int round = 0; round < 2; ++round) {  // the site is in the folder that is published
+    const Ended ended = publish({folder.path()});
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    ASSERT_EQ(catalog()["volumes"].size(), 2u) << ended.out;
+    EXPECT_EQ(catalog()["volumes"][0]["name"], "stores~ct~two");
+    EXPECT_TRUE(file_of(0).starts_with("stores/stores~ct~two-")) << file_of(0);
+    EXPECT_TRUE(std::filesystem::exists(site / file_of(0)));
+  }
+}
+
 TEST_F(CliPublish, PublishedAgainTheSiteGetsWhatIsNewAndKeepsTheRest) {
   ASSERT_EQ(publish({stores}).exit_code, 0);
   const std::string one = file_of(0), two = file_of(1);

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "tests/native/cli_program.h"
@@ -194,6 +195,54 @@ TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
             (std::vector<std::string>{"ball.isosplat", "ball.nrrd", "ball.ply", "none.ply"}));
 }
 
+TEST(Cli, WritesMeshes) {
+  const TempFolder folder;
+  ASSERT_EQ(run({"build", write_ball(folder, 40), "-q"}).exit_code, 0);
+  const std::string store = folder / "ball.isosplat";
+  const auto extract = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments{"extract", store, "-i", "100.5"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments);
+  };
+  for (const char* name : {"b.ply", "b.STL", "b.obj", "b.glb", "b.3mf"}) {
+    const Ended written = extract({"--mesh", "-o", folder / name});
+    EXPECT_EQ(written.exit_code, 0) << written.err;
+    EXPECT_NE(written.out.find(" triangles, "), std::string::npos) << written.out;
+    EXPECT_EQ(extract({"--mesh", "-o", folder / name}).exit_code, 0) << "it replaces its own kind";
+  }
+  EXPECT_EQ(extract({"--mesh", "-o", folder / "b.vtk"}).exit_code, 2);
+
+  const size_t all = read_file(folder / "b.glb").size();
+  const Ended simple =
+      extract({"--mesh", "--largest", "--simplify", "0.2", "-o", folder / "b.glb"});
+  EXPECT_EQ(simple.exit_code, 0) << simple.err;
+  EXPECT_NE(simple.err.find("1 of 1 components are kept"), std::string::npos) << simple.err;
+  EXPECT_NE(simple.err.find("simplified; the largest quadric error (root mean square) is 0."),
+            std::string::npos);
+  EXPECT_LT(read_file(folder / "b.glb").size(), all / 2);
+
+  // The file names the store, whose name need not be UTF-8.
+  const std::string latin1 = folder / "b\xe9.isosplat";
+  std::filesystem::copy_file(store, latin1);
+  for (const char* isovalue : {"100.5", "-3.5"}) {
+    const Ended written =
+        run({"extract", latin1, "-i", isovalue, "--mesh", "-o", folder / "latin1.glb"});
+    EXPECT_EQ(written.exit_code, 0) << written.err;
+    const std::string glb = read_file(folder / "latin1.glb");
+    EXPECT_NE(glb.find("b\xef\xbf\xbd.isosplat"), std::string::npos) << "U+FFFD";
+  }
+
+  for (const std::vector<std::string>& wrong : {std::vector<std::string>{"--largest"},
+                                                {"--simplify", "1"},
+                                                {"--mesh", "--simplify", "0"},
+                                                {"--mesh", "--components", "0"},
+                                                {"--mesh", "--components", "2", "--largest"}}) {
+    const Ended refused = extract(wrong);
+    EXPECT_EQ(refused.exit_code, 2) << refused.err;
+    EXPECT_FALSE(refused.err.empty());
+  }
+}
+
 TEST(Cli, ReadsRawVolumesAndReportsNumbersThatAreNotFinite) {
   const TempFolder folder;
   std::vector<float> values(20 * 20 * 20, 1);
@@ -362,6 +411,35 @@ TEST(Cli, SignLinkPrintsAnAddress) {
   EXPECT_TRUE(link.out.starts_with("https://a.example/volumes/?volume=head-1&exp=")) << link.out;
   const std::string signature = link.out.substr(link.out.find("&sig=") + 5);
   EXPECT_EQ(signature.size(), 65u) << link.out;
+  // A store of a subfolder: by its name, or by its path and the folder that is served.
+  const std::string stores = folder / "stores";
+  for (const char* const name : {"ct", "Müller", "Möller"}) {
+    std::filesystem::create_directories(folder.path() / "stores" / name);
+    write_file(stores + "/" + name + "/head 1.isosplat", "");
+  }
+  for (const std::vector<std::string>& volume : std::vector<std::vector<std::string>>{
+           {"ct~head-1"}, {stores + "/ct/head 1.isosplat", "--folder", stores + "/"}}) {
+    std::vector<std::string> arguments = {"sign-link", "--link-key-file", key};
+    arguments.insert(arguments.end(), volume.begin(), volume.end());
+    const Ended below = run(arguments);
+    EXPECT_NE(below.out.find("/?volume=ct~head-1&exp="), std::string::npos)
+        << below.out << below.err;
+  }
+  // Folders whose names have other characters.
+  std::set<std::string> names;
+  for (const char* const name : {"Müller", "Möller"}) {
+    const Ended other = run({"sign-link", stores + "/" + name + "/head 1.isosplat", "--folder",
+                             stores, "--link-key-file", key});
+    EXPECT_NE(other.out.find("?volume=M-ller-"), std::string::npos) << other.out << other.err;
+    names.insert(other.out.substr(0, other.out.find("&exp=")));
+  }
+  EXPECT_EQ(names.size(), 2u);
+  for (const std::string& missing :
+       {stores + "/../other/head.isosplat", stores + "/ct/foot.isosplat"}) {
+    const Ended refused = run({"sign-link", missing, "--folder", stores, "--link-key-file", key});
+    EXPECT_EQ(refused.exit_code, 2) << missing;
+    EXPECT_NE(refused.err.find("--folder"), std::string::npos) << refused.err;
+  }
   write_file(key, "short");
   EXPECT_EQ(run({"sign-link", "head", "--link-key-file", key}).exit_code, 2);
   EXPECT_EQ(run({"sign-link", "head", "--link-key-file", folder / "none"}).exit_code, 1);

@@ -4,7 +4,7 @@
 #include <xxhash.h>
 
 #include "native/demo/demo_volumes.h"
-#include "native/demo/portable_math.h"
+#include "shared/base/portable_math.h"
 
 namespace isosplat {
 namespace {
@@ -73,6 +73,8 @@ TEST(Demo, PortableMathAgreesWithTheLibrary) {
     EXPECT_NEAR(portable::sin(x), std::sin(x), 1e-12);
     EXPECT_NEAR(portable::cos(x), std::cos(x), 1e-12);
     EXPECT_NEAR(portable::log(std::exp(x)), x, 1e-12);
+    EXPECT_NEAR(portable::log2(std::exp2(x)), x, 1e-12);
+    EXPECT_NEAR(portable::pow(1.7, x) / std::pow(1.7, x), 1, 1e-12);
   }
 }
 

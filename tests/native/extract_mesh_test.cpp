@@ -193,7 +193,7 @@ TEST_F(ExtractMesh, PlyFilesHaveVerticesAndFaces) {
 TEST_F(ExtractMesh, StlFilesHaveEachTrianglesCorners) {
   open({.voxels = kVoxels});
   const auto path = folder_.path() / "ball.stl";
-  auto file = StlFile::create(path, "solid rock");
+  auto file = StlFile::create(path, grid_, "solid rock");
   ASSERT_TRUE(file);
   const auto counts = extract_mesh(*store_, kIsovalue, {},
                                    [&](const MeshPart& part) { return file->append(part); });
@@ -220,7 +220,7 @@ TEST_F(ExtractMesh, StlFilesHaveEachTrianglesCorners) {
 TEST_F(ExtractMesh, ObjFilesCountFromOne) {
   open({.voxels = kVoxels});
   const auto path = folder_.path() / "ball.obj";
-  auto file = ObjFile::create(path, "a ball");
+  auto file = ObjFile::create(path, grid_, "a ball");
   ASSERT_TRUE(file);
   const auto counts = extract_mesh(*store_, kIsovalue, {},
                                    [&](const MeshPart& part) { return file->append(part); });

@@ -10,6 +10,7 @@
 
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
+#include "native/headless/offscreen_target.h"
 #include "native/headless/ray_caster.h"
 #include "tests/native/test_volume.h"
 
@@ -532,23 +533,12 @@ TEST_F(RenderGpu, StillViewsNeedNoRedrawAndChangesDo) {
   EXPECT_TRUE(renderer_->needs_redraw(64, 64));
 }
 
-// The mean of pictures that are shifted by fractions of a pixel equals a much larger picture,
-// reduced.
 TEST_F(RenderGpu, WarmingUpChangesNoPicture) {
   const TestVolume volume = sphere_volume({40, 40, 40});
-  GLuint framebuffer = 0, colour = 0;
-  glGenFramebuffers(1, &framebuffer);
-  glGenRenderbuffers(1, &colour);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glBindRenderbuffer(GL_RENDERBUFFER, colour);
-  glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, 1, 1);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour);
   auto warmed = std::move(*Renderer::create());
   while (!warmed->is_compiled()) std::this_thread::yield();
-  ASSERT_TRUE(warmed->warm_up(framebuffer));
+  ASSERT_TRUE(warmed->warm_up(OffscreenTarget(1, 1).framebuffer()));
   EXPECT_EQ(glGetError(), GLenum{GL_NO_ERROR});
-  glDeleteFramebuffers(1, &framebuffer);
-  glDeleteRenderbuffers(1, &colour);
   std::vector<uint8_t> pictures[2];
   int i = 0;
   for (Renderer* renderer : {renderer_.get(), warmed.get()}) {
@@ -560,6 +550,8 @@ TEST_F(RenderGpu, WarmingUpChangesNoPicture) {
   EXPECT_EQ(pictures[0], pictures[1]);
 }
 
+// The mean of pictures that are shifted by fractions of a pixel equals a much larger picture,
+// reduced.
 TEST_F(RenderGpu, RefiningSmoothsEdges) {
   const TestVolume volume = sphere_volume({20, 20, 20});
   show_volume(*renderer_, volume, 500, 500);

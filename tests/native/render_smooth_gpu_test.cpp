@@ -1,5 +1,6 @@
 // Smooth normals, against the core's sums of gradients, and across cells, chunks, blocks and
 // levels. Thresholds are stated at each comparison.
+#include <GLES3/gl3.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
+#include "native/headless/offscreen_target.h"
 #include "shared/sampling/smooth_gradients.h"
 #include "tests/native/test_volume.h"
 
@@ -66,10 +68,11 @@ class RenderSmoothGpu : public ::testing::Test {
     uint32_t isosurface = 0;
     double depth = 0;
   };
-  std::vector<Pixel> draw() {
+  /// is_still: of the last picture of draw_still(), else of draw().
+  std::vector<Pixel> draw(bool is_still = false) {
     renderer_->set_settings(settings_);
     renderer_->set_camera(camera_);
-    EXPECT_TRUE(draw_image(*renderer_, kSize, kSize));
+    EXPECT_TRUE(draw_image(*renderer_, kSize, kSize, nullptr, is_still));
     const auto pixels = renderer_->read_surface().value();
     const CameraFrame frame = camera_frame(camera_);
     std::vector<Pixel> result(pixels.size());
@@ -87,6 +90,17 @@ class RenderSmoothGpu : public ::testing::Test {
                    from.isosurface, double(from.depth)};
     }
     return result;
+  }
+
+  /// The mean of the first two still pictures.
+  std::vector<uint8_t> refined_once() {
+    const OffscreenTarget target(kSize, kSize);
+    EXPECT_TRUE(renderer_->draw(kSize, kSize, target.framebuffer()));
+    EXPECT_TRUE(renderer_->refine(kSize, kSize, target.framebuffer()));
+    std::vector<uint8_t> pixels(size_t{4} * kSize * kSize);
+    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer());
+    glReadPixels(0, 0, kSize, kSize, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+    return pixels;
   }
 
   /// Looks at the surface near a point from this distance.
@@ -281,27 +295,71 @@ TEST_F(RenderSmoothGpu, TranslucentSurfacesAreSmooth) {
   EXPECT_NE(picture({behind, before}, Shading::smooth), picture({behind, before}, Shading::exact));
 }
 
-// Cells below 3 px keep their own normals, at no cost; those of 4 px and more are smooth. Points
-// and triangles give the same normals, to 0.05° for all but 1 in 1000 pixels.
+// draw() leaves cells below 3 px their own normals, and smooths those of 4 px and more. Still
+// pictures do so below half a pixel, and from one pixel on.
 TEST_F(RenderSmoothGpu, AppliesToCellsThatAreLargeEnough) {
   const TestVolume volume = sphere_volume({70, 70, 70});
   show_volume(*renderer_, volume, 2500, 2500);
   settings_.isosurfaces = {{2500, {1, 1, 1}, 1}};
   const double focal_px = 0.5 * kSize / camera_frame(camera_).tan_half_field_of_view;
-  const auto differing = [&](double px_per_cell) {
+  const auto differing = [&](double px_per_cell, bool is_still) {
     look_at({34.5, 34.5, 34.5}, focal_px / px_per_cell);
     settings_.shading = Shading::exact;
-    const auto exact = draw();
+    const auto exact = draw(is_still);
     settings_.shading = Shading::smooth;
-    const auto smooth = draw();
+    const auto smooth = draw(is_still);
     int count = 0;
     for (size_t i = 0; i < exact.size(); ++i) {
       count += exact[i].hit && angle(exact[i].normal, smooth[i].normal) > 0.05;
     }
     return count;
   };
-  EXPECT_EQ(differing(2.5), 0);
-  EXPECT_GT(differing(4.5), 2000);
+  EXPECT_EQ(differing(2.5, false), 0);
+  EXPECT_GT(differing(4.5, false), 2000);
+  EXPECT_EQ(differing(0.35, true), 0);
+  EXPECT_GT(differing(1.2, true), 500);
+}
+
+// The mean of still pictures begins with the picture that draw() has left: cells below 3 px become
+// smooth in it as well. Then the mean of two is near that of all eight.
+TEST_F(RenderSmoothGpu, FirstStillPictureIsSmooth) {
+  const TestVolume volume = marschner_lobb();
+  show_volume(*renderer_, volume, 5000, 5000);
+  settings_.isosurfaces = {{5000, {0.8f, 0.8f, 0.8f}, 1}};
+  settings_.light.occlusion = settings_.light.shadow = 0;  // which differ from picture to picture
+  camera_.elevation = 60;
+  const double focal_px = 0.5 * kSize / camera_frame(camera_).tan_half_field_of_view;
+  look_at({20, 20, 20}, focal_px / 2.8);
+  const auto draw_two = [&](Shading shading) {
+    settings_.shading = shading;
+    renderer_->set_settings(settings_);
+    renderer_->set_camera(camera_);
+    return refined_once();
+  };
+  const auto exact = draw_two(Shading::exact), smooth = draw_two(Shading::smooth);
+  EXPECT_TRUE(renderer_->can_refine(kSize, kSize));
+  const Image all = draw_image(*renderer_, kSize, kSize, nullptr, true).value();
+  const auto pixels = renderer_->read_surface().value();
+  const auto difference = [&](const std::vector<uint8_t>& two) {
+    double sum = 0, count = 0;
+    for (size_t y = 1; y + 1 < kSize; ++y) {
+      for (size_t x = 1; x + 1 < kSize; ++x) {
+        const auto is_beside = [&](size_t i) {
+          return pixels[i].hit && std::abs(pixels[i].depth - pixels[y * kSize + x].depth) < 1;
+        };
+        const size_t i = y * kSize + x;
+        if (!is_beside(i) || !is_beside(i - 1) || !is_beside(i + 1) || !is_beside(i - kSize) ||
+            !is_beside(i + kSize)) {
+          continue;  // edges differ as well
+        }
+        sum += std::abs(two[4 * i] - all.at(int(x), int(kSize - 1 - y))[0]);
+        ++count;
+      }
+    }
+    EXPECT_GT(count, 2000);
+    return sum / count;
+  };
+  EXPECT_LT(difference(smooth), 0.2 * difference(exact));
 }
 
 // A coarse chunk that is hidden right behind fine cells below 3 px, and whose cells are larger,

@@ -97,6 +97,36 @@ TEST_F(Access, TokensAdmitToTheirVolumes) {
   }
 }
 
+TEST(AccessRules, PatternsStayWithinAFolder) {
+  struct Case {
+    std::string pattern;
+    std::vector<std::string> admitted, refused;
+  };
+  for (const Case& each : std::vector<Case>{
+           {"*", {"a", "ct~a", "ct~x~a"}, {}},
+           {"demo-*", {"demo-a", "demo-"}, {"demo-internal~a", "demo-x~y~a", "demo", "x~demo-a"}},
+           {"demo-?", {"demo-a"}, {"demo-~a", "demo-~", "demo-ab"}},
+           {"ct?a", {"ct-a"}, {"ct~a"}},
+           {"[!x]t[~]a", {}, {"ct~a"}},
+           {"ct~*", {"ct~a", "ct~x~a"}, {"ct", "ctx~a", "x~ct~a"}},
+           {"ct~x~*", {"ct~x~a", "ct~x~y~a"}, {"ct~a", "ct~y~a", "ct~xx~a"}},
+           {"ct~a", {"ct~a"}, {"ct~a~b", "ct~ab", "a"}},
+           {"ct~a*", {"ct~a", "ct~ab"}, {"ct~a~b", "ct~ab~a"}},
+           {"*~*", {"ct~a", "ct~x~a"}, {"a"}},
+           {"demo-*~*", {"demo-1~a", "demo-2~x~a"}, {"demo-a", "x~demo-1~a"}},
+           {"*~a", {"ct~a"}, {"a", "ct~x~a"}}}) {
+    auto rules = std::make_shared<AccessRules>();
+    ASSERT_TRUE(rules->add_lines("anyone " + each.pattern + "\n"));
+    const Grant grant = AccessRules::grant(rules, {}, 0);
+    for (const std::string& name : each.admitted) {
+      EXPECT_TRUE(grant.may_read(name, "/stores")) << each.pattern << " " << name;
+    }
+    for (const std::string& name : each.refused) {
+      EXPECT_FALSE(grant.may_read(name, "/stores")) << each.pattern << " " << name;
+    }
+  }
+}
+
 TEST_F(Access, AVolumeWithoutPermissionIsNotFound) {
   start();
   const std::string content = beta.content;

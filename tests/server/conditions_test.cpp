@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "server/catalog.h"
 #include "server/message.h"
+#include "server/volume_names.h"
 
 namespace isosplat {
 namespace {

@@ -77,9 +77,11 @@ TEST_F(Monitoring, CountsRequestsByRouteAndStatus) {
   EXPECT_TRUE(second.is_closed());
 
   std::map<std::string, double> found;
-  EXPECT_TRUE(eventually([&] {  // until the closed connection is no longer counted
+  // Until the closed connection is no longer counted, and all headers were read.
+  EXPECT_TRUE(eventually([&] {
     found = samples(client);
-    return found["isosplat_connections_open"] == 1;
+    return found["isosplat_connections_open"] == 1 &&
+           found[R"(isosplat_stores{state="unread"})"] == 0;
   }));
   const std::string requests = "isosplat_http_requests_total";
   EXPECT_EQ(found[requests + R"({route="/v1/volumes/{name}",status="200"})"], 3);
@@ -95,6 +97,8 @@ TEST_F(Monitoring, CountsRequestsByRouteAndStatus) {
   EXPECT_EQ(found["isosplat_connections_refused_total"], 0);
   EXPECT_EQ(found[R"(isosplat_stores{state="served"})"], 1);
   EXPECT_EQ(found[R"(isosplat_stores{state="broken"})"], 1);
+  EXPECT_EQ(found["isosplat_stores_open"], 1);
+  EXPECT_EQ(found["isosplat_stores_opened_total"], 1);
   EXPECT_EQ(found["isosplat_faults_total"], 0);
   EXPECT_GT(found[R"(isosplat_reads_total{from="memory"})"] +
                 found[R"(isosplat_reads_total{from="disk"})"],

@@ -1,7 +1,9 @@
 // The page's files: types, encodings, caching, and that nothing outside the folder is reachable.
 
 #include <gtest/gtest.h>
+
 #include <zlib.h>
+#include <algorithm>
 
 #include <filesystem>
 
@@ -70,6 +72,32 @@ TEST_F(Page, IndexIsRevalidated) {
     EXPECT_EQ(again.header("etag"), answer.header("etag"));
     EXPECT_EQ(again.header("vary"), "Accept-Encoding");
   }
+}
+
+TEST_F(Page, ScriptsRunInPagesOfTheOriginsThatMayReadData) {
+  options.cross_origin = *parse_cross_origin("https://a.example");
+  start();
+  const char* const url = "/assets/plain.js";
+  const Answer listed = get(port(), url, "Origin: https://a.example\r\n");
+  EXPECT_EQ(listed.header("access-control-allow-origin"), "https://a.example");
+  EXPECT_EQ(listed.header("cross-origin-resource-policy"), "cross-origin");
+  // A cache that holds a response without the field must not give it to the other page.
+  const auto varies = [](const Answer& answer, const char* by) {
+    const std::pair<const std::string, std::string> field("vary", by);
+    return std::ranges::count(answer.headers, field) == 1;
+  };
+  EXPECT_TRUE(varies(listed, "Origin") && varies(listed, "Accept-Encoding"));
+  const Answer other = get(port(), url, "Origin: https://c.example\r\n");
+  EXPECT_EQ(other.header("access-control-allow-origin"), "");
+  EXPECT_TRUE(varies(other, "Origin") && varies(other, "Accept-Encoding"));
+}
+
+TEST_F(Page, ScriptsRunInEveryPageIfEveryPageMayReadData) {
+  options.cross_origin = *parse_cross_origin("*");
+  start();
+  const Answer answer = get(port(), "/assets/plain.js", "Origin: https://c.example\r\n");
+  EXPECT_EQ(answer.header("access-control-allow-origin"), "*");
+  EXPECT_EQ(answer.header("vary"), "Accept-Encoding");
 }
 
 TEST_F(Page, NamesTheVolumesFirstBytes) {

@@ -8,10 +8,12 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <condition_variable>
 #include <mutex>
 #include <string>
+#include <thread>
 
 #include "tests/server/server_fixture.h"
 
@@ -31,9 +33,15 @@ class Gate {
   void pass() {
     std::unique_lock lock(mutex_);
     ++waiting_;
+    ++reads_;
     changed_.notify_all();
     changed_.wait(lock, [this] { return is_open_; });
     --waiting_;
+  }
+  /// How many reads came so far.
+  int reads() {
+    const std::lock_guard lock(mutex_);
+    return reads_;
   }
   /// Waits until as many reads wait.
   void await(int reads) {
@@ -46,6 +54,7 @@ class Gate {
   std::condition_variable changed_;
   bool is_open_ = true;  // guarded by mutex_
   int waiting_ = 0;      // guarded by mutex_
+  int reads_ = 0;        // guarded by mutex_
 };
 
 Gate& gate() {
@@ -94,6 +103,16 @@ class SlowDisk : public ServerTest {
   std::string slow_content(const std::string& rest) const {
     return "/v1/volumes/slow/" + slow.content + "/" + rest;
   }
+  /// Starts the server, and opens both stores: later requests read chunks and pages only.
+  void start_with_open_stores() {
+    start();
+    for (const char* const name : {"alpha", "slow"}) {
+      EXPECT_EQ(get(port(), std::string("/v1/volumes/") + name).status, 200);
+    }
+  }
+  bool has_metric(const std::string& line) const {
+    return get(port(), "/metrics").body.find("\n" + line + "\n") != std::string::npos;
+  }
   static std::string request_for(const std::string& target) {
     return "GET " + target + " HTTP/1.1\r\nHost: localhost\r\n\r\n";
   }
@@ -108,7 +127,7 @@ class SlowDisk : public ServerTest {
 };
 
 TEST_F(SlowDisk, DelaysOnlyWhoReadsFromIt) {
-  start();
+  start_with_open_stores();
   gate().close();
   Client waiting(port());
   waiting.send(request_for(slow_content("chunks/" + place_of(chunk_of(slow)))));
@@ -126,7 +145,7 @@ TEST_F(SlowDisk, DelaysOnlyWhoReadsFromIt) {
 }
 
 TEST_F(SlowDisk, ManyReadersWaitInTheQueue) {
-  start();
+  start_with_open_stores();
   gate().close();
   std::vector<Client> waiting;
   for (int i = 0; i < 20; ++i) {
@@ -154,9 +173,25 @@ TEST_F(SlowDisk, HasTheSameAnswersByEveryRoute) {
   EXPECT_EQ(get(port(), slow_content("chunks/0/0.0.0/99")).status, 404);
 }
 
+TEST_F(SlowDisk, OpeningAStoreDelaysNobodyElse) {
+  start();
+  EXPECT_EQ(get(port(), "/v1/volumes/alpha").status, 200);
+  ASSERT_TRUE(eventually([&] { return log_mentions("volume slow: "); }));
+  gate().close();
+  // Its header is read when somebody asks for it.
+  Client waiting(port());
+  waiting.send(request_for(slow_content("header")));
+  gate().await(1);
+  EXPECT_EQ(get(port(), content("header")).status, 200);
+  EXPECT_EQ(get(port(), "/v1/volumes").status, 200) << "what lists say is in memory";
+  EXPECT_EQ(get(port(), "/v1/volumes?query=test%207").status, 200);
+  gate().open();
+  EXPECT_EQ(waiting.receive().status, 200);
+}
+
 TEST_F(SlowDisk, AStopWaitsForItsReads) {
   options.limits.stop_time = std::chrono::seconds(60);
-  start();
+  start_with_open_stores();
   gate().close();
   Client waiting(port());
   waiting.send(request_for(slow_content("chunks/" + place_of(chunk_of(slow)))));
@@ -167,8 +202,52 @@ TEST_F(SlowDisk, AStopWaitsForItsReads) {
   server->wait();
 }
 
+TEST_F(SlowDisk, AStopDropsWhatIsQueued) {
+  options.limits.stop_time = std::chrono::milliseconds(50);
+  start_with_open_stores();
+  const std::string target = slow_content("chunks/" + place_of(chunk_of(slow)));
+  EXPECT_EQ(get(port(), target).status, 200) << "its directory page is in memory";
+  gate().close();
+  const int before = gate().reads();
+  std::vector<Client> waiting;
+  for (int i = 0; i < 20; ++i) {
+    waiting.emplace_back(port());
+    waiting.back().send(request_for(target));
+  }
+  ASSERT_TRUE(eventually([&] { return has_metric("isosplat_disk_reads_waiting 20"); }));
+  server->stop();
+  for (Client& client : waiting) EXPECT_TRUE(client.is_closed());
+  gate().open();
+  server->wait();
+  EXPECT_EQ(gate().reads() - before, 2) << "those that had begun";
+}
+
+TEST_F(SlowDisk, ComputationsAreRefusedWhenManyWait) {
+  options.limits.waiting_computations = 0;
+  start_with_open_stores();
+  const std::string target = slow_content("samples?isovalue=0");
+  gate().close();
+  std::vector<Client> computing;
+  for (uint32_t i = 0; i < std::max(1u, std::thread::hardware_concurrency() / 2); ++i) {
+    computing.emplace_back(port());
+    computing.back().send(request_for(target));
+    const std::string number = std::to_string(i + 1);
+    ASSERT_TRUE(eventually([&] { return has_metric("isosplat_computations_waiting " + number); }));
+  }
+  for (const char* method : {"GET", "HEAD"}) {
+    const Answer refused = Client(port()).request(method, target);
+    EXPECT_EQ(refused.status, 503) << method;
+    EXPECT_EQ(refused.header("retry-after"), "1");
+    EXPECT_EQ(refused.body.find("busy") == std::string::npos, method == std::string("HEAD"));
+  }
+  EXPECT_EQ(get(port(), content("chunks/" + place_of(chunk_of(alpha)))).status, 200);
+  gate().open();
+  for (Client& client : computing) EXPECT_NE(client.receive().status, 503);
+  EXPECT_TRUE(eventually([&] { return get(port(), target).status != 503; }));
+}
+
 TEST_F(SlowDisk, AClientThatLeavesIsNotMissed) {
-  start();
+  start_with_open_stores();
   gate().close();
   {
     Client leaving(port());

@@ -61,13 +61,18 @@ TEST_F(Stores, AStoreOverwrittenInPlaceIsNotServed) {
   start();
   const KnownChunk& chunk = alpha.chunks.front();
   EXPECT_EQ(get(port(), content("chunks/" + place_of(chunk))).status, 200);
-  std::ofstream(folder.path() / "alpha.isosplat", std::ios::binary | std::ios::app) << "more";
+  std::ofstream file(folder.path() / "alpha.isosplat", std::ios::binary | std::ios::app);
+  file << "more" << std::flush;
   for (const std::string& rest :
        {"chunks/" + place_of(chunk), std::string("file"), std::string("pages/0")}) {
     const Answer answer = get(port(), content(rest));
     EXPECT_EQ(answer.status, 500) << rest;
     EXPECT_NE(answer.body.find("changed after it was opened"), std::string::npos) << answer.body;
   }
+  // When its writer closes it, the server looks at it again.
+  file.close();
+  EXPECT_TRUE(eventually([&] { return volume("alpha").contains("error"); }));
+  EXPECT_EQ(volume("alpha")["error"]["status"], "malformed_header");
 }
 
 TEST_F(Stores, BrokenStoresAreListedWithTheirError) {

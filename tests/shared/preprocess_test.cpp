@@ -28,6 +28,7 @@ class Noise : public ::testing::TestWithParam<uint8_t> {
     layer_.bits = GetParam();
     layer_.voxels = GetParam() == 8 ? reinterpret_cast<const std::byte*>(bytes_.data())
                                     : reinterpret_cast<const std::byte*>(quantized_values_.data());
+    layer_.voxel_box = voxel_slices(layer_.grid, 0, kVoxels.z);
   }
 
   static constexpr Index3 kVoxels{75, 70, 68};
@@ -84,7 +85,8 @@ TEST_P(Noise, ACoarserLevelAveragesVoxelsAndUnitesIntervals) {
                                 static_cast<size_t>(grid.cells.z + 1));
   std::vector<std::byte> intervals(interval_slice_bytes(grid, GetParam()) *
                                    static_cast<size_t>(grid.cells.z));
-  const CoarserLayer coarser{grid, voxels.data(), 0, intervals.data(), 0};
+  const CoarserLayer coarser{grid, voxels.data(), voxel_slices(grid, 0, grid.cells.z + 1),
+                             intervals.data(), cell_slices(grid, 0, grid.cells.z)};
   GatheredBlock block;
   for (int32_t b = 0; b < 8; ++b) {
     gather_block(layer_, {b & 1, b >> 1 & 1, b >> 2}, block);

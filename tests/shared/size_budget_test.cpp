@@ -29,6 +29,7 @@ VolumeSample noisy_sample() {
     layer.grid = level_grid({193, 193, 5}, 0);
     layer.bits = 8;
     layer.voxels = reinterpret_cast<const std::byte*>(quantized_values.data());
+    layer.voxel_box = voxel_slices(layer.grid, 0, 5);
     for (int32_t block = 0; block < 9; ++block) {
       sample.columns.push_back(sample_column(layer, {block % 3, block / 3, 0}, scratch));
     }

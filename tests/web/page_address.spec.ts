@@ -1,5 +1,6 @@
 // When the address bar is brought up to date.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { defaultParts } from "../../web/overlay/parts.ts";
 import { AddressBar } from "../../web/page/page_address.ts";
 import { defaultLook } from "../../web/viewer/types.ts";
 
@@ -27,6 +28,7 @@ it("is written once, with what is shown last, when nothing changes any more", ()
       look: defaultLook,
       isThemeBackground: true,
       clip: { low: [0, 0, 0], high: [1, 1, 1], planes: [] },
+      show: defaultParts,
       camera: undefined,
     }),
     () => pending.push(bar.isPending),

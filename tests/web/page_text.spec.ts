@@ -8,8 +8,9 @@ import {
 } from "../../web/page/format.ts";
 import { isovalueScale, roundStep, roundToScale } from "../../web/page/isovalue_scale.ts";
 import { levelText, stateText } from "../../web/page/status_text.ts";
-import { surfacesAt, withAddedSurface } from "../../web/page/surfaces.ts";
+import { withAddedSurface } from "../../web/page/surfaces.ts";
 import type { Progress } from "../../web/stream/types.ts";
+import { surfacesAt } from "../../web/viewer/surfaces.ts";
 import { completeText } from "../support/complete_text.ts";
 
 describe("numbers for people", () => {

@@ -7,6 +7,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
+import { type RunningServer, serve } from "../browser/support/server.ts";
 import { freePort, hasNginx } from "../support/nginx.ts";
 
 const root = fileURLToPath(new URL("../..", import.meta.url));
@@ -22,7 +23,8 @@ interface Answer {
 describe.skipIf(!hasNginx || !hasOpenssl)("behind nginx, over HTTP/2", () => {
   const folder = mkdtempSync(join(tmpdir(), "isosplat-proxy-"));
   const log = join(folder, "access.log");
-  const children: ChildProcess[] = [];
+  let server: RunningServer;
+  let proxy: ChildProcess | undefined;
   let session: ClientHttp2Session;
   let content = "";
   let secret = "";
@@ -47,15 +49,13 @@ describe.skipIf(!hasNginx || !hasOpenssl)("behind nginx, over HTTP/2", () => {
     copyFileSync(store, join(folder, "open.isosplat"));
     copyFileSync(store, join(folder, "closed.isosplat"));
     writeFileSync(join(folder, "tokens"), `anyone open\n${token} *\n`);
-    const [port, behind] = [await freePort(), await freePort()];
+    const port = await freePort();
     // biome-ignore format: options with their values
-    const server = spawn(join(root, "build/release/native/cli/isosplat"), [
-      "serve", folder, "--port", String(behind), "--allow-host", "volumes.example",
-      "--connections-per-address", "0", "--token-file", join(folder, "tokens"),
-      "--access-log", log, "--log-format", "json",
-    ], { stdio: ["ignore", "pipe", "ignore"] });
-    children.push(server);
-    await once(server.stdout, "data");
+    server = await serve([folder], 0, [
+      "--allow-host", "volumes.example", "--connections-per-address", "0",
+      "--token-file", join(folder, "tokens"), "--access-log", log, "--log-format", "json",
+    ]);
+    const behind = new URL(server.url).port;
 
     // biome-ignore format: options with their values
     execFileSync("openssl", [
@@ -84,10 +84,10 @@ describe.skipIf(!hasNginx || !hasOpenssl)("behind nginx, over HTTP/2", () => {
     );
     writeFileSync(join(folder, "errors"), "");
     // biome-ignore format: options with their values
-    const proxy = spawn("/usr/sbin/nginx", [
+    const started = spawn("/usr/sbin/nginx", [
       "-p", folder, "-c", join(folder, "nginx.conf"), "-e", join(folder, "errors"),
     ], { stdio: "ignore" });
-    children.push(proxy);
+    proxy = started;
     for (let attempt = 0; ; ++attempt) {
       session = connect(`https://volumes.example:${port}`, {
         lookup: (_name, _options, found) => found(null, [{ address: "127.0.0.1", family: 4 }]),
@@ -98,7 +98,7 @@ describe.skipIf(!hasNginx || !hasOpenssl)("behind nginx, over HTTP/2", () => {
         once(session, "error").then(() => false),
       ]).catch(() => false);
       if (isOpen) break;
-      if (attempt === 200 || proxy.exitCode !== null) {
+      if (attempt === 200 || started.exitCode !== null) {
         throw new Error(`nginx did not start: ${readFileSync(join(folder, "errors"), "utf8")}`);
       }
       await new Promise((next) => setTimeout(next, 50));
@@ -110,11 +110,11 @@ describe.skipIf(!hasNginx || !hasOpenssl)("behind nginx, over HTTP/2", () => {
 
   afterAll(async () => {
     session?.destroy();
-    for (const child of children) {
-      if (child.exitCode !== null) continue;
-      child.kill("SIGTERM");
-      await once(child, "exit");
+    if (proxy?.exitCode === null) {
+      proxy.kill("SIGTERM");
+      await once(proxy, "exit");
     }
+    await server?.stop();
     rmSync(folder, { recursive: true, force: true });
   });
 

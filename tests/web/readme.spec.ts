@@ -51,7 +51,9 @@ describe("the README's commands", () => {
   const serving = commands.filter(([name]) => name === "view" || name === "serve");
 
   it("are there", () => {
-    expect(finite.map(([name]) => name)).toEqual(["build", "info", "publish", "extract", "render"]);
+    expect(new Set(finite.map(([name]) => name))).toEqual(
+      new Set(["build", "info", "publish", "extract", "render"]),
+    );
     expect(serving.map(([name]) => name)).toEqual(["view", "serve"]);
   });
 

@@ -21,6 +21,7 @@ const everything: UrlState = {
   colourMap: "magma",
   background: "#102030",
   eyeDome: 0.25,
+  show: new Set(["axes", "box"]),
   light: {
     azimuth: 60,
     elevation: -12.5,

@@ -108,12 +108,46 @@ export function readInfo(record: Uint8Array, metadata: Uint8Array): StoreInfo {
   };
 }
 
-/** A store opens even if its metadata is not JSON: nothing but texts depends on it. */
-function parseMetadata(bytes: Uint8Array): StoreMetadata {
+/**
+ * Reads the metadata of a store, which may be of any origin. A store opens even if they are not JSON:
+ * nothing but texts depends on them. Known fields of another form are left out.
+ */
+export function parseMetadata(bytes: Uint8Array): StoreMetadata {
+  let parsed: unknown;
   try {
-    const parsed: unknown = JSON.parse(new TextDecoder().decode(bytes));
-    return typeof parsed === "object" && parsed !== null ? (parsed as StoreMetadata) : {};
+    parsed = JSON.parse(new TextDecoder().decode(bytes));
   } catch {
     return {};
   }
+  if (!isObject(parsed)) return {};
+  const isValid = ([name, value]: [string, unknown]) => metadataForms.get(name)?.(value) ?? true;
+  return Object.fromEntries(Object.entries(parsed).filter(isValid));
 }
+
+const isNumber = (value: unknown): value is number => Number.isFinite(value);
+const isText = (value: unknown): value is string => typeof value === "string";
+const isObject = (value: unknown): value is Record<string, unknown> =>
+  typeof value === "object" && value !== null && !Array.isArray(value);
+const isListOf = (value: unknown, isItem: (item: unknown) => boolean): boolean =>
+  Array.isArray(value) && value.every(isItem);
+
+/** More bins than any store has would be too many for the arguments of Math.max. */
+const mostBins = 10_000;
+
+function isBins(value: unknown): boolean {
+  if (!isObject(value) || !isListOf(value.counts, (n) => isNumber(n) && n >= 0)) return false;
+  const { low, high, counts } = value;
+  const { length } = counts as number[];
+  return isNumber(low) && isNumber(high) && low < high && length > 0 && length <= mostBins;
+}
+
+const metadataForms = new Map<string, (value: unknown) => boolean>([
+  ["name", isText],
+  ["title", isText],
+  ["units", isText],
+  ["source", isObject],
+  ["histogram", isBins],
+  ["active_cells", isBins],
+  ["suggested_isovalues", (value) => isListOf(value, isNumber)],
+  ["notes", (value) => isListOf(value, isText)],
+]);

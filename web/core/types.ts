@@ -31,14 +31,25 @@ export interface StoreInfo {
   metadata: StoreMetadata;
 }
 
+/** Counts of equal parts of the range from low to high. */
+export interface Bins {
+  low: number;
+  high: number;
+  counts: number[];
+}
+
 /** Texts for display. Every field may be missing. */
 export interface StoreMetadata {
   name?: string;
   title?: string;
   units?: string;
   source?: Record<string, unknown>;
-  histogram?: { low: number; high: number; counts: number[] };
+  histogram?: Bins;
+  /** The same form: cells of level 0 that are active at the middle of each bin. */
+  active_cells?: Bins;
   suggested_isovalues?: number[];
+  /** What was assumed when the volume was imported, one sentence each. */
+  notes?: string[];
   [key: string]: unknown;
 }
 

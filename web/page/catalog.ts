@@ -1,4 +1,5 @@
 import { html, nothing, render, type TemplateResult } from "lit";
+import { repeat } from "lit/directives/repeat.js";
 import { brand, problemCard, themeButton } from "./chrome.ts";
 import { formatBytes, formatCount, formatDims, formatType, formatValue } from "./format.ts";
 import { icon } from "./icons.ts";
@@ -6,20 +7,37 @@ import { Previews } from "./previews.ts";
 import { type Problem, problemOf } from "./problems.ts";
 import { onTheme } from "./theme.ts";
 import { thumbnail } from "./thumbnails.ts";
-import { ApiError, fetchVolumes, type VolumeEntry, withBackoff } from "./volumes_api.ts";
+import {
+  ApiError,
+  fetchVolumes,
+  type VolumeEntry,
+  type VolumeList,
+  withBackoff,
+} from "./volumes_api.ts";
+
+/** A search begins when its text has not changed for this time (ms). */
+const typingPause = 200;
 
 /** The list of volumes on the server, and a form to open a store by its address. */
 export class Catalog {
   readonly #root: HTMLElement;
-  #volumes: VolumeEntry[] | null = null;
+  /** The volumes that are shown, with the total of those that match #shownQuery. */
+  #list: VolumeList | null = null;
   #problem: Problem | null = null;
-  #filter = "";
+  #query = "";
+  #shownQuery = "";
+  /** The query that is being loaded, or was loaded last. */
+  #loadedQuery = "";
+  /** The first list without a query, for the page's head. */
+  #all: VolumeList | null = null;
   #loading = new AbortController();
+  #isLoading = false;
+  #searchTimer = 0;
   readonly #previews = new Previews(() => this.#render());
   /** Cards that are visible and have no picture yet. */
   readonly #cardObserver = new IntersectionObserver((entries) => {
     for (const { isIntersecting, target } of entries) {
-      const volume = this.#volumes?.find(
+      const volume = this.#list?.volumes.find(
         ({ name }) => name === (target as HTMLElement).dataset.name,
       );
       if (isIntersecting && volume?.contentId) {
@@ -35,17 +53,40 @@ export class Catalog {
     void this.#load();
   }
 
-  async #load(): Promise<void> {
+  #search(text: string): void {
+    this.#query = text.trim();
+    clearTimeout(this.#searchTimer);
+    this.#searchTimer = window.setTimeout(() => {
+      if (this.#query !== this.#loadedQuery) void this.#load();
+    }, typingPause);
+  }
+
+  /** Loads the list for the query; or, with `isMore`, its next volumes. */
+  async #load({ isMore = false } = {}): Promise<void> {
     this.#loading.abort();
     this.#loading = new AbortController();
     const { signal } = this.#loading;
+    const query = isMore ? this.#shownQuery : this.#query;
+    this.#loadedQuery = query;
+    const before = isMore ? (this.#list?.volumes ?? []) : [];
     this.#problem = null;
+    this.#isLoading = true;
     this.#render();
     try {
-      this.#volumes = await withBackoff(fetchVolumes, signal, (error) => {
-        this.#problem = listProblem(error);
-        this.#render();
-      });
+      const list = await withBackoff(
+        () => fetchVolumes({ query, offset: before.length }, signal),
+        signal,
+        (error) => {
+          this.#problem = listProblem(error);
+          this.#render();
+        },
+      );
+      // A volume that came in the meantime moves the others: none is shown twice.
+      const names = new Set(before.map(({ name }) => name));
+      const added = list.volumes.filter(({ name }) => !names.has(name));
+      this.#list = { ...list, volumes: [...before, ...added] };
+      this.#shownQuery = query;
+      if (query === "") this.#all = this.#list;
       this.#problem = null;
     } catch (error) {
       if (signal.aborted) return;
@@ -64,12 +105,14 @@ export class Catalog {
         };
       }
     }
+    this.#isLoading = false;
     this.#render();
   }
 
   #render(): void {
-    const volumes = this.#volumes;
-    const shown = volumes?.filter((volume) => matches(volume, this.#filter));
+    const list = this.#list;
+    const total = list?.total ?? 0;
+    const left = total - (list?.volumes.length ?? 0);
     render(
       html`<div class="catalog">
         <header class="bar">${brand()}<span class="bar-space"></span>${themeButton()}</header>
@@ -78,29 +121,26 @@ export class Catalog {
             <div>
               <h1>Volumes</h1>
               <p class="quiet">
-                ${volumes ? summary(volumes) : "Streams isosurfaces of large volumes, only as much as the view needs."}
+                ${this.#all ? summary(this.#all) : "Streams isosurfaces of large volumes, only as much as the view needs."}
               </p>
             </div>
             ${
-              volumes && volumes.length > 6
+              this.#all && this.#all.total > 6
                 ? html`<wa-input
                     class="catalog-filter no-label"
                     size="s"
                     type="search"
-                    placeholder="Filter"
-                    label="Filter the volumes by name"
-                    @input=${(event: Event) => {
-                      this.#filter = (event.target as HTMLInputElement).value;
-                      this.#render();
-                    }}
+                    placeholder="Search"
+                    label="Search the volumes by name or title"
+                    @input=${(event: Event) => this.#search((event.target as HTMLInputElement).value)}
                   ></wa-input>`
                 : nothing
             }
           </div>
           ${this.#problem ? problemCard(this.#problem, { retry: () => void this.#load() }) : nothing}
-          ${volumes || this.#problem ? nothing : skeleton()}
+          ${list || this.#problem ? nothing : skeleton()}
           ${
-            volumes?.length === 0
+            this.#all?.total === 0
               ? html`<p class="empty">
                   This server has no volumes yet. Make a store with
                   <code>isosplat build VOLUME</code> and put it into the folder that is served.
@@ -108,13 +148,37 @@ export class Catalog {
               : nothing
           }
           ${
-            shown && volumes && volumes.length > 0 && shown.length === 0
-              ? html`<p class="empty">No volume is called “${this.#filter}”.</p>`
+            this.#shownQuery !== "" && list
+              ? html`<p class="empty" role="status">
+                  ${
+                    total === 0
+                      ? `No volume has “${this.#shownQuery}” in its name or title.`
+                      : `${volumeCount(total)} with “${this.#shownQuery}”`
+                  }
+                </p>`
               : nothing
           }
           <ul class="cards">
-            ${shown?.map((volume) => html`<li>${card(volume)}</li>`)}
+            ${repeat(
+              list?.volumes ?? [],
+              ({ name }) => name,
+              (volume) => html`<li>${card(volume)}</li>`,
+            )}
           </ul>
+          ${
+            left > 0
+              ? html`<p class="more-volumes">
+                  <wa-button
+                    size="s"
+                    appearance="outlined"
+                    ?loading=${this.#isLoading}
+                    @click=${() => void this.#load({ isMore: true })}
+                    >Show more</wa-button
+                  >
+                  <span class="quiet">${left} of ${total} are not shown</span>
+                </p>`
+              : nothing
+          }
           ${openByAddress()}
         </main>
       </div>`,
@@ -129,15 +193,13 @@ function listProblem(error: unknown): Problem {
   return { ...problemOf(error, "the list of volumes"), offers: ["again"] };
 }
 
-function matches(volume: VolumeEntry, filter: string): boolean {
-  const text = `${volume.name} ${volume.title ?? ""}`.toLowerCase();
-  return text.includes(filter.trim().toLowerCase());
+function volumeCount(total: number): string {
+  return total === 1 ? "1 volume" : `${total} volumes`;
 }
 
-function summary(volumes: readonly VolumeEntry[]): string {
-  const bytes = volumes.reduce((sum, volume) => sum + (volume.fileBytes ?? 0), 0);
-  const count = volumes.length === 1 ? "1 volume" : `${volumes.length} volumes`;
-  return bytes > 0 ? `${count}, ${formatBytes(bytes)} on the server` : count;
+function summary({ total, fileBytes }: VolumeList): string {
+  const count = volumeCount(total);
+  return fileBytes > 0 ? `${count}, ${formatBytes(fileBytes)} on the server` : count;
 }
 
 function card(volume: VolumeEntry): TemplateResult {

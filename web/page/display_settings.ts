@@ -1,3 +1,4 @@
+import { defaultParts, type OverlayPart } from "../overlay/parts.ts";
 import type { StoreInfo } from "../stream/index.ts";
 import {
   type Clip,
@@ -5,6 +6,7 @@ import {
   type Look,
   planeFacing,
   type Surface,
+  surfacesAt,
   turnedLight,
   type Viewer,
   wholeVolume,
@@ -17,8 +19,9 @@ import {
   isovalueScale,
   roundToScale,
 } from "./isovalue_scale.ts";
+import { IsovalueSweep } from "./isovalue_sweep.ts";
 import type { PanelActions, PanelState } from "./panel.ts";
-import { surfacesAt, withAddedSurface } from "./surfaces.ts";
+import { withAddedSurface } from "./surfaces.ts";
 import { theme, themeBackground } from "./theme.ts";
 import type { UrlState } from "./url_state.ts";
 
@@ -38,6 +41,12 @@ export class DisplaySettings {
   #look: Look;
   #isThemeBackground: boolean;
   #clip: Clip;
+  #show: ReadonlySet<OverlayPart>;
+  #isLogarithmic = true;
+  #sweepSeconds = 10;
+  readonly #sweep = new IsovalueSweep((value) =>
+    this.#setIsovalue(roundToScale(value, this.#scale)),
+  );
 
   constructor(viewer: Viewer, url: UrlState, changed: () => void) {
     this.#viewer = viewer;
@@ -55,6 +64,7 @@ export class DisplaySettings {
       background: url.background ?? themeBackground[theme()],
     };
     this.#clip = url.clip ?? wholeVolume;
+    this.#show = url.show ?? defaultParts;
     viewer.setLook(this.#look);
     viewer.setClip(this.#clip);
     viewer.on("light", (light) => {
@@ -73,6 +83,7 @@ export class DisplaySettings {
    * suggested isovalue. Returns a sentence for each setting that differs from the address.
    */
   opened(info: StoreInfo): string[] {
+    this.#sweep.stop();
     this.#scale = isovalueScale(info.range, info.mapping.scale);
     this.#suggestions = info.metadata.suggested_isovalues ?? [];
     const notes: string[] = [];
@@ -100,6 +111,11 @@ export class DisplaySettings {
     return notes;
   }
 
+  /** Called when the volume is no longer open. */
+  closed(): void {
+    this.#sweep.stop();
+  }
+
   themeChanged(): void {
     if (this.#isThemeBackground) this.#changeLook({ background: themeBackground[theme()] });
   }
@@ -113,14 +129,18 @@ export class DisplaySettings {
     this.actions.slide(isovalue + by * width);
   }
 
-  get state(): Omit<PanelState, "info" | "histogram"> {
+  get state(): Omit<PanelState, "info" | "histogram" | "bytes"> {
     return {
+      isLogarithmic: this.#isLogarithmic,
+      isSweeping: this.#sweep.isRunning,
+      sweepSeconds: this.#sweepSeconds,
       scale: this.#scale,
       surfaces: this.#surfaces,
       active: this.#active,
       look: this.#look,
       isThemeBackground: this.#isThemeBackground,
       clip: this.#clip,
+      show: this.#show,
     };
   }
 
@@ -137,19 +157,38 @@ export class DisplaySettings {
     }));
   }
 
-  readonly actions: PanelActions = {
-    slide: (value) => this.#setIsovalue(roundToScale(value, this.#scale)),
-    enter: (value) => this.#setIsovalue(value),
+  readonly actions: Omit<PanelActions, "lookAlong" | "fit"> = {
+    slide: (value) => {
+      this.#sweep.stop();
+      this.#setIsovalue(roundToScale(value, this.#scale));
+    },
+    enter: (value) => {
+      this.#sweep.stop();
+      this.#setIsovalue(value);
+    },
+    toggleLogarithmic: () => {
+      this.#isLogarithmic = !this.#isLogarithmic;
+      this.#changed();
+    },
+    toggleSweep: () => this.#toggleSweep(),
+    setSweepSeconds: (seconds) => {
+      this.#sweepSeconds = seconds;
+      if (this.#sweep.isRunning) this.#startSweep();
+      this.#changed();
+    },
     activate: (index) => {
+      this.#sweep.stop();
       this.#active = index;
       this.#changed();
     },
     changeSurface: (index, change) => this.#changeSurface(index, change),
     addSurface: () => {
+      this.#sweep.stop();
       this.#active = this.#surfaces.length;
       this.#setSurfaces(withAddedSurface(this.#surfaces, this.#suggestions, this.#scale));
     },
     removeSurface: (index) => {
+      this.#sweep.stop();
       const left = this.#surfaces.filter((_, i) => i !== index);
       const wasBefore = index < this.#active ? 1 : 0;
       this.#active = Math.min(this.#active - wasBefore, left.length - 1);
@@ -164,12 +203,30 @@ export class DisplaySettings {
       this.#isThemeBackground = true;
       this.themeChanged();
     },
+    toggleShown: (part) => {
+      const show = new Set(this.#show);
+      if (!show.delete(part)) show.add(part);
+      this.#show = show;
+      this.#changed();
+    },
     changeClip: (clip) => this.#setClip(clip),
     cutAcrossView: () => {
       const { camera, info } = this.#viewer;
       if (camera && info) this.#setClip({ ...this.#clip, planes: [planeFacing(camera, info)] });
     },
   };
+
+  #toggleSweep(): void {
+    if (this.#sweep.isRunning) this.#sweep.stop();
+    else this.#startSweep();
+    this.#changed();
+  }
+
+  #startSweep(): void {
+    const { low, high } = this.#scale;
+    const isovalue = this.#surfaces[this.#active]?.isovalue;
+    if (isovalue !== undefined) this.#sweep.start(isovalue, low, high, this.#sweepSeconds);
+  }
 
   #setSurfaces(surfaces: readonly Surface[]): void {
     this.#surfaces = surfaces;

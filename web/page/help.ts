@@ -6,6 +6,8 @@ const rows: [string, string][] = [
   ["Wheel, pinch, + and −", "Zoom"],
   ["L + drag", "Move the key light"],
   ["[ and ]", "Lower or raise the isovalue; with Shift in small steps"],
+  ["1 … 6", "Front, back, left, right, above, below"],
+  ["V", "Show the whole volume, without turning"],
   ["R", "Reset the view"],
   ["C", "Copy a link to this view"],
   ["S", "Save a picture"],
@@ -22,7 +24,8 @@ export function showHelp(): void {
     document.body.append(holder);
     render(
       html`<wa-dialog label="Keys and gestures" light-dismiss class="help">
-        <table>
+        <!-- With the focus, arrow keys scroll it. -->
+        <table tabindex="0" aria-label="Keys and gestures">
           <tbody>
             ${rows.map(([keys, effect]) => html`<tr><th scope="row">${keys}</th><td>${effect}</td></tr>`)}
           </tbody>

@@ -15,16 +15,33 @@ export interface HistogramContent {
   /** Voxel counts of equal parts of the range from low to high. */
   histogram: { low: number; high: number; counts: readonly number[] } | undefined;
   suggestions: readonly number[];
+  /** Cells that are active at the middle of equal parts of the range: the curve. */
+  activeCells: { low: number; high: number; counts: readonly number[] } | undefined;
+  /** Heights are logarithms of counts: there may be a thousand times more air than bone. */
+  isLogarithmic: boolean;
 }
+
+export interface HistogramActions {
+  /** The visitor clicks or drags to a value. */
+  pick(value: number): void;
+  /** A drag begins on the mark of this surface. */
+  activate(index: number): void;
+  /** The wheel: by this many steps. */
+  step(by: number): void;
+}
+
+/** A drag that begins so near to a mark (CSS pixels) moves that mark. */
+const reach = 10;
 
 /** Space above the bars for the marks' heads, CSS pixels. */
 const marksHeight = 7;
 
 /**
- * Histogram of the values on a logarithmic scale (there may be a thousand times more air than
- * bone), with ticks at suggested isovalues and lines at the isosurfaces. Bars and ticks are drawn
+ * Histogram of the values, with a curve of the active cells of each isovalue, ticks at suggested
+ * isovalues, and lines at the isosurfaces, which can be dragged. Bars and ticks are drawn
  * only when they change; moving a mark causes neither layout nor drawing. The element's CSS sets
- * the colours: color for bars, --inside for values inside the active surface, --tick for ticks.
+ * the colours: color for bars, --inside for values inside the active surface, --tick for ticks, --curve for
+ * the curve.
  */
 export class Histogram {
   readonly element = document.createElement("div");
@@ -32,21 +49,26 @@ export class Histogram {
   /** A second copy of the bars, clipped at the active isosurface. */
   readonly #inside = layer("histogram-inside");
   readonly #marks: HTMLElement[] = [];
-  readonly #onPick: (value: number) => void;
+  /** The isovalues of the marks. */
+  #values: readonly number[] = [];
+  readonly #actions: HistogramActions;
   #content: HistogramContent | undefined;
   /** CSS pixels; stored to avoid layout queries. */
   #size = { width: 0, height: 0 };
 
-  /** `onPick`: called when the visitor clicks or drags to a value. */
-  constructor(onPick: (value: number) => void) {
-    this.#onPick = onPick;
+  constructor(actions: HistogramActions) {
+    this.#actions = actions;
     this.element.className = "histogram";
     this.element.id = "histogram";
     this.element.setAttribute("role", "img");
-    this.element.setAttribute("aria-label", "Histogram of the volume's values, logarithmic");
+    this.element.setAttribute(
+      "aria-label",
+      "Histogram of the volume's values, and the active cells of each isovalue",
+    );
     this.element.append(this.#bars, this.#inside);
     this.element.addEventListener("pointerdown", this.#pointer);
     this.element.addEventListener("pointermove", this.#pointer);
+    this.element.addEventListener("wheel", this.#wheel, { passive: false });
     new ResizeObserver(([entry]) => {
       if (!entry) return;
       const { width, height } = entry.contentRect;
@@ -62,6 +84,8 @@ export class Histogram {
     const isSame =
       now?.scale === content.scale &&
       now.histogram === content.histogram &&
+      now.activeCells === content.activeCells &&
+      now.isLogarithmic === content.isLogarithmic &&
       now.suggestions === content.suggestions;
     this.#content = content;
     if (!isSame) this.draw();
@@ -76,6 +100,7 @@ export class Histogram {
     const style = getComputedStyle(this.element);
     const bars = barsOf(content, width, height);
     const ticks = ticksOf(content, width, height);
+    const curve = curveOf(content, width, height);
     const colours: [HTMLCanvasElement, string][] = [
       [this.#bars, style.color],
       [this.#inside, style.getPropertyValue("--inside")],
@@ -87,10 +112,14 @@ export class Histogram {
       context.fill(bars);
       context.fillStyle = style.getPropertyValue("--tick");
       context.fill(ticks);
+      context.strokeStyle = style.getPropertyValue("--curve");
+      context.lineWidth = 1.5;
+      context.stroke(curve);
     }
   }
 
   #moveMark(marks: readonly HistogramMark[], scale: IsovalueScale): void {
+    this.#values = marks.map(({ value }) => value);
     while (this.#marks.length > marks.length) this.#marks.pop()?.remove();
     marks.forEach(({ value, colour, isActive }, i) => {
       const mark = this.#marks[i] ?? this.#addMark();
@@ -117,10 +146,30 @@ export class Histogram {
     const scale = this.#content?.scale;
     if (event.type === "pointerdown" && event.button === 0) {
       element.setPointerCapture(event.pointerId);
+      const nearest = this.#markAt(event.offsetX);
+      if (nearest !== undefined) this.#actions.activate(nearest);
     }
     if (!scale || !element.hasPointerCapture(event.pointerId)) return;
     const place = Math.max(0, Math.min(1, event.offsetX / Math.max(this.#size.width, 1)));
-    this.#onPick(scale.low + place * (scale.high - scale.low));
+    this.#actions.pick(scale.low + place * (scale.high - scale.low));
+  };
+
+  /** The mark within reach of this position; the nearest of several. */
+  #markAt(x: number): number | undefined {
+    const scale = this.#content?.scale;
+    if (!scale) return undefined;
+    const distances = this.#values.map((value) =>
+      Math.abs(fraction(value, scale) * this.#size.width - x),
+    );
+    const least = Math.min(...distances);
+    return least <= reach ? distances.indexOf(least) : undefined;
+  }
+
+  readonly #wheel = (event: WheelEvent): void => {
+    // With Ctrl it zooms the page; sideways it scrolls.
+    if (event.ctrlKey || event.deltaY === 0) return;
+    event.preventDefault();
+    this.#actions.step(event.deltaY > 0 ? -1 : 1);
   };
 }
 
@@ -144,7 +193,35 @@ function prepared(
   return context;
 }
 
-function barsOf({ histogram, scale }: HistogramContent, width: number, height: number): Path2D {
+/** The share of the height for a count, 0 to 1. */
+function heightOf(count: number, most: number, isLogarithmic: boolean): number {
+  return isLogarithmic ? Math.log1p(count) / Math.log1p(most) : count / most;
+}
+
+/** Active cells over isovalues, as high as the histogram where they are most. */
+function curveOf(
+  { activeCells, scale, isLogarithmic }: HistogramContent,
+  width: number,
+  height: number,
+): Path2D {
+  const curve = new Path2D();
+  if (!activeCells) return curve;
+  const { low, high, counts } = activeCells;
+  const most = Math.max(1, ...counts);
+  counts.forEach((count, i) => {
+    const x = width * fraction(low + ((i + 0.5) * (high - low)) / counts.length, scale);
+    const y = height - heightOf(count, most, isLogarithmic) * (height - marksHeight);
+    if (i === 0) curve.moveTo(x, y);
+    else curve.lineTo(x, y);
+  });
+  return curve;
+}
+
+function barsOf(
+  { histogram, scale, isLogarithmic }: HistogramContent,
+  width: number,
+  height: number,
+): Path2D {
   const bars = new Path2D();
   if (!histogram) return bars;
   const { low, high } = histogram;
@@ -155,7 +232,7 @@ function barsOf({ histogram, scale }: HistogramContent, width: number, height: n
     if (count <= 0) return;
     const left = width * fraction(low + i * binWidth, scale);
     const right = width * fraction(low + (i + 1) * binWidth, scale);
-    const tall = (Math.log1p(count) / Math.log1p(most)) * (height - marksHeight);
+    const tall = heightOf(count, most, isLogarithmic) * (height - marksHeight);
     bars.rect(left, height - tall, Math.max(right - left, 0.75), tall);
   });
   return bars;

@@ -23,6 +23,7 @@ try {
   if (!isOpening) {
     const { Catalog } = await import("./catalog.ts");
     new Catalog(root);
+    await import("./components.ts");
   } else {
     // The controls' code is several times larger than the rest, so it loads after the first
     // surface.
@@ -31,12 +32,17 @@ try {
       page.firstContent,
       new Promise((late) => setTimeout(late, latestControls)),
     ]);
+    await loadAll([page.loadOverlay(), import("./components.ts")]);
   }
-  // If the controls do not load, the picture and the keyboard still work.
-  await import("./components.ts");
 } catch (error) {
   showLoadError();
   throw error;
+}
+
+/** Each part works without the others: the picture and the keyboard without any of them. */
+async function loadAll(parts: readonly Promise<unknown>[]): Promise<void> {
+  const failed = (await Promise.allSettled(parts)).find(({ status }) => status === "rejected");
+  if (failed?.status === "rejected") throw failed.reason;
 }
 
 /** Shows a message if part of the page's program did not load; the rest keeps working. */

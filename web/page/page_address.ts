@@ -1,6 +1,7 @@
+import { defaultParts, type OverlayPart, overlayParts } from "../overlay/parts.ts";
 import { isWhole } from "../viewer/clipping.ts";
+import { surfaceColours } from "../viewer/surfaces.ts";
 import { type Camera, type Clip, defaultLook, type Look, type Surface } from "../viewer/types.ts";
-import { surfaceColours } from "./surfaces.ts";
 import { type UrlState, writeUrl } from "./url_state.ts";
 
 /**
@@ -16,6 +17,7 @@ export interface AddressState {
   look: Look;
   isThemeBackground: boolean;
   clip: Clip;
+  show: ReadonlySet<OverlayPart>;
   camera: Camera | undefined;
 }
 
@@ -40,6 +42,8 @@ export function addressOf(view: AddressState): UrlState {
   if (look.light !== defaultLook.light) state.light = look.light;
   if (!view.isThemeBackground) state.background = look.background;
   if (!isWhole(clip)) state.clip = clip;
+  const isDefault = overlayParts.every((part) => view.show.has(part) === defaultParts.has(part));
+  if (!isDefault) state.show = view.show;
   return state;
 }
 

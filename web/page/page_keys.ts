@@ -14,7 +14,7 @@ export function handlePageKey(
   if (document.querySelector("wa-dialog[open]")) return;
   const focus = focusOf(event, canvas);
   if (focus === "text") return;
-  if (focus === "none" && handleCameraKey(event, camera)) {
+  if (focus === "none" && handleCameraKey(event, camera, actions.r)) {
     event.preventDefault();
     return;
   }

@@ -1,7 +1,9 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { guard } from "lit/directives/guard.js";
 import { live } from "lit/directives/live.js";
+import type { OverlayPart } from "../overlay/parts.ts";
 import type { StoreInfo, Triple } from "../stream/types.ts";
+import type { AxisView } from "../viewer/camera_views.ts";
 import { extentAlong, isWhole, wholeVolume } from "../viewer/clipping.ts";
 import { type Clip, type Look, maxSurfaces, type Surface } from "../viewer/types.ts";
 import {
@@ -14,6 +16,7 @@ import {
   parseValue,
 } from "./format.ts";
 import { icon } from "./icons.ts";
+import { activeCellsAt, costText } from "./isovalue_cost.ts";
 import type { IsovalueScale } from "./isovalue_scale.ts";
 
 export interface PanelState {
@@ -26,7 +29,13 @@ export interface PanelState {
   /** The background colour follows the theme. */
   isThemeBackground: boolean;
   clip: Clip;
+  show: ReadonlySet<OverlayPart>;
   histogram: HTMLElement;
+  isLogarithmic: boolean;
+  isSweeping: boolean;
+  sweepSeconds: number;
+  /** Of the active surface's isovalue, at the finest level; undefined if it is not known. */
+  bytes: number | undefined;
 }
 
 export interface PanelActions {
@@ -34,6 +43,10 @@ export interface PanelActions {
   slide(value: number): void;
   /** From the number field: not rounded, limited to the range. */
   enter(value: number): void;
+  toggleLogarithmic(): void;
+  /** Starts or stops to move the isovalue through its range. */
+  toggleSweep(): void;
+  setSweepSeconds(seconds: number): void;
   activate(index: number): void;
   changeSurface(index: number, change: Partial<Surface>): void;
   addSurface(): void;
@@ -42,6 +55,12 @@ export interface PanelActions {
   /** Turns the key light from where it is now, which may not be shown yet. */
   turnLight(rightDegrees: number, upDegrees: number): void;
   followTheme(): void;
+  /** Shows or hides what lies above the picture. */
+  toggleShown(part: OverlayPart): void;
+  /** Turns to a view along an axis. */
+  lookAlong(view: AxisView): void;
+  /** Moves so that the whole volume is seen, without turning. */
+  fit(): void;
   changeClip(clip: Clip): void;
   /** Replaces the clip plane by one across the view. */
   cutAcrossView(): void;
@@ -54,6 +73,9 @@ type RangeElement = HTMLElement & { minValue: number; maxValue: number };
 const percent = (value: number) => `${Math.round(value * 100)} %`;
 const withUnits = (units: string | undefined) => (value: number) =>
   units ? `${formatValue(value)} ${units}` : formatValue(value);
+
+/** Durations of a sweep from which to choose, in seconds. */
+const sweepSeconds = [5, 10, 20, 40];
 
 export function isovalueSection(state: PanelState, actions: PanelActions): TemplateResult {
   const { scale, info } = state;
@@ -95,6 +117,40 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
       <div class="histogram-ends" aria-hidden="true">
         <span>${formatValue(scale.low)}</span><span>${formatValue(scale.high)}</span>
       </div>
+    </div>
+    <p class="isovalue-cost quiet" title="The curve has the active cells of each isovalue">
+      ${costText(activeCellsAt(info, isovalue), state.bytes)}
+    </p>
+    <div class="isovalue-tools">
+      <button
+        type="button"
+        class="chip"
+        aria-pressed=${state.isSweeping}
+        title="Move the isovalue through its range"
+        @click=${actions.toggleSweep}
+      >
+        ${state.isSweeping ? "Stop" : "Sweep"}
+      </button>
+      <select
+        class="sweep-seconds"
+        aria-label="Duration of a sweep"
+        @change=${(event: Event) =>
+          actions.setSweepSeconds(Number((event.currentTarget as HTMLSelectElement).value))}
+      >
+        ${sweepSeconds.map(
+          (seconds) =>
+            html`<option value=${seconds} ?selected=${seconds === state.sweepSeconds}>${seconds} s</option>`,
+        )}
+      </select>
+      <button
+        type="button"
+        class="chip"
+        aria-pressed=${state.isLogarithmic}
+        title="Heights of the histogram are logarithms of counts"
+        @click=${actions.toggleLogarithmic}
+      >
+        Logarithmic
+      </button>
     </div>
     ${
       suggestions.length > 0

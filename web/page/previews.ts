@@ -1,7 +1,7 @@
 import { RendererError, Viewer } from "../viewer/index.ts";
+import { surfacesAt } from "../viewer/surfaces.ts";
 import { firstIsovalue } from "./isovalue_scale.ts";
 import { volumeSource } from "./site.ts";
-import { surfacesAt } from "./surfaces.ts";
 import { theme, themeBackground } from "./theme.ts";
 import { keepThumbnail, pictureSize, thumbnail } from "./thumbnails.ts";
 

@@ -1,33 +1,9 @@
+import { surfaceColours } from "../viewer/surfaces.ts";
 import type { Surface } from "../viewer/types.ts";
 import { type IsovalueScale, roundToScale } from "./isovalue_scale.ts";
 
-/** Bone, flesh, and further colours that are easy to distinguish from them. */
-export const surfaceColours = [
-  "#d9ccb3",
-  "#c8553d",
-  "#4f86c6",
-  "#6a994e",
-  "#9d6bb3",
-  "#e0a030",
-  "#3d9c93",
-  "#8a8f98",
-] as const;
-
 /** Opacity of the outer of two surfaces, so that the inner one is visible. */
 const outerOpacity = 0.4;
-
-/** Surfaces at these isovalues, with the given colours and opacities. */
-export function surfacesAt(
-  isovalues: readonly number[],
-  colours: readonly string[] = [],
-  opacities: readonly number[] = [],
-): Surface[] {
-  return isovalues.map((isovalue, i) => ({
-    isovalue,
-    colour: colours[i] ?? surfaceColours[i % surfaceColours.length] ?? surfaceColours[0],
-    opacity: opacities[i] ?? 1,
-  }));
-}
 
 /**
  * Adds a surface at the end of the list, at the candidate isovalue farthest from the existing ones;

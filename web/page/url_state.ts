@@ -1,9 +1,19 @@
+import { type OverlayPart, overlayParts } from "../overlay/parts.ts";
 import { isWhole, maxClipPlanes, wholeVolume } from "../viewer/clipping.ts";
 import { defaultLight, type Light } from "../viewer/light.ts";
 import {
+  readBox,
+  readCamera,
+  readColour,
+  readColours,
+  readNumbers,
+  readOpacities,
+  readPlane,
+  writeCamera,
+} from "../viewer/setting_text.ts";
+import {
   type Camera,
   type Clip,
-  type ClipPlane,
   type Colouring,
   type ColourMap,
   colourings,
@@ -33,6 +43,7 @@ export const minOpacity = 0.05;
  *   light-strength=key,sky,rim  material=highlight,roughness
  *   occlusion=strength,radius  shadow=strength,softness     see Light for the ranges
  *   clip=x0,x1,y0,y1,z0,z1         a box: fractions of the volume's extent
+ *   show=axes,scale,box            what lies above the picture; none: nothing
  *   plane=x,y,z,offset             once for each clip plane: keeps what is before it, see ClipPlane
  */
 export interface UrlState {
@@ -50,47 +61,13 @@ export interface UrlState {
   eyeDome?: number;
   light?: Light;
   clip?: Clip;
+  show?: ReadonlySet<OverlayPart>;
   /** Settings of the address that were ignored or changed: one sentence each, for the visitor. */
   notes?: string[];
 }
 
-function numbers(text: string | null): number[] | undefined {
-  if (text === null || text.trim() === "") return undefined;
-  const values = text.split(",").map((part) => (part.trim() === "" ? Number.NaN : Number(part)));
-  return values.every(Number.isFinite) ? values : undefined;
-}
-
-function colour(text: string | null): string | undefined {
-  const match = /^#?([0-9a-f]{6})$/i.exec(text ?? "");
-  return match?.[1] ? `#${match[1].toLowerCase()}` : undefined;
-}
-
 function oneOf<T extends string>(text: string | null, values: readonly T[]): T | undefined {
   return values.find((value) => value === text);
-}
-
-function readCamera(text: string | null): Camera | undefined {
-  const n = numbers(text);
-  if (!n || n.length < 6 || n.length > 8) return undefined;
-  const [azimuth = 0, elevation = 0, distance = 0, x = 0, y = 0, z = 0, roll = 0, view = 30] = n;
-  if (!(distance > 0) || Math.abs(elevation) > 90 || !(view >= 1 && view <= 120)) return undefined;
-  return { azimuth, elevation, distance, target: [x, y, z], roll, fieldOfView: view };
-}
-
-type Box = Pick<Clip, "low" | "high">;
-
-function readBox(text: string | null): Box | undefined {
-  const n = numbers(text);
-  if (n?.length !== 6 || n.some((value) => value < 0 || value > 1)) return undefined;
-  const [x0 = 0, x1 = 1, y0 = 0, y1 = 1, z0 = 0, z1 = 1] = n;
-  if (x0 >= x1 || y0 >= y1 || z0 >= z1) return undefined;
-  return { low: [x0, y0, z0], high: [x1, y1, z1] };
-}
-
-function readPlane(text: string): ClipPlane | undefined {
-  const [x = 0, y = 0, z = 0, offset, ...more] = numbers(text) ?? [];
-  if (offset === undefined || more.length > 0 || Math.hypot(x, y, z) === 0) return undefined;
-  return { normal: [x, y, z], offset };
 }
 
 function readClip(query: URLSearchParams): Clip | undefined {
@@ -101,20 +78,16 @@ function readClip(query: URLSearchParams): Clip | undefined {
   return { ...wholeVolume, ...box, planes: known };
 }
 
-function readColours(text: string): string[] | undefined {
-  const colours = text.split(",").map(colour);
-  return colours.every((c) => c !== undefined) ? colours : undefined;
-}
-
 function readShare(text: string): number | undefined {
-  const n = numbers(text);
+  const n = readNumbers(text);
   const [share = Number.NaN] = n ?? [];
   return n?.length === 1 && share >= 0 && share <= 1 ? share : undefined;
 }
 
-function readOpacities(text: string): number[] | undefined {
-  const opacities = numbers(text);
-  return opacities?.every((o) => o >= 0 && o <= 1) ? opacities : undefined;
+function readShow(text: string): ReadonlySet<OverlayPart> | undefined {
+  if (text === "none") return new Set();
+  const parts = text.split(",").map((name) => oneOf(name, overlayParts));
+  return parts.every((part) => part !== undefined) ? new Set(parts) : undefined;
 }
 
 export function readUrl(search: string): UrlState {
@@ -134,7 +107,7 @@ export function readUrl(search: string): UrlState {
   const src = query.get("src");
   if (src) state.src = src;
 
-  const isovalues = read("isovalue", numbers, "numbers, such as 60.5,180");
+  const isovalues = read("isovalue", readNumbers, "numbers, such as 60.5,180");
   if (isovalues) state.isovalues = isovalues.slice(0, maxSurfaces);
   const colours = read("colour", readColours, "colours such as d9ccb3");
   if (colours) state.colours = colours;
@@ -155,7 +128,7 @@ export function readUrl(search: string): UrlState {
   if (colourBy) state.colourBy = colourBy;
   const colourMap = read("map", (text) => oneOf(text, colourMaps), colourMaps.join(", "));
   if (colourMap) state.colourMap = colourMap;
-  const background = read("background", colour, "a colour such as ffffff");
+  const background = read("background", readColour, "a colour such as ffffff");
   if (background) state.background = background;
   const shade = read("shade", readShare, "a number from 0 to 1");
   if (shade !== undefined) state.eyeDome = shade;
@@ -163,6 +136,8 @@ export function readUrl(search: string): UrlState {
     const light = read(name, (text) => readLight(name, text), expectedOfLight(name));
     if (light) state.light = { ...(state.light ?? defaultLight), ...light };
   }
+  const show = read("show", readShow, `none, or some of ${overlayParts.join(",")}`);
+  if (show) state.show = show;
   read("clip", readBox, "x0,x1,y0,y1,z0,z1 from 0 to 1");
   for (const text of query.getAll("plane")) {
     if (!readPlane(text)) notes.push(ignored("plane", text, "x,y,z,offset"));
@@ -194,13 +169,7 @@ export function writeUrl(state: UrlState): string {
   add("isovalue", state.isovalues?.join(","));
   add("colour", state.colours?.map((c) => c.slice(1)).join(","));
   add("opacity", state.opacities?.join(","));
-  if (state.camera) {
-    const c = state.camera;
-    const n = [c.azimuth, c.elevation, c.distance, ...c.target];
-    if (c.roll !== 0 || c.fieldOfView !== 30) n.push(c.roll);
-    if (c.fieldOfView !== 30) n.push(c.fieldOfView);
-    add("camera", n.join(","));
-  }
+  if (state.camera) add("camera", writeCamera(state.camera));
   add("kind", state.kind);
   add("shading", state.shading);
   add("colour-by", state.colourBy);
@@ -216,5 +185,6 @@ export function writeUrl(state: UrlState): string {
     if (!isWhole({ low, high, planes: [] })) add("clip", n.join(","));
     for (const { normal, offset } of planes) add("plane", [...normal, offset].join(","));
   }
+  if (state.show) add("show", overlayParts.filter((p) => state.show?.has(p)).join(",") || "none");
   return parts.length === 0 ? "" : `?${parts.join("&")}`;
 }

@@ -19,6 +19,7 @@ import {
 } from "./panel.ts";
 import type { Problem } from "./problems.ts";
 import type { ToastMessage } from "./toast.ts";
+import { viewSection } from "./view_section.ts";
 
 /** A message beside the picture, which stays visible. */
 export interface Banner {
@@ -46,6 +47,8 @@ export interface LayoutState {
   isSheetOpen: boolean;
   isPanelHidden: boolean;
   canvas: HTMLElement;
+  /** Lies on the canvas; null until it has loaded. */
+  overlay: HTMLElement | null;
   status: HTMLElement;
 }
 
@@ -67,7 +70,7 @@ export function volumeLayout(state: LayoutState, actions: LayoutActions): Templa
   return html`<div class=${classes}>
     ${bar(state, actions)}
     <main class="stage" style=${`background:${state.background}`}>
-      ${state.canvas} ${state.banner ? bannerPart(state.banner, actions) : nothing}
+      ${state.canvas} ${state.problem ? nothing : state.overlay} ${state.banner ? bannerPart(state.banner, actions) : nothing}
       ${cover(state, actions)}
       ${
         state.toast
@@ -170,6 +173,7 @@ function panelPart(
       ${surfacesSection(state, actions)}
       ${guard([state.look, state.isThemeBackground], () => appearanceSection(state, actions))}
       ${guard([state.look], () => lightSection(state, actions))}
+      ${guard([state.show, state.info], () => viewSection(state, actions))}
       ${guard([state.clip, state.info], () => clippingSection(state, actions))}
       ${guard([state.info], () => volumeSection(state))}
     </div>

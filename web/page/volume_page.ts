@@ -1,4 +1,5 @@
 import { render } from "lit";
+import type { Overlay } from "../overlay/overlay.ts";
 import {
   faults,
   type Progress,
@@ -7,7 +8,15 @@ import {
   StreamError,
   slowWait,
 } from "../stream/index.ts";
-import { type Camera, RendererError, Viewer } from "../viewer/index.ts";
+import {
+  type AxisView,
+  axisViews,
+  type Camera,
+  CameraMotion,
+  cameraAlong,
+  RendererError,
+  Viewer,
+} from "../viewer/index.ts";
 import { DisplaySettings } from "./display_settings.ts";
 import { formatValue } from "./format.ts";
 import { showHelp } from "./help.ts";
@@ -43,13 +52,19 @@ export class VolumePage {
   readonly #target: Target;
   readonly #canvas = viewCanvas();
   readonly #status = new StatusLine();
-  readonly #viewer = new Viewer(this.#canvas);
+  readonly #viewer = new Viewer(this.#canvas, { reset: () => this.#reset() });
   readonly #url = readUrl(location.search);
+  readonly #motion = new CameraMotion(this.#viewer);
+  #overlay: Overlay | null = null;
   readonly #settings = new DisplaySettings(this.#viewer, this.#url, () => {
     this.#address.changed();
     this.#render();
   });
-  readonly #histogram = new Histogram((value) => this.#settings.actions.slide(value));
+  readonly #histogram = new Histogram({
+    pick: (value) => this.#settings.actions.slide(value),
+    activate: (index) => this.#settings.actions.activate(index),
+    step: (by) => this.#settings.step(by, "step"),
+  });
   readonly #toast = new Toast(() => this.#render());
 
   #info: StoreInfo | null = null;
@@ -65,6 +80,8 @@ export class VolumePage {
   /** The renderer's last error, until it draws again. */
   #rendererError: RendererError | null = null;
   #isContextLost = false;
+  /** The bytes of an isovalue. */
+  #cost: { isovalue: number; bytes: number } | null = null;
   #isSheetOpen = false;
   #isPanelHidden = false;
   #hasPicture = false;
@@ -135,7 +152,10 @@ export class VolumePage {
       this.#address.changed();
     });
     viewer.on("busy", (isBusy) => {
-      if (!isBusy) this.#status.rests();
+      if (!isBusy) {
+        this.#status.rests();
+        this.#findCost();
+      }
       this.#showBusy();
     });
     viewer.on("error", (error) => this.#onViewerError(error));
@@ -162,6 +182,7 @@ export class VolumePage {
       this.#problem = null;
       this.#failures = 0;
     }
+    this.#settings.closed();
     this.#resetProgress();
     this.#rendererError = null;
     this.#hasPicture = false;
@@ -196,6 +217,7 @@ export class VolumePage {
   /** Called after the page opened the volume, or the viewer reopened it after a context loss. */
   #onOpened(info: StoreInfo): void {
     this.#info = info;
+    this.#cost = null;
     this.#failures = 0;
     this.#problem = null;
     this.#rendererError = null;
@@ -224,6 +246,17 @@ export class VolumePage {
     }
   }
 
+  /** What the isovalue costs is found when the view rests: it takes time in large volumes. */
+  #findCost(): void {
+    const { surfaces, active } = this.#settings.state;
+    const isovalue = surfaces[active]?.isovalue;
+    if (isovalue === undefined || this.#cost?.isovalue === isovalue) return;
+    const bytes = this.#viewer.bytesOf(isovalue);
+    if (bytes === undefined) return;
+    this.#cost = { isovalue, bytes };
+    this.#render();
+  }
+
   /** Publishes whether the picture or the address will still change by themselves. */
   #showBusy(): void {
     this.#canvas.ariaBusy = String(this.#viewer.isBusy || this.#address.isPending);
@@ -238,6 +271,7 @@ export class VolumePage {
   /** The volume cannot be opened. `isRetryScheduled`: another try is already scheduled. */
   #showError(error: unknown, isRetryScheduled = false): void {
     this.#resolveFirstContent();
+    this.#settings.closed();
     this.#resetProgress();
     this.#problem = problemOf(error, this.#target.name);
     clearTimeout(this.#reopenTimer);
@@ -248,8 +282,8 @@ export class VolumePage {
     }
     this.#render();
     if (error instanceof StreamError && error.kind === "not-found" && this.#url.volume) {
-      fetchVolumes()
-        .then((volumes) => {
+      fetchVolumes({ limit: 20 })
+        .then(({ volumes }) => {
           this.#names = volumes.filter((volume) => !volume.error).map((volume) => volume.name);
           this.#render();
         })
@@ -279,7 +313,9 @@ export class VolumePage {
   readonly #actions: LayoutActions = {
     ...this.#settings.actions,
     retry: () => this.#retry(),
-    reset: () => this.#viewer.reset(),
+    reset: () => this.#reset(),
+    fit: () => this.#fit(),
+    lookAlong: (view) => this.#lookAlong(view),
     savePicture: () => void this.#saveScreenshot(),
     copyLink: () => void this.#copyLink(),
     toggleSheet: () => this.#openSheet(!this.#isSheetOpen),
@@ -302,9 +338,35 @@ export class VolumePage {
     s: () => void this.#saveScreenshot(),
     t: toggleTheme,
     f: () => this.#togglePanel(),
-    r: () => this.#viewer.reset(),
+    r: () => this.#reset(),
+    v: () => this.#fit(),
+    ...Object.fromEntries(axisViews.map((view, i) => [String(i + 1), () => this.#lookAlong(view)])),
     Escape: () => this.#openSheet(false),
   };
+
+  #reset(): void {
+    const whole = this.#viewer.wholeView;
+    if (whole) this.#motion.to(whole);
+  }
+
+  #fit(): void {
+    const { camera, wholeView } = this.#viewer;
+    if (!camera || !wholeView) return;
+    const { target, distance } = wholeView;
+    this.#motion.to({ ...camera, target, distance });
+  }
+
+  #lookAlong(view: AxisView): void {
+    const { camera } = this.#viewer;
+    if (camera) this.#motion.to(cameraAlong(camera, view));
+  }
+
+  /** What lies above the picture is loaded after the first surface. */
+  async loadOverlay(): Promise<void> {
+    const { Overlay } = await import("../overlay/overlay.ts");
+    this.#overlay = new Overlay(this.#viewer, (view) => this.#lookAlong(view));
+    this.#render();
+  }
 
   #openSheet(isOpen: boolean): void {
     if (isOpen === this.#isSheetOpen) return;
@@ -377,9 +439,11 @@ export class VolumePage {
     };
     const { state } = this.#progress ?? {};
     const isSettled = state === "complete" || state === "incomplete" || state === "offline";
+    const active = settings.surfaces[settings.active]?.isovalue;
+    const bytes = this.#cost?.isovalue === active ? this.#cost?.bytes : undefined;
     const layout: LayoutState = {
       title: this.#title(),
-      panel: info ? { info, histogram: this.#histogram.element, ...settings } : null,
+      panel: info ? { info, histogram: this.#histogram.element, bytes, ...settings } : null,
       background: settings.look.background,
       // If there is no picture, the error takes its place.
       problem: this.#problem ?? (this.#hasPicture ? null : fault),
@@ -391,13 +455,16 @@ export class VolumePage {
       isSheetOpen: this.#isSheetOpen,
       isPanelHidden: this.#isPanelHidden,
       canvas: this.#canvas,
+      overlay: this.#overlay?.element ?? null,
       status: this.#status.element,
     };
+    this.#overlay?.show(settings.show);
     render(volumeLayout(layout, this.#actions), this.#root);
     if (info) {
-      const { scale } = settings;
+      const { scale, isLogarithmic } = settings;
       const { suggestions, marks } = this.#settings;
-      this.#histogram.show({ scale, suggestions, histogram: info.metadata.histogram }, marks);
+      const { histogram, active_cells: activeCells } = info.metadata;
+      this.#histogram.show({ scale, suggestions, histogram, activeCells, isLogarithmic }, marks);
     }
   }
 }

@@ -35,11 +35,66 @@ export class ApiError extends Error {
   }
 }
 
+/** A part of a list of volumes. */
+export interface VolumeList {
+  volumes: VolumeEntry[];
+  /** Volumes of the whole list, and their bytes. */
+  total: number;
+  fileBytes: number;
+}
+
+export interface ListQuery {
+  /** Words, each of which a volume must have in its name or title. */
+  query?: string;
+  /** Volumes to leave out at the beginning. */
+  offset?: number;
+  /** The most volumes to return, at most 1000. Default: 100. */
+  limit?: number;
+}
+
 /** The volumes on this page's server, or of its static site. */
-export async function fetchVolumes(signal?: AbortSignal): Promise<VolumeEntry[]> {
+export async function fetchVolumes(
+  wanted: ListQuery = {},
+  signal?: AbortSignal,
+): Promise<VolumeList> {
+  const catalog = siteCatalog();
+  if (catalog === null) return (await fetchList(listAddress(wanted), signal)) as VolumeList;
+  return selectVolumes((await fetchList(catalog, signal)).volumes, wanted);
+}
+
+function listAddress({ query, offset, limit }: ListQuery): string {
+  const parameters = [
+    query && `query=${encodeURIComponent(query)}`,
+    offset && `offset=${offset}`,
+    limit && `limit=${limit}`,
+  ].filter(Boolean);
+  return parameters.length > 0 ? `v1/volumes?${parameters.join("&")}` : "v1/volumes";
+}
+
+/** The part of a whole list that a server would return. */
+export function selectVolumes(
+  volumes: readonly VolumeEntry[],
+  { query = "", offset = 0, limit = 100 }: ListQuery,
+): VolumeList {
+  const words = query.toLowerCase().split(" ").filter(Boolean);
+  const found = volumes.filter(({ name, title }) => {
+    const texts = [name, title ?? ""].map((text) => text.toLowerCase());
+    return words.every((word) => texts.some((text) => text.includes(word)));
+  });
+  return {
+    volumes: found.slice(offset, offset + limit),
+    total: found.length,
+    fileBytes: found.reduce((sum, volume) => sum + (volume.fileBytes ?? 0), 0),
+  };
+}
+
+async function fetchList(
+  address: string,
+  signal: AbortSignal | undefined,
+): Promise<{ volumes: VolumeEntry[] }> {
   let response: Response;
   try {
-    response = await fetch(siteCatalog() ?? "v1/volumes", { signal: signal ?? null });
+    response = await fetch(address, { signal: signal ?? null });
   } catch (error) {
     if (signal?.aborted) throw error;
     throw new ApiError("The server does not answer.", true);
@@ -56,13 +111,12 @@ export async function fetchVolumes(signal?: AbortSignal): Promise<VolumeEntry[]>
   }
   try {
     const answer = (await response.json()) as { volumes: VolumeEntry[] };
-    return answer.volumes;
-  } catch {
-    throw new ApiError(
-      "The server's list of volumes cannot be read: is it an Isosplat server?",
-      false,
-    );
-  }
+    if (Array.isArray(answer.volumes)) return answer;
+  } catch {} // reported below
+  throw new ApiError(
+    "The server's list of volumes cannot be read: is it an Isosplat server?",
+    false,
+  );
 }
 
 /**

@@ -1,4 +1,6 @@
-export { InlineDecoder } from "./decoder.ts";
+export { BlobSource } from "./blob_source.ts";
+export { type Decoder, InlineDecoder } from "./decoder.ts";
+export { defaultSampleBudget } from "./device.ts";
 export {
   type Fault,
   type FaultKind,

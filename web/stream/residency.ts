@@ -19,7 +19,7 @@ interface Resident {
  * dropped, but neither those of the present view nor pinned ones.
  */
 export class Residency {
-  readonly #maxSamples: number;
+  #maxSamples: number;
   #budget: number;
   readonly #store: Store;
   readonly #dropped: (handle: number) => void;
@@ -45,6 +45,16 @@ export class Residency {
   /** Lowers the budget, but not below the pinned samples. */
   limit(samples: number): void {
     this.#budget = Math.max(this.#pinnedSamples, Math.min(this.#budget, Math.floor(samples)));
+  }
+
+  /**
+   * Sets the sample budget. If it is lower than what is resident, chunks are dropped as soon as no
+   * selection uses them.
+   */
+  setBudget(samples: number): void {
+    this.#maxSamples = samples;
+    this.#budget = Math.max(this.#pinnedSamples, samples);
+    this.#trim();
   }
 
   /** Undoes `limit`. */
@@ -77,6 +87,23 @@ export class Residency {
         if (resident) resident.lastUse = this.#now;
       }
     }
+    this.#trim();
+  }
+
+  /** After the budget was lowered: drops what the present selection does not use. */
+  #trim(): void {
+    if (this.#samples + this.#reservedSamples <= this.#budget) return;
+    for (const [handle] of this.#idle()) {
+      if (this.#samples + this.#reservedSamples <= this.#budget) return;
+      this.drop(handle);
+    }
+  }
+
+  /** What may be dropped, the least recently used first. */
+  #idle(): [number, Resident][] {
+    return [...this.#residents]
+      .filter(([, resident]) => !resident.pinned && resident.lastUse < this.#now)
+      .sort(([, a], [, b]) => a.lastUse - b.lastUse);
   }
 
   /** Reserves room for a chunk. Returns false if all resident chunks are in use. */
@@ -84,9 +111,7 @@ export class Residency {
     if (this.#reserved.has(chunk.handle)) return true;
     const room = (): number => this.#room(chunk);
     if (room() < 0) {
-      const idle = [...this.#residents]
-        .filter(([, resident]) => !resident.pinned && resident.lastUse < this.#now)
-        .sort(([, a], [, b]) => a.lastUse - b.lastUse);
+      const idle = this.#idle();
       const freeable = idle.reduce((samples, [, resident]) => samples + resident.samples, 0);
       if (room() + freeable < 0) return false;
       for (const [handle] of idle) {

@@ -144,6 +144,15 @@ export class StreamSession {
     return this.#store.projectPacked(place, samples, isovalue, options);
   }
 
+  /**
+   * The bytes of all chunks of the volume's finest level that an isovalue needs, from any view.
+   * Undefined if the directory of these chunks has not been fetched.
+   */
+  bytesOf(isovalue: number): number | undefined {
+    if (this.isClosed || this.#store.missingPages(0, isovalue).length > 0) return undefined;
+    return this.#store.chunksFor(0, isovalue).reduce((sum, { bytes }) => sum + bytes, 0);
+  }
+
   /** Opacity or clipping has changed, and with it what is occluded. */
   sceneChanged(): void {
     this.#occlusion.viewChanged();
@@ -188,6 +197,13 @@ export class StreamSession {
     this.#backoff.wake();
     this.#selecting.request();
     this.#retryParts();
+  }
+
+  /** Changes `StreamOptions.sampleBudget`. Memory above it is freed when coarser chunks are drawn. */
+  setSampleBudget(samples: number): void {
+    if (this.isClosed) return;
+    this.#uploads.residency.setBudget(samples);
+    this.#select();
   }
 
   /** The viewer accepted these chunks (`samples`), but the GPU did not have room for them. */

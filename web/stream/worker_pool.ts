@@ -41,6 +41,22 @@ export function defaultWorkerCount(): number {
   return Math.min(4, Math.max(1, cores - 1));
 }
 
+/**
+ * Workers whose program may be of another origin than the page, as where a script element names
+ * another host. Browsers allow only workers of the page's own origin; these may import the program.
+ */
+function workerOfAnyOrigin(): typeof globalThis.Worker {
+  return class extends globalThis.Worker {
+    constructor(program: string | URL, options?: WorkerOptions) {
+      const { href, origin } = new URL(program);
+      const isForeign = typeof location !== "undefined" && origin !== location.origin;
+      const text = `import ${JSON.stringify(href)};`;
+      const importer = () => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+      super(isForeign ? importer() : program, options);
+    }
+  };
+}
+
 /** Decodes in module workers. Buffers are transferred both ways; no memory is shared. */
 export class WorkerPool implements Decoder {
   readonly #members: Member[] = [];
@@ -99,6 +115,8 @@ export class WorkerPool implements Decoder {
   }
 
   #spawn(): Member {
+    const Worker = workerOfAnyOrigin();
+    // Bundlers know this form of the expression.
     const worker = new Worker(new URL("./decode_worker.ts", import.meta.url), { type: "module" });
     const member: Member = { worker, tasks: new Map(), isStarted: false };
     const start = (renderer: WebAssembly.Module | undefined): void => {

@@ -25,7 +25,11 @@ interface Point {
  * pinch and pan), pen, and keys on the canvas (arrows: orbit; Shift and arrows: pan; + −: zoom; R:
  * reset). The returned function removes all listeners.
  */
-export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions): () => void {
+export function attachControls(
+  canvas: HTMLCanvasElement,
+  actions: CameraActions,
+  reset?: () => void,
+): () => void {
   const pointers = new Map<number, Point>();
   let panning = false;
   let lighting = false;
@@ -123,7 +127,7 @@ export function attachControls(canvas: HTMLCanvasElement, actions: CameraActions
   canvas.addEventListener(
     "keydown",
     (event) => {
-      if (handleCameraKey(event, actions)) event.preventDefault();
+      if (handleCameraKey(event, actions, reset)) event.preventDefault();
     },
     { signal },
   );
@@ -140,8 +144,12 @@ function pixelsPerUnit({ deltaMode }: WheelEvent): number {
   return deltaMode === WheelEvent.DOM_DELTA_PAGE ? 120 : 1;
 }
 
-/** Handles a key outside the canvas. Returns false if the key has no action. */
-export function handleCameraKey(event: KeyboardEvent, actions: CameraActions): boolean {
+/** Handles a key. Returns false if it has no action. `reset`: in place of that of `actions`. */
+export function handleCameraKey(
+  event: KeyboardEvent,
+  actions: CameraActions,
+  reset = () => actions.reset(),
+): boolean {
   if (event.ctrlKey || event.metaKey || event.altKey) return false;
   const arrows: Record<string, [number, number]> = {
     ArrowLeft: [-1, 0],
@@ -158,7 +166,7 @@ export function handleCameraKey(event: KeyboardEvent, actions: CameraActions): b
   }
   if (event.key === "+" || event.key === "=") actions.zoom(1 / keyZoom);
   else if (event.key === "-" || event.key === "_") actions.zoom(keyZoom);
-  else if (event.key === "r" || event.key === "R") actions.reset();
+  else if (event.key === "r" || event.key === "R") reset();
   else return false;
   return true;
 }

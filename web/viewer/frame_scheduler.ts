@@ -9,8 +9,13 @@ import { RestClock } from "./rest_clock.ts";
 import { SplatChoice } from "./splat_choice.ts";
 import type { Camera, FrameReport, Look, Splats } from "./types.ts";
 
-/** Edges are smoothed by further draws if one picture takes no longer than this (ms). */
-const longestSmoothed = 400;
+/**
+ * A still view gets smooth normals, ambient occlusion and shadows if its exact picture took no longer
+ * than this (ms). Such a picture takes about 1.5 times as long.
+ */
+const longestSmoothed = 1000;
+/** Edges are smoothed by a mean of such pictures if one of them takes no longer (ms). */
+const longestContinued = 600;
 /** Interval between checks whether the GPU has finished a picture (ms). */
 const shortestWait = 8;
 /** New chunks fade in if a picture takes no longer than this (ms). */
@@ -337,7 +342,8 @@ export class FrameScheduler {
 
   /** Only one picture is in flight, so that a gesture does not have to wait for more. */
   #maySmooth(splats: Splats): boolean {
-    return !this.#timer.isBusy && this.#isFast(longestSmoothed, splats);
+    const longest = this.#isOccluded ? longestContinued : longestSmoothed;
+    return !this.#timer.isBusy && this.#isFast(longest, splats);
   }
 
   #draw({ camera, shading }: Scene, draw: () => DrawStatistics): void {

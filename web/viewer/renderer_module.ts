@@ -15,6 +15,8 @@ import { colourings, colourMaps, shadings, splatKinds } from "./types.ts";
 interface Exports extends CoreModule {
   HEAPU8: Uint8Array;
   HEAPU32: Uint32Array;
+  /** Emscripten's names of elements, which come before selectors. */
+  specialHTMLTargets: Record<string, EventTarget>;
   _malloc(bytes: number): number;
   _free(pointer: number): void;
   _isosplat_renderer_create(selector: number): number;
@@ -101,7 +103,6 @@ export function hasWebGl2(): boolean {
 
 const wasmUrl = new URL("../../build/wasm/web/isosplat-renderer.wasm", import.meta.url).href;
 
-let canvasNumber = 0;
 let compiled: Promise<WebAssembly.Module> | null = null;
 
 /** The compiled code of the module. Fetches and compiles it once; an early call saves time later. */
@@ -177,9 +178,11 @@ export class RendererModule {
     ]);
     const exports = await instantiate<Exports>(factory as ModuleFactory, wasm);
     const renderer = new RendererModule(exports);
-    // The C side finds its canvas by selector.
-    canvas.id ||= `isosplat-canvas-${++canvasNumber}`;
-    const selector = renderer.#text(`#${CSS.escape(canvas.id)}`);
+    // The C side finds its canvas by name, here, and not by a selector in the document: the canvas
+    // may be in a shadow tree, or in none.
+    const name = "!canvas";
+    exports.specialHTMLTargets[name] = canvas;
+    const selector = renderer.#text(name);
     try {
       renderer.#check(exports._isosplat_renderer_create(selector));
       renderer.#gl = canvas.getContext("webgl2");

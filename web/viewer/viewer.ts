@@ -1,6 +1,7 @@
 import type { Core } from "../core/index.ts";
 import { loadCore } from "../core/index.ts";
 import {
+  type Decoder,
   type Progress,
   type Source,
   type StoreInfo,
@@ -64,6 +65,10 @@ export interface ViewerOptions {
   maxPixelRatio?: number;
   /** Whether mouse, touch and keys on the canvas move the camera. Default true. */
   controls?: boolean;
+  /** What the key R does. Default: `Viewer.reset()`. */
+  reset?: () => void;
+  /** Decodes chunks, and is not closed with the viewer: several may share it. Default: one's own. */
+  decoder?: Decoder;
 }
 
 export interface OpenOptions {
@@ -100,7 +105,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #session: StreamSession | null = null;
   #opening: AbortController | null = null;
   #source: Source | null = null;
-  #decoder: WorkerPool | null = null;
+  /** The viewer's own workers, if it has no `decoder` of others. */
+  #workers: WorkerPool | null = null;
   #info: StoreInfo | null = null;
 
   #camera: Camera | null = null;
@@ -112,16 +118,20 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #isWarm = false;
   #disposed = false;
   #rendererMadeAt = Number.NEGATIVE_INFINITY;
+  #sampleBudget: number | undefined;
 
   constructor(canvas: HTMLCanvasElement, options: ViewerOptions = {}) {
     super();
     this.canvas = canvas;
     this.#options = options;
+    this.#sampleBudget = options.sampleBudget;
     this.#size = new CanvasSize(canvas, options.maxPixelRatio ?? 2, () =>
       this.#scheduler?.request(),
     );
     this.#cleanup.push(() => this.#size.stop());
-    if (options.controls !== false) this.#cleanup.push(attachControls(canvas, this));
+    if (options.controls !== false) {
+      this.#cleanup.push(attachControls(canvas, this, options.reset));
+    }
 
     const lost = (event: Event) => this.#onContextLost(event);
     const restored = () => this.#onContextRestored();
@@ -169,13 +179,13 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   ): Promise<StoreInfo> {
     // Workers and the store's header load at the same time as the renderer.
     source.warm();
-    this.#decoder ??= new WorkerPool({ renderer: compiledRenderer() });
-    const decoder = this.#decoder;
+    const decoder = this.#options.decoder ?? this.#ownWorkers();
     const cameraBefore = this.#camera;
     const { renderer, core } = await this.#loadParts();
     signal.throwIfAborted();
     if (options.surfaces) this.#surfaces = [...options.surfaces];
-    const { sampleBudget, targetCellPixels, backgroundBytes } = this.#options;
+    const { targetCellPixels, backgroundBytes } = this.#options;
+    const sampleBudget = this.#sampleBudget;
     const streaming = {
       ...(sampleBudget ? { sampleBudget } : {}),
       ...(targetCellPixels ? { targetCellPixels } : {}),
@@ -228,6 +238,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return session.info;
   }
 
+  #ownWorkers(): WorkerPool {
+    this.#workers ??= new WorkerPool({ renderer: compiledRenderer() });
+    return this.#workers;
+  }
+
   /** `asked`: the camera of `open()`; `before`: the camera when that was called. */
   #setFirstCamera(renderer: RendererModule, asked: Camera | undefined, before: Camera | null) {
     if (!asked) {
@@ -238,6 +253,12 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     } else {
       this.#camera = renderer.bounded(asked);
     }
+  }
+
+  /** Changes `ViewerOptions.sampleBudget`, also of the volume that is open. */
+  setSampleBudget(samples: number): void {
+    this.#sampleBudget = samples;
+    this.#session?.setSampleBudget(samples);
   }
 
   /** Retries at once: requests that wait for their next attempt, and parts that have failed. */
@@ -265,7 +286,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#disposed = true;
     this.close();
     this.#scheduler?.stop();
-    this.#decoder?.close();
+    this.#workers?.close();
     for (const clean of this.#cleanup) clean();
     this.#renderer?.destroy();
     this.removeListeners();
@@ -293,6 +314,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.setSurfaces(
       isovalues.map((isovalue, i) => ({ ...(this.#surfaces[i] ?? first), isovalue })),
     );
+  }
+
+  /** StreamSession.bytesOf; undefined while no volume is open. */
+  bytesOf(isovalue: number): number | undefined {
+    return this.#session?.bytesOf(isovalue);
   }
 
   get look(): Readonly<Look> {
@@ -353,6 +379,20 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#camera = bounded;
     this.emit("camera", bounded);
     this.#scheduler?.onCameraChange();
+  }
+
+  /**
+   * World to clip space for a picture of this size: 4 × 4, column by column. Null until a volume is
+   * open.
+   */
+  viewProjection(width: number, height: number): Float64Array | null {
+    if (!this.#renderer || !this.#camera || !this.#info) return null;
+    return this.#renderer.viewProjection(this.#camera, Math.max(1, width), Math.max(1, height));
+  }
+
+  /** The first view of the volume, in which all of it is seen. Null until a volume is open. */
+  get wholeView(): Camera | null {
+    return this.#renderer && this.#info ? this.#firstCamera(this.#renderer) : null;
   }
 
   /** Returns to the first view of the volume. */

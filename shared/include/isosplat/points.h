@@ -32,6 +32,9 @@ enum class Displaced : uint8_t {
 struct PointArrays {
   std::vector<Vec3d> positions;  ///< world
   std::vector<Vec3f> normals;    ///< of the world; as many as positions
+  /// Of the volume at the positions, by trilinear interpolation in the cell: near the isovalue. As
+  /// many as positions, or none, by ProjectionOptions::values.
+  std::vector<float> values;
 };
 
 /// How a sample is projected onto the isosurface.
@@ -46,6 +49,8 @@ struct ProjectionOptions {
   /// paper: some cells have no point, and some points are outside their cell. A cell with a zero
   /// gradient has no point.
   Displaced displaced = Displaced::clamp;
+
+  bool values = false;  ///< whether PointArrays::values are computed
 };
 
 }  // namespace isosplat

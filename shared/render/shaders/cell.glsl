@@ -52,6 +52,18 @@ Trilinear trilinear(vec4 lower, vec4 upper) {
                    vec4(d.x, d.y - d.x, d.z - d.x, d.w - d.z - d.y + d.x));
 }
 
+// The same function of positions in a box of the cell, 0 to 1 from `low` to `low + extent`.
+Trilinear in_box(Trilinear f, vec3 low, vec3 extent) {
+  Trilinear at_low = Trilinear(f.a + low.z * f.b, extent.z * f.b);
+  vec4 scale = vec4(1.0, extent.xy, extent.x * extent.y);
+  vec4 a = at_low.a, b = at_low.b;
+  a.xy += low.y * a.zw;
+  b.xy += low.y * b.zw;
+  a.xz += low.x * a.yw;
+  b.xz += low.x * b.yw;
+  return Trilinear(scale * a, scale * b);
+}
+
 // x: value; yzw: gradient in quantized values per cell, at p in the cell (0 to 1).
 vec4 value_and_gradient(Trilinear f, vec3 p) {
   vec4 c = f.a + p.z * f.b;

@@ -22,6 +22,16 @@ vec4 cubic_along(Trilinear f, vec3 o, vec3 r) {
 
 float cubic(vec4 k, float t) { return ((k.x * t + k.y) * t + k.z) * t + k.w; }
 
+// Whether the cubic may have a root in [0, end]: not if its control values (Bernstein's form) have one
+// sign, which bound it. Zero counts as below.
+bool may_cross(vec4 k, float end) {
+  vec3 power = vec3(k.z, k.y * end, k.x * end * end) * end;
+  vec4 control = k.w + vec4(0.0, power.x / 3.0, (2.0 * power.x + power.y) / 3.0, power.x + power.y + power.z);
+  float least = min(min(control.x, control.y), min(control.z, control.w));
+  float most = max(max(control.x, control.y), max(control.z, control.w));
+  return least <= 0.0 && most > 0.0;
+}
+
 // The smallest root in [0, end]; negative if there is none. Between its extrema the cubic is
 // monotonic: the first part whose ends have different signs contains the root. Zero counts as below,
 // as in is_active.
@@ -37,7 +47,7 @@ float first_root(vec4 k, float end) {
   }
   float low = 0.0, high = end, f_low = k.w, f_high;
   float f0 = cubic(k, e0), f1 = cubic(k, e1);
-  bool above = f_low > 0.0;
+  bool above = f_low > 0.0, found = true;
   if ((f0 > 0.0) != above) {
     high = e0;
     f_high = f0;
@@ -50,24 +60,19 @@ float first_root(vec4 k, float end) {
     low = e1;
     f_low = f1;
     f_high = cubic(k, end);
-    if ((f_high > 0.0) == above) return -1.0;
+    found = (f_high > 0.0) != above;
   }
-  // Regula falsi with the Illinois modification never leaves the bracket; a Newton step then doubles
-  // the digits.
-  float t = low;
-  for (int i = 0; i < 7; ++i) {
-    t = clamp((low * f_high - high * f_low) / (f_high - f_low), low, high);
-    float f_t = cubic(k, t);
-    if ((f_t > 0.0) == (f_low > 0.0)) {
-      low = t;
-      f_low = f_t;
-      f_high *= 0.5;
-    } else {
-      high = t;
-      f_high = f_t;
-      f_low *= 0.5;
-    }
+  // Newton steps from the secant, or bisection where they leave the bracket. Without a root no step runs:
+  // software renderers skip a loop that no pixel of a group runs.
+  float t = (low * f_high - high * f_low) / (f_high - f_low), f_t = found ? 1.0 : 0.0;
+  for (int i = 0; i < 8 && abs(f_t) > ROOT_TOLERANCE; ++i) {
+    f_t = cubic(k, t);
+    if ((f_t > 0.0) == (f_low > 0.0)) low = t;
+    else high = t;
+    float next = t - f_t / ((3.0 * k.x * t + 2.0 * k.y) * t + k.z);
+    // A root has been reached. Another step improves it, unless it starts beside an extremum.
+    if (abs(f_t) <= ROOT_TOLERANCE && !(abs(next - t) < 0.02)) break;
+    t = next >= low && next <= high ? next : 0.5 * (low + high);
   }
-  float slope = (3.0 * k.x * t + 2.0 * k.y) * t + k.z;
-  return slope != 0.0 ? clamp(t - cubic(k, t) / slope, low, high) : t;
+  return found ? t : -1.0;
 }

@@ -2,7 +2,9 @@
 // cell's box and one cell more on every side, where the hat functions of its corners are not 0. Cells
 // that the isosurface does not cross contribute as well, since central differences would use their
 // voxels.
-uniform vec2 u_support;         // x: weight of the gradient; y: side of the finest cells in px at distance 1
+// x: weight of the gradient; y: side of the finest cells in px at distance 1; z, w: side in px up to
+// which cells keep their own normals, and 1 / the difference to that from which on they do not.
+uniform vec4 u_support;
 flat out vec3 v_low;            // the cell's low corner
 flat out vec4 v_lower, v_upper; // its values, weighted
 flat out float v_fade;          // 0 where cells are too small for smooth normals, up to 1
@@ -14,7 +16,7 @@ void main() {
   vec3 centre = v_low + 0.5 * size, half_box = SMOOTH_REACH_CELLS * size;
   float z = dot(centre, u_forward.xyz);
   float side_px = u_support.y / max(z, u_depth.z);
-  v_fade = clamp((side_px - SMOOTH_MIN_PX) / (SMOOTH_FULL_PX - SMOOTH_MIN_PX), 0.0, 1.0);
+  v_fade = clamp((side_px - u_support.z) * u_support.w, 0.0, 1.0);
   // Differences from the least value are exact; large values would leave less precision.
   float weight = u_support.x * v_fade;
   v_lower = weight * (cell.lower - cell.interval.x);

@@ -38,7 +38,8 @@ vec3 lit(vec3 normal, vec3 to_eye, vec3 colour, float open, float key_share) {
   if (dot(normal, to_eye) < 0.0) normal = -normal;
   float n_l = max(dot(normal, u_key_direction.xyz), 0.0);
   float rim = u_rim.w * max(dot(normal, u_rim.xyz), 0.0);
-  vec3 sky = u_sky[0] + (u_sky[1] + u_sky[2] * normal.y) * normal.y;
+  float up = SKY_UP_Y * normal.y + SKY_UP_Z * normal.z;
+  vec3 sky = u_sky[0] + (u_sky[1] + u_sky[2] * up) * up;
   vec3 light = (sky + rim) * open + u_key * (key_share * n_l);
   float n_v = max(dot(normal, to_eye), 1e-3);
   // The half vector is the sum of both directions, of length √(2 + 2 l·v). Where the surface faces away

@@ -1,23 +1,21 @@
-// A square with one depth and normal, around the part of the tangent plane inside of the cell. It is
-// cut to the strip of the image that this part covers: whole squares would reach beyond the outline
-// where a surface is seen edge-on.
+// A square with one depth and normal. Its fragments cover the points at which the surface crosses the
+// cell's edges: their octagon along the axes of the image and between them, and their strip across the
+// surface's direction in the image. A larger part of the square would reach beyond thin structures, and
+// beyond the outline where a surface is seen edge-on.
 #ifdef LIT
 flat out uvec4 v_square;  // bits of the strip and the colour: software renderers pay for each output
 #else
 flat out uvec4 v_pixel;
 flat out vec3 v_band;
 #endif
+flat out vec4 v_low, v_high;  // limits of the octagon in px: of x, y, x + y, x - y
 
-// Whether a corner is far beyond the tangent plane, but not beyond the surface. The cell then contains
-// a second sheet of the surface, or one so curved that a part of a plane would leave a hole.
-// offset: distance of the plane from the cell's centre, along the normal.
-bool is_more_than_a_plane(Cell cell, float quantized_isovalue, vec3 normal, vec3 size, float offset) {
-  vec3 rise = 0.5 * normal * size;
-  vec4 beyond = vec4(-rise.x - rise.y, rise.x - rise.y, rise.y - rise.x, rise.x + rise.y) - offset;
-  vec4 agreement = min((beyond - rise.z) * sign(cell.lower - quantized_isovalue),
-                       (beyond + rise.z) * sign(cell.upper - quantized_isovalue));
-  float least = min(min(agreement.x, agreement.y), min(agreement.z, agreement.w));
-  return least < -QUAD_BEYOND * (abs(rise.x) + abs(rise.y) + abs(rise.z));
+// The extent in px of the crossings in a box along a direction of the image, relative to the sample.
+// along: px per unit. corner: that of the box, relative to the sample.
+vec2 extent_px(Crossings crossings, vec3 along, vec3 corner, vec3 size) {
+  vec2 px = extent(crossings, along * size) + dot(along, corner);
+  float half_px = 0.5 * u_lens.w * (px.y - px.x) + QUAD_MARGIN_PX;
+  return 0.5 * (px.x + px.y) + vec2(-half_px, half_px);
 }
 
 void draw_square(Cell cell, vec3 size, vec3 centre) {
@@ -54,56 +52,56 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   v_pixel = encode_surface(in_view, scalar, u_isosurface, 1.0);
 #endif
 
-  // If the tangent plane cuts off a corner of the cell, its part inside of the cell lies in a smaller
-  // box at that corner. Thin structures lie in a smaller box around the sample.
-  vec3 half_box = 0.5 * u_lens.w * size, middle = -displacement;
-  float footprint = thin_footprint(cell, quantized_isovalue);
-  if (footprint < 1.0) {
-    half_box *= footprint;
-    in_view = towards_eye(in_view, position);
-    normal = row_from_view(in_view);
-    middle = displacement = vec3(0.0);
+  // The values at the corners of the box whose crossings are covered, and its corner 0 from the sample.
+  vec4 lower = cell.lower - quantized_isovalue, upper = cell.upper - quantized_isovalue;
+  vec3 corner = -0.5 * size - displacement;
+  if (quantized_isovalue != u_quantized_isovalue || u_switches.y == 0) {
+    // The trilinear function has no surface here, or projection is disabled: a plane through the sample.
+    // Thin structures lie in a smaller box around it.
+    float footprint = thin_footprint(cell, quantized_isovalue);
+    if (footprint < 1.0) {
+      size *= footprint;
+      corner = -0.5 * size;
+      in_view = towards_eye(in_view, position);
+      normal = row_from_view(in_view);
+    }
+    vec3 rise = normal * size;
+    lower = dot(normal, corner) + vec4(0.0, rise.xy, rise.x + rise.y);
+    upper = lower + rise.z;
   }
-  float offset = dot(normal, displacement);
-  float room = max(dot(abs(normal), half_box) - QUAD_CORNER * abs(offset), 0.0);
-  vec3 part = min(half_box, 0.5 * room / (abs(normal) + 1e-6));
-  middle += sign(offset) * sign(normal) * (half_box - part);
+  Crossings crossings = find_crossings(lower, upper);
+
+  // In px to the right and up, for positions in the box.
+  vec3 to_hit = position / z;
+  vec2 aside = vec2(dot(to_hit, u_right.xyz), dot(to_hit, u_up.xyz));
+  float per_px = u_lens.x / z;
+  vec3 right = per_px * (u_right.xyz - u_forward.xyz * aside.x);
+  vec3 up = per_px * (u_up.xyz - u_forward.xyz * aside.y);
+  vec2 sample_px = to_px(position, z);
+  vec2 x = extent_px(crossings, right, corner, size) + sample_px.x;
+  vec2 y = extent_px(crossings, up, corner, size) + sample_px.y;
+  vec2 rising = extent_px(crossings, right + up, corner, size) + sample_px.x + sample_px.y;
+  vec2 falling = extent_px(crossings, right - up, corner, size) + sample_px.x - sample_px.y;
+  v_low = vec4(x.x, y.x, rising.x, falling.x);
+  v_high = vec4(x.y, y.y, rising.y, falling.y);
+
+  vec2 edge = in_view.xy + in_view.z * aside;  // the normal along right and up
+  vec2 strip = extent_px(crossings, edge.x * right + edge.y * up, corner, size) + dot(edge, sample_px);
+  // In half widths of the strip: per px across it; its centre.
+  float per_strip = 2.0 / max(strip.y - strip.x, 1e-6);
+  vec3 band = per_strip * vec3(edge, 0.5 * (strip.x + strip.y));
 
   // The nearest of overlapping squares is visible, which moves the surface towards the eye: move the
   // square back.
-  float flatness = QUAD_FLATNESS;
-  vec3 along_view = u_forward.xyz + flatness * in_view.z * normal;
-  float back = z + dot(along_view, middle) + QUAD_SETBACK * dot(abs(along_view), part);
-  // If one plane cannot represent the surface, the square covers the whole cell.
-  if (footprint == 1.0 && u_switches.y != 0 &&
-      is_more_than_a_plane(cell, quantized_isovalue, normal, size, offset)) {
-    part = half_box;
-    middle = -displacement;
-    flatness = 0.0;
-  }
+  vec2 depth = z + dot(u_forward.xyz, corner) + extent(crossings, u_forward.xyz * size);
+  float back = mix(depth.x, depth.y, 0.5 + 0.5 * QUAD_SETBACK);
 
-  // For any c, the part of a plane inside of a box extends no further along r than the box along
-  // r - c n.
-  vec3 to_hit = position / z;
-  vec2 aside = vec2(dot(to_hit, u_right.xyz), dot(to_hit, u_up.xyz));
-  vec3 right = u_right.xyz - u_forward.xyz * aside.x, up = u_up.xyz - u_forward.xyz * aside.y;
-  vec2 edge = in_view.xy + in_view.z * aside;  // the normal along right and up
-  vec3 n = flatness * normal;
-  vec3 along_right = right - edge.x * n, along_up = up - edge.y * n;
-  vec3 along_edge = edge.x * right + edge.y * up - dot(edge, edge) * n;
-  float per_px = u_lens.x / z;
-  vec2 half_px = per_px * vec2(dot(abs(along_right), part), dot(abs(along_up), part));
-  vec2 centre_px =
-      to_px(position, z) + per_px * vec2(dot(along_right, middle), dot(along_up, middle));
-  float half_band = per_px * dot(abs(along_edge), part) + QUAD_MIN_PX * length(edge);
-  vec2 across = edge / max(half_band, 1e-6);
-  vec3 band = vec3(across, dot(across, centre_px));  // in half widths of the strip: per px across it; its centre
 #ifdef LIT
   v_square = uvec4(floatBitsToUint(band), pack_colour(colour));
 #else
   v_band = band;
 #endif
-  place_splat(centre_px, half_px + QUAD_MARGIN_PX, back, back);
+  place_splat(0.5 * vec2(x.x + x.y, y.x + y.y), 0.5 * vec2(x.y - x.x, y.y - y.x), back, back);
 }
 
 void main() {
@@ -113,6 +111,7 @@ void main() {
   v_pixel = uvec4(0u);
   v_band = vec3(0.0);
 #endif
+  v_low = v_high = vec4(0.0);
   drop();
   Cell cell;
   vec3 size, centre;

@@ -7,13 +7,13 @@ flat out vec4 v_distance;       // x: distance of the sample along the view; yz:
 flat out vec3 v_place, v_place_x, v_place_y;  // position in the cell, 0 to 1: of the sample; change per px
 flat out vec3 v_along;          // change of this position per unit along the view
 #else
-flat out vec4 v_centre;         // of the cell; w: distance along the view
+flat out vec4 v_centre;         // of the box around the surface; w: distance along the view
 #ifndef PULLED
 flat out vec2 v_centre_px;
 #endif
 flat out float v_span;
 #endif
-flat out vec3 v_size;           // of the cell
+flat out vec3 v_size;           // of the cell, or of the box around the surface
 flat out vec4 v_a, v_b;         // the trilinear interpolant minus the quantized isovalue, in spans
 flat out float v_scalar;
 
@@ -101,7 +101,7 @@ void place_ellipse(vec3 centre, vec3 size, vec3 displacement, vec3 normal, vec3 
               middle + reach);
 }
 #else
-// Places the splat on the cell's box, for fragments that search all of it.
+// Places the splat on a box, for fragments that search all of it. centre, size: those of the box.
 void place_exact(vec3 centre, vec3 size, float span) {
   float z = dot(centre, u_forward.xyz);
   if (z + dot(abs(u_forward.xyz), 0.5 * size) < u_depth.z) {
@@ -117,7 +117,7 @@ void place_exact(vec3 centre, vec3 size, float span) {
   v_centre = vec4(centre, max(z, u_depth.z));
   v_centre_px = to_px(centre, v_centre.w);
 #endif
-  place_box(centre, (0.5 + ROUNDED_MARGIN_CELLS) * u_lens.w * size, 0.51);
+  place_box(centre, 0.5 * u_lens.w * size, 0.02);
 }
 #endif
 
@@ -164,14 +164,28 @@ void main() {
     f = Trilinear(vec4(quantized_isovalue - 0.5 * (across.x + across.y + across.z), across.xy, 0.0),
                   vec4(across.z, 0.0, 0.0, 0.0));
   }
+  f.a.x -= quantized_isovalue;
+#if KIND != KIND_ELLIPSE
+  // Fragments search the box around the surface, in its coordinates.
+  float span = cell.interval.y - cell.interval.x;
+  vec3 low = vec3(0.0), high = vec3(1.0);
+  if (quantized_isovalue == u_quantized_isovalue && u_switches.y != 0) {
+    bound_surface(find_crossings(cell.lower - quantized_isovalue, cell.upper - quantized_isovalue), low, high);
+  }
+  float margin = span > 511.0 ? ROUNDED_MARGIN_CELLS : EXACT_MARGIN_CELLS;
+  low -= margin;
+  high += margin;
+  f = in_box(f, low, high - low);
+  centre += (0.5 * (low + high) - 0.5) * size;
+  size *= high - low;
+#endif
   v_size = size;
   v_a = f.a;
-  v_a.x -= quantized_isovalue;
   v_b = f.b;
 #if KIND == KIND_ELLIPSE
   float mixed = abs(f.a.w) + abs(f.b.y) + abs(f.b.z) + abs(f.b.w);
   place_ellipse(centre, size, displacement, normal, in_view, mixed / max(length(gradient * size), 1e-9));
 #else
-  place_exact(centre, size, cell.interval.y - cell.interval.x);
+  place_exact(centre, size, span);
 #endif
 }

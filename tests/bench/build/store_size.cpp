@@ -8,8 +8,8 @@
 #include <string>
 
 #include "native/builder/builder.h"
-#include "native/builder/scan_volume.h"
 #include "native/builder/survey.h"
+#include "shared/builder/scan_volume.h"
 #include "shared/codec/cell_mask.h"
 #include "shared/codec/chunk_codec.h"
 #include "shared/preprocess/quantization.h"
@@ -157,7 +157,8 @@ struct Quantized {
 };
 
 Result<Quantized> quantize(HeldVolume& source, uint8_t bits) {
-  const auto scan = scan_volume(source, 1, true, [](uint64_t) {});
+  SerialExecutor executor;
+  const auto scan = scan_volume(source, executor, true, [](uint64_t) {});
   if (!scan) return tl::unexpected(scan.error());
   const auto quantization = choose_quantization(source.header(), *scan);
   if (!quantization) return tl::unexpected(quantization.error());

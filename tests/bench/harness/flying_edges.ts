@@ -50,7 +50,7 @@ export interface Mesh {
   bytes: number;
 }
 
-/** VTK's Flying Edges in a process of its own, with the volume loaded. */
+/** VTK's Flying Edges, or its marching cubes, in a process of its own, with the volume loaded. */
 export class FlyingEdges {
   readonly #child: ChildProcess;
   readonly #lines: AsyncIterator<string>;
@@ -67,11 +67,13 @@ export class FlyingEdges {
     volume: RawVolume,
     threads: number,
     folder: string,
+    filter: "flying-edges" | "marching-cubes" = "flying-edges",
   ): Promise<FlyingEdges> {
-    const raw = join(folder, "flying-edges.raw");
+    const raw = join(folder, `${filter}.raw`);
     writeFileSync(raw, volume.data);
     const script = join(root, "tests/bench/peers/flying_edges.py");
     const args = [script, raw, ...volume.voxels.map(String), volume.type, String(threads)];
+    if (filter === "marching-cubes") args.push(filter);
     const peer = new FlyingEdges(spawn(python, args, { stdio: ["pipe", "pipe", "inherit"] }));
     const { backend } = (await peer.#answer()) as { backend: string };
     if (backend !== "TBB") throw new Error(`VTK runs on ${backend}, not TBB: not the peer to beat`);

@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 """VTK's Flying Edges as a peer: loads a raw volume once, then extracts what it is asked for.
 
-    flying_edges.py FILE X Y Z u8|i16|u16|f32 THREADS
+    flying_edges.py FILE X Y Z u8|i16|u16|f32 THREADS [marching-cubes]
+
+With "marching-cubes": vtkMarchingCubes, which has one thread.
 
 Each line of standard input is an isovalue. Answered by one line of JSON: seconds (of the filter
 alone, warm), triangles, and the bytes of the mesh with normals (points, normals, connectivity).
@@ -11,7 +13,7 @@ import json
 import sys
 import time
 
-from raw_volume import flying_edges, raw_volume
+from raw_volume import flying_edges, raw_volume, vtkFlyingEdges3D, vtkMarchingCubes
 from vtkmodules.vtkCommonCore import vtkSMPTools
 
 
@@ -22,7 +24,8 @@ def main():
 
     reader = raw_volume(path, (x, y, z), kind)
     reader.Update()
-    edges = flying_edges(reader)
+    marching_cubes = sys.argv[7:] == ["marching-cubes"]
+    edges = flying_edges(reader, vtkMarchingCubes if marching_cubes else vtkFlyingEdges3D)
     print(json.dumps({"backend": vtkSMPTools.GetBackend()}), flush=True)
     for line in sys.stdin:
         edges.SetValue(0, float(line))

@@ -1,6 +1,6 @@
 """What the scripts beside this one share: a raw volume as VTK reads it, and the filter."""
 
-from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
+from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D, vtkMarchingCubes
 from vtkmodules.vtkIOImage import vtkImageReader2
 
 SCALAR_TYPES = {
@@ -24,9 +24,9 @@ def raw_volume(path, voxels, kind, spacing=(1, 1, 1)):
     return reader
 
 
-def flying_edges(reader):
-    """The filter on what the reader reads, with normals and nothing else."""
-    edges = vtkFlyingEdges3D()
+def flying_edges(reader, filter_class=vtkFlyingEdges3D):
+    """The filter (or vtkMarchingCubes) on what the reader reads, with normals and nothing else."""
+    edges = filter_class()
     edges.SetInputConnection(reader.GetOutputPort())
     edges.ComputeNormalsOn()
     edges.ComputeGradientsOff()

@@ -1,9 +1,11 @@
 // Time to draw each splat kind, and a triangle mesh in the same renderer: views around the volume
 // as in the paper's experiment (section 6), the kinds in turn at each view. isosplat_frame_rate
-// VOLUME ISOVALUE MESH [--size PX] [--views N] [--kind K] [--band LOW HIGH] [--stages] Prints one
-// line of JSON. --band: all samples that are active in this range are resident, as in chunks;
-// without it, only those that are active for the isovalue. --stages: prints a table instead, of the
-// processor time of all threads by stage of a frame. It does not change with what else runs.
+// VOLUME ISOVALUE MESH [--size PX] [--views N] [--kind K] [--band LOW HIGH] [--still] [--stages]
+// Prints one line of JSON. --still: times a picture of the mean of a still view, with ambient
+// occlusion and shadows, instead of a frame. --band: all samples that are active in this range are
+// resident, as in chunks; without it, only those that are active for the isovalue. --stages: prints
+// a table instead, of the processor time of all threads by stage of a frame. It does not change
+// with what else runs.
 #include <GLES3/gl3.h>
 
 #include <algorithm>
@@ -16,6 +18,7 @@
 #include <optional>
 
 #include "native/headless/egl_context.h"
+#include "native/headless/offscreen_target.h"
 #include "tests/bench/render/volume.h"
 
 namespace isosplat {
@@ -25,7 +28,7 @@ struct Options {
   double isovalue, low, high;
   int size = 1024, views = 36;
   std::string kind;  ///< empty: all
-  bool stages = false;
+  bool still = false, stages = false;
 };
 
 Options parse_options(int argc, char** argv) {
@@ -39,6 +42,8 @@ Options parse_options(int argc, char** argv) {
       options.views = std::max(1, std::atoi(next()));
     else if (!std::strcmp(argv[i], "--kind"))
       options.kind = next();
+    else if (!std::strcmp(argv[i], "--still"))
+      options.still = true;
     else if (!std::strcmp(argv[i], "--stages"))
       options.stages = true;
     else if (!std::strcmp(argv[i], "--band")) {
@@ -47,18 +52,6 @@ Options parse_options(int argc, char** argv) {
     }
   }
   return options;
-}
-
-/// A framebuffer of size² pixels.
-GLuint make_framebuffer(int size) {
-  GLuint framebuffer = 0, colour = 0;
-  glGenFramebuffers(1, &framebuffer);
-  glGenRenderbuffers(1, &colour);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glBindRenderbuffer(GL_RENDERBUFFER, colour);
-  glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, size, size);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour);
-  return framebuffer;
 }
 
 constexpr const char* kNames[] = {"quad", "ellipse", "exact", "smooth", "mesh"};
@@ -81,12 +74,19 @@ struct Times {
   }
 };
 
-/// Draws a frame. Returns nullopt if it cannot be drawn.
-std::optional<Times> time_frame(Renderer& renderer, int size, GLuint framebuffer) {
+/// Draws a frame, or with `still` the third picture of a mean. Returns nullopt if it cannot be
+/// drawn.
+std::optional<Times> time_frame(Renderer& renderer, int size, GLuint framebuffer,
+                                bool still = false) {
+  if (still &&
+      (!renderer.draw(size, size, framebuffer) || !renderer.refine(size, size, framebuffer))) {
+    return std::nullopt;
+  }
   glFinish();
   const auto begin = std::chrono::steady_clock::now();
   const std::clock_t processor_begin = std::clock();
-  const auto drawn = renderer.draw(size, size, framebuffer);
+  const auto drawn =
+      still ? renderer.refine(size, size, framebuffer) : renderer.draw(size, size, framebuffer);
   if (!drawn) return std::nullopt;
   glFinish();
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
@@ -118,7 +118,8 @@ bool time_stages(Renderer& renderer, int size, GLuint framebuffer, Times& times)
 /// Draws all kinds in turn at each view. Returns nullopt if a picture cannot be drawn.
 std::optional<std::array<Times, 5>> draw_views(Renderer& splats, Renderer& mesh,
                                                const Options& options, Camera camera) {
-  const GLuint framebuffer = make_framebuffer(options.size);
+  const OffscreenTarget target(options.size, options.size);
+  const GLuint framebuffer = target.framebuffer();
   RenderSettings settings;
   settings.isosurfaces = {{options.isovalue, {0.85f, 0.8f, 0.7f}, 1}};
   settings.eye_dome = 0;
@@ -133,7 +134,7 @@ std::optional<std::array<Times, 5>> draw_views(Renderer& splats, Renderer& mesh,
       settings.shading = kind == 3 ? Shading::smooth : Shading::exact;
       renderer.set_settings(settings);
       renderer.set_camera(camera);
-      auto times = time_frame(renderer, options.size, framebuffer);
+      auto times = time_frame(renderer, options.size, framebuffer, options.still && kind != kMesh);
       if (!times) return std::nullopt;
       if (options.stages && !time_stages(renderer, options.size, framebuffer, *times)) {
         return std::nullopt;

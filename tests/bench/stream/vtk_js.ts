@@ -16,8 +16,8 @@ export interface Peer {
 
 /** Builds the peer's page and serves it with an NRRD of bytes (detached, gzip); undefined: skipped. */
 export async function servePeer(bench: Bench, header: string): Promise<Peer | undefined> {
-  if (!existsSync(join(bench.root, "node_modules/@kitware/vtk.js"))) {
-    bench.skip("vtk.js", "not installed (npm install --no-save @kitware/vtk.js@37.4.3)");
+  if (!existsSync(join(bench.root, "tests/bench/peers/node_modules"))) {
+    bench.skip("vtk.js", "not installed (npm ci --prefix tests/bench/peers)");
     return undefined;
   }
   const root = join(bench.root, "tests/bench/peers/vtk_js");

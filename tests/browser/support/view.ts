@@ -22,7 +22,7 @@ export async function openSection(page: Page, name: string): Promise<void> {
   const opening = await page.locator(`wa-details[summary="${name}"]`).evaluateHandle((section) => ({
     isOpen: new Promise((resolve) => section.addEventListener("wa-after-show", resolve)),
   }));
-  await page.getByRole("button", { name }).click();
+  await page.getByRole("button", { name, exact: true }).click();
   await opening.evaluate(async ({ isOpen }) => {
     await isOpen;
   });

@@ -44,7 +44,14 @@ test("the tarball holds what its manifest promises, and no sources", () => {
 
 test("the README has the examples", () => {
   expect([...examples(project.folder).keys()]).toEqual(
-    expect.arrayContaining(["points.mjs", "remote.mjs", "plain.html", "main.js", "own.js"]),
+    expect.arrayContaining([
+      "points.mjs",
+      "remote.mjs",
+      "plain.html",
+      "element.html",
+      "main.js",
+      "own.js",
+    ]),
   );
 });
 
@@ -90,6 +97,7 @@ const use = `
 import { type Chunk, type Core, CoreError, loadCore, type Points, type Store } from "isosplat/core";
 import { FileSource, type Progress, ServerSource, StreamSession, faults } from "isosplat/stream";
 import { type Camera, Viewer, RendererError } from "isosplat/viewer";
+import "isosplat/element";
 
 export async function run(canvas: HTMLCanvasElement, bytes: Uint8Array): Promise<number> {
   const core: Core = await loadCore();
@@ -113,6 +121,11 @@ export async function run(canvas: HTMLCanvasElement, bytes: Uint8Array): Promise
     },
   });
   session.close();
+  const view = document.createElement("isosplat-viewer");
+  view.addEventListener("isovaluechange", ({ detail }) => console.log(detail.length, view.info?.range));
+  view.isovalues = [60.5];
+  // @ts-expect-error: isovalues are numbers
+  view.isovalues = "60.5";
   // @ts-expect-error: a volume is opened from a source
   await viewer.open("head.isosplat");
   // @ts-expect-error: there is no such event

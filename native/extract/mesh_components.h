@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstddef>
+
+#include "native/extract/extract_mesh.h"
+
+namespace isosplat {
+
+/// Drops all but the `count` components of largest area, and the vertices that no triangle uses any
+/// more. A component is a set of triangles that are connected by shared vertices. Of components of
+/// equal area, the one that comes first is kept. The order of vertices and triangles remains.
+/// Returns the number of components before.
+size_t keep_largest_components(MeshPart& mesh, size_t count);
+
+/// Drops the vertices that no triangle uses. The order of the others remains.
+void drop_unused_vertices(MeshPart& mesh);
+
+}  // namespace isosplat

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "shared/posix_file/posix_file.h"
+
+namespace isosplat {
+
+/// Bytes in a temporary file, for parts of a file that come after others whose size is not known
+/// yet. The temporary file has no name, and is gone when the program ends.
+class SpooledBytes {
+ public:
+  /// `folder`: where the temporary file is; empty: the current folder. Errors: io_error.
+  static Result<SpooledBytes> create(const std::filesystem::path& folder);
+
+  /// Errors: io_error.
+  Result<void> append(std::span<const std::byte> bytes);
+
+  uint64_t size() const { return size_; }
+
+  /// Calls `use` for pieces of all bytes, in order. Errors: io_error, and the first error of `use`.
+  Result<void> read(const std::function<Result<void>(std::span<const std::byte>)>& use) const;
+
+ private:
+  explicit SpooledBytes(PosixFile file) : file_(std::move(file)) {}
+
+  PosixFile file_;
+  uint64_t size_ = 0;
+};
+
+}  // namespace isosplat

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "shared/points/block_borders.h"
+#include "shared/store_file/store_file.h"
+
+namespace isosplat {
+
+/// An axis-aligned box in the world: low ≤ position < high along each axis.
+struct WorldBox {
+  Vec3d low, high;
+
+  bool contains(Vec3d at) const {
+    return low.x <= at.x && low.y <= at.y && low.z <= at.z && at.x < high.x && at.y < high.y &&
+           at.z < high.z;
+  }
+};
+
+/// Which points of which isosurface.
+struct PointQuery {
+  double isovalue = 0;
+  uint32_t level = 0;
+  std::optional<WorldBox> box;  ///< absent: all
+  bool smooth_normals = true;   ///< false: the gradient of each cell
+  bool values = false;          ///< whether PointArrays::values are needed
+};
+
+/// Limits of the work and memory of one query.
+struct PointLimits {
+  ChunkBudget chunks;
+  uint64_t cells = UINT64_MAX;         ///< of all its chunks
+  uint64_t border_bytes = UINT64_MAX;  ///< for smooth normals
+};
+
+/// The points of an isosurface, in a box, chunk by chunk, on the calling thread: those of
+/// `isosplat extract`, in raster order of blocks. Chunks are decoded twice: create() counts the
+/// points, and for smooth normals finds the sums of gradients at the borders of blocks, which stay
+/// in memory (16 bytes per lattice point that the surface touches there); next() computes points.
+class SurfacePoints {
+ public:
+  struct Created {
+    std::unique_ptr<SurfacePoints> points;
+    std::string over_limit;  ///< what exceeded its limit, in words; `points` is then null
+  };
+
+  /// Errors: those of StoreFile and ChunkDecoder, not_found (no such level).
+  static Result<Created> create(std::shared_ptr<const StoreFile> store, const PointQuery& query,
+                                const PointLimits& limits);
+
+  uint64_t count() const { return count_; }
+
+  /// Cells of the largest chunk: next() returns no more points.
+  uint32_t largest_chunk() const { return largest_chunk_; }
+
+  /// What it keeps in memory, in bytes.
+  uint64_t memory() const { return memory_; }
+
+  /// Memory for decoding and smooth normals: about 7 MB. For one thread; reused between calls.
+  class Scratch;
+  static std::shared_ptr<Scratch> make_scratch();
+
+  bool is_at_end() const { return next_ == parts_.size(); }
+
+  /// The points of the next chunk that has some. Requires !is_at_end(). Errors: as create(), and
+  /// io_error if the file was changed in the meantime.
+  Result<PointArrays> next(Scratch& scratch);
+
+ private:
+  /// How much of a block is in the box. Blocks without points are needed by their neighbours'
+  /// smooth normals.
+  enum class Inside : uint8_t { none, partly, whole };
+  struct Part {
+    ChunkRef chunk;
+    Inside inside = Inside::whole;
+    uint32_t points = 0;
+  };
+
+  SurfacePoints(std::shared_ptr<const StoreFile> store, const PointQuery& query);
+  Inside inside_of(BlockKey block) const;
+  std::string add_chunks(ChunkSelection selection, const PointLimits& limits);
+  Result<void> decode(const ChunkRef& chunk, Scratch& scratch) const;
+  PointArrays points_in_box(const Part& part, Scratch& scratch, const BlockBorders* borders,
+                            bool values) const;
+  Result<std::string> count_points(const PointLimits& limits);
+  void skip_empty_parts();
+
+  std::shared_ptr<const StoreFile> store_;
+  PointQuery query_;
+  float quantized_isovalue_;
+  std::vector<Part> parts_;  ///< in raster order of blocks
+  std::optional<BlockBorders> borders_;
+  size_t next_ = 0;
+  uint64_t count_ = 0;
+  uint64_t memory_ = 0;
+  uint32_t largest_chunk_ = 0;
+};
+
+}  // namespace isosplat

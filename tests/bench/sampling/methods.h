@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "shared/sampling/trilinear.h"
+
+namespace isosplat {
+
+/// A box of a cell, half as large per subdivision, with one sample at its centre.
+struct SampleBox {
+  Vec3f low;                       ///< in cells, inside the unit cell
+  float side = 1;                  ///< in cells
+  std::array<float, 8> corners{};  ///< the trilinear function there: its extremes in the box
+};
+
+/// Where the samples of a cell lie (paper, section 4).
+enum class Subdivision : uint8_t {
+  none,       ///< one sample for each active cell: what Isosplat does
+  isotropic,  ///< one for each active octant
+  adaptive    ///< octants only where the interval is wider than a threshold
+};
+
+/// How a sample is projected (paper, section 3).
+enum class ProjectionMethod : uint8_t {
+  newton,          ///< one step, and dropped if it is longer than half the box's diagonal
+  newton_clamped,  ///< one step, at most so long, and not out of the cell: what Isosplat does
+  two_newton,      ///< two steps, dropped as one
+  exact            ///< the nearest root along the gradient in the cell; else as newton_clamped
+};
+
+/// The active boxes of a cell. `max_interval`: of the adaptive subdivision. Replaces `boxes`.
+void subdivide(const std::array<float, 8>& corners, float isovalue, Subdivision subdivision,
+               float max_interval, std::vector<SampleBox>& boxes);
+
+/// The projection of a box's sample, in cells, or nothing if it is dropped.
+std::optional<Vec3f> project_sample(const Trilinear& f, const SampleBox& box, float isovalue,
+                                    ProjectionMethod method);
+
+}  // namespace isosplat

@@ -1,0 +1,183 @@
+// <isosplat-viewer> in pages with one script element: attributes, events, linked and many views.
+import { createServer, type Server } from "node:http";
+import { expect, type Page, test } from "@playwright/test";
+import type { IsosplatViewerElement } from "../../web/element/index.ts";
+import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+
+let server: RunningServer;
+let pages: Server;
+/** Of another origin than the server, so that script, worker and store are all foreign. */
+let origin: string;
+let body = "";
+
+test.beforeAll(async () => {
+  server = await serve([demoFolder], 0, ["--cors", "*"]);
+  pages = createServer((_request, response) => {
+    response.setHeader("Content-Type", "text/html");
+    response.end(
+      `<!doctype html><script type="module" src="${server.url}isosplat-viewer.js"></script>${body}`,
+    );
+  });
+  await new Promise<void>((listening) => pages.listen(0, "127.0.0.1", listening));
+  const address = pages.address();
+  if (!address || typeof address === "string") throw new Error("no port");
+  origin = `http://127.0.0.1:${address.port}/`;
+});
+test.afterAll(async () => {
+  pages?.close();
+  await server?.stop();
+});
+
+const element = (volume: string, attributes: string, style = "width: 300px"): string =>
+  `<isosplat-viewer src="${server.url}v1/volumes/${volume}" style="${style}" ${attributes}></isosplat-viewer>`;
+
+async function open(page: Page, html: string): Promise<void> {
+  body = html;
+  await page.goto(origin);
+  await page.evaluate(() => customElements.whenDefined("isosplat-viewer"));
+}
+
+/** Waits until this many elements have reported a complete picture. */
+const completed = (page: Page, count: number) =>
+  expect
+    .poll(() =>
+      page.evaluate(
+        () =>
+          [...document.querySelectorAll("isosplat-viewer")].filter((e) => e.progress?.complete)
+            .length,
+      ),
+    )
+    .toBe(count);
+
+/** The number of elements that have a WebGL context, and of those that show a still picture. */
+const pictures = (page: Page) =>
+  page.evaluate(() => {
+    const count = (selector: string) =>
+      [...document.querySelectorAll("isosplat-viewer")].filter((e) =>
+        e.shadowRoot?.querySelector(selector),
+      ).length;
+    return { live: count("canvas"), still: count(".picture > img") };
+  });
+
+test("a view of another origin: attributes, controls, events and faults", async ({ page }) => {
+  await open(page, element("bucky", 'isovalue="100" colour="c8553d" controls'));
+  await completed(page, 1);
+  const view = page.locator("isosplat-viewer");
+  const slider = view.getByLabel("Isovalue", { exact: true });
+  await expect(slider).toHaveValue("100");
+  expect(await view.evaluate((e: IsosplatViewerElement) => e.surfaces)).toEqual([
+    { isovalue: 100, colour: "#c8553d", opacity: 1 },
+  ]);
+
+  const events = await view.evaluateHandle((e: IsosplatViewerElement) => {
+    const seen: string[] = [];
+    e.addEventListener("isovaluechange", ({ detail }) => seen.push(`isovalue ${detail}`));
+    e.addEventListener("camerachange", ({ detail }) => seen.push(`camera ${detail.azimuth}`));
+    e.addEventListener("fault", ({ detail }) => seen.push(`fault ${detail.kind}`));
+    return seen;
+  });
+  await view.getByLabel("Isovalue as a number").fill("120,5");
+  await page.keyboard.press("Enter");
+  await expect(slider).toHaveValue("120.5");
+  await view.getByRole("application").press("ArrowLeft");
+  await view.evaluate((e: IsosplatViewerElement) => {
+    e.removeAttribute("isovalue");
+    e.src = e.src.replace("bucky", "absent");
+  });
+  await expect(view.getByRole("status")).toBeVisible();
+  expect(await events.jsonValue()).toEqual(["isovalue 120.5", "camera 35", "fault not-found"]);
+});
+
+test("another volume begins with its own isovalue, and colours leave it", async ({ page }) => {
+  await open(page, element("bucky", ""));
+  await completed(page, 1);
+  const isovalues = await page.locator("isosplat-viewer").evaluate(async (e) => {
+    const view = e as IsosplatViewerElement;
+    const opened = new Promise((resolve) => view.addEventListener("opened", resolve));
+    const before = view.isovalues;
+    view.src = view.src.replace("bucky", "marschner_lobb");
+    await opened;
+    const suggested = view.info?.metadata.suggested_isovalues?.slice(0, 1);
+    const after = view.isovalues;
+    view.isovalues = [0.25];
+    view.setAttribute("colour", "c8553d");
+    return { before, after, suggested, coloured: view.surfaces };
+  });
+  expect(isovalues.after).toEqual(isovalues.suggested);
+  expect(isovalues.after).not.toEqual(isovalues.before);
+  expect(isovalues.coloured).toEqual([{ isovalue: 0.25, colour: "#c8553d", opacity: 1 }]);
+});
+
+test("linked views move together, and those of other groups do not", async ({ page }) => {
+  await open(
+    page,
+    element("bucky", 'link="a"') +
+      element("mandelbulb", 'link="a" isovalue="100"') +
+      element("bucky", 'isovalue="100" link="b"'),
+  );
+  await completed(page, 3);
+  // The isovalue that was given, not the default of the volume that was there first.
+  const isovalues = await page.evaluate(() =>
+    [...document.querySelectorAll("isosplat-viewer")].map((e) => e.isovalues),
+  );
+  expect(isovalues).toEqual([[100], [100], [100]]);
+  await page.locator("isosplat-viewer").first().getByRole("application").press("ArrowLeft");
+  const cameras = () =>
+    page.evaluate(() =>
+      [...document.querySelectorAll("isosplat-viewer")].map((e) => e.camera?.azimuth),
+    );
+  await expect.poll(cameras).toEqual([35, 35, 30]);
+});
+
+test("what is set while a volume is being opened is shown", async ({ page }) => {
+  await open(page, "");
+  const drawn = await page.evaluate(async (src) => {
+    const e = document.createElement("isosplat-viewer");
+    e.src = src;
+    document.body.append(e);
+    while (!e.viewer) await new Promise(requestAnimationFrame);
+    const opened = new Promise((resolve) => e.addEventListener("opened", resolve));
+    e.surfaces = [{ isovalue: 90, colour: "#c8553d", opacity: 1 }];
+    e.camera = {
+      target: [0, 0, 0],
+      distance: 500,
+      azimuth: 10,
+      elevation: 0,
+      roll: 0,
+      fieldOfView: 30,
+    };
+    await opened;
+    return { surfaces: e.viewer.surfaces, azimuth: e.viewer.camera?.azimuth };
+  }, `${server.url}v1/volumes/bucky`);
+  expect(drawn).toEqual({
+    surfaces: [{ isovalue: 90, colour: "#c8553d", opacity: 1 }],
+    azimuth: 10,
+  });
+});
+
+test("of many views four have a WebGL context, the others a picture, until one is used", async ({
+  page,
+}) => {
+  const six = Array.from({ length: 6 }, () => element("bucky", 'isovalue="100"', "width: 150px"));
+  await open(page, six.join(""));
+  await completed(page, 6);
+  await expect.poll(() => pictures(page)).toEqual({ live: 4, still: 2 });
+  const workers = page.workers().length;
+  expect(workers).toBeLessThanOrEqual(4);
+
+  const still = page.locator("isosplat-viewer").filter({ has: page.locator(".picture > img") });
+  const used = await still.first().elementHandle();
+  await used?.hover();
+  await expect
+    .poll(() => used?.evaluate((e) => e.shadowRoot?.querySelector("canvas") !== null))
+    .toBe(true);
+  await expect.poll(() => pictures(page)).toEqual({ live: 4, still: 2 });
+
+  // With the keyboard too: the focus moves from the picture to the canvas, and stays there.
+  const reached = await still.first().elementHandle();
+  await reached?.evaluate((e) => e.shadowRoot?.querySelector<HTMLElement>(".picture")?.focus());
+  await expect
+    .poll(() => reached?.evaluate((e) => e.shadowRoot?.activeElement?.tagName))
+    .toBe("CANVAS");
+  await expect.poll(() => pictures(page)).toEqual({ live: 4, still: 2 });
+});

@@ -1,0 +1,101 @@
+/** Caddy in front of a server, with the configuration that the packages have. */
+import { type ChildProcess, execFileSync, spawn, spawnSync } from "node:child_process";
+import { createHash, X509Certificate } from "node:crypto";
+import { once } from "node:events";
+import { readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { connect as connectTls } from "node:tls";
+import { fileURLToPath } from "node:url";
+import { freePort } from "./nginx.ts";
+
+const root = fileURLToPath(new URL("../..", import.meta.url));
+const isThere = (program: string) => spawnSync(program, ["version"]).error === undefined;
+
+/** Whether Caddy is installed, and openssl, which makes its certificate. */
+export const hasCaddy = isThere("caddy") && isThere("openssl");
+
+export interface Caddy {
+  /** Of TCP and UDP. */
+  port: number;
+  /** The certificate of volumes.example, in PEM. */
+  certificate: Buffer;
+  /** Of Chromium: accept this certificate, and find volumes.example here. */
+  chromiumArguments: string[];
+  stop(): Promise<void>;
+}
+
+/** Starts Caddy for volumes.example, with a server behind it. `folder`: for its files. */
+export async function startCaddy(folder: string, serverPort: number): Promise<Caddy> {
+  const port = await freePort();
+  const [certificate, key] = [join(folder, "certificate"), join(folder, "key")];
+  // biome-ignore format: options with their values
+  execFileSync("openssl", [
+    "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
+    "-subj", "/CN=volumes.example", "-addext", "subjectAltName=DNS:volumes.example",
+    "-days", "2", "-keyout", key, "-out", certificate,
+  ], { stdio: "ignore" });
+  // Only ports, addresses and the certificate differ from what the packages have.
+  const site = readFileSync(join(root, "native/packaging/Caddyfile"), "utf8")
+    .replace("127.0.0.1:8080", `127.0.0.1:${serverPort}`)
+    .replace("volumes.example {", `volumes.example {\n\ttls ${certificate} ${key}`);
+  const configuration = join(folder, "Caddyfile");
+  writeFileSync(
+    configuration,
+    `{
+      admin off
+      auto_https disable_redirects
+      default_bind 127.0.0.1
+      https_port ${port}
+    }
+    ${site}`,
+  );
+  const proxy = spawn("caddy", ["run", "--config", configuration, "--adapter", "caddyfile"], {
+    stdio: ["ignore", "ignore", "pipe"],
+    env: { ...process.env, HOME: folder, XDG_DATA_HOME: folder, XDG_CONFIG_HOME: folder },
+  });
+  let errors = "";
+  proxy.stderr.on("data", (text) => {
+    errors += text;
+  });
+  for (let attempt = 0; !(await answers(port)); ++attempt) {
+    if (attempt === 200 || proxy.exitCode !== null) {
+      await stop(proxy);
+      throw new Error(`Caddy did not start: ${errors}`);
+    }
+    await new Promise((next) => setTimeout(next, 50));
+  }
+  const publicKey = new X509Certificate(readFileSync(certificate)).publicKey;
+  const hash = createHash("sha256")
+    .update(publicKey.export({ type: "spki", format: "der" }))
+    .digest("base64");
+  return {
+    port,
+    certificate: readFileSync(certificate),
+    chromiumArguments: [
+      `--ignore-certificate-errors-spki-list=${hash}`,
+      "--host-resolver-rules=MAP volumes.example 127.0.0.1",
+    ],
+    stop: () => stop(proxy),
+  };
+}
+
+async function answers(port: number): Promise<boolean> {
+  const socket = connectTls({
+    port,
+    host: "127.0.0.1",
+    servername: "volumes.example",
+    rejectUnauthorized: false,
+  });
+  const isOpen = await Promise.race([
+    once(socket, "secureConnect").then(() => true),
+    once(socket, "close").then(() => false),
+  ]).catch(() => false);
+  socket.destroy();
+  return isOpen;
+}
+
+async function stop(child: ChildProcess): Promise<void> {
+  if (child.exitCode !== null) return;
+  child.kill("SIGTERM");
+  await once(child, "exit");
+}

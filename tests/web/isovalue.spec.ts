@@ -1,0 +1,63 @@
+// What the page says of isovalues, and how it moves them by itself.
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { activeCellsAt, costText } from "../../web/page/isovalue_cost.ts";
+import { backAndForth, IsovalueSweep } from "../../web/page/isovalue_sweep.ts";
+import type { StoreInfo } from "../../web/stream/index.ts";
+
+describe("the cost of an isovalue", () => {
+  const info = {
+    metadata: { active_cells: { low: -0.5, high: 3.5, counts: [10, 2000, 300, 4] } },
+  } as unknown as StoreInfo;
+
+  it("is the active cells of its bin", () => {
+    expect([-0.5, 0, 0.5, 1.4, 2.4, 3.5].map((value) => activeCellsAt(info, value))).toEqual([
+      10, 10, 2000, 2000, 300, 4,
+    ]);
+    expect(activeCellsAt(info, 4)).toBeUndefined();
+    expect(activeCellsAt({ metadata: {} } as StoreInfo, 1)).toBeUndefined();
+  });
+
+  it("is said as far as it is known", () => {
+    expect(costText(294_000, 400_000)).toBe("about 294 k active cells, 400 KB at full detail");
+    expect(costText(294_000, undefined)).toBe("about 294 k active cells");
+    expect(costText(undefined, undefined)).toBe("");
+  });
+});
+
+describe("a sweep", () => {
+  beforeEach(() => {
+    vi.useFakeTimers();
+    // Node has no animation frames.
+    vi.stubGlobal("requestAnimationFrame", (frame: (now: number) => void) =>
+      Number(setTimeout(() => frame(performance.now()), 16)),
+    );
+    vi.stubGlobal("cancelAnimationFrame", (handle: number) => clearTimeout(handle));
+  });
+  afterEach(() => {
+    vi.useRealTimers();
+    vi.unstubAllGlobals();
+  });
+
+  it("goes back and forth", () => {
+    expect([0, 0.25, 1, 1.25, 2, 2.5, -0.25].map(backAndForth)).toEqual([
+      0, 0.25, 1, 0.75, 0, 0.5, 0.25,
+    ]);
+  });
+
+  it("begins with the present value, turns at the ends, and stops", () => {
+    const values: number[] = [];
+    const sweep = new IsovalueSweep((value) => values.push(value));
+    sweep.start(60, 0, 100, 1);
+    expect(sweep.isRunning).toBe(true);
+    vi.advanceTimersByTime(1000);
+    expect(values[0]).toBeCloseTo(60);
+    expect(Math.max(...values)).toBeGreaterThan(97);
+    expect(Math.max(...values)).toBeLessThanOrEqual(100);
+    expect(values.at(-1)).toBeLessThan(60);
+    sweep.stop();
+    const { length } = values;
+    vi.advanceTimersByTime(1000);
+    expect(values.length).toBe(length);
+    expect(sweep.isRunning).toBe(false);
+  });
+});

@@ -1,0 +1,78 @@
+import { type CompiledModule, CoreError } from "../core/index.ts";
+import type { BuildWorkerMessage, BuildWorkerStart } from "./build_worker.ts";
+import type { EncodeWorkerStart } from "./encode_worker.ts";
+import { compileBuilder } from "./module.ts";
+import type { BuildLimits, BuildProgress, BuildReport, VolumeDescription } from "./types.ts";
+import type { Voxels } from "./voxels.ts";
+
+export interface BuildStoreOptions extends Omit<BuildLimits, "encoders"> {
+  /** How many workers encode. Default: one per core, at most 8. */
+  workers?: number;
+  signal?: AbortSignal;
+  progress?(progress: BuildProgress): void;
+  /** The compiled module. Default: it is fetched. */
+  program?: CompiledModule;
+}
+
+export interface BuiltStore {
+  store: Blob;
+  report: BuildReport;
+}
+
+/** Workers that encode, by default. The director is idle most of the time. */
+export function defaultEncoderCount(): number {
+  return Math.min(8, Math.max(1, navigator.hardwareConcurrency ?? 2));
+}
+
+/**
+ * Builds a store in workers: one reads the voxels and writes the store, the others encode blocks. The
+ * main thread only passes messages. Ends all workers when the build has ended, failed, or was cancelled.
+ * Rejects with a CoreError, or with the signal's reason.
+ */
+export async function buildStore(
+  volume: VolumeDescription,
+  voxels: Voxels,
+  options: BuildStoreOptions = {},
+): Promise<BuiltStore> {
+  const { signal, workers = defaultEncoderCount(), progress, memoryBytes } = options;
+  signal?.throwIfAborted();
+  const program = options.program ?? (await compileBuilder());
+  signal?.throwIfAborted();
+  const director = new Worker(new URL("./build_worker.ts", import.meta.url), { type: "module" });
+  const encoders = Array.from(
+    { length: workers },
+    () => new Worker(new URL("./encode_worker.ts", import.meta.url), { type: "module" }),
+  );
+  const all = [director, ...encoders];
+  let abort = (): void => {};
+  try {
+    return await new Promise<BuiltStore>((resolve, reject) => {
+      abort = () => reject(signal?.reason);
+      signal?.addEventListener("abort", abort, { once: true });
+      for (const worker of all) {
+        worker.onerror = (event) => {
+          event.preventDefault();
+          const message = event.message || "a worker of the build could not be started";
+          reject(new CoreError("worker_lost", message));
+        };
+      }
+      director.onmessage = ({ data }: MessageEvent<BuildWorkerMessage>) => {
+        if ("progress" in data) progress?.(data.progress);
+        else if ("store" in data) resolve(data);
+        else reject(new CoreError(data.status, data.message));
+      };
+      const ports = encoders.map((worker) => {
+        const { port1, port2 } = new MessageChannel();
+        const start: EncodeWorkerStart = { port: port2, program };
+        worker.postMessage(start, [port2]);
+        return port1;
+      });
+      const limits = memoryBytes === undefined ? {} : { memoryBytes };
+      const start: BuildWorkerStart = { program, ports, volume, voxels, limits };
+      director.postMessage(start, ports);
+    });
+  } finally {
+    signal?.removeEventListener("abort", abort);
+    for (const worker of all) worker.terminate();
+  }
+}

@@ -1,0 +1,45 @@
+import type { Camera, Clip } from "../viewer/index.ts";
+
+/** What linked elements have in common. */
+export interface LinkedView {
+  camera?: Camera;
+  isovalues?: readonly number[];
+  clip?: Clip;
+}
+
+export interface LinkedElement {
+  /** Another element of the group has changed these. Must not send them on. */
+  receive(view: LinkedView): void;
+}
+
+/** Elements with the same name of a group show the same view. */
+export class LinkGroups {
+  readonly #groups = new Map<string, { members: Set<LinkedElement>; view: LinkedView }>();
+
+  /**
+   * Returns the view of the group as far as it is known; what it lacks, the others receive from `own`.
+   */
+  join(name: string, element: LinkedElement, own: LinkedView = {}): LinkedView {
+    const group = this.#groups.get(name) ?? { members: new Set(), view: {} };
+    this.#groups.set(name, group);
+    group.members.add(element);
+    const known = { ...group.view };
+    const lacking = Object.entries(own).filter(([part]) => !(part in known));
+    if (lacking.length > 0) this.send(name, element, Object.fromEntries(lacking));
+    return known;
+  }
+
+  leave(name: string, element: LinkedElement): void {
+    const group = this.#groups.get(name);
+    group?.members.delete(element);
+    if (group?.members.size === 0) this.#groups.delete(name);
+  }
+
+  /** Sets the view of the group. All members but the sender receive what is given. */
+  send(name: string, sender: LinkedElement, view: LinkedView): void {
+    const group = this.#groups.get(name);
+    if (!group?.members.has(sender)) return;
+    Object.assign(group.view, view);
+    for (const member of group.members) if (member !== sender) member.receive(view);
+  }
+}

@@ -1,0 +1,49 @@
+/** Lengths of the world, which are in millimetres. */
+
+const units = [
+  { name: "km", mm: 1e6 },
+  { name: "m", mm: 1e3 },
+  { name: "cm", mm: 10 },
+  { name: "mm", mm: 1 },
+  { name: "µm", mm: 1e-3 },
+  { name: "nm", mm: 1e-6 },
+] as const;
+
+/** 25 → "25 mm"; 0.05 → "50 µm". Six significant digits at most. */
+export function formatLength(mm: number): string {
+  const size = Math.abs(mm);
+  const unit = units.find((u) => u.name !== "cm" && size >= u.mm) ?? units[units.length - 1];
+  if (size === 0 || !unit) return "0 mm";
+  return `${Number((mm / unit.mm).toPrecision(6))} ${unit.name}`;
+}
+
+/** The largest number of the form 1, 2, 5 · 10ⁿ that is not larger. */
+export function roundBelow(value: number): number {
+  const power = 10 ** Math.floor(Math.log10(value));
+  const digit = value / power;
+  // A quotient such as 4.999… is meant to be 5.
+  const round = digit > 5 - 1e-9 ? 5 : digit > 2 - 1e-9 ? 2 : 1;
+  return Number((round * power).toPrecision(12));
+}
+
+/** A scale bar of at most `mostPixels`: its length in mm, and in pixels. */
+export function scaleBar(
+  pixelsPerMm: number,
+  mostPixels: number,
+): { mm: number; pixels: number } | undefined {
+  const most = mostPixels / pixelsPerMm;
+  if (!Number.isFinite(most) || most <= 0) return undefined;
+  const mm = roundBelow(most);
+  return { mm, pixels: mm * pixelsPerMm };
+}
+
+/** Multiples of a round step between two lengths, about `count` of them. */
+export function ticks(low: number, high: number, count: number): number[] {
+  const step = roundBelow((high - low) / count);
+  if (!(step > 0) || !Number.isFinite(step)) return [];
+  const first = Math.ceil(low / step - 1e-9);
+  const last = Math.floor(high / step + 1e-9);
+  return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) =>
+    Number(((first + i) * step).toPrecision(12)),
+  );
+}

@@ -1,0 +1,51 @@
+import { cameraBetween } from "./camera_views.ts";
+import type { Camera } from "./types.ts";
+import type { Viewer } from "./viewer.ts";
+
+/** Duration of a motion (ms). */
+const duration = 350;
+
+/**
+ * Moves the camera of a viewer smoothly to another one. Whatever else moves the camera ends the
+ * motion. Visitors who prefer reduced motion see the other view at once.
+ */
+export class CameraMotion {
+  readonly #viewer: Viewer;
+  #handle = 0;
+  #isSetting = false;
+
+  constructor(viewer: Viewer) {
+    this.#viewer = viewer;
+    viewer.on("camera", () => {
+      if (!this.#isSetting) this.stop();
+    });
+  }
+
+  to(camera: Camera): void {
+    this.stop();
+    const from = this.#viewer.camera;
+    if (!from || matchMedia("(prefers-reduced-motion: reduce)").matches) {
+      this.#set(camera);
+      return;
+    }
+    const begin = performance.now();
+    const step = (now: number): void => {
+      const time = Math.max(0, Math.min(1, (now - begin) / duration));
+      // Smoothstep: begins and ends slowly.
+      this.#set(cameraBetween(from, camera, time * time * (3 - 2 * time)));
+      this.#handle = time < 1 ? requestAnimationFrame(step) : 0;
+    };
+    this.#handle = requestAnimationFrame(step);
+  }
+
+  stop(): void {
+    cancelAnimationFrame(this.#handle);
+    this.#handle = 0;
+  }
+
+  #set(camera: Camera): void {
+    this.#isSetting = true;
+    this.#viewer.setCamera(camera);
+    this.#isSetting = false;
+  }
+}
