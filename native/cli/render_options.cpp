@@ -54,6 +54,11 @@ void add_camera_options(CLI::App* command, RenderCall* call) {
   command->add_option("--roll", call->roll, "Degrees about the viewing direction")
       ->check(is_number())
       ->capture_default_str();
+  command
+      ->add_option("--projection", call->projection,
+                   "orthographic: rays are parallel, and sizes do not depend on the distance")
+      ->check(CLI::IsMember({"perspective", "orthographic"}))
+      ->capture_default_str();
   command->add_option("--field-of-view", call->field_of_view, "Degrees, vertical")
       ->check(is_number(1, 120))
       ->capture_default_str();

@@ -26,6 +26,7 @@ struct RenderCall {
   std::vector<std::array<double, 4>> clip_planes;
   std::vector<double> camera;  // azimuth, elevation, distance, x, y, z, roll, field of view
   double azimuth = 30, elevation = 20, roll = 0, field_of_view = 30;
+  std::string projection = "perspective";
   double distance = 0, zoom = 1;
   double eye_dome = RenderSettings{}.eye_dome;
   std::vector<double> light, light_strength, material, occlusion, shadow;

@@ -123,19 +123,24 @@ Result<RenderSettings> render_settings(const RenderCall& call) {
 }
 
 Camera render_camera(const RenderCall& call, const VolumeGrid& grid, double aspect) {
+  const bool orthographic = call.projection == "orthographic";
   if (const auto& c = call.camera; c.size() >= 6) {
-    return {{c[3], c[4], c[5]},      c[2], c[0], c[1], c.size() > 6 ? c[6] : 0,
-            c.size() > 7 ? c[7] : 30};
+    return {{c[3], c[4], c[5]},       c[2],        c[0], c[1], c.size() > 6 ? c[6] : 0,
+            c.size() > 7 ? c[7] : 30, orthographic};
   }
-  Camera camera = default_camera(grid, aspect);
-  const double default_distance = camera.distance * std::sin(camera.field_of_view / 2 / 57.29578);
+  Camera camera = default_camera(grid, aspect, orthographic);
+  // The whole volume stays in view whatever the field of view is.
+  const auto spread = [&](double degrees) {
+    const double half = degrees / 2 / 57.29578;
+    return orthographic ? std::tan(half) : std::sin(half);
+  };
+  const double default_distance = camera.distance * spread(camera.field_of_view);
   camera.azimuth = call.azimuth;
   camera.elevation = call.elevation;
   camera.roll = call.roll;
   camera.field_of_view = call.field_of_view;
-  camera.distance = call.distance > 0
-                        ? call.distance
-                        : default_distance / std::sin(call.field_of_view / 2 / 57.29578);
+  camera.distance =
+      call.distance > 0 ? call.distance : default_distance / spread(call.field_of_view);
   camera.distance /= call.zoom;
   if (call.target.size() == 3) camera.target = {call.target[0], call.target[1], call.target[2]};
   return camera;

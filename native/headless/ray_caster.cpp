@@ -125,10 +125,21 @@ CellInterval RayCaster::cell_interval(Index3 cell) const {
 std::optional<RayCaster::Hit> RayCaster::cast(const Camera& camera, int width, int height, int x,
                                               int y, double quantized_isovalue) const {
   const CameraFrame frame = camera_frame(camera);
-  const double px = 2 * frame.tan_half_field_of_view / height;
-  const Vec3d direction = frame.forward + frame.right * ((x + 0.5 - 0.5 * width) * px) +
-                          frame.up * ((y + 0.5 - 0.5 * height) * px);
+  const double px = 2 * frame.half_height(1) / height;
+  const Vec3d across =
+      frame.right * ((x + 0.5 - 0.5 * width) * px) + frame.up * ((y + 0.5 - 0.5 * height) * px);
   const auto in_cells = [&](Vec3d v) { return multiply_transposed(dual_edges_, v); };
+  if (frame.orthographic) {
+    // The ray begins in front of the whole volume.
+    const BoundingSphere volume = bounding_sphere(grid_);
+    const double before =
+        std::min(0.0, dot(volume.centre - frame.eye, frame.forward) - 1.01 * volume.radius);
+    const Vec3d from = frame.eye + across + frame.forward * before;
+    auto hit = cast_ray(in_cells(from - grid_.origin), in_cells(frame.forward), quantized_isovalue);
+    if (hit) hit->depth += before;
+    return hit;
+  }
+  const Vec3d direction = frame.forward + across;
   return cast_ray(in_cells(frame.eye - grid_.origin), in_cells(direction), quantized_isovalue);
 }
 

@@ -21,9 +21,13 @@ CameraFrame camera_frame(const Camera& camera) {
   const Vec3d level_right{std::cos(azimuth), std::sin(azimuth), 0};
   const Vec3d level_up = cross(back, level_right);
   const double c = std::cos(camera.roll * kDegree), s = std::sin(camera.roll * kDegree);
-  return {camera.target + back * camera.distance, level_right * c + level_up * s,
-          level_up * c - level_right * s, back * -1.0,
-          std::tan(std::clamp(camera.field_of_view, 1.0, 120.0) / 2 * kDegree)};
+  return {camera.target + back * camera.distance,
+          level_right * c + level_up * s,
+          level_up * c - level_right * s,
+          back * -1.0,
+          std::tan(std::clamp(camera.field_of_view, 1.0, 120.0) / 2 * kDegree),
+          camera.distance,
+          camera.orthographic};
 }
 
 BoundingSphere bounding_sphere(const VolumeGrid& grid) {
@@ -31,8 +35,9 @@ BoundingSphere bounding_sphere(const VolumeGrid& grid) {
   return {grid.world(last * 0.5), 0.5 * longest_diagonal(scale_columns(grid.cell_edges(), last))};
 }
 
-Camera default_camera(const VolumeGrid& grid, double aspect) {
+Camera default_camera(const VolumeGrid& grid, double aspect, bool orthographic) {
   Camera camera;
+  camera.orthographic = orthographic;
   camera.target = bounding_sphere(grid).centre;
   const CameraFrame frame = camera_frame(camera);
   double distance = 0;
@@ -43,8 +48,8 @@ Camera default_camera(const VolumeGrid& grid, double aspect) {
         camera.target;
     const double aside = std::max(std::abs(dot(corner, frame.right)) / std::max(aspect, 1e-3),
                                   std::abs(dot(corner, frame.up)));
-    distance =
-        std::max(distance, aside / frame.tan_half_field_of_view - dot(corner, frame.forward));
+    const double nearer = orthographic ? 0 : dot(corner, frame.forward);
+    distance = std::max(distance, aside / frame.tan_half_field_of_view - nearer);
   }
   constexpr double kMargin = 1.04;
   if (distance > 0) camera.distance = kMargin * distance;
@@ -76,11 +81,11 @@ Camera bounded(const Camera& camera, const VolumeGrid& grid) {
   for (const double number :
        {camera.target.x, camera.target.y, camera.target.z, camera.distance, camera.azimuth,
         camera.elevation, camera.roll, camera.field_of_view}) {
-    if (!std::isfinite(number)) return default_camera(grid);
+    if (!std::isfinite(number)) return default_camera(grid, 1, camera.orthographic);
   }
   const BoundingSphere volume = bounding_sphere(grid);
   if (length(camera.target - volume.centre) > kFarthestRadii * volume.radius) {
-    return default_camera(grid);
+    return default_camera(grid, 1, camera.orthographic);
   }
   Camera result = zoomed(camera, 1, volume.radius);
   for (double Camera::*angle : {&Camera::azimuth, &Camera::roll}) {
@@ -96,6 +101,18 @@ Projection projection(const Camera& camera, BoundingSphere scene, Vec3d origin, 
   const CameraFrame frame = camera_frame(camera);
   const double centre_depth = dot(scene.centre - frame.eye, frame.forward);
   const double radius = 1.01 * scene.radius;  // coarse cells can reach beyond the volume
+  const Vec3d from_eye = origin - frame.eye;
+  if (camera.orthographic) {
+    const double near_plane = centre_depth - radius, far_plane = centre_depth + radius;
+    const double sy = 1 / frame.half_height(0), sx = sy * height / width, a = 1 / radius;
+    const Vec3d r = frame.right * sx, u = frame.up * sy, f = frame.forward * a;
+    return {{r.x, u.x, f.x, 0,  //
+             r.y, u.y, f.y, 0,  //
+             r.z, u.z, f.z, 0,  //
+             dot(r, from_eye), dot(u, from_eye), dot(f, from_eye) - a * centre_depth, 1},
+            near_plane,
+            far_plane};
+  }
   const double far_plane = std::max(centre_depth + radius, 1e-3 * radius);
   // Depth has no precision if the near plane is at the eye.
   const double near_plane = std::max(centre_depth - radius, 5e-4 * far_plane);
@@ -103,11 +120,10 @@ Projection projection(const Camera& camera, BoundingSphere scene, Vec3d origin, 
   const double a = (far_plane + near_plane) / (far_plane - near_plane);
   const double b = -2 * far_plane * near_plane / (far_plane - near_plane);
   const Vec3d r = frame.right * sx, u = frame.up * sy, f = frame.forward;
-  const Vec3d shift = origin - frame.eye;
   return {{r.x, u.x, a * f.x, f.x,  //
            r.y, u.y, a * f.y, f.y,  //
            r.z, u.z, a * f.z, f.z,  //
-           dot(r, shift), dot(u, shift), a * dot(f, shift) + b, dot(f, shift)},
+           dot(r, from_eye), dot(u, from_eye), a * dot(f, from_eye) + b, dot(f, from_eye)},
           near_plane,
           far_plane};
 }

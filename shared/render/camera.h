@@ -6,7 +6,7 @@
 
 namespace isosplat {
 
-/// A perspective camera that orbits a target. A URL stores these numbers, and the
+/// A camera that orbits a target, perspective or orthographic. A URL stores these numbers, and the
 /// command line takes them. World frame of the volume (LPS for medical images: x to the patient's
 /// left, y to the back, z up). Angles in degrees.
 struct Camera {
@@ -17,6 +17,10 @@ struct Camera {
   double roll = 0;            ///< about the viewing direction, clockwise as seen
   double field_of_view = 30;  ///< vertical, 1 … 120
 
+  /// Rays are parallel, and the plane through the target is as large in the image as it is with
+  /// perspective. Nothing is behind the eye: the whole volume is in front of the near plane.
+  bool orthographic = false;
+
   friend constexpr bool operator==(const Camera&, const Camera&) = default;
 };
 
@@ -24,13 +28,20 @@ struct Camera {
 struct CameraFrame {
   Vec3d eye, right, up, forward;
   double tan_half_field_of_view = 1;
+
+  /// World units from the middle of the image to its upper edge, at this distance along the view.
+  double half_height(double distance) const {
+    return (orthographic ? target_distance : distance) * tan_half_field_of_view;
+  }
+  double target_distance = 1;
+  bool orthographic = false;
 };
 
 CameraFrame camera_frame(const Camera& camera);
 
 /// The initial camera of a volume: from the front left, slightly above, at the smallest distance at
 /// which the whole volume is in an image of this aspect ratio (width / height).
-Camera default_camera(const VolumeGrid& grid, double aspect = 1);
+Camera default_camera(const VolumeGrid& grid, double aspect = 1, bool orthographic = false);
 
 /// The bounding sphere of the volume, in world coordinates.
 struct BoundingSphere {
@@ -60,10 +71,11 @@ Camera bounded(const Camera& camera, const VolumeGrid& grid);
 using Matrix4d = std::array<double, 16>;
 
 /// Transforms positions relative to `origin` (world) into clip space. Near and far plane enclose
-/// the sphere tightly, for the best depth precision.
+/// the sphere tightly, for the best depth precision. With an orthographic camera, w is 1, and the
+/// near plane can be behind the eye.
 struct Projection {
-  Matrix4d clip_from_world;  ///< of position − origin
-  double near_plane = 0, far_plane = 0;
+  Matrix4d clip_from_world;              ///< of position − origin
+  double near_plane = 0, far_plane = 0;  ///< distances along the view
 };
 Projection projection(const Camera& camera, BoundingSphere scene, Vec3d origin, int width,
                       int height);

@@ -19,15 +19,13 @@ DrawItem make_item(const DrawnChunk& visible, const ChunkStore::Chunk& chunk, co
   const double level_scale = cells_per_cell_of_level_0(chunk);
   const double nearest = frame.nearest(box);
   const double diagonal = 2 * level_scale * double(frame.block().cell[3]);
-  const double near_plane = double(frame.block().depth[2]);
   // Near the corners of the image, oblique cells look larger than their diagonal.
   const double largest_px =
-      1.5 * diagonal * double(lens[0]) * double(lens[3]) / std::max(nearest - diagonal, near_plane);
+      1.5 * diagonal * double(lens[3]) * frame.px_per_unit(nearest - diagonal);
   constexpr double kReach = 2 * double(SMOOTH_REACH_CELLS);  // of a splat of gradients, in cells
   const double largest_support_px =
-      1.5 * kReach * diagonal * double(lens[0]) / std::max(nearest - kReach * diagonal, near_plane);
-  const double largest_side_px =
-      level_scale * frame.cell_side() * double(lens[0]) / std::max(nearest, near_plane);
+      1.5 * kReach * diagonal * frame.px_per_unit(nearest - kReach * diagonal);
+  const double largest_side_px = level_scale * frame.cell_side() * frame.px_per_unit(nearest);
   const Vec3d corner = box.centre - box.half;
   return {visible.handle,
           &chunk,

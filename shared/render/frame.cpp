@@ -17,10 +17,16 @@ double reach(Vec3d normal, Vec3d half) {
   return std::abs(normal.x) * half.x + std::abs(normal.y) * half.y + std::abs(normal.z) * half.z;
 }
 
-/// Turns the camera around its eye, so that the image moves by this offset. For fractions of a
-/// pixel this equals a displacement of the image, and shaders need no change.
+/// Turns the camera around its eye, so that the image moves by this offset in px. For fractions of
+/// a pixel this equals a displacement of the image, and shaders need no change. An orthographic eye
+/// moves instead.
 CameraFrame turned(const CameraFrame& camera, ImageOffset offset, double focal_px) {
   CameraFrame to = camera;
+  if (camera.orthographic) {
+    to.eye =
+        camera.eye - camera.right * (offset.right / focal_px) - camera.up * (offset.up / focal_px);
+    return to;
+  }
   const auto unit = [](Vec3d v) { return v * (1 / length(v)); };
   to.forward = unit(camera.forward - camera.right * (offset.right / focal_px) -
                     camera.up * (offset.up / focal_px));
@@ -34,10 +40,11 @@ CameraFrame turned(const CameraFrame& camera, ImageOffset offset, double focal_p
 Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camera& camera,
              int width, int height, float guard_px, float max_point_px, ImageOffset offset)
     : camera_(camera_frame(camera)) {
-  const double tangent = camera_.tan_half_field_of_view;
-  const double focal_px = 0.5 * height / tangent;
-  camera_ = turned(camera_, offset, focal_px);
   unit_ = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
+  // Pixels per radian at the middle of the image; orthographic: per unit.
+  const double world_px = 0.5 * height / camera_.half_height(1);
+  const double focal_px = camera.orthographic ? world_px * unit_ : world_px;
+  camera_ = turned(camera_, offset, world_px);
   spacing_ = grid.spacing * (1 / unit_);
   const BoundingSphere sphere = bounding_sphere(grid);
   const Projection to_clip = projection(camera, sphere, sphere.centre, width, height);
@@ -61,16 +68,19 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   block_.right =
       floats(right_, std::min({spacing_.x / reach.x, spacing_.y / reach.y, spacing_.z / reach.z}));
   block_.up = floats(up_, 0);
-  block_.forward = floats(forward_, 0);
+  // Edge shading compares logarithms of distances. This is their change per unit at the target.
+  block_.forward = floats(forward_, unit_ / (std::log(2.0) * camera.distance));
   block_.step_right = floats(along(camera_.right), reach.x);
   block_.step_up = floats(along(camera_.up), reach.y);
   block_.step_forward = floats(along(camera_.forward), reach.z);
   for (size_t axis = 0; axis < 3; ++axis) {
     block_.ascent[axis] = floats(multiply_transposed(dual, column(dual, axis)), 0);
   }
-  block_.depth = floats({(far_plane + near_plane) / (far_plane - near_plane),
-                         -2 * far_plane * near_plane / (far_plane - near_plane), near_plane},
-                        far_plane);
+  const double middle = far_plane + near_plane, range = far_plane - near_plane;
+  block_.depth =
+      camera.orthographic
+          ? floats({-middle / range, 2 / range, near_plane}, far_plane)
+          : floats({middle / range, -2 * far_plane * near_plane / range, near_plane}, far_plane);
   block_.image = floats({double(width), double(height), width / (width + 2.0 * guard_px)},
                         height / (height + 2.0 * guard_px));
   block_.lens = floats({focal_px, 1 / focal_px, double(max_point_px)}, settings.splat_scale);
@@ -79,12 +89,20 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   set_clip_planes(grid, settings);
   block_.switches[1] = settings.projected ? 1 : 0;
   block_.switches[2] = settings.displaced == Displaced::drop ? 1 : 0;
+  block_.switches[3] = camera.orthographic ? 1 : 0;
 
   // Normals of the frustum's sides point inwards, and need not be of unit length.
-  const double half_width = tangent * width / height;
+  const double aspect = double(width) / height;
   const auto side = [](Vec3d n, double w) { return std::array<double, 4>{n.x, n.y, n.z, w}; };
-  sides_ = {side(right_ + forward_ * half_width, 0), side(right_ * -1.0 + forward_ * half_width, 0),
-            side(up_ + forward_ * tangent, 0), side(up_ * -1.0 + forward_ * tangent, 0),
+  if (camera.orthographic) {
+    const double up = camera_.half_height(0) / unit_, across = up * aspect;
+    sides_ = {side(right_, -across), side(right_ * -1.0, -across), side(up_, -up),
+              side(up_ * -1.0, -up), side(forward_, near_plane)};
+    return;
+  }
+  const double up = camera_.tan_half_field_of_view, across = up * aspect;
+  sides_ = {side(right_ + forward_ * across, 0), side(right_ * -1.0 + forward_ * across, 0),
+            side(up_ + forward_ * up, 0), side(up_ * -1.0 + forward_ * up, 0),
             side(forward_, near_plane)};
 }
 
@@ -134,6 +152,11 @@ bool Frame::may_see(const Box& box) const {
 
 double Frame::nearest(const Box& box) const {
   return dot(forward_, box.centre) - reach(forward_, box.half);
+}
+
+double Frame::px_per_unit(double distance) const {
+  const double focal_px = double(block_.lens[0]), near_plane = double(block_.depth[2]);
+  return orthographic() ? focal_px : focal_px / std::max(distance, near_plane);
 }
 
 std::array<float, 16> Frame::mesh_clip() const {

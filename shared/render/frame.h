@@ -36,6 +36,7 @@ class Frame {
 
   const FrameBlock& block() const { return block_; }
   bool clipped() const { return block_.switches[0] > 0; }
+  bool orthographic() const { return camera_.orthographic; }
 
   /// One unit of frame space in world units.
   double unit() const { return unit_; }
@@ -54,6 +55,9 @@ class Frame {
 
   /// Distance along the view of the box's nearest point.
   double nearest(const Box& box) const;
+
+  /// Pixels per unit at this distance along the view, or at the near plane if that is farther.
+  double px_per_unit(double distance) const;
 
   /// Transform a mesh (world, relative to the volume's centre) into clip space, and its normals
   /// into the camera's frame.

@@ -18,7 +18,7 @@ double visible_radius(const VolumeGrid& grid, const RenderSettings& settings);
 struct StillPicture {
   int index = 0;           ///< 0 … Accumulation::kPictures − 1
   float scene_radius = 1;  ///< visible_radius(), in units of frame space
-  float image_height = 1;  ///< of the part of the plane at distance 1 from the eye that is visible
+  float image_height = 1;  ///< units of the visible part of the plane at distance 1 from the eye
 };
 
 /// The uniforms and the colour map of shaders/light.glsl, eye_dome.glsl and occlusion.glsl.

@@ -36,6 +36,14 @@ Occluders::Bounds Occluders::bounds(const Box& box) const {
   const float centre = dot(box.centre, forward);
   const float nearest = std::max(centre - reach(forward, box.half), near_plane);
   const float z = std::max(centre, near_plane);
+  if (is_orthographic()) {
+    return {0.5f * frame_.image[0] + focal_px * dot(box.centre, right),
+            0.5f * frame_.image[1] + focal_px * dot(box.centre, up),
+            reach(right, box.half) * focal_px,
+            reach(up, box.half) * focal_px,
+            centre,
+            nearest};
+  }
   const float across = dot(box.centre, right) / z, along = dot(box.centre, up) / z;
   const float px = focal_px / nearest;
   return {0.5f * frame_.image[0] + focal_px * across,
@@ -62,8 +70,9 @@ Occluders::Texels Occluders::texels(float x, float y, float half_x, float half_y
 
 void Occluders::add(const Box& box, float area) {
   const Bounds b = bounds(box);
-  if (b.nearest <= frame_.depth[2]) return;
-  const float half = 0.5f * std::sqrt(area) * frame_.lens[0] / b.distance;
+  if (is_cut(b)) return;
+  const float px = is_orthographic() ? frame_.lens[0] : frame_.lens[0] / b.distance;
+  const float half = 0.5f * std::sqrt(area) * px;
   const Texels t = texels(b.x, b.y, std::min(half, b.half_x), std::min(half, b.half_y), 0.5f);
   for (int y = t.low_y; y <= t.high_y; ++y) {
     for (int x = t.low_x; x <= t.high_x; ++x) {
@@ -75,14 +84,14 @@ void Occluders::add(const Box& box, float area) {
 
 bool Occluders::is_in_image(const Box& box, float margin_px) const {
   const Bounds b = bounds(box);
-  if (b.nearest <= frame_.depth[2]) return true;
+  if (is_cut(b)) return true;
   return b.x + b.half_x > -margin_px && b.x - b.half_x < frame_.image[0] + margin_px &&
          b.y + b.half_y > -margin_px && b.y - b.half_y < frame_.image[1] + margin_px;
 }
 
 bool Occluders::occlude(const Box& box) const {
   const Bounds b = bounds(box);
-  if (b.nearest <= frame_.depth[2]) return false;
+  if (is_cut(b)) return false;
   const Texels t = texels(b.x, b.y, b.half_x, b.half_y, 0);
   for (int y = t.low_y; y <= t.high_y; ++y) {
     for (int x = t.low_x; x <= t.high_x; ++x) {

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "shared/render/shader_constants.h"
+#include "shared/render/shader_programs.h"
 
 #ifdef __EMSCRIPTEN__
 // WebGL 2 reads buffers by copying, not by mapping; Emscripten's headers do not declare it.
@@ -39,11 +40,13 @@ void read_pack_buffer(std::vector<uint8_t>& bytes) {
 
 }  // namespace
 
-Result<void> OcclusionQuery::link(GLuint frame_binding) {
-  if (program_) return {};
-  auto program =
-      GlProgram::link("", {"frame.glsl", "cell.glsl", "regions.glsl", "occlusion.vert.glsl"},
-                      {"occlusion.frag.glsl"});
+Result<void> OcclusionQuery::link(bool orthographic, GLuint frame_binding) {
+  if (program_ && orthographic == orthographic_) return {};
+  program_ = GlProgram{};
+  orthographic_ = orthographic;
+  auto program = GlProgram::link(orthographic ? kOrthographicDefine : "",
+                                 {"frame.glsl", "cell.glsl", "regions.glsl", "occlusion.vert.glsl"},
+                                 {"occlusion.frag.glsl"});
   if (!program) return tl::unexpected(program.error());
   program_ = std::move(*program);
   const GLuint name = program_.name();
@@ -107,7 +110,7 @@ Result<void> OcclusionQuery::begin(const Picture& picture, const std::vector<Ite
   fence_ = nullptr;
   results_.clear();
   min_px_ = std::clamp(min_px, 0, OCCLUSION_MAX_PX);
-  if (auto ok = link(frame_binding); !ok) return ok;
+  if (auto ok = link(picture.orthographic, frame_binding); !ok) return ok;
   const size_t tested = std::min(items.size(), kMaxItems);
   for (size_t i = 0; i < items.size(); ++i) {
     const RegionMask visible = i < tested ? RegionMask{} : items[i].regions;

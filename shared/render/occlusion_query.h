@@ -34,6 +34,7 @@ class OcclusionQuery {
     GLuint depths = 0;           ///< texture array; layer 0 is opaque
     GLuint farthest_depths = 0;  ///< DepthTiles of layer 0
     int layers = 1;
+    bool orthographic = false;  ///< Camera::orthographic
     std::vector<float> quantized_isovalues;
     std::vector<GLint> isosurface_layers;  ///< of each quantized isovalue
   };
@@ -57,13 +58,14 @@ class OcclusionQuery {
   void abandon();
 
  private:
-  Result<void> link(GLuint frame_binding);
+  Result<void> link(bool orthographic, GLuint frame_binding);
   Result<void> prepare_counts(int rows);
   void bind_picture(const Picture& picture) const;
   void draw_items(const std::vector<Item>& items, size_t tested) const;
   void start_reading(int rows);
 
   GlProgram program_;
+  bool orthographic_ = false;                               // of the program
   ImageTarget counts_{GL_RGBA8, "for an occlusion query"};  // a row per item
   GLuint read_buffer_ = 0;
   int min_px_ = 1;

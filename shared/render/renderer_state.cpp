@@ -133,6 +133,7 @@ Result<void> Renderer::State::draw_surfaces(int width, int height, ImageOffset o
   assign_layers();
   if (auto ok = prepare_targets(width, height); !ok) return ok;
 
+  programs.set_orthographic(camera.orthographic);
   const Frame frame = make_frame(width, height, offset);
   glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
   glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(FrameBlock), &frame.block());
@@ -238,7 +239,9 @@ Result<void> Renderer::State::accumulate_picture() {
   still.index = accumulation.pictures();
   still.scene_radius =
       static_cast<float>(visible_radius(shown, settings) / unit_of_frame_space(shown));
-  still.image_height = static_cast<float>(2 * camera_frame(camera).tan_half_field_of_view);
+  const double half_height = camera_frame(camera).half_height(1);
+  still.image_height = static_cast<float>(
+      2 * (camera.orthographic ? half_height / unit_of_frame_space(shown) : half_height));
   auto composed = compose(context(), layers.count, accumulation.sums().framebuffer(), &still);
   glDisable(GL_BLEND);
   if (composed) accumulation.picture_added();
@@ -305,6 +308,7 @@ Result<void> Renderer::State::begin_occlusion_query(std::span<const ChunkHandle>
   OcclusionQuery::Picture picture;
   picture.depths = targets.depths();
   picture.layers = layers.count;
+  picture.orthographic = camera.orthographic;
   picture.farthest_depths = *farthest_depths;
   for (size_t i = 0; i < surface_count(); ++i) {
     if (layers.by_surface[i] < 0) continue;

@@ -10,11 +10,6 @@ namespace {
 
 constexpr SplatPass kFirstSplatPasses[] = {SplatPass::exact, SplatPass::ellipse};
 
-GlProgram start_image(std::string_view defines,
-                      std::initializer_list<std::string_view> fragment_files) {
-  return GlProgram::start(defines, {"image.vert.glsl"}, fragment_files);
-}
-
 }  // namespace
 
 ShaderPrograms::Splat& ShaderPrograms::slot(SplatVariant variant) {
@@ -51,6 +46,23 @@ void ShaderPrograms::set_sheared(bool sheared) {
   start_splats();
 }
 
+void ShaderPrograms::set_orthographic(bool orthographic) {
+  if (orthographic == orthographic_) return;
+  orthographic_ = orthographic;
+  if (!started_) return;
+  for (Splat& splat : splat_programs_) splat = Splat{};
+  for (Image& image : image_programs_) image = Image{};
+  for (Image& image : compose_programs_) image = Image{};
+  start_first();
+}
+
+GlProgram ShaderPrograms::start_image(
+    std::string_view defines, std::initializer_list<std::string_view> fragment_files) const {
+  std::string all(orthographic_ ? kOrthographicDefine : "");
+  all += defines;
+  return GlProgram::start(all, {"image.vert.glsl"}, fragment_files);
+}
+
 GlProgram ShaderPrograms::start(SplatVariant variant) const {
   static constexpr int kKind[kSplatPasses] = {KIND_QUAD, KIND_ELLIPSE, KIND_EXACT, KIND_EXACT};
   std::string defines =
@@ -59,6 +71,7 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
   if (variant.clipped) defines += "#define CLIPPED\n";
   if (variant.lit) defines += "#define LIT\n";
   if (sheared_) defines += "#define SHEARED\n";
+  if (orthographic_) defines += kOrthographicDefine;
   if (variant.pass == SplatPass::gradients) {
     return GlProgram::start(defines + "#define GRADIENTS\n",
                             {"frame.glsl", "cell.glsl", "splat.glsl", "gradients.vert.glsl"},
@@ -110,7 +123,7 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
   return &splat;
 }
 
-GlProgram ShaderPrograms::start(ImagePass pass) {
+GlProgram ShaderPrograms::start(ImagePass pass) const {
   switch (pass) {
     case ImagePass::places:
       return start_image("", {"frame.glsl", "places.frag.glsl"});
@@ -129,12 +142,13 @@ GlProgram ShaderPrograms::start(ImagePass pass) {
     case ImagePass::lit_mesh:
       break;
   }
-  return GlProgram::start(pass == ImagePass::lit_mesh ? "#define LIT\n" : "",
-                          {"frame.glsl", "gamma.glsl", "light.glsl", "mesh.vert.glsl"},
+  std::string defines(orthographic_ ? kOrthographicDefine : "");
+  if (pass == ImagePass::lit_mesh) defines += "#define LIT\n";
+  return GlProgram::start(defines, {"frame.glsl", "gamma.glsl", "light.glsl", "mesh.vert.glsl"},
                           {"surface_pixel.glsl", "mesh.frag.glsl"});
 }
 
-GlProgram ShaderPrograms::start(ComposeVariant variant) {
+GlProgram ShaderPrograms::start(ComposeVariant variant) const {
   std::string defines = variant.several_layers ? "" : "#define ONE_LAYER\n";
   if (variant.eye_dome) defines += "#define EYE_DOME\n";
   if (!variant.still) {

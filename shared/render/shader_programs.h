@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
+#include <string_view>
 
 #include "shared/base/status.h"
 #include "shared/render/gl_program.h"
@@ -12,6 +14,9 @@ namespace isosplat {
 
 /// Binding point of the uniform block Frame.
 inline constexpr GLuint kFrameBinding = 0;
+
+/// What programs with frame.glsl have before their files, if the camera is orthographic.
+inline constexpr std::string_view kOrthographicDefine = "#define ORTHOGRAPHIC\n";
 
 /// Passes that draw splats: three kinds of surfaces, and the gradients of smooth normals.
 enum class SplatPass : uint8_t { quad, ellipse, exact, gradients };
@@ -67,8 +72,13 @@ class ShaderPrograms {
   /// deletes them, and starts the first ones again.
   void set_sheared(bool sheared);
 
+  /// All programs are compiled for orthographic or for perspective cameras. A change deletes them,
+  /// and starts the first ones again.
+  void set_orthographic(bool orthographic);
+
   /// Return a linked program, and wait for the driver if necessary. Errors: gl_error, with the
-  /// driver's log. Pointers stay valid until set_sheared() or abandon().
+  /// driver's log. Pointers stay valid until
+  /// set_sheared(), set_orthographic() or abandon().
   Result<const Splat*> splat(SplatVariant variant);
   Result<const GlProgram*> image(ImagePass pass);
   Result<const GlProgram*> compose(ComposeVariant variant);
@@ -94,14 +104,16 @@ class ShaderPrograms {
   }
   void start_splats();
   GlProgram start(SplatVariant variant) const;
-  static GlProgram start(ImagePass pass);
-  static GlProgram start(ComposeVariant variant);
+  GlProgram start(ImagePass pass) const;
+  GlProgram start(ComposeVariant variant) const;
+  GlProgram start_image(std::string_view defines,
+                        std::initializer_list<std::string_view> fragment_files) const;
   Result<const GlProgram*> finish(Image& image);
 
   std::array<Splat, kSplatPasses * 8> splat_programs_;
   std::array<Image, kImagePasses> image_programs_;
   std::array<Image, 8> compose_programs_;
-  bool sheared_ = false;
+  bool sheared_ = false, orthographic_ = false;
   bool started_ = false;  // since the context exists
   uint32_t linked_count_ = 0;
 };

@@ -23,7 +23,7 @@ Vec3f decode_normal(uint32_t bits) {
 /// From the four words that shaders/read.frag.glsl writes.
 Renderer::SurfacePixel decode_pixel(const uint32_t* words, float world_unit) {
   Renderer::SurfacePixel pixel;
-  if (words[2] == 0) return pixel;
+  if (words[3] == 0) return pixel;
   pixel.hit = true;
   std::memcpy(&pixel.depth, &words[2], 4);
   pixel.depth *= world_unit;

@@ -159,6 +159,7 @@ typedef struct IsosplatCamera {
   double distance;
   double azimuth, elevation, roll;
   double field_of_view;
+  double orthographic;  ///< 0 or 1
 } IsosplatCamera;
 
 /// Projection::clip_from_world, column by column.

@@ -82,6 +82,7 @@ Camera read_camera(const IsosplatCamera& record) {
   camera.elevation = record.elevation;
   camera.roll = record.roll;
   camera.field_of_view = record.field_of_view;
+  camera.orthographic = record.orthographic != 0;
   return camera;
 }
 
@@ -91,7 +92,8 @@ IsosplatCamera record_of(const Camera& camera) {
           camera.azimuth,
           camera.elevation,
           camera.roll,
-          camera.field_of_view};
+          camera.field_of_view,
+          camera.orthographic ? 1.0 : 0.0};
 }
 
 /// A context, new or restored, offers only the extensions that are enabled on it.
@@ -296,7 +298,7 @@ void isosplat_renderer_set_camera(const IsosplatCamera* camera) {
 }
 
 void isosplat_renderer_default_camera(IsosplatCamera* camera, double aspect) {
-  *camera = record_of(default_camera(state().grid, aspect));
+  *camera = record_of(default_camera(state().grid, aspect, camera->orthographic != 0));
 }
 
 void isosplat_renderer_orbit(IsosplatCamera* camera, double right_degrees, double up_degrees) {

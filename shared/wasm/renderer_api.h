@@ -70,7 +70,8 @@ void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatCl
 
 void isosplat_renderer_set_camera(const IsosplatCamera* camera);
 
-/// The camera of the first picture of a volume. `aspect`: width / height of the image.
+/// The camera of the first picture of a volume. `aspect`: width / height of the image. Reads
+/// `orthographic` of the record, and keeps it.
 void isosplat_renderer_default_camera(IsosplatCamera* camera, double aspect);
 
 /// These change the camera: orbited(), panned(), zoomed() and bounded() in shared/render/camera.h.

@@ -103,7 +103,7 @@ std::vector<Record> all_records() {
       RECORD(ClipBox, by_javascript, FIELD(low), FIELD(high)),
       RECORD(ClipPlane, by_javascript, FIELD(normal), FIELD(offset)),
       RECORD(Camera, by_both, FIELD(target), FIELD(distance), FIELD(azimuth), FIELD(elevation),
-             FIELD(roll), FIELD(field_of_view)),
+             FIELD(roll), FIELD(field_of_view), FIELD(orthographic)),
       RECORD(Projection, by_cpp, FIELD(clip_from_world)),
       RECORD(FrameStatistics, by_cpp, FIELD(samples_drawn), FIELD(samples_resident),
              FIELD(gpu_bytes), FIELD(chunks_drawn), FIELD(chunks_culled), FIELD(draw_calls),

@@ -44,6 +44,7 @@ test.beforeAll(async () => {
     elevation: 20,
     roll: 0,
     fieldOfView: 30,
+    orthographic: 0,
   };
   server = createServer((request, response) => {
     const path = request.url ?? "/";

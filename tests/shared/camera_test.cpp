@@ -49,6 +49,54 @@ TEST(Camera, DefaultShowsTheWholeVolumeWithinTheDepthRange) {
   }
 }
 
+TEST(Camera, OrthographicShowsTheWholeVolumeWithinTheDepthRange) {
+  const VolumeGrid g = grid();
+  Camera camera = default_camera(g, 640.0 / 480, /*orthographic=*/true);
+  const BoundingSphere sphere = bounding_sphere(g);
+  for (const double distance : {1.0, 1e-3}) {
+    Camera nearer = camera;
+    nearer.distance *= distance;
+    const Projection p = projection(nearer, sphere, sphere.centre, 640, 480);
+    double widest = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3d at =
+          g.world({corner & 1 ? 64.0 : 0.0, corner & 2 ? 32.0 : 0.0, corner & 4 ? 16.0 : 0.0}) -
+          sphere.centre;
+      const Vec3d ndc = transformed(p.clip_from_world, at);
+      widest = std::max({widest, std::abs(ndc.x) * distance, std::abs(ndc.y) * distance});
+      EXPECT_LE(std::abs(ndc.z), 1) << corner;
+    }
+    EXPECT_LT(widest, 1);
+    EXPECT_GT(widest, 0.9);
+  }
+}
+
+// The plane through the target has the same size in both; parallel rays keep sizes behind it.
+TEST(Camera, OrthographicKeepsTheSizeAtTheTarget) {
+  const VolumeGrid g = grid();
+  const BoundingSphere sphere = bounding_sphere(g);
+  Camera camera = default_camera(g);
+  const CameraFrame frame = camera_frame(camera);
+  const auto across = [&](bool orthographic, double behind) {
+    camera.orthographic = orthographic;
+    const Projection p = projection(camera, sphere, camera.target, 400, 300);
+    return transformed(p.clip_from_world, frame.right * 5.0 + frame.forward * behind).x;
+  };
+  EXPECT_NEAR(across(true, 0), across(false, 0), 1e-12);
+  EXPECT_NEAR(across(true, 20), across(true, 0), 1e-12);
+  EXPECT_LT(across(false, 20), across(false, 0));
+}
+
+TEST(Camera, PanningFollowsThePointerWithParallelRays) {
+  const VolumeGrid g = grid();
+  Camera camera = default_camera(g, 1, /*orthographic=*/true);
+  const Projection p =
+      projection(panned(camera, 30, -20, 300), bounding_sphere(g), camera.target, 400, 300);
+  const Vec3d ndc = transformed(p.clip_from_world, camera_frame(camera).forward * 7.0);
+  EXPECT_NEAR(ndc.x, 30 / 200.0, 1e-9);
+  EXPECT_NEAR(ndc.y, 20 / 150.0, 1e-9);
+}
+
 // Of a sheared volume the diagonals differ: the sphere holds all corners, and touches two.
 TEST(Camera, DefaultShowsAllOfAShearedVolume) {
   for (const double tilt : {0.8, -0.8}) {

@@ -41,6 +41,7 @@ test("a record reads as it was written", () => {
     elevation: -6,
     roll: 7,
     fieldOfView: 30,
+    orthographic: 1,
   };
   const data = new DataView(new ArrayBuffer(8 + layouts.cameraBytes));
   layouts.writeCamera(data, 8, camera);

@@ -15,6 +15,7 @@ const everything: UrlState = {
     roll: 5,
     fieldOfView: 45,
   },
+  projection: "orthographic",
   kind: "exact",
   shading: "exact",
   colourBy: "projection-error",

@@ -206,6 +206,7 @@ declare module "*/layouts.js" {
     elevation: number;
     roll: number;
     fieldOfView: number;
+    orthographic: number;
   }
   export const cameraBytes: number;
   export function readCamera(data: DataView, at: number): Camera;

@@ -13,12 +13,14 @@ import {
   type Clip,
   compiledRenderer,
   type Look,
+  type Projection,
   RendererError,
   readCamera,
   readColour,
   readColours,
   readNumbers,
   readOpacities,
+  readProjection,
   type Surface,
   surfacesAt,
   Viewer,
@@ -43,7 +45,8 @@ export interface IsosplatViewerEvents {
 }
 
 /** Properties that may have been set before the element was defined. */
-const ownProperties = "src source isovalues surfaces camera clip look controls link".split(" ");
+const ownProperties =
+  "src source isovalues surfaces camera projection clip look controls link".split(" ");
 
 /** WebGL contexts of the elements of a page together. */
 const mostContexts = 4;
@@ -71,6 +74,7 @@ function sharedWorkers(): Decoder {
  * @attr {string} colour - The colours of the surfaces: `d9ccb3,c8553d`.
  * @attr {string} opacity - The opacities of the surfaces, 0 to 1: `0.4,1`.
  * @attr {string} camera - The first camera: `azimuth,elevation,distance,x,y,z[,roll[,field of view]]`, as in the address of the page. Default: the whole volume.
+ * @attr {string} projection - `perspective` (the default) or `orthographic`.
  * @attr {string} background - The colour behind the surfaces, `rrggbb`. Default: white.
  * @attr {boolean} controls - Shows a slider and a field for the isovalue, and buttons.
  * @attr {string} link - The name of a group. Elements of a group have the same camera, isovalues and clipping.
@@ -105,6 +109,7 @@ export class IsosplatViewerElement extends HTMLElement {
     "colour",
     "opacity",
     "camera",
+    "projection",
     "background",
     "controls",
     "link",
@@ -201,6 +206,7 @@ export class IsosplatViewerElement extends HTMLElement {
     if (before === now) return;
     if (name === "src") this.#setSource(now === null ? null : this.#sourceOf(now));
     else if (name === "camera") this.#readCamera(now);
+    else if (name === "projection") this.#setProjection();
     else if (name === "background") this.look = { background: readColour(now) ?? "#ffffff" };
     else if (name === "controls") this.#controls.element.hidden = now === null;
     else if (name === "link") this.#relink(before);
@@ -278,6 +284,14 @@ export class IsosplatViewerElement extends HTMLElement {
     this.#wake();
     if (this.#viewer) this.#viewer.setCamera(camera);
     else this.#changed("camerachange", camera, { camera });
+  }
+
+  /** Perspective or orthographic: the attribute. */
+  get projection(): Projection {
+    return readProjection(this.getAttribute("projection")) ?? "perspective";
+  }
+  set projection(projection: Projection) {
+    this.setAttribute("projection", projection);
   }
 
   /** The part of the volume that is shown. */
@@ -475,8 +489,13 @@ export class IsosplatViewerElement extends HTMLElement {
 
   #readCamera(text: string | null): void {
     const camera = readCamera(text);
-    if (camera) this.camera = camera;
+    if (camera) this.camera = { ...camera, projection: this.projection };
     else if (text) this.#fault(expected("camera", text, "azimuth,elevation,distance,x,y,z"));
+  }
+
+  #setProjection(): void {
+    const { projection } = this;
+    if (this.#camera) this.camera = { ...this.#camera, projection };
   }
 
   #sourceOf(src: string): Source | null {
@@ -502,7 +521,8 @@ export class IsosplatViewerElement extends HTMLElement {
     this.#hasPicture = false;
     this.#poster.hidden = false;
     if (this.link) groups.leave(this.link, this.#linked);
-    const camera = readCamera(this.getAttribute("camera"));
+    const read = readCamera(this.getAttribute("camera"));
+    const camera = read && { ...read, projection: this.projection };
     this.#camera = camera ?? null;
     const isovalues = this.#readIsovalues();
     if (!isovalues) this.#surfaces = [];
@@ -600,6 +620,7 @@ export class IsosplatViewerElement extends HTMLElement {
       await viewer.open(source, {
         ...(this.#surfaces.length > 0 && { surfaces: this.#surfaces }),
         ...(this.#camera && { camera: this.#camera }),
+        projection: this.projection,
         signal: opening.signal,
       });
     } catch (error) {

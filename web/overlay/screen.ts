@@ -1,6 +1,6 @@
 import type { Triple } from "../stream/index.ts";
 
-/** A point of the picture: CSS pixels from the top left; `depth` grows away from the eye. */
+/** A point of the picture: CSS pixels from the top left; `depth` > 0 grows away from the eye. */
 export interface ScreenPoint {
   x: number;
   y: number;
@@ -24,10 +24,12 @@ export class Screen {
 
   /** Undefined for points that are not in front of the eye. */
   point(world: Triple): ScreenPoint | undefined {
-    const depth = this.#row(3, world) + this.#at(3, 3);
-    if (!(depth > 0)) return undefined;
-    const x = (this.#row(0, world) + this.#at(0, 3)) / depth;
-    const y = (this.#row(1, world) + this.#at(1, 3)) / depth;
+    const w = this.#row(3, world) + this.#at(3, 3);
+    if (!(w > 0)) return undefined;
+    const x = (this.#row(0, world) + this.#at(0, 3)) / w;
+    const y = (this.#row(1, world) + this.#at(1, 3)) / w;
+    // Orthographic: from −1 at the near plane to 1.
+    const depth = this.#isOrthographic ? 2 + this.#row(2, world) + this.#at(2, 3) : w;
     return { x: (0.5 + 0.5 * x) * this.width, y: (0.5 - 0.5 * y) * this.height, depth };
   }
 
@@ -38,10 +40,13 @@ export class Screen {
   direction(world: Triple): { right: number; down: number; away: number } {
     const aspect = this.width / this.height;
     const scale = Math.hypot(this.#at(1, 0), this.#at(1, 1), this.#at(1, 2));
+    const away = this.#isOrthographic ? 2 : 3;
     return {
       right: (this.#row(0, world) * aspect) / scale,
       down: -this.#row(1, world) / scale,
-      away: this.#row(3, world),
+      away:
+        this.#row(away, world) /
+        Math.hypot(this.#at(away, 0), this.#at(away, 1), this.#at(away, 2)),
     };
   }
 
@@ -50,6 +55,10 @@ export class Screen {
     const depth = this.#row(3, at) + this.#at(3, 3);
     const scale = Math.hypot(this.#at(1, 0), this.#at(1, 1), this.#at(1, 2));
     return depth > 0 ? (scale * this.height) / (2 * depth) : 0;
+  }
+
+  get #isOrthographic(): boolean {
+    return [0, 1, 2].every((column) => this.#at(3, column) === 0);
   }
 
   #at(row: number, column: number): number {

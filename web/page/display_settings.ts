@@ -129,7 +129,7 @@ export class DisplaySettings {
     this.actions.slide(isovalue + by * width);
   }
 
-  get state(): Omit<PanelState, "info" | "histogram" | "bytes"> {
+  get state(): Omit<PanelState, "info" | "histogram" | "bytes" | "projection"> {
     return {
       isLogarithmic: this.#isLogarithmic,
       isSweeping: this.#sweep.isRunning,
@@ -157,7 +157,7 @@ export class DisplaySettings {
     }));
   }
 
-  readonly actions: Omit<PanelActions, "lookAlong" | "fit"> = {
+  readonly actions: Omit<PanelActions, "lookAlong" | "fit" | "toggleProjection"> = {
     slide: (value) => {
       this.#sweep.stop();
       this.#setIsovalue(roundToScale(value, this.#scale));

@@ -8,6 +8,7 @@ const rows: [string, string][] = [
   ["[ and ]", "Lower or raise the isovalue; with Shift in small steps"],
   ["1 … 6", "Front, back, left, right, above, below"],
   ["V", "Show the whole volume, without turning"],
+  ["P", "Perspective or orthographic"],
   ["R", "Reset the view"],
   ["C", "Copy a link to this view"],
   ["S", "Save a picture"],

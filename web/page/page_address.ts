@@ -33,7 +33,11 @@ export function addressOf(view: AddressState): UrlState {
   if (surfaces.some((surface) => surface.opacity !== 1)) {
     state.opacities = surfaces.map((surface) => surface.opacity);
   }
-  if (view.camera) state.camera = view.camera;
+  if (view.camera) {
+    const { projection, ...camera } = view.camera;
+    state.camera = camera;
+    if (projection === "orthographic") state.projection = projection;
+  }
   if (look.kind !== defaultLook.kind) state.kind = look.kind;
   if (look.shading !== defaultLook.shading) state.shading = look.shading;
   if (look.colourBy !== defaultLook.colourBy) state.colourBy = look.colourBy;

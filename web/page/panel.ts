@@ -5,7 +5,13 @@ import type { OverlayPart } from "../overlay/parts.ts";
 import type { StoreInfo, Triple } from "../stream/types.ts";
 import type { AxisView } from "../viewer/camera_views.ts";
 import { extentAlong, isWhole, wholeVolume } from "../viewer/clipping.ts";
-import { type Clip, type Look, maxSurfaces, type Surface } from "../viewer/types.ts";
+import {
+  type Clip,
+  type Look,
+  maxSurfaces,
+  type Projection,
+  type Surface,
+} from "../viewer/types.ts";
 import {
   formatAxes,
   formatBytes,
@@ -30,6 +36,7 @@ export interface PanelState {
   isThemeBackground: boolean;
   clip: Clip;
   show: ReadonlySet<OverlayPart>;
+  projection: Projection | undefined;
   histogram: HTMLElement;
   isLogarithmic: boolean;
   isSweeping: boolean;
@@ -61,6 +68,8 @@ export interface PanelActions {
   lookAlong(view: AxisView): void;
   /** Moves so that the whole volume is seen, without turning. */
   fit(): void;
+  /** Between perspective and orthographic. */
+  toggleProjection(): void;
   changeClip(clip: Clip): void;
   /** Replaces the clip plane by one across the view. */
   cutAcrossView(): void;

@@ -9,6 +9,7 @@ import {
   readNumbers,
   readOpacities,
   readPlane,
+  readProjection,
   writeCamera,
 } from "../viewer/setting_text.ts";
 import {
@@ -19,6 +20,8 @@ import {
   colourings,
   colourMaps,
   maxSurfaces,
+  type Projection,
+  projections,
   type Shading,
   type SplatKind,
   shadings,
@@ -38,6 +41,7 @@ export const minOpacity = 0.05;
  *   isovalue=60.5,180              one for each isosurface
  *   colour=d9ccb3,c65b4e  opacity=1,0.4
  *   camera=azimuth,elevation,distance,x,y,z[,roll[,field of view]]
+ *   projection=orthographic        parallel rays
  *   kind=exact  shading=exact  colour-by=gradient  map=magma  background=ffffff  shade=0.5
  *   light=azimuth,elevation        of the key light, in degrees
  *   light-strength=key,sky,rim  material=highlight,roughness
@@ -52,7 +56,9 @@ export interface UrlState {
   isovalues?: number[];
   colours?: string[];
   opacities?: number[];
+  /** Without `projection`, which may be there alone. */
   camera?: Camera;
+  projection?: Projection;
   kind?: SplatKind | "automatic";
   shading?: Shading;
   colourBy?: Colouring;
@@ -119,6 +125,9 @@ export function readUrl(search: string): UrlState {
 
   const camera = read("camera", readCamera, "azimuth,elevation,distance,x,y,z");
   if (camera) state.camera = camera;
+  const expectedProjection = projections.join(" or ");
+  const projection = read("projection", readProjection, expectedProjection);
+  if (projection) state.projection = projection;
   const kinds = ["automatic", ...splatKinds] as const;
   const kind = read("kind", (text) => oneOf(text, kinds), kinds.join(", "));
   if (kind) state.kind = kind;
@@ -170,6 +179,7 @@ export function writeUrl(state: UrlState): string {
   add("colour", state.colours?.map((c) => c.slice(1)).join(","));
   add("opacity", state.opacities?.join(","));
   if (state.camera) add("camera", writeCamera(state.camera));
+  add("projection", state.projection);
   add("kind", state.kind);
   add("shading", state.shading);
   add("colour-by", state.colourBy);

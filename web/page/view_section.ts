@@ -11,7 +11,10 @@ const parts: readonly { part: OverlayPart; label: string }[] = [
 ];
 
 /** Views along the axes, and what lies above the picture. */
-export function viewSection({ info, show }: PanelState, actions: PanelActions): TemplateResult {
+export function viewSection(
+  { info, show, projection }: PanelState,
+  actions: PanelActions,
+): TemplateResult {
   const names = axisNames(info);
   return html`<wa-details class="section" appearance="plain" summary="View">
     <div class="fields">
@@ -35,6 +38,15 @@ export function viewSection({ info, show }: PanelState, actions: PanelActions): 
           @click=${actions.fit}
         >
           Fit
+        </button>
+        <button
+          type="button"
+          class="chip"
+          title="Parallel rays: sizes do not depend on the distance (key P)"
+          aria-pressed=${projection === "orthographic"}
+          @click=${actions.toggleProjection}
+        >
+          Orthographic
         </button>
       </div>
       <div class="chips" role="group" aria-label="Above the picture">

@@ -173,7 +173,7 @@ function panelPart(
       ${surfacesSection(state, actions)}
       ${guard([state.look, state.isThemeBackground], () => appearanceSection(state, actions))}
       ${guard([state.look], () => lightSection(state, actions))}
-      ${guard([state.show, state.info], () => viewSection(state, actions))}
+      ${guard([state.show, state.info, state.projection], () => viewSection(state, actions))}
       ${guard([state.clip, state.info], () => clippingSection(state, actions))}
       ${guard([state.info], () => volumeSection(state))}
     </div>

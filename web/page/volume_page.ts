@@ -94,7 +94,7 @@ export class VolumePage {
             volume: this.#url.volume,
             src: this.#url.src,
             ...this.#settings.state,
-            camera: this.#camera ?? this.#url.camera,
+            camera: this.#camera ?? this.#viewer.camera ?? this.#urlCamera,
           }
         : null,
     () => this.#showBusy(),
@@ -191,13 +191,15 @@ export class VolumePage {
     try {
       const { surfaces } = this.#settings;
       const before = this.#camera;
-      const camera = before ?? this.#url.camera;
+      const camera = before ?? this.#urlCamera;
+      const { projection } = this.#url;
       const source = this.#target.source();
       // The fault may be in cached data.
       if (again) source.bypassCaches();
       const info = await this.#viewer.open(source, {
         ...(surfaces.length > 0 ? { surfaces } : {}),
         ...(camera ? { camera } : {}),
+        ...(projection && { projection }),
       });
       const notes = [...(this.#url.notes ?? []), ...this.#settings.opened(info)];
       const isMoved = this.#camera !== before;
@@ -212,6 +214,11 @@ export class VolumePage {
       if (error instanceof DOMException && error.name === "AbortError") return;
       this.#showError(error);
     }
+  }
+
+  get #urlCamera(): Camera | undefined {
+    const { camera, projection } = this.#url;
+    return camera && projection === "orthographic" ? { ...camera, projection } : camera;
   }
 
   /** Called after the page opened the volume, or the viewer reopened it after a context loss. */
@@ -315,6 +322,7 @@ export class VolumePage {
     retry: () => this.#retry(),
     reset: () => this.#reset(),
     fit: () => this.#fit(),
+    toggleProjection: () => this.#toggleProjection(),
     lookAlong: (view) => this.#lookAlong(view),
     savePicture: () => void this.#saveScreenshot(),
     copyLink: () => void this.#copyLink(),
@@ -340,6 +348,7 @@ export class VolumePage {
     f: () => this.#togglePanel(),
     r: () => this.#reset(),
     v: () => this.#fit(),
+    p: () => this.#toggleProjection(),
     ...Object.fromEntries(axisViews.map((view, i) => [String(i + 1), () => this.#lookAlong(view)])),
     Escape: () => this.#openSheet(false),
   };
@@ -354,6 +363,12 @@ export class VolumePage {
     if (!camera || !wholeView) return;
     const { target, distance } = wholeView;
     this.#motion.to({ ...camera, target, distance });
+  }
+
+  #toggleProjection(): void {
+    const isOrthographic = this.#viewer.camera?.projection === "orthographic";
+    this.#viewer.setProjection(isOrthographic ? "perspective" : "orthographic");
+    this.#render();
   }
 
   #lookAlong(view: AxisView): void {
@@ -443,7 +458,15 @@ export class VolumePage {
     const bytes = this.#cost?.isovalue === active ? this.#cost?.bytes : undefined;
     const layout: LayoutState = {
       title: this.#title(),
-      panel: info ? { info, histogram: this.#histogram.element, bytes, ...settings } : null,
+      panel: info
+        ? {
+            info,
+            projection: this.#viewer.camera?.projection,
+            histogram: this.#histogram.element,
+            bytes,
+            ...settings,
+          }
+        : null,
       background: settings.look.background,
       // If there is no picture, the error takes its place.
       problem: this.#problem ?? (this.#hasPicture ? null : fault),

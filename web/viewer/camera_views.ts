@@ -46,5 +46,6 @@ export function cameraBetween(from: Camera, to: Camera, share: number): Camera {
     elevation: mix(from.elevation, to.elevation),
     roll: mix(from.roll, nearest(to.roll, from.roll)),
     fieldOfView: mix(from.fieldOfView, to.fieldOfView),
+    ...(to.projection && { projection: to.projection }),
   };
 }

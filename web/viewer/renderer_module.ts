@@ -8,7 +8,7 @@ import {
 } from "../core/index.ts";
 import { type FaultKind, faultOfStatus } from "../stream/faults.ts";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
-import type { Camera, Clip, ColourMap, Look, Splats, Surface } from "./types.ts";
+import type { Camera, Clip, ColourMap, Look, Projection, Splats, Surface } from "./types.ts";
 import { colourings, colourMaps, shadings, splatKinds } from "./types.ts";
 
 /** The instance that Emscripten's factory creates: the functions of shared/wasm/renderer_api.h. */
@@ -85,6 +85,19 @@ export class RendererError extends Error {
 
 /** FrameStatistics of shared/render/renderer.h, with the splats that were drawn. */
 export interface DrawStatistics extends layouts.FrameStatistics, Splats {}
+
+function flagOf(projection: Projection | undefined): number {
+  return projection === "orthographic" ? 1 : 0;
+}
+
+const noCamera = {
+  target: [0, 0, 0],
+  distance: 1,
+  azimuth: 0,
+  elevation: 0,
+  roll: 0,
+  fieldOfView: 30,
+} satisfies Camera;
 
 /** The channels of #rrggbb, 0 … 1. */
 export function colourChannels(colour: string): [number, number, number] {
@@ -332,7 +345,9 @@ export class RendererModule {
   }
 
   /** The camera of the first picture. `aspect`: width / height of the image. */
-  defaultCamera(aspect: number): Camera {
+  defaultCamera(aspect: number, projection?: Projection): Camera {
+    const data = this.#view();
+    layouts.writeCamera(data, this.#scratch, { ...noCamera, orthographic: flagOf(projection) });
     this.#exports._isosplat_renderer_default_camera(this.#scratch, aspect);
     return this.#readCamera();
   }
@@ -460,11 +475,13 @@ export class RendererModule {
   }
 
   #writeCamera(camera: Camera): void {
-    layouts.writeCamera(this.#view(), this.#scratch, camera);
+    const orthographic = flagOf(camera.projection);
+    layouts.writeCamera(this.#view(), this.#scratch, { ...camera, orthographic });
   }
 
   #readCamera(): Camera {
-    return layouts.readCamera(this.#view(), this.#scratch);
+    const { orthographic, ...camera } = layouts.readCamera(this.#view(), this.#scratch);
+    return orthographic ? { ...camera, projection: "orthographic" } : camera;
   }
 
   #readStatistics(): DrawStatistics {

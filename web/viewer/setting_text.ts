@@ -1,4 +1,4 @@
-import type { Camera, Clip, ClipPlane } from "./types.ts";
+import { type Camera, type Clip, type ClipPlane, type Projection, projections } from "./types.ts";
 
 /**
  * Settings as text: in the page's address, and in the attributes of the element. A reader returns
@@ -32,6 +32,10 @@ export function readCamera(text: string | null): Camera | undefined {
   const [azimuth = 0, elevation = 0, distance = 0, x = 0, y = 0, z = 0, roll = 0, view = 30] = n;
   if (!(distance > 0) || Math.abs(elevation) > 90 || !(view >= 1 && view <= 120)) return undefined;
   return { azimuth, elevation, distance, target: [x, y, z], roll, fieldOfView: view };
+}
+
+export function readProjection(text: string | null): Projection | undefined {
+  return projections.find((projection) => projection === text);
 }
 
 /** The box of a Clip. */

@@ -2,6 +2,10 @@ import { maxIsosurfaces } from "../../build/wasm/web/layouts.js";
 import type { Triple } from "../stream/types.ts";
 import { defaultLight, type Light } from "./light.ts";
 
+export const projections = ["perspective", "orthographic"] as const;
+/** Orthographic: rays are parallel, and sizes in the picture do not depend on the distance. */
+export type Projection = (typeof projections)[number];
+
 /** A view of the volume, as in shared/render/camera.h. Angles in degrees. */
 export interface Camera {
   /** The point, in world coordinates, that the camera looks at and orbits. */
@@ -13,8 +17,10 @@ export interface Camera {
   /** −90 … 90; 90: the eye is above (+z). */
   elevation: number;
   roll: number;
-  /** The vertical field of view. */
+  /** The vertical field of view. Orthographic: decides with `distance` how large the view is. */
   fieldOfView: number;
+  /** Default: perspective. */
+  projection?: Projection;
 }
 
 /** One isosurface: isovalue in the volume's values, colour as #rrggbb (sRGB), opacity 0 … 1. */

@@ -23,6 +23,7 @@ import {
   type FrameReport,
   type Legend,
   type Look,
+  type Projection,
   type Surface,
 } from "./types.ts";
 
@@ -75,6 +76,8 @@ export interface OpenOptions {
   /** The isosurfaces of the first view. Default: one, at the volume's first suggestion. */
   surfaces?: readonly Surface[];
   camera?: Camera;
+  /** Of the first camera, if there is no `camera`. Default: as it was, at first perspective. */
+  projection?: Projection;
   signal?: AbortSignal;
 }
 
@@ -231,7 +234,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (!options.surfaces) this.#surfaces = [firstSurface(session.info)];
     this.#warmUp();
     renderer.setVolume(session.info);
-    this.#setFirstCamera(renderer, options.camera, cameraBefore);
+    this.#setFirstCamera(renderer, options, cameraBefore);
     this.#applySettings();
     this.emit("opened", session.info);
     this.#scheduler?.request();
@@ -243,10 +246,14 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#workers;
   }
 
-  /** `asked`: the camera of `open()`; `before`: the camera when that was called. */
-  #setFirstCamera(renderer: RendererModule, asked: Camera | undefined, before: Camera | null) {
+  /** `options`: those of `open()`; `before`: the camera when that was called. */
+  #setFirstCamera(
+    renderer: RendererModule,
+    { camera: asked, projection }: OpenOptions,
+    before: Camera | null,
+  ) {
     if (!asked) {
-      this.#camera = this.#firstCamera(renderer);
+      this.#camera = this.#firstCamera(renderer, projection);
     } else if (this.#camera && this.#camera !== before) {
       // It was moved while the volume was opened again: listeners know that camera.
       this.setCamera(this.#camera);
@@ -400,8 +407,13 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (this.#renderer && this.#info) this.setCamera(this.#firstCamera(this.#renderer));
   }
 
-  #firstCamera(renderer: RendererModule): Camera {
-    return renderer.defaultCamera(this.#size.aspect);
+  #firstCamera(renderer: RendererModule, projection = this.#camera?.projection): Camera {
+    return renderer.defaultCamera(this.#size.aspect, projection);
+  }
+
+  /** Changes between perspective and parallel rays. What is at the target keeps its size. */
+  setProjection(projection: Projection): void {
+    if (this.#camera) this.setCamera({ ...this.#camera, projection });
   }
 
   orbit(rightDegrees: number, upDegrees: number): void {

@@ -16,7 +16,11 @@ layout(location = 0) out uvec4 o_pixel;
 void main() {
   vec2 d = gl_FragCoord.xy - v_centre_px;
   vec3 across = d.x * v_place_x + d.y * v_place_y;
+#ifdef ORTHOGRAPHIC
+  vec3 p = v_place + across, along = v_along;
+#else
   vec3 p = v_place + across, along = v_along + across / v_distance.x;
+#endif
   vec2 between = ray_in_cell(p, along, 0.5 * u_lens.w - 0.5 + ELLIPSE_MARGIN_CELLS);
 #ifdef CLIPPED
   between = clip_ray(pixel_ray(vec4(0.0, 0.0, 0.0, v_distance.x)), vec3(0.0), between);

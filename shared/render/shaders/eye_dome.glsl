@@ -4,10 +4,10 @@ uniform vec2 u_edges;  // x: strength; y: radius in px
 const ivec2 kAround[8] = ivec2[8](ivec2(1, 0), ivec2(2, 2), ivec2(0, 1), ivec2(-2, 2), ivec2(-1, 0),
                                   ivec2(-2, -2), ivec2(0, -1), ivec2(2, -2));
 float eye_dome(ivec2 at, int layer, float z) {
-  float sum = 0.0, here = log2(z);
+  float sum = 0.0, here = log_distance(z);
   for (int i = 0; i < 8; ++i) {
     float depth = depth_at(at + kAround[i] * int(u_edges.y), layer);
-    if (depth < 1.0) sum += max(0.0, here - log2(distance_of(depth)));
+    if (depth < 1.0) sum += max(0.0, here - log_distance(distance_of(depth)));
   }
   return exp2(-u_edges.x * EDGE_SHADING_SLOPE * min(sum, EDGE_SHADING_MOST));
 }

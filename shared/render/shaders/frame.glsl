@@ -7,24 +7,62 @@
 layout(std140) uniform Frame {
   vec4 u_right;           // row vectors: the component of a vector to the right, up, forward
   vec4 u_up;              // u_right.w: smallest distance between opposite faces of a cell, in
-  vec4 u_forward;         // units of its smallest edge
+  vec4 u_forward;         // units of its smallest edge. u_forward.w: change of log2(distance) per unit, at the target
   vec4 u_step_right;      // vectors: one unit to the right, up, forward. w: extent of a sphere of
   vec4 u_step_up;         // radius 1 along the first, second, third axis
   vec4 u_step_forward;
   mat3 u_ascent;          // transforms a gradient, a row vector, into a vector; symmetric
-  vec4 u_depth;           // x, y: depth in [-1, 1] is x + y / z; z, w: near and far plane
+  vec4 u_depth;           // x, y: depth in [-1, 1] is x + y / z, orthographic x + y z; z, w: near and far plane
   vec4 u_image;           // x, y: width and height in px; z, w: image size / viewport size with guard band
-  vec4 u_lens;            // x: focal length in px; y: 1 / x; z: largest point in px; w: splat scale
+  vec4 u_lens;            // x: focal length in px, orthographic px per unit; y: 1 / x; z: largest point in px;
+                          // w: splat scale
   vec4 u_cell;            // xyz: edges of a cell of level 0; w: half its longest diagonal
   vec4 u_clip_plane[MAX_CLIP_PLANES];  // keeps dot(xyz, position) >= w
-  ivec4 u_switches;       // x: clip planes; y: 1 projects samples; z: 1 drops far displacements
+  ivec4 u_switches;       // x: clip planes; y: 1 projects samples; z: 1 drops far displacements; w: 1 if
+                          // the camera is orthographic (programs have ORTHOGRAPHIC then)
 };
 
-float window_depth(float z) { return 0.5 + 0.5 * (u_depth.x + u_depth.y / z); }
+// What differs between the cameras. z: distance along the view. Perspective programs are the only ones
+// that divide by it.
+#ifdef ORTHOGRAPHIC
+// What image positions and sizes are divided by: the homogeneous coordinate w.
+float w_at(float z) { return 1.0; }
+float depth_in_clip_space(float z) { return u_depth.x + u_depth.y * z; }
+float distance_of(float depth) { return (2.0 * depth - 1.0 - u_depth.x) / u_depth.y; }
+// One unit along the view, on the ray through the point e at this distance.
+vec3 ray_to(vec3 e, float z) { return u_step_forward.xyz; }
+// The components of this ray to the right and up.
+vec2 aside_of(vec3 e, float z) { return vec2(0.0); }
+// The point on the ray through an image position, at this distance.
+vec3 point_at(vec2 px, float z) {
+  vec2 across = (px - 0.5 * u_image.xy) * u_lens.y;
+  return u_step_forward.xyz * z + u_step_right.xyz * across.x + u_step_up.xyz * across.y;
+}
+// The change of this point per unit along the view.
+vec3 ray_at(vec2 px) { return u_step_forward.xyz; }
+// In the camera's frame: the direction from a point, or an image position, to the eye.
+vec3 to_eye_from(vec3 e) { return vec3(0.0, 0.0, 1.0); }
+vec3 eye_from(vec2 px) { return vec3(0.0, 0.0, 1.0); }
+float log_distance(float z) { return z * u_forward.w; }
+#else
+float w_at(float z) { return z; }
+float depth_in_clip_space(float z) { return u_depth.x + u_depth.y / z; }
 float distance_of(float depth) { return u_depth.y / (2.0 * depth - 1.0 - u_depth.x); }
+vec3 ray_to(vec3 e, float z) { return e / z; }
+vec2 aside_of(vec3 e, float z) { return vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) / z; }
+vec3 ray_at(vec2 px) {
+  vec2 slope = (px - 0.5 * u_image.xy) * u_lens.y;
+  return u_step_forward.xyz + u_step_right.xyz * slope.x + u_step_up.xyz * slope.y;
+}
+vec3 point_at(vec2 px, float z) { return ray_at(px) * z; }
+vec3 to_eye_from(vec3 e) {
+  return normalize(-vec3(dot(e, u_right.xyz), dot(e, u_up.xyz), -dot(e, u_forward.xyz)));
+}
+vec3 eye_from(vec2 px) { return normalize(vec3((0.5 * u_image.xy - px) * u_lens.y, 1.0)); }
+float log_distance(float z) { return log2(z); }
+#endif
 
-// A vector in the camera's frame: right, up, towards the eye.
-vec3 to_view(vec3 v) { return vec3(dot(v, u_right.xyz), dot(v, u_up.xyz), -dot(v, u_forward.xyz)); }
+float window_depth(float z) { return 0.5 + 0.5 * depth_in_clip_space(z); }
 
 // Transform a row vector (gradient, normal) into the camera's frame, where its length is that of the
 // world, and back.
@@ -45,24 +83,31 @@ vec3 ascent_of(vec3 gradient) {
 
 // The image position of a point at distance z along the view.
 vec2 to_px(vec3 e, float z) {
-  return 0.5 * u_image.xy + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_lens.x / z);
+  return 0.5 * u_image.xy + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_lens.x / w_at(z));
 }
 
 // Half the extent in px of a box with centre e and half sizes h. Conservative: never too small.
 vec2 half_extent_px(vec3 e, vec3 h, float z) {
-  vec3 right = u_right.xyz - u_forward.xyz * (dot(e, u_right.xyz) / z);
-  vec3 up = u_up.xyz - u_forward.xyz * (dot(e, u_up.xyz) / z);
+  vec2 aside = aside_of(e, z);
+  vec3 right = u_right.xyz - u_forward.xyz * aside.x;
+  vec3 up = u_up.xyz - u_forward.xyz * aside.y;
   float nearest = max(z - dot(abs(u_forward.xyz), h), u_depth.z);
-  return vec2(dot(abs(right), h), dot(abs(up), h)) * (u_lens.x / nearest);
+  return vec2(dot(abs(right), h), dot(abs(up), h)) * (u_lens.x / w_at(nearest));
 }
 
 // Whether a box is completely outside of the frustum's sides. Its bounding rectangle in the image does
 // not show this for boxes beside the eye: the near plane cuts them, and the rectangle spans the image.
 bool is_beside(vec3 e, vec3 h) {
   vec2 slope = 0.5 * u_image.xy * u_lens.y;
+#ifdef ORTHOGRAPHIC
+  vec2 from_middle = abs(vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)));
+  vec2 extent = vec2(dot(abs(u_right.xyz), h), dot(abs(u_up.xyz), h));
+  return any(greaterThan(from_middle, slope + extent));
+#else
   vec3 right = u_right.xyz + u_forward.xyz * slope.x, left = u_forward.xyz * slope.x - u_right.xyz;
   vec3 up = u_up.xyz + u_forward.xyz * slope.y, down = u_forward.xyz * slope.y - u_up.xyz;
   vec4 reach = vec4(dot(e, right) + dot(abs(right), h), dot(e, left) + dot(abs(left), h),
                     dot(e, up) + dot(abs(up), h), dot(e, down) + dot(abs(down), h));
   return any(lessThan(reach, vec4(0.0)));
+#endif
 }

@@ -15,7 +15,7 @@ void main() {
   v_low = u_block.xyz + cell.low * size;
   vec3 centre = v_low + 0.5 * size, half_box = SMOOTH_REACH_CELLS * size;
   float z = dot(centre, u_forward.xyz);
-  float side_px = u_support.y / max(z, u_depth.z);
+  float side_px = u_support.y / w_at(max(z, u_depth.z));
   v_fade = clamp((side_px - u_support.z) * u_support.w, 0.0, 1.0);
   // Differences from the least value are exact; large values would leave less precision.
   float weight = u_support.x * v_fade;

@@ -21,9 +21,6 @@ vec3 base_colour(uint isosurface, float scalar, float z) {
   return colour;
 }
 
-// Direction from an image position to the eye.
-vec3 eye_from(vec2 px) { return normalize(vec3((0.5 * u_image.xy - px) * u_lens.y, 1.0)); }
-
 float highlight(float n_l, float n_v, float n_h, float v_h) {
   float a2 = u_key_direction.w;
   float d = (n_h * a2 - n_h) * n_h + 1.0;

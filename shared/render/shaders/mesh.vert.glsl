@@ -13,8 +13,9 @@ void main() {
   gl_Position = u_clip_from_world * vec4(a_position, 1.0);
   vec3 normal = u_view_from_world * a_normal;
 #ifdef LIT
-  float z = gl_Position.w;
-  vec3 to_eye = eye_from((0.5 + 0.5 * gl_Position.xy / z) * u_image.xy);
+  vec3 ndc = gl_Position.xyz / gl_Position.w;
+  float z = distance_of(0.5 + 0.5 * ndc.z);
+  vec3 to_eye = eye_from((0.5 + 0.5 * ndc.xy) * u_image.xy);
   vec3 light = lit(normalize(normal), to_eye, base_colour(0u, 0.0, z));
   v_colour = apply_gamma(vec4(light, 1.0)).rgb;
 #else

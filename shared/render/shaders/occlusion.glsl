@@ -12,7 +12,7 @@ const float kHalfPi = 1.57079633;
 float interleaved_noise(vec2 px) { return fract(52.9829189 * fract(dot(px, vec2(0.06711056, 0.00583715)))); }
 
 // The position of the surface in a pixel, in the camera's frame.
-vec3 position_at(vec2 px, float z) { return vec3((px - 0.5 * u_image.xy) * u_lens.y * z, -z); }
+vec3 position_at(vec2 px, float z) { return vec3((px - 0.5 * u_image.xy) * (u_lens.y * w_at(z)), -z); }
 
 // Of the surface in the pixel that contains this place; false where there is none. There is none
 // outside of the image: repeating its edge would darken it.
@@ -60,8 +60,8 @@ float horizon(vec3 position, vec3 to_eye, int layer, vec2 direction, float radiu
 
 // Share of the sky that is not occluded. normal: towards the eye.
 float openness(vec3 position, vec3 normal, vec3 to_eye, int layer, vec2 noise) {
-  float radius = min(u_ambient.y, u_ambient.z * -position.z);
-  float radius_px = radius * u_lens.x / -position.z;
+  float w = w_at(-position.z), radius = min(u_ambient.y, u_ambient.z * w);
+  float radius_px = radius * u_lens.x / w;
   float sum = 0.0;
   for (int i = 0; i < AMBIENT_SLICES; ++i) {
     float angle = (float(i) + noise.x) * (2.0 * kHalfPi / float(AMBIENT_SLICES));
@@ -93,9 +93,9 @@ float key_arrives(vec3 position, vec3 normal, int layer, float offset) {
   vec3 side = normalize(cross(key, abs(key.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0)));
   vec2 disc = u_shadow.y * u_sample.zw;
   vec3 to_light = normalize(key + disc.x * side + disc.y * cross(key, side));
-  float px = -position.z * u_lens.y;  // the size of a pixel
+  float w = w_at(-position.z), px = w * u_lens.y;  // the size of a pixel
   vec3 from = position + normal * px;
-  float longest = min(u_shadow.z, u_shadow.w * -position.z), thickness = 0.25 * longest;
+  float longest = min(u_shadow.z, u_shadow.w * w), thickness = 0.25 * longest;
   float length_of_ray = min(longest, 0.9 * (-from.z - u_depth.z) / max(to_light.z, 1e-3));
   float across = max(sqrt(1.0 - to_light.z * to_light.z), 0.05);
   float share = 1.0;
@@ -104,7 +104,7 @@ float key_arrives(vec3 position, vec3 normal, int layer, float offset) {
     float way = 2.0 * px + t * t * length_of_ray;
     vec3 p = from + way * to_light;
     vec3 there;
-    if (find_surface(0.5 * u_image.xy + p.xy * (u_lens.x / -p.z), layer, there)) {
+    if (find_surface(0.5 * u_image.xy + p.xy * (u_lens.x / w_at(-p.z)), layer, there)) {
       float clearance = p.z - there.z;  // positive: the ray is in front of the surface
       float height = clearance * across / (0.5 * u_shadow.y * way);
       // What is far in front of the ray does not reach back to it, and the light's reach ends softly.

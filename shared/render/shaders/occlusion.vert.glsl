@@ -25,20 +25,13 @@ uint active_layers(vec2 interval) {
   return found;
 }
 
-// The ray through the pixel's centre, one unit along the view.
-vec3 ray_through(ivec2 px) {
-  vec2 slope = (vec2(px) + 0.5 - 0.5 * u_image.xy) * u_lens.y;
-  return u_step_forward.xyz + slope.x * u_step_right.xyz + slope.y * u_step_up.xyz;
-}
-
 // Whether a layer of the picture has a surface inside of the box at this pixel.
 bool is_shown(ivec2 px, vec3 centre, vec3 half_box) {
-  vec3 ray = ray_through(px);
   float opaque = texelFetch(u_depths, ivec3(px, 0), 0).x;
   for (int layer = 0; layer < u_layers; ++layer) {
     float depth = layer == 0 ? opaque : texelFetch(u_depths, ivec3(px, layer), 0).x;
     if (depth == 1.0 || depth > opaque) continue;
-    vec3 hit = ray * distance_of(depth);
+    vec3 hit = point_at(vec2(px) + 0.5, distance_of(depth));
     if (all(lessThanEqual(abs(hit - centre), half_box))) return true;
   }
   return false;
@@ -67,20 +60,21 @@ int px_shown(vec3 centre, vec3 half_box, ivec4 bounds) {
   return count * step.x * step.y;
 }
 
-// The interval of a ray inside of the box and the clip planes, as distances along the view; empty if
-// x > y.
-vec2 ray_in_box(vec3 ray, vec3 centre, vec3 half_box) {
+// The interval of a pixel's ray inside of the box and the clip planes, as distances along the view; empty
+// if x > y.
+vec2 ray_in_box(vec2 px, vec3 centre, vec3 half_box) {
+  vec3 ray = ray_at(px), from = point_at(px, 0.0);
   vec3 along = mix(ray, vec3(1e-12), lessThan(abs(ray), vec3(1e-12)));
-  vec3 first = (centre - half_box) / along, second = (centre + half_box) / along;
+  vec3 first = (centre - from - half_box) / along, second = (centre - from + half_box) / along;
   vec3 enter = min(first, second), leave = max(first, second);
   vec2 between = vec2(max(max(enter.x, enter.y), max(enter.z, u_depth.z)),
                       min(min(leave.x, leave.y), leave.z));
   for (int i = 0; i < u_switches.x; ++i) {
     float slope = dot(u_clip_plane[i].xyz, ray);
-    float t = u_clip_plane[i].w / slope;
+    float inside = dot(u_clip_plane[i].xyz, from) - u_clip_plane[i].w, t = -inside / slope;
     if (slope > 0.0) between.x = max(between.x, t);
     else if (slope < 0.0) between.y = min(between.y, t);
-    else if (u_clip_plane[i].w > 0.0) between.y = -1.0;
+    else if (inside < 0.0) between.y = between.x - 1.0;
   }
   return between;
 }
@@ -88,7 +82,7 @@ vec2 ray_in_box(vec3 ray, vec3 centre, vec3 half_box) {
 // Whether any part of the box is in front of the surface of this pixel, in the opaque layer or in one
 // of these layers. A surface in this part would be visible.
 bool is_in_front(ivec2 px, vec3 centre, vec3 half_box, uint layers) {
-  vec2 between = ray_in_box(ray_through(px), centre, half_box);
+  vec2 between = ray_in_box(vec2(px) + 0.5, centre, half_box);
   if (between.x > between.y) return false;
   float nearest = window_depth(between.x) - OCCLUSION_DEPTH_MARGIN;
   if (nearest > texelFetch(u_depths, ivec3(px, 0), 0).x) return false;
@@ -133,7 +127,7 @@ void main() {
   float z = dot(centre, u_forward.xyz);
   vec3 reach_of_unit = vec3(u_step_right.w, u_step_up.w, u_step_forward.w);
   if (u_in_front) half_box *= max(u_lens.w, 1.0) * (1.0 + 2.0 * OCCLUSION_MARGIN_CELLS);
-  else half_box += OCCLUSION_MARGIN_PX * u_lens.y * max(z, u_depth.z) * reach_of_unit;
+  else half_box += OCCLUSION_MARGIN_PX * u_lens.y * w_at(max(z, u_depth.z)) * reach_of_unit;
   float reach = dot(abs(u_forward.xyz), half_box);
   if (z + reach < u_depth.z || is_beside(centre, half_box)) return;
   ivec4 bounds = px_bounds(centre, half_box, z, reach);

@@ -10,9 +10,7 @@ void main() {
   ivec3 at = ivec3(gl_FragCoord.xy, u_layer);
   float depth = texelFetch(u_depths, at, 0).x;
   uvec4 surface = texelFetch(u_surfaces, at, 0);
-  vec2 slope = (gl_FragCoord.xy - 0.5 * u_image.xy) * u_lens.y;
-  vec3 direction = u_step_forward.xyz + u_step_right.xyz * slope.x + u_step_up.xyz * slope.y;
-  vec3 place = depth < 1.0 ? direction * distance_of(depth) : vec3(1e18);
+  vec3 place = depth < 1.0 ? point_at(gl_FragCoord.xy, distance_of(depth)) : vec3(1e18);
   o_place = uvec4(floatBitsToUint(place),
                   surface.x >> 2 | surface.y >> 2 << 14 | surface.w >> ISOSURFACE_SHIFT << 28);
 }

@@ -46,7 +46,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   float scalar = scalar_of(f, displacement / size + 0.5, steepness);
 #ifdef LIT
   vec3 base = base_colour(u_isosurface, scalar, z);
-  vec3 light = lit(in_view, normalize(-to_view(position)), base);
+  vec3 light = lit(in_view, to_eye_from(position), base);
   vec3 colour = apply_gamma(vec4(light, 1.0)).rgb;
 #else
   v_pixel = encode_surface(in_view, scalar, u_isosurface, 1.0);
@@ -72,9 +72,8 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   Crossings crossings = find_crossings(lower, upper);
 
   // In px to the right and up, for positions in the box.
-  vec3 to_hit = position / z;
-  vec2 aside = vec2(dot(to_hit, u_right.xyz), dot(to_hit, u_up.xyz));
-  float per_px = u_lens.x / z;
+  vec2 aside = aside_of(position, z);
+  float per_px = u_lens.x / w_at(z);
   vec3 right = per_px * (u_right.xyz - u_forward.xyz * aside.x);
   vec3 up = per_px * (u_up.xyz - u_forward.xyz * aside.y);
   vec2 sample_px = to_px(position, z);

@@ -7,16 +7,18 @@ struct Ray {
 };
 
 Ray pixel_ray(vec4 centre) {
-  vec2 slope = (gl_FragCoord.xy - 0.5 * u_image.xy) * u_lens.y;
-  vec3 direction = u_step_forward.xyz + u_step_right.xyz * slope.x + u_step_up.xyz * slope.y;
-  return Ray(direction * centre.w - centre.xyz, direction);
+  return Ray(point_at(gl_FragCoord.xy, centre.w) - centre.xyz, ray_at(gl_FragCoord.xy));
 }
 
 // The same, if the centre has an image position.
 Ray pixel_ray(vec4 centre, vec2 centre_px) {
   vec2 offset = (gl_FragCoord.xy - centre_px) * u_lens.y;
   vec3 across = u_step_right.xyz * offset.x + u_step_up.xyz * offset.y;
+#ifdef ORTHOGRAPHIC
+  return Ray(across, u_step_forward.xyz);
+#else
   return Ray(across * centre.w, centre.xyz / centre.w + across);
+#endif
 }
 
 #ifdef CLIPPED

@@ -8,5 +8,5 @@ void main() {
   uvec4 surface = texelFetch(u_surfaces, at, 0);
   float depth = texelFetch(u_depths, at, 0).x;
   o_words = uvec4(surface.x | surface.y << 16, surface.z | surface.w << 16,
-                  depth < 1.0 ? floatBitsToUint(distance_of(depth)) : 0u, 0u);
+                  floatBitsToUint(distance_of(depth)), depth < 1.0 ? 1u : 0u);
 }

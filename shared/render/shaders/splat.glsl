@@ -65,7 +65,7 @@ float thin_footprint(Cell cell, float reached) {
 // thinner than a cell is unknown, and its plane must not be seen edge-on. Both normals are in the
 // camera's frame.
 vec3 towards_eye(vec3 normal, vec3 position) {
-  vec3 to_eye = -normalize(to_view(position));
+  vec3 to_eye = to_eye_from(position);
   return normalize(dot(normal, to_eye) < 0.0 ? to_eye - normal : to_eye + normal);
 }
 
@@ -171,7 +171,7 @@ void place_splat(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
     return;
   }
 #endif
-  float ndc_z = u_depth.x + u_depth.y / max(nearest, u_depth.z);
+  float ndc_z = depth_in_clip_space(max(nearest, u_depth.z));
 #ifdef PULLED
   int corner = gl_VertexID % 6;
   centre_px += half_px * vec2(corner == 1 || corner == 2 || corner == 4 ? 1.0 : -1.0,
@@ -195,13 +195,13 @@ vec4 bounds_px(vec3 e, vec3 h) {
   for (int i = 0; i < 8; ++i) {
     vec3 corner = middle + half_edges * (2.0 * vec3(i & 1, i >> 1 & 1, i >> 2) - 1.0);
     if (corner.z < u_depth.z) continue;
-    low = min(low, corner.xy / corner.z);
-    high = max(high, corner.xy / corner.z);
+    low = min(low, corner.xy / w_at(corner.z));
+    high = max(high, corner.xy / w_at(corner.z));
   }
   // If the near plane cuts the box, the cut is no wider than the box.
   if (middle.z - reach.z < u_depth.z) {
-    low = min(low, (middle.xy - reach.xy) / u_depth.z);
-    high = max(high, (middle.xy + reach.xy) / u_depth.z);
+    low = min(low, (middle.xy - reach.xy) / w_at(u_depth.z));
+    high = max(high, (middle.xy + reach.xy) / w_at(u_depth.z));
   }
   return 0.5 * u_image.xyxy + u_lens.x * vec4(low, high);
 }

@@ -70,15 +70,15 @@ void place_ellipse(vec3 centre, vec3 size, vec3 displacement, vec3 normal, vec3 
   }
   // One px to the right, or up, moves the ray's intersection with the tangent plane by `slope` px along
   // the view.
-  vec3 to_hit = position / z;
+  vec3 to_hit = ray_to(position, z);
   float facing = dot(normal, to_hit);
   facing = facing < 0.0 ? min(facing, -ELLIPSE_MIN_FACING) : max(facing, ELLIPSE_MIN_FACING);
   vec2 slope = -in_view.xy / facing;
-  float px = z * u_lens.y;  // size of a pixel there
+  float px = w_at(z) * u_lens.y;  // size of a pixel there
   // Bounds of the tangent plane's part inside of the cell's box: for any c, it extends no further along
   // r than the box along r - c n. The more curved the surface is, by the mixed second derivatives, the
   // smaller is c.
-  vec2 aside = vec2(dot(to_hit, u_right.xyz), dot(to_hit, u_up.xyz));
+  vec2 aside = aside_of(position, z);
   vec3 right = u_right.xyz - u_forward.xyz * aside.x, up = u_up.xyz - u_forward.xyz * aside.y;
   vec2 edge = in_view.xy + in_view.z * aside;  // the normal along right and up
   float flatness = clamp(0.95 - bent, 0.0, 1.0);

@@ -8,6 +8,7 @@ export interface NativeView {
   isovalue: number;
   /** As in the page's address. */
   camera: string;
+  projection?: string;
   kind: "quad" | "ellipse" | "exact";
   width: number;
   height: number;
@@ -22,6 +23,7 @@ export function drawNatively(store: string, view: NativeView): Buffer {
     const output = join(folder, "native.png");
     execFileSync(program, [
       ...["render", store, "--isovalue", String(view.isovalue), "-o", output, "--level", "0"],
+      ...(view.projection ? ["--projection", view.projection] : []),
       ...["--size", `${view.width}x${view.height}`, "--camera", view.camera],
       ...["--kind", view.kind, "--background", "ffffff", "--colour", "d9ccb3"],
       ...Object.entries(view.light ?? {}).flatMap(([name, value]) => [
