@@ -41,6 +41,13 @@ std::optional<FileIdentity> folder_identity(const fs::path& path) {
                       0};
 }
 
+/// Whether the same folder may be readable a moment later.
+bool is_passing(const std::error_code& error) {
+  return error == std::errc::too_many_files_open || error == std::errc::io_error ||
+         error == std::errc::too_many_files_open_in_system ||
+         error == std::errc::not_enough_memory || error == std::errc::interrupted;
+}
+
 bool exists(const std::string& path) {
   struct stat status {};
   return ::lstat(path.c_str(), &status) == 0;
@@ -160,12 +167,23 @@ void Catalog::list_folder(const std::string& path, Folder its, int depth, Found&
                   depth + 1, found);
     }
   }
+  if (error && is_passing(error)) keep_stores(path, folder->second, found);
   std::string message = error ? error.message() : std::string();
   if (is_full_) message = fmt::format("more than {} stores: the others are not served", kMaxStores);
   std::string& last = folder_errors_[path];
   if (message != last && !message.empty()) log_(fmt::format("folder {}: {}", path, message));
   last = std::move(message);
   if (last.empty()) folder_errors_.erase(path);
+}
+
+/// Keeps the stores below a folder that cannot be listed at the moment; the next scan lists it.
+void Catalog::keep_stores(const std::string& path, const Folder& folder, Found& found) {
+  is_all_watched_ = false;
+  const std::string below = path + '/', end = path + static_cast<char>('/' + 1);
+  const auto last = stores_.lower_bound(end);
+  for (auto store = stores_.lower_bound(below); store != last; ++store) {
+    found.emplace(store->first, &folder);
+  }
 }
 
 /// Makes an entry for a file that is new or was replaced.

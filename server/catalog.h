@@ -76,6 +76,7 @@ class Catalog {
   void scan_now();
   void list_source(const std::filesystem::path& source, Found& found);
   void list_folder(const std::string& path, Folder folder, int depth, Found& found);
+  void keep_stores(const std::string& path, const Folder& folder, Found& found);
   void look_at(const std::string& path, const Folder& folder);
   void forget(std::map<std::string, std::shared_ptr<const CatalogEntry>>::iterator store);
   void apply(const FolderChange& change);

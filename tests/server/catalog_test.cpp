@@ -1,7 +1,9 @@
 // Many stores, in folders and subfolders: what the list says, and what happens when they change.
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
@@ -65,18 +67,30 @@ class ManyStores : public ServerTest {
 class FewDescriptors {
  public:
   explicit FewDescriptors(uint64_t spare) {
+    ::getrlimit(RLIMIT_NOFILE, &before_);
     uint64_t end = 0;
     for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
       end = std::max<uint64_t>(end, std::stoull(entry.path().filename().string()) + 1);
     }
-    ::getrlimit(RLIMIT_NOFILE, &before_);
-    const rlimit few{end + spare, before_.rlim_max};
-    ::setrlimit(RLIMIT_NOFILE, &few);
+    // Those below the last one that are free would be spare ones too.
+    set_limit(end);
+    for (int file = 0; (file = ::open("/dev/null", O_RDONLY | O_CLOEXEC)) >= 0;) {
+      taken_.push_back(file);
+    }
+    set_limit(end + spare);
   }
-  ~FewDescriptors() { ::setrlimit(RLIMIT_NOFILE, &before_); }
+  ~FewDescriptors() {
+    for (const int file : taken_) ::close(file);
+    ::setrlimit(RLIMIT_NOFILE, &before_);
+  }
 
  private:
+  void set_limit(uint64_t descriptors) const {
+    const rlimit few{descriptors, before_.rlim_max};
+    ::setrlimit(RLIMIT_NOFILE, &few);
+  }
   rlimit before_{};
+  std::vector<int> taken_;
 };
 
 TEST(VolumeNames, DifferentFoldersHaveDifferentNames) {
@@ -175,6 +189,29 @@ TEST(Catalog, AFolderThatIsGivenTwiceIsFollowedByBothPaths) {
   std::filesystem::remove(folder.path() / "link");
   std::filesystem::rename(folder.path() / "real", folder.path() / "renamed");
   EXPECT_TRUE(watch.add(folder.path() / "renamed"));
+}
+
+TEST(Catalog, StoresStayWhenTheirFolderCannotBeListed) {
+  TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path() / "ct/old");
+  for (const char* const file : {"a.isosplat", "ct/b.isosplat", "ct/old/c.isosplat"}) {
+    write_file(folder.path() / file, "");
+  }
+  Catalog catalog({folder.path()}, [](std::string_view) {});
+  catalog.scan();
+  const auto before = *catalog.snapshot();
+  ASSERT_EQ(before.size(), 3u);
+  for (const uint64_t spare : {0, 1}) {  // for no folder, and for the first one alone
+    const FewDescriptors few(spare);
+    catalog.scan();
+    EXPECT_TRUE(*catalog.snapshot() == before) << catalog.snapshot()->size();
+  }
+  std::filesystem::remove_all(folder.path() / "ct/old");
+  for (int i = 0; i < 1200 && catalog.snapshot()->size() != 2; ++i) {
+    catalog.follow(std::chrono::milliseconds(100));
+  }
+  EXPECT_EQ(catalog.snapshot()->size(), 2u);
+  EXPECT_TRUE(catalog.snapshot()->at("a") == before.at("a")) << "the same entry all the time";
 }
 
 TEST(Catalog, AStoreThatIsGoneTakesNoMemoryOfOthers) {
@@ -508,8 +545,8 @@ TEST_F(ManyStores, TenThousandStoresWithFewDescriptors) {
   for (int part = 0; part < 10; ++part) link_stores("part" + std::to_string(part), 1000);
   start();
   EXPECT_EQ(status("/readyz"), 200);
-  const FewDescriptors few(16);
   Client client(port());
+  auto few = std::make_unique<FewDescriptors>(16);
   const Json first = Json::parse(client.request("GET", "/v1/volumes").body);
   EXPECT_EQ(first["total"], 10'001);
   EXPECT_EQ(first["volumes"].size(), 100u);
@@ -525,6 +562,7 @@ TEST_F(ManyStores, TenThousandStoresWithFewDescriptors) {
               200)
         << name;
   }
+  few.reset();  // the test itself needs some
   std::filesystem::remove_all(folder.path() / "part3");
   EXPECT_TRUE(eventually([&] {
     return Json::parse(client.request("GET", "/v1/volumes?limit=1").body)["total"] == 9'001;

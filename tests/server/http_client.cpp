@@ -13,7 +13,7 @@
 namespace isosplat::test {
 namespace {
 
-constexpr int kTimeoutMs = 20'000;
+constexpr int kTimeoutMs = 120'000;
 
 std::string lower(std::string text) {
   for (char& c : text) {
