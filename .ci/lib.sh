@@ -42,6 +42,12 @@ seconds_since() {
     $(((${EPOCHREALTIME/./} - $1) / 100000 % 10))
 }
 
+# failures_in LOG: what GoogleTest and the sanitizers say of failures, which may be far from the end.
+failures_in() {
+  grep -aE -m 6 -A 8 ': Failure$|(WARNING|ERROR): [A-Za-z]+Sanitizer|: runtime error: ' "$1" || return 0
+  echo
+}
+
 # step LABEL HINT COMMAND…: runs a command with its output in a log, and shows the label, the time,
 # and on a terminal the last line of the log. A command that fails ends the script with what failed,
 # the log's last lines and path, and the hint of what to do.
@@ -71,8 +77,9 @@ step() {
     printf '%s✓%s %s %s\n' "$green" "$plain" "$label" "$dim$(seconds_since "$begin")$plain"
     return 0
   fi
-  printf '%s✗ %s failed%s after %s (exit status %d). The end of %s:\n\n' \
+  printf '%s✗ %s failed%s after %s (exit status %d). From %s:\n\n' \
     "$red" "$label" "$plain" "$(seconds_since "$begin")" "$status" "$log"
+  failures_in "$log" | cut -c -400 | sed 's/^/    /'
   tail -n "${STEP_TAIL:-25}" "$log" | cut -c -400 | sed 's/^/    /'
   printf '\n%sWhat to do:%s %s\n' "$bold" "$plain" "$hint"
   return "$status"
