@@ -8,6 +8,8 @@
 #include <system_error>
 #include <utility>
 
+#include "server/thumbnail.h"
+
 namespace isosplat {
 namespace {
 
@@ -23,6 +25,8 @@ constexpr size_t kManyStores = 100;
 /// A file that was created without a report of its end, such as by a link to a nameless file, is
 /// complete when nobody has written to it for this long.
 constexpr std::chrono::seconds kSettled{2};
+
+const std::string kThumbnailExtension = std::string(kStoreExtension) + ".png";
 
 bool is_store_name(std::string_view name) {
   return name.ends_with(kStoreExtension) && !name.starts_with('.');
@@ -190,8 +194,13 @@ void Catalog::keep_stores(const std::string& path, const Folder& folder, Found& 
 void Catalog::look_at(const std::string& path, const Folder& folder) {
   std::optional<FileIdentity> identity;
   if (const Result<FileIdentity> known = file_identity(path)) identity = *known;
+  std::optional<FileIdentity> thumbnail;
+  if (const Result<FileIdentity> known = file_identity(thumbnail_path(path))) thumbnail = *known;
   const auto old = stores_.find(path);
-  if (old != stores_.end() && old->second->identity == identity) return;
+  if (old != stores_.end() && old->second->identity == identity &&
+      old->second->thumbnail == thumbnail) {
+    return;
+  }
   if (old == stores_.end() && stores_.size() >= kMaxStores) return;
   auto entry = std::make_shared<CatalogEntry>();
   entry->id = ++last_id_;
@@ -199,6 +208,7 @@ void Catalog::look_at(const std::string& path, const Folder& folder) {
   entry->path = path;
   entry->folder = folder.canonical;
   entry->identity = identity;
+  entry->thumbnail = thumbnail;
   entry->is_one_of_many = is_first_scan_ && stores_.size() >= kManyStores;
   stores_.insert_or_assign(path, std::move(entry));
   has_changed_ = true;
@@ -215,6 +225,12 @@ void Catalog::forget(std::map<std::string, std::shared_ptr<const CatalogEntry>>:
 void Catalog::apply(const FolderChange& change) {
   const auto folder = folders_.find(change.folder);
   if (folder == folders_.end() || change.name.starts_with('.')) return;
+  if (change.name.ends_with(kThumbnailExtension)) {
+    fs::path store = fs::path(change.folder) / change.name;
+    store.replace_extension();
+    if (stores_.contains(store.string())) look_at(store.string(), folder->second);
+    return;
+  }
   const std::string path = (fs::path(change.folder) / change.name).string();
   // A folder whose name is that of a store is a store that cannot be read.
   const bool is_store = is_store_name(change.name);

@@ -20,17 +20,18 @@
 
 namespace isosplat {
 
-/// A store file as it was when it was last looked at. A file that was replaced or modified has
-/// another entry.
+/// A store file as it was when it was last looked at. A file that was replaced or modified, or
+/// whose thumbnail was, has another entry.
 struct CatalogEntry {
   uint64_t id = 0;   ///< of this entry; never used again
   std::string name;  ///< as in URLs: segments of letters, digits, "-", "_" and ".", and "~" between
                      ///< them; unique
   std::filesystem::path path;
-  std::filesystem::path folder;          ///< of `path`; absolute, with links resolved
-  std::optional<FileIdentity> identity;  ///< absent: there is no such file, or it is not a file
-  bool is_one_of_many = false;           ///< found with many others: not worth a line in the log
-  SummaryCell summary;                   ///< what its header says, once somebody has read it
+  std::filesystem::path folder;           ///< of `path`; absolute, with links resolved
+  std::optional<FileIdentity> identity;   ///< absent: there is no such file, or it is not a file
+  std::optional<FileIdentity> thumbnail;  ///< of the picture beside it; absent: none
+  bool is_one_of_many = false;            ///< found with many others: not worth a line in the log
+  SummaryCell summary;                    ///< what its header says, once somebody has read it
 };
 
 /// The stores at one moment, by name. Each request uses one snapshot from begin to end.
@@ -51,9 +52,10 @@ class Catalog {
   void scan();
 
   /// Waits for changes, but not longer than this and not after wake(), and applies them: files that
-  /// were renamed to their place or closed by who wrote them, and folders that came, went or were
-  /// renamed. Files that are named as sources, links, and folders whose changes the system does not
-  /// report are looked at in each call. Returns whether the snapshot has changed. Thread-safe.
+  /// were renamed to their place or closed by who wrote them, their thumbnails, and folders that
+  /// came, went or were renamed. Files that are named as sources, links, and folders whose changes
+  /// the system does not report are looked at in each call. Returns whether the snapshot has
+  /// changed. Thread-safe.
   bool follow(std::chrono::milliseconds longest);
 
   /// Ends the wait of follow(). Thread-safe.

@@ -8,6 +8,7 @@
 
 #include "server/conditions.h"
 #include "server/streams.h"
+#include "server/thumbnail.h"
 
 namespace isosplat {
 namespace {
@@ -18,8 +19,9 @@ constexpr std::string_view kFrameVersion = "frames1";
 constexpr std::string_view kBinary = "application/octet-stream";
 
 /// Adds a binary body to a response.
-Response with_bytes(Response response, std::vector<std::byte> bytes) {
-  response.set("Content-Type", kBinary);
+Response with_bytes(Response response, std::vector<std::byte> bytes,
+                    std::string_view type = kBinary) {
+  response.set("Content-Type", type);
   auto owner = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
   response.bytes = *owner;
   response.owner = std::move(owner);
@@ -183,6 +185,22 @@ Response file_response(const RouteCall& call) {
   }
   response.stream = std::make_unique<FileStream>(store, first, bytes);
   return response;
+}
+
+Response thumbnail_response(const RouteCall& call) {
+  if (call.no_wait) {
+    call.no_wait->needs_disk = true;  // always: opening the file may wait as well
+    return {};
+  }
+  const StoreFile& store = *call.volume->store;
+  auto picture = read_thumbnail(store.path(), store.content());
+  if (!picture) return error_response(picture.error());
+  const std::string hash =
+      etag_for({reinterpret_cast<const char*>(picture->data()), picture->size()});
+  const std::string etag = etag_of(store, std::string_view(hash).substr(1, hash.size() - 2));
+  Response response = begin_response(call.request, etag, CachePolicy::immutable, call.is_private);
+  if (is_complete(response)) return response;
+  return with_bytes(std::move(response), std::move(*picture), "image/png");
 }
 
 }  // namespace isosplat

@@ -29,4 +29,8 @@ Response batch_response(const RouteCall& call);
 /// The store file, or a range of it.
 Response file_response(const RouteCall& call);
 
+/// The picture beside the store, if it is one of this content. Another picture of the same content
+/// has the same URL, but another ETag.
+Response thumbnail_response(const RouteCall& call);
+
 }  // namespace isosplat

@@ -18,7 +18,7 @@ Response no_such_path(const RouteCall&) {
       404, status_name(Status::not_found),
       "expected /v1/openapi.json, /v1/volumes, /v1/volumes/{name}, and below a content id header, "
       "pages/{page}, chunks/{level}/{x}.{y}.{z}/{band}, chunks?isovalue=…, "
-      "batch?chunks=…, isovalues?isovalue=…, samples?isovalue=… or file");
+      "batch?chunks=…, isovalues?isovalue=…, samples?isovalue=…, file or thumbnail.png");
 }
 
 constexpr auto kRoutes = std::to_array<Route>({
@@ -37,6 +37,7 @@ constexpr auto kRoutes = std::to_array<Route>({
     {Method::get, "/v1/volumes/{name}/{content}/isovalues", isovalues_response},
     {Method::get, "/v1/volumes/{name}/{content}/samples", samples_response, true},
     {Method::get, "/v1/volumes/{name}/{content}/file", file_response},
+    {Method::get, "/v1/volumes/{name}/{content}/thumbnail.png", thumbnail_response},
     {Method::get, "/v1/…", no_such_path},
     {Method::get, "/…", page_response},
 });

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "server/thumbnail.h"
+
 namespace isosplat {
 namespace {
 
@@ -127,6 +129,9 @@ std::string small_letters(std::string_view text) {
 StoreSummary summary_of(const std::string& name, const StoreFile& store) {
   Json json = {{"name", name}, {"url", "/v1/volumes/" + name}};
   add_summary(json, store.content(), store.info());
+  if (thumbnail_content(thumbnail_path(store.path())) == store.content()) {
+    json["thumbnail"] = fmt::format("/v1/volumes/{}/{}/thumbnail.png", name, store.content());
+  }
   StoreSummary summary;
   summary.content = store.content();
   if (const auto title = json.find("title"); title != json.end()) {
@@ -152,6 +157,7 @@ std::string published_catalog_json(std::span<const PublishedVolume> published) {
   for (const PublishedVolume& volume : published) {
     Json json = {{"name", volume.name}, {"file", volume.file}};
     add_summary(json, volume.content, volume.info);
+    if (!volume.thumbnail.empty()) json["thumbnail"] = volume.thumbnail;
     volumes.push_back(std::move(json));
   }
   return json_text({{"isosplat", "site 1"}, {"volumes", std::move(volumes)}}) + "\n";

@@ -26,10 +26,11 @@ struct PublishedVolume {
   std::string content;  ///< hexadecimal content id
   std::string file;     ///< of the store, relative to the site
   StoreInfo info;
+  std::string thumbnail = {};  ///< file of the picture, relative to the site; empty: none
 };
 
 /// The catalog of a static site: the same as /v1/volumes, but each volume has `file` in place of
-/// `url`. Begins with {"isosplat":"site 1".
+/// `url`, and the file of its picture as `thumbnail`. Begins with {"isosplat":"site 1".
 std::string published_catalog_json(std::span<const PublishedVolume> published);
 
 /// The body of /v1/volumes/{name}.

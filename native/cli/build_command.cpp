@@ -5,6 +5,7 @@
 #include "native/cli/options.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
+#include "native/cli/thumbnail.h"
 
 namespace isosplat::cli {
 namespace {
@@ -13,7 +14,7 @@ struct BuildCall {
   std::string volume, store;
   VolumeFlags volume_flags;
   BuildFlags build_flags;
-  bool quiet = false, force = false;
+  bool quiet = false, force = false, no_thumbnail = false;
 };
 
 /// A file in the volume's folder.
@@ -74,6 +75,10 @@ int run(const BuildCall& call) {
   const auto built = build_with_progress(*opened, store, *build_options);
   if (!built) return report(built.error());
   if (!call.quiet) print_result(store, *built);
+  if (!call.no_thumbnail) {
+    // The store is complete: it is served without a picture as well.
+    if (auto drawn = draw_thumbnail(store); !drawn) note("no thumbnail: " + drawn.error().message);
+  }
   return kSuccess;
 }
 
@@ -92,6 +97,8 @@ void add_build_command(CLI::App& program, int& exit_code) {
   command->add_flag("-q,--quiet", call->quiet, "Print nothing on success");
   command->add_flag("--force", call->force,
                     "Replace the output even if it is a store of another volume, or not a store");
+  command->add_flag("--no-thumbnail", call->no_thumbnail,
+                    "Draw no picture for lists of volumes (STORE.png beside the store)");
   call->build_flags.add_to(*command);
   call->volume_flags.add_to(*command);
   command->footer(examples(

@@ -10,6 +10,7 @@
 #include "native/cli/render_options.h"
 #include "native/cli/render_settings.h"
 #include "native/cli/terminal.h"
+#include "native/cli/thumbnail.h"
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
 #include "native/headless/store_scene.h"
@@ -112,7 +113,7 @@ int run(const RenderCall& call) {
     (*renderer)->set_camera(camera);
     const auto image = draw_image(**renderer, width, height, &statistics, !call.aliased);
     if (!image) return report(image.error());
-    if (const auto written = write_png(picture.string(), *image); !written) {
+    if (const auto written = write_picture(picture, *image, (*store)->content()); !written) {
       return report(written.error());
     }
     is_empty = is_empty && is_only_background(*image, settings->background);
@@ -138,7 +139,10 @@ void add_render_command(CLI::App& program, int& exit_code) {
   command->footer(examples(
       "  isosplat render engine.isosplat --isovalue 60.5 -o engine.png\n"
       "  isosplat render head.isosplat -i 1150,500 --opacity 1,0.35 --zoom 1.4 -o head.png\n"
-      "  isosplat render bunny.isosplat -i 1000 --turntable 36 --background transparent"));
+      "  isosplat render bunny.isosplat -i 1000 --turntable 36 --background transparent\n"
+      "  isosplat render head.isosplat -i 1150 --size 480x300 -o head.isosplat.png\n"
+      "The last one is the store's picture in the page's list of volumes, in place of that of\n"
+      "isosplat build: STORE.png beside the store, of at most 1 MiB."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

@@ -12,6 +12,7 @@
 #include "native/cli/outputs.h"
 #include "native/files/output_file.h"
 #include "server/catalog.h"
+#include "server/thumbnail.h"
 #include "server/volume_json.h"
 
 namespace isosplat::cli {
@@ -64,11 +65,15 @@ Result<std::string> read_text(const fs::path& path) {
   return text;
 }
 
-Result<void> write_text(const fs::path& path, std::string_view text) {
+Result<void> write_bytes(const fs::path& path, std::span<const std::byte> bytes) {
   auto file = OutputFile::create(path);
   if (!file) return tl::unexpected(file.error());
-  if (auto written = file->write(0, std::as_bytes(std::span(text))); !written) return written;
+  if (auto written = file->write(0, bytes); !written) return written;
   return file->publish();
+}
+
+Result<void> write_text(const fs::path& path, std::string_view text) {
+  return write_bytes(path, std::as_bytes(std::span(text)));
 }
 
 Result<void> create_folders(const fs::path& folder) {
@@ -130,6 +135,21 @@ Result<void> copy_store(const StoreFile& store, const fs::path& to,
   }
   if (auto unchanged = store.check_unchanged(); !unchanged) return unchanged;
   return file->publish();
+}
+
+/// Copies the pictures that `listed` names. One that is gone is no longer named.
+Result<void> copy_thumbnails(const Site& site, std::span<PublishedVolume> listed,
+                             const fs::path& to) {
+  for (size_t i = 0; i < listed.size(); ++i) {
+    if (listed[i].thumbnail.empty()) continue;
+    const auto picture = read_thumbnail(site.volumes[i].path, listed[i].content);
+    if (!picture) {
+      listed[i].thumbnail.clear();
+    } else if (auto written = write_bytes(to / listed[i].thumbnail, *picture); !written) {
+      return written;
+    }
+  }
+  return {};
 }
 
 /// Whether a path is that of the site, or below it.
@@ -212,6 +232,10 @@ Result<Site> publish_site(const SiteOptions& options) {
     const bool is_new = !has_content(options.to / file, content);
     site.volumes.push_back({name, entry->path, file, is_new});
     listed.push_back({name, content, file, (*store)->info()});
+    if (read_thumbnail(entry->path, content)) {
+      listed.back().thumbnail = thumbnail_path(file).string();
+      kept.insert(listed.back().thumbnail);
+    }
     inputs.push_back(entry->path);
     kept.insert(file);
     if (is_new) all_bytes += (*store)->info().file_bytes;
@@ -227,6 +251,9 @@ Result<Site> publish_site(const SiteOptions& options) {
   for (const SiteVolume& volume : site.volumes) {
     if (volume.is_new) outputs.emplace_back(volume.file);
   }
+  for (const PublishedVolume& volume : listed) {
+    if (!volume.thumbnail.empty()) outputs.emplace_back(volume.thumbnail);
+  }
   for (const fs::path& output : outputs) {
     if (auto checked = check_not_input(options.to / output, inputs); !checked) {
       return tl::unexpected(checked.error());
@@ -234,6 +261,9 @@ Result<Site> publish_site(const SiteOptions& options) {
   }
 
   if (auto made = create_folders(options.to / "stores"); !made) return tl::unexpected(made.error());
+  if (auto copied = copy_thumbnails(site, listed, options.to); !copied) {
+    return tl::unexpected(copied.error());
+  }
   uint64_t done = 0;
   for (size_t i = 0; i < site.volumes.size(); ++i) {
     const SiteVolume& volume = site.volumes[i];

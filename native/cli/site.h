@@ -13,9 +13,10 @@ namespace isosplat::cli {
 /// A static web site: the page, a catalog, and stores. The page finds the catalog by an element of
 /// its index.html, and reads the stores by ranges of bytes. Needs no server program.
 ///
-///     index.html, assets/…                  the page
-///     catalog.json                          {"isosplat":"site 1","volumes":[…]}
-///     stores/{name}-{contentId}.isosplat    never changes: another store has another name
+///     index.html, assets/…                      the page
+///     catalog.json                              {"isosplat":"site 1","volumes":[…]}
+///     stores/{name}-{contentId}.isosplat        never changes: another store has another name
+///     stores/{name}-{contentId}.isosplat.png    its thumbnail, if it has one
 struct SiteOptions {
   std::vector<std::filesystem::path> stores;  ///< store files, and folders of stores
   std::filesystem::path page;                 ///< the built page

@@ -13,7 +13,7 @@ bool Image::is_uniform() const {
                     rgba.begin());
 }
 
-Result<void> write_png(const std::string& path, const Image& image) {
+Result<std::vector<std::byte>> encode_png(const Image& image) {
   bool opaque = true;
   for (size_t i = 3; i < image.rgba.size(); i += 4) opaque = opaque && image.rgba[i] == 255;
   std::vector<uint8_t> rgb;
@@ -32,11 +32,18 @@ Result<void> write_png(const std::string& path, const Image& image) {
   png_alloc_size_t size = bytes.size();
   if (!png_image_write_to_memory(&png, bytes.data(), &size, 0,
                                  opaque ? rgb.data() : image.rgba.data(), 0, nullptr)) {
-    return fail(Status::io_error, path + ": cannot write the picture (" + png.message + ")");
+    return fail(Status::io_error, std::string("cannot write a picture (") + png.message + ")");
   }
+  bytes.resize(size);
+  return bytes;
+}
+
+Result<void> write_png(const std::string& path, const Image& image) {
+  const auto png = encode_png(image);
+  if (!png) return fail(png.error().status, path + ": " + png.error().message);
   auto file = OutputFile::create(path);
   if (!file) return tl::unexpected(file.error());
-  if (auto written = file->write(0, std::span(bytes).first(size)); !written) return written;
+  if (auto written = file->write(0, *png); !written) return written;
   return file->publish();
 }
 

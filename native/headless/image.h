@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -20,6 +21,9 @@ struct Image {
     return &rgba[4 * (size_t(y) * size_t(width) + size_t(x))];
   }
 };
+
+/// A PNG: RGB if all pixels are opaque, otherwise RGBA. Errors: io_error.
+Result<std::vector<std::byte>> encode_png(const Image& image);
 
 /// Writes a PNG file: RGB if all pixels are opaque, otherwise RGBA. Errors: io_error, and those of
 /// OutputFile.

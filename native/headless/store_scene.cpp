@@ -33,14 +33,14 @@ Result<std::vector<ChunkRef>> chunks_at(const StoreFile& store, std::span<const 
 
 Result<StoreScene> show_store(Renderer& renderer, const StoreFile& store,
                               std::span<const double> isovalues, std::optional<uint32_t> level,
-                              uint64_t sample_budget) {
+                              uint64_t sample_budget, uint32_t finest) {
   const StoreInfo& info = store.info();
   if (level && *level >= info.levels) {
     return fail(Status::not_found, fmt::format("{}: expected a level from 0 to {}, found {}",
                                                store.path().string(), info.levels - 1, *level));
   }
   StoreScene scene;
-  scene.level = level.value_or(0);
+  scene.level = level.value_or(std::min(finest, info.levels - 1));
   std::vector<ChunkRef> chunks;
   for (;; ++scene.level) {
     auto found = chunks_at(store, isovalues, scene.level);

@@ -42,7 +42,7 @@ test("the page lists the volumes of the site, and opens them by ranges of bytes"
   await expect(page).toHaveURL(/volume=bucky.*isovalue=/);
   const found = answers();
   expect(found.filter(([path]) => path?.startsWith("/v1"))).toEqual([]);
-  const ofStores = found.filter(([path]) => path?.startsWith("/stores/"));
+  const ofStores = found.filter(([path]) => /^\/stores\/.*\.isosplat$/.test(path ?? ""));
   expect(ofStores.length).toBeGreaterThan(3);
   // 304: the browser asks whether its copy is current, since this nginx sends no Cache-Control.
   expect(ofStores.filter(([, status]) => status !== "206" && status !== "304")).toEqual([]);

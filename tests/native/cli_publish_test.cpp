@@ -29,8 +29,8 @@ class CliPublish : public ::testing::Test {
   }
 
   void build(const std::string& name, int n) {
-    const Ended built =
-        run({"build", write_ball(folder, n, name), "-o", stores / (name + ".isosplat"), "--force"});
+    const Ended built = run({"build", write_ball(folder, n, name), "-o",
+                             stores / (name + ".isosplat"), "--force", "--no-thumbnail"});
     ASSERT_EQ(built.exit_code, 0) << built.err;
   }
 
@@ -118,6 +118,22 @@ TEST_F(CliPublish, PublishedAgainTheSiteGetsWhatIsNewAndKeepsTheRest) {
   EXPECT_EQ(catalog()["volumes"].size(), 1u);
   EXPECT_EQ(site_files(), (std::vector<std::string>{"assets/main-87654321.js", "catalog.json",
                                                     "index.html", file_of(0)}));
+}
+
+TEST_F(CliPublish, CopiesThePicturesOfTheStores) {
+  const Ended drawn = run({"render", stores / "one.isosplat", "--isovalue", "100", "--size",
+                           "32x20", "-o", stores / "one.isosplat.png"});
+  ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+  std::filesystem::copy(stores / "one.isosplat.png", stores / "two.isosplat.png");
+  ASSERT_EQ(publish({stores}).exit_code, 0);
+  const std::string picture = file_of(0) + ".png";
+  EXPECT_EQ(catalog()["volumes"][0]["thumbnail"], picture);
+  EXPECT_EQ(read_file(site / picture), read_file(stores / "one.isosplat.png"));
+  EXPECT_FALSE(catalog()["volumes"][1].contains("thumbnail")) << "it shows another content";
+  ASSERT_EQ(publish({stores}, {"--prune"}).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(site / picture));
+  ASSERT_EQ(publish({stores / "two.isosplat"}, {"--prune"}).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(site / picture));
 }
 
 TEST_F(CliPublish, RepairsAStoreThatIsDamagedInTheSite) {

@@ -130,7 +130,8 @@ TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
   EXPECT_NE(built.out.find("40 × 40 × 40 voxels"), std::string::npos) << built.out;
   EXPECT_NE(built.err.find("Building ball.isosplat: "), std::string::npos) << "plain progress";
   EXPECT_EQ(built.err.find('\r'), std::string::npos) << "no bar without a terminal";
-  EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.nrrd"}));
+  EXPECT_EQ(folder.files(),
+            (std::vector<std::string>{"ball.isosplat", "ball.isosplat.png", "ball.nrrd"}));
 
   const Ended verified = run({"verify", store});
   EXPECT_EQ(verified.exit_code, 0) << verified.err;
@@ -191,8 +192,8 @@ TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
   EXPECT_NE(below.err.find("no isosurface"), std::string::npos);
   EXPECT_EQ(run({"extract", store, "-i", "5", "--level", "9", "-o", folder / "x.ply"}).exit_code,
             1);
-  EXPECT_EQ(folder.files(),
-            (std::vector<std::string>{"ball.isosplat", "ball.nrrd", "ball.ply", "none.ply"}));
+  EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.isosplat.png",
+                                                      "ball.nrrd", "ball.ply", "none.ply"}));
 }
 
 TEST(Cli, WritesMeshes) {
@@ -276,7 +277,7 @@ TEST(Cli, AFullDiskLeavesTheOldStoreAndNothingElse) {
   EXPECT_EQ(read_file(store), "an older store");
   EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.nrrd"}));
 
-  ASSERT_EQ(run({"build", volume, "--force"}).exit_code, 0);
+  ASSERT_EQ(run({"build", volume, "--force", "--no-thumbnail"}).exit_code, 0);
   const Ended ply = run(Call{.arguments = {"extract", store, "-i", "100.5", "-o", folder / "p.ply"},
                              .file_limit = 4000});
   EXPECT_EQ(ply.exit_code, 1);
@@ -321,7 +322,7 @@ Ended interrupt_build(const TempFolder& folder, const std::string& volume, int s
 TEST(Cli, AnInterruptedBuildLeavesTheOldStoreAndCanBeRepeated) {
   const TempFolder folder;
   const std::string volume = write_ball(folder, 150), store = folder / "ball.isosplat";
-  ASSERT_EQ(run({"build", volume}).exit_code, 0);
+  ASSERT_EQ(run({"build", volume, "--no-thumbnail"}).exit_code, 0);
   const std::string whole = read_file(store);
   const std::vector<std::string> both{"ball.isosplat", "ball.nrrd"};
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
@@ -332,7 +333,7 @@ TEST(Cli, AnInterruptedBuildLeavesTheOldStoreAndCanBeRepeated) {
   interrupt_build(folder, volume, SIGKILL);
   EXPECT_EQ(read_file(store), "an older store");
   EXPECT_EQ(folder.files().size(), 3u) << "nobody can tidy up after SIGKILL";
-  ASSERT_EQ(run({"build", volume, "--force"}).exit_code, 0);
+  ASSERT_EQ(run({"build", volume, "--force", "--no-thumbnail"}).exit_code, 0);
   EXPECT_EQ(read_file(store), whole) << "the same input gives the same bytes";
   EXPECT_EQ(folder.files(), both) << "the next build removes what the killed one left";
 }

@@ -1,4 +1,5 @@
 /** server/openapi.json against the answers of real servers, for each route and status. */
+import { execFileSync } from "node:child_process";
 import { once } from "node:events";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { type IncomingHttpHeaders, request } from "node:http";
@@ -8,7 +9,7 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import Ajv2020 from "ajv/dist/2020.js";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
-import { type RunningServer, serve } from "../browser/support/server.ts";
+import { program, type RunningServer, serve } from "../browser/support/server.ts";
 
 const root = fileURLToPath(new URL("../..", import.meta.url));
 const text = readFileSync(join(root, "server/openapi.json"), "utf8");
@@ -158,7 +159,13 @@ describe("openapi.json", () => {
     const tokens = join(folder, "tokens");
     writeFileSync(tokens, `anyone open\n${token} *\n`);
     writeFileSync(join(folder, "closed-tokens"), `${token} *\n`);
-    const files = { "open.isosplat": bytes, "broken.isosplat": broken };
+    const picture = join(folder, "picture.png");
+    execFileSync(program, ["render", store, "-i", "60", "--size", "48x30", "-o", picture]);
+    const files = {
+      "open.isosplat": bytes,
+      "open.isosplat.png": readFileSync(picture),
+      "broken.isosplat": broken,
+    };
     ports.open = await start("open", files, ["--token-file", tokens]);
     ports.closed = await start("closed", files, ["--token-file", join(folder, "closed-tokens")]);
     ports.broken = await start("broken", { "broken.isosplat": broken }, []);

@@ -34,13 +34,15 @@ export class Catalog {
   #isLoading = false;
   #searchTimer = 0;
   readonly #previews = new Previews(() => this.#render());
-  /** Cards that are visible and have no picture yet. */
+  /** Content ids of volumes whose picture could not be loaded. */
+  readonly #withoutPicture = new Set<string>();
+  /** Cards that are visible; a volume without a picture gets one that this browser draws. */
   readonly #cardObserver = new IntersectionObserver((entries) => {
     for (const { isIntersecting, target } of entries) {
       const volume = this.#list?.volumes.find(
         ({ name }) => name === (target as HTMLElement).dataset.name,
       );
-      if (isIntersecting && volume?.contentId) {
+      if (isIntersecting && volume?.contentId && !this.#servedPicture(volume)) {
         this.#previews.request({ name: volume.name, contentId: volume.contentId });
       }
     }
@@ -51,6 +53,19 @@ export class Catalog {
     document.title = "Isosplat";
     onTheme(() => this.#render());
     void this.#load();
+  }
+
+  /** The address of the picture that the server or the site has of a volume. */
+  #servedPicture({ contentId, thumbnail }: VolumeEntry): string | null {
+    if (!contentId || !thumbnail || this.#withoutPicture.has(contentId)) return null;
+    return thumbnail.replace(/^\/+/, ""); // the page may be below another path than the server's
+  }
+
+  #drawInstead({ name, contentId }: VolumeEntry): void {
+    if (!contentId) return;
+    this.#withoutPicture.add(contentId);
+    this.#previews.request({ name, contentId });
+    this.#render();
   }
 
   #search(text: string): void {
@@ -162,7 +177,8 @@ export class Catalog {
             ${repeat(
               list?.volumes ?? [],
               ({ name }) => name,
-              (volume) => html`<li>${card(volume)}</li>`,
+              (volume) =>
+                html`<li>${card(volume, this.#servedPicture(volume), () => this.#drawInstead(volume))}</li>`,
             )}
           </ul>
           ${
@@ -202,7 +218,8 @@ function summary({ total, fileBytes }: VolumeList): string {
   return fileBytes > 0 ? `${count}, ${formatBytes(fileBytes)} on the server` : count;
 }
 
-function card(volume: VolumeEntry): TemplateResult {
+/** `served`: the picture to show unless this browser has one; `failed`: it cannot be shown. */
+function card(volume: VolumeEntry, served: string | null, failed: () => void): TemplateResult {
   const title = volume.title || volume.name;
   if (volume.error) {
     return html`<div class="card broken">
@@ -212,10 +229,10 @@ function card(volume: VolumeEntry): TemplateResult {
     </div>`;
   }
   const voxels = volume.voxels?.reduce((product, n) => product * n, 1);
-  const picture = volume.contentId ? thumbnail(volume.contentId) : null;
+  const picture = (volume.contentId && thumbnail(volume.contentId)) || served;
   return html`<a class="card" data-name=${volume.name} href="?volume=${encodeURIComponent(volume.name)}">
     <div class="card-picture">
-      ${picture ? html`<img src=${picture} alt="" loading="lazy" />` : sparkline(volume)}
+      ${picture ? html`<img src=${picture} alt="" loading="lazy" @error=${failed} />` : sparkline(volume)}
     </div>
     <h2>${title}</h2>
     <p class="card-facts">

@@ -16,6 +16,8 @@ export interface VolumeEntry {
   contentId?: string;
   histogram?: { low: number; high: number; counts: number[] };
   range?: [number, number];
+  /** The address of its picture: a path of the server, or a file of a static site. */
+  thumbnail?: string;
   /** The file exists, but cannot be read. */
   error?: { status: string; message: string };
 }

@@ -1,0 +1,131 @@
+#include "native/cli/thumbnail.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "native/files/output_file.h"
+#include "native/headless/draw_image.h"
+#include "native/headless/egl_context.h"
+#include "native/headless/store_scene.h"
+#include "server/thumbnail.h"
+#include "shared/store_file/store_file.h"
+
+namespace isosplat::cli {
+namespace {
+
+/// Pixels: those of a card in the page's list, and a third more for screens of high resolution.
+constexpr int kWidth = 480, kHeight = 300;
+
+/// Each pixel is the mean of this many pixels along each side: far cheaper than the antialiasing of
+/// draw_image(), which a picture of this size does not need.
+constexpr int kScale = 2;
+
+/// A finer level than one with this many cells along its longest side has no more detail for this
+/// picture, nor would more samples.
+constexpr int32_t kEnoughCells = 640;
+constexpr uint64_t kEnoughSamples = uint64_t{2} << 20;
+
+/// As in the page (web/viewer/surfaces.ts, web/page/previews.ts).
+constexpr Vec3f kBone{0xd9 / 255.0f, 0xcc / 255.0f, 0xb3 / 255.0f};
+constexpr double kZoom = 1.25;
+
+/// The first suggested isovalue; null if the metadata have none.
+std::optional<double> first_isovalue(const StoreInfo& info) {
+  const auto metadata = nlohmann::json::parse(info.metadata, nullptr, false);
+  if (!metadata.is_object()) return std::nullopt;
+  const auto suggested = metadata.find("suggested_isovalues");
+  if (suggested == metadata.end() || !suggested->is_array() || suggested->empty() ||
+      !suggested->front().is_number()) {
+    return std::nullopt;
+  }
+  return suggested->front().get<double>();
+}
+
+uint32_t enough_level(const StoreInfo& info) {
+  uint32_t level = 0;
+  for (; level + 1 < info.levels; ++level) {
+    const Index3 cells = level_grid(info.grid.voxels, level).cells;
+    if (std::max({cells.x, cells.y, cells.z}) <= kEnoughCells) break;
+  }
+  return level;
+}
+
+/// Means of kScale × kScale pixels.
+Image reduced(const Image& image) {
+  Image small{image.width / kScale, image.height / kScale, {}};
+  for (int y = 0; y < small.height; ++y) {
+    for (int x = 0; x < small.width; ++x) {
+      std::array<int, 4> sum{};
+      for (int i = 0; i < kScale * kScale; ++i) {
+        const uint8_t* const pixel = image.at(kScale * x + i % kScale, kScale * y + i / kScale);
+        for (size_t c = 0; c < 3; ++c) sum[c] += pixel[c] * pixel[3];
+        sum[3] += pixel[3];
+      }
+      for (size_t c = 0; c < 3; ++c) {
+        small.rgba.push_back(static_cast<uint8_t>(sum[3] ? (sum[c] + sum[3] / 2) / sum[3] : 0));
+      }
+      small.rgba.push_back(static_cast<uint8_t>(sum[3] / (kScale * kScale)));
+    }
+  }
+  return small;
+}
+
+Result<Image> draw(const StoreFile& store, double isovalue) {
+  const auto context = EglContext::create();
+  if (!context) return tl::unexpected(context.error());
+  auto renderer = Renderer::create();
+  if (!renderer) return tl::unexpected(renderer.error());
+  const std::array isovalues{isovalue};
+  const auto scene = show_store(**renderer, store, isovalues, std::nullopt, kEnoughSamples,
+                                enough_level(store.info()));
+  if (!scene) return tl::unexpected(scene.error());
+  RenderSettings settings;
+  settings.kind = SplatKind::exact;
+  settings.isosurfaces = {{isovalue, kBone, 1}};
+  settings.background = {1, 1, 1, 0};
+  (*renderer)->set_settings(settings);
+  Camera camera = default_camera(store.info().grid, double(kWidth) / kHeight);
+  camera.distance /= kZoom;
+  (*renderer)->set_camera(camera);
+  auto image = draw_image(**renderer, kScale * kWidth, kScale * kHeight);
+  if (image) *image = reduced(*image);
+  return image;
+}
+
+}  // namespace
+
+Result<void> write_picture(const std::filesystem::path& path, const Image& image,
+                           std::string_view content) {
+  const auto png = encode_png(image);
+  if (!png) return fail(png.error().status, path.string() + ": " + png.error().message);
+  auto file = OutputFile::create(path);
+  if (!file) return tl::unexpected(file.error());
+  if (auto written = file->write(0, with_content_id(*png, content)); !written) return written;
+  return file->publish();
+}
+
+Result<void> draw_thumbnail(const std::filesystem::path& store) {
+  const std::filesystem::path path = thumbnail_path(store);
+  const auto opened = StoreFile::open(store);
+  if (!opened) return tl::unexpected(opened.error());
+  const std::string there = thumbnail_content(path);
+  if (there == (*opened)->content()) return {};
+  if (there.empty() && !first_bytes(path, 1).empty()) {
+    return fail(
+        Status::invalid_argument,
+        fmt::format("{}: expected no file, or a thumbnail, found another file: move it away",
+                    path.string()));
+  }
+  const auto isovalue = first_isovalue((*opened)->info());
+  if (!isovalue) return fail(Status::not_found, "the volume has no suggested isovalue");
+  const auto image = draw(**opened, *isovalue);
+  if (!image) return tl::unexpected(image.error());
+  if (image->is_uniform()) return fail(Status::not_found, "the picture is empty");
+  return write_picture(path, *image, (*opened)->content());
+}
+
+}  // namespace isosplat::cli

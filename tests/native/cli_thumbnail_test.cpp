@@ -1,0 +1,93 @@
+// The picture that isosplat build draws beside a store.
+
+#include "tests/native/cli_program.h"
+
+namespace isosplat {
+namespace {
+
+using test::Ended;
+using test::read_file;
+using test::run;
+using test::TempFolder;
+using test::write_ball;
+using test::write_file;
+
+/// The content id in the text chunk that follows IHDR.
+std::string content_of(const std::string& png) {
+  constexpr size_t kText = 8 + 25 + 8;
+  const std::string key("Isosplat content\0", 17);
+  if (png.substr(0, 4) != "\x89PNG" || png.substr(kText, key.size()) != key) return {};
+  return png.substr(kText + key.size(), 32);
+}
+
+class CliThumbnail : public ::testing::Test {
+ protected:
+  Ended build(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> arguments{"build", volume, "-o", store};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments);
+  }
+
+  std::string store_content() const {
+    const std::string json = run({"info", store, "--json"}).out;
+    const std::string key = "\"contentId\": \"";
+    return json.substr(json.find(key) + key.size(), 32);
+  }
+
+  const TempFolder folder;
+  const std::string volume = write_ball(folder, 40);
+  const std::string store = folder / "ball.isosplat", picture = store + ".png";
+};
+
+TEST_F(CliThumbnail, BuildDrawsThePictureOfTheStore) {
+  const Ended built = build();
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_EQ(built.err.find("note: no thumbnail"), std::string::npos) << built.err;
+  EXPECT_EQ(content_of(read_file(picture)), store_content());
+  EXPECT_GT(read_file(picture).size(), 2000u);
+  EXPECT_LT(read_file(picture).size(), 300'000u);
+}
+
+TEST_F(CliThumbnail, NoThumbnailLeavesItOut) {
+  ASSERT_EQ(build({"--no-thumbnail"}).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(picture));
+}
+
+TEST_F(CliThumbnail, KeepsTheUsersPictureUntilTheContentChanges) {
+  ASSERT_EQ(build().exit_code, 0);
+  ASSERT_EQ(run({"render", store, "--isovalue", "60", "--size", "64x40", "-o", picture}).exit_code,
+            0);
+  const std::string chosen = read_file(picture);
+  EXPECT_EQ(content_of(chosen), store_content());
+  ASSERT_EQ(build().exit_code, 0);
+  EXPECT_EQ(read_file(picture), chosen);
+  write_ball(folder, 44);
+  ASSERT_EQ(build().exit_code, 0);
+  EXPECT_NE(read_file(picture), chosen);
+  EXPECT_EQ(content_of(read_file(picture)), store_content());
+}
+
+TEST_F(CliThumbnail, NeverReplacesAnotherFile) {
+  write_file(picture, "a holiday picture");
+  const Ended built = build();
+  EXPECT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_NE(built.err.find("note: no thumbnail: "), std::string::npos) << built.err;
+  EXPECT_EQ(read_file(picture), "a holiday picture");
+}
+
+TEST_F(CliThumbnail, BuildSucceedsWithoutOpenGl) {
+  // libglvnd then finds no driver.
+  setenv("__EGL_VENDOR_LIBRARY_DIRS", folder.path().c_str(), 1);
+  setenv("__EGL_VENDOR_LIBRARY_FILENAMES", (folder / "none.json").c_str(), 1);
+  const Ended built = build();
+  unsetenv("__EGL_VENDOR_LIBRARY_DIRS");
+  unsetenv("__EGL_VENDOR_LIBRARY_FILENAMES");
+  EXPECT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_NE(built.err.find("note: no thumbnail: EGL offers no display"), std::string::npos)
+      << built.err;
+  EXPECT_FALSE(std::filesystem::exists(picture));
+  EXPECT_EQ(run({"verify", store}).exit_code, 0);
+}
+
+}  // namespace
+}  // namespace isosplat
