@@ -3,10 +3,13 @@
 #include <GLES3/gl3.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "shared/render/image_passes.h"
 #include "shared/render/renderer_state.h"
 #include "shared/render/shader_constants.h"
+#include "shared/render/surface_pick.h"
 
 namespace isosplat {
 namespace {
@@ -238,6 +241,48 @@ Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {
   const VolumeGrid grid = s.grid.value_or(VolumeGrid{{2, 2, 2}});
   const double unit = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
   return read_surface_pixels(s.context(), static_cast<float>(unit));
+}
+
+Result<std::optional<SurfacePick>> Renderer::pick(double x, double y, int width, int height) const {
+  const State& s = *state_;
+  if (s.lost) return fail(Status::gl_error, "the OpenGL context is lost: restore it first");
+  if (!s.grid) return fail(Status::invalid_argument, "there is no volume to pick in: set one");
+  const auto ray = pick_ray(*s.grid, s.settings, s.camera, x, y, width, height);
+  if (!ray) return std::nullopt;
+  std::vector<float> quantized_isovalues;
+  for (const Isosurface& surface : s.settings.isosurfaces) {
+    if (quantized_isovalues.size() == kMaxIsosurfaces) break;
+    quantized_isovalues.push_back(surface.opacity > 0
+                                      ? s.mapping.quantized_isovalue(surface.isovalue)
+                                      : std::numeric_limits<float>::quiet_NaN());
+  }
+  const auto is_any_active = [&](CellInterval interval) {
+    return std::any_of(quantized_isovalues.begin(), quantized_isovalues.end(),
+                       [interval](float q) { return is_active(interval, q); });
+  };
+  std::vector<PickHit> hits;
+  std::vector<PackedSample> samples;
+  for (const DrawnChunk& visible : s.chunks.visible()) {
+    const ChunkStore::Chunk* chunk = s.chunks.find(visible.handle);
+    if (!chunk || !is_any_active(chunk->interval)) continue;
+    if (!meets_box(*ray, chunk->low, chunk->high)) continue;
+    const double size = std::ldexp(1.0, static_cast<int>(chunk->block.level));
+    const Index3 block = chunk->block.index;
+    const Vec3d corner =
+        Vec3d{double(block.x), double(block.y), double(block.z)} * (kBlockCells * size);
+    for (const SampleCluster& cluster : chunk->clusters) {
+      if (!visible.regions.contains(cluster.region_index())) continue;
+      if (!is_any_active(cluster.interval)) continue;
+      const auto place = [&](Vec3<uint8_t> cell) {
+        return corner + Vec3d{double(cell.x), double(cell.y), double(cell.z)} * size;
+      };
+      if (!meets_box(*ray, place(cluster.low), place(cluster.high))) continue;
+      samples.resize(cluster.count);
+      s.chunks.buffers().read(chunk->range, cluster.first, samples);
+      add_hits(*ray, chunk->block, samples, quantized_isovalues, hits);
+    }
+  }
+  return nearest_pick(*s.grid, s.mapping, *ray, std::move(hits));
 }
 
 Result<void> Renderer::begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px) {

@@ -62,6 +62,17 @@ struct ClipPlane {
   double offset = 0;
 };
 
+/// A point of a surface: where a ray meets the trilinear function of a cell.
+struct SurfacePick {
+  Vec3d position;           ///< world
+  Vec3d voxel;              ///< the same in voxels of level 0
+  Vec3d normal;             ///< world, unit length, towards the eye
+  double gradient = 0;      ///< length of the gradient, value units per world unit
+  double to_next = 0;       ///< along the ray to the next surface behind it, world units; 0: none
+  uint32_t isosurface = 0;  ///< index in RenderSettings::isosurfaces
+  uint32_t level = 0;       ///< of the cell: at 0 the pick is exact
+};
+
 /// All settings of the picture except for the camera. Plain data that can be compared and copied.
 struct RenderSettings {
   std::vector<Isosurface> isosurfaces;  ///< at most kMaxIsosurfaces; more are ignored
@@ -229,6 +240,13 @@ class Renderer {
   /// Reads all pixels of the opaque layer, row by row. Slow, since it waits for the GPU.
   /// Errors: gl_error, invalid_argument (nothing drawn yet).
   Result<std::vector<SurfacePixel>> read_surface();
+
+  /// The nearest surface at a place of an image of this size, x px to the right of and y px below
+  /// its upper left corner, with the present camera and settings. Intersects the ray with the cells
+  /// of the visible chunks near it, in the precision of PackedSample, and does not depend on what
+  /// was drawn. Nothing if there is no surface. Reads samples back from the GPU. Errors: gl_error,
+  /// invalid_argument (no volume).
+  Result<std::optional<SurfacePick>> pick(double x, double y, int width, int height) const;
 
   /// Starts an occlusion query: which regions of these chunks are visible in the last picture, in
   /// at least `min_px` pixels (1 … 255)? Does not wait for the GPU. With `min_px` 0, a region is

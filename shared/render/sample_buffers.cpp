@@ -1,8 +1,14 @@
 #include "shared/render/sample_buffers.h"
 
 #include <algorithm>
+#include <cstring>
 #include <iterator>
 #include <string>
+
+#ifdef __EMSCRIPTEN__
+// WebGL 2 reads buffers by copying, not by mapping; Emscripten's headers do not declare it.
+extern "C" void glGetBufferSubData(GLenum target, GLintptr offset, GLsizeiptr size, void* data);
+#endif
 
 namespace isosplat {
 namespace {
@@ -89,6 +95,24 @@ void SampleBuffers::remove(const SampleRange& range) {
     }
   }
   samples_ -= range.count;
+}
+
+void SampleBuffers::read(const SampleRange& range, uint32_t first,
+                         std::span<PackedSample> samples) const {
+  if (samples.empty() || range.buffer >= buffers_.size()) return;
+  const auto offset =
+      static_cast<GLintptr>(range.offset_bytes() + uint64_t{first} * sizeof(PackedSample));
+  const auto size = static_cast<GLsizeiptr>(samples.size_bytes());
+  glBindBuffer(GL_COPY_READ_BUFFER, buffers_[range.buffer].buffer);
+#ifdef __EMSCRIPTEN__
+  glGetBufferSubData(GL_COPY_READ_BUFFER, offset, size, samples.data());
+#else
+  if (const void* mapped = glMapBufferRange(GL_COPY_READ_BUFFER, offset, size, GL_MAP_READ_BIT)) {
+    std::memcpy(static_cast<void*>(samples.data()), mapped, samples.size_bytes());
+    glUnmapBuffer(GL_COPY_READ_BUFFER);
+  }
+#endif
+  glBindBuffer(GL_COPY_READ_BUFFER, 0);
 }
 
 uint64_t SampleBuffers::bytes() const {

@@ -42,6 +42,9 @@ class SampleBuffers {
   Result<SampleRange> reserve(uint32_t count);
   void remove(const SampleRange& range);
 
+  /// Copies samples of a range back, from its sample `first` on. Waits for the GPU.
+  void read(const SampleRange& range, uint32_t first, std::span<PackedSample> samples) const;
+
   /// Vertex array with the buffer's samples as attribute 0 (uvec4).
   GLuint vertex_array(uint32_t buffer) const { return buffers_[buffer].vertex_array; }
   GLuint buffer_name(uint32_t buffer) const { return buffers_[buffer].buffer; }

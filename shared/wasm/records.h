@@ -162,6 +162,15 @@ typedef struct IsosplatCamera {
   double orthographic;  ///< 0 or 1
 } IsosplatCamera;
 
+/// SurfacePick. `found` is 0 if there is no surface; the other numbers are 0 then.
+typedef struct IsosplatPick {
+  double position[3], voxel[3], normal[3];
+  double gradient, to_next;
+  uint32_t isosurface, level;
+  uint32_t found;
+  uint32_t reserved;
+} IsosplatPick;
+
 /// Projection::clip_from_world, column by column.
 typedef struct IsosplatProjection {
   double clip_from_world[16];

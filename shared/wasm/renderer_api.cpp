@@ -326,6 +326,30 @@ void isosplat_renderer_projection(const IsosplatCamera* camera, int32_t width, i
             result->clip_from_world);
 }
 
+IsosplatStatus isosplat_renderer_pick(double x, double y, int32_t width, int32_t height,
+                                      IsosplatPick* pick) {
+  if (!state().renderer) return no_renderer();
+  const auto found = state().renderer->pick(x, y, width, height);
+  if (!found) return report(found.error());
+  *pick = {};
+  if (!*found) return kOk;
+  const SurfacePick& p = **found;
+  const auto set = [](double* numbers, Vec3d v) {
+    numbers[0] = v.x;
+    numbers[1] = v.y;
+    numbers[2] = v.z;
+  };
+  set(pick->position, p.position);
+  set(pick->voxel, p.voxel);
+  set(pick->normal, p.normal);
+  pick->gradient = p.gradient;
+  pick->to_next = p.to_next;
+  pick->isosurface = p.isosurface;
+  pick->level = p.level;
+  pick->found = 1;
+  return kOk;
+}
+
 bool isosplat_renderer_needs_redraw(int32_t width, int32_t height) {
   return state().renderer && state().renderer->needs_redraw(width, height);
 }

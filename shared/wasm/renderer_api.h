@@ -85,6 +85,11 @@ void isosplat_renderer_bound(IsosplatCamera* camera);
 void isosplat_renderer_projection(const IsosplatCamera* camera, int32_t width, int32_t height,
                                   IsosplatProjection* projection);
 
+/// The surface at a place of an image of this size, from its upper left corner: Renderer::pick. The
+/// camera is that of isosplat_renderer_set_camera.
+IsosplatStatus isosplat_renderer_pick(double x, double y, int32_t width, int32_t height,
+                                      IsosplatPick* pick);
+
 /// Whether draw() with this size would change the picture.
 bool isosplat_renderer_needs_redraw(int32_t width, int32_t height);
 

@@ -104,6 +104,8 @@ std::vector<Record> all_records() {
       RECORD(ClipPlane, by_javascript, FIELD(normal), FIELD(offset)),
       RECORD(Camera, by_both, FIELD(target), FIELD(distance), FIELD(azimuth), FIELD(elevation),
              FIELD(roll), FIELD(field_of_view), FIELD(orthographic)),
+      RECORD(Pick, by_cpp, FIELD(position), FIELD(voxel), FIELD(normal), FIELD(gradient),
+             FIELD(to_next), FIELD(isosurface), FIELD(level), FIELD(found), FIELD(reserved)),
       RECORD(Projection, by_cpp, FIELD(clip_from_world)),
       RECORD(FrameStatistics, by_cpp, FIELD(samples_drawn), FIELD(samples_resident),
              FIELD(gpu_bytes), FIELD(chunks_drawn), FIELD(chunks_culled), FIELD(draw_calls),

@@ -86,6 +86,7 @@ test("zooming keeps the point under the pointer, exactly at any depth", async ({
     `${server.url}?volume=bucky&isovalue=100&projection=orthographic` + "&camera=0,0,100,16,16,16",
   );
   await complete(page);
+  await expect(page.getByText("too far from the volume")).toHaveCount(0);
   const box = await page.getByRole("application").boundingBox();
   if (!box) throw new Error("no canvas");
   const at = { x: Math.round(box.x + box.width * 0.7), y: Math.round(box.y + box.height * 0.4) };

@@ -1,6 +1,6 @@
 // Views along the axes and what lies above the picture, in the page; what axe-core says of the page.
-import { readFileSync } from "node:fs";
 import { expect, type Page, test } from "@playwright/test";
+import { findings } from "./support/accessibility.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { complete, openSection, settled } from "./support/view.ts";
 
@@ -102,19 +102,6 @@ test("the histogram: cost, marks of several surfaces, fine steps by wheel, sweep
   expect(still).toBe(60);
   expect(moved).not.toBe(second);
 });
-
-/** Serious and critical findings of axe-core on the page as it is shown now. */
-async function findings(page: Page): Promise<string[]> {
-  // The page's Content-Security-Policy allows no further script elements.
-  await page.evaluate(readFileSync("node_modules/axe-core/axe.min.js", "utf8"));
-  return page.evaluate(async () => {
-    const { axe } = window as unknown as { axe: typeof import("axe-core") };
-    const { violations } = await axe.run(document, { resultTypes: ["violations"] });
-    return violations
-      .filter(({ impact }) => impact === "serious" || impact === "critical")
-      .flatMap(({ id, nodes }) => nodes.map(({ html }) => `${id}: ${html.slice(0, 200)}`));
-  });
-}
 
 for (const theme of ["light", "dark"] as const) {
   test(`axe-core finds nothing serious in the ${theme} theme`, async ({ page }) => {

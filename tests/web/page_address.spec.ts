@@ -30,6 +30,7 @@ it("is written once, with what is shown last, when nothing changes any more", ()
       clip: { low: [0, 0, 0], high: [1, 1, 1], planes: [] },
       show: defaultParts,
       camera: undefined,
+      measures: [],
     }),
     () => pending.push(bar.isPending),
   );

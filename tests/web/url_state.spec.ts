@@ -23,6 +23,7 @@ const everything: UrlState = {
   background: "#102030",
   eyeDome: 0.25,
   show: new Set(["axes", "box"]),
+  measures: ["distance,1,2,3,4,5,6.5|Länge, außen", "point,-1,0,1"],
   light: {
     azimuth: 60,
     elevation: -12.5,

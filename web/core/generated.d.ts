@@ -212,6 +212,19 @@ declare module "*/layouts.js" {
   export function readCamera(data: DataView, at: number): Camera;
   export function writeCamera(data: DataView, at: number, record: Camera): void;
 
+  export interface Pick {
+    position: [number, number, number];
+    voxel: [number, number, number];
+    normal: [number, number, number];
+    gradient: number;
+    toNext: number;
+    isosurface: number;
+    level: number;
+    found: number;
+  }
+  export const pickBytes: number;
+  export function readPick(data: DataView, at: number): Pick;
+
   export interface Projection {
     clipFromWorld: number[];
   }

@@ -19,6 +19,7 @@ export interface AddressState {
   clip: Clip;
   show: ReadonlySet<OverlayPart>;
   camera: Camera | undefined;
+  measures: readonly string[];
 }
 
 /** The address of a camera view: only the settings that differ from the page's defaults. */
@@ -48,6 +49,7 @@ export function addressOf(view: AddressState): UrlState {
   if (!isWhole(clip)) state.clip = clip;
   const isDefault = overlayParts.every((part) => view.show.has(part) === defaultParts.has(part));
   if (!isDefault) state.show = view.show;
+  if (view.measures.length > 0) state.measures = view.measures;
   return state;
 }
 

@@ -29,6 +29,9 @@ import {
 } from "../viewer/types.ts";
 import { expectedOfLight, lightParameters, readLight, writeLight } from "./light_address.ts";
 
+/** More measurements in an address are ignored. */
+const mostMeasures = 500;
+
 /** A fainter surface looks invisible; the panel's slider starts here. */
 export const minOpacity = 0.05;
 
@@ -47,6 +50,7 @@ export const minOpacity = 0.05;
  *   light-strength=key,sky,rim  material=highlight,roughness
  *   occlusion=strength,radius  shadow=strength,softness     see Light for the ranges
  *   clip=x0,x1,y0,y1,z0,z1         a box: fractions of the volume's extent
+ *   measure=kind,x,y,z[,x,y,z …][|text]   once for each measurement: web/measure/measurement_text.ts
  *   show=axes,scale,box            what lies above the picture; none: nothing
  *   plane=x,y,z,offset             once for each clip plane: keeps what is before it, see ClipPlane
  */
@@ -68,6 +72,8 @@ export interface UrlState {
   light?: Light;
   clip?: Clip;
   show?: ReadonlySet<OverlayPart>;
+  /** One for each measurement, not checked: web/measure reads them. */
+  measures?: readonly string[];
   /** Settings of the address that were ignored or changed: one sentence each, for the visitor. */
   notes?: string[];
 }
@@ -147,6 +153,8 @@ export function readUrl(search: string): UrlState {
   }
   const show = read("show", readShow, `none, or some of ${overlayParts.join(",")}`);
   if (show) state.show = show;
+  const measures = query.getAll("measure").slice(0, mostMeasures);
+  if (measures.length > 0) state.measures = measures;
   read("clip", readBox, "x0,x1,y0,y1,z0,z1 from 0 to 1");
   for (const text of query.getAll("plane")) {
     if (!readPlane(text)) notes.push(ignored("plane", text, "x,y,z,offset"));
@@ -196,5 +204,6 @@ export function writeUrl(state: UrlState): string {
     for (const { normal, offset } of planes) add("plane", [...normal, offset].join(","));
   }
   if (state.show) add("show", overlayParts.filter((p) => state.show?.has(p)).join(",") || "none");
+  for (const line of state.measures ?? []) add("measure", line);
   return parts.length === 0 ? "" : `?${parts.join("&")}`;
 }

@@ -49,6 +49,8 @@ export interface LayoutState {
   canvas: HTMLElement;
   /** Lies on the canvas; null until it has loaded. */
   overlay: HTMLElement | null;
+  /** The marks of measurements, which lie on the canvas, and their section; null until loaded. */
+  measure: { element: HTMLElement; section: TemplateResult } | null;
   status: HTMLElement;
 }
 
@@ -58,6 +60,8 @@ export interface LayoutActions extends PanelActions {
   savePicture(): void;
   copyLink(): void;
   toggleSheet(): void;
+  /** Loads the measurements at their first use. */
+  loadMeasure(): void;
 }
 
 /** The page of one volume: bar, picture with overlays, and panel. */
@@ -70,7 +74,7 @@ export function volumeLayout(state: LayoutState, actions: LayoutActions): Templa
   return html`<div class=${classes}>
     ${bar(state, actions)}
     <main class="stage" style=${`background:${state.background}`}>
-      ${state.canvas} ${state.problem ? nothing : state.overlay} ${state.banner ? bannerPart(state.banner, actions) : nothing}
+      ${state.canvas} ${state.problem ? nothing : state.overlay} ${state.problem ? nothing : state.measure?.element} ${state.banner ? bannerPart(state.banner, actions) : nothing}
       ${cover(state, actions)}
       ${
         state.toast
@@ -82,7 +86,7 @@ export function volumeLayout(state: LayoutState, actions: LayoutActions): Templa
     </main>
     ${
       panel
-        ? panelPart(panel, state.isSheetOpen, actions)
+        ? panelPart(panel, state, actions)
         : html`<aside class="panel" aria-hidden="true"></aside>`
     }
   </div>`;
@@ -154,7 +158,7 @@ function bannerPart(banner: Banner, actions: LayoutActions): TemplateResult {
 
 function panelPart(
   state: PanelState,
-  isSheetOpen: boolean,
+  { isSheetOpen, measure }: LayoutState,
   actions: LayoutActions,
 ): TemplateResult {
   return html`<aside class="panel" aria-label="Controls">
@@ -174,6 +178,9 @@ function panelPart(
       ${guard([state.look, state.isThemeBackground], () => appearanceSection(state, actions))}
       ${guard([state.look], () => lightSection(state, actions))}
       ${guard([state.show, state.info, state.projection], () => viewSection(state, actions))}
+      <wa-details class="section" appearance="plain" summary="Measure" @wa-show=${actions.loadMeasure}>
+        ${measure?.section}
+      </wa-details>
       ${guard([state.clip, state.info], () => clippingSection(state, actions))}
       ${guard([state.info], () => volumeSection(state))}
     </div>

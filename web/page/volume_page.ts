@@ -16,11 +16,13 @@ import {
   cameraAlong,
   RendererError,
   Viewer,
+  writeCamera,
 } from "../viewer/index.ts";
 import { DisplaySettings } from "./display_settings.ts";
 import { formatValue } from "./format.ts";
 import { showHelp } from "./help.ts";
 import { Histogram } from "./histogram.ts";
+import type { Measure } from "./measure.ts";
 import { AddressBar } from "./page_address.ts";
 import { handlePageKey } from "./page_keys.ts";
 import { kindOf, type Problem, problemOf, problemOfFault } from "./problems.ts";
@@ -56,6 +58,8 @@ export class VolumePage {
   readonly #url = readUrl(location.search);
   readonly #motion = new CameraMotion(this.#viewer);
   #overlay: Overlay | null = null;
+  #measure: Measure | null = null;
+  #loadingMeasure: Promise<void> | null = null;
   readonly #settings = new DisplaySettings(this.#viewer, this.#url, () => {
     this.#address.changed();
     this.#render();
@@ -95,6 +99,7 @@ export class VolumePage {
             src: this.#url.src,
             ...this.#settings.state,
             camera: this.#camera ?? this.#viewer.camera ?? this.#urlCamera,
+            measures: this.#measure?.lines ?? this.#url.measures ?? [],
           }
         : null,
     () => this.#showBusy(),
@@ -170,6 +175,14 @@ export class VolumePage {
       this.#histogram.draw();
       this.#renderNow();
     });
+    // The point of the surface becomes the centre of rotation.
+    this.#canvas.addEventListener("dblclick", ({ clientX, clientY }) => {
+      if (this.#measure?.tool.kind) return;
+      const box = this.#canvas.getBoundingClientRect();
+      const point = viewer.pick(clientX - box.left, clientY - box.top);
+      const { camera } = viewer;
+      if (point && camera) this.#motion.to({ ...camera, target: point.position });
+    });
     window.addEventListener("keydown", (event) => {
       handlePageKey(event, this.#canvas, viewer, this.#keys);
     });
@@ -203,8 +216,9 @@ export class VolumePage {
       });
       const notes = [...(this.#url.notes ?? []), ...this.#settings.opened(info)];
       const isMoved = this.#camera !== before;
-      if (!isMoved && camera && JSON.stringify(camera) !== JSON.stringify(this.#viewer.camera)) {
-        this.#camera = this.#viewer.camera;
+      const shown = this.#viewer.camera;
+      if (!isMoved && camera && shown && writeCamera(camera) !== writeCamera(shown)) {
+        this.#camera = shown;
         notes.push(
           "The view in the address is too far from the volume: the default view is shown.",
         );
@@ -326,6 +340,7 @@ export class VolumePage {
     lookAlong: (view) => this.#lookAlong(view),
     savePicture: () => void this.#saveScreenshot(),
     copyLink: () => void this.#copyLink(),
+    loadMeasure: () => void this.#loadMeasure(),
     toggleSheet: () => this.#openSheet(!this.#isSheetOpen),
     removeSurface: (index) => {
       this.#settings.actions.removeSurface(index);
@@ -349,8 +364,12 @@ export class VolumePage {
     r: () => this.#reset(),
     v: () => this.#fit(),
     p: () => this.#toggleProjection(),
+    m: () => void this.#beginMeasuring(),
     ...Object.fromEntries(axisViews.map((view, i) => [String(i + 1), () => this.#lookAlong(view)])),
-    Escape: () => this.#openSheet(false),
+    Escape: () => {
+      this.#measure?.tool.choose(null);
+      this.#openSheet(false);
+    },
   };
 
   #reset(): void {
@@ -363,6 +382,13 @@ export class VolumePage {
     if (!camera || !wholeView) return;
     const { target, distance } = wholeView;
     this.#motion.to({ ...camera, target, distance });
+  }
+
+  /** Measures distances, or ends measuring. */
+  async #beginMeasuring(): Promise<void> {
+    await this.#loadMeasure();
+    const tool = this.#measure?.tool;
+    tool?.choose(tool.kind ?? "distance");
   }
 
   #toggleProjection(): void {
@@ -381,6 +407,36 @@ export class VolumePage {
     const { Overlay } = await import("../overlay/overlay.ts");
     this.#overlay = new Overlay(this.#viewer, (view) => this.#lookAlong(view));
     this.#render();
+    if (this.#url.measures) await this.#loadMeasure();
+  }
+
+  /** Measurements are loaded when they are first used, or if the address has some. */
+  #loadMeasure(): Promise<void> {
+    this.#loadingMeasure ??= import("./measure.ts").then(
+      ({ Measure }) => {
+        const host = {
+          changed: () => {
+            this.#address.changed();
+            this.#render();
+          },
+          note: (text: string) => this.#toast.note(text),
+          done: (text: string) => this.#toast.done(text),
+          save: (name: string, type: string, text: string) =>
+            saveFile(this.#fileName(name), new Blob([text], { type })),
+          view: () => {
+            this.#address.write();
+            return location.search;
+          },
+        };
+        this.#measure = new Measure(this.#viewer, host, this.#url.measures ?? []);
+        this.#render();
+      },
+      () => {
+        this.#loadingMeasure = null;
+        this.#toast.note("Measuring could not be loaded: the connection failed. Try again.");
+      },
+    );
+    return this.#loadingMeasure;
   }
 
   #openSheet(isOpen: boolean): void {
@@ -410,16 +466,16 @@ export class VolumePage {
 
   async #saveScreenshot(): Promise<void> {
     try {
-      const link = document.createElement("a");
-      link.href = URL.createObjectURL(await this.#viewer.screenshot());
-      const name = this.#title().replace(/[^\w.-]+/g, "-");
-      link.download = `${name}-${this.#isovalues().join("-")}.png`;
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+      const picture = await this.#viewer.screenshot();
+      saveFile(this.#fileName(`${this.#isovalues().join("-")}.png`), picture);
       this.#toast.done("Picture saved");
     } catch (error) {
       this.#toast.note(error instanceof Error ? error.message : "There is no picture yet");
     }
+  }
+
+  #fileName(ending: string): string {
+    return `${this.#title().replace(/[^\w.-]+/g, "-")}-${ending}`;
   }
 
   #keepThumbnail(): void {
@@ -479,6 +535,10 @@ export class VolumePage {
       isPanelHidden: this.#isPanelHidden,
       canvas: this.#canvas,
       overlay: this.#overlay?.element ?? null,
+      measure:
+        this.#measure && info
+          ? { element: this.#measure.element, section: this.#measure.section(info) }
+          : null,
       status: this.#status.element,
     };
     this.#overlay?.show(settings.show);
@@ -490,6 +550,14 @@ export class VolumePage {
       this.#histogram.show({ scale, suggestions, histogram, activeCells, isLogarithmic }, marks);
     }
   }
+}
+
+function saveFile(name: string, content: Blob): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(content);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
 
 function viewCanvas(): HTMLCanvasElement {

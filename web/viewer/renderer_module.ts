@@ -53,6 +53,13 @@ interface Exports extends CoreModule {
     height: number,
     projection: number,
   ): void;
+  _isosplat_renderer_pick(
+    x: number,
+    y: number,
+    width: number,
+    height: number,
+    pick: number,
+  ): number;
   _isosplat_renderer_needs_redraw(width: number, height: number): number;
   _isosplat_renderer_draw(width: number, height: number, statistics: number): number;
   _isosplat_renderer_can_refine(width: number, height: number): number;
@@ -151,6 +158,7 @@ const scratchBytes = Math.max(
   layouts.lightBytes,
   layouts.frameStatisticsBytes,
   layouts.cameraBytes + layouts.projectionBytes,
+  layouts.pickBytes,
   layouts.isosurfaceBytes * maxIsosurfaces,
   layouts.clipBoxBytes + layouts.clipPlaneBytes * maxClipPlanes,
 );
@@ -383,6 +391,13 @@ export class RendererModule {
     const at = this.#scratch + layouts.cameraBytes;
     this.#exports._isosplat_renderer_projection(this.#scratch, width, height, at);
     return Float64Array.from(layouts.readProjection(this.#view(), at).clipFromWorld);
+  }
+
+  /** The surface at a place of an image of this size, from its upper left corner. */
+  pick(x: number, y: number, width: number, height: number): layouts.Pick | undefined {
+    this.#check(this.#exports._isosplat_renderer_pick(x, y, width, height, this.#scratch));
+    const pick = layouts.readPick(this.#view(), this.#scratch);
+    return pick.found === 0 ? undefined : pick;
   }
 
   needsRedraw(width: number, height: number): boolean {

@@ -30,6 +30,24 @@ export interface Surface {
   opacity: number;
 }
 
+/** A point of a surface (SurfacePick in shared/render/renderer.h). */
+export interface SurfacePoint {
+  /** World coordinates. */
+  position: Triple;
+  /** The same in voxels of the volume. */
+  voxel: Triple;
+  /** World, of unit length, towards the eye. */
+  normal: Triple;
+  /** Length of the gradient: change of the value per world unit. */
+  gradient: number;
+  /** The volume's value there: the isovalue of the surface. */
+  isovalue: number;
+  /** Along the view to the next surface behind it, in world units; undefined if there is none. */
+  toNext?: number;
+  /** The level of the cell. At 0 the point is exact. */
+  level: number;
+}
+
 /** The largest number of isosurfaces; more are ignored (kMaxIsosurfaces in shared/render/renderer.h). */
 export const maxSurfaces: number = maxIsosurfaces;
 

@@ -25,6 +25,7 @@ import {
   type Look,
   type Projection,
   type Surface,
+  type SurfacePoint,
 } from "./types.ts";
 
 export interface ViewerEvents {
@@ -437,6 +438,28 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const keep = 1 - before.distance / zoomed.distance;
     const height = this.#size.cssHeight;
     this.setCamera(this.#renderer.panned(zoomed, at.x * keep, at.y * keep, height));
+  }
+
+  /**
+   * The nearest surface at a place of the canvas (CSS pixels from its upper left corner): the ray's
+   * first intersection with the trilinear function of a resident cell. Undefined where there is none,
+   * or no picture.
+   */
+  pick(x: number, y: number): SurfacePoint | undefined {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (!this.#camera || !this.#info || this.#contextLost || width === 0) return undefined;
+    const camera = this.#camera;
+    let point: SurfacePoint | undefined;
+    this.#guard((renderer) => {
+      renderer.setCamera(camera);
+      const pick = renderer.pick(x, y, width, height);
+      const surface = pick && this.#surfaces[pick.isosurface];
+      if (!surface) return;
+      const { position, voxel, normal, gradient, toNext, level } = pick;
+      const { isovalue } = surface;
+      point = { position, voxel, normal, gradient, isovalue, level, ...(toNext > 0 && { toNext }) };
+    });
+    return point;
   }
 
   turnLight(rightDegrees: number, upDegrees: number): void {

@@ -1,0 +1,163 @@
+#include "shared/render/surface_pick.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shared/base/matrix3.h"
+#include "shared/sampling/exact_projection.h"
+
+namespace isosplat {
+namespace {
+
+Vec3f to_floats(Vec3d v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+
+/// Limits [begin, end] to where inside + t · along >= 0.
+void clip(PickRay& ray, double inside, double along) {
+  if (along > 0) {
+    ray.begin = std::max(ray.begin, -inside / along);
+  } else if (along < 0) {
+    ray.end = std::min(ray.end, -inside / along);
+  } else if (inside < 0) {
+    ray.end = ray.begin - 1;
+  }
+}
+
+/// The part of the ray inside of a box; empty (first > second) if it misses.
+std::pair<double, double> in_box(const PickRay& ray, Vec3d low, Vec3d high) {
+  double enter = ray.begin, leave = ray.end;
+  const double o[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
+  const double d[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
+  const double from[3] = {low.x, low.y, low.z}, to[3] = {high.x, high.y, high.z};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (d[axis] == 0) {
+      if (o[axis] < from[axis] || o[axis] > to[axis]) return {1, 0};
+      continue;
+    }
+    const double first = (from[axis] - o[axis]) / d[axis], last = (to[axis] - o[axis]) / d[axis];
+    enter = std::max(enter, std::min(first, last));
+    leave = std::min(leave, std::max(first, last));
+  }
+  return {enter, leave};
+}
+
+/// A cell of any level on the ray.
+struct CellRay {
+  const Trilinear& f;
+  Vec3d low;    // voxels of level 0
+  double size;  // of the cell, in the same
+  double enter, leave;
+
+  Vec3d place(const PickRay& ray, double t) const {
+    return (ray.origin + ray.direction * t - low) * (1 / size);
+  }
+};
+
+/// Adds all intersections in the cell, from the front to the back: at most three.
+void add_cell_hits(const PickRay& ray, const CellRay& cell, float isovalue, uint32_t isosurface,
+                   uint32_t level, std::vector<PickHit>& hits) {
+  const double length_ = cell.leave - cell.enter;
+  double from = cell.enter;
+  for (int i = 0; i < 3 && from <= cell.leave; ++i) {
+    // The search is for the root that is nearest to the origin, and the ray enters there.
+    const Vec3d origin = cell.place(ray, from);
+    const Vec3d across = ray.direction * (length_ / cell.size);
+    const auto root = nearest_root_in_cell(cell.f, to_floats(origin), to_floats(across), isovalue);
+    if (!root || !(*root >= -1e-6f)) return;
+    const double t = from + std::max(0.0, double(*root)) * length_;
+    if (t > cell.leave) return;
+    const Vec3d place = cell.place(ray, t);
+    const Vec3f gradient = cell.f.at(to_floats(place)).gradient;
+    hits.push_back({t, cell.low + place * cell.size,
+                    Vec3d{gradient.x, gradient.y, gradient.z} * (1 / cell.size), isosurface,
+                    level});
+    from = t + 1e-4 * length_;
+  }
+}
+
+}  // namespace
+
+std::optional<PickRay> pick_ray(const VolumeGrid& grid, const RenderSettings& settings,
+                                const Camera& camera, double x, double y, int width, int height) {
+  const CameraFrame frame = camera_frame(camera);
+  const double px = 2 * frame.half_height(1) / height;
+  const Vec3d across =
+      frame.right * ((x - 0.5 * width) * px) + frame.up * ((0.5 * height - y) * px);
+  const Vec3d origin = frame.orthographic ? frame.eye + across : frame.eye;
+  const Vec3d direction = frame.orthographic ? frame.forward : frame.forward + across;
+  const Projection planes =
+      projection(camera, bounding_sphere(grid), origin, std::max(width, 1), std::max(height, 1));
+  const Matrix3d dual = grid.dual_edges();
+  PickRay ray{multiply_transposed(dual, origin - grid.origin), multiply_transposed(dual, direction),
+              planes.near_plane, planes.far_plane};
+  for (size_t i = 0; i < settings.clip_planes.size() && i < kMaxClipPlanes; ++i) {
+    const ClipPlane& plane = settings.clip_planes[i];
+    clip(ray, dot(plane.normal, origin) - plane.offset, dot(plane.normal, direction));
+  }
+  const auto clip_axis = [&](double o, double d, double low, double high, int32_t voxels) {
+    if (low > 0) clip(ray, o - low * (voxels - 1), d);
+    if (high < 1) clip(ray, high * (voxels - 1) - o, -d);
+  };
+  const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
+  clip_axis(ray.origin.x, ray.direction.x, low.x, high.x, grid.voxels.x);
+  clip_axis(ray.origin.y, ray.direction.y, low.y, high.y, grid.voxels.y);
+  clip_axis(ray.origin.z, ray.direction.z, low.z, high.z, grid.voxels.z);
+  if (!(ray.begin <= ray.end)) return std::nullopt;
+  return ray;
+}
+
+bool meets_box(const PickRay& ray, Vec3d low, Vec3d high) {
+  const auto [enter, leave] = in_box(ray, low, high);
+  return enter <= leave;
+}
+
+void add_hits(const PickRay& ray, const BlockKey& block, std::span<const PackedSample> samples,
+              std::span<const float> quantized_isovalues, std::vector<PickHit>& hits) {
+  const double size = std::ldexp(1.0, static_cast<int>(block.level));
+  const Vec3d corner = Vec3d{double(block.index.x), double(block.index.y), double(block.index.z)} *
+                       (kBlockCells * size);
+  for (const PackedSample& packed : samples) {
+    const UnpackedSample sample = unpack_sample(packed);
+    const Vec3d low =
+        corner + Vec3d{double(sample.cell.x), double(sample.cell.y), double(sample.cell.z)} * size;
+    const auto [enter, leave] = in_box(ray, low, low + Vec3d{size, size, size});
+    if (!(enter <= leave)) continue;
+    const Trilinear f(sample.corners);
+    for (size_t i = 0; i < quantized_isovalues.size(); ++i) {
+      if (!is_active(sample.interval, quantized_isovalues[i])) continue;
+      add_cell_hits(ray, {f, low, size, enter, leave}, quantized_isovalues[i],
+                    static_cast<uint32_t>(i), block.level, hits);
+    }
+  }
+}
+
+std::optional<SurfacePick> nearest_pick(const VolumeGrid& grid, const ValueMapping& mapping,
+                                        const PickRay& ray, std::vector<PickHit> hits) {
+  if (hits.empty()) return std::nullopt;
+  std::sort(hits.begin(), hits.end(),
+            [](const PickHit& a, const PickHit& b) { return a.distance < b.distance; });
+  const PickHit& hit = hits.front();
+  const Vec3d origin = grid.world(ray.origin);
+  const Vec3d direction = grid.world(ray.origin + ray.direction) - origin;
+  SurfacePick pick;
+  pick.voxel = hit.voxel;
+  pick.position = grid.world(hit.voxel);
+  pick.isosurface = hit.isosurface;
+  pick.level = hit.level;
+  const Vec3d normal = grid.world_gradient(hit.gradient);
+  const double steepness = length(normal);
+  pick.gradient = steepness * std::abs(mapping.scale);
+  pick.normal = steepness > 0 ? normal * (1 / steepness) : direction * (-1 / length(direction));
+  if (dot(pick.normal, direction) > 0) pick.normal = pick.normal * -1.0;
+  // Two cells find a crossing of their common face, at almost the same place.
+  const double touching =
+      1e-3 * std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z}) / length(direction);
+  const auto next = std::find_if(hits.begin(), hits.end(), [&](const PickHit& other) {
+    return other.distance > hit.distance + touching;
+  });
+  if (next != hits.end()) pick.to_next = (next->distance - hit.distance) * length(direction);
+  return pick;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,230 @@
+// Picks and measurements in the page: mouse, touch, keyboard; link, files, session.
+import { readFileSync } from "node:fs";
+import { expect, type Page, test } from "@playwright/test";
+import { findings } from "./support/accessibility.ts";
+import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+import { complete, openSection, settled } from "./support/view.ts";
+
+let server: RunningServer;
+test.beforeAll(async () => {
+  server = await serve([demoFolder]);
+});
+test.afterAll(() => server.stop());
+
+const view = "volume=bucky&isovalue=100&camera=30,20,330,63.5,63.5,63.5";
+
+async function open(page: Page, query = view): Promise<void> {
+  await page.goto(`${server.url}?${query}`);
+  await complete(page);
+  await settled(page);
+}
+
+async function measures(page: Page): Promise<string[]> {
+  await settled(page);
+  return new URL(page.url()).searchParams.getAll("measure");
+}
+
+/** The middle of the picture. */
+async function middle(page: Page): Promise<{ x: number; y: number }> {
+  const box = await page.getByRole("application").boundingBox();
+  if (!box) throw new Error("no canvas");
+  return { x: Math.round(box.x + box.width / 2), y: Math.round(box.y + box.height / 2) };
+}
+
+/** Waits until the list has so many measurements. */
+async function listed(page: Page, count: number): Promise<void> {
+  await expect(page.locator(".measurement")).toHaveCount(count);
+}
+
+test("points, distances, paths, angles and notes, in picture, list and link", async ({ page }) => {
+  await open(page);
+  await openSection(page, "Measure");
+  const { x, y } = await middle(page);
+  const tools = page.getByRole("group", { name: "Measure", exact: true });
+
+  await tools.getByRole("button", { name: "Point" }).click();
+  await page.mouse.click(x - 10, y + 5);
+  await listed(page, 1);
+  await expect(page.locator(".measurement-facts").first()).toHaveText(
+    /^\s*voxel [\d.]+, [\d.]+, [\d.]+ · value 100 · normal -?[\d.]+, -?[\d.]+, -?[\d.]+\s*$/,
+  );
+
+  await tools.getByRole("button", { name: "Distance" }).click();
+  await page.mouse.click(x - 10, y + 5);
+  await page.mouse.click(x + 40, y - 20);
+  await listed(page, 2);
+  // A drag turns the view and measures nothing.
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 60, y, { steps: 3 });
+  await page.mouse.up();
+  await listed(page, 2);
+
+  await tools.getByRole("button", { name: "Path" }).click();
+  for (const offset of [-40, 0, 40]) await page.mouse.click(x + offset, y + 8);
+  await tools.getByRole("button", { name: "Done" }).click();
+  await listed(page, 3);
+  await tools.getByRole("button", { name: "Angle" }).click();
+  for (const offset of [-40, 0, 40]) await page.mouse.click(x + offset, y - 8);
+  await tools.getByRole("button", { name: "Note" }).click();
+  await page.mouse.click(x, y);
+  await listed(page, 5);
+  await page.getByRole("textbox", { name: "Text of Note 5" }).fill("a bond");
+  await page.getByRole("textbox", { name: "Text of Note 5" }).press("Enter");
+
+  const lines = await measures(page);
+  expect(lines.map((line) => line.split(",")[0])).toEqual([
+    "point",
+    "distance",
+    "path",
+    "angle",
+    "note",
+  ]);
+  expect(lines[4]).toMatch(/\|a bond$/);
+  // The same place was picked twice, in another direction of the same ray.
+  const [x0, y0, z0] = (lines[0] ?? "").split(",").slice(1).map(Number);
+  expect((lines[1] ?? "").split(",").slice(1, 4).map(Number)).toEqual([x0, y0, z0]);
+  const [a = 0, b = 0, c = 0, d = 0, e = 0, f = 0] = (lines[1] ?? "")
+    .split(",")
+    .slice(1)
+    .map(Number);
+  const shown = await page.locator(".measurement-value").nth(1).textContent();
+  const number = Number(/([\d.]+) mm/.exec(shown ?? "")?.[1]);
+  expect(Math.abs(number - Math.hypot(d - a, e - b, f - c))).toBeLessThan(1e-3);
+  await expect(page.locator(".measure-marks text")).toHaveCount(5);
+  expect(await findings(page)).toEqual([]);
+
+  // The link has all of them.
+  await page.reload();
+  await expect(page.locator(".measure-marks text")).toHaveCount(5);
+  await expect(page.locator(".measure-marks text").nth(4)).toHaveText("a bond");
+  expect(await measures(page)).toEqual(lines);
+
+  await openSection(page, "Measure");
+  await page.getByRole("button", { name: "Remove Distance 2" }).click();
+  await listed(page, 4);
+  await page.getByRole("button", { name: "Remove all" }).click();
+  await listed(page, 0);
+  expect(await measures(page)).toEqual([]);
+});
+
+test("measures by keyboard, and says where there is no surface", async ({ page }) => {
+  await open(page);
+  const picture = page.getByRole("application");
+  await picture.press("m");
+  await expect(page.locator(".measure-centre")).toBeVisible();
+  await picture.press("Enter");
+  await expect(page.locator(".measure-marks .draft circle")).toHaveCount(1);
+  await picture.press("Backspace");
+  await expect(page.locator(".measure-marks .draft circle")).toHaveCount(0);
+  await picture.press("Enter");
+  for (let i = 0; i < 3; ++i) await picture.press("ArrowRight");
+  await complete(page);
+  await picture.press("Enter");
+  await expect(page.locator(".measure-marks text")).toHaveText(/^[\d.]+ mm$/);
+  const box = await picture.boundingBox();
+  if (!box) throw new Error("no canvas");
+  await page.mouse.click(box.x + 5, box.y + box.height - 60);
+  await openSection(page, "Measure");
+  await expect(page.getByText("There is no surface at that place.")).toBeVisible();
+  await picture.press("Escape");
+  await expect(page.locator(".measure-centre")).toHaveCount(0);
+  expect(await measures(page)).toHaveLength(1);
+});
+
+test("a double click makes a point of the surface the centre of rotation", async ({ page }) => {
+  // With parallel rays, nothing else comes before the point when it moves to the middle.
+  await open(page, `${view}&projection=orthographic`);
+  const { x, y } = await middle(page);
+  await page.mouse.dblclick(x + 60, y - 30);
+  await expect
+    .poll(async () => {
+      await settled(page);
+      return new URL(page.url()).searchParams.get("camera");
+    })
+    .not.toBe("30,20,330,63.5,63.5,63.5");
+  const target = (new URL(page.url()).searchParams.get("camera") ?? "").split(",").slice(3, 6);
+  await complete(page);
+  // What is in the middle now is that point.
+  await page.getByRole("application").press("m");
+  await page.getByRole("application").press("Enter");
+  await page.getByRole("application").press("Enter");
+  const [line = ""] = await measures(page);
+  const picked = line.split(",").slice(1, 4).map(Number);
+  for (const [i, value] of target.map(Number).entries()) {
+    expect(Math.abs(value - (picked[i] ?? Number.NaN))).toBeLessThan(0.01);
+  }
+});
+
+test("saves tables and sessions; a session that is dropped on the page opens", async ({ page }) => {
+  await open(page, `${view}&measure=distance,40,50,60,43,54,60|Rand&measure=spiral,1,2,3`);
+  await expect(page.getByText("1 of 2 measurements in the address were ignored")).toBeVisible();
+  await openSection(page, "Measure");
+  const { x, y } = await middle(page);
+  await page.getByRole("button", { name: "Point", exact: true }).click();
+  await page.mouse.click(x, y);
+  await listed(page, 2);
+  const saved = async (name: string): Promise<string> => {
+    const [download] = await Promise.all([
+      page.waitForEvent("download"),
+      page.getByRole("button", { name, exact: true }).click(),
+    ]);
+    return readFileSync(await download.path(), "utf8");
+  };
+  const [, first, , third] = (await saved("CSV")).split("\r\n");
+  expect(first).toMatch(/^1,distance,Rand,1,40,50,60,.*,5,$/);
+  expect(third).toMatch(/^2,point,,1,/);
+  const rows = JSON.parse(await saved("JSON"));
+  expect(rows[0]).toMatchObject({ kind: "distance", length: 5, text: "Rand" });
+  expect(rows[1].points[0]).toMatchObject({ value: 100, level: 0 });
+  const session = await saved("Save session");
+  const before = page.url();
+
+  const drop = (text: string) =>
+    page.evaluate((content) => {
+      const data = new DataTransfer();
+      data.items.add(new File([content], "session.isosplat.json"));
+      window.dispatchEvent(new DragEvent("drop", { dataTransfer: data, cancelable: true }));
+    }, text);
+  await page.goto(server.url);
+  await drop('{"format": "isosplat-session", "version": 7}');
+  await expect(page.getByRole("alert")).toContainText("expected version 1");
+  await drop(session);
+  await complete(page);
+  await expect(page.locator(".measure-marks text")).toHaveCount(2);
+  await settled(page);
+  expect(page.url()).toBe(before);
+  // The file has what the link has not: value and normal.
+  await openSection(page, "Measure");
+  await expect(page.locator(".measurement-facts").last()).toContainText("value 100");
+});
+
+test("a hundred annotations follow the view", async ({ page }) => {
+  const notes = Array.from(
+    { length: 100 },
+    (_, i) => `&measure=note,${40 + (i % 10) * 5},${40 + Math.floor(i / 10) * 5},63|n${i}`,
+  );
+  await open(page, view + notes.join(""));
+  await expect(page.locator(".measure-marks text")).toHaveCount(100);
+  const place = () => page.locator(".measure-marks text").nth(57).getAttribute("x");
+  const before = await place();
+  await page.getByRole("application").press("ArrowRight");
+  await expect.poll(place).not.toBe(before);
+  expect(await measures(page)).toHaveLength(100);
+});
+
+test.describe("on a phone", () => {
+  test.use({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
+  test("taps measure, drags turn", async ({ page }) => {
+    await open(page);
+    await page.getByRole("button", { name: "More controls" }).click();
+    await openSection(page, "Measure");
+    await page.getByRole("button", { name: "Distance", exact: true }).click();
+    await page.getByRole("button", { name: "Fewer controls" }).click();
+    const { x, y } = await middle(page);
+    await page.touchscreen.tap(x - 10, y);
+    await page.touchscreen.tap(x + 30, y - 10);
+    await expect(page.locator(".measure-marks text")).toHaveText(/^[\d.]+ mm$/);
+    expect(await measures(page)).toHaveLength(1);
+  });
+});

@@ -1,0 +1,108 @@
+import { html, nothing, render, svg, type TemplateResult } from "lit";
+import { Screen, type ScreenPoint } from "../overlay/screen.ts";
+import type { Triple } from "../stream/types.ts";
+import type { Viewer } from "../viewer/index.ts";
+import type { MeasureTool } from "./measure_tool.ts";
+import type { MeasuredPoint, Measurement } from "./measurement.ts";
+
+/** Measurements above the picture of a viewer, on whose canvas the element is to lie. */
+export class MeasureLayer {
+  readonly element = document.createElement("div");
+  readonly #viewer: Viewer;
+  readonly #tool: MeasureTool;
+  readonly #label: (measurement: Measurement) => string;
+  readonly #cleanup: (() => void)[];
+  #handle = 0;
+
+  /** label: what is written beside a measurement. */
+  constructor(viewer: Viewer, tool: MeasureTool, label: (measurement: Measurement) => string) {
+    this.#viewer = viewer;
+    this.#tool = tool;
+    this.#label = label;
+    this.element.className = "overlay measure-layer";
+    const size = new ResizeObserver(() => this.request());
+    size.observe(this.element);
+    this.#cleanup = [
+      viewer.on("camera", () => this.request()),
+      viewer.on("opened", () => this.request()),
+      () => size.disconnect(),
+    ];
+  }
+
+  stop(): void {
+    cancelAnimationFrame(this.#handle);
+    for (const clean of this.#cleanup) clean();
+    this.element.remove();
+  }
+
+  /** Draws in the next frame. */
+  request(): void {
+    if (this.#handle !== 0) return;
+    this.#handle = requestAnimationFrame(() => {
+      this.#handle = 0;
+      this.#draw();
+    });
+  }
+
+  #draw(): void {
+    const { clientWidth: width, clientHeight: height } = this.element;
+    const matrix = this.#viewer.viewProjection(width, height);
+    if (!matrix || width === 0 || height === 0) {
+      render(nothing, this.element);
+      return;
+    }
+    const screen = new Screen(matrix, width, height);
+    const { measurements, draft, kind } = this.#tool;
+    render(
+      html`<svg class="measure-marks" aria-hidden="true">
+        ${measurements.map((each) => this.#mark(screen, each, ""))}
+        ${draft.length > 0 && kind ? this.#mark(screen, { kind, points: draft }, "draft") : nothing}
+        ${kind ? centreMark(width / 2, height / 2) : nothing}
+      </svg>`,
+      this.element,
+    );
+  }
+
+  #mark(screen: Screen, measurement: Measurement, className: string): TemplateResult {
+    const { points } = measurement;
+    const places = points.map(({ position }) => screen.point(position));
+    const line = places.every(isPlace) ? places.map(({ x, y }) => `${x},${y}`).join(" ") : "";
+    const last = labelPoint(measurement, screen);
+    return svg`<g class=${className}>
+      ${line && points.length > 1 ? svg`<polyline points=${line} />` : nothing}
+      ${places.map((place) => (place ? svg`<circle cx=${place.x} cy=${place.y} r="4" />` : nothing))}
+      ${
+        last && className !== "draft"
+          ? svg`<text x=${last.x + 9} y=${last.y - 7}>${this.#label(measurement)}</text>`
+          : nothing
+      }
+    </g>`;
+  }
+}
+
+function isPlace(place: ScreenPoint | undefined): place is ScreenPoint {
+  return place !== undefined;
+}
+
+function middle(points: readonly MeasuredPoint[]): Triple | undefined {
+  const [a, b] = points;
+  if (!a || !b) return a?.position;
+  const mean = (i: 0 | 1 | 2) => (a.position[i] + b.position[i]) / 2;
+  return [mean(0), mean(1), mean(2)];
+}
+
+/** Where the label is: at the corner of an angle, in the middle of a distance, at the last point. */
+function labelPoint({ kind, points }: Measurement, screen: Screen): ScreenPoint | undefined {
+  const at =
+    kind === "angle"
+      ? points[1]?.position
+      : kind === "distance"
+        ? middle(points)
+        : points.at(-1)?.position;
+  return at && screen.point(at);
+}
+
+/** The place that Enter measures. */
+function centreMark(x: number, y: number): TemplateResult {
+  return svg`<path class="measure-centre" d=${`M${x - 7} ${y}h14M${x} ${y - 7}v14`} />`;
+}

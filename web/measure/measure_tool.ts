@@ -1,0 +1,162 @@
+import type { Viewer } from "../viewer/index.ts";
+import {
+  type MeasuredPoint,
+  type Measurement,
+  type MeasurementKind,
+  mostMeasurements,
+  pointCounts,
+} from "./measurement.ts";
+
+/** A pointer that moves farther than this between down and up (CSS pixels) turns the view. */
+const mostDrift = 5;
+
+/**
+ * The measurements of a volume, and the tool that adds points to them: a click or a tap on the
+ * surface, or Enter for the middle of the picture. Drags turn the view as ever.
+ */
+export class MeasureTool {
+  readonly #viewer: Viewer;
+  readonly #changed: () => void;
+  readonly #listeners = new AbortController();
+  #measurements: readonly Measurement[] = [];
+  #kind: MeasurementKind | null = null;
+  #draft: readonly MeasuredPoint[] = [];
+  #down: { x: number; y: number; id: number } | null = null;
+  /** What the last click missed; null after one that did not. */
+  #miss: string | null = null;
+
+  constructor(viewer: Viewer, changed: () => void) {
+    this.#viewer = viewer;
+    this.#changed = changed;
+    const { signal } = this.#listeners;
+    const { canvas } = viewer;
+    canvas.addEventListener("pointerdown", (event) => this.#pressed(event), { signal });
+    canvas.addEventListener("pointerup", (event) => this.#released(event), { signal });
+    canvas.addEventListener("keydown", (event) => this.#key(event), { signal });
+  }
+
+  stop(): void {
+    this.#listeners.abort();
+  }
+
+  get measurements(): readonly Measurement[] {
+    return this.#measurements;
+  }
+
+  /** Points of the measurement that is being made. */
+  get draft(): readonly MeasuredPoint[] {
+    return this.#draft;
+  }
+
+  /** What clicks on the surface measure; null if they do nothing. */
+  get kind(): MeasurementKind | null {
+    return this.#kind;
+  }
+
+  get miss(): string | null {
+    return this.#miss;
+  }
+
+  set(measurements: readonly Measurement[]): void {
+    this.#measurements = measurements.slice(0, mostMeasurements);
+    this.#draft = [];
+    this.#changed();
+  }
+
+  /** Begins measurements of a kind, or ends them if it is the present one. */
+  choose(kind: MeasurementKind | null): void {
+    this.finish();
+    this.#kind = kind === this.#kind ? null : kind;
+    this.#miss = null;
+    this.#viewer.canvas.style.cursor = this.#kind ? "crosshair" : "";
+    this.#changed();
+  }
+
+  /** Ends a path, and discards what is not complete. */
+  finish(): void {
+    const draft = this.#draft;
+    this.#draft = [];
+    if (this.#kind && draft.length >= pointCounts[this.#kind][0]) this.#add(this.#kind, draft);
+    else if (draft.length > 0) this.#changed();
+  }
+
+  /** Takes back the last point of the measurement that is being made. */
+  takeBack(): void {
+    this.#draft = this.#draft.slice(0, -1);
+    this.#changed();
+  }
+
+  rename(index: number, text: string): void {
+    this.#measurements = this.#measurements.map((measurement, i) => {
+      if (i !== index) return measurement;
+      const { kind, points } = measurement;
+      return { kind, points, ...(text !== "" && { text }) };
+    });
+    this.#changed();
+  }
+
+  remove(index: number): void {
+    this.#measurements = this.#measurements.filter((_, i) => i !== index);
+    this.#changed();
+  }
+
+  clear(): void {
+    this.set([]);
+  }
+
+  /** Adds the point of the surface at a place of the canvas, in CSS pixels. */
+  pick(x: number, y: number): void {
+    const kind = this.#kind;
+    if (!kind) return;
+    const found = this.#viewer.pick(x, y);
+    this.#miss = found ? null : "There is no surface at that place.";
+    if (!found) {
+      this.#changed();
+      return;
+    }
+    const { position, isovalue: value, normal, level } = found;
+    const draft = [...this.#draft, { position, value, normal, level }];
+    this.#draft = draft;
+    if (draft.length < pointCounts[kind][1]) {
+      this.#changed();
+      return;
+    }
+    this.#draft = [];
+    this.#add(kind, draft);
+  }
+
+  #add(kind: MeasurementKind, points: readonly MeasuredPoint[]): void {
+    if (this.#measurements.length >= mostMeasurements) {
+      this.#miss = `There are ${mostMeasurements} measurements: remove some first.`;
+    } else {
+      const text = kind === "note" ? { text: `Note ${this.#measurements.length + 1}` } : {};
+      this.#measurements = [...this.#measurements, { kind, points, ...text }];
+    }
+    this.#changed();
+  }
+
+  #pressed({ button, isPrimary, clientX: x, clientY: y, pointerId: id }: PointerEvent): void {
+    this.#down = button === 0 && isPrimary ? { x, y, id } : null;
+  }
+
+  #released({ clientX, clientY, pointerId }: PointerEvent): void {
+    const down = this.#down;
+    this.#down = null;
+    if (!down || down.id !== pointerId || !this.#kind) return;
+    if (Math.hypot(clientX - down.x, clientY - down.y) > mostDrift) return;
+    const box = this.#viewer.canvas.getBoundingClientRect();
+    this.pick(clientX - box.left, clientY - box.top);
+  }
+
+  #key(event: KeyboardEvent): void {
+    if (!this.#kind || event.ctrlKey || event.metaKey || event.altKey) return;
+    const { canvas } = this.#viewer;
+    if (event.key === "Enter") {
+      if (event.shiftKey) this.finish();
+      else this.pick(canvas.clientWidth / 2, canvas.clientHeight / 2);
+    } else if (event.key === "Backspace" && this.#draft.length > 0) this.takeBack();
+    else if (event.key === "Escape") this.choose(null);
+    else return;
+    event.preventDefault();
+  }
+}

@@ -1,0 +1,88 @@
+import type { Triple } from "../stream/types.ts";
+
+export const measurementKinds = ["point", "distance", "path", "angle", "note"] as const;
+export type MeasurementKind = (typeof measurementKinds)[number];
+
+/** A point of the world. What a pick knows besides is undefined if the point came with a link. */
+export interface MeasuredPoint {
+  position: Triple;
+  /** The value there. */
+  value?: number;
+  /** World, of unit length. */
+  normal?: Triple;
+  /** Level of the cell that was picked: at 0 the point is exact. */
+  level?: number;
+}
+
+export interface Measurement {
+  kind: MeasurementKind;
+  points: readonly MeasuredPoint[];
+  /** A name, or the text of a note. */
+  text?: string;
+}
+
+/** Limits of what links and files may contain. */
+export const mostMeasurements = 500;
+export const mostPoints = 500;
+export const longestText = 300;
+
+/** How many points each kind has: at least, at most. */
+export const pointCounts: Readonly<Record<MeasurementKind, readonly [number, number]>> = {
+  point: [1, 1],
+  distance: [2, 2],
+  path: [2, mostPoints],
+  angle: [3, 3],
+  note: [1, 1],
+};
+
+function minus(a: Triple, b: Triple): Triple {
+  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+}
+
+/** The length of the path through all points, in world units. */
+export function lengthOf(points: readonly { position: Triple }[]): number {
+  return points.reduce((sum, { position }, i) => {
+    const before = points[i - 1];
+    return before ? sum + Math.hypot(...minus(position, before.position)) : sum;
+  }, 0);
+}
+
+/** The angle at the second of three points, in degrees; undefined if two of them coincide. */
+export function angleOf(points: readonly { position: Triple }[]): number | undefined {
+  const [a, corner, b] = points;
+  if (!a || !corner || !b) return undefined;
+  const [x0, y0, z0] = minus(a.position, corner.position);
+  const [x1, y1, z1] = minus(b.position, corner.position);
+  const dot = x0 * x1 + y0 * y1 + z0 * z1;
+  // The arc tangent is precise for all angles, the arc cosine is not for small ones.
+  const cross = Math.hypot(y0 * z1 - z0 * y1, z0 * x1 - x0 * z1, x0 * y1 - y0 * x1);
+  if (Math.hypot(x0, y0, z0) === 0 || Math.hypot(x1, y1, z1) === 0) return undefined;
+  return (Math.atan2(cross, dot) * 180) / Math.PI;
+}
+
+/** The place of a point of the world in voxels of the volume. */
+export function voxelOf(
+  {
+    origin,
+    spacing,
+    direction: d,
+  }: { origin: Triple; spacing: Triple; direction: readonly number[] },
+  position: Triple,
+): Triple {
+  const axis = (i: number): Triple => [d[i] ?? 0, d[3 + i] ?? 0, d[6 + i] ?? 0];
+  const cross = ([ax, ay, az]: Triple, [bx, by, bz]: Triple): Triple => [
+    ay * bz - az * by,
+    az * bx - ax * bz,
+    ax * by - ay * bx,
+  ];
+  const dot = (a: Triple, b: Triple) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const offset = minus(position, origin);
+  const [x, y, z] = [axis(0), axis(1), axis(2)];
+  const volume = dot(x, cross(y, z));
+  // Cramer's rule: the axes need not be perpendicular.
+  return [
+    dot(offset, cross(y, z)) / volume / spacing[0],
+    dot(offset, cross(z, x)) / volume / spacing[1],
+    dot(offset, cross(x, y)) / volume / spacing[2],
+  ];
+}
