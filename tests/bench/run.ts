@@ -5,12 +5,13 @@
 // is an error.
 import { existsSync, readdirSync } from "node:fs";
 import { join, relative } from "node:path";
+import { drawPlots } from "./documents/plots.ts";
+import { writeTables } from "./documents/tables.ts";
 import { Bench, type Benchmark } from "./harness/benchmark.ts";
 import { inspectMachine } from "./harness/machine.ts";
 import { isosplat, root } from "./harness/paths.ts";
 import { formatTable, reached, saveResults } from "./harness/results.ts";
 import { printChecksums } from "./harness/volumes.ts";
-import { drawPlots } from "./plot.ts";
 
 const folder = join(root, "tests/bench");
 const known = readdirSync(folder)
@@ -57,6 +58,7 @@ if (args.includes("--checksums")) {
   process.exit(0);
 }
 if (args[0] === "plot") {
+  writeTables();
   for (const file of await drawPlots()) console.log(`  drawn ${file}`);
   process.exit(0);
 }

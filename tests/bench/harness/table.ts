@@ -4,6 +4,8 @@ import { root } from "./paths.ts";
 
 /** A row of tests/bench/results/NAME.csv. */
 export interface Row {
+  /** Where it was measured. */
+  machine: string;
   case: string;
   measure: string;
   unit: string;
@@ -25,6 +27,7 @@ export function readResults(name: string): Row[] {
   const [header, ...lines] = text.trim().split("\n").map(fieldsOf);
   const column = (key: string) => header?.indexOf(key) ?? -1;
   return lines.map((fields) => ({
+    machine: fields[column("machine")] ?? "",
     case: fields[column("case")] ?? "",
     measure: fields[column("measure")] ?? "",
     unit: fields[column("unit")] ?? "",

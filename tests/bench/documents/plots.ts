@@ -1,11 +1,9 @@
-// npm run bench -- plot: draws the plots of docs/bench from the results, and writes the tables of its
-// README, without measuring.
-import { readFileSync, writeFileSync } from "node:fs";
+import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { parse, View } from "vega";
 import { type Config, compile, type TopLevelSpec } from "vega-lite";
-import { root } from "./harness/paths.ts";
-import { readResults } from "./harness/table.ts";
+import { root } from "../harness/paths.ts";
+import { readResults } from "../harness/table.ts";
 
 /** A plot, and the file that it is written to. */
 interface Plot {
@@ -189,90 +187,7 @@ function storeSizes(): Plot {
   };
 }
 
-/** The medians of a measure over all volumes. */
-function mediansOf(benchmark: string, measure: RegExp, cases = /./): number[] {
-  return readResults(benchmark)
-    .filter((row) => measure.test(row.measure) && cases.test(row.case))
-    .map(({ median }) => median);
-}
-
-/** "0.10–0.21 × (6 volumes)". */
-function rangeText(values: number[]): string {
-  const [low, high] = [Math.min(...values), Math.max(...values)].map((x) => x.toPrecision(2));
-  return `${low === high ? low : `${low}–${high}`} × (${values.length} volumes)`;
-}
-
-/** The claims of the paper beside what was measured, as a Markdown table. */
-function claims(): string {
-  const treeTimes = mediansOf("paradigms", /^time of \(B\), of marching cubes/);
-  const cubesTimes = mediansOf("paradigms", /^time of \(B\), of vtkMarchingCubes/);
-  const edgesTimes = mediansOf("paradigms", /^time of \(B\), of vtkFlyingEdges3D/);
-  const memory = mediansOf("paradigms", /^peak memory of \(B\), of vtkMarchingCubes/);
-  const quads = mediansOf("frame_rate", /^frames per mesh frame/, /quad$/);
-  const holds = (isTrue: boolean) => (isTrue ? "yes" : "no");
-  const rows = [
-    ["the paper", "measured", "holds"],
-    ["---", "---", "---"],
-    [
-      "extraction takes half the time of marching cubes with an interval tree",
-      `time of (B): ${rangeText(treeTimes)}`,
-      holds(Math.max(...treeTimes) <= 0.5),
-    ],
-    [
-      "it needs less memory than marching cubes (here VTK's)",
-      `peak memory of (B): ${rangeText(memory)}`,
-      holds(Math.max(...memory) < 1),
-    ],
-    [
-      "points are drawn at four times the frame rate of triangles",
-      `frame rate of quads: ${rangeText(quads)}`,
-      holds(Math.min(...quads) >= 4),
-    ],
-    ["(not in the paper) VTK's marching cubes", `time of (B): ${rangeText(cubesTimes)}`, ""],
-    ["(not in the paper) VTK's Flying Edges", `time of (B): ${rangeText(edgesTimes)}`, ""],
-  ];
-  return rows.map((row) => `| ${row.join(" | ")} |`).join("\n");
-}
-
-/** Columns of the tables of samplings: heading, measure, digits. */
-const samplingColumns = [
-  ["time, ×", "time, of centre samples with one step", 1],
-  ["from points to the surface, mean", "from points to the surface, mean", 4],
-  ["from the surface to points, 95 %", "from the surface to points, 95 %", 2],
-  ["dropped samples, %", "dropped samples", 1],
-  ["surface beyond half a diagonal, %", "surface beyond half a cell's diagonal from all points", 2],
-] as const;
-
-/** Errors of the paper's samplings and projections for a volume, as a Markdown table. */
-function samplings(volume: string): string {
-  const rows = readResults("sampling").filter((row) => row.case.startsWith(`${volume}, `));
-  const ways = [...new Set(rows.map((row) => row.case.slice(volume.length + 2)))];
-  const value = (way: string | undefined, measure: string) =>
-    rows.find((row) => row.case === `${volume}, ${way}` && row.measure === measure)?.median ?? 0;
-  const headings = ["samples per cell", ...samplingColumns.map(([heading]) => heading)];
-  const line = (way: string) => [
-    way,
-    (value(way, "samples") / value(ways[0], "samples")).toFixed(1),
-    ...samplingColumns.map(([, measure, digits]) => value(way, measure).toFixed(digits)),
-  ];
-  const table = [[volume, ...headings], headings.map(() => "---"), ...ways.map(line)];
-  table[1]?.push("---");
-  return table.map((row) => `| ${row.join(" | ")} |`).join("\n");
-}
-
-/** Writes a table into the README of docs/bench, between <!-- NAME --> and <!-- end -->. */
-function writeTable(name: string, table: string): void {
-  const path = join(root, "docs/bench/README.md");
-  const text = readFileSync(path, "utf8");
-  const marked = new RegExp(`(<!-- ${name} -->\\n)[\\s\\S]*?(<!-- end -->)`);
-  if (!marked.test(text)) throw new Error(`${path}: expected <!-- ${name} --> and <!-- end -->`);
-  writeFileSync(
-    path,
-    text.replace(marked, (_, begin, end) => `${begin}${table}\n${end}`),
-  );
-}
-
-/** Draws all plots and writes the tables. Returns the files, relative to the project. */
+/** Draws all plots into docs/bench. Returns the files, relative to the project. */
 export async function drawPlots(): Promise<string[]> {
   const plots = [extractionTimes(), peakMemory(), frameRates(), firstImage(), storeSizes()];
   const folder = "docs/bench";
@@ -280,7 +195,5 @@ export async function drawPlots(): Promise<string[]> {
     const svg = await new View(parse(compile(spec).spec), { renderer: "none" }).toSVG();
     writeFileSync(join(root, folder, file), `${svg}\n`);
   }
-  writeTable("claims", claims());
-  writeTable("samplings", [samplings("engine 60.5"), samplings("aneurysm 100.5")].join("\n\n"));
   return plots.map(({ file }) => `${folder}/${file}`);
 }

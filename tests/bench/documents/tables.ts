@@ -1,0 +1,261 @@
+import { readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { root } from "../harness/paths.ts";
+import { readResults } from "../harness/table.ts";
+
+/** A table of a document, between <!-- NAME --> and <!-- end -->. */
+export interface DocumentTable {
+  /** Relative to the project. */
+  file: string;
+  name: string;
+  /** In Markdown. */
+  table: string;
+}
+
+function markdown(rows: string[][]): string {
+  return rows.map((row) => `| ${row.join(" | ")} |`).join("\n");
+}
+
+/** Two significant digits, and all before the point: "0.40", "6.1", "178". */
+function short(value: number): string {
+  return value >= 10 ? String(Math.round(value)) : value.toPrecision(2);
+}
+
+/** The newest results, as text. Notes where their times were measured. */
+class Figures {
+  readonly machines = new Set<string>();
+
+  /** The medians of a measure, in a unit, for several cases: "61; 73; 76". */
+  of(benchmark: string, cases: string[], measure: string, unit: string, scale = 1): string {
+    const rows = readResults(benchmark);
+    const values = cases.map((what) => {
+      const row = rows.findLast((r) => r.case === what && r.measure === measure && r.unit === unit);
+      if (!row) {
+        throw new Error(`${benchmark}.csv: expected a row "${measure}" in "${unit}" of "${what}"`);
+      }
+      if (/(^|\/)m?s$/.test(row.unit)) this.machines.add(row.machine);
+      return short(scale * row.median);
+    });
+    return values.join("; ");
+  }
+}
+
+/** What a visitor waits for and downloads. */
+function networkFigures(figures: Figures): string {
+  const link = "20 Mbit/s, 40 ms";
+  const value = (what: string, measure: string, unit: string) =>
+    `${figures.of("stream", [what], measure, unit)} ${unit}`;
+  const surface = (volume: string) => value(`${volume}, ${link}`, "until the first surface", "KB");
+  const complete = (volume: string) => value(`${volume}, ${link}`, "until complete", "MB");
+  const [engine, bunny, fractal] = ["engine 60.5", "bunny_ct_i16 1000.5", "mandelbulb1024 226.5"];
+  const vtk = `${engine}, ${link}, vtk.js`;
+  const page = "the page, nothing cached";
+  return markdown([
+    ["network: 20 Mbit/s, 40 ms delay", "volume", "Isosplat", "for comparison"],
+    ["---", "---", "---", "---"],
+    [
+      "first image, nothing cached",
+      "engine",
+      `${value(`${engine}, ${link}`, "first surface, nothing cached", "s")}, ${surface(engine)}`,
+      `vtk.js: ${value(vtk, "first image, nothing cached", "s")}, ${value(vtk, "volume over the wire", "MB")}`,
+    ],
+    [
+      "bytes of the page itself until then; with all its controls",
+      "engine",
+      `${value(page, "until the first surface", "KB")}; ${value(page, "with all controls", "KB")}`,
+      "",
+    ],
+    ["a new isovalue", "engine", "the next frame", `vtk.js: ${value(vtk, "new isovalue", "s")}`],
+    [
+      "bytes until the picture is complete",
+      "engine",
+      complete(engine),
+      `whole volume, compressed: ${value(vtk, "volume over the wire", "MB")}`,
+    ],
+    [
+      "bytes of the first surface; until complete",
+      "bunny CT, isovalue 1000.5",
+      `${surface(bunny)}; ${complete(bunny)}`,
+      `voxels: 189 MB`,
+    ],
+    [
+      "bytes of the first surface; until complete",
+      "fractal",
+      `${surface(fractal)}; ${complete(fractal)}`,
+      "voxels: 1,074 MB",
+    ],
+  ]);
+}
+
+/** Sizes of stores, and rates of the native program. */
+function programFigures(figures: Figures): string {
+  const volumes = "engine; bonsai; bunny CT";
+  const surfaces = ["engine 60.5", "bonsai 40.5", "bunny_ct_i16 1000.5"];
+  const bunny = ["bunny_ct_i16"];
+  return markdown([
+    ["program", "volume", "Isosplat", "for comparison"],
+    ["---", "---", "---", "---"],
+    [
+      "store, bytes ÷ bytes of the voxels",
+      "engine; bunny CT; noisy MR of a head",
+      figures.of("store_size", ["engine", "bunny_ct_i16", "chris_t1"], "store / raw", ""),
+      "",
+    ],
+    [
+      "building a store, million voxels per second",
+      volumes,
+      figures.of("build", ["engine", "bonsai", "bunny_ct_i16"], "rate", "Mvoxel/s"),
+      "",
+    ],
+    [
+      "extracting points, two threads",
+      volumes,
+      `${figures.of("extract", surfaces, "Isosplat, 2 threads", "ms")} ms`,
+      `VTK's Flying Edges: ${figures.of("extract", surfaces, "Flying Edges, 2 threads (TBB)", "ms")} ms`,
+    ],
+    [
+      "decoding, one core, million samples per second",
+      "bunny CT",
+      `${figures.of("decode", bunny, "native", "Msamples/s")}; as WebAssembly ${figures.of("decode", bunny, "WASM in Node", "Msamples/s")}`,
+      "",
+    ],
+  ]);
+}
+
+/** Frame rates and errors of pictures. */
+function pictureFigures(figures: Figures): string {
+  const volumes = ["engine 60.5", "bonsai 40.5"];
+  const of = (suffix: string) => volumes.map((volume) => `${volume}${suffix}`);
+  const fidelity = (kind: string, measure: string, unit: string, scale = 1) =>
+    figures.of("fidelity", of(`, front, ${kind}`), measure, unit, scale);
+  return markdown([
+    ["picture", "volume, isovalue", "Isosplat", "for comparison: Flying Edges mesh, same renderer"],
+    ["---", "---", "---", "---"],
+    [
+      "frames per second, quads, relative to the mesh",
+      volumes.join("; "),
+      figures.of("frame_rate", of(", quad"), "frames per mesh frame", "×"),
+      "1",
+    ],
+    [
+      "error of normals, exact splats, against a ray caster, degrees",
+      volumes.join("; "),
+      fidelity("exact", "normal error", "°"),
+      fidelity("mesh", "normal error", "°"),
+    ],
+    [
+      "error of the outline, percent of the area",
+      volumes.join("; "),
+      fidelity("exact", "outline", "of area", 100),
+      fidelity("mesh", "outline", "of area", 100),
+    ],
+  ]);
+}
+
+/** The medians of a measure over all volumes. */
+function mediansOf(benchmark: string, measure: RegExp, cases = /./): number[] {
+  return readResults(benchmark)
+    .filter((row) => measure.test(row.measure) && cases.test(row.case))
+    .map(({ median }) => median);
+}
+
+/** "0.10–0.21 × (6 volumes)". */
+function rangeText(values: number[]): string {
+  const [low, high] = [Math.min(...values), Math.max(...values)].map((x) => x.toPrecision(2));
+  return `${low === high ? low : `${low}–${high}`} × (${values.length} volumes)`;
+}
+
+/** The claims of the paper beside what was measured, as a Markdown table. */
+function claims(): string {
+  const treeTimes = mediansOf("paradigms", /^time of \(B\), of marching cubes/);
+  const cubesTimes = mediansOf("paradigms", /^time of \(B\), of vtkMarchingCubes/);
+  const edgesTimes = mediansOf("paradigms", /^time of \(B\), of vtkFlyingEdges3D/);
+  const memory = mediansOf("paradigms", /^peak memory of \(B\), of vtkMarchingCubes/);
+  const quads = mediansOf("frame_rate", /^frames per mesh frame/, /quad$/);
+  const holds = (isTrue: boolean) => (isTrue ? "yes" : "no");
+  const rows = [
+    ["the paper", "measured", "holds"],
+    ["---", "---", "---"],
+    [
+      "extraction takes half the time of marching cubes with an interval tree",
+      `time of (B): ${rangeText(treeTimes)}`,
+      holds(Math.max(...treeTimes) <= 0.5),
+    ],
+    [
+      "it needs less memory than marching cubes (here VTK's)",
+      `peak memory of (B): ${rangeText(memory)}`,
+      holds(Math.max(...memory) < 1),
+    ],
+    [
+      "points are drawn at four times the frame rate of triangles",
+      `frame rate of quads: ${rangeText(quads)}`,
+      holds(Math.min(...quads) >= 4),
+    ],
+    ["(not in the paper) VTK's marching cubes", `time of (B): ${rangeText(cubesTimes)}`, ""],
+    ["(not in the paper) VTK's Flying Edges", `time of (B): ${rangeText(edgesTimes)}`, ""],
+  ];
+  return markdown(rows);
+}
+
+/** Columns of the tables of samplings: heading, measure, digits. */
+const samplingColumns = [
+  ["time, ×", "time, of centre samples with one step", 1],
+  ["from points to the surface, mean", "from points to the surface, mean", 4],
+  ["from the surface to points, 95 %", "from the surface to points, 95 %", 2],
+  ["dropped samples, %", "dropped samples", 1],
+  ["surface beyond half a diagonal, %", "surface beyond half a cell's diagonal from all points", 2],
+] as const;
+
+/** Errors of the paper's samplings and projections for a volume, as a Markdown table. */
+function samplings(volume: string): string {
+  const rows = readResults("sampling").filter((row) => row.case.startsWith(`${volume}, `));
+  const ways = [...new Set(rows.map((row) => row.case.slice(volume.length + 2)))];
+  const value = (way: string | undefined, measure: string) =>
+    rows.find((row) => row.case === `${volume}, ${way}` && row.measure === measure)?.median ?? 0;
+  const headings = ["samples per cell", ...samplingColumns.map(([heading]) => heading)];
+  const line = (way: string) => [
+    way,
+    (value(way, "samples") / value(ways[0], "samples")).toFixed(1),
+    ...samplingColumns.map(([, measure, digits]) => value(way, measure).toFixed(digits)),
+  ];
+  const table = [[volume, ...headings], headings.map(() => "---"), ...ways.map(line)];
+  table[1]?.push("---");
+  return markdown(table);
+}
+
+/** All tables that documents have from the results. */
+export function documentTables(): DocumentTable[] {
+  const bench = "docs/bench/README.md";
+  const samplingTables = ["engine 60.5", "aneurysm 100.5"].map(samplings).join("\n\n");
+  const figures = new Figures();
+  const readme = [
+    { file: "README.md", name: "figures of the network", table: networkFigures(figures) },
+    { file: "README.md", name: "figures of the program", table: programFigures(figures) },
+    { file: "README.md", name: "figures of pictures", table: pictureFigures(figures) },
+  ];
+  return [
+    ...readme,
+    {
+      file: "README.md",
+      name: "machines of the figures",
+      table: `${[...figures.machines].join("; ")}.`,
+    },
+    { file: bench, name: "claims", table: claims() },
+    { file: bench, name: "samplings", table: samplingTables },
+  ];
+}
+
+/** A document with its table replaced. Throws if the document has no place for it. */
+export function withTable(text: string, { file, name, table }: DocumentTable): string {
+  const marked = new RegExp(`(<!-- ${name} -->\\n\\n?)[\\s\\S]*?(<!-- end -->)`);
+  if (!marked.test(text)) throw new Error(`${file}: expected <!-- ${name} --> and <!-- end -->`);
+  return text.replace(marked, (_, begin, end) => `${begin}${table}\n${end}`);
+}
+
+/** Writes all tables into their documents. */
+export function writeTables(): void {
+  for (const table of documentTables()) {
+    const path = join(root, table.file);
+    writeFileSync(path, withTable(readFileSync(path, "utf8"), table));
+  }
+}
