@@ -1,8 +1,11 @@
 // Picks and measurements in the page: mouse, touch, keyboard; link, files, session.
-import { readFileSync } from "node:fs";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import { findings } from "./support/accessibility.ts";
-import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
 import { complete, openSection, settled } from "./support/view.ts";
 
 let server: RunningServer;
@@ -12,6 +15,33 @@ test.beforeAll(async () => {
 test.afterAll(() => server.stop());
 
 const view = "volume=bucky&isovalue=100&camera=30,20,330,63.5,63.5,63.5";
+
+/** Area and enclosed volume of the triangles of `isosplat extract`, whose surface is closed. */
+function meshExtent(name: string, isovalue: number): { area: number; volume: number } {
+  const folder = mkdtempSync(join(tmpdir(), "isosplat-mesh-"));
+  const file = join(folder, "mesh.stl");
+  const store = join(demoFolder, `${name}.isosplat`);
+  execFileSync(program, ["extract", store, "--isovalue", String(isovalue), "--mesh", "-o", file]);
+  const bytes = readFileSync(file);
+  rmSync(folder, { recursive: true });
+  // Binary STL: 80 bytes, the count, and for each triangle a normal, three vertices and two bytes.
+  const sum = { area: 0, volume: 0 };
+  for (let i = 0; i < bytes.readUInt32LE(80); ++i) {
+    const vertex = (corner: number) =>
+      [0, 4, 8].map((at) => bytes.readFloatLE(84 + 50 * i + 12 + 12 * corner + at));
+    const [[ax = 0, ay = 0, az = 0], [bx = 0, by = 0, bz = 0], [cx = 0, cy = 0, cz = 0]] = [
+      vertex(0),
+      vertex(1),
+      vertex(2),
+    ] as [number[], number[], number[]];
+    const x = (by - ay) * (cz - az) - (bz - az) * (cy - ay);
+    const y = (bz - az) * (cx - ax) - (bx - ax) * (cz - az);
+    const z = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+    sum.area += Math.hypot(x, y, z) / 2;
+    sum.volume += (ax * x + ay * y + az * z) / 6;
+  }
+  return { area: sum.area, volume: Math.abs(sum.volume) };
+}
 
 async function open(page: Page, query = view): Promise<void> {
   await page.goto(`${server.url}?${query}`);
@@ -197,6 +227,22 @@ test("saves tables and sessions; a session that is dropped on the page opens", a
   // The file has what the link has not: value and normal.
   await openSection(page, "Measure");
   await expect(page.locator(".measurement-facts").last()).toContainText("value 100");
+});
+
+test("area and volume are those of the mesh that the program extracts", async ({ page }) => {
+  await open(page);
+  await openSection(page, "Measure");
+  await page.getByRole("button", { name: "Area and volume" }).click();
+  const shown = page.getByText(/^\s*Isovalue 100: area/);
+  await expect(shown).toHaveText(
+    /Isovalue 100: area\s+[\d.]+ mm²,\s+volume of greater values\s+[\d.]+ mm³ \([\d.]+ %\)/,
+  );
+  const [area = 0, volume = 0] = [
+    ...((await shown.textContent()) ?? "").matchAll(/([\d.]+) mm[²³]/g),
+  ].map((match) => Number(match[1]));
+  const native = meshExtent("bucky", 100);
+  expect(Math.abs(area / native.area - 1)).toBeLessThan(1e-4);
+  expect(Math.abs(volume / native.volume - 1)).toBeLessThan(1e-4);
 });
 
 test("a hundred annotations follow the view", async ({ page }) => {

@@ -12,7 +12,7 @@ import {
 import { writeSession } from "../measure/session_file.ts";
 import type { StoreInfo } from "../stream/types.ts";
 import type { Viewer } from "../viewer/index.ts";
-import { measureSection, resultOf } from "./measure_section.ts";
+import { type ExtentState, measureSection, resultOf } from "./measure_section.ts";
 import { keptMeasurements } from "./open_session.ts";
 
 export interface MeasureHost {
@@ -32,6 +32,8 @@ export class Measure {
   readonly #layer: MeasureLayer;
   readonly #viewer: Viewer;
   readonly #host: MeasureHost;
+  #extents: readonly ExtentState[] = [];
+  #measuring: AbortController | null = null;
 
   /** lines: the measurements of the address. */
   constructor(viewer: Viewer, host: MeasureHost, lines: readonly string[]) {
@@ -65,7 +67,8 @@ export class Measure {
   }
 
   section(info: StoreInfo): TemplateResult {
-    return measureSection(this.tool, info, {
+    return measureSection(this.tool, info, this.#extents, {
+      measureSurfaces: () => void this.#measureSurfaces(),
       copy: () => void this.#copy(),
       saveCsv: () => this.#host.save("measurements.csv", "text/csv", toCsv(this.#rows())),
       saveJson: () => {
@@ -74,6 +77,54 @@ export class Measure {
       },
       saveSession: () => this.saveSession(),
     });
+  }
+
+  /** Area and volume of each isosurface, one after the other. A second call stops the first. */
+  async #measureSurfaces(): Promise<void> {
+    if (this.#measuring) {
+      this.#measuring.abort();
+      return;
+    }
+    const measuring = new AbortController();
+    this.#measuring = measuring;
+    this.#extents = [];
+    try {
+      for (const { isovalue } of this.#viewer.surfaces) await this.#extentOf(isovalue, measuring);
+    } catch (error) {
+      if (measuring.signal.aborted) this.#extents = this.#extents.filter(({ extent }) => extent);
+      else {
+        const problem = error instanceof Error ? error.message : String(error);
+        this.#extents = this.#extents.map((each) =>
+          each.extent ? each : { isovalue: each.isovalue, problem },
+        );
+      }
+    } finally {
+      this.#measuring = null;
+      this.#host.changed();
+    }
+  }
+
+  async #extentOf(isovalue: number, { signal }: AbortController): Promise<void> {
+    const { info } = this.#viewer;
+    const quantized = this.#viewer.quantizedIsovalue(isovalue);
+    if (!info || quantized === undefined) return;
+    const before = this.#extents;
+    const show = (state: Omit<ExtentState, "isovalue">): void => {
+      this.#extents = [...before, { isovalue, ...state }];
+      this.#host.changed();
+    };
+    show({ share: 0 });
+    const { surfaceExtent } = await import("../measure/surface_extent.ts");
+    const extent = await surfaceExtent(info, quantized, (add) =>
+      this.#viewer.readFinest(isovalue, signal, async (chunk, bytes, share) => {
+        await add(chunk, bytes);
+        show({ share });
+        // Gestures come between two chunks.
+        await new Promise((next) => setTimeout(next));
+        signal.throwIfAborted();
+      }),
+    );
+    show({ extent });
   }
 
   saveSession(): void {

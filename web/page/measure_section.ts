@@ -10,6 +10,7 @@ import {
   pointCounts,
   voxelOf,
 } from "../measure/measurement.ts";
+import type { SurfaceExtent } from "../measure/surface_extent.ts";
 import { formatLength } from "../overlay/lengths.ts";
 import type { StoreInfo } from "../stream/types.ts";
 import { formatValue } from "./format.ts";
@@ -23,7 +24,18 @@ const tools: readonly { kind: MeasurementKind; label: string; hint: string }[] =
 ];
 const labels = new Map(tools.map(({ kind, label }) => [kind, label]));
 
+/** Area and volume of an isosurface: found, or on the way. */
+export interface ExtentState {
+  isovalue: number;
+  /** 0 … 1 while it is being computed. */
+  share?: number;
+  extent?: SurfaceExtent;
+  problem?: string;
+}
+
 export interface MeasureActions {
+  /** Computes area and volume of the isosurfaces shown; or stops. */
+  measureSurfaces(): void;
   copy(): void;
   saveCsv(): void;
   saveJson(): void;
@@ -72,6 +84,7 @@ function facts({ kind, points }: Measurement, info: StoreInfo): string {
 export function measureSection(
   tool: MeasureTool,
   info: StoreInfo,
+  extents: readonly ExtentState[],
   actions: MeasureActions,
 ): TemplateResult {
   const { kind, draft, measurements, miss } = tool;
@@ -99,6 +112,17 @@ export function measureSection(
       ${miss ?? (hint ? `${hint} Enter takes the middle of the picture, Escape ends.` : "")}
     </p>
     ${measurements.length > 0 ? list(tool, info) : nothing}
+    <div class="chips">
+      <button
+        type="button"
+        class="chip"
+        title="Of the whole isosurface, from triangles at full detail"
+        @click=${actions.measureSurfaces}
+      >
+        ${extents.some(({ share }) => share !== undefined) ? "Stop" : "Area and volume"}
+      </button>
+    </div>
+    <div role="status">${extents.map((each) => extentPart(each))}</div>
     <div class="chips" role="group" aria-label="Take measurements away">
       ${
         measurements.length > 0
@@ -118,6 +142,29 @@ export function measureSection(
       </button>
     </div>
   </div>`;
+}
+
+function extentPart({ isovalue, share, extent, problem }: ExtentState): TemplateResult {
+  const name = `Isovalue ${formatValue(isovalue)}`;
+  if (problem) return html`<p class="measurement-facts">${name}: ${problem}</p>`;
+  if (!extent) {
+    return html`<p class="measurement-facts">${name}: ${Math.round(100 * (share ?? 0))} %</p>`;
+  }
+  const { area, volumeAbove, gridVolume } = extent;
+  const percent = ((100 * (volumeAbove ?? 0)) / gridVolume).toPrecision(3);
+  return html`<p class="measurement-facts">
+    ${name}: area <b>${formatPower(area, 2)}</b>,
+    ${
+      volumeAbove === undefined
+        ? "no volume: the surface has holes where voxels are missing"
+        : html`volume of greater values <b>${formatPower(volumeAbove, 3)}</b> (${percent} %)`
+    }
+  </p>`;
+}
+
+/** 1234567 mm² → "12345.7 mm²": six digits, without prefixes that change with the power. */
+function formatPower(value: number, power: 2 | 3): string {
+  return `${formatValue(value)} mm${power === 2 ? "²" : "³"}`;
 }
 
 function list(tool: MeasureTool, info: StoreInfo): TemplateResult {

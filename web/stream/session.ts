@@ -1,4 +1,4 @@
-import type { Core, Points, Store } from "../core/index.ts";
+import type { Chunk, Core, Points, Store } from "../core/index.ts";
 import { BackgroundLoader, defaultBackgroundBytes, savesData } from "./background_loader.ts";
 import { Backoff } from "./backoff.ts";
 import { ChunkQueue } from "./chunk_queue.ts";
@@ -26,6 +26,9 @@ import {
   type StreamOptions,
 } from "./types.ts";
 import { WorkerPool } from "./worker_pool.ts";
+
+/** Chunks of a request of readFinest. */
+const chunksTogether = 32;
 
 type SessionOptions = StreamOptions & { decoder?: Decoder };
 
@@ -151,6 +154,42 @@ export class StreamSession {
   bytesOf(isovalue: number): number | undefined {
     if (this.isClosed || this.#store.missingPages(0, isovalue).length > 0) return undefined;
     return this.#store.chunksFor(0, isovalue).reduce((sum, { bytes }) => sum + bytes, 0);
+  }
+
+  /**
+   * Fetches all chunks of the finest level that an isovalue needs, whatever the view shows, and calls
+   * `arrived` for one after the other. For measurements: the bytes are not checked, and nothing becomes
+   * resident. Rejects with a StreamError, the signal's reason, or that of `arrived`.
+   */
+  async readFinest(
+    isovalue: number,
+    signal: AbortSignal,
+    arrived: (chunk: Chunk, bytes: Uint8Array, share: number) => Promise<void>,
+  ): Promise<void> {
+    const both = AbortSignal.any([signal, this.#closing.signal]);
+    const missing = new Set(this.#store.missingPages(0, isovalue));
+    const pages = this.#store.pages().filter(({ index }) => missing.has(index));
+    if (pages.length > 0) {
+      const found = new Map<number, Uint8Array>();
+      await this.source.pages(pages, both, (index, bytes) => found.set(index, bytes));
+      both.throwIfAborted();
+      for (const [index, bytes] of found) this.#store.addPage(index, bytes);
+    }
+    const chunks = this.#store.chunksFor(0, isovalue);
+    let done = 0;
+    for (let i = 0; i < chunks.length; i += chunksTogether) {
+      const group: [Chunk, Uint8Array][] = [];
+      await this.source.chunks(chunks.slice(i, i + chunksTogether), both, (chunk, bytes) =>
+        group.push([chunk, bytes.slice()]),
+      );
+      both.throwIfAborted();
+      for (const [chunk, bytes] of group) await arrived(chunk, bytes, ++done / chunks.length);
+    }
+  }
+
+  /** ValueMapping::quantized_isovalue. */
+  quantizedIsovalue(isovalue: number): number {
+    return this.#store.quantizedIsovalue(isovalue);
   }
 
   /** Opacity or clipping has changed, and with it what is occluded. */

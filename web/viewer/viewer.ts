@@ -1,4 +1,4 @@
-import type { Core } from "../core/index.ts";
+import type { Chunk, Core } from "../core/index.ts";
 import { loadCore } from "../core/index.ts";
 import {
   type Decoder,
@@ -327,6 +327,21 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   /** StreamSession.bytesOf; undefined while no volume is open. */
   bytesOf(isovalue: number): number | undefined {
     return this.#session?.bytesOf(isovalue);
+  }
+
+  /** StreamSession.readFinest. */
+  async readFinest(
+    isovalue: number,
+    signal: AbortSignal,
+    arrived: (chunk: Chunk, bytes: Uint8Array, share: number) => Promise<void>,
+  ): Promise<void> {
+    if (!this.#session) throw new DOMException("no volume is open", "AbortError");
+    await this.#session.readFinest(isovalue, signal, arrived);
+  }
+
+  /** StreamSession.quantizedIsovalue; undefined while no volume is open. */
+  quantizedIsovalue(isovalue: number): number | undefined {
+    return this.#session?.quantizedIsovalue(isovalue);
   }
 
   get look(): Readonly<Look> {
