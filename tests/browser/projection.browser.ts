@@ -1,4 +1,6 @@
-// The orthographic camera in the page: keys, panel, link, gestures, and the native picture.
+// The orthographic camera in the page: keys, panel, link, gestures, and the native picture. Undo and redo
+// of the view; a picture without its background.
+import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import { drawNatively } from "./support/native_picture.ts";
@@ -107,4 +109,78 @@ test("zooming keeps the point under the pointer, exactly at any depth", async ({
   const [x1 = 0, z1 = 0] = under(after);
   expect(Math.abs(x1 - x0)).toBeLessThan(1e-6);
   expect(Math.abs(z1 - z0)).toBeLessThan(1e-6);
+});
+
+test("changes of the view are taken back and repeated", async ({ page }) => {
+  test.setTimeout(180_000);
+  await page.goto(`${server.url}?volume=bucky&isovalue=100&camera=30,20,330,63.5,63.5,63.5`);
+  await complete(page);
+  const picture = page.getByRole("application");
+  const views: string[] = [];
+  const rest = async () => {
+    await settled(page);
+    views.push(new URL(page.url()).search);
+  };
+  await rest();
+  for (const key of ["1", "p", "]"]) {
+    await picture.press(key);
+    await rest();
+  }
+  await openSection(page, "Appearance");
+  await page.getByRole("button", { name: "Grey" }).click();
+  await rest();
+  expect(new Set(views).size).toBe(5);
+
+  for (const view of views.slice(0, 4).reverse()) {
+    await picture.press("Control+z");
+    await settled(page);
+    expect(new URL(page.url()).search).toBe(view);
+  }
+  await openSection(page, "View");
+  await expect(page.getByRole("button", { name: "Undo" })).toBeDisabled();
+  await page.getByRole("button", { name: "Redo" }).click();
+  await settled(page);
+  expect(new URL(page.url()).search).toBe(views[1]);
+  await picture.press("Control+Shift+Z");
+  await settled(page);
+  expect(new URL(page.url()).search).toBe(views[2]);
+  // Another change discards what was taken back.
+  await picture.press("+");
+  await settled(page);
+  await expect(page.getByRole("button", { name: "Redo" })).toBeDisabled();
+});
+
+test("a picture without its background has the surface alone", async ({ page }) => {
+  test.setTimeout(120_000);
+  await page.goto(`${server.url}?volume=bucky&isovalue=100&background=ff0000`);
+  await complete(page);
+  await settled(page);
+  await openSection(page, "View");
+  const [download] = await Promise.all([
+    page.waitForEvent("download"),
+    page.getByRole("button", { name: "Save without background" }).click(),
+  ]);
+  const png = readFileSync(await download.path()).toString("base64");
+  const found = await page.evaluate(async (base64) => {
+    const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+    const bitmap = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+    context?.drawImage(bitmap, 0, 0);
+    const { data } = context?.getImageData(0, 0, bitmap.width, bitmap.height) ?? { data: [] };
+    const counts = { clear: 0, opaque: 0, red: 0 };
+    for (let i = 0; i < data.length; i += 4) {
+      const [r = 0, g = 0, b = 0, a = 0] = data.slice(i, i + 4);
+      if (a === 0) ++counts.clear;
+      if (a === 255) ++counts.opaque;
+      if (a > 0 && r > 200 && g < 60 && b < 60) ++counts.red;
+    }
+    return { ...counts, pixels: data.length / 4 };
+  }, png);
+  expect(found.opaque).toBeGreaterThan(found.pixels / 10);
+  expect(found.clear).toBeGreaterThan(found.pixels / 3);
+  expect(found.red).toBe(0);
+  // The picture on the screen has its background again.
+  await settled(page);
+  const shown = await compare(page, await savedPicture(page), await savedPicture(page));
+  expect(shown.differing).toBe(0);
 });

@@ -20,6 +20,7 @@ afterEach(() => {
 it("is written once, with what is shown last, when nothing changes any more", () => {
   let isovalue = 60;
   const pending: boolean[] = [];
+  const rested: string[] = [];
   const bar: AddressBar = new AddressBar(
     () => ({
       volume: "engine",
@@ -33,6 +34,7 @@ it("is written once, with what is shown last, when nothing changes any more", ()
       measures: [],
     }),
     () => pending.push(bar.isPending),
+    (query) => rested.push(query),
   );
   for (; isovalue < 90; ++isovalue) {
     bar.changed();
@@ -42,4 +44,5 @@ it("is written once, with what is shown last, when nothing changes any more", ()
   vi.runAllTimers();
   expect(replaceState.mock.calls).toEqual([[null, "", "/?volume=engine&isovalue=90"]]);
   expect(pending).toEqual([true, false]);
+  expect(rested).toEqual(["?volume=engine&isovalue=90"]);
 });

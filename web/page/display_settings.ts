@@ -20,6 +20,7 @@ import {
   roundToScale,
 } from "./isovalue_scale.ts";
 import { IsovalueSweep } from "./isovalue_sweep.ts";
+import type { AddressState } from "./page_address.ts";
 import type { PanelActions, PanelState } from "./panel.ts";
 import { withAddedSurface } from "./surfaces.ts";
 import { theme, themeBackground } from "./theme.ts";
@@ -129,7 +130,10 @@ export class DisplaySettings {
     this.actions.slide(isovalue + by * width);
   }
 
-  get state(): Omit<PanelState, "info" | "histogram" | "bytes" | "projection"> {
+  get state(): Omit<
+    PanelState,
+    "info" | "histogram" | "bytes" | "projection" | "canUndo" | "canRedo"
+  > {
     return {
       isLogarithmic: this.#isLogarithmic,
       isSweeping: this.#sweep.isRunning,
@@ -142,6 +146,22 @@ export class DisplaySettings {
       clip: this.#clip,
       show: this.#show,
     };
+  }
+
+  /** Shows what was shown before: undo and redo. */
+  restore(
+    view: Pick<AddressState, "surfaces" | "look" | "isThemeBackground" | "clip" | "show">,
+  ): void {
+    this.#sweep.stop();
+    this.#active = Math.max(0, Math.min(this.#active, view.surfaces.length - 1));
+    this.#show = view.show;
+    this.#isThemeBackground = view.isThemeBackground;
+    this.#look = view.look;
+    this.#viewer.setLook(view.look);
+    this.#clip = view.clip;
+    this.#viewer.setClip(view.clip);
+    this.#setSurfaces(view.surfaces);
+    this.themeChanged();
   }
 
   get suggestions(): readonly number[] {
@@ -157,7 +177,10 @@ export class DisplaySettings {
     }));
   }
 
-  readonly actions: Omit<PanelActions, "lookAlong" | "fit" | "toggleProjection"> = {
+  readonly actions: Omit<
+    PanelActions,
+    "lookAlong" | "fit" | "toggleProjection" | "undo" | "redo" | "saveTransparent"
+  > = {
     slide: (value) => {
       this.#sweep.stop();
       this.#setIsovalue(roundToScale(value, this.#scale));

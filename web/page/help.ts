@@ -12,6 +12,7 @@ const rows: [string, string][] = [
   ["P", "Perspective or orthographic"],
   ["M", "Measure distances; Enter takes the middle of the picture, Escape ends"],
   ["R", "Reset the view"],
+  ["Ctrl + Z, Ctrl + Shift + Z", "Take back, or repeat, the last change of the view"],
   ["C", "Copy a link to this view"],
   ["S", "Save a picture"],
   ["F", "Show or hide the controls"],

@@ -57,11 +57,20 @@ export function addressOf(view: AddressState): UrlState {
 export class AddressBar {
   readonly #view: () => AddressState | null;
   readonly #pendingChanged: () => void;
+  readonly #rested: (query: string, view: AddressState) => void;
   #timer = 0;
   #changedAt = 0;
 
-  /** `view`: the current view; null if there is none. `pendingChanged`: see isPending. */
-  constructor(view: () => AddressState | null, pendingChanged: () => void) {
+  /**
+   * `view`: the current view; null if there is none. `pendingChanged`: see isPending. `rested`: called
+   * with a view that the address has, and its query without measurements.
+   */
+  constructor(
+    view: () => AddressState | null,
+    pendingChanged: () => void,
+    rested: (query: string, view: AddressState) => void,
+  ) {
+    this.#rested = rested;
     this.#view = view;
     this.#pendingChanged = pendingChanged;
   }
@@ -93,6 +102,7 @@ export class AddressBar {
     const view = this.#view();
     const query = view ? writeUrl(addressOf(view)) : location.search;
     if (query !== location.search) history.replaceState(null, "", location.pathname + query);
+    if (view) this.#rested(writeUrl(addressOf({ ...view, measures: [] })), view);
     this.#pendingChanged();
   }
 }

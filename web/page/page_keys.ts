@@ -27,6 +27,21 @@ export function handlePageKey(
   }
 }
 
+/** What a key does in the history of the view, unless a text field uses it. */
+export function historyStep(
+  event: KeyboardEvent,
+  canvas: HTMLElement,
+): "undo" | "redo" | undefined {
+  if (event.defaultPrevented || event.altKey || !(event.ctrlKey || event.metaKey)) return undefined;
+  if (document.querySelector("wa-dialog[open]") || focusOf(event, canvas) === "text") {
+    return undefined;
+  }
+  const key = event.key.toLowerCase();
+  if (key === "y") return "redo";
+  if (key !== "z") return undefined;
+  return event.shiftKey ? "redo" : "undo";
+}
+
 /** Which element uses the key: text fields use all keys, other controls some, the page the rest. */
 function focusOf(event: KeyboardEvent, canvas: HTMLElement): "text" | "control" | "none" {
   const origin = event.composedPath()[0];

@@ -37,6 +37,8 @@ export interface PanelState {
   clip: Clip;
   show: ReadonlySet<OverlayPart>;
   projection: Projection | undefined;
+  canUndo: boolean;
+  canRedo: boolean;
   histogram: HTMLElement;
   isLogarithmic: boolean;
   isSweeping: boolean;
@@ -68,6 +70,11 @@ export interface PanelActions {
   lookAlong(view: AxisView): void;
   /** Moves so that the whole volume is seen, without turning. */
   fit(): void;
+  /** Saves the picture without its background. */
+  saveTransparent(): void;
+  /** Take back, or repeat, the last change of the view. */
+  undo(): void;
+  redo(): void;
   /** Between perspective and orthographic. */
   toggleProjection(): void;
   changeClip(clip: Clip): void;

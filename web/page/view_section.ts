@@ -12,7 +12,7 @@ const parts: readonly { part: OverlayPart; label: string }[] = [
 
 /** Views along the axes, and what lies above the picture. */
 export function viewSection(
-  { info, show, projection }: PanelState,
+  { info, show, projection, canUndo, canRedo }: PanelState,
   actions: PanelActions,
 ): TemplateResult {
   const names = axisNames(info);
@@ -47,6 +47,36 @@ export function viewSection(
           @click=${actions.toggleProjection}
         >
           Orthographic
+        </button>
+      </div>
+      <div class="chips" role="group" aria-label="Changes of the view">
+        <button
+          type="button"
+          class="chip"
+          title="Take back the last change of the view (Ctrl+Z)"
+          ?disabled=${!canUndo}
+          @click=${actions.undo}
+        >
+          Undo
+        </button>
+        <button
+          type="button"
+          class="chip"
+          title="Repeat what was taken back (Ctrl+Shift+Z)"
+          ?disabled=${!canRedo}
+          @click=${actions.redo}
+        >
+          Redo
+        </button>
+      </div>
+      <div class="chips" role="group" aria-label="Picture">
+        <button
+          type="button"
+          class="chip"
+          title="Save the picture as a PNG without its background"
+          @click=${actions.saveTransparent}
+        >
+          Save without background
         </button>
       </div>
       <div class="chips" role="group" aria-label="Above the picture">

@@ -177,7 +177,7 @@ function panelPart(
       ${surfacesSection(state, actions)}
       ${guard([state.look, state.isThemeBackground], () => appearanceSection(state, actions))}
       ${guard([state.look], () => lightSection(state, actions))}
-      ${guard([state.show, state.info, state.projection], () => viewSection(state, actions))}
+      ${guard([state.show, state.info, state.projection, state.canUndo, state.canRedo], () => viewSection(state, actions))}
       <wa-details class="section" appearance="plain" summary="Measure" @wa-show=${actions.loadMeasure}>
         ${measure?.section}
       </wa-details>

@@ -23,14 +23,15 @@ import { formatValue } from "./format.ts";
 import { showHelp } from "./help.ts";
 import { Histogram } from "./histogram.ts";
 import type { Measure } from "./measure.ts";
-import { AddressBar } from "./page_address.ts";
-import { handlePageKey } from "./page_keys.ts";
+import { AddressBar, type AddressState } from "./page_address.ts";
+import { handlePageKey, historyStep } from "./page_keys.ts";
 import { kindOf, type Problem, problemOf, problemOfFault } from "./problems.ts";
 import { StatusLine } from "./status_line.ts";
 import { onTheme, toggleTheme } from "./theme.ts";
 import { keepThumbnailWhenIdle } from "./thumbnails.ts";
 import { Toast } from "./toast.ts";
 import { readUrl } from "./url_state.ts";
+import { ViewHistory } from "./view_history.ts";
 import {
   type Banner,
   type LayoutActions,
@@ -73,6 +74,7 @@ export class VolumePage {
 
   #info: StoreInfo | null = null;
   #camera: Camera | null = null;
+  readonly #history = new ViewHistory<AddressState>();
 
   /** Why the volume could not be opened. */
   #problem: Problem | null = null;
@@ -103,6 +105,10 @@ export class VolumePage {
           }
         : null,
     () => this.#showBusy(),
+    (query, view) => {
+      this.#history.rested(query, view);
+      this.#render();
+    },
   );
 
   /** Resolves when there is something to see: a surface or an error message. */
@@ -184,6 +190,11 @@ export class VolumePage {
       if (point && camera) this.#motion.to({ ...camera, target: point.position });
     });
     window.addEventListener("keydown", (event) => {
+      const step = historyStep(event, this.#canvas);
+      if (step) {
+        event.preventDefault();
+        this.#restore(step);
+      }
       handlePageKey(event, this.#canvas, viewer, this.#keys);
     });
   }
@@ -337,6 +348,9 @@ export class VolumePage {
     reset: () => this.#reset(),
     fit: () => this.#fit(),
     toggleProjection: () => this.#toggleProjection(),
+    saveTransparent: () => void this.#saveScreenshot({ transparent: true }),
+    undo: () => this.#restore("undo"),
+    redo: () => this.#restore("redo"),
     lookAlong: (view) => this.#lookAlong(view),
     savePicture: () => void this.#saveScreenshot(),
     copyLink: () => void this.#copyLink(),
@@ -389,6 +403,14 @@ export class VolumePage {
     await this.#loadMeasure();
     const tool = this.#measure?.tool;
     tool?.choose(tool.kind ?? "distance");
+  }
+
+  #restore(step: "undo" | "redo"): void {
+    this.#address.write(); // what has not come to rest is a view as well
+    const view = this.#history[step]();
+    if (!view) return;
+    this.#settings.restore(view);
+    if (view.camera) this.#motion.to(view.camera);
   }
 
   #toggleProjection(): void {
@@ -464,9 +486,9 @@ export class VolumePage {
     }
   }
 
-  async #saveScreenshot(): Promise<void> {
+  async #saveScreenshot(options: { transparent?: boolean } = {}): Promise<void> {
     try {
-      const picture = await this.#viewer.screenshot();
+      const picture = await this.#viewer.screenshot(options);
       saveFile(this.#fileName(`${this.#isovalues().join("-")}.png`), picture);
       this.#toast.done("Picture saved");
     } catch (error) {
@@ -518,6 +540,8 @@ export class VolumePage {
         ? {
             info,
             projection: this.#viewer.camera?.projection,
+            canUndo: this.#history.canUndo,
+            canRedo: this.#history.canRedo,
             histogram: this.#histogram.element,
             bytes,
             ...settings,

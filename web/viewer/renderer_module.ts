@@ -311,14 +311,14 @@ export class RendererModule {
     exports._isosplat_renderer_set_splats(splatKinds.indexOf(kind), shadings.indexOf(shading));
   }
 
-  /** range: of the quantity that the colour map shows. */
-  setLook(look: Look, [colourLow, colourHigh]: readonly [number, number]): void {
+  /** range: of the quantity that the colour map shows. opacity: of the background. */
+  setLook(look: Look, [colourLow, colourHigh]: readonly [number, number], opacity = 1): void {
     layouts.writeAppearance(this.#view(), this.#scratch, {
       colourLow,
       colourHigh,
       colourBy: colourings.indexOf(look.colourBy),
       colourMap: colourMaps.indexOf(look.colourMap),
-      background: [...colourChannels(look.background), 1],
+      background: [...colourChannels(look.background), opacity],
       eyeDome: look.eyeDome,
     });
     this.#exports._isosplat_renderer_set_appearance(this.#scratch);

@@ -485,18 +485,29 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /**
    * The present picture, at the canvas's resolution. smooth: draws several times to smooth edges, even
-   * if that takes long.
+   * if that takes long. transparent: without the background.
    */
-  async screenshot({ smooth = true } = {}): Promise<Blob> {
-    if (!this.#scheduler || this.#contextLost) throw new RendererError("nothing is drawn yet");
-    this.#scheduler.drawToSave(smooth);
-    // In the same task, because the browser may clear the drawing buffer afterwards.
-    return new Promise((resolve, reject) =>
-      this.canvas.toBlob((blob) => {
-        if (blob) resolve(blob);
-        else reject(new RendererError("the browser made no picture of the canvas"));
-      }, "image/png"),
-    );
+  async screenshot({ smooth = true, transparent = false } = {}): Promise<Blob> {
+    const scheduler = this.#scheduler;
+    if (!scheduler || this.#contextLost) throw new RendererError("nothing is drawn yet");
+    const setOpacity = (opacity: number) =>
+      this.#guard((renderer) => renderer.setLook(this.#look, this.#colourRange(), opacity));
+    if (transparent) setOpacity(0);
+    try {
+      scheduler.drawToSave(smooth);
+      // In the same task, because the browser may clear the drawing buffer afterwards.
+      return await new Promise((resolve, reject) =>
+        this.canvas.toBlob((blob) => {
+          if (blob) resolve(blob);
+          else reject(new RendererError("the browser made no picture of the canvas"));
+        }, "image/png"),
+      );
+    } finally {
+      if (transparent) {
+        setOpacity(1);
+        scheduler.request();
+      }
+    }
   }
 
   #loadParts(): Promise<{ renderer: RendererModule; core: Core }> {

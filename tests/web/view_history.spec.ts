@@ -1,0 +1,27 @@
+import { expect, it } from "vitest";
+import { ViewHistory } from "../../web/page/view_history.ts";
+
+it("goes back and forth through the views at rest", () => {
+  const history = new ViewHistory<number>();
+  expect(history.undo()).toBeUndefined();
+  for (const view of [1, 2, 2, 3]) history.rested(String(view), view);
+  expect([history.undo(), history.undo(), history.undo()]).toEqual([2, 1, undefined]);
+  expect(history.canUndo).toBe(false);
+  expect([history.redo(), history.redo(), history.redo()]).toEqual([2, 3, undefined]);
+  // A restored view that comes to rest is not another one.
+  expect(history.undo()).toBe(2);
+  history.rested("2", 2);
+  expect(history.canRedo).toBe(true);
+  // Another view discards what was taken back.
+  history.rested("4", 4);
+  expect(history.canRedo).toBe(false);
+  expect([history.undo(), history.undo()]).toEqual([2, 1]);
+});
+
+it("keeps the last hundred", () => {
+  const history = new ViewHistory<number>();
+  for (let view = 0; view < 500; ++view) history.rested(String(view), view);
+  let last = Number.NaN;
+  for (let view = history.undo(); view !== undefined; view = history.undo()) last = view;
+  expect(last).toBe(399);
+});
