@@ -10,6 +10,7 @@
 #include "shared/render/renderer_state.h"
 #include "shared/render/shader_constants.h"
 #include "shared/render/surface_pick.h"
+#include "shared/sampling/sample_neighbours.h"
 
 namespace isosplat {
 namespace {
@@ -79,7 +80,9 @@ void Renderer::set_volume(const VolumeGrid& grid, const ValueMapping& mapping) {
 Result<void> Renderer::add_chunk(ChunkHandle handle, ChunkPlace place,
                                  std::span<const PackedSample> samples) {
   std::vector<PackedSample> ordered;
-  const auto offset = reserve_chunk(handle, place, cluster_samples(samples, ordered));
+  auto clusters = cluster_samples(samples, ordered);
+  if (place.block.level > 0) mark_neighbours(ordered);
+  const auto offset = reserve_chunk(handle, place, std::move(clusters));
   if (!offset) return tl::unexpected(offset.error());
   if (!ordered.empty()) {
     glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(*offset),

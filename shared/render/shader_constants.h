@@ -54,8 +54,13 @@
 // Fragments give values in spans of the cell.
 #define ROOT_TOLERANCE 1e-4
 
-// Smallest scale of splats of coarse cells with a structure thinner than a cell.
-#define THIN_FOOTPRINT 0.4
+// Structures thinner than a coarse cell (thin.glsl). LOWER: factor by which the isovalue is
+// lowered. SHARE: factor of the estimated share of the cell. LEAST: smallest share. SHEET_VOXELS:
+// smallest thickness of a sheet, in voxels of level 0.
+#define THIN_LOWER 0.9
+#define THIN_SHARE 1.5
+#define THIN_LEAST 0.0005
+#define THIN_SHEET_VOXELS 0.3
 
 // Smooth normals. REACH_CELLS: distance from its centre, in cells, up to which a cell contributes.
 // MAX_TILES: splats that span more tiles are not tested for occlusion.

@@ -78,13 +78,14 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
                             {"frame.glsl", "smooth.glsl", "gradients.frag.glsl"});
   }
   if (variant.pass == SplatPass::quad) {
-    return GlProgram::start(defines,
-                            {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
-                             "cell.glsl", "crossings.glsl", "splat.glsl", "quad.vert.glsl"},
-                            {"gamma.glsl", "quad.frag.glsl"});
+    return GlProgram::start(
+        defines,
+        {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl", "cell.glsl",
+         "crossings.glsl", "thin.glsl", "splat.glsl", "quad.vert.glsl"},
+        {"gamma.glsl", "quad.frag.glsl"});
   }
   const std::initializer_list<std::string_view> vertex = {
-      "frame.glsl", "cell.glsl", "crossings.glsl", "splat.glsl", "splat.vert.glsl"};
+      "frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "splat.glsl", "splat.vert.glsl"};
   if (variant.pass == SplatPass::ellipse) {
     return GlProgram::start(defines, vertex,
                             {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",

@@ -12,9 +12,11 @@ namespace isosplat {
 ///   word 0   bits  0–5   x of the cell in its block        word 1   bits  0–15  interval min
 ///                  6–11  y                                          bits 16–31  interval max
 ///                 12–17  z                                 word 2   low 8 bits of corners 0 to 3
-///                 18–21  0                                 word 3   low 8 bits of corners 4 to 7
+///                 18–21  neighbour bits 0 to 3             word 3   low 8 bits of corners 4 to 7
 ///                 22–29  ninth bits of corners 0 to 7      (corner i is byte i & 3 of its word)
-///                 30–31  0
+///                 30–31  neighbour bits 4 and 5
+///
+/// Neighbour bits are those of sample_neighbours.h at coarse levels, and 0 otherwise.
 ///
 /// A corner is held as q = (clamp(corner, min, max) − min) >> shift, nine bits, where
 /// shift = max(0, bit_width(max − min) − 9). It is read back as min + (q << shift) + (1 << shift >>

@@ -11,6 +11,7 @@
 #include "shared/codec/chunk_codec.h"
 #include "shared/points/chunk_samples.h"
 #include "shared/sampling/sample_clusters.h"
+#include "shared/sampling/sample_neighbours.h"
 #include "shared/select/selector.h"
 #include "shared/store/store_reader.h"
 
@@ -315,6 +316,7 @@ IsosplatStatus isosplat_core_decode_chunk(IsosplatCore* core, const void* data, 
   const IsosplatStatus status = isosplat_core_decode_packed(core, data, bytes, shape);
   if (status != kOk) return status;
   core->clusters = cluster_samples(core->packed, core->ordered);
+  if (shape->level > 0) mark_neighbours(core->ordered);
   core->results[ISOSPLAT_DECODED_SAMPLES] = std::as_bytes(std::span(core->ordered));
   core->results[ISOSPLAT_DECODED_CLUSTERS] = std::as_bytes(std::span(core->clusters));
   return kOk;

@@ -98,8 +98,8 @@ IsosplatStatus isosplat_core_decode_packed(IsosplatCore* core, const void* data,
 
 /// Checks and decodes a chunk for the renderer. Needs no open store. `checksum` is that of the
 /// directory; if isosplat_core_checksum returns another one, the status is checksum_mismatch.
-/// Results: PackedSample[shape->cells] sorted by region; SampleCluster of each region that has
-/// samples, for isosplat_renderer_reserve_chunk.
+/// Results: PackedSample[shape->cells] sorted by region, at coarse levels with neighbour bits;
+/// SampleCluster of each region that has samples, for isosplat_renderer_reserve_chunk.
 IsosplatStatus isosplat_core_decode_chunk(IsosplatCore* core, const void* data, uint32_t bytes,
                                           const IsosplatChunkShape* shape, uint32_t checksum);
 

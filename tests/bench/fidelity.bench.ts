@@ -2,10 +2,12 @@
 // pixels at least 2 px from the reference's outlines and depth edges that show the background or are
 // more than 2 cells behind the reference. Depth and normal errors: means over the same pixels. A cell's
 // length is the smallest spacing. "mesh" is VTK's Flying Edges mesh with its normals, drawn by the same
-// renderer.
+// renderer. Then coarse levels, as they are drawn while something moves: the area that they cover beyond
+// that of the reference, which is of level 0.
 import type { Benchmark } from "./harness/benchmark.ts";
 import { flyingEdgesMesh, renderProgram } from "./harness/render.ts";
 import type { Reach } from "./harness/results.ts";
+import { buildStore } from "./stream/serving.ts";
 
 const cases: [string, number][] = [
   ["fuel.nhdr", 20.5],
@@ -18,9 +20,21 @@ const cases: [string, number][] = [
   ["bunny_ct_i16.nrrd", 1000.5],
 ];
 
+const coarseCases: [string, number][] = [
+  ["engine.nhdr", 60.5],
+  ["engine.nhdr", 160.5],
+  ["bonsai.nhdr", 40.5],
+  ["aneurysm.nhdr", 40.5],
+  ["bunny_ct_i16.nrrd", 1000.5],
+];
+
 interface Row {
   view: string;
   kind: string;
+  /** Pixels of the reference; of them, those that are not covered; covered pixels beyond them. */
+  reference: number;
+  missed: number;
+  excess: number;
   holes: number;
   silhouette: number;
   depth: number;
@@ -62,6 +76,27 @@ export default {
         bench.report(what, "outline", "of area", row.silhouette, most(silhouette[row.kind]));
         bench.report(what, "depth error", "cells", row.depth, most(depth[row.kind]));
         bench.report(what, "normal error", "°", row.normal, most(normal));
+      }
+    }
+    for (const [name, isovalue] of coarseCases) {
+      const volume = bench.volume(name);
+      if (!volume) continue;
+      const store = await buildStore(bench, volume, `${name}-${isovalue}`);
+      for (const level of [1, 2, 3]) {
+        for (const view of ["front", "back"]) {
+          const { stdout } = await bench.command(renderProgram("isosplat_fidelity"), [
+            ...[volume, String(isovalue), "--store", store, "--level", String(level)],
+            ...["--view", view, "--size", "512"],
+          ]);
+          for (const line of stdout.trim().split("\n")) {
+            const row = JSON.parse(line) as Row;
+            const what = `${name.replace(/\..*/, "")} ${isovalue}, level ${level}, ${view}, ${row.kind}`;
+            const { reference, missed, excess } = row;
+            const area = Math.abs(excess - missed) / reference;
+            bench.report(what, "area error", "of area", area, { atMost: 0.15 });
+            bench.report(what, "outline", "of area", (excess + missed) / reference);
+          }
+        }
       }
     }
   },

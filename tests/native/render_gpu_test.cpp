@@ -668,29 +668,5 @@ TEST_F(RenderGpu, RefusesInvalidInput) {
   EXPECT_TRUE(renderer_->draw(10, 10));
 }
 
-// Coarse levels, whose cells have wider intervals than their corners: thin structures remain
-// visible.
-TEST_F(RenderGpu, CoarseLevelsKeepFeaturesThinnerThanTheirCells) {
-  const TestVolume volume = sampled_volume({65, 65, 65}, {1, 1, 1}, [](Vec3d p) {
-    return 1000.0 * std::exp(-0.5 * ((p.y - 33) * (p.y - 33) + (p.z - 31) * (p.z - 31)));
-  });
-  renderer_->set_camera(default_camera(volume.grid));
-  RenderSettings settings;
-  settings.isosurfaces = {{700, {1, 1, 1}, 1}};
-  for (const SplatKind kind : kKinds) {
-    settings.kind = kind;
-    renderer_->set_settings(settings);
-    int hits[2];
-    for (const uint32_t level : {0u, 2u}) {
-      show_volume(*renderer_, volume, 700, 700, level);
-      ASSERT_TRUE(draw_image(*renderer_, 256, 256));
-      const auto pixels = renderer_->read_surface().value();
-      hits[level / 2] = static_cast<int>(
-          std::count_if(pixels.begin(), pixels.end(), [](const auto& p) { return p.hit; }));
-    }
-    EXPECT_GT(hits[1], hits[0] * 0.8) << kKindNames[static_cast<int>(kind)];
-  }
-}
-
 }  // namespace
 }  // namespace isosplat

@@ -34,7 +34,7 @@ double mean_fragments(const TestVolume& volume, double isovalue, SplatKind kind,
   attach(
       program, GL_VERTEX_SHADER,
       shader_text("#define PULLED\n#define KIND " + std::to_string(static_cast<int>(kind)) + "\n",
-                  {"frame.glsl", "cell.glsl", "crossings.glsl", "regions.glsl", "splat.glsl",
+                  {"frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "splat.glsl",
                    "splat.vert.glsl"}));
   attach(program, GL_FRAGMENT_SHADER,
          shader_text("", {}) +

@@ -81,15 +81,39 @@ inline TestVolume sphere_volume(Index3 voxels, Vec3d spacing = {1, 1, 1}) {
   });
 }
 
-/// The corners of the cell of `step` voxels at (x, y, z); the last voxel is repeated beyond the
-/// end.
-inline CellCorners corners_at(const TestVolume& volume, int32_t x, int32_t y, int32_t z,
-                              int32_t step = 1) {
+/// The corners of a cell; the last voxel is repeated beyond the end.
+inline CellCorners corners_at(const TestVolume& volume, int32_t x, int32_t y, int32_t z) {
   const Index3 n = volume.grid.voxels;
-  const int32_t x1 = std::min(x + step, n.x - 1), y1 = std::min(y + step, n.y - 1),
-                z1 = std::min(z + step, n.z - 1);
+  const int32_t x1 = std::min(x + 1, n.x - 1), y1 = std::min(y + 1, n.y - 1),
+                z1 = std::min(z + 1, n.z - 1);
   return {volume.at(x, y, z),  volume.at(x1, y, z),  volume.at(x, y1, z),  volume.at(x1, y1, z),
           volume.at(x, y, z1), volume.at(x1, y, z1), volume.at(x, y1, z1), volume.at(x1, y1, z1)};
+}
+
+/// The next coarser level's voxels: the [1 2 1]³ averages around every second voxel, as in stores.
+inline TestVolume coarser_volume(const TestVolume& volume) {
+  const Index3 last{volume.grid.voxels.x - 1, volume.grid.voxels.y - 1, volume.grid.voxels.z - 1};
+  TestVolume coarse = volume;
+  coarse.grid.voxels = {(last.x + 1) / 2 + 1, (last.y + 1) / 2 + 1, (last.z + 1) / 2 + 1};
+  coarse.quantized_values.clear();
+  const auto place = [](int32_t at, int32_t end) { return std::clamp(at, 0, end); };
+  for (int32_t z = 0; z < coarse.grid.voxels.z; ++z) {
+    for (int32_t y = 0; y < coarse.grid.voxels.y; ++y) {
+      for (int32_t x = 0; x < coarse.grid.voxels.x; ++x) {
+        uint32_t sum = 32;
+        const int32_t x0 = place(2 * x, last.x), y0 = place(2 * y, last.y),
+                      z0 = place(2 * z, last.z);
+        for (int32_t i = 0; i < 27; ++i) {
+          const int32_t dx = i % 3 - 1, dy = i / 3 % 3 - 1, dz = i / 9 - 1;
+          const uint32_t value =
+              volume.at(place(x0 + dx, last.x), place(y0 + dy, last.y), place(z0 + dz, last.z));
+          sum += value << (3 - std::abs(dx) - std::abs(dy) - std::abs(dz));
+        }
+        coarse.quantized_values.push_back(static_cast<QuantizedValue>(sum >> 6));
+      }
+    }
+  }
+  return coarse;
 }
 
 /// The samples of a block that are active for some quantized isovalue in [low, high].
@@ -100,19 +124,24 @@ inline std::vector<PackedSample> block_samples(const TestVolume& volume, BlockKe
   const Index3 cells = block_cells(level, block.index);
   const int32_t step = 1 << block.level;
   const Index3 n = volume.grid.voxels;
+  TestVolume coarse;
+  for (uint32_t i = 0; i < block.level; ++i) coarse = coarser_volume(i == 0 ? volume : coarse);
+  const TestVolume& averages = block.level == 0 ? volume : coarse;
   for (int32_t z = 0; z < cells.z; ++z) {
     for (int32_t y = 0; y < cells.y; ++y) {
       for (int32_t x = 0; x < cells.x; ++x) {
-        const int32_t x0 = (block.index.x * kBlockCells + x) * step;
-        const int32_t y0 = (block.index.y * kBlockCells + y) * step;
-        const int32_t z0 = (block.index.z * kBlockCells + z) * step;
-        const CellCorners corners = corners_at(volume, x0, y0, z0, step);
+        const Index3 cell{block.index.x * kBlockCells + x, block.index.y * kBlockCells + y,
+                          block.index.z * kBlockCells + z};
+        const CellCorners corners = corners_at(averages, cell.x, cell.y, cell.z);
         CellInterval interval = corner_interval(corners);
-        for (int32_t k = z0; step > 1 && k <= std::min(z0 + step, n.z - 1); ++k) {
-          for (int32_t j = y0; j <= std::min(y0 + step, n.y - 1); ++j) {
-            for (int32_t i = x0; i <= std::min(x0 + step, n.x - 1); ++i) {
-              interval.min = std::min(interval.min, volume.at(i, j, k));
-              interval.max = std::max(interval.max, volume.at(i, j, k));
+        if (step > 1) {
+          interval = {65535, 0};
+          for (int32_t k = cell.z * step; k <= std::min((cell.z + 1) * step, n.z - 1); ++k) {
+            for (int32_t j = cell.y * step; j <= std::min((cell.y + 1) * step, n.y - 1); ++j) {
+              for (int32_t i = cell.x * step; i <= std::min((cell.x + 1) * step, n.x - 1); ++i) {
+                interval.min = std::min(interval.min, volume.at(i, j, k));
+                interval.max = std::max(interval.max, volume.at(i, j, k));
+              }
             }
           }
         }

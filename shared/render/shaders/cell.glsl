@@ -6,6 +6,7 @@ struct Cell {
   vec4 lower;     // quantized values of corners 0 to 3 (z = 0) ...
   vec4 upper;     // ... and 4 to 7 (z = 1)
   vec2 interval;  // min, max
+  uint word;      // the first word of the sample
 };
 
 // f = dot(a + z b, (1, x, y, xy)): the eight polynomial coefficients.
@@ -29,6 +30,7 @@ Cell unpack_sample(uvec4 w) {
   cell.lower = base + unit * vec4(low_bits);
   cell.upper = base + unit * vec4(high_bits);
   cell.interval = vec2(low, high);
+  cell.word = w.x;
   return cell;
 }
 

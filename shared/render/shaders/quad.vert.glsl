@@ -19,7 +19,8 @@ vec2 extent_px(Crossings crossings, vec3 along, vec3 corner, vec3 size) {
 }
 
 void draw_square(Cell cell, vec3 size, vec3 centre) {
-  float quantized_isovalue = reachable(cell, u_quantized_isovalue);
+  bool is_inside;
+  float quantized_isovalue = drawn_isovalue(cell, is_inside);
   Trilinear f = trilinear(cell.lower, cell.upper);
   vec4 at = value_and_gradient_at_centre(cell);
   vec3 gradient = at.yzw / size, displacement = vec3(0.0);
@@ -55,18 +56,18 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   // The values at the corners of the box whose crossings are covered, and its corner 0 from the sample.
   vec4 lower = cell.lower - quantized_isovalue, upper = cell.upper - quantized_isovalue;
   vec3 corner = -0.5 * size - displacement;
-  if (quantized_isovalue != u_quantized_isovalue || u_switches.y == 0) {
-    // The trilinear function has no surface here, or projection is disabled: a plane through the sample.
-    // Thin structures lie in a smaller box around it.
-    float footprint = thin_footprint(cell, quantized_isovalue);
-    if (footprint < 1.0) {
-      size *= footprint;
-      corner = -0.5 * size;
-      in_view = towards_eye(in_view, position);
-      normal = row_from_view(in_view);
+  if (!is_inside || u_switches.y == 0) {
+    // The trilinear function has no surface here, or projection is disabled: a plane through the sample,
+    // or through the box of a thin structure.
+    lower = vec4(dot(normal, corner));
+    for (int turn = !is_inside && u_block.w > 1.0 ? 0 : 1; turn < 1; ++turn) {
+      vec3 middle = centre;
+      bound_thin(cell, middle, size, in_view, normal);
+      corner = middle - 0.5 * size - position;
+      lower = vec4(-0.5 * dot(normal, size));
     }
     vec3 rise = normal * size;
-    lower = dot(normal, corner) + vec4(0.0, rise.xy, rise.x + rise.y);
+    lower += vec4(0.0, rise.xy, rise.x + rise.y);
     upper = lower + rise.z;
   }
   Crossings crossings = find_crossings(lower, upper);

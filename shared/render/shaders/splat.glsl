@@ -51,15 +51,20 @@ bool is_clipped(vec3 e, vec3 h) {
   return false;
 }
 
-// The scale of a splat. Coarse cells whose corners are all on one side of the isovalue contain a
-// structure thinner than a cell. The nearer the isovalue is to the end of the interval, the thinner is
-// the structure. The scale is 1 for all other cells.
-// reached: the quantized isovalue, clamped to the range of the corners.
-float thin_footprint(Cell cell, float reached) {
-  if (u_block.w == 1.0 || reached == u_quantized_isovalue) return 1.0;
-  float end = reached < u_quantized_isovalue ? cell.interval.y : cell.interval.x;
-  return clamp(sqrt(1.3 * (end - u_quantized_isovalue) / (end - reached)), THIN_FOOTPRINT, 0.999);
+#ifndef GRADIENTS
+// The quantized isovalue of the surface that is drawn in the cell, clamped to the range of its corners.
+// is_inside: whether it lies in this range. If not, a coarse cell contains a thin structure; corners of
+// other cells are rounded.
+float drawn_isovalue(Cell cell, out bool is_inside) {
+  float wanted = u_quantized_isovalue;
+  // A loop that runs at most once: software renderers skip a loop that no vertex of a group runs, but not
+  // a branch.
+  for (int turn = u_block.w > 1.0 ? 0 : 1; turn < 1; ++turn) wanted = thickened(cell, wanted);
+  float reached = reachable(cell, wanted);
+  is_inside = reached == wanted;
+  return reached;
 }
+#endif
 
 // The normal halfway between `normal` and the direction to the eye. The orientation of a structure
 // thinner than a cell is unknown, and its plane must not be seen edge-on. Both normals are in the
@@ -68,6 +73,21 @@ vec3 towards_eye(vec3 normal, vec3 position) {
   vec3 to_eye = to_eye_from(position);
   return normalize(dot(normal, to_eye) < 0.0 ? to_eye - normal : to_eye + normal);
 }
+
+#ifndef GRADIENTS
+// Replaces a coarse cell by the box of the structure that it contains (thin_box), and the normal by that
+// of a plane through the box's middle. The plane contains the axes along which the structure continues.
+// centre, size: of the cell, then of the box. in_view: the normal in the camera's frame.
+void bound_thin(Cell cell, inout vec3 centre, inout vec3 size, inout vec3 in_view, out vec3 normal) {
+  vec3 low, high, spanned;
+  thin_box(cell, u_quantized_isovalue, 1.0 / u_block.w, low, high, spanned);
+  centre += (0.5 * (low + high) - 0.5) * size;
+  size *= high - low;
+  in_view = towards_eye(in_view, centre);
+  vec3 across = row_from_view(in_view), free = across * (1.0 - spanned);
+  normal = dot(free, free) > 1e-6 ? normalize(free) : across;
+}
+#endif
 
 // The displacement, from the cell's centre, of the approximate projection (paper, section 3.2).
 // A displacement longer than the threshold drops the sample (returns false), or is clamped to the

@@ -129,7 +129,8 @@ void main() {
     drop();
     return;
   }
-  float quantized_isovalue = reachable(cell, u_quantized_isovalue);
+  bool is_inside;
+  float quantized_isovalue = drawn_isovalue(cell, is_inside);
   Trilinear f = trilinear(cell.lower, cell.upper);
   Projected projected;
   if (!project_sample(f, size, quantized_isovalue, projected)) {
@@ -147,19 +148,13 @@ void main() {
 #else
   v_scalar = scalar_of(f, displacement / size + 0.5, 0.0);  // fragments have gradients of their own
 #endif
-  float footprint = thin_footprint(cell, quantized_isovalue);
-  if (footprint < 1.0 || u_switches.y == 0) {
-    // The trilinear function has no surface here, or projection is disabled: draws a plane in a smaller
-    // box around the sample. The box stays inside of the cell, since the occlusion query tests no more
-    // than the cell.
-    vec3 room = 0.5 * (1.0 - footprint) * size;
-    size *= footprint;
-    centre += clamp(displacement, -room, room);
+  bool thin = !is_inside && u_block.w > 1.0;
+  if (thin || u_switches.y == 0) {
+    // The trilinear function has no surface here, or projection is disabled: draws a plane through the
+    // middle of a box. The box stays inside of the cell, since the occlusion query tests no more than the
+    // cell.
+    for (int turn = thin ? 0 : 1; turn < 1; ++turn) bound_thin(cell, centre, size, in_view, normal);
     displacement = vec3(0.0);
-    if (footprint < 1.0) {
-      in_view = towards_eye(in_view, centre);
-      normal = row_from_view(in_view);
-    }
     vec3 across = size * normal * (steepness > 0.0 ? steepness : 1.0);
     f = Trilinear(vec4(quantized_isovalue - 0.5 * (across.x + across.y + across.z), across.xy, 0.0),
                   vec4(across.z, 0.0, 0.0, 0.0));
@@ -169,7 +164,7 @@ void main() {
   // Fragments search the box around the surface, in its coordinates.
   float span = cell.interval.y - cell.interval.x;
   vec3 low = vec3(0.0), high = vec3(1.0);
-  if (quantized_isovalue == u_quantized_isovalue && u_switches.y != 0) {
+  if (is_inside && u_switches.y != 0) {
     bound_surface(find_crossings(cell.lower - quantized_isovalue, cell.upper - quantized_isovalue), low, high);
   }
   float margin = span > 511.0 ? ROUNDED_MARGIN_CELLS : EXACT_MARGIN_CELLS;

@@ -1,7 +1,8 @@
 // Errors of the pictures of each splat kind, and of a triangle mesh drawn by the same renderer,
 // compared with the ray caster. isosplat_fidelity VOLUME ISOVALUE [--mesh FILE] [--size PX] [--kind
-// K] [--view V]
-// [--pictures FOLDER]. Prints a line of JSON for each view and kind.
+// K] [--view V] [--store STORE --level N] [--pictures FOLDER]. With a level: pictures of that level
+// of a store of the volume, compared with the same reference, the surface of level 0. Prints a line
+// of JSON for each view and kind.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -11,6 +12,7 @@
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
 #include "native/headless/ray_caster.h"
+#include "native/headless/store_scene.h"
 #include "tests/bench/render/volume.h"
 
 namespace isosplat {
@@ -134,7 +136,8 @@ void compare(Renderer& renderer, const Reference& reference, double cell, const 
 }
 
 struct Options {
-  std::string mesh, pictures, kind, view;  ///< empty: none, or all
+  std::string mesh, pictures, kind, view, store;  ///< empty: none, or all
+  uint32_t level = 0;                             ///< of the store
   int size = 1024;
   Displaced displaced = Displaced::clamp;
   float scale = 1;
@@ -154,6 +157,10 @@ Options parse_options(int argc, char** argv) {
       options.kind = next();
     else if (!std::strcmp(argv[i], "--view"))
       options.view = next();
+    else if (!std::strcmp(argv[i], "--store"))
+      options.store = next();
+    else if (!std::strcmp(argv[i], "--level"))
+      options.level = static_cast<uint32_t>(std::atoi(next()));
     else if (!std::strcmp(argv[i], "--scale"))
       options.scale = static_cast<float>(std::atof(next()));
     else if (!std::strcmp(argv[i], "--drop"))
@@ -240,6 +247,14 @@ void compare_view(Renderer& renderer, const Subject& subject, const char* view,
   }
 }
 
+/// Shows a level of the store.
+Result<StoreScene> show_level(Renderer& renderer, const Subject& subject, const Options& options) {
+  auto store = StoreFile::open(options.store);
+  if (!store) return tl::unexpected(store.error());
+  return show_store(renderer, **store, std::span(&subject.isovalue, 1), options.level,
+                    ~uint64_t{0});
+}
+
 int run(int argc, char** argv) {
   if (argc < 3) {
     std::fprintf(stderr, "usage: isosplat_fidelity VOLUME ISOVALUE [--mesh FILE] [--size PX]\n");
@@ -255,7 +270,12 @@ int run(int argc, char** argv) {
     return 1;
   }
   Renderer& renderer = **created;
-  show_volume(renderer, subject.volume, subject.isovalue, subject.isovalue);
+  if (options.store.empty()) {
+    show_volume(renderer, subject.volume, subject.isovalue, subject.isovalue);
+  } else if (const auto shown = show_level(renderer, subject, options); !shown) {
+    std::fprintf(stderr, "%s\n", shown.error().message.c_str());
+    return 1;
+  }
 
   Camera front = default_camera(subject.volume.grid);
   front.distance *= 0.7;
