@@ -1,6 +1,7 @@
 import { fileURLToPath } from "node:url";
 import { brotliCompressSync, constants } from "node:zlib";
 import { defineConfig, type Plugin } from "vite";
+import { singlePage } from "./.ci/single-page.ts";
 
 const here = (path: string) => fileURLToPath(new URL(path, import.meta.url));
 
@@ -59,6 +60,31 @@ function preloadedRenderer(): Plugin {
   };
 }
 
+/** What the page needs to save copies of itself: single.html, and files.json with its files' names. */
+function copies(): Plugin {
+  return {
+    name: "isosplat-copies",
+    apply: "build",
+    enforce: "post",
+    generateBundle: {
+      order: "post",
+      async handler(_options, bundle) {
+        const files = Object.values(bundle)
+          .filter(({ fileName }) => !fileName.endsWith(".br"))
+          .map((file) => {
+            const content = file.type === "chunk" ? file.code : file.source;
+            return { name: file.fileName, bytes: Buffer.byteLength(content) };
+          });
+        const html = await singlePage();
+        files.push({ name: "single.html", bytes: Buffer.byteLength(html) });
+        this.emitFile({ type: "asset", fileName: "single.html", source: html });
+        const list = `${JSON.stringify({ files })}\n`;
+        this.emitFile({ type: "asset", fileName: "files.json", source: list });
+      },
+    },
+  };
+}
+
 /**
  * The page. `npm run build:page` writes build/page, which the server hands out; `npm run dev` serves
  * it with hot reload and passes /v1 on to a running server (ISOSPLAT_SERVER, default port 8080).
@@ -67,7 +93,7 @@ export default defineConfig({
   root: here("web"),
   // Relative addresses: the page works at any path of any static host.
   base: "./",
-  plugins: [preloadedRenderer(), compressed()],
+  plugins: [preloadedRenderer(), copies(), compressed()],
   build: {
     outDir: here("build/page"),
     emptyOutDir: true,

@@ -48,8 +48,12 @@ export class Catalog {
     }
   });
 
-  constructor(root: HTMLElement) {
+  readonly #device: HTMLElement;
+
+  /** `device`: the part of the page for files on this device. */
+  constructor(root: HTMLElement, device: HTMLElement) {
     this.#root = root;
+    this.#device = device;
     document.title = "Isosplat";
     onTheme(() => this.#render());
     void this.#load();
@@ -152,6 +156,7 @@ export class Catalog {
                 : nothing
             }
           </div>
+          ${this.#device}
           ${this.#problem ? problemCard(this.#problem, { retry: () => void this.#load() }) : nothing}
           ${list || this.#problem ? nothing : skeleton()}
           ${

@@ -1,3 +1,4 @@
+import "./help.css";
 import { html, render } from "lit";
 
 const rows: [string, string][] = [

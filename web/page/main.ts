@@ -13,26 +13,25 @@ if (!root) throw new Error("index.html has no #page");
 root.replaceChildren();
 
 const { volume, src } = readUrl(location.search);
-const isOpening = volume !== undefined || src !== undefined;
+const target = openTarget(volume, src);
 // Requested first of all; if it fails, its first user reports the error.
-if (isOpening) compiledRenderer().catch(() => {});
+if (target) compiledRenderer().catch(() => {});
 
 startTheme();
 
 try {
-  if (!isOpening) {
-    const { Catalog } = await import("./catalog.ts");
-    new Catalog(root);
-    await import("./components.ts");
+  if (!target) {
+    const { start } = await import("./start.ts");
+    await start(root, src);
   } else {
     // The controls' code is several times larger than the rest, so it loads after the first
     // surface.
-    const page = new VolumePage(root, openTarget(volume, src));
+    const page = new VolumePage(root, target);
     await Promise.race([
       page.firstContent,
       new Promise((late) => setTimeout(late, latestControls)),
     ]);
-    await loadAll([page.loadOverlay(), import("./components.ts")]);
+    await loadAll([page.loadOverlay(), import("./components.ts"), page.loadDeviceFiles()]);
   }
 } catch (error) {
   showLoadError();

@@ -4,7 +4,6 @@ import type { Offer, StoreInfo } from "../stream/index.ts";
 import type { Legend } from "../viewer/types.ts";
 import { brand, iconButton, problemCard, themeButton } from "./chrome.ts";
 import { formatDims, formatType } from "./format.ts";
-import { showHelp } from "./help.ts";
 import { icon } from "./icons.ts";
 import { legendPart } from "./legend.ts";
 import { lightSection } from "./light_section.ts";
@@ -33,6 +32,8 @@ export interface Banner {
 
 export interface LayoutState {
   title: string;
+  /** Buttons that are loaded later. */
+  tools: HTMLElement | null;
   /** Null until the volume is open: there is nothing to control before. */
   panel: PanelState | null;
   background: string;
@@ -62,6 +63,8 @@ export interface LayoutActions extends PanelActions {
   toggleSheet(): void;
   /** Loads the measurements at their first use. */
   loadMeasure(): void;
+  /** Shows keys and gestures. */
+  help(): void;
 }
 
 /** The page of one volume: bar, picture with overlays, and panel. */
@@ -92,14 +95,14 @@ export function volumeLayout(state: LayoutState, actions: LayoutActions): Templa
   </div>`;
 }
 
-function bar({ title, panel }: LayoutState, actions: LayoutActions): TemplateResult {
+function bar({ title, panel, tools }: LayoutState, actions: LayoutActions): TemplateResult {
   return html`<header class="bar">
     ${brand()}
     <h1 class="volume-title">
       <span class="volume-name">${title}</span>
       ${panel ? html`<span class="quiet volume-facts">${facts(panel.info)}</span>` : nothing}
     </h1>
-    <span class="bar-space"></span>
+    <span class="bar-space"></span>${tools}
     ${iconButton({
       icon: "reset",
       label: "Reset the view",
@@ -108,7 +111,7 @@ function bar({ title, panel }: LayoutState, actions: LayoutActions): TemplateRes
     })}
     ${iconButton({ icon: "camera", label: "Save a picture", action: actions.savePicture })}
     ${iconButton({ icon: "link", label: "Copy a link to this view", action: actions.copyLink })}
-    ${iconButton({ icon: "help", label: "Keys and gestures", action: showHelp, isMinor: true })}
+    ${iconButton({ icon: "help", label: "Keys and gestures", action: actions.help, isMinor: true })}
     ${themeButton()}
   </header>`;
 }

@@ -20,7 +20,6 @@ import {
 } from "../viewer/index.ts";
 import { DisplaySettings } from "./display_settings.ts";
 import { formatValue } from "./format.ts";
-import { showHelp } from "./help.ts";
 import { Histogram } from "./histogram.ts";
 import type { Measure } from "./measure.ts";
 import { AddressBar, type AddressState } from "./page_address.ts";
@@ -61,6 +60,7 @@ export class VolumePage {
   #overlay: Overlay | null = null;
   #measure: Measure | null = null;
   #loadingMeasure: Promise<void> | null = null;
+  #tools: HTMLElement | null = null;
   readonly #settings = new DisplaySettings(this.#viewer, this.#url, () => {
     this.#address.changed();
     this.#render();
@@ -71,6 +71,7 @@ export class VolumePage {
     step: (by) => this.#settings.step(by, "step"),
   });
   readonly #toast = new Toast(() => this.#render());
+  readonly #listeners = new AbortController();
 
   #info: StoreInfo | null = null;
   #camera: Camera | null = null;
@@ -189,14 +190,16 @@ export class VolumePage {
       const { camera } = viewer;
       if (point && camera) this.#motion.to({ ...camera, target: point.position });
     });
-    window.addEventListener("keydown", (event) => {
+    const { signal } = this.#listeners;
+    const key = (event: KeyboardEvent) => {
       const step = historyStep(event, this.#canvas);
       if (step) {
         event.preventDefault();
         this.#restore(step);
       }
       handlePageKey(event, this.#canvas, viewer, this.#keys);
-    });
+    };
+    window.addEventListener("keydown", key, { signal });
   }
 
   /** `again`: the message of the last try stays until this one succeeds. */
@@ -356,6 +359,7 @@ export class VolumePage {
     copyLink: () => void this.#copyLink(),
     loadMeasure: () => void this.#loadMeasure(),
     toggleSheet: () => this.#openSheet(!this.#isSheetOpen),
+    help: showHelp,
     removeSurface: (index) => {
       this.#settings.actions.removeSurface(index);
       this.#renderNow();
@@ -461,6 +465,31 @@ export class VolumePage {
     return this.#loadingMeasure;
   }
 
+  /** What opens files of this device is loaded after the first surface as well. */
+  async loadDeviceFiles(): Promise<void> {
+    const { DeviceFiles } = await import("./device_files.ts");
+    new DeviceFiles(this.#root, this);
+  }
+
+  /** The volume, once it is open. */
+  get info(): StoreInfo | null {
+    return this.#info;
+  }
+
+  /** Adds a button to the bar. */
+  set tools(element: HTMLElement) {
+    this.#tools = element;
+    this.#render();
+  }
+
+  /** Ends what the page has begun; its elements are not removed. */
+  close(): void {
+    this.#info = null; // the address is no longer written
+    clearTimeout(this.#reopenTimer);
+    this.#listeners.abort();
+    this.#viewer.dispose();
+  }
+
   #openSheet(isOpen: boolean): void {
     if (isOpen === this.#isSheetOpen) return;
     this.#isSheetOpen = isOpen;
@@ -536,6 +565,7 @@ export class VolumePage {
     const bytes = this.#cost?.isovalue === active ? this.#cost?.bytes : undefined;
     const layout: LayoutState = {
       title: this.#title(),
+      tools: this.#tools,
       panel: info
         ? {
             info,
@@ -582,6 +612,10 @@ function saveFile(name: string, content: Blob): void {
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+async function showHelp(): Promise<void> {
+  (await import("./help.ts")).showHelp();
 }
 
 function viewCanvas(): HTMLCanvasElement {

@@ -49,7 +49,9 @@ function workerOfAnyOrigin(): typeof globalThis.Worker {
   return class extends globalThis.Worker {
     constructor(program: string | URL, options?: WorkerOptions) {
       const { href, origin } = new URL(program);
-      const isForeign = typeof location !== "undefined" && origin !== location.origin;
+      // "null": the program is a Blob of a page that is a file.
+      const isForeign =
+        typeof location !== "undefined" && origin !== "null" && origin !== location.origin;
       const text = `import ${JSON.stringify(href)};`;
       const importer = () => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
       super(isForeign ? importer() : program, options);

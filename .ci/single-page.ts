@@ -1,0 +1,106 @@
+import { fileURLToPath } from "node:url";
+import { build, type Plugin, type Rollup } from "vite";
+
+const web = fileURLToPath(new URL("../web", import.meta.url));
+
+/** Nothing may be fetched: all that the page needs is in it. */
+const policy =
+  "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob: data:; " +
+  "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:";
+
+/** A single page opens no other files. */
+const withoutDeviceFiles: Plugin = {
+  name: "isosplat-without-device-files",
+  load: (id) => (id.endsWith("/device_files.ts") ? "export class DeviceFiles {}" : null),
+};
+
+/**
+ * The HTML of a page that needs no other file, without its store. Workers and WebAssembly are in it as
+ * data; it works from file://.
+ */
+export async function singlePage(): Promise<string> {
+  const built = (await build({
+    configFile: false,
+    root: web,
+    base: "./",
+    logLevel: "error",
+    plugins: [withoutDeviceFiles],
+    build: {
+      write: false,
+      target: "es2022",
+      assetsInlineLimit: 0,
+      modulePreload: false,
+      rolldownOptions: {
+        input: `${web}/page/single_page.ts`,
+        output: { format: "es", codeSplitting: false },
+      },
+    },
+    worker: { format: "es", rolldownOptions: { output: { codeSplitting: false } } },
+  })) as Rollup.RollupOutput;
+  const chunk = built.output.find((file) => file.type === "chunk" && file.isEntry);
+  if (chunk?.type !== "chunk")
+    throw new Error("expected one script of the single page, found none");
+  let { code } = chunk;
+  let css = "";
+  const files = built.output.filter((file) => file !== chunk).map(contentOf);
+  // Workers are given the compiled renderer, which contains the core: they fetch nothing.
+  for (const { name, bytes } of files) {
+    if (name.endsWith(".css")) css += bytes.toString();
+    if (!/isosplat-renderer.*\.wasm$/.test(name)) continue;
+    const data = `data:application/wasm;base64,${bytes.toString("base64")}`;
+    code = `const isosplatRenderer="${data}";${inPlace(code, name, "new URL(isosplatRenderer)")}`;
+  }
+  for (const { name, bytes } of files) {
+    if (!name.endsWith(".js")) continue;
+    // A file may not start workers that are modules. These import nothing, so they need not be.
+    const worker = bytes
+      .toString()
+      .replace(anyWasm, 'new URL("data:,")')
+      .replaceAll("import.meta.url", "self.location.href");
+    const source = JSON.stringify(worker);
+    code = inPlace(
+      code,
+      name,
+      `new URL(URL.createObjectURL(new Blob([${source}],{type:"text/javascript"})))`,
+    );
+  }
+  code = code.replace(/\{type:[`"']module[`"']\}/g, "{}");
+  const script = code.replaceAll("</script", "<\\/script").replaceAll("<!--", "<\\!--");
+  return `<!doctype html>
+<html lang="en" class="wa-light wa-brand-cyan">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1, viewport-fit=cover">
+<meta name="color-scheme" content="light dark">
+<meta http-equiv="Content-Security-Policy" content="${policy}">
+<title>Isosplat</title>
+<style>${css}
+.brand { pointer-events: none; }</style>
+</head>
+<body>
+<div id="page"><noscript>Isosplat needs JavaScript, WebAssembly and WebGL 2.</noscript></div>
+<!-- store -->
+<script type="module">${script}</script>
+</body>
+</html>
+`;
+}
+
+function contentOf(file: Rollup.OutputAsset | Rollup.OutputChunk) {
+  const bytes = Buffer.from(file.type === "chunk" ? file.code : file.source);
+  return { name: file.fileName, bytes };
+}
+
+/** Addresses relative to a worker that is a Blob are errors, even if nothing is fetched from them. */
+const anyWasm = /new URL\([^()]*?\.wasm["'`]\s*,[^()]*?import\.meta\.url\)/g;
+
+/** The script with an expression in place of each address of a file. */
+function inPlace(code: string, fileName: string, expression: string): string {
+  const name = fileName.slice(fileName.lastIndexOf("/") + 1).replaceAll(".", "\\.");
+  const address = new RegExp(
+    `new URL\\([^()]*?${name}["'\`]\\s*,[^()]*?import\\.meta\\.url\\)`,
+    "g",
+  );
+  if (code.search(address) < 0) throw new Error(`expected the address of ${fileName}, found none`);
+  return code.replace(address, () => expression);
+}

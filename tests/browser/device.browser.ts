@@ -1,0 +1,200 @@
+// Files of this device: dropped from the system, built in the page, kept, removed.
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { expect, type Page, test } from "@playwright/test";
+import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+import { complete } from "./support/view.ts";
+
+const nrrd = readFileSync(`${demoFolder}/bucky.nrrd`);
+const voxels = nrrd.subarray(nrrd.indexOf("\n\n") + 2);
+let server: RunningServer;
+let folder: string;
+let raw: string;
+
+test.beforeAll(async () => {
+  server = await serve([demoFolder]);
+  folder = mkdtempSync(join(tmpdir(), "isosplat-device-"));
+  raw = join(folder, "bucky_128x128x128_uint8.raw");
+  writeFileSync(raw, voxels);
+});
+test.afterAll(async () => {
+  await server.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+/** Drags files or folders of the system into the page, as its file manager does. */
+async function drop(page: Page, paths: readonly string[]): Promise<void> {
+  const session = await page.context().newCDPSession(page);
+  const data = { items: [], files: [...paths], dragOperationsMask: 1 };
+  for (const type of ["dragEnter", "dragOver", "drop"] as const) {
+    await session.send("Input.dispatchDragEvent", { type, x: 300, y: 300, data });
+  }
+  await session.detach();
+}
+
+async function openStartPage(page: Page): Promise<void> {
+  await page.goto(server.url);
+  await expect(page.locator(".device-drop")).toBeVisible();
+}
+
+const build = (page: Page) => page.getByRole("button", { name: "Build the store" }).click();
+const kept = (page: Page) => page.locator(".device-card");
+
+test("a store that is dropped opens, and is kept on demand", async ({ page }) => {
+  await openStartPage(page);
+  await drop(page, [resolve(demoFolder, "bucky.isosplat")]);
+  await complete(page);
+  await expect(page).toHaveURL(/src=device%3A[0-9a-f]{32}.*isovalue=/);
+  await page.getByRole("button", { name: "Save this volume" }).click();
+  await page.getByRole("button", { name: "Keep on this device" }).click();
+  await expect(page.getByText("Keep on this device: done")).toBeVisible();
+  await page.reload();
+  await complete(page);
+  await openStartPage(page);
+  await expect(kept(page)).toHaveCount(1);
+  await expect(kept(page)).toContainText("128 × 128 × 128");
+  await page.getByRole("button", { name: "Remove bucky from this device" }).click();
+  await expect(kept(page)).toHaveCount(0);
+});
+
+test("a store that is not kept is asked for again after a reload", async ({ page }) => {
+  await openStartPage(page);
+  await drop(page, [resolve(demoFolder, "bucky.isosplat")]);
+  await complete(page);
+  await page.reload();
+  await expect(page.getByRole("alert")).toContainText("open its file again");
+});
+
+test("raw voxels in a folder become the program's store, which is kept", async ({ page }) => {
+  const scan = join(folder, "scan");
+  mkdirSync(scan, { recursive: true });
+  writeFileSync(join(scan, "notes.txt"), "not a volume");
+  writeFileSync(join(scan, "head_128x128x128_uint8.raw"), voxels);
+  await openStartPage(page);
+  await drop(page, [scan]);
+  await build(page);
+  await complete(page);
+  const id = new URL(page.url()).searchParams.get("src");
+  await openStartPage(page);
+  await expect(kept(page).locator("a")).toHaveAttribute("href", `?src=${id}`);
+  // The same file again: nothing is built.
+  await page.evaluate(() => {
+    const { Worker: Plain } = window;
+    window.Worker = class extends Plain {
+      constructor(url: string | URL, options?: WorkerOptions) {
+        if (/build_worker|encode_worker/.test(String(url))) throw new Error("built again");
+        super(url, options);
+      }
+    };
+  });
+  await drop(page, [scan]);
+  await build(page);
+  await complete(page);
+  expect(new URL(page.url()).searchParams.get("src")).toBe(id);
+});
+
+test("a volume is replaced by one that is dropped on it", async ({ page }) => {
+  await page.goto(`${server.url}?volume=marschner_lobb`);
+  await complete(page);
+  await expect(page.locator("wa-slider").first()).toBeVisible();
+  await page.waitForFunction(() => document.querySelector("link[href*=device_files]") !== null);
+  await drop(page, [resolve(demoFolder, "bucky.isosplat")]);
+  await expect(page.locator(".volume-name")).toHaveText("bucky");
+  await complete(page);
+  await expect(page).toHaveURL(/src=device/);
+});
+
+test("a hundred unrelated files: one message", async ({ page }) => {
+  const many = Array.from({ length: 100 }, (_, i) => join(folder, `letter ${i}.txt`));
+  for (const path of many) writeFileSync(path, "dear");
+  await openStartPage(page);
+  await drop(page, many);
+  const message = page.locator(".task-card [role=alert]");
+  await expect(message).toHaveCount(1);
+  await expect(message).toContainText("found 100 files");
+  await page.getByRole("button", { name: "Close" }).click();
+  await expect(page.locator(".task-card")).toHaveCount(0);
+});
+
+test("a layout that does not fit is refused before anything is read", async ({ page }) => {
+  await openStartPage(page);
+  await drop(page, [raw]);
+  await page.getByLabel("along z").fill("129");
+  await expect(page.getByText("expected 2113536 bytes, found a file of 2097152")).toBeVisible();
+  await expect(page.getByRole("button", { name: "Build the store" })).toBeDisabled();
+});
+
+test("a store whose writing was interrupted is not listed, and is removed", async ({ page }) => {
+  await openStartPage(page);
+  const id = "0123456789abcdef".repeat(2);
+  await page.evaluate(async (name) => {
+    const root = await navigator.storage.getDirectory();
+    const stores = await root.getDirectoryHandle("isosplat-stores", { create: true });
+    const file = await stores.getFileHandle(name, { create: true });
+    const writing = await file.createWritable();
+    await writing.write("half of a store");
+    await writing.close();
+  }, `${id}.isosplat`);
+  await openStartPage(page);
+  await expect
+    .poll(() =>
+      page.evaluate(async () => {
+        const root = await navigator.storage.getDirectory();
+        const stores = await root.getDirectoryHandle("isosplat-stores");
+        const names: string[] = [];
+        for await (const name of stores.keys()) names.push(name);
+        return names;
+      }),
+    )
+    .toEqual([]);
+  await expect(kept(page)).toHaveCount(0);
+});
+
+test("two tabs that are given the same file build it once", async ({ page, context }) => {
+  const other = await context.newPage();
+  await Promise.all([openStartPage(page), openStartPage(other)]);
+  for (const tab of [page, other]) await drop(tab, [raw]);
+  for (const tab of [page, other]) await build(tab);
+  for (const tab of [page, other]) await complete(tab);
+  await openStartPage(page);
+  await expect(kept(page)).toHaveCount(1);
+});
+
+test("without a private file system, and without room, the volume is open all the same", async ({
+  page,
+}) => {
+  await page.addInitScript(() => {
+    navigator.storage.estimate = async () => ({ quota: 1000, usage: 0 });
+  });
+  await openStartPage(page);
+  await drop(page, [raw]);
+  await build(page);
+  await complete(page);
+  await expect(page.locator(".task-card [role=alert]")).toContainText("of room for this site");
+  await openStartPage(page);
+  await expect(kept(page)).toHaveCount(0);
+});
+
+test("after a file was opened, the browser refuses requests to other origins", async ({ page }) => {
+  const outside: string[] = [];
+  page.on("request", (request) => {
+    const isOwn = request.url().startsWith(server.url) || /^(data|blob):/.test(request.url());
+    if (!isOwn) outside.push(request.url());
+  });
+  await openStartPage(page);
+  await drop(page, [raw]);
+  await build(page);
+  await complete(page);
+  expect(outside).toEqual([]);
+  const refused = await page.evaluate(async () => {
+    const blocked = new Promise<string>((resolve) =>
+      document.addEventListener("securitypolicyviolation", (event) =>
+        resolve(event.effectiveDirective),
+      ),
+    );
+    await fetch("http://127.0.0.2:9/", { method: "POST", body: "voxels" }).catch(() => {});
+    return blocked;
+  });
+  expect(refused).toBe("connect-src");
+});

@@ -1,0 +1,83 @@
+// Saving a volume of this device: as a store, as a single page, as a static site.
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, statSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { pathToFileURL } from "node:url";
+import { expect, type Page, test } from "@playwright/test";
+import { hasNginx, nginx } from "../support/nginx.ts";
+import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+import { complete } from "./support/view.ts";
+
+const bucky = resolve(demoFolder, "bucky.isosplat");
+let server: RunningServer;
+let folder: string;
+test.beforeAll(async () => {
+  server = await serve([demoFolder]);
+  folder = mkdtempSync(join(tmpdir(), "isosplat-save-"));
+});
+test.afterAll(async () => {
+  await server.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+/** Opens the store and saves it; returns the file's path and the size that the page foretold. */
+async function save(page: Page, option: string, file: string) {
+  await page.goto(server.url);
+  await page.locator(".device-drop input").first().setInputFiles(bucky);
+  await complete(page);
+  await page.getByRole("button", { name: "Save this volume" }).click();
+  const section = page.locator(".save-option", { hasText: option });
+  await expect(section.locator(".quiet").first()).toHaveText(/B$/);
+  const foretold = await section.locator(".quiet").first().innerText();
+  const download = page.waitForEvent("download");
+  await section.getByRole("button").click();
+  const path = join(folder, file);
+  await (await download).saveAs(path);
+  return { path, foretold };
+}
+
+/** What a number with three digits and a decimal unit may stand for. */
+function expectAbout(foretold: string, bytes: number): void {
+  const [number = "", unit = ""] = foretold.split(" ");
+  const value = Number(number) * (unit === "MB" ? 1e6 : 1e3);
+  expect(Math.abs(value - bytes) / bytes).toBeLessThan(0.02);
+}
+
+test("a store is saved as it is", async ({ page }) => {
+  const { path } = await save(page, "Store", "bucky.isosplat");
+  expect(readFileSync(path).equals(readFileSync(bucky))).toBe(true);
+});
+
+test("a single page opens from file:// and asks for nothing", async ({ page, context }) => {
+  const { path, foretold } = await save(page, "Single page", "bucky.html");
+  expectAbout(foretold, statSync(path).size);
+  const saved = await context.newPage();
+  const requests: string[] = [];
+  saved.on("request", (request) => requests.push(request.url()));
+  const address = pathToFileURL(path).href;
+  await saved.goto(address);
+  await complete(saved);
+  await expect(saved.locator(".volume-name")).toHaveText("bucky");
+  expect(requests.filter((url) => url !== address && !/^(data|blob):/.test(url))).toEqual([]);
+});
+
+test("a site is served by a plain host", async ({ page }) => {
+  test.skip(!hasNginx, "needs nginx");
+  const { path, foretold } = await save(page, "Web site", "bucky.zip");
+  expectAbout(foretold, statSync(path).size);
+  const site = join(folder, "site");
+  const unpack = "import sys, zipfile; zipfile.ZipFile(sys.argv[1]).extractall(sys.argv[2])";
+  execFileSync("/usr/bin/python3", ["-c", unpack, path, site]);
+  const host = await nginx({ folders: [site], cors: "none" });
+  try {
+    await page.goto(host.url);
+    const card = page.locator("a.card[data-name=bucky]");
+    await expect(card).toContainText("128 × 128 × 128");
+    await card.click();
+    await complete(page);
+    await expect(page).toHaveURL(/volume=bucky/);
+  } finally {
+    await host.stop();
+  }
+});

@@ -1,0 +1,74 @@
+/** A file that was dropped, pasted or chosen. */
+export interface InputFile {
+  /** Relative, parts separated by "/": "scan/IM0001.dcm". */
+  path: string;
+  file: File;
+}
+
+/** More files than this are not taken from one drop: no volume needs them. */
+export const maxFiles = 20_000;
+
+/** The files of a list: of a chooser or of the clipboard. */
+export function listedFiles(list: Iterable<File>): InputFile[] {
+  return [...list].map((file) => ({ path: file.webkitRelativePath || file.name, file }));
+}
+
+/**
+ * The files of a drop or of the clipboard, those of folders included. Call it in the event's own
+ * task: the browser empties the transfer afterwards. Rejects with an Error for more than `maxFiles`.
+ */
+export function transferredFiles(transfer: DataTransfer): Promise<InputFile[]> {
+  const plain: InputFile[] = [];
+  const entries: FileSystemEntry[] = [];
+  for (const item of transfer.items) {
+    if (item.kind !== "file") continue;
+    const entry = item.webkitGetAsEntry?.();
+    const file = item.getAsFile();
+    if (entry?.isDirectory) entries.push(entry);
+    else if (file) plain.push({ path: file.name, file });
+  }
+  return withFolders(plain, entries);
+}
+
+async function withFolders(found: InputFile[], entries: FileSystemEntry[]): Promise<InputFile[]> {
+  // The list grows while it is walked.
+  for (const entry of entries) {
+    if (entry.isDirectory) {
+      const reader = (entry as FileSystemDirectoryEntry).createReader();
+      // Each call returns some of the entries; none after the last.
+      for (;;) {
+        const part = await new Promise<FileSystemEntry[]>((resolve, reject) =>
+          reader.readEntries(resolve, reject),
+        );
+        if (part.length === 0) break;
+        entries.push(...part);
+      }
+    } else {
+      const file = await new Promise<File>((resolve, reject) =>
+        (entry as FileSystemFileEntry).file(resolve, reject),
+      );
+      found.push({ path: entry.fullPath.replace(/^\/+/, ""), file });
+    }
+    if (found.length > maxFiles || entries.length > 2 * maxFiles) {
+      throw new Error(
+        `expected at most ${maxFiles} files, found more: drop the folder of one volume alone`,
+      );
+    }
+  }
+  return found;
+}
+
+/**
+ * A text that is the same for the same files: their paths, sizes and times. A volume with the key of a
+ * kept store need not be built again.
+ */
+export async function filesKey(files: readonly InputFile[], settings: object): Promise<string> {
+  const facts = files
+    .map(({ path, file }) => [path, file.size, file.lastModified])
+    .sort(([a], [b]) => (String(a) < String(b) ? -1 : 1));
+  const text = new TextEncoder().encode(JSON.stringify([facts, settings]));
+  // Only secure origins have digests. Without one, every file is built.
+  if (!globalThis.crypto?.subtle) return `unknown ${Math.random()}`;
+  const digest = new Uint8Array(await crypto.subtle.digest("SHA-256", text));
+  return Array.from(digest.subarray(0, 16), (byte) => byte.toString(16).padStart(2, "0")).join("");
+}

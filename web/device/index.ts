@@ -1,0 +1,6 @@
+/** Volumes on this device: files, building, keeping and saving stores. Nothing is sent anywhere. */
+export * from "./files.ts";
+export * from "./kept_stores.ts";
+export * from "./no_upload.ts";
+export * from "./raw_guess.ts";
+export * from "./reading.ts";

@@ -1,0 +1,53 @@
+import { pageFiles } from "./page_files.ts";
+
+/** Larger stores make a page that browsers are slow to read, or refuse. */
+export const maxSinglePageStore = 300_000_000;
+
+/** Where the store goes in single.html, which the build makes. */
+const mark = "<!-- store -->";
+/** Bytes of the store in one element: a multiple of 3, so that base64 has no padding between. */
+const partBytes = 3 << 20;
+
+/** The size of the page with a store of this size. */
+export async function singlePageBytes(storeBytes: number): Promise<number> {
+  const template = (await pageFiles()).find(({ name }) => name === "single.html");
+  const parts = Math.ceil(storeBytes / partBytes);
+  return (template?.bytes ?? 0) + 4 * Math.ceil(storeBytes / 3) + 100 * (parts + 1);
+}
+
+/**
+ * A page with the viewer and the store in one HTML file, which opens from file:// without a server.
+ * Rejects with an Error for a store that is too large, or if the page's part cannot be read.
+ */
+export async function singlePage(store: Blob, name: string): Promise<Blob> {
+  if (store.size > maxSinglePageStore) {
+    throw new Error(
+      `expected a store of at most ${maxSinglePageStore / 1e6} MB for a single page, found ` +
+        `${Math.round(store.size / 1e6)} MB: save a web site instead`,
+    );
+  }
+  const response = await fetch("single.html");
+  const [before, after] = response.ok ? (await response.text()).split(mark) : [];
+  if (before === undefined || after === undefined) {
+    throw new Error(
+      `single.html: expected the page's part for this, found status ${response.status}: load the page anew`,
+    );
+  }
+  const parts: (string | Blob)[] = [before];
+  for (let at = 0; at < store.size; at += partBytes) {
+    const piece = new Uint8Array(await store.slice(at, at + partBytes).arrayBuffer());
+    // A Blob, so that the browser may keep it on disk.
+    parts.push(new Blob([`<script type="text/plain" data-store>${base64(piece)}</script>\n`]));
+  }
+  parts.push(`<meta name="isosplat-name" content="${name.replace(/[^\w.-]/g, "")}">`, after);
+  return new Blob(parts, { type: "text/html" });
+}
+
+function base64(bytes: Uint8Array): string {
+  let text = "";
+  // As many arguments as a call may have.
+  for (let at = 0; at < bytes.length; at += 0x6000) {
+    text += btoa(String.fromCharCode(...bytes.subarray(at, at + 0x6000)));
+  }
+  return text;
+}

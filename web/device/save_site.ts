@@ -1,0 +1,79 @@
+import { downloadZip, predictLength } from "client-zip";
+import type { StoreInfo } from "../core/index.ts";
+import { type PageFile, pageFiles } from "./page_files.ts";
+
+/** What the ZIP has beside the page's files and the store: README, catalog, thumbnail, names. */
+const otherBytes = 40_000;
+
+const catalogElements =
+  '<meta name="isosplat-catalog" content="catalog.json">' +
+  '<link rel="preload" as="fetch" href="catalog.json" crossorigin>';
+
+const readme = `A web site with one volume, from Isosplat.
+
+Unpack this archive into a folder of any web host that serves parts of files (HTTP Range requests):
+nginx, Apache, Caddy, GitHub Pages, a bucket. Everyone who reaches the host can read it.
+
+On this machine: npx http-server -o       in the folder. Opened from a file manager, the page cannot
+read the volume: browsers do not let pages do that. For that, save a single page instead.
+`;
+
+/** About how large the ZIP of a store of this size is. */
+export async function siteBytes(storeBytes: number): Promise<number> {
+  const files = await pageFiles();
+  const sizes = files.map(({ name, bytes }) => ({ name, size: bytes }));
+  return Number(predictLength([...sizes, { name: "store", size: storeBytes }])) + otherBytes;
+}
+
+/**
+ * A static site as a ZIP: the layout of `isosplat publish`. Nothing is compressed: stores cannot be.
+ * `picture`: a data URL, or null. Rejects with an Error if a file of the page cannot be read.
+ */
+export async function siteZip(
+  store: Blob,
+  info: StoreInfo,
+  name: string,
+  picture: string | null,
+): Promise<Blob> {
+  const file = `stores/${name}-${info.contentId}.isosplat`;
+  const entry = {
+    name,
+    file,
+    contentId: info.contentId,
+    fileBytes: info.fileBytes,
+    voxels: info.voxels,
+    spacing: info.spacing,
+    range: info.range,
+    levels: info.levels,
+    title: info.metadata.title,
+    units: info.metadata.units,
+    type: info.metadata.source?.type,
+    histogram: info.metadata.histogram,
+    ...(picture && { thumbnail: `${file}.webp` }),
+  };
+  const catalog = `${JSON.stringify({ isosplat: "site 1", volumes: [entry] })}\n`;
+  const parts = async function* () {
+    yield { name: "README.txt", input: readme };
+    for (const page of await pageFiles()) yield { name: page.name, input: await content(page) };
+    yield { name: "catalog.json", input: catalog };
+    yield { name: file, input: store };
+    if (picture) yield { name: `${file}.webp`, input: await (await fetch(picture)).blob() };
+  };
+  return downloadZip(parts()).blob();
+}
+
+async function content({ name }: PageFile): Promise<Blob | string> {
+  const response = await fetch(name);
+  if (!response.ok) {
+    throw new Error(
+      `${name}: expected a file of this page, found status ${response.status}: ` +
+        "the page was updated on its server; load it anew",
+    );
+  }
+  if (name !== "index.html") return response.blob();
+  const html = await response.text();
+  // A page that is itself part of a published site names a catalog already.
+  return html.includes("isosplat-catalog")
+    ? html
+    : html.replace("<head>", `<head>${catalogElements}`);
+}

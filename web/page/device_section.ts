@@ -1,0 +1,113 @@
+import { html, nothing, render } from "lit";
+import { repeat } from "lit/directives/repeat.js";
+import { type KeptStore, keptStores, onKeptChange, remove } from "../device/index.ts";
+import { deviceAddress } from "./device_target.ts";
+import { formatBytes, formatDims, formatType } from "./format.ts";
+import { icon } from "./icons.ts";
+import { thumbnail } from "./thumbnails.ts";
+
+export interface DeviceSectionActions {
+  take(files: Iterable<File>): void;
+}
+
+/** The start page's part for files of this device: where to drop them, and what is kept. */
+export class DeviceSection {
+  readonly element = document.createElement("section");
+  readonly #actions: DeviceSectionActions;
+  #stores: readonly KeptStore[] = [];
+  #notice = "";
+
+  constructor(actions: DeviceSectionActions) {
+    this.#actions = actions;
+    this.element.className = "device";
+    this.#render();
+    onKeptChange(() => void this.#load());
+    void this.#load();
+  }
+
+  /** A sentence above the list. */
+  set notice(text: string) {
+    this.#notice = text;
+    this.#render();
+  }
+
+  async #load(): Promise<void> {
+    this.#stores = await keptStores().catch(() => []);
+    this.#render();
+  }
+
+  #render(): void {
+    const stores = this.#stores;
+    const bytes = stores.reduce((sum, store) => sum + store.bytes, 0);
+    render(
+      html`<div class="device-drop">
+          <p>
+            <strong>Drop a volume or a store anywhere</strong>, or
+            ${this.#chooser("choose files", false)} or ${this.#chooser("a folder", true)}.
+          </p>
+          <p class="quiet">
+            Stores (.isosplat) open at once; raw voxels become a store, here in the browser. Nothing is
+            uploaded.
+          </p>
+        </div>
+        ${this.#notice ? html`<p class="empty" role="alert">${this.#notice}</p>` : nothing}
+        ${
+          stores.length === 0
+            ? nothing
+            : html`<h2>On this device <span class="quiet">${formatBytes(bytes)}</span></h2>
+                <p class="quiet">
+                  Kept by this browser for this site. It may remove them when the disk is full: save what you need.
+                </p>
+                <ul class="cards">
+                  ${repeat(
+                    stores,
+                    ({ contentId }) => contentId,
+                    (store) => html`<li class="device-card">${card(store)}</li>`,
+                  )}
+                </ul>`
+        }`,
+      this.element,
+    );
+  }
+
+  #chooser(label: string, isFolder: boolean) {
+    return html`<label class="device-choose"
+      >${label}<input
+        class="visually-hidden"
+        type="file"
+        multiple
+        ?webkitdirectory=${isFolder}
+        @change=${(event: Event) => {
+          const input = event.currentTarget as HTMLInputElement;
+          const files = [...(input.files ?? [])];
+          input.value = ""; // the same file may be chosen again
+          if (files.length > 0) this.#actions.take(files);
+        }}
+    /></label>`;
+  }
+}
+
+function card(store: KeptStore) {
+  const { contentId, name, bytes, voxels, type } = store;
+  const picture = thumbnail(contentId);
+  return html`<a class="card" href="?src=${deviceAddress}${contentId}">
+      <div class="card-picture">
+        ${picture ? html`<img src=${picture} alt="" />` : nothing}
+      </div>
+      <h2>${name}</h2>
+      <p class="card-facts">
+        ${voxels ? html`<span>${formatDims(voxels)}</span>` : nothing}
+        ${type ? html`<span>${formatType(type)}</span>` : nothing}
+        <span>${formatBytes(bytes)}</span>
+      </p>
+    </a>
+    <button
+      type="button"
+      class="device-remove"
+      title="Remove from this device"
+      aria-label=${`Remove ${name} from this device`}
+      @click=${() => void remove(contentId)}
+    >
+      ${icon("trash")}
+    </button>`;
+}

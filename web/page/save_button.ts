@@ -1,0 +1,151 @@
+import { html, nothing, render } from "lit";
+import { type KeptStore, keep, keptBlob } from "../device/index.ts";
+import type { StoreInfo } from "../stream/index.ts";
+import { iconButton } from "./chrome.ts";
+import { formatBytes } from "./format.ts";
+import { thumbnail } from "./thumbnails.ts";
+
+type Dialog = HTMLElement & { open: boolean };
+
+/** The bar's button for a store of this device, and its dialog: keep it, or save it as a file. */
+export class SaveButton {
+  readonly element = document.createElement("span");
+  readonly #store: KeptStore;
+  readonly #blob: Blob;
+  readonly #info: () => StoreInfo | null;
+  readonly #holder = document.createElement("div");
+  #message = "";
+  #isKept = true;
+  #busy = "";
+  #bytes: { site: number; page: number } | undefined;
+
+  /** `info`: what the store says of itself, once it is open. */
+  constructor(store: KeptStore, blob: Blob, info: () => StoreInfo | null) {
+    this.#store = store;
+    this.#blob = blob;
+    this.#info = info;
+    const action = () => void this.#open();
+    render(iconButton({ icon: "save", label: "Save this volume", action }), this.element);
+  }
+
+  async #open(): Promise<void> {
+    await import("./components.ts");
+    document.body.append(this.#holder);
+    this.#message = "";
+    this.#render();
+    (this.#holder.firstElementChild as Dialog).open = true;
+    this.#isKept = !(await keptBlob(this.#store.contentId))?.store.isTemporary;
+    this.#render();
+    try {
+      const { siteBytes } = await import("../device/save_site.ts");
+      const { singlePageBytes } = await import("../device/save_single_page.ts");
+      const { size } = this.#blob;
+      this.#bytes = { site: await siteBytes(size), page: await singlePageBytes(size) };
+    } catch (error) {
+      this.#message = error instanceof Error ? error.message : String(error);
+    }
+    this.#render();
+  }
+
+  #render(): void {
+    const bytes = this.#bytes;
+    const size = (n: number | undefined) => (n === undefined ? "" : formatBytes(n));
+    render(
+      html`<wa-dialog label="Save this volume" light-dismiss>
+        ${
+          this.#isKept
+            ? nothing
+            : this.#option(
+                "Keep on this device",
+                "Listed on the start page; opens without a network.",
+                size(this.#blob.size),
+                () => this.#keep(),
+              )
+        }
+        ${this.#option(
+          "Store",
+          "An .isosplat file: for this page, the program isosplat, or any server.",
+          size(this.#blob.size),
+          () => this.#download(this.#blob, "isosplat"),
+        )}
+        ${this.#option(
+          "Single page",
+          "One HTML file with viewer and volume: opens by double click, without a server.",
+          size(bytes?.page),
+          async () => {
+            const { singlePage } = await import("../device/save_single_page.ts");
+            await this.#download(await singlePage(this.#blob, this.#name), "html");
+          },
+        )}
+        ${this.#option(
+          "Web site",
+          "A ZIP with page, volume and README: unpack it on any web host.",
+          size(bytes?.site),
+          async () => {
+            const info = this.#info();
+            if (!info) throw new Error("the volume is not open yet: try again when it is shown");
+            const { siteZip } = await import("../device/save_site.ts");
+            const picture = thumbnail(info.contentId);
+            await this.#download(await siteZip(this.#blob, info, this.#name, picture), "zip");
+          },
+        )}
+        <p role="status">${this.#busy || this.#message}</p>
+      </wa-dialog>`,
+      this.#holder,
+    );
+  }
+
+  #option(title: string, text: string, size: string, action: () => Promise<void>) {
+    return html`<section class="save-option">
+      <strong>${title} <span class="quiet">${size}</span></strong>
+      <wa-button
+        size="s"
+        appearance="outlined"
+        ?disabled=${this.#busy !== ""}
+        @click=${() => void this.#run(title, action)}
+        ><span class="visually-hidden">${title}: </span>${title.startsWith("Keep") ? "Keep" : "Save"}</wa-button
+      >
+      <p class="quiet">${text}</p>
+    </section>`;
+  }
+
+  async #run(title: string, action: () => Promise<void>): Promise<void> {
+    this.#busy = `${title}: preparing`;
+    this.#message = "";
+    this.#render();
+    try {
+      await action();
+      this.#message = `${title}: done`;
+    } catch (error) {
+      this.#message = error instanceof Error ? error.message : String(error);
+    }
+    this.#busy = "";
+    this.#render();
+  }
+
+  get #name(): string {
+    return this.#store.name.replace(/[^\w.-]+/g, "-") || "volume";
+  }
+
+  async #keep(): Promise<void> {
+    const info = this.#info();
+    const type = info?.metadata.source?.type;
+    await keep(
+      {
+        ...this.#store,
+        ...(info && { voxels: info.voxels }),
+        ...(typeof type === "string" && { type }),
+      },
+      this.#blob,
+    );
+    this.#isKept = true;
+  }
+
+  async #download(blob: Blob, suffix: string): Promise<void> {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = `${this.#name}.${suffix}`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+  }
+}

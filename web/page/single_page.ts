@@ -1,0 +1,34 @@
+// The program of a single page: viewer, WebAssembly and store in one HTML file, opened from file://.
+// The build makes single.html of it; web/device/save_single_page.ts adds the store.
+import "./style.css";
+import "./components.ts";
+import { BlobSource } from "../stream/index.ts";
+import { startTheme } from "./theme.ts";
+import { VolumePage } from "./volume_page.ts";
+
+const root = document.querySelector<HTMLElement>("#page");
+if (!root) throw new Error("the page has no #page");
+root.replaceChildren();
+
+// Some browsers do not let a file change its address: views are then not in the address bar.
+const replace = history.replaceState.bind(history);
+history.replaceState = (...call) => {
+  try {
+    replace(...call);
+  } catch {}
+};
+
+const parts = [...document.querySelectorAll("script[data-store]")].map((part) => {
+  const bytes = Uint8Array.from(atob(part.textContent ?? ""), (c) => c.charCodeAt(0));
+  part.remove(); // its text is as large as the store
+  return bytes;
+});
+const store = new Blob(parts);
+const name = document.querySelector<HTMLMetaElement>("meta[name=isosplat-name]")?.content;
+
+startTheme();
+const page = new VolumePage(root, {
+  name: name ?? "volume",
+  source: () => new BlobSource(store, name ?? "volume"),
+});
+void page.firstContent.then(() => page.loadOverlay());

@@ -1,0 +1,39 @@
+import { StreamError } from "../stream/index.ts";
+import { Catalog } from "./catalog.ts";
+import { DeviceFiles } from "./device_files.ts";
+import { deviceAddress } from "./device_target.ts";
+import { VolumePage } from "./volume_page.ts";
+
+/**
+ * Shows what no server and no other host has: the start page, or a store on this device
+ * (`src=device:CONTENT-ID`).
+ */
+export async function start(root: HTMLElement, src: string | undefined): Promise<void> {
+  const components = import("./components.ts");
+  const id = src?.startsWith(deviceAddress) ? src.slice(deviceAddress.length) : undefined;
+  if (src !== undefined && id === undefined) {
+    new VolumePage(root, badAddress(src));
+  } else {
+    const files = new DeviceFiles(root);
+    if (id === undefined || !(await files.openKept(id))) {
+      if (id !== undefined) {
+        files.section.notice =
+          "This volume is not on this device, or not any more: open its file again.";
+      }
+      new Catalog(root, files.section.element);
+    }
+  }
+  await components;
+}
+
+function badAddress(src: string) {
+  const message =
+    `src=${src}: expected the http or https address of a store, such as ` +
+    "https://example.org/head.isosplat; correct it in the address bar";
+  return {
+    name: src,
+    source: () => {
+      throw new StreamError("bad-address", message);
+    },
+  };
+}

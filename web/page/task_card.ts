@@ -1,0 +1,83 @@
+import { html, nothing, render } from "lit";
+import type { BuildProgress } from "../builder/types.ts";
+import { formatBytes } from "./format.ts";
+
+/** Work on files of this device: a card with its progress, and a button that cancels it. */
+export class Task {
+  readonly #card = document.createElement("section");
+  readonly #cancel = new AbortController();
+  #title: string;
+  #text = "";
+  #fraction: number | undefined;
+  #error: string | undefined;
+  isRunning = true;
+
+  constructor(title: string) {
+    this.#title = title;
+    this.#card.className = "task-card";
+    this.#card.setAttribute("aria-label", "Files of this device");
+  }
+
+  /** Aborted when the visitor cancels. */
+  get signal(): AbortSignal {
+    return this.#cancel.signal;
+  }
+
+  shows(title: string, text: string): void {
+    this.#title = title;
+    this.#text = text;
+    this.#fraction = undefined;
+    this.#render();
+  }
+
+  progress({ fraction, secondsLeft }: BuildProgress, bytes: number): void {
+    this.#fraction = fraction;
+    const left = secondsLeft > 0 ? ` · ${duration(secondsLeft)} left` : "";
+    this.#text = `${formatBytes(fraction * bytes)} of ${formatBytes(bytes)}${left}`;
+    this.#render();
+  }
+
+  /** Shows the error until the visitor closes it. */
+  fail(message: string): void {
+    this.isRunning = false;
+    this.#error = message;
+    this.#render();
+  }
+
+  close(): void {
+    this.isRunning = false;
+    this.#card.remove();
+  }
+
+  #render(): void {
+    if (!this.#card.isConnected) document.body.append(this.#card);
+    const isFailed = this.#error !== undefined;
+    render(
+      html`<div class="task-text" role=${isFailed ? "alert" : "status"}>
+          <strong>${isFailed ? "Not opened" : this.#title}</strong>
+          <span class=${isFailed ? "" : "quiet"}>${this.#error ?? this.#text}</span>
+        </div>
+        ${
+          isFailed
+            ? nothing
+            : html`<progress aria-label=${this.#title} .value=${this.#fraction ?? 0} max="1"></progress>`
+        }
+        <button
+          type="button"
+          class="chip"
+          @click=${() => (isFailed ? this.close() : this.#stop())}
+        >
+          ${isFailed ? "Close" : "Cancel"}
+        </button>`,
+      this.#card,
+    );
+  }
+
+  #stop(): void {
+    this.#cancel.abort(new DOMException("cancelled", "AbortError"));
+  }
+}
+
+function duration(seconds: number): string {
+  return seconds < 90 ? `${Math.ceil(seconds)} s` : `${Math.ceil(seconds / 60)} min`;
+}
