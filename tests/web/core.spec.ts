@@ -243,7 +243,10 @@ test("a chunk decodes to the same samples, sorted by region, with a cluster for 
     const stored = split(store.decodePacked(chunk, bytesOf(chunk)));
     // A stable sort: within a region the order is that of the chunk.
     const sorted = stored.toSorted((x, y) => regionOf(x) - regionOf(y));
-    expect(split(samples)).toEqual(sorted);
+    // At coarse levels the samples for the renderer have neighbour bits.
+    const drawn = split(samples);
+    expect(drawn.some(([cell = 0]) => (cell & ~0x3fc3ffff) !== 0)).toBe(true);
+    expect(drawn.map(([cell = 0, ...rest]) => [cell & 0x3fc3ffff, ...rest])).toEqual(sorted);
     const regions = new Set(sorted.map(regionOf));
     expect(clusters.length % regions.size).toBe(0);
     const size = clusters.length / regions.size;
