@@ -57,9 +57,9 @@ export async function askRawLayout({ path, file }: InputFile): Promise<RawLayout
               if (!problem) end(layout);
             }}
           >
-            <p>${path}, ${formatBytes(file.size)}, has no header. How do its voxels lie in it?</p>
+            <p>${path}, ${formatBytes(file.size)}, has no header. How many voxels does it have, and which?</p>
             <div class="row">
-              ${size(0, "Voxels along x")} ${size(1, "along y")} ${size(2, "along z")}
+              ${size(0, "Along x")} ${size(1, "Along y")} ${size(2, "Along z")}
             </div>
             <label>
               Type
