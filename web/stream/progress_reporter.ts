@@ -5,12 +5,15 @@ import type { Progress } from "./types.ts";
 /** Between two reports of the same state there is at least this time (ms). */
 const minInterval = 60;
 
-/** Reports progress: a new state at once, new numbers at most every `minInterval`. */
+/**
+ * Reports progress: a new state, and whether chunks are missing, at once; other numbers at most every
+ * `minInterval`.
+ */
 export class ProgressReporter {
   readonly #current: () => Progress;
   readonly #report: (progress: Progress) => void;
   readonly #mark: (name: string) => void;
-  #last = { text: "", state: "", at: 0 };
+  #last = { text: "", state: "", hasArrived: true, at: 0 };
   #timer: ReturnType<typeof setTimeout> | undefined;
 
   /** `mark`: sets a mark on the browser's timeline. */
@@ -31,7 +34,9 @@ export class ProgressReporter {
     if (text === this.#last.text) return;
     const now = performance.now();
     const isNewState = progress.state !== this.#last.state;
-    if (!isNewState && now - this.#last.at < minInterval) {
+    const hasArrived = progress.chunksToGo === 0;
+    const isUrgent = isNewState || hasArrived !== this.#last.hasArrived;
+    if (!isUrgent && now - this.#last.at < minInterval) {
       this.#timer ??= setTimeout(() => {
         this.#timer = undefined;
         this.update();
@@ -40,7 +45,7 @@ export class ProgressReporter {
     }
     if (isNewState && progress.state === "complete") this.#mark("isosplat:complete");
     if (isNewState && progress.state === "limited") this.#mark("isosplat:limited");
-    this.#last = { text, state: progress.state, at: now };
+    this.#last = { text, state: progress.state, hasArrived, at: now };
     this.#report(progress);
   }
 

@@ -223,14 +223,13 @@ export class FrameScheduler {
    * A still view is drawn again when the last picture is finished. If more data are expected, new chunks
    * also wait for the duration of a picture: a slow GPU would otherwise draw again after every few
    * chunks, and software renderers would take the time that decoding needs. They wait for the last
-   * chunk if it is expected before the picture could be finished.
+   * chunk if it is expected soon: a picture without it would mostly delay the one with it.
    */
   #mayDraw(now: number): boolean {
     let wait = 0;
     if (this.#chunksToGo > 0) {
-      const remaining = this.#forecast.remaining(now);
-      const isSoon = remaining < (this.#took?.milliseconds ?? 0);
-      wait = Math.max(this.#nextArrivals - now, isSoon ? remaining : 0);
+      const forLast = this.#forecast.wait(now, this.#took?.milliseconds ?? 0);
+      wait = Math.max(this.#nextArrivals - now, forLast);
     }
     if (this.#timer.isBusy) wait = shortestWait;
     if (wait <= 0) return true;
@@ -252,7 +251,9 @@ export class FrameScheduler {
     // Nothing more arrives until this picture has been tested.
     if (!isMoving && session.needsRestingPicture) this.#rest.restNow();
     const { restsAt } = this.#rest;
-    const isResting = now >= restsAt;
+    const isTesting = this.#visibility.isRunning;
+    // A picture under test keeps its splats: others would have to be drawn once more.
+    const isResting = isTesting ? this.#isResting : now >= restsAt;
     this.#isResting = isResting;
 
     renderer.setCamera(camera);
@@ -264,7 +265,6 @@ export class FrameScheduler {
       isovalues,
       moving: isMoving,
     });
-    const isTesting = this.#visibility.isRunning;
     const wasFading = this.#fade.isRunning;
     if (this.#isBegun && renderer.needsRedraw(width, height)) {
       if (isMoving || isResized || (!isTesting && this.#mayDraw(now))) {
@@ -280,6 +280,7 @@ export class FrameScheduler {
     } else if (
       isResting &&
       !isTesting &&
+      !this.#rest.isStreaming &&
       this.#maySmooth(splats) &&
       renderer.canRefine(width, height)
     ) {
@@ -290,7 +291,7 @@ export class FrameScheduler {
     }
     // One more frame at rest: it draws finer splats, and lets streaming refine.
     clearTimeout(this.#restTimer);
-    if (!isResting) {
+    if (!isResting && !isTesting) {
       const wait = Math.max(0, restsAt - now) + 1;
       this.#restTimer = window.setTimeout(() => this.request(), wait);
     }
