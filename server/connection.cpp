@@ -4,9 +4,7 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/write.hpp>
-#include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/core/rate_policy.hpp>
 #include <optional>
 #include <span>
 #include <tuple>
@@ -25,13 +23,14 @@ namespace beast = boost::beast;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
 
-using Stream = beast::basic_stream<tcp, Executor, beast::unlimited_rate_policy>;
 using Clock = std::chrono::steady_clock;
+
+constexpr Clock::time_point kNever = Clock::time_point::max();
 
 }  // namespace
 
 struct Connection::State {
-  Stream stream;
+  Socket socket;
   std::string address;
   std::shared_ptr<TlsContext> tls_context;
   const ConnectionShared& shared;
@@ -39,7 +38,8 @@ struct Connection::State {
   Connection* owner;
   beast::flat_buffer buffer;
   std::optional<WaitingConnections::Place> place{};  ///< in `waiting`
-  std::optional<asio::ssl::stream<Stream&>> tls{};   ///< over `stream`; absent without TLS
+  std::optional<asio::ssl::stream<Socket&>> tls{};   ///< over `socket`; absent without TLS
+  Clock::time_point deadline = kNever;               ///< of what it waits for from the client
   bool is_idle = false;
   bool is_local = false;    ///< the other end is on this machine
   uint64_t body_bytes = 0;  ///< of the last response, as far as they were sent
@@ -47,6 +47,15 @@ struct Connection::State {
   void end_waiting() {
     if (place) waiting.remove(*place);
     place.reset();
+  }
+
+  void expires_after(Clock::duration time) { deadline = Clock::now() + time; }
+
+  /// What waits for the client then fails.
+  void close() {
+    deadline = kNever;
+    error_code ignored;
+    socket.close(ignored);
   }
 
   /// Reads some bytes into `buffer`; nothing is read if the connection ends.
@@ -77,13 +86,12 @@ struct Connection::State {
 
 Connection::Connection(Socket socket, std::string address, std::shared_ptr<TlsContext> tls,
                        const ConnectionShared& shared, WaitingConnections& waiting)
-    : state_(new State{Stream(std::move(socket)), std::move(address), std::move(tls), shared,
-                       waiting, this,
+    : state_(new State{std::move(socket), std::move(address), std::move(tls), shared, waiting, this,
                        // A header of the largest size, and one more read.
                        beast::flat_buffer(shared.limits.header_bytes + 8192)}) {
   error_code error;
-  state_->is_local =
-      state_->stream.socket().remote_endpoint(error).address().is_loopback() && !error;
+  state_->is_local = state_->socket.remote_endpoint(error).address().is_loopback() && !error;
+  state_->socket.non_blocking(true, error);
 }
 
 Connection::~Connection() {
@@ -97,15 +105,19 @@ void Connection::stop() {
 void Connection::abort() {
   // Before its coroutine runs again: the next one that waits is then the longest.
   state_->end_waiting();
-  state_->stream.close();
+  state_->close();
+}
+
+void Connection::close_if_late(std::chrono::steady_clock::time_point now) {
+  if (now > state_->deadline) state_->close();
 }
 
 Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
   State& state = *state_;
   error_code ignored;
-  state.stream.socket().set_option(tcp::no_delay(true), ignored);
+  state.socket.set_option(tcp::no_delay(true), ignored);
   if (state.tls_context && !co_await state.shake_hands()) {
-    state.stream.close();
+    state.close();
     co_return;
   }
   if (refusal) {
@@ -118,14 +130,14 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
       if (is_open) is_open = co_await state.handle_request();
     }
   }
-  state.stream.close();
+  state.close();
 }
 
 /// The handshake of TLS, within request_time.
 Awaitable<bool> Connection::State::shake_hands() {
-  tls.emplace(stream, *tls_context);
+  tls.emplace(socket, *tls_context);
   place = waiting.add(owner);
-  stream.expires_after(shared.limits.request_time);
+  expires_after(shared.limits.request_time);
   const auto [error] = co_await tls->async_handshake(asio::ssl::stream_base::server, kAwait);
   end_waiting();
   co_return !error;
@@ -137,7 +149,7 @@ Awaitable<error_code> Connection::State::read_some() {
   if (tls) {
     result = co_await tls->async_read_some(buffer.prepare(kReadBytes), kAwait);
   } else {
-    result = co_await stream.async_read_some(buffer.prepare(kReadBytes), kAwait);
+    result = co_await socket.async_read_some(buffer.prepare(kReadBytes), kAwait);
   }
   const auto [error, bytes] = result;
   if (!error) buffer.commit(bytes);
@@ -149,7 +161,7 @@ Awaitable<bool> Connection::State::wait_for_request() {
   if (buffer.size() > 0) co_return true;
   if (shared.stopping) co_return false;
   buffer.shrink_to_fit();
-  stream.expires_after(shared.limits.idle_time);
+  expires_after(shared.limits.idle_time);
   is_idle = true;
   const error_code error = co_await read_some();
   is_idle = false;
@@ -159,7 +171,7 @@ Awaitable<bool> Connection::State::wait_for_request() {
 /// Reads a request's header within request_time. Returns the state partial if the connection ends
 /// before the header is complete.
 Awaitable<HeaderScan> Connection::State::read_header() {
-  stream.expires_after(shared.limits.request_time);
+  expires_after(shared.limits.request_time);
   size_t scanned = 0;
   while (true) {
     std::string_view received(static_cast<const char*>(buffer.data().data()), buffer.size());
@@ -249,6 +261,7 @@ Awaitable<BodyStream::Step> Connection::State::next_piece(const Response& respon
 Awaitable<bool> Connection::State::handle_request() {
   HeaderScan header = co_await read_header();
   end_waiting();
+  deadline = kNever;  // no longer the client's time
   if (header.state == HeaderScan::State::partial) co_return false;
   const Clock::time_point begin = Clock::now();
   RequestParser parser;
@@ -285,23 +298,37 @@ Awaitable<bool> Connection::State::handle_request() {
 }
 
 /// Writes both spans, in slices of kPieceBytes. The client must receive each within write_time.
+/// What the system takes at once is sent without waiting, but only once in a response, so that a
+/// fast client does not keep the thread from the others.
 Awaitable<bool> Connection::State::write(std::span<const std::byte> first,
                                          std::span<const std::byte> second) {
   do {
     const std::span<const std::byte> slice = second.first(std::min(second.size(), kPieceBytes));
     second = second.subspan(slice.size());
-    const std::array<asio::const_buffer, 2> buffers = {
-        asio::const_buffer(first.data(), first.size()),
-        asio::const_buffer(slice.data(), slice.size())};
-    first = {};
-    stream.expires_after(shared.limits.write_time);
-    std::tuple<error_code, size_t> result;
-    if (tls) {
-      result = co_await asio::async_write(*tls, buffers, kAwait);
-    } else {
-      result = co_await asio::async_write(stream, buffers, kAwait);
+    std::array<asio::const_buffer, 2> buffers = {asio::const_buffer(first.data(), first.size()),
+                                                 asio::const_buffer(slice.data(), slice.size())};
+    if (!tls && !first.empty()) {
+      error_code error;
+      size_t sent = socket.write_some(buffers, error);
+      if (error && error != asio::error::would_block) co_return false;
+      for (asio::const_buffer& part : buffers) {
+        const size_t bytes = std::min(sent, part.size());
+        part += bytes;
+        sent -= bytes;
+      }
     }
-    if (std::get<error_code>(result)) co_return false;
+    first = {};
+    if (asio::buffer_size(buffers) > 0) {
+      expires_after(shared.limits.write_time);
+      std::tuple<error_code, size_t> result;
+      if (tls) {
+        result = co_await asio::async_write(*tls, buffers, kAwait);
+      } else {
+        result = co_await asio::async_write(socket, buffers, kAwait);
+      }
+      deadline = kNever;
+      if (std::get<error_code>(result)) co_return false;
+    }
     body_bytes += slice.size();
   } while (!second.empty());
   co_return true;
@@ -339,18 +366,18 @@ Awaitable<bool> Connection::State::write_response(Response& response, bool close
 Awaitable<void> Connection::State::linger() {
   constexpr auto kMaxTime = std::chrono::seconds(2);
   constexpr size_t kMaxBytes = 256 * 1024;
-  stream.expires_after(std::min<Clock::duration>(kMaxTime, shared.limits.write_time));
+  expires_after(std::min<Clock::duration>(kMaxTime, shared.limits.write_time));
   if (tls) {
     // Sends close_notify, and waits for the client's.
     co_await tls->async_shutdown(kAwait);
     co_return;
   }
   error_code failed;
-  stream.socket().shutdown(tcp::socket::shutdown_send, failed);
+  socket.shutdown(tcp::socket::shutdown_send, failed);
   if (failed) co_return;
   std::array<std::byte, 4096> unread;
   for (size_t total = 0; total < kMaxBytes;) {
-    const auto [error, bytes] = co_await stream.async_read_some(asio::buffer(unread), kAwait);
+    const auto [error, bytes] = co_await socket.async_read_some(asio::buffer(unread), kAwait);
     if (error) co_return;
     total += bytes;
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <string>
 
@@ -52,6 +53,10 @@ class Connection {
 
   /// Closes the connection at once.
   void abort();
+
+  /// Closes the connection if the client has not done in time what it waits for (the times of
+  /// ServerLimits). Call it regularly: setting a timer for each wait would cost more.
+  void close_if_late(std::chrono::steady_clock::time_point now);
 
  private:
   struct State;

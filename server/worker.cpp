@@ -1,8 +1,10 @@
 #include "server/worker.h"
 
+#include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/post.hpp>
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -35,6 +37,14 @@ std::unique_ptr<Response> refusal_of(Admission::Verdict verdict, const OriginPol
   return refusal;
 }
 
+/// An eighth of the shortest time that a client has: so much later a connection may be closed.
+std::chrono::milliseconds interval_for(const ServerLimits& limits) {
+  using std::chrono::milliseconds;
+  const milliseconds shortest =
+      std::min({limits.idle_time, limits.request_time, limits.write_time, milliseconds(2000)});
+  return std::max(shortest / 8, milliseconds(5));
+}
+
 }  // namespace
 
 /// Registers a connection with its worker and with admission, and removes it when its coroutine
@@ -48,6 +58,7 @@ struct Worker::Membership {
         connection(std::make_unique<Connection>(std::move(socket), address, std::move(tls),
                                                 its_worker.shared_, its_worker.waiting_)) {
     worker.connections_.insert(connection.get());
+    if (worker.connections_.size() == 1) worker.watch_deadlines();
     Metrics& metrics = worker.shared_.metrics;
     ++(verdict == Admission::Verdict::admitted ? metrics.connections : metrics.connections_refused);
     ++metrics.connections_open;
@@ -67,7 +78,10 @@ struct Worker::Membership {
 };
 
 Worker::Worker(const ConnectionShared& shared, Admission& admission)
-    : shared_(shared), admission_(admission), guard_(context_.get_executor()) {}
+    : shared_(shared),
+      admission_(admission),
+      guard_(context_.get_executor()),
+      watch_interval_(interval_for(shared.limits)) {}
 
 void Worker::adopt(Socket socket, std::string address, Admission::Verdict verdict,
                    std::shared_ptr<TlsContext> tls) {
@@ -113,8 +127,19 @@ void Worker::abort_all() {
   for (Connection* connection : connections_) connection->abort();
 }
 
+void Worker::watch_deadlines() {
+  watch_.expires_after(watch_interval_);
+  watch_.async_wait([this](const error_code& error) {
+    if (error || connections_.empty()) return;
+    const auto now = std::chrono::steady_clock::now();
+    for (Connection* connection : connections_) connection->close_if_late(now);
+    watch_deadlines();
+  });
+}
+
 void Worker::finish_if_done() {
   if (!connections_.empty()) return;
+  watch_.cancel();
   deadline_.cancel();
   guard_.reset();
 }

@@ -52,13 +52,18 @@ class Worker {
   void abort_all();
   void finish_if_done();
 
+  /// Closes connections whose time is over, regularly while there are any.
+  void watch_deadlines();
+
   const ConnectionShared& shared_;
   Admission& admission_;
   std::unordered_set<Connection*> connections_;
   WaitingConnections waiting_;
   boost::asio::io_context context_{1};
   boost::asio::executor_work_guard<Executor> guard_;
-  Timer deadline_{context_.get_executor()};
+  Timer deadline_{context_.get_executor()};  ///< of stop()
+  Timer watch_{context_.get_executor()};     ///< of watch_deadlines()
+  const std::chrono::milliseconds watch_interval_;
 };
 
 }  // namespace isosplat
