@@ -1,14 +1,19 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
+#include <mutex>
+#include <string>
+#include <unordered_map>
 
 namespace isosplat {
 
-/// The memory of the bodies that are being sent, of all connections together. Thread-safe.
+/// The memory of the bodies that are being sent, of all connections together. One address may take
+/// a part of it only, so that it does not keep the others out. Thread-safe.
 class ByteBudget {
  public:
-  explicit ByteBudget(uint64_t bytes) : limit_(bytes) {}
+  /// `of_one`: the most bytes of one address.
+  explicit ByteBudget(uint64_t bytes, uint64_t of_one = UINT64_MAX)
+      : limit_(bytes), of_one_(of_one) {}
 
   /// A part of the budget, until it is destroyed.
   class Share {
@@ -17,32 +22,59 @@ class ByteBudget {
     Share(const Share&) = delete;
     Share& operator=(const Share&) = delete;
     ~Share() {
-      if (budget_) budget_->used_ -= bytes_;
+      if (budget_) budget_->give_back(bytes_, address_);
     }
 
-    /// Takes this many bytes. False if fewer are left, unless nothing else is in use: a body larger
-    /// than the budget is sent alone. Call once.
-    bool take(ByteBudget& budget, uint64_t bytes) {
-      const uint64_t before = budget.used_.fetch_add(bytes);
-      if (before > 0 && (before > budget.limit_ || bytes > budget.limit_ - before)) {
-        budget.used_ -= bytes;
-        return false;
-      }
+    /// Takes this many bytes for a client at this address. False if fewer are left, for all or for
+    /// the address. A body larger than that is sent alone: if nothing else is in use. Call once.
+    bool take(ByteBudget& budget, uint64_t bytes, const std::string& address) {
+      if (bytes == 0) return true;
+      if (!budget.take(bytes, address)) return false;
       budget_ = &budget;
       bytes_ = bytes;
+      address_ = address;
       return true;
     }
 
    private:
     ByteBudget* budget_ = nullptr;
     uint64_t bytes_ = 0;
+    std::string address_;
   };
 
-  uint64_t used() const { return used_; }
+  uint64_t used() const {
+    const std::lock_guard lock(mutex_);
+    return used_;
+  }
 
  private:
+  static bool has_room(uint64_t used, uint64_t bytes, uint64_t limit) {
+    return used == 0 || (used <= limit && bytes <= limit - used);
+  }
+
+  bool take(uint64_t bytes, const std::string& address) {
+    const std::lock_guard lock(mutex_);
+    if (!has_room(used_, bytes, limit_)) return false;
+    uint64_t& its = by_address_[address];
+    if (!has_room(its, bytes, of_one_)) return false;
+    its += bytes;
+    used_ += bytes;
+    return true;
+  }
+
+  void give_back(uint64_t bytes, const std::string& address) {
+    const std::lock_guard lock(mutex_);
+    used_ -= bytes;
+    const auto its = by_address_.find(address);
+    its->second -= bytes;
+    if (its->second == 0) by_address_.erase(its);
+  }
+
   const uint64_t limit_;
-  std::atomic<uint64_t> used_{0};
+  const uint64_t of_one_;
+  mutable std::mutex mutex_;
+  uint64_t used_ = 0;                                     // guarded by mutex_
+  std::unordered_map<std::string, uint64_t> by_address_;  // guarded by mutex_
 };
 
 }  // namespace isosplat

@@ -230,12 +230,13 @@ Awaitable<Response> Connection::State::respond_within_rates(const Request& reque
   } else {
     response = co_await respond(request);
     if (request.method == Method::head) co_return response;
-    if (memory.take(shared.bytes_in_flight, response.memory())) {
+    if (memory.take(shared.bytes_in_flight, response.memory(), address)) {
       shared.rates.take_bytes(address, response.body_size(), Clock::now());
       co_return response;
     }
-    response =
-        busy_response("the server is sending as much as it has memory for: try again in a second");
+    response = busy_response(
+        "the server is sending as much as it has memory for, to all or to this "
+        "address: try again in a second");
   }
   shared.router.policy().add_fields(request, response);
   co_return response;

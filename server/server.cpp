@@ -66,6 +66,11 @@ RouterLimits router_limits(const ServerLimits& limits) {
           .target_bytes = limits.target_bytes};
 }
 
+/// The memory of bodies that one address may take. A proxy's address is that of all clients.
+uint64_t bytes_of_one(const ServerLimits& limits) {
+  return limits.connections_per_address == 0 ? UINT64_MAX : limits.bytes_in_flight / 4;
+}
+
 /// Half of the cores: connections and other programs keep the others.
 uint32_t compute_threads() {
   return std::max(1u, std::thread::hardware_concurrency() / 2);
@@ -85,7 +90,7 @@ struct Server::State {
         disk(options.disk_threads, metrics.reads_of_disk, metrics.reads_waiting),
         computing(compute_threads(), metrics.computations, metrics.computations_waiting),
         rates({options.limits.requests_per_second, options.limits.bytes_per_second}),
-        bytes_in_flight(options.limits.bytes_in_flight),
+        bytes_in_flight(options.limits.bytes_in_flight, bytes_of_one(options.limits)),
         shared{router, options.limits,  stopping,          log, disk, computing, metrics,
                rates,  bytes_in_flight, options.log_format},
         page(options.web_root, options.limits.page_asset_bytes, router, log) {

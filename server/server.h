@@ -36,7 +36,8 @@ struct ServerLimits {
   /// Stores that stay open, at most a quarter of the files that the system allows.
   uint32_t open_stores = 256;
   uint64_t page_asset_bytes = uint64_t{64} << 20;  ///< of files below web_root, in memory
-  /// Memory of the bodies that are being sent: 503 above it.
+  /// Memory of the bodies that are being sent: 503 above it. One address gets a quarter of it at
+  /// most, unless connections_per_address is 0.
   uint64_t bytes_in_flight = uint64_t{256} << 20;
   /// Requests that wait for a thread that computes, for each such thread: 503 above it.
   uint32_t waiting_computations = 16;

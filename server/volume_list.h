@@ -22,7 +22,7 @@ Result<ListQuery> parse_list_query(const Target& target);
 
 /// The body of /v1/volumes: of the volumes that the client may read and that have all words of the
 /// query, those from `offset` on, by name. Reads the headers that nobody has read yet, as far as
-/// they are needed; null if that must wait.
+/// they are needed; null if that must wait, or would hold up the connection's thread.
 std::optional<std::string> list_volumes(const RouteCall& call, const ListQuery& query);
 
 }  // namespace isosplat

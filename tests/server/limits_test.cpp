@@ -57,20 +57,38 @@ TEST(RateLimits, OfManyAddressesTheOldestAreForgotten) {
 TEST(ByteBudgets, AreSharedAndGivenBack) {
   ByteBudget budget(100);
   ByteBudget::Share large;
-  EXPECT_TRUE(large.take(budget, 1000)) << "alone, a body may be larger than the budget";
+  EXPECT_TRUE(large.take(budget, 1000, "one")) << "alone, a body may be larger than the budget";
   {
     ByteBudget::Share other;
-    EXPECT_FALSE(other.take(budget, 1));
+    EXPECT_FALSE(other.take(budget, 1, "another"));
   }
   EXPECT_EQ(budget.used(), 1000u);
   {
     ByteBudget next(100);
     ByteBudget::Share a, b, c;
-    EXPECT_TRUE(a.take(next, 60));
-    EXPECT_TRUE(b.take(next, 40));
-    EXPECT_FALSE(c.take(next, 1));
+    EXPECT_TRUE(a.take(next, 60, "one"));
+    EXPECT_TRUE(b.take(next, 40, "one"));
+    EXPECT_FALSE(c.take(next, 1, "one"));
+    EXPECT_TRUE(c.take(next, 0, "one")) << "no body";
     EXPECT_EQ(next.used(), 100u);
   }
+}
+
+TEST(ByteBudgets, OneAddressGetsAPart) {
+  ByteBudget budget(100, 25);
+  ByteBudget::Share a, c, d, e;
+  {
+    ByteBudget::Share b;
+    EXPECT_TRUE(a.take(budget, 10, "one"));
+    EXPECT_TRUE(b.take(budget, 15, "one"));
+    EXPECT_FALSE(c.take(budget, 1, "one"));
+    EXPECT_TRUE(d.take(budget, 70, "another")) << "alone, a body may be larger than its part";
+    EXPECT_FALSE(e.take(budget, 1, "another"));
+  }
+  EXPECT_EQ(budget.used(), 80u);
+  EXPECT_TRUE(c.take(budget, 15, "one")) << "what is sent is given back";
+  EXPECT_FALSE(e.take(budget, 6, "a third")) << "the budget of all";
+  EXPECT_TRUE(e.take(budget, 5, "a third"));
 }
 
 class Limits : public ServerTest {};
