@@ -1,5 +1,7 @@
 #include "server/connection.h"
 
+#include <netinet/tcp.h>
+
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ssl/stream.hpp>
@@ -24,6 +26,10 @@ using boost::system::error_code;
 using tcp = asio::ip::tcp;
 
 using Clock = std::chrono::steady_clock;
+
+/// How much the system keeps for a client that is slow to read (TCP_NOTSENT_LOWAT), in bytes; by
+/// default megabytes. What is on its way to a fast client does not count.
+using UnsentBytes = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 
 constexpr Clock::time_point kNever = Clock::time_point::max();
 
@@ -116,6 +122,7 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
   State& state = *state_;
   error_code ignored;
   state.socket.set_option(tcp::no_delay(true), ignored);
+  state.socket.set_option(UnsentBytes(2 * kPieceBytes), ignored);
   if (state.tls_context && !co_await state.shake_hands()) {
     state.close();
     co_return;

@@ -1,6 +1,10 @@
 // Limits of rates and of memory.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
 
 #include "server/byte_budget.h"
 #include "server/rate_limit.h"
@@ -140,6 +144,44 @@ TEST_F(Limits, BodiesAboveTheMemoryAreRefused) {
   EXPECT_EQ(answer.header("retry-after"), "1");
   slow.reset();
   EXPECT_TRUE(eventually([&] { return other.request("GET", content("file")).status == 200; }));
+}
+
+/// Bytes that the system holds for the clients of a port: written, and not acknowledged.
+uint64_t unacknowledged_bytes(uint16_t port) {
+  std::ifstream table("/proc/net/tcp");
+  std::string line;
+  uint64_t bytes = 0;
+  while (std::getline(table, line)) {
+    // "0: 0100007F:1F90 0100007F:C001 01 0000FFFF:00000000 …": local, remote, state, queues
+    std::istringstream fields(line);
+    std::string slot, local, remote, state, queues;
+    fields >> slot >> local >> remote >> state >> queues;
+    if (state == "01" && local.ends_with(fmt::format(":{:04X}", port))) {
+      bytes += std::stoull(queues.substr(0, 8), nullptr, 16);
+    }
+  }
+  return bytes;
+}
+
+TEST_F(Limits, TheSystemHoldsLittleForASlowClient) {
+  const KnownStore large = make_store(3, {256, 128, 128}, 2'000'000);
+  ASSERT_GT(large.file.size(), 8'000'000u);
+  write_file(folder.path() / "large.isosplat", large.file);
+  start();
+  Client slow(port());
+  slow.set_receive_buffer(64 * 1024);
+  slow.send("GET /v1/volumes/large/" + large.content + "/file HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  slow.read(12);
+  // The server writes until the system takes no more.
+  uint64_t held = 0;
+  int unchanged = 0;
+  EXPECT_TRUE(eventually([&] {
+    const uint64_t now = unacknowledged_bytes(port());
+    unchanged = now == held && now > 0 ? unchanged + 1 : 0;
+    held = now;
+    return unchanged == 50;
+  }));
+  EXPECT_LT(held, 1'000'000u);
 }
 
 }  // namespace
