@@ -4,6 +4,7 @@
 // named "slow…" behave as those of a slow disk: without waiting, their bytes are never there;
 // otherwise a read waits until the test opens the gate.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -225,7 +226,11 @@ TEST_F(SlowDisk, AStopDropsWhatIsQueued) {
 TEST_F(SlowDisk, ComputationsAreRefusedWhenManyWait) {
   options.limits.waiting_computations = 0;
   start_with_open_stores();
-  const std::string target = slow_content("samples?isovalue=0");
+  // An isovalue with cells: without them, nothing is read, and the computation does not wait.
+  const KnownChunk& chunk = chunk_of(slow);
+  const std::string target = slow_content(
+      fmt::format("samples?isovalue={}&level={}", slow.info.mapping.value(chunk.band_begin + 0.5f),
+                  chunk.block.level));
   gate().close();
   std::vector<Client> computing;
   for (uint32_t i = 0; i < std::max(1u, std::thread::hardware_concurrency() / 2); ++i) {
