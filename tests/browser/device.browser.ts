@@ -113,7 +113,8 @@ test("a hundred unrelated files: one message", async ({ page }) => {
   const message = page.locator(".task-card [role=alert]");
   await expect(message).toHaveCount(1);
   await expect(message).toContainText("found 100 files");
-  await page.getByRole("button", { name: "Close" }).click();
+  await expect(page.getByRole("alert")).toHaveCount(1);
+  await page.locator(".task-card").getByRole("button", { name: "Close" }).click();
   await expect(page.locator(".task-card")).toHaveCount(0);
 });
 

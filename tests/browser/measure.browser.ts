@@ -217,6 +217,7 @@ test("saves tables and sessions; a session that is dropped on the page opens", a
       window.dispatchEvent(new DragEvent("drop", { dataTransfer: data, cancelable: true }));
     }, text);
   await page.goto(server.url);
+  await expect(page.locator(".device-drop")).toBeVisible();
   await drop('{"format": "isosplat-session", "version": 7}');
   await expect(page.getByRole("alert")).toContainText("expected version 1");
   await drop(session);

@@ -96,6 +96,11 @@ export class DeviceFiles {
   }
 
   async #open(files: readonly InputFile[], task: Task): Promise<void> {
+    const [first] = files;
+    if (files.length === 1 && first?.path.endsWith(".json")) {
+      const { openSession } = await import("./open_session.ts");
+      return openSession(first.file);
+    }
     for (const { path, file } of files) {
       const header = new Uint8Array(await file.slice(0, headerBytes).arrayBuffer());
       if (!beginsAsStore(header)) continue;

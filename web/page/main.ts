@@ -38,15 +38,10 @@ try {
   throw error;
 }
 
-// A session file that is dropped on the page is opened.
-window.addEventListener("dragover", (event) => event.preventDefault());
-window.addEventListener("drop", async (event) => {
-  event.preventDefault();
-  const file = event.dataTransfer?.files[0];
-  if (!file) return;
-  const { openSession } = await import("./open_session.ts");
-  await openSession(file).catch((error: Error) => showAlert(error.message));
-});
+// Until device_files.ts has loaded, a file that is dropped must not replace the page.
+for (const type of ["dragover", "drop"]) {
+  window.addEventListener(type, (event) => event.preventDefault());
+}
 
 /** Each part works without the others: the picture and the keyboard without any of them. */
 async function loadAll(parts: readonly Promise<unknown>[]): Promise<void> {
@@ -56,26 +51,16 @@ async function loadAll(parts: readonly Promise<unknown>[]): Promise<void> {
 
 /** Shows a message if part of the page's program did not load; the rest keeps working. */
 function showLoadError(): void {
-  showAlert(
-    "A part of this page did not load: the connection failed, or the page was updated on its server. ",
-    ["Reload", () => location.reload()],
-  );
-}
-
-function showAlert(
-  text: string,
-  [label, action]: [string, () => void] = ["Close", () => {}],
-): void {
   const message = document.createElement("div");
   message.className = "page-incomplete";
   message.setAttribute("role", "alert");
-  const button = document.createElement("button");
-  button.type = "button";
-  button.textContent = label;
-  button.addEventListener("click", () => {
-    message.remove();
-    action();
-  });
-  message.append(text, " ", button);
+  const reload = document.createElement("button");
+  reload.type = "button";
+  reload.textContent = "Reload";
+  reload.addEventListener("click", () => location.reload());
+  message.append(
+    "A part of this page did not load: the connection failed, or the page was updated on its server. ",
+    reload,
+  );
   document.body.append(message);
 }
