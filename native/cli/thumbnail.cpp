@@ -31,7 +31,9 @@ constexpr uint64_t kEnoughSamples = uint64_t{2} << 20;
 
 /// As in the page (web/viewer/surfaces.ts, web/page/previews.ts).
 constexpr Vec3f kBone{0xd9 / 255.0f, 0xcc / 255.0f, 0xb3 / 255.0f};
-constexpr double kZoom = 1.25;
+
+/// The surface fills this share of the picture's width or height.
+constexpr double kFilled = 0.88;
 
 /// The first suggested isovalue; null if the metadata have none.
 std::optional<double> first_isovalue(const StoreInfo& info) {
@@ -74,6 +76,29 @@ Image reduced(const Image& image) {
   return small;
 }
 
+/// Moves the camera so that what the image of it shows is in the middle, and fills the picture.
+/// Exact for what is as far away as the target.
+void frame_visible(const Image& image, Camera& camera) {
+  int left = image.width, right = -1, top = image.height, bottom = -1;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      if (image.at(x, y)[3] == 0) continue;
+      left = std::min(left, x), right = std::max(right, x);
+      top = std::min(top, y), bottom = std::max(bottom, y);
+    }
+  }
+  if (right < left) return;
+  const CameraFrame frame = camera_frame(camera);
+  const double pixel = 2 * frame.half_height(camera.distance) / image.height;
+  camera.target = camera.target +
+                  frame.right * (pixel * (0.5 * (left + right + 1) - 0.5 * image.width)) -
+                  frame.up * (pixel * (0.5 * (top + bottom + 1) - 0.5 * image.height));
+  const double filled =
+      std::max(double(right + 1 - left) / image.width, double(bottom + 1 - top) / image.height);
+  constexpr double kNearest = 0.1;  // a speck of noise does not fill the picture
+  camera.distance *= std::max(filled / kFilled, kNearest);
+}
+
 Result<Image> draw(const StoreFile& store, double isovalue) {
   const auto context = EglContext::create();
   if (!context) return tl::unexpected(context.error());
@@ -84,12 +109,19 @@ Result<Image> draw(const StoreFile& store, double isovalue) {
                                 enough_level(store.info()));
   if (!scene) return tl::unexpected(scene.error());
   RenderSettings settings;
-  settings.kind = SplatKind::exact;
+  settings.kind = SplatKind::quad;
   settings.isosurfaces = {{isovalue, kBone, 1}};
   settings.background = {1, 1, 1, 0};
   (*renderer)->set_settings(settings);
   Camera camera = default_camera(store.info().grid, double(kWidth) / kHeight);
-  camera.distance /= kZoom;
+  for (int turn = 0; turn < 3; ++turn) {  // the later ones correct what perspective leaves
+    (*renderer)->set_camera(camera);
+    const auto sketch = draw_image(**renderer, kWidth / 2, kHeight / 2);
+    if (!sketch) return tl::unexpected(sketch.error());
+    frame_visible(*sketch, camera);
+  }
+  settings.kind = SplatKind::exact;
+  (*renderer)->set_settings(settings);
   (*renderer)->set_camera(camera);
   auto image = draw_image(**renderer, kScale * kWidth, kScale * kHeight);
   if (image) *image = reduced(*image);

@@ -1,5 +1,8 @@
 // The picture that isosplat build draws beside a store.
 
+#include <algorithm>
+
+#include "native/headless/image.h"
 #include "tests/native/cli_program.h"
 
 namespace isosplat {
@@ -46,6 +49,33 @@ TEST_F(CliThumbnail, BuildDrawsThePictureOfTheStore) {
   EXPECT_EQ(content_of(read_file(picture)), store_content());
   EXPECT_GT(read_file(picture).size(), 2000u);
   EXPECT_LT(read_file(picture).size(), 300'000u);
+}
+
+TEST_F(CliThumbnail, ASmallSurfaceInACornerFillsThePicture) {
+  constexpr int kVoxels = 48;
+  std::string voxels;
+  for (int i = 0; i < kVoxels * kVoxels * kVoxels; ++i) {
+    const int x = i % kVoxels - 9, y = i / kVoxels % kVoxels - 9;
+    const int z = i / (kVoxels * kVoxels) - 38;
+    voxels += static_cast<char>(std::max(0, 120 - 10 * (x * x + y * y + z * z) / 8));
+  }
+  const std::string raw = folder / "corner.raw";
+  write_file(raw, voxels);
+  const Ended built = run({"build", raw, "--dims", "48x48x48", "--type", "u8", "-o", store});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  const auto image = read_png(picture);
+  ASSERT_TRUE(image) << image.error().message;
+  int left = image->width, right = 0, top = image->height, bottom = 0;
+  for (int y = 0; y < image->height; ++y) {
+    for (int x = 0; x < image->width; ++x) {
+      if (image->at(x, y)[3] < 128) continue;
+      left = std::min(left, x), right = std::max(right, x + 1);
+      top = std::min(top, y), bottom = std::max(bottom, y + 1);
+    }
+  }
+  EXPECT_NEAR(left + right, image->width, 0.04 * image->width);
+  EXPECT_NEAR(top + bottom, image->height, 0.04 * image->height);
+  EXPECT_NEAR(bottom - top, 0.88 * image->height, 0.04 * image->height);
 }
 
 TEST_F(CliThumbnail, NoThumbnailLeavesItOut) {
