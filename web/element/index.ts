@@ -1,4 +1,5 @@
 /** Defines <isosplat-viewer>. */
 export type { Progress, Source, StoreInfo, StreamError } from "../stream/index.ts";
 export type { Camera, Clip, Look, RendererError, Surface } from "../viewer/index.ts";
-export { IsosplatViewerElement, type IsosplatViewerEvents } from "./isosplat_viewer.ts";
+export type { IsosplatViewerEvents } from "./element_events.ts";
+export { IsosplatViewerElement } from "./isosplat_viewer.ts";

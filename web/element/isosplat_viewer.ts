@@ -29,20 +29,11 @@ import {
 } from "../viewer/index.ts";
 import { ContextPool, type ContextUser } from "./context_pool.ts";
 import { ControlsBar } from "./controls_bar.ts";
+import type { IsosplatViewerEvents } from "./element_events.ts";
 import { sourceOf } from "./element_source.ts";
 import { type LinkedElement, type LinkedView, LinkGroups } from "./link_groups.ts";
+import { PictureArea, stillOf } from "./picture_area.ts";
 import { styles } from "./styles.ts";
-
-/** The events of the element, by name. They are CustomEvents, and do not bubble. */
-export interface IsosplatViewerEvents {
-  opened: CustomEvent<StoreInfo>;
-  progress: CustomEvent<Progress>;
-  complete: CustomEvent<Progress>;
-  camerachange: CustomEvent<Camera>;
-  isovaluechange: CustomEvent<readonly number[]>;
-  clipchange: CustomEvent<Clip>;
-  fault: CustomEvent<StreamError | RendererError>;
-}
 
 /** Properties that may have been set before the element was defined. */
 const ownProperties =
@@ -118,7 +109,7 @@ export class IsosplatViewerElement extends HTMLElement {
   readonly #root = this.attachShadow({ mode: "open" });
   readonly #user = this.#asContextUser();
   readonly #linked: LinkedElement = { receive: (view) => this.#receive(view) };
-  readonly #picture = document.createElement("div");
+  readonly #picture = new PictureArea(() => this.getAttribute("aria-label") ?? "Isosurface");
   readonly #poster = document.createElement("slot");
   readonly #message = document.createElement("div");
   readonly #controls: ControlsBar;
@@ -155,7 +146,6 @@ export class IsosplatViewerElement extends HTMLElement {
     super();
     const style = document.createElement("style");
     style.textContent = styles;
-    this.#picture.className = "picture";
     this.#poster.name = "poster";
     this.#poster.className = "poster";
     this.#message.className = "message";
@@ -169,7 +159,7 @@ export class IsosplatViewerElement extends HTMLElement {
     });
     this.#root.append(
       style,
-      this.#picture,
+      this.#picture.element,
       this.#poster,
       document.createElement("slot"),
       this.#controls.element,
@@ -184,7 +174,7 @@ export class IsosplatViewerElement extends HTMLElement {
 
   connectedCallback(): void {
     for (const name of ownProperties) this.#takeProperty(name);
-    this.#setFocusable(true);
+    this.#picture.setFocusable(true);
     this.#sight.observe(this);
     this.#isAttached = true;
     this.#join();
@@ -196,7 +186,7 @@ export class IsosplatViewerElement extends HTMLElement {
     this.#isAttached = false;
     if (this.link) groups.leave(this.link, this.#linked);
     this.#close();
-    this.#removeStill();
+    this.#picture.removeStill();
     this.#hasPicture = false;
     this.#poster.hidden = false;
     contexts.release(this.#user);
@@ -402,52 +392,17 @@ export class IsosplatViewerElement extends HTMLElement {
   }
 
   async #suspend(): Promise<void> {
-    const still = await this.#makeStill();
+    // Null if nothing has been drawn in this context: an older picture stays.
+    const still = this.#viewer && this.#hasPicture ? await stillOf(this.#viewer) : null;
     // The focus may have come while the picture was being made.
     const { activeElement } = this.#root;
     const hadFocus = activeElement !== null && activeElement === this.#viewer?.canvas;
     this.#close();
-    if (hadFocus) this.#picture.focus({ preventScroll: true });
+    if (hadFocus) this.#picture.element.focus({ preventScroll: true });
     if (!still) return;
     if (this.isConnected && this.#hasPicture) {
-      this.#removeStill();
-      this.#picture.append(still);
+      this.#picture.setStill(still);
     } else URL.revokeObjectURL(still.src);
-  }
-
-  /** The present picture; null if nothing has been drawn in this context. */
-  async #makeStill(): Promise<HTMLImageElement | null> {
-    if (!this.#viewer || !this.#hasPicture) return null;
-    const still = document.createElement("img");
-    still.alt = "";
-    try {
-      still.src = URL.createObjectURL(await this.#viewer.screenshot({ smooth: false }));
-      await still.decode();
-      return still;
-    } catch {
-      URL.revokeObjectURL(still.src);
-      return null; // an older picture stays
-    }
-  }
-
-  #removeStill(): void {
-    const still = this.#picture.querySelector("img");
-    if (!still) return;
-    URL.revokeObjectURL(still.src);
-    still.remove();
-  }
-
-  /** Without a canvas, the picture takes the focus, and the element gets a context. */
-  #setFocusable(isFocusable: boolean): void {
-    const attributes = { tabindex: "0", role: "button", "aria-label": this.#label };
-    for (const [name, value] of Object.entries(attributes)) {
-      if (isFocusable) this.#picture.setAttribute(name, value);
-      else this.#picture.removeAttribute(name);
-    }
-  }
-
-  get #label(): string {
-    return this.getAttribute("aria-label") ?? "Isosurface";
   }
 
   #receive({ camera, isovalues, clip }: LinkedView): void {
@@ -573,16 +528,8 @@ export class IsosplatViewerElement extends HTMLElement {
   }
 
   #newViewer(): Viewer {
-    const canvas = document.createElement("canvas");
-    canvas.tabIndex = 0;
-    canvas.setAttribute("part", "canvas");
-    canvas.setAttribute("role", "application");
-    canvas.setAttribute("aria-roledescription", "3D view");
-    canvas.setAttribute("aria-label", this.#label);
-    // The still picture stays below the canvas until that has drawn.
-    this.#picture.append(canvas);
-    if (this.#root.activeElement === this.#picture) canvas.focus({ preventScroll: true });
-    this.#setFocusable(false);
+    const hasFocus = this.#root.activeElement === this.#picture.element;
+    const canvas = this.#picture.addCanvas(hasFocus);
     this.#hasPicture = false;
     const viewer = new Viewer(canvas, {
       decoder: sharedWorkers(),
@@ -645,7 +592,7 @@ export class IsosplatViewerElement extends HTMLElement {
     // The browser would free the context only when it collects the canvas as garbage.
     canvas.getContext("webgl2")?.getExtension("WEBGL_lose_context")?.loseContext();
     canvas.remove();
-    this.#setFocusable(true);
+    this.#picture.setFocusable(true);
   }
 
   #onOpened(info: StoreInfo): void {
@@ -679,7 +626,7 @@ export class IsosplatViewerElement extends HTMLElement {
   #onPicture(): void {
     this.#hasPicture = true;
     this.#poster.hidden = true;
-    this.#removeStill();
+    this.#picture.removeStill();
   }
 
   #fault(error: StreamError | RendererError): void {
