@@ -187,8 +187,13 @@ test("a double click makes a point of the surface the centre of rotation", async
 });
 
 test("saves tables and sessions; a session that is dropped on the page opens", async ({ page }) => {
-  await open(page, `${view}&measure=distance,40,50,60,43,54,60|Rand&measure=spiral,1,2,3`);
-  await expect(page.getByText("1 of 2 measurements in the address were ignored")).toBeVisible();
+  const measured = "measure=distance,40,50,60,43,54,60|Rand&measure=spiral,1,2,3";
+  await page.goto(`${server.url}?${view}&${measured}`);
+  // The message is there for some seconds only.
+  const message = page.getByText("1 of 2 measurements in the address were ignored");
+  await expect(message).toBeVisible({ timeout: 30_000 });
+  await complete(page);
+  await settled(page);
   await openSection(page, "Measure");
   const { x, y } = await middle(page);
   await page.getByRole("button", { name: "Point", exact: true }).click();
