@@ -4,7 +4,7 @@
 #include <string>
 
 #include "native/builder/builder.h"
-#include "native/import/open_volume.h"
+#include "shared/import/open_volume.h"
 
 namespace isosplat::cli {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "native/builder/builder.h"
-#include "native/import/open_volume.h"
+#include "shared/import/open_volume.h"
 
 // Options that several subcommands share.
 namespace isosplat::cli {

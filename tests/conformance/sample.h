@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "native/import/open_volume.h"
+#include "shared/import/open_volume.h"
 
 // Shared by the generators of the conformance suite. A generator is written from its format's
 // specification, so nothing here may use code of the importers except the types of their interface.

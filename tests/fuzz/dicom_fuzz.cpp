@@ -8,8 +8,8 @@
 
 #include <numeric>
 
-#include "native/import/dicom_order.h"
-#include "native/import/dicom_pixels.h"
+#include "shared/import/dicom_order.h"
+#include "shared/import/dicom_pixels.h"
 #include "tests/fuzz/edits.h"
 #include "tests/native/dicom_files.h"
 

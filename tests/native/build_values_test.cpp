@@ -9,7 +9,7 @@
 #include "native/builder/array_source.h"
 #include "native/builder/survey.h"
 #include "native/builder/verify.h"
-#include "native/import/open_volume.h"
+#include "shared/import/open_volume.h"
 #include "shared/preprocess/quantization.h"
 #include "tests/native/brute_force.h"
 

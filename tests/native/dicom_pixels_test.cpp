@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "native/import/dicom_elements.h"
+#include "shared/import/dicom_elements.h"
 #include "tests/native/dicom_files.h"
 
 // Encodings of pixels and elements: transfer syntaxes, codecs, and damaged data.

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <random>
 
-#include "native/import/access_points.h"
-#include "native/import/byte_reader.h"
+#include "shared/import/access_points.h"
+#include "shared/import/byte_reader.h"
 #include "tests/native/temporary_folder.h"
 #include "tests/native/volume_files.h"
 

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <random>
 
-#include "native/import/orientation.h"
+#include "shared/import/orientation.h"
 #include "tests/native/volume_files.h"
 
 namespace isosplat {

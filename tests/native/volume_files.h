@@ -6,7 +6,7 @@
 #include <bit>
 #include <cstring>
 
-#include "native/import/open_volume.h"
+#include "shared/import/open_volume.h"
 #include "tests/native/test_files.h"
 
 // Small volume files of every format, written byte by byte.

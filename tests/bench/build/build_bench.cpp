@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "native/builder/builder.h"
-#include "native/import/open_volume.h"
+#include "shared/import/open_volume.h"
 #include "shared/store/store_reader.h"
 #include "tests/bench/build/held_volume.h"
 

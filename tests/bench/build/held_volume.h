@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "native/import/open_volume.h"
+#include "shared/import/open_volume.h"
 
 namespace isosplat {
 

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "native/import/open_volume.h"
+#include "shared/import/open_volume.h"
 
 namespace isosplat {
 namespace {

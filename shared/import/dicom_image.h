@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "shared/import/dicom_elements.h"
+
+// Describes a file's pixels, and checks that the file has all of them (PS3.3, C.7.6.3).
+namespace isosplat::dicom {
+
+/// Upper limit of the number of frames in a file.
+inline constexpr double kMaxFrames = 1 << 20;
+
+/// The pixels of a file.
+struct Image {
+  std::string file;
+  std::string transfer_syntax;
+  PixelPlace pixels;
+  bool deflated = false;
+  uint64_t deflated_start = 0;
+  int32_t columns = 0, rows = 0, frames = 1;
+  int allocated = 16, stored = 16, high_bit = 15;  ///< bits of a pixel
+  bool is_signed = false, is_float = false;
+  bool is_encapsulated = false;
+  bool cut_off = false;             ///< the file ends before its last pixel
+  bool has_surplus = false;         ///< the file has pixels for at least one extra row
+  Status refusal = Status::ok;      ///< why it cannot become a volume; the reason is in `obstacle`
+  std::string obstacle;             ///< reason for the refusal; empty: none
+  std::string assumption;           ///< a note about an assumed position; empty: none
+  std::string instance_uid;         ///< SOP Instance UID
+  std::string sop_class;            ///< SOP Class UID
+  std::string frame_of_reference;   ///< Frame of Reference UID: of the positions; empty: unknown
+  double stated_slice_spacing = 0;  ///< SpacingBetweenSlices; 0: absent
+  /// Stored values from `padding` to `padding_limit` (equal to `padding` if the file gives no
+  /// limit) are padding, not values.
+  std::optional<double> padding, padding_limit;
+};
+
+/// Reads the description of a file's greyscale pixels. If it cannot become a volume, the image has
+/// an obstacle. Errors: malformed_volume if elements are missing or contradict each other,
+/// io_error.
+Result<Image> read_image(const Elements& elements, const std::filesystem::path& path);
+
+/// Sets the obstacle of an image, unless it already has one.
+void refuse_image(Image& image, Status status, std::string why);
+
+/// The SOP class of a data set (PS3.4, B.5); empty if absent.
+std::string_view sop_class(const Item& data);
+
+/// The error for a header that is incomplete or contradicts itself.
+tl::unexpected<Error> contradiction(const std::filesystem::path& path, std::string_view why);
+
+}  // namespace isosplat::dicom

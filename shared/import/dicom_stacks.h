@@ -1,0 +1,20 @@
+#pragma once
+
+#include "shared/import/dicom_frames.h"
+#include "shared/import/open_volume.h"
+
+// Groups frames into stacks: frames of one series with the same size, orientation and pixel
+// spacing.
+namespace isosplat::dicom {
+
+struct Stack {
+  std::vector<uint32_t> frames;  ///< indices in Collection::frames
+};
+
+/// Returns the frames of the stack that the options select; by default that of the series with the
+/// most voxels. Adds a note about other series. Errors: malformed_volume if the series has several
+/// stacks and the options select none, invalid_argument if they select one that does not exist.
+Result<Stack> choose_stack(const Collection& collection, const std::filesystem::path& path,
+                           const ImportOptions& options, std::vector<std::string>& notes);
+
+}  // namespace isosplat::dicom

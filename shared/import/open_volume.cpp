@@ -1,0 +1,325 @@
+#include "shared/import/open_volume.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "shared/import/array_source.h"
+#include "shared/import/byte_reader.h"
+#include "shared/import/file_stamps.h"
+#include "shared/import/formats.h"
+#include "shared/import/header_text.h"
+#include "shared/import/input_files.h"
+#include "shared/import/missing_values.h"
+#include "shared/import/slice_files.h"
+
+namespace isosplat {
+namespace {
+
+using Opener = Result<OpenVolume> (*)(const std::filesystem::path&, const ImportOptions&);
+
+/// Selects the reader by a file's first bytes; null if they have no known signature.
+Opener opener_for(std::string_view beginning) {
+  using namespace std::string_view_literals;
+  // Before TIFF: a DICOM file may begin with a TIFF header (PS3.10, 7.1).
+  if (beginning.size() > 132 && beginning.substr(128, 4) == "DICM") return open_dicom_file;
+  if (beginning.starts_with("NRRD000")) return open_nrrd;
+  if (beginning.starts_with("# vtk DataFile")) return open_vtk_legacy;
+  if (beginning.starts_with("II*\0"sv) || beginning.starts_with("MM\0*"sv) ||
+      beginning.starts_with("II+\0"sv) || beginning.starts_with("MM\0+"sv)) {
+    return open_tiff_file;
+  }
+  if (beginning.size() >= 348 &&
+      (beginning.substr(344, 4) == "n+1\0"sv || beginning.substr(344, 4) == "ni1\0"sv)) {
+    return open_nifti;
+  }
+  if (beginning.size() >= 12 && (beginning.substr(4, 8) == "n+2\0\r\n\032\n"sv ||
+                                 beginning.substr(4, 8) == "ni2\0\r\n\032\n"sv)) {
+    return open_nifti;
+  }
+  const std::string_view text = beginning.substr(0, std::min<size_t>(beginning.size(), 4096));
+  if (text.find("ElementDataFile") != text.npos || text.find("NDims") != text.npos) {
+    return open_meta_image;
+  }
+  return nullptr;
+}
+
+/// The first bytes of a file, decompressed if it is gzip data. Nothing if it cannot be read.
+std::optional<std::string> expanded_beginning(const std::filesystem::path& path) {
+  auto bytes = is_gzip(path) ? open_deflated(path) : open_plain(path);
+  if (!bytes) return std::nullopt;
+  const auto some = (*bytes)->count_after(0, 4096);
+  std::string text(static_cast<size_t>(some.value_or(540)), '\0');
+  if (!(*bytes)->read(0, std::as_writable_bytes(std::span(text)))) return std::nullopt;
+  return text;
+}
+
+struct Known {
+  std::string_view suffix;
+  std::string_view what;
+};
+
+/// Other file types that users may try, and what they are.
+constexpr Known kNotRead[] = {
+    {".vti", "VTK's XML format"},
+    {".vtu", "an unstructured VTK grid"},
+    {".vtr", "a rectilinear VTK grid"},
+    {".vts", "a curvilinear VTK grid"},
+    {".vtp", "a VTK mesh"},
+    {".vthb", "a VTK AMR hierarchy"},
+    {".h5", "HDF5"},
+    {".hdf5", "HDF5"},
+    {".mnc", "MINC"},
+    {".mgz", "FreeSurfer's format"},
+    {".mrc", "MRC"},
+    {".png", "a single image"},
+    {".jpg", "a single image"},
+    {".jpeg", "a single image"},
+    {".zip", "an archive"},
+    {".tar", "an archive"},
+    {".img", "the voxels of a pair without a valid NIfTI .hdr"},
+    {".hdr",
+     "an ANALYZE header, which does not distinguish left from right, or an ENVI or other header"},
+    {".npy", "a NumPy array"},
+    {".stl", "a mesh"},
+    {".ply", "a mesh or point cloud"},
+    {".obj", "a mesh"},
+};
+
+/// Whether a file with voxels has the header of a pair beside it.
+bool has_nifti_header(const std::filesystem::path& voxels) {
+  std::filesystem::path header = voxels;
+  if (lower_case(header.extension().string()) == ".gz") header.replace_extension();
+  if (lower_case(header.extension().string()) != ".img") return false;
+  for (const char* extension : {".hdr", ".HDR", ".hdr.gz"}) {
+    header.replace_extension(extension);
+    const auto beginning = expanded_beginning(header);
+    if (beginning && opener_for(*beginning) == open_nifti) return true;
+  }
+  return false;
+}
+
+tl::unexpected<Error> unsupported(const std::filesystem::path& path) {
+  const std::string extension = lower_case(path.extension().string());
+  if (extension == ".isosplat") {
+    return fail(
+        Status::unsupported_format,
+        fmt::format(
+            "{}: expected a volume, found a store: open it with isosplat view, info or serve",
+            path.string()));
+  }
+  std::string found = "found no known signature in the file";
+  for (const Known& known : kNotRead) {
+    if (known.suffix == extension) found = fmt::format("found {} ({})", extension, known.what);
+  }
+  return fail(Status::unsupported_format,
+              fmt::format("{}: expected NRRD, MetaImage, NIfTI, DICOM, TIFF or legacy VTK, {}: "
+                          "convert the file (ParaView, 3D Slicer and ITK-SNAP write NRRD), or give "
+                          "--dims and --type if it contains raw voxels",
+                          path.string(), found));
+}
+
+/// Whether a folder contains TIFF slices: the TIFF files are larger in total than the DICOM files.
+/// A DICOM scan may have a few screenshots beside it.
+bool is_tiff_folder(const std::filesystem::path& path) {
+  const auto tiffs = files_of_folder(path, {".tif", ".tiff"});
+  if (tiffs.empty()) return false;
+  uint64_t tiff_bytes = 0, dicom_bytes = 0;
+  for (const auto& file : tiffs) tiff_bytes += size_of_file(file).value_or(0);
+  for (const auto& file : files_of_folder(path, {})) {
+    if (is_dicom(file)) dicom_bytes += size_of_file(file).value_or(0);
+  }
+  return tiff_bytes > dicom_bytes;
+}
+
+/// The names of a folder's subfolders, in order; hidden ones are left out.
+std::vector<std::string> subfolders_of(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const FolderEntry& entry : folder_entries(folder)) {
+    const std::string name = entry.path.filename().string();
+    if (!name.starts_with('.') && entry.kind == InputKind::folder) names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+Result<OpenVolume> open_folder(const std::filesystem::path& path, const ImportOptions& options) {
+  if (is_tiff_folder(path)) return open_tiff_folder(path, options);
+  if (files_of_folder(path, {}).empty()) {
+    return fail(
+        Status::unsupported_format,
+        fmt::format("{}: expected a folder with DICOM or TIFF slices, found an empty folder",
+                    path.string()));
+  }
+  return open_dicom_folder(path, options);
+}
+
+}  // namespace
+
+namespace {
+
+/// The reader of a file.
+struct Choice {
+  Opener opener = nullptr;  ///< null: none
+  bool has_header = false;  ///< and so takes no options for raw files
+  bool is_compressed_wrongly = false;
+};
+
+/// Chooses the reader. `is_raw`: the options say what raw voxels it has. Errors: io_error.
+Result<Choice> choose_opener(const std::filesystem::path& path, bool is_raw) {
+  const auto beginning = read_beginning(path, 4096);
+  if (!beginning) return tl::unexpected(beginning.error());
+  Opener opener = opener_for(*beginning);
+  const std::string name = lower_case(path.filename().string());
+  if (is_gzip(path)) {
+    // The content decides, not the file's name.
+    const auto inside = expanded_beginning(path);
+    opener = inside ? opener_for(*inside) : nullptr;
+    if (opener && opener != open_nifti) return Choice{opener, true, true};
+  }
+  if (!opener && (name.ends_with(".nii.gz") || name.ends_with(".nii"))) opener = open_nifti;
+  if (!opener && has_nifti_header(path)) opener = open_nifti;
+  const bool has_header = opener != nullptr;
+  if (!opener && (is_raw || raw_name_is_complete(path) || name.ends_with(".raw") ||
+                  name.ends_with(".raw.gz"))) {
+    opener = open_raw;
+  }
+  if (!opener && is_dicom(path)) opener = open_dicom_file;  // without the prefix "DICM"
+  return Choice{opener, has_header};
+}
+
+/// Opens a volume with the reader of its format.
+Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOptions& options) {
+  const bool raw_options =
+      options.dims || options.type || options.big_endian || options.skip_bytes > 0;
+  if (input_kind(path) == InputKind::folder) {
+    if (raw_options) {
+      return fail(Status::invalid_argument,
+                  fmt::format("{}: --dims, --type, --endian and --skip-bytes are for raw files, "
+                              "this is a folder: remove these options",
+                              path.string()));
+    }
+    auto volume = open_folder(path, options);
+    if (const auto inside = subfolders_of(path); volume && !inside.empty()) {
+      volume->notes.push_back(
+          fmt::format("{} subfolder{} not read, such as {}: slices in subfolders are other volumes",
+                      inside.size(), inside.size() > 1 ? "s are" : " is", inside.front()));
+    }
+    return volume;
+  }
+  const auto choice = choose_opener(path, options.dims || options.type);
+  if (!choice) return tl::unexpected(choice.error());
+  if (const auto size = size_of_file(path); !size) return tl::unexpected(size.error());
+  if (choice->is_compressed_wrongly) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected a volume, found a gzip-compressed file of a format "
+                            "that Isosplat reads only uncompressed: decompress it with gunzip",
+                            path.string()));
+  }
+  if (choice->has_header && raw_options) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: --dims, --type, --endian and --skip-bytes are for raw files, this "
+                            "file has a header: remove these options",
+                            path.string()));
+  }
+  const Opener opener = choice->opener;
+  if (!opener) return unsupported(path);
+  return opener(path, options);
+}
+
+}  // namespace
+
+std::string_view format_of_file(const std::filesystem::path& path) {
+  constexpr struct {
+    Opener opener;
+    std::string_view name;
+  } kNames[] = {{open_nrrd, "NRRD"},       {open_meta_image, "MetaImage"}, {open_nifti, "NIfTI"},
+                {open_vtk_legacy, "VTK"},  {open_tiff_file, "TIFF"},       {open_dicom_file, "DICOM"},
+                {open_raw, "raw"}};
+  const auto choice = choose_opener(path, false);
+  if (!choice || choice->is_compressed_wrongly) return {};
+  for (const auto& [opener, name] : kNames) {
+    if (choice->opener == opener) return name;
+  }
+  return {};
+}
+
+Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options) {
+  const FileStamps before = FileStamps::of({path});
+  auto volume = open_format(path, options);
+  if (!volume) return volume;
+  if (auto same = before.check(); !same) return tl::unexpected(same.error());
+  const VolumeHeader& header = volume->source->header();
+  const Index3 n = header.grid.voxels;
+  if (const uint64_t slice = volume_bytes({n.x, n.y, 1}, voxel_bytes(header.type));
+      slice > std::numeric_limits<size_t>::max() / 4) {
+    return fail(Status::volume_too_large,
+                fmt::format("{}: expected slices of less than 1 GiB, found {} × {} voxels of type "
+                            "{}: build the store with the program (isosplat build), which has more "
+                            "memory than a browser",
+                            path.string(), n.x, n.y, voxel_type_name(header.type)));
+  }
+  volume->source = watch_files(std::move(volume->source));
+  return with_missing_values(std::move(*volume), options);
+}
+
+std::string volume_name(const std::filesystem::path& path) {
+  std::filesystem::path file = path.filename();
+  if (file.empty()) file = path.parent_path().filename();  // "folder/"
+  if (lower_case(file.extension().string()) == ".gz") file = file.stem();
+  const std::string stem = file.stem().string();
+  return stem.empty() ? "volume" : stem;
+}
+
+Result<uint64_t> choose_time_step(const std::filesystem::path& path,
+                                  const std::vector<int64_t>& sizes, const ImportOptions& options) {
+  size_t axes = sizes.size();
+  while (axes > 3 && sizes[axes - 1] == 1) --axes;
+  if (axes < 3) {
+    return fail(Status::no_cells,
+                fmt::format("{}: expected a volume with three axes, found an image with {}: give "
+                            "the folder of all slices, or the file that contains them all",
+                            path.string(), axes));
+  }
+  if (axes > 4) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected three axes, or four with time, found {}: save one volume "
+                            "as a separate file",
+                            path.string(), axes));
+  }
+  return choose_step(path, axes == 4 ? sizes[3] : 1, options);
+}
+
+Result<uint64_t> choose_step(const std::filesystem::path& path, int64_t steps,
+                             const ImportOptions& options) {
+  if (steps > 1 && !options.time_step) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected one volume, found {} time steps: choose one with "
+                            "--time-step 0 to --time-step {}",
+                            path.string(), steps, steps - 1));
+  }
+  const int64_t step = options.time_step.value_or(0);
+  if (step < 0 || step >= steps) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected a --time-step from 0 to {}, found {}: choose another",
+                            path.string(), steps - 1, step));
+  }
+  return static_cast<uint64_t>(step);
+}
+
+tl::unexpected<Error> not_scalar(const std::filesystem::path& path, int components) {
+  return fail(Status::unsupported_type,
+              fmt::format("{}: expected one number per voxel, found {} (colours or vectors): save "
+                          "one channel, or the magnitude, as a separate volume",
+                          path.string(), components));
+}
+
+tl::unexpected<Error> unknown_type(const std::filesystem::path& path, std::string_view type) {
+  return fail(Status::unsupported_type,
+              fmt::format("{}: expected voxels of type u8, i8, u16, i16, u32, i32, u64, i64, f32 "
+                          "or f64, found {}: convert the volume to one of them",
+                          path.string(), type));
+}
+
+}  // namespace isosplat

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "shared/import/open_volume.h"
+
+namespace isosplat {
+
+/// What JavaScript asks to open.
+struct ImportRequest {
+  std::filesystem::path path;
+  ImportOptions options;
+};
+
+/// Parses {"path", "options"}: ImportOptions in web/import/types.ts. Errors: invalid_argument.
+Result<ImportRequest> parse_import_request(std::string_view text);
+
+/// An open volume as JSON text: ImportedVolume in web/import/types.ts.
+std::string imported_text(const std::filesystem::path& path, const OpenVolume& volume);
+
+}  // namespace isosplat
