@@ -37,8 +37,11 @@ Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes
   std::vector<uint64_t> layer(levels), written(levels), whole(levels);
   for (uint32_t l = 0; l < levels; ++l) {
     const LevelGrid grid = level_grid(voxels, l);
-    const uint64_t voxel_slice = voxel_slice_bytes(grid, bits);
-    const uint64_t interval_slice = interval_slice_bytes(grid, bits);
+    // As voxel_slice_bytes and interval_slice_bytes, in 64 bits: addresses may have 32.
+    const uint64_t width = static_cast<uint32_t>(grid.cells.x);
+    const uint64_t height = static_cast<uint32_t>(grid.cells.y);
+    const uint64_t voxel_slice = (width + 1) * (height + 1) * (bits / 8u);
+    const uint64_t interval_slice = width * height * (bits / 4u);
     const auto depth = static_cast<uint64_t>(std::min(grid.cells.z, kBlockCells));
     layer[l] = (depth + 2) * voxel_slice + (l > 0 ? depth * interval_slice : 0);
     written[l] = (depth / 2 + 2) * voxel_slice + (depth / 2 + 1) * interval_slice;

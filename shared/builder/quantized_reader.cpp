@@ -13,15 +13,16 @@ size_t voxels_per_slice(const VolumeHeader& header) {
 
 }  // namespace
 
-size_t staging_bytes(const VolumeHeader& header, uint8_t bits) {
+uint64_t staging_bytes(const VolumeHeader& header, uint8_t bits) {
   if (voxel_bytes(header.type) * 8 == bits) return 0;
-  const size_t slice = voxels_per_slice(header) * voxel_bytes(header.type);
+  const uint64_t slice = uint64_t{static_cast<uint32_t>(header.grid.voxels.x)} *
+                         static_cast<uint32_t>(header.grid.voxels.y) * voxel_bytes(header.type);
   // At most half of the slices of a layer: if voxels of 16 bits become quantized values of 8 bits,
   // the buffer takes no more memory than the smaller layer saves. So the memory plan holds, which
   // is made before the number of bits is known.
   const auto max_slices =
-      static_cast<size_t>(std::clamp(header.grid.voxels.z / 2, 1, kBlockCells / 2));
-  return slice * std::clamp<size_t>((8 << 20) / slice, 1, max_slices);
+      static_cast<uint64_t>(std::clamp(header.grid.voxels.z / 2, 1, kBlockCells / 2));
+  return slice * std::clamp<uint64_t>((8 << 20) / slice, 1, max_slices);
 }
 
 QuantizedReader::QuantizedReader(VolumeSource& source, const Quantization& quantization,
@@ -30,7 +31,7 @@ QuantizedReader::QuantizedReader(VolumeSource& source, const Quantization& quant
       quantization_(quantization),
       executor_(executor),
       voxels_per_slice_(voxels_per_slice(source.header())),
-      staging_(staging_bytes(source.header(), quantization.mapping().bits)) {}
+      staging_(static_cast<size_t>(staging_bytes(source.header(), quantization.mapping().bits))) {}
 
 Result<void> QuantizedReader::read(int32_t first, int32_t count, std::byte* to,
                                    const Visit& visit) {

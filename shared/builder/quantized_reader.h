@@ -12,7 +12,7 @@ namespace isosplat {
 
 /// Size of the buffer for voxels before quantization to `bits` bits, at least one slice. 0 if
 /// voxels and quantized values have the same size: then the quantization is in place.
-size_t staging_bytes(const VolumeHeader& header, uint8_t bits);
+uint64_t staging_bytes(const VolumeHeader& header, uint8_t bits);
 
 /// Reads slices of a source as quantized values.
 class QuantizedReader {

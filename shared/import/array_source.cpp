@@ -152,8 +152,8 @@ class ArraySource : public VolumeSource {
   Result<void> read_bytes(uint64_t offset, std::span<std::byte> out) {
     if (volume_.missing.empty()) return reader_->read(offset, out);
     while (!out.empty()) {
-      const auto range =
-          std::find_if(volume_.missing.begin(), volume_.missing.end(), [&](const ByteRange& r) { return r.end > offset; });
+      const auto range = std::find_if(volume_.missing.begin(), volume_.missing.end(),
+                                      [&](const ByteRange& r) { return r.end > offset; });
       const uint64_t begin =
           range == volume_.missing.end() ? std::numeric_limits<uint64_t>::max() : range->begin;
       const bool is_missing = begin <= offset;

@@ -12,8 +12,8 @@
 
 namespace isosplat {
 
-/// Decompresses deflated data (RFC 1951) forwards. It pulls its input, so that it never stops inside
-/// of a code, and keeps what it has made, with the 32 KiB before it, in a buffer.
+/// Decompresses deflated data (RFC 1951) forwards. It pulls its input, so that it never stops
+/// inside of a code, and keeps what it has made, with the 32 KiB before it, in a buffer.
 class DeflateDecoder {
  public:
   /// Fills bytes with what follows of the input. Returns how many: 0 at its end.
@@ -30,8 +30,8 @@ class DeflateDecoder {
 
   explicit DeflateDecoder(Read read);
 
-  /// Begins with deflated data here, after the whole bytes that were taken. `window`: up to 32 KiB of
-  /// output before them.
+  /// Begins with deflated data here, after the whole bytes that were taken. `window`: up to 32 KiB
+  /// of output before them.
   void begin(std::span<const std::byte> window);
 
   /// Drops input bits: those of a byte that belong to what comes before the data.

@@ -11,8 +11,7 @@
 namespace isosplat {
 namespace {
 
-std::unique_ptr<InflateStream> make_stream(const ReadableFile& file, uint64_t start,
-                                           Deflate kind) {
+std::unique_ptr<InflateStream> make_stream(const ReadableFile& file, uint64_t start, Deflate kind) {
 #ifdef __EMSCRIPTEN__
   return make_plain_inflate_stream(file, start, kind);
 #else

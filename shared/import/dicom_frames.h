@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "shared/import/dicom_image.h"
 #include "shared/base/vec3.h"
+#include "shared/import/dicom_image.h"
 
 // Frames with positions and values, from the files of a folder or from one file. Single-frame files
 // of CT, MR and PET, multi-frame files with functional groups (Enhanced CT, MR, PET), nuclear

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "shared/import/dicom_frames.h"
 #include "shared/grid/volume_source.h"
+#include "shared/import/dicom_frames.h"
 
 // Reads the pixels of frames: directly from native and deflated files; encapsulated pixels are
 // decompressed by GDCM in a child process.

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <span>
 
-#include "shared/import/dicom_frames.h"
 #include "shared/grid/voxel_type.h"
+#include "shared/import/dicom_frames.h"
 
 namespace isosplat::dicom {
 

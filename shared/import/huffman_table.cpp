@@ -8,18 +8,19 @@ namespace {
 constexpr unsigned kMaxBits = 15;
 
 // RFC 1951, 3.2.5: of the symbols from 257 on, and of the distances.
-constexpr uint16_t kLengthBase[29] = {3,  4,  5,  6,  7,  8,  9,  10, 11,  13,  15,  17,  19,  23, 27,
-                                      31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163, 195, 227, 258};
+constexpr uint16_t kLengthBase[29] = {3,  4,  5,  6,   7,   8,   9,   10,  11, 13,
+                                      15, 17, 19, 23,  27,  31,  35,  43,  51, 59,
+                                      67, 83, 99, 115, 131, 163, 195, 227, 258};
 constexpr uint8_t kLengthExtra[29] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2,
                                       2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 0};
-constexpr uint16_t kDistanceBase[30] = {1,   2,   3,   4,   5,   7,    9,    13,   17,   25,
-                                        33,  49,  65,  97,  129, 193,  257,  385,  513,  769,
-                                        1025, 1537, 2049, 3073, 4097, 6145, 8193, 12289, 16385,
-                                        24577};
+constexpr uint16_t kDistanceBase[30] = {
+    1,   2,   3,   4,   5,   7,    9,    13,   17,   25,   33,   49,   65,    97,    129,
+    193, 257, 385, 513, 769, 1025, 1537, 2049, 3073, 4097, 6145, 8193, 12289, 16385, 24577};
 
 uint32_t entry_of(HuffmanTable::Kind kind, size_t symbol, unsigned bits) {
   uint32_t what = HuffmanTable::kInvalid, value = 0;
-  if (kind == HuffmanTable::Kind::code_lengths || (kind == HuffmanTable::Kind::literals && symbol < 256)) {
+  if (kind == HuffmanTable::Kind::code_lengths ||
+      (kind == HuffmanTable::Kind::literals && symbol < 256)) {
     what = HuffmanTable::kLiteral;
     value = static_cast<uint32_t>(symbol);
   } else if (kind == HuffmanTable::Kind::literals && symbol == 256) {

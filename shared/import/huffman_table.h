@@ -13,8 +13,8 @@ namespace isosplat {
 ///     bit   31..16  15..8  7..0
 ///           value   kind   bits
 ///
-/// kind: 0 to 15 extra bits after a base value; kLiteral; kEndOfBlock; kInvalid; kTable + the number
-/// of its index bits. bits: of the code (of kTable: root_bits).
+/// kind: 0 to 15 extra bits after a base value; kLiteral; kEndOfBlock; kInvalid; kTable + the
+/// number of its index bits. bits: of the code (of kTable: root_bits).
 class HuffmanTable {
  public:
   static constexpr uint8_t kLiteral = 32, kEndOfBlock = 33, kInvalid = 34, kTable = 64;
@@ -30,7 +30,8 @@ class HuffmanTable {
     const uint32_t entry = entries_[static_cast<size_t>(bits) & ((size_t{1} << root_bits_) - 1)];
     const uint32_t kind = entry >> 8 & 0xff;
     if (kind < kTable) return entry;
-    const size_t index = static_cast<size_t>(bits >> root_bits_) & ((size_t{1} << (kind - kTable)) - 1);
+    const size_t index =
+        static_cast<size_t>(bits >> root_bits_) & ((size_t{1} << (kind - kTable)) - 1);
     return entries_[(entry >> 16) + index];
   }
 

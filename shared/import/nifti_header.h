@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "shared/base/status.h"
 #include "shared/import/orientation.h"
 #include "shared/import/stored_voxels.h"
-#include "shared/base/status.h"
 
 namespace isosplat {
 

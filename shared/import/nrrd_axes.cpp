@@ -49,7 +49,8 @@ Result<std::vector<NrrdAxis>> read_axes(const std::filesystem::path& path,
   const auto sizes = whole_numbers(header.field("sizes"));
   const auto dimension = whole_number(header.field("dimension"));
   if (!sizes || sizes->empty() || sizes->size() > 16 || !dimension ||
-      *dimension != static_cast<int64_t>(sizes->size()) || *std::min_element(sizes->begin(), sizes->end()) < 1) {
+      *dimension != static_cast<int64_t>(sizes->size()) ||
+      *std::min_element(sizes->begin(), sizes->end()) < 1) {
     return malformed_nrrd(path, fmt::format("expected as many sizes above 0 as dimensions, found "
                                             "dimension '{}' and sizes '{}'",
                                             header.field("dimension"), header.field("sizes")));
@@ -115,11 +116,13 @@ std::vector<size_t> find_spatial_axes(const std::vector<NrrdAxis>& axes,
     }
     return found.size();
   };
-  if (std::any_of(axes.begin(), axes.end(), [](const NrrdAxis& a) { return a.direction || a.is_none; })) {
+  if (std::any_of(axes.begin(), axes.end(),
+                  [](const NrrdAxis& a) { return a.direction || a.is_none; })) {
     collect([](const NrrdAxis& a) { return a.direction.has_value(); });
     return found;
   }
-  if (std::any_of(axes.begin(), axes.end(), [](const NrrdAxis& a) { return !is_unspecified_kind(a.kind); })) {
+  if (std::any_of(axes.begin(), axes.end(),
+                  [](const NrrdAxis& a) { return !is_unspecified_kind(a.kind); })) {
     // If there are too few spatial axes, axes without any declaration are spatial.
     if (collect([](const NrrdAxis& a) { return is_space_kind(a.kind); }) < 3) {
       collect(
@@ -164,7 +167,8 @@ Result<std::vector<size_t>> find_other_axes(const std::filesystem::path& path,
                                             std::span<const size_t> spatial) {
   std::vector<size_t> others;
   for (size_t i = 0; i < axes.size(); ++i) {
-    if (std::find(spatial.begin(), spatial.end(), i) == spatial.end() && axes[i].size > 1) others.push_back(i);
+    if (std::find(spatial.begin(), spatial.end(), i) == spatial.end() && axes[i].size > 1)
+      others.push_back(i);
   }
   for (const size_t i : others) {
     if (is_component_kind(axes[i].kind)) return not_scalar(path, static_cast<int>(axes[i].size));
@@ -203,8 +207,8 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
   if (!others->empty()) {
     const size_t other = others->front();
     result.steps = (*axes)[other].size;
-    result.step_axis =
-        static_cast<size_t>(std::count_if(spatial.begin(), spatial.end(), [&](size_t i) { return i < other; }));
+    result.step_axis = static_cast<size_t>(
+        std::count_if(spatial.begin(), spatial.end(), [&](size_t i) { return i < other; }));
   }
   auto geometry =
       nrrd_geometry(path, header, *axes, std::span<const size_t, 3>(spatial), *space, result.notes);

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/import/stored_voxels.h"
 #include "shared/base/status.h"
+#include "shared/import/stored_voxels.h"
 
 namespace isosplat {
 

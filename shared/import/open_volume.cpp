@@ -234,8 +234,9 @@ std::string_view format_of_file(const std::filesystem::path& path) {
   constexpr struct {
     Opener opener;
     std::string_view name;
-  } kNames[] = {{open_nrrd, "NRRD"},       {open_meta_image, "MetaImage"}, {open_nifti, "NIfTI"},
-                {open_vtk_legacy, "VTK"},  {open_tiff_file, "TIFF"},       {open_dicom_file, "DICOM"},
+  } kNames[] = {{open_nrrd, "NRRD"},      {open_meta_image, "MetaImage"},
+                {open_nifti, "NIfTI"},    {open_vtk_legacy, "VTK"},
+                {open_tiff_file, "TIFF"}, {open_dicom_file, "DICOM"},
                 {open_raw, "raw"}};
   const auto choice = choose_opener(path, false);
   if (!choice || choice->is_compressed_wrongly) return {};

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/import/allowances.h"
 #include "shared/grid/volume_source.h"
+#include "shared/import/allowances.h"
 
 namespace isosplat {
 
@@ -66,8 +66,9 @@ struct OpenVolume {
 /// file, what was expected and found, and the remedy.
 Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options);
 
-/// The format of a file by its first bytes and its name: "NRRD", "MetaImage", "NIfTI", "VTK", "TIFF",
-/// "DICOM" or "raw"; empty if no reader takes it. Reads no headers: open_volume may still refuse it.
+/// The format of a file by its first bytes and its name: "NRRD", "MetaImage", "NIfTI", "VTK",
+/// "TIFF", "DICOM" or "raw"; empty if no reader takes it. Reads no headers: open_volume may still
+/// refuse it.
 std::string_view format_of_file(const std::filesystem::path& path);
 
 /// Parses a voxel type as the command line and raw file names write it: u8, uint8, uchar, i16,

@@ -61,8 +61,7 @@ class PlainInflateStream : public InflateStream {
       }
       if (short_ && decoder_->made().empty()) {
         if (is_filled) return done;
-        return file_.ends_early(position_ + (out.size() - done), position_,
-                                "after decompression");
+        return file_.ends_early(position_ + (out.size() - done), position_, "after decompression");
       }
       if (is_filled && (!decoder_->made().empty() || ended_)) return done;
     }
@@ -216,10 +215,10 @@ class PlainInflateStream : public InflateStream {
       } else {
         trailer[i / 4] |= bits << 8 * (i % 4);
       }
-    }
-    if ((container_ == Container::gzip && trailer[0] != crc_) ||
-        (container_ == Container::zlib && trailer[0] != adler_)) {
-      return damaged("incorrect data check");
+      if (i == 3 && ((container_ == Container::gzip && trailer[0] != crc_) ||
+                     (container_ == Container::zlib && trailer[0] != adler_))) {
+        return damaged("incorrect data check");
+      }
     }
     if (container_ == Container::gzip && trailer[1] != static_cast<uint32_t>(member_bytes_)) {
       return damaged("incorrect length check");
@@ -229,8 +228,11 @@ class PlainInflateStream : public InflateStream {
   }
 
   AccessPoint point() {
-    AccessPoint point{made_bytes_, input_begin_ + decoder_->input_bytes(),
-                      static_cast<int>(decoder_->unused_bits()), trailer_bytes_, {}};
+    AccessPoint point{made_bytes_,
+                      input_begin_ + decoder_->input_bytes(),
+                      static_cast<int>(decoder_->unused_bits()),
+                      trailer_bytes_,
+                      {}};
     const auto window = std::as_bytes(decoder_->window());
     point.window.assign(window.begin(), window.end());
     return point;

@@ -67,7 +67,8 @@ std::vector<Name> names_of(const std::vector<std::filesystem::path>& files, Numb
 }
 
 bool have_one_shape(const std::vector<Name>& names) {
-  return std::all_of(names.begin(), names.end(), [&](const Name& n) { return n.shape == names[0].shape; });
+  return std::all_of(names.begin(), names.end(),
+                     [&](const Name& n) { return n.shape == names[0].shape; });
 }
 
 /// The values of one number in every name. Numbers too long for a double are not numbers.

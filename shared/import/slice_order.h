@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "shared/import/allowances.h"
 #include "shared/base/status.h"
+#include "shared/import/allowances.h"
 
 namespace isosplat {
 

@@ -90,8 +90,8 @@ class TiffSource : public VolumeSource {
  public:
   TiffSource(VolumeHeader header, TiffPage page, std::vector<TiffSlice> slices)
       : header_(std::move(header)), page_(std::move(page)), slices_(std::move(slices)) {
-    const bool lacks_some =
-        std::any_of(slices_.begin(), slices_.end(), [](const TiffSlice& slice) { return slice.path.empty(); });
+    const bool lacks_some = std::any_of(slices_.begin(), slices_.end(),
+                                        [](const TiffSlice& slice) { return slice.path.empty(); });
     if (lacks_some) header_.type = type_with_absent(header_.type);
   }
 

@@ -41,8 +41,8 @@ const VtkArray* choose_array(const std::vector<VtkArray>& arrays) {
 Result<void> check_point_data(const std::filesystem::path& path, const VtkFile& file,
                               const VtkArray& array) {
   const bool points_are_empty =
-      file.has_point_data &&
-      std::none_of(file.arrays.begin(), file.arrays.end(), [](const VtkArray& a) { return !a.of_cells; });
+      file.has_point_data && std::none_of(file.arrays.begin(), file.arrays.end(),
+                                          [](const VtkArray& a) { return !a.of_cells; });
   if (array.of_cells && (points_are_empty || (file.ends_early && &array != &file.arrays.back()))) {
     return fail(
         Status::truncated,

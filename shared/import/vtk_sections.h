@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "shared/import/stored_voxels.h"
 #include "shared/base/status.h"
 #include "shared/grid/grid.h"
+#include "shared/import/stored_voxels.h"
 
 namespace isosplat {
 

@@ -57,10 +57,11 @@ struct CoarserLayer {
 
 /// Bytes of one slice of a level's voxels and cell intervals.
 inline size_t voxel_slice_bytes(const LevelGrid& grid, uint8_t bits) {
-  return static_cast<size_t>(grid.cells.x + 1) * static_cast<size_t>(grid.cells.y + 1) * bits / 8;
+  return static_cast<size_t>(grid.cells.x + 1) * static_cast<size_t>(grid.cells.y + 1) *
+         (bits / 8u);
 }
 inline size_t interval_slice_bytes(const LevelGrid& grid, uint8_t bits) {
-  return static_cast<size_t>(grid.cells.x) * static_cast<size_t>(grid.cells.y) * bits / 4;
+  return static_cast<size_t>(grid.cells.x) * static_cast<size_t>(grid.cells.y) * (bits / 4u);
 }
 
 }  // namespace isosplat

@@ -81,7 +81,8 @@ uint32_t isosplat_import_read_slices(IsosplatImport* importer, uint32_t first, u
   const VolumeHeader& header = importer->source->header();
   const Index3 n = header.grid.voxels;
   const auto slices = static_cast<uint32_t>(n.z);
-  const uint64_t slice = static_cast<uint64_t>(n.x) * static_cast<uint64_t>(n.y) * voxel_bytes(header.type);
+  const uint64_t slice =
+      static_cast<uint64_t>(n.x) * static_cast<uint64_t>(n.y) * voxel_bytes(header.type);
   if (count < 1 || first >= slices || count > slices - first || slice * count > kMaxRead) {
     return report(importer, {Status::invalid_argument,
                              "expected slices of the volume, at most 1 GiB at a time"});

@@ -2,8 +2,8 @@
 
 #include <stdint.h>
 
-/// The files that the module `isosplat-import` reads: JavaScript has them (import_host.js). Paths are
-/// UTF-8, relative, with "/" between their parts.
+/// The files that the module `isosplat-import` reads: JavaScript has them (import_host.js). Paths
+/// are UTF-8, relative, with "/" between their parts.
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -18,15 +18,15 @@ double isosplat_file_bytes(int32_t file);
 /// When the file was changed, in milliseconds since 1970; 0 if that is unknown.
 double isosplat_file_modified(int32_t file);
 
-/// Reads up to `bytes` bytes from an offset. Returns their number; below 0 if the browser cannot read
-/// the file: then isosplat_file_error has the reason.
+/// Reads up to `bytes` bytes from an offset. Returns their number; below 0 if the browser cannot
+/// read the file: then isosplat_file_error has the reason.
 int32_t isosplat_file_read(int32_t file, double offset, void* out, uint32_t bytes);
 
 /// Copies a reason as UTF-8 to `text`, up to `limit` bytes. Returns its size.
 uint32_t isosplat_file_error(char* text, uint32_t limit);
 
-/// What a folder holds: each name with "f" (a file) or "d" (a folder) before it and a null after it.
-/// Copies up to `limit` bytes to `text`. Returns the size of all of it.
+/// What a folder holds: each name with "f" (a file) or "d" (a folder) before it and a null after
+/// it. Copies up to `limit` bytes to `text`. Returns the size of all of it.
 uint32_t isosplat_folder_names(const char* path, uint32_t bytes, char* text, uint32_t limit);
 
 #ifdef __cplusplus

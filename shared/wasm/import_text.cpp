@@ -69,7 +69,8 @@ Result<void> read_options(const Json& json, ImportOptions& options) {
   if (json.contains("spacing")) {
     if (!has_three(json, "spacing")) return invalid("spacing", "three numbers above 0");
     const auto& spacing = json["spacing"];
-    options.spacing = {spacing[0].get<double>(), spacing[1].get<double>(), spacing[2].get<double>()};
+    options.spacing = {spacing[0].get<double>(), spacing[1].get<double>(),
+                       spacing[2].get<double>()};
     for (const double s : {options.spacing->x, options.spacing->y, options.spacing->z}) {
       if (!(s > 0) || !std::isfinite(s)) return invalid("spacing", "three numbers above 0");
     }

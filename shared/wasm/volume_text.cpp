@@ -20,8 +20,9 @@ std::optional<std::vector<double>> numbers(const Json& json, const char* key, si
   if (found == json.end() || !found->is_array() || found->size() != count) return std::nullopt;
   std::vector<double> result;
   for (const Json& number : *found) {
-    if (!number.is_number()) return std::nullopt;
-    result.push_back(number.get<double>());
+    const bool is_negative_zero = number == "-0";  // as a text, since JavaScript's JSON has no -0
+    if (!number.is_number() && !is_negative_zero) return std::nullopt;
+    result.push_back(is_negative_zero ? -0.0 : number.get<double>());
     if (!std::isfinite(result.back())) return std::nullopt;
   }
   return result;
@@ -46,6 +47,10 @@ bool read_text(const Json& json, const char* key, std::string& text) {
 bool read_number(const Json& json, const char* key, double& number) {
   const auto found = json.find(key);
   if (found == json.end()) return true;
+  if (*found == "-0") {
+    number = -0.0;
+    return true;
+  }
   if (!found->is_number()) return false;
   number = found->get<double>();
   return std::isfinite(number);
@@ -123,7 +128,8 @@ Result<DescribedVolume> parse_volume(std::string_view text) {
   }
   if (header.slope == 0) return invalid("slope", "a number other than 0");
   volume.encoders = static_cast<unsigned>(std::min(encoders, 256.0));
-  options.memory_bytes = static_cast<uint64_t>(std::min(memory, 1e15));
+  // WebAssembly has 32-bit addresses.
+  options.memory_bytes = static_cast<uint64_t>(std::min(memory, 4e9));
   if (const auto notes = json.find("notes"); notes != json.end()) {
     if (!notes->is_array()) return invalid("notes", "a list of texts");
     for (const Json& note : *notes) {

@@ -92,7 +92,8 @@ class Inflating : public ::testing::Test {
 };
 
 TEST_F(Inflating, GivesTheBytesOfEveryKindOfBlockAndContainer) {
-  for (const size_t count : {size_t{0}, size_t{1}, size_t{300}, size_t{70'000}, size_t{1'500'000}}) {
+  for (const size_t count :
+       {size_t{0}, size_t{1}, size_t{300}, size_t{70'000}, size_t{1'500'000}}) {
     const std::string data = mixed_bytes(count, static_cast<uint32_t>(count));
     for (const int level : {0, 1, 6, 9}) {
       for (const int strategy : {Z_DEFAULT_STRATEGY, Z_HUFFMAN_ONLY, Z_RLE, Z_FIXED}) {
@@ -100,8 +101,8 @@ TEST_F(Inflating, GivesTheBytesOfEveryKindOfBlockAndContainer) {
           const auto content = compressed(data, window, level, strategy);
           const auto kind = window < 0 ? Deflate::raw : Deflate::gzip_or_zlib;
           const auto [zlib, plain] = expand_both(content, kind, 100'001);
-          ASSERT_EQ(plain.status, Status::ok) << plain.message << count << " " << level << " "
-                                              << strategy << " " << window;
+          ASSERT_EQ(plain.status, Status::ok)
+              << plain.message << count << " " << level << " " << strategy << " " << window;
           ASSERT_TRUE(plain.bytes == data) << count << " " << level << " " << strategy;
           ASSERT_TRUE(zlib.bytes == data);
         }
@@ -174,8 +175,8 @@ TEST_F(Inflating, ContinuesAtAccessPoints) {
     for (uint64_t place = 1 << 20; place < data.size(); place += 1'500'000) {
       const AccessPoint* const point = points.before(place);
       if (!point) continue;
-      for (const auto& again : {make_plain_inflate_stream(*file, 3, kind),
-                                make_zlib_stream(*file, 3, kind)}) {
+      for (const auto& again :
+           {make_plain_inflate_stream(*file, 3, kind), make_zlib_stream(*file, 3, kind)}) {
         ASSERT_TRUE(again->begin_at(*point));
         const auto rest = expand(*again, 65'536);
         EXPECT_EQ(rest.status, Status::ok) << rest.message;

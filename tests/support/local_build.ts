@@ -1,6 +1,7 @@
 import { readFileSync } from "node:fs";
 import {
   Builder,
+  type BuilderHost,
   type BuildLimits,
   type BuildReport,
   compileBuilder,
@@ -35,12 +36,12 @@ export interface LocalBuild {
   fractions: number[];
 }
 
-/** Builds a store in memory, directed by this thread. */
+/** Builds a store in memory, directed by this thread. `voxels`: all of them, or what reads slices. */
 export async function buildLocally(
   program: CompiledModule,
   encoders: readonly Encoder[],
   volume: VolumeDescription,
-  voxels: Uint8Array,
+  voxels: Uint8Array | BuilderHost["readSlices"],
   { limits = {}, signal }: { limits?: BuildLimits; signal?: AbortSignal } = {},
 ): Promise<LocalBuild> {
   let store = new Uint8Array(1 << 20);
@@ -49,7 +50,7 @@ export async function buildLocally(
   const [x, y, slices] = volume.voxels;
   const sliceBytes = (x * y * Number(volume.type.slice(1))) / 8;
   const module = await instantiateBuilder(program, {
-    readSlices: sliceReader(voxels, sliceBytes, slices),
+    readSlices: typeof voxels === "function" ? voxels : sliceReader(voxels, sliceBytes, slices),
     write: (offset, part) => {
       bytes = Math.max(bytes, offset + part.byteLength);
       if (bytes > store.byteLength) {

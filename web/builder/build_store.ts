@@ -1,6 +1,7 @@
 import { type CompiledModule, CoreError } from "../core/index.ts";
 import type { BuildWorkerMessage, BuildWorkerStart } from "./build_worker.ts";
 import type { EncodeWorkerStart } from "./encode_worker.ts";
+import type { Port } from "./encoder_port.ts";
 import { compileBuilder } from "./module.ts";
 import type { BuildLimits, BuildProgress, BuildReport, VolumeDescription } from "./types.ts";
 import type { Voxels } from "./voxels.ts";
@@ -34,11 +35,27 @@ export async function buildStore(
   voxels: Voxels,
   options: BuildStoreOptions = {},
 ): Promise<BuiltStore> {
-  const { signal, workers = defaultEncoderCount(), progress, memoryBytes } = options;
-  signal?.throwIfAborted();
+  options.signal?.throwIfAborted();
   const program = options.program ?? (await compileBuilder());
-  signal?.throwIfAborted();
+  options.signal?.throwIfAborted();
   const director = new Worker(new URL("./build_worker.ts", import.meta.url), { type: "module" });
+  return buildWith(
+    director,
+    (ports, limits) => ({ program, ports, volume, voxels, limits }) satisfies BuildWorkerStart,
+    { ...options, program },
+  );
+}
+
+/**
+ * As buildStore, with another worker that directs: `start` makes its message, and it answers with
+ * BuildWorkerMessages.
+ */
+export async function buildWith(
+  director: Worker,
+  start: (ports: Port[], limits: BuildLimits) => object,
+  options: BuildStoreOptions & { program: CompiledModule },
+): Promise<BuiltStore> {
+  const { signal, workers = defaultEncoderCount(), progress, memoryBytes, program } = options;
   const encoders = Array.from(
     { length: workers },
     () => new Worker(new URL("./encode_worker.ts", import.meta.url), { type: "module" }),
@@ -47,6 +64,7 @@ export async function buildStore(
   let abort = (): void => {};
   try {
     return await new Promise<BuiltStore>((resolve, reject) => {
+      signal?.throwIfAborted();
       abort = () => reject(signal?.reason);
       signal?.addEventListener("abort", abort, { once: true });
       for (const worker of all) {
@@ -63,13 +81,11 @@ export async function buildStore(
       };
       const ports = encoders.map((worker) => {
         const { port1, port2 } = new MessageChannel();
-        const start: EncodeWorkerStart = { port: port2, program };
-        worker.postMessage(start, [port2]);
+        worker.postMessage({ port: port2, program } satisfies EncodeWorkerStart, [port2]);
         return port1;
       });
       const limits = memoryBytes === undefined ? {} : { memoryBytes };
-      const start: BuildWorkerStart = { program, ports, volume, voxels, limits };
-      director.postMessage(start, ports);
+      director.postMessage(start(ports, limits), ports);
     });
   } finally {
     signal?.removeEventListener("abort", abort);

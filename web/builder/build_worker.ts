@@ -45,7 +45,12 @@ async function build({ program, ports, volume, voxels, limits }: BuildWorkerStar
 worker.onmessage = ({ data }) => {
   build(data).catch((error: unknown) => {
     const status = error instanceof CoreError ? error.status : "worker_lost";
-    const message = error instanceof Error ? error.message : String(error);
+    const message =
+      error instanceof CoreError
+        ? error.message.slice(error.status.length + 2)
+        : error instanceof Error
+          ? error.message
+          : String(error);
     worker.postMessage({ status, message });
   });
 };

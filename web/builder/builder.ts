@@ -21,7 +21,11 @@ export class Builder {
 
   /** Reads the value range and a sample of the volume. Returns the setup of the encoders. */
   begin(volume: VolumeDescription, limits: BuildLimits = {}): Uint8Array {
-    const text = new TextEncoder().encode(JSON.stringify({ ...volume, ...limits }));
+    // JSON.stringify writes -0 as 0, which would change the bytes of the store.
+    const json = JSON.stringify({ ...volume, ...limits }, (_, value) =>
+      Object.is(value, -0) ? "-0" : value,
+    );
+    const text = new TextEncoder().encode(json);
     this.#call(text, (at) =>
       this.#module._isosplat_builder_begin(this.#builder, at, text.byteLength),
     );

@@ -35,7 +35,12 @@ export function serveEncoder(port: Port, program: CompiledModule): void {
     } catch (error) {
       // WebAssembly that has aborted cannot be used again, and the build cannot go on without it.
       const status = error instanceof CoreError ? error.status : "worker_lost";
-      const message = error instanceof Error ? error.message : String(error);
+      const message =
+        error instanceof CoreError
+          ? error.message.slice(error.status.length + 2)
+          : error instanceof Error
+            ? error.message
+            : String(error);
       port.postMessage({ id: data.id, status, message } satisfies Response, []);
     }
   };

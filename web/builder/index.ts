@@ -8,10 +8,11 @@
  *       { progress: ({ fraction }) => …, signal },
  *     );
  */
-export { type BuildStoreOptions, type BuiltStore, buildStore } from "./build_store.ts";
+export { type BuildStoreOptions, type BuiltStore, buildStore, buildWith } from "./build_store.ts";
 export { Builder } from "./builder.ts";
 export { directBuild, type Encoder } from "./direct.ts";
 export { type Port, PortEncoder, serveEncoder } from "./encoder_port.ts";
 export { type BuilderHost, compileBuilder, instantiateBuilder } from "./module.ts";
+export { StoreParts } from "./store_parts.ts";
 export type * from "./types.ts";
 export type { Voxels } from "./voxels.ts";

@@ -1,0 +1,315 @@
+/** The importer in WebAssembly against the program: the same volumes, notes, errors and stores. */
+import { spawnSync } from "node:child_process";
+import {
+  copyFileSync,
+  cpSync,
+  existsSync,
+  mkdirSync,
+  mkdtempSync,
+  readdirSync,
+  readFileSync,
+  rmSync,
+  writeFileSync,
+} from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { brotliCompressSync, deflateSync, gzipSync } from "node:zlib";
+import { afterAll, beforeAll, describe, expect, test } from "vitest";
+import type { Encoder } from "../../web/builder/index.ts";
+import { type CompiledModule, CoreError } from "../../web/core/index.ts";
+import { type ImportOptions, volumesAmong } from "../../web/import/index.ts";
+import { builderProgram, buildLocally, localEncoder } from "../support/local_build.ts";
+import {
+  fileOf,
+  filesOf,
+  importProgram,
+  localImporter,
+  sparseFile,
+} from "../support/local_import.ts";
+
+const root = fileURLToPath(new URL("../..", import.meta.url));
+const isosplat = join(root, "build/release/native/cli/isosplat");
+const volumes = process.env.ISOSPLAT_VOLUMES ?? join(root, "../shared/volumes");
+const folder = mkdtempSync(join(tmpdir(), "isosplat-import-"));
+
+let importer: CompiledModule;
+let builder: CompiledModule;
+let encoders: Encoder[];
+
+beforeAll(async () => {
+  importer = await importProgram();
+  builder = await builderProgram();
+  encoders = [await localEncoder(builder)];
+});
+
+afterAll(() => rmSync(folder, { recursive: true, force: true }));
+
+/** Builds the store of a volume in a folder, as the program does by default: in the same folder. */
+function buildNatively(inside: string, path: string, flags: string[]): Uint8Array | string {
+  const { status, stderr } = spawnSync(isosplat, ["build", path, "-q", ...flags], { cwd: inside });
+  if (status !== 0) return stderr.toString();
+  const [store] = readdirSync(inside).filter((name) => name.endsWith(".isosplat"));
+  const bytes = readFileSync(join(inside, store as string));
+  for (const name of readdirSync(inside)) {
+    if (/\.isosplat/.test(name)) rmSync(join(inside, name));
+  }
+  return bytes;
+}
+
+/** Builds the store as the browser does, or returns the error's message. */
+async function buildHere(
+  inside: string,
+  path: string,
+  options: ImportOptions,
+): Promise<Uint8Array | string> {
+  const reader = await localImporter(importer, filesOf(inside));
+  let readError: unknown;
+  try {
+    const volume = reader.open(path, options);
+    const read = (first: number, count: number, into: Uint8Array): void => {
+      try {
+        reader.readSlices(first, count, into);
+      } catch (error) {
+        readError = error;
+        throw error;
+      }
+    };
+    return (await buildLocally(builder, encoders, volume, read)).store;
+  } catch (error) {
+    const cause = readError ?? error;
+    if (cause instanceof CoreError) return cause.message.slice(cause.status.length + 2);
+    throw cause;
+  }
+}
+
+async function compare(
+  inside: string,
+  path: string,
+  flags: string[] = [],
+  options: ImportOptions = {},
+): Promise<void> {
+  const native = buildNatively(inside, path, flags);
+  const here = await buildHere(inside, path, options);
+  if (typeof native === "string") {
+    expect(native).toContain(here);
+  } else {
+    expect(typeof here === "string" ? here : "a store").toBe("a store");
+    expect(Buffer.compare(here as Uint8Array, native)).toBe(0);
+  }
+}
+
+let folders = 0;
+function newFolder(files: Record<string, string | Uint8Array>): string {
+  const inside = join(folder, `${folders++}`);
+  for (const [name, content] of Object.entries(files)) {
+    mkdirSync(join(inside, name, ".."), { recursive: true });
+    writeFileSync(join(inside, name), content);
+  }
+  return inside;
+}
+
+const arrays = {
+  uint8: Uint8Array,
+  int8: Int8Array,
+  uint16: Uint16Array,
+  int16: Int16Array,
+  uint32: Uint32Array,
+  int32: Int32Array,
+  uint64: BigUint64Array,
+  int64: BigInt64Array,
+  float: Float32Array,
+  double: Float64Array,
+};
+type ArrayName = keyof typeof arrays;
+
+/** Voxels of every type with values between 0 and 120, rising from corner to corner. */
+function voxelsOf(type: ArrayName, [x, y, z]: readonly number[]): Uint8Array {
+  const count = (x as number) * (y as number) * (z as number);
+  const value = (i: number): number => Math.floor((i * 120) / count) + (i % 3);
+  if (type === "uint64" || type === "int64") {
+    const voxels = new arrays[type](count).map((_, i) => BigInt(value(i)) << 20n);
+    return new Uint8Array(voxels.buffer);
+  }
+  const voxels = new arrays[type](count);
+  for (let i = 0; i < count; ++i) voxels[i] = value(i);
+  return new Uint8Array(voxels.buffer);
+}
+
+const nrrd = (type: string, sizes: readonly number[], more: string): string =>
+  `NRRD0004\ntype: ${type}\ndimension: 3\nsizes: ${sizes.join(" ")}\n${more}\n`;
+
+describe("a store is that of the program, byte by byte", () => {
+  const sizes = [37, 5, 70];
+  test.each(Object.keys(arrays) as ArrayName[])("NRRD of %s", async (type) => {
+    const header = nrrd(
+      type,
+      sizes,
+      "space: RAS\nspace directions: (0.5,0,0) (0,-0.6,0.1) (0,0,2)\nspace origin: (0,0,0)\nendian: little\nencoding: raw\n",
+    );
+    const content = Buffer.concat([Buffer.from(header), voxelsOf(type, sizes)]);
+    await compare(newFolder({ "a.nrrd": content }), "a.nrrd");
+  });
+
+  test.each(["gzip", "raw", "ascii", "hex"])(
+    "NRRD with data in another file, %s",
+    async (coding) => {
+      const voxels = voxelsOf("uint8", sizes);
+      const data = {
+        gzip: gzipSync(voxels),
+        raw: voxels,
+        ascii: voxels.join(" "),
+        hex: Buffer.from(voxels).toString("hex"),
+      }[coding] as string;
+      const header = nrrd(
+        "uint8",
+        sizes,
+        `spacings: 1 1.5 2\nencoding: ${coding}\ndata file: sub/a.data\n`,
+      );
+      await compare(newFolder({ "a.nhdr": header, "sub/a.data": data }), "a.nhdr");
+    },
+  );
+
+  test.each([false, true])("MetaImage, compressed: %s", async (compressed) => {
+    const voxels = voxelsOf("int16", sizes);
+    const header = `ObjectType = Image\nNDims = 3\nDimSize = ${sizes.join(" ")}\nElementType = MET_SHORT\nElementSpacing = 1 2 3\nOffset = -4 5 6.5\nElementByteOrderMSB = False\nCompressedData = ${compressed ? "True" : "False"}\nElementDataFile = a.zraw\n`;
+    const data = compressed ? deflateSync(voxels) : voxels;
+    await compare(newFolder({ "a.mhd": header, "a.zraw": data }), "a.mhd");
+  });
+
+  test.each(["ASCII", "BINARY"])("legacy VTK, %s", async (kind) => {
+    const voxels = voxelsOf("uint8", sizes);
+    const header = `# vtk DataFile Version 3.0\nscan\n${kind}\nDATASET STRUCTURED_POINTS\nDIMENSIONS ${sizes.join(" ")}\nSPACING 1 1 2\nORIGIN 0 0 0\nPOINT_DATA ${voxels.length}\nSCALARS density unsigned_char\nLOOKUP_TABLE default\n`;
+    const data = kind === "ASCII" ? Buffer.from(voxels.join("\n")) : Buffer.from(voxels);
+    await compare(newFolder({ "a.vtk": Buffer.concat([Buffer.from(header), data]) }), "a.vtk");
+  });
+
+  test("raw, with options and by its name", async () => {
+    const voxels = voxelsOf("uint16", sizes);
+    const inside = newFolder({ "a.raw": voxels, "b_37x5x70_uint16.raw.gz": gzipSync(voxels) });
+    await compare(inside, "a.raw", ["--dims", "37x5x70", "--type", "u16", "--endian", "big"], {
+      dims: [37, 5, 70],
+      type: "u16",
+      bigEndian: true,
+    });
+    await compare(inside, "b_37x5x70_uint16.raw.gz");
+  });
+
+  const real = existsSync(volumes)
+    ? readdirSync(volumes).filter((name) => /\.(nhdr|nrrd|nii\.gz|vtk)$/.test(name))
+    : [];
+  test.each(real)("%s, of the real volumes", async (name) => {
+    const inside = newFolder({ "none.txt": "" });
+    copyFileSync(join(volumes, name), join(inside, name));
+    const raw = name.replace(/nhdr$/, "raw.gz");
+    if (raw !== name) copyFileSync(join(volumes, raw), join(inside, raw));
+    await compare(inside, name);
+  });
+
+  test.skipIf(!existsSync(join(volumes, "mr_t1_dicom")))("a DICOM series", async () => {
+    const inside = newFolder({ "none.txt": "" });
+    cpSync(join(volumes, "mr_t1_dicom"), join(inside, "mr"), { recursive: true });
+    await compare(inside, "mr");
+  });
+});
+
+describe("faults have the program's words", () => {
+  const voxels = voxelsOf("uint8", [10, 10, 10]);
+  const header = nrrd("uint8", [10, 10, 10], "encoding: raw\n");
+  const zipped = nrrd("uint8", [10, 10, 10], "encoding: gzip\n");
+  const join2 = (a: string, b: Uint8Array): Buffer => Buffer.concat([Buffer.from(a), b]);
+  const damaged = gzipSync(voxels);
+  damaged[damaged.length - 6] = 255 ^ (damaged[damaged.length - 6] as number);
+  const cases: Record<string, Record<string, string | Uint8Array>> = {
+    "voxels are missing": { "a.nrrd": join2(header, voxels.subarray(1)) },
+    "voxels are left over": { "a.nrrd": join2(header, Buffer.alloc(1001)) },
+    "a gzip checksum is wrong": { "a.nrrd": join2(zipped, damaged) },
+    "gzip data end early": { "a.nrrd": join2(zipped, gzipSync(voxels).subarray(0, 30)) },
+    "nothing is known about the file": { "a.nrrd": Buffer.alloc(5000, 7) },
+    "the file is empty": { "a.nrrd": "" },
+    "the header is cut off": { "a.nrrd": header.slice(0, 40) },
+    "the volume is flat": { "a.nrrd": nrrd("uint8", [10, 10, 1], "encoding: raw\n") },
+    "sizes are enormous": {
+      "a.nrrd": nrrd("double", [1048576, 1048576, 1048576], "encoding: gzip\n"),
+    },
+    "the type is unknown": { "a.nrrd": nrrd("block", [10, 10, 10], "encoding: raw\n") },
+  };
+  test.each(Object.keys(cases))("%s", async (name) => {
+    await compare(newFolder(cases[name] as Record<string, string>), "a.nrrd");
+  });
+
+  test("a volume that is too large is refused before it is read", async () => {
+    // Slices of 2^32 bytes, and of less, of volumes that need too much memory.
+    for (const sizes of [
+      [65536, 65536, 3],
+      [30000, 30000, 30],
+      [2000, 2000, 2000],
+    ] as const) {
+      const header = nrrd("uint8", sizes, "encoding: raw\n");
+      const bytes = header.length + sizes[0] * sizes[1] * sizes[2];
+      const file = sparseFile("a.nrrd", Buffer.from(header), bytes);
+      const reader = await localImporter(importer, [file]);
+      const read = async (): Promise<unknown> => {
+        const never = (): never => expect.fail("it was read");
+        return buildLocally(builder, encoders, reader.open("a.nrrd"), never);
+      };
+      await expect(read()).rejects.toThrow(/isosplat build/);
+    }
+  });
+
+  test("hostile bytes end in an error, never in a crash of the page", async () => {
+    const good: Uint8Array[] = Object.values(cases).map((files) =>
+      Buffer.from(files["a.nrrd"] as string),
+    );
+    let random = 7;
+    const next = (limit: number): number => {
+      random = (Math.imul(random, 1664525) + 1013904223) >>> 0;
+      return Math.floor((random / 2 ** 32) * limit);
+    };
+    for (let i = 0; i < 300; ++i) {
+      const bytes = Uint8Array.from(good[next(good.length)] as Uint8Array);
+      for (let flips = next(5); flips > 0 && bytes.length > 0; --flips) {
+        bytes[next(Math.min(200, bytes.length))] = next(256);
+      }
+      const reader = await localImporter(importer, [fileOf("a.nrrd", bytes)]);
+      try {
+        const { voxels: n, type } = reader.open("a.nrrd");
+        const slice = (n[0] * n[1] * Number(type.slice(1))) / 8;
+        if (slice < 1e6) reader.readSlices(0, 1, new Uint8Array(slice));
+      } catch (error) {
+        expect(error).toBeInstanceOf(CoreError);
+      }
+    }
+  });
+});
+
+describe("volumes are found among files", () => {
+  const find = async (files: Record<string, string | Uint8Array>) => {
+    const inputs = Object.entries(files).map(([path, content]) =>
+      fileOf(path, Buffer.from(content as string)),
+    );
+    const reader = await localImporter(importer, inputs);
+    return volumesAmong(inputs, (path) => reader.detect(path));
+  };
+  const header = nrrd("uint8", [2, 2, 2], "encoding: raw\ndata file: a.raw\n");
+
+  test("a header with its data, and nothing of unrelated files", async () => {
+    expect(await find({ "a.nhdr": header, "a.raw": "12345678", "b.txt": "no" })).toMatchObject([
+      { path: "a.nhdr", format: "NRRD", files: 2, needsDims: false },
+    ]);
+    const unrelated = Array.from({ length: 100 }, (_, i) => [`photo${i}.jpg`, "\xff\xd8 no"]);
+    expect(await find(Object.fromEntries(unrelated))).toEqual([]);
+  });
+
+  test("raw files, with and without dimensions in their names", async () => {
+    expect(await find({ "x/a.raw": "123", "y/b_2x2x2_uint8.raw": "12345678" })).toMatchObject([
+      { path: "y/b_2x2x2_uint8.raw", format: "raw", needsDims: false },
+      { path: "x/a.raw", format: "raw", needsDims: true },
+    ]);
+  });
+});
+
+test("the module takes at most 170 KB on the network", () => {
+  const wasm = readFileSync(join(root, "build/wasm/web/isosplat-import.wasm"));
+  expect(brotliCompressSync(wasm).byteLength).toBeLessThan(170_000);
+});

@@ -1,0 +1,94 @@
+import type { InputFile, VolumeCandidate } from "./types.ts";
+
+/** Files whose first bytes are read, at most. */
+const maxDetected = 2000;
+/** Of a folder without a recognizable slice among them, nothing more is read. */
+const maxUnknown = 20;
+
+const headerFormats = ["NRRD", "MetaImage", "NIfTI", "VTK"];
+/** Names that a drop may have beside volumes, and that are never one. */
+const ignored =
+  /(^|\/)(\.[^/]*|Thumbs\.db|DICOMDIR|LICENSE[^/]*|README[^/]*)$|\.(isosplat|txt|md|json|pdf|html?)$/i;
+
+function folderOf(path: string): string {
+  const cut = path.lastIndexOf("/");
+  return cut < 0 ? "." : path.slice(0, cut);
+}
+
+/** The name without what data files have after that of their header. */
+function stem(path: string): string {
+  return path.replace(/\.gz$/i, "").replace(/\.[^./]*$/, "");
+}
+
+/**
+ * The volumes among files: files with a header, folders of slices, raw files; those with more bytes
+ * first. `detect`: the format of a file by its first bytes.
+ */
+export function volumesAmong(
+  files: readonly InputFile[],
+  detect: (path: string) => string,
+): VolumeCandidate[] {
+  const folders = new Map<string, InputFile[]>();
+  for (const input of files) {
+    if (ignored.test(input.path)) continue;
+    const folder = folderOf(input.path);
+    folders.set(folder, [...(folders.get(folder) ?? []), input]);
+  }
+  const found: VolumeCandidate[] = [];
+  let detected = 0;
+  for (const [folder, inside] of folders) {
+    const slices: InputFile[] = [];
+    const raws: InputFile[] = [];
+    const headers: InputFile[] = [];
+    let sliceFormat = "";
+    let unknown = 0;
+    for (const input of inside) {
+      if (detected++ >= maxDetected || unknown > maxUnknown) break;
+      // The files of a folder of slices have one format: the first ones tell.
+      const isSlice = slices.length >= 8 && sliceFormat !== "";
+      const format = isSlice ? sliceFormat : detect(input.path);
+      if (headerFormats.includes(format)) {
+        headers.push(input);
+        found.push({
+          path: input.path,
+          format,
+          files: 1,
+          bytes: input.file.size,
+          needsDims: false,
+        });
+      } else if (format === "DICOM" || format === "TIFF") {
+        sliceFormat ||= format;
+        slices.push(input);
+      } else if (format === "raw") raws.push(input);
+      else if (format === "") unknown++;
+    }
+    if (slices.length > 0) {
+      const [first] = slices as [InputFile];
+      found.push({
+        path: slices.length === 1 ? first.path : folder,
+        format: sliceFormat,
+        files: slices.length,
+        bytes: slices.reduce((sum, { file }) => sum + file.size, 0),
+        needsDims: false,
+      });
+    }
+    for (const input of raws) {
+      const header = headers.find(({ path }) => stem(path) === stem(input.path));
+      const owner = header && found.find(({ path }) => path === header.path);
+      if (owner) {
+        owner.files++;
+        owner.bytes += input.file.size;
+      } else if (headers.length === 0 || !folderHasDetached(headers)) {
+        const needsDims = !/\d+x\d+x\d+/i.test(input.path);
+        const { size: bytes } = input.file;
+        found.push({ path: input.path, format: "raw", files: 1, bytes, needsDims });
+      }
+    }
+  }
+  return found.sort((a, b) => Number(a.needsDims) - Number(b.needsDims) || b.bytes - a.bytes);
+}
+
+/** Whether some header has its voxels in other files: raw files beside it may be those. */
+function folderHasDetached(headers: readonly InputFile[]): boolean {
+  return headers.some(({ path }) => /\.(nhdr|mhd|hdr)$/i.test(path));
+}

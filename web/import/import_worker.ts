@@ -1,0 +1,107 @@
+/** The worker that reads a volume's files, and directs the build of its store. */
+import {
+  Builder,
+  type BuildLimits,
+  directBuild,
+  instantiateBuilder,
+  type Port,
+  PortEncoder,
+  StoreParts,
+  type VolumeDescription,
+} from "../builder/index.ts";
+import { type CompiledModule, CoreError } from "../core/index.ts";
+import { FileTable } from "./files.ts";
+import { volumesAmong } from "./find_volumes.ts";
+import { Importer } from "./importer.ts";
+import { instantiateImport } from "./module.ts";
+import type { ImportedVolume, ImportOptions, InputFile, VolumeCandidate } from "./types.ts";
+
+export type ImportRequest =
+  | { program: CompiledModule; files: readonly InputFile[] }
+  | { find: true }
+  | { open: string; options: ImportOptions }
+  | { read: number; count: number }
+  | { build: VolumeDescription; limits: BuildLimits; program: CompiledModule; ports: Port[] };
+
+export type ImportResponse =
+  | { ready: true }
+  | { found: VolumeCandidate[] }
+  | { opened: ImportedVolume }
+  | { slices: Uint8Array }
+  | { status: string; message: string };
+
+const worker = globalThis as unknown as {
+  onmessage: ((event: MessageEvent<ImportRequest>) => void) | null;
+  postMessage(message: object, transfer?: Transferable[]): void;
+};
+
+let files: readonly InputFile[] = [];
+let importer: Importer;
+let sliceBytes = 0;
+
+async function build(request: Extract<ImportRequest, { build: object }>): Promise<object> {
+  const { build: volume, limits, program, ports } = request;
+  const parts = new StoreParts();
+  let readError: unknown;
+  const module = await instantiateBuilder(program, {
+    readSlices: (first, count, into) => {
+      try {
+        importer.readSlices(first, count, into);
+      } catch (error) {
+        readError = error; // the builder only knows that reading failed
+        throw error;
+      }
+    },
+    write: (offset, bytes) => parts.write(offset, bytes),
+    progress: (fraction, voxelsPerSecond, secondsLeft) =>
+      worker.postMessage({ progress: { fraction, voxelsPerSecond, secondsLeft } }),
+  });
+  const encoders = ports.map((port) => new PortEncoder(port));
+  try {
+    const report = await directBuild(new Builder(module), encoders, volume, limits);
+    return { store: parts.blob(), report };
+  } catch (error) {
+    throw readError ?? error;
+  }
+}
+
+async function answer(request: ImportRequest): Promise<object> {
+  if ("files" in request) {
+    files = request.files;
+    const reader = new FileReaderSync();
+    const table = new FileTable(files, (blob) => new Uint8Array(reader.readAsArrayBuffer(blob)));
+    importer = new Importer(await instantiateImport(request.program, table));
+    return { ready: true };
+  }
+  if ("find" in request) return { found: volumesAmong(files, (path) => importer.detect(path)) };
+  if ("open" in request) {
+    const opened = importer.open(request.open, request.options);
+    const [x, y] = opened.voxels;
+    sliceBytes = (x * y * Number(opened.type.slice(1))) / 8;
+    return { opened };
+  }
+  if ("read" in request) {
+    const slices = new Uint8Array(sliceBytes * request.count);
+    importer.readSlices(request.read, request.count, slices);
+    return { slices };
+  }
+  return build(request);
+}
+
+worker.onmessage = async ({ data }) => {
+  try {
+    const response = await answer(data);
+    const transfer = "slices" in response ? [(response.slices as Uint8Array).buffer] : [];
+    worker.postMessage(response, transfer as Transferable[]);
+  } catch (error) {
+    // WebAssembly that has aborted cannot be used again: the page ends the worker.
+    const status = error instanceof CoreError ? error.status : "worker_lost";
+    const message =
+      error instanceof CoreError
+        ? error.message.slice(error.status.length + 2)
+        : error instanceof Error
+          ? error.message
+          : String(error);
+    worker.postMessage({ status, message });
+  }
+};

@@ -1,0 +1,47 @@
+import { type CompiledModule, instantiate, type ModuleFactory } from "../core/instantiate.ts";
+
+/** The files that the module reads: shared/wasm/import_host.h. */
+export interface ImportFiles {
+  /** The number of a file; −1: nothing has this path; −2: a folder. */
+  find(path: string): number;
+  bytes(file: number): number;
+  /** In milliseconds since 1970; 0: unknown. */
+  modified(file: number): number;
+  /** Fills `into`, or less of it at the end of the file. Returns how many bytes. Throws if it cannot. */
+  read(file: number, offset: number, into: Uint8Array): number;
+  /** What a folder holds: names after "f" (file) or "d" (folder). */
+  names(folder: string): readonly string[];
+}
+
+/** The exports of isosplat-import.wasm: shared/wasm/import_api.h. */
+export interface ImportModule {
+  HEAPU8: Uint8Array;
+  _malloc(bytes: number): number;
+  _free(at: number): void;
+  _isosplat_import_create(): number;
+  _isosplat_import_destroy(importer: number): void;
+  _isosplat_import_error(importer: number): number;
+  _isosplat_import_status_name(status: number): number;
+  _isosplat_import_result(importer: number): number;
+  _isosplat_import_result_bytes(importer: number): number;
+  _isosplat_import_detect(importer: number, path: number, bytes: number): number;
+  _isosplat_import_open(importer: number, request: number, bytes: number): number;
+  _isosplat_import_read_slices(importer: number, first: number, count: number): number;
+}
+
+/** Compiles the module. `bytes`: of isosplat-import.wasm; default: fetched. */
+export async function compileImport(bytes?: BufferSource): Promise<CompiledModule> {
+  if (bytes) return WebAssembly.compile(bytes);
+  const url = new URL("../../build/wasm/web/isosplat-import.wasm", import.meta.url);
+  return WebAssembly.compileStreaming(fetch(url));
+}
+
+export async function instantiateImport(
+  program: CompiledModule,
+  files: ImportFiles,
+): Promise<ImportModule> {
+  const { default: factory } = await import("../../build/wasm/web/isosplat-import.js");
+  const create = factory as (options: object) => Promise<unknown>;
+  const withFiles: ModuleFactory = (options) => create({ ...options, files });
+  return instantiate<ImportModule>(withFiles, program);
+}

@@ -1,0 +1,194 @@
+import {
+  type BuildStoreOptions,
+  type BuiltStore,
+  buildWith,
+  compileBuilder,
+  type VolumeDescription,
+} from "../builder/index.ts";
+import { type CompiledModule, CoreError } from "../core/index.ts";
+import type { ImportRequest, ImportResponse } from "./import_worker.ts";
+import { compileImport } from "./module.ts";
+import type { ImportedVolume, ImportOptions, InputFile, VolumeCandidate } from "./types.ts";
+
+export interface OpenOptions extends ImportOptions {
+  /** The file or folder to open. Default: the first that findVolumes finds. */
+  path?: string;
+  signal?: AbortSignal;
+  /** The compiled modules. Default: they are fetched. */
+  programs?: { import: CompiledModule; builder: CompiledModule };
+}
+
+/** What a store depends on beside the volume. */
+export type StoreOptions = Pick<VolumeDescription, "title" | "units" | "maxError" | "fetchWeight">;
+
+/** A worker with the importer. Each request is answered before the next one is sent. */
+class ImportWorker {
+  readonly worker = new Worker(new URL("./import_worker.ts", import.meta.url), { type: "module" });
+  #lost = false;
+
+  /** Rejects with a CoreError, or with the signal's reason. A worker that was lost is ended. */
+  ask<Response extends ImportResponse>(
+    request: ImportRequest,
+    signal?: AbortSignal,
+  ): Promise<Exclude<Response, { status: string }>> {
+    return new Promise<Exclude<Response, { status: string }>>((resolve, reject) => {
+      const fail = (status: string, message: string): void => {
+        if (status === "worker_lost") this.end();
+        reject(new CoreError(status, message));
+      };
+      if (this.#lost) fail("worker_lost", "the volume is closed: open it again");
+      signal?.throwIfAborted();
+      const abort = (): void => {
+        this.end();
+        reject(signal?.reason);
+      };
+      signal?.addEventListener("abort", abort, { once: true });
+      const settle = (done: () => void): void => {
+        signal?.removeEventListener("abort", abort);
+        done();
+      };
+      this.worker.onerror = (event) => {
+        event.preventDefault();
+        settle(() => fail("worker_lost", event.message || "the importer could not be started"));
+      };
+      this.worker.onmessage = ({ data }: MessageEvent<ImportResponse>) =>
+        settle(() => {
+          if ("status" in data) fail(data.status, data.message);
+          else resolve(data as Exclude<Response, { status: string }>);
+        });
+      this.worker.postMessage(request);
+    });
+  }
+
+  end(): void {
+    this.#lost = true;
+    this.worker.terminate();
+  }
+}
+
+async function start(
+  files: readonly InputFile[],
+  program: CompiledModule | undefined,
+  signal: AbortSignal | undefined,
+): Promise<ImportWorker> {
+  signal?.throwIfAborted();
+  const compiled = program ?? (await compileImport());
+  const worker = new ImportWorker();
+  try {
+    await worker.ask({ program: compiled, files }, signal);
+    return worker;
+  } catch (error) {
+    worker.end();
+    throw error;
+  }
+}
+
+/**
+ * The volumes among the files, by their names and first bytes, the largest first. Empty: nothing here
+ * is a volume that can be read.
+ */
+export async function findVolumes(
+  files: readonly InputFile[],
+  signal?: AbortSignal,
+  program?: CompiledModule,
+): Promise<VolumeCandidate[]> {
+  const worker = await start(files, program, signal);
+  try {
+    const { found } = await worker.ask<{ found: VolumeCandidate[] }>({ find: true }, signal);
+    return found;
+  } finally {
+    worker.end();
+  }
+}
+
+/** An open volume. */
+export class OpenedVolume {
+  /** What web/builder takes. */
+  readonly description: VolumeDescription;
+  /** What was assumed, ignored or filled, in sentences. The store keeps them. */
+  readonly notes: readonly string[];
+  /** Paths of all files that the volume is read from. */
+  readonly files: readonly string[];
+  readonly #worker: ImportWorker;
+  readonly #builder: CompiledModule | undefined;
+
+  constructor(worker: ImportWorker, imported: ImportedVolume, builder?: CompiledModule) {
+    const { files, residentBytes: _, ...description } = imported;
+    this.#worker = worker;
+    this.#builder = builder;
+    this.description = description;
+    this.notes = imported.notes;
+    this.files = files;
+  }
+
+  get voxelBytes(): number {
+    const [x, y, z] = this.description.voxels;
+    return (x * y * z * Number(this.description.type.slice(1))) / 8;
+  }
+
+  /** Slices along z, native-endian, x fastest. Not while the store is built. */
+  async readSlices(first: number, count: number): Promise<Uint8Array> {
+    const response = await this.#worker.ask<{ slices: Uint8Array }>({ read: first, count });
+    return response.slices;
+  }
+
+  /**
+   * Builds the store: the bytes of `isosplat build FILE`, which writes it to the volume's folder. A
+   * volume that is too large is refused before it is read. Ends the worker.
+   */
+  async build(options: BuildStoreOptions & StoreOptions = {}): Promise<BuiltStore> {
+    const { title, units, maxError, fetchWeight } = options;
+    const given = Object.entries({ title, units, maxError, fetchWeight });
+    const store = Object.fromEntries(given.filter(([, value]) => value !== undefined));
+    const volume: VolumeDescription = { ...this.description, ...store };
+    const { memoryBytes } = options;
+    const program = options.program ?? this.#builder ?? (await compileBuilder());
+    return buildWith(
+      this.#worker.worker,
+      (ports, limits) => ({ build: volume, limits, program, ports }) satisfies ImportRequest,
+      { ...options, program, ...(memoryBytes === undefined ? {} : { memoryBytes }) },
+    );
+  }
+
+  /** Ends the worker. */
+  close(): void {
+    this.#worker.end();
+  }
+}
+
+/**
+ * Opens a volume among files. Rejects with a CoreError, whose status and message are those of the
+ * program `isosplat` for the same file, or worker_lost; or with the signal's reason.
+ */
+export async function openVolume(
+  files: readonly InputFile[],
+  options: OpenOptions = {},
+): Promise<OpenedVolume> {
+  const { path, signal, programs, ...importOptions } = options;
+  const worker = await start(files, programs?.import, signal);
+  try {
+    const open = path ?? (await firstVolume(worker, files, signal));
+    const { opened } = await worker.ask<{ opened: ImportedVolume }>(
+      { open, options: importOptions },
+      signal,
+    );
+    return new OpenedVolume(worker, opened, programs?.builder);
+  } catch (error) {
+    worker.end();
+    throw error;
+  }
+}
+
+async function firstVolume(
+  worker: ImportWorker,
+  files: readonly InputFile[],
+  signal: AbortSignal | undefined,
+): Promise<string> {
+  if (files.length === 1 && files[0]) return files[0].path;
+  const { found } = await worker.ask<{ found: VolumeCandidate[] }>({ find: true }, signal);
+  if (found[0]) return found[0].path;
+  throw new CoreError(
+    "unsupported_format",
+    `expected a volume (NRRD, MetaImage, NIfTI, DICOM, legacy VTK or raw) among ${files.length} files, found none: choose the files of a volume`,
+  );
+}

@@ -1,0 +1,52 @@
+import type { VolumeDescription, VoxelType } from "../builder/index.ts";
+
+/** A file that was dropped or chosen. */
+export interface InputFile {
+  /** Relative, with "/" between its parts: "scan/IM0001.dcm". The files of one drop share the root. */
+  path: string;
+  file: Blob;
+}
+
+/** The options of `isosplat build` that concern reading: ImportOptions in shared/import/open_volume.h. */
+export interface ImportOptions {
+  /** Raw files only: voxels along x, y and z. */
+  dims?: readonly [number, number, number];
+  /** Raw files only. */
+  type?: VoxelType;
+  /** Raw files only. Default: little-endian, with a note. */
+  bigEndian?: boolean;
+  /** Raw files only: bytes before the first voxel. */
+  skipBytes?: number;
+  /** Overrides the spacing of the file, in millimetres. */
+  spacing?: readonly [number, number, number];
+  /** A time step of a 4D volume, from 0. */
+  timeStep?: number;
+  /** DICOM: a series, by its number in messages or its UID. */
+  series?: string;
+  /** Faults that are not errors. */
+  allow?: readonly ("gaps" | "truncated" | "surplus" | "unplaced")[];
+  /** Voxels of this value are absent; "none": no value is. Default: as the importer finds. */
+  missingValue?: number | "none";
+}
+
+/** A volume among files, by their names and first bytes. */
+export interface VolumeCandidate {
+  /** What openVolume takes as `path`: a file, or a folder of slices; "." is the root. */
+  path: string;
+  /** "NRRD", "MetaImage", "NIfTI", "VTK", "TIFF", "DICOM" or "raw". */
+  format: string;
+  /** Files that belong to it, as far as names tell, and their bytes. */
+  files: number;
+  bytes: number;
+  /** A raw file whose name lacks dimensions or type: openVolume needs `dims` and `type`. */
+  needsDims: boolean;
+}
+
+/** What the importer says of an open volume. */
+export interface ImportedVolume extends VolumeDescription {
+  notes: string[];
+  /** Paths of all files that the volume is read from. */
+  files: string[];
+  /** The memory that reading takes, beside the slices. */
+  residentBytes: number;
+}
