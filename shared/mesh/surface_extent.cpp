@@ -7,14 +7,30 @@
 
 namespace isosplat {
 
-SurfaceExtent::SurfaceExtent(const VolumeGrid& grid)
+SurfaceExtent::SurfaceExtent(const VolumeGrid& grid, float quantized_isovalue,
+                             QuantizedValue lowest)
     : edges_(grid.cell_edges()),
       cell_volume_(std::abs(determinant(edges_))),
-      last_{grid.voxels.x - 1.0, grid.voxels.y - 1.0, grid.voxels.z - 1.0} {
+      last_{grid.voxels.x - 1.0, grid.voxels.y - 1.0, grid.voxels.z - 1.0},
+      isovalue_(quantized_isovalue),
+      is_last_above_(static_cast<float>(lowest) > quantized_isovalue) {
   voxels_ = last_.x * last_.y * last_.z;
 }
 
-void SurfaceExtent::add(const BlockMesh& mesh, Index3 origin) {
+void SurfaceExtent::add(const DecodedCells& cells, const BlockMesh& mesh, Index3 origin) {
+  for (size_t i = 0; i < cells.cell.size(); ++i) {
+    if (!is_active(cells.interval[i], isovalue_)) continue;
+    const uint64_t place = cells.cell[i];
+    const auto along = [place](int32_t low, int shift) {
+      return static_cast<uint64_t>(low) + (place >> shift & 63);
+    };
+    // At most 2^20 cells along each axis.
+    const uint64_t order =
+        (along(origin.z, 12) << 42 | along(origin.y, 6) << 21 | along(origin.x, 0)) + 1;
+    if (order < last_active_) continue;
+    last_active_ = order;
+    is_last_above_ = static_cast<float>(cells.corners[i][7]) > isovalue_;
+  }
   const Vec3d corner{double(origin.x), double(origin.y), double(origin.z)};
   const auto place = [&](uint32_t vertex) {
     const Vec3f p = mesh.vertices[vertex].position;
@@ -39,11 +55,7 @@ void SurfaceExtent::add(const BlockMesh& mesh, Index3 origin) {
 }
 
 double SurfaceExtent::volume_above() const {
-  double volume = flux_;
-  // Rounding must not turn nothing into everything.
-  const double rounding = 1e-6 * voxels_;
-  if (volume < -rounding) volume += voxels_;
-  return std::clamp(volume, 0.0, voxels_) * cell_volume_;
+  return std::clamp(flux_ + (is_last_above_ ? voxels_ : 0), 0.0, voxels_) * cell_volume_;
 }
 
 }  // namespace isosplat

@@ -10,18 +10,20 @@ namespace isosplat {
 ///
 /// The volume follows by Gauss's theorem from the flux of the field (x, 0, 0), in voxels. Only the
 /// face where x is largest has a flux besides the surface's: the area there of the region above the
-/// isovalue, which the boundary of the surface on this face gives by Green's theorem. What remains
-/// unknown is whether the last voxel is above, which adds the volume of the whole grid or not.
+/// isovalue, which the boundary of the surface on this face gives by Green's theorem. If the
+/// last voxel is above, the volume of the whole grid is added. It is on the same side as the last
+/// corner of the last active cell (by z, then y, then x), since all cells behind that are inactive.
 ///
 /// Triangles are flatter than the surface: where its radius of curvature is r cells, about 0.6 / r²
 /// of the volume is lost, and at most 1 / r² of area and volume.
 class SurfaceExtent {
  public:
-  /// `grid`: of the volume; the level is 0.
-  explicit SurfaceExtent(const VolumeGrid& grid);
+  /// `grid`: of the volume; the level is 0. `lowest`: the smallest of the volume's values, which
+  /// says on which side all of it is if there is no surface.
+  SurfaceExtent(const VolumeGrid& grid, float quantized_isovalue, QuantizedValue lowest);
 
-  /// Adds a block's mesh. `origin`: the block's low corner in cells.
-  void add(const BlockMesh& mesh, Index3 origin);
+  /// Adds a block's cells and their mesh. `origin`: the block's low corner in cells.
+  void add(const DecodedCells& cells, const BlockMesh& mesh, Index3 origin);
 
   /// World units².
   double area() const { return area_; }
@@ -35,6 +37,9 @@ class SurfaceExtent {
   Matrix3d edges_;
   double cell_volume_, voxels_;
   Vec3d last_;  // the largest coordinates, in voxels
+  float isovalue_;
+  uint64_t last_active_ = 0;  // the order of the last active cell, + 1; 0: none
+  bool is_last_above_;        // the last voxel, so far
   double area_ = 0, flux_ = 0;
 };
 

@@ -40,8 +40,10 @@ VolumeGrid grid_of(const IsosplatVolume& volume) {
 
 }  // namespace
 
-void isosplat_measure_begin(const IsosplatVolume* volume, float quantized_isovalue) {
-  state().extent.emplace(grid_of(*volume));
+void isosplat_measure_begin(const IsosplatVolume* volume, float quantized_isovalue,
+                            uint32_t lowest_quantized) {
+  state().extent.emplace(grid_of(*volume), quantized_isovalue,
+                         static_cast<QuantizedValue>(lowest_quantized));
   state().quantized_isovalue = quantized_isovalue;
 }
 
@@ -64,7 +66,7 @@ IsosplatStatus isosplat_measure_add(const void* data, uint32_t bytes,
   }
   const Index3 origin{block.x * kBlockCells, block.y * kBlockCells, block.z * kBlockCells};
   s.mesher.run(s.cells, cells, origin, s.quantized_isovalue, s.mesh);
-  s.extent->add(s.mesh, origin);
+  s.extent->add(s.cells, s.mesh, origin);
   return 0;
 }
 

@@ -15,7 +15,6 @@ namespace {
 
 /// Sums of the isosurface of f at 30000, block by block. f: of the place in the world.
 SurfaceExtent extent_of(const VolumeGrid& grid, const std::function<double(Vec3d)>& f) {
-  SurfaceExtent extent(grid);
   BlockMesher mesher;
   BlockMesh mesh;
   const LevelGrid level = level_grid(grid.voxels, 0);
@@ -28,6 +27,7 @@ SurfaceExtent extent_of(const VolumeGrid& grid, const std::function<double(Vec3d
       }
     }
   }
+  SurfaceExtent extent(grid, 30000, *std::min_element(voxels.begin(), voxels.end()));
   const auto at = [&](Index3 i) {
     return voxels[size_t(i.x) +
                   size_t(grid.voxels.x) * (size_t(i.y) + size_t(grid.voxels.y) * size_t(i.z))];
@@ -55,7 +55,7 @@ SurfaceExtent extent_of(const VolumeGrid& grid, const std::function<double(Vec3d
           }
         }
         mesher.run(decoded, cells, origin, 30000, mesh);
-        extent.add(mesh, origin);
+        extent.add(decoded, mesh, origin);
       }
     }
   }
@@ -123,13 +123,34 @@ TEST(SurfaceExtent, PlanesAreExactInShearedGrids) {
         extent_of(grid, [&](Vec3d p) { return 30000 + 400 * dot(normal, p - centre); });
     EXPECT_NEAR(extent.volume_above() / extent.grid_volume(), 0.5, 2e-3);
   }
-  EXPECT_NEAR(SurfaceExtent(grid).grid_volume(), 19 * 23 * 17 * 0.5 * 1.5 * 2 * 0.8 * 0.96, 1e-9);
+  EXPECT_NEAR(SurfaceExtent(grid, 0, 0).grid_volume(), 19 * 23 * 17 * 0.5 * 1.5 * 2 * 0.8 * 0.96,
+              1e-9);
 }
 
-TEST(SurfaceExtent, NothingEnclosesNothing) {
-  const SurfaceExtent extent = extent_of(grid_of({10, 10, 10}), [](Vec3d) { return 5.0; });
-  EXPECT_EQ(extent.area(), 0);
-  EXPECT_EQ(extent.volume_above(), 0);
+TEST(SurfaceExtent, WithoutASurfaceAllIsOnOneSide) {
+  const VolumeGrid grid = grid_of({10, 10, 10});
+  const SurfaceExtent below = extent_of(grid, [](Vec3d) { return 5.0; });
+  EXPECT_EQ(below.area(), 0);
+  EXPECT_EQ(below.volume_above(), 0);
+  const SurfaceExtent above = extent_of(grid, [](Vec3d) { return 30001.0; });
+  EXPECT_EQ(above.area(), 0);
+  EXPECT_EQ(above.volume_above(), above.grid_volume());
+}
+
+// However small the other side is, at the last voxel too.
+TEST(SurfaceExtent, OneVoxelOnTheOtherSide) {
+  const VolumeGrid grid = grid_of({70, 67, 68});
+  for (const Vec3d lone : {Vec3d{30, 30, 30}, Vec3d{0, 0, 0}, Vec3d{69, 66, 67}, Vec3d{69, 0, 67},
+                           Vec3d{64, 66, 0}, Vec3d{68, 66, 67}, Vec3d{69, 65, 67}}) {
+    for (const double sign : {1.0, -1.0}) {
+      // A little octahedron: 1/1001 of the way to the voxels beside it.
+      const SurfaceExtent extent = extent_of(
+          grid, [&](Vec3d p) { return 30000 + sign * (length(p - lone) < 0.5 ? 1 : -1000); });
+      const double above = extent.volume_above() / extent.grid_volume();
+      EXPECT_NEAR(above, sign > 0 ? 0 : 1, 1e-9) << lone.x << ", " << lone.y << ", " << sign;
+      EXPECT_GT(extent.area(), 0);
+    }
+  }
 }
 
 }  // namespace

@@ -6,7 +6,7 @@ interface Exports {
   HEAPU8: Uint8Array;
   _malloc(bytes: number): number;
   _free(at: number): void;
-  _isosplat_measure_begin(volume: number, quantizedIsovalue: number): void;
+  _isosplat_measure_begin(volume: number, quantizedIsovalue: number, lowest: number): void;
   _isosplat_measure_add(data: number, bytes: number, shape: number, checksum: number): number;
   _isosplat_measure_result(result: number): void;
 }
@@ -65,7 +65,7 @@ export async function surfaceExtent(
     valueOffset: info.mapping.offset,
     valueScale: info.mapping.scale,
   });
-  module._isosplat_measure_begin(scratch, quantizedIsovalue);
+  module._isosplat_measure_begin(scratch, quantizedIsovalue, info.quantizedRange[0]);
   await read(async (chunk, bytes) => {
     const at = module._malloc(bytes.length);
     module.HEAPU8.set(bytes, at);
