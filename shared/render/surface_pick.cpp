@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "shared/base/matrix3.h"
+#include "shared/render/thin_structure.h"
 #include "shared/sampling/exact_projection.h"
 
 namespace isosplat {
@@ -52,28 +53,41 @@ struct CellRay {
   Vec3d place(const PickRay& ray, double t) const {
     return (ray.origin + ray.direction * t - low) * (1 / size);
   }
+  PickHit hit(const PickRay& ray, double t, uint32_t isosurface, uint32_t level) const {
+    const Vec3f gradient = f.at(to_floats(place(ray, t))).gradient;
+    return {t, ray.origin + ray.direction * t,
+            Vec3d{gradient.x, gradient.y, gradient.z} * (1 / size), isosurface, level};
+  }
 };
 
-/// Adds all intersections in the cell, from the front to the back: at most three.
+/// Adds all intersections in the cell.
 void add_cell_hits(const PickRay& ray, const CellRay& cell, float isovalue, uint32_t isosurface,
                    uint32_t level, std::vector<PickHit>& hits) {
   const double length_ = cell.leave - cell.enter;
-  double from = cell.enter;
-  for (int i = 0; i < 3 && from <= cell.leave; ++i) {
-    // The search is for the root that is nearest to the origin, and the ray enters there.
-    const Vec3d origin = cell.place(ray, from);
-    const Vec3d across = ray.direction * (length_ / cell.size);
-    const auto root = nearest_root_in_cell(cell.f, to_floats(origin), to_floats(across), isovalue);
-    if (!root || !(*root >= -1e-6f)) return;
-    const double t = from + std::max(0.0, double(*root)) * length_;
-    if (t > cell.leave) return;
-    const Vec3d place = cell.place(ray, t);
-    const Vec3f gradient = cell.f.at(to_floats(place)).gradient;
-    hits.push_back({t, cell.low + place * cell.size,
-                    Vec3d{gradient.x, gradient.y, gradient.z} * (1 / cell.size), isosurface,
-                    level});
-    from = t + 1e-4 * length_;
+  // The ray enters the cell at 0 and leaves it at 1. Rounding must not lose a root on a face.
+  const RayRoots roots(cell.f, to_floats(cell.place(ray, cell.enter)),
+                       to_floats(ray.direction * (length_ / cell.size)), isovalue, -1e-6, 1 + 1e-6);
+  for (const double root : roots.all()) {
+    const double t = cell.enter + std::clamp(root, 0.0, 1.0) * length_;
+    hits.push_back(cell.hit(ray, t, isosurface, level));
   }
+}
+
+/// Adds the box of a structure that is thinner than the coarse cell, where the ray is in it. The
+/// box is at least half as wide as the cell: one need not click exactly on a line.
+void add_thin_hit(const PickRay& ray, const CellRay& cell, ThinBox box, uint32_t isosurface,
+                  uint32_t level, std::vector<PickHit>& hits) {
+  const auto widen = [](double& low, double& high) {
+    const double missing = std::max(0.0, 0.5 - (high - low));
+    low = std::clamp(low - 0.5 * missing, 0.0, std::max(0.0, 1 - (high - low) - missing));
+    high = std::max(high, low + 0.5);
+  };
+  widen(box.low.x, box.high.x);
+  widen(box.low.y, box.high.y);
+  widen(box.low.z, box.high.z);
+  const auto [enter, leave] =
+      in_box(ray, cell.low + box.low * cell.size, cell.low + box.high * cell.size);
+  if (enter <= leave) hits.push_back(cell.hit(ray, 0.5 * (enter + leave), isosurface, level));
 }
 
 }  // namespace
@@ -126,8 +140,20 @@ void add_hits(const PickRay& ray, const BlockKey& block, std::span<const PackedS
     const Trilinear f(sample.corners);
     for (size_t i = 0; i < quantized_isovalues.size(); ++i) {
       if (!is_active(sample.interval, quantized_isovalues[i])) continue;
-      add_cell_hits(ray, {f, low, size, enter, leave}, quantized_isovalues[i],
-                    static_cast<uint32_t>(i), block.level, hits);
+      const CellRay cell{f, low, size, enter, leave};
+      const auto isosurface = static_cast<uint32_t>(i);
+      if (block.level == 0) {
+        add_cell_hits(ray, cell, quantized_isovalues[i], isosurface, 0, hits);
+        continue;
+      }
+      const float drawn = thickened_isovalue(sample, quantized_isovalues[i]);
+      if (is_within_corners(sample, drawn)) {
+        add_cell_hits(ray, cell, drawn, isosurface, block.level, hits);
+      } else {
+        add_thin_hit(ray, cell,
+                     thin_box(sample, neighbours_of(packed), quantized_isovalues[i], 1 / size),
+                     isosurface, block.level, hits);
+      }
     }
   }
 }

@@ -25,7 +25,7 @@ std::optional<PickRay> pick_ray(const VolumeGrid& grid, const RenderSettings& se
 /// Whether the ray meets the box [low, high] (voxels of level 0) in its part.
 bool meets_box(const PickRay& ray, Vec3d low, Vec3d high);
 
-/// An intersection of the ray with the trilinear isosurface of a cell.
+/// An intersection of the ray with the isosurface of a cell.
 struct PickHit {
   double distance = 0;  ///< t of the ray
   Vec3d voxel;          ///< place in voxels of level 0
@@ -34,8 +34,9 @@ struct PickHit {
   uint32_t level = 0;
 };
 
-/// Adds the intersections with the cells of these samples, in no order. Samples may be of any
-/// bytes. `quantized_isovalues`: of each isosurface; NaN for those that are not shown.
+/// Adds the intersections with the cells of these samples, in no order. Coarse cells have the
+/// surface that is drawn of them (thin_structure.h). Samples may be of any bytes.
+/// `quantized_isovalues`: of each isosurface; NaN for those that are not shown.
 void add_hits(const PickRay& ray, const BlockKey& block, std::span<const PackedSample> samples,
               std::span<const float> quantized_isovalues, std::vector<PickHit>& hits);
 

@@ -75,33 +75,41 @@ std::optional<double> nearest_root(const Trilinear& f, Vec3f origin, Vec3f direc
                                    float isovalue) {
   const auto inside = clip_to_cell(origin, direction);
   if (!inside) return std::nullopt;
-  const auto [t0, t1] = *inside;
-  const Cubic cubic = along_ray(f, origin, direction, isovalue);
-
-  // Between its extrema the cubic is monotonic: at most one root in each part.
-  double bounds[4] = {t0, t1, t1, t1};
-  int parts = 1;
-  const double a = 3 * cubic.a, b = 2 * cubic.b, c = cubic.c;
-  const double discriminant = b * b - 4 * a * c;
-  if (discriminant > 0) {
-    const double q = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
-    double extrema[2] = {a != 0 ? q / a : t1, q != 0 ? c / q : t1};
-    if (extrema[0] > extrema[1]) std::swap(extrema[0], extrema[1]);
-    for (const double t : extrema) {
-      if (t > t0 && t < t1) bounds[parts++] = t;
-    }
-  }
-  bounds[parts] = t1;
-
+  const RayRoots roots(f, origin, direction, isovalue, inside->first, inside->second);
   std::optional<double> nearest;
-  for (int i = 0; i < parts; ++i) {
-    const auto root = bracketed_root(cubic, bounds[i], bounds[i + 1]);
-    if (root && (!nearest || std::abs(*root) < std::abs(*nearest))) nearest = root;
+  for (const double root : roots.all()) {
+    if (!nearest || std::abs(root) < std::abs(*nearest)) nearest = root;
   }
   return nearest;
 }
 
 }  // namespace
+
+RayRoots::RayRoots(const Trilinear& f, Vec3f origin, Vec3f direction, float isovalue, double begin,
+                   double end) {
+  const Cubic cubic = along_ray(f, origin, direction, isovalue);
+
+  // Between its extrema the cubic is monotonic: at most one root in each part.
+  double bounds[4] = {begin, end, end, end};
+  int parts = 1;
+  const double a = 3 * cubic.a, b = 2 * cubic.b, c = cubic.c;
+  const double discriminant = b * b - 4 * a * c;
+  if (discriminant > 0) {
+    const double q = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
+    double extrema[2] = {a != 0 ? q / a : end, q != 0 ? c / q : end};
+    if (extrema[0] > extrema[1]) std::swap(extrema[0], extrema[1]);
+    for (const double t : extrema) {
+      if (t > begin && t < end) bounds[parts++] = t;
+    }
+  }
+  bounds[parts] = end;
+
+  for (int i = 0; i < parts; ++i) {
+    const auto root = bracketed_root(cubic, bounds[i], bounds[i + 1]);
+    // Two parts share a root that is an extremum.
+    if (root && (count_ == 0 || *root > t_[count_ - 1])) t_[count_++] = *root;
+  }
+}
 
 std::optional<float> nearest_root_in_cell(const Trilinear& f, Vec3f origin, Vec3f direction,
                                           float isovalue) {
