@@ -61,6 +61,16 @@ async function middle(page: Page): Promise<{ x: number; y: number }> {
   return { x: Math.round(box.x + box.width / 2), y: Math.round(box.y + box.height / 2) };
 }
 
+/** Drops a session file on the page. */
+async function drop(page: Page, text: string): Promise<void> {
+  await expect(page.locator(".device-drop")).toBeVisible(); // what takes files has loaded
+  await page.evaluate((content) => {
+    const data = new DataTransfer();
+    data.items.add(new File([content], "session.isosplat.json"));
+    window.dispatchEvent(new DragEvent("drop", { dataTransfer: data, cancelable: true }));
+  }, text);
+}
+
 /** Waits until the list has so many measurements. */
 async function listed(page: Page, count: number): Promise<void> {
   await expect(page.locator(".measurement")).toHaveCount(count);
@@ -92,7 +102,7 @@ test("points, distances, paths, angles and notes, in picture, list and link", as
 
   await tools.getByRole("button", { name: "Path" }).click();
   for (const offset of [-40, 0, 40]) await page.mouse.click(x + offset, y + 8);
-  await tools.getByRole("button", { name: "Done" }).click();
+  await page.getByRole("button", { name: "Done" }).click();
   await listed(page, 3);
   await tools.getByRole("button", { name: "Angle" }).click();
   for (const offset of [-40, 0, 40]) await page.mouse.click(x + offset, y - 8);
@@ -111,7 +121,7 @@ test("points, distances, paths, angles and notes, in picture, list and link", as
     "note",
   ]);
   expect(lines[4]).toMatch(/\|a bond$/);
-  // The same place was picked twice, in another direction of the same ray.
+  // The same place was picked twice.
   const [x0, y0, z0] = (lines[0] ?? "").split(",").slice(1).map(Number);
   expect((lines[1] ?? "").split(",").slice(1, 4).map(Number)).toEqual([x0, y0, z0]);
   const [a = 0, b = 0, c = 0, d = 0, e = 0, f = 0] = (lines[1] ?? "")
@@ -131,35 +141,57 @@ test("points, distances, paths, angles and notes, in picture, list and link", as
   expect(await measures(page)).toEqual(lines);
 
   await openSection(page, "Measure");
+  // A note keeps its text if the field is emptied: a link could not have it without.
+  await page.getByRole("textbox", { name: "Text of Note 5" }).fill("");
+  await page.getByRole("textbox", { name: "Text of Note 5" }).press("Enter");
+  await expect(page.getByRole("textbox", { name: "Text of Note 5" })).toHaveValue("a bond");
+  expect(await measures(page)).toEqual(lines);
+  // The focus stays in the list.
   await page.getByRole("button", { name: "Remove Distance 2" }).click();
   await listed(page, 4);
+  await expect(page.getByRole("button", { name: "Remove Path 2" })).toBeFocused();
   await page.getByRole("button", { name: "Remove all" }).click();
   await listed(page, 0);
+  await expect(tools.getByRole("button", { name: "Point" })).toBeFocused();
   expect(await measures(page)).toEqual([]);
 });
 
 test("measures by keyboard, and says where there is no surface", async ({ page }) => {
   await open(page);
   const picture = page.getByRole("application");
-  await picture.press("m");
+  const { keyboard } = page;
+  await keyboard.press("m"); // nothing has the focus
   await expect(page.locator(".measure-centre")).toBeVisible();
-  await picture.press("Enter");
+  await expect(page.locator(".measure-bar")).toContainText("Enter takes the middle");
+  await keyboard.press("Enter");
   await expect(page.locator(".measure-marks .draft circle")).toHaveCount(1);
-  await picture.press("Backspace");
+  await keyboard.press("Backspace");
   await expect(page.locator(".measure-marks .draft circle")).toHaveCount(0);
-  await picture.press("Enter");
-  for (let i = 0; i < 3; ++i) await picture.press("ArrowRight");
+  await keyboard.press("Enter");
+  for (let i = 0; i < 3; ++i) await keyboard.press("ArrowRight");
   await complete(page);
-  await picture.press("Enter");
+  await keyboard.press("Enter");
   await expect(page.locator(".measure-marks text")).toHaveText(/^[\d.]+ mm$/);
   const box = await picture.boundingBox();
   if (!box) throw new Error("no canvas");
   await page.mouse.click(box.x + 5, box.y + box.height - 60);
-  await openSection(page, "Measure");
   await expect(page.getByText("There is no surface at that place.")).toBeVisible();
-  await picture.press("Escape");
+  await keyboard.press("Escape");
   await expect(page.locator(".measure-centre")).toHaveCount(0);
+  await expect(page.locator(".measure-bar")).toBeHidden();
   expect(await measures(page)).toHaveLength(1);
+
+  // A tool that is chosen in the panel listens to the same keys.
+  await openSection(page, "Measure");
+  await page.getByRole("button", { name: "Path", exact: true }).focus();
+  await keyboard.press("Enter");
+  await keyboard.press("Enter");
+  for (let i = 0; i < 3; ++i) await keyboard.press("ArrowRight");
+  await complete(page);
+  await keyboard.press("Enter");
+  await keyboard.press("Shift+Enter");
+  await listed(page, 2);
+  expect((await measures(page))[1]).toMatch(/^path,/);
 });
 
 test("a double click makes a point of the surface the centre of rotation", async ({ page }) => {
@@ -207,25 +239,23 @@ test("saves tables and sessions; a session that is dropped on the page opens", a
     return readFileSync(await download.path(), "utf8");
   };
   const [, first, , third] = (await saved("CSV")).split("\r\n");
-  expect(first).toMatch(/^1,distance,Rand,1,40,50,60,.*,5,$/);
+  expect(first).toMatch(/^1,distance,Rand,1,40,50,60,.*,,5,$/);
   expect(third).toMatch(/^2,point,,1,/);
   const rows = JSON.parse(await saved("JSON"));
-  expect(rows[0]).toMatchObject({ kind: "distance", length: 5, text: "Rand" });
+  expect(rows[0]).toMatchObject({ kind: "distance", length_mm: 5, text: "Rand" });
   expect(rows[1].points[0]).toMatchObject({ value: 100, level: 0 });
   const session = await saved("Save session");
   const before = page.url();
 
-  const drop = (text: string) =>
-    page.evaluate((content) => {
-      const data = new DataTransfer();
-      data.items.add(new File([content], "session.isosplat.json"));
-      window.dispatchEvent(new DragEvent("drop", { dataTransfer: data, cancelable: true }));
-    }, text);
   await page.goto(server.url);
-  await expect(page.locator(".device-drop")).toBeVisible();
-  await drop('{"format": "isosplat-session", "version": 7}');
+  await drop(page, '{"format": "isosplat-session", "version": 7}');
   await expect(page.getByRole("alert")).toContainText("expected version 1");
-  await drop(session);
+  // The list of volumes opens sessions without dragging as well.
+  await page.getByLabel("choose files").setInputFiles({
+    name: "session.isosplat.json",
+    mimeType: "application/json",
+    buffer: Buffer.from(session),
+  });
   await complete(page);
   await expect(page.locator(".measure-marks text")).toHaveCount(2);
   await settled(page);
@@ -233,6 +263,51 @@ test("saves tables and sessions; a session that is dropped on the page opens", a
   // The file has what the link has not: value and normal.
   await openSection(page, "Measure");
   await expect(page.locator(".measurement-facts").last()).toContainText("value 100");
+});
+
+test("sessions have space for more measurements than addresses", async ({ page }) => {
+  const coordinate = (i: number, by: number) => 40 + ((i * by) % 47) + 1 / 3;
+  const measurements = Array.from({ length: 500 }, (_, i) => ({
+    kind: "distance",
+    points: [3, 7].map((by) => ({
+      position: [coordinate(i, by), coordinate(i, by + 1), coordinate(i, by + 2)],
+      level: 0,
+    })),
+  }));
+  const session = {
+    format: "isosplat-session",
+    version: 1,
+    view: `?${view}`,
+    content_id: "another",
+    measurements,
+  };
+  await page.goto(server.url);
+  await drop(page, JSON.stringify(session));
+  await complete(page);
+  const marks = page.locator(".measure-marks text");
+  await expect(marks).toHaveCount(500);
+  await expect(page.getByText("The measurements do not fit into the address")).toBeVisible();
+  await settled(page);
+  expect(page.url().length).toBeLessThan(7200);
+  await page.reload();
+  await expect(marks).toHaveCount(500);
+  await openSection(page, "Measure");
+  await expect(page.getByText("are of another version of this volume").last()).toBeVisible();
+  const [download] = await Promise.all([
+    page.waitForEvent("download"),
+    page.getByRole("button", { name: "Save session", exact: true }).click(),
+  ]);
+  const saved = JSON.parse(readFileSync(await download.path(), "utf8"));
+  expect(saved).toEqual(session);
+
+  // What was removed does not come back.
+  await page.getByRole("button", { name: "Remove all" }).click();
+  await settled(page);
+  await page.reload();
+  await complete(page);
+  await openSection(page, "Measure");
+  await expect(page.getByRole("button", { name: "Save session", exact: true })).toBeVisible();
+  await listed(page, 0);
 });
 
 test("area and volume are those of the mesh that the program extracts", async ({ page }) => {

@@ -5,6 +5,7 @@ import {
   longestText,
   type Measurement,
   mostMeasurements,
+  mostPointsInAll,
   voxelOf,
 } from "../../web/measure/measurement.ts";
 import { readMeasurement, toCsv, writeMeasurement } from "../../web/measure/measurement_text.ts";
@@ -50,6 +51,7 @@ describe("measurements", () => {
       { kind: "path", points: [at(0, 0, 0), at(1, 2, 3), at(-4, 5, 6), at(7, 8, 9)] },
       { kind: "angle", points: [at(0, 0, 0), at(1, 2, 3), at(-4, 5, 6)] },
       { kind: "note", points: [at(1, 2, 3)], text: "Größe <b>?&#" },
+      { kind: "point", points: [{ ...at(1, 2, 3), level: 2 }], text: "from coarse cells" },
     ];
     for (const each of all) expect(readMeasurement(writeMeasurement(each))).toEqual(each);
     // Positions keep the digits of single precision.
@@ -69,6 +71,9 @@ describe("measurements", () => {
     "point,1,2,1e999",
     "distance,1,2,3",
     "note,1,2,3",
+    "point@x,1,2,3",
+    "point@,1,2,3",
+    "point@100,1,2,3",
     `note,1,2,3|${"x".repeat(longestText + 1)}`,
     `path${",1,2,3".repeat(501)}`,
     "__proto__,1,2,3",
@@ -78,19 +83,19 @@ describe("measurements", () => {
     const csv = toCsv([
       {
         kind: "distance",
-        points: [{ ...at(0, 0, 0), value: 60.5, normal: [0, 0, 1] }, at(3, 4, 0)],
+        points: [{ ...at(0, 0, 0), value: 60.5, normal: [0, 0, 1], level: 2 }, at(3, 4, 0)],
         voxels: [
           [0, 0, 0],
           [1.5, 2, 0],
         ],
-        length: 5,
+        length_mm: 5,
         text: '=HYPERLINK("x"), y',
       },
     ]);
     expect(csv.split("\r\n")).toEqual([
-      "number,kind,text,point,x,y,z,voxel_x,voxel_y,voxel_z,value,normal_x,normal_y,normal_z,length,angle",
-      `1,distance,"'=HYPERLINK(""x""), y",1,0,0,0,0,0,0,60.5,0,0,1,5,`,
-      `1,distance,"'=HYPERLINK(""x""), y",2,3,4,0,1.5,2,0,,,,,,`,
+      "number,kind,text,point,x_mm,y_mm,z_mm,voxel_x,voxel_y,voxel_z,value,normal_x,normal_y,normal_z,level,length_mm,angle_degrees",
+      `1,distance,"'=HYPERLINK(""x""), y",1,0,0,0,0,0,0,60.5,0,0,1,2,5,`,
+      `1,distance,"'=HYPERLINK(""x""), y",2,3,4,0,1.5,2,0,,,,,,,`,
       "",
     ]);
   });
@@ -147,11 +152,39 @@ describe("session files", () => {
       change({ measurements: [{ kind: "point", points: [{ position: [1, 2] }] }] }),
       /three finite numbers/,
     ],
+    [
+      "a note without text, which a link could not have",
+      change({ measurements: [{ ...point, kind: "note" }] }),
+      /of notes at least one/,
+    ],
+    [
+      "too many points",
+      change({
+        measurements: Array(21).fill({ kind: "path", points: Array(500).fill(point.points[0]) }),
+      }),
+      /at most 10000 points in all measurements, found 10500/,
+    ],
     ["a text that is no text", change({ measurements: [{ ...point, text: 5 }] }), /"text"/],
-    ["too large a file", " ".repeat(largestSession + 1), /at most 1000000 bytes/],
+    ["too large a file", " ".repeat(largestSession + 1), /at most 5000000 bytes/],
   ])("refuses %s", (_name, text, message) => {
     expect(() => readSession(text)).toThrow(SessionError);
     expect(() => readSession(text)).toThrow(message);
+  });
+
+  it("have space for as many measurements as there may be", () => {
+    const third = -1 / 3;
+    const path: Measurement = {
+      kind: "path",
+      points: Array(mostPointsInAll / mostMeasurements).fill({
+        ...at(third, third, third),
+        value: third,
+        normal: [third, third, third],
+        level: 12,
+      }),
+      text: "\u0001".repeat(longestText), // takes most bytes in JSON
+    };
+    const measurements = Array(mostMeasurements).fill(path);
+    expect(readSession(writeSession({ ...session, measurements })).measurements).toHaveLength(500);
   });
 
   it("keep nothing that the format does not have", () => {

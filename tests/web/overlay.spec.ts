@@ -2,7 +2,13 @@
 import { describe, expect, it } from "vitest";
 import { axisNames } from "../../web/overlay/axis_names.ts";
 import { boundingBox } from "../../web/overlay/bounding_box.ts";
-import { formatLength, roundBelow, scaleBar, ticks } from "../../web/overlay/lengths.ts";
+import {
+  formatLength,
+  formatPower,
+  roundBelow,
+  scaleBar,
+  ticks,
+} from "../../web/overlay/lengths.ts";
 import { Screen } from "../../web/overlay/screen.ts";
 import type { StoreInfo } from "../../web/stream/index.ts";
 import { axisViews, cameraAlong, cameraBetween } from "../../web/viewer/camera_views.ts";
@@ -41,6 +47,14 @@ describe("points of the world in a picture", () => {
 });
 
 describe("lengths", () => {
+  it("have areas and volumes in the units of lengths", () => {
+    expect(formatPower(1234567.8, 2)).toBe("1.23457 m²");
+    expect(formatPower(123456, 2)).toBe("123456 mm²");
+    expect(formatPower(1.2e-7, 2)).toBe("120000 nm²");
+    expect(formatPower(5e-10, 3)).toBe("500000000 nm³");
+    expect(formatPower(0, 3)).toBe("0 mm³");
+  });
+
   it("have the unit that fits them", () => {
     expect([25, 0.05, 1500, 2e-5, 0, 7.25].map(formatLength)).toEqual([
       "25 mm",

@@ -1,7 +1,7 @@
 // When the address bar is brought up to date.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { defaultParts } from "../../web/overlay/parts.ts";
-import { AddressBar } from "../../web/page/page_address.ts";
+import { AddressBar, type AddressState, addressOf } from "../../web/page/page_address.ts";
 import { defaultLook } from "../../web/viewer/types.ts";
 
 const replaceState = vi.fn();
@@ -17,21 +17,27 @@ afterEach(() => {
   replaceState.mockClear();
 });
 
+const view: AddressState = {
+  volume: "engine",
+  src: undefined,
+  surfaces: [{ isovalue: 60, colour: "#d9ccb3", opacity: 1 }],
+  look: defaultLook,
+  isThemeBackground: true,
+  clip: { low: [0, 0, 0], high: [1, 1, 1], planes: [] },
+  show: defaultParts,
+  camera: undefined,
+  isDefaultCamera: true,
+  measures: [],
+};
+
 it("is written once, with what is shown last, when nothing changes any more", () => {
   let isovalue = 60;
   const pending: boolean[] = [];
   const rested: string[] = [];
   const bar: AddressBar = new AddressBar(
     () => ({
-      volume: "engine",
-      src: undefined,
+      ...view,
       surfaces: [{ isovalue, colour: "#d9ccb3", opacity: 1 }],
-      look: defaultLook,
-      isThemeBackground: true,
-      clip: { low: [0, 0, 0], high: [1, 1, 1], planes: [] },
-      show: defaultParts,
-      camera: undefined,
-      measures: [],
     }),
     () => pending.push(bar.isPending),
     (query) => rested.push(query),
@@ -45,4 +51,43 @@ it("is written once, with what is shown last, when nothing changes any more", ()
   expect(replaceState.mock.calls).toEqual([[null, "", "/?volume=engine&isovalue=90"]]);
   expect(pending).toEqual([true, false]);
   expect(rested).toEqual(["?volume=engine&isovalue=90"]);
+});
+
+it("leaves measurements out that do not fit into a request, and says so", () => {
+  let measures = ["point,1,2,3"];
+  const rested: [string, boolean][] = [];
+  const bar = new AddressBar(
+    () => ({ ...view, measures }),
+    () => {},
+    (query, _, hasMeasures) => rested.push([query, hasMeasures]),
+  );
+  bar.write();
+  measures = Array(500).fill(
+    "distance,12.345678,12.345678,12.345678,12.345678,12.345678,12.345678",
+  );
+  bar.write();
+  expect(replaceState.mock.calls.map(([, , address]) => address)).toEqual([
+    "/?volume=engine&isovalue=60&measure=point,1,2,3",
+    "/?volume=engine&isovalue=60",
+  ]);
+  expect(rested).toEqual([
+    ["?volume=engine&isovalue=60", true],
+    ["?volume=engine&isovalue=60", false],
+  ]);
+});
+
+it("has the camera only if it is not the page's default, which depends on the window", () => {
+  const camera = {
+    azimuth: 0,
+    elevation: 0,
+    distance: 5,
+    target: [0, 0, 0] as [number, number, number],
+    roll: 0,
+    fieldOfView: 30,
+    projection: "orthographic" as const,
+  };
+  expect(addressOf({ ...view, camera }).camera).toBeUndefined();
+  expect(addressOf({ ...view, camera }).projection).toBe("orthographic");
+  const moved = addressOf({ ...view, camera, isDefaultCamera: false });
+  expect(moved.camera).toMatchObject({ distance: 5 });
 });

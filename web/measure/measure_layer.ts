@@ -11,11 +11,18 @@ export class MeasureLayer {
   readonly #viewer: Viewer;
   readonly #tool: MeasureTool;
   readonly #label: (measurement: Measurement) => string;
+  readonly #bar: () => TemplateResult;
   readonly #cleanup: (() => void)[];
   #handle = 0;
 
-  /** label: what is written beside a measurement. */
-  constructor(viewer: Viewer, tool: MeasureTool, label: (measurement: Measurement) => string) {
+  /** label: what is written beside a measurement; bar: what lies above the picture besides. */
+  constructor(
+    viewer: Viewer,
+    tool: MeasureTool,
+    label: (measurement: Measurement) => string,
+    bar: () => TemplateResult,
+  ) {
+    this.#bar = bar;
     this.#viewer = viewer;
     this.#tool = tool;
     this.#label = label;
@@ -58,7 +65,8 @@ export class MeasureLayer {
         ${measurements.map((each) => this.#mark(screen, each, ""))}
         ${draft.length > 0 && kind ? this.#mark(screen, { kind, points: draft }, "draft") : nothing}
         ${kind ? centreMark(width / 2, height / 2) : nothing}
-      </svg>`,
+      </svg>
+      ${this.#bar()}`,
       this.element,
     );
   }

@@ -1,10 +1,13 @@
 import type { Viewer } from "../viewer/index.ts";
 import {
+  isText,
   type MeasuredPoint,
   type Measurement,
   type MeasurementKind,
   mostMeasurements,
+  mostPointsInAll,
   pointCounts,
+  withinLimits,
 } from "./measurement.ts";
 
 /** A pointer that moves farther than this between down and up (CSS pixels) turns the view. */
@@ -21,7 +24,7 @@ export class MeasureTool {
   #measurements: readonly Measurement[] = [];
   #kind: MeasurementKind | null = null;
   #draft: readonly MeasuredPoint[] = [];
-  #down: { x: number; y: number; id: number } | null = null;
+  #down: { x: number; y: number; id: number; drift: number } | null = null;
   /** What the last click missed; null after one that did not. */
   #miss: string | null = null;
 
@@ -31,6 +34,7 @@ export class MeasureTool {
     const { signal } = this.#listeners;
     const { canvas } = viewer;
     canvas.addEventListener("pointerdown", (event) => this.#pressed(event), { signal });
+    canvas.addEventListener("pointermove", (event) => this.#moved(event), { signal });
     canvas.addEventListener("pointerup", (event) => this.#released(event), { signal });
     canvas.addEventListener("keydown", (event) => this.#key(event), { signal });
   }
@@ -58,7 +62,7 @@ export class MeasureTool {
   }
 
   set(measurements: readonly Measurement[]): void {
-    this.#measurements = measurements.slice(0, mostMeasurements);
+    this.#measurements = withinLimits(measurements);
     this.#draft = [];
     this.#changed();
   }
@@ -67,6 +71,8 @@ export class MeasureTool {
   choose(kind: MeasurementKind | null): void {
     this.finish();
     this.#kind = kind === this.#kind ? null : kind;
+    // Enter, Backspace and Escape are the tool's on the picture.
+    if (this.#kind) this.#viewer.canvas.focus({ preventScroll: true });
     this.#miss = null;
     this.#viewer.canvas.style.cursor = this.#kind ? "crosshair" : "";
     this.#changed();
@@ -86,10 +92,11 @@ export class MeasureTool {
     this.#changed();
   }
 
+  /** A note keeps its text if the new one is empty. */
   rename(index: number, text: string): void {
     this.#measurements = this.#measurements.map((measurement, i) => {
-      if (i !== index) return measurement;
       const { kind, points } = measurement;
+      if (i !== index || !isText(kind, text)) return measurement;
       return { kind, points, ...(text !== "" && { text }) };
     });
     this.#changed();
@@ -126,24 +133,32 @@ export class MeasureTool {
   }
 
   #add(kind: MeasurementKind, points: readonly MeasuredPoint[]): void {
-    if (this.#measurements.length >= mostMeasurements) {
-      this.#miss = `There are ${mostMeasurements} measurements: remove some first.`;
-    } else {
-      const text = kind === "note" ? { text: `Note ${this.#measurements.length + 1}` } : {};
-      this.#measurements = [...this.#measurements, { kind, points, ...text }];
-    }
+    const text = kind === "note" ? { text: `Note ${this.#measurements.length + 1}` } : {};
+    const more = [...this.#measurements, { kind, points, ...text }];
+    if (withinLimits(more).length < more.length) {
+      this.#miss = `There are ${mostMeasurements} measurements, or ${mostPointsInAll} points: remove some first.`;
+    } else this.#measurements = more;
     this.#changed();
   }
 
   #pressed({ button, isPrimary, clientX: x, clientY: y, pointerId: id }: PointerEvent): void {
-    this.#down = button === 0 && isPrimary ? { x, y, id } : null;
+    this.#down = button === 0 && isPrimary ? { x, y, id, drift: 0 } : null;
   }
 
-  #released({ clientX, clientY, pointerId }: PointerEvent): void {
+  /** A drag that comes back has turned the view all the same. */
+  #moved({ clientX, clientY, pointerId }: PointerEvent): void {
+    const down = this.#down;
+    if (down?.id !== pointerId) return;
+    down.drift = Math.max(down.drift, Math.hypot(clientX - down.x, clientY - down.y));
+  }
+
+  #released(event: PointerEvent): void {
+    this.#moved(event);
+    const { clientX, clientY, pointerId } = event;
     const down = this.#down;
     this.#down = null;
     if (!down || down.id !== pointerId || !this.#kind) return;
-    if (Math.hypot(clientX - down.x, clientY - down.y) > mostDrift) return;
+    if (down.drift > mostDrift) return;
     const box = this.#viewer.canvas.getBoundingClientRect();
     this.pick(clientX - box.left, clientY - box.top);
   }

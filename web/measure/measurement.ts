@@ -24,6 +24,8 @@ export interface Measurement {
 /** Limits of what links and files may contain. */
 export const mostMeasurements = 500;
 export const mostPoints = 500;
+/** Of all measurements together. */
+export const mostPointsInAll = 10_000;
 export const longestText = 300;
 
 /** How many points each kind has: at least, at most. */
@@ -34,6 +36,21 @@ export const pointCounts: Readonly<Record<MeasurementKind, readonly [number, num
   angle: [3, 3],
   note: [1, 1],
 };
+
+/** The rule that links, files and the page have for texts: those of notes are not empty. */
+export function isText(kind: MeasurementKind, text: string): boolean {
+  return text.length <= longestText && (kind !== "note" || text !== "");
+}
+
+/** The first measurements, as many as the limits allow. */
+export function withinLimits(measurements: readonly Measurement[]): readonly Measurement[] {
+  let points = 0;
+  const beyond = measurements.findIndex((each) => {
+    points += each.points.length;
+    return points > mostPointsInAll;
+  });
+  return measurements.slice(0, Math.min(mostMeasurements, beyond < 0 ? Infinity : beyond));
+}
 
 function minus(a: Triple, b: Triple): Triple {
   return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];

@@ -1,6 +1,6 @@
 import type { Triple } from "../stream/types.ts";
 import {
-  longestText,
+  isText,
   type MeasuredPoint,
   type Measurement,
   measurementKinds,
@@ -9,29 +9,38 @@ import {
 
 /**
  * A measurement as text, as the parameters `measure` of the page's address have it:
- * `kind,x,y,z[,x,y,z …]`, and after a `|` its text. Positions are world coordinates, with as many
- * digits as single precision has.
+ * `kind,x,y,z[,x,y,z …]`, and after a `|` its text. Positions are world coordinates, with eight digits.
+ * `kind@2` if the coarsest of its points came from a cell of level 2: none is exact. Values and
+ * normals are left out.
  */
 export function writeMeasurement({ kind, points, text }: Measurement): string {
   const numbers = points.flatMap(({ position }) => position.map((n) => Number(n.toPrecision(8))));
-  return [kind, ...numbers].join(",") + (text ? `|${text}` : "");
+  const level = levelOf(points);
+  return [level > 0 ? `${kind}@${level}` : kind, ...numbers].join(",") + (text ? `|${text}` : "");
+}
+
+/** The coarsest level of its cells; 0 if it is exact, or not known. */
+export function levelOf(points: readonly MeasuredPoint[]): number {
+  return Math.max(0, ...points.map(({ level = 0 }) => level));
 }
 
 /** Undefined if the text is not that of a measurement. */
 export function readMeasurement(line: string): Measurement | undefined {
   const bar = line.indexOf("|");
-  const [name, ...parts] = (bar < 0 ? line : line.slice(0, bar)).split(",");
+  const [head = "", ...parts] = (bar < 0 ? line : line.slice(0, bar)).split(",");
+  const [, name, digits] = /^([a-z]+)(?:@([1-9]\d?))?$/.exec(head) ?? [];
   const kind = measurementKinds.find((known) => known === name);
+  const level = digits ? { level: Number(digits) } : {};
   const numbers = parts.map((part) => (part.trim() === "" ? Number.NaN : Number(part)));
   if (!kind || !numbers.every(Number.isFinite) || numbers.length % 3 !== 0) return undefined;
   const points: MeasuredPoint[] = [];
   for (let i = 0; i < numbers.length; i += 3) {
-    points.push({ position: numbers.slice(i, i + 3) as Triple });
+    points.push({ position: numbers.slice(i, i + 3) as Triple, ...level });
   }
   const [least, most] = pointCounts[kind];
   if (points.length < least || points.length > most) return undefined;
   const text = bar < 0 ? "" : line.slice(bar + 1);
-  if (text.length > longestText || (kind === "note" && text === "")) return undefined;
+  if (!isText(kind, text)) return undefined;
   return { kind, points, ...(text !== "" && { text }) };
 }
 
@@ -43,17 +52,18 @@ function cell(text: string): string {
 
 /** What a table or a file says of a measurement. */
 export interface MeasurementRow extends Measurement {
-  length?: number;
-  angle?: number;
+  length_mm?: number;
+  angle_degrees?: number;
   voxels: readonly Triple[];
 }
 
-/** One line for each point. Lengths are in world units, angles in degrees. */
+/** One line for each point. Lengths are in world units: millimetres. */
 export function toCsv(rows: readonly MeasurementRow[]): string {
   const head =
-    "number,kind,text,point,x,y,z,voxel_x,voxel_y,voxel_z,value,normal_x,normal_y,normal_z";
-  const lines = rows.flatMap(({ kind, text = "", points, voxels, length, angle }, i) =>
-    points.map(({ position, value, normal }, j) =>
+    "number,kind,text,point,x_mm,y_mm,z_mm,voxel_x,voxel_y,voxel_z,value," +
+    "normal_x,normal_y,normal_z,level,length_mm,angle_degrees";
+  const lines = rows.flatMap(({ kind, text = "", points, voxels, ...results }, i) =>
+    points.map(({ position, value, normal, level }, j) =>
       [
         i + 1,
         kind,
@@ -63,10 +73,11 @@ export function toCsv(rows: readonly MeasurementRow[]): string {
         ...(voxels[j] ?? ["", "", ""]),
         value ?? "",
         ...(normal ?? ["", "", ""]),
-        j === 0 ? (length ?? "") : "",
-        j === 0 ? (angle ?? "") : "",
+        level ?? "",
+        j === 0 ? (results.length_mm ?? "") : "",
+        j === 0 ? (results.angle_degrees ?? "") : "",
       ].join(","),
     ),
   );
-  return `${[`${head},length,angle`, ...lines].join("\r\n")}\r\n`;
+  return `${[head, ...lines].join("\r\n")}\r\n`;
 }

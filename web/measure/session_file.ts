@@ -1,10 +1,12 @@
 import type { Triple } from "../stream/types.ts";
 import {
+  isText,
   longestText,
   type MeasuredPoint,
   type Measurement,
   measurementKinds,
   mostMeasurements,
+  mostPointsInAll,
   pointCounts,
 } from "./measurement.ts";
 
@@ -22,7 +24,7 @@ export interface Session {
 export const sessionFormat = "isosplat-session";
 const version = 1;
 /** A larger file is refused before it is read. */
-export const largestSession = 1_000_000;
+export const largestSession = 5_000_000;
 const longestView = 20_000;
 
 /** The file is not a session: expected, found, remedy. */
@@ -38,7 +40,7 @@ export function writeSession({ view, contentId, measurements }: Session): string
     ...(contentId && { content_id: contentId }),
     measurements,
   };
-  return `${JSON.stringify(session, null, 2)}\n`;
+  return `${JSON.stringify(session)}\n`;
 }
 
 /** Throws a SessionError for anything that is not a session. */
@@ -72,6 +74,15 @@ export function readSession(text: string): Session {
   if (!Array.isArray(measurements) || measurements.length > mostMeasurements) {
     throw new SessionError(`expected "measurements": a list of at most ${mostMeasurements}`);
   }
+  const points = measurements.reduce((sum: number, each) => {
+    const some = recordOf(each)?.points;
+    return sum + (Array.isArray(some) ? some.length : 0);
+  }, 0);
+  if (points > mostPointsInAll) {
+    throw new SessionError(
+      `expected at most ${mostPointsInAll} points in all measurements, found ${points}`,
+    );
+  }
   return {
     view,
     ...(contentId && { contentId }),
@@ -98,15 +109,15 @@ function measurementOf(value: unknown, number: number): Measurement {
     const count = least === most ? least : `${least} to ${most}`;
     throw new SessionError(`measurement ${number}: expected ${count} "points" of a ${kind}`);
   }
-  if (text !== undefined && !(typeof text === "string" && text.length <= longestText)) {
+  if (text === undefined ? !isText(kind, "") : typeof text !== "string" || !isText(kind, text)) {
     throw new SessionError(
-      `measurement ${number}: expected "text" of at most ${longestText} characters`,
+      `measurement ${number}: expected "text" of at most ${longestText} characters, and of notes at least one`,
     );
   }
   return {
     kind,
     points: points.map((point) => pointOf(point, number)),
-    ...(text && { text }),
+    ...(typeof text === "string" && text !== "" && { text }),
   };
 }
 

@@ -17,6 +17,15 @@ export function formatLength(mm: number): string {
   return `${Number((mm / unit.mm).toPrecision(6))} ${unit.name}`;
 }
 
+/** An area (power 2) or a volume (3), in mm² or mm³: 0.0005 → "500 µm²". */
+export function formatPower(value: number, power: 2 | 3): string {
+  const size = Math.abs(value);
+  const unit = units.find((u) => u.name !== "cm" && size >= u.mm ** power) ?? units[units.length - 1];
+  const sign = power === 2 ? "²" : "³";
+  if (size === 0 || !unit) return `0 mm${sign}`;
+  return `${Number((value / unit.mm ** power).toPrecision(6))} ${unit.name}${sign}`;
+}
+
 /** The largest number of the form 1, 2, 5 · 10ⁿ that is not larger. */
 export function roundBelow(value: number): number {
   const power = 10 ** Math.floor(Math.log10(value));

@@ -29,8 +29,8 @@ import { VolumePage } from "./volume_page.ts";
 const headerBytes = 4096;
 
 /**
- * Takes files that are dropped, pasted or chosen anywhere on the page: opens stores, builds others,
- * and keeps what was built.
+ * Takes files that are dropped, pasted or chosen anywhere on the page: opens stores and sessions,
+ * builds stores of others, and keeps what was built.
  */
 export class DeviceFiles {
   #root: HTMLElement;
@@ -83,11 +83,19 @@ export class DeviceFiles {
 
   async #take(files: Promise<InputFile[]>): Promise<void> {
     if (this.#task?.isRunning) return; // its card says what it is doing
-    forbidOtherOrigins();
+    this.#task?.close(); // its card may still show an error
     const task = new Task("Reading");
     this.#task = task;
     try {
-      await this.#open(await files, task);
+      const found = await files;
+      const [first] = found;
+      if (first && found.length === 1 && /\.json$/i.test(first.path)) {
+        const { openSession } = await import("./open_session.ts");
+        await openSession(first.file);
+      } else {
+        forbidOtherOrigins();
+        await this.#open(found, task);
+      }
       task.close();
     } catch (error) {
       if (task.signal.aborted) task.close();
@@ -96,11 +104,6 @@ export class DeviceFiles {
   }
 
   async #open(files: readonly InputFile[], task: Task): Promise<void> {
-    const [first] = files;
-    if (files.length === 1 && first?.path.endsWith(".json")) {
-      const { openSession } = await import("./open_session.ts");
-      return openSession(first.file);
-    }
     for (const { path, file } of files) {
       const header = new Uint8Array(await file.slice(0, headerBytes).arrayBuffer());
       if (!beginsAsStore(header)) continue;

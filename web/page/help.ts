@@ -11,7 +11,10 @@ const rows: [string, string][] = [
   ["1 … 6", "Front, back, left, right, above, below"],
   ["V", "Show the whole volume, without turning"],
   ["P", "Perspective or orthographic"],
-  ["M", "Measure distances; Enter takes the middle of the picture, Escape ends"],
+  [
+    "M",
+    "Measure distances: Enter takes the middle of the picture, Shift + Enter ends a path, Escape ends",
+  ],
   ["R", "Reset the view"],
   ["Ctrl + Z, Ctrl + Shift + Z", "Take back, or repeat, the last change of the view"],
   ["C", "Copy a link to this view"],

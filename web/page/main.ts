@@ -40,7 +40,10 @@ try {
 
 // Until device_files.ts has loaded, a file that is dropped must not replace the page.
 for (const type of ["dragover", "drop"]) {
-  window.addEventListener(type, (event) => event.preventDefault());
+  window.addEventListener(type, (event) => {
+    // Text may be dropped into fields.
+    if ((event as DragEvent).dataTransfer?.types.includes("Files")) event.preventDefault();
+  });
 }
 
 /** Each part works without the others: the picture and the keyboard without any of them. */

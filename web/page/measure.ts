@@ -9,15 +9,18 @@ import {
   toCsv,
   writeMeasurement,
 } from "../measure/measurement_text.ts";
-import { writeSession } from "../measure/session_file.ts";
+import { type Session, writeSession } from "../measure/session_file.ts";
 import type { StoreInfo } from "../stream/types.ts";
 import type { Viewer } from "../viewer/index.ts";
+import { measureBar } from "./measure_bar.ts";
 import { type ExtentState, measureSection, resultOf } from "./measure_section.ts";
-import { keptMeasurements } from "./open_session.ts";
+import { forgetSession, keepSession, keptSession } from "./open_session.ts";
 
 export interface MeasureHost {
   /** Measurements or the tool have changed. */
   changed(): void;
+  /** Lays the page out at once. */
+  renderNow(): void;
   note(text: string): void;
   done(text: string): void;
   /** Offers a file to save. */
@@ -25,6 +28,9 @@ export interface MeasureHost {
   /** The query of the address of the present view. */
   view(): string;
 }
+
+const otherVersion =
+  "The measurements are of another version of this volume: its surfaces may lie elsewhere.";
 
 /** Measurements in the page: tool, marks above the picture, section, link and files. */
 export class Measure {
@@ -35,17 +41,26 @@ export class Measure {
   #extents: readonly ExtentState[] = [];
   #measuring: AbortController | null = null;
 
-  /** lines: the measurements of the address. */
-  constructor(viewer: Viewer, host: MeasureHost, lines: readonly string[]) {
+  /** The content id of the volume that was measured, and of the one that is shown. */
+  #measured: string | undefined;
+  #shown: string | undefined;
+  /** Whether the address had all measurements when it was written last. */
+  #isInAddress = true;
+
+  /** lines: the measurements of the address; search: its query. */
+  constructor(viewer: Viewer, host: MeasureHost, lines: readonly string[], search: string) {
     this.#viewer = viewer;
     this.#host = host;
     this.tool = new MeasureTool(viewer, () => {
       this.#layer.request();
+      if (this.tool.measurements.length === 0) this.#measured = this.#shown;
       host.changed();
     });
-    this.#layer = new MeasureLayer(viewer, this.tool, resultOf);
-    const kept = keptMeasurements(lines);
-    const read = kept ?? lines.map(readMeasurement);
+    this.#layer = new MeasureLayer(viewer, this.tool, resultOf, () =>
+      measureBar(this.tool, viewer.canvas),
+    );
+    const kept = keptSession(search);
+    const read = kept?.measurements ?? lines.map(readMeasurement);
     const known = read.filter((each) => each !== undefined);
     if (known.length < read.length) {
       const count = read.length - known.length;
@@ -53,7 +68,10 @@ export class Measure {
         `${count} of ${read.length} measurements in the address were ignored: expected kind,x,y,z.`,
       );
     }
+    this.#measured = kept?.contentId;
     if (known.length > 0) this.tool.set(known);
+    if (viewer.info) this.#opened(viewer.info);
+    viewer.on("opened", (info) => this.#opened(info));
   }
 
   /** Lies on the canvas. */
@@ -66,17 +84,49 @@ export class Measure {
     return this.tool.measurements.map(writeMeasurement);
   }
 
+  /** The volume may be another version of the one that was measured. */
+  #opened({ contentId }: StoreInfo): void {
+    if (contentId === this.#shown) return;
+    this.#shown = contentId;
+    this.#measuring?.abort();
+    this.#extents = [];
+    this.#measured ??= contentId;
+    if (this.#isOfOther) this.#host.note(otherVersion);
+  }
+
+  get #isOfOther(): boolean {
+    return this.tool.measurements.length > 0 && this.#measured !== this.#shown;
+  }
+
+  /** The address was written, with all measurements or with none. */
+  rested(isInAddress: boolean): void {
+    if (isInAddress) forgetSession();
+    else if (!keepSession(location.search, this.#session()) || this.#isInAddress) {
+      this.#host.note(
+        "The measurements do not fit into the address: links have the view only. Save a session to share them.",
+      );
+    }
+    this.#isInAddress = isInAddress;
+  }
+
   section(info: StoreInfo): TemplateResult {
-    return measureSection(this.tool, info, this.#extents, {
-      measureSurfaces: () => void this.#measureSurfaces(),
-      copy: () => void this.#copy(),
-      saveCsv: () => this.#host.save("measurements.csv", "text/csv", toCsv(this.#rows())),
-      saveJson: () => {
-        const text = `${JSON.stringify(this.#rows(), null, 2)}\n`;
-        this.#host.save("measurements.json", "application/json", text);
+    const problem = this.#isOfOther ? otherVersion : "";
+    return measureSection(
+      this.tool,
+      info,
+      { extents: this.#extents, problem },
+      {
+        remove: (index, list) => this.#remove(index, list),
+        measureSurfaces: () => void this.#measureSurfaces(),
+        copy: () => void this.#copy(),
+        saveCsv: () => this.#host.save("measurements.csv", "text/csv", toCsv(this.#rows())),
+        saveJson: () => {
+          const text = `${JSON.stringify(this.#rows(), null, 2)}\n`;
+          this.#host.save("measurements.json", "application/json", text);
+        },
+        saveSession: () => this.saveSession(),
       },
-      saveSession: () => this.saveSession(),
-    });
+    );
   }
 
   /** Area and volume of each isosurface, one after the other. A second call stops the first. */
@@ -127,14 +177,24 @@ export class Measure {
     show({ extent });
   }
 
+  /** The focused button is removed: the next one gets the focus, or the first tool. */
+  #remove(index: number | "all", section: Element | null): void {
+    if (index === "all") this.tool.clear();
+    else this.tool.remove(index);
+    this.#host.renderNow();
+    const buttons = section?.querySelectorAll<HTMLElement>(".measurement .chip");
+    const next = buttons?.[Math.min(Number(index), buttons.length - 1)];
+    (next ?? section?.querySelector<HTMLElement>(".chip"))?.focus();
+  }
+
   saveSession(): void {
-    const contentId = this.#viewer.info?.contentId;
-    const session = writeSession({
-      view: this.#host.view(),
-      ...(contentId && { contentId }),
-      measurements: this.tool.measurements,
-    });
-    this.#host.save("session.isosplat.json", "application/json", session);
+    this.#host.save("session.isosplat.json", "application/json", writeSession(this.#session()));
+  }
+
+  #session(): Session {
+    const contentId = this.#measured;
+    const { measurements } = this.tool;
+    return { view: this.#host.view(), ...(contentId && { contentId }), measurements };
   }
 
   async #copy(): Promise<void> {
@@ -157,7 +217,7 @@ function rowOf(measurement: Measurement, info: StoreInfo | null): MeasurementRow
   return {
     ...measurement,
     voxels: info ? points.map(({ position }) => voxelOf(info, position)) : [],
-    ...((kind === "distance" || kind === "path") && { length: lengthOf(points) }),
-    ...(angle !== undefined && { angle }),
+    ...((kind === "distance" || kind === "path") && { length_mm: lengthOf(points) }),
+    ...(angle !== undefined && { angle_degrees: angle }),
   };
 }

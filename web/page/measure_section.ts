@@ -1,5 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { live } from "lit/directives/live.js";
+import { repeat } from "lit/directives/repeat.js";
 import type { MeasureTool } from "../measure/measure_tool.ts";
 import {
   angleOf,
@@ -7,22 +8,21 @@ import {
   longestText,
   type Measurement,
   type MeasurementKind,
-  pointCounts,
+  measurementKinds,
   voxelOf,
 } from "../measure/measurement.ts";
 import type { SurfaceExtent } from "../measure/surface_extent.ts";
-import { formatLength } from "../overlay/lengths.ts";
+import { formatLength, formatPower } from "../overlay/lengths.ts";
 import type { StoreInfo } from "../stream/types.ts";
 import { formatValue } from "./format.ts";
 
-const tools: readonly { kind: MeasurementKind; label: string; hint: string }[] = [
-  { kind: "point", label: "Point", hint: "Click on the surface." },
-  { kind: "distance", label: "Distance", hint: "Click two points of the surface." },
-  { kind: "path", label: "Path", hint: "Click the points of the path, then Done." },
-  { kind: "angle", label: "Angle", hint: "Click three points: the second is the corner." },
-  { kind: "note", label: "Note", hint: "Click where the note belongs." },
-];
-const labels = new Map(tools.map(({ kind, label }) => [kind, label]));
+const labels: Readonly<Record<MeasurementKind, string>> = {
+  point: "Point",
+  distance: "Distance",
+  path: "Path",
+  angle: "Angle",
+  note: "Note",
+};
 
 /** Area and volume of an isosurface: found, or on the way. */
 export interface ExtentState {
@@ -34,6 +34,8 @@ export interface ExtentState {
 }
 
 export interface MeasureActions {
+  /** Removes a measurement, or all; section: whose focus is to be kept. */
+  remove(index: number | "all", section: Element | null): void;
   /** Computes area and volume of the isosurfaces shown; or stops. */
   measureSurfaces(): void;
   copy(): void;
@@ -84,34 +86,25 @@ function facts({ kind, points }: Measurement, info: StoreInfo): string {
 export function measureSection(
   tool: MeasureTool,
   info: StoreInfo,
-  extents: readonly ExtentState[],
+  { extents, problem }: { extents: readonly ExtentState[]; problem: string },
   actions: MeasureActions,
 ): TemplateResult {
-  const { kind, draft, measurements, miss } = tool;
-  const hint = tools.find((each) => each.kind === kind)?.hint;
-  const canEnd = kind === "path" && draft.length >= pointCounts.path[0];
+  const { kind, measurements } = tool;
   return html`<div class="fields">
     <div class="chips" role="group" aria-label="Measure">
-      ${tools.map(
+      ${measurementKinds.map(
         (each) => html`<button
           type="button"
           class="chip"
-          aria-pressed=${each.kind === kind}
-          @click=${() => tool.choose(each.kind)}
+          aria-pressed=${each === kind}
+          @click=${() => tool.choose(each)}
         >
-          ${each.label}
+          ${labels[each]}
         </button>`,
       )}
-      ${
-        canEnd
-          ? html`<button type="button" class="chip" @click=${() => tool.finish()}>Done</button>`
-          : nothing
-      }
     </div>
-    <p class="quiet" role="status">
-      ${miss ?? (hint ? `${hint} Enter takes the middle of the picture, Escape ends.` : "")}
-    </p>
-    ${measurements.length > 0 ? list(tool, info) : nothing}
+    ${problem ? html`<p class="measurement-facts">${problem}</p>` : nothing}
+    ${measurements.length > 0 ? list(tool, info, actions) : nothing}
     <div class="chips">
       <button
         type="button"
@@ -123,13 +116,13 @@ export function measureSection(
       </button>
     </div>
     <div role="status">${extents.map((each) => extentPart(each))}</div>
-    <div class="chips" role="group" aria-label="Take measurements away">
+    <div class="chips" role="group" aria-label="Copy and save">
       ${
         measurements.length > 0
           ? html`<button type="button" class="chip" @click=${actions.copy}>Copy</button>
               <button type="button" class="chip" @click=${actions.saveCsv}>CSV</button>
               <button type="button" class="chip" @click=${actions.saveJson}>JSON</button>
-              <button type="button" class="chip" @click=${() => tool.clear()}>Remove all</button>`
+              <button type="button" class="chip" @click=${(event: Event) => actions.remove("all", sectionOf(event))}>Remove all</button>`
           : nothing
       }
       <button
@@ -162,15 +155,19 @@ function extentPart({ isovalue, share, extent, problem }: ExtentState): Template
   </p>`;
 }
 
-/** 1234567 mm² → "12345.7 mm²": six digits, without prefixes that change with the power. */
-function formatPower(value: number, power: 2 | 3): string {
-  return `${formatValue(value)} mm${power === 2 ? "²" : "³"}`;
+/** A new text leaves the points as they are. */
+function keyOf({ points }: Measurement): unknown {
+  return points;
 }
 
-function list(tool: MeasureTool, info: StoreInfo): TemplateResult {
+function sectionOf(event: Event): Element | null {
+  return (event.currentTarget as Element).closest(".fields");
+}
+
+function list(tool: MeasureTool, info: StoreInfo, actions: MeasureActions): TemplateResult {
   return html`<ol class="measurements" aria-label="Measurements">
-    ${tool.measurements.map((measurement, i) => {
-      const name = `${labels.get(measurement.kind)} ${i + 1}`;
+    ${repeat(tool.measurements, keyOf, (measurement, i) => {
+      const name = `${labels[measurement.kind]} ${i + 1}`;
       const more = facts(measurement, info);
       return html`<li class="measurement">
         <span class="measurement-value">
@@ -180,7 +177,7 @@ function list(tool: MeasureTool, info: StoreInfo): TemplateResult {
           type="button"
           class="chip"
           aria-label=${`Remove ${name}`}
-          @click=${() => tool.remove(i)}
+          @click=${(event: Event) => actions.remove(i, sectionOf(event))}
         >
           Remove
         </button>

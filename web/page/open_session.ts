@@ -1,10 +1,12 @@
-import type { Measurement } from "../measure/measurement.ts";
 import { writeMeasurement } from "../measure/measurement_text.ts";
-import { largestSession, readSession, SessionError } from "../measure/session_file.ts";
-import { readUrl, writeUrl } from "./url_state.ts";
-
-/** Where the measurements of a session wait until its page has loaded: links have less of them. */
-const storeKey = "isosplat-session";
+import {
+  largestSession,
+  readSession,
+  type Session,
+  SessionError,
+  writeSession,
+} from "../measure/session_file.ts";
+import { keptSessionKey, longestQuery, readUrl, writeUrl } from "./url_state.ts";
 
 /** Opens a session file: goes to the page of its view. Throws a SessionError. */
 export async function openSession(file: File): Promise<void> {
@@ -13,41 +15,52 @@ export async function openSession(file: File): Promise<void> {
       `${file.name}: expected a session file of at most ${largestSession} bytes, found ${file.size}`,
     );
   }
-  const { view, measurements } = readSession(await file.text());
-  const state = readUrl(view);
+  const session = readSession(await file.text());
+  const { measures: _, ...state } = readUrl(session.view);
   if (state.volume === undefined && state.src === undefined) {
     throw new SessionError(`${file.name}: expected "view" to name a volume, or the address of one`);
   }
-  const lines = measurements.map(writeMeasurement);
-  try {
-    sessionStorage.setItem(storeKey, JSON.stringify(measurements));
-  } catch {
-    // The link has the positions.
+  let query = writeUrl(state);
+  if (!keepSession(new URL(query, location.href).search, session)) {
+    query = writeUrl({ ...state, measures: session.measurements.map(writeMeasurement) });
   }
-  const { measures: _, ...rest } = state;
-  location.assign(
-    location.pathname + writeUrl({ ...rest, ...(lines.length && { measures: lines }) }),
-  );
+  if (query.length > longestQuery) {
+    throw new SessionError(
+      `${file.name}: expected a view and measurements that fit into an address of ${longestQuery} ` +
+        "letters, as this browser keeps no data of the page: allow it to, and open the file again",
+    );
+  }
+  location.assign(location.pathname + query);
 }
 
-/** The measurements of the session that was opened, if they are those of the address. */
-export function keptMeasurements(lines: readonly string[]): readonly Measurement[] | undefined {
+/**
+ * Keeps a session in this tab, for the page whose address has this query: addresses have no space for
+ * many measurements. False if the browser does not allow it.
+ */
+export function keepSession(search: string, session: Session): boolean {
   try {
-    const text = sessionStorage.getItem(storeKey);
-    sessionStorage.removeItem(storeKey);
-    if (text === null) return undefined;
-    const session = {
-      format: "isosplat-session",
-      version: 1,
-      view: "?",
-      measurements: JSON.parse(text),
-    };
-    const { measurements } = readSession(JSON.stringify(session));
-    const isSame =
-      measurements.length === lines.length &&
-      measurements.every((each, i) => writeMeasurement(each) === lines[i]);
-    return isSame ? measurements : undefined;
+    sessionStorage.setItem(keptSessionKey, `${search}\n${writeSession(session)}`);
+    return true;
+  } catch {
+    return false;
+  }
+}
+
+/** The session that was kept for this query. */
+export function keptSession(search: string): Session | undefined {
+  try {
+    const text = sessionStorage.getItem(keptSessionKey) ?? "";
+    const end = text.indexOf("\n");
+    return text.slice(0, end) === search ? readSession(text.slice(end + 1)) : undefined;
   } catch {
     return undefined;
+  }
+}
+
+export function forgetSession(): void {
+  try {
+    sessionStorage.removeItem(keptSessionKey);
+  } catch {
+    // Nothing was kept.
   }
 }

@@ -2,7 +2,7 @@ import { defaultParts, type OverlayPart, overlayParts } from "../overlay/parts.t
 import { isWhole } from "../viewer/clipping.ts";
 import { surfaceColours } from "../viewer/surfaces.ts";
 import { type Camera, type Clip, defaultLook, type Look, type Surface } from "../viewer/types.ts";
-import { type UrlState, writeUrl } from "./url_state.ts";
+import { longestQuery, type UrlState, writeUrl } from "./url_state.ts";
 
 /**
  * The address is written after this time without changes (ms). Writing it takes browser time that
@@ -19,6 +19,8 @@ export interface AddressState {
   clip: Clip;
   show: ReadonlySet<OverlayPart>;
   camera: Camera | undefined;
+  /** The camera is what the page shows without one in the address: it depends on the window. */
+  isDefaultCamera: boolean;
   measures: readonly string[];
 }
 
@@ -36,7 +38,7 @@ export function addressOf(view: AddressState): UrlState {
   }
   if (view.camera) {
     const { projection, ...camera } = view.camera;
-    state.camera = camera;
+    if (!view.isDefaultCamera) state.camera = camera;
     if (projection === "orthographic") state.projection = projection;
   }
   if (look.kind !== defaultLook.kind) state.kind = look.kind;
@@ -57,18 +59,19 @@ export function addressOf(view: AddressState): UrlState {
 export class AddressBar {
   readonly #view: () => AddressState | null;
   readonly #pendingChanged: () => void;
-  readonly #rested: (query: string, view: AddressState) => void;
+  readonly #rested: (query: string, view: AddressState, hasMeasures: boolean) => void;
   #timer = 0;
   #changedAt = 0;
 
   /**
    * `view`: the current view; null if there is none. `pendingChanged`: see isPending. `rested`: called
-   * with a view that the address has, and its query without measurements.
+   * with a view that the address has, its query without measurements, and whether the address has
+   * all measurements: more than fit are left out.
    */
   constructor(
     view: () => AddressState | null,
     pendingChanged: () => void,
-    rested: (query: string, view: AddressState) => void,
+    rested: (query: string, view: AddressState, hasMeasures: boolean) => void,
   ) {
     this.#rested = rested;
     this.#view = view;
@@ -78,6 +81,10 @@ export class AddressBar {
   /** The address bar does not show the current view yet. */
   get isPending(): boolean {
     return this.#timer !== 0;
+  }
+
+  get view(): AddressState | null {
+    return this.#view();
   }
 
   changed(): void {
@@ -100,9 +107,15 @@ export class AddressBar {
     clearTimeout(this.#timer);
     this.#timer = 0;
     const view = this.#view();
-    const query = view ? writeUrl(addressOf(view)) : location.search;
-    if (query !== location.search) history.replaceState(null, "", location.pathname + query);
-    if (view) this.#rested(writeUrl(addressOf({ ...view, measures: [] })), view);
+    if (view) {
+      const { measures: _, ...state } = addressOf(view);
+      const rest = writeUrl(state);
+      const whole = writeUrl(addressOf(view));
+      const fits = whole.length <= longestQuery;
+      const query = fits ? whole : rest;
+      if (query !== location.search) history.replaceState(null, "", location.pathname + query);
+      this.#rested(rest, view, fits);
+    }
     this.#pendingChanged();
   }
 }

@@ -29,8 +29,11 @@ import {
 } from "../viewer/types.ts";
 import { expectedOfLight, lightParameters, readLight, writeLight } from "./light_address.ts";
 
-/** More measurements in an address are ignored. */
-const mostMeasures = 500;
+/** A longer query (letters) is not written: servers refuse addresses of more than about 8 KiB. */
+export const longestQuery = 7000;
+
+/** Of sessionStorage: the session that belongs to the address (open_session.ts). */
+export const keptSessionKey = "isosplat-session";
 
 /** A fainter surface looks invisible; the panel's slider starts here. */
 export const minOpacity = 0.05;
@@ -153,7 +156,7 @@ export function readUrl(search: string): UrlState {
   }
   const show = read("show", readShow, `none, or some of ${overlayParts.join(",")}`);
   if (show) state.show = show;
-  const measures = query.getAll("measure").slice(0, mostMeasures);
+  const measures = query.getAll("measure");
   if (measures.length > 0) state.measures = measures;
   read("clip", readBox, "x0,x1,y0,y1,z0,z1 from 0 to 1");
   for (const text of query.getAll("plane")) {

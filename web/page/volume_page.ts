@@ -22,14 +22,14 @@ import { DisplaySettings } from "./display_settings.ts";
 import { formatValue } from "./format.ts";
 import { Histogram } from "./histogram.ts";
 import type { Measure } from "./measure.ts";
-import { AddressBar, type AddressState } from "./page_address.ts";
+import { AddressBar, type AddressState, addressOf } from "./page_address.ts";
 import { handlePageKey, historyStep } from "./page_keys.ts";
 import { kindOf, type Problem, problemOf, problemOfFault } from "./problems.ts";
 import { StatusLine } from "./status_line.ts";
 import { onTheme, toggleTheme } from "./theme.ts";
 import { keepThumbnailWhenIdle } from "./thumbnails.ts";
 import { Toast } from "./toast.ts";
-import { readUrl } from "./url_state.ts";
+import { keptSessionKey, readUrl, writeUrl } from "./url_state.ts";
 import { ViewHistory } from "./view_history.ts";
 import {
   type Banner,
@@ -55,7 +55,8 @@ export class VolumePage {
   readonly #canvas = viewCanvas();
   readonly #status = new StatusLine();
   readonly #viewer = new Viewer(this.#canvas, { reset: () => this.#reset() });
-  readonly #url = readUrl(location.search);
+  readonly #search = location.search;
+  readonly #url = readUrl(this.#search);
   readonly #motion = new CameraMotion(this.#viewer);
   #overlay: Overlay | null = null;
   #measure: Measure | null = null;
@@ -75,6 +76,8 @@ export class VolumePage {
 
   #info: StoreInfo | null = null;
   #camera: Camera | null = null;
+  /** The camera that the viewer chose, if the address has none. */
+  #firstCamera: Camera | null = null;
   readonly #history = new ViewHistory<AddressState>();
 
   /** Why the volume could not be opened. */
@@ -101,13 +104,15 @@ export class VolumePage {
             volume: this.#url.volume,
             src: this.#url.src,
             ...this.#settings.state,
-            camera: this.#camera ?? this.#viewer.camera ?? this.#urlCamera,
+            camera: this.#restingCamera,
+            isDefaultCamera: this.#isDefaultCamera,
             measures: this.#measure?.lines ?? this.#url.measures ?? [],
           }
         : null,
     () => this.#showBusy(),
-    (query, view) => {
+    (query, view, hasMeasures) => {
       this.#history.rested(query, view);
+      this.#measure?.rested(hasMeasures);
       this.#render();
     },
   );
@@ -228,6 +233,7 @@ export class VolumePage {
         ...(camera ? { camera } : {}),
         ...(projection && { projection }),
       });
+      if (!camera && !this.#camera) this.#firstCamera = this.#viewer.camera;
       const notes = [...(this.#url.notes ?? []), ...this.#settings.opened(info)];
       const isMoved = this.#camera !== before;
       const shown = this.#viewer.camera;
@@ -247,6 +253,18 @@ export class VolumePage {
   get #urlCamera(): Camera | undefined {
     const { camera, projection } = this.#url;
     return camera && projection === "orthographic" ? { ...camera, projection } : camera;
+  }
+
+  /** The camera, or the one at which it will come to rest. */
+  get #restingCamera(): Camera | undefined {
+    return this.#motion.target ?? this.#camera ?? this.#viewer.camera ?? this.#urlCamera;
+  }
+
+  get #isDefaultCamera(): boolean {
+    const camera = this.#restingCamera;
+    if (!camera || this.#url.camera) return false;
+    const defaults = [this.#firstCamera, this.#viewer.wholeView];
+    return defaults.some((each) => each && isSameCamera(each, camera));
   }
 
   /** Called after the page opened the volume, or the viewer reopened it after a context loss. */
@@ -433,7 +451,7 @@ export class VolumePage {
     const { Overlay } = await import("../overlay/overlay.ts");
     this.#overlay = new Overlay(this.#viewer, (view) => this.#lookAlong(view));
     this.#render();
-    if (this.#url.measures) await this.#loadMeasure();
+    if (this.#url.measures || hasKeptSession()) await this.#loadMeasure();
   }
 
   /** Measurements are loaded when they are first used, or if the address has some. */
@@ -445,16 +463,17 @@ export class VolumePage {
             this.#address.changed();
             this.#render();
           },
+          renderNow: () => this.#renderNow(),
           note: (text: string) => this.#toast.note(text),
           done: (text: string) => this.#toast.done(text),
           save: (name: string, type: string, text: string) =>
             saveFile(this.#fileName(name), new Blob([text], { type })),
           view: () => {
-            this.#address.write();
-            return location.search;
+            const view = this.#address.view;
+            return view ? writeUrl(addressOf({ ...view, measures: [] })) : location.search;
           },
         };
-        this.#measure = new Measure(this.#viewer, host, this.#url.measures ?? []);
+        this.#measure = new Measure(this.#viewer, host, this.#url.measures ?? [], this.#search);
         this.#render();
       },
       () => {
@@ -603,6 +622,20 @@ export class VolumePage {
       const { histogram, active_cells: activeCells } = info.metadata;
       this.#histogram.show({ scale, suggestions, histogram, activeCells, isLogarithmic }, marks);
     }
+  }
+}
+
+function isSameCamera(a: Camera, b: Camera): boolean {
+  const isOrthographic = ({ projection }: Camera) => projection === "orthographic";
+  return writeCamera(a) === writeCamera(b) && isOrthographic(a) === isOrthographic(b);
+}
+
+/** A session may belong to the address: see open_session.ts. */
+function hasKeptSession(): boolean {
+  try {
+    return sessionStorage.getItem(keptSessionKey) !== null;
+  } catch {
+    return false; // the browser keeps nothing
   }
 }
 

@@ -12,6 +12,7 @@ const duration = 350;
 export class CameraMotion {
   readonly #viewer: Viewer;
   #handle = 0;
+  #target: Camera | null = null;
   #isSetting = false;
 
   constructor(viewer: Viewer) {
@@ -21,6 +22,11 @@ export class CameraMotion {
     });
   }
 
+  /** Where the present motion ends; null if there is none. */
+  get target(): Camera | null {
+    return this.#target;
+  }
+
   to(camera: Camera): void {
     this.stop();
     const from = this.#viewer.camera;
@@ -28,9 +34,11 @@ export class CameraMotion {
       this.#set(camera);
       return;
     }
+    this.#target = camera;
     const begin = performance.now();
     const step = (now: number): void => {
       const time = Math.max(0, Math.min(1, (now - begin) / duration));
+      if (time === 1) this.#target = null;
       // Smoothstep: begins and ends slowly.
       this.#set(cameraBetween(from, camera, time * time * (3 - 2 * time)));
       this.#handle = time < 1 ? requestAnimationFrame(step) : 0;
@@ -41,6 +49,7 @@ export class CameraMotion {
   stop(): void {
     cancelAnimationFrame(this.#handle);
     this.#handle = 0;
+    this.#target = null;
   }
 
   #set(camera: Camera): void {
