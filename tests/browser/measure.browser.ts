@@ -186,7 +186,7 @@ test("measures by keyboard, and says where there is no surface", async ({ page }
   await page.getByRole("button", { name: "Path", exact: true }).focus();
   await keyboard.press("Enter");
   await keyboard.press("Enter");
-  for (let i = 0; i < 3; ++i) await keyboard.press("ArrowRight");
+  for (let i = 0; i < 3; ++i) await keyboard.press("ArrowLeft");
   await complete(page);
   await keyboard.press("Enter");
   await keyboard.press("Shift+Enter");

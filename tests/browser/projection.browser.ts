@@ -150,6 +150,16 @@ test("changes of the view are taken back and repeated", async ({ page }) => {
   await expect(page.getByRole("button", { name: "Redo" })).toBeDisabled();
 });
 
+/** How many pixels of a PNG are transparent; runs in the page. */
+async function clearPixels(base64: string): Promise<number> {
+  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+  const bitmap = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+  const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+  context?.drawImage(bitmap, 0, 0);
+  const { data } = context?.getImageData(0, 0, bitmap.width, bitmap.height) ?? { data: [] };
+  return data.filter((value, i) => i % 4 === 3 && value === 0).length;
+}
+
 test("a picture without its background has the surface alone", async ({ page }) => {
   test.setTimeout(120_000);
   await page.goto(`${server.url}?volume=bucky&isovalue=100&background=ff0000`);
@@ -183,4 +193,56 @@ test("a picture without its background has the surface alone", async ({ page }) 
   await settled(page);
   const shown = await compare(page, await savedPicture(page), await savedPicture(page));
   expect(shown.differing).toBe(0);
+
+  // Also if it is saved while the other one is still on the way.
+  const pictures: number[] = [];
+  page.on("download", async (each) => {
+    const saved = readFileSync(await each.path()).toString("base64");
+    pictures.push(await page.evaluate(clearPixels, saved));
+  });
+  await page.evaluate(() => {
+    const buttons = [...document.querySelectorAll<HTMLElement>("button, wa-button")];
+    const named = (name: RegExp) =>
+      buttons.find((b) => name.test(b.textContent ?? "") || name.test(b.ariaLabel ?? ""));
+    named(/Save without background/)?.click();
+    named(/Save a picture/)?.click();
+  });
+  await expect.poll(() => pictures.length).toBe(2);
+  const [least = -1, most = 0] = pictures.sort((a, b) => a - b);
+  expect(least).toBe(0);
+  expect(most).toBe(found.clear);
+});
+
+test.describe("with motions", () => {
+  test.use({ contextOptions: { reducedMotion: "no-preference" } });
+  test("views are taken back and repeated while the view still moves", async ({ page }) => {
+    test.setTimeout(180_000);
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    const picture = page.getByRole("application");
+    const views: string[] = [];
+    for (const key of ["", "1", "3"]) {
+      if (key) await picture.press(key);
+      await settled(page);
+      views.push(new URL(page.url()).search);
+    }
+    // The camera that the page chose fits the window: it is not in the address.
+    expect(views[0]).not.toContain("camera");
+    expect(new Set(views).size).toBe(3);
+    const twice = (shiftKey: boolean) =>
+      page.evaluate((shift) => {
+        for (let i = 0; i < 2; ++i) {
+          const key = { key: "z", ctrlKey: true, shiftKey: shift, bubbles: true };
+          document.querySelector("#view")?.dispatchEvent(new KeyboardEvent("keydown", key));
+        }
+      }, shiftKey);
+    await twice(false);
+    await expect.poll(() => new URL(page.url()).search).toBe(views[0]);
+    await settled(page);
+    expect(new URL(page.url()).search).toBe(views[0]);
+    await twice(true);
+    await expect.poll(() => new URL(page.url()).search).toBe(views[2]);
+    await settled(page);
+    expect(new URL(page.url()).search).toBe(views[2]);
+  });
 });

@@ -495,8 +495,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (transparent) setOpacity(0);
     try {
       scheduler.drawToSave(smooth);
-      // In the same task, because the browser may clear the drawing buffer afterwards.
-      return await new Promise((resolve, reject) =>
+      // In the same task, because the browser may clear the drawing buffer afterwards. It copies the
+      // picture at once: what is drawn next, with its background, does not change it.
+      return new Promise((resolve, reject) =>
         this.canvas.toBlob((blob) => {
           if (blob) resolve(blob);
           else reject(new RendererError("the browser made no picture of the canvas"));
