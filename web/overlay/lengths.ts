@@ -20,7 +20,8 @@ export function formatLength(mm: number): string {
 /** An area (power 2) or a volume (3), in mm² or mm³: 0.0005 → "500 µm²". */
 export function formatPower(value: number, power: 2 | 3): string {
   const size = Math.abs(value);
-  const unit = units.find((u) => u.name !== "cm" && size >= u.mm ** power) ?? units[units.length - 1];
+  const unit =
+    units.find((u) => u.name !== "cm" && size >= u.mm ** power) ?? units[units.length - 1];
   const sign = power === 2 ? "²" : "³";
   if (size === 0 || !unit) return `0 mm${sign}`;
   return `${Number((value / unit.mm ** power).toPrecision(6))} ${unit.name}${sign}`;
