@@ -5,11 +5,24 @@
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <string>
 #include <string_view>
 
 namespace isosplat {
 namespace {
+
+/// Mesa keeps compiled shaders in the first of these folders, and writes a warning to standard
+/// error if it cannot: services often have no home.
+void disable_shader_cache_without_home() {
+  for (const char* name : {"MESA_SHADER_CACHE_DIR", "XDG_CACHE_HOME", "HOME"}) {
+    std::error_code error;
+    const char* folder = std::getenv(name);
+    if (folder && std::filesystem::is_directory(folder, error)) return;
+  }
+  setenv("MESA_SHADER_CACHE_DISABLE", "true", 0);
+}
 
 Result<EGLDisplay> open_display() {
   const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
@@ -48,6 +61,7 @@ Result<EGLDisplay> open_display() {
 }  // namespace
 
 Result<std::unique_ptr<EglContext>> EglContext::create() {
+  disable_shader_cache_without_home();
   const auto display = open_display();
   if (!display) return tl::unexpected(display.error());
   eglBindAPI(EGL_OPENGL_ES_API);
