@@ -198,7 +198,7 @@ Response thumbnail_response(const RouteCall& call) {
   const std::string hash =
       etag_for({reinterpret_cast<const char*>(picture->data()), picture->size()});
   const std::string etag = etag_of(store, std::string_view(hash).substr(1, hash.size() - 2));
-  Response response = begin_response(call.request, etag, CachePolicy::immutable, call.is_private);
+  Response response = begin_response(call.request, etag, CachePolicy::revalidated, call.is_private);
   if (is_complete(response)) return response;
   return with_bytes(std::move(response), std::move(*picture), "image/png");
 }

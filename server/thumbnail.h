@@ -28,7 +28,7 @@ std::filesystem::path thumbnail_path(const std::filesystem::path& store);
 std::vector<std::byte> with_content_id(std::span<const std::byte> png, std::string_view content);
 
 /// The content id that a PNG file names, from its first bytes; empty if there is no such file, or
-/// if it names none.
+/// if it names none. Says nothing about the rest of the file: read_thumbnail() does.
 std::string thumbnail_content(const std::filesystem::path& png);
 
 /// The bytes of a store's thumbnail. Checks all of its structure: sizes, checksums, and that it has

@@ -129,7 +129,7 @@ std::string small_letters(std::string_view text) {
 StoreSummary summary_of(const std::string& name, const StoreFile& store) {
   Json json = {{"name", name}, {"url", "/v1/volumes/" + name}};
   add_summary(json, store.content(), store.info());
-  if (thumbnail_content(thumbnail_path(store.path())) == store.content()) {
+  if (read_thumbnail(store.path(), store.content())) {
     json["thumbnail"] = fmt::format("/v1/volumes/{}/{}/thumbnail.png", name, store.content());
   }
   StoreSummary summary;

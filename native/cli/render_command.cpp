@@ -14,6 +14,7 @@
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
 #include "native/headless/store_scene.h"
+#include "server/thumbnail.h"
 
 namespace isosplat::cli {
 namespace {
@@ -115,6 +116,12 @@ int run(const RenderCall& call) {
     if (!image) return report(image.error());
     if (const auto written = write_picture(picture, *image, (*store)->content()); !written) {
       return report(written.error());
+    }
+    if (is_refused_thumbnail(picture, **store)) {
+      note(
+          fmt::format("{} is too large to be the store's picture in lists: expected at most {} × "
+                      "{} pixels and 1 MiB (see --size)",
+                      picture.string(), kMaxThumbnailSize, kMaxThumbnailSize));
     }
     is_empty = is_empty && is_only_background(*image, settings->background);
     camera.azimuth += 360.0 / static_cast<double>(frames);

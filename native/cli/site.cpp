@@ -12,6 +12,7 @@
 #include "native/cli/outputs.h"
 #include "native/files/output_file.h"
 #include "server/catalog.h"
+#include "server/conditions.h"
 #include "server/thumbnail.h"
 #include "server/volume_json.h"
 
@@ -137,13 +138,22 @@ Result<void> copy_store(const StoreFile& store, const fs::path& to,
   return file->publish();
 }
 
-/// Copies the pictures that `listed` names. One that is gone is no longer named.
+/// The name of a picture: another picture of the same store has another one.
+std::string picture_file(const std::string& store, std::span<const std::byte> picture) {
+  const std::string etag =
+      etag_for({reinterpret_cast<const char*>(picture.data()), picture.size()});
+  const std::string_view hash = std::string_view(etag).substr(1, etag.size() - 2);
+  return fmt::format("{}-{}.png", store.substr(0, store.rfind('.')), hash);
+}
+
+/// Copies the pictures that `listed` names. One that is gone, or
+/// was replaced meanwhile, is not named.
 Result<void> copy_thumbnails(const Site& site, std::span<PublishedVolume> listed,
                              const fs::path& to) {
   for (size_t i = 0; i < listed.size(); ++i) {
     if (listed[i].thumbnail.empty()) continue;
     const auto picture = read_thumbnail(site.volumes[i].path, listed[i].content);
-    if (!picture) {
+    if (!picture || picture_file(listed[i].file, *picture) != listed[i].thumbnail) {
       listed[i].thumbnail.clear();
     } else if (auto written = write_bytes(to / listed[i].thumbnail, *picture); !written) {
       return written;
@@ -232,8 +242,8 @@ Result<Site> publish_site(const SiteOptions& options) {
     const bool is_new = !has_content(options.to / file, content);
     site.volumes.push_back({name, entry->path, file, is_new});
     listed.push_back({name, content, file, (*store)->info()});
-    if (read_thumbnail(entry->path, content)) {
-      listed.back().thumbnail = thumbnail_path(file).string();
+    if (const auto picture = read_thumbnail(entry->path, content)) {
+      listed.back().thumbnail = picture_file(file, *picture);
       kept.insert(listed.back().thumbnail);
     }
     inputs.push_back(entry->path);

@@ -16,7 +16,7 @@ namespace isosplat::cli {
 ///     index.html, assets/…                      the page
 ///     catalog.json                              {"isosplat":"site 1","volumes":[…]}
 ///     stores/{name}-{contentId}.isosplat        never changes: another store has another name
-///     stores/{name}-{contentId}.isosplat.png    its thumbnail, if it has one
+///     stores/{name}-{contentId}-{hash}.png      its thumbnail, if it has one; never changes either
 struct SiteOptions {
   std::vector<std::filesystem::path> stores;  ///< store files, and folders of stores
   std::filesystem::path page;                 ///< the built page

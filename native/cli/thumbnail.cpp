@@ -12,7 +12,6 @@
 #include "native/headless/egl_context.h"
 #include "native/headless/store_scene.h"
 #include "server/thumbnail.h"
-#include "shared/store_file/store_file.h"
 
 namespace isosplat::cli {
 namespace {
@@ -140,13 +139,21 @@ Result<void> write_picture(const std::filesystem::path& path, const Image& image
   return file->publish();
 }
 
+bool is_refused_thumbnail(const std::filesystem::path& picture, const StoreFile& store) {
+  std::error_code error;
+  const auto real = [&](const std::filesystem::path& path) {
+    return std::filesystem::weakly_canonical(path, error);
+  };
+  return real(picture) == real(thumbnail_path(store.path())) &&
+         !read_thumbnail(store.path(), store.content());
+}
+
 Result<void> draw_thumbnail(const std::filesystem::path& store) {
   const std::filesystem::path path = thumbnail_path(store);
   const auto opened = StoreFile::open(store);
   if (!opened) return tl::unexpected(opened.error());
-  const std::string there = thumbnail_content(path);
-  if (there == (*opened)->content()) return {};
-  if (there.empty() && !first_bytes(path, 1).empty()) {
+  if (read_thumbnail(store, (*opened)->content())) return {};
+  if (thumbnail_content(path).empty() && !first_bytes(path, 1).empty()) {
     return fail(
         Status::invalid_argument,
         fmt::format("{}: expected no file, or a thumbnail, found another file: move it away",

@@ -67,7 +67,7 @@ test("a published site has the pictures of its stores", async ({ page }) => {
   try {
     await page.goto(host.url);
     await expect(async () => expect((await picture(page)).width).toBe(480)).toPass();
-    expect((await picture(page)).from).toMatch(/^\/stores\/bucky-[0-9a-f]{32}\.isosplat\.png$/);
+    expect((await picture(page)).from).toMatch(/^\/stores\/bucky-[0-9a-f]{32}-[0-9a-f]{32}\.png$/);
   } finally {
     await host.stop();
   }

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 
+#include <cstdlib>
+#include <optional>
 #include "native/headless/image.h"
+
 #include "tests/native/cli_program.h"
 
 namespace isosplat {
@@ -22,6 +25,22 @@ std::string content_of(const std::string& png) {
   if (png.substr(0, 4) != "\x89PNG" || png.substr(kText, key.size()) != key) return {};
   return png.substr(kText + key.size(), 32);
 }
+
+/// Removes a variable of the environment for as long as it lives.
+class TemporaryUnset {
+ public:
+  explicit TemporaryUnset(const char* name) : name_(name) {
+    if (const char* value = std::getenv(name)) value_ = value;
+    unsetenv(name);
+  }
+  ~TemporaryUnset() {
+    if (value_) setenv(name_, value_->c_str(), 1);
+  }
+
+ private:
+  const char* name_;
+  std::optional<std::string> value_;
+};
 
 class CliThumbnail : public ::testing::Test {
  protected:
@@ -95,6 +114,39 @@ TEST_F(CliThumbnail, KeepsTheUsersPictureUntilTheContentChanges) {
   ASSERT_EQ(build().exit_code, 0);
   EXPECT_NE(read_file(picture), chosen);
   EXPECT_EQ(content_of(read_file(picture)), store_content());
+}
+
+TEST_F(CliThumbnail, ReplacesAPictureThatWouldNotBeServed) {
+  ASSERT_EQ(build().exit_code, 0);
+  const std::string good = read_file(picture);
+  write_file(picture, good.substr(0, good.size() / 2));
+  ASSERT_EQ(build().exit_code, 0);
+  EXPECT_EQ(read_file(picture), good);
+
+  const Ended drawn =
+      run({"render", store, "--isovalue", "60", "--size", "2050x16", "--aliased", "-o", picture});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_NE(drawn.err.find("too large to be the store's picture in lists"), std::string::npos)
+      << drawn.err;
+  ASSERT_EQ(build().exit_code, 0);
+  EXPECT_EQ(read_file(picture), good);
+}
+
+TEST_F(CliThumbnail, TakesNoNoteOfTheSizeOfOtherPictures) {
+  ASSERT_EQ(build().exit_code, 0);
+  const Ended drawn = run({"render", store, "--isovalue", "60", "--size", "2050x16", "--aliased",
+                           "-o", folder / "wide.png"});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_EQ(drawn.err.find("too large"), std::string::npos) << drawn.err;
+}
+
+// Mesa writes a warning if it finds no folder for its cache of shaders.
+TEST_F(CliThumbnail, BuildIsQuietWithoutAHomeFolder) {
+  const TemporaryUnset home("HOME"), cache("XDG_CACHE_HOME"), mesa("MESA_SHADER_CACHE_DIR");
+  const Ended built = build();
+  EXPECT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_EQ(built.err.find("shader cache"), std::string::npos) << built.err;
+  EXPECT_TRUE(std::filesystem::exists(picture));
 }
 
 TEST_F(CliThumbnail, NeverReplacesAnotherFile) {

@@ -103,10 +103,18 @@ TEST_F(ThumbnailRoute, SendsThePictureOfThePresentContent) {
   EXPECT_EQ(answer.status, 200);
   EXPECT_EQ(answer.body, text_of(png));
   EXPECT_EQ(answer.header("content-type"), "image/png");
-  EXPECT_EQ(answer.header("cache-control"), "public, max-age=31536000, immutable");
+  EXPECT_EQ(answer.header("cache-control"), "no-cache");
   EXPECT_EQ(answer.header("x-content-type-options"), "nosniff");
   const std::string etag = answer.header("etag");
   EXPECT_EQ(get(port(), url(), "If-None-Match: " + etag + "\r\n").status, 304);
+  // Another picture of the same store has this URL as well.
+  const std::span all(png);  // the same with its pixels in two chunks
+  const Bytes other = joined({all.first(png.size() - 12), all.last(34).first(22), all.last(12)});
+  write_file(path(), other);
+  const Answer replaced = get(port(), url(), "If-None-Match: " + etag + "\r\n");
+  EXPECT_EQ(replaced.status, 200);
+  EXPECT_EQ(replaced.body, text_of(other));
+  write_file(path(), png);
   Client client(port());
   const std::string head = "HEAD " + url() + " HTTP/1.1\r\nHost: localhost\r\n\r\n";
   ASSERT_TRUE(client.send(head));
@@ -132,6 +140,16 @@ TEST_F(ThumbnailRoute, RefusesOtherFiles) {
   std::filesystem::remove(path());
   std::filesystem::create_directory(path());
   EXPECT_EQ(get(port(), url()).status, 404) << "a folder";
+}
+
+TEST_F(ThumbnailRoute, TheListNamesOnlyPicturesThatAreSent) {
+  const Bytes png = with_content_id(tiny_png(), alpha.content);
+  write_file(path(), std::span(png).first(png.size() - 20));
+  start();
+  EXPECT_EQ(listed(), "");
+  EXPECT_EQ(get(port(), url()).status, 404);
+  write_file(path(), png);
+  EXPECT_TRUE(eventually([&] { return listed() == url(); }));
 }
 
 TEST_F(ThumbnailRoute, NoticesPicturesThatComeAndGo) {
