@@ -14,12 +14,12 @@ constexpr SplatPass kFirstSplatPasses[] = {SplatPass::exact, SplatPass::ellipse}
 
 ShaderPrograms::Splat& ShaderPrograms::slot(SplatVariant variant) {
   const auto pass = static_cast<size_t>(variant.pass);
-  return splat_programs_[8 * pass + (variant.pulled ? 4u : 0u) + (variant.clipped ? 2u : 0u) +
-                         (variant.lit ? 1u : 0u)];
+  return current().splats[8 * pass + (variant.pulled ? 4u : 0u) + (variant.clipped ? 2u : 0u) +
+                          (variant.lit ? 1u : 0u)];
 }
 
 void ShaderPrograms::start_first() {
-  started_ = true;
+  started_ = current().is_started = true;
   const ComposeVariant moving{.eye_dome = true};
   slot(moving).program = start(moving);
   start_splats();
@@ -33,27 +33,34 @@ bool ShaderPrograms::is_compiled() const {
   const auto is_done = [](const auto& entry) {
     return !entry.program || entry.is_ready || entry.program.is_done();
   };
-  return std::all_of(image_programs_.begin(), image_programs_.end(), is_done) &&
-         std::all_of(compose_programs_.begin(), compose_programs_.end(), is_done) &&
-         std::all_of(splat_programs_.begin(), splat_programs_.end(), is_done);
+  const Set& set = current();
+  return std::all_of(set.images.begin(), set.images.end(), is_done) &&
+         std::all_of(set.composes.begin(), set.composes.end(), is_done) &&
+         std::all_of(set.splats.begin(), set.splats.end(), is_done);
+}
+
+bool ShaderPrograms::Set::is_used() const {
+  const auto is_ready = [](const auto& entry) { return entry.is_ready; };
+  return std::any_of(images.begin(), images.end(), is_ready) ||
+         std::any_of(composes.begin(), composes.end(), is_ready) ||
+         std::any_of(splats.begin(), splats.end(), is_ready);
 }
 
 void ShaderPrograms::set_sheared(bool sheared) {
   if (sheared == sheared_) return;
   sheared_ = sheared;
   if (!started_) return;
-  for (Splat& splat : splat_programs_) splat = Splat{};
+  for (Set& set : sets_) {
+    for (Splat& splat : set.splats) splat = Splat{};
+  }
   start_splats();
 }
 
 void ShaderPrograms::set_orthographic(bool orthographic) {
   if (orthographic == orthographic_) return;
+  if (!current().is_used()) current() = Set{};
   orthographic_ = orthographic;
-  if (!started_) return;
-  for (Splat& splat : splat_programs_) splat = Splat{};
-  for (Image& image : image_programs_) image = Image{};
-  for (Image& image : compose_programs_) image = Image{};
-  start_first();
+  if (started_ && !current().is_started) start_first();
 }
 
 GlProgram ShaderPrograms::start_image(
@@ -198,18 +205,16 @@ Result<const GlProgram*> ShaderPrograms::finish(Image& image) {
   return &program;
 }
 
+void ShaderPrograms::Set::abandon() {
+  for (Splat& splat : splats) splat.program.abandon();
+  for (Image& image : images) image.program.abandon();
+  for (Image& image : composes) image.program.abandon();
+  *this = Set{};
+}
+
 void ShaderPrograms::abandon() {
   started_ = false;
-  for (Splat& splat : splat_programs_) {
-    splat.program.abandon();
-    splat = Splat{};
-  }
-  const auto abandon_image = [](Image& image) {
-    image.program.abandon();
-    image = Image{};
-  };
-  std::for_each(image_programs_.begin(), image_programs_.end(), abandon_image);
-  std::for_each(compose_programs_.begin(), compose_programs_.end(), abandon_image);
+  for (Set& set : sets_) set.abandon();
 }
 
 }  // namespace isosplat

@@ -65,20 +65,20 @@ class ShaderPrograms {
   /// Starts to compile the programs of most first pictures, and does not wait.
   void start_first();
 
-  /// True if every program that was started is compiled. Requires KHR_parallel_shader_compile.
+  /// True if every program that was started for the present camera is compiled. Requires
+  /// KHR_parallel_shader_compile.
   bool is_compiled() const;
 
   /// Splat programs are compiled for sheared grids or for grids with perpendicular axes. A change
   /// deletes them, and starts the first ones again.
   void set_sheared(bool sheared);
 
-  /// All programs are compiled for orthographic or for perspective cameras. A change deletes them,
-  /// and starts the first ones again.
+  /// Programs are compiled for orthographic or for perspective cameras. A change keeps those of the
+  /// other camera, unless none of them has been used, and starts the first ones if there are none.
   void set_orthographic(bool orthographic);
 
   /// Return a linked program, and wait for the driver if necessary. Errors: gl_error, with the
-  /// driver's log. Pointers stay valid until
-  /// set_sheared(), set_orthographic() or abandon().
+  /// driver's log. Pointers stay valid until set_sheared(), set_orthographic() or abandon().
   Result<const Splat*> splat(SplatVariant variant);
   Result<const GlProgram*> image(ImagePass pass);
   Result<const GlProgram*> compose(ComposeVariant variant);
@@ -96,11 +96,24 @@ class ShaderPrograms {
     bool is_ready = false;
   };
 
+  /// The programs for one kind of camera.
+  struct Set {
+    std::array<Splat, kSplatPasses * 8> splats;
+    std::array<Image, kImagePasses> images;
+    std::array<Image, 8> composes;
+    bool is_started = false;
+
+    bool is_used() const;
+    void abandon();
+  };
+
+  Set& current() { return sets_[orthographic_ ? 1 : 0]; }
+  const Set& current() const { return sets_[orthographic_ ? 1 : 0]; }
   Splat& slot(SplatVariant variant);
-  Image& slot(ImagePass pass) { return image_programs_[static_cast<size_t>(pass)]; }
+  Image& slot(ImagePass pass) { return current().images[static_cast<size_t>(pass)]; }
   Image& slot(ComposeVariant variant) {
-    return compose_programs_[(variant.still ? 4u : 0u) + (variant.several_layers ? 2u : 0u) +
-                             (variant.eye_dome ? 1u : 0u)];
+    return current().composes[(variant.still ? 4u : 0u) + (variant.several_layers ? 2u : 0u) +
+                              (variant.eye_dome ? 1u : 0u)];
   }
   void start_splats();
   GlProgram start(SplatVariant variant) const;
@@ -110,9 +123,7 @@ class ShaderPrograms {
                         std::initializer_list<std::string_view> fragment_files) const;
   Result<const GlProgram*> finish(Image& image);
 
-  std::array<Splat, kSplatPasses * 8> splat_programs_;
-  std::array<Image, kImagePasses> image_programs_;
-  std::array<Image, 8> compose_programs_;
+  std::array<Set, 2> sets_;  // perspective, orthographic
   bool sheared_ = false, orthographic_ = false;
   bool started_ = false;  // since the context exists
   uint32_t linked_count_ = 0;

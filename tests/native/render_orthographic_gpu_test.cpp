@@ -232,5 +232,23 @@ TEST_F(OrthographicGpu, PicturesAtRestHaveTheSameLight) {
   EXPECT_NEAR(mean[0], mean[1], 2);
 }
 
+TEST_F(OrthographicGpu, KeepsTheProgramsOfBothCameras) {
+  const TestVolume volume = sphere_volume({30, 30, 30});
+  show_volume(*renderer_, volume, 1000, 1000);
+  settings_.isosurfaces = {{1000, {1, 1, 1}, 1}};
+  const auto linked = [&](bool orthographic) {
+    camera_ = default_camera(volume.grid, 1, orthographic);
+    renderer_->set_settings(settings_);
+    renderer_->set_camera(camera_);
+    FrameStatistics statistics;
+    EXPECT_TRUE(draw_image(*renderer_, kSize, kSize, &statistics, false));
+    return statistics.programs_linked;
+  };
+  EXPECT_GT(linked(false), 0u);
+  EXPECT_GT(linked(true), 0u);
+  EXPECT_EQ(linked(false), 0u);
+  EXPECT_EQ(linked(true), 0u);
+}
+
 }  // namespace
 }  // namespace isosplat
