@@ -59,6 +59,31 @@ const pictures = (page: Page) =>
     return { live: count("canvas"), still: count(".picture > img") };
   });
 
+test("the projection is that of the camera and that of the attribute", async ({ page }) => {
+  await open(page, element("bucky", 'isovalue="100" projection="orthographic"'));
+  await completed(page, 1);
+  const view = page.locator("isosplat-viewer");
+  const found = await view.evaluate((e: IsosplatViewerElement) => {
+    const seen: (string | undefined)[] = [];
+    const see = () =>
+      seen.push(
+        e.projection,
+        e.camera?.projection ?? "perspective",
+        e.getAttribute("projection") ?? "",
+      );
+    const { projection: _, ...camera } = e.camera ?? {};
+    e.camera = { ...camera } as NonNullable<typeof e.camera>;
+    see();
+    e.camera = { ...camera, projection: "perspective" } as NonNullable<typeof e.camera>;
+    see();
+    e.projection = "orthographic";
+    see();
+    return seen;
+  });
+  const three = (name: string) => [name, name, name];
+  expect(found).toEqual(["orthographic", "perspective", "orthographic"].flatMap(three));
+});
+
 test("a view of another origin: attributes, controls, events and faults", async ({ page }) => {
   await open(page, element("bucky", 'isovalue="100" colour="c8553d" controls'));
   await completed(page, 1);

@@ -268,9 +268,12 @@ export class IsosplatViewerElement extends HTMLElement {
   get camera(): Camera | null {
     return this.#camera;
   }
-  set camera(camera: Camera | null) {
-    if (!camera) return;
+  set camera(asked: Camera | null) {
+    if (!asked) return;
+    const camera = { ...asked, projection: asked.projection ?? this.projection };
     this.#camera = camera;
+    // The attribute is what the picture has; its callback finds the camera as it is.
+    if (camera.projection !== this.projection) this.projection = camera.projection;
     this.#wake();
     if (this.#viewer) this.#viewer.setCamera(camera);
     else this.#changed("camerachange", camera, { camera });
@@ -450,7 +453,10 @@ export class IsosplatViewerElement extends HTMLElement {
 
   #setProjection(): void {
     const { projection } = this;
-    if (this.#camera) this.camera = { ...this.#camera, projection };
+    const camera = this.#camera;
+    if (camera && (camera.projection ?? "perspective") !== projection) {
+      this.camera = { ...camera, projection };
+    }
   }
 
   #sourceOf(src: string): Source | null {

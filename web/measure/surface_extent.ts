@@ -20,9 +20,9 @@ export interface SurfaceExtent {
   gridVolume: number;
 }
 
-/** What calls `chunk` for every chunk of the finest level that an isovalue needs. */
+/** What calls `chunk` for every chunk of the finest level that an isovalue needs; false: it is damaged. */
 export type ChunkReader = (
-  chunk: (chunk: Chunk, bytes: Uint8Array) => Promise<void>,
+  chunk: (chunk: Chunk, bytes: Uint8Array) => Promise<boolean>,
 ) => Promise<void>;
 
 let compiled: Promise<WebAssembly.Module> | null = null;
@@ -43,7 +43,7 @@ function compile(): Promise<WebAssembly.Module> {
 
 /**
  * Area and volume of an isosurface, from its triangles at full detail (shared/mesh/surface_extent.h).
- * Works in pieces of one chunk. Rejects with the reader's reason, or if a chunk is damaged.
+ * Works in pieces of one chunk. Rejects with the reader's reason.
  */
 export async function surfaceExtent(
   info: StoreInfo,
@@ -72,7 +72,7 @@ export async function surfaceExtent(
     layouts.writeChunkShape(view(), scratch, chunk);
     const status = module._isosplat_measure_add(at, bytes.length, scratch, chunk.checksum);
     module._free(at);
-    if (status !== 0) throw new Error(`block ${chunk.block.join(".")} is damaged: try again`);
+    return status === 0;
   });
   module._isosplat_measure_result(scratch);
   const [area = 0, volumeAbove = 0, gridVolume = 0] = [0, 8, 16].map((offset) =>

@@ -19,6 +19,8 @@ import { forgetSession, keepSession, keptSession } from "./open_session.ts";
 export interface MeasureHost {
   /** Measurements or the tool have changed. */
   changed(): void;
+  /** Lays the page out: nothing has changed that the address has. */
+  render(): void;
   /** Lays the page out at once. */
   renderNow(): void;
   note(text: string): void;
@@ -31,6 +33,9 @@ export interface MeasureHost {
 
 const otherVersion =
   "The measurements are of another version of this volume: its surfaces may lie elsewhere.";
+
+/** Between two reports of how far an area is (ms). */
+const progressMs = 250;
 
 /** Measurements in the page: tool, marks above the picture, section, link and files. */
 export class Measure {
@@ -150,7 +155,7 @@ export class Measure {
       }
     } finally {
       this.#measuring = null;
-      this.#host.changed();
+      this.#host.render();
     }
   }
 
@@ -159,19 +164,22 @@ export class Measure {
     const quantized = this.#viewer.quantizedIsovalue(isovalue);
     if (!info || quantized === undefined) return;
     const before = this.#extents;
+    let shownAt = 0;
     const show = (state: Omit<ExtentState, "isovalue">): void => {
       this.#extents = [...before, { isovalue, ...state }];
-      this.#host.changed();
+      shownAt = performance.now();
+      this.#host.render();
     };
     show({ share: 0 });
     const { surfaceExtent } = await import("../measure/surface_extent.ts");
     const extent = await surfaceExtent(info, quantized, (add) =>
       this.#viewer.readFinest(isovalue, signal, async (chunk, bytes, share) => {
-        await add(chunk, bytes);
-        show({ share });
+        const isAdded = await add(chunk, bytes);
+        if (performance.now() - shownAt > progressMs) show({ share });
         // Gestures come between two chunks.
         await new Promise((next) => setTimeout(next));
         signal.throwIfAborted();
+        return isAdded;
       }),
     );
     show({ extent });

@@ -115,7 +115,8 @@ export function measureSection(
         ${extents.some(({ share }) => share !== undefined) ? "Stop" : "Area and volume"}
       </button>
     </div>
-    <div role="status">${extents.map((each) => extentPart(each))}</div>
+    ${extents.map(progressPart)}
+    <div role="status">${extents.map(extentPart)}</div>
     <div class="chips" role="group" aria-label="Copy and save">
       ${
         measurements.length > 0
@@ -137,12 +138,19 @@ export function measureSection(
   </div>`;
 }
 
-function extentPart({ isovalue, share, extent, problem }: ExtentState): TemplateResult {
+/** Outside of what screen readers announce. */
+function progressPart({ isovalue, share }: ExtentState): TemplateResult | typeof nothing {
+  if (share === undefined) return nothing;
+  const name = `Isovalue ${formatValue(isovalue)}`;
+  return html`<p class="measurement-facts">
+    ${name}: <progress aria-label=${name} max="1" .value=${share}></progress> ${Math.round(100 * share)} %
+  </p>`;
+}
+
+function extentPart({ isovalue, extent, problem }: ExtentState) {
   const name = `Isovalue ${formatValue(isovalue)}`;
   if (problem) return html`<p class="measurement-facts">${name}: ${problem}</p>`;
-  if (!extent) {
-    return html`<p class="measurement-facts">${name}: ${Math.round(100 * (share ?? 0))} %</p>`;
-  }
+  if (!extent) return nothing;
   const { area, volumeAbove, gridVolume } = extent;
   const percent = ((100 * (volumeAbove ?? 0)) / gridVolume).toPrecision(3);
   return html`<p class="measurement-facts">

@@ -463,6 +463,7 @@ export class VolumePage {
             this.#address.changed();
             this.#render();
           },
+          render: () => this.#render(),
           renderNow: () => this.#renderNow(),
           note: (text: string) => this.#toast.note(text),
           done: (text: string) => this.#toast.done(text),

@@ -159,32 +159,53 @@ export class StreamSession {
   /**
    * Fetches all chunks of the finest level that an isovalue needs, whatever the view shows, and calls
    * `arrived` for one after the other. For measurements: the bytes are not checked, and nothing becomes
-   * resident. Rejects with a StreamError, the signal's reason, or that of `arrived`.
+   * resident. Requests that fail are repeated, as those of the view are; and a chunk for which `arrived`
+   * resolves to false is damaged: it is fetched once more, past all caches. Rejects
+   * with a StreamError, the signal's reason, or that of `arrived`.
    */
   async readFinest(
     isovalue: number,
     signal: AbortSignal,
-    arrived: (chunk: Chunk, bytes: Uint8Array, share: number) => Promise<void>,
+    arrived: (chunk: Chunk, bytes: Uint8Array, share: number) => Promise<boolean>,
   ): Promise<void> {
     const both = AbortSignal.any([signal, this.#closing.signal]);
     const missing = new Set(this.#store.missingPages(0, isovalue));
     const pages = this.#store.pages().filter(({ index }) => missing.has(index));
     if (pages.length > 0) {
       const found = new Map<number, Uint8Array>();
-      await this.source.pages(pages, both, (index, bytes) => found.set(index, bytes));
+      await this.#backoff.retry(both, () =>
+        this.source.pages(pages, both, (index, bytes) => found.set(index, bytes)),
+      );
       both.throwIfAborted();
       for (const [index, bytes] of found) this.#store.addPage(index, bytes);
     }
     const chunks = this.#store.chunksFor(0, isovalue);
     let done = 0;
     for (let i = 0; i < chunks.length; i += chunksTogether) {
+      for (const [chunk, bytes] of await this.#read(chunks.slice(i, i + chunksTogether), both)) {
+        const share = ++done / chunks.length;
+        if (await arrived(chunk, bytes, share)) continue;
+        this.source.bypassCaches();
+        const [again] = await this.#read([chunk], both);
+        if (again && (await arrived(...again, share))) continue;
+        throw new StreamError(
+          "damaged-part",
+          `block ${chunk.block.join(".")} cannot be read, also past all caches: build the store again`,
+        );
+      }
+    }
+  }
+
+  async #read(chunks: Chunk[], signal: AbortSignal): Promise<[Chunk, Uint8Array][]> {
+    const found = await this.#backoff.retry(signal, async () => {
       const group: [Chunk, Uint8Array][] = [];
-      await this.source.chunks(chunks.slice(i, i + chunksTogether), both, (chunk, bytes) =>
+      await this.source.chunks(chunks, signal, (chunk, bytes) =>
         group.push([chunk, bytes.slice()]),
       );
-      both.throwIfAborted();
-      for (const [chunk, bytes] of group) await arrived(chunk, bytes, ++done / chunks.length);
-    }
+      return group;
+    });
+    signal.throwIfAborted();
+    return found;
   }
 
   /** ValueMapping::quantized_isovalue. */

@@ -333,7 +333,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   async readFinest(
     isovalue: number,
     signal: AbortSignal,
-    arrived: (chunk: Chunk, bytes: Uint8Array, share: number) => Promise<void>,
+    arrived: (chunk: Chunk, bytes: Uint8Array, share: number) => Promise<boolean>,
   ): Promise<void> {
     if (!this.#session) throw new DOMException("no volume is open", "AbortError");
     await this.#session.readFinest(isovalue, signal, arrived);
@@ -457,8 +457,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /**
    * The nearest surface at a place of the canvas (CSS pixels from its upper left corner): the ray's
-   * first intersection with the trilinear function of a resident cell. Undefined where there is none,
-   * or no picture.
+   * first intersection with the trilinear function of a visible cell. Undefined where there is none,
+   * or no picture. `toNext` sees what is visible only: occluded regions may be left out.
    */
   pick(x: number, y: number): SurfacePoint | undefined {
     const { clientWidth: width, clientHeight: height } = this.canvas;
