@@ -13,13 +13,15 @@
 namespace isosplat {
 namespace {
 
-/// Mesa keeps compiled shaders in the first of these folders, and writes a warning to standard
-/// error if it cannot: services often have no home.
-void disable_shader_cache_without_home() {
+/// Mesa keeps compiled shaders below the first of these folders that is set, and writes a warning
+/// to standard error if it cannot: services often have no home.
+void disable_shader_cache_without_folder() {
   for (const char* name : {"MESA_SHADER_CACHE_DIR", "XDG_CACHE_HOME", "HOME"}) {
     std::error_code error;
     const char* folder = std::getenv(name);
-    if (folder && std::filesystem::is_directory(folder, error)) return;
+    if (!folder) continue;
+    if (std::filesystem::is_directory(folder, error)) return;
+    break;
   }
   setenv("MESA_SHADER_CACHE_DISABLE", "true", 0);
 }
@@ -61,7 +63,7 @@ Result<EGLDisplay> open_display() {
 }  // namespace
 
 Result<std::unique_ptr<EglContext>> EglContext::create() {
-  disable_shader_cache_without_home();
+  disable_shader_cache_without_folder();
   const auto display = open_display();
   if (!display) return tl::unexpected(display.error());
   eglBindAPI(EGL_OPENGL_ES_API);

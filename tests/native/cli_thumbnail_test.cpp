@@ -26,20 +26,22 @@ std::string content_of(const std::string& png) {
   return png.substr(kText + key.size(), 32);
 }
 
-/// Removes a variable of the environment for as long as it lives.
-class TemporaryUnset {
+/// Sets a variable of the environment (null: removes it) for as long as it lives.
+class TemporaryVariable {
  public:
-  explicit TemporaryUnset(const char* name) : name_(name) {
-    if (const char* value = std::getenv(name)) value_ = value;
-    unsetenv(name);
+  TemporaryVariable(const char* name, const char* value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    set(value);
   }
-  ~TemporaryUnset() {
-    if (value_) setenv(name_, value_->c_str(), 1);
-  }
+  ~TemporaryVariable() { set(before_ ? before_->c_str() : nullptr); }
+  TemporaryVariable(const TemporaryVariable&) = delete;
+  TemporaryVariable& operator=(const TemporaryVariable&) = delete;
 
  private:
+  void set(const char* value) const { value ? setenv(name_, value, 1) : unsetenv(name_); }
+
   const char* name_;
-  std::optional<std::string> value_;
+  std::optional<std::string> before_;
 };
 
 class CliThumbnail : public ::testing::Test {
@@ -140,13 +142,18 @@ TEST_F(CliThumbnail, TakesNoNoteOfTheSizeOfOtherPictures) {
   EXPECT_EQ(drawn.err.find("too large"), std::string::npos) << drawn.err;
 }
 
-// Mesa writes a warning if it finds no folder for its cache of shaders.
-TEST_F(CliThumbnail, BuildIsQuietWithoutAHomeFolder) {
-  const TemporaryUnset home("HOME"), cache("XDG_CACHE_HOME"), mesa("MESA_SHADER_CACHE_DIR");
-  const Ended built = build();
-  EXPECT_EQ(built.exit_code, 0) << built.err;
-  EXPECT_EQ(built.err.find("shader cache"), std::string::npos) << built.err;
-  EXPECT_TRUE(std::filesystem::exists(picture));
+// Mesa writes a warning if it cannot make a folder for its cache of shaders.
+TEST_F(CliThumbnail, BuildIsQuietWithoutAFolderForCaches) {
+  const std::string missing = folder / "none/cache";
+  const TemporaryVariable mesa("MESA_SHADER_CACHE_DIR", nullptr);
+  for (const char* cache : {missing.c_str(), "", static_cast<const char*>(nullptr)}) {
+    const TemporaryVariable xdg("XDG_CACHE_HOME", cache), home("HOME", cache);
+    std::filesystem::remove(picture);
+    const Ended built = build();
+    EXPECT_EQ(built.exit_code, 0) << built.err;
+    EXPECT_EQ(built.err.find("shader cache"), std::string::npos) << built.err;
+    EXPECT_TRUE(std::filesystem::exists(picture));
+  }
 }
 
 TEST_F(CliThumbnail, NeverReplacesAnotherFile) {
