@@ -65,15 +65,16 @@ ThinBox thin_box(const UnpackedSample& cell, NeighbourBits neighbours, float qua
   const double from = up ? cell.interval.min : cell.interval.max;
   const double span = (up ? cell.interval.max : cell.interval.min) - from;
   const double level = std::clamp((isovalue - from) / span, 0.01, 1.0);
-  const double share =
-      std::clamp(THIN_SHARE * (values.mean - from) / span * -std::log(level), THIN_LEAST, 1.0);
+  const double share = std::clamp(
+      THIN_SHARE * (values.mean - from) / span * -double{std::log(static_cast<float>(level))},
+      THIN_LEAST, 1.0);
   ThinBox box;
   for (size_t axis = 0; axis < 3; ++axis) box.spanned[axis] = (neighbours >> 2 * axis & 3) == 3;
   const auto count = [&] { return std::count(box.spanned.begin(), box.spanned.end(), true); };
   if (count() == 3) leave_steepest(box.spanned, values.gradient);
   if (count() == 2 && share < THIN_SHEET_VOXELS * voxel)
     leave_steepest(box.spanned, values.gradient);
-  const double side = std::pow(share, 1.0 / double(3 - count()));
+  const double side = count() == 2 ? share : count() == 1 ? std::sqrt(share) : std::cbrt(share);
   const double distance = values.mean - from;
   const auto along = [&](size_t axis, double& low, double& high) {
     const double extent = box.spanned[axis] ? 1 : side;
