@@ -3,6 +3,7 @@ import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "nod
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
+import { loadCore } from "../../web/core/index.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { complete } from "./support/view.ts";
 
@@ -15,7 +16,7 @@ let raw: string;
 test.beforeAll(async () => {
   server = await serve([demoFolder]);
   folder = mkdtempSync(join(tmpdir(), "isosplat-device-"));
-  raw = join(folder, "bucky_128x128x128_uint8.raw");
+  raw = join(folder, "bucky.raw");
   writeFileSync(raw, voxels);
 });
 test.afterAll(async () => {
@@ -58,6 +59,31 @@ test("a store that is dropped opens, and is kept on demand", async ({ page }) =>
   await expect(kept(page)).toHaveCount(0);
 });
 
+test("an NRRD file becomes the program's store", async ({ page }) => {
+  await openStartPage(page);
+  await drop(page, [resolve(demoFolder, "bucky.nrrd")]);
+  await complete(page);
+  const core = await loadCore();
+  const program = core.openStore(readFileSync(join(demoFolder, "bucky.isosplat")));
+  const { searchParams } = new URL(page.url());
+  expect(searchParams.get("src")).toBe(`device:${program.info.contentId}`);
+  program.close();
+});
+
+test("of several volumes, one is chosen", async ({ page }) => {
+  await openStartPage(page);
+  await drop(
+    page,
+    ["bucky.nrrd", "marschner_lobb.nrrd"].map((name) => resolve(demoFolder, name)),
+  );
+  await page
+    .getByRole("button", { name: /marschner_lobb/ })
+    .last()
+    .click();
+  await complete(page);
+  await expect(page.locator(".volume-name")).toHaveText("marschner_lobb");
+});
+
 test("a store that is not kept is asked for again after a reload", async ({ page }) => {
   await openStartPage(page);
   await drop(page, [resolve(demoFolder, "bucky.isosplat")]);
@@ -70,7 +96,7 @@ test("raw voxels in a folder become the program's store, which is kept", async (
   const scan = join(folder, "scan");
   mkdirSync(scan, { recursive: true });
   writeFileSync(join(scan, "notes.txt"), "not a volume");
-  writeFileSync(join(scan, "head_128x128x128_uint8.raw"), voxels);
+  writeFileSync(join(scan, "head.raw"), voxels);
   await openStartPage(page);
   await drop(page, [scan]);
   await build(page);

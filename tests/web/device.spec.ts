@@ -1,7 +1,7 @@
 /** What raw files are taken for. */
 import { expect, test } from "vitest";
 import { guessRaw } from "../../web/device/raw_guess.ts";
-import { findVolumes, layoutProblem, nameOf } from "../../web/device/reading.ts";
+import { layoutProblem, nameOf } from "../../web/device/reading.ts";
 
 test.each([
   ["head_256x256x109_uint16.raw", 2 * 256 * 256 * 109, [256, 256, 109], "u16", 0],
@@ -39,11 +39,7 @@ test("states why a layout does not fit", () => {
   expect(of({ skipBytes: -1 })).toContain("bytes to skip");
 });
 
-test("finds volumes by their names, and names them", () => {
-  const file = (path: string) => ({ path, file: new File(["12345678"], path) });
-  expect(findVolumes([file("a.txt"), file("scan/b.RAW")]).map(({ path }) => path)).toEqual([
-    "scan/b.RAW",
-  ]);
+test("names volumes by their files", () => {
   expect(nameOf("scan/head.x.raw")).toBe("head.x");
   expect(nameOf(".raw")).toBe("volume");
 });

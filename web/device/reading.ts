@@ -1,22 +1,49 @@
-import type { BuildStoreOptions, BuiltStore } from "../builder/index.ts";
-import type { InputFile } from "./files.ts";
+import type { BuildStoreOptions, BuiltStore, VolumeDescription } from "../builder/index.ts";
+import type { VolumeCandidate } from "../import/index.ts";
+import { filesKey, type InputFile } from "./files.ts";
 import { bytesOf, type RawLayout } from "./raw_guess.ts";
 
-/** A volume among files. */
-export interface VolumeCandidate {
-  /** The file to open. */
-  path: string;
-  format: string;
-  bytes: number;
-  /** The layout has to be given: the file has no header. */
-  needsDims: boolean;
+export type { VolumeCandidate } from "../import/index.ts";
+
+/** A volume whose header was read, and whose store can be built. */
+export interface ReadableVolume {
+  description: VolumeDescription;
+  voxelBytes: number;
+  /** The same for the same files and layout: see filesKey. */
+  key: string;
+  /** Builds the store in workers; once. Rejects with a CoreError or the signal's reason. */
+  build(options: BuildStoreOptions): Promise<BuiltStore>;
+  /** Ends the worker of a volume that is not built. */
+  close(): void;
 }
 
-/** Volumes among the files. Only names are looked at: raw files are all that can be read so far. */
-export function findVolumes(files: readonly InputFile[]): VolumeCandidate[] {
-  return files
-    .filter(({ path }) => /\.(raw|bin|img|vol|dat)$/i.test(path))
-    .map(({ path, file }) => ({ path, format: "raw", bytes: file.size, needsDims: true }));
+/** The volumes among files, the largest first. */
+export async function findVolumes(
+  files: readonly InputFile[],
+  signal: AbortSignal,
+): Promise<VolumeCandidate[]> {
+  const { findVolumes: find } = await import("../import/index.ts");
+  return find(files, signal);
+}
+
+/** Reads the header of a volume. Rejects with a CoreError or the signal's reason. */
+export async function openVolume(
+  files: readonly InputFile[],
+  path: string,
+  layout: RawLayout | undefined,
+  signal: AbortSignal,
+): Promise<ReadableVolume> {
+  const { openVolume: open } = await import("../import/index.ts");
+  const volume = await open(files, { path, signal, ...layout });
+  const parts = new Set(volume.files);
+  const used = files.filter((file) => parts.has(file.path));
+  return {
+    description: volume.description,
+    voxelBytes: volume.voxelBytes,
+    key: await filesKey(used.length > 0 ? used : files, { path, layout }),
+    build: (options) => volume.build(options),
+    close: () => volume.close(),
+  };
 }
 
 /** What is wrong with a layout for a file of this size, in a sentence; undefined: nothing. */
@@ -35,43 +62,8 @@ export function layoutProblem(layout: RawLayout, fileBytes: number): string | un
   return undefined;
 }
 
-/**
- * Builds the store of a raw file in workers: the same bytes as `isosplat build` with the same layout.
- * Rejects with a CoreError, with an Error for a layout that does not fit, or with the signal's reason.
- */
-export async function buildRaw(
-  { path, file }: InputFile,
-  layout: RawLayout,
-  options: BuildStoreOptions,
-): Promise<BuiltStore> {
-  const problem = layoutProblem(layout, file.size);
-  if (problem) throw new Error(`${path}: ${problem}`);
-  const { buildStore } = await import("../builder/index.ts");
-  const voxels = file.slice(layout.skipBytes, layout.skipBytes + bytesOf(layout));
-  const name = nameOf(path);
-  const volume = { voxels: layout.dims, type: layout.type, name, format: "raw" };
-  const ordered = layout.bigEndian ? await swapped(voxels, bytesOf(layout), layout) : voxels;
-  return buildStore(volume, ordered, options);
-}
-
 /** The name of a file, without folders and suffix. */
 export function nameOf(path: string): string {
   const name = path.slice(path.lastIndexOf("/") + 1);
   return name.replace(/\.[^.]*$/, "") || "volume";
-}
-
-/** Voxels in the other byte order, piece by piece, so that memory holds one piece at a time. */
-async function swapped(voxels: Blob, bytes: number, layout: RawLayout): Promise<Blob> {
-  const width = bytes / (layout.dims[0] * layout.dims[1] * layout.dims[2]);
-  if (width === 1) return voxels;
-  const pieceBytes = 8 << 20;
-  const pieces: Blob[] = [];
-  for (let at = 0; at < bytes; at += pieceBytes) {
-    const piece = new Uint8Array(await voxels.slice(at, at + pieceBytes).arrayBuffer());
-    for (let voxel = 0; voxel < piece.length; voxel += width) {
-      piece.subarray(voxel, voxel + width).reverse();
-    }
-    pieces.push(new Blob([piece]));
-  }
-  return new Blob(pieces);
 }

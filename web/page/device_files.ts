@@ -1,7 +1,5 @@
 import "./device.css";
 import {
-  buildRaw,
-  filesKey,
   findVolumes,
   forbidOtherOrigins,
   hold,
@@ -13,11 +11,13 @@ import {
   listedFiles,
   NotKeptError,
   nameOf,
-  type RawLayout,
+  openVolume,
+  type ReadableVolume,
   transferredFiles,
 } from "../device/index.ts";
 import { contentIdOf } from "../stream/file_source.ts";
 import { beginsAsStore } from "../stream/transfer.ts";
+import { chooseVolume } from "./choose_volume.ts";
 import { DeviceSection } from "./device_section.ts";
 import { deviceAddress, deviceTarget } from "./device_target.ts";
 import { askRawLayout } from "./raw_dialog.ts";
@@ -105,6 +105,7 @@ export class DeviceFiles {
 
   async #open(files: readonly InputFile[], task: Task): Promise<void> {
     for (const { path, file } of files) {
+      if (files.length > 1 && !path.endsWith(".isosplat")) continue;
       const header = new Uint8Array(await file.slice(0, headerBytes).arrayBuffer());
       if (!beginsAsStore(header)) continue;
       const contentId = contentIdOf(header);
@@ -113,42 +114,43 @@ export class DeviceFiles {
       await this.#openHeld(contentId);
       return;
     }
-    const volumes = findVolumes(files);
-    const candidate = volumes[0];
-    const chosen = files.find(({ path }) => path === candidate?.path);
-    if (!candidate || !chosen) throw new Error(nothingFound(files));
-    if (volumes.length > 1) {
-      throw new Error(
-        `expected one volume, found ${volumes.length}: ${volumes
-          .slice(0, 3)
-          .map(({ path }) => path)
-          .join(", ")}${volumes.length > 3 ? ", …" : ""}; drop them one at a time`,
-      );
+    task.shows("Reading", `${files.length} file${files.length === 1 ? "" : "s"}`);
+    const volumes = await findVolumes(files, task.signal);
+    const path = await chooseVolume(volumes);
+    const volume = volumes.find((each) => each.path === path);
+    if (volumes.length === 0) throw new Error(nothingFound(files));
+    if (!volume) return;
+    const raw = volume.needsDims ? files.find((each) => each.path === volume.path) : undefined;
+    const layout = raw && (await askRawLayout(raw));
+    if (raw && !layout) return;
+    const opened = await openVolume(files, volume.path, layout, task.signal);
+    try {
+      await this.#build(opened, task);
+    } finally {
+      opened.close();
     }
-    const layout = await askRawLayout(chosen);
-    if (layout) await this.#build(chosen, layout, task);
   }
 
-  /** Two tabs that are given the same file build it once. */
-  async #build(chosen: InputFile, layout: RawLayout, task: Task): Promise<void> {
-    const key = await filesKey([chosen], layout);
-    const name = nameOf(chosen.path);
+  /** Two tabs that are given the same files build their volume once. */
+  async #build(volume: ReadableVolume, task: Task): Promise<void> {
+    const { key, description } = volume;
+    const { name } = description;
     task.shows(`Building ${name}`, "waiting: another tab builds the same volume");
     const { signal } = task;
     await navigator.locks.request(`isosplat-build-${key}`, { signal }, async () => {
       const known = (await keptStores()).find(({ filesKey }) => filesKey === key);
       if (known) return this.#openHeld(known.contentId);
       task.shows(`Building ${name}`, "starting");
-      const { store: blob, report } = await buildRaw(chosen, layout, {
+      const { store: blob, report } = await volume.build({
         signal,
-        progress: (progress) => task.progress(progress, chosen.file.size),
+        progress: (progress) => task.progress(progress, volume.voxelBytes),
       });
       const store: KeptStore = {
         contentId: report.contentId,
         name,
         bytes: report.storeBytes,
-        voxels: layout.dims,
-        type: layout.type,
+        voxels: description.voxels,
+        type: description.type,
         filesKey: key,
         keptAt: Date.now(),
       };
@@ -199,7 +201,7 @@ function nothingFound(files: readonly InputFile[]): string {
       ? "no files"
       : `${files.length} file${files.length === 1 ? "" : "s"}: ${names}${files.length > 3 ? ", …" : ""}`;
   return (
-    `Expected a store (.isosplat) or raw voxels (.raw), found ${found}. ` +
-    "Other formats: isosplat build FILE makes a store of them, which opens here."
+    "Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, DICOM, legacy VTK or raw), " +
+    `found ${found}. The program reads TIFF as well: isosplat build FILE makes a store, which opens here.`
   );
 }

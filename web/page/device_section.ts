@@ -46,8 +46,8 @@ export class DeviceSection {
             ${this.#chooser("choose files", false)} or ${this.#chooser("a folder", true)}.
           </p>
           <p class="quiet">
-            Stores (.isosplat) open at once; raw voxels become a store, here in the browser. Nothing is
-            uploaded.
+            NRRD, MetaImage, NIfTI, DICOM, VTK and raw voxels become a store, here in the browser; stores
+            (.isosplat) open at once. Nothing is uploaded.
           </p>
         </div>
         ${this.#notice ? html`<p class="empty" role="alert">${this.#notice}</p>` : nothing}
