@@ -4,6 +4,8 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <functional>
 #include <system_error>
 #include <utility>
@@ -47,9 +49,8 @@ std::optional<FileIdentity> folder_identity(const fs::path& path) {
 
 /// Whether the same folder may be readable a moment later.
 bool is_passing(const std::error_code& error) {
-  return error == std::errc::too_many_files_open || error == std::errc::io_error ||
-         error == std::errc::too_many_files_open_in_system ||
-         error == std::errc::not_enough_memory || error == std::errc::interrupted;
+  const int code = error.value();
+  return code == EMFILE || code == ENFILE || code == EIO || code == ENOMEM || code == EINTR;
 }
 
 bool exists(const std::string& path) {
@@ -172,7 +173,7 @@ void Catalog::list_folder(const std::string& path, Folder its, int depth, Found&
     }
   }
   if (error && is_passing(error)) keep_stores(path, folder->second, found);
-  std::string message = error ? error.message() : std::string();
+  std::string message = error ? std::strerror(error.value()) : std::string();
   if (is_full_) message = fmt::format("more than {} stores: the others are not served", kMaxStores);
   std::string& last = folder_errors_[path];
   if (message != last && !message.empty()) log_(fmt::format("folder {}: {}", path, message));
