@@ -1,5 +1,5 @@
 /** The worker that directs a build: it reads the voxels and writes the store. */
-import { type CompiledModule, CoreError } from "../core/index.ts";
+import { type CompiledModule, failureOf, type WorkerFailure } from "../core/index.ts";
 import { Builder } from "./builder.ts";
 import { directBuild } from "./direct.ts";
 import { type Port, PortEncoder } from "./encoder_port.ts";
@@ -20,7 +20,7 @@ export interface BuildWorkerStart {
 export type BuildWorkerMessage =
   | { progress: BuildProgress }
   | { store: Blob; report: BuildReport }
-  | { status: string; message: string };
+  | WorkerFailure;
 
 const worker = globalThis as unknown as {
   onmessage: ((event: MessageEvent<BuildWorkerStart>) => void) | null;
@@ -44,13 +44,6 @@ async function build({ program, ports, volume, voxels, limits }: BuildWorkerStar
 
 worker.onmessage = ({ data }) => {
   build(data).catch((error: unknown) => {
-    const status = error instanceof CoreError ? error.status : "worker_lost";
-    const message =
-      error instanceof CoreError
-        ? error.message.slice(error.status.length + 2)
-        : error instanceof Error
-          ? error.message
-          : String(error);
-    worker.postMessage({ status, message });
+    worker.postMessage(failureOf(error));
   });
 };

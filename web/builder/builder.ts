@@ -1,4 +1,4 @@
-import { CoreError } from "../core/index.ts";
+import { CoreError, textAt } from "../core/index.ts";
 import type { BuilderModule } from "./module.ts";
 import type { BuildLimits, BuildReport, VolumeDescription } from "./types.ts";
 
@@ -104,11 +104,9 @@ export class Builder {
   #check(status: number): void {
     if (status === 0) return;
     const { _isosplat_builder_status_name: name, _isosplat_builder_error: error } = this.#module;
-    throw new CoreError(this.#text(name(status)), this.#text(error(this.#builder)));
-  }
-
-  #text(at: number): string {
-    const heap = this.#module.HEAPU8;
-    return new TextDecoder().decode(heap.slice(at, heap.indexOf(0, at)));
+    throw new CoreError(
+      textAt(this.#module, name(status)),
+      textAt(this.#module, error(this.#builder)),
+    );
   }
 }

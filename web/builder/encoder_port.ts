@@ -1,4 +1,4 @@
-import { type CompiledModule, CoreError } from "../core/index.ts";
+import { type CompiledModule, CoreError, failureOf, type WorkerFailure } from "../core/index.ts";
 import { Builder } from "./builder.ts";
 import type { Encoder } from "./direct.ts";
 import { instantiateBuilder } from "./module.ts";
@@ -14,7 +14,7 @@ type Request = { id: number } & (
   | { task: Uint8Array }
   | { wantsStatistics: true }
 );
-type Response = { id: number } & ({ bytes: Uint8Array } | { status: string; message: string });
+type Response = { id: number } & ({ bytes: Uint8Array } | WorkerFailure);
 
 /** Answers the requests of a PortEncoder with an encoder of its own. For the worker's side of a port. */
 export function serveEncoder(port: Port, program: CompiledModule): void {
@@ -34,14 +34,7 @@ export function serveEncoder(port: Port, program: CompiledModule): void {
       port.postMessage(response, [bytes.buffer as ArrayBuffer]);
     } catch (error) {
       // WebAssembly that has aborted cannot be used again, and the build cannot go on without it.
-      const status = error instanceof CoreError ? error.status : "worker_lost";
-      const message =
-        error instanceof CoreError
-          ? error.message.slice(error.status.length + 2)
-          : error instanceof Error
-            ? error.message
-            : String(error);
-      port.postMessage({ id: data.id, status, message } satisfies Response, []);
+      port.postMessage({ id: data.id, ...failureOf(error) } satisfies Response, []);
     }
   };
 }

@@ -8,15 +8,19 @@ import {
 } from "../../build/wasm/web/layouts.js";
 import type { CoreModule } from "./module.ts";
 import { type Chunk, recordOf } from "./records.ts";
+import { textAt } from "./text.ts";
 import type { DecodedChunk, Points, Triple } from "./types.ts";
 
 /** A call into the core failed. `status` is the name in shared/base/status.h. */
 export class CoreError extends Error {
   readonly status: string;
-  constructor(status: string, message: string) {
-    super(`${status}: ${message}`);
+  /** The message without the status. */
+  readonly detail: string;
+  constructor(status: string, detail: string) {
+    super(`${status}: ${detail}`);
     this.name = "CoreError";
     this.status = status;
+    this.detail = detail;
   }
 }
 
@@ -45,8 +49,8 @@ export class Calls {
   check(status: number): void {
     if (status === 0) return;
     throw new CoreError(
-      text(this.module, this.module._isosplat_core_status_name(status)),
-      text(this.module, this.module._isosplat_core_error(this.core)),
+      textAt(this.module, this.module._isosplat_core_status_name(status)),
+      textAt(this.module, this.module._isosplat_core_error(this.core)),
     );
   }
 
@@ -126,9 +130,4 @@ export function copyIn(module: CoreModule, bytes: Uint8Array): number {
   }
   module.HEAPU8.set(bytes, at);
   return at;
-}
-
-function text(module: CoreModule, at: number): string {
-  const end = module.HEAPU8.indexOf(0, at);
-  return new TextDecoder().decode(module.HEAPU8.slice(at, end));
 }

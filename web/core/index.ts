@@ -17,8 +17,10 @@ export { type ChunkShape, CoreError } from "./calls.ts";
 export * from "./core.ts";
 export { type CompiledModule, instantiate, type ModuleFactory } from "./instantiate.ts";
 export type { CoreModule } from "./module.ts";
-export type { Chunk, Page } from "./records.ts";
+export { type Chunk, type Page, volumeRecord } from "./records.ts";
+export { textAt } from "./text.ts";
 export type { DecodedChunk, Points, Samples, StoreInfo, StoreMetadata, Triple } from "./types.ts";
+export { failureOf, type WorkerFailure } from "./worker_failure.ts";
 
 /** The module that provides the core: isosplat-core, or isosplat-renderer, which contains it. */
 export interface CoreOptions {

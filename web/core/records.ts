@@ -4,6 +4,7 @@ import {
   readChunk,
   readPage,
   readStoreInfo,
+  type Volume,
 } from "../../build/wasm/web/layouts.js";
 import type { StoreInfo, StoreMetadata, Triple } from "./types.ts";
 
@@ -61,6 +62,12 @@ export function recordOf<T>(
   const result = new Uint8Array(bytes);
   write(viewOf(result), 0, record);
   return result;
+}
+
+/** The grid and value mapping of a store's volume. */
+export function volumeRecord({ voxels, spacing, origin, direction, mapping }: StoreInfo): Volume {
+  const { offset: valueOffset, scale: valueScale } = mapping;
+  return { voxels, spacing, origin, direction, valueOffset, valueScale };
 }
 
 export function readChunks(bytes: Uint8Array): Chunk[] {

@@ -9,7 +9,7 @@ import {
   StoreParts,
   type VolumeDescription,
 } from "../builder/index.ts";
-import { type CompiledModule, CoreError } from "../core/index.ts";
+import { type CompiledModule, failureOf, type WorkerFailure } from "../core/index.ts";
 import { FileTable } from "./files.ts";
 import { volumesAmong } from "./find_volumes.ts";
 import { Importer } from "./importer.ts";
@@ -28,7 +28,7 @@ export type ImportResponse =
   | { found: VolumeCandidate[] }
   | { opened: ImportedVolume }
   | { slices: Uint8Array }
-  | { status: string; message: string };
+  | WorkerFailure;
 
 const worker = globalThis as unknown as {
   onmessage: ((event: MessageEvent<ImportRequest>) => void) | null;
@@ -95,13 +95,6 @@ worker.onmessage = async ({ data }) => {
     worker.postMessage(response, transfer as Transferable[]);
   } catch (error) {
     // WebAssembly that has aborted cannot be used again: the page ends the worker.
-    const status = error instanceof CoreError ? error.status : "worker_lost";
-    const message =
-      error instanceof CoreError
-        ? error.message.slice(error.status.length + 2)
-        : error instanceof Error
-          ? error.message
-          : String(error);
-    worker.postMessage({ status, message });
+    worker.postMessage(failureOf(error));
   }
 };

@@ -1,4 +1,4 @@
-import { CoreError } from "../core/index.ts";
+import { CoreError, textAt } from "../core/index.ts";
 import type { ImportModule } from "./module.ts";
 import type { ImportedVolume, ImportOptions } from "./types.ts";
 
@@ -73,11 +73,9 @@ export class Importer {
   #check(status: number): void {
     if (status === 0) return;
     const { _isosplat_import_status_name: name, _isosplat_import_error: error } = this.#module;
-    throw new CoreError(this.#string(name(status)), this.#string(error(this.#importer)));
-  }
-
-  #string(at: number): string {
-    const heap = this.#module.HEAPU8;
-    return new TextDecoder().decode(heap.slice(at, heap.indexOf(0, at)));
+    throw new CoreError(
+      textAt(this.#module, name(status)),
+      textAt(this.#module, error(this.#importer)),
+    );
   }
 }

@@ -36,7 +36,7 @@ class ImportWorker {
         if (status === "worker_lost") this.end();
         reject(new CoreError(status, message));
       };
-      if (this.#lost) fail("worker_lost", "the volume is closed: open it again");
+      if (this.#lost) return fail("worker_lost", "the volume is closed: open it again");
       signal?.throwIfAborted();
       const abort = (): void => {
         this.end();

@@ -1,5 +1,11 @@
 import * as layouts from "../../build/wasm/web/layouts.js";
-import { type Chunk, instantiate, type ModuleFactory, type StoreInfo } from "../core/index.ts";
+import {
+  type Chunk,
+  instantiate,
+  type ModuleFactory,
+  type StoreInfo,
+  volumeRecord,
+} from "../core/index.ts";
 
 /** The exports of isosplat-measure.wasm: shared/wasm/measure_api.h. */
 interface Exports {
@@ -57,14 +63,7 @@ export async function surfaceExtent(
   const module = await instantiate<Exports>(factory as ModuleFactory, program);
   const view = () => new DataView(module.HEAPU8.buffer);
   const scratch = module._malloc(Math.max(layouts.volumeBytes, layouts.chunkShapeBytes));
-  layouts.writeVolume(view(), scratch, {
-    voxels: info.voxels,
-    spacing: info.spacing,
-    origin: info.origin,
-    direction: info.direction,
-    valueOffset: info.mapping.offset,
-    valueScale: info.mapping.scale,
-  });
+  layouts.writeVolume(view(), scratch, volumeRecord(info));
   module._isosplat_measure_begin(scratch, quantizedIsovalue, info.quantizedRange[0]);
   await read(async (chunk, bytes) => {
     const at = module._malloc(bytes.length);

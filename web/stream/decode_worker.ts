@@ -1,5 +1,12 @@
 /** A worker that decodes chunks with its own WebAssembly instance. */
-import { type Core, CoreError, type DecodedChunk, loadCore } from "../core/index.ts";
+import {
+  type Core,
+  CoreError,
+  type DecodedChunk,
+  failureOf,
+  loadCore,
+  type WorkerFailure,
+} from "../core/index.ts";
 import type { DecodeJob } from "./decoder.ts";
 
 /** The first message: the module to use. See WorkerPoolOptions. */
@@ -15,7 +22,7 @@ export interface WorkerRequest {
 
 export type WorkerResponse =
   | { id: number; decoded: DecodedChunk }
-  | { id: number; status: string; message: string };
+  | ({ id: number } & WorkerFailure);
 
 const worker = globalThis as unknown as {
   onmessage: ((event: MessageEvent<WorkerStart | WorkerRequest>) => void) | null;
@@ -44,9 +51,7 @@ worker.onmessage = async ({ data }) => {
     const buffers = [decoded.samples.buffer, decoded.clusters.buffer] as ArrayBuffer[];
     worker.postMessage({ id, decoded }, buffers);
   } catch (error) {
-    const status = error instanceof CoreError ? error.status : "worker_lost";
     if (!(error instanceof CoreError)) instantiateCore();
-    const message = error instanceof Error ? error.message : String(error);
-    worker.postMessage({ id, status, message }, []);
+    worker.postMessage({ id, ...failureOf(error) }, []);
   }
 };

@@ -4,7 +4,9 @@ import {
   instantiate,
   type ModuleFactory,
   regionWords,
+  textAt,
   visibilityWords,
+  volumeRecord,
 } from "../core/index.ts";
 import { type FaultKind, faultOfStatus } from "../stream/faults.ts";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
@@ -238,14 +240,7 @@ export class RendererModule {
   }
 
   setVolume(info: StoreInfo): void {
-    layouts.writeVolume(this.#view(), this.#scratch, {
-      voxels: info.voxels,
-      spacing: info.spacing,
-      origin: info.origin,
-      direction: info.direction,
-      valueOffset: info.mapping.offset,
-      valueScale: info.mapping.scale,
-    });
+    layouts.writeVolume(this.#view(), this.#scratch, volumeRecord(info));
     this.#check(this.#exports._isosplat_renderer_set_volume(this.#scratch));
   }
 
@@ -465,7 +460,7 @@ export class RendererModule {
 
   /** GL_RENDERER. */
   rendererName(): string {
-    return this.#read(this.#exports._isosplat_renderer_name());
+    return textAt(this.#exports, this.#exports._isosplat_renderer_name());
   }
 
   contextLost(): void {
@@ -478,8 +473,8 @@ export class RendererModule {
 
   #check(status: number): void {
     if (status === 0) return;
-    const message = this.#read(this.#exports._isosplat_renderer_error());
-    const name = this.#read(this.#exports._isosplat_core_status_name(status));
+    const message = textAt(this.#exports, this.#exports._isosplat_renderer_error());
+    const name = textAt(this.#exports, this.#exports._isosplat_core_status_name(status));
     const isFull = faultOfStatus(name) === "out-of-memory";
     throw new RendererError(message, isFull ? "out-of-memory" : "renderer-failed");
   }
@@ -524,10 +519,5 @@ export class RendererModule {
     const pointer = this.#exports._malloc(bytes.length);
     this.#exports.HEAPU8.set(bytes, pointer);
     return pointer;
-  }
-
-  #read(pointer: number): string {
-    const heap = this.#exports.HEAPU8;
-    return new TextDecoder().decode(heap.subarray(pointer, heap.indexOf(0, pointer)));
   }
 }
