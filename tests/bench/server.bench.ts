@@ -196,7 +196,6 @@ async function manyStores(bench: Bench, store: string): Promise<void> {
 }
 
 async function run(bench: Bench): Promise<void> {
-  if (!bench.program("wrk") || !bench.program("nginx")) return;
   const build = async (volume: string, name: string) => {
     const store = join(bench.folder, `${name}.isosplat`);
     await bench.command(bench.isosplat, ["build", volume, "-o", store, "-q", "--no-thumbnail"]);
@@ -205,6 +204,8 @@ async function run(bench: Bench): Promise<void> {
   await bench.command(bench.isosplat, ["demo", bench.folder, "--only", "bucky,mandelbulb"]);
   const bucky = await build(join(bench.folder, "bucky.nrrd"), "bucky");
   const mandelbulb = await build(join(bench.folder, "mandelbulb.nrrd"), "mandelbulb");
+  if (process.env.ISOSPLAT_BENCH_SERVER_MINUTES) return mixedLoad(bench, bucky, mandelbulb);
+  if (!bench.program("wrk") || !bench.program("nginx")) return;
   const bunny = bench.volume("bunny_ct_i16.nrrd");
   if (bunny) await rates(bench, await build(bunny, "bunny"), "bunny");
 

@@ -122,6 +122,46 @@ function programFigures(figures: Figures): string {
   ]);
 }
 
+/** Rates of the server beside nginx's, and how it bears many clients. */
+function serverFigures(figures: Figures): string {
+  const ratio = (what: string) => figures.of("server", [what], "rate, ratio to nginx", "×");
+  const chunk = (bytes: number) => {
+    const what = `chunk of ${bytes} bytes`;
+    return `${ratio(what)}; ${ratio(`${what}, TLS`)}`;
+  };
+  const surface = "bunny at 1000.5, 4.7 MB";
+  const idle = "5000 idle connections and 100 busy";
+  const slow = "2,000 slow readers, 500 slow headers";
+  const megabytes = figures.of("server", [idle], "RSS", "MB");
+  const late = figures.of("server", [idle], "99th percentile, ratio", "×");
+  return markdown([
+    ["server, on the same two cores as its clients", "Isosplat", "for comparison: nginx"],
+    ["---", "---", "---"],
+    ["requests for a chunk of 4 KB; with TLS", chunk(4021), "1"],
+    ["requests for a chunk of 20 KB; with TLS", chunk(20378), "1"],
+    [
+      "all chunks of bunny CT's isovalue 1000.5, one connection",
+      `${figures.of("server", [`${surface}, isosplat`], "rate", "GB/s")} GB/s`,
+      `${figures.of("server", [`${surface}, nginx`], "rate", "GB/s")} GB/s, one file`,
+    ],
+    [
+      "5,000 idle connections: memory; 99th percentile of busy ones, relative to without",
+      `${megabytes} MB; ${late}`,
+      "",
+    ],
+    [
+      "rate of others beside 2,000 slow readers and 500 slow headers, relative to without",
+      figures.of("server", [slow], "honest clients' rate, ratio", "×"),
+      "",
+    ],
+    [
+      "10,000 stores: ready after",
+      `${figures.of("server", ["10000 stores"], "ready after", "s")} s`,
+      "",
+    ],
+  ]);
+}
+
 /** Frame rates and errors of pictures. */
 function pictureFigures(figures: Figures): string {
   const volumes = ["engine 60.5", "bonsai 40.5"];
@@ -231,6 +271,7 @@ export function documentTables(): DocumentTable[] {
   const readme = [
     { file: "README.md", name: "figures of the network", table: networkFigures(figures) },
     { file: "README.md", name: "figures of the program", table: programFigures(figures) },
+    { file: "README.md", name: "figures of the server", table: serverFigures(figures) },
     { file: "README.md", name: "figures of pictures", table: pictureFigures(figures) },
   ];
   return [
