@@ -1,32 +1,17 @@
-/** Bytes that are collected before they become a Blob, which the browser may keep on disk. */
-const partBytes = 16 << 20;
+import { BlobParts } from "./blob_parts.ts";
 
 /** Collects the store that a build writes, as a Blob. The header is written last, at offset 0. */
 export class StoreParts {
   #header: Uint8Array = new Uint8Array();
-  readonly #parts: Blob[] = [];
-  #pending: Uint8Array[] = [];
-  #pendingBytes = 0;
+  readonly #rest = new BlobParts();
 
   write(offset: number, bytes: Uint8Array): void {
-    if (offset === 0) {
-      this.#header = bytes;
-      return;
-    }
-    this.#pending.push(bytes);
-    this.#pendingBytes += bytes.byteLength;
-    if (this.#pendingBytes >= partBytes) this.#flush();
+    if (offset === 0) this.#header = bytes;
+    else this.#rest.add(bytes);
   }
 
   /** The whole store. */
   blob(): Blob {
-    this.#flush();
-    return new Blob([this.#header as BlobPart, ...this.#parts]);
-  }
-
-  #flush(): void {
-    this.#parts.push(new Blob(this.#pending as BlobPart[]));
-    this.#pending = [];
-    this.#pendingBytes = 0;
+    return this.#rest.blob(this.#header);
   }
 }

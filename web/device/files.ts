@@ -1,8 +1,10 @@
-/** A file that was dropped, pasted or chosen. */
+/** A file that was dropped, pasted, chosen or fetched. */
 export interface InputFile {
   /** Relative, parts separated by "/": "scan/IM0001.dcm". */
   path: string;
   file: File;
+  /** Of a file that was fetched: other content has another version. */
+  version?: string;
 }
 
 /** More files than this are not taken from one drop: no volume needs them. */
@@ -59,12 +61,12 @@ async function withFolders(found: InputFile[], entries: FileSystemEntry[]): Prom
 }
 
 /**
- * A text that is the same for the same files: their paths, sizes and times. A volume with the key of a
+ * A text that is the same for the same files: their paths, sizes, times and versions. A volume with the key of a
  * kept store need not be built again.
  */
 export async function filesKey(files: readonly InputFile[], settings: object): Promise<string> {
   const facts = files
-    .map(({ path, file }) => [path, file.size, file.lastModified])
+    .map(({ path, file, version }) => [path, file.size, file.lastModified, version ?? ""])
     .sort(([a], [b]) => (String(a) < String(b) ? -1 : 1));
   const text = new TextEncoder().encode(JSON.stringify([facts, settings]));
   // Only secure origins have digests. Without one, every file is built.

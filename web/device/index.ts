@@ -1,6 +1,8 @@
-/** Volumes on this device: files, building, keeping and saving stores. Nothing is sent anywhere. */
+/** Volumes on this device: files, building, keeping and saving stores. Nothing is uploaded. */
+export * from "./fetch_file.ts";
 export * from "./files.ts";
 export * from "./kept_stores.ts";
 export * from "./no_upload.ts";
 export * from "./raw_guess.ts";
 export * from "./reading.ts";
+export * from "./remote_files.ts";

@@ -15,6 +15,9 @@ export interface KeptStore {
   type?: string;
   /** The files it was built from: see filesKey. */
   filesKey?: string;
+  /** Where its volume was fetched, and the version of that file. */
+  address?: string;
+  version?: string;
   /** Milliseconds since 1970. */
   keptAt: number;
   /** In memory only. */
@@ -90,6 +93,13 @@ async function readEntry(
   }
 }
 
+async function writeEntry(directory: FileSystemDirectoryHandle, store: KeptStore): Promise<void> {
+  const text = await directory.getFileHandle(textFile(store.contentId), { create: true });
+  const writing = await text.createWritable();
+  await writing.write(JSON.stringify(store));
+  await writing.close();
+}
+
 /** Unless another tab is writing it. */
 async function removeIncomplete(directory: FileSystemDirectoryHandle, id: string): Promise<void> {
   await navigator.locks.request(lockOf(id), { ifAvailable: true }, async (lock) => {
@@ -136,16 +146,18 @@ export async function keep(store: KeptStore, blob: Blob, signal?: AbortSignal): 
   if (blob.size > quota - usage) throw full(blob.size, Math.max(0, quota - usage));
   const id = store.contentId;
   await navigator.locks.request(lockOf(id), async () => {
-    if (await readEntry(directory, id)) return; // another tab was faster
+    const existing = await readEntry(directory, id);
+    const { isTemporary: _, ...entry } = store;
+    if (existing) {
+      // Of the same bytes: another tab was faster, or the volume came from elsewhere before.
+      await writeEntry(directory, { ...existing, ...entry }).catch(() => {});
+      return;
+    }
     try {
       // What was written appears when the stream is closed, not before.
       const handle = await directory.getFileHandle(storeFile(id), { create: true });
       await blob.stream().pipeTo(await handle.createWritable(), signal ? { signal } : {});
-      const { isTemporary: _, ...entry } = store;
-      const text = await directory.getFileHandle(textFile(id), { create: true });
-      const writing = await text.createWritable();
-      await writing.write(JSON.stringify(entry));
-      await writing.close();
+      await writeEntry(directory, entry);
     } catch (error) {
       await removeFiles(directory, id);
       signal?.throwIfAborted();

@@ -3,10 +3,19 @@
  * this device is read; the policy holds until the page is left.
  */
 export function forbidOtherOrigins(): void {
-  if (document.querySelector("meta[data-no-upload]")) return;
+  if (isForbidden()) return;
   const policy = document.createElement("meta");
   policy.httpEquiv = "Content-Security-Policy";
   policy.content = "connect-src 'self' data: blob:; form-action 'none'";
   policy.dataset.noUpload = "";
   document.head.append(policy);
+}
+
+/** Whether the browser refuses requests of this page to an address. */
+export function isForbiddenAddress(address: URL): boolean {
+  return isForbidden() && address.origin !== location.origin;
+}
+
+function isForbidden(): boolean {
+  return document.querySelector("meta[data-no-upload]") !== null;
 }

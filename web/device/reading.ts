@@ -7,6 +7,8 @@ export type { VolumeCandidate } from "../import/index.ts";
 
 /** A volume whose header was read, and whose store can be built. */
 export interface ReadableVolume {
+  /** How many files it is read from. */
+  files: number;
   description: VolumeDescription;
   voxelBytes: number;
   /** The same for the same files and layout: see filesKey. */
@@ -26,21 +28,32 @@ export async function findVolumes(
   return find(files, signal);
 }
 
-/** Reads the header of a volume. Rejects with a CoreError or the signal's reason. */
+/**
+ * Reads the header of a volume. `findFile` is asked for files that it names and that are not among
+ * `files`. Rejects with a CoreError or the signal's reason.
+ */
 export async function openVolume(
   files: readonly InputFile[],
   path: string,
   layout: RawLayout | undefined,
   signal: AbortSignal,
+  findFile?: (path: string) => Promise<InputFile | undefined>,
 ): Promise<ReadableVolume> {
   const { openVolume: open } = await import("../import/index.ts");
-  const volume = await open(files, { path, signal, ...layout });
+  const all = [...files];
+  const find = async (missing: string) => {
+    const file = await findFile?.(missing);
+    if (file) all.push(file);
+    return file;
+  };
+  const volume = await open(files, { path, signal, findFile: find, ...layout });
   const parts = new Set(volume.files);
-  const used = files.filter((file) => parts.has(file.path));
+  const used = all.filter((file) => parts.has(file.path));
   return {
+    files: used.length,
     description: volume.description,
     voxelBytes: volume.voxelBytes,
-    key: await filesKey(used.length > 0 ? used : files, { path, layout }),
+    key: await filesKey(used.length > 0 ? used : all, { path, layout }),
     build: (options) => volume.build(options),
     close: () => volume.close(),
   };

@@ -26,9 +26,15 @@ export class FileTable implements ImportFiles {
   readonly #readBlob: ReadBlob;
   /** The blocks that were read last, the newest at the end. */
   readonly #blocks = new Map<string, Uint8Array>();
+  /** Paths at which a file was looked for in vain. */
+  readonly missing = new Set<string>();
 
   constructor(files: readonly InputFile[], readBlob: ReadBlob) {
     this.#readBlob = readBlob;
+    this.add(files);
+  }
+
+  add(files: readonly InputFile[]): void {
     for (const { path, file } of files) {
       const name = normal(path);
       if (name === "" || this.#byPath.has(name) || this.#folders.has(name)) continue;
@@ -51,7 +57,9 @@ export class FileTable implements ImportFiles {
 
   find(path: string): number {
     const name = normal(path);
-    return this.#byPath.get(name) ?? (this.#folders.has(name) ? -2 : -1);
+    const found = this.#byPath.get(name) ?? (this.#folders.has(name) ? -2 : -1);
+    if (found === -1) this.missing.add(name);
+    return found;
   }
 
   bytes(file: number): number {

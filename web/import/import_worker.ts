@@ -19,6 +19,8 @@ import type { ImportedVolume, ImportOptions, InputFile, VolumeCandidate } from "
 export type ImportRequest =
   | { program: CompiledModule; files: readonly InputFile[] }
   | { find: true }
+  | { missing: true }
+  | { add: readonly InputFile[] }
   | { open: string; options: ImportOptions }
   | { read: number; count: number }
   | { build: VolumeDescription; limits: BuildLimits; program: CompiledModule; ports: Port[] };
@@ -27,6 +29,7 @@ export type ImportResponse =
   | { ready: true }
   | { found: VolumeCandidate[] }
   | { opened: ImportedVolume }
+  | { missing: string[] }
   | { slices: Uint8Array }
   | WorkerFailure;
 
@@ -36,6 +39,7 @@ const worker = globalThis as unknown as {
 };
 
 let files: readonly InputFile[] = [];
+let table: FileTable;
 let importer: Importer;
 let sliceBytes = 0;
 
@@ -69,11 +73,16 @@ async function answer(request: ImportRequest): Promise<object> {
   if ("files" in request) {
     files = request.files;
     const reader = new FileReaderSync();
-    const table = new FileTable(files, (blob) => new Uint8Array(reader.readAsArrayBuffer(blob)));
+    table = new FileTable(files, (blob) => new Uint8Array(reader.readAsArrayBuffer(blob)));
     importer = new Importer(await instantiateImport(request.program, table));
     return { ready: true };
   }
   if ("find" in request) return { found: volumesAmong(files, (path) => importer.detect(path)) };
+  if ("missing" in request) return { missing: [...table.missing] };
+  if ("add" in request) {
+    table.add(request.add);
+    return { ready: true };
+  }
   if ("open" in request) {
     const opened = importer.open(request.open, request.options);
     const [x, y] = opened.voxels;

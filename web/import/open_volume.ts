@@ -13,6 +13,8 @@ import type { ImportedVolume, ImportOptions, InputFile, VolumeCandidate } from "
 export interface OpenOptions extends ImportOptions {
   /** The file or folder to open. Default: the first that findVolumes finds. */
   path?: string;
+  /** Asked for each file that the volume names and `files` lacks; undefined: it does not exist. */
+  findFile?(path: string): Promise<InputFile | undefined>;
   signal?: AbortSignal;
   /** The compiled modules. Default: they are fetched. */
   programs?: { import: CompiledModule; builder: CompiledModule };
@@ -164,18 +166,43 @@ export async function openVolume(
   files: readonly InputFile[],
   options: OpenOptions = {},
 ): Promise<OpenedVolume> {
-  const { path, signal, programs, ...importOptions } = options;
+  const { path, findFile, signal, programs, ...importOptions } = options;
   const worker = await start(files, programs?.import, signal);
   try {
     const open = path ?? (await firstVolume(worker, files, signal));
-    const { opened } = await worker.ask<{ opened: ImportedVolume }>(
-      { open, options: importOptions },
-      signal,
-    );
+    const request = { open, options: importOptions };
+    const opened = await openIn(worker, request, findFile, signal);
     return new OpenedVolume(worker, opened, programs?.builder);
   } catch (error) {
     worker.end();
     throw error;
+  }
+}
+
+/** Opens a volume; files that it lacks are looked for, until no more are found. */
+async function openIn(
+  worker: ImportWorker,
+  request: Extract<ImportRequest, { open: string }>,
+  findFile: OpenOptions["findFile"],
+  signal: AbortSignal | undefined,
+): Promise<ImportedVolume> {
+  const asked = new Set<string>();
+  for (;;) {
+    try {
+      const { opened } = await worker.ask<{ opened: ImportedVolume }>(request, signal);
+      return opened;
+    } catch (error) {
+      if (!findFile || !(error instanceof CoreError) || error.status === "worker_lost") throw error;
+      const { missing } = await worker.ask<{ missing: string[] }>({ missing: true }, signal);
+      const found: InputFile[] = [];
+      for (const path of missing.filter((each) => !asked.has(each))) {
+        asked.add(path);
+        const file = await findFile(path);
+        if (file) found.push(file);
+      }
+      if (found.length === 0) throw error;
+      await worker.ask({ add: found }, signal);
+    }
   }
 }
 

@@ -284,10 +284,11 @@ function openByAddress(): TemplateResult {
     if (address) location.search = `?src=${encodeURIComponent(address)}`;
   };
   return html`<section class="by-address">
-    <h2>Open a store from elsewhere</h2>
+    <h2>Open a store or a volume from elsewhere</h2>
     <p class="quiet">
-      The address of an .isosplat file on any host that serves parts of files (HTTP Range) and allows
-      other sites to read it (CORS).
+      The address of a store (.isosplat) or of a volume’s file (.nii.gz, .nrrd, …) on any host that
+      allows other sites to read it (CORS). Of a store, parts are fetched (HTTP Range); a volume is
+      fetched whole, and becomes a store here in the browser.
     </p>
     <form @submit=${open}>
       <wa-input
@@ -296,7 +297,7 @@ function openByAddress(): TemplateResult {
         type="url"
         name="src"
         placeholder="https://example.org/head.isosplat"
-        label="Address of a store"
+        label="Address of a store or a volume"
       ></wa-input>
       <wa-button type="submit" size="s" appearance="filled">Open</wa-button>
     </form>

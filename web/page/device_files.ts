@@ -4,26 +4,42 @@ import {
   forbidOtherOrigins,
   hold,
   type InputFile,
+  isForbiddenAddress,
   type KeptStore,
   keep,
   keptBlob,
   keptStores,
   listedFiles,
   NotKeptError,
+  nameAt,
   nameOf,
   openVolume,
   type ReadableVolume,
+  RemoteFiles,
   transferredFiles,
 } from "../device/index.ts";
 import { contentIdOf } from "../stream/file_source.ts";
+import { StreamError } from "../stream/index.ts";
 import { beginsAsStore } from "../stream/transfer.ts";
 import { chooseVolume } from "./choose_volume.ts";
 import { DeviceSection } from "./device_section.ts";
 import { deviceAddress, deviceTarget } from "./device_target.ts";
+import { addressIn } from "./open_target.ts";
 import { askRawLayout } from "./raw_dialog.ts";
 import { SaveButton } from "./save_button.ts";
 import { Task } from "./task_card.ts";
+import { readUrl } from "./url_state.ts";
 import { VolumePage } from "./volume_page.ts";
+
+/** Where files were fetched. */
+interface Origin {
+  address: URL;
+  version: string | undefined;
+  remote: RemoteFiles;
+}
+
+/** What a kept store says of where its volume was fetched. */
+type Place = Pick<KeptStore, "address" | "version">;
 
 /** Bytes that hold a store's content id, and more. */
 const headerBytes = 4096;
@@ -81,12 +97,33 @@ export class DeviceFiles {
     return found !== undefined;
   }
 
-  async #take(files: Promise<InputFile[]>): Promise<void> {
-    if (this.#task?.isRunning) return; // its card says what it is doing
-    this.#task?.close(); // its card may still show an error
-    const task = new Task("Reading");
-    this.#task = task;
-    try {
+  /** Opens the volume whose file is at an address: fetched now, or kept before. */
+  openAddress(address: URL): Promise<void> {
+    return this.#run("Fetching", async (task) => {
+      const kept = (await keptStores()).filter((store) => store.address === address.href);
+      const remote = new RemoteFiles(address, {
+        signal: task.signal,
+        progress: (name, received, bytes) => {
+          task.fetching(`Fetching ${name}`, received, bytes);
+        },
+      });
+      task.shows(`Fetching ${nameAt(address)}`, `from ${address.host}`);
+      const isKept = (version: string) => kept.some((store) => store.version === version);
+      try {
+        const { file, version } = await remote.first(isKept);
+        const known = kept.find((store) => store.version === version);
+        if (file) await this.#open([file], task, { address, version, remote });
+        else if (known) await this.openKept(known.contentId);
+      } catch (error) {
+        const isOffline = error instanceof StreamError && error.kind === "unreachable";
+        if (!isOffline || !kept[0] || !(await this.openKept(kept[0].contentId))) throw error;
+        task.fail(`${address.host} cannot be reached: this is what was kept.`, "From this device");
+      }
+    });
+  }
+
+  #take(files: Promise<InputFile[]>): Promise<void> {
+    return this.#run("Reading", async (task) => {
       const found = await files;
       const [first] = found;
       if (first && found.length === 1 && /\.json$/i.test(first.path)) {
@@ -96,14 +133,28 @@ export class DeviceFiles {
         forbidOtherOrigins();
         await this.#open(found, task);
       }
-      task.close();
+    });
+  }
+
+  async #run(title: string, work: (task: Task) => Promise<void>): Promise<void> {
+    if (this.#task?.isRunning) return; // its card says what it is doing
+    this.#task?.close(); // its card may still show an error
+    const task = new Task(title);
+    this.#task = task;
+    const before = this.#page;
+    try {
+      await work(task);
+      if (task.isRunning) task.close();
     } catch (error) {
-      if (task.signal.aborted) task.close();
-      else task.fail(error instanceof Error ? error.message : String(error));
+      const text = error instanceof Error ? error.message : String(error);
+      const cut = this.#page === before ? hostCutOff() : undefined;
+      if (cut) task.fail(`${task.signal.aborted ? "Cancelled." : text} ${reloadFor(cut)}`);
+      else if (task.signal.aborted) task.close();
+      else task.fail(text);
     }
   }
 
-  async #open(files: readonly InputFile[], task: Task): Promise<void> {
+  async #open(files: readonly InputFile[], task: Task, origin?: Origin): Promise<void> {
     for (const { path, file } of files) {
       if (files.length > 1 && !path.endsWith(".isosplat")) continue;
       const header = new Uint8Array(await file.slice(0, headerBytes).arrayBuffer());
@@ -123,23 +174,26 @@ export class DeviceFiles {
     const raw = volume.needsDims ? files.find((each) => each.path === volume.path) : undefined;
     const layout = raw && (await askRawLayout(raw));
     if (raw && !layout) return;
-    const opened = await openVolume(files, volume.path, layout, task.signal);
+    const find = origin && ((missing: string) => origin.remote.find(missing));
+    const opened = await openVolume(files, volume.path, layout, task.signal, find);
     try {
-      await this.#build(opened, task);
+      // Without a choice, the address says which volume it is.
+      const isOfAddress = origin && volumes.length === 1 && !layout;
+      await this.#build(opened, task, isOfAddress ? placeOf(origin, opened) : {});
     } finally {
       opened.close();
     }
   }
 
   /** Two tabs that are given the same files build their volume once. */
-  async #build(volume: ReadableVolume, task: Task): Promise<void> {
+  async #build(volume: ReadableVolume, task: Task, place: Place): Promise<void> {
     const { key, description } = volume;
     const { name } = description;
     task.shows(`Building ${name}`, "waiting: another tab builds the same volume");
     const { signal } = task;
     await navigator.locks.request(`isosplat-build-${key}`, { signal }, async () => {
       const known = (await keptStores()).find(({ filesKey }) => filesKey === key);
-      if (known) return this.#openHeld(known.contentId);
+      if (known) return this.#openHeld(known.contentId, place);
       task.shows(`Building ${name}`, "starting");
       const { store: blob, report } = await volume.build({
         signal,
@@ -152,6 +206,7 @@ export class DeviceFiles {
         voxels: description.voxels,
         type: description.type,
         filesKey: key,
+        ...place,
         keptAt: Date.now(),
       };
       hold(store, blob);
@@ -163,15 +218,16 @@ export class DeviceFiles {
         if (!(error instanceof NotKeptError)) throw error;
         notKept = `${error.message} It is open until this tab is closed.`;
       }
-      await this.#openHeld(store.contentId);
+      await this.#openHeld(store.contentId, place);
       if (notKept) throw new Error(notKept);
     });
   }
 
-  async #openHeld(id: string): Promise<void> {
+  /** The address bar keeps the address of a volume that was fetched: others can open it as well. */
+  async #openHeld(id: string, { address }: Place = {}): Promise<void> {
     const found = await keptBlob(id);
     if (!found) throw new Error("the store was removed from this device: open its file again");
-    history.pushState(null, "", `${location.pathname}?src=${deviceAddress}${id}`);
+    if (!address) history.pushState(null, "", `${location.pathname}?src=${deviceAddress}${id}`);
     this.#show(found.store, found.blob);
   }
 
@@ -189,6 +245,25 @@ export class DeviceFiles {
     void page.firstContent.then(() => page.loadOverlay());
     void import("./components.ts");
   }
+}
+
+/** The version is that of one file: of more, each one has to be looked at. */
+function placeOf({ address, version }: Origin, { files }: ReadableVolume): Place {
+  return { address: address.href, ...(version && files === 1 ? { version } : {}) };
+}
+
+/** The host of the volume that is shown, if the browser refuses requests to it from now on. */
+function hostCutOff(): string | undefined {
+  const { src = "" } = readUrl(location.search);
+  const address = addressIn(src);
+  return address && isForbiddenAddress(address) ? address.host : undefined;
+}
+
+function reloadFor(host: string): string {
+  return (
+    "Files of this device were read, so this tab makes no requests to other sites: " +
+    `load the page again for more of the volume on ${host}.`
+  );
 }
 
 function nothingFound(files: readonly InputFile[]): string {

@@ -2,6 +2,10 @@ import { FileSource } from "../stream/index.ts";
 import { volumeSource } from "./site.ts";
 import type { Target } from "./volume_page.ts";
 
+/** How the addresses of volumes end, which are not stores: see start.ts. */
+const volumeEnding =
+  /\.(nii|nrrd|nhdr|mha|mhd|hdr|vtk|dcm|dicom|raw|npy|mrc|map|rec|st|zip|tiff?)(\.gz)?$/i;
+
 /**
  * What the page's address refers to: a volume of its server or site, or a store on any host. Undefined
  * for everything else: see start.ts.
@@ -11,12 +15,18 @@ export function openTarget(
   src: string | undefined,
 ): Target | undefined {
   if (volume !== undefined) return { name: volume, source: () => volumeSource(volume) };
-  const address = src === undefined ? undefined : storeAddress(src);
-  return address && { name: fileName(address), source: () => new FileSource(address.href) };
+  const address = src === undefined ? undefined : addressIn(src);
+  if (!address || isOfVolume(address)) return undefined;
+  return { name: fileName(address), source: () => new FileSource(address.href) };
 }
 
-/** Undefined if the text is not an address from which a store can be fetched. */
-function storeAddress(text: string): URL | undefined {
+/** Whether what is at an address is a volume, by its ending; if not, it is a store. */
+function isOfVolume({ pathname }: URL): boolean {
+  return volumeEnding.test(pathname);
+}
+
+/** Undefined if the text is not an address from which something can be fetched. */
+export function addressIn(text: string): URL | undefined {
   try {
     const address = new URL(text, location.href);
     return /^https?:$/.test(address.protocol) ? address : undefined;

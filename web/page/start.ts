@@ -2,16 +2,22 @@ import { StreamError } from "../stream/index.ts";
 import { Catalog } from "./catalog.ts";
 import { DeviceFiles } from "./device_files.ts";
 import { deviceAddress } from "./device_target.ts";
+import { addressIn } from "./open_target.ts";
 import { VolumePage } from "./volume_page.ts";
 
 /**
- * Shows what no server and no other host has: the start page, or a store on this device
- * (`src=device:CONTENT-ID`).
+ * Shows what is not a store of a server or of another host: the start page, a store on this device
+ * (`src=device:CONTENT-ID`), or a volume at an address.
  */
 export async function start(root: HTMLElement, src: string | undefined): Promise<void> {
   const components = import("./components.ts");
   const id = src?.startsWith(deviceAddress) ? src.slice(deviceAddress.length) : undefined;
-  if (src !== undefined && id === undefined) {
+  const address = src !== undefined && id === undefined ? addressIn(src) : undefined;
+  if (address) {
+    const files = new DeviceFiles(root);
+    new Catalog(root, files.section.element);
+    void files.openAddress(address);
+  } else if (src !== undefined && id === undefined) {
     new VolumePage(root, badAddress(src));
   } else {
     const files = new DeviceFiles(root);

@@ -37,9 +37,18 @@ export class Task {
     this.#render();
   }
 
-  /** Shows the error until the visitor closes it. */
-  fail(message: string): void {
+  /** `bytes`: of the whole file, if they are known. */
+  fetching(title: string, received: number, bytes: number | undefined): void {
+    this.#title = title;
+    this.#fraction = bytes ? received / bytes : undefined;
+    this.#text = `${formatBytes(received)}${bytes ? ` of ${formatBytes(bytes)}` : ""}`;
+    this.#render();
+  }
+
+  /** Shows the message until the visitor closes it. */
+  fail(message: string, title = "Not opened"): void {
     this.isRunning = false;
+    this.#title = title;
     this.#error = message;
     this.#render();
   }
@@ -54,7 +63,7 @@ export class Task {
     const isFailed = this.#error !== undefined;
     render(
       html`<div class="task-text" role=${isFailed ? "alert" : "status"}>
-          <strong>${isFailed ? "Not opened" : this.#title}</strong>
+          <strong>${this.#title}</strong>
           <span class=${isFailed ? "" : "quiet"}>${this.#error ?? this.#text}</span>
         </div>
         ${

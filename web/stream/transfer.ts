@@ -34,7 +34,7 @@ export interface TransferOptions {
   /** Bypasses all caches, because a cached answer was wrong. */
   fresh?: boolean;
   /** Called before the body with what the headers state about the file. If it throws, the request ends. */
-  identify?: (answer: FileIdentity) => void;
+  identify?: (answer: FileIdentity, headers: Headers) => void;
 }
 
 /** What an answer's headers state about its file; undefined if a header is missing or hidden by CORS. */
@@ -295,7 +295,7 @@ function contentRange(
 function identify(response: Response, url: string, options: TransferOptions): number | undefined {
   const range = contentRange(response);
   const etag = response.headers.get("ETag") ?? undefined;
-  options.identify?.({ etag, bytes: range?.total });
+  options.identify?.({ etag, bytes: range?.total }, response.headers);
   if (!options.range || !range) return undefined;
   const [first, last] = options.range;
   if (range.first !== first || range.last === undefined || range.last > last) {

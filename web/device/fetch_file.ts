@@ -1,0 +1,223 @@
+import { BlobParts } from "../builder/index.ts";
+import type { FaultKind } from "../stream/faults.ts";
+import { Traffic, type TransferOptions, transfer } from "../stream/transfer.ts";
+import { StreamError } from "../stream/types.ts";
+
+/** A larger file is not fetched: no volume that the browser can build needs it (bytes). */
+export const maxFetchedBytes = 2 ** 32;
+/** A connection that breaks more often is given up. */
+const maxBreaks = 5;
+/** The wait before a broken connection is continued (ms); doubled each time. */
+const firstWait = 500;
+
+export interface FetchOptions {
+  signal: AbortSignal;
+  /** `bytes`: of the whole file, if the host states it. */
+  progress(received: number, bytes: number | undefined): void;
+  /** Called with the file's version before its body; true: the body is not needed. */
+  isKnown?(version: string): boolean;
+  /** Default: maxFetchedBytes. */
+  maxBytes?: number;
+}
+
+export interface FetchedFile {
+  /** Undefined if the version is known. */
+  file: File | undefined;
+  /** What tells versions of the file apart; undefined if the host does not state it. */
+  version: string | undefined;
+}
+
+/** What an answer's headers say of the file. Hosts of other origins may hide fields (CORS). */
+interface Identity {
+  version: string | undefined;
+  modified: number;
+  bytes: number | undefined;
+  /** The body is compressed on the network: its offsets are not those of the file. */
+  isCoded: boolean;
+}
+
+/** Faults of the file, not of the way to it. */
+const final = new Set<FaultKind>(["replaced", "bad-address", "out-of-memory"]);
+
+const remedies: Partial<Record<FaultKind, string>> = {
+  "cors-refused":
+    "or the file is not there. Its operator must send “Access-Control-Allow-Origin: *” (CORS); " +
+    "or download the file, and drop it here",
+  "not-found": "check the address",
+  "access-denied": "open the whole link that you were given, or download the file and drop it here",
+  unreachable: "check the address and your connection, and open it again",
+  "server-fault": "open it again later",
+};
+
+/**
+ * Fetches a file into a Blob. A connection that breaks is continued where it broke if the host serves
+ * parts of files and says which version they are of; otherwise the file is fetched anew. Rejects with
+ * a StreamError, whose message says what to do, or with the signal's reason.
+ */
+export async function fetchFile(address: URL, options: FetchOptions): Promise<FetchedFile> {
+  const { signal } = options;
+  const fetching = new Fetching(address, options);
+  for (let breaks = 0; ; ) {
+    try {
+      await fetching.next();
+      return fetching.result();
+    } catch (error) {
+      signal.throwIfAborted();
+      if (!(error instanceof StreamError) || final.has(error.kind)) throw error;
+      const isBroken = error.kind === "unreachable" && fetching.hasAnswered;
+      const isRefused = error.kind !== "unreachable" && fetching.isPart;
+      if (!(isBroken || isRefused) || ++breaks > maxBreaks) throw explained(error);
+      // A host that does not send the rest is asked for the whole file.
+      if (isRefused || !fetching.canContinue) fetching.restart();
+      await pause(firstWait * 2 ** (breaks - 1), signal);
+    }
+  }
+}
+
+function explained(error: StreamError): StreamError {
+  const remedy = remedies[error.kind];
+  if (!remedy) return error;
+  return new StreamError(error.kind, `${error.message}: ${remedy}.`, error);
+}
+
+function pause(ms: number, signal: AbortSignal): Promise<void> {
+  return new Promise((resolve, reject) => {
+    const ended = () => {
+      clearTimeout(timer);
+      reject(signal.reason);
+    };
+    const timer = setTimeout(() => {
+      signal.removeEventListener("abort", ended);
+      resolve();
+    }, ms);
+    signal.addEventListener("abort", ended, { once: true });
+  });
+}
+
+class Fetching {
+  readonly #address: URL;
+  readonly #options: FetchOptions;
+  readonly #traffic = new Traffic();
+  #body = new BlobParts();
+  #identity: Identity | undefined;
+  #isKnown = false;
+  received = 0;
+  hasAnswered = false;
+
+  constructor(address: URL, options: FetchOptions) {
+    this.#address = address;
+    this.#options = options;
+  }
+
+  /** Whether the request that ran last asked for the rest of the file. */
+  isPart = false;
+
+  /** Whether the rest alone can be asked for. */
+  get canContinue(): boolean {
+    const { version, bytes, isCoded } = this.#identity ?? {};
+    return version !== undefined && bytes !== undefined && !isCoded && this.received < bytes;
+  }
+
+  restart(): void {
+    this.#body = new BlobParts();
+    this.#identity = undefined;
+    this.received = 0;
+  }
+
+  async next(): Promise<void> {
+    const { signal, progress, maxBytes = maxFetchedBytes } = this.#options;
+    const ending = new AbortController();
+    const last = (this.#identity?.bytes ?? 0) - 1;
+    this.isPart = this.received > 0 && this.canContinue;
+    const request: TransferOptions = {
+      identify: (_, headers) => {
+        this.#identify(headers);
+        if (this.#isKnown) ending.abort();
+      },
+      ...(this.isPart ? { range: [this.received, last] as const } : {}),
+    };
+    const either = AbortSignal.any([signal, ending.signal]);
+    try {
+      await transfer(this.#address.href, request, this.#traffic, either, (part) => {
+        this.received += part.length;
+        if (this.received > maxBytes) throw this.#tooLarge(this.received);
+        this.#body.add(part);
+        progress(this.received, this.#identity?.bytes);
+      });
+    } catch (error) {
+      if (!this.#isKnown) throw error;
+    }
+  }
+
+  result(): FetchedFile {
+    const { version, modified = 0 } = this.#identity ?? {};
+    if (this.#isKnown) return { file: undefined, version };
+    const file = new File([this.#body.blob()], nameAt(this.#address), { lastModified: modified });
+    return { file, version };
+  }
+
+  #identify(headers: Headers): void {
+    const { isKnown, maxBytes = maxFetchedBytes } = this.#options;
+    const { href } = this.#address;
+    const type = headers.get("Content-Type");
+    if (type?.startsWith("text/html")) {
+      throw new StreamError(
+        "bad-address",
+        `${href}: expected a volume's file, found a web page (${type}): give the address of the file itself.`,
+      );
+    }
+    const found = identityOf(headers);
+    this.hasAnswered = true;
+    if (this.isPart) {
+      if (found.version !== this.#identity?.version) {
+        throw new StreamError(
+          "replaced",
+          `${href}: the file was replaced while it was fetched: open it again.`,
+        );
+      }
+      return;
+    }
+    this.#identity = found;
+    if ((found.bytes ?? 0) > maxBytes) throw this.#tooLarge(found.bytes ?? 0);
+    this.#isKnown = found.version !== undefined && (isKnown?.(found.version) ?? false);
+  }
+
+  #tooLarge(bytes: number): StreamError {
+    const gb = (n: number) => `${(n / 1e9).toFixed(1)} GB`;
+    const { maxBytes = maxFetchedBytes } = this.#options;
+    const name = nameAt(this.#address);
+    return new StreamError(
+      "out-of-memory",
+      `${name}: expected at most ${gb(maxBytes)}, found ${gb(bytes)}: download it, and build its ` +
+        `store with the program: isosplat build ${name}`,
+    );
+  }
+}
+
+function identityOf(headers: Headers): Identity {
+  const modified = headers.get("Last-Modified");
+  const version = [headers.get("ETag"), modified].filter((each) => each !== null).join(" ");
+  const isCoded = headers.has("Content-Encoding");
+  const length = headers.get("Content-Length");
+  return {
+    version: version || undefined,
+    modified: (modified && Date.parse(modified)) || 0,
+    bytes: length === null || isCoded ? undefined : Number(length),
+    isCoded,
+  };
+}
+
+/** The name of the file at an address. */
+export function nameAt(address: URL): string {
+  return pathAt(address).split("/").pop() || "volume";
+}
+
+/** The path of an address, decoded, without the first "/". */
+export function pathAt({ pathname }: URL): string {
+  const path = pathname.replace(/^\/+/, "");
+  try {
+    return decodeURIComponent(path);
+  } catch {
+    return path; // a % that is not a valid escape
+  }
+}
