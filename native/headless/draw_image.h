@@ -6,7 +6,8 @@
 namespace isosplat {
 
 /// Draws a picture with the renderer's current scene and camera. An OpenGL context must be current.
-/// `statistics` may be null. `smooth`: with antialiasing (Renderer::refine). Errors: as
+/// `statistics` may be null. `smooth`: with antialiasing (Renderer::refine). Large images are drawn
+/// in tiles (Renderer::begin_tiles); their samples are counted in each tile. Errors: as
 /// Renderer::draw.
 Result<Image> draw_image(Renderer& renderer, int width, int height,
                          FrameStatistics* statistics = nullptr, bool smooth = false);

@@ -18,6 +18,7 @@ struct DrawContext {
   SurfaceTargets& targets;
   Lighting& lighting;
   FrameStatistics& statistics;
+  int image_height;           ///< of the whole image, of which a tile may be drawn
   GLuint empty_vertex_array;  ///< for passes whose vertex shader only reads gl_VertexID
 };
 

@@ -58,6 +58,7 @@ Occluders::Box cluster_box(const Frame& frame, const DrawItem& item, const Sampl
 
 uint32_t DrawList::collect(const ChunkStore& chunks, const Frame& frame, double margin_cells) {
   items_.clear();
+  finest_level_ = kNoLevel;
   uint32_t culled = 0;
   for (const DrawnChunk& visible : chunks.visible()) {
     const ChunkStore::Chunk* chunk = chunks.find(visible.handle);
@@ -65,7 +66,12 @@ uint32_t DrawList::collect(const ChunkStore& chunks, const Frame& frame, double 
     const Frame::Box box = frame.box(chunk->low, chunk->high);
     const double margin = margin_cells * cells_per_cell_of_level_0(*chunk);
     const Vec3d margins{margin, margin, margin};
-    if (frame.may_see(frame.box(chunk->low - margins, chunk->high + margins))) {
+    const Frame::Box around = frame.box(chunk->low - margins, chunk->high + margins);
+    const bool is_seen = frame.may_see(around);
+    if (is_seen || frame.may_see_in_image(around)) {
+      finest_level_ = std::min(finest_level_, chunk->block.level);
+    }
+    if (is_seen) {
       items_.push_back(make_item(visible, *chunk, frame, box));
     } else {
       ++culled;
@@ -123,14 +129,6 @@ void DrawList::find_contributors(const Frame& frame) {
       visibilities_.push_back(present ? ClusterVisibility::visible : ClusterVisibility::absent);
     }
   }
-}
-
-uint32_t DrawList::finest_level() const {
-  const auto finest =
-      std::min_element(items_.begin(), items_.end(), [](const DrawItem& a, const DrawItem& b) {
-        return a.chunk->block.level < b.chunk->block.level;
-      });
-  return finest == items_.end() ? 0 : finest->chunk->block.level;
 }
 
 const DrawItem* DrawList::find(ChunkHandle handle) const {

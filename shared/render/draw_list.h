@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "shared/render/chunk_store.h"
@@ -44,8 +45,8 @@ class DrawList {
 
   const std::vector<DrawItem>& items() const { return items_; }
   const DrawItem* find(ChunkHandle handle) const;
-  /// The finest level of the items; 0 if there are none.
-  uint32_t finest_level() const;
+  /// The finest level of the chunks in the whole image; 0 if there are none.
+  uint32_t finest_level() const { return finest_level_ == kNoLevel ? 0 : finest_level_; }
 
   /// Calls draw(first, count) for each range of consecutive samples of the chunk that a subset
   /// contains.
@@ -65,6 +66,8 @@ class DrawList {
   std::vector<DrawItem> items_;
   std::vector<ClusterVisibility> visibilities_;  // of the clusters of all items
   Occluders occluders_;
+  static constexpr uint32_t kNoLevel = std::numeric_limits<uint32_t>::max();
+  uint32_t finest_level_ = kNoLevel;
 };
 
 inline bool DrawList::contains(ClusterSubset subset, ClusterVisibility visibility) {

@@ -35,20 +35,34 @@ CameraFrame turned(const CameraFrame& camera, ImageOffset offset, double focal_p
   return to;
 }
 
+/// Clip space of the whole image to that of the tile.
+Matrix4d clip_of_tile(Matrix4d clip, const ImageTile& tile) {
+  const double across = double(tile.image_width) / tile.width;
+  const double up = double(tile.image_height) / tile.height;
+  const double to_right = across - 2.0 * tile.left / tile.width - 1;
+  const double to_top = up - 2.0 * tile.bottom / tile.height - 1;
+  for (size_t column = 0; column < 16; column += 4) {
+    clip[column] = across * clip[column] + to_right * clip[column + 3];
+    clip[column + 1] = up * clip[column + 1] + to_top * clip[column + 3];
+  }
+  return clip;
+}
+
 }  // namespace
 
 Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camera& camera,
-             int width, int height, float guard_px, float max_point_px, ImageOffset offset)
+             const ImageTile& tile, float guard_px, float max_point_px, ImageOffset offset)
     : camera_(camera_frame(camera)) {
   unit_ = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
   // Pixels per radian at the middle of the image; orthographic: per unit.
-  const double world_px = 0.5 * height / camera_.half_height(1);
+  const double world_px = 0.5 * tile.image_height / camera_.half_height(1);
   const double focal_px = camera.orthographic ? world_px * unit_ : world_px;
   camera_ = turned(camera_, offset, world_px);
   spacing_ = grid.spacing * (1 / unit_);
   const BoundingSphere sphere = bounding_sphere(grid);
-  const Projection to_clip = projection(camera, sphere, sphere.centre, width, height);
-  mesh_clip_ = to_clip.clip_from_world;
+  const Projection to_clip =
+      projection(camera, sphere, sphere.centre, tile.image_width, tile.image_height);
+  mesh_clip_ = clip_of_tile(to_clip.clip_from_world, tile);
 
   // p along the axes is direction · p in the world. So dot(v, direction · p) = dot(row(v), p), and
   // a step v of the world is along(v). The two differ where the axes are not perpendicular.
@@ -81,8 +95,12 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
       camera.orthographic
           ? floats({-middle / range, 2 / range, near_plane}, far_plane)
           : floats({middle / range, -2 * far_plane * near_plane / range, near_plane}, far_plane);
-  block_.image = floats({double(width), double(height), width / (width + 2.0 * guard_px)},
-                        height / (height + 2.0 * guard_px));
+  const double width = tile.width, height = tile.height;
+  block_.image =
+      floats({width, height, width / (width + 2.0 * guard_px)}, height / (height + 2.0 * guard_px));
+  block_.tile = floats({0.5 * tile.image_width - tile.left, 0.5 * tile.image_height - tile.bottom,
+                        double(tile.left)},
+                       tile.bottom);
   block_.lens = floats({focal_px, 1 / focal_px, double(max_point_px)}, settings.splat_scale);
   block_.cell = floats(spacing_, displacement_threshold(grid.cell_edges()) / unit_);
 
@@ -90,20 +108,22 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   block_.switches[1] = settings.projected ? 1 : 0;
   block_.switches[2] = settings.displaced == Displaced::drop ? 1 : 0;
   block_.switches[3] = camera.orthographic ? 1 : 0;
+  sides_ = sides_of(tile, near_plane);
+  const ImageTile image{tile.image_width, tile.image_height};
+  image_sides_ = tile == image ? sides_ : sides_of(image, near_plane);
+}
 
-  // Normals of the frustum's sides point inwards, and need not be of unit length.
-  const double aspect = double(width) / height;
-  const auto side = [](Vec3d n, double w) { return std::array<double, 4>{n.x, n.y, n.z, w}; };
-  if (camera.orthographic) {
-    const double up = camera_.half_height(0) / unit_, across = up * aspect;
-    sides_ = {side(right_, -across), side(right_ * -1.0, -across), side(up_, -up),
-              side(up_ * -1.0, -up), side(forward_, near_plane)};
-    return;
-  }
-  const double up = camera_.tan_half_field_of_view, across = up * aspect;
-  sides_ = {side(right_ + forward_ * across, 0), side(right_ * -1.0 + forward_ * across, 0),
-            side(up_ + forward_ * up, 0), side(up_ * -1.0 + forward_ * up, 0),
-            side(forward_, near_plane)};
+Frame::Sides Frame::sides_of(const ImageTile& tile, double near_plane) const {
+  const double px = 1 / double(block_.lens[0]);
+  const double left = px * (tile.left - 0.5 * tile.image_width), right = left + px * tile.width;
+  const double low = px * (tile.bottom - 0.5 * tile.image_height), high = low + px * tile.height;
+  const auto side = [this](Vec3d normal, double offset) {
+    // Orthographic: a distance from the middle; else one per unit along the view.
+    const Vec3d n = orthographic() ? normal : normal - forward_ * offset;
+    return std::array<double, 4>{n.x, n.y, n.z, orthographic() ? offset : 0};
+  };
+  return {side(right_, left), side(right_ * -1.0, -right), side(up_, low), side(up_ * -1.0, -high),
+          std::array<double, 4>{forward_.x, forward_.y, forward_.z, near_plane}};
 }
 
 /// The planes of the settings, and those of the clip box that cut the volume.
@@ -137,8 +157,8 @@ Frame::Box Frame::box(Vec3d low_cell, Vec3d high_cell) const {
           {half.x * spacing_.x, half.y * spacing_.y, half.z * spacing_.z}};
 }
 
-bool Frame::may_see(const Box& box) const {
-  for (const auto& s : sides_) {
+bool Frame::may_see(const Box& box, const Sides& sides) const {
+  for (const auto& s : sides) {
     const Vec3d n{s[0], s[1], s[2]};
     if (dot(n, box.centre) + reach(n, box.half) < s[3]) return false;
   }

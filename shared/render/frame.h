@@ -3,6 +3,7 @@
 #include <array>
 
 #include "shared/render/accumulation.h"
+#include "shared/render/image_tile.h"
 #include "shared/render/renderer.h"
 
 namespace isosplat {
@@ -14,12 +15,13 @@ struct FrameBlock {
   std::array<std::array<float, 4>, 3> ascent;
   std::array<float, 4> depth;
   std::array<float, 4> image;
+  std::array<float, 4> tile;
   std::array<float, 4> lens;
   std::array<float, 4> cell;
   std::array<std::array<float, 4>, 12> clip_plane;
   std::array<int32_t, 4> switches;
 };
-static_assert(sizeof(FrameBlock) == 4 * (13 * 4 + 12 * 4 + 4));
+static_assert(sizeof(FrameBlock) == 4 * (14 * 4 + 12 * 4 + 4));
 
 /// The geometry of one frame. It is computed in double precision, and given to the GPU relative to
 /// the eye, so that distant origins and large volumes lose no precision near the eye.
@@ -30,9 +32,10 @@ static_assert(sizeof(FrameBlock) == 4 * (13 * 4 + 12 * 4 + 4));
 /// FrameBlock::ascent and the steps.
 class Frame {
  public:
-  /// `offset`: displacement of splats in the image. Meshes are not moved.
-  Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camera& camera, int width,
-        int height, float guard_px, float max_point_px, ImageOffset offset = {});
+  /// `camera`: shows the whole image, of which the tile is drawn. `offset`: displacement of splats
+  /// in the image. Meshes are not moved.
+  Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camera& camera,
+        const ImageTile& tile, float guard_px, float max_point_px, ImageOffset offset = {});
 
   const FrameBlock& block() const { return block_; }
   bool clipped() const { return block_.switches[0] > 0; }
@@ -50,8 +53,10 @@ class Frame {
   /// The side of a cube with the volume of a cell of level 0, in units.
   double cell_side() const { return cell_side_; }
 
-  /// Whether a part of the box may be inside the frustum and the clip planes.
-  bool may_see(const Box& box) const;
+  /// Whether a part of the box may be inside the clip planes and the frustum of the tile, or of the
+  /// whole image.
+  bool may_see(const Box& box) const { return may_see(box, sides_); }
+  bool may_see_in_image(const Box& box) const { return may_see(box, image_sides_); }
 
   /// Distance along the view of the box's nearest point.
   double nearest(const Box& box) const;
@@ -65,7 +70,12 @@ class Frame {
   std::array<float, 9> mesh_view() const;
 
  private:
+  /// Planes of a frustum: dot(xyz, p) ≥ w. The normals need not be of unit length.
+  using Sides = std::array<std::array<double, 4>, 5>;
+
   void set_clip_planes(const VolumeGrid& grid, const RenderSettings& settings);
+  Sides sides_of(const ImageTile& tile, double near_plane) const;
+  bool may_see(const Box& box, const Sides& sides) const;
 
   FrameBlock block_{};
   double unit_ = 1;
@@ -75,7 +85,7 @@ class Frame {
   Vec3d right_, up_, forward_;  // row vectors
   CameraFrame camera_;
   Matrix4d mesh_clip_;
-  std::array<std::array<double, 4>, 5> sides_;  // frustum: dot(xyz, p) ≥ w
+  Sides sides_, image_sides_;
 };
 
 }  // namespace isosplat

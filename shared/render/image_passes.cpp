@@ -31,15 +31,21 @@ Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer,
   bind_framebuffer(framebuffer, targets.width(), targets.height());
   glDisable(GL_DEPTH_TEST);
   const bool is_occluded = still && Lighting::has_occlusion(settings.light);
-  const auto linked = context.programs.compose({layers > 1, settings.eye_dome > 0, is_occluded});
+  const auto linked = context.programs.compose(
+      {layers > 1, settings.eye_dome > 0, is_occluded, is_occluded && still->whole});
   if (!linked) return tl::unexpected(linked.error());
   const GlProgram& program = **linked;
   glUseProgram(program.name());
   bind_texture(0, GL_TEXTURE_2D_ARRAY, targets.surfaces());
   bind_texture(1, GL_TEXTURE_2D_ARRAY, targets.depths());
   context.lighting.apply(program, settings);
-  Lighting::apply_edges(program, settings, targets.height());
+  Lighting::apply_edges(program, settings, context.image_height);
   if (is_occluded) Lighting::apply_occlusion(program, settings.light, *still);
+  if (is_occluded && still->whole) {
+    bind_texture(2, GL_TEXTURE_2D_ARRAY, still->whole->depths());
+    glUniform1f(program.uniform("u_whole_scale"), static_cast<float>(still->whole->height()) /
+                                                      static_cast<float>(context.image_height));
+  }
   if (layers > 1) glUniform1i(program.uniform("u_layers"), layers);
   glUniform1i(program.uniform("u_linear"), still != nullptr);
   const auto& b = settings.background;
@@ -47,6 +53,7 @@ Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer,
   glUniform4f(program.uniform("u_background"), background.x, background.y, background.z,
               std::clamp(b[3], 0.0f, 1.0f));
   draw_image_triangle(context);
+  bind_texture(2, GL_TEXTURE_2D_ARRAY, 0);
   bind_texture(1, GL_TEXTURE_2D_ARRAY, 0);
   bind_texture(0, GL_TEXTURE_2D_ARRAY, 0);
   ++context.statistics.draw_calls;
@@ -68,7 +75,7 @@ Result<void> show_lit_picture(const DrawContext& context, GLuint framebuffer) {
   bind_framebuffer(framebuffer, width, height);
   glDisable(GL_DEPTH_TEST);
   glUseProgram((*program)->name());
-  Lighting::apply_edges(**program, context.settings, height);
+  Lighting::apply_edges(**program, context.settings, context.image_height);
   bind_texture(1, GL_TEXTURE_2D_ARRAY, targets.depths());
   bind_texture(0, GL_TEXTURE_2D, targets.picture_colours());
   draw_image_triangle(context);

@@ -4,6 +4,7 @@
 
 #include "shared/render/gl_program.h"
 #include "shared/render/renderer.h"
+#include "shared/render/surface_targets.h"
 
 namespace isosplat {
 
@@ -19,6 +20,7 @@ struct StillPicture {
   int index = 0;           ///< 0 … Accumulation::kPictures − 1
   float scene_radius = 1;  ///< visible_radius(), in units of frame space
   float image_height = 1;  ///< units of the visible part of the plane at distance 1 from the eye
+  const SurfaceTargets* whole = nullptr;  ///< for a tile: the whole image, in fewer pixels
 };
 
 /// The uniforms and the colour map of shaders/light.glsl, eye_dome.glsl and occlusion.glsl.

@@ -37,8 +37,8 @@ Occluders::Bounds Occluders::bounds(const Box& box) const {
   const float nearest = std::max(centre - reach(forward, box.half), near_plane);
   const float z = std::max(centre, near_plane);
   if (is_orthographic()) {
-    return {0.5f * frame_.image[0] + focal_px * dot(box.centre, right),
-            0.5f * frame_.image[1] + focal_px * dot(box.centre, up),
+    return {frame_.tile[0] + focal_px * dot(box.centre, right),
+            frame_.tile[1] + focal_px * dot(box.centre, up),
             reach(right, box.half) * focal_px,
             reach(up, box.half) * focal_px,
             centre,
@@ -46,8 +46,8 @@ Occluders::Bounds Occluders::bounds(const Box& box) const {
   }
   const float across = dot(box.centre, right) / z, along = dot(box.centre, up) / z;
   const float px = focal_px / nearest;
-  return {0.5f * frame_.image[0] + focal_px * across,
-          0.5f * frame_.image[1] + focal_px * along,
+  return {frame_.tile[0] + focal_px * across,
+          frame_.tile[1] + focal_px * along,
           reach(right - forward * across, box.half) * px,
           reach(up - forward * along, box.half) * px,
           centre,

@@ -21,8 +21,6 @@ static_assert(KIND_EXACT == static_cast<int>(SplatKind::exact));
 static_assert(MAX_ISOSURFACES == kMaxIsosurfaces && MAX_LAYERS == kMaxIsosurfaces + 1);
 static_assert(MAX_CLIP_PLANES == kMaxClipPlanes + 6);
 
-constexpr int kMaxImageSize = 16384;
-
 }  // namespace
 
 bool operator==(const RenderSettings& a, const RenderSettings& b) {
@@ -171,7 +169,7 @@ Result<void> Renderer::set_mesh(std::span<const MeshVertex> vertices,
 
 bool Renderer::needs_redraw(int width, int height) const {
   const State& s = *state_;
-  return !s.lost && (s.dirty || width != s.drawn_width || height != s.drawn_height);
+  return !s.lost && (s.dirty || s.drawn_tile != ImageTile{width, height});
 }
 
 Result<FrameStatistics> Renderer::draw(int width, int height, uint32_t framebuffer) {
@@ -184,7 +182,7 @@ Result<FrameStatistics> Renderer::draw(int width, int height, uint32_t framebuff
             " pixels is not possible here: 1 to " +
             std::to_string(std::min(kMaxImageSize, state_->limits.offered.max_texture_size)));
   }
-  return state_->draw(width, height, framebuffer);
+  return state_->draw({width, height}, framebuffer);
 }
 
 bool Renderer::can_refine(int width, int height) const {
@@ -215,14 +213,14 @@ Result<FrameStatistics> Renderer::draw_still(int width, int height, uint32_t fra
 Result<void> Renderer::hold_picture(uint32_t framebuffer) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
-  if (s.drawn_width == 0) return fail(Status::invalid_argument, "nothing has been drawn yet");
-  return s.cross_fade.set_from(framebuffer, s.drawn_width, s.drawn_height);
+  if (s.drawn_tile.width == 0) return fail(Status::invalid_argument, "nothing has been drawn yet");
+  return s.cross_fade.set_from(framebuffer, s.drawn_tile.width, s.drawn_tile.height);
 }
 
 Result<bool> Renderer::begin_fade(uint32_t framebuffer) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
-  if (!s.cross_fade.has_from(s.drawn_width, s.drawn_height)) return false;
+  if (!s.cross_fade.has_from(s.drawn_tile.width, s.drawn_tile.height)) return false;
   s.cross_fade.set_to(framebuffer);
   if (auto ok = s.fade(0, framebuffer); !ok) return tl::unexpected(ok.error());
   return true;
@@ -239,7 +237,7 @@ Result<void> Renderer::fade(float progress, uint32_t framebuffer) {
 Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
-  if (s.drawn_width == 0) return fail(Status::invalid_argument, "nothing has been drawn yet");
+  if (s.drawn_tile.width == 0) return fail(Status::invalid_argument, "nothing has been drawn yet");
   if (auto ok = s.ensure_layers(); !ok) return tl::unexpected(ok.error());
   const VolumeGrid grid = s.grid.value_or(VolumeGrid{{2, 2, 2}});
   const double unit = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
@@ -291,7 +289,7 @@ Result<std::optional<SurfacePick>> Renderer::pick(double x, double y, int width,
 Result<void> Renderer::begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
-  if (s.dirty || s.drawn_width == 0) {
+  if (s.dirty || s.drawn_tile.width == 0) {
     return fail(Status::invalid_argument, "an occlusion query needs a picture that is up to date");
   }
   return s.begin_occlusion_query(handles, min_px);

@@ -48,6 +48,8 @@ enum class ColourMap : uint8_t { viridis, magma, cividis, turbo };
 inline constexpr int kColourMaps = 4;
 
 inline constexpr int kMaxIsosurfaces = 8;
+inline constexpr int kMaxImageSize = 16384;  ///< px, width and height
+inline constexpr int kTileMargin = 128;      ///< px; Renderer::draw_tile
 inline constexpr int kMaxClipPlanes = 6;
 
 struct Isosurface {
@@ -214,6 +216,24 @@ class Renderer {
   /// after the last refine() it costs one pass over the pixels. A browser may clear its canvas
   /// between two tasks, so a picture must be shown again to be saved. Errors: as draw().
   Result<FrameStatistics> draw_still(int width, int height, uint32_t framebuffer = 0);
+
+  /// Begins a picture of this size in tiles. Only their size, and not that of the picture, decides
+  /// about the memory that is needed. Neither volume, settings, camera nor visible chunks may
+  /// change until end_tiles(). Errors: as draw().
+  Result<void> begin_tiles(int width, int height);
+
+  /// Draws a part of the picture, from x px to the right of and y px below its upper left corner,
+  /// and reads it: RGBA, alpha not premultiplied, rows from the top, 4 × width × height bytes.
+  /// `smooth`: as draw_still() would draw the whole, else as draw() would. It differs from the
+  /// whole by no more than rounding, except in ambient occlusion and shadows: their occluders are
+  /// less exact if they are kTileMargin px away, and outside of the part. Errors: as draw(); also
+  /// invalid_argument without begin_tiles(), for a part outside of the picture, or another number
+  /// of bytes.
+  Result<FrameStatistics> draw_tile(int x, int y, int width, int height, bool smooth,
+                                    std::span<uint8_t> rgba);
+
+  /// Frees what tiles needed. The next draw() draws anew.
+  void end_tiles();
 
   /// Copies the picture in the framebuffer, so that a later draw() can fade from it. Call it in the
   /// same task as the draw() or refine() that made the picture. Errors: gl_error, invalid_argument

@@ -38,6 +38,9 @@ void Renderer::State::abandon_gl_objects() {
   mesh.abandon();
   programs.abandon();
   targets.abandon();
+  whole_image.abandon();
+  tile_picture.abandon();
+  tiled_image = {};
   lighting.abandon();
   splat_passes.abandon();
   accumulation.abandon();
@@ -86,8 +89,8 @@ void Renderer::State::assign_layers() {
   }
 }
 
-Result<void> Renderer::State::prepare_targets(int width, int height) {
-  if (auto ok = targets.prepare(width, height, layers.count); !ok) return ok;
+Result<void> Renderer::State::prepare_targets() {
+  if (auto ok = targets.prepare(tile.width, tile.height, layers.count); !ok) return ok;
   return lit ? targets.prepare_picture() : Result<void>();
 }
 
@@ -119,22 +122,23 @@ void Renderer::State::clear_targets() {
   }
 }
 
-Frame Renderer::State::make_frame(int width, int height, ImageOffset offset) const {
-  return {grid ? *grid : kNoVolume,      settings, camera, width, height, limits.guard_px,
+Frame Renderer::State::make_frame(ImageOffset offset) const {
+  return {grid ? *grid : kNoVolume,      settings, camera, tile, limits.guard_px,
           limits.offered.max_point_size, offset};
 }
 
 /// Draws all surfaces into layers, or with `light_directly` into the lit picture.
-Result<void> Renderer::State::draw_surfaces(int width, int height, ImageOffset offset,
+Result<void> Renderer::State::draw_surfaces(const ImageTile& part, ImageOffset offset,
                                             bool light_directly, SmoothSizes sizes) {
+  tile = part;
   lit = light_directly;
   statistics = FrameStatistics{};
   programs.reset_linked_count();
   assign_layers();
-  if (auto ok = prepare_targets(width, height); !ok) return ok;
+  if (auto ok = prepare_targets(); !ok) return ok;
 
   programs.set_orthographic(camera.orthographic);
-  const Frame frame = make_frame(width, height, offset);
+  const Frame frame = make_frame(offset);
   glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
   glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(FrameBlock), &frame.block());
   statistics.chunks_culled = splat_passes.collect(chunks, frame, has_smooth_normals() ? 1 : 0);
@@ -208,14 +212,13 @@ Result<FrameStatistics> Renderer::State::finish_frame() {
   statistics.samples_resident = chunks.buffers().samples();
   statistics.gpu_bytes = chunks.buffers().bytes() + targets.bytes() + splat_passes.bytes() +
                          accumulation.sums().bytes() + cross_fade.bytes() + mesh.bytes();
-  drawn_width = targets.width();
-  drawn_height = targets.height();
+  drawn_tile = tile;
   dirty = false;
   return statistics;
 }
 
-Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint framebuffer) {
-  if (auto ok = draw_surfaces(width, height, {}, can_light_directly()); !ok) {
+Result<FrameStatistics> Renderer::State::draw(const ImageTile& part, GLuint framebuffer) {
+  if (auto ok = draw_surfaces(part, {}, can_light_directly()); !ok) {
     return tl::unexpected(ok.error());
   }
   const auto shown = lit ? show_lit_picture(context(), framebuffer)
@@ -227,7 +230,7 @@ Result<FrameStatistics> Renderer::State::draw(int width, int height, GLuint fram
 
 Result<void> Renderer::State::ensure_layers() {
   if (!lit) return {};
-  return draw_surfaces(drawn_width, drawn_height, {}, /*light_directly=*/false);
+  return draw_surfaces(drawn_tile, {}, /*light_directly=*/false);
 }
 
 Result<void> Renderer::State::accumulate_picture() {
@@ -242,6 +245,7 @@ Result<void> Renderer::State::accumulate_picture() {
   const double half_height = camera_frame(camera).half_height(1);
   still.image_height = static_cast<float>(
       2 * (camera.orthographic ? half_height / unit_of_frame_space(shown) : half_height));
+  if (tile != ImageTile{tile.image_width, tile.image_height}) still.whole = &whole_image;
   auto composed = compose(context(), layers.count, accumulation.sums().framebuffer(), &still);
   glDisable(GL_BLEND);
   if (composed) accumulation.picture_added();
@@ -251,20 +255,18 @@ Result<void> Renderer::State::accumulate_picture() {
 Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
   if (accumulation.pictures() == 0) {
     // The first picture of the mean is that of the layers as draw() has left them.
-    if (auto ok = accumulation.begin(drawn_width, drawn_height); !ok) {
+    if (auto ok = accumulation.begin(drawn_tile.width, drawn_tile.height); !ok) {
       return tl::unexpected(ok.error());
     }
     if (auto ok = ensure_layers(); !ok) return tl::unexpected(ok.error());
     if (has_smooth_normals()) {
-      const Frame frame = make_frame(drawn_width, drawn_height, {});
+      const Frame frame = make_frame({});
       if (auto ok = smooth_normals(frame, kStillSmooth); !ok) return tl::unexpected(ok.error());
     }
     if (auto ok = accumulate_picture(); !ok) return tl::unexpected(ok.error());
   }
   const ImageOffset offset = Accumulation::offset(accumulation.pictures());
-  if (auto ok =
-          draw_surfaces(drawn_width, drawn_height, offset, /*light_directly=*/false, kStillSmooth);
-      !ok) {
+  if (auto ok = draw_surfaces(drawn_tile, offset, /*light_directly=*/false, kStillSmooth); !ok) {
     return tl::unexpected(ok.error());
   }
   if (auto ok = accumulate_picture(); !ok) return tl::unexpected(ok.error());
@@ -284,7 +286,8 @@ Result<FrameStatistics> Renderer::State::show_mean(GLuint framebuffer) {
 }
 
 Result<void> Renderer::State::fade(float progress, GLuint framebuffer) {
-  return show_fade(context(), cross_fade, progress, drawn_width, drawn_height, framebuffer);
+  return show_fade(context(), cross_fade, progress, drawn_tile.width, drawn_tile.height,
+                   framebuffer);
 }
 
 Result<void> Renderer::State::begin_occlusion_query(std::span<const ChunkHandle> handles,

@@ -9,6 +9,8 @@
 #include "shared/render/chunk_store.h"
 #include "shared/render/cross_fade.h"
 #include "shared/render/draw_context.h"
+#include "shared/render/image_target.h"
+#include "shared/render/image_tile.h"
 #include "shared/render/occlusion_query.h"
 #include "shared/render/renderer.h"
 #include "shared/render/splat_passes.h"
@@ -27,9 +29,10 @@ struct Renderer::State {
   float max_point_size = 1;
   GlLimits limits;
   bool lost = false;
-  bool dirty = true;  // the next draw would differ from the last one
-  int drawn_width = 0, drawn_height = 0;
-  bool lit = false;  // the last draw made a lit picture and depths, but no surface pixels
+  bool dirty = true;     // the next draw would differ from the last one
+  ImageTile tile;        // of the frame that is being drawn
+  ImageTile drawn_tile;  // of the last finished frame; at first of no size
+  bool lit = false;      // the last draw made a lit picture and depths, but no surface pixels
 
   std::optional<VolumeGrid> grid;
   ValueMapping mapping;
@@ -40,6 +43,9 @@ struct Renderer::State {
   TriangleMesh mesh;
   ShaderPrograms programs;
   SurfaceTargets targets;
+  SurfaceTargets whole_image;  // in few pixels, with the depths around a tile
+  ImageTarget tile_picture{GL_RGBA8, "for a part"};
+  ImageTile tiled_image;  // since begin_tiles(); at first of no size
   Lighting lighting;
   SplatPasses splat_passes;
   LayerAssignment layers;  // of the last draw
@@ -60,8 +66,11 @@ struct Renderer::State {
   void abandon_gl_objects();
 
   Result<void> warm_up(GLuint framebuffer);
-  Result<FrameStatistics> draw(int width, int height, GLuint framebuffer);
+  Result<FrameStatistics> draw(const ImageTile& part, GLuint framebuffer);
   Result<FrameStatistics> refine(GLuint framebuffer);
+  Result<void> begin_tiles(int width, int height);
+  Result<FrameStatistics> draw_tile(const ImageTile& part, bool smooth, std::span<uint8_t> rgba);
+  void end_tiles();
   Result<FrameStatistics> show_mean(GLuint framebuffer);
   Result<void> fade(float progress, GLuint framebuffer);
   /// Draws the last picture's surface pixels, unless the last draw has done so.
@@ -69,19 +78,20 @@ struct Renderer::State {
   Result<void> begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px);
 
   DrawContext context() {
-    return {settings, limits, programs, targets, lighting, statistics, empty_vertex_array};
+    return {settings, limits,     programs,          targets,
+            lighting, statistics, tile.image_height, empty_vertex_array};
   }
 
  private:
   bool can_light_directly() const;
   size_t surface_count() const;
   void assign_layers();
-  Frame make_frame(int width, int height, ImageOffset offset) const;
-  Result<void> draw_surfaces(int width, int height, ImageOffset offset, bool light_directly,
+  Frame make_frame(ImageOffset offset) const;
+  Result<void> draw_surfaces(const ImageTile& part, ImageOffset offset, bool light_directly,
                              SmoothSizes sizes = kDrawnSmooth);
   bool has_smooth_normals() const;
   Result<void> smooth_normals(const Frame& frame, SmoothSizes sizes);
-  Result<void> prepare_targets(int width, int height);
+  Result<void> prepare_targets();
   Result<void> draw_splats(const Frame& frame);
   void clear_targets();
   Result<void> draw_mesh(const Frame& frame);

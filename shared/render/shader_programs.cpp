@@ -163,6 +163,7 @@ GlProgram ShaderPrograms::start(ComposeVariant variant) const {
     return start_image(defines, {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
                                  "depths.glsl", "eye_dome.glsl", "compose.frag.glsl"});
   }
+  if (variant.tile) defines += "#define TILE\n";
   return start_image(defines + "#define STILL\n",
                      {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl", "depths.glsl",
                       "eye_dome.glsl", "occlusion.glsl", "compose.frag.glsl"});
@@ -199,6 +200,7 @@ Result<const GlProgram*> ShaderPrograms::finish(Image& image) {
   glUniform1i(program.uniform("u_to"), 1);
   glUniform1i(program.uniform("u_surfaces"), 0);
   glUniform1i(program.uniform("u_depths"), 1);
+  glUniform1i(program.uniform("u_whole_depths"), 2);
   glUniform1i(program.uniform("u_colour_map"), 3);
   image.is_ready = true;
   ++linked_count_;

@@ -35,6 +35,7 @@ struct ComposeVariant {
   bool several_layers = false;
   bool eye_dome = false;
   bool still = false;  ///< ambient occlusion and shadows; writes linear colours
+  bool tile = false;   ///< still: reads depths of the whole image where the tile has none
 };
 
 /// Other passes over the whole image, and those of the mesh.
@@ -100,7 +101,7 @@ class ShaderPrograms {
   struct Set {
     std::array<Splat, kSplatPasses * 8> splats;
     std::array<Image, kImagePasses> images;
-    std::array<Image, 8> composes;
+    std::array<Image, 16> composes;
     bool is_started = false;
 
     bool is_used() const;
@@ -112,8 +113,8 @@ class ShaderPrograms {
   Splat& slot(SplatVariant variant);
   Image& slot(ImagePass pass) { return current().images[static_cast<size_t>(pass)]; }
   Image& slot(ComposeVariant variant) {
-    return current().composes[(variant.still ? 4u : 0u) + (variant.several_layers ? 2u : 0u) +
-                              (variant.eye_dome ? 1u : 0u)];
+    return current().composes[(variant.tile ? 8u : 0u) + (variant.still ? 4u : 0u) +
+                              (variant.several_layers ? 2u : 0u) + (variant.eye_dome ? 1u : 0u)];
   }
   void start_splats();
   GlProgram start(SplatVariant variant) const;

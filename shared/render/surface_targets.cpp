@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace isosplat {
 namespace {
@@ -66,6 +67,18 @@ Result<void> SurfaceTargets::prepare_picture() {
   glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depths_, 0, 0);
   bytes_ += uint64_t(width_) * uint64_t(height_) * 4;
   return check_complete("pictures");
+}
+
+void SurfaceTargets::swap(SurfaceTargets& other) {
+  std::swap(width_, other.width_);
+  std::swap(height_, other.height_);
+  std::swap(layers_, other.layers_);
+  std::swap(surfaces_, other.surfaces_);
+  std::swap(depths_, other.depths_);
+  std::swap(framebuffers_, other.framebuffers_);
+  std::swap(picture_, other.picture_);
+  std::swap(picture_framebuffer_, other.picture_framebuffer_);
+  std::swap(bytes_, other.bytes_);
 }
 
 void SurfaceTargets::release() {

@@ -40,6 +40,7 @@ class SurfaceTargets {
   int height() const { return height_; }
   uint64_t bytes() const { return bytes_; }
 
+  void swap(SurfaceTargets& other);
   void release();
   void abandon();
 

@@ -376,6 +376,24 @@ IsosplatStatus isosplat_renderer_draw_still(int32_t width, int32_t height,
   return renderer ? report_drawn(renderer->draw_still(width, height), statistics) : no_renderer();
 }
 
+IsosplatStatus isosplat_renderer_begin_tiles(int32_t width, int32_t height) {
+  Renderer* renderer = current();
+  return renderer ? status_of(renderer->begin_tiles(width, height)) : no_renderer();
+}
+
+IsosplatStatus isosplat_renderer_draw_tile(int32_t x, int32_t y, int32_t width, int32_t height,
+                                           uint8_t* rgba) {
+  Renderer* renderer = current();
+  if (!renderer) return no_renderer();
+  const size_t bytes = 4 * static_cast<size_t>(width) * static_cast<size_t>(height);
+  return report_drawn(
+      renderer->draw_tile(x, y, width, height, /*smooth=*/true, std::span(rgba, bytes)), nullptr);
+}
+
+void isosplat_renderer_end_tiles() {
+  if (state().renderer) state().renderer->end_tiles();
+}
+
 IsosplatStatus isosplat_renderer_hold_picture() {
   Renderer* renderer = current();
   return renderer ? status_of(renderer->hold_picture()) : no_renderer();

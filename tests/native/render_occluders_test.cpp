@@ -72,6 +72,7 @@ FrameBlock frame_along_z() {
   frame.forward = {0, 0, 1, 0};
   frame.depth = {0, 0, 1, 1000};
   frame.image = {256, 256, 1, 1};
+  frame.tile = {128, 128, 0, 0};
   frame.lens = {256, 1.0f / 256, 64, 1};
   return frame;
 }

@@ -67,6 +67,15 @@ interface Exports extends CoreModule {
   _isosplat_renderer_can_refine(width: number, height: number): number;
   _isosplat_renderer_refine(width: number, height: number, statistics: number): number;
   _isosplat_renderer_draw_still(width: number, height: number, statistics: number): number;
+  _isosplat_renderer_begin_tiles(width: number, height: number): number;
+  _isosplat_renderer_draw_tile(
+    x: number,
+    y: number,
+    width: number,
+    height: number,
+    rgba: number,
+  ): number;
+  _isosplat_renderer_end_tiles(): void;
   _isosplat_renderer_hold_picture(): number;
   _isosplat_renderer_begin_fade(hasBegun: number): number;
   _isosplat_renderer_fade(progress: number): number;
@@ -419,6 +428,23 @@ export class RendererModule {
   drawStill(width: number, height: number): DrawStatistics {
     this.#check(this.#exports._isosplat_renderer_draw_still(width, height, this.#scratch));
     return this.#readStatistics();
+  }
+
+  /** Begins a picture of this size in tiles. Nothing else may change or be drawn until endTiles(). */
+  beginTiles(width: number, height: number): void {
+    this.#check(this.#exports._isosplat_renderer_begin_tiles(width, height));
+  }
+
+  /** A part of the picture as RGBA, alpha not premultiplied, rows from the top. */
+  drawTile(x: number, y: number, width: number, height: number): Uint8ClampedArray<ArrayBuffer> {
+    const bytes = 4 * width * height;
+    const pointer = this.#reserve(bytes);
+    this.#check(this.#exports._isosplat_renderer_draw_tile(x, y, width, height, pointer));
+    return new Uint8ClampedArray(this.#exports.HEAPU8.slice(pointer, pointer + bytes).buffer);
+  }
+
+  endTiles(): void {
+    this.#exports._isosplat_renderer_end_tiles();
   }
 
   /**

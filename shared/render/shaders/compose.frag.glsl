@@ -24,7 +24,7 @@ vec4 shade(ivec2 at, int layer, float depth) {
   vec3 position = position_at(gl_FragCoord.xy, z);
   vec3 facing = dot(normal, to_eye) < 0.0 ? -normal : normal;
   // The pictures' offsets are spread evenly: pixels differ by less than the space between two of them.
-  vec2 noise = fract(interleaved_noise(gl_FragCoord.xy) / STILL_PICTURES + u_sample.xy);
+  vec2 noise = fract(interleaved_noise(gl_FragCoord.xy + u_tile.zw) / STILL_PICTURES + u_sample.xy);
   for (int turn = u_ambient.x > 0.0 ? 0 : 1; turn < 1; ++turn) {
     float albedo = min(dot(base, vec3(0.2126, 0.7152, 0.0722)), 0.9);
     float seen = openness(position, facing, to_eye, layer, noise);

@@ -14,6 +14,8 @@ layout(std140) uniform Frame {
   mat3 u_ascent;          // transforms a gradient, a row vector, into a vector; symmetric
   vec4 u_depth;           // x, y: depth in [-1, 1] is x + y / z, orthographic x + y z; z, w: near and far plane
   vec4 u_image;           // x, y: width and height in px; z, w: image size / viewport size with guard band
+  vec4 u_tile;            // x, y: middle of the whole image, of which a tile may be drawn; z, w: lower left
+                          // corner of the tile in it; in px
   vec4 u_lens;            // x: focal length in px, orthographic px per unit; y: 1 / x; z: largest point in px;
                           // w: splat scale
   vec4 u_cell;            // xyz: edges of a cell of level 0; w: half its longest diagonal
@@ -35,7 +37,7 @@ vec3 ray_to(vec3 e, float z) { return u_step_forward.xyz; }
 vec2 aside_of(vec3 e, float z) { return vec2(0.0); }
 // The point on the ray through an image position, at this distance.
 vec3 point_at(vec2 px, float z) {
-  vec2 across = (px - 0.5 * u_image.xy) * u_lens.y;
+  vec2 across = (px - u_tile.xy) * u_lens.y;
   return u_step_forward.xyz * z + u_step_right.xyz * across.x + u_step_up.xyz * across.y;
 }
 // The change of this point per unit along the view.
@@ -51,14 +53,14 @@ float distance_of(float depth) { return u_depth.y / (2.0 * depth - 1.0 - u_depth
 vec3 ray_to(vec3 e, float z) { return e / z; }
 vec2 aside_of(vec3 e, float z) { return vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) / z; }
 vec3 ray_at(vec2 px) {
-  vec2 slope = (px - 0.5 * u_image.xy) * u_lens.y;
+  vec2 slope = (px - u_tile.xy) * u_lens.y;
   return u_step_forward.xyz + u_step_right.xyz * slope.x + u_step_up.xyz * slope.y;
 }
 vec3 point_at(vec2 px, float z) { return ray_at(px) * z; }
 vec3 to_eye_from(vec3 e) {
   return normalize(-vec3(dot(e, u_right.xyz), dot(e, u_up.xyz), -dot(e, u_forward.xyz)));
 }
-vec3 eye_from(vec2 px) { return normalize(vec3((0.5 * u_image.xy - px) * u_lens.y, 1.0)); }
+vec3 eye_from(vec2 px) { return normalize(vec3((u_tile.xy - px) * u_lens.y, 1.0)); }
 float log_distance(float z) { return log2(z); }
 #endif
 
@@ -83,7 +85,7 @@ vec3 ascent_of(vec3 gradient) {
 
 // The image position of a point at distance z along the view.
 vec2 to_px(vec3 e, float z) {
-  return 0.5 * u_image.xy + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_lens.x / w_at(z));
+  return u_tile.xy + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_lens.x / w_at(z));
 }
 
 // Half the extent in px of a box with centre e and half sizes h. Conservative: never too small.
@@ -98,14 +100,14 @@ vec2 half_extent_px(vec3 e, vec3 h, float z) {
 // Whether a box is completely outside of the frustum's sides. Its bounding rectangle in the image does
 // not show this for boxes beside the eye: the near plane cuts them, and the rectangle spans the image.
 bool is_beside(vec3 e, vec3 h) {
-  vec2 slope = 0.5 * u_image.xy * u_lens.y;
+  vec2 least = -u_tile.xy * u_lens.y, most = (u_image.xy - u_tile.xy) * u_lens.y;
 #ifdef ORTHOGRAPHIC
-  vec2 from_middle = abs(vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)));
+  vec2 at = vec2(dot(e, u_right.xyz), dot(e, u_up.xyz));
   vec2 extent = vec2(dot(abs(u_right.xyz), h), dot(abs(u_up.xyz), h));
-  return any(greaterThan(from_middle, slope + extent));
+  return any(lessThan(at + extent, least)) || any(greaterThan(at - extent, most));
 #else
-  vec3 right = u_right.xyz + u_forward.xyz * slope.x, left = u_forward.xyz * slope.x - u_right.xyz;
-  vec3 up = u_up.xyz + u_forward.xyz * slope.y, down = u_forward.xyz * slope.y - u_up.xyz;
+  vec3 right = u_right.xyz - u_forward.xyz * least.x, left = u_forward.xyz * most.x - u_right.xyz;
+  vec3 up = u_up.xyz - u_forward.xyz * least.y, down = u_forward.xyz * most.y - u_up.xyz;
   vec4 reach = vec4(dot(e, right) + dot(abs(right), h), dot(e, left) + dot(abs(left), h),
                     dot(e, up) + dot(abs(up), h), dot(e, down) + dot(abs(down), h));
   return any(lessThan(reach, vec4(0.0)));

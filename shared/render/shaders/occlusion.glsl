@@ -12,13 +12,35 @@ const float kHalfPi = 1.57079633;
 float interleaved_noise(vec2 px) { return fract(52.9829189 * fract(dot(px, vec2(0.06711056, 0.00583715)))); }
 
 // The position of the surface in a pixel, in the camera's frame.
-vec3 position_at(vec2 px, float z) { return vec3((px - 0.5 * u_image.xy) * (u_lens.y * w_at(z)), -z); }
+vec3 position_at(vec2 px, float z) { return vec3((px - u_tile.xy) * (u_lens.y * w_at(z)), -z); }
+
+#ifdef TILE
+// Depths of the whole image, for what is beyond the tile: u_whole_scale of its pixels per pixel.
+uniform highp sampler2DArray u_whole_depths;
+uniform float u_whole_scale;
+
+bool find_beyond_tile(vec2 px, int layer, out vec3 position) {
+  vec2 size = vec2(textureSize(u_whole_depths, 0).xy), middle = 0.5 * size;
+  vec2 at = middle + (px - u_tile.xy) * u_whole_scale;
+  position = vec3(0.0);
+  if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, size))) return false;
+  float depth = texelFetch(u_whole_depths, ivec3(at, layer), 0).x;
+  position = position_at(u_tile.xy + (floor(at) + 0.5 - middle) / u_whole_scale, distance_of(depth));
+  return depth < 1.0;
+}
+#endif
 
 // Of the surface in the pixel that contains this place; false where there is none. There is none
 // outside of the image: repeating its edge would darken it.
 bool find_surface(vec2 px, int layer, out vec3 position) {
   position = vec3(0.0);
-  if (any(lessThan(px, vec2(0.0))) || any(greaterThanEqual(px, u_image.xy))) return false;
+  if (any(lessThan(px, vec2(0.0))) || any(greaterThanEqual(px, u_image.xy))) {
+#ifdef TILE
+    return find_beyond_tile(px, layer, position);
+#else
+    return false;
+#endif
+  }
   float depth = texelFetch(u_depths, ivec3(px, layer), 0).x;
   position = position_at(floor(px) + 0.5, distance_of(depth));
   return depth < 1.0;
@@ -104,7 +126,7 @@ float key_arrives(vec3 position, vec3 normal, int layer, float offset) {
     float way = 2.0 * px + t * t * length_of_ray;
     vec3 p = from + way * to_light;
     vec3 there;
-    if (find_surface(0.5 * u_image.xy + p.xy * (u_lens.x / w_at(-p.z)), layer, there)) {
+    if (find_surface(u_tile.xy + p.xy * (u_lens.x / w_at(-p.z)), layer, there)) {
       float clearance = p.z - there.z;  // positive: the ray is in front of the surface
       float height = clearance * across / (0.5 * u_shadow.y * way);
       // What is far in front of the ray does not reach back to it, and the light's reach ends softly.

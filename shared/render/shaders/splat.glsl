@@ -223,7 +223,7 @@ vec4 bounds_px(vec3 e, vec3 h) {
     low = min(low, (middle.xy - reach.xy) / w_at(u_depth.z));
     high = max(high, (middle.xy + reach.xy) / w_at(u_depth.z));
   }
-  return 0.5 * u_image.xyxy + u_lens.x * vec4(low, high);
+  return u_tile.xyxy + u_lens.x * vec4(low, high);
 }
 #endif
 
