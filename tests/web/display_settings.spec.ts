@@ -1,4 +1,4 @@
-// The isovalue that moves by itself, and what ends it.
+// The isovalue that moves by itself, and what ends it; the first isovalue of another store.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { DisplaySettings } from "../../web/page/display_settings.ts";
 import type { StoreInfo } from "../../web/stream/index.ts";
@@ -29,4 +29,24 @@ it.each([
 ])("ends when %s", (_when, change) => {
   change();
   expect(settings.state.isSweeping).toBe(false);
+});
+
+const suggesting = (isovalue: number) =>
+  ({ ...info, metadata: { suggested_isovalues: [isovalue] } }) as unknown as StoreInfo;
+
+it("shows the suggestion of another store in place of that of the first one", () => {
+  settings = new DisplaySettings(viewer, { background: "#ffffff" }, () => {});
+  settings.opened(suggesting(20));
+  settings.actions.changeSurface(0, { colour: "#c65b4e" });
+  expect(settings.hasSuggested).toBe(true);
+  settings.opened(suggesting(30));
+  expect(settings.surfaces).toEqual([{ isovalue: 30, colour: "#c65b4e", opacity: 1 }]);
+});
+
+it("keeps an isovalue that was chosen", () => {
+  settings = new DisplaySettings(viewer, { background: "#ffffff" }, () => {});
+  settings.opened(suggesting(20));
+  settings.actions.slide(25);
+  settings.opened(suggesting(30));
+  expect(settings.surfaces[0]?.isovalue).toBe(25);
 });

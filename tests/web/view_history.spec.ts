@@ -18,6 +18,14 @@ it("goes back and forth through the views at rest", () => {
   expect([history.undo(), history.undo()]).toEqual([2, 1]);
 });
 
+it("takes no step to a view that replaces the present one", () => {
+  const history = new ViewHistory<number>();
+  for (const view of [1, 2]) history.rested(String(view), view);
+  history.replacePresent();
+  history.rested("3", 3);
+  expect([history.undo(), history.undo(), history.redo()]).toEqual([1, undefined, 3]);
+});
+
 it("keeps the last hundred", () => {
   const history = new ViewHistory<number>();
   for (let view = 0; view < 500; ++view) history.rested(String(view), view);

@@ -2,6 +2,7 @@ import type { BuildStoreOptions, BuiltStore, VolumeDescription } from "../builde
 import type { VolumeCandidate } from "../import/index.ts";
 import { filesKey, type InputFile } from "./files.ts";
 import { bytesOf, type RawLayout } from "./raw_guess.ts";
+import { leastReduced, reducedVolume } from "./reduced_volume.ts";
 
 export type { VolumeCandidate } from "../import/index.ts";
 
@@ -15,8 +16,18 @@ export interface ReadableVolume {
   key: string;
   /** Builds the store in workers; once. Rejects with a CoreError or the signal's reason. */
   build(options: BuildStoreOptions): Promise<BuiltStore>;
+  /**
+   * Builds the store of a reduced copy, also while the store of the volume is built. Undefined for a
+   * volume that is small itself. Rejects as `build` does.
+   */
+  buildReduced(signal: AbortSignal): Promise<ReducedStore | undefined>;
   /** Ends the worker of a volume that is not built. */
   close(): void;
+}
+
+/** The store of a reduced copy of a volume. */
+export interface ReducedStore extends BuiltStore {
+  voxels: VolumeDescription["voxels"];
 }
 
 /** The volumes among files, the largest first. */
@@ -47,6 +58,23 @@ export async function openVolume(
     return file;
   };
   const volume = await open(files, { path, signal, findFile: find, ...layout });
+  const buildReduced = async (cancel: AbortSignal): Promise<ReducedStore | undefined> => {
+    const [x, y, z] = volume.description.voxels;
+    if (x * y * z < leastReduced) return undefined;
+    // A worker of its own: the other one directs the build.
+    const copy = await open(all, { path, signal: cancel, ...layout });
+    try {
+      const { description, voxels } = await reducedVolume(volume.description, (slice) => {
+        cancel.throwIfAborted();
+        return copy.readSlices(slice, 1);
+      });
+      const { buildStore } = await import("../builder/index.ts");
+      const built = await buildStore(description, voxels, { workers: 1, signal: cancel });
+      return { ...built, voxels: description.voxels };
+    } finally {
+      copy.close();
+    }
+  };
   const parts = new Set(volume.files);
   const used = all.filter((file) => parts.has(file.path));
   return {
@@ -55,6 +83,7 @@ export async function openVolume(
     voxelBytes: volume.voxelBytes,
     key: await filesKey(used.length > 0 ? used : all, { path, layout }),
     build: (options) => volume.build(options),
+    buildReduced,
     close: () => volume.close(),
   };
 }

@@ -23,13 +23,13 @@ import { StreamError } from "../stream/index.ts";
 import { beginsAsStore } from "../stream/transfer.ts";
 import { chooseVolume } from "./choose_volume.ts";
 import { DeviceSection } from "./device_section.ts";
-import { deviceAddress, deviceTarget } from "./device_target.ts";
+import { formatDims } from "./format.ts";
 import { addressIn } from "./open_target.ts";
 import { askRawLayout } from "./raw_dialog.ts";
-import { SaveButton } from "./save_button.ts";
+import { ShownVolume } from "./shown_volume.ts";
 import { Task } from "./task_card.ts";
 import { readUrl } from "./url_state.ts";
-import { VolumePage } from "./volume_page.ts";
+import type { VolumePage } from "./volume_page.ts";
 
 /** Where files were fetched. */
 interface Origin {
@@ -49,15 +49,15 @@ const headerBytes = 4096;
  * builds stores of others, and keeps what was built.
  */
 export class DeviceFiles {
-  #root: HTMLElement;
-  #page: VolumePage | undefined;
+  readonly #shown: ShownVolume;
   readonly section: DeviceSection;
   #task: Task | undefined;
+  /** Ends the preview of a volume. */
+  #previewing: AbortController | undefined;
 
   /** `page`: the volume that is shown, if one is. */
   constructor(root: HTMLElement, page?: VolumePage) {
-    this.#root = root;
-    this.#page = page;
+    this.#shown = new ShownVolume(root, page);
     this.section = new DeviceSection({
       take: (files) => void this.#take(Promise.resolve(listedFiles(files))),
     });
@@ -65,8 +65,6 @@ export class DeviceFiles {
       if (clipboardData?.files.length) void this.#take(transferredFiles(clipboardData));
     });
     this.#listenToDrops();
-    // A volume that was opened without loading the page again.
-    window.addEventListener("popstate", () => location.reload());
   }
 
   #listenToDrops(): void {
@@ -93,7 +91,7 @@ export class DeviceFiles {
   /** Opens a store of the list. Resolves to false if it is not on this device. */
   async openKept(id: string): Promise<boolean> {
     const found = await keptBlob(id);
-    if (found) this.#show(found.store, found.blob);
+    if (found) this.#shown.show(found.store, found.blob);
     return found !== undefined;
   }
 
@@ -139,18 +137,21 @@ export class DeviceFiles {
   async #run(title: string, work: (task: Task) => Promise<void>): Promise<void> {
     if (this.#task?.isRunning) return; // its card says what it is doing
     this.#task?.close(); // its card may still show an error
+    this.#previewing?.abort();
     const task = new Task(title);
     this.#task = task;
-    const before = this.#page;
+    const before = this.#shown.page;
     try {
       await work(task);
       if (task.isRunning) task.close();
     } catch (error) {
       const text = error instanceof Error ? error.message : String(error);
-      const cut = this.#page === before ? hostCutOff() : undefined;
+      const cut = this.#shown.page === before ? hostCutOff() : undefined;
       if (cut) task.fail(`${task.signal.aborted ? "Cancelled." : text} ${reloadFor(cut)}`);
-      else if (task.signal.aborted) task.close();
-      else task.fail(text);
+      else if (task.signal.aborted) {
+        task.close();
+        this.#shown.leaveProvisional();
+      } else task.fail(text);
     }
   }
 
@@ -195,10 +196,12 @@ export class DeviceFiles {
       const known = (await keptStores()).find(({ filesKey }) => filesKey === key);
       if (known) return this.#openHeld(known.contentId, place);
       task.shows(`Building ${name}`, "starting");
+      const preview = this.#preview(volume, signal, place);
       const { store: blob, report } = await volume.build({
         signal,
         progress: (progress) => task.progress(progress, volume.voxelBytes),
       });
+      preview.abort();
       const store: KeptStore = {
         contentId: report.contentId,
         name,
@@ -223,27 +226,38 @@ export class DeviceFiles {
     });
   }
 
+  /**
+   * Shows a reduced copy of a volume that is being built. It stays where the build fails: the volume
+   * may be too large for the browser. Abort it when the store is complete.
+   */
+  #preview(volume: ReadableVolume, cancel: AbortSignal, { address }: Place): AbortController {
+    const ending = new AbortController();
+    this.#previewing = ending;
+    cancel.addEventListener("abort", () => ending.abort());
+    const { key, description } = volume;
+    volume.buildReduced(ending.signal).then(
+      (reduced) => {
+        if (!reduced || ending.signal.aborted) return;
+        const { store, report, voxels } = reduced;
+        const { contentId } = report;
+        const { name } = description;
+        this.#shown.openProvisional(
+          { contentId, name, bytes: store.size, filesKey: key, keptAt: Date.now() },
+          store,
+          `Preview: ${formatDims(voxels)} of ${formatDims(description.voxels)} voxels`,
+          { keepsAddress: address !== undefined },
+        );
+      },
+      () => {}, // the build reports what is wrong with the volume
+    );
+    return ending;
+  }
+
   /** The address bar keeps the address of a volume that was fetched: others can open it as well. */
   async #openHeld(id: string, { address }: Place = {}): Promise<void> {
     const found = await keptBlob(id);
     if (!found) throw new Error("the store was removed from this device: open its file again");
-    if (!address) history.pushState(null, "", `${location.pathname}?src=${deviceAddress}${id}`);
-    this.#show(found.store, found.blob);
-  }
-
-  /** Shows a store in place of what the page has shown. */
-  #show(store: KeptStore, blob: Blob): void {
-    this.#page?.close();
-    // What was shown may still change its own elements.
-    const root = document.createElement("div");
-    root.id = this.#root.id;
-    this.#root.replaceWith(root);
-    this.#root = root;
-    const page = new VolumePage(root, deviceTarget(store, blob));
-    this.#page = page;
-    page.tools = new SaveButton(store, blob, () => page.info).element;
-    void page.firstContent.then(() => page.loadOverlay());
-    void import("./components.ts");
+    this.#shown.open(found.store, found.blob, { keepsAddress: address !== undefined });
   }
 }
 

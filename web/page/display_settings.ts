@@ -37,6 +37,8 @@ export class DisplaySettings {
   #scale: IsovalueScale = { low: 0, high: 1, step: 0.01 };
   #suggestions: readonly number[] = [];
   #surfaces: readonly Surface[];
+  /** The isovalue that a volume's first suggestion has set. */
+  #suggested: number | undefined;
   /** The surface that the slider and the keys change. */
   #active = 0;
   #look: Look;
@@ -79,9 +81,14 @@ export class DisplaySettings {
     return this.#surfaces;
   }
 
+  /** There is one isovalue, which a store has suggested: the visitor has not chosen it. */
+  get hasSuggested(): boolean {
+    return this.#surfaces.length === 1 && this.#surfaces[0]?.isovalue === this.#suggested;
+  }
+
   /**
    * Called when a volume is open. Sets its range; if no isovalue lies inside it, uses the first
-   * suggested isovalue. Returns a sentence for each setting that differs from the address.
+   * suggested isovalue, as it does in place of one that was suggested before. Returns a sentence for each setting that differs from the address.
    */
   opened(info: StoreInfo): string[] {
     this.#sweep.stop();
@@ -90,7 +97,8 @@ export class DisplaySettings {
     const notes: string[] = [];
     const { low, high } = this.#scale;
     const isInside = ({ isovalue }: Surface) => isovalue >= low && isovalue <= high;
-    const outside = this.#surfaces.filter((surface) => !isInside(surface));
+    const before = this.hasSuggested ? [] : this.#surfaces;
+    const outside = before.filter((surface) => !isInside(surface));
     if (outside.length > 0) {
       const values = outside.map(({ isovalue }) => formatValue(isovalue)).join(", ");
       notes.push(
@@ -98,12 +106,19 @@ export class DisplaySettings {
           `${formatValue(low)} to ${formatValue(high)}.`,
       );
     }
-    let surfaces: readonly Surface[] = this.#surfaces.filter(isInside);
+    let surfaces: readonly Surface[] = before.filter(isInside);
     if (surfaces.length === 0) {
       const { colours, opacities } = this.#url;
-      surfaces = surfacesAt([firstIsovalue(info)], colours, opacities);
+      const isovalue = firstIsovalue(info);
+      this.#suggested = isovalue;
+      // A colour may have been chosen.
+      surfaces = surfacesAt([isovalue], colours, opacities).map((surface) => ({
+        ...surface,
+        ...this.#surfaces[0],
+        isovalue,
+      }));
     }
-    if (outside.length > 0 || this.#surfaces.length === 0) {
+    if (outside.length > 0 || before.length === 0) {
       this.#surfaces = surfaces;
       this.#active = Math.min(this.#active, surfaces.length - 1);
       this.#viewer.setSurfaces(surfaces);

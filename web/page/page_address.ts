@@ -59,19 +59,19 @@ export function addressOf(view: AddressState): UrlState {
 export class AddressBar {
   readonly #view: () => AddressState | null;
   readonly #pendingChanged: () => void;
-  readonly #rested: (query: string, view: AddressState, hasMeasures: boolean) => void;
+  readonly #rested: (settings: string, view: AddressState, hasMeasures: boolean) => void;
   #timer = 0;
   #changedAt = 0;
 
   /**
    * `view`: the current view; null if there is none. `pendingChanged`: see isPending. `rested`: called
-   * with a view that the address has, its query without measurements, and whether the address has
+   * with a view that the address has, its settings without measurements, and whether the address has
    * all measurements: more than fit are left out.
    */
   constructor(
     view: () => AddressState | null,
     pendingChanged: () => void,
-    rested: (query: string, view: AddressState, hasMeasures: boolean) => void,
+    rested: (settings: string, view: AddressState, hasMeasures: boolean) => void,
   ) {
     this.#rested = rested;
     this.#view = view;
@@ -109,12 +109,13 @@ export class AddressBar {
     const view = this.#view();
     if (view) {
       const { measures: _, ...state } = addressOf(view);
+      const { volume: __, src: ___, ...settings } = state;
       const rest = writeUrl(state);
       const whole = writeUrl(addressOf(view));
       const fits = whole.length <= longestQuery;
       const query = fits ? whole : rest;
       if (query !== location.search) history.replaceState(null, "", location.pathname + query);
-      this.#rested(rest, view, fits);
+      this.#rested(writeUrl(settings), view, fits);
     }
     this.#pendingChanged();
   }

@@ -28,6 +28,11 @@ export class ViewHistory<View> {
     this.#future = [];
   }
 
+  /** The next view that comes to rest takes the place of the present one, without a step. */
+  replacePresent(): void {
+    this.#present = null;
+  }
+
   /** The view before the present one, which becomes the present one. */
   undo(): View | undefined {
     const before = this.#past.at(-1);

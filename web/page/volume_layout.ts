@@ -32,6 +32,8 @@ export interface Banner {
 
 export interface LayoutState {
   title: string;
+  /** What a provisional store is. */
+  provisional: string | undefined;
   /** Buttons that are loaded later. */
   tools: HTMLElement | null;
   /** Null until the volume is open: there is nothing to control before. */
@@ -79,6 +81,7 @@ export function volumeLayout(state: LayoutState, actions: LayoutActions): Templa
     <main class="stage" style=${`background:${state.background}`}>
       ${state.canvas} ${state.problem ? nothing : state.overlay} ${state.problem ? nothing : state.measure?.element} ${state.banner ? bannerPart(state.banner, actions) : nothing}
       ${cover(state, actions)}
+      ${state.provisional ? html`<p class="provisional">${state.provisional}</p>` : nothing}
       ${
         state.toast
           ? html`<div class="toast" role="status">${icon(state.toast.icon)}${state.toast.text}</div>`

@@ -43,6 +43,8 @@ export interface Target {
   /** The volume's name or the store's address. */
   name: string;
   source: () => Source;
+  /** Of a provisional store (shown_volume.ts): what it is, in words for the visitor. */
+  provisional?: string;
 }
 
 /**
@@ -51,7 +53,7 @@ export interface Target {
  */
 export class VolumePage {
   readonly #root: HTMLElement;
-  readonly #target: Target;
+  #target: Target;
   readonly #canvas = viewCanvas();
   readonly #status = new StatusLine();
   readonly #viewer = new Viewer(this.#canvas, { reset: () => this.#reset() });
@@ -110,8 +112,8 @@ export class VolumePage {
           }
         : null,
     () => this.#showBusy(),
-    (query, view, hasMeasures) => {
-      this.#history.rested(query, view);
+    (settings, view, hasMeasures) => {
+      this.#history.rested(settings, view);
       this.#measure?.rested(hasMeasures);
       this.#render();
     },
@@ -207,23 +209,39 @@ export class VolumePage {
     window.addEventListener("keydown", key, { signal });
   }
 
+  /**
+   * Shows another store of the same volume, with the present view: camera, settings and steps of undo
+   * stay, and the picture until the other store has one. An isovalue that the page has chosen is chosen
+   * anew. `src`: the store's address; default: as it is.
+   */
+  replace(target: Target, src = this.#url.src): Promise<void> {
+    this.#address.write(); // what has not come to rest is a step of undo as well
+    this.#history.replacePresent();
+    this.#target = target;
+    if (src !== undefined) this.#url.src = src;
+    return this.#open({ keepsView: true });
+  }
+
   /** `again`: the message of the last try stays until this one succeeds. */
-  async #open({ again = false } = {}): Promise<void> {
+  async #open({ again = false, keepsView = false } = {}): Promise<void> {
     clearTimeout(this.#reopenTimer);
     if (!again) {
       this.#problem = null;
       this.#failures = 0;
     }
-    this.#settings.closed();
     this.#resetProgress();
-    this.#rendererError = null;
-    this.#hasPicture = false;
+    if (!keepsView) {
+      this.#settings.closed();
+      this.#rendererError = null;
+      this.#hasPicture = false;
+    }
     document.title = `${this.#target.name} · Isosplat`;
     this.#render();
     try {
-      const { surfaces } = this.#settings;
+      const surfaces = this.#settings.hasSuggested ? [] : this.#settings.surfaces;
       const before = this.#camera;
-      const camera = before ?? this.#urlCamera;
+      const present = keepsView ? this.#viewer.camera : null;
+      const camera = present ?? before ?? this.#urlCamera;
       const { projection } = this.#url;
       const source = this.#target.source();
       // The fault may be in cached data.
@@ -234,7 +252,9 @@ export class VolumePage {
         ...(projection && { projection }),
       });
       if (!camera && !this.#camera) this.#firstCamera = this.#viewer.camera;
-      const notes = [...(this.#url.notes ?? []), ...this.#settings.opened(info)];
+      const notes = this.#settings.opened(info);
+      if (keepsView) return;
+      notes.unshift(...(this.#url.notes ?? []));
       const isMoved = this.#camera !== before;
       const shown = this.#viewer.camera;
       if (!isMoved && camera && shown && writeCamera(camera) !== writeCamera(shown)) {
@@ -551,7 +571,7 @@ export class VolumePage {
 
   #keepThumbnail(): void {
     const id = this.#info?.contentId;
-    if (!id || this.#keptThumbnail === id || !this.#hasPicture) return;
+    if (!id || this.#keptThumbnail === id || !this.#hasPicture || this.#target.provisional) return;
     this.#keptThumbnail = id;
     keepThumbnailWhenIdle(id, () => this.#viewer.screenshot({ smooth: false }));
   }
@@ -585,6 +605,7 @@ export class VolumePage {
     const bytes = this.#cost?.isovalue === active ? this.#cost?.bytes : undefined;
     const layout: LayoutState = {
       title: this.#title(),
+      provisional: this.#target.provisional,
       tools: this.#tools,
       panel: info
         ? {
