@@ -36,6 +36,13 @@ DeflateDecoder::DeflateDecoder(Read read)
       input_(kInputBytes + kPadding),
       buffer_(kWindow + kMadeBytes + kLongest) {}
 
+void DeflateDecoder::reset() {
+  at_ = input_end_ = input_begin_ = 0;
+  input_ended_ = input_failed_ = false;
+  hold_ = held_ = 0;
+  begin_ = taken_ = end_ = 0;
+}
+
 void DeflateDecoder::begin(std::span<const std::byte> window) {
   state_ = State::header;
   is_last_ = false;

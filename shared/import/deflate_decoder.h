@@ -30,6 +30,9 @@ class DeflateDecoder {
 
   explicit DeflateDecoder(Read read);
 
+  /// Forgets its input and what it has made: the next byte is the first that `read` gives then.
+  void reset();
+
   /// Begins with deflated data here, after the whole bytes that were taken. `window`: up to 32 KiB
   /// of output before them.
   void begin(std::span<const std::byte> window);

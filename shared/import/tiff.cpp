@@ -13,33 +13,25 @@
 #include "shared/import/tiff_source.h"
 
 // Reads TIFF stacks: a file with a page per slice, or a folder with a file per slice. This file
-// decides which pages are slices; libtiff decodes them.
+// decides which pages are slices; tiff_file.h decodes them.
 namespace isosplat {
 namespace {
 
-/// A page's size along an axis in the unit of its resolution (ImageJ uses this unit too).
-double pixel_size(TIFF* tiff, uint32_t tag) {
-  float resolution = 0;
-  if (!TIFFGetField(tiff, tag, &resolution) || !(resolution > 0)) return 1;
-  return 1 / static_cast<double>(resolution);
+/// A pixel's size in the unit of the page's resolution (ImageJ uses this unit too).
+double pixel_size(std::optional<double> pixels_per_unit) {
+  return pixels_per_unit.value_or(0) > 0 ? 1 / *pixels_per_unit : 1;
 }
 
-std::string description_of(TIFF* tiff) {
-  const char* text = nullptr;
-  if (!TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &text) || !text) return {};
-  return text;
-}
-
-HeaderGeometry geometry_of(TIFF* first, const TiffDescription& description,
+HeaderGeometry geometry_of(const TiffPage& first, const TiffDescription& description,
                            const ImportOptions& options, std::vector<std::string>& notes) {
   HeaderGeometry geometry;
   if (options.spacing) {
     geometry.spacing = *options.spacing;
   } else if (description.voxel || description.between_slices) {
-    geometry.spacing = description.voxel ? *description.voxel
-                                         : Vec3d{pixel_size(first, TIFFTAG_XRESOLUTION),
-                                                 pixel_size(first, TIFFTAG_YRESOLUTION),
-                                                 *description.between_slices};
+    geometry.spacing =
+        description.voxel ? *description.voxel
+                          : Vec3d{pixel_size(first.pixels_per_unit_x),
+                                  pixel_size(first.pixels_per_unit_y), *description.between_slices};
     spacing_to_millimetres(description.units, geometry, notes);
   } else {
     notes.push_back(
@@ -60,12 +52,13 @@ Result<void> check_page(const std::filesystem::path& path, const TiffPage& page,
   }
   if (page.samples != 1) return not_scalar(path, page.samples);
   if (!page.unknown.empty()) return unknown_type(path, page.unknown);
-  if (page.orientation < ORIENTATION_TOPLEFT || page.orientation > ORIENTATION_BOTLEFT) {
+  if (page.orientation < 1 || page.orientation > 4) {
     return fail(Status::unsupported_format,
                 fmt::format("{}: expected rows along x (TIFF orientation 1 to 4), found {}: rotate "
                             "the stack",
                             path.string(), page.orientation));
   }
+  if (auto fine = check_decodable(path, page); !fine) return fine;
   if (page.white_is_zero) {
     notes.push_back(is_unsigned(page.type) ? "the file stores 0 as white: its values are inverted"
                                            : "the file stores 0 as white, which has no meaning for "
@@ -89,10 +82,11 @@ Result<OpenVolume> make_stack(const std::filesystem::path& path, const TiffPage&
   return OpenVolume{make_tiff_source(std::move(header), page, std::move(slices)), std::move(notes)};
 }
 
-/// The page list of a file, and its first page.
+/// A file, the list of its pages, and the first of them.
 struct OpenFile {
   TiffPages pages;
-  TiffHandle tiff{nullptr, &TIFFClose};
+  std::unique_ptr<TiffFile> tiff;
+  TiffPage first;
 };
 
 Result<OpenFile> open_pages(const std::filesystem::path& path, Allowances allowed,
@@ -116,9 +110,9 @@ Result<OpenFile> open_pages(const std::filesystem::path& path, Allowances allowe
   }
   OpenFile file;
   file.tiff = open_tiff(path);
-  if (!file.tiff || !TIFFSetSubDirectory(file.tiff.get(), pages->offsets[0])) {
-    return damaged_tiff(path.string());
-  }
+  auto first = file.tiff ? file.tiff->go_to(pages->offsets[0]) : std::nullopt;
+  if (!first) return damaged_tiff(path.string());
+  file.first = std::move(*first);
   file.pages = std::move(*pages);
   return file;
 }
@@ -126,15 +120,11 @@ Result<OpenFile> open_pages(const std::filesystem::path& path, Allowances allowe
 /// ImageJ writes stacks of more than 4 GB as one page, followed by the other pages' voxels without
 /// directories.
 Result<OpenVolume> open_bare_stack(const std::filesystem::path& path, const OpenFile& file,
-                                   const TiffPage& page, const TiffDescription& description,
-                                   uint64_t step, const HeaderGeometry& geometry,
-                                   const ImportOptions& options, std::vector<std::string> notes) {
-  uint64_t* offsets = nullptr;
-  uint16_t compression = COMPRESSION_NONE;
-  TIFFGetFieldDefaulted(file.tiff.get(), TIFFTAG_COMPRESSION, &compression);
-  if (compression != COMPRESSION_NONE || TIFFIsTiled(file.tiff.get()) || page.white_is_zero ||
-      page.orientation != ORIENTATION_TOPLEFT ||
-      !TIFFGetField(file.tiff.get(), TIFFTAG_STRIPOFFSETS, &offsets)) {
+                                   const TiffDescription& description, uint64_t step,
+                                   const HeaderGeometry& geometry, const ImportOptions& options,
+                                   std::vector<std::string> notes) {
+  const TiffPage& page = file.first;
+  if (!page.uncompressed_at || page.white_is_zero || page.orientation != 1) {
     return fail(Status::truncated,
                 fmt::format("{}: expected {} pages, found one: the file is incomplete, or its "
                             "description is wrong",
@@ -148,7 +138,7 @@ Result<OpenVolume> open_bare_stack(const std::filesystem::path& path, const Open
   array.stored.slope = description.slope;
   array.stored.intercept = description.intercept;
   notes.insert(notes.end(), description.notes.begin(), description.notes.end());
-  array.offset = offsets[0];
+  array.offset = *page.uncompressed_at;
   array.steps = description.frames;
   array.step = step;
   array.step_axis = description.frames_before_slices ? 2 : 3;
@@ -181,21 +171,20 @@ Result<void> check_page_count(const std::filesystem::path& path, uint64_t found,
 /// The pages of the slices of one time step. Incomplete pages, if allowed, are missing slices.
 std::vector<TiffSlice> slices_of_step(const std::filesystem::path& path, const OpenFile& file,
                                       const TiffDescription& description, uint64_t step,
-                                      uint64_t file_bytes, Allowances allowed,
-                                      std::vector<std::string>& notes) {
-  std::vector<TiffSlice> slices(description.slices);
+                                      Allowances allowed, std::vector<std::string>& notes) {
+  std::vector<TiffSlice> slices(static_cast<size_t>(description.slices));
   size_t missing = 0;
-  for (uint64_t z = 0; z < description.slices; ++z) {
-    const uint64_t index = description.frames_before_slices ? z * description.frames + step
-                                                            : step * description.slices + z;
-    if (index >= file.pages.offsets.size()) continue;
+  for (size_t z = 0; z < slices.size(); ++z) {
+    const uint64_t page = description.frames_before_slices ? z * description.frames + step
+                                                           : step * description.slices + z;
+    if (page >= file.pages.offsets.size()) continue;
+    const uint64_t directory = file.pages.offsets[static_cast<size_t>(page)];
     if (allowed.has(Allowance::truncated) &&
-        (!TIFFSetSubDirectory(file.tiff.get(), file.pages.offsets[index]) ||
-         !is_whole_page(file.tiff.get(), file_bytes))) {
+        (!file.tiff->go_to(directory) || !file.tiff->is_whole())) {
       ++missing;
       continue;
     }
-    slices[z] = {path, file.pages.offsets[index]};
+    slices[z] = {path, directory};
   }
   if (missing > 0) {
     notes.push_back(fmt::format("{} pages are incomplete: their voxels have no value", missing));
@@ -214,14 +203,11 @@ Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const Impor
   std::vector<std::string> notes;
   auto file = open_pages(path, options.allowed, notes);
   if (!file) return tl::unexpected(file.error());
-  TIFF* tiff = file->tiff.get();
-  const auto file_bytes = size_of_file(path);
-  if (!file_bytes) return tl::unexpected(file_bytes.error());
   // Values of the first page's directory, including sizes, may be stored after its voxels.
-  if (!is_whole_page(tiff, *file_bytes)) return damaged_tiff(path.string());
-  const TiffPage page = describe_page(tiff);
+  if (!file->tiff->is_whole()) return damaged_tiff(path.string());
+  const TiffPage& page = file->first;
   if (auto fine = check_page(path, page, notes); !fine) return tl::unexpected(fine.error());
-  auto parsed = parse_tiff_description(path, description_of(tiff));
+  auto parsed = parse_tiff_description(path, page.description);
   if (!parsed) return tl::unexpected(parsed.error());
   TiffDescription& description = *parsed;
   if (description.width.value_or(page.width) != page.width ||
@@ -249,17 +235,15 @@ Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const Impor
                             "slices, change this in ImageJ (Image > Properties)",
                             path.string(), description.frames));
   }
-  const HeaderGeometry geometry = geometry_of(tiff, description, options, notes);
+  const HeaderGeometry geometry = geometry_of(page, description, options, notes);
   if (found == 1 && *description.images > 1 && description.is_imagej && !file->pages.ends_early) {
-    return open_bare_stack(path, *file, page, description, *step, geometry, options,
-                           std::move(notes));
+    return open_bare_stack(path, *file, description, *step, geometry, options, std::move(notes));
   }
   if (auto fine = check_page_count(path, found, *description.images, options.allowed, notes);
       !fine) {
     return tl::unexpected(fine.error());
   }
-  auto slices =
-      slices_of_step(path, *file, description, *step, *file_bytes, options.allowed, notes);
+  auto slices = slices_of_step(path, *file, description, *step, options.allowed, notes);
   auto volume = make_stack(path, page, geometry, description, std::move(slices), std::move(notes));
   if (volume) volume->fill_value = fill_of(file->pages.no_data);
   return volume;
@@ -299,13 +283,13 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
     if (!first) first = &file, no_data = pages->no_data;
   }
   const auto tiff = open_tiff(*first);
-  if (!tiff || !TIFFSetSubDirectory(tiff.get(), slices[0].page))
-    return damaged_tiff(first->string());
-  const TiffPage page = describe_page(tiff.get());
+  const auto found = tiff ? tiff->go_to(slices[0].page) : std::nullopt;
+  if (!found) return damaged_tiff(first->string());
+  const TiffPage& page = *found;
   if (auto fine = check_page(*first, page, notes); !fine) return tl::unexpected(fine.error());
-  auto description = parse_tiff_description(*first, description_of(tiff.get()));
+  auto description = parse_tiff_description(*first, page.description);
   if (!description) return tl::unexpected(description.error());
-  const HeaderGeometry geometry = geometry_of(tiff.get(), *description, options, notes);
+  const HeaderGeometry geometry = geometry_of(page, *description, options, notes);
   auto volume = make_stack(path, page, geometry, *description, std::move(slices), std::move(notes));
   if (volume) volume->fill_value = fill_of(no_data);
   return volume;

@@ -1,44 +1,18 @@
 #pragma once
 
-#include <tiffio.h>
-
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "shared/grid/volume_source.h"
+#include "shared/import/tiff_file.h"
 
-// Reads pages of TIFF files as slices; libtiff decodes them.
+// Reads pages of TIFF files as slices.
 namespace isosplat {
 
-using TiffHandle = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
-
-/// Null if libtiff cannot open the file. Its messages are discarded.
-TiffHandle open_tiff(const std::filesystem::path& path);
-
-/// The pixels of a file's current page.
-struct TiffPage {
-  int64_t width = 0;
-  int64_t height = 0;
-  VoxelType type = VoxelType::u8;
-  int samples = 1;
-  bool white_is_zero = false;
-  bool palette = false;
-  uint16_t orientation = ORIENTATION_TOPLEFT;
-  std::string unknown;  ///< why VoxelType does not have the type; empty: it does
-
-  bool same_kind(const TiffPage& other) const {
-    return width == other.width && height == other.height && type == other.type &&
-           samples == other.samples && white_is_zero == other.white_is_zero &&
-           orientation == other.orientation && unknown == other.unknown;
-  }
-};
-
-TiffPage describe_page(TIFF* tiff);
-
-/// Whether all strips or tiles of the current page lie inside the file.
-bool is_whole_page(TIFF* tiff, uint64_t file_bytes);
+/// Checks that the page's compression can be decoded here. Errors: unsupported_format.
+Result<void> check_decodable(const std::filesystem::path& path, const TiffPage& page);
 
 /// Whether a voxel type is unsigned; only then does WhiteIsZero invert values.
 bool is_unsigned(VoxelType type);

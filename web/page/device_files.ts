@@ -290,7 +290,7 @@ function nothingFound(files: readonly InputFile[]): string {
       ? "no files"
       : `${files.length} file${files.length === 1 ? "" : "s"}: ${names}${files.length > 3 ? ", …" : ""}`;
   return (
-    "Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, DICOM, legacy VTK or raw), " +
-    `found ${found}. The program reads TIFF as well: isosplat build FILE makes a store, which opens here.`
+    "Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, DICOM, TIFF, legacy VTK or raw), " +
+    `found ${found}.`
   );
 }

@@ -1,0 +1,267 @@
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "shared/import/tiff_directory.h"
+#include "shared/import/tiff_file.h"
+#include "shared/import/tiff_predictor.h"
+#include "shared/import/tiff_rows.h"
+
+// A page's rows are in strips, each with some rows, or in tiles. Tiles at the right and lower edge
+// are filled up. Unlike tiles, the last strip may have fewer rows.
+namespace isosplat {
+namespace {
+
+enum Tag : uint16_t {
+  kWidth = 256,
+  kHeight = 257,
+  kBits = 258,
+  kCompression = 259,
+  kPhotometric = 262,
+  kFillOrder = 266,
+  kDescription = 270,
+  kStripOffsets = 273,
+  kOrientation = 274,
+  kSamples = 277,
+  kRowsPerStrip = 278,
+  kStripBytes = 279,
+  kResolutionX = 282,
+  kResolutionY = 283,
+  kPredictor = 317,
+  kTileWidth = 322,
+  kTileHeight = 323,
+  kTileOffsets = 324,
+  kTileBytes = 325,
+  kSampleFormat = 339,
+};
+
+constexpr uint64_t kMaxDescription = uint64_t{64} << 20;
+constexpr uint64_t kMaxBytes = std::numeric_limits<uint64_t>::max() / 8;
+
+uint64_t rounded_up(uint64_t count, uint64_t each) {
+  return (count + each - 1) / each;
+}
+
+/// How the rows of a page are stored.
+struct Layout {
+  uint64_t compression = 1, predictor = 1;
+  bool reversed_bits = false;  ///< the first pixel is in the lowest bits
+  bool tiled = false;
+  uint64_t width = 0, height = 0;            ///< of the page
+  uint64_t part_width = 0, part_height = 0;  ///< of a strip or tile
+  uint64_t bits = 1;                         ///< per voxel
+  std::optional<TiffEntry> offsets, sizes;   ///< of strips or tiles
+
+  uint64_t across() const { return rounded_up(width, part_width); }
+  uint64_t parts() const { return across() * rounded_up(height, part_height); }
+  uint64_t rows_of(uint64_t part) const {
+    return tiled ? part_height : std::min(part_height, height - part * part_height);
+  }
+
+  /// Of an expanded strip or tile. Nothing if that exceeds every memory.
+  std::optional<uint64_t> bytes_of(uint64_t part) const {
+    const uint64_t row = rounded_up(part_width * bits, 8), rows = rows_of(part);
+    if (row > kMaxBytes / rows) return std::nullopt;
+    return row * rows;
+  }
+};
+
+/// Where a strip or tile is in the file.
+struct Range {
+  uint64_t at = 0, bytes = 0;
+};
+
+class PlainTiffFile : public TiffFile {
+ public:
+  explicit PlainTiffFile(TiffDirectoryReader reader) : reader_(std::move(reader)) {}
+
+  std::optional<TiffPage> go_to(uint64_t offset) override {
+    auto directory = reader_.read(offset);
+    if (!directory) return std::nullopt;
+    directory_ = std::move(*directory);
+    const auto width = number(kWidth), height = number(kHeight);
+    if (!width || !height || *width == 0 || *height == 0) return std::nullopt;
+    if (std::max(*width, *height) > std::numeric_limits<uint32_t>::max()) return std::nullopt;
+    page_ = {};
+    page_.width = static_cast<int64_t>(*width);
+    page_.height = static_cast<int64_t>(*height);
+    const uint64_t bits = number(kBits).value_or(1), format = number(kSampleFormat).value_or(1),
+                   photometric = number(kPhotometric).value_or(1);
+    if (bits < 1 || bits > 0xffff) return std::nullopt;
+    set_voxel_type(static_cast<uint16_t>(bits), static_cast<uint16_t>(format <= 6 ? format : 1),
+                   page_);
+    page_.samples = static_cast<int>(std::min<uint64_t>(number(kSamples).value_or(1), 0xffff));
+    page_.palette = photometric == 3;
+    page_.white_is_zero = photometric == 0;
+    const uint64_t orientation = number(kOrientation).value_or(1);
+    if (orientation >= 1 && orientation <= 8) {
+      page_.orientation = static_cast<uint16_t>(orientation);
+    }
+    if (const TiffEntry* entry = directory_.find(kDescription)) {
+      page_.description = reader_.text(*entry, kMaxDescription);
+    }
+    page_.pixels_per_unit_x = real(kResolutionX);
+    page_.pixels_per_unit_y = real(kResolutionY);
+    if (!find_layout(bits)) return std::nullopt;
+    if (TiffRows::max_expansion(layout_.compression) == 0) {
+      page_.undecodable = TiffRows::describe(layout_.compression);
+    } else if (layout_.compression == 1 && !layout_.tiled) {
+      page_.uncompressed_at = reader_.number(*layout_.offsets);
+    }
+    return page_;
+  }
+
+  bool is_whole() override {
+    const uint64_t parts = layout_.parts();
+    if (parts > layout_.offsets->count) return false;
+    for (uint64_t part = 0; part < parts; ++part) {
+      if (!range_of(part)) return false;
+    }
+    return true;
+  }
+
+  bool read(std::span<std::byte> out) override {
+    if (!knows_predictor(layout_.predictor, page_.type)) return false;
+    const uint64_t parts = layout_.parts();
+    const size_t voxel = voxel_bytes(page_.type);
+    if (out.size() % layout_.height != 0 || out.size() / layout_.height != layout_.width * voxel) {
+      return false;
+    }
+    const size_t row = static_cast<size_t>(layout_.width) * voxel;
+    if (!layout_.tiled) {
+      for (uint64_t strip = 0; strip < parts; ++strip) {
+        const auto at = static_cast<size_t>(strip * layout_.part_height) * row;
+        const auto bytes = static_cast<size_t>(layout_.rows_of(strip)) * row;
+        if (!read_part(strip, row, out.subspan(at, bytes))) return false;
+      }
+      return true;
+    }
+    // In a valid file, a tile exceeds the page by less than one tile in each direction.
+    const auto bytes = layout_.bytes_of(0);
+    if (!bytes || *bytes > 4 * (out.size() + (uint64_t{1} << 20))) return false;
+    tile_.resize(static_cast<size_t>(*bytes));
+    const size_t tile_row = static_cast<size_t>(layout_.part_width) * voxel;
+    for (uint64_t tile = 0; tile < parts; ++tile) {
+      if (!read_part(tile, tile_row, tile_)) return false;
+      const uint64_t x = tile % layout_.across() * layout_.part_width,
+                     y = tile / layout_.across() * layout_.part_height;
+      const auto rows = static_cast<size_t>(std::min(layout_.part_height, layout_.height - y));
+      const auto columns = static_cast<size_t>(std::min(layout_.part_width, layout_.width - x));
+      std::byte* to = out.data() + static_cast<size_t>(y) * row + static_cast<size_t>(x) * voxel;
+      for (size_t r = 0; r < rows; ++r) {
+        std::memcpy(to + r * row, tile_.data() + r * tile_row, columns * voxel);
+      }
+    }
+    return true;
+  }
+
+ private:
+  std::optional<uint64_t> number(uint16_t tag) {
+    const TiffEntry* entry = directory_.find(tag);
+    return entry ? reader_.number(*entry) : std::nullopt;
+  }
+
+  std::optional<double> real(uint16_t tag) {
+    const TiffEntry* entry = directory_.find(tag);
+    const auto value = entry ? reader_.real(*entry) : std::nullopt;
+    // libtiff keeps 24 bits of it: both give the same spacing.
+    return value ? std::optional<double>(static_cast<float>(*value)) : std::nullopt;
+  }
+
+  /// False if the page has neither strips nor tiles.
+  bool find_layout(uint64_t bits) {
+    const auto entry = [&](uint16_t tag) {
+      const TiffEntry* found = directory_.find(tag);
+      return found ? std::optional(*found) : std::nullopt;
+    };
+    Layout layout;
+    layout.compression = number(kCompression).value_or(1);
+    // Other compressions have no predictor: libtiff ignores the tag.
+    const bool predicts = layout.compression != 1 && layout.compression != 32773;
+    layout.predictor = predicts ? number(kPredictor).value_or(1) : 1;
+    layout.reversed_bits = number(kFillOrder) == 2;
+    layout.width = static_cast<uint64_t>(page_.width);
+    layout.height = static_cast<uint64_t>(page_.height);
+    layout.bits = bits;
+    layout.tiled = directory_.find(kTileWidth) != nullptr;
+    layout.offsets = entry(layout.tiled ? kTileOffsets : kStripOffsets);
+    layout.sizes = entry(layout.tiled ? kTileBytes : kStripBytes);
+    if (layout.tiled) {
+      layout.part_width = number(kTileWidth).value_or(0);
+      layout.part_height = number(kTileHeight).value_or(0);
+    } else {
+      layout.part_width = layout.width;
+      layout.part_height = std::min(number(kRowsPerStrip).value_or(layout.height), layout.height);
+    }
+    layout_ = layout;
+    constexpr uint64_t kMostPixels = std::numeric_limits<uint32_t>::max();
+    return layout.offsets && layout.part_width >= 1 && layout.part_height >= 1 &&
+           layout.part_width <= kMostPixels && layout.part_height <= kMostPixels;
+  }
+
+  /// Nothing if a strip or tile is not inside the file, or has too few bytes for its rows.
+  std::optional<Range> range_of(uint64_t part) {
+    const auto at = reader_.number(*layout_.offsets, part);
+    const auto needed = layout_.bytes_of(part);
+    if (!at || *at == 0 || *at > reader_.file_bytes() || !needed) return std::nullopt;
+    const uint64_t rest = reader_.file_bytes() - *at;
+    if (layout_.compression == 1) {
+      // libtiff does not use the sizes of uncompressed strips either: they are often wrong.
+      return *needed <= rest ? std::optional(Range{*at, *needed}) : std::nullopt;
+    }
+    uint64_t bytes = layout_.sizes ? reader_.number(*layout_.sizes, part).value_or(0) : 0;
+    if (bytes == 0 && layout_.parts() == 1) bytes = rest;
+    if (bytes > rest) return std::nullopt;
+    const uint64_t expansion = TiffRows::max_expansion(layout_.compression);
+    if (expansion > 0 && *needed / expansion > bytes) return std::nullopt;
+    return Range{*at, bytes};
+  }
+
+  /// Reads a strip or tile whose rows have this many bytes.
+  bool read_part(uint64_t part, size_t row, std::span<std::byte> out) {
+    const auto range = range_of(part);
+    if (!range) return false;
+    if (layout_.compression == 1) {
+      if (!reader_.file().read(range->at, out)) return false;
+      if (layout_.reversed_bits) reverse_bits(out);
+    } else {
+      // Compressed rows are hardly longer than the rows; sizes can be wrong.
+      raw_.resize(static_cast<size_t>(std::min<uint64_t>(range->bytes, out.size() * 10 + 4096)));
+      const auto raw = std::as_writable_bytes(std::span(raw_));
+      if (!reader_.file().read(range->at, raw)) return false;
+      if (layout_.reversed_bits) reverse_bits(raw);
+      const std::span rows(reinterpret_cast<uint8_t*>(out.data()), out.size());
+      if (!rows_.expand(layout_.compression, raw_, rows)) return false;
+    }
+    undo_predictor(layout_.predictor, {page_.type, reader_.big_endian()}, row, out);
+    return true;
+  }
+
+  static void reverse_bits(std::span<std::byte> bytes) {
+    for (std::byte& b : bytes) {
+      unsigned in = std::to_integer<unsigned>(b), out = 0;
+      for (int i = 0; i < 8; ++i, in >>= 1) out = out << 1 | (in & 1);
+      b = static_cast<std::byte>(out);
+    }
+  }
+
+  TiffDirectoryReader reader_;
+  TiffDirectory directory_;
+  TiffPage page_;
+  Layout layout_;
+  TiffRows rows_;
+  std::vector<uint8_t> raw_;
+  std::vector<std::byte> tile_;
+};
+
+}  // namespace
+
+std::unique_ptr<TiffFile> open_plain_tiff(const std::filesystem::path& path) {
+  auto reader = TiffDirectoryReader::open(path);
+  if (!reader || (reader->version() != 42 && reader->version() != 43)) return nullptr;
+  return std::make_unique<PlainTiffFile>(std::move(*reader));
+}
+
+}  // namespace isosplat
