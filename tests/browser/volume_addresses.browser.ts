@@ -6,6 +6,7 @@ import { expect, type Page, test } from "@playwright/test";
 import { loadCore } from "../../web/core/index.ts";
 import { FaultProxy } from "../support/fault_proxy.ts";
 import { hasNginx, type Nginx, nginx } from "../support/nginx.ts";
+import { writeArray, writeGroup } from "../support/zarr.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { complete, settled } from "./support/view.ts";
 
@@ -134,4 +135,66 @@ test("after a file of this device was read, the page says that other hosts are c
   await expect(message(page)).toContainText(
     "makes no requests to other sites: load the page again",
   );
+});
+
+test("a scale of an OME-Zarr image is chosen, built and kept; a link to it opens it", async ({
+  page,
+}) => {
+  const zarr = join(folder, "ball.ome.zarr");
+  const sizes = [40, 20];
+  const axes = ["z", "y", "x"].map((name) => ({ name, type: "space", unit: "millimeter" }));
+  const datasets = sizes.map((size, i) => ({
+    path: String(i),
+    coordinateTransformations: [{ type: "scale", scale: Array(3).fill(40 / size) }],
+  }));
+  writeGroup(zarr, 3, { ome: { version: "0.5", multiscales: [{ axes, datasets }] } });
+  sizes.forEach((size, i) => {
+    writeArray(join(zarr, String(i)), {
+      version: 3,
+      shape: [size, size, size],
+      chunks: [16, 16, 16],
+      isCompressed: true,
+      value: (index) =>
+        Math.round(500 * Math.hypot(...index.map((at) => (2 * at - size + 1) / size))),
+    });
+  });
+  const address = `${host.url}ball.ome.zarr`;
+  let release = () => {};
+  const released = new Promise<void>((resolve) => {
+    release = resolve;
+  });
+  await page.route("**/0/c/**", async (route) => {
+    await released;
+    await route.continue();
+  });
+  await open(page, address);
+  await expect(page.getByRole("button", { name: /20 × 20 × 20 voxels/ })).toBeVisible();
+  await page.getByRole("button", { name: /40 × 40 × 40 voxels · 128 KB/ }).click();
+  // The smaller scale is shown while the chosen one is on its way; what is set there stays.
+  await expect(page.locator(".volume-name")).toHaveText("ball");
+  await expect(page.getByText("Preview: 20 × 20 × 20 of 40 × 40 × 40 voxels")).toBeVisible();
+  await settled(page);
+  await page.getByRole("application").press("]");
+  await settled(page);
+  const isovalue = new URL(page.url()).searchParams.get("isovalue");
+  expect(isovalue).not.toBeNull();
+  release();
+  await expect(page.getByText("Preview: 20 × 20 × 20")).toHaveCount(0);
+  await complete(page);
+  await settled(page);
+  expect(new URL(page.url()).searchParams.get("isovalue")).toBe(isovalue);
+  await settled(page);
+  await expect(page.locator(".volume-name")).toHaveText("ball");
+  expect(new URL(page.url()).searchParams.get("src")).toBe(`${address}/0`);
+  const before = host.accessLog().length;
+  await page.reload();
+  await complete(page);
+  const chunks = host
+    .accessLog()
+    .slice(before)
+    .filter((line) => line.includes("/c/"));
+  expect(chunks).toEqual([]);
+  rmSync(join(zarr, "1", "zarr.json"));
+  await open(page, address);
+  await expect(message(page)).toContainText("ball.ome.zarr/1: expected zarr.json");
 });

@@ -74,7 +74,8 @@ export async function fetchFile(address: URL, options: FetchOptions): Promise<Fe
   }
 }
 
-function explained(error: StreamError): StreamError {
+/** The error with what to do about it. */
+export function explained(error: StreamError): StreamError {
   const remedy = remedies[error.kind];
   if (!remedy) return error;
   return new StreamError(error.kind, `${error.message}: ${remedy}.`, error);

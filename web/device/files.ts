@@ -61,15 +61,20 @@ async function withFolders(found: InputFile[], entries: FileSystemEntry[]): Prom
 }
 
 /**
- * A text that is the same for the same files: their paths, sizes, times and versions. A volume with the key of a
- * kept store need not be built again.
+ * A text that is the same for the same files: their paths, sizes, times and versions. A volume with the
+ * key of a kept store need not be built again.
  */
-export async function filesKey(files: readonly InputFile[], settings: object): Promise<string> {
+export function filesKey(files: readonly InputFile[], settings: object): Promise<string> {
   const facts = files
     .map(({ path, file, version }) => [path, file.size, file.lastModified, version ?? ""])
     .sort(([a], [b]) => (String(a) < String(b) ? -1 : 1));
-  const text = new TextEncoder().encode(JSON.stringify([facts, settings]));
-  // Only secure origins have digests. Without one, every file is built.
+  return keyOf([facts, settings]);
+}
+
+/** A text that is the same for the same facts. */
+export async function keyOf(facts: readonly unknown[]): Promise<string> {
+  const text = new TextEncoder().encode(JSON.stringify(facts));
+  // Only secure origins have digests. Without one, every volume is built.
   if (!globalThis.crypto?.subtle) return `unknown ${Math.random()}`;
   const digest = new Uint8Array(await crypto.subtle.digest("SHA-256", text));
   return Array.from(digest.subarray(0, 16), (byte) => byte.toString(16).padStart(2, "0")).join("");

@@ -6,3 +6,4 @@ export * from "./no_upload.ts";
 export * from "./raw_guess.ts";
 export * from "./reading.ts";
 export * from "./remote_files.ts";
+export * from "./zarr_volume.ts";

@@ -1,6 +1,11 @@
 import { html, render } from "lit";
-import type { VolumeCandidate } from "../device/index.ts";
-import { formatBytes } from "./format.ts";
+import {
+  isBuildable,
+  type VolumeCandidate,
+  type ZarrImage,
+  type ZarrScale,
+} from "../device/index.ts";
+import { formatBytes, formatDims } from "./format.ts";
 
 /** Of so many volumes, the largest are offered. */
 const mostOffered = 20;
@@ -10,27 +15,66 @@ export async function chooseVolume(
   volumes: readonly VolumeCandidate[],
 ): Promise<string | undefined> {
   if (volumes.length < 2) return volumes[0]?.path;
+  const text = ({ path, format, bytes }: VolumeCandidate) =>
+    `${path === "." ? "the files themselves" : path} · ${format} · ${formatBytes(bytes)}`;
+  const label = `${volumes.length} volumes: which one?`;
+  return (await choose(label, volumes.slice(0, mostOffered), text))?.path;
+}
+
+/**
+ * Asks which scale of an image to open, unless its address names one. Resolves to undefined if the
+ * visitor cancels. Rejects if the browser can build none.
+ */
+export async function chooseScale({
+  scales: all,
+  chosen,
+}: ZarrImage): Promise<ZarrScale | undefined> {
+  const bySize = all
+    .filter((_, i) => chosen === undefined || i === chosen)
+    .sort((a, b) => b.voxelBytes - a.voxelBytes);
+  const scales = bySize.filter(isBuildable);
+  const smallest = bySize.at(-1);
+  if (scales.length === 0 && smallest) {
+    throw new Error(
+      `${smallest.description.name}: expected voxels whose store the browser has memory to build, ` +
+        `found ${formatBytes(smallest.voxelBytes)}: open a smaller scale`,
+    );
+  }
+  if (bySize.length === 1) return scales[0];
+  const left = bySize.length - scales.length;
+  const text = ({ description, voxelBytes }: ZarrScale) =>
+    `${formatDims(description.voxels)} voxels · ${formatBytes(voxelBytes)} uncompressed`;
+  const tooLarge = left > 0 ? ` (${left} more too large for the browser)` : "";
+  return choose(`Which scale?${tooLarge}`, scales, text);
+}
+
+/** Asks which of several things is meant. Resolves to undefined if the visitor cancels. */
+async function choose<T>(
+  label: string,
+  offered: readonly T[],
+  text: (each: T) => string,
+): Promise<T | undefined> {
   await import("./components.ts");
   const holder = document.createElement("div");
   document.body.append(holder);
   return new Promise((resolve) => {
-    const end = (path: string | undefined) => {
-      resolve(path);
+    const end = (chosen: T | undefined) => {
+      resolve(chosen);
       holder.remove();
     };
     render(
       html`<wa-dialog
-        label=${`${volumes.length} volumes: which one?`}
+        label=${label}
         open
         @wa-after-hide=${(event: Event) => {
           if (event.target === holder.firstElementChild) end(undefined);
         }}
       >
         <div class="device-form">
-          ${volumes.slice(0, mostOffered).map(
-            ({ path, format, bytes }) =>
-              html`<wa-button appearance="outlined" size="s" @click=${() => end(path)}
-                >${path === "." ? "the files themselves" : path} · ${format} · ${formatBytes(bytes)}</wa-button
+          ${offered.map(
+            (each) =>
+              html`<wa-button appearance="outlined" size="s" @click=${() => end(each)}
+                >${text(each)}</wa-button
               >`,
           )}
         </div>

@@ -1,10 +1,12 @@
 import "./device.css";
 import {
+  addressOfScale,
   findVolumes,
   forbidOtherOrigins,
   hold,
   type InputFile,
   isForbiddenAddress,
+  isZarr,
   type KeptStore,
   keep,
   keptBlob,
@@ -14,14 +16,16 @@ import {
   nameAt,
   nameOf,
   openVolume,
+  openZarr,
   type ReadableVolume,
   RemoteFiles,
   transferredFiles,
+  zarrVolume,
 } from "../device/index.ts";
 import { contentIdOf } from "../stream/file_source.ts";
 import { StreamError } from "../stream/index.ts";
 import { beginsAsStore } from "../stream/transfer.ts";
-import { chooseVolume } from "./choose_volume.ts";
+import { chooseScale, chooseVolume } from "./choose_volume.ts";
 import { DeviceSection } from "./device_section.ts";
 import { formatDims } from "./format.ts";
 import { addressIn } from "./open_target.ts";
@@ -95,29 +99,45 @@ export class DeviceFiles {
     return found !== undefined;
   }
 
-  /** Opens the volume whose file is at an address: fetched now, or kept before. */
+  /** Opens the volume at an address: fetched now, or kept before. */
   openAddress(address: URL): Promise<void> {
     return this.#run("Fetching", async (task) => {
       const kept = (await keptStores()).filter((store) => store.address === address.href);
-      const remote = new RemoteFiles(address, {
-        signal: task.signal,
-        progress: (name, received, bytes) => {
-          task.fetching(`Fetching ${name}`, received, bytes);
-        },
-      });
       task.shows(`Fetching ${nameAt(address)}`, `from ${address.host}`);
-      const isKept = (version: string) => kept.some((store) => store.version === version);
       try {
-        const { file, version } = await remote.first(isKept);
-        const known = kept.find((store) => store.version === version);
-        if (file) await this.#open([file], task, { address, version, remote });
-        else if (known) await this.openKept(known.contentId);
+        if (isZarr(address)) await this.#openZarr(address, task);
+        else await this.#openFile(address, kept, task);
       } catch (error) {
         const isOffline = error instanceof StreamError && error.kind === "unreachable";
         if (!isOffline || !kept[0] || !(await this.openKept(kept[0].contentId))) throw error;
         task.fail(`${address.host} cannot be reached: this is what was kept.`, "From this device");
       }
     });
+  }
+
+  async #openFile(address: URL, kept: readonly KeptStore[], task: Task): Promise<void> {
+    const remote = new RemoteFiles(address, {
+      signal: task.signal,
+      progress: (name, received, bytes) => task.fetching(`Fetching ${name}`, received, bytes),
+    });
+    const isKept = (version: string) => kept.some((store) => store.version === version);
+    const { file, version } = await remote.first(isKept);
+    const known = kept.find((store) => store.version === version);
+    if (file) await this.#open([file], task, { address, version, remote });
+    else if (known) await this.openKept(known.contentId);
+  }
+
+  /** The address bar gets the address of the scale that was chosen. */
+  async #openZarr(address: URL, task: Task): Promise<void> {
+    const image = await openZarr(address, task.signal);
+    const scale = await chooseScale(image);
+    if (!scale) return;
+    const place = addressOfScale(image, scale, address);
+    const { pathname, search } = location;
+    const query = new URLSearchParams(search);
+    query.set("src", place.href);
+    history.replaceState(null, "", `${pathname}?${query}`);
+    await this.#build(await zarrVolume(image, scale, place), task, { address: place.href });
   }
 
   #take(files: Promise<InputFile[]>): Promise<void> {

@@ -1,0 +1,104 @@
+import { StreamError } from "../stream/types.ts";
+import type { ZarrImage, ZarrScale } from "../zarr/index.ts";
+import { explained } from "./fetch_file.ts";
+import { keyOf } from "./files.ts";
+import type { ReadableVolume } from "./reading.ts";
+
+export type { ZarrImage, ZarrScale } from "../zarr/index.ts";
+
+/** Of a build, the part that fetching takes: the network is slower than the builder. */
+const fetchShare = 0.8;
+/** A scale that is shown first has at most so many bytes, if one is as small. */
+const mostPreviewed = 4 << 20;
+/** Voxels of a scale and what its build holds, at most (bytes): see web/builder/README.md. */
+const mostPlanned = 700 << 20;
+
+/** Whether an address is that of a Zarr hierarchy, or in one. */
+export function isZarr({ pathname }: URL): boolean {
+  return /\.zarr(\/|$)|\/(zarr\.json|\.z(attrs|array|group|metadata))$/i.test(pathname);
+}
+
+/** Reads the metadata at an address. Rejects with an error that says what to do, or the signal's reason. */
+export async function openZarr(address: URL, signal: AbortSignal): Promise<ZarrImage> {
+  const { openZarr: open } = await import("../zarr/index.ts");
+  return open(address.href, signal).catch(rethrow);
+}
+
+/** Whether the browser can likely build the store of a scale; the builder knows it for certain. */
+export function isBuildable({ description, voxelBytes }: ZarrScale): boolean {
+  const [x, y] = description.voxels;
+  const bytes = Number(description.type.slice(1)) / 8;
+  return voxelBytes * (bytes > 2 ? 0.21 : 0.42) + 70 * x * y * Math.min(2, bytes) < mostPlanned;
+}
+
+/** The address of a scale: what is opened there is this scale, without a choice. */
+export function addressOfScale(image: ZarrImage, { path }: ZarrScale, asked: URL): URL {
+  const address = new URL(image.address);
+  if (path) address.pathname += `/${path}`;
+  address.hash = asked.hash;
+  return address;
+}
+
+/** The scale that is shown while another is fetched: with few voxels, but not fewer than it takes. */
+function previewOf({ scales }: ZarrImage, { voxelBytes }: ZarrScale): ZarrScale | undefined {
+  const smaller = scales
+    .filter((scale) => scale.voxelBytes <= voxelBytes / 4)
+    .sort((a, b) => a.voxelBytes - b.voxelBytes);
+  return smaller.findLast((scale) => scale.voxelBytes <= mostPreviewed) ?? smaller[0];
+}
+
+/** A scale of an image as a volume. Its preview is a smaller scale, which is fetched first. */
+export async function zarrVolume(
+  image: ZarrImage,
+  scale: ZarrScale,
+  address: URL,
+): Promise<ReadableVolume> {
+  const { description, voxelBytes } = scale;
+  const small = previewOf(image, scale);
+  let previewFetched: Promise<unknown> = Promise.resolve();
+  return {
+    files: 1,
+    description,
+    voxelBytes,
+    key: await keyOf([address.href, image.metadata]),
+    build: async ({ progress, ...options }) => {
+      const { signal = new AbortController().signal } = options;
+      const { readZarr } = await import("../zarr/index.ts");
+      const { buildStore } = await import("../builder/index.ts");
+      await previewFetched;
+      signal.throwIfAborted();
+      const begin = performance.now();
+      const { voxels, notes } = await readZarr(image, scale, {
+        signal,
+        progress: (read) => {
+          const fraction = fetchShare * read;
+          const seconds = (performance.now() - begin) / 1000;
+          const secondsLeft = (seconds * (1 - fraction)) / fraction;
+          progress?.({ fraction, voxelsPerSecond: 0, secondsLeft });
+        },
+      }).catch(rethrow);
+      const volume = { ...description, notes: [...(description.notes ?? []), ...notes] };
+      return buildStore(volume, voxels, {
+        ...options,
+        progress: ({ fraction, ...rest }) =>
+          progress?.({ ...rest, fraction: fetchShare + (1 - fetchShare) * fraction }),
+      });
+    },
+    buildReduced: async (signal) => {
+      if (!small) return undefined;
+      const reading = import("../zarr/index.ts").then((zarr) =>
+        zarr.readZarr(image, small, { signal }),
+      );
+      previewFetched = reading.catch(() => {}); // the build meets the same fault
+      const { voxels } = await reading;
+      const { buildStore } = await import("../builder/index.ts");
+      const built = await buildStore(small.description, voxels, { workers: 1, signal });
+      return { ...built, voxels: small.description.voxels };
+    },
+    close: () => {},
+  };
+}
+
+function rethrow(error: unknown): never {
+  throw error instanceof StreamError ? explained(error) : error;
+}

@@ -1,0 +1,60 @@
+import { StreamError } from "../stream/types.ts";
+import { ZarrError } from "./image_axes.ts";
+import type { ZarrImage, ZarrScale, ZarrVoxels } from "./types.ts";
+import type { ZarrRequest, ZarrResponse } from "./zarr_worker.ts";
+
+/**
+ * Reads the metadata of an image, of one of its scales, or of an array. Rejects with a ZarrError, a
+ * StreamError, or the signal's reason.
+ */
+export async function openZarr(address: string, signal: AbortSignal): Promise<ZarrImage> {
+  const answer = await ask({ open: address }, signal);
+  if (!("image" in answer)) throw unexpected();
+  return answer.image;
+}
+
+/** Reads the voxels of a scale. `progress` gets the fraction that is read. Rejects as openZarr. */
+export async function readZarr(
+  { address }: ZarrImage,
+  scale: ZarrScale,
+  { signal, progress }: { signal: AbortSignal; progress?(fraction: number): void },
+): Promise<ZarrVoxels> {
+  const answer = await ask({ read: scale, address }, signal, progress);
+  if (!("voxels" in answer)) throw unexpected();
+  return answer;
+}
+
+function unexpected(): ZarrError {
+  return new ZarrError("expected another answer of the worker: load the page again");
+}
+
+/** A worker for one request, which ends with the answer or the signal. */
+async function ask(
+  request: ZarrRequest,
+  signal: AbortSignal,
+  progress?: (fraction: number) => void,
+): Promise<ZarrResponse> {
+  signal.throwIfAborted();
+  const worker = new Worker(new URL("./zarr_worker.ts", import.meta.url), { type: "module" });
+  let abort = (): void => {};
+  try {
+    return await new Promise<ZarrResponse>((resolve, reject) => {
+      abort = () => reject(signal.reason);
+      signal.addEventListener("abort", abort, { once: true });
+      worker.onerror = (event) => {
+        event.preventDefault();
+        reject(new ZarrError(event.message || "the reader of Zarr could not be started"));
+      };
+      worker.onmessage = ({ data }: MessageEvent<ZarrResponse>) => {
+        if ("progress" in data) progress?.(data.progress);
+        else if (!("message" in data)) resolve(data);
+        else if (data.fault) reject(new StreamError(data.fault, data.message));
+        else reject(new ZarrError(data.message));
+      };
+      worker.postMessage(request);
+    });
+  } finally {
+    signal.removeEventListener("abort", abort);
+    worker.terminate();
+  }
+}
