@@ -10,8 +10,9 @@
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
 #include "native/cli/write_mesh.h"
+#include "native/extract/encoded_file.h"
 #include "native/extract/extract.h"
-#include "native/extract/ply_file.h"
+#include "shared/mesh_files/ply_encoder.h"
 
 namespace isosplat::cli {
 namespace {
@@ -23,15 +24,33 @@ struct ExtractCall {
   unsigned threads = 0;
   ProjectionOptions projection;
   std::string shading = "smooth";
+  std::vector<double> box;
   bool mesh = false;
   MeshChanges changes;
   bool force = false;
 };
 
+/// The cells of --box; none if it is not given.
+Result<std::optional<CellRegion>> region_of(const ExtractCall& call, const VolumeGrid& grid) {
+  if (call.box.empty()) return std::nullopt;
+  const Vec3d low{call.box[0], call.box[1], call.box[2]};
+  const Vec3d high{call.box[3], call.box[4], call.box[5]};
+  if (low.x < high.x && low.y < high.y && low.z < high.z) {
+    return CellRegion::in_world(grid, low, high);
+  }
+  return fail(Status::invalid_argument,
+              fmt::format("expected --box X0,Y0,Z0,X1,Y1,Z1 with X0 < X1, Y0 < Y1 and Z0 < Z1, "
+                          "found {}: exchange the corners' coordinates",
+                          fmt::join(call.box, ",")));
+}
+
 void explain_no_surface(const StoreFile& store, const ExtractCall& call) {
   const std::string reason = no_isosurface(store.info(), call.isovalue);
-  note(!reason.empty()
-           ? reason
+  note(!reason.empty() ? reason
+       : !call.box.empty()
+           ? fmt::format("no cell of level {} in --box is active at {}: isosplat info has the "
+                         "volume's place in the world",
+                         call.level, call.isovalue)
            : fmt::format("no cell of level {} is active at {}: all cells that the isosurface would "
                          "cross touch missing voxels",
                          call.level, call.isovalue));
@@ -54,12 +73,14 @@ int run(const ExtractCall& call) {
   const auto replaceable =
       check_replaceable(path, (*format)->beginning, (*format)->name, call.force);
   if (!replaceable) return report(replaceable.error());
+  const auto region = region_of(call, (*store)->info().grid);
+  if (!region) return report(region.error());
+  const ExtractOptions options{call.level, call.threads, call.shading == "smooth", *region};
   const std::string comment =
       fmt::format("isosurface {} of {}, level {}, by isosplat " ISOSPLAT_VERSION, call.isovalue,
                   std::filesystem::path(call.store).filename().string(), call.level);
   if (call.mesh) {
-    const auto mesh =
-        write_mesh(**store, call.isovalue, {call.level, call.threads}, call.changes, path, comment);
+    const auto mesh = write_mesh(**store, call.isovalue, options, call.changes, path, comment);
     if (!mesh) return report(mesh.error());
     if (mesh->components_found) {
       note(fmt::format("{} of {} components are kept",
@@ -76,11 +97,13 @@ int run(const ExtractCall& call) {
     if (mesh->counts.triangles == 0) explain_no_surface(**store, call);
     return kSuccess;
   }
-  auto file = PlyFile::create(path, (*store)->info().grid, comment);
+  auto file = EncodedFile::create(path, std::make_unique<PlyEncoder>((*store)->info().grid, comment,
+                                                                     PlyEncoder::Content::points));
   if (!file) return report(file.error());
-  const auto points = extract_points(**store, call.isovalue, call.projection,
-                                     {call.level, call.threads, call.shading == "smooth"},
-                                     [&](const PointArrays& batch) { return file->append(batch); });
+  const auto points = extract_points(**store, call.isovalue, call.projection, options,
+                                     [&](const PointArrays& batch) {
+                                       return file->append({batch, {}});
+                                     });
   if (!points) return report(points.error());
   if (auto published = file->publish(); !published) return report(published.error());
   fmt::print("{}: {} points with normals, {}\n", path.string(), with_commas(*points),
@@ -105,6 +128,12 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       ->add_option("--level", call->level, "0 is the finest; each further level halves each axis")
       ->check(is_whole_number(0, 32))
       ->capture_default_str();
+  command
+      ->add_option("--box", call->box,
+                   "X0,Y0,Z0,X1,Y1,Z1 in world units: only cells whose centres are in this box")
+      ->delimiter(',')
+      ->check(is_number())
+      ->expected(6);
   CLI::Option* mesh = command->add_flag(
       "--mesh", call->mesh,
       "Write triangles instead of points: a closed surface (except at the volume's\n"
@@ -158,12 +187,18 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "each\n"
       "triangle, and 3MF has none. Positions are in world space; GLB and 3MF assume millimetres,\n"
       "and GLB converts to metres with y up. In PLY files they are double precision if single\n"
-      "precision would be wrong by more than 1/2000 of a voxel.\n\n" +
+      "precision would be wrong by more than 1/2000 of a voxel.\n"
+      "With --box, the surface ends at faces of cells, and is open there, as it is at the "
+      "volume's\n"
+      "border; normals there are those of the cells inside. Boxes side by side share no cell:\n"
+      "together their parts are the whole surface.\n\n" +
       examples("  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
                "  isosplat extract head.isosplat -i -300 --exact --level 1\n"
                "  isosplat extract engine.isosplat --isovalue 60.5 --mesh -o engine.stl\n"
                "  isosplat extract engine.isosplat -i 60.5 --mesh --largest --simplify 0.1 -o "
                "part.3mf\n"
+               "  isosplat extract engine.isosplat -i 60.5 --mesh --box 50,50,20,200,200,90 -o "
+               "part.stl\n"
                "MeshLab, CloudCompare, Open3D and VTK read PLY files."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }

@@ -20,7 +20,12 @@ Result<std::vector<ChunkRef>> chunks_of(const StoreFile& store, double isovalue,
   const float quantized_isovalue = info.mapping.quantized_isovalue(isovalue);
   auto selection = store.chunks_for(options.level, quantized_isovalue, quantized_isovalue);
   if (!selection) return tl::unexpected(selection.error());
-  std::erase_if(selection->chunks, [](const ChunkRef& chunk) { return chunk.cells == 0; });
+  std::erase_if(selection->chunks, [&](const ChunkRef& chunk) {
+    if (chunk.cells == 0) return true;
+    const Index3 cells = shape_of(info, chunk).block_cells;
+    return options.region &&
+           !options.region->may_contain(origin_of(chunk.block), cells, options.level);
+  });
   return std::move(selection->chunks);
 }
 
@@ -28,6 +33,21 @@ unsigned thread_count(const ExtractOptions& options, size_t chunks) {
   const unsigned threads =
       options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
   return static_cast<unsigned>(std::clamp<size_t>(chunks, 1, threads));
+}
+
+Index3 origin_of(BlockKey block) {
+  const Index3 at = block.index;
+  return {at.x * kBlockCells, at.y * kBlockCells, at.z * kBlockCells};
+}
+
+Result<void> decode_cells(ChunkDecoder& decoder, std::span<const std::byte> bytes,
+                          const ChunkRef& chunk, const ChunkShape& shape,
+                          const ExtractOptions& options, DecodedCells& cells) {
+  auto decoded = decoder.decode(bytes, shape, cells);
+  if (decoded && options.region) {
+    options.region->keep(cells, origin_of(chunk.block), chunk.block.level);
+  }
+  return decoded;
 }
 
 Error name_chunk(Error error, const StoreFile& store, const ChunkRef& chunk) {

@@ -20,13 +20,21 @@
 
 namespace isosplat {
 
-/// The chunks that an isovalue needs at a level, in file order: at most one for each block. Errors:
-/// see extract_samples.
+/// The chunks that an isovalue needs at a level, in file order: at most one for each block, without
+/// those that have no cell in the region of the options. Errors: see extract_samples.
 Result<std::vector<ChunkRef>> chunks_of(const StoreFile& store, double isovalue,
                                         const ExtractOptions& options);
 
 /// The threads to use for this many chunks, at least 1.
 unsigned thread_count(const ExtractOptions& options, size_t chunks);
+
+/// The low corner of a block, in cells of its level.
+Index3 origin_of(BlockKey block);
+
+/// Decodes a chunk, and removes the cells that are not in the region of the options.
+Result<void> decode_cells(ChunkDecoder& decoder, std::span<const std::byte> bytes,
+                          const ChunkRef& chunk, const ChunkShape& shape,
+                          const ExtractOptions& options, DecodedCells& cells);
 
 /// Puts the names of the store and the chunk in front of the message.
 Error name_chunk(Error error, const StoreFile& store, const ChunkRef& chunk);

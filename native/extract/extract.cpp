@@ -52,6 +52,7 @@ class PointExtraction {
       : store_(store),
         quantized_isovalue_(quantized_isovalue),
         projection_(projection),
+        options_(options),
         chunks_(chunks),
         layer_ends_(layer_ends(chunks)),
         borders_(blocks_of(chunks)),
@@ -84,8 +85,9 @@ class PointExtraction {
     return for_each_chunk(store_, chunks, threads_,
                           [&](unsigned thread, ChunkDecoder& decoder,
                               std::span<const std::byte> bytes, size_t i) -> Result<void> {
-                            auto decoded = decoder.decode(bytes, shape_of(store_.info(), chunks[i]),
-                                                          cells_[thread]);
+                            auto decoded = decode_cells(decoder, bytes, chunks[i],
+                                                        shape_of(store_.info(), chunks[i]),
+                                                        options_, cells_[thread]);
                             if (decoded) use(thread, i);
                             return decoded;
                           });
@@ -133,6 +135,7 @@ class PointExtraction {
   const StoreFile& store_;
   float quantized_isovalue_;
   const ProjectionOptions& projection_;
+  const ExtractOptions& options_;
   std::span<const ChunkRef> chunks_;
   std::vector<size_t> layer_ends_;
   BlockBorders borders_;

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
+#include "shared/mesh/cell_region.h"
 #include "shared/points/chunk_samples.h"
 #include "shared/sampling/packed_sample.h"
 #include "shared/store_file/store_file.h"
@@ -11,8 +13,9 @@ namespace isosplat {
 
 struct ExtractOptions {
   uint32_t level = 0;
-  unsigned threads = 0;        ///< 0: one per core
-  bool smooth_normals = true;  ///< of points: false: each cell's own gradient
+  unsigned threads = 0;                   ///< 0: one per core
+  bool smooth_normals = true;             ///< of points: false: each cell's own gradient
+  std::optional<CellRegion> region = {};  ///< only these cells are extracted
 };
 
 /// The samples of one chunk, in the GPU's layout.
@@ -23,10 +26,10 @@ struct ChunkSamples {
 
 /// Decodes all chunks that an isovalue needs at one level: for each block that the isosurface may
 /// cross, one chunk. They are in file order. A chunk also has some inactive cells, which the vertex
-/// shader discards. Replaces the content of `result` and reuses its memory: pass the same vector
-/// for the next isovalue. Errors: not_found (no such level), invalid_argument (the isovalue is not
-/// finite), out_of_memory (the system refuses memory or threads), and those of StoreFile and
-/// ChunkDecoder; `result` is then empty.
+/// shader discards, and all of its cells if any of them may be in the region. Replaces the content
+/// of `result` and reuses its memory: pass the same vector for the next isovalue. Errors: not_found
+/// (no such level), invalid_argument (the isovalue is not finite), out_of_memory (the system
+/// refuses memory or threads), and those of StoreFile and ChunkDecoder; `result` is then empty.
 Result<void> extract_samples(const StoreFile& store, double isovalue, const ExtractOptions& options,
                              std::vector<ChunkSamples>& result);
 

@@ -6,36 +6,20 @@
 #include <array>
 #include <cctype>
 
-#include "native/extract/glb_file.h"
+#include "native/extract/encoded_file.h"
 #include "native/extract/obj_file.h"
-#include "native/extract/ply_file.h"
-#include "native/extract/stl_file.h"
 #include "native/extract/three_mf_file.h"
 
 namespace isosplat {
 namespace {
 
-/// A PLY file as a file of mesh parts.
-class PlyMeshFile : public MeshFile {
- public:
-  static Result<PlyMeshFile> create(const std::filesystem::path& path, const VolumeGrid& grid,
-                                    std::string_view comment) {
-    auto ply = PlyFile::create(path, grid, comment, PlyFile::Content::triangles);
-    if (!ply) return tl::unexpected(ply.error());
-    return PlyMeshFile(std::move(*ply));
-  }
-  Result<void> append(const MeshPart& part) override {
-    if (auto points = file_.append(part.vertices); !points) return points;
-    return file_.append(part.triangles);
-  }
-  Result<void> publish() override { return file_.publish(); }
-  uint64_t bytes() const override { return file_.bytes(); }
-
- private:
-  explicit PlyMeshFile(PlyFile file) : file_(std::move(file)) {}
-
-  PlyFile file_;
-};
+template <MeshFormatId format>
+Result<std::unique_ptr<MeshFile>> create_encoded(const std::filesystem::path& path,
+                                                 const VolumeGrid& grid, std::string_view comment) {
+  auto file = EncodedFile::create(path, make_mesh_encoder(format, grid, comment));
+  if (!file) return tl::unexpected(file.error());
+  return std::make_unique<EncodedFile>(std::move(*file));
+}
 
 template <class File>
 Result<std::unique_ptr<MeshFile>> create(const std::filesystem::path& path, const VolumeGrid& grid,
@@ -46,10 +30,11 @@ Result<std::unique_ptr<MeshFile>> create(const std::filesystem::path& path, cons
 }
 
 constexpr std::array kFormats{
-    MeshFormat{".ply", "ply\n", "a PLY file", create<PlyMeshFile>},
-    MeshFormat{".stl", "isosurface", "an STL file of this program", create<StlFile>},
+    MeshFormat{".ply", "ply\n", "a PLY file", create_encoded<MeshFormatId::ply>},
+    MeshFormat{".stl", "isosurface", "an STL file of this program",
+               create_encoded<MeshFormatId::stl>},
     MeshFormat{".obj", "# isosurface", "an OBJ file of this program", create<ObjFile>},
-    MeshFormat{".glb", "glTF", "a GLB file", create<GlbFile>},
+    MeshFormat{".glb", "glTF", "a GLB file", create_encoded<MeshFormatId::glb>},
     MeshFormat{".3mf", "PK", "a 3MF file", create<ThreeMfFile>},
 };
 

@@ -233,7 +233,22 @@ TEST(Cli, WritesMeshes) {
     EXPECT_NE(glb.find("b\xef\xbf\xbd.isosplat"), std::string::npos) << "U+FFFD";
   }
 
+  // The whole ball and a half of it, and a place without a surface.
+  const std::string half = folder / "half.stl";
+  EXPECT_EQ(extract({"--mesh", "-o", folder / "b.stl", "--box", "-9,-9,-9,99,99,99"}).exit_code, 0);
+  EXPECT_EQ(read_file(folder / "b.stl"), read_file(folder / "b.STL"));
+  EXPECT_EQ(extract({"--mesh", "-o", half, "--box", "-9,-9,-9,19.5,99,99"}).exit_code, 0);
+  EXPECT_NEAR(double(read_file(half).size()) / double(read_file(folder / "b.stl").size()), 0.5,
+              0.03);
+  const Ended empty = extract({"--mesh", "-o", half, "--box", "0,0,0,2,2,2"});
+  EXPECT_EQ(empty.exit_code, 0);
+  EXPECT_NE(empty.err.find("in --box"), std::string::npos) << empty.err;
+  const Ended reversed = extract({"--mesh", "-o", half, "--box", "20,0,0,2,2,2"});
+  EXPECT_EQ(reversed.exit_code, 2) << reversed.err;
+  EXPECT_NE(reversed.err.find("found 20,0,0,2,2,2"), std::string::npos) << reversed.err;
+
   for (const std::vector<std::string>& wrong : {std::vector<std::string>{"--largest"},
+                                                {"--box", "1,2,3"},
                                                 {"--simplify", "1"},
                                                 {"--mesh", "--simplify", "0"},
                                                 {"--mesh", "--components", "0"},

@@ -11,9 +11,8 @@
 #include <set>
 
 #include "native/builder/array_source.h"
+#include "native/extract/encoded_file.h"
 #include "native/extract/obj_file.h"
-#include "native/extract/ply_file.h"
-#include "native/extract/stl_file.h"
 #include "tests/native/temporary_folder.h"
 
 namespace isosplat {
@@ -152,6 +151,70 @@ TEST_F(ExtractMesh, HasNoTrianglesBeyondTheValues) {
   EXPECT_EQ(counts->triangles, 0u);
 }
 
+/// Edges that one triangle has.
+std::vector<std::array<uint32_t, 2>> boundary_of(const MeshPart& mesh) {
+  std::set<std::array<uint32_t, 2>> edges;
+  for (const auto& t : mesh.triangles) {
+    for (size_t i = 0; i < 3; ++i) edges.insert({t[i], t[(i + 1) % 3]});
+  }
+  std::vector<std::array<uint32_t, 2>> boundary;
+  for (const auto& edge : edges) {
+    if (!edges.contains({edge[1], edge[0]})) boundary.push_back(edge);
+  }
+  return boundary;
+}
+
+TEST_F(ExtractMesh, RegionsSideBySideAreTheWholeSurface) {
+  // Axes in another order, one of them turned round: the box is in the world.
+  open({.voxels = kVoxels,
+        .spacing = {0.5, 1, 2},
+        .origin = {10, 20, 30},
+        .direction = {0, 0, 1, -1, 0, 0, 0, 1, 0}});
+  const double cut = grid_.world({45, 0, 0}).y;
+  const double far = 1e6;
+  for (const uint32_t level : {0u, 1u}) {
+    const MeshPart whole = mesh({.level = level});
+    ExtractOptions options{.level = level};
+    options.region = CellRegion::in_world(grid_, {-far, -far, -far}, {far, cut, far});
+    const MeshPart left = mesh(options);
+    options.region = CellRegion::in_world(grid_, {-far, cut, -far}, {far, far, far});
+    const MeshPart right = mesh(options);
+    EXPECT_GT(left.triangles.size(), whole.triangles.size() / 3);
+    EXPECT_GT(right.triangles.size(), whole.triangles.size() / 3);
+    EXPECT_EQ(left.triangles.size() + right.triangles.size(), whole.triangles.size());
+    const auto boundary = boundary_of(left);
+    EXPECT_EQ(boundary.size(), boundary_of(right).size());
+    ASSERT_GT(boundary.size(), 50u);
+    // The face of cells that is nearest: at level 1, half a cell away.
+    const double face = cut - (level == 0 ? 0 : 0.5);
+    for (const auto& edge : boundary) {
+      for (const uint32_t vertex : edge) EXPECT_EQ(left.vertices.positions[vertex].y, face);
+    }
+  }
+}
+
+TEST_F(ExtractMesh, RegionsHaveTheirPointsAtTheSamePlaces) {
+  open({.voxels = kVoxels});
+  const auto points = [&](std::optional<CellRegion> region) {
+    std::set<std::array<double, 3>> places;
+    ExtractOptions options;
+    options.region = region;
+    const auto count = extract_points(*store_, kIsovalue, {}, options, [&](const PointArrays& all) {
+      for (const Vec3d& at : all.positions) places.insert({at.x, at.y, at.z});
+      return Result<void>{};
+    });
+    EXPECT_TRUE(count);
+    EXPECT_EQ(*count, places.size());
+    return places;
+  };
+  auto parts = points(CellRegion::in_grid({0, 0, 0}, {90, 70, 66.5}));
+  const auto above = points(CellRegion::in_grid({0, 0, 66.5}, {90, 70, 140}));
+  EXPECT_GT(parts.size(), 1000u);
+  EXPECT_GT(above.size(), 1000u);
+  parts.insert(above.begin(), above.end());
+  EXPECT_EQ(parts, points({}));
+}
+
 TEST_F(ExtractMesh, EndsWithTheFirstErrorOfItsWriter) {
   open({.voxels = kVoxels});
   const auto counts = extract_mesh(*store_, kIsovalue, {}, [](const MeshPart&) -> Result<void> {
@@ -169,12 +232,10 @@ std::string content_of(const std::filesystem::path& path) {
 TEST_F(ExtractMesh, PlyFilesHaveVerticesAndFaces) {
   open({.voxels = kVoxels});
   const auto path = folder_.path() / "ball.ply";
-  auto file = PlyFile::create(path, grid_, "a ball", PlyFile::Content::triangles);
+  auto file = EncodedFile::create(path, make_mesh_encoder(MeshFormatId::ply, grid_, "a ball"));
   ASSERT_TRUE(file);
-  const auto counts = extract_mesh(*store_, kIsovalue, {}, [&](const MeshPart& part) {
-    auto written = file->append(part.vertices);
-    return written ? file->append(part.triangles) : written;
-  });
+  const auto counts = extract_mesh(*store_, kIsovalue, {},
+                                   [&](const MeshPart& part) { return file->append(part); });
   ASSERT_TRUE(counts);
   ASSERT_TRUE(file->publish());
   const std::string content = content_of(path);
@@ -193,7 +254,7 @@ TEST_F(ExtractMesh, PlyFilesHaveVerticesAndFaces) {
 TEST_F(ExtractMesh, StlFilesHaveEachTrianglesCorners) {
   open({.voxels = kVoxels});
   const auto path = folder_.path() / "ball.stl";
-  auto file = StlFile::create(path, grid_, "solid rock");
+  auto file = EncodedFile::create(path, make_mesh_encoder(MeshFormatId::stl, grid_, "solid rock"));
   ASSERT_TRUE(file);
   const auto counts = extract_mesh(*store_, kIsovalue, {},
                                    [&](const MeshPart& part) { return file->append(part); });

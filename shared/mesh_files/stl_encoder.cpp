@@ -1,5 +1,6 @@
-#include "native/extract/stl_file.h"
+#include "shared/mesh_files/stl_encoder.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <limits>
@@ -12,7 +13,7 @@ static_assert(std::endian::native == std::endian::little, "the file has the layo
 
 namespace {
 
-constexpr size_t kTriangleBytes = 50;
+constexpr size_t kHeaderBytes = 84, kTriangleBytes = 50;
 
 /// A triangle of the file: its normal, its corners, and two bytes that are 0.
 struct StlTriangle {
@@ -29,14 +30,7 @@ Vec3f unit_normal(const std::array<Vec3f, 3>& corners) {
 
 }  // namespace
 
-Result<StlFile> StlFile::create(const std::filesystem::path& path, const VolumeGrid&,
-                                std::string_view comment) {
-  auto file = OutputFile::create(path);
-  if (!file) return tl::unexpected(file.error());
-  return StlFile(std::move(*file), comment);
-}
-
-Result<void> StlFile::append(const MeshPart& part) {
+Result<void> StlEncoder::append(const MeshPart& part, EncodedPart& out) {
   for (const Vec3d& at : part.vertices.positions) {
     positions_.push_back(
         {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)});
@@ -45,29 +39,31 @@ Result<void> StlFile::append(const MeshPart& part) {
   if (triangles_ > std::numeric_limits<uint32_t>::max()) {
     return fail(Status::invalid_argument,
                 "expected at most 2^32 - 1 triangles, which STL files can hold, found more: choose "
-                "PLY or a coarser --level");
+                "PLY or a coarser level");
   }
-  buffer_.assign(part.triangles.size() * kTriangleBytes, std::byte{0});
+  const size_t begin = out.body.size();
+  out.body.resize(begin + part.triangles.size() * kTriangleBytes);
   for (size_t i = 0; i < part.triangles.size(); ++i) {
     StlTriangle triangle;
     for (size_t k = 0; k < 3; ++k) triangle.corners[k] = positions_[part.triangles[i][k]];
     triangle.normal = unit_normal(triangle.corners);
-    std::memcpy(&buffer_[i * kTriangleBytes], &triangle, sizeof triangle);
+    std::memcpy(&out.body[begin + i * kTriangleBytes], &triangle, sizeof triangle);
   }
-  auto written = file_.write(end_, buffer_);
-  if (written) end_ += buffer_.size();
-  return written;
+  return {};
 }
 
-Result<void> StlFile::publish() {
-  std::array<std::byte, 84> header{};
+size_t StlEncoder::header_bytes() const {
+  return kHeaderBytes;
+}
+
+std::vector<std::byte> StlEncoder::header() const {
+  std::vector<std::byte> header(kHeaderBytes);
   // A text that begins with "solid" would be taken for a text file.
   const std::string text = comment_.starts_with("solid") ? " " + comment_ : comment_;
   std::memcpy(header.data(), text.data(), std::min<size_t>(text.size(), 80));
   const auto count = static_cast<uint32_t>(triangles_);
   std::memcpy(&header[80], &count, 4);
-  if (auto written = file_.write(0, header); !written) return written;
-  return file_.publish();
+  return header;
 }
 
 }  // namespace isosplat

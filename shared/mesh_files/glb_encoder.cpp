@@ -1,4 +1,4 @@
-#include "native/extract/glb_file.h"
+#include "shared/mesh_files/glb_encoder.h"
 
 #include <algorithm>
 #include <bit>
@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "shared/points/position_precision.h"
 
@@ -42,33 +43,28 @@ std::string to_text(const nlohmann::json& json) {
 
 }  // namespace
 
-Result<GlbFile> GlbFile::create(const std::filesystem::path& path, const VolumeGrid& grid,
-                                std::string_view comment) {
-  auto file = OutputFile::create(path);
-  if (!file) return tl::unexpected(file.error());
-  auto triangles = SpooledBytes::create(path.parent_path());
-  if (!triangles) return tl::unexpected(triangles.error());
-  const Vec3d middle = grid.world({0.5 * grid.voxels.x, 0.5 * grid.voxels.y, 0.5 * grid.voxels.z});
-  GlbFile glb(std::move(*file), std::move(*triangles), needs_doubles(grid) ? middle : Vec3d{},
-              comment.substr(0, 300));
-  glb.end_ = kDataBegin;
+GlbEncoder::GlbEncoder(const VolumeGrid& grid, std::string_view comment)
+    : comment_(comment.substr(0, 300)) {
+  if (needs_doubles(grid)) {
+    offset_ = grid.world({0.5 * grid.voxels.x, 0.5 * grid.voxels.y, 0.5 * grid.voxels.z});
+  }
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  glb.low_ = {kInfinity, kInfinity, kInfinity};
-  glb.high_ = {-kInfinity, -kInfinity, -kInfinity};
-  return glb;
+  low_ = {kInfinity, kInfinity, kInfinity};
+  high_ = {-kInfinity, -kInfinity, -kInfinity};
 }
 
-Result<void> GlbFile::append(const MeshPart& part) {
+Result<void> GlbEncoder::append(const MeshPart& part, EncodedPart& out) {
   const size_t count = part.vertices.positions.size();
   vertices_ += count;
-  const uint64_t triangle_bytes = triangles_.size() + part.triangles.size() * kTriangleBytes;
-  if (kDataBegin + vertices_ * kVertexBytes + triangle_bytes >
+  triangles_ += part.triangles.size();
+  if (kDataBegin + vertices_ * kVertexBytes + triangles_ * kTriangleBytes >
       std::numeric_limits<uint32_t>::max()) {
     return fail(Status::invalid_argument,
                 "expected a mesh of less than 4 GiB, the most that a GLB file can hold, found "
-                "more: choose .ply, a coarser --level or --simplify");
+                "more: choose PLY, a coarser level, or fewer triangles");
   }
-  buffer_.resize(count * kVertexBytes);
+  const size_t begin = out.body.size();
+  out.body.resize(begin + count * kVertexBytes);
   for (size_t i = 0; i < count; ++i) {
     const Vec3d at = part.vertices.positions[i] - offset_;
     Vec3f normal = part.vertices.normals[i];
@@ -79,14 +75,14 @@ Result<void> GlbFile::append(const MeshPart& part) {
     const Vec3f p = vertex.position;
     low_ = {std::min(low_.x, p.x), std::min(low_.y, p.y), std::min(low_.z, p.z)};
     high_ = {std::max(high_.x, p.x), std::max(high_.y, p.y), std::max(high_.z, p.z)};
-    std::memcpy(&buffer_[i * kVertexBytes], &vertex, kVertexBytes);
+    std::memcpy(&out.body[begin + i * kVertexBytes], &vertex, kVertexBytes);
   }
-  if (auto written = file_.write(end_, buffer_); !written) return written;
-  end_ += buffer_.size();
-  return triangles_.append(std::as_bytes(std::span(part.triangles)));
+  const auto triangles = std::as_bytes(std::span(part.triangles));
+  out.tail.insert(out.tail.end(), triangles.begin(), triangles.end());
+  return {};
 }
 
-std::string GlbFile::scene() const {
+std::string GlbEncoder::scene() const {
   using nlohmann::json;
   json scene = {{"asset", {{"version", "2.0"}, {"generator", comment_}}}, {"scene", 0}};
   scene["scenes"] = {{{"nodes", json::array({0})}}};
@@ -106,6 +102,7 @@ std::string GlbFile::scene() const {
   scene["meshes"] = {
       {{"primitives", {{{"attributes", attributes}, {"indices", 2}, {"material", 0}}}}}};
   const uint64_t vertex_bytes = vertices_ * kVertexBytes;
+  const uint64_t triangle_bytes = triangles_ * kTriangleBytes;
   scene["accessors"] = {{{"bufferView", 0},
                          {"componentType", kFloat},
                          {"count", vertices_},
@@ -119,7 +116,7 @@ std::string GlbFile::scene() const {
                          {"type", "VEC3"}},
                         {{"bufferView", 1},
                          {"componentType", kUnsignedInt},
-                         {"count", triangles_.size() / 4},
+                         {"count", triangles_ * 3},
                          {"type", "SCALAR"}}};
   scene["bufferViews"] = {{{"buffer", 0},
                            {"byteLength", vertex_bytes},
@@ -127,41 +124,37 @@ std::string GlbFile::scene() const {
                            {"target", kArrayBuffer}},
                           {{"buffer", 0},
                            {"byteOffset", vertex_bytes},
-                           {"byteLength", triangles_.size()},
+                           {"byteLength", triangle_bytes},
                            {"target", kElementBuffer}}};
-  scene["buffers"] = {{{"byteLength", vertex_bytes + triangles_.size()}}};
+  scene["buffers"] = {{{"byteLength", vertex_bytes + triangle_bytes}}};
   return to_text(scene);
 }
 
-Result<void> GlbFile::publish() {
-  auto copied = triangles_.read([&](std::span<const std::byte> piece) {
-    auto written = file_.write(end_, piece);
-    end_ += piece.size();
-    return written;
-  });
-  if (!copied) return copied;
+size_t GlbEncoder::header_bytes() const {
+  return kDataBegin;
+}
+
+std::vector<std::byte> GlbEncoder::header() const {
   std::string text = scene();
   text.resize(kJsonBytes, ' ');
-  std::vector<std::byte> header(kDataBegin);
-  const auto put = [&](size_t offset, uint32_t number) {
-    std::memcpy(&header[offset], &number, 4);
+  const uint64_t data = vertices_ * kVertexBytes + triangles_ * kTriangleBytes;
+  // A file without vertices has no binary chunk.
+  std::vector<std::byte> header(data > 0 ? kDataBegin : kDataBegin - 8);
+  const auto put = [&](size_t offset, uint64_t number) {
+    const auto word = static_cast<uint32_t>(number);
+    std::memcpy(&header[offset], &word, 4);
   };
   std::memcpy(header.data(), "glTF", 4);
   put(4, 2);
-  put(8, static_cast<uint32_t>(end_));
+  put(8, header.size() + data);
   put(12, kJsonBytes);
   put(16, kJsonChunk);
   std::memcpy(&header[20], text.data(), kJsonBytes);
-  put(20 + kJsonBytes, static_cast<uint32_t>(end_ - kDataBegin));
-  put(24 + kJsonBytes, kBinaryChunk);
-  // A file without vertices has no binary chunk.
-  if (end_ == kDataBegin) {
-    header.resize(kDataBegin - 8);
-    end_ = header.size();
-    put(8, static_cast<uint32_t>(end_));
+  if (data > 0) {
+    put(20 + kJsonBytes, data);
+    put(24 + kJsonBytes, kBinaryChunk);
   }
-  if (auto written = file_.write(0, header); !written) return written;
-  return file_.publish();
+  return header;
 }
 
 }  // namespace isosplat
