@@ -27,6 +27,8 @@ const wasm = join(root, "build/wasm/web");
 const wasmFiles = [
   "isosplat-core.js",
   "isosplat-core.wasm",
+  "isosplat-mesh.js",
+  "isosplat-mesh.wasm",
   "isosplat-renderer.js",
   "isosplat-renderer.wasm",
   "layouts.js",

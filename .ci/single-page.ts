@@ -43,12 +43,13 @@ export async function singlePage(): Promise<string> {
   let { code } = chunk;
   let css = "";
   const files = built.output.filter((file) => file !== chunk).map(contentOf);
-  // Workers are given the compiled renderer, which contains the core: they fetch nothing.
+  // Workers are given compiled modules, of which the renderer contains the core: they fetch nothing.
   for (const { name, bytes } of files) {
     if (name.endsWith(".css")) css += bytes.toString();
-    if (!/isosplat-renderer.*\.wasm$/.test(name)) continue;
+    const [, module] = name.match(/isosplat-(renderer|mesh).*\.wasm$/) ?? [];
+    if (!module) continue;
     const data = `data:application/wasm;base64,${bytes.toString("base64")}`;
-    code = `const isosplatRenderer="${data}";${inPlace(code, name, "new URL(isosplatRenderer)")}`;
+    code = `const isosplat_${module}="${data}";${inPlace(code, name, `new URL(isosplat_${module})`)}`;
   }
   for (const { name, bytes } of files) {
     if (!name.endsWith(".js")) continue;

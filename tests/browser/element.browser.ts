@@ -59,6 +59,24 @@ const pictures = (page: Page) =>
     return { live: count("canvas"), still: count(".picture > img") };
   });
 
+test("a surface is saved as triangles, in a worker of another origin", async ({ page }) => {
+  await open(page, element("bucky", 'isovalue="100"'));
+  await completed(page, 1);
+  const saved = await page.locator("isosplat-viewer").evaluate(async (e: IsosplatViewerElement) => {
+    const shares: number[] = [];
+    const options = { format: "ply", progress: (share: number) => shares.push(share) } as const;
+    const { file, triangles, vertices } = await e.saveSurface(options);
+    return { triangles, vertices, bytes: file.size, begin: await file.slice(0, 4).text(), shares };
+  });
+  expect(saved.begin).toBe("ply\n");
+  expect(saved.triangles).toBeGreaterThan(100_000);
+  // A header; vertices of 24 bytes, triangles of 13.
+  const header = saved.bytes - 24 * saved.vertices - 13 * saved.triangles;
+  expect(header).toBeGreaterThan(200);
+  expect(header).toBeLessThan(400);
+  expect(saved.shares.at(-1)).toBe(1);
+});
+
 test("the projection is that of the camera and that of the attribute", async ({ page }) => {
   await open(page, element("bucky", 'isovalue="100" projection="orthographic"'));
   await completed(page, 1);

@@ -59,6 +59,10 @@ test("a single page opens from file:// and asks for nothing", async ({ page, con
   await saved.goto(address);
   await complete(saved);
   await expect(saved.locator(".volume-name")).toHaveText("bucky");
+  await saved.getByRole("button", { name: "Save the surface" }).click();
+  const surface = saved.waitForEvent("download");
+  await saved.getByRole("button", { name: "Save", exact: true }).click();
+  expect((await surface).suggestedFilename()).toMatch(/^bucky-[\d.]+\.stl$/);
   expect(requests.filter((url) => url !== address && !/^(data|blob):/.test(url))).toEqual([]);
 });
 

@@ -1,6 +1,7 @@
 // What the page says of isovalues, and how it moves them by itself.
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { activeCellsAt, costText } from "../../web/page/isovalue_cost.ts";
+import { activeCellsAt } from "../../web/core/active_cells.ts";
+import { costText } from "../../web/page/isovalue_cost.ts";
 import { backAndForth, IsovalueSweep } from "../../web/page/isovalue_sweep.ts";
 import type { StoreInfo } from "../../web/stream/index.ts";
 

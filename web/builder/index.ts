@@ -8,7 +8,7 @@
  *       { progress: ({ fraction }) => …, signal },
  *     );
  */
-export { BlobParts } from "./blob_parts.ts";
+export { BlobParts } from "../core/blob_parts.ts";
 export { type BuildStoreOptions, type BuiltStore, buildStore, buildWith } from "./build_store.ts";
 export { Builder } from "./builder.ts";
 export { directBuild, type Encoder } from "./direct.ts";

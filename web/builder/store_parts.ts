@@ -1,4 +1,4 @@
-import { BlobParts } from "./blob_parts.ts";
+import { BlobParts } from "../core/blob_parts.ts";
 
 /** Collects the store that a build writes, as a Blob. The header is written last, at offset 0. */
 export class StoreParts {

@@ -10,6 +10,7 @@
  *     store.close();
  */
 import { Core } from "./core.ts";
+import { fileBytes } from "./file_bytes.ts";
 import { type CompiledModule, instantiate, type ModuleFactory } from "./instantiate.ts";
 import type { CoreModule } from "./module.ts";
 
@@ -46,13 +47,4 @@ export async function loadCore(options: CoreOptions = {}): Promise<Core> {
   const wasmBinary = options.wasmBinary ?? (options.url ? undefined : await fileBytes(url));
   if (wasmBinary) return new Core(await createModule({ wasmBinary }));
   return new Core(await createModule({ locateFile: () => options.url ?? url.href }));
-}
-
-/**
- * The bytes of a file: URL, which Node does not fetch. Node's module is not imported, since bundlers
- * for browsers would try to resolve it.
- */
-async function fileBytes(url: URL): Promise<Uint8Array | undefined> {
-  if (url.protocol !== "file:") return undefined;
-  return globalThis.process?.getBuiltinModule?.("node:fs/promises").readFile(url);
 }

@@ -1,4 +1,5 @@
 /** Defines <isosplat-viewer>. */
+export type { SavedSurface, SaveSurfaceOptions } from "../mesh/index.ts";
 export type { Progress, Source, StoreInfo, StreamError } from "../stream/index.ts";
 export type { Camera, Clip, Look, RendererError, Surface } from "../viewer/index.ts";
 export type { IsosplatViewerEvents } from "./element_events.ts";

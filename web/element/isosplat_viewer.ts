@@ -1,3 +1,4 @@
+import type { SavedSurface, SaveSurfaceOptions } from "../mesh/index.ts";
 import {
   type Decoder,
   faults,
@@ -339,6 +340,19 @@ export class IsosplatViewerElement extends HTMLElement {
   async screenshot(): Promise<Blob> {
     if (!this.#viewer) throw new RendererError("nothing is drawn: the element is out of sight");
     return this.#viewer.screenshot();
+  }
+
+  /**
+   * The first surface as a file of triangles, at full detail unless `options` say otherwise: see
+   * `saveSurface` of `isosplat/mesh`. Rejects if no volume is open.
+   */
+  async saveSurface(options: SaveSurfaceOptions = {}): Promise<SavedSurface> {
+    const isovalue = this.isovalues[0];
+    const access = this.#viewer?.storeAccess;
+    const source = this.#source;
+    if (isovalue === undefined || !source) throw new Error("no volume is open");
+    const { SurfaceReader, saveSurface } = await import("../mesh/index.ts");
+    return saveSurface(access ? new SurfaceReader(access) : source, isovalue, options);
   }
 
   override addEventListener<K extends keyof IsosplatViewerEvents>(

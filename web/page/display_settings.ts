@@ -194,7 +194,7 @@ export class DisplaySettings {
 
   readonly actions: Omit<
     PanelActions,
-    "lookAlong" | "fit" | "toggleProjection" | "undo" | "redo" | "saveTransparent"
+    "lookAlong" | "fit" | "toggleProjection" | "undo" | "redo" | "saveTransparent" | "saveSurface"
   > = {
     slide: (value) => {
       this.#sweep.stop();

@@ -45,6 +45,8 @@ export class Measure {
   readonly #host: MeasureHost;
   #extents: readonly ExtentState[] = [];
   #measuring: AbortController | null = null;
+  /** Of the isovalues that `key` has. */
+  #bytes: { key: string; bytes: number } | null = null;
 
   /** The content id of the volume that was measured, and of the one that is shown. */
   #measured: string | undefined;
@@ -95,6 +97,7 @@ export class Measure {
     this.#shown = contentId;
     this.#measuring?.abort();
     this.#extents = [];
+    this.#bytes = null;
     this.#measured ??= contentId;
     if (this.#isOfOther) this.#host.note(otherVersion);
   }
@@ -119,7 +122,7 @@ export class Measure {
     return measureSection(
       this.tool,
       info,
-      { extents: this.#extents, problem },
+      { extents: this.#extents, problem, bytes: this.#bytesToMeasure() },
       {
         remove: (index, list) => this.#remove(index, list),
         measureSurfaces: () => void this.#measureSurfaces(),
@@ -132,6 +135,19 @@ export class Measure {
         saveSession: () => this.saveSession(),
       },
     );
+  }
+
+  /** What the area and volume of the surfaces read, when it is known and the view is at rest. */
+  #bytesToMeasure(): number | undefined {
+    const isovalues = this.#viewer.surfaces.map(({ isovalue }) => isovalue);
+    const key = isovalues.join();
+    if (this.#bytes?.key === key) return this.#bytes.bytes;
+    if (this.#viewer.isBusy) return undefined;
+    let bytes = 0;
+    for (const isovalue of isovalues) bytes += this.#viewer.bytesOf(isovalue) ?? Number.NaN;
+    if (Number.isNaN(bytes)) return undefined;
+    this.#bytes = { key, bytes };
+    return bytes;
   }
 
   /** Area and volume of each isosurface, one after the other. A second call stops the first. */
@@ -160,9 +176,6 @@ export class Measure {
   }
 
   async #extentOf(isovalue: number, { signal }: AbortController): Promise<void> {
-    const { info } = this.#viewer;
-    const quantized = this.#viewer.quantizedIsovalue(isovalue);
-    if (!info || quantized === undefined) return;
     const before = this.#extents;
     let shownAt = 0;
     const show = (state: Omit<ExtentState, "isovalue">): void => {
@@ -171,17 +184,15 @@ export class Measure {
       this.#host.render();
     };
     show({ share: 0 });
-    const { surfaceExtent } = await import("../measure/surface_extent.ts");
-    const extent = await surfaceExtent(info, quantized, (add) =>
-      this.#viewer.readFinest(isovalue, signal, async (chunk, bytes, share) => {
-        const isAdded = await add(chunk, bytes);
+    const { SurfaceReader, surfaceExtent } = await import("../mesh/index.ts");
+    const access = this.#viewer.storeAccess;
+    if (!access) return;
+    const extent = await surfaceExtent(new SurfaceReader(access), isovalue, {
+      signal,
+      progress: (share) => {
         if (performance.now() - shownAt > progressMs) show({ share });
-        // Gestures come between two chunks.
-        await new Promise((next) => setTimeout(next));
-        signal.throwIfAborted();
-        return isAdded;
-      }),
-    );
+      },
+    });
     show({ extent });
   }
 

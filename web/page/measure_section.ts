@@ -11,10 +11,10 @@ import {
   measurementKinds,
   voxelOf,
 } from "../measure/measurement.ts";
-import type { SurfaceExtent } from "../measure/surface_extent.ts";
+import type { SurfaceExtent } from "../mesh/index.ts";
 import { formatLength, formatPower } from "../overlay/lengths.ts";
 import type { StoreInfo } from "../stream/types.ts";
-import { formatValue } from "./format.ts";
+import { formatBytes, formatValue } from "./format.ts";
 
 const labels: Readonly<Record<MeasurementKind, string>> = {
   point: "Point",
@@ -86,7 +86,11 @@ function facts({ kind, points }: Measurement, info: StoreInfo): string {
 export function measureSection(
   tool: MeasureTool,
   info: StoreInfo,
-  { extents, problem }: { extents: readonly ExtentState[]; problem: string },
+  {
+    extents,
+    problem,
+    bytes,
+  }: { extents: readonly ExtentState[]; problem: string; bytes: number | undefined },
   actions: MeasureActions,
 ): TemplateResult {
   const { kind, measurements } = tool;
@@ -109,10 +113,18 @@ export function measureSection(
       <button
         type="button"
         class="chip"
-        title="Of the whole isosurface, from triangles at full detail"
+        title="Of the whole isosurface, from triangles at full detail, for which these bytes are read"
         @click=${actions.measureSurfaces}
       >
-        ${extents.some(({ share }) => share !== undefined) ? "Stop" : "Area and volume"}
+        ${
+          extents.some(({ share }) => share !== undefined)
+            ? "Stop"
+            : html`Area and volume${
+                bytes === undefined
+                  ? nothing
+                  : html` <span class="quiet">${formatBytes(bytes)}</span>`
+              }`
+        }
       </button>
     </div>
     ${extents.map(progressPart)}

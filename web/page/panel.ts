@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { guard } from "lit/directives/guard.js";
 import { live } from "lit/directives/live.js";
+import { activeCellsAt } from "../core/active_cells.ts";
 import type { OverlayPart } from "../overlay/parts.ts";
 import type { StoreInfo, Triple } from "../stream/types.ts";
 import type { AxisView } from "../viewer/camera_views.ts";
@@ -22,7 +23,7 @@ import {
   parseValue,
 } from "./format.ts";
 import { icon } from "./icons.ts";
-import { activeCellsAt, costText } from "./isovalue_cost.ts";
+import { costText } from "./isovalue_cost.ts";
 import type { IsovalueScale } from "./isovalue_scale.ts";
 
 export interface PanelState {
@@ -59,6 +60,8 @@ export interface PanelActions {
   activate(index: number): void;
   changeSurface(index: number, change: Partial<Surface>): void;
   addSurface(): void;
+  /** Offers the active surface as a file of triangles. */
+  saveSurface(): void;
   removeSurface(index: number): void;
   changeLook(change: Partial<Look>): void;
   /** Turns the key light from where it is now, which may not be shown yet. */
@@ -192,6 +195,14 @@ export function surfacesSection(state: PanelState, actions: PanelActions): Templ
   return html`<section class="section" aria-labelledby="surfaces-label">
     <div class="section-head">
       <h2 id="surfaces-label">Surfaces</h2>
+      <wa-button
+        class="icon-button save-surface"
+        appearance="plain"
+        size="s"
+        title="Save the surface as triangles"
+        @click=${actions.saveSurface}
+        ><span class="visually-hidden">Save the surface</span>${icon("save")}</wa-button
+      >
       <wa-button
         class="icon-button"
         appearance="plain"

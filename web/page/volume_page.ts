@@ -390,6 +390,7 @@ export class VolumePage {
     fit: () => this.#fit(),
     toggleProjection: () => this.#toggleProjection(),
     saveTransparent: () => void this.#saveScreenshot({ transparent: true }),
+    saveSurface: () => void this.#saveSurface(),
     undo: () => this.#restore("undo"),
     redo: () => this.#restore("redo"),
     lookAlong: (view) => this.#lookAlong(view),
@@ -562,6 +563,21 @@ export class VolumePage {
       this.#toast.done("Picture saved");
     } catch (error) {
       this.#toast.note(error instanceof Error ? error.message : "There is no picture yet");
+    }
+  }
+
+  async #saveSurface(): Promise<void> {
+    const { surfaces, active, clip } = this.#settings.state;
+    const { isovalue } = surfaces[active] ?? {};
+    const access = this.#viewer.storeAccess;
+    if (isovalue === undefined || !access) return;
+    try {
+      const { openSurfaceDialog } = await import("./surface_dialog.ts");
+      openSurfaceDialog(access, isovalue, clip, (ending, file) =>
+        saveFile(this.#fileName(`${isovalue}.${ending}`), file),
+      );
+    } catch {
+      this.#toast.note("Saving could not be loaded: the connection failed. Try again.");
     }
   }
 

@@ -12,7 +12,7 @@ export {
 } from "./faults.ts";
 export { FileSource, type SourceOptions } from "./file_source.ts";
 export { ServerSource, type ServerSourceOptions } from "./server_source.ts";
-export { StreamSession } from "./session.ts";
+export { type StoreAccess, StreamSession } from "./session.ts";
 export { SiteSource, type SiteSourceOptions } from "./site_source.ts";
 export type { Source } from "./source.ts";
 export { measured } from "./timeline.ts";

@@ -1,4 +1,4 @@
-import type { Chunk, Core, Points, Store } from "../core/index.ts";
+import type { Core, Points, Store } from "../core/index.ts";
 import { BackgroundLoader, defaultBackgroundBytes, savesData } from "./background_loader.ts";
 import { Backoff } from "./backoff.ts";
 import { ChunkQueue } from "./chunk_queue.ts";
@@ -27,10 +27,15 @@ import {
 } from "./types.ts";
 import { WorkerPool } from "./worker_pool.ts";
 
-/** Chunks of a request of readFinest. */
-const chunksTogether = 32;
-
 type SessionOptions = StreamOptions & { decoder?: Decoder };
+
+/** An open store and where its bytes come from. `closed`: ends what still reads it. */
+export interface StoreAccess {
+  source: Source;
+  store: Store;
+  backoff: Backoff;
+  closed: AbortSignal;
+}
 
 /** One open volume: fetches, decodes and keeps what the camera view needs. See README.md. */
 export class StreamSession {
@@ -156,56 +161,10 @@ export class StreamSession {
     return this.#store.chunksFor(0, isovalue).reduce((sum, { bytes }) => sum + bytes, 0);
   }
 
-  /**
-   * Fetches all chunks of the finest level that an isovalue needs, whatever the view shows, and calls
-   * `arrived` for one after the other. For measurements: the bytes are not checked, and nothing becomes
-   * resident. Requests that fail are repeated, as those of the view are; and a chunk for which `arrived`
-   * resolves to false is damaged: it is fetched once more, past all caches. Rejects
-   * with a StreamError, the signal's reason, or that of `arrived`.
-   */
-  async readFinest(
-    isovalue: number,
-    signal: AbortSignal,
-    arrived: (chunk: Chunk, bytes: Uint8Array, share: number) => Promise<boolean>,
-  ): Promise<void> {
-    const both = AbortSignal.any([signal, this.#closing.signal]);
-    const missing = new Set(this.#store.missingPages(0, isovalue));
-    const pages = this.#store.pages().filter(({ index }) => missing.has(index));
-    if (pages.length > 0) {
-      const found = new Map<number, Uint8Array>();
-      await this.#backoff.retry(both, () =>
-        this.source.pages(pages, both, (index, bytes) => found.set(index, bytes)),
-      );
-      both.throwIfAborted();
-      for (const [index, bytes] of found) this.#store.addPage(index, bytes);
-    }
-    const chunks = this.#store.chunksFor(0, isovalue);
-    let done = 0;
-    for (let i = 0; i < chunks.length; i += chunksTogether) {
-      for (const [chunk, bytes] of await this.#read(chunks.slice(i, i + chunksTogether), both)) {
-        const share = ++done / chunks.length;
-        if (await arrived(chunk, bytes, share)) continue;
-        this.source.bypassCaches();
-        const [again] = await this.#read([chunk], both);
-        if (again && (await arrived(...again, share))) continue;
-        throw new StreamError(
-          "damaged-part",
-          `block ${chunk.block.join(".")} cannot be read, also past all caches: build the store again`,
-        );
-      }
-    }
-  }
-
-  async #read(chunks: Chunk[], signal: AbortSignal): Promise<[Chunk, Uint8Array][]> {
-    const found = await this.#backoff.retry(signal, async () => {
-      const group: [Chunk, Uint8Array][] = [];
-      await this.source.chunks(chunks, signal, (chunk, bytes) =>
-        group.push([chunk, bytes.slice()]),
-      );
-      return group;
-    });
-    signal.throwIfAborted();
-    return found;
+  /** For what reads the store besides the view: web/mesh. */
+  get access(): StoreAccess {
+    const closed = this.#closing.signal;
+    return { source: this.source, store: this.#store, backoff: this.#backoff, closed };
   }
 
   /** ValueMapping::quantized_isovalue. */

@@ -1,6 +1,7 @@
 import { type CompiledModule, CoreError, type DecodedChunk } from "../core/index.ts";
 import type { WorkerRequest, WorkerResponse, WorkerStart } from "./decode_worker.ts";
 import type { DecodeJob, Decoder } from "./decoder.ts";
+import { workerOfAnyOrigin } from "./worker_of_any_origin.ts";
 
 /** Jobs that a worker has at a time: it never waits for the main thread between two of them. */
 const jobsPerWorker = 2;
@@ -39,24 +40,6 @@ export interface WorkerPoolOptions {
 export function defaultWorkerCount(): number {
   const cores = typeof navigator === "undefined" ? 2 : (navigator.hardwareConcurrency ?? 2);
   return Math.min(4, Math.max(1, cores - 1));
-}
-
-/**
- * Workers whose program may be of another origin than the page, as where a script element names
- * another host. Browsers allow only workers of the page's own origin; these may import the program.
- */
-function workerOfAnyOrigin(): typeof globalThis.Worker {
-  return class extends globalThis.Worker {
-    constructor(program: string | URL, options?: WorkerOptions) {
-      const { href, origin } = new URL(program);
-      // "null": the program is a Blob of a page that is a file.
-      const isForeign =
-        typeof location !== "undefined" && origin !== "null" && origin !== location.origin;
-      const text = `import ${JSON.stringify(href)};`;
-      const importer = () => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
-      super(isForeign ? importer() : program, options);
-    }
-  };
 }
 
 /** Decodes in module workers. Buffers are transferred both ways; no memory is shared. */

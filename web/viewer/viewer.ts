@@ -1,9 +1,10 @@
-import type { Chunk, Core } from "../core/index.ts";
+import type { Core } from "../core/index.ts";
 import { loadCore } from "../core/index.ts";
 import {
   type Decoder,
   type Progress,
   type Source,
+  type StoreAccess,
   type StoreInfo,
   StreamError,
   StreamSession,
@@ -329,14 +330,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#session?.bytesOf(isovalue);
   }
 
-  /** StreamSession.readFinest. */
-  async readFinest(
-    isovalue: number,
-    signal: AbortSignal,
-    arrived: (chunk: Chunk, bytes: Uint8Array, share: number) => Promise<boolean>,
-  ): Promise<void> {
-    if (!this.#session) throw new DOMException("no volume is open", "AbortError");
-    await this.#session.readFinest(isovalue, signal, arrived);
+  /** StreamSession.access; undefined while no volume is open. */
+  get storeAccess(): StoreAccess | undefined {
+    return this.#session?.access;
   }
 
   /** StreamSession.quantizedIsovalue; undefined while no volume is open. */

@@ -47,6 +47,7 @@ test("the README has the examples", () => {
     expect.arrayContaining([
       "points.mjs",
       "remote.mjs",
+      "triangles.mjs",
       "plain.html",
       "element.html",
       "main.js",
@@ -92,10 +93,25 @@ test.skipIf(!hasNginx)("example 2: a remote store in Node", async () => {
   }
 });
 
+test.skipIf(!hasNginx)("example 2: its isosurface as triangles", async () => {
+  const server = await nginx({ folders: [project.folder] });
+  try {
+    const text = examples(project.folder).get("triangles.mjs") ?? "";
+    project.write("triangles_here.mjs", text.replace("https://example.org/", server.url));
+    const [, triangles] = /(\d+) triangles$/.exec(await run("triangles_here.mjs")) ?? [];
+    expect(Number(triangles)).toBeGreaterThan(10_000);
+    const file = readFileSync(join(project.folder, "head.stl"));
+    expect(file.length).toBe(84 + 50 * Number(triangles));
+  } finally {
+    await server.stop();
+  }
+});
+
 // Everything that an entry point exports is compiled with it: the libraries' types are checked.
 const use = `
 import { type Chunk, type Core, CoreError, loadCore, type Points, type Store } from "isosplat/core";
 import { FileSource, type Progress, ServerSource, StreamSession, faults } from "isosplat/stream";
+import { type SavedSurface, saveSurface, SurfaceReader } from "isosplat/mesh";
 import { type Camera, Viewer, RendererError } from "isosplat/viewer";
 import "isosplat/element";
 
@@ -110,6 +126,10 @@ export async function run(canvas: HTMLCanvasElement, bytes: Uint8Array): Promise
   viewer.on("error", (error) => console.log(error instanceof RendererError, error.kind));
   await viewer.open(new ServerSource({ volume: "header" }), { signal: AbortSignal.timeout(1) });
   const camera: Camera | null = viewer.camera;
+  if (viewer.storeAccess) {
+    const saved: SavedSurface = await saveSurface(new SurfaceReader(viewer.storeAccess), 60.5);
+    console.log(saved.file.size);
+  }
   const session = await StreamSession.open(new FileSource("head.isosplat"), core, {
     events: {
       samples: () => true,

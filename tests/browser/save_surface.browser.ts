@@ -1,0 +1,91 @@
+// The dialog that saves the surface of the page as triangles.
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { expect, type Page, test } from "@playwright/test";
+import { findings } from "./support/accessibility.ts";
+import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
+import { complete, settled } from "./support/view.ts";
+
+let server: RunningServer;
+let folder: string;
+test.beforeAll(async () => {
+  server = await serve([demoFolder]);
+  folder = mkdtempSync(join(tmpdir(), "isosplat-surface-"));
+});
+test.afterAll(async () => {
+  await server.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+/** The triangles of an STL file: all but its comment. */
+const triangles = (path: string) => readFileSync(path).subarray(80);
+
+function extracted(...more: string[]): Buffer {
+  const path = join(folder, "native.stl");
+  const store = join(demoFolder, "bucky.isosplat");
+  const args = ["extract", store, "-i", "100", "--mesh", "-o", path, "--force", ...more];
+  execFileSync(program, args);
+  return triangles(path);
+}
+
+async function openDialog(page: Page, clip = ""): Promise<void> {
+  await page.goto(`${server.url}?volume=bucky&isovalue=100${clip}`);
+  await complete(page);
+  await settled(page);
+  await page.getByRole("button", { name: "Save the surface" }).click();
+  await expect(page.getByRole("status").getByText("triangles")).toHaveText(
+    /bout [\d.]+ k triangles, [\d.]+ MB\. Reads [\d.]+ KB, and computes for about/,
+  );
+}
+
+const saveButton = (page: Page) => page.getByRole("button", { name: "Save", exact: true });
+
+async function save(page: Page): Promise<Buffer> {
+  const download = page.waitForEvent("download");
+  await saveButton(page).click();
+  const path = join(folder, "page.stl");
+  const file = await download;
+  expect(file.suggestedFilename()).toBe("bucky-100.stl");
+  await file.saveAs(path);
+  await expect(page.getByText(/^Saved: /)).toBeVisible();
+  return triangles(path);
+}
+
+test("saves the triangles that the program extracts", async ({ page }) => {
+  await openDialog(page);
+  expect(await findings(page)).toEqual([]);
+  expect((await save(page)).equals(extracted())).toBe(true);
+  await page.getByLabel("Detail").selectOption("1");
+  await expect(page.getByText(/^At most about/)).toBeVisible();
+  expect((await save(page)).equals(extracted("--level", "1"))).toBe(true);
+});
+
+test("saves the part in the clipping box, and the whole if one wants", async ({ page }) => {
+  await openDialog(page, "&clip=0,0.5,0,1,0,1");
+  // Half of the 127 cells along x: the cells whose centres are below 63.5.
+  expect((await save(page)).equals(extracted("--box", "-1,-1,-1,63.5,200,200"))).toBe(true);
+  await page.getByLabel("Only whole cells").uncheck();
+  await expect(page.getByText(/^About [\d.]+ k/)).toBeVisible();
+  expect((await save(page)).equals(extracted())).toBe(true);
+});
+
+test("can be cancelled, and then begun again", async ({ page }) => {
+  await openDialog(page);
+  let release = () => {};
+  const held = new Promise<void>((resolve) => {
+    release = resolve;
+  });
+  await page.route(/\/v1\/volumes\/bucky/, async (route) => {
+    await held;
+    await route.continue().catch(() => {});
+  });
+  await saveButton(page).click();
+  await expect(page.getByRole("progressbar", { name: "Saving the surface" })).toBeVisible();
+  await expect(saveButton(page)).toBeDisabled();
+  await page.getByRole("button", { name: "Cancel", exact: true }).click();
+  await expect(page.getByText("Cancelled")).toBeVisible();
+  release();
+  expect((await save(page)).equals(extracted())).toBe(true);
+});

@@ -1,0 +1,173 @@
+/** Surfaces as files in Node: the same bytes as the program writes, from the same store. */
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { afterAll, beforeAll, describe, expect, test } from "vitest";
+import type { StoreInfo } from "../../web/core/index.ts";
+import { forecastOf } from "../../web/mesh/forecast.ts";
+import {
+  forecastSurface,
+  meshFormats,
+  type SaveSurfaceOptions,
+  SurfaceReader,
+  saveSurface,
+  surfaceExtent,
+} from "../../web/mesh/index.ts";
+import { BlobSource } from "../../web/stream/index.ts";
+import { storeBytes, voxels } from "./fixture.ts";
+
+const isosplat = fileURLToPath(new URL("../../build/release/native/cli/isosplat", import.meta.url));
+const folder = mkdtempSync(join(tmpdir(), "isosplat-mesh-"));
+const store = join(folder, "fixture.isosplat");
+const isovalue = 200.5;
+let bytes: Uint8Array;
+
+beforeAll(() => {
+  bytes = storeBytes();
+  writeFileSync(store, bytes);
+});
+afterAll(() => rmSync(folder, { recursive: true, force: true }));
+
+const source = (content = bytes) => new BlobSource(new Blob([content as BlobPart]), "fixture");
+
+/** What `isosplat extract --mesh` writes, and the comment in it. */
+function extracted(format: string, ...more: string[]): { file: Buffer; comment: string } {
+  const path = join(folder, `part.${format}`);
+  execFileSync(isosplat, [
+    ...["extract", store, "-i", String(isovalue), "--mesh", "-o", path, "--force"],
+    ...more,
+  ]);
+  const file = readFileSync(path);
+  const [comment = ""] = file.toString("latin1").match(/isosurface [ -~]*?isosplat [\d.]+/) ?? [];
+  return { file, comment };
+}
+
+async function saved(options: SaveSurfaceOptions): Promise<Buffer> {
+  const { file } = await saveSurface(source(), isovalue, options);
+  return Buffer.from(await file.arrayBuffer());
+}
+
+describe("a surface as a file", () => {
+  test.each(meshFormats)("has the program's bytes: %s", async (format) => {
+    const { file, comment } = extracted(format);
+    expect(comment).toContain(`isosurface ${isovalue}`);
+    expect(file.equals(await saved({ format, comment }))).toBe(true);
+  });
+
+  test("has the program's bytes at a coarser level", async () => {
+    const { file, comment } = extracted("ply", "--level", "1");
+    expect(file.equals(await saved({ format: "ply", level: 1, comment }))).toBe(true);
+  });
+
+  test("has the program's bytes in a box", async () => {
+    const reader = await SurfaceReader.open(source(), new AbortController().signal);
+    const { origin, spacing, direction } = reader.info;
+    expect(direction).toEqual([1, 0, 0, 0, 1, 0, 0, 0, 1]);
+    reader.close();
+    const low = [0.5, 0, 0.25].map((share, i) => share * ((voxels[i] ?? 0) - 1));
+    const high = [1, 0.75, 0.75].map((share, i) => share * ((voxels[i] ?? 0) - 1));
+    const world = [low, high].flatMap((corner) =>
+      corner.map((n, i) => (origin[i] ?? 0) + n * (spacing[i] ?? 0)),
+    );
+    const { file, comment } = extracted("stl", "--box", world.join());
+    const box = { low: [0.5, 0, 0.25], high: [1, 0.75, 0.75] } as const;
+    const mine = await saved({
+      format: "stl",
+      comment,
+      box: { low: [...box.low], high: [...box.high] },
+    });
+    expect(file.length).toBeGreaterThan(100_000);
+    expect(file.equals(mine)).toBe(true);
+  });
+
+  test("is foretold", async () => {
+    const n = 60;
+    const ball = Uint8Array.from({ length: n ** 3 }, (_, i) => {
+      const [x, y, z] = [i % n, Math.floor(i / n) % n, Math.floor(i / n ** 2)];
+      return Math.max(0, 250 - 6 * Math.hypot(x - n / 2, y - n / 2, z - n / 2));
+    });
+    const header = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: ${n} ${n} ${n}\nencoding: raw\n\n`;
+    writeFileSync(join(folder, "ball.nrrd"), Buffer.concat([Buffer.from(header), ball]));
+    const built = join(folder, "ball.isosplat");
+    execFileSync(isosplat, ["build", join(folder, "ball.nrrd"), "-o", built, "--quiet"]);
+    const content = new Uint8Array(readFileSync(built));
+    for (const format of meshFormats) {
+      const forecast = await forecastSurface(source(content), 100.5, { format });
+      const { file, triangles } = await saveSurface(source(content), 100.5, { format });
+      expect(forecast.problem).toBeUndefined();
+      expect(Math.abs(forecast.triangles / triangles - 1)).toBeLessThan(0.1);
+      expect(Math.abs(forecast.fileBytes / file.size - 1)).toBeLessThan(0.1);
+      expect(forecast.bytesToFetch).toBeGreaterThan(1000);
+      // Without statistics of the level, and in a box, it is an upper bound.
+      for (const some of [{ level: 1 }, { box: { low: [0, 0, 0], high: [0.5, 1, 1] } }] as const) {
+        const options = { format, ...some } as SaveSurfaceOptions;
+        const bound = await forecastSurface(source(content), 100.5, options);
+        const made = await saveSurface(source(content), 100.5, options);
+        expect(bound.triangles).toBeGreaterThan(0.95 * made.triangles);
+      }
+    }
+  });
+
+  test("reports its progress, and ends with its signal", async () => {
+    const shares: number[] = [];
+    await saveSurface(source(), isovalue, { progress: (share) => shares.push(share) });
+    expect(shares.length).toBeGreaterThan(3);
+    expect(shares).toEqual(shares.toSorted((a, b) => a - b));
+    expect(shares.at(-1)).toBe(1);
+    const cancel = new AbortController();
+    const progress = () => cancel.abort(new Error("no more"));
+    await expect(
+      saveSurface(source(), isovalue, { signal: cancel.signal, progress }),
+    ).rejects.toThrow("no more");
+  });
+
+  test("has no triangles where there is no surface", async () => {
+    const { file, triangles } = await saveSurface(source(), 1e6, { format: "stl" });
+    expect(triangles).toBe(0);
+    expect(file.size).toBe(84);
+  });
+
+  test("refuses what it cannot do", async () => {
+    await expect(saveSurface(source(), isovalue, { level: 40 })).rejects.toThrow(
+      /expected a level from 0 to \d, found 40/,
+    );
+    const chunk = { cells: 30_000_000, bytes: 1e6, block: [0, 0, 0] };
+    const huge = forecastOf(
+      { metadata: {} } as StoreInfo,
+      isovalue,
+      { level: 0, format: "stl", hasBox: false },
+      [chunk] as never,
+    );
+    expect(huge.problem).toContain("30 million cells: choose a coarser level");
+  });
+
+  test("names a block that is damaged", async () => {
+    const reader = await SurfaceReader.open(source(), new AbortController().signal);
+    const [chunk] = await reader.chunksOf(isovalue, 0, new AbortController().signal);
+    reader.close();
+    if (!chunk) throw new Error("expected a chunk, found none");
+    const damaged = bytes.slice();
+    damaged[chunk.offset + 10] = (damaged[chunk.offset + 10] ?? 0) ^ 1;
+    await expect(saveSurface(source(damaged), isovalue)).rejects.toMatchObject({
+      kind: "damaged-part",
+      message: expect.stringContaining(`block ${chunk.block.join(".")}`),
+    });
+  });
+
+  test("reports a store that was cut short", async () => {
+    await expect(saveSurface(source(bytes.slice(0, 5000)), isovalue)).rejects.toMatchObject({
+      kind: "cut-short",
+    });
+  });
+});
+
+test("area and volume are those of a ball", async () => {
+  const reader = await SurfaceReader.open(source(), new AbortController().signal);
+  const extent = await surfaceExtent(reader, isovalue);
+  reader.close();
+  expect(extent.volumeAbove).toBeGreaterThan(0);
+  expect(extent.volumeAbove).toBeLessThan(extent.gridVolume);
+  expect(extent.area).toBeGreaterThan(0);
+});

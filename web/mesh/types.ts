@@ -1,0 +1,39 @@
+import type { StoreInfo, Triple } from "../core/index.ts";
+
+/** The formats of files; their numbers in the module are their places here (MeshFormatId). */
+export const meshFormats = ["stl", "ply", "glb"] as const;
+export type MeshFormat = (typeof meshFormats)[number];
+
+/** The part of a volume within a box, in fractions of its extent along each axis of its grid. */
+export interface GridBox {
+  low: Readonly<Triple>;
+  high: Readonly<Triple>;
+}
+
+/** An isosurface as a file. */
+export interface FileJob {
+  kind: "file";
+  info: StoreInfo;
+  quantizedIsovalue: number;
+  level: number;
+  format: MeshFormat;
+  /** One line for the file's header. */
+  comment: string;
+  /** Only cells whose centres are in the box. */
+  box?: GridBox;
+}
+
+/** Area and volume of an isosurface, at full detail. */
+export interface ExtentJob {
+  kind: "extent";
+  info: StoreInfo;
+  quantizedIsovalue: number;
+}
+
+export type MeshJob = FileJob | ExtentJob;
+
+/** What a job yields: see isosplat_mesh_summary. `file`: of a FileJob. */
+export interface MeshResult {
+  numbers: readonly [number, number, number];
+  file?: Blob;
+}

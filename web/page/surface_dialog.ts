@@ -1,0 +1,249 @@
+import "./device.css";
+import "./components.ts";
+import { html, nothing, render } from "lit";
+import {
+  forecastSurface,
+  type MeshFormat,
+  meshFormats,
+  type SurfaceForecast,
+  SurfaceReader,
+  saveSurface,
+} from "../mesh/index.ts";
+import type { StoreAccess } from "../stream/index.ts";
+import type { Clip } from "../viewer/types.ts";
+import { formatBytes, formatCount, formatValue } from "./format.ts";
+
+type Dialog = HTMLElement & { open: boolean };
+
+const formatTexts: Readonly<Record<MeshFormat, string>> = {
+  stl: "STL, for printing",
+  glb: "GLB, for 3D programs and the web",
+  ply: "PLY, for MeshLab, CloudCompare and VTK",
+};
+
+/** Offers an isosurface of an open volume as a file of triangles. `save` gives it to the visitor. */
+export function openSurfaceDialog(
+  access: StoreAccess,
+  isovalue: number,
+  clip: Clip,
+  save: (ending: string, file: Blob) => void,
+): void {
+  new SurfaceDialog(new SurfaceReader(access), isovalue, clip, save).open();
+}
+
+class SurfaceDialog {
+  readonly #holder = document.createElement("div");
+  readonly #reader: SurfaceReader;
+  readonly #isovalue: number;
+  readonly #clip: Clip;
+  readonly #save: (ending: string, file: Blob) => void;
+  #format: MeshFormat = "stl";
+  #level = 0;
+  #isClipped: boolean;
+  #forecast: SurfaceForecast | undefined;
+  /** 0 … 1 while the file is being made. */
+  #share: number | undefined;
+  #message = "";
+  /** Ends the forecast, or the making of the file. */
+  #work = new AbortController();
+
+  constructor(
+    reader: SurfaceReader,
+    isovalue: number,
+    clip: Clip,
+    save: (ending: string, file: Blob) => void,
+  ) {
+    this.#reader = reader;
+    this.#isovalue = isovalue;
+    this.#clip = clip;
+    this.#save = save;
+    this.#isClipped = this.#hasBox;
+  }
+
+  open(): void {
+    document.body.append(this.#holder);
+    this.#render();
+    (this.#holder.firstElementChild as Dialog).open = true;
+    void this.#foretell();
+  }
+
+  get #hasBox(): boolean {
+    return this.#clip.low.some((n) => n > 0) || this.#clip.high.some((n) => n < 1);
+  }
+
+  get #options() {
+    const { low, high } = this.#clip;
+    return {
+      format: this.#format,
+      level: this.#level,
+      ...(this.#isClipped && { box: { low, high } }),
+    };
+  }
+
+  #begin(): AbortSignal {
+    this.#work.abort(new DOMException("cancelled", "AbortError"));
+    this.#work = new AbortController();
+    return this.#work.signal;
+  }
+
+  async #foretell(): Promise<void> {
+    const signal = this.#begin();
+    this.#forecast = undefined;
+    this.#message = "";
+    this.#render();
+    try {
+      const options = { ...this.#options, signal };
+      const forecast = await forecastSurface(this.#reader, this.#isovalue, options);
+      if (!signal.aborted) this.#forecast = forecast;
+    } catch (error) {
+      if (!signal.aborted) this.#message = textOf(error);
+    }
+    this.#render();
+  }
+
+  async #make(): Promise<void> {
+    const signal = this.#begin();
+    this.#message = "";
+    this.#share = 0;
+    this.#render();
+    try {
+      const { file, triangles } = await saveSurface(this.#reader, this.#isovalue, {
+        ...this.#options,
+        signal,
+        progress: (share) => {
+          this.#share = share;
+          this.#render();
+        },
+      });
+      if (triangles > 0) this.#save(this.#format, file);
+      this.#message =
+        triangles > 0
+          ? `Saved: ${formatCount(triangles)} triangles, ${formatBytes(file.size)}`
+          : "There is no surface here: choose another isovalue or a larger box.";
+    } catch (error) {
+      this.#message = signal.aborted ? "Cancelled" : textOf(error);
+    }
+    this.#share = undefined;
+    this.#render();
+  }
+
+  #change(part: { format?: MeshFormat; level?: number; isClipped?: boolean }): void {
+    this.#format = part.format ?? this.#format;
+    this.#level = part.level ?? this.#level;
+    this.#isClipped = part.isClipped ?? this.#isClipped;
+    void this.#foretell();
+  }
+
+  get #status(): string {
+    if (this.#message) return this.#message;
+    const { problem, triangles, fileBytes, bytesToFetch, seconds } = this.#forecast ?? {};
+    if (problem) return problem;
+    if (triangles === undefined || fileBytes === undefined || seconds === undefined) return "";
+    const about = this.#level > 0 || this.#isClipped ? "At most about" : "About";
+    const time = seconds < 1.5 ? "a second" : `${Math.round(seconds)} seconds`;
+    return (
+      `${about} ${formatCount(triangles)} triangles, ${formatBytes(fileBytes)}. Reads ` +
+      `${formatBytes(bytesToFetch ?? 0)}, and computes for about ${time}.`
+    );
+  }
+
+  #render(): void {
+    const { info } = this.#reader;
+    const isRunning = this.#share !== undefined;
+    const isReady = !isRunning && this.#forecast !== undefined && !this.#forecast.problem;
+    const cells = (level: number) =>
+      info.voxels.map((count) => Math.ceil((count - 1) / 2 ** level)).join(" × ");
+    const chosen = (event: Event) => (event.currentTarget as HTMLSelectElement).value;
+    render(
+      html`<wa-dialog
+        label="Save the surface"
+        @wa-after-hide=${(event: Event) => this.#closed(event)}
+      >
+        <form
+          class="device-form"
+          @submit=${(event: Event) => {
+            event.preventDefault();
+            if (isReady) void this.#make();
+          }}
+        >
+          <p>The isosurface at ${formatValue(this.#isovalue)} as triangles.</p>
+          <label>
+            Format
+            <select
+              ?disabled=${isRunning}
+              @change=${(event: Event) => this.#change({ format: chosen(event) as MeshFormat })}
+            >
+              ${meshFormats.map(
+                (format) =>
+                  html`<option value=${format} ?selected=${format === this.#format}>
+                    ${formatTexts[format]}
+                  </option>`,
+              )}
+            </select>
+          </label>
+          <label>
+            Detail
+            <select
+              ?disabled=${isRunning}
+              @change=${(event: Event) => this.#change({ level: Number(chosen(event)) })}
+            >
+              ${Array.from(
+                { length: info.levels },
+                (_, level) =>
+                  html`<option value=${level} ?selected=${level === this.#level}>
+                    ${level === 0 ? "Full" : `Level ${level}`}: ${cells(level)} cells
+                  </option>`,
+              )}
+            </select>
+          </label>
+          ${
+            this.#hasBox
+              ? html`<label class="check">
+                  <input
+                    type="checkbox"
+                    ?disabled=${isRunning}
+                    .checked=${this.#isClipped}
+                    @change=${(event: Event) =>
+                      this.#change({
+                        isClipped: (event.currentTarget as HTMLInputElement).checked,
+                      })}
+                  />
+                  Only whole cells inside of the clipping box
+                </label>`
+              : nothing
+          }
+          ${
+            isRunning
+              ? html`<progress
+                  aria-label="Saving the surface"
+                  max="1"
+                  .value=${this.#share ?? 0}
+                ></progress>`
+              : html`<p role="status" class=${this.#message ? "" : "quiet"}>${this.#status}</p>`
+          }
+          <div class="row">
+            <wa-button type="submit" variant="brand" size="s" ?disabled=${!isReady}>Save</wa-button>
+            <wa-button
+              size="s"
+              appearance="outlined"
+              ?disabled=${!isRunning}
+              @click=${() => this.#work.abort(new DOMException("cancelled", "AbortError"))}
+              >Cancel</wa-button
+            >
+          </div>
+        </form>
+      </wa-dialog>`,
+      this.#holder,
+    );
+  }
+
+  #closed(event: Event): void {
+    if (event.target !== this.#holder.firstElementChild) return;
+    this.#work.abort(new DOMException("the dialog was closed", "AbortError"));
+    this.#holder.remove();
+  }
+}
+
+function textOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}
