@@ -25,6 +25,8 @@ export default defineConfig({
     screenshot: "only-on-failure",
     // No animations, so that clicks do not miss moving elements.
     contextOptions: { reducedMotion: "reduce" },
+    // Requests of service workers pass page.route: tests/browser/offline.browser.ts allows them.
+    serviceWorkers: "block",
     launchOptions,
   },
 });

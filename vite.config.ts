@@ -1,6 +1,9 @@
+import { createHash } from "node:crypto";
+import { readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { brotliCompressSync, constants } from "node:zlib";
 import { defineConfig, type Plugin } from "vite";
+import { serviceWorker } from "./.ci/service-worker.ts";
 import { singlePage } from "./.ci/single-page.ts";
 
 const here = (path: string) => fileURLToPath(new URL(path, import.meta.url));
@@ -60,6 +63,33 @@ function preloadedRenderer(): Plugin {
   };
 }
 
+/** The service worker, which has the list of all files that the page needs without a network. */
+function offline(): Plugin {
+  return {
+    name: "isosplat-offline",
+    apply: "build",
+    enforce: "post",
+    generateBundle: {
+      order: "post",
+      async handler(_options, bundle) {
+        const add = (fileName: string, source: string) =>
+          this.emitFile({ type: "asset", fileName, source });
+        add("manifest.webmanifest", readFileSync(here("web/offline/manifest.json"), "utf8"));
+        add("icon.svg", readFileSync(here("web/page/mark.svg"), "utf8"));
+        const hash = createHash("sha256");
+        const files = ["single.html", "files.json"]; // from the same sources, made later
+        for (const file of Object.values(bundle)) {
+          if (/\.br$|^(embed\.html|isosplat-viewer\.js)$/.test(file.fileName)) continue;
+          files.push(file.fileName === "index.html" ? "" : file.fileName);
+          hash.update(file.type === "chunk" ? file.code : file.source);
+        }
+        const version = hash.digest("hex").slice(0, 16);
+        add("service-worker.js", await serviceWorker({ version, files }));
+      },
+    },
+  };
+}
+
 /** What the page needs to save copies of itself: single.html, and files.json with its files' names. */
 function copies(): Plugin {
   return {
@@ -93,7 +123,7 @@ export default defineConfig({
   root: here("web"),
   // Relative addresses: the page works at any path of any static host.
   base: "./",
-  plugins: [preloadedRenderer(), copies(), compressed()],
+  plugins: [preloadedRenderer(), offline(), copies(), compressed()],
   build: {
     outDir: here("build/page"),
     emptyOutDir: true,

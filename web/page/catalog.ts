@@ -158,6 +158,14 @@ export class Catalog {
           </div>
           ${this.#device}
           ${this.#problem ? problemCard(this.#problem, { retry: () => void this.#load() }) : nothing}
+          ${
+            this.#all?.keptAt
+              ? html`<p class="empty" role="status">
+                  Without a connection: this is the list of ${this.#all.keptAt.toLocaleString()}. What
+                  was fetched of a volume then can be shown; volumes on this device open as always.
+                </p>`
+              : nothing
+          }
           ${list || this.#problem ? nothing : skeleton()}
           ${
             this.#all?.total === 0

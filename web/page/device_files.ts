@@ -15,6 +15,7 @@ import {
   NotKeptError,
   nameAt,
   nameOf,
+  onHandedOver,
   openVolume,
   openZarr,
   type ReadableVolume,
@@ -69,6 +70,8 @@ export class DeviceFiles {
       if (clipboardData?.files.length) void this.#take(transferredFiles(clipboardData));
     });
     this.#listenToDrops();
+    onHandedOver((files) => void this.#take(Promise.resolve(listedFiles(files))));
+    void import("./offline.ts").then(({ startOffline }) => startOffline());
   }
 
   #listenToDrops(): void {

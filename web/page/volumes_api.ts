@@ -1,3 +1,4 @@
+import { keptHeader } from "../offline/kept_header.ts";
 import { siteCatalog } from "./site.ts";
 
 /**
@@ -43,6 +44,8 @@ export interface VolumeList {
   /** Volumes of the whole list, and their bytes. */
   total: number;
   fileBytes: number;
+  /** The server does not answer: this is the list of an earlier visit, at this time. */
+  keptAt?: Date;
 }
 
 export interface ListQuery {
@@ -61,7 +64,8 @@ export async function fetchVolumes(
 ): Promise<VolumeList> {
   const catalog = siteCatalog();
   if (catalog === null) return (await fetchList(listAddress(wanted), signal)) as VolumeList;
-  return selectVolumes((await fetchList(catalog, signal)).volumes, wanted);
+  const { volumes, keptAt } = await fetchList(catalog, signal);
+  return { ...selectVolumes(volumes, wanted), ...(keptAt && { keptAt }) };
 }
 
 function listAddress({ query, offset, limit }: ListQuery): string {
@@ -93,7 +97,7 @@ export function selectVolumes(
 async function fetchList(
   address: string,
   signal: AbortSignal | undefined,
-): Promise<{ volumes: VolumeEntry[] }> {
+): Promise<{ volumes: VolumeEntry[]; keptAt?: Date }> {
   let response: Response;
   try {
     response = await fetch(address, { signal: signal ?? null });
@@ -113,7 +117,9 @@ async function fetchList(
   }
   try {
     const answer = (await response.json()) as { volumes: VolumeEntry[] };
-    if (Array.isArray(answer.volumes)) return answer;
+    const kept = response.headers.get(keptHeader);
+    if (Array.isArray(answer.volumes))
+      return { ...answer, ...(kept && { keptAt: new Date(kept) }) };
   } catch {} // reported below
   throw new ApiError(
     "The server's list of volumes cannot be read: is it an Isosplat server?",

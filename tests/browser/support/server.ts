@@ -13,14 +13,18 @@ export interface RunningServer {
   signal(name: NodeJS.Signals): void;
 }
 
-/** Serves stores (files or folders) and the page. `port` 0: any free port. `more`: further options. */
+/**
+ * Serves stores (files or folders) and the page. `port` 0: any free port. `more`: further options, which
+ * may name another page (`--web-root`).
+ */
 export async function serve(
   stores: readonly string[],
   port = 0,
   more: readonly string[] = [],
 ): Promise<RunningServer> {
   if (!existsSync(program)) throw new Error(`${program} is missing: run .ci/build release`);
-  const options = ["serve", ...stores, "--port", String(port), "--web-root", "build/page", ...more];
+  const page = more.includes("--web-root") ? [] : ["--web-root", "build/page"];
+  const options = ["serve", ...stores, "--port", String(port), ...page, ...more];
   const child = spawn(program, options, { stdio: ["ignore", "pipe", "pipe"] });
   const url = await addressOf(child);
   return { url, stop: () => ended(child), signal: (name) => void child.kill(name) };
