@@ -1,76 +1,32 @@
 #include "shared/import/dicom_codec.h"
 
 #include <fmt/format.h>
-#include <gdcmImage.h>
-#include <gdcmSequenceOfFragments.h>
 
-#include <algorithm>
-#include <cstring>
-#include <exception>
-#include <new>
-
-#include "shared/import/dicom_fragments.h"
 #include "shared/import/dicom_pixels.h"
-#include "shared/import/isolated.h"
 
 namespace isosplat::dicom {
-namespace {
 
-tl::unexpected<Error> decompression_error(const Image& image, uint32_t index) {
+tl::unexpected<Error> decompression_error(const EncodedFrame& frame) {
   return fail(
       Status::malformed_volume,
       fmt::format("{}: frame {} cannot be decompressed (transfer syntax {}): the file is damaged, "
                   "or its header is wrong; export it again, for example uncompressed",
-                  image.file, index + 1, image.transfer_syntax));
+                  frame.image->file, frame.index + 1, frame.image->transfer_syntax));
 }
 
-gdcm::Image describe(const Image& image) {
-  gdcm::Image out;
-  out.SetNumberOfDimensions(2);
-  out.SetDimension(0, static_cast<unsigned>(image.columns));
-  out.SetDimension(1, static_cast<unsigned>(image.rows));
-  // GDCM aborts if the stored bits do not start with the lowest bit. Therefore it gets all bits
-  // below the high bit as stored bits; the caller shifts the pixels.
-  out.SetPixelFormat(gdcm::PixelFormat(1, static_cast<unsigned short>(image.allocated),
-                                       static_cast<unsigned short>(image.high_bit + 1),
-                                       static_cast<unsigned short>(image.high_bit),
-                                       image.is_signed ? 1 : 0));
-  out.SetPhotometricInterpretation(gdcm::PhotometricInterpretation::MONOCHROME2);
-  out.SetTransferSyntax(gdcm::TransferSyntax::GetTSType(image.transfer_syntax.c_str()));
-  return out;
+Result<void> decompress(std::span<const EncodedFrame> frames, bool fill_missing,
+                        [[maybe_unused]] uint64_t memory_bytes, std::span<std::byte> out,
+                        std::vector<bool>& is_absent) {
+#ifdef __EMSCRIPTEN__
+  return decompress_plainly(frames, fill_missing, out, is_absent);
+#else
+  return decompress_with_gdcm(frames, fill_missing, memory_bytes, out, is_absent);
+#endif
 }
 
-/// Decompresses one frame. Runs in the child process.
-Result<void> decompress_frame(ByteReader& file, const Image& image, uint32_t index,
-                              const std::vector<Fragment>& fragments, std::span<std::byte> out) {
-  const gdcm::SmartPointer<gdcm::SequenceOfFragments> sequence = new gdcm::SequenceOfFragments;
-  std::vector<char> bytes;
-  for (const Fragment& fragment : fragments) {
-    bytes.resize(fragment.bytes);
-    auto read = file.read(fragment.offset, std::as_writable_bytes(std::span(bytes)));
-    if (!read) return read;
-    gdcm::Fragment item;
-    item.SetByteValue(bytes.data(), fragment.bytes);
-    sequence->AddFragment(item);
-  }
-  gdcm::DataElement pixels(gdcm::Tag(0x7fe0, 0x0010));
-  pixels.SetVR(gdcm::VR::OB);
-  pixels.SetValue(*sequence);
-  gdcm::Image picture = describe(image);
-  picture.SetDataElement(pixels);
-  if (picture.GetBufferLength() != out.size() ||
-      !picture.GetBuffer(reinterpret_cast<char*>(out.data())) ||
-      picture.GetPixelFormat().GetBitsAllocated() != image.allocated ||
-      picture.GetDimension(0) != static_cast<unsigned>(image.columns) ||
-      picture.GetDimension(1) != static_cast<unsigned>(image.rows)) {
-    return decompression_error(image, index);
-  }
-  return {};
-}
-
-/// `absent`: one byte per frame, 1 if the frame is absent.
-Result<std::string> decompress_all(std::span<const EncodedFrame> frames, bool fill_missing,
-                                   std::span<std::byte> out, std::span<std::byte> absent) {
+Result<void> decode_each(std::span<const EncodedFrame> frames, bool fill_missing,
+                         const DecodeFrame& decode, std::span<std::byte> out,
+                         std::span<std::byte> absent) {
   std::unique_ptr<ByteReader> file;
   std::vector<std::vector<Fragment>> fragments;
   const Image* opened = nullptr;
@@ -90,48 +46,13 @@ Result<std::string> decompress_all(std::span<const EncodedFrame> frames, bool fi
       fragments = std::move(*found);
       opened = &image;
     }
-    if (fragments[frame.index].empty() && can_be_missing) {
-      absent[i] = std::byte{1};
-      continue;
-    }
-    if (auto r = decompress_frame(*file, image, frame.index, fragments[frame.index], to); !r) {
-      if (!can_be_missing) return tl::unexpected(r.error());
-      absent[i] = std::byte{1};
-    }
+    const std::vector<Fragment>& parts = fragments[frame.index];
+    const auto decoded = parts.empty() && can_be_missing ? decompression_error(frame)
+                                                         : decode(*file, frame, parts, to);
+    if (decoded) continue;
+    if (!can_be_missing) return decoded;
+    absent[i] = std::byte{1};
   }
-  return std::string();
-}
-
-}  // namespace
-
-Result<void> decompress(std::span<const EncodedFrame> frames, bool fill_missing,
-                        uint64_t memory_bytes, std::span<std::byte> out,
-                        std::vector<bool>& is_absent) {
-  auto shared = SharedBytes::allocate(out.size() + frames.size());
-  if (!shared) return tl::unexpected(shared.error());
-  const auto pixels = shared->bytes().first(out.size());
-  const auto absent = shared->bytes().last(frames.size());
-  const auto done =
-      run_isolated(frames.front().image->file, memory_bytes, [&]() -> Result<std::string> {
-        try {
-          return decompress_all(frames, fill_missing, pixels, absent);
-        } catch (const std::bad_alloc&) {
-          return fail(
-              Status::out_of_memory,
-              fmt::format(
-                  "{}: decompression needs more memory than the limit: increase it with --memory",
-                  frames.front().image->file));
-        } catch (const std::exception& e) {
-          return fail(Status::malformed_volume,
-                      fmt::format("{}: its pixels cannot be decompressed: {}: the file is damaged; "
-                                  "copy or export it again",
-                                  frames.front().image->file, e.what()));
-        }
-      });
-  if (!done) return tl::unexpected(done.error());
-  std::copy(pixels.begin(), pixels.end(), out.begin());
-  is_absent.clear();
-  for (const std::byte b : absent) is_absent.push_back(b != std::byte{0});
   return {};
 }
 

@@ -4,7 +4,7 @@
 #include "shared/import/dicom_frames.h"
 
 // Reads the pixels of frames: directly from native and deflated files; encapsulated pixels are
-// decompressed by GDCM in a child process.
+// decompressed by dicom_codec.h.
 namespace isosplat::dicom {
 
 /// A frame, and the mapping from its pixels to values.

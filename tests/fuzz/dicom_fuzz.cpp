@@ -1,5 +1,5 @@
-// DICOM files: their elements, frames, the order of frames, and uncompressed pixels. Not compressed
-// pixels, which GDCM decompresses in a child process.
+// DICOM files: their elements, frames, the order of frames, and pixels: uncompressed ones, and as
+// browsers decompress them. Not GDCM, which decompresses in a child process.
 //
 // If the first byte of the input is 128 or more, the rest is a file. Otherwise the byte is the
 // number of a valid file, and the rest are edits of it.
@@ -8,6 +8,7 @@
 
 #include <numeric>
 
+#include "shared/import/dicom_codec.h"
 #include "shared/import/dicom_order.h"
 #include "shared/import/dicom_pixels.h"
 #include "tests/fuzz/edits.h"
@@ -50,6 +51,14 @@ std::vector<std::string> make_files() {
   test::DicomSyntax compressed;
   compressed.uid = "1.2.840.10008.1.2.4.70";
   files.push_back(test::DicomWriter(compressed).file(encapsulated));
+  std::vector<uint32_t> head(16);
+  head[0] = 2;
+  head[1] = 64;
+  head[2] = 66;
+  const std::string run_lengths = test::bytes_of(head) + "\xf5\x01\xf5\x02";
+  encapsulated[0x7fe00010] = test::dicom_fragments({run_lengths, run_lengths, run_lengths});
+  compressed.uid = "1.2.840.10008.1.2.5";
+  files.push_back(test::DicomWriter(compressed).file(encapsulated));
   return files;
 }
 
@@ -70,10 +79,17 @@ void import(const std::filesystem::path& path) {
   for (const dicom::Plane& plane : arranged->planes) {
     const dicom::Frame& frame = collection.frames[plane.first];
     const dicom::Image& image = collection.images[frame.image];
-    if (image.is_encapsulated || !image.obstacle.empty()) return;
+    if (!image.obstacle.empty()) return;
     const uint64_t pixels =
         static_cast<uint64_t>(image.columns) * static_cast<uint64_t>(image.rows);
     if (pixels > 1 << 20) return;
+    if (image.is_encapsulated) {
+      const dicom::EncodedFrame encoded{&image, frame.index};
+      std::vector<bool> absent;
+      out.resize(static_cast<size_t>(dicom::stored_frame_bytes(image)));
+      static_cast<void>(dicom::decompress_plainly({&encoded, 1}, true, out, absent));
+      continue;
+    }
     const dicom::FramePixels one{&image, frame.index, frame.slope, frame.intercept};
     out.resize(static_cast<size_t>(8 * pixels));
     static_cast<void>(dicom::read_frames({&one, 1}, VoxelType::f64, true, 1 << 30, out));

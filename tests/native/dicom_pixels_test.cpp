@@ -1,10 +1,7 @@
-#include <gdcmImageChangeTransferSyntax.h>
-#include <gdcmImageReader.h>
-#include <gdcmImageWriter.h>
-
 #include <numeric>
 
 #include "shared/import/dicom_elements.h"
+#include "tests/native/dicom_encode.h"
 #include "tests/native/dicom_files.h"
 
 // Encodings of pixels and elements: transfer syntaxes, codecs, and damaged data.
@@ -15,6 +12,7 @@ using test::BallSeries;
 using test::dicom_text;
 using test::DicomItem;
 using test::DicomWriter;
+using test::encode;
 using test::expect_field;
 using test::TempFolder;
 using test::write_file;
@@ -139,22 +137,6 @@ TEST(DicomPixels, RunLengthsInASliceAndInFrames) {
     EXPECT_EQ(values[10 * slice + i], series.pixels(10)[i]);
     EXPECT_TRUE(std::isnan(values[11 * slice + i]));
   }
-}
-
-/// Rewrites a file's pixels in another transfer syntax, with GDCM's encoders.
-bool encode(const std::filesystem::path& path, gdcm::TransferSyntax::TSType type) {
-  gdcm::ImageReader reader;
-  reader.SetFileName(path.c_str());
-  if (!reader.Read()) return false;
-  gdcm::ImageChangeTransferSyntax change;
-  change.SetTransferSyntax(type);
-  change.SetInput(reader.GetImage());
-  if (!change.Change()) return false;
-  gdcm::ImageWriter writer;
-  writer.SetFile(reader.GetFile());
-  writer.SetImage(change.GetOutput());
-  writer.SetFileName(path.c_str());
-  return writer.Write();
 }
 
 TEST(DicomPixels, LosslessCodecsGiveTheSameValues) {

@@ -16,7 +16,7 @@ export interface TiffForm {
 }
 
 /** PackBits with literal runs only. */
-function packed(bytes: Uint8Array): Uint8Array {
+export function packed(bytes: Uint8Array): Uint8Array {
   const parts: number[] = [];
   for (let i = 0; i < bytes.length; i += 128) {
     const run = bytes.subarray(i, i + 128);

@@ -19,6 +19,7 @@ import { afterAll, beforeAll, describe, expect, test } from "vitest";
 import type { Encoder } from "../../web/builder/index.ts";
 import { type CompiledModule, CoreError } from "../../web/core/index.ts";
 import { type ImportOptions, volumesAmong } from "../../web/import/index.ts";
+import { dicomSlice } from "../support/dicom_files.ts";
 import { builderProgram, buildLocally, localEncoder } from "../support/local_build.ts";
 import {
   fileOf,
@@ -210,6 +211,29 @@ describe("a store is that of the program, byte by byte", () => {
   test.each(tiffs)("TIFF, %s", async (_, type, form) => {
     const file = tiffOf({ width, height, ...form }, voxelsOf(type, sizes));
     await compare(newFolder({ "a.tif": file }), "a.tif");
+  });
+
+  /** A series of slices, with their transfer syntax in the header. */
+  const series = (syntax?: string): Record<string, Uint8Array> => {
+    const voxels = new Uint16Array(voxelsOf("uint16", sizes).buffer);
+    const slice = width * height;
+    return Object.fromEntries(
+      Array.from({ length: 12 }, (_, z) => {
+        const pixels = voxels.subarray(z * 5 * slice, (z * 5 + 1) * slice);
+        return [`ct/${z}.dcm`, dicomSlice(pixels, width, z, syntax)];
+      }),
+    );
+  };
+
+  test("a DICOM series of run lengths", async () => {
+    await compare(newFolder(series()), "ct");
+  });
+
+  test("a DICOM series of a transfer syntax that browsers do not decode names the program", async () => {
+    const inside = newFolder(series("1.2.840.10008.1.2.4.90"));
+    expect(await buildHere(inside, "ct", {})).toMatch(
+      /transfer syntax 1\.2\.840\.10008\.1\.2\.4\.90: .*isosplat build/,
+    );
   });
 
   test.skipIf(!existsSync(join(volumes, "cthead_tif")))("a folder of TIFF slices", async () => {

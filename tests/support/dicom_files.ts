@@ -1,0 +1,77 @@
+/** Writes DICOM slices with run lengths (RLE), from PS3.5 and PS3.10. */
+import { packed } from "./tiff_files.ts";
+
+function element(tag: number, vr: string, value: Uint8Array | string): Buffer {
+  const pad = vr === "UI" || vr === "OB" ? "\0" : " ";
+  const bytes = Buffer.from(value as string);
+  const even = bytes.length % 2 === 0 ? bytes : Buffer.concat([bytes, Buffer.from(pad)]);
+  const head = Buffer.alloc(vr === "OB" ? 12 : 8);
+  head.writeUInt16LE(tag >>> 16, 0);
+  head.writeUInt16LE(tag & 0xffff, 2);
+  head.write(vr, 4, "latin1");
+  if (vr === "OB") head.writeUInt32LE(even.length, 8);
+  else head.writeUInt16LE(even.length, 6);
+  return Buffer.concat([head, even]);
+}
+
+function item(tag: number, bytes: Uint8Array): Buffer {
+  const head = Buffer.alloc(8);
+  head.writeUInt16LE(tag >>> 16, 0);
+  head.writeUInt16LE(tag & 0xffff, 2);
+  head.writeUInt32LE(bytes.length, 4);
+  return Buffer.concat([head, bytes]);
+}
+
+/** The two bytes of unsigned pixels as run lengths: the high ones, then the low ones. */
+function runLengths(pixels: Uint16Array): Uint8Array {
+  const high = packed(Uint8Array.from(pixels, (pixel) => pixel >> 8));
+  const low = packed(Uint8Array.from(pixels, (pixel) => pixel & 255));
+  const even = (bytes: Uint8Array) => Buffer.concat([bytes, Buffer.alloc(bytes.length % 2)]);
+  const head = Buffer.alloc(64);
+  head.writeUInt32LE(2, 0);
+  head.writeUInt32LE(64, 4);
+  head.writeUInt32LE(64 + even(high).length, 8);
+  return Buffer.concat([head, even(high), even(low)]);
+}
+
+/** A CT slice at `z` mm. `syntax`: its transfer syntax; the pixels are run lengths in any case. */
+export function dicomSlice(
+  pixels: Uint16Array,
+  columns: number,
+  z: number,
+  syntax = "1.2.840.10008.1.2.5",
+): Uint8Array {
+  const number = (value: number) => Buffer.from(Uint16Array.of(value).buffer);
+  const meta = element(0x00020010, "UI", syntax);
+  const group = Buffer.alloc(4);
+  group.writeUInt32LE(meta.length);
+  const pixelData = Buffer.from("e07f10004f420000ffffffff", "hex");
+  return Buffer.concat([
+    Buffer.alloc(128),
+    Buffer.from("DICM"),
+    element(0x00020000, "UL", group),
+    meta,
+    element(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.2"),
+    element(0x00080018, "UI", `1.2.3.4.${z}`),
+    element(0x00080060, "CS", "CT"),
+    element(0x0020000e, "UI", "1.2.3.4"),
+    element(0x00200013, "IS", String(z)),
+    element(0x00200032, "DS", `0\\0\\${z}`),
+    element(0x00200037, "DS", "1\\0\\0\\0\\1\\0"),
+    element(0x00280002, "US", number(1)),
+    element(0x00280004, "CS", "MONOCHROME2"),
+    element(0x00280010, "US", number(pixels.length / columns)),
+    element(0x00280011, "US", number(columns)),
+    element(0x00280030, "DS", "0.5\\0.75"),
+    element(0x00280100, "US", number(16)),
+    element(0x00280101, "US", number(16)),
+    element(0x00280102, "US", number(15)),
+    element(0x00280103, "US", number(0)),
+    element(0x00281052, "DS", "-1024"),
+    element(0x00281053, "DS", "2"),
+    pixelData,
+    item(0xfffee000, new Uint8Array(0)),
+    item(0xfffee000, runLengths(pixels)),
+    item(0xfffee0dd, new Uint8Array(0)),
+  ]);
+}
