@@ -43,6 +43,7 @@ class MeshExtraction {
   struct Worker {
     BlockMesher mesher;
     DecodedCells cells;
+    BlockMesh mesh;
   };
 
   /// The layer's blocks are those of the chunks from `first` on.

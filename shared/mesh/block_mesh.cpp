@@ -1,8 +1,24 @@
 #include "shared/mesh/block_mesh.h"
 
+#include <bit>
+
 #include "shared/mesh/cell_surface.h"
 
 namespace isosplat {
+
+/// What the mesher needs of an edge of a cell.
+struct BlockMesher::EdgeFrame {
+  uint8_t axis, low, high;    ///< low, high: the corners at its ends
+  std::array<uint8_t, 3> at;  ///< of the low corner, in the cell
+  uint32_t entry;             ///< in the table of vertices, from that of the cell's low corner
+  /// The two axes across the edge: the corners beside its ends, and the direction to them.
+  struct Across {
+    uint8_t axis, low, high;
+    float sign;
+  };
+  std::array<Across, 2> across;
+};
+
 namespace {
 
 /// Lattice points of a block along each axis.
@@ -19,6 +35,46 @@ Vec3f gradient_at(const std::array<double, 8>& v, double x, double y, double z) 
               mix(mix(v[4] - v[0], v[5] - v[1], x), mix(v[6] - v[2], v[7] - v[3], x), y))};
 }
 
+constexpr std::array<BlockMesher::EdgeFrame, kCellEdges> kEdgeFrames = [] {
+  std::array<BlockMesher::EdgeFrame, kCellEdges> frames{};
+  for (int edge = 0; edge < kCellEdges; ++edge) {
+    BlockMesher::EdgeFrame& frame = frames[static_cast<size_t>(edge)];
+    const int axis = axis_of(edge), low = low_corner(edge), high = high_corner(edge);
+    frame.axis = static_cast<uint8_t>(axis);
+    frame.low = static_cast<uint8_t>(low);
+    frame.high = static_cast<uint8_t>(high);
+    for (int i = 0; i < 3; ++i) frame.at[static_cast<size_t>(i)] = low >> i & 1;
+    frame.entry =
+        3 * static_cast<uint32_t>((frame.at[2] * kPoints + frame.at[1]) * kPoints + frame.at[0]) +
+        static_cast<uint32_t>(axis);
+    size_t next = 0;
+    for (int other = 0; other < 3; ++other) {
+      if (other == axis) continue;
+      frame.across[next++] = {static_cast<uint8_t>(other), static_cast<uint8_t>(low ^ 1 << other),
+                              static_cast<uint8_t>(high ^ 1 << other),
+                              low >> other & 1 ? -1.0f : 1.0f};
+    }
+  }
+  return frames;
+}();
+
+/// The edges that no earlier cell has: those at the cell's high corner.
+constexpr uint32_t kLastEdges =
+    1u << edge_between(6, 7) | 1u << edge_between(5, 7) | 1u << edge_between(3, 7);
+
+/// For each CornerSigns, the edges that are cut: bit e for edge e.
+constexpr std::array<uint16_t, 256> kCutEdges = [] {
+  std::array<uint16_t, 256> cut{};
+  for (uint32_t signs = 0; signs < 256; ++signs) {
+    for (int edge = 0; edge < kCellEdges; ++edge) {
+      if ((signs >> low_corner(edge) & 1) != (signs >> high_corner(edge) & 1)) {
+        cut[signs] = static_cast<uint16_t>(cut[signs] | 1u << edge);
+      }
+    }
+  }
+  return cut;
+}();
+
 bool is_on_border(Index3 low, int axis, Index3 cells) {
   const auto touches = [](int32_t at, int32_t count) { return at == 0 || at == count; };
   return (axis != 0 && touches(low.x, cells.x)) || (axis != 1 && touches(low.y, cells.y)) ||
@@ -27,59 +83,82 @@ bool is_on_border(Index3 low, int axis, Index3 cells) {
 
 }  // namespace
 
-BlockMesher::BlockMesher() : vertex_of_(size_t{3} * kPoints * kPoints * kPoints) {}
-
-/// The vertex on an edge of the cell at `low`, whose gradient this adds to.
-uint32_t BlockMesher::vertex_at(int edge, Index3 low, const std::array<double, 8>& values,
-                                BlockMesh& mesh) {
-  const int axis = axis_of(edge), corner = low_corner(edge);
-  const Index3 at{low.x + (corner & 1), low.y + (corner >> 1 & 1), low.z + (corner >> 2)};
-  const double first = values[size_t(corner)], last = values[size_t(high_corner(edge))];
-  const double t = first / (first - last);
-  const uint32_t entry =
-      ((static_cast<uint32_t>(at.z) * kPoints + static_cast<uint32_t>(at.y)) * kPoints +
-       static_cast<uint32_t>(at.x)) *
-          3 +
-      static_cast<uint32_t>(axis);
-  uint32_t& known = vertex_of_[entry];
-  if (known == 0) {
-    Vec3f position{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
-    (axis == 0 ? position.x : axis == 1 ? position.y : position.z) += static_cast<float>(t);
-    const auto index = static_cast<uint32_t>(mesh.vertices.size());
-    mesh.vertices.push_back({position, {}});
-    if (is_on_border(at, axis, cells_)) {
-      mesh.border.push_back(
-          {index, {{origin_.x + at.x, origin_.y + at.y, origin_.z + at.z}, axis}});
-    }
-    known = index + 1;
-    used_.push_back(entry);
+BlockMesher::BlockMesher() : vertex_of_(size_t{3} * kPoints * kPoints * kPoints) {
+  for (uint32_t signs = 0; signs < 256; ++signs) {
+    simple_surfaces_[signs] = simple_cell_surface(static_cast<CornerSigns>(signs));
   }
-  const auto along = [&](int a) { return a == axis ? t : double(corner >> a & 1); };
-  const Vec3f gradient = gradient_at(values, along(0), along(1), along(2));
+}
+
+/// Makes the vertex on an edge of the cell at `low`.
+uint32_t BlockMesher::make_vertex(const EdgeFrame& edge, Index3 low, float t, BlockMesh& mesh) {
+  const Index3 at{low.x + edge.at[0], low.y + edge.at[1], low.z + edge.at[2]};
+  Vec3f position{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
+  (edge.axis == 0 ? position.x : edge.axis == 1 ? position.y : position.z) += t;
+  const auto index = static_cast<uint32_t>(mesh.vertices.size());
+  mesh.vertices.push_back({position, {}});
+  if (is_on_border(at, edge.axis, cells_)) {
+    mesh.border.push_back(
+        {index, {{origin_.x + at.x, origin_.y + at.y, origin_.z + at.z}, edge.axis}});
+  }
+  return index;
+}
+
+/// The vertex on an edge of the cell at `low`, whose gradient this adds to. cell_entry: of the
+/// cell's low corner in the table of vertices.
+inline uint32_t BlockMesher::vertex_at(const EdgeFrame& edge, Index3 low, uint32_t cell_entry,
+                                       const std::array<float, 8>& values, BlockMesh& mesh) {
+  const float first = values[edge.low], last = values[edge.high];
+  const float t = first / (first - last);
+  uint32_t& known = vertex_of_[cell_entry + edge.entry];
+  if (known == 0) {
+    known = make_vertex(edge, low, t, mesh) + 1;
+    used_.push_back(cell_entry + edge.entry);
+  }
+  // gradient_at() on the edge, where it has fewer terms.
+  std::array<float, 3> gradient;
+  gradient[edge.axis] = last - first;
+  for (const EdgeFrame::Across& across : edge.across) {
+    const float at_low = values[across.low] - first, at_high = values[across.high] - last;
+    gradient[across.axis] = across.sign * (at_low + t * (at_high - at_low));
+  }
   MeshVertex& vertex = mesh.vertices[known - 1];
-  vertex.gradient = vertex.gradient + gradient;
+  vertex.gradient = vertex.gradient + Vec3f{gradient[0], gradient[1], gradient[2]};
   return known - 1;
 }
 
 void BlockMesher::add_cell(uint32_t place, const CellCorners& corners, BlockMesh& mesh) {
-  std::array<double, 8> values;
+  // The differences are rounded, but keep their signs.
+  std::array<float, 8> values;
   uint32_t signs = 0;
   for (size_t i = 0; i < 8; ++i) {
-    values[i] = double{1} * corners[i] - isovalue_;
+    values[i] = static_cast<float>(corners[i]) - isovalue_;
     signs |= uint32_t{values[i] > 0} << i;
   }
   // The interval of a coarse cell goes beyond its corners.
   if (signs == 0 || signs == 255) return;
-  const CellTriangles* surface = simple_cell_surface(static_cast<CornerSigns>(signs));
-  if (!surface) surface = &cell_surface(values);
+  const auto exact_values = [&] {
+    std::array<double, 8> exact;
+    for (size_t i = 0; i < 8; ++i) exact[i] = double{1} * corners[i] - double{isovalue_};
+    return exact;
+  };
+  const CellTriangles* surface = simple_surfaces_[signs];
+  if (!surface) surface = &cell_surface(exact_values());
   const Index3 low{static_cast<int32_t>(place & 63), static_cast<int32_t>(place >> 6 & 63),
                    static_cast<int32_t>(place >> 12 & 63)};
+  const uint32_t cell_entry =
+      3 * ((static_cast<uint32_t>(low.z) * kPoints + static_cast<uint32_t>(low.y)) * kPoints +
+           static_cast<uint32_t>(low.x));
   std::array<uint32_t, kCellEdges> vertices;
-  for (int edge = 0; edge < kCellEdges; ++edge) {
-    if ((signs >> low_corner(edge) & 1) != (signs >> high_corner(edge) & 1)) {
-      vertices[size_t(edge)] = vertex_at(edge, low, values, mesh);
+  const auto find_vertices = [&](uint32_t cut) {
+    for (; cut != 0; cut &= cut - 1) {
+      const auto edge = static_cast<size_t>(std::countr_zero(cut));
+      vertices[edge] = vertex_at(kEdgeFrames[edge], low, cell_entry, values, mesh);
     }
-  }
+  };
+  // Earlier cells have nearly all vertices of the first loop, and none of the second one: so the
+  // processor predicts the branches of each.
+  find_vertices(kCutEdges[signs] & ~kLastEdges);
+  find_vertices(kCutEdges[signs] & kLastEdges);
   const auto first_mean = static_cast<uint32_t>(mesh.vertices.size());
   for (const auto& loop : surface->means) {
     MeshVertex mean{};
@@ -88,8 +167,8 @@ void BlockMesher::add_cell(uint32_t place, const CellCorners& corners, BlockMesh
       mean.position = mean.position + mesh.vertices[vertices[edge]].position * share;
     }
     const Vec3f at = mean.position;
-    mean.gradient =
-        gradient_at(values, at.x - double(low.x), at.y - double(low.y), at.z - double(low.z));
+    mean.gradient = gradient_at(exact_values(), at.x - double(low.x), at.y - double(low.y),
+                                at.z - double(low.z));
     mesh.vertices.push_back(mean);
   }
   for (const CellTriangle& triangle : surface->triangles) {
@@ -109,7 +188,7 @@ void BlockMesher::run(const DecodedCells& cells, Index3 block_cells, Index3 orig
   mesh.triangles.clear();
   cells_ = block_cells;
   origin_ = origin;
-  isovalue_ = double{quantized_isovalue};
+  isovalue_ = quantized_isovalue;
   for (size_t i = 0; i < cells.cell.size(); ++i) {
     if (!is_active(cells.interval[i], quantized_isovalue)) continue;
     add_cell(cells.cell[i], cells.corners[i], mesh);

@@ -6,7 +6,7 @@
 
 #include "shared/base/vec3.h"
 #include "shared/codec/chunk_codec.h"
-#include "shared/mesh/cell_edges.h"
+#include "shared/mesh/cell_surface.h"
 
 namespace isosplat {
 
@@ -47,6 +47,8 @@ struct BlockMesh {
 /// Makes triangles of decoded cells. Keeps about 3 MB of scratch memory, so use one per thread.
 class BlockMesher {
  public:
+  struct EdgeFrame;
+
   BlockMesher();
 
   /// Replaces the content of `mesh`. origin: the block's low corner in cells of the level. cells:
@@ -57,10 +59,13 @@ class BlockMesher {
 
  private:
   void add_cell(uint32_t place, const CellCorners& corners, BlockMesh& mesh);
-  uint32_t vertex_at(int edge, Index3 low, const std::array<double, 8>& values, BlockMesh& mesh);
+  uint32_t make_vertex(const EdgeFrame& edge, Index3 low, float t, BlockMesh& mesh);
+  uint32_t vertex_at(const EdgeFrame& edge, Index3 low, uint32_t cell_entry,
+                     const std::array<float, 8>& values, BlockMesh& mesh);
 
   Index3 cells_{}, origin_{};
-  double isovalue_ = 0;
+  float isovalue_ = 0;
+  std::array<const CellTriangles*, 256> simple_surfaces_{};  ///< by signs: see simple_cell_surface
   std::vector<uint32_t> vertex_of_;  ///< of each lattice edge of the block, + 1; 0: none
   std::vector<uint32_t> used_;       ///< entries of vertex_of_ that are not 0
 };
