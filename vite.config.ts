@@ -90,6 +90,14 @@ function offline(): Plugin {
   };
 }
 
+/** zarrita's own codecs: web/zarr replaces them, so the page does not carry them. */
+function withoutNumcodecs(): Plugin {
+  return {
+    name: "isosplat-without-numcodecs",
+    load: (id) => (/\/node_modules\/numcodecs\//.test(id) ? "export default undefined" : null),
+  };
+}
+
 /** What the page needs to save copies of itself: single.html, and files.json with its files' names. */
 function copies(): Plugin {
   return {
@@ -150,7 +158,7 @@ export default defineConfig({
       preserveEntrySignatures: "exports-only",
     },
   },
-  worker: { format: "es" },
+  worker: { format: "es", plugins: () => [withoutNumcodecs()] },
   server: {
     proxy: { "/v1": process.env.ISOSPLAT_SERVER ?? "http://localhost:8080" },
     fs: { allow: [here(".")] },

@@ -148,16 +148,16 @@ test("a scale of an OME-Zarr image is chosen, built and kept; a link to it opens
     coordinateTransformations: [{ type: "scale", scale: Array(3).fill(40 / size) }],
   }));
   writeGroup(zarr, 3, { ome: { version: "0.5", multiscales: [{ axes, datasets }] } });
-  sizes.forEach((size, i) => {
-    writeArray(join(zarr, String(i)), {
+  for (const [i, size] of sizes.entries()) {
+    await writeArray(join(zarr, String(i)), {
       version: 3,
       shape: [size, size, size],
       chunks: [16, 16, 16],
-      isCompressed: true,
+      isBlosc: true,
       value: (index) =>
         Math.round(500 * Math.hypot(...index.map((at) => (2 * at - size + 1) / size))),
     });
-  });
+  }
   const address = `${host.url}ball.ome.zarr`;
   let release = () => {};
   const released = new Promise<void>((resolve) => {

@@ -2,6 +2,9 @@
 import { mkdirSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { gzipSync } from "node:zlib";
+import Blosc from "numcodecs/blosc";
+
+const blosc = { cname: "lz4", clevel: 5, shuffle: 1, blocksize: 0 };
 
 export interface ZarrArrayOptions {
   version: 2 | 3;
@@ -10,6 +13,8 @@ export interface ZarrArrayOptions {
   /** Of voxels of type uint16; by the indices along all axes. */
   value(index: readonly number[]): number;
   isCompressed?: boolean;
+  /** Compression by Blosc in place of gzip. */
+  isBlosc?: boolean;
   /** Version 2 only. */
   isBigEndian?: boolean;
   /** Version 2 only: the first axis is the fastest inside of chunks. */
@@ -37,7 +42,7 @@ export function writeGroup(folder: string, version: 2 | 3, attributes: object): 
   }
 }
 
-export function writeArray(folder: string, options: ZarrArrayOptions): void {
+export async function writeArray(folder: string, options: ZarrArrayOptions): Promise<void> {
   writeJson(join(folder, options.version === 3 ? "zarr.json" : ".zarray"), metadataOf(options));
   const { shape, chunks, shards = chunks.map(() => 1), isAbsent = () => false } = options;
   const grid = shape.map((n, axis) => Math.ceil(n / (chunks[axis] ?? 1)));
@@ -45,10 +50,12 @@ export function writeArray(folder: string, options: ZarrArrayOptions): void {
     const inside = [...indices(shards)].map((offset) =>
       shard.map((i, axis) => i * (shards[axis] ?? 1) + (offset[axis] ?? 0)),
     );
-    const bytes = inside.map((chunk) =>
-      isAbsent(chunk) || chunk.some((i, axis) => i >= (grid[axis] ?? 0))
-        ? undefined
-        : chunkBytes(chunk, options),
+    const bytes = await Promise.all(
+      inside.map((chunk) =>
+        isAbsent(chunk) || chunk.some((i, axis) => i >= (grid[axis] ?? 0))
+          ? undefined
+          : chunkBytes(chunk, options),
+      ),
     );
     if (bytes.every((each) => each === undefined)) continue;
     const names = shard.map(String);
@@ -67,7 +74,11 @@ function metadataOf(options: ZarrArrayOptions): object {
       shape,
       chunks,
       dtype: options.isBigEndian ? ">u2" : "<u2",
-      compressor: isCompressed ? { id: "gzip", level: 1 } : null,
+      compressor: options.isBlosc
+        ? { id: "blosc", ...blosc }
+        : isCompressed
+          ? { id: "gzip", level: 1 }
+          : null,
       fill_value: fill,
       order: options.isFortran ? "F" : "C",
       filters: null,
@@ -76,6 +87,7 @@ function metadataOf(options: ZarrArrayOptions): object {
   const codecs = [
     { name: "bytes", configuration: { endian: "little" } },
     ...(isCompressed ? [{ name: "gzip", configuration: { level: 1 } }] : []),
+    ...(options.isBlosc ? [{ name: "blosc", configuration: blosc }] : []),
   ];
   const index = [{ name: "bytes", configuration: { endian: "little" } }];
   const sharding = { chunk_shape: chunks, codecs, index_codecs: index, index_location: "end" };
@@ -94,7 +106,10 @@ function metadataOf(options: ZarrArrayOptions): object {
   };
 }
 
-function chunkBytes(chunk: readonly number[], options: ZarrArrayOptions): Uint8Array {
+async function chunkBytes(
+  chunk: readonly number[],
+  options: ZarrArrayOptions,
+): Promise<Uint8Array> {
   const { shape, chunks, value, fill = 0 } = options;
   const bytes = Buffer.alloc(2 * chunks.reduce((product, n) => product * n, 1));
   let at = 0;
@@ -107,6 +122,7 @@ function chunkBytes(chunk: readonly number[], options: ZarrArrayOptions): Uint8A
     else bytes.writeUInt16LE(number, at);
     at += 2;
   }
+  if (options.isBlosc) return Blosc.fromConfig({ id: "blosc", ...blosc } as never).encode(bytes);
   return options.isCompressed ? gzipSync(bytes) : bytes;
 }
 

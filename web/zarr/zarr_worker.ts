@@ -3,7 +3,7 @@ import { open, root } from "zarrita";
 import { BlobParts } from "../builder/index.ts";
 import type { FaultKind } from "../stream/faults.ts";
 import { StreamError } from "../stream/types.ts";
-import { boundCodecs } from "./bounded_codecs.ts";
+import { replaceCodecs } from "./codecs.ts";
 import { openImage } from "./open_image.ts";
 import { planReading, readScale } from "./read_scale.ts";
 import type { ZarrImage, ZarrScale, ZarrVoxels } from "./types.ts";
@@ -55,7 +55,7 @@ function failure(error: unknown): Extract<ZarrResponse, { message: string }> {
   return { message: `${message}${reason}`, fault: isFault ? error.kind : undefined };
 }
 
-boundCodecs();
+replaceCodecs();
 worker.onmessage = async ({ data }) => {
   try {
     if ("open" in data) worker.postMessage({ image: await openImage(data.open) });
