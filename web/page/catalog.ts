@@ -294,7 +294,7 @@ function openByAddress(): TemplateResult {
   return html`<section class="by-address">
     <h2>Open a store or a volume from elsewhere</h2>
     <p class="quiet">
-      The address of a store (.isosplat) of a volume’s file (.nii.gz, .nrrd, …) or of OME-Zarr on any host that
+      The address of a store (.isosplat), of a volume’s file (.nii.gz, .nrrd, …) or of OME-Zarr on any host that
       allows other sites to read it (CORS). Of a store, parts are fetched (HTTP Range); a volume is
       fetched whole, and becomes a store here in the browser.
     </p>
