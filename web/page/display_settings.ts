@@ -194,7 +194,14 @@ export class DisplaySettings {
 
   readonly actions: Omit<
     PanelActions,
-    "lookAlong" | "fit" | "toggleProjection" | "undo" | "redo" | "saveTransparent" | "saveSurface"
+    | "lookAlong"
+    | "fit"
+    | "toggleProjection"
+    | "undo"
+    | "redo"
+    | "saveTransparent"
+    | "openCapture"
+    | "saveSurface"
   > = {
     slide: (value) => {
       this.#sweep.stop();

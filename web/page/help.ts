@@ -18,7 +18,7 @@ const rows: [string, string][] = [
   ["R", "Reset the view"],
   ["Ctrl + Z, Ctrl + Shift + Z", "Take back, or repeat, the last change of the view"],
   ["C", "Copy a link to this view"],
-  ["S", "Save a picture"],
+  ["S, Shift + S", "Save a picture; of any size"],
   ["F", "Show or hide the controls"],
   ["T", "Dark or light theme"],
   ["?", "This help"],

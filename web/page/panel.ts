@@ -75,6 +75,7 @@ export interface PanelActions {
   fit(): void;
   /** Saves the picture without its background. */
   saveTransparent(): void;
+  openCapture(): void;
   /** Take back, or repeat, the last change of the view. */
   undo(): void;
   redo(): void;

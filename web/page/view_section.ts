@@ -78,6 +78,14 @@ export function viewSection(
         >
           Save without background
         </button>
+        <button
+          type="button"
+          class="chip"
+          title="Save a picture of any size (Shift+S)"
+          @click=${actions.openCapture}
+        >
+          Other sizes …
+        </button>
       </div>
       <div class="chips" role="group" aria-label="Above the picture">
         ${parts.map(

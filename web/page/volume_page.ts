@@ -18,6 +18,7 @@ import {
   Viewer,
   writeCamera,
 } from "../viewer/index.ts";
+import type { CaptureDialog } from "./capture_dialog.ts";
 import { DisplaySettings } from "./display_settings.ts";
 import { formatValue } from "./format.ts";
 import { Histogram } from "./histogram.ts";
@@ -63,6 +64,7 @@ export class VolumePage {
   #overlay: Overlay | null = null;
   #measure: Measure | null = null;
   #loadingMeasure: Promise<void> | null = null;
+  #capture: Promise<CaptureDialog> | null = null;
   #tools: HTMLElement | null = null;
   readonly #settings = new DisplaySettings(this.#viewer, this.#url, () => {
     this.#address.changed();
@@ -389,6 +391,7 @@ export class VolumePage {
     reset: () => this.#reset(),
     fit: () => this.#fit(),
     toggleProjection: () => this.#toggleProjection(),
+    openCapture: () => void this.#openCapture(),
     saveTransparent: () => void this.#saveScreenshot({ transparent: true }),
     saveSurface: () => void this.#saveSurface(),
     undo: () => this.#restore("undo"),
@@ -416,6 +419,7 @@ export class VolumePage {
     "?": showHelp,
     c: () => void this.#copyLink(),
     s: () => void this.#saveScreenshot(),
+    S: () => void this.#openCapture(),
     t: toggleTheme,
     f: () => this.#togglePanel(),
     r: () => this.#reset(),
@@ -578,6 +582,23 @@ export class VolumePage {
       );
     } catch {
       this.#toast.note("Saving could not be loaded: the connection failed. Try again.");
+    }
+  }
+
+  async #openCapture(): Promise<void> {
+    try {
+      this.#capture ??= import("./capture_dialog.ts").then(
+        ({ CaptureDialog }) =>
+          new CaptureDialog({
+            viewer: this.#viewer,
+            save: (ending, content) =>
+              saveFile(this.#fileName(`${this.#isovalues().join("-")}-${ending}`), content),
+          }),
+      );
+      await (await this.#capture).open();
+    } catch {
+      this.#capture = null;
+      this.#toast.note("The dialog could not be loaded: the connection failed. Try again.");
     }
   }
 

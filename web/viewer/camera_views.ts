@@ -1,4 +1,4 @@
-import type { Camera } from "./types.ts";
+import type { Camera, PictureSize } from "./types.ts";
 
 /** A view along an axis of the world. */
 export interface AxisView {
@@ -48,4 +48,15 @@ export function cameraBetween(from: Camera, to: Camera, share: number): Camera {
     fieldOfView: mix(from.fieldOfView, to.fieldOfView),
     ...(to.projection && { projection: to.projection }),
   };
+}
+
+/** A camera that shows all of a picture's view in a canvas of this aspect (width / height). */
+export function cameraOfPicture(
+  camera: Camera,
+  { width, height }: PictureSize,
+  aspect: number,
+): Camera {
+  const wider = Math.max(1, width / height / aspect);
+  const half = Math.atan(wider * Math.tan((camera.fieldOfView * Math.PI) / 360));
+  return { ...camera, fieldOfView: Math.min((half * 360) / Math.PI, 120) };
 }

@@ -1,5 +1,6 @@
 import { measured, type Progress, type StreamSession } from "../stream/index.ts";
 import { ArrivalForecast } from "./arrival_forecast.ts";
+import { cameraOfPicture } from "./camera_views.ts";
 import { Fade } from "./fade.ts";
 import { FrameLoop } from "./frame_loop.ts";
 import { GpuPulse, GpuTimer } from "./gpu_timer.ts";
@@ -7,7 +8,7 @@ import { OcclusionTester } from "./occlusion_tester.ts";
 import { type DrawStatistics, RendererError, type RendererModule } from "./renderer_module.ts";
 import { RestClock } from "./rest_clock.ts";
 import { SplatChoice } from "./splat_choice.ts";
-import type { Camera, FrameReport, Look, Splats } from "./types.ts";
+import type { Camera, FrameReport, Look, PictureSize, Splats } from "./types.ts";
 
 /**
  * A still view gets smooth normals, ambient occlusion and shadows if its exact picture took no longer
@@ -28,6 +29,8 @@ export interface Scene {
   isovalues: number[];
   kind: Look["kind"];
   shading: Look["shading"];
+  /** Streams for a picture of this size instead of the canvas, which shows all of its view. */
+  pictureSize: PictureSize | null;
 }
 
 /** What the scheduler needs from its viewer. */
@@ -243,7 +246,7 @@ export class FrameScheduler {
     const scene = this.#owner.scene();
     this.#isFollowed = false;
     if (!scene) return false;
-    const { session, camera, isovalues } = scene;
+    const { session, camera, isovalues, pictureSize } = scene;
     const renderer = this.#renderer;
     const isResized = this.#owner.fitCanvas();
     const { width, height } = this.#canvas;
@@ -256,12 +259,13 @@ export class FrameScheduler {
     const isResting = isTesting ? this.#isResting : now >= restsAt;
     this.#isResting = isResting;
 
-    renderer.setCamera(camera);
+    const viewport = pictureSize ?? { width, height };
+    renderer.setCamera(pictureSize ? cameraOfPicture(camera, pictureSize, width / height) : camera);
     const splats = this.#splatsToKeep(scene, isResting) ?? this.#splats(scene, isResting);
     renderer.setSplats(splats);
     session.update({
-      viewProjection: renderer.viewProjection(camera, width, height),
-      viewport: { width, height },
+      viewProjection: renderer.viewProjection(camera, viewport.width, viewport.height),
+      viewport,
       isovalues,
       moving: isMoving,
     });
@@ -280,6 +284,7 @@ export class FrameScheduler {
     } else if (
       isResting &&
       !isTesting &&
+      !pictureSize &&
       !this.#rest.isStreaming &&
       this.#maySmooth(splats) &&
       renderer.canRefine(width, height)

@@ -23,6 +23,29 @@ export interface Camera {
   projection?: Projection;
 }
 
+/** In pixels. */
+export interface PictureSize {
+  width: number;
+  height: number;
+}
+
+/** A picture to be made, beside the view of the canvas. */
+export interface PictureView extends PictureSize {
+  /** Default: that of the viewer. */
+  camera?: Camera;
+}
+
+/** A picture that is drawn in parts: Viewer.beginPicture. */
+export interface PictureInParts extends PictureSize {
+  /**
+   * A part, from its upper left corner: RGBA, alpha not premultiplied, rows from the top. Waits for the GPU.
+   * Throws a RendererError.
+   */
+  draw(x: number, y: number, width: number, height: number): Uint8ClampedArray<ArrayBuffer>;
+  /** Ends the picture: the canvas is drawn again. */
+  end(): void;
+}
+
 /** One isosurface: isovalue in the volume's values, colour as #rrggbb (sRGB), opacity 0 … 1. */
 export interface Surface {
   isovalue: number;

@@ -24,6 +24,8 @@ import {
   type FrameReport,
   type Legend,
   type Look,
+  type PictureInParts,
+  type PictureView,
   type Projection,
   type Surface,
   type SurfacePoint,
@@ -118,6 +120,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #surfaces: Surface[] = [];
   #look: Look = { ...defaultLook };
   #clip: Clip = wholeVolume;
+  #picture: PictureView | null = null;
+  #progress: Progress | null = null;
+  /** A picture in parts has begun: nothing else is drawn. */
+  #isInParts = false;
   #contextLost = false;
   #isBusy = false;
   #isWarm = false;
@@ -216,6 +222,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         testOcclusion: () => this.#scheduler?.request(),
         progress: (progress) => {
           this.#scheduler?.onProgress(progress);
+          this.#progress = progress;
           this.emit("progress", progress);
         },
         error: (error) => this.#streamFailed(error),
@@ -507,6 +514,70 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     }
   }
 
+  /**
+   * Prepares a picture, of any size and of another view: streams what it needs, as `isBusy` tells, and
+   * shows it in the canvas. Null: the canvas has its own view again.
+   */
+  preparePicture(view: PictureView | null): void {
+    this.#picture = view;
+    this.#scheduler?.onCameraChange();
+  }
+
+  /** What is still missing of the present view; null before the first report. */
+  get progress(): Progress | null {
+    return this.#progress;
+  }
+
+  /**
+   * Begins the picture that was prepared, of at most 16384 × 16384 pixels. It is drawn in parts with
+   * smooth edges, from what is resident. Nothing else is drawn until its `end`. transparent: without the
+   * background. Throws a RendererError.
+   */
+  beginPicture({ transparent = false } = {}): PictureInParts {
+    const { width, height } = this.#picture ?? this.canvas;
+    const camera = this.#picture?.camera ?? this.#camera;
+    if (!camera || !this.#session || this.#contextLost) {
+      throw new RendererError("nothing is drawn yet");
+    }
+    const must = (action: (renderer: RendererModule) => void): void => {
+      let isDone = false;
+      if (!this.#contextLost) isDone = this.#guard(action);
+      if (!isDone) throw new RendererError("the GPU could not draw the picture: try a smaller one");
+    };
+    const { kind, shading } = this.#look;
+    const setOpacity = (renderer: RendererModule, opacity: number) =>
+      renderer.setLook(this.#look, this.#colourRange(), opacity);
+    this.#isInParts = true;
+    const end = (): void => {
+      if (!this.#isInParts) return;
+      this.#isInParts = false;
+      this.#guard((renderer) => {
+        renderer.endTiles();
+        setOpacity(renderer, 1);
+      });
+      this.#scheduler?.onCameraChange();
+    };
+    try {
+      must((renderer) => {
+        renderer.setCamera(camera);
+        renderer.setSplats({ kind: kind === "automatic" ? "exact" : kind, shading });
+        setOpacity(renderer, transparent ? 0 : 1);
+        renderer.beginTiles(width, height);
+      });
+    } catch (error) {
+      end();
+      throw error;
+    }
+    const draw = (x: number, y: number, partWidth: number, partHeight: number) => {
+      let part = new Uint8ClampedArray();
+      must((renderer) => {
+        part = renderer.drawTile(x, y, partWidth, partHeight);
+      });
+      return part;
+    };
+    return { width, height, draw, end };
+  }
+
   #loadParts(): Promise<{ renderer: RendererModule; core: Core }> {
     this.#parts ??= RendererModule.create(this.canvas).then(async (renderer) => {
       if (this.#disposed) {
@@ -588,12 +659,14 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   #scene(): Scene | null {
     if (!this.#renderer || !this.#camera || !this.#session || this.#contextLost) return null;
+    if (this.#isInParts) return null;
     return {
       session: this.#session,
-      camera: this.#camera,
+      camera: this.#picture?.camera ?? this.#camera,
       isovalues: this.#surfaces.map((surface) => surface.isovalue),
       kind: this.#look.kind,
       shading: this.#look.shading,
+      pictureSize: this.#picture,
     };
   }
 

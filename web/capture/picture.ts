@@ -1,0 +1,126 @@
+import type { Progress } from "../stream/index.ts";
+import type { PictureInParts, PictureSize, PictureView, Viewer } from "../viewer/index.ts";
+import { PngStream } from "./png_stream.ts";
+
+/** Longest width and height of a picture, in pixels: kMaxImageSize of shared/render/renderer.h. */
+export const mostPixels = 16384;
+/** Size of the parts that are drawn at a time: about 0.1 GB of the GPU's memory. */
+const partWidth = 1024;
+const partHeight = 1024;
+
+export interface CaptureProgress {
+  /** 0 … 1 of the drawing; undefined while data arrive. */
+  share?: number;
+  bytesToGo?: number;
+}
+
+export interface CaptureOptions {
+  /** Without the background. */
+  transparent?: boolean;
+  signal: AbortSignal;
+  progress(progress: CaptureProgress): void;
+}
+
+/**
+ * The viewer's present view as a PNG of this size. Its data are fetched first, as far as the sample
+ * budget allows. Memory: one row of parts. Rejects with a RendererError, or the signal's reason.
+ */
+export async function capturePng(
+  viewer: Viewer,
+  { width, height }: PictureSize,
+  { transparent = false, signal, progress }: CaptureOptions,
+): Promise<Blob> {
+  viewer.preparePicture({ width, height });
+  try {
+    await whenComplete(viewer, signal, progress);
+    const picture = viewer.beginPicture({ transparent });
+    try {
+      const png = new PngStream(width, height, transparent);
+      for (let top = 0; top < height; top += partHeight) {
+        const rows = Math.min(partHeight, height - top);
+        const left = (share: number) => progress({ share: (top + share * rows) / height });
+        await png.addRows(await drawRows(picture, top, rows, signal, left));
+      }
+      return await png.finish();
+    } finally {
+      picture.end();
+    }
+  } finally {
+    viewer.preparePicture(null);
+  }
+}
+
+/** Rows of the picture, all of its width. */
+async function drawRows(
+  picture: PictureInParts,
+  top: number,
+  rows: number,
+  signal: AbortSignal,
+  progress: (share: number) => void,
+): Promise<Uint8ClampedArray<ArrayBuffer>> {
+  const { width } = picture;
+  const all = new Uint8ClampedArray(4 * width * rows);
+  for (let left = 0; left < width; left += partWidth) {
+    progress(left / width);
+    await nextFrame();
+    signal.throwIfAborted();
+    const columns = Math.min(partWidth, width - left);
+    const part = picture.draw(left, top, columns, rows);
+    for (let y = 0; y < rows; ++y) {
+      const row = part.subarray(4 * y * columns, 4 * (y + 1) * columns);
+      all.set(row, 4 * (y * width + left));
+    }
+  }
+  return all;
+}
+
+/** All pixels of a view, as soon as its data have arrived: RGBA, rows from the top. */
+export async function capturePixels(
+  viewer: Viewer,
+  view: PictureView,
+  signal: AbortSignal,
+): Promise<Uint8ClampedArray<ArrayBuffer>> {
+  viewer.preparePicture(view);
+  await whenComplete(viewer, signal, () => {});
+  const picture = viewer.beginPicture();
+  try {
+    return await drawRows(picture, 0, view.height, signal, () => {});
+  } finally {
+    picture.end();
+  }
+}
+
+/** Resolves when everything that the view needs is there, as far as it can be. */
+export async function whenComplete(
+  viewer: Viewer,
+  signal: AbortSignal,
+  progress: (progress: CaptureProgress) => void,
+): Promise<void> {
+  signal.throwIfAborted();
+  if (!viewer.isBusy) return;
+  await new Promise<void>((resolve, reject) => {
+    const removers = [
+      viewer.on("progress", ({ bytesToGo }: Progress) => progress({ bytesToGo })),
+      viewer.on("busy", (isBusy) => {
+        if (!isBusy) end(resolve);
+      }),
+      viewer.on("error", (error) => {
+        if (viewer.info === null) end(() => reject(error));
+      }),
+    ];
+    const abort = (): void => end(() => reject(signal.reason));
+    signal.addEventListener("abort", abort);
+    const end = (settle: () => void): void => {
+      for (const remove of removers) remove();
+      signal.removeEventListener("abort", abort);
+      settle();
+    };
+  });
+}
+
+/** Lets the browser show what has changed, and take clicks. */
+function nextFrame(): Promise<void> {
+  return new Promise((resolve) => {
+    requestAnimationFrame(() => setTimeout(resolve));
+  });
+}
