@@ -48,7 +48,7 @@ export async function buildStore(
 
 /**
  * As buildStore, with another worker that directs: `start` makes its message, and it answers with
- * BuildWorkerMessages.
+ * BuildWorkerMessages; others are for its owner.
  */
 export async function buildWith(
   director: Worker,
@@ -77,7 +77,7 @@ export async function buildWith(
       director.onmessage = ({ data }: MessageEvent<BuildWorkerMessage>) => {
         if ("progress" in data) progress?.(data.progress);
         else if ("store" in data) resolve(data);
-        else reject(new CoreError(data.status, data.message));
+        else if ("status" in data) reject(new CoreError(data.status, data.message));
       };
       const ports = encoders.map((worker) => {
         const { port1, port2 } = new MessageChannel();

@@ -1,4 +1,5 @@
 import { type CompiledModule, instantiate, type ModuleFactory } from "../core/instantiate.ts";
+import { compiledOnce } from "./compiled_once.ts";
 
 /** What a build asks of its environment, during its calls. Exceptions become the error of the call. */
 export interface BuilderHost {
@@ -30,11 +31,13 @@ export interface BuilderModule {
   _isosplat_builder_statistics(builder: number): number;
 }
 
+const fetched = compiledOnce(
+  () => new URL("../../build/wasm/web/isosplat-builder.wasm", import.meta.url),
+);
+
 /** Compiles the module, once for all workers. `bytes`: of isosplat-builder.wasm; default: fetched. */
 export async function compileBuilder(bytes?: BufferSource): Promise<CompiledModule> {
-  if (bytes) return WebAssembly.compile(bytes);
-  const url = new URL("../../build/wasm/web/isosplat-builder.wasm", import.meta.url);
-  return WebAssembly.compileStreaming(fetch(url));
+  return bytes ? WebAssembly.compile(bytes) : fetched();
 }
 
 /** Makes an instance. Encoders need no host. */

@@ -1,8 +1,8 @@
 import type { BuildStoreOptions, BuiltStore, VolumeDescription } from "../builder/index.ts";
-import type { VolumeCandidate } from "../import/index.ts";
+import { CoreError } from "../core/index.ts";
+import type { ReducedVolume, VolumeCandidate } from "../import/index.ts";
 import { filesKey, type InputFile } from "./files.ts";
 import { bytesOf, type RawLayout } from "./raw_guess.ts";
-import { leastReduced, reducedVolume } from "./reduced_volume.ts";
 
 export type { VolumeCandidate } from "../import/index.ts";
 
@@ -14,20 +14,34 @@ export interface ReadableVolume {
   voxelBytes: number;
   /** The same for the same files and layout: see filesKey. */
   key: string;
-  /** Builds the store in workers; once. Rejects with a CoreError or the signal's reason. */
-  build(options: BuildStoreOptions): Promise<BuiltStore>;
   /**
-   * Builds the store of a reduced copy, also while the store of the volume is built. Undefined for a
-   * volume that is small itself. Rejects as `build` does.
+   * Builds the store in workers; once. Rejects with a CoreError or the signal's reason. If the volume is
+   * large, `preview` is given the store of a reduced copy meanwhile, and also after a rejection because
+   * of memory (out_of_memory); not after `cancel`.
    */
-  buildReduced(signal: AbortSignal): Promise<ReducedStore | undefined>;
+  build(
+    options: BuildStoreOptions,
+    cancel: AbortSignal,
+    preview: PreviewShown,
+  ): Promise<BuiltStore>;
   /** Ends the worker of a volume that is not built. */
   close(): void;
 }
 
-/** The store of a reduced copy of a volume. */
-export interface ReducedStore extends BuiltStore {
-  voxels: VolumeDescription["voxels"];
+/** Shows the store of a reduced copy with so many voxels along each axis. */
+export type PreviewShown = (store: BuiltStore, voxels: readonly [number, number, number]) => void;
+
+/** The store of a volume of fewer voxels is built in a moment. */
+const leastPreviewed = 4_000_000;
+
+/** Begins to load what reading a volume and building its store takes. What fails is loaded again. */
+export function warmUp(): void {
+  const imports = Promise.all([import("../import/index.ts"), import("../builder/index.ts")]);
+  imports
+    .then(([{ compileImport }, { compileBuilder }]) =>
+      Promise.all([compileImport(), compileBuilder()]),
+    )
+    .catch(() => {});
 }
 
 /** The volumes among files, the largest first. */
@@ -58,21 +72,32 @@ export async function openVolume(
     return file;
   };
   const volume = await open(files, { path, signal, findFile: find, ...layout });
-  const buildReduced = async (cancel: AbortSignal): Promise<ReducedStore | undefined> => {
-    const [x, y, z] = volume.description.voxels;
-    if (x * y * z < leastReduced) return undefined;
-    // A worker of its own: the other one directs the build.
-    const copy = await open(all, { path, signal: cancel, ...layout });
+  const [x, y, z] = volume.description.voxels;
+  const isLarge = x * y * z >= leastPreviewed;
+
+  /** Builds the store of a copy, while that of the volume is built. */
+  const buildReduced = async (
+    { description, voxels }: ReducedVolume,
+    cancel: AbortSignal,
+    preview: PreviewShown,
+  ): Promise<void> => {
+    const { buildStore } = await import("../builder/index.ts");
+    const built = await buildStore(description, voxels, { workers: 1, signal: cancel });
+    if (!cancel.aborted) preview(built, description.voxels);
+  };
+  const build = async (options: BuildStoreOptions, cancel: AbortSignal, preview: PreviewShown) => {
+    // What is wrong with a volume is reported by its build.
+    const show = (reduced: ReducedVolume) =>
+      void buildReduced(reduced, cancel, preview).catch(() => {});
     try {
-      const { description, voxels } = await reducedVolume(volume.description, (slice) => {
-        cancel.throwIfAborted();
-        return copy.readSlices(slice, 1);
-      });
-      const { buildStore } = await import("../builder/index.ts");
-      const built = await buildStore(description, voxels, { workers: 1, signal: cancel });
-      return { ...built, voxels: description.voxels };
-    } finally {
-      copy.close();
+      return await volume.build({ ...options, ...(isLarge && { reduced: show }) });
+    } catch (error) {
+      if (error instanceof CoreError && error.status === "out_of_memory") {
+        open(all, { path, signal: cancel, ...layout })
+          .then((copy) => copy.readReduced(cancel).finally(() => copy.close()))
+          .then(show, () => {});
+      }
+      throw error;
     }
   };
   const parts = new Set(volume.files);
@@ -82,8 +107,7 @@ export async function openVolume(
     description: volume.description,
     voxelBytes: volume.voxelBytes,
     key: await filesKey(used.length > 0 ? used : all, { path, layout }),
-    build: (options) => volume.build(options),
-    buildReduced,
+    build,
     close: () => volume.close(),
   };
 }

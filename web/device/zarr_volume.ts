@@ -2,7 +2,7 @@ import { StreamError } from "../stream/types.ts";
 import type { ZarrImage, ZarrScale } from "../zarr/index.ts";
 import { explained } from "./fetch_file.ts";
 import { keyOf } from "./files.ts";
-import type { ReadableVolume } from "./reading.ts";
+import type { PreviewShown, ReadableVolume } from "./reading.ts";
 
 export type { ZarrImage, ZarrScale } from "../zarr/index.ts";
 
@@ -55,17 +55,16 @@ export async function zarrVolume(
 ): Promise<ReadableVolume> {
   const { description, voxelBytes } = scale;
   const small = previewOf(image, scale);
-  let previewFetched: Promise<unknown> = Promise.resolve();
   return {
     files: 1,
     description,
     voxelBytes,
     key: await keyOf([address.href, image.metadata]),
-    build: async ({ progress, ...options }) => {
+    build: async ({ progress, ...options }, cancel, preview) => {
       const { signal = new AbortController().signal } = options;
       const { readZarr } = await import("../zarr/index.ts");
       const { buildStore } = await import("../builder/index.ts");
-      await previewFetched;
+      if (small) await showFirst(image, small, cancel, preview);
       signal.throwIfAborted();
       const begin = performance.now();
       const { voxels, notes } = await readZarr(image, scale, {
@@ -84,19 +83,28 @@ export async function zarrVolume(
           progress?.({ ...rest, fraction: fetchShare + (1 - fetchShare) * fraction }),
       });
     },
-    buildReduced: async (signal) => {
-      if (!small) return undefined;
-      const reading = import("../zarr/index.ts").then((zarr) =>
-        zarr.readZarr(image, small, { signal }),
-      );
-      previewFetched = reading.catch(() => {}); // the build meets the same fault
-      const { voxels } = await reading;
-      const { buildStore } = await import("../builder/index.ts");
-      const built = await buildStore(small.description, voxels, { workers: 1, signal });
-      return { ...built, voxels: small.description.voxels };
-    },
     close: () => {},
   };
+}
+
+/** Fetches a small scale; its store is built, and shown, afterwards. The build meets the same faults. */
+async function showFirst(
+  image: ZarrImage,
+  scale: ZarrScale,
+  cancel: AbortSignal,
+  preview: PreviewShown,
+): Promise<void> {
+  const { readZarr } = await import("../zarr/index.ts");
+  const { buildStore } = await import("../builder/index.ts");
+  const { description } = scale;
+  const read = await readZarr(image, scale, { signal: cancel }).catch(() => undefined);
+  if (!read) return;
+  buildStore(description, read.voxels, { workers: 1, signal: cancel }).then(
+    (built) => {
+      if (!cancel.aborted) preview(built, description.voxels);
+    },
+    () => {},
+  );
 }
 
 function rethrow(error: unknown): never {

@@ -14,6 +14,7 @@ import { FileTable } from "./files.ts";
 import { volumesAmong } from "./find_volumes.ts";
 import { Importer } from "./importer.ts";
 import { instantiateImport } from "./module.ts";
+import { type ReducedVolume, reducedVolume } from "./reduced_volume.ts";
 import type { ImportedVolume, ImportOptions, InputFile, VolumeCandidate } from "./types.ts";
 
 export type ImportRequest =
@@ -23,7 +24,15 @@ export type ImportRequest =
   | { add: readonly InputFile[] }
   | { open: string; options: ImportOptions }
   | { read: number; count: number }
-  | { build: VolumeDescription; limits: BuildLimits; program: CompiledModule; ports: Port[] };
+  | { reduce: VolumeDescription }
+  | {
+      build: VolumeDescription;
+      /** Post a `reduced` volume before reading the others. */
+      reduces: boolean;
+      limits: BuildLimits;
+      program: CompiledModule;
+      ports: Port[];
+    };
 
 export type ImportResponse =
   | { ready: true }
@@ -31,6 +40,7 @@ export type ImportResponse =
   | { opened: ImportedVolume }
   | { missing: string[] }
   | { slices: Uint8Array }
+  | { reduced: ReducedVolume }
   | WorkerFailure;
 
 const worker = globalThis as unknown as {
@@ -43,13 +53,25 @@ let table: FileTable;
 let importer: Importer;
 let sliceBytes = 0;
 
+function reduce(volume: VolumeDescription): ReducedVolume {
+  const slice = new Uint8Array(sliceBytes);
+  return reducedVolume(volume, (z) => {
+    importer.readSlices(z, 1, slice);
+    return slice;
+  });
+}
+
 async function build(request: Extract<ImportRequest, { build: object }>): Promise<object> {
   const { build: volume, limits, program, ports } = request;
+  let { reduces } = request;
   const parts = new StoreParts();
   let readError: unknown;
   const module = await instantiateBuilder(program, {
     readSlices: (first, count, into) => {
       try {
+        // The first call: the build has enough memory.
+        if (reduces) worker.postMessage({ reduced: reduce(volume) });
+        reduces = false;
         importer.readSlices(first, count, into);
       } catch (error) {
         readError = error; // the builder only knows that reading failed
@@ -94,6 +116,7 @@ async function answer(request: ImportRequest): Promise<object> {
     importer.readSlices(request.read, request.count, slices);
     return { slices };
   }
+  if ("reduce" in request) return { reduced: reduce(request.reduce) };
   return build(request);
 }
 

@@ -10,10 +10,12 @@ export { volumesAmong } from "./find_volumes.ts";
 export { Importer } from "./importer.ts";
 export { compileImport, type ImportFiles, instantiateImport } from "./module.ts";
 export {
+  type BuildOptions,
   findVolumes,
   type OpenedVolume,
   type OpenOptions,
   openVolume,
   type StoreOptions,
 } from "./open_volume.ts";
+export { type ReducedVolume, reducedVolume } from "./reduced_volume.ts";
 export type * from "./types.ts";

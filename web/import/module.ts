@@ -1,3 +1,4 @@
+import { compiledOnce } from "../builder/compiled_once.ts";
 import { type CompiledModule, instantiate, type ModuleFactory } from "../core/instantiate.ts";
 
 /** The files that the module reads: shared/wasm/import_host.h. */
@@ -29,11 +30,13 @@ export interface ImportModule {
   _isosplat_import_read_slices(importer: number, first: number, count: number): number;
 }
 
-/** Compiles the module. `bytes`: of isosplat-import.wasm; default: fetched. */
+const fetched = compiledOnce(
+  () => new URL("../../build/wasm/web/isosplat-import.wasm", import.meta.url),
+);
+
+/** Compiles the module, once for all workers. `bytes`: of isosplat-import.wasm; default: fetched. */
 export async function compileImport(bytes?: BufferSource): Promise<CompiledModule> {
-  if (bytes) return WebAssembly.compile(bytes);
-  const url = new URL("../../build/wasm/web/isosplat-import.wasm", import.meta.url);
-  return WebAssembly.compileStreaming(fetch(url));
+  return bytes ? WebAssembly.compile(bytes) : fetched();
 }
 
 export async function instantiateImport(

@@ -8,6 +8,7 @@ import {
 import { type CompiledModule, CoreError } from "../core/index.ts";
 import type { ImportRequest, ImportResponse } from "./import_worker.ts";
 import { compileImport } from "./module.ts";
+import type { ReducedVolume } from "./reduced_volume.ts";
 import type { ImportedVolume, ImportOptions, InputFile, VolumeCandidate } from "./types.ts";
 
 export interface OpenOptions extends ImportOptions {
@@ -22,6 +23,12 @@ export interface OpenOptions extends ImportOptions {
 
 /** What a store depends on beside the volume. */
 export type StoreOptions = Pick<VolumeDescription, "title" | "units" | "maxError" | "fetchWeight">;
+
+export type BuildOptions = BuildStoreOptions &
+  StoreOptions & {
+    /** Is given a copy with fewer voxels, before the others are read. */
+    reduced?: (volume: ReducedVolume) => void;
+  };
 
 /** A worker with the importer. Each request is answered before the next one is sent. */
 class ImportWorker {
@@ -136,20 +143,38 @@ export class OpenedVolume {
 
   /**
    * Builds the store: the bytes of `isosplat build FILE`, which writes it to the volume's folder. A
-   * volume that is too large is refused before it is read. Ends the worker.
+   * volume that is too large is refused before it is read, with the status out_of_memory. Ends the
+   * worker.
    */
-  async build(options: BuildStoreOptions & StoreOptions = {}): Promise<BuiltStore> {
-    const { title, units, maxError, fetchWeight } = options;
+  async build(options: BuildOptions = {}): Promise<BuiltStore> {
+    const { title, units, maxError, fetchWeight, reduced } = options;
     const given = Object.entries({ title, units, maxError, fetchWeight });
     const store = Object.fromEntries(given.filter(([, value]) => value !== undefined));
     const volume: VolumeDescription = { ...this.description, ...store };
     const { memoryBytes } = options;
+    this.#worker.worker.addEventListener("message", ({ data }: MessageEvent<ImportResponse>) => {
+      if ("reduced" in data) reduced?.(data.reduced);
+    });
     const program = options.program ?? this.#builder ?? (await compileBuilder());
     return buildWith(
       this.#worker.worker,
-      (ports, limits) => ({ build: volume, limits, program, ports }) satisfies ImportRequest,
+      (ports, limits) =>
+        ({
+          build: volume,
+          reduces: reduced !== undefined,
+          limits,
+          program,
+          ports,
+        }) satisfies ImportRequest,
       { ...options, program, ...(memoryBytes === undefined ? {} : { memoryBytes }) },
     );
+  }
+
+  /** A copy with fewer voxels. Not while the store is built. */
+  async readReduced(signal?: AbortSignal): Promise<ReducedVolume> {
+    const request = { reduce: this.description };
+    const response = await this.#worker.ask<{ reduced: ReducedVolume }>(request, signal);
+    return response.reduced;
   }
 
   /** Ends the worker. */

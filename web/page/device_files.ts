@@ -21,11 +21,13 @@ import {
   type ReadableVolume,
   RemoteFiles,
   transferredFiles,
+  warmUp,
   zarrVolume,
 } from "../device/index.ts";
 import { contentIdOf } from "../stream/file_source.ts";
 import { StreamError } from "../stream/index.ts";
 import { beginsAsStore } from "../stream/transfer.ts";
+import { compiledRenderer } from "../viewer/index.ts";
 import { chooseScale, chooseVolume } from "./choose_volume.ts";
 import { DeviceSection } from "./device_section.ts";
 import { formatDims } from "./format.ts";
@@ -189,6 +191,8 @@ export class DeviceFiles {
       await this.#openHeld(contentId);
       return;
     }
+    warmUp();
+    compiledRenderer().catch(() => {}); // its first user reports the error
     task.shows("Reading", `${files.length} file${files.length === 1 ? "" : "s"}`);
     const volumes = await findVolumes(files, task.signal);
     const path = await chooseVolume(volumes);
@@ -219,12 +223,27 @@ export class DeviceFiles {
       const known = (await keptStores()).find(({ filesKey }) => filesKey === key);
       if (known) return this.#openHeld(known.contentId, place);
       task.shows(`Building ${name}`, "starting");
-      const preview = this.#preview(volume, signal, place);
-      const { store: blob, report } = await volume.build({
-        signal,
-        progress: (progress) => task.progress(progress, volume.voxelBytes),
-      });
-      preview.abort();
+      const previewing = new AbortController();
+      this.#previewing = previewing;
+      signal.addEventListener("abort", () => previewing.abort());
+      const { store: blob, report } = await volume.build(
+        { signal, progress: (progress) => task.progress(progress, volume.voxelBytes) },
+        previewing.signal,
+        (built, voxels) =>
+          this.#shown.openProvisional(
+            {
+              contentId: built.report.contentId,
+              name,
+              bytes: built.store.size,
+              filesKey: key,
+              keptAt: Date.now(),
+            },
+            built.store,
+            `Preview: ${formatDims(voxels)} of ${formatDims(description.voxels)} voxels`,
+            { keepsAddress: place.address !== undefined },
+          ),
+      );
+      previewing.abort();
       const store: KeptStore = {
         contentId: report.contentId,
         name,
@@ -236,44 +255,16 @@ export class DeviceFiles {
         keptAt: Date.now(),
       };
       hold(store, blob);
-      let notKept: string | undefined;
+      performance.mark("isosplat:built");
+      await this.#openHeld(store.contentId, place);
       try {
         task.shows(`Keeping ${name} on this device`, "");
         await keep(store, blob, signal);
       } catch (error) {
         if (!(error instanceof NotKeptError)) throw error;
-        notKept = `${error.message} It is open until this tab is closed.`;
+        throw new Error(`${error.message} It is open until this tab is closed.`);
       }
-      await this.#openHeld(store.contentId, place);
-      if (notKept) throw new Error(notKept);
     });
-  }
-
-  /**
-   * Shows a reduced copy of a volume that is being built. It stays where the build fails: the volume
-   * may be too large for the browser. Abort it when the store is complete.
-   */
-  #preview(volume: ReadableVolume, cancel: AbortSignal, { address }: Place): AbortController {
-    const ending = new AbortController();
-    this.#previewing = ending;
-    cancel.addEventListener("abort", () => ending.abort());
-    const { key, description } = volume;
-    volume.buildReduced(ending.signal).then(
-      (reduced) => {
-        if (!reduced || ending.signal.aborted) return;
-        const { store, report, voxels } = reduced;
-        const { contentId } = report;
-        const { name } = description;
-        this.#shown.openProvisional(
-          { contentId, name, bytes: store.size, filesKey: key, keptAt: Date.now() },
-          store,
-          `Preview: ${formatDims(voxels)} of ${formatDims(description.voxels)} voxels`,
-          { keepsAddress: address !== undefined },
-        );
-      },
-      () => {}, // the build reports what is wrong with the volume
-    );
-    return ending;
   }
 
   /** The address bar keeps the address of a volume that was fetched: others can open it as well. */

@@ -1,28 +1,32 @@
 import type { VolumeDescription } from "../builder/index.ts";
 
-/** A reduced copy has at most so many voxels along each axis: its store is built in a moment. */
-export const mostReduced = 96;
+/** A copy of a volume with fewer voxels. */
+export interface ReducedVolume {
+  description: VolumeDescription;
+  /** Little-endian, x fastest. */
+  voxels: Uint8Array;
+}
 
-/** Fewer voxels than this: the store itself is built in a moment. */
-export const leastReduced = 4_000_000;
+/** At most so many voxels along each axis: those of one block of a store. */
+const mostVoxels = 65;
 
 /**
- * A copy of a volume with fewer voxels: the nearest ones to evenly spaced places from the first to the
- * last along each axis, so that it covers the same part of the world. Its values are values of the
- * volume; what is smaller than the distance of its voxels may be missing. `readSlice` reads slice z,
- * x fastest, and is called for ascending z.
+ * Takes the nearest voxels to evenly spaced places from the first to the last along each axis, so that
+ * the copy covers the same part of the world. Its values are values of the volume; what is smaller than
+ * the distance of its voxels may be missing. `readSlice` reads slice z, x fastest, and is called for
+ * ascending z.
  */
-export async function reducedVolume(
+export function reducedVolume(
   volume: VolumeDescription,
-  readSlice: (z: number) => Promise<Uint8Array>,
-): Promise<{ description: VolumeDescription; voxels: Uint8Array }> {
+  readSlice: (z: number) => Uint8Array,
+): ReducedVolume {
   const bytes = Number(volume.type.slice(1)) / 8;
   const [xs, ys, zs] = volume.voxels.map(places) as [number[], number[], number[]];
   const width = volume.voxels[0];
   const voxels = new Uint8Array(xs.length * ys.length * zs.length * bytes);
   let at = 0;
   for (const z of zs) {
-    const slice = await readSlice(z);
+    const slice = readSlice(z);
     for (const y of ys) {
       for (const x of xs) {
         const from = (y * width + x) * bytes;
@@ -44,6 +48,6 @@ export async function reducedVolume(
 
 /** Evenly spaced indices of voxels, the first and the last among them. */
 function places(voxels: number): number[] {
-  const count = Math.min(voxels, mostReduced);
+  const count = Math.min(voxels, mostVoxels);
   return Array.from({ length: count }, (_, i) => Math.round((i * (voxels - 1)) / (count - 1)));
 }
