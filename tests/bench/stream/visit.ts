@@ -86,13 +86,13 @@ export class Visitor {
         uploadThroughput: (link.megabitsPerSecond * 1e6) / 8,
       });
     }
-    // The marks of web/stream, with the time at which the next frame was submitted to the browser.
+    // The marks of web/stream and of benchmarks, with the time at which the next frame was submitted to the browser.
     await page.addInitScript(() => {
       const seen: { name: string; at: number; shown: number }[] = [];
       (globalThis as unknown as { visit: typeof seen }).visit = seen;
       new PerformanceObserver((list) => {
         for (const { name, startTime } of list.getEntries()) {
-          if (!/^(isosplat|vtk):/.test(name)) continue;
+          if (!/^(isosplat|vtk|peer|bench):/.test(name)) continue;
           const entry = { name, at: startTime, shown: 0 };
           seen.push(entry);
           requestAnimationFrame(() =>

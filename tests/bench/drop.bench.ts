@@ -1,0 +1,191 @@
+// Files that are dropped on the page, which builds their stores; beside NiiVue, which draws the voxels.
+import { readFileSync, writeFileSync } from "node:fs";
+import { dirname, join } from "node:path";
+import type { Browser } from "@playwright/test";
+import { drop } from "../browser/support/drop.ts";
+import { longestTask } from "./drop/main_thread.ts";
+import { serveNiiVue } from "./drop/niivue.ts";
+import { MemoryWatch } from "./drop/processes.ts";
+import type { Bench, Benchmark } from "./harness/benchmark.ts";
+import { buildStore, serve } from "./stream/serving.ts";
+import { launch, Visitor } from "./stream/visit.ts";
+
+interface Case {
+  name: string;
+  /** What is dropped on the page, and on NiiVue, which takes one file. */
+  files: string[];
+  single: string;
+  megavoxels: number;
+  /** Seconds until the first surface, and until the store is built. */
+  surface: number;
+  built: number;
+}
+
+/** A page with nothing in its cache, and the mark bench:dropped when files are dropped on it. */
+async function arrive(browser: Browser, url: string, ready: string): Promise<Visitor> {
+  const visitor = await Visitor.arrive(browser);
+  await visitor.page.addInitScript(() => {
+    window.addEventListener("drop", () => performance.mark("bench:dropped"), { capture: true });
+  });
+  await visitor.page.goto(url);
+  await visitor.page.waitForFunction(ready);
+  await visitor.page.waitForLoadState("networkidle");
+  return visitor;
+}
+
+async function processOf(browser: Browser): Promise<number> {
+  const session = await browser.newBrowserCDPSession();
+  const { processInfo } = await session.send("SystemInfo.getProcessInfo");
+  await session.detach();
+  const id = processInfo.find(({ type }) => type === "browser")?.id;
+  if (!id) throw new Error("the browser did not tell its process");
+  return id;
+}
+
+const startPage = "document.querySelector('.device-drop') !== null";
+
+/** Seconds from an input of another isovalue until the GPU has finished the next picture. */
+function changeIsovalue(visitor: Visitor): Promise<number> {
+  return visitor.page.evaluate(async () => {
+    type Slider = HTMLElement & { value: number; min: number; max: number };
+    const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+    const gl = document.querySelector<HTMLCanvasElement>("canvas.view")?.getContext("webgl2");
+    if (!slider || !gl) throw new Error("the page has no isovalue slider, or no picture");
+    const begin = performance.now();
+    slider.value = slider.min + 0.5 * (slider.max - slider.min);
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+    await new Promise((next) => requestAnimationFrame(next));
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    return (performance.now() - begin) / 1000;
+  });
+}
+
+async function measurePage(bench: Bench, url: string, volume: Case, runs: number): Promise<void> {
+  const { name, files, megavoxels } = volume;
+  const figures = { surface: [], built: [], rate: [], memory: [], change: [] } as Record<
+    "surface" | "built" | "rate" | "memory" | "change",
+    number[]
+  >;
+  const tasks: number[] = [];
+  for (let run = 0; run < runs; ++run) {
+    // A browser for each run: its memory is that of this page.
+    const browser = await launch();
+    try {
+      const visitor = await arrive(browser, url, startPage);
+      const memory = new MemoryWatch(await processOf(browser));
+      await drop(visitor.page, files);
+      const built = await visitor.mark("isosplat:built");
+      const dropped = await visitor.mark("bench:dropped");
+      const surface = await visitor.mark("isosplat:surface");
+      await visitor.controls();
+      await visitor.page.waitForSelector(".task-card", { state: "detached", timeout: 60_000 });
+      const seconds = (built.at - dropped.at) / 1000;
+      figures.surface.push((surface.shown - dropped.at) / 1000);
+      figures.built.push(seconds);
+      figures.rate.push(megavoxels / seconds);
+      figures.memory.push(memory.end());
+      await visitor.page.waitForTimeout(3000); // the view is complete
+      figures.change.push(await changeIsovalue(visitor));
+    } finally {
+      await browser.close();
+    }
+    const traced = await launch();
+    try {
+      const { page, ...visitor } = await traceVisit(traced, url);
+      const between = { from: "bench:dropped", to: "isosplat:built" };
+      tasks.push(
+        await longestTask(traced, page, between, async () => {
+          await drop(page, files);
+          await visitor.mark("isosplat:built");
+        }),
+      );
+    } finally {
+      await traced.close();
+    }
+  }
+  bench.report(name, "dropped: first surface", "s", figures.surface, { atMost: volume.surface });
+  bench.report(name, "dropped: store built", "s", figures.built, { atMost: volume.built });
+  bench.report(name, "voxels by the time until built", "Mvoxel/s", figures.rate);
+  bench.report(name, "memory of all processes, most", "MB", figures.memory, { atMost: 700 });
+  bench.report(name, "main thread, longest task beside drawing", "ms", tasks, { atMost: 8 });
+  bench.report(name, "first picture of another isovalue", "s", figures.change);
+}
+
+async function traceVisit(browser: Browser, url: string) {
+  const visitor = await arrive(browser, url, startPage);
+  return { page: visitor.page, mark: (name: string) => visitor.mark(name) };
+}
+
+async function measureNiiVue(bench: Bench, url: string, volume: Case, runs: number): Promise<void> {
+  const image: number[] = [];
+  const change: number[] = [];
+  const megabytes: number[] = [];
+  for (let run = 0; run < runs; ++run) {
+    const browser = await launch();
+    try {
+      const isReady = "performance.getEntriesByName('peer:ready').length > 0";
+      const visitor = await arrive(browser, url, isReady);
+      const memory = new MemoryWatch(await processOf(browser));
+      await drop(visitor.page, [volume.single]);
+      const shown = await visitor.mark("peer:image");
+      const dropped = await visitor.mark("bench:dropped");
+      image.push((shown.at - dropped.at) / 1000);
+      megabytes.push(memory.end());
+      await visitor.page.evaluate("changeIsovalue()");
+      const [before, after] = [
+        await visitor.mark("peer:change"),
+        await visitor.mark("peer:changed"),
+      ];
+      change.push((after.at - before.at) / 1000);
+    } finally {
+      await browser.close();
+    }
+  }
+  const what = `${volume.name}, NiiVue`;
+  bench.report(what, "dropped: first image", "s", image);
+  bench.report(what, "memory of all processes, most", "MB", megabytes);
+  bench.report(what, "picture of another isovalue", "s", change);
+}
+
+/** The volume of a detached NRRD header as one file. */
+function attached(bench: Bench, header: string): string {
+  const text = readFileSync(header, "latin1");
+  const data = /^data file: *(.*)$/m.exec(text)?.[1]?.trim() ?? "";
+  const rest = text.replace(/^data file:.*\n/m, "").trimEnd();
+  const path = join(bench.folder, "attached.nrrd");
+  const voxels = readFileSync(join(dirname(header), data));
+  writeFileSync(path, Buffer.concat([Buffer.from(`${rest}\n\n`, "latin1"), voxels]));
+  return path;
+}
+
+export default {
+  title: "volumes dropped on the page, whose stores it builds, beside NiiVue",
+  async run(bench) {
+    const cases: Case[] = [];
+    const engine = bench.volume("engine.nhdr");
+    if (engine) {
+      const files = [engine, engine.replace(/\.nhdr$/, ".raw.gz")];
+      const single = attached(bench, engine);
+      cases.push({ name: "engine", files, single, megavoxels: 8.39, surface: 1, built: 1.5 });
+    }
+    const bunny = bench.volume("bunny_ct_i16.nrrd");
+    if (bunny) {
+      const name = "bunny_ct_i16";
+      const files = [bunny];
+      cases.push({ name, files, single: bunny, megavoxels: 94.6, surface: 4, built: 10 });
+    }
+    if (!engine) return;
+    const url = await serve(bench, [await buildStore(bench, engine, "engine")]);
+    const peer = await serveNiiVue(bench);
+    const runs = Math.max(1, Math.min(bench.runs, 5));
+    try {
+      for (const volume of cases) {
+        bench.say(volume.name);
+        await measurePage(bench, url, volume, runs);
+        if (peer) await measureNiiVue(bench, peer.url, volume, runs);
+      }
+    } finally {
+      await peer?.server.close();
+    }
+  },
+} satisfies Benchmark;
