@@ -4,6 +4,7 @@ import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import { loadCore } from "../../web/core/index.ts";
+import { tiffOf } from "../support/tiff_files.ts";
 import { drop } from "./support/drop.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { complete } from "./support/view.ts";
@@ -59,6 +60,18 @@ test("an NRRD file becomes the program's store", async ({ page }) => {
   const { searchParams } = new URL(page.url());
   expect(searchParams.get("src")).toBe(`device:${program.info.contentId}`);
   program.close();
+});
+
+test("a TIFF stack becomes the store of its voxels", async ({ page }) => {
+  const stack = join(folder, "stack.tif");
+  const form = { width: 128, height: 128, bits: 8, format: 1, compression: 8 } as const;
+  writeFileSync(stack, tiffOf(form, voxels));
+  await openStartPage(page);
+  await drop(page, [stack]);
+  await complete(page);
+  await expect(page.locator(".volume-name")).toHaveText("stack");
+  await openStartPage(page);
+  await expect(kept(page)).toContainText("128 × 128 × 128");
 });
 
 test("of several volumes, one is chosen", async ({ page }) => {
