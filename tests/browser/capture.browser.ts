@@ -23,7 +23,7 @@ async function openDialog(page: Page, view = camera): Promise<void> {
   await settled(page);
   await page.getByRole("application").focus();
   await page.keyboard.press("Shift+S");
-  await expect(page.getByRole("dialog", { name: "Save a picture of any size" })).toBeVisible();
+  await expect(page.getByRole("dialog", { name: "Pictures and films" })).toBeVisible();
 }
 
 function status(page: Page): Locator {
@@ -105,4 +105,85 @@ test("a picture without background is transparent", async ({ page }) => {
   }, png.toString("base64"));
   expect(corner[0]).toBe(0);
   await expect(status(page)).toContainText("Saved");
+});
+
+/** Chooses three small frames of a film. */
+async function chooseFilm(page: Page, what: string, file: string): Promise<void> {
+  await page.getByLabel("What").selectOption({ label: what });
+  await chooseSize(page, 65, 48);
+  await page.getByLabel("Seconds").fill("0.125");
+  await page.getByLabel("Frames per second").selectOption("24");
+  await page.getByLabel("File").selectOption({ label: file });
+}
+
+test("a film once around is a video of its length", async ({ page, context }) => {
+  test.setTimeout(180_000);
+  await page.setViewportSize({ width: 420, height: 400 });
+  await openDialog(page);
+  const address = page.url();
+  await chooseFilm(page, "Film: once around", "WebM video");
+  await expect(status(page)).toContainText("3 frames, at most about");
+  const webm = await save(page);
+  // The page itself may not play files: its content security policy.
+  const player = await context.newPage();
+  const found = await player.evaluate(async (base64) => {
+    const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+    const video = document.createElement("video");
+    video.muted = true;
+    video.src = URL.createObjectURL(new Blob([bytes], { type: "video/webm" }));
+    await new Promise((resolve, reject) => {
+      video.addEventListener("loadeddata", resolve);
+      video.addEventListener("error", () => reject(new Error(video.error?.message)));
+    });
+    video.currentTime = 0.05;
+    await new Promise((resolve) => video.addEventListener("seeked", resolve));
+    const context = new OffscreenCanvas(64, 48).getContext("2d");
+    context?.drawImage(video, 0, 0);
+    const { data } = context?.getImageData(0, 0, 64, 48) ?? { data: [] };
+    const red = data.filter((_, i) => i % 4 === 0);
+    const { duration, videoWidth, videoHeight } = video;
+    return { duration, videoWidth, videoHeight, low: Math.min(...red), high: Math.max(...red) };
+  }, webm.toString("base64"));
+  // Videos have even sizes.
+  expect([found.videoWidth, found.videoHeight]).toEqual([64, 48]);
+  expect(found.duration).toBeCloseTo(2 / 24, 2); // when the third frame begins
+  expect(found.high - found.low).toBeGreaterThan(60);
+  await player.close();
+  await page.keyboard.press("Escape");
+  await settled(page);
+  expect(page.url()).toBe(address);
+});
+
+test("a film through isovalues, or from view to view, is a ZIP of pictures", async ({ page }) => {
+  test.setTimeout(180_000);
+  await page.setViewportSize({ width: 420, height: 400 });
+  await openDialog(page);
+  await page.keyboard.press("Escape");
+  const before = await savedPicture(page);
+  await page.getByRole("application").focus();
+  await page.keyboard.press("Shift+S");
+  await chooseFilm(page, "Film: through isovalues", "PNG files in a ZIP");
+  await page.getByLabel("From isovalue").fill("60");
+  await page.getByLabel("To isovalue").fill("180");
+  const swept = (await save(page)).toString("latin1");
+  for (const name of ["frame-0001.png", "frame-0002.png", "frame-0003.png"]) {
+    expect(swept).toContain(name);
+  }
+  // The isovalue is again that of the panel.
+  await page.keyboard.press("Escape");
+  await settled(page);
+  expect((await compare(page, before, await savedPicture(page))).differing).toBeLessThan(0.001);
+  await page.getByRole("application").focus();
+  await page.keyboard.press("Shift+S");
+  await chooseFilm(page, "Film: from view to view", "PNG files in a ZIP");
+  await expect(status(page)).toContainText("at least two views");
+  await page.getByRole("button", { name: "Add this view" }).click();
+  await page.keyboard.press("Escape");
+  await page.getByRole("application").focus();
+  await page.keyboard.press("ArrowLeft");
+  await settled(page);
+  await page.keyboard.press("Shift+S");
+  await page.getByRole("button", { name: "Add this view" }).click();
+  await expect(status(page)).toContainText("3 frames");
+  expect((await save(page)).toString("latin1")).toContain("frame-0003.png");
 });

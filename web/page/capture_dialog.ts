@@ -1,36 +1,48 @@
 import "./capture.css";
 import { html, nothing, render } from "lit";
-import { type CaptureProgress, capturePng, mostPixels } from "../capture/picture.ts";
-import type { PictureSize, Viewer } from "../viewer/index.ts";
+import { captureFilm } from "../capture/film.ts";
+import { type CaptureProgress, capturePng } from "../capture/picture.ts";
+import { pngSequence } from "../capture/png_sequence.ts";
+import { canEncode, webmFile } from "../capture/webm_file.ts";
+import type { Viewer } from "../viewer/index.ts";
+import { captureFields, forecast } from "./capture_form.ts";
+import { type CaptureSettings, chosenSize, framesOf, problemOf } from "./capture_settings.ts";
 import { formatBytes } from "./format.ts";
 
 type Dialog = HTMLElement & { open: boolean };
 
 export interface CaptureHost {
   viewer: Viewer;
+  /** The surface that the panel's isovalue belongs to. */
+  activeSurface(): number;
   /** Saves a file whose name begins with that of the volume. */
   save(ending: string, content: Blob): void;
 }
 
-interface SizeChoice {
-  name: string;
-  label: string;
-  size: PictureSize;
-}
-
-/** The dialog that saves pictures of any size. */
+/** The dialog that saves pictures of any size, and films. */
 export class CaptureDialog {
   readonly #host: CaptureHost;
   readonly #holder = document.createElement("div");
-  #sizeName = "shown";
-  #own: PictureSize = { width: 4096, height: 4096 };
-  #transparent = false;
+  #settings: CaptureSettings;
   #running: AbortController | null = null;
   #progress: CaptureProgress = {};
   #message = "";
 
   constructor(host: CaptureHost) {
     this.#host = host;
+    const [from, to] = host.viewer.info?.range ?? [0, 1];
+    this.#settings = {
+      what: "picture",
+      sizeName: "As shown",
+      own: { width: 4096, height: 4096 },
+      transparent: false,
+      seconds: 6,
+      framesPerSecond: 30,
+      format: canEncode() ? "webm" : "png",
+      from,
+      to,
+      cameras: [],
+    };
   }
 
   async open(): Promise<void> {
@@ -41,47 +53,26 @@ export class CaptureDialog {
     (this.#holder.firstElementChild as Dialog).open = true;
   }
 
-  get #sizes(): SizeChoice[] {
-    const { width, height } = this.#host.viewer.canvas;
-    const times = (factor: number): SizeChoice => ({
-      name: factor === 1 ? "shown" : `${factor}×`,
-      label: factor === 1 ? "As shown" : `${factor} × as shown`,
-      size: { width: factor * width, height: factor * height },
-    });
-    const fixed = (name: string, width: number, height: number): SizeChoice => ({
-      name,
-      label: name,
-      size: { width, height },
-    });
-    const all = [
-      times(1),
-      times(2),
-      times(4),
-      fixed("Full HD", 1920, 1080),
-      fixed("4K", 3840, 2160),
-      fixed("8K", 7680, 4320),
-    ];
-    return all.filter(({ size }) => Math.max(size.width, size.height) <= mostPixels);
+  #change(change: Partial<CaptureSettings>): void {
+    this.#settings = { ...this.#settings, ...change };
+    this.#message = "";
+    this.#render();
   }
 
-  get #size(): PictureSize {
-    return this.#sizes.find(({ name }) => name === this.#sizeName)?.size ?? this.#own;
-  }
-
-  /** Why the size cannot be used; undefined: it can. */
-  get #sizeProblem(): string | undefined {
-    const { width, height } = this.#size;
-    const isFine = (px: number) => Number.isInteger(px) && px >= 1 && px <= mostPixels;
-    if (isFine(width) && isFine(height)) return undefined;
-    return `Width and height: whole numbers from 1 to ${mostPixels}.`;
+  #addView(): void {
+    const { camera } = this.#host.viewer;
+    if (camera) this.#change({ cameras: [...this.#settings.cameras, camera] });
   }
 
   #render(): void {
+    const settings = this.#settings;
+    const { canvas } = this.#host.viewer;
     const isRunning = this.#running !== null;
-    const problem = this.#sizeProblem;
+    const problem = problemOf(settings, canvas);
+    const text = isRunning ? this.#progressText : this.#message || forecast(settings, canvas);
     render(
       html`<wa-dialog
-        label="Save a picture of any size"
+        label="Pictures and films"
         @wa-after-hide=${(event: Event) => {
           if (event.target === this.#holder.firstElementChild) this.#running?.abort();
         }}
@@ -94,45 +85,13 @@ export class CaptureDialog {
           }}
         >
           <fieldset ?disabled=${isRunning}>
-            <label>
-              Size in pixels
-              <select
-                @change=${(event: Event) => {
-                  this.#sizeName = (event.currentTarget as HTMLSelectElement).value;
-                  this.#render();
-                }}
-              >
-                ${this.#sizes.map(
-                  ({ name, label, size }) =>
-                    html`<option value=${name} ?selected=${name === this.#sizeName}>
-                      ${label}: ${size.width} × ${size.height}
-                    </option>`,
-                )}
-                <option value="own" ?selected=${this.#sizeName === "own"}>Other …</option>
-              </select>
-            </label>
-            ${
-              this.#sizeName === "own"
-                ? html`<div class="row">
-                    ${this.#ownPixels("width", "Width")} ${this.#ownPixels("height", "Height")}
-                  </div>`
-                : nothing
-            }
-            <label class="check">
-              <input
-                type="checkbox"
-                .checked=${this.#transparent}
-                @change=${(event: Event) => {
-                  this.#transparent = (event.currentTarget as HTMLInputElement).checked;
-                }}
-              />
-              Without background (transparent)
-            </label>
+            ${captureFields(settings, canvas, {
+              change: (change) => this.#change(change),
+              addView: () => this.#addView(),
+            })}
           </fieldset>
           ${isRunning ? this.#progressPart() : nothing}
-          <p role="status" class=${problem ? "" : "quiet"}>
-            ${problem ?? (isRunning ? this.#progressText : this.#message)}
-          </p>
+          <p role="status" class=${problem ? "" : "quiet"}>${problem ?? text}</p>
           <div class="capture-actions">
             ${
               isRunning
@@ -154,24 +113,6 @@ export class CaptureDialog {
     );
   }
 
-  #ownPixels(side: "width" | "height", label: string) {
-    return html`<label>
-      ${label}
-      <input
-        type="number"
-        min="1"
-        max=${mostPixels}
-        inputmode="numeric"
-        .value=${String(this.#own[side])}
-        @input=${(event: Event) => {
-          const value = (event.currentTarget as HTMLInputElement).valueAsNumber;
-          this.#own = { ...this.#own, [side]: value };
-          this.#render();
-        }}
-      />
-    </label>`;
-  }
-
   #progressPart() {
     const { share } = this.#progress;
     return share === undefined
@@ -186,27 +127,41 @@ export class CaptureDialog {
   }
 
   async #run(): Promise<void> {
-    const { viewer, save } = this.#host;
     const running = new AbortController();
     this.#running = running;
     this.#progress = {};
     this.#render();
-    const { width, height } = this.#size;
-    const progress = (now: CaptureProgress): void => {
-      this.#progress = now;
-      this.#render();
-    };
     try {
-      const options = { transparent: this.#transparent, signal: running.signal, progress };
-      const picture = await capturePng(viewer, { width, height }, options);
-      save(`${width}x${height}.png`, picture);
-      this.#message = `Saved: ${formatBytes(picture.size)}. ${shortcoming(viewer)}`;
+      const { ending, content } = await this.#capture(running.signal);
+      this.#host.save(ending, content);
+      this.#message = `Saved: ${formatBytes(content.size)}. ${shortcoming(this.#host.viewer)}`;
     } catch (error) {
       if (running.signal.aborted) this.#message = "Cancelled";
       else this.#message = error instanceof Error ? error.message : String(error);
     }
     this.#running = null;
     this.#render();
+  }
+
+  async #capture(signal: AbortSignal): Promise<{ ending: string; content: Blob }> {
+    const { viewer, activeSurface } = this.#host;
+    const settings = this.#settings;
+    const size = chosenSize(settings, viewer.canvas);
+    const progress = (now: CaptureProgress): void => {
+      this.#progress = now;
+      this.#render();
+    };
+    const { what, format, framesPerSecond, transparent } = settings;
+    if (what === "picture") {
+      const content = await capturePng(viewer, size, { transparent, signal, progress });
+      return { ending: `${size.width}x${size.height}.png`, content };
+    }
+    const { camera, surfaces } = viewer;
+    if (!camera) throw new Error("There is no picture yet");
+    const frames = framesOf(settings, { camera, surfaces }, activeSurface());
+    const file = format === "webm" ? await webmFile(size, framesPerSecond) : pngSequence(size);
+    const content = await captureFilm(viewer, size, frames, file, { signal, progress });
+    return { ending: `${what}.${format === "webm" ? "webm" : "zip"}`, content };
   }
 }
 

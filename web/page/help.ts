@@ -18,7 +18,7 @@ const rows: [string, string][] = [
   ["R", "Reset the view"],
   ["Ctrl + Z, Ctrl + Shift + Z", "Take back, or repeat, the last change of the view"],
   ["C", "Copy a link to this view"],
-  ["S, Shift + S", "Save a picture; of any size"],
+  ["S, Shift + S", "Save a picture; one of any size, or a film"],
   ["F", "Show or hide the controls"],
   ["T", "Dark or light theme"],
   ["?", "This help"],

@@ -81,10 +81,10 @@ export function viewSection(
         <button
           type="button"
           class="chip"
-          title="Save a picture of any size (Shift+S)"
+          title="Save a picture of any size, or a film (Shift+S)"
           @click=${actions.openCapture}
         >
-          Other sizes …
+          Sizes and films …
         </button>
       </div>
       <div class="chips" role="group" aria-label="Above the picture">

@@ -591,6 +591,7 @@ export class VolumePage {
         ({ CaptureDialog }) =>
           new CaptureDialog({
             viewer: this.#viewer,
+            activeSurface: () => this.#settings.state.active,
             save: (ending, content) =>
               saveFile(this.#fileName(`${this.#isovalues().join("-")}-${ending}`), content),
           }),

@@ -1,0 +1,52 @@
+import { type Camera, cameraBetween, type Surface } from "../viewer/index.ts";
+
+/** What a frame of a film shows. */
+export interface FrameView {
+  camera: Camera;
+  surfaces: readonly Surface[];
+}
+
+/** Once around the axis of the azimuth: the frame after the last would be the first. */
+export function turntable(view: FrameView, frames: number): FrameView[] {
+  return Array.from({ length: frames }, (_, frame) => ({
+    ...view,
+    camera: { ...view.camera, azimuth: view.camera.azimuth + (360 * frame) / frames },
+  }));
+}
+
+/** One surface passes through its isovalues in equal steps. */
+export function sweep(
+  view: FrameView,
+  surface: number,
+  [from, to]: readonly [number, number],
+  frames: number,
+): FrameView[] {
+  return Array.from({ length: frames }, (_, frame) => {
+    const isovalue = from + (to - from) * shareOf(frame, frames);
+    const surfaces = view.surfaces.map((each, i) => (i === surface ? { ...each, isovalue } : each));
+    return { ...view, surfaces };
+  });
+}
+
+/** From camera to camera, each way in the same time, slow at its ends. */
+export function cameraPath(
+  cameras: readonly Camera[],
+  view: FrameView,
+  frames: number,
+): FrameView[] {
+  const ways = cameras.length - 1;
+  return Array.from({ length: frames }, (_, frame) => {
+    const at = shareOf(frame, frames) * ways;
+    const way = Math.min(Math.floor(at), ways - 1);
+    const [from, to] = [cameras[way], cameras[way + 1]];
+    const share = at - way;
+    const camera =
+      from && to ? cameraBetween(from, to, share * share * (3 - 2 * share)) : view.camera;
+    return { ...view, camera };
+  });
+}
+
+/** 0 for the first frame, 1 for the last. */
+function shareOf(frame: number, frames: number): number {
+  return frames > 1 ? frame / (frames - 1) : 0;
+}
