@@ -245,6 +245,7 @@ test("saves tables and sessions; a session that is dropped on the page opens", a
   expect(rows[0]).toMatchObject({ kind: "distance", length_mm: 5, text: "Rand" });
   expect(rows[1].points[0]).toMatchObject({ value: 100, level: 0 });
   const session = await saved("Save session");
+  await settled(page); // the address follows the measurements
   const before = page.url();
 
   await page.goto(server.url);
