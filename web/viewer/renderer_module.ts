@@ -1,4 +1,5 @@
 import * as layouts from "../../build/wasm/web/layouts.js";
+import { compileResponse } from "../core/compile_response.ts";
 import {
   type CoreModule,
   instantiate,
@@ -154,10 +155,7 @@ async function compile(): Promise<WebAssembly.Module> {
     const text = `expected the renderer at ${wasmUrl}, found status ${response.status}`;
     throw new RendererError(text, "server-fault");
   }
-  // Some static hosts send .wasm with another type, which compileStreaming rejects.
-  const isTyped = response.headers.get("content-type")?.startsWith("application/wasm");
-  if (isTyped) return WebAssembly.compileStreaming(response);
-  return WebAssembly.compile(await response.arrayBuffer());
+  return compileResponse(response);
 }
 
 const { maxClipPlanes, maxIsosurfaces } = layouts;
