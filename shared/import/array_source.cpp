@@ -47,7 +47,8 @@ class ArraySource : public VolumeSource {
         out.size() != slice * static_cast<size_t>(count)) {
       return fail(Status::invalid_argument, "expected a range of slices inside the volume");
     }
-    const bool at_once = (volume_.steps == 1 || volume_.step_axis == 3) && volume_.missing.empty();
+    const bool at_once = (volume_.steps == 1 || volume_.step_axis == 3) &&
+                         volume_.missing.empty() && !volume_.stored.is_half;
     if (at_once) {
       const uint64_t voxels = nx * ny * static_cast<uint64_t>(volume_.voxels.z);
       const uint64_t begin = byte_offset(static_cast<uint64_t>(first) * nx * ny, voxels);
@@ -75,21 +76,23 @@ class ArraySource : public VolumeSource {
   }
 
  private:
-  size_t stored_voxel() const { return voxel_bytes(volume_.stored.type); }
+  size_t stored_voxel() const { return stored_bytes(volume_.stored); }
 
-  /// A slice that needs processing: as stored, or with absent voxels.
+  /// A slice that needs processing: as stored, converted, or with absent voxels.
   Result<void> read_some(uint64_t z, std::span<std::byte> out) {
-    if (volume_.missing.empty()) return read_slice(z, out);
+    const bool converts = volume_.stored.is_half || header_.type != volume_.stored.type;
     std::span<std::byte> stored = out;
-    if (header_.type != volume_.stored.type) {
+    if (converts) {
       stored_.resize(out.size() / voxel_bytes(header_.type) * stored_voxel());
       stored = stored_;
     }
     if (auto r = read_slice(z, stored); !r) return r;
-    if (header_.type != volume_.stored.type) {
+    if (volume_.stored.is_half) {
+      widen_halves(stored, out);
+    } else if (converts) {
       convert_voxels(volume_.stored.type, stored, header_.type, out);
     }
-    mark_absent(z, out);
+    if (!volume_.missing.empty()) mark_absent(z, out);
     return {};
   }
 
@@ -205,7 +208,7 @@ class ArraySource : public VolumeSource {
   std::unique_ptr<ByteReader> reader_;
   VolumeHeader header_;
   std::vector<std::byte> row_;     ///< one row with all its steps
-  std::vector<std::byte> stored_;  ///< a slice as stored, if it has absent voxels
+  std::vector<std::byte> stored_;  ///< a slice as stored, if it is converted
 };
 
 }  // namespace
@@ -229,7 +232,7 @@ Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> re
   if (!orientation) {
     return fail(orientation.error().status, volume.path + ": " + orientation.error().message);
   }
-  const size_t bytes = voxel_bytes(volume.stored.type);
+  const size_t bytes = stored_bytes(volume.stored);
   const uint64_t needed = array_bytes(volume.voxels, volume.steps, bytes);
   const bool checks_all = volume.allowed.has(Allowance::truncated) && !volume.plain;
   const uint64_t limit = checks_all ? reader->available_bytes() : reader->size_limit();

@@ -11,6 +11,7 @@ namespace isosplat {
 Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_meta_image(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOptions& options);
+Result<OpenVolume> open_mrc(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
@@ -18,6 +19,9 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
 Result<OpenVolume> open_dicom_file(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
                                      const ImportOptions& options);
+/// Whether the first bytes of a file are those of MRC; `by_name`: the file's name is one of MRC, so
+/// that the text "MAP " may be missing, as in files from before 2000.
+bool is_mrc(std::string_view beginning, bool by_name);
 /// Whether the first bytes of a file are those of DICOM.
 bool is_dicom(const std::filesystem::path& path);
 Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptions& options);

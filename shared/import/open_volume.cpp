@@ -38,6 +38,7 @@ Opener opener_for(std::string_view beginning) {
                                  beginning.substr(4, 8) == "ni2\0\r\n\032\n"sv)) {
     return open_nifti;
   }
+  if (is_mrc(beginning, false)) return open_mrc;
   const std::string_view text = beginning.substr(0, std::min<size_t>(beginning.size(), 4096));
   if (text.find("ElementDataFile") != text.npos || text.find("NDims") != text.npos) {
     return open_meta_image;
@@ -53,6 +54,15 @@ std::optional<std::string> expanded_beginning(const std::filesystem::path& path)
   std::string text(static_cast<size_t>(some.value_or(540)), '\0');
   if (!(*bytes)->read(0, std::as_writable_bytes(std::span(text)))) return std::nullopt;
   return text;
+}
+
+/// Whether the name is one of MRC: such files from before 2000 have no signature.
+bool has_mrc_name(std::string_view lower_name) {
+  if (lower_name.ends_with(".gz")) lower_name.remove_suffix(3);
+  for (const char* suffix : {".mrc", ".map", ".rec", ".st", ".ccp4"}) {
+    if (lower_name.ends_with(suffix)) return true;
+  }
+  return false;
 }
 
 struct Known {
@@ -72,7 +82,6 @@ constexpr Known kNotRead[] = {
     {".hdf5", "HDF5"},
     {".mnc", "MINC"},
     {".mgz", "FreeSurfer's format"},
-    {".mrc", "MRC"},
     {".png", "a single image"},
     {".jpg", "a single image"},
     {".jpeg", "a single image"},
@@ -113,11 +122,12 @@ tl::unexpected<Error> unsupported(const std::filesystem::path& path) {
   for (const Known& known : kNotRead) {
     if (known.suffix == extension) found = fmt::format("found {} ({})", extension, known.what);
   }
-  return fail(Status::unsupported_format,
-              fmt::format("{}: expected NRRD, MetaImage, NIfTI, DICOM, TIFF or legacy VTK, {}: "
-                          "convert the file (ParaView, 3D Slicer and ITK-SNAP write NRRD), or give "
-                          "--dims and --type if it contains raw voxels",
-                          path.string(), found));
+  return fail(
+      Status::unsupported_format,
+      fmt::format("{}: expected NRRD, MetaImage, NIfTI, MRC, DICOM, TIFF or legacy VTK, {}: "
+                  "convert the file (ParaView, 3D Slicer and ITK-SNAP write NRRD), or give "
+                  "--dims and --type if it contains raw voxels",
+                  path.string(), found));
 }
 
 /// Whether a folder contains TIFF slices: the TIFF files are larger in total than the DICOM files.
@@ -176,10 +186,14 @@ Result<Choice> choose_opener(const std::filesystem::path& path, bool is_raw) {
     // The content decides, not the file's name.
     const auto inside = expanded_beginning(path);
     opener = inside ? opener_for(*inside) : nullptr;
-    if (opener && opener != open_nifti) return Choice{opener, true, true};
+    if (!opener && inside && !is_raw && has_mrc_name(name) && is_mrc(*inside, true)) {
+      opener = open_mrc;
+    }
+    if (opener && opener != open_nifti && opener != open_mrc) return Choice{opener, true, true};
   }
   if (!opener && (name.ends_with(".nii.gz") || name.ends_with(".nii"))) opener = open_nifti;
   if (!opener && has_nifti_header(path)) opener = open_nifti;
+  if (!opener && !is_raw && has_mrc_name(name) && is_mrc(*beginning, true)) opener = open_mrc;
   const bool has_header = opener != nullptr;
   if (!opener && (is_raw || raw_name_is_complete(path) || name.ends_with(".raw") ||
                   name.ends_with(".raw.gz"))) {
@@ -234,10 +248,10 @@ std::string_view format_of_file(const std::filesystem::path& path) {
   constexpr struct {
     Opener opener;
     std::string_view name;
-  } kNames[] = {{open_nrrd, "NRRD"},      {open_meta_image, "MetaImage"},
-                {open_nifti, "NIfTI"},    {open_vtk_legacy, "VTK"},
-                {open_tiff_file, "TIFF"}, {open_dicom_file, "DICOM"},
-                {open_raw, "raw"}};
+  } kNames[] = {{open_nrrd, "NRRD"},        {open_meta_image, "MetaImage"},
+                {open_nifti, "NIfTI"},      {open_vtk_legacy, "VTK"},
+                {open_mrc, "MRC"},          {open_tiff_file, "TIFF"},
+                {open_dicom_file, "DICOM"}, {open_raw, "raw"}};
   const auto choice = choose_opener(path, false);
   if (!choice || choice->is_compressed_wrongly) return {};
   for (const auto& [opener, name] : kNames) {

@@ -15,9 +15,17 @@ struct StoredVoxels {
   bool big_endian = false;
   double slope = 1;  ///< finite and not 0
   double intercept = 0;
+  bool is_half = false;  ///< the file has 16-bit floating-point numbers; the type is f32
 };
+
+/// Bytes of one voxel in the file.
+size_t stored_bytes(const StoredVoxels& voxels);
 
 /// Converts from the file's byte order to native byte order.
 void to_native_order(const StoredVoxels& voxels, std::span<std::byte> bytes);
+
+/// Converts 16-bit floating-point numbers (IEEE 754 binary16) in native byte order to f32, which
+/// holds all of them. `out` has twice the bytes of `halves`; they do not overlap.
+void widen_halves(std::span<const std::byte> halves, std::span<std::byte> out);
 
 }  // namespace isosplat

@@ -81,6 +81,7 @@ struct Format {
 Sample make_nrrd(Random& random);
 Sample make_meta_image(Random& random);
 Sample make_nifti(Random& random);
+Sample make_mrc(Random& random);
 Sample make_vtk(Random& random);
 Sample make_tiff(Random& random);
 Sample make_raw(Random& random);

@@ -1,0 +1,133 @@
+#include <fmt/format.h>
+
+#include <array>
+
+#include "shared/import/array_source.h"
+#include "shared/import/formats.h"
+#include "shared/import/header_text.h"
+#include "shared/import/mrc_header.h"
+
+// Reads MRC: maps of electron microscopy (.mrc, .rec, .st) and of crystallography (.map, .ccp4).
+namespace isosplat {
+namespace {
+
+constexpr int32_t kMrc2014 = 20140;
+constexpr int32_t kImodBytesAreSigned = 1;
+
+/// The type of voxels of mode 0: signed since MRC2014; unsigned in files of IMOD without its flag,
+/// and in files of which the header has values above 127.
+VoxelType byte_type(const MrcHeader& h, std::vector<std::string>& notes) {
+  if (h.is_imod) return h.imod_flags & kImodBytesAreSigned ? VoxelType::i8 : VoxelType::u8;
+  const bool has_range = h.least < h.greatest;
+  if (has_range && h.least >= 0 && h.greatest > 127) {
+    notes.push_back(fmt::format(
+        "the header says that the largest value is {}: the voxels are read as unsigned bytes, "
+        "although MRC2014 defines signed ones",
+        h.greatest));
+    return VoxelType::u8;
+  }
+  if (h.version < kMrc2014 && !has_range) {
+    notes.push_back(
+        "the header does not say whether its bytes are signed: they are read as signed ones, as "
+        "MRC2014 defines them");
+  }
+  return VoxelType::i8;
+}
+
+Result<StoredVoxels> stored_voxels_of(const std::filesystem::path& path, const MrcHeader& h,
+                                      std::vector<std::string>& notes) {
+  StoredVoxels stored;
+  stored.big_endian = h.big_endian;
+  switch (h.mode) {
+    case 0:
+      stored.type = byte_type(h, notes);
+      return stored;
+    case 1:
+      stored.type = VoxelType::i16;
+      return stored;
+    case 2:
+      stored.type = VoxelType::f32;
+      return stored;
+    case 6:
+      stored.type = VoxelType::u16;
+      return stored;
+    case 12:
+      stored.type = VoxelType::f32;
+      stored.is_half = true;
+      return stored;
+    case 3:
+    case 4:
+      return not_scalar(path, 2);
+    case 16:
+      return not_scalar(path, 3);
+    default:
+      return unknown_type(path, fmt::format("MRC mode {}", h.mode));
+  }
+}
+
+/// The number of volumes of the file. Errors: malformed_volume.
+Result<int64_t> volumes_of(const std::filesystem::path& path, const MrcHeader& h,
+                           std::vector<std::string>& notes) {
+  const int32_t sections = h.size[2], each = h.sampling[2];
+  if (h.space_group >= 401 && h.space_group <= 630) {
+    if (each < 1 || sections < each || sections % each != 0) {
+      return malformed_mrc(path, fmt::format("expected {} sections to be volumes of MZ sections "
+                                             "each, found MZ {}",
+                                             sections, each));
+    }
+    return sections / each;
+  }
+  if (h.space_group == 0 && each == 1 && sections > 1) {
+    notes.push_back(
+        "the header says that the sections are separate images: they are read as slices of a "
+        "volume");
+  }
+  return 1;
+}
+
+void note_byte_order(const MrcHeader& h, std::vector<std::string>& notes) {
+  if (h.is_stamp_right) return;
+  notes.push_back(fmt::format(
+      "the header's machine stamp does not state the byte order of its numbers: they are {}-endian",
+      h.big_endian ? "big" : "little"));
+}
+
+}  // namespace
+
+Result<OpenVolume> open_mrc(const std::filesystem::path& path, const ImportOptions& options) {
+  const bool deflated = is_gzip(path);
+  auto bytes = deflated ? open_deflated(path) : open_plain(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  std::array<std::byte, kMrcBytes> raw{};
+  if (auto read = (*bytes)->read(0, raw); !read) return tl::unexpected(read.error());
+  const auto header = parse_mrc(raw, true);
+  if (!header) {
+    return malformed_mrc(path, "expected a mode and axes of MRC, found other numbers");
+  }
+  std::vector<std::string> notes;
+  note_byte_order(*header, notes);
+  const auto stored = stored_voxels_of(path, *header, notes);
+  if (!stored) return tl::unexpected(stored.error());
+  const auto volumes = volumes_of(path, *header, notes);
+  if (!volumes) return tl::unexpected(volumes.error());
+  const auto step = choose_step(path, *volumes, options);
+  if (!step) return tl::unexpected(step.error());
+  if (header->extended_bytes < 0) {
+    return malformed_mrc(path, fmt::format("expected an extended header (NSYMBT) of 0 bytes or "
+                                           "more, found {}",
+                                           header->extended_bytes));
+  }
+  const auto geometry = mrc_geometry(path, *header, notes);
+  if (!geometry) return tl::unexpected(geometry.error());
+  const auto [columns, rows, sections] = header->size;
+  ArrayVolume array =
+      make_array("MRC", path, {columns, rows, sections / *volumes}, *geometry, options);
+  array.stored = *stored;
+  array.steps = static_cast<uint64_t>(*volumes);
+  array.step = *step;
+  array.offset = kMrcBytes + static_cast<uint64_t>(header->extended_bytes);
+  array.plain = !deflated;
+  return open_array(std::move(array), std::move(*bytes), std::move(notes));
+}
+
+}  // namespace isosplat
