@@ -12,6 +12,7 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
 Result<OpenVolume> open_meta_image(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_mrc(const std::filesystem::path& path, const ImportOptions& options);
+Result<OpenVolume> open_npy(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,

@@ -25,6 +25,7 @@ Opener opener_for(std::string_view beginning) {
   // Before TIFF: a DICOM file may begin with a TIFF header (PS3.10, 7.1).
   if (beginning.size() > 132 && beginning.substr(128, 4) == "DICM") return open_dicom_file;
   if (beginning.starts_with("NRRD000")) return open_nrrd;
+  if (beginning.starts_with("\x93NUMPY")) return open_npy;
   if (beginning.starts_with("# vtk DataFile")) return open_vtk_legacy;
   if (beginning.starts_with("II*\0"sv) || beginning.starts_with("MM\0*"sv) ||
       beginning.starts_with("II+\0"sv) || beginning.starts_with("MM\0+"sv)) {
@@ -90,7 +91,7 @@ constexpr Known kNotRead[] = {
     {".img", "the voxels of a pair without a valid NIfTI .hdr"},
     {".hdr",
      "an ANALYZE header, which does not distinguish left from right, or an ENVI or other header"},
-    {".npy", "a NumPy array"},
+    {".npz", "an archive of NumPy arrays"},
     {".stl", "a mesh"},
     {".ply", "a mesh or point cloud"},
     {".obj", "a mesh"},
@@ -124,7 +125,7 @@ tl::unexpected<Error> unsupported(const std::filesystem::path& path) {
   }
   return fail(
       Status::unsupported_format,
-      fmt::format("{}: expected NRRD, MetaImage, NIfTI, MRC, DICOM, TIFF or legacy VTK, {}: "
+      fmt::format("{}: expected NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF or legacy VTK, {}: "
                   "convert the file (ParaView, 3D Slicer and ITK-SNAP write NRRD), or give "
                   "--dims and --type if it contains raw voxels",
                   path.string(), found));
@@ -248,10 +249,11 @@ std::string_view format_of_file(const std::filesystem::path& path) {
   constexpr struct {
     Opener opener;
     std::string_view name;
-  } kNames[] = {{open_nrrd, "NRRD"},        {open_meta_image, "MetaImage"},
-                {open_nifti, "NIfTI"},      {open_vtk_legacy, "VTK"},
-                {open_mrc, "MRC"},          {open_tiff_file, "TIFF"},
-                {open_dicom_file, "DICOM"}, {open_raw, "raw"}};
+  } kNames[] = {{open_nrrd, "NRRD"},      {open_meta_image, "MetaImage"},
+                {open_nifti, "NIfTI"},    {open_vtk_legacy, "VTK"},
+                {open_mrc, "MRC"},        {open_npy, "NumPy"},
+                {open_tiff_file, "TIFF"}, {open_dicom_file, "DICOM"},
+                {open_raw, "raw"}};
   const auto choice = choose_opener(path, false);
   if (!choice || choice->is_compressed_wrongly) return {};
   for (const auto& [opener, name] : kNames) {

@@ -51,9 +51,9 @@ struct OpenVolume {
 };
 
 /// Opens a volume: NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI (.nii, .nii.gz), MRC (.mrc,
-/// .map, .rec, also compressed), legacy VTK structured points (.vtk), TIFF (one file with pages, or
-/// a folder with a file per slice), DICOM (a folder with a series, or a multi-frame file), or raw
-/// voxels (with dims and type in the options, or both in the file's name, as in
+/// .map, .rec, also compressed), NumPy (.npy), legacy VTK structured points (.vtk), TIFF (one file
+/// with pages, or a folder with a file per slice), DICOM (a folder with a series, or a multi-frame
+/// file), or raw voxels (with dims and type in the options, or both in the file's name, as in
 /// head_256x256x128_uint8.raw). Reads only the header, and checks it against the file's size if the
 /// file is not compressed.
 ///
@@ -68,8 +68,8 @@ struct OpenVolume {
 Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options);
 
 /// The format of a file by its first bytes and its name: "NRRD", "MetaImage", "NIfTI", "MRC",
-/// "VTK", "TIFF", "DICOM" or "raw"; empty if no reader takes it. Reads no headers: open_volume may
-/// still refuse it.
+/// "NumPy", "VTK", "TIFF", "DICOM" or "raw"; empty if no reader takes it. Reads no headers:
+/// open_volume may still refuse it.
 std::string_view format_of_file(const std::filesystem::path& path);
 
 /// Parses a voxel type as the command line and raw file names write it: u8, uint8, uchar, i16,

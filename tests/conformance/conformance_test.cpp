@@ -143,8 +143,9 @@ TEST_P(Conformance, TheRightVolumeOrAnError) {
 
 const Format kFormats[] = {{"Nrrd", make_nrrd},   {"MetaImage", make_meta_image},
                            {"Nifti", make_nifti}, {"Mrc", make_mrc},
-                           {"Vtk", make_vtk},     {"Tiff", make_tiff},
-                           {"Raw", make_raw},     {"Dicom", make_dicom}};
+                           {"Npy", make_npy},     {"Vtk", make_vtk},
+                           {"Tiff", make_tiff},   {"Raw", make_raw},
+                           {"Dicom", make_dicom}};
 
 INSTANTIATE_TEST_SUITE_P(Formats, Conformance, testing::ValuesIn(kFormats),
                          [](const auto& format) { return std::string(format.param.name); });

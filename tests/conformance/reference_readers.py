@@ -224,7 +224,16 @@ def nrrd_header(path):
     return {line[0]: line[1].strip() for line in lines}
 
 
-READERS = {"Dicom": read_dicom, "Tiff": read_tiff, "Nrrd": read_nrrd}
+# NumPy --------------------------------------------------------------------------------------------
+
+
+def read_npy(path, step):
+    values = numpy.load(path)
+    # Its own order of bytes in memory does not matter: the axes are z, y, x.
+    return volume(values.reshape(values.shape[-3:]), numpy.diag([1, 1, 1]), [0, 0, 0])
+
+
+READERS = {"Dicom": read_dicom, "Tiff": read_tiff, "Nrrd": read_nrrd, "Npy": read_npy}
 
 
 def main():

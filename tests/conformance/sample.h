@@ -82,6 +82,7 @@ Sample make_nrrd(Random& random);
 Sample make_meta_image(Random& random);
 Sample make_nifti(Random& random);
 Sample make_mrc(Random& random);
+Sample make_npy(Random& random);
 Sample make_vtk(Random& random);
 Sample make_tiff(Random& random);
 Sample make_raw(Random& random);

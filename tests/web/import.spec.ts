@@ -218,6 +218,36 @@ describe("a store is that of the program, byte by byte", () => {
     for (const name of ["cut.mrc", "axes.mrc", "complex.mrc"]) await compare(inside, name);
   });
 
+  /** A file of NumPy, in C's order: its axes are z, y, x. */
+  const npy = (type: string, voxels: Uint8Array, order = "False"): Buffer => {
+    const shape = `(${[...sizes].reverse().join(", ")})`;
+    const text = `{'descr': '${type}', 'fortran_order': ${order}, 'shape': ${shape}, }`;
+    const head = Buffer.from(`\x93NUMPY\x01\0\0\0${text.padEnd(117)}\n`, "latin1");
+    head.writeUInt16LE(118, 8);
+    return Buffer.concat([head, voxels]);
+  };
+  test.each<[string, ArrayName]>([
+    ["|i1", "int8"],
+    ["<i8", "int64"],
+    [">f4", "float"],
+    ["<f2", "uint16"],
+  ])("NumPy's %s, in both orders", async (name, type) => {
+    const voxels = voxelsOf(type, sizes);
+    const files = { "c.npy": npy(name, voxels), "fortran.npy": npy(name, voxels, "True") };
+    const inside = newFolder(files);
+    for (const path of Object.keys(files)) await compare(inside, path);
+  });
+
+  test("faults of NumPy's files have the program's words", async () => {
+    const voxels = voxelsOf("uint8", sizes);
+    const inside = newFolder({
+      "cut.npy": npy("|u1", voxels.subarray(3)),
+      "type.npy": npy("|O", voxels),
+      "order.npy": npy("|u1", voxels, "None"),
+    });
+    for (const name of ["cut.npy", "type.npy", "order.npy"]) await compare(inside, name);
+  });
+
   test.each(["ASCII", "BINARY"])("legacy VTK, %s", async (kind) => {
     const voxels = voxelsOf("uint8", sizes);
     const header = `# vtk DataFile Version 3.0\nscan\n${kind}\nDATASET STRUCTURED_POINTS\nDIMENSIONS ${sizes.join(" ")}\nSPACING 1 1 2\nORIGIN 0 0 0\nPOINT_DATA ${voxels.length}\nSCALARS density unsigned_char\nLOOKUP_TABLE default\n`;

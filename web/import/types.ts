@@ -33,7 +33,7 @@ export interface ImportOptions {
 export interface VolumeCandidate {
   /** What openVolume takes as `path`: a file, or a folder of slices; "." is the root. */
   path: string;
-  /** "NRRD", "MetaImage", "NIfTI", "MRC", "VTK", "TIFF", "DICOM" or "raw". */
+  /** "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "VTK", "TIFF", "DICOM" or "raw". */
   format: string;
   /** Files that belong to it, as far as names tell, and their bytes. */
   files: number;

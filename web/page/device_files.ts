@@ -304,7 +304,7 @@ function nothingFound(files: readonly InputFile[]): string {
       ? "no files"
       : `${files.length} file${files.length === 1 ? "" : "s"}: ${names}${files.length > 3 ? ", …" : ""}`;
   return (
-    "Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, MRC, DICOM, TIFF, legacy VTK or raw), " +
+    "Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, legacy VTK or raw), " +
     `found ${found}.`
   );
 }

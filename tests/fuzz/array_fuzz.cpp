@@ -1,0 +1,88 @@
+// MRC and NumPy files: their headers, and their voxels as far as they are few.
+//
+// If the first byte of the input is 128 or more, the rest is a file. Otherwise the byte is the
+// number of a valid file, and the rest are edits of it.
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "shared/import/formats.h"
+#include "tests/fuzz/edits.h"
+
+namespace isosplat {
+namespace {
+
+/// Five columns, four rows and three sections.
+std::string mrc(int32_t mode, size_t voxel_bytes) {
+  std::string file(1024 + 60 * voxel_bytes, '\7');
+  std::fill_n(file.begin(), 1024, '\0');
+  const auto set = [&](size_t word, auto value) { std::memcpy(&file[4 * (word - 1)], &value, 4); };
+  const int32_t sizes[] = {5, 4, 3};
+  for (size_t i = 0; i < 3; ++i) {
+    set(1 + i, sizes[i]);
+    set(8 + i, sizes[i]);
+    set(11 + i, static_cast<float>(2 * sizes[i]));
+    set(14 + i, i == 0 ? 80.0f : 90.0f);
+    set(17 + i, static_cast<int32_t>(3 - i));
+  }
+  set(4, mode);
+  file.replace(208, 6, "MAP DD");
+  return file;
+}
+
+std::string npy(const std::string& dictionary, size_t voxel_bytes) {
+  std::string file = "\x93NUMPY";
+  file += {'\1', '\0', static_cast<char>(dictionary.size()), '\0'};
+  return file + dictionary + std::string(60 * voxel_bytes, '\7');
+}
+
+std::vector<std::string> make_files() {
+  return {mrc(0, 1),
+          mrc(1, 2),
+          mrc(2, 4),
+          mrc(12, 2),
+          npy("{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4, 5), }", 4),
+          npy("{'descr': '>f2', 'fortran_order': True, 'shape': (1, 3, 4, 5), }\n", 2),
+          npy("{\"shape\": (3L, 4L, 5L), 'fortran_order': False, 'descr': '|u1'}", 1)};
+}
+
+void import(const std::filesystem::path& path) {
+  ImportOptions options;
+  options.allowed.add(Allowance::truncated);
+  auto volume = open_volume(path, options);
+  if (!volume) return;
+  const VolumeHeader& header = volume->source->header();
+  const Index3 n = header.grid.voxels;
+  const uint64_t slice = static_cast<uint64_t>(n.x) * static_cast<uint64_t>(n.y);
+  if (slice > 1 << 16) return;
+  std::vector<std::byte> out(static_cast<size_t>(slice) * voxel_bytes(header.type));
+  for (const int32_t z : {0, n.z - 1}) static_cast<void>(volume->source->read_slices(z, 1, out));
+}
+
+}  // namespace
+}  // namespace isosplat
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace isosplat;
+  static const std::vector<std::string> files = make_files();
+  static const int memory = memfd_create("array", 0);
+  static const std::string path = "/proc/self/fd/" + std::to_string(memory);
+  fuzz::Input input(data, size);
+  const uint32_t which = input.number(1);
+  std::string file;
+  if (which >= 128) {
+    const auto rest = input.rest();
+    file.assign(reinterpret_cast<const char*>(rest.data()), rest.size());
+  } else {
+    file = files[which % files.size()];
+    if (which & 64) file.resize(input.number(2) % file.size());
+    edit(std::as_writable_bytes(std::span(file)), input);
+  }
+  if (ftruncate(memory, 0) != 0) return 0;
+  if (pwrite(memory, file.data(), file.size(), 0) != static_cast<ssize_t>(file.size())) return 0;
+  import(path);
+  return 0;
+}
