@@ -4,7 +4,9 @@ import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import { loadCore } from "../../web/core/index.ts";
+import { dicomSlice } from "../support/dicom_files.ts";
 import { tiffOf } from "../support/tiff_files.ts";
+import { zipOf } from "../support/zip_files.ts";
 import { drop } from "./support/drop.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { complete } from "./support/view.ts";
@@ -72,6 +74,39 @@ test("a TIFF stack becomes the store of its voxels", async ({ page }) => {
   await expect(page.locator(".volume-name")).toHaveText("stack");
   await openStartPage(page);
   await expect(kept(page)).toContainText("128 × 128 × 128");
+});
+
+test("a ZIP opens as what it contains", async ({ page }) => {
+  const [scan, series, cut] = ["scan.zip", "series.zip", "cut.zip"].map((name) =>
+    join(folder, name),
+  ) as [string, string, string];
+  const zip = zipOf([
+    { name: "read me.txt", content: "not a volume" },
+    { name: "in/bucky.nrrd", content: nrrd },
+  ]);
+  writeFileSync(scan, zip);
+  writeFileSync(cut, zip.subarray(0, 5000));
+  const slices = Array.from({ length: 12 }, (_, z) => ({
+    name: `ct/${z}.dcm`,
+    content: dicomSlice(new Uint16Array(64).fill(40 * z), 8, z),
+  }));
+  writeFileSync(series, zipOf(slices));
+  await openStartPage(page);
+  await drop(page, [cut]);
+  await expect(page.getByRole("alert")).toContainText("cut.zip: it is no ZIP, or incomplete");
+  await drop(page, [scan]);
+  await complete(page);
+  const core = await loadCore();
+  const program = core.openStore(readFileSync(join(demoFolder, "bucky.isosplat")));
+  const { searchParams } = new URL(page.url());
+  expect(searchParams.get("src")).toBe(`device:${program.info.contentId}`);
+  program.close();
+  await drop(page, [series]);
+  await expect(page.locator(".volume-name")).not.toHaveText("bucky");
+  await complete(page);
+  await openStartPage(page);
+  await expect(kept(page)).toHaveCount(2);
+  await expect(kept(page).first()).toContainText("8 × 8 × 12");
 });
 
 test("of several volumes, one is chosen", async ({ page }) => {

@@ -10,6 +10,14 @@ export interface InputFile {
 /** More files than this are not taken from one drop: no volume needs them. */
 export const maxFiles = 20_000;
 
+/**
+ * Whether a file is a ZIP by its name, and is not one of a folder: there, archives lie beside scans. An
+ * .npz is a ZIP with arrays of NumPy.
+ */
+export function isZip({ path }: InputFile): boolean {
+  return /^[^/]+\.(zip|npz)$/i.test(path);
+}
+
 /** The files of a list: of a chooser or of the clipboard. */
 export function listedFiles(list: Iterable<File>): InputFile[] {
   return [...list].map((file) => ({ path: file.webkitRelativePath || file.name, file }));

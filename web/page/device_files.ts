@@ -7,6 +7,7 @@ import {
   type InputFile,
   isForbiddenAddress,
   isZarr,
+  isZip,
   type KeptStore,
   keep,
   keptBlob,
@@ -180,7 +181,8 @@ export class DeviceFiles {
     }
   }
 
-  async #open(files: readonly InputFile[], task: Task, origin?: Origin): Promise<void> {
+  async #open(given: readonly InputFile[], task: Task, origin?: Origin): Promise<void> {
+    const files = await this.#unzipped(given, task);
     for (const { path, file } of files) {
       if (files.length > 1 && !path.endsWith(".isosplat")) continue;
       const header = new Uint8Array(await file.slice(0, headerBytes).arrayBuffer());
@@ -211,6 +213,18 @@ export class DeviceFiles {
     } finally {
       opened.close();
     }
+  }
+
+  /** The files, each ZIP replaced by what it contains. */
+  async #unzipped(files: readonly InputFile[], task: Task): Promise<readonly InputFile[]> {
+    const zip = files.find(isZip);
+    if (!zip) return files;
+    task.shows(`Unpacking ${nameOf(zip.path)}`, "");
+    const { unzipped } = await import("../device/unzip.ts");
+    return unzipped(files, {
+      signal: task.signal,
+      progress: (done, bytes) => task.fetching(`Unpacking ${nameOf(zip.path)}`, done, bytes),
+    });
   }
 
   /** Two tabs that are given the same files build their volume once. */

@@ -46,7 +46,7 @@ export class DeviceSection {
             ${this.#chooser("choose files", false)} or ${this.#chooser("a folder", true)}.
           </p>
           <p class="quiet">
-            NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, VTK and raw voxels become a store, here in the browser; stores
+            NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, VTK and raw voxels, also in a ZIP, become a store, here in the browser; stores
             (.isosplat) open at once. Nothing is uploaded.
           </p>
         </div>

@@ -1,0 +1,164 @@
+import {
+  ERR_BAD_FORMAT,
+  ERR_CENTRAL_DIRECTORY_NOT_FOUND,
+  ERR_ENCRYPTED,
+  ERR_EOCDR_NOT_FOUND,
+  ERR_SPLIT_ZIP_FILE,
+  ERR_UNSAFE_FILENAME,
+  ERR_UNSUPPORTED_COMPRESSION,
+  ERR_UNSUPPORTED_ENCRYPTION,
+  type FileEntry,
+  type Reader,
+  ZipReader,
+} from "@zip.js/zip.js/lib/zip-core-reader.js";
+import { BlobParts } from "../builder/index.ts";
+import { maxFetchedBytes } from "./fetch_file.ts";
+import { type InputFile, isZip, maxFiles } from "./files.ts";
+
+/** No directory of `maxFiles` files is longer (bytes). It is in memory as a whole. */
+const maxDirectoryBytes = 64 << 20;
+/** What archives have beside the files of the user. */
+const ignored = /(^|\/)(__MACOSX\/|\.[^/]*$)/;
+const remedy = "unpack it, and drop the folder";
+
+export interface UnzipOptions {
+  signal: AbortSignal;
+  /** Bytes of the files, decompressed. */
+  progress(unpacked: number, bytes: number): void;
+  /** Of all files together, decompressed; default: maxFetchedBytes. */
+  maxBytes?: number;
+}
+
+/**
+ * Replaces each ZIP among files by what it contains, in a folder with its name. A ZIP in a ZIP or
+ * in a folder stays as it is. The files become Blobs one after the other; at most 16 MiB of them are
+ * in memory besides. Rejects with the signal's reason, or with an Error that says what to do: also
+ * for ZIPs that are encrypted, damaged, split, or that have paths outside of their folder; and, before
+ * anything is decompressed, for those with more than `maxFiles` files or `maxBytes`.
+ */
+export async function unzipped(
+  files: readonly InputFile[],
+  options: UnzipOptions,
+): Promise<InputFile[]> {
+  const { signal, progress, maxBytes = maxFetchedBytes } = options;
+  const found = files.filter((file) => !isZip(file));
+  const entries: [InputFile, FileEntry][] = [];
+  let bytes = 0;
+  for (const zip of files.filter(isZip)) {
+    await explained(zip, signal, async () => {
+      for await (const entry of entriesOf(zip.file)) {
+        signal.throwIfAborted();
+        if (entry.directory || ignored.test(entry.filename)) continue;
+        if (entry.encrypted) throw new Error(ERR_ENCRYPTED);
+        entries.push([zip, entry]);
+        bytes += entry.uncompressedSize;
+        if (found.length + entries.length > maxFiles) {
+          throw new ZipError(
+            `expected at most ${maxFiles} files, found more: ${remedy} of one volume`,
+          );
+        }
+        if (bytes > maxBytes) {
+          const [limit, size] = [maxBytes, bytes].map((n) => `${Math.ceil(n / 1e6)} MB`);
+          throw new ZipError(
+            `expected at most ${limit} when it is unpacked, found at least ${size}: ${remedy}`,
+          );
+        }
+      }
+    });
+  }
+  let unpacked = 0;
+  for (const [zip, entry] of entries) {
+    const blob = await explained(zip, signal, () =>
+      contentOf(entry, signal, (count) => {
+        unpacked += count;
+        progress(unpacked, bytes);
+      }),
+    );
+    const path = `${zip.path.replace(/\.[^.]*$/, "")}/${entry.filename}`;
+    const name = path.slice(path.lastIndexOf("/") + 1);
+    const { lastModified } = zip.file;
+    found.push({ path, file: new File([blob], name, { lastModified }) });
+  }
+  return found;
+}
+
+/** A fault with its remedy; the archive's name comes before it. */
+class ZipError extends Error {}
+
+function entriesOf(file: File) {
+  const reader: Pick<Reader<File>, "size" | "init" | "createReadable" | "readUint8Array"> = {
+    size: file.size,
+    init: () => Promise.resolve(),
+    createReadable: ({ offset = 0, size = file.size } = {}) =>
+      file.slice(offset, offset + size).stream(),
+    async readUint8Array(offset, length) {
+      if (length > maxDirectoryBytes) {
+        throw new ZipError(`its directory is too long: ${remedy} of one volume`);
+      }
+      return new Uint8Array(await file.slice(offset, offset + length).arrayBuffer());
+    },
+  };
+  return new ZipReader(reader as Reader<File>, {
+    useWebWorkers: false,
+    checkSignature: true,
+    filenameValidation: "balanced",
+    // Some programs for Windows separate folders so.
+    normalizeFilename: (name) => name.replaceAll("\\", "/"),
+  }).getEntriesGenerator();
+}
+
+/** Decompresses a file. `got`: called with counts of bytes. */
+async function contentOf(
+  entry: FileEntry,
+  signal: AbortSignal,
+  got: (count: number) => void,
+): Promise<Blob> {
+  const parts = new BlobParts();
+  let left = entry.uncompressedSize;
+  const sink = new WritableStream<Uint8Array>({
+    write(chunk) {
+      signal.throwIfAborted();
+      left -= chunk.byteLength;
+      if (left < 0) throw new ZipError(`${entry.filename} is longer than it states: ${damaged}`);
+      parts.add(chunk);
+      got(chunk.byteLength);
+    },
+  });
+  await entry.getData(sink, { signal });
+  if (left > 0) throw new ZipError(`${entry.filename} is shorter than it states: ${damaged}`);
+  return parts.blob();
+}
+
+const damaged = "the archive is damaged; copy or download it again";
+
+const notWhole = "it is no ZIP, or incomplete: copy or download it again";
+
+const faults: Record<string, string> = {
+  [ERR_BAD_FORMAT]: notWhole,
+  [ERR_EOCDR_NOT_FOUND]: notWhole,
+  [ERR_CENTRAL_DIRECTORY_NOT_FOUND]: damaged,
+  [ERR_ENCRYPTED]: `it is encrypted: ${remedy}`,
+  [ERR_UNSUPPORTED_ENCRYPTION]: `it is encrypted: ${remedy}`,
+  [ERR_SPLIT_ZIP_FILE]: `it is one of several parts: ${remedy}`,
+  [ERR_UNSAFE_FILENAME]: `a file in it has a path outside of its folder: ${remedy} if you trust it`,
+  [ERR_UNSUPPORTED_COMPRESSION]: `it is compressed in a way that browsers do not read: ${remedy}`,
+};
+
+/** Runs `work`. Its error says which ZIP it is, and what to do. */
+async function explained<T>(
+  { path }: InputFile,
+  signal: AbortSignal,
+  work: () => Promise<T>,
+): Promise<T> {
+  try {
+    return await work();
+  } catch (error) {
+    signal.throwIfAborted();
+    const fault = error instanceof Error ? error : new Error(String(error));
+    const text =
+      fault instanceof ZipError
+        ? fault.message
+        : (faults[fault.message] ?? `${damaged} (${fault.message})`);
+    throw new Error(`${path}: ${text}`, { cause: error });
+  }
+}
