@@ -242,6 +242,74 @@ test("without a private file system, and without room, the volume is open all th
   await expect(kept(page)).toHaveCount(0);
 });
 
+test("a disk that is full in the middle of writing: a message, and nothing half is kept", async ({
+  page,
+}) => {
+  await page.addInitScript(() => {
+    navigator.storage.estimate = async () => ({ quota: 1e12, usage: 0 });
+  });
+  await openStartPage(page);
+  const session = await page.context().newCDPSession(page);
+  const { origin } = new URL(server.url);
+  await session.send("Storage.overrideQuotaForOrigin", { origin, quotaSize: 500_000 });
+  await drop(page, [resolve(demoFolder, "bucky.nrrd")]);
+  await complete(page);
+  await expect(page.locator(".task-card [role=alert]")).toContainText(
+    /Expected 1\.4 MB of room for this site on this device, found less: .* until this tab is closed/,
+  );
+  const left = await page.evaluate(async () => {
+    const root = await navigator.storage.getDirectory();
+    const stores = await root.getDirectoryHandle("isosplat-stores");
+    const names: string[] = [];
+    for await (const name of stores.keys()) names.push(name);
+    return names;
+  });
+  expect(left).toEqual([]);
+});
+
+test("a build that is cancelled ends its workers, keeps nothing, and can be begun again", async ({
+  page,
+}) => {
+  await page.addInitScript(() => {
+    const { Worker: Plain } = window;
+    // Blocks are never encoded, so the build is in its middle until it is cancelled.
+    window.Worker = class extends Plain {
+      constructor(url: string | URL, options?: WorkerOptions) {
+        super(url, options);
+        const { held = true } = window as { held?: boolean };
+        if (held && /encode_worker/.test(String(url))) this.postMessage = () => {};
+      }
+    };
+  });
+  await openStartPage(page);
+  const card = page.locator(".task-card");
+  await drop(page, [resolve(demoFolder, "bucky.nrrd")]);
+  await expect(card).toContainText("Building bucky");
+  await expect.poll(() => page.workers().some((worker) => /encode/.test(worker.url()))).toBe(true);
+  await card.getByRole("button", { name: "Cancel" }).click();
+  await expect(card).toHaveCount(0);
+  await expect.poll(() => page.workers().length).toBe(0);
+  await expect(page.locator(".device-drop")).toBeVisible();
+  await expect(kept(page)).toHaveCount(0);
+  await page.evaluate(() => Object.assign(window, { held: false }));
+  await drop(page, [resolve(demoFolder, "bucky.nrrd")]);
+  await complete(page);
+  await expect(page.locator(".volume-name")).toHaveText("bucky");
+});
+
+test("files that are pasted open as those that are dropped", async ({ page }) => {
+  await openStartPage(page);
+  const small = readFileSync(`${demoFolder}/marschner_lobb.nrrd`).toString("base64");
+  await page.evaluate(async (data) => {
+    const bytes = await (await fetch(`data:application/octet-stream;base64,${data}`)).blob();
+    const clipboardData = new DataTransfer();
+    clipboardData.items.add(new File([bytes], "pasted.nrrd"));
+    document.body.dispatchEvent(new ClipboardEvent("paste", { clipboardData, bubbles: true }));
+  }, small);
+  await complete(page);
+  await expect(page.locator(".volume-name")).toHaveText("pasted");
+});
+
 test("after a file was opened, the browser refuses requests to other origins", async ({ page }) => {
   const outside: string[] = [];
   page.on("request", (request) => {
