@@ -224,6 +224,27 @@ def nrrd_header(path):
     return {line[0]: line[1].strip() for line in lines}
 
 
+# MRC: mrcfile -------------------------------------------------------------------------------------
+
+
+def read_mrc(path, step):
+    with mrcfile.open(path) as file:
+        h, values = file.header, file.data
+        if h.ispg >= 401:
+            values = values[step or 0]
+        if (h.cellb.alpha, h.cellb.beta, h.cellb.gamma) != (90, 90, 90):
+            raise Skipped("a sheared cell")
+        origin = numpy.array([h.origin.x, h.origin.y, h.origin.z], float)
+        if origin.any() and b"IMOD" in h.tobytes()[152:156] + h.tobytes()[155:151:-1]:
+            raise Skipped("the sign of the origin: mrcfile does not know IMOD's flag")
+        spacing = [h.cella.x / h.mx, h.cella.y / h.my, h.cella.z / h.mz]
+        axes = [int(h.mapc) - 1, int(h.mapr) - 1, int(h.maps) - 1]
+        steps = numpy.diag(spacing)[axes]
+        if not origin.any():
+            origin = numpy.array([h.nxstart, h.nystart, h.nzstart]) @ steps
+        return volume(values, steps * 1e-7, origin * 1e-7)
+
+
 # NumPy --------------------------------------------------------------------------------------------
 
 
@@ -233,11 +254,11 @@ def read_npy(path, step):
     return volume(values.reshape(values.shape[-3:]), numpy.diag([1, 1, 1]), [0, 0, 0])
 
 
-READERS = {"Dicom": read_dicom, "Tiff": read_tiff, "Nrrd": read_nrrd, "Npy": read_npy}
+READERS = {"Dicom": read_dicom, "Tiff": read_tiff, "Nrrd": read_nrrd, "Npy": read_npy, "Mrc": read_mrc}
 
 
 def main():
-    global numpy, pydicom, tifffile
+    global mrcfile, numpy, pydicom, tifffile
     what = "python3-numpy"
     try:
         import numpy
@@ -250,6 +271,9 @@ def main():
         if sys.argv[1] == "Tiff":
             what = "python3-tifffile"
             import tifffile
+        if sys.argv[1] == "Mrc":
+            what = "python3-mrcfile"
+            import mrcfile
         if sys.argv[1] == "Nrrd":
             what = "teem-apps"
             subprocess.run(["teem-unu", "--help"], capture_output=True, check=False)

@@ -100,6 +100,7 @@ INSTANTIATE_TEST_SUITE_P(Readers, Reference,
                          testing::Values(Reader{{"Dicom", make_dicom}, kFiles},
                                          Reader{{"Tiff", make_tiff}, kFiles / 2},
                                          Reader{{"Nrrd", make_nrrd}, kFiles / 3},
+                                         Reader{{"Mrc", make_mrc}, kFiles / 2},
                                          Reader{{"Npy", make_npy}, kFiles / 3}),
                          [](const auto& reader) { return std::string(reader.param.format.name); });
 
