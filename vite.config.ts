@@ -79,7 +79,7 @@ function offline(): Plugin {
         const hash = createHash("sha256");
         const files = ["single.html", "files.json"]; // from the same sources, made later
         for (const file of Object.values(bundle)) {
-          if (/\.br$|^(embed\.html|isosplat-viewer\.js)$/.test(file.fileName)) continue;
+          if (/\.br$|^(embed\.html|isosplat-(viewer|anywidget)\.js)$/.test(file.fileName)) continue;
           files.push(file.fileName === "index.html" ? "" : file.fileName);
           hash.update(file.type === "chunk" ? file.code : file.source);
         }
@@ -143,11 +143,12 @@ export default defineConfig({
         index: here("web/index.html"),
         embed: here("web/embed.html"),
         "isosplat-viewer": here("web/element/index.ts"),
+        "isosplat-anywidget": here("web/element/anywidget.ts"),
       },
-      // Pages name the element's script, so its address stays the same.
+      // Pages name the element's script, and notebooks the widget's, so their addresses stay the same.
       output: {
         entryFileNames: ({ name }) =>
-          name === "isosplat-viewer" ? "[name].js" : "assets/[name]-[hash].js",
+          /^isosplat-(viewer|anywidget)$/.test(name) ? "[name].js" : "assets/[name]-[hash].js",
         // One request for what all pages need, not one for each small file that two of them share.
         codeSplitting: {
           groups: [

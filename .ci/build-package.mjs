@@ -10,6 +10,7 @@
 import { execFileSync } from "node:child_process";
 import {
   copyFileSync,
+  cpSync,
   existsSync,
   mkdirSync,
   readdirSync,
@@ -57,6 +58,10 @@ copyFileSync(join(root, "LICENSE"), join(folder, "LICENSE"));
 for (const file of ["README.md", "THIRD_PARTY_LICENSES.md"]) {
   copyFileSync(join(root, "web/npm", file), join(folder, file));
 }
+cpSync(join(root, "web/npm/python"), join(folder, "python"), {
+  recursive: true,
+  filter: (file) => !file.includes("__pycache__"),
+});
 const { version } = readJson(join(root, "package.json"));
 const { name, ...manifest } = readJson(join(root, "web/npm/package.json"));
 writeFileSync(

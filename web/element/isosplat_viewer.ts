@@ -209,8 +209,9 @@ export class IsosplatViewerElement extends HTMLElement {
   get src(): string {
     return this.getAttribute("src") ?? "";
   }
-  set src(value: string) {
-    this.setAttribute("src", value);
+  set src(value: string | null | undefined) {
+    if (typeof value === "string") this.setAttribute("src", value);
+    else this.removeAttribute("src");
   }
 
   /** Where the bytes come from. Set it in place of `src` for tokens and headers of requests. */

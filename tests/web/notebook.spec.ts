@@ -1,0 +1,112 @@
+// The notebook widget without a browser: what it accepts, and the Python class that has its traits.
+import { spawnSync } from "node:child_process";
+import { fileURLToPath } from "node:url";
+import { describe, expect, it } from "vitest";
+import {
+  backgroundOf,
+  cameraOf,
+  clipOf,
+  reportedTraits,
+  sameValue,
+  surfacesOf,
+  traitDefaults,
+} from "../../web/element/notebook_traits.ts";
+import type { Camera } from "../../web/viewer/index.ts";
+
+describe("the Python class", () => {
+  const file = fileURLToPath(new URL("../../web/npm/python/isosplat_widget.py", import.meta.url));
+  /** anywidget is not in Debian. Its AnyWidget is a traitlets.HasTraits, which declares the traits. */
+  const script = `
+import json, runpy, sys, types
+try:
+    import traitlets
+except ImportError:
+    sys.exit(3)
+sys.modules["anywidget"] = types.SimpleNamespace(AnyWidget=traitlets.HasTraits)
+Widget = runpy.run_path(sys.argv[1])["IsosplatWidget"]
+view = Widget("https://host.example/ct/v1/volumes/head", isovalue=60.5)
+def attempt(action):
+    try:
+        return action()
+    except (ValueError, traitlets.TraitError) as error:
+        return type(error).__name__ + ": " + str(error)
+print(json.dumps({
+    "defaults": {name: trait.default() for name, trait in Widget.class_traits(sync=True).items()},
+    "readOnly": sorted(name for name, trait in Widget.class_traits().items() if trait.read_only),
+    "view": [view._esm, view.src, view.isovalue],
+    "module": Widget("head.isosplat", module="https://cdn.example/w.js")._esm,
+    "noModule": attempt(lambda: Widget("head.isosplat")._esm),
+    "text": attempt(lambda: view.set_trait("isovalue", "sixty")),
+    "set": attempt(lambda: setattr(view, "picked", {})),
+}))
+`;
+  // Debian's, which has Debian's packages.
+  const run = spawnSync("/usr/bin/python3", ["-B", "-c", script, file], { encoding: "utf8" });
+
+  it.skipIf(run.status === 3 || run.error)("has the traits that the module reads", () => {
+    expect(run.stderr).toBe("");
+    const found = JSON.parse(run.stdout);
+    expect(found.defaults).toEqual({ ...traitDefaults, _esm: "" });
+    expect(found.readOnly).toEqual([...reportedTraits].sort());
+    expect(found.view).toEqual([
+      "https://host.example/ct/isosplat-anywidget.js",
+      "https://host.example/ct/v1/volumes/head",
+      60.5,
+    ]);
+    expect(found.module).toBe("https://cdn.example/w.js");
+    expect(found.noModule).toMatch(/^ValueError: src: expected .*found 'head.isosplat'.*module=/);
+    expect(found.text).toMatch(/^TraitError/);
+    expect(found.set).toMatch(/^TraitError/);
+  });
+});
+
+describe("values of the program", () => {
+  const camera: Camera = {
+    target: [1, 2, 3],
+    distance: 10,
+    azimuth: 30,
+    elevation: 20,
+    roll: 0,
+    fieldOfView: 30,
+    projection: "perspective",
+  };
+
+  it("are completed and brought into one form", () => {
+    expect(cameraOf({ azimuth: 90, more: 1 }, camera)).toEqual({ ...camera, azimuth: 90 });
+    expect(cameraOf(null, camera)).toBeNull();
+    expect(surfacesOf([{ isovalue: 1, colour: "C8553D" }])).toEqual([
+      { isovalue: 1, colour: "#c8553d", opacity: 1 },
+    ]);
+    expect(clipOf({ low: [0, 0, 0], high: [1, 1, 0.5] })).toEqual({
+      low: [0, 0, 0],
+      high: [1, 1, 0.5],
+      planes: [],
+    });
+  });
+
+  it.each([
+    ["camera", () => cameraOf({ azimuth: 90 }, null)],
+    ["camera", () => cameraOf({ distance: Number.NaN }, camera)],
+    ["camera", () => cameraOf({ target: [1, 2] }, camera)],
+    ["camera", () => cameraOf({ projection: "fisheye" }, camera)],
+    ["camera", () => cameraOf([1], camera)],
+    ["surfaces", () => surfacesOf({})],
+    ["surfaces", () => surfacesOf([{ isovalue: "60", colour: "#c8553d" }])],
+    ["surfaces", () => surfacesOf([{ isovalue: 60, colour: "red" }])],
+    ["surfaces", () => surfacesOf([{ isovalue: 60, colour: "#c8553d", opacity: 2 }])],
+    ["clip", () => clipOf({ low: [0, 0, 0] })],
+    ["clip", () => clipOf({ low: [0, 0, 0], high: [1, 1, 1], planes: [{ normal: [1] }] })],
+    ["background", () => backgroundOf("white")],
+  ])("are refused with what was expected: %s %#", (name, read) => {
+    expect(read).toThrow(new RegExp(`^${name}: expected .*, found `));
+  });
+
+  it("are the same if they differ in the order of names only", () => {
+    const { target, ...rest } = camera;
+    expect(sameValue(camera, { ...rest, target: [...target] })).toBe(true);
+    expect(sameValue(camera, rest)).toBe(false);
+    expect(sameValue([1, 2], [1, 2, 3])).toBe(false);
+    expect(sameValue([], {})).toBe(false);
+    expect(sameValue(null, {})).toBe(false);
+  });
+});

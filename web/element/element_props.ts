@@ -1,0 +1,29 @@
+import type { Source } from "../stream/index.ts";
+import type { Camera, Clip, Look, Projection, Surface } from "../viewer/index.ts";
+import type { IsosplatViewerEvents } from "./element_events.ts";
+
+/** What frameworks set: attributes, and properties where the element has them under the same name. */
+export interface IsosplatViewerProps {
+  src?: string | undefined;
+  source?: Source | null | undefined;
+  /** The attribute, for the first isovalues; `isovalues` are those of now. */
+  isovalue?: string | number | undefined;
+  isovalues?: readonly number[] | undefined;
+  surfaces?: readonly Surface[] | undefined;
+  colour?: string | undefined;
+  opacity?: string | number | undefined;
+  camera?: Camera | null | undefined;
+  projection?: Projection | undefined;
+  clip?: Clip | undefined;
+  look?: Partial<Look> | undefined;
+  background?: string | undefined;
+  controls?: boolean | undefined;
+  link?: string | undefined;
+}
+
+/** Listeners as React and Svelte name them: `onisovaluechange`. */
+export type IsosplatViewerListeners = {
+  [Name in keyof IsosplatViewerEvents as `on${Name}`]?:
+    | ((event: IsosplatViewerEvents[Name]) => void)
+    | undefined;
+};

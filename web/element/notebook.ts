@@ -1,0 +1,274 @@
+import { type Camera, isWhole, wholeVolume } from "../viewer/index.ts";
+import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
+import {
+  backgroundOf,
+  cameraOf,
+  clipOf,
+  isovalueOf,
+  reportedTraits,
+  sameValue,
+  surfacesOf,
+  type TraitName,
+  type Traits,
+  textOf,
+  traitDefaults,
+} from "./notebook_traits.ts";
+
+/** The part of an AFM model that is used. */
+export interface NotebookModel {
+  get(name: string): unknown;
+  /** Calls the listeners of `change:name` at once if the value is another. */
+  set(name: string, value: unknown): void;
+  /** Sends what was set to the kernel. */
+  save_changes(): void;
+  on(event: string, listener: () => void): void;
+  off(event: string, listener: () => void): void;
+}
+
+type Applier = (value: unknown) => void;
+
+/** Between two messages to the kernel. Views of the same model need none: they follow at once. */
+const saveIntervalMs = 100;
+
+/**
+ * Models that a view is writing back to what it made of their values. Other views do not apply that:
+ * each makes the same of a value, and two that differed in the last digit would go on for ever.
+ */
+const writingBack = new WeakSet<NotebookModel>();
+
+/** A pointer that moved further than this has turned the view, and picks nothing. */
+const clickRadiusPx = 4;
+
+/**
+ * One view of a model: an element whose properties and the model's traits follow each other.
+ *
+ * Changes of the model are applied together, after all of them are there: a new `src` resets the
+ * view, so it comes before an isovalue that was set with it. While they are applied, nothing is
+ * written to the model; what the element made of them is written afterwards, if it differs. So a
+ * value is not sent back to where it came from.
+ */
+export class Notebook {
+  readonly element: IsosplatViewerElement = document.createElement("isosplat-viewer");
+  readonly #model: NotebookModel;
+  readonly #listeners = new Map<string, () => void>();
+  readonly #ended = new AbortController();
+  readonly #changed = new Set<TraitName>();
+  /**
+   * Why values of the program could not be applied. They stay in the model, where the program finds
+   * them, until it sets others or a visitor changes the view.
+   */
+  readonly #refused = new Map<TraitName, string>();
+  #elementFault = "";
+  #isApplying = false;
+  #saveTimer = 0;
+  #pressed: { x: number; y: number } | null = null;
+
+  constructor(model: NotebookModel) {
+    this.#model = model;
+    for (const name of Object.keys(traitDefaults) as TraitName[]) {
+      if (reportedTraits.includes(name)) continue;
+      this.#changed.add(name);
+      const listener = () => {
+        if (writingBack.has(model)) return;
+        if (this.#changed.size === 0) queueMicrotask(() => this.#apply());
+        this.#changed.add(name);
+      };
+      model.on(`change:${name}`, listener);
+      this.#listeners.set(`change:${name}`, listener);
+    }
+    this.#listen();
+    this.#apply();
+  }
+
+  /** Removes the element, its WebGL context and every listener. What was set is still saved. */
+  dispose(): void {
+    if (this.#ended.signal.aborted) return;
+    this.#ended.abort();
+    for (const [event, listener] of this.#listeners) this.#model.off(event, listener);
+    if (this.#saveTimer) this.#save();
+    this.element.remove();
+  }
+
+  // ---- From the model to the element ----
+
+  #apply(): void {
+    if (this.#ended.signal.aborted) return;
+    const changed = new Set(this.#changed);
+    this.#changed.clear();
+    this.#isApplying = true;
+    try {
+      for (const [name, apply] of Object.entries(this.#appliers) as [TraitName, Applier][]) {
+        if (!changed.has(name)) continue;
+        this.#refused.delete(name);
+        try {
+          apply(this.#model.get(name));
+        } catch (error) {
+          this.#refused.set(name, (error as Error).message);
+        }
+      }
+    } finally {
+      this.#isApplying = false;
+    }
+    writingBack.add(this.#model);
+    try {
+      this.#writeView();
+    } finally {
+      writingBack.delete(this.#model);
+    }
+    this.#writeFault();
+  }
+
+  /** In the order in which they are applied. */
+  readonly #appliers: Partial<Record<TraitName, Applier>> = {
+    controls: (value) => {
+      this.element.controls = Boolean(value);
+    },
+    height: (value) => {
+      this.element.style.blockSize = textOf("height", value);
+      this.element.style.aspectRatio = this.element.style.blockSize ? "auto" : "";
+    },
+    background: (value) => this.#setAttribute("background", backgroundOf(value)),
+    link: (value) => {
+      this.element.link = textOf("link", value);
+    },
+    src: (value) => {
+      const src = textOf("src", value);
+      if (src === this.element.src) return;
+      this.#elementFault = "";
+      this.#write("volume", null);
+      this.#write("picked", null);
+      this.#write("state", "");
+      this.#write("complete", false);
+      this.#setAttribute("src", src);
+    },
+    surfaces: (value) => {
+      const surfaces = surfacesOf(value);
+      if (surfaces.length > 0 && !sameValue(surfaces, this.element.surfaces)) {
+        this.element.surfaces = surfaces;
+      }
+    },
+    isovalue: (value) => {
+      const isovalue = isovalueOf(value);
+      const { isovalues } = this.element;
+      if (isovalue !== null && isovalue !== isovalues[0]) {
+        this.element.isovalues = [isovalue, ...isovalues.slice(1)];
+      }
+    },
+    camera: (value) => {
+      const present = this.#camera;
+      const camera = cameraOf(value, present);
+      if (camera && !sameValue(camera, present)) this.element.camera = camera;
+    },
+    clip: (value) => {
+      const clip = clipOf(value) ?? wholeVolume;
+      if (!sameValue(clip, this.element.clip)) this.element.clip = clip;
+    },
+  };
+
+  #setAttribute(name: string, value: string): void {
+    if (value) this.element.setAttribute(name, value);
+    else this.element.removeAttribute(name);
+  }
+
+  // ---- From the element to the model ----
+
+  #listen(): void {
+    const { element } = this;
+    const { signal } = this.#ended;
+    element.addEventListener("opened", () => this.#onOpened(), { signal });
+    element.addEventListener("progress", ({ detail }) => this.#onProgress(detail), { signal });
+    element.addEventListener("fault", ({ detail }) => this.#onFault(detail.message), { signal });
+    for (const event of ["isovaluechange", "camerachange", "clipchange"] as const) {
+      element.addEventListener(event, () => this.#writeView(), { signal });
+    }
+    for (const event of ["pointerdown", "wheel", "keydown"]) {
+      element.addEventListener(event, () => this.#takeOver(), { signal, passive: true });
+    }
+    element.addEventListener("pointerdown", (event) => this.#press(event), { signal });
+    element.addEventListener("pointerup", (event) => this.#pick(event), { signal });
+  }
+
+  #onOpened(): void {
+    const { info } = this.element;
+    if (!info) return;
+    const { voxels, spacing, origin, range, metadata } = info;
+    const suggested_isovalues = metadata.suggested_isovalues ?? [];
+    this.#write("volume", { voxels, spacing, origin, range, suggested_isovalues });
+    this.#writeView();
+    this.#onFault("");
+  }
+
+  #onFault(message: string): void {
+    this.#elementFault = message;
+    this.#writeFault();
+  }
+
+  /** A visitor changes the view: what was refused is replaced by it. */
+  #takeOver(): void {
+    if (this.#refused.size === 0) return;
+    this.#refused.clear();
+    this.#writeView();
+    this.#writeFault();
+  }
+
+  #onProgress({ state, complete, fault }: NonNullable<IsosplatViewerElement["progress"]>): void {
+    this.#write("state", state);
+    this.#write("complete", complete);
+    this.#onFault(fault?.message ?? "");
+  }
+
+  /** With its projection, which a camera of the element need not name. */
+  get #camera(): Camera | null {
+    const { camera } = this.element;
+    return camera && { ...camera, projection: camera.projection ?? "perspective" };
+  }
+
+  /** Before a volume is open, what is not known yet stays as the program has set it. */
+  #writeView(): void {
+    const { surfaces, clip } = this.element;
+    const camera = this.#camera;
+    const [first] = surfaces;
+    if (first) {
+      this.#write("isovalue", first.isovalue);
+      this.#write("surfaces", surfaces);
+    }
+    if (camera) this.#write("camera", camera);
+    this.#write("clip", isWhole(clip) ? null : clip);
+  }
+
+  #writeFault(): void {
+    const [refused] = this.#refused.values();
+    this.#write("fault", refused ?? this.#elementFault);
+  }
+
+  #press({ clientX: x, clientY: y }: PointerEvent): void {
+    this.#pressed = { x, y };
+  }
+
+  #pick({ clientX, clientY }: PointerEvent): void {
+    const pressed = this.#pressed;
+    this.#pressed = null;
+    const viewer = this.element.viewer;
+    if (!viewer || !pressed) return;
+    if (Math.hypot(clientX - pressed.x, clientY - pressed.y) > clickRadiusPx) return;
+    const { left, top } = viewer.canvas.getBoundingClientRect();
+    const point = viewer.pick(clientX - left, clientY - top);
+    if (!point) return;
+    const { position, voxel, normal, isovalue } = point;
+    this.#write("picked", { position, voxel, normal, isovalue });
+  }
+
+  #write<K extends TraitName>(name: K, value: Traits[K]): void {
+    if (this.#refused.has(name)) return;
+    if (this.#isApplying && !reportedTraits.includes(name)) return;
+    if (sameValue(this.#model.get(name) ?? null, value)) return;
+    this.#model.set(name, value);
+    this.#saveTimer ||= window.setTimeout(() => this.#save(), saveIntervalMs);
+  }
+
+  #save(): void {
+    clearTimeout(this.#saveTimer);
+    this.#saveTimer = 0;
+    this.#model.save_changes();
+  }
+}

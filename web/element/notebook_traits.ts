@@ -1,0 +1,188 @@
+/** The traits of the notebook widget: names, defaults, and what is accepted. */
+import type { Triple } from "../stream/index.ts";
+import {
+  type Camera,
+  type Clip,
+  readColour,
+  readProjection,
+  type Surface,
+} from "../viewer/index.ts";
+
+/** A point of a surface that was clicked. */
+export interface PickedPoint {
+  /** World coordinates. */
+  position: Triple;
+  /** The same in voxels of the volume. */
+  voxel: Triple;
+  /** World, of unit length, towards the eye. */
+  normal: Triple;
+  isovalue: number;
+}
+
+/** The volume that is open. */
+export interface VolumeTrait {
+  voxels: Triple;
+  spacing: Triple;
+  origin: Triple;
+  /** The smallest and largest value. */
+  range: readonly [number, number];
+  suggested_isovalues: readonly number[];
+}
+
+export interface Traits {
+  /** As the attribute of the element. */
+  src: string;
+  /** That of the first surface. Null: the volume's first suggestion. */
+  isovalue: number | null;
+  /** All surfaces. Empty: one, at the isovalue. */
+  surfaces: readonly Surface[];
+  /** Null: the whole volume. What a camera from the program lacks stays as it is. */
+  camera: Camera | null;
+  /** Null: nothing is cut off. */
+  clip: Clip | null;
+  /** As the attribute of the element; empty: white. */
+  background: string;
+  controls: boolean;
+  /** As the attribute of the element: widgets of a group have the same view. */
+  link: string;
+  /** A length of CSS. Empty: three quarters of the width. */
+  height: string;
+
+  /** The state of streaming, as `Progress.state`; empty before the first. */
+  state: string;
+  /** Everything visible is drawn at the level that the view resolves. */
+  complete: boolean;
+  /** The message of what is wrong now; else empty. */
+  fault: string;
+  volume: VolumeTrait | null;
+  picked: PickedPoint | null;
+}
+
+export type TraitName = keyof Traits;
+
+/** Those of the Python class are the same (tests/web/notebook.spec.ts). */
+export const traitDefaults: Readonly<Traits> = {
+  src: "",
+  isovalue: null,
+  surfaces: [],
+  camera: null,
+  clip: null,
+  background: "",
+  controls: true,
+  link: "",
+  height: "",
+  state: "",
+  complete: false,
+  fault: "",
+  volume: null,
+  picked: null,
+};
+
+/** What only the widget sets. */
+export const reportedTraits: readonly TraitName[] = [
+  "state",
+  "complete",
+  "fault",
+  "volume",
+  "picked",
+];
+
+/** Whether two values of traits are the same. The order of names in objects does not count. */
+export function sameValue(a: unknown, b: unknown): boolean {
+  if (a === b) return true;
+  if (typeof a !== "object" || typeof b !== "object" || !a || !b) return false;
+  const [of, inside] = [a as Record<string, unknown>, b as Record<string, unknown>];
+  const names = Object.keys(of);
+  return (
+    Array.isArray(a) === Array.isArray(b) &&
+    names.length === Object.keys(inside).length &&
+    names.every((name) => name in inside && sameValue(of[name], inside[name]))
+  );
+}
+
+const isObject = (value: unknown): value is Record<string, unknown> =>
+  typeof value === "object" && value !== null && !Array.isArray(value);
+
+const isNumber = (value: unknown): value is number => Number.isFinite(value);
+
+const isTriple = (value: unknown): value is Triple =>
+  Array.isArray(value) && value.length === 3 && value.every(isNumber);
+
+/** Values come from a program: these throw an Error that names the trait, what was expected and what was found. */
+function wrong(name: TraitName, found: unknown, expected: string): Error {
+  const text = JSON.stringify(found) ?? String(found);
+  return new Error(`${name}: expected ${expected}, found ${text.slice(0, 100)}`);
+}
+
+export function textOf(name: TraitName, value: unknown): string {
+  if (value === null || value === undefined) return "";
+  if (typeof value !== "string") throw wrong(name, value, "a text");
+  return value;
+}
+
+export function backgroundOf(value: unknown): string {
+  const text = textOf("background", value);
+  if (text && !readColour(text)) throw wrong("background", text, "a colour as rrggbb");
+  return text;
+}
+
+export function isovalueOf(value: unknown): number | null {
+  if (value === null || value === undefined) return null;
+  if (!isNumber(value)) throw wrong("isovalue", value, "a finite number");
+  return value;
+}
+
+export function surfacesOf(value: unknown): Surface[] {
+  const expected = "a list of { isovalue, colour: #rrggbb, opacity: 0 to 1 }";
+  if (value === null || value === undefined) return [];
+  if (!Array.isArray(value)) throw wrong("surfaces", value, expected);
+  return value.map((surface: unknown) => {
+    if (!isObject(surface)) throw wrong("surfaces", surface, expected);
+    const { isovalue, colour, opacity = 1 } = surface;
+    const read = typeof colour === "string" ? readColour(colour) : undefined;
+    const isOpacity = isNumber(opacity) && opacity >= 0 && opacity <= 1;
+    if (!isNumber(isovalue) || !read || !isOpacity) throw wrong("surfaces", surface, expected);
+    return { isovalue, colour: read, opacity };
+  });
+}
+
+const cameraNumbers = ["distance", "azimuth", "elevation", "roll", "fieldOfView"] as const;
+
+/** `present` has what the value lacks. */
+export function cameraOf(value: unknown, present: Camera | null): Camera | null {
+  if (value === null || value === undefined) return null;
+  const expected = `{ target: [x, y, z], ${cameraNumbers.join(", ")}, projection }`;
+  if (!isObject(value)) throw wrong("camera", value, expected);
+  const camera: Record<string, unknown> = { ...present, ...value };
+  const { target, projection = "perspective" } = camera;
+  const isProjection = typeof projection === "string" && readProjection(projection) === projection;
+  if (
+    !isTriple(target) ||
+    !isProjection ||
+    !cameraNumbers.every((name) => isNumber(camera[name]))
+  ) {
+    throw wrong("camera", value, expected);
+  }
+  const numbers = Object.fromEntries(cameraNumbers.map((name) => [name, camera[name]]));
+  return { target, projection, ...numbers } as unknown as Camera;
+}
+
+export function clipOf(value: unknown): Clip | null {
+  if (value === null || value === undefined) return null;
+  const expected = "{ low: [x, y, z], high: [x, y, z], planes: [{ normal, offset }] }";
+  if (!isObject(value)) throw wrong("clip", value, expected);
+  const { low, high, planes = [] } = value;
+  if (!isTriple(low) || !isTriple(high) || !Array.isArray(planes)) {
+    throw wrong("clip", value, expected);
+  }
+  return {
+    low,
+    high,
+    planes: planes.map((plane: unknown) => {
+      if (!isObject(plane) || !isTriple(plane.normal) || !isNumber(plane.offset)) {
+        throw wrong("clip", plane, expected);
+      }
+      return { normal: plane.normal, offset: plane.offset };
+    }),
+  };
+}

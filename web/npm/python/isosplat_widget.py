@@ -1,0 +1,68 @@
+"""Isosurfaces of a volume in a notebook: Jupyter, VS Code, Colab, marimo.
+
+    from isosplat_widget import IsosplatWidget
+
+    view = IsosplatWidget("http://localhost:8080/v1/volumes/head", isovalue=60.5)
+    view                      # shows it
+    view.isovalue = 180       # the picture follows
+    view.observe(print, "isovalue")   # and the program follows what is done in the picture
+
+Needs anywidget. The volume is served by `isosplat serve --cors ORIGIN`, where ORIGIN is that of the
+notebook's page, such as http://localhost:8888: the browser reads the volume, not the kernel.
+"""
+
+import anywidget
+import traitlets
+
+
+def _module_beside(src):
+    """The address of the widget's module on the server that has the volume."""
+    server, separator, _ = src.partition("/v1/volumes/")
+    if not separator or not server.startswith(("http://", "https://")):
+        raise ValueError(
+            f"src: expected http(s)://SERVER/v1/volumes/NAME, found {src!r}. For a store elsewhere, give"
+            " module= the address of isosplat-anywidget.js on a server or published site."
+        )
+    return server + "/isosplat-anywidget.js"
+
+
+class IsosplatWidget(anywidget.AnyWidget):
+    """A view of a volume. Traits are those of the element <isosplat-viewer>.
+
+    src: the address of a volume of a server, or of a store on any host that answers Range requests.
+    module: the address of isosplat-anywidget.js; default: that of the server in `src`.
+    """
+
+    _esm = traitlets.Unicode().tag(sync=True)
+
+    src = traitlets.Unicode().tag(sync=True)
+    #: Of the first surface. None: the volume's first suggestion.
+    isovalue = traitlets.Float(None, allow_none=True).tag(sync=True)
+    #: All surfaces: [{"isovalue": 60.5, "colour": "#d9ccb3", "opacity": 1}, …]
+    surfaces = traitlets.List(traitlets.Dict()).tag(sync=True)
+    #: {"target": [x, y, z], "distance": …, "azimuth": …, "elevation": …, "roll": …, "fieldOfView": …,
+    #: "projection": "perspective" or "orthographic"}, in degrees. What is left out stays as it is.
+    camera = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
+    #: {"low": [x, y, z], "high": [x, y, z], "planes": [{"normal": [x, y, z], "offset": d}, …]}; low and
+    #: high are fractions of the volume's extent.
+    clip = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
+    #: rrggbb. Empty: white.
+    background = traitlets.Unicode().tag(sync=True)
+    controls = traitlets.Bool(True).tag(sync=True)
+    #: Widgets with the same name move together.
+    link = traitlets.Unicode().tag(sync=True)
+    #: As in CSS: "30rem". Empty: three quarters of the width.
+    height = traitlets.Unicode().tag(sync=True)
+
+    # What the picture reports.
+    state = traitlets.Unicode(read_only=True).tag(sync=True)
+    complete = traitlets.Bool(read_only=True).tag(sync=True)
+    #: What is wrong now, and the remedy. Empty: nothing.
+    fault = traitlets.Unicode(read_only=True).tag(sync=True)
+    #: voxels, spacing, origin, range, suggested_isovalues
+    volume = traitlets.Dict(default_value=None, allow_none=True, read_only=True).tag(sync=True)
+    #: The point of the surface that was clicked last: position, voxel, normal, isovalue
+    picked = traitlets.Dict(default_value=None, allow_none=True, read_only=True).tag(sync=True)
+
+    def __init__(self, src="", *, module=None, **traits):
+        super().__init__(src=src, _esm=module or _module_beside(src), **traits)
