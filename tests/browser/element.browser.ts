@@ -170,6 +170,35 @@ test("linked views move together, and those of other groups do not", async ({ pa
       [...document.querySelectorAll("isosplat-viewer")].map((e) => e.camera?.azimuth),
     );
   await expect.poll(cameras).toEqual([35, 35, 30]);
+  const cut = await page.evaluate(() => {
+    const elements = [...document.querySelectorAll("isosplat-viewer")];
+    const [first] = elements;
+    if (first) first.clip = { low: [0, 0, 0], high: [1, 1, 0.5], planes: [] };
+    return elements.map(({ clip }) => clip.high[2]);
+  });
+  expect(cut).toEqual([0.5, 0.5, 1]);
+});
+
+test("the example page shows linked views, and what their attributes do", async ({ page }) => {
+  const faults: string[] = [];
+  page.on("pageerror", (error) => faults.push(error.message));
+  await page.goto(`${server.url}embed.html`);
+  await completed(page, 2);
+  const shown = () =>
+    page.evaluate(() => [...document.querySelectorAll("isosplat-viewer")].map((e) => e.isovalues));
+  const source = page.locator("#source");
+  await page.getByLabel("isovalue", { exact: true }).fill("100");
+  await page.getByLabel("colour").fill("3d55c8");
+  await page.getByLabel("link").fill("");
+  await page.getByLabel("link").press("Tab");
+  await expect.poll(shown).toEqual([[100], [100]]);
+  await expect(source).toContainText(
+    `<isosplat-viewer src="${server.url}v1/volumes/bucky" isovalue="100" colour="3d55c8" controls>`,
+  );
+  await page.getByLabel("isovalue", { exact: true }).fill("120");
+  await page.getByLabel("isovalue", { exact: true }).press("Tab");
+  await expect.poll(shown).toEqual([[120], [100]]);
+  expect(faults).toEqual([]);
 });
 
 test("what is set while a volume is being opened is shown", async ({ page }) => {

@@ -4,6 +4,7 @@ import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
 const select = document.querySelector<HTMLSelectElement>("#volume");
 const state = document.querySelector<HTMLElement>("#state");
 const views = document.querySelector<HTMLElement>(".views");
+const form = document.querySelector<HTMLFormElement>("#attributes");
 const source = document.querySelector<HTMLElement>("#source");
 
 /** The addresses of the volumes: of a server's list, or of the catalog of a static site. */
@@ -19,31 +20,58 @@ async function volumes(): Promise<{ name: string; src: string }[]> {
   return list.map(({ name, url }) => ({ name, src: url }));
 }
 
-function markup(src: string): string {
-  return [
-    `<isosplat-viewer src="${src}" link="example" controls></isosplat-viewer>`,
-    `<isosplat-viewer src="${src}" link="example" colour="c8553d"></isosplat-viewer>`,
-  ].join("\n");
+/** The attributes of both views beside `src`; what is empty is left out. */
+function attributes(): [first: Map<string, string>, second: Map<string, string>] {
+  const entries = [...(form ? new FormData(form) : [])]
+    .map(([name, value]) => [name, name === "controls" ? "" : String(value).trim()] as const)
+    .filter(([name, value]) => value || name === "controls");
+  const second = new Map([
+    ["link", "example"],
+    ["colour", "c8553d"],
+  ]);
+  return [new Map(entries), second];
+}
+
+function markup(src: string, all: ReadonlyMap<string, string>): string {
+  // As text of an attribute: it may be copied into a page.
+  const escaped = (text: string) => text.replaceAll("&", "&amp;").replaceAll('"', "&quot;");
+  const list = [["src", src], ...all].map(([name, value]) =>
+    value ? `${name}="${escaped(value ?? "")}"` : name,
+  );
+  return `<isosplat-viewer ${list.join(" ")}></isosplat-viewer>`;
+}
+
+/** Sets what has changed only: an attribute that is set again would undo what a visitor did since. */
+function assign(element: IsosplatViewerElement, all: ReadonlyMap<string, string>): void {
+  const names = ["isovalue", "colour", "opacity", "background", "projection", "link", "controls"];
+  for (const name of names) {
+    const value = all.get(name);
+    if (value === undefined) element.removeAttribute(name);
+    else if (element.getAttribute(name) !== value) element.setAttribute(name, value);
+  }
+}
+
+function showSource(): void {
+  if (!source || !select) return;
+  const script = new URL("isosplat-viewer.js", document.baseURI).href;
+  const src = new URL(select.value, document.baseURI).href;
+  const elements = attributes().map((all) => markup(src, all));
+  source.textContent = `<script type="module" src="${script}"></script>\n\n${elements.join("\n")}`;
 }
 
 function show(src: string): void {
-  if (!views || !source) return;
-  const elements = [undefined, "c8553d"].map((colour) => {
+  const elements = attributes().map((all) => {
     const element = document.createElement("isosplat-viewer");
     element.src = src;
-    element.link = "example";
-    if (colour) element.setAttribute("colour", colour);
-    else element.controls = true;
+    assign(element, all);
     return element;
   });
-  views.replaceChildren(...elements);
+  views?.replaceChildren(...elements);
   const [first] = elements;
   first?.addEventListener("progress", (event) => {
     if (state) state.textContent = describe(event.currentTarget as IsosplatViewerElement);
   });
-  const script = new URL("isosplat-viewer.js", document.baseURI).href;
-  const absolute = new URL(src, document.baseURI).href;
-  source.textContent = `<script type="module" src="${script}"></script>\n\n${markup(absolute)}`;
+  showSource();
 }
 
 function describe({ progress, info }: IsosplatViewerElement): string {
@@ -54,5 +82,12 @@ function describe({ progress, info }: IsosplatViewerElement): string {
 const list = await volumes();
 select?.append(...list.map(({ name, src }) => new Option(name, src)));
 select?.addEventListener("change", () => show(select.value));
+form?.addEventListener("submit", (event) => event.preventDefault());
+form?.addEventListener("change", () => {
+  const [first] = document.querySelectorAll("isosplat-viewer");
+  if (!first) return;
+  assign(first, attributes()[0]);
+  showSource();
+});
 if (list[0]) show(list[0].src);
 else if (state) state.textContent = "There are no volumes here.";

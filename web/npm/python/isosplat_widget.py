@@ -1,4 +1,4 @@
-"""Isosurfaces of a volume in a notebook: Jupyter, VS Code, Colab, marimo.
+"""Isosurfaces of a volume in a notebook that knows anywidget, such as Jupyter.
 
     from isosplat_widget import IsosplatWidget
 
