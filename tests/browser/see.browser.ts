@@ -103,6 +103,71 @@ test("the histogram: cost, marks of several surfaces, fine steps by wheel, sweep
   expect(moved).not.toBe(second);
 });
 
+test("the clip box has handles while its section is open: mouse, keys, undo, link", async ({
+  page,
+}) => {
+  await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+  await complete(page);
+  const faces = page.getByRole("group", { name: "Faces of the clip box" }).getByRole("slider");
+  await expect(faces).toHaveCount(0);
+  await openSection(page, "Clipping");
+  await expect(faces).toHaveCount(6);
+  const clip = async () => {
+    await settled(page);
+    return new URL(page.url()).searchParams.get("clip")?.split(",").map(Number) ?? [];
+  };
+
+  const lower = page.getByRole("slider", { name: "Lower x face of the clip box" });
+  const upper = page.getByRole("slider", { name: "Upper x face of the clip box" });
+  const middle = async (handle: typeof lower) => {
+    const box = await handle.boundingBox();
+    if (!box) throw new Error("not shown");
+    return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+  };
+  const [from, to] = [await middle(lower), await middle(upper)];
+  const at = (share: number) => [
+    from.x + share * (to.x - from.x),
+    from.y + share * (to.y - from.y),
+  ];
+  const [x = 0, y = 0] = at(0.3);
+  await page.mouse.move(from.x, from.y);
+  await page.mouse.down();
+  await page.mouse.move(x, y);
+  await page.mouse.up();
+  const [low = 0, ...others] = await clip();
+  expect(low).toBeGreaterThan(0.15);
+  expect(low).toBeLessThan(0.45);
+  expect(others).toEqual([1, 0, 1, 0, 1]);
+  // The handle is where the pointer has left it, and the sliders of the panel agree.
+  const now = await middle(lower);
+  expect(Math.hypot(now.x - x, now.y - y)).toBeLessThan(1.5);
+  await expect(page.locator("wa-slider[label=x][range]")).toHaveJSProperty("minValue", low);
+
+  await upper.focus();
+  await upper.press("Shift+ArrowDown");
+  expect(await clip()).toEqual([low, 0.9, 0, 1, 0, 1]);
+  await upper.press("ArrowLeft");
+  expect(await clip()).toEqual([low, 0.89, 0, 1, 0, 1]);
+  await expect(upper).toHaveAttribute("aria-valuetext", "x 89 %");
+  await expect(upper).toBeFocused();
+
+  await page.keyboard.press("Control+z");
+  expect(await clip()).toEqual([low, 0.9, 0, 1, 0, 1]);
+  await page.keyboard.press("Control+z");
+  expect(await clip()).toEqual([low, 1, 0, 1, 0, 1]);
+  await page.keyboard.press("Control+z");
+  expect(await clip()).toEqual([]);
+  await expect(lower).toHaveAttribute("aria-valuenow", "0");
+
+  // The wheel zooms above a handle as well.
+  await upper.hover();
+  await page.mouse.wheel(0, -200);
+  await expect(page).toHaveURL(/camera=/);
+
+  await page.getByRole("button", { name: "Clipping", exact: true }).click();
+  await expect(faces).toHaveCount(0);
+});
+
 for (const theme of ["light", "dark"] as const) {
   test(`axe-core finds nothing serious in the ${theme} theme`, async ({ page }) => {
     await page.emulateMedia({ colorScheme: theme });

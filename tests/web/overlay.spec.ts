@@ -3,6 +3,14 @@ import { describe, expect, it } from "vitest";
 import { axisNames } from "../../web/overlay/axis_names.ts";
 import { boundingBox } from "../../web/overlay/bounding_box.ts";
 import {
+  clipEdges,
+  clipFaces,
+  draggedShare,
+  faceOnScreen,
+  movedFace,
+  shareAfterKey,
+} from "../../web/overlay/clip_faces.ts";
+import {
   formatLength,
   formatPower,
   roundBelow,
@@ -12,7 +20,7 @@ import {
 import { Screen } from "../../web/overlay/screen.ts";
 import type { StoreInfo } from "../../web/stream/index.ts";
 import { axisViews, cameraAlong, cameraBetween } from "../../web/viewer/camera_views.ts";
-import type { Camera } from "../../web/viewer/types.ts";
+import type { Camera, Clip } from "../../web/viewer/types.ts";
 
 /** A camera at (0, −10, 0) that looks along y, with a field of view of 90°: column by column. */
 function lookingAlongY(width: number, height: number): Screen {
@@ -43,6 +51,89 @@ describe("points of the world in a picture", () => {
     // 20 units are as high as the picture at a distance of 10.
     expect(screen.pixelsPerUnit([3, 0, 5])).toBe(10);
     expect(screen.pixelsPerUnit([0, 10, 0])).toBe(5);
+  });
+});
+
+describe("the clip box", () => {
+  // A sheared grid that is not at the origin: 20 × 10 × 8 mm.
+  const info = {
+    voxels: [21, 6, 5],
+    spacing: [1, 2, 2],
+    origin: [-9, -3, -4],
+    direction: [1, 0.25, 0, 0, 1, 0.25, 0, 0, 1],
+  } as unknown as StoreInfo;
+  const clip: Clip = { low: [0.2, 0.1, 0.25], high: [0.9, 0.8, 1], planes: [] };
+  const perspective = lookingAlongY(400, 300);
+  const orthographic = new Screen(
+    [0.02, 0.003, 0.01, 0, 0.008, 0.01, -0.02, 0, -0.01, 0.04, 0.002, 0, 0.1, 0.2, 0, 1],
+    400,
+    300,
+  );
+
+  it.each([
+    ["perspective", perspective],
+    ["orthographic", orthographic],
+  ])("has faces that follow the pointer: %s", (_, screen) => {
+    for (const face of clipFaces) {
+      const before = faceOnScreen(info, screen, clip, face);
+      const share = clip[face.end][face.axis] + (face.end === "low" ? 0.15 : -0.15);
+      const after = faceOnScreen(info, screen, movedFace(clip, face, share), face);
+      if (!before || !after) throw new Error("not in front of the eye");
+      const moved = { right: after.x - before.x, down: after.y - before.y };
+      // Shorter movements are those of an axis that is seen end on.
+      if (Math.hypot(moved.right, moved.down) < 20) continue;
+      expect(draggedShare(info, screen, clip, face, moved)).toBeCloseTo(share, 2);
+      // Movement across the axis does not count.
+      const across = { right: moved.right - 3 * moved.down, down: moved.down + 3 * moved.right };
+      expect(draggedShare(info, screen, clip, face, across)).toBeCloseTo(share, 2);
+    }
+    const isBehind = clipFaces
+      .slice(2, 4)
+      .map((y) => faceOnScreen(info, screen, clip, y)?.isBehind);
+    expect(isBehind).toEqual(screen === perspective ? [false, true] : [true, false]);
+  });
+
+  it("has a limited speed along an axis that is seen end on", () => {
+    const axis = { ...info, direction: [1, 0, 0, 0, 1, 0, 0, 0, 1] } as StoreInfo;
+    const face = { axis: 1, end: "low" } as const;
+    const step = draggedShare(axis, perspective, clip, face, { right: 8, down: 0 }) - 0.1;
+    expect(Math.abs(step)).toBeLessThanOrEqual(0.1);
+    // Beyond the vanishing point, as far as there is.
+    for (const right of [-1e6, 1e6]) {
+      const share = draggedShare(info, perspective, clip, face, { right, down: 0 });
+      expect(Number.isFinite(share)).toBe(true);
+      const { low } = movedFace(clip, face, share);
+      expect(low[1]).toBeGreaterThanOrEqual(0);
+      expect(low[1]).toBeLessThanOrEqual(0.79);
+    }
+  });
+
+  it("is never empty, and keeps what it does not move", () => {
+    const planes = [{ normal: [0, 0, 1] as const, offset: 2 }] as unknown as Clip["planes"];
+    const cut = { ...clip, planes };
+    expect(movedFace(cut, { axis: 0, end: "low" }, 5)).toEqual({ ...cut, low: [0.89, 0.1, 0.25] });
+    expect(movedFace(cut, { axis: 2, end: "high" }, -1)).toEqual({
+      ...cut,
+      high: [0.9, 0.8, 0.26],
+    });
+    expect(movedFace(cut, { axis: 1, end: "high" }, 7)).toEqual({ ...cut, high: [0.9, 1, 1] });
+    expect(cut.low).toEqual([0.2, 0.1, 0.25]);
+  });
+
+  it("moves by keys as a slider does", () => {
+    expect(shareAfterKey("ArrowRight", 0.5, false)).toBeCloseTo(0.51);
+    expect(shareAfterKey("ArrowDown", 0.5, true)).toBeCloseTo(0.4);
+    expect(shareAfterKey("PageUp", 0.5, false)).toBeCloseTo(0.6);
+    expect(shareAfterKey("Home", 0.5, false)).toBe(0);
+    expect(shareAfterKey("a", 0.5, false)).toBeUndefined();
+  });
+
+  it("has twelve edges, and fewer where it reaches behind the eye", () => {
+    expect(clipEdges(info, perspective, clip)).toHaveLength(12);
+    const near = { ...info, origin: [-9, -12, -4] } as unknown as StoreInfo;
+    const edges = clipEdges(near, perspective, clip);
+    expect(edges.length).toBeLessThan(12);
+    for (const { from, to } of edges) expect(Math.min(from.depth, to.depth)).toBeGreaterThan(0);
   });
 });
 

@@ -24,8 +24,8 @@ export interface BoxOnScreen {
 
 const cornerNumbers = [0, 1, 2, 3, 4, 5, 6, 7] as const;
 
-/** A corner of the volume, or a point on its edges: shares of the extents along the axes. */
-function place(info: StoreInfo, shares: Triple): Triple {
+/** A point of the volume: shares of the extents along the axes. */
+export function place(info: StoreInfo, shares: Triple): Triple {
   const { origin, direction, spacing, voxels } = info;
   const along = shares.map((s, axis) => s * ((voxels[axis] ?? 1) - 1) * (spacing[axis] ?? 1));
   const coordinate = (row: number) =>

@@ -50,6 +50,28 @@ export class Screen {
     };
   }
 
+  /**
+   * How a point on a line moves: after a step s it is s / (1 + s · nearing) times `right` and `down`
+   * pixels from where it was. `nearing` is 0 for parallel rays. Undefined as for `point`.
+   */
+  motion(
+    at: Triple,
+    direction: Triple,
+  ): { right: number; down: number; nearing: number } | undefined {
+    const w = this.#row(3, at) + this.#at(3, 3);
+    if (!(w > 0)) return undefined;
+    const change = this.#row(3, direction);
+    const along = (row: number) => {
+      const place = this.#row(row, at) + this.#at(row, 3);
+      return (this.#row(row, direction) * w - place * change) / (w * w);
+    };
+    return {
+      right: 0.5 * this.width * along(0),
+      down: -0.5 * this.height * along(1),
+      nearing: change / w,
+    };
+  }
+
   /** CSS pixels per unit of length, for lengths across the view at the depth of a point. */
   pixelsPerUnit(at: Triple): number {
     const depth = this.#row(3, at) + this.#at(3, 3);

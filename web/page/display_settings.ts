@@ -202,6 +202,7 @@ export class DisplaySettings {
     | "saveTransparent"
     | "openCapture"
     | "saveSurface"
+    | "showClipHandles"
   > = {
     slide: (value) => {
       this.#sweep.stop();

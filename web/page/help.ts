@@ -7,6 +7,10 @@ const rows: [string, string][] = [
   ["Wheel, pinch, + and −", "Zoom"],
   ["Double click", "Make this point of the surface the centre of rotation"],
   ["L + drag", "Move the key light"],
+  [
+    "Drag a handle of the clip box, arrow keys on it",
+    "Move a face; the handles are shown while the section Clipping is open",
+  ],
   ["[ and ]", "Lower or raise the isovalue; with Shift in small steps"],
   ["1 … 6", "Front, back, left, right, above, below"],
   ["V", "Show the whole volume, without turning"],

@@ -84,6 +84,8 @@ export interface PanelActions {
   changeClip(clip: Clip): void;
   /** Replaces the clip plane by one across the view. */
   cutAcrossView(): void;
+  /** Whether the faces of the clip box have handles in the picture. */
+  showClipHandles(isShown: boolean): void;
 }
 
 type ValueElement = HTMLElement & { value: string };
@@ -393,7 +395,17 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
     high[axis] = Math.max(slider.maxValue, (low[axis] ?? 0) + 0.01);
     actions.changeClip({ ...clip, low, high });
   };
-  return html`<wa-details class="section" appearance="plain" summary="Clipping">
+  // Elements in the section send the same events.
+  const shown = (isShown: boolean) => (event: Event) => {
+    if (event.target === event.currentTarget) actions.showClipHandles(isShown);
+  };
+  return html`<wa-details
+    class="section"
+    appearance="plain"
+    summary="Clipping"
+    @wa-show=${shown(true)}
+    @wa-hide=${shown(false)}
+  >
     <div class="fields">
       ${["x", "y", "z"].map(
         (axis, i) => html`<wa-slider

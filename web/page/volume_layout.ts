@@ -52,6 +52,8 @@ export interface LayoutState {
   canvas: HTMLElement;
   /** Lies on the canvas; null until it has loaded. */
   overlay: HTMLElement | null;
+  /** The clip box and its handles, which lie on the canvas; null unless they are shown. */
+  clipHandles: HTMLElement | null;
   /** The marks of measurements, which lie on the canvas, and their section; null until loaded. */
   measure: { element: HTMLElement; section: TemplateResult } | null;
   status: HTMLElement;
@@ -79,7 +81,7 @@ export function volumeLayout(state: LayoutState, actions: LayoutActions): Templa
   return html`<div class=${classes}>
     ${bar(state, actions)}
     <main class="stage" style=${`background:${state.background}`}>
-      ${state.canvas} ${state.problem ? nothing : state.overlay} ${state.problem ? nothing : state.measure?.element} ${state.banner ? bannerPart(state.banner, actions) : nothing}
+      ${state.canvas} ${state.problem ? nothing : state.overlay} ${state.problem ? nothing : state.measure?.element} ${state.problem ? nothing : state.clipHandles} ${state.banner ? bannerPart(state.banner, actions) : nothing}
       ${cover(state, actions)}
       ${state.provisional ? html`<p class="provisional">${state.provisional}</p>` : nothing}
       ${

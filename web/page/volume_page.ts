@@ -1,4 +1,5 @@
 import { render } from "lit";
+import type { ClipHandles } from "../overlay/clip_handles.ts";
 import type { Overlay } from "../overlay/overlay.ts";
 import {
   faults,
@@ -62,6 +63,8 @@ export class VolumePage {
   readonly #url = readUrl(this.#search);
   readonly #motion = new CameraMotion(this.#viewer);
   #overlay: Overlay | null = null;
+  #clipHandles: ClipHandles | null = null;
+  #isClipBoxShown = false;
   #measure: Measure | null = null;
   #loadingMeasure: Promise<void> | null = null;
   #capture: Promise<CaptureDialog> | null = null;
@@ -400,6 +403,7 @@ export class VolumePage {
     savePicture: () => void this.#saveScreenshot(),
     copyLink: () => void this.#copyLink(),
     loadMeasure: () => void this.#loadMeasure(),
+    showClipHandles: (isShown) => void this.#showClipHandles(isShown),
     toggleSheet: () => this.#openSheet(!this.#isSheetOpen),
     help: showHelp,
     removeSurface: (index) => {
@@ -479,6 +483,22 @@ export class VolumePage {
     if (this.#url.measures || hasKeptSession()) await this.#loadMeasure();
   }
 
+  /** Loads the handles at their first use. */
+  async #showClipHandles(isShown: boolean): Promise<void> {
+    this.#isClipBoxShown = isShown;
+    this.#render();
+    if (!isShown || this.#clipHandles) return;
+    try {
+      const { ClipHandles } = await import("./clip_handles.ts");
+      this.#clipHandles ??= new ClipHandles(this.#viewer, this.#settings.actions.changeClip);
+      this.#render();
+    } catch {
+      this.#toast.note(
+        "The handles of the clip box could not be loaded: the connection failed. Open the section again.",
+      );
+    }
+  }
+
   /** Measurements are loaded when they are first used, or if the address has some. */
   #loadMeasure(): Promise<void> {
     this.#loadingMeasure ??= import("./measure.ts").then(
@@ -530,6 +550,7 @@ export class VolumePage {
   /** Ends what the page has begun; its elements are not removed. */
   close(): void {
     this.#info = null; // the address is no longer written
+    this.#clipHandles?.stop();
     clearTimeout(this.#reopenTimer);
     this.#listeners.abort();
     this.#viewer.dispose();
@@ -668,6 +689,8 @@ export class VolumePage {
       isPanelHidden: this.#isPanelHidden,
       canvas: this.#canvas,
       overlay: this.#overlay?.element ?? null,
+      clipHandles:
+        this.#isClipBoxShown && !this.#isPanelHidden ? (this.#clipHandles?.element ?? null) : null,
       measure:
         this.#measure && info
           ? { element: this.#measure.element, section: this.#measure.section(info) }
@@ -675,6 +698,7 @@ export class VolumePage {
       status: this.#status.element,
     };
     this.#overlay?.show(settings.show);
+    this.#clipHandles?.request();
     render(volumeLayout(layout, this.#actions), this.#root);
     if (info) {
       const { scale, isLogarithmic } = settings;
