@@ -3,6 +3,7 @@ import { join } from "node:path";
 import { describe, expect, it } from "vitest";
 import { documentTables, withTable } from "../bench/documents/tables.ts";
 import { root } from "../bench/harness/paths.ts";
+import { newestRows } from "../bench/harness/table.ts";
 
 describe("figures in documents", () => {
   it.each(documentTables().map((table) => [table.name, table] as const))(
@@ -12,6 +13,20 @@ describe("figures in documents", () => {
       expect(withTable(text, table)).toBe(text);
     },
   );
+
+  it("come from the newest run of each figure", () => {
+    const text = `machine,case,measure,unit,median,min,max
+one,engine,size,MB,3,3,3
+one,engine,time,s,5,5,5
+two,engine,size,MB,4,4,4
+`;
+    expect(
+      newestRows(text).map(({ machine, measure, median }) => [machine, measure, median]),
+    ).toEqual([
+      ["two", "size", 4],
+      ["one", "time", 5],
+    ]);
+  });
 
   it("cannot be written where a document has no place for them", () => {
     const table = { file: "A.md", name: "sizes", table: "| 1 |" };

@@ -29,7 +29,7 @@ class Figures {
   of(benchmark: string, cases: string[], measure: string, unit: string, scale = 1): string {
     const rows = readResults(benchmark);
     const values = cases.map((what) => {
-      const row = rows.findLast((r) => r.case === what && r.measure === measure && r.unit === unit);
+      const row = rows.find((r) => r.case === what && r.measure === measure && r.unit === unit);
       if (!row) {
         throw new Error(`${benchmark}.csv: expected a row "${measure}" in "${unit}" of "${what}"`);
       }
@@ -263,6 +263,17 @@ function samplings(volume: string): string {
   return markdown(table);
 }
 
+/** The steps of a way from a file to a link, in the order in which they are taken. */
+function steps(figures: Figures, way: string): string {
+  const rows = readResults("first_use").filter((row) => row.case === way);
+  const names = [...new Set(rows.map(({ measure, unit }) => `${measure}\n${unit}`))];
+  const line = (name: string): string[] => {
+    const [measure = "", unit = ""] = name.split("\n");
+    return [measure, `${figures.of("first_use", [way], measure, unit)} ${unit}`];
+  };
+  return markdown([["step", "median"], ["---", "---"], ...names.map(line)]);
+}
+
 /** All tables that documents have from the results. */
 export function documentTables(): DocumentTable[] {
   const bench = "docs/bench/README.md";
@@ -281,6 +292,11 @@ export function documentTables(): DocumentTable[] {
       name: "machines of the figures",
       table: `${[...figures.machines].join("; ")}.`,
     },
+    ...["browser alone", "with the program"].map((way) => ({
+      file: "docs/first-use.md",
+      name: way,
+      table: steps(new Figures(), way),
+    })),
     { file: bench, name: "claims", table: claims() },
     { file: bench, name: "samplings", table: samplingTables },
   ];

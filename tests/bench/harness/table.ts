@@ -21,9 +21,19 @@ function fieldsOf(line: string): string[] {
   );
 }
 
-/** The rows of a benchmark's results, of all machines and versions, newest last. */
+/** The newest row of each figure of a benchmark, whatever machine and version it is of. */
 export function readResults(name: string): Row[] {
-  const text = readFileSync(join(root, "tests/bench/results", `${name}.csv`), "utf8");
+  return newestRows(readFileSync(join(root, "tests/bench/results", `${name}.csv`), "utf8"));
+}
+
+/** The rows of a table of results, whose newest rows are last, without those that a later run repeated. */
+export function newestRows(text: string): Row[] {
+  const rows = new Map<string, Row>();
+  for (const row of allRows(text)) rows.set(`${row.case}\n${row.measure}\n${row.unit}`, row);
+  return [...rows.values()];
+}
+
+function allRows(text: string): Row[] {
   const [header, ...lines] = text.trim().split("\n").map(fieldsOf);
   const column = (key: string) => header?.indexOf(key) ?? -1;
   return lines.map((fields) => ({
