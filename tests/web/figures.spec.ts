@@ -2,6 +2,7 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { describe, expect, it } from "vitest";
 import { documentTables, withTable } from "../bench/documents/tables.ts";
+import { exponentOf, orderOf } from "../bench/growth/exponents.ts";
 import { root } from "../bench/harness/paths.ts";
 import { newestRows } from "../bench/harness/table.ts";
 
@@ -32,5 +33,42 @@ two,engine,size,MB,4,4,4
     const table = { file: "A.md", name: "sizes", table: "| 1 |" };
     expect(withTable("<!-- sizes -->\n| 0 |\n<!-- end -->\n", table)).toContain("| 1 |\n<!-- end");
     expect(() => withTable("| 0 |\n", table)).toThrow("A.md: expected <!-- sizes -->");
+  });
+});
+
+describe("exponents of growth", () => {
+  const grown = (exponent: number) =>
+    [64, 128, 512].map((n) => ({ voxels: n ** 3, figure: 7 * n ** (3 * exponent) }));
+
+  it.each([0, 2 / 3, 1])("of the power law %f are found", (exponent) => {
+    expect(exponentOf(grown(exponent))).toBeCloseTo(exponent, 10);
+  });
+
+  it("are least squares if there is no exact power law", () => {
+    const [a, b, c] = grown(1);
+    const bent = [a, { voxels: b?.voxels ?? 0, figure: 2 * (b?.figure ?? 0) }, c];
+    const found = exponentOf(bent as { voxels: number; figure: number }[]);
+    // In steps of log 2 of the axis: x = 0, 3, 9 with mean 4, and only y of x = 3 is higher, by 1.
+    expect(found).toBeCloseTo(1 + (3 - 4) / (16 + 1 + 25), 10);
+  });
+
+  it("need two sizes, and figures above 0", () => {
+    expect(() => exponentOf(grown(1).slice(0, 1))).toThrow("at least 2 sizes");
+    expect(() => exponentOf(grown(1).map((point) => ({ ...point, figure: 0 })))).toThrow("above 0");
+  });
+
+  it("have the name of the nearest order", () => {
+    expect([0.1, 0.6, 0.97].map((exponent) => orderOf(exponent, 2 / 3))).toEqual([
+      "O(screen)",
+      "O(surface)",
+      "O(voxels)",
+    ]);
+    expect(orderOf(0.85, 0.82)).toBe("O(surface)");
+  });
+
+  it("that are near to no order have two names, or none", () => {
+    expect(orderOf(0.35, 2 / 3)).toBe("between O(screen) and O(surface)");
+    expect(orderOf(1.3, 2 / 3)).toBe("none: 1.30");
+    expect(orderOf(-0.4, 2 / 3)).toBe("none: -0.40");
   });
 });
