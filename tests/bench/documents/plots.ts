@@ -4,6 +4,7 @@ import { parse, View } from "vega";
 import { type Config, compile, type TopLevelSpec } from "vega-lite";
 import { root } from "../harness/paths.ts";
 import { readResults } from "../harness/table.ts";
+import { measures, Series } from "./growth.ts";
 
 /** A plot, and the file that it is written to. */
 interface Plot {
@@ -187,9 +188,68 @@ function storeSizes(): Plot {
   };
 }
 
+/** Figures by the number of voxels, both on logarithmic axes, relative to the smallest volume. */
+function growth(): Plot {
+  const shown = [
+    measures.build,
+    measures.store,
+    measures.active,
+    measures.bytes,
+    measures.small,
+    measures.first,
+  ];
+  const values = ["turbulence", "fractal", "engine ×"].flatMap((kind) => {
+    const series = new Series(kind);
+    return shown.flatMap((measure) => {
+      const points = series.points(measure);
+      const [first] = points;
+      return points.map(({ voxels, figure }) => ({
+        volume: kind.replace(" ×", ""),
+        method: measure.name,
+        voxels: voxels / 1e6,
+        times: figure / (first?.figure ?? figure),
+      }));
+    });
+  });
+  return {
+    file: "growth.svg",
+    spec: {
+      config,
+      title: "Growth with the number of voxels, relative to the smallest volume",
+      data: { values },
+      facet: { field: "volume", type: "nominal", title: null },
+      columns: 3,
+      spec: {
+        ...small,
+        mark: { type: "line", point: { size: 18 } },
+        encoding: {
+          x: {
+            field: "voxels",
+            type: "quantitative",
+            title: "million voxels",
+            scale: { type: "log" },
+          },
+          y: { field: "times", type: "quantitative", title: "×", scale: { type: "log" } },
+          color: colour(
+            null,
+            shown.map(({ name }) => name),
+          ),
+        },
+      },
+    },
+  };
+}
+
 /** Draws all plots into docs/bench. Returns the files, relative to the project. */
 export async function drawPlots(): Promise<string[]> {
-  const plots = [extractionTimes(), peakMemory(), frameRates(), firstImage(), storeSizes()];
+  const plots = [
+    extractionTimes(),
+    peakMemory(),
+    frameRates(),
+    firstImage(),
+    storeSizes(),
+    growth(),
+  ];
   const folder = "docs/bench";
   for (const { file, spec } of plots) {
     const svg = await new View(parse(compile(spec).spec), { renderer: "none" }).toSVG();

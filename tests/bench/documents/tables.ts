@@ -2,6 +2,9 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { root } from "../harness/paths.ts";
 import { readResults } from "../harness/table.ts";
+import { growthTable } from "./growth.ts";
+import { markdown, short } from "./markdown.ts";
+import { assumptions, limits, viewersPlan, volumePlan } from "./scale.ts";
 
 /** A table of a document, between <!-- NAME --> and <!-- end -->. */
 export interface DocumentTable {
@@ -10,15 +13,6 @@ export interface DocumentTable {
   name: string;
   /** In Markdown. */
   table: string;
-}
-
-function markdown(rows: string[][]): string {
-  return rows.map((row) => `| ${row.join(" | ")} |`).join("\n");
-}
-
-/** Two significant digits, and all before the point: "0.40", "6.1", "178". */
-function short(value: number): string {
-  return value >= 10 ? String(Math.round(value)) : value.toPrecision(2);
 }
 
 /** The newest results, as text. Notes where their times were measured. */
@@ -274,6 +268,22 @@ function steps(figures: Figures, way: string): string {
   return markdown([["step", "median"], ["---", "---"], ...names.map(line)]);
 }
 
+/** Growth with the number of voxels, and the plan that follows. */
+function scaleTables(): DocumentTable[] {
+  const file = "docs/scale.md";
+  return [
+    ...["turbulence", "fractal", "engine ×"].map((kind) => ({
+      file,
+      name: `growth of ${kind.replace(" ×", "")}`,
+      table: growthTable(kind),
+    })),
+    { file, name: "volume", table: volumePlan() },
+    { file, name: "assumptions", table: assumptions() },
+    { file, name: "viewers", table: viewersPlan() },
+    { file, name: "limits", table: limits() },
+  ];
+}
+
 /** All tables that documents have from the results. */
 export function documentTables(): DocumentTable[] {
   const bench = "docs/bench/README.md";
@@ -297,6 +307,7 @@ export function documentTables(): DocumentTable[] {
       name: way,
       table: steps(new Figures(), way),
     })),
+    ...scaleTables(),
     { file: bench, name: "claims", table: claims() },
     { file: bench, name: "samplings", table: samplingTables },
   ];
