@@ -39,6 +39,13 @@ export class Series {
     }));
   }
 
+  /** Of the last but one size, with its number of voxels, and of the largest. */
+  lastTwo(measure: Measure): [Point, Point] {
+    const [before, last] = this.points(measure).slice(-2);
+    if (!before || !last) throw new Error("growth.csv: expected at least two sizes");
+    return [before, last];
+  }
+
   /** Of the largest volume. */
   last(measure: Measure): number {
     return this.#figure(this.sizes.at(-1), measure);
@@ -49,7 +56,7 @@ export class Series {
    * program's memory) matters least there.
    */
   lastExponent(measure: Measure): number {
-    return exponentOf(this.points(measure).slice(-2));
+    return exponentOf(this.lastTwo(measure));
   }
 }
 

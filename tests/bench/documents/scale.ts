@@ -1,6 +1,7 @@
 /** Tables of docs/scale.md: what a volume takes that is a thousand times larger than measured ones. */
+import { exponentOf } from "../growth/exponents.ts";
 import { readResults } from "../harness/table.ts";
-import { measures, Series } from "./growth.ts";
+import { type Measure, measures, Series } from "./growth.ts";
 import { amount, markdown } from "./markdown.ts";
 
 const voxels = [10240, 7680, 1536] as const;
@@ -163,6 +164,39 @@ export function volumePlan(): string {
       `at most ${given.sampleBudget / 1e6} million samples`,
     ],
   ]);
+}
+
+/**
+ * The same calculation where the result is known: the largest volume from the smaller ones, and its usual
+ * picture from the small one. Calculated ÷ measured.
+ */
+export function checks(): string {
+  const proportional = (measure: Measure) => (series: Series) => {
+    const [before, last] = series.lastTwo(measure);
+    return (before.figure * last.voxels) / before.voxels / last.figure;
+  };
+  const isovalue = (series: Series) => {
+    const [before, last] = series.lastTwo(measures.bytes);
+    const exponent = exponentOf(series.points(measures.bytes).slice(-3, -1));
+    return (before.figure * (last.voxels / before.voxels) ** exponent) / last.figure;
+  };
+  const picture = (series: Series) => {
+    const level = (size: string) => series.last({ name: `finest level, ${size}`, unit: "" });
+    const cells = 8 ** (level("128 × 96") - level("1024 × 768"));
+    const bytes = series.last(measures.small) * cells ** series.lastExponent(measures.bytes);
+    return bytes / series.last(measures.large);
+  };
+  const rows: [string, (series: Series) => number][] = [
+    ["build, from the last but one size", proportional(measures.build)],
+    ["store, likewise", proportional(measures.store)],
+    ["directory pages, likewise", proportional(measures.pages)],
+    ["an isovalue at level 0, likewise", isovalue],
+    ["complete picture, 1024 × 768, from 128 × 96", picture],
+  ];
+  const heading = ["calculated ÷ measured", ...kinds];
+  const all = kinds.map((kind) => new Series(kind));
+  const lines = rows.map(([name, of]) => [name, ...all.map((series) => of(series).toFixed(2))]);
+  return markdown([heading, heading.map(() => "---"), ...lines]);
 }
 
 /** The processor seconds that the server takes for a byte, with TLS. */

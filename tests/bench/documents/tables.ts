@@ -4,7 +4,7 @@ import { root } from "../harness/paths.ts";
 import { readResults } from "../harness/table.ts";
 import { growthTable } from "./growth.ts";
 import { markdown, short } from "./markdown.ts";
-import { assumptions, limits, viewersPlan, volumePlan } from "./scale.ts";
+import { assumptions, checks, limits, viewersPlan, volumePlan } from "./scale.ts";
 
 /** A table of a document, between <!-- NAME --> and <!-- end -->. */
 export interface DocumentTable {
@@ -278,6 +278,7 @@ function scaleTables(): DocumentTable[] {
       table: growthTable(kind),
     })),
     { file, name: "volume", table: volumePlan() },
+    { file, name: "checks", table: checks() },
     { file, name: "assumptions", table: assumptions() },
     { file, name: "viewers", table: viewersPlan() },
     { file, name: "limits", table: limits() },
