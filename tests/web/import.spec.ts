@@ -314,7 +314,8 @@ describe("a store is that of the program, byte by byte", () => {
   const real = existsSync(volumes)
     ? readdirSync(volumes).filter((name) => /\.(nhdr|nrrd|nii\.gz|vtk)$/.test(name))
     : [];
-  test.each(real)("%s, of the real volumes", async (name) => {
+  // The largest takes 20 s on two idle cores.
+  test.each(real)("%s, of the real volumes", { timeout: 180_000 }, async (name) => {
     const inside = newFolder({ "none.txt": "" });
     copyFileSync(join(volumes, name), join(inside, name));
     const raw = name.replace(/nhdr$/, "raw.gz");
