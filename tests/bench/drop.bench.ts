@@ -5,7 +5,7 @@ import type { Browser } from "@playwright/test";
 import { drop } from "../browser/support/drop.ts";
 import { longestTask } from "./drop/main_thread.ts";
 import { serveNiiVue } from "./drop/niivue.ts";
-import { MemoryWatch } from "./drop/processes.ts";
+import { MemoryWatch, processOf } from "./drop/processes.ts";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
 import { buildStore, serve } from "./stream/serving.ts";
 import { launch, Visitor } from "./stream/visit.ts";
@@ -31,15 +31,6 @@ async function arrive(browser: Browser, url: string, ready: string): Promise<Vis
   await visitor.page.waitForFunction(ready);
   await visitor.page.waitForLoadState("networkidle");
   return visitor;
-}
-
-async function processOf(browser: Browser): Promise<number> {
-  const session = await browser.newBrowserCDPSession();
-  const { processInfo } = await session.send("SystemInfo.getProcessInfo");
-  await session.detach();
-  const id = processInfo.find(({ type }) => type === "browser")?.id;
-  if (!id) throw new Error("the browser did not tell its process");
-  return id;
 }
 
 const startPage = "document.querySelector('.device-drop') !== null";

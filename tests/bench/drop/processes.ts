@@ -1,4 +1,5 @@
 import { readdirSync, readFileSync } from "node:fs";
+import type { Browser } from "@playwright/test";
 
 /** The parent of each process. */
 function parents(): Map<number, number> {
@@ -62,4 +63,14 @@ export class MemoryWatch {
     this.#look();
     return this.#most - this.#before;
   }
+}
+
+/** The process of a browser whose children are all its others. */
+export async function processOf(browser: Browser): Promise<number> {
+  const session = await browser.newBrowserCDPSession();
+  const { processInfo } = await session.send("SystemInfo.getProcessInfo");
+  await session.detach();
+  const id = processInfo.find(({ type }) => type === "browser")?.id;
+  if (!id) throw new Error("the browser did not tell its process");
+  return id;
 }

@@ -8,6 +8,12 @@ import { root } from "./paths.ts";
 export const renderProgram = (name: string) =>
   join(root, `build/release/tests/bench/render/${name}`);
 
+/** The distances of voxels in an NRRD file. */
+export function spacingOf(volume: string): string[] {
+  const header = readFileSync(volume).subarray(0, 4096).toString("latin1");
+  return header.match(/^spacings:[ \t]*(.*?)\r?$/m)?.[1]?.split(/\s+/) ?? ["1", "1", "1"];
+}
+
 /** Writes VTK's Flying Edges mesh of an isovalue; returns the file, or undefined without VTK. */
 export async function flyingEdgesMesh(
   bench: Bench,
@@ -17,13 +23,11 @@ export async function flyingEdgesMesh(
   const python = bench.pythonWithVtk();
   if (!python) return undefined;
   const { voxels, type, data } = readNrrd(volume);
-  const header = readFileSync(volume).subarray(0, 4096).toString("latin1");
-  const spacing = header.match(/^spacings:[ \t]*(.*?)\r?$/m)?.[1]?.split(/\s+/) ?? ["1", "1", "1"];
   const raw = join(bench.folder, "mesh.raw");
   const mesh = join(bench.folder, `mesh-${isovalue}.bin`);
   writeFileSync(raw, data);
   const script = join(root, "tests/bench/peers/flying_edges_mesh.py");
-  const numbers = [...voxels.map(String), type, ...spacing, String(isovalue)];
+  const numbers = [...voxels.map(String), type, ...spacingOf(volume), String(isovalue)];
   await bench.command(python, [script, raw, ...numbers, mesh]);
   return mesh;
 }

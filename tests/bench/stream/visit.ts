@@ -106,14 +106,18 @@ export class Visitor {
       (globalThis as unknown as { memories: typeof memories }).memories = memories;
       const instantiate = WebAssembly.instantiate;
       WebAssembly.instantiate = (async (
-        program: WebAssembly.Module,
+        program: WebAssembly.Module | BufferSource,
         imports: WebAssembly.Imports,
       ) => {
-        const instance = await instantiate(program, imports);
-        for (const exported of Object.values(instance.exports)) {
+        // Of bytes, not of a module, the answer has the instance beside the module.
+        const answer = (await instantiate(program as BufferSource, imports)) as
+          | WebAssembly.Instance
+          | WebAssembly.WebAssemblyInstantiatedSource;
+        const { exports } = "instance" in answer ? answer.instance : answer;
+        for (const exported of Object.values(exports)) {
           if (exported instanceof WebAssembly.Memory) memories.push(exported);
         }
-        return instance;
+        return answer;
       }) as typeof WebAssembly.instantiate;
       const work: Record<string, Work> = {};
       (globalThis as unknown as { work: typeof work }).work = work;

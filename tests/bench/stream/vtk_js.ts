@@ -1,49 +1,30 @@
 /** vtk.js on the same links: the volume as gzip, marching cubes in the page. */
-import { existsSync, readFileSync } from "node:fs";
-import { createServer, type Server } from "node:http";
-import type { AddressInfo } from "node:net";
-import { basename, dirname, extname, join } from "node:path";
+import { readFileSync } from "node:fs";
+import { basename, dirname, join } from "node:path";
 import type { Browser } from "@playwright/test";
-import { build } from "vite";
 import type { Bench } from "../harness/benchmark.ts";
+import { type PeerSite, servePage } from "../peer_visits/serve_page.ts";
 import { type Link, Visitor } from "./visit.ts";
 
-export interface Peer {
-  url: string;
+export interface Peer extends PeerSite {
   query: string;
-  server: Server;
 }
 
-/** Builds the peer's page and serves it with an NRRD of bytes (detached, gzip); undefined: skipped. */
-export async function servePeer(bench: Bench, header: string): Promise<Peer | undefined> {
-  if (!existsSync(join(bench.root, "tests/bench/peers/node_modules"))) {
-    bench.skip("vtk.js", "not installed (npm ci --prefix tests/bench/peers)");
-    return undefined;
-  }
-  const root = join(bench.root, "tests/bench/peers/vtk_js");
-  const outDir = join(bench.folder, "vtk_js");
-  await build({ root, configFile: false, logLevel: "error", build: { outDir, target: "es2022" } });
+/** Serves the peer's page with an NRRD of bytes (detached, gzip); undefined: skipped. */
+export async function servePeer(
+  bench: Bench,
+  header: string,
+  page = "vtk_js",
+): Promise<Peer | undefined> {
   const text = readFileSync(header, "latin1");
   const field = (name: string): string =>
     new RegExp(`^${name}: *(.*)$`, "m").exec(text)?.[1]?.trim() ?? "";
   const data = join(dirname(header), field("data file"));
-  const types: Record<string, string> = { ".html": "text/html", ".js": "text/javascript" };
-  const server = createServer((request, response) => {
-    const path = new URL(request.url ?? "/", "http://peer").pathname;
-    const name = path === "/" ? "index.html" : path.slice(1);
-    const file = name === basename(data) ? data : join(outDir, name);
-    if (!existsSync(file)) return response.writeHead(404).end();
-    response.writeHead(200, {
-      "Content-Type": types[extname(file)] ?? "application/octet-stream",
-      "Cache-Control": "max-age=3600",
-    });
-    return response.end(readFileSync(file));
-  });
-  await new Promise<void>((resolve) => server.listen(0, "127.0.0.1", resolve));
-  const url = `http://127.0.0.1:${(server.address() as AddressInfo).port}/`;
+  const site = await servePage(bench, page, new Map([[basename(data), readFileSync(data)]]));
+  if (!site) return undefined;
   const spacing = field("spacings").split(/\s+/).join(",") || "1,1,1";
   const dims = field("sizes").split(/\s+/).join(",");
-  return { url, query: `volume=${basename(data)}&dims=${dims}&spacing=${spacing}`, server };
+  return { ...site, query: `volume=${basename(data)}&dims=${dims}&spacing=${spacing}` };
 }
 
 export async function measureVtk(

@@ -1,5 +1,5 @@
 // What a user of vtk.js does: the whole volume over the wire, marching cubes, triangles.
-// ?volume=FILE.raw.gz&dims=x,y,z&spacing=x,y,z&isovalue=V&next=W
+// ?volume=FILE.raw.gz&dims=x,y,z&spacing=x,y,z&isovalue=V[&next=W]
 import "@kitware/vtk.js/Rendering/Profiles/Geometry";
 import vtkDataArray from "@kitware/vtk.js/Common/Core/DataArray";
 import vtkImageData from "@kitware/vtk.js/Common/DataModel/ImageData";
@@ -35,9 +35,11 @@ view.getRenderer().resetCamera();
 view.getRenderWindow().render();
 performance.mark("vtk:image");
 
-setTimeout(() => {
+globalThis.changeIsovalue = (isovalue) => {
   performance.mark("vtk:change");
-  contour.setContourValue(Number(asked.get("next")));
+  contour.setContourValue(isovalue);
   view.getRenderWindow().render();
   performance.mark("vtk:changed");
-}, 1500);
+};
+const next = asked.get("next");
+if (next) setTimeout(() => globalThis.changeIsovalue(Number(next)), 1500);
