@@ -1,7 +1,8 @@
 // What a user of NiiVue does: a file is dropped on it, and its volume renderer shows it, opaque from an
-// isovalue on and lit by gradients. peer:image and peer:changed mark pictures that the GPU has finished.
+// isovalue on and lit by gradients; or it fetches the file (?volume=FILE.nii.gz&isovalue=V). peer:image and peer:changed mark pictures that the GPU has finished.
 import { Niivue } from "@niivue/niivue";
 
+const asked = new URL(location.href).searchParams;
 const view = document.getElementById("view");
 const niivue = new Niivue({ show3Dcrosshair: false, backColor: [1, 1, 1, 1] });
 await niivue.attachToCanvas(view);
@@ -28,12 +29,13 @@ function show(volume, isovalue) {
 
 niivue.onImageLoaded = (volume) => {
   const middle = (volume.global_min + volume.global_max) / 2;
-  show(volume, middle);
+  show(volume, asked.has("isovalue") ? Number(asked.get("isovalue")) : middle);
   performance.mark("peer:image");
-  globalThis.changeIsovalue = () => {
+  globalThis.changeIsovalue = (isovalue = middle + 1) => {
     performance.mark("peer:change");
-    show(volume, middle + 1);
+    show(volume, isovalue);
     performance.mark("peer:changed");
   };
 };
 performance.mark("peer:ready");
+if (asked.has("volume")) await niivue.loadVolumes([{ url: asked.get("volume") }]);
