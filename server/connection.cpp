@@ -75,9 +75,10 @@ struct Connection::State {
   Awaitable<HeaderScan> read_header();
   Awaitable<Response> respond(const Request& request);
   Awaitable<Response> respond_within_rates(const Request& request, ByteBudget::Share& memory);
-  WorkPool& pool_for(const Response& response) const {
-    return response.route && response.route->computes ? shared.computing : shared.disk;
-  }
+  Awaitable<Response> compute_response(const Request& request, const Route& route);
+  Response refuse_for_now(const Request& request, const Route* route, bool is_stopping) const;
+  Awaitable<BodyStream::Step> compute_piece(BodyStream& body, std::vector<std::byte>& piece,
+                                            Error& error);
   Awaitable<BodyStream::Step> next_piece(const Response& response, std::vector<std::byte>& piece,
                                          Error& error);
   Awaitable<bool> handle_request();
@@ -199,32 +200,61 @@ Awaitable<HeaderScan> Connection::State::read_header() {
 
 // A request is tried on this thread first: most of the time the system holds the bytes in memory,
 // and another thread would cost more than the read. What needs the disk, or much processor time, is
-// repeated in a pool.
+// repeated in a pool. Few threads compute, so they do not wait for a disk: what they lack is read
+// by the threads for disks first.
 
 Awaitable<Response> Connection::State::respond(const Request& request) {
   NoWait no_wait;
-  Response response = shared.router.respond(request, &no_wait);
+  Response response = shared.router.respond(request, &no_wait, ThreadKind::connection);
   if (!no_wait.needs_disk) {
     ++shared.metrics.reads_in_memory;
     co_return response;
   }
   const Route* const route = response.route;
-  const bool has_room =
-      !route || !route->computes || shared.computing.has_room(shared.limits.waiting_computations);
-  bool has_run = false;
-  if (has_room) {
-    auto repeat = [&] { response = shared.router.respond(request); };
-    has_run = co_await pool_for(response).run(repeat);
-  }
-  if (!has_run) {
-    response = busy_response(has_room ? "the server is stopping"
-                                      : "the server is computing as much as it can for others: "
-                                        "try again in a second");
-    response.route = route;
-    response.close = has_room;
-    shared.router.policy().add_fields(request, response);
-  }
+  if (route && route->computes) co_return co_await compute_response(request, *route);
+  auto repeat = [&] { response = shared.router.respond(request, nullptr, ThreadKind::disk); };
+  const bool has_run = co_await shared.disk.run(repeat);
+  if (!has_run) co_return refuse_for_now(request, route, true);
   co_return response;
+}
+
+Awaitable<Response> Connection::State::compute_response(const Request& request,
+                                                        const Route& route) {
+  const uint32_t most = shared.limits.waiting_computations;
+  if (!shared.computing.has_room(most)) co_return refuse_for_now(request, &route, false);
+  Response response;
+  NoWait no_wait;
+  auto compute = [&] {
+    response = shared.router.respond(request, &no_wait, ThreadKind::computing);
+  };
+  bool has_run = co_await shared.computing.run(compute);
+  if (has_run && no_wait.needs_disk) {
+    auto fetch = [&] { shared.router.respond(request, nullptr, ThreadKind::disk); };
+    has_run = co_await shared.disk.run(fetch);
+    if (has_run) {
+      if (!shared.computing.has_room(most)) co_return refuse_for_now(request, &route, false);
+      // Waits where the system keeps nothing in memory of what was read.
+      auto repeat = [&] {
+        response = shared.router.respond(request, nullptr, ThreadKind::computing);
+      };
+      has_run = co_await shared.computing.run(repeat);
+    }
+  }
+  if (!has_run) co_return refuse_for_now(request, &route, true);
+  co_return response;
+}
+
+/// The response if the server stops, or computes too much.
+Response Connection::State::refuse_for_now(const Request& request, const Route* route,
+                                           bool is_stopping) const {
+  Response response =
+      busy_response(is_stopping ? "the server is stopping"
+                                : "the server is computing as much as it can for others: try again "
+                                  "in a second");
+  response.route = route;
+  response.close = is_stopping;
+  shared.router.policy().add_fields(request, response);
+  return response;
 }
 
 /// The same, within the limits of the client's address and of the memory of bodies. `memory`: what
@@ -255,6 +285,9 @@ Awaitable<BodyStream::Step> Connection::State::next_piece(const Response& respon
                                                           std::vector<std::byte>& piece,
                                                           Error& error) {
   BodyStream& body = *response.stream;
+  if (response.route && response.route->computes) {
+    co_return co_await compute_piece(body, piece, error);
+  }
   NoWait no_wait;
   BodyStream::Step step = body.next(piece, error, &no_wait);
   if (!no_wait.needs_disk || !piece.empty()) {
@@ -262,8 +295,26 @@ Awaitable<BodyStream::Step> Connection::State::next_piece(const Response& respon
     co_return step;
   }
   auto repeat = [&] { step = body.next(piece, error, nullptr); };
-  const bool has_run = co_await pool_for(response).run(repeat);
+  const bool has_run = co_await shared.disk.run(repeat);
   co_return has_run ? step : BodyStream::Step::broken;
+}
+
+/// The same for a body that is computed.
+Awaitable<BodyStream::Step> Connection::State::compute_piece(BodyStream& body,
+                                                             std::vector<std::byte>& piece,
+                                                             Error& error) {
+  while (true) {
+    NoWait no_wait;
+    BodyStream::Step step = BodyStream::Step::broken;
+    auto compute = [&] { step = body.next(piece, error, &no_wait); };
+    bool has_run = co_await shared.computing.run(compute);
+    if (!has_run || !no_wait.needs_disk || !piece.empty()) co_return step;
+    Result<void> fetched;
+    auto fetch = [&] { fetched = body.fetch(); };
+    has_run = co_await shared.disk.run(fetch);
+    if (!fetched) error = fetched.error();
+    if (!has_run || !fetched) co_return BodyStream::Step::broken;
+  }
 }
 
 Awaitable<bool> Connection::State::handle_request() {

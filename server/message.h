@@ -37,6 +37,13 @@ struct Request {
   bool is_forwarded = false;  ///< a proxy says so
 };
 
+/// The threads that produce responses, and what they may do besides what is in memory.
+enum class ThreadKind : uint8_t {
+  connection,  ///< neither wait for disks nor compute: it serves other connections as well
+  disk,        ///< wait for disks
+  computing    ///< compute
+};
+
 /// A body that is too large for memory: it is produced while it is sent.
 class BodyStream {
  public:
@@ -58,6 +65,10 @@ class BodyStream {
   /// needs the disk and `no_wait` is given (null: may wait): call again without it. Sets `error` if
   /// broken.
   virtual Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) = 0;
+
+  /// For the bodies of routes that compute, after next() has said that it needs the disk: reads
+  /// what it needs, and keeps it for the next call. Called on a thread that may wait for disks.
+  virtual Result<void> fetch() { return {}; }
 };
 
 struct Route;

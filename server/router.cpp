@@ -90,7 +90,7 @@ std::pair<std::shared_ptr<const PageAssets>, std::shared_ptr<const AccessRules>>
   return {page_, access_};
 }
 
-Response Router::respond(const Request& request, NoWait* no_wait) const {
+Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thread) const {
   Response response;
   Result<Target> target = parse_target(request.target);
   const bool is_page = target && !is_data(*target);
@@ -109,7 +109,7 @@ Response Router::respond(const Request& request, NoWait* no_wait) const {
   } else if (!target) {
     response = error_response(target.error());
   } else {
-    response = route(request, *target, no_wait);
+    response = route(request, *target, no_wait, thread);
   }
   response.set("X-Content-Type-Options", "nosniff");
   if (is_page) {
@@ -120,7 +120,8 @@ Response Router::respond(const Request& request, NoWait* no_wait) const {
   return response;
 }
 
-Response Router::route(const Request& request, Target& target, NoWait* no_wait) const {
+Response Router::route(const Request& request, Target& target, NoWait* no_wait,
+                       ThreadKind thread) const {
   auto [page, access] = current();
   const bool is_for_page = !is_data(target);
   Grant grant;
@@ -133,9 +134,9 @@ Response Router::route(const Request& request, Target& target, NoWait* no_wait) 
     grant = AccessRules::grant(access, credentials_of(request, target, cookies_.name), now);
   }
   remove_link(target);
-  RouteCall call{request, target,          limits_, no_wait,  catalog_.snapshot(),
-                 stores_, std::move(page), grant,   monitor_, access != nullptr,
-                 {}};
+  RouteCall call{
+      request,         target, limits_,  no_wait,           thread, catalog_.snapshot(), stores_,
+      std::move(page), grant,  monitor_, access != nullptr, {}};
   const Route* const route = find_route(request.method, target, call.arguments);
   if (!route) return not_found("expected a path that server/HTTP.md lists");
   std::optional<Response> error = find_volume(*route, call);

@@ -39,11 +39,12 @@ class Router {
   void set_page(std::shared_ptr<const PageAssets> page);
 
   /// If it sets no_wait->needs_disk, the result is of no use: call again without `no_wait`, on a
-  /// thread that may wait for the disk.
-  Response respond(const Request& request, NoWait* no_wait = nullptr) const;
+  /// thread that may wait for the disk; for a route that computes, as Route::computes says.
+  Response respond(const Request& request, NoWait* no_wait = nullptr,
+                   ThreadKind thread = ThreadKind::computing) const;
 
  private:
-  Response route(const Request& request, Target& target, NoWait* no_wait) const;
+  Response route(const Request& request, Target& target, NoWait* no_wait, ThreadKind thread) const;
   std::pair<std::shared_ptr<const PageAssets>, std::shared_ptr<const AccessRules>> current() const;
 
   const Catalog& catalog_;

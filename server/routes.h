@@ -51,6 +51,7 @@ struct RouteCall {
   const Target& target;
   const RouterLimits& limits;
   NoWait* no_wait;  ///< for every read of a store; null: may wait
+  ThreadKind thread;
   std::shared_ptr<const CatalogSnapshot> catalog;
   StorePool& stores;
   std::shared_ptr<const PageAssets> page;  ///< null: none
@@ -83,8 +84,10 @@ struct Route {
 
   Response (*handler)(const RouteCall&);
 
-  /// Its response needs much processor time: the handler and the stream always set
-  /// NoWait::needs_disk, and are called again on a thread that computes.
+  /// Its response needs much processor time: on the connection's thread, the handler only says so
+  /// (NoWait::needs_disk). It is called again on a thread that computes; if this lacks something of
+  /// a disk, on one for disks, where it only reads it, and then again on one that computes. Its
+  /// stream is called on these threads alone (BodyStream::fetch).
   bool computes = false;
 };
 

@@ -23,7 +23,7 @@ constexpr std::string_view kSamplesVersion = "samples1";
 constexpr std::string_view kIsovaluesVersion = "isovalues1";
 
 /// Points as records, after the header of a .npy file or none. Computes one chunk or more at a
-/// time; always on a thread that may compute.
+/// time.
 class SampleStream final : public BodyStream {
  public:
   SampleStream(std::unique_ptr<SurfacePoints> points, PointRecords records, std::string header)
@@ -35,22 +35,19 @@ class SampleStream final : public BodyStream {
   uint64_t size() const override { return size_; }
 
   uint64_t memory() const override {
-    return points_->memory() + kComputedBytes +
+    return points_->memory() + points_->largest_chunk_bytes() + kComputedBytes +
            uint64_t{points_->largest_chunk()} * records_.bytes();
   }
 
   Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) override {
-    if (no_wait) {
-      no_wait->needs_disk = true;
-      return Step::more;
-    }
     const auto text = std::as_bytes(std::span(header_));
     out.insert(out.end(), text.begin(), text.end());
     header_.clear();
     const auto scratch = SurfacePoints::make_scratch();
     while (!points_->is_at_end() && out.size() < kComputedBytes) {
-      const Result<PointArrays> points = points_->next(*scratch);
+      const Result<PointArrays> points = points_->next(*scratch, no_wait);
       if (!points) {
+        if (no_wait && no_wait->needs_disk) return Step::more;
         error = points.error();
         return Step::broken;
       }
@@ -61,6 +58,8 @@ class SampleStream final : public BodyStream {
     if (!points_->is_at_end()) return Step::more;
     return records_left_ == 0 ? Step::last : changed(error);
   }
+
+  Result<void> fetch() override { return points_->fetch_next(); }
 
  private:
   /// Size of the pieces: larger than those of other streams, since each uses another thread.
@@ -222,14 +221,17 @@ Response samples_response(const RouteCall& call) {
   Response response = begin_response(call.request, etag_of(*store, kSamplesVersion),
                                      CachePolicy::immutable, call.is_private);
   if (is_complete(response)) return response;
-  if (call.no_wait) {
+  if (call.thread == ThreadKind::connection) {
     call.no_wait->needs_disk = true;
     return response;
   }
-  const RouterLimits& limits = call.limits;
-  auto created =
-      SurfacePoints::create(store, request->query,
-                            {limits.chunk_budget(), limits.query_cells, limits.query_border_bytes});
+  const PointLimits limits{call.limits.chunk_budget(), call.limits.query_cells,
+                           call.limits.query_border_bytes};
+  if (call.thread == ThreadKind::disk) {
+    SurfacePoints::fetch(store, request->query, limits);
+    return response;
+  }
+  auto created = SurfacePoints::create(store, request->query, limits, call.no_wait);
   if (!created) return error_response(created.error());
   if (!created->points) {
     return error_response(413, "too_large",

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -77,24 +78,37 @@ SurfacePoints::SurfacePoints(std::shared_ptr<const StoreFile> store, const Point
 
 Result<SurfacePoints::Created> SurfacePoints::create(std::shared_ptr<const StoreFile> store,
                                                      const PointQuery& query,
-                                                     const PointLimits& limits) {
+                                                     const PointLimits& limits, NoWait* no_wait) {
   std::unique_ptr<SurfacePoints> points(new SurfacePoints(std::move(store), query));
-  const StoreFile& file = *points->store_;
-  const float isovalue = points->quantized_isovalue_;
-  BlockRange where;
-  if (query.box && query.level < file.info().levels) {
-    where = blocks_around(*query.box, file.info().grid, query.level);
-  }
-  auto selection = file.chunks_for(query.level, isovalue, isovalue, limits.chunks, nullptr, where);
-  if (!selection) return tl::unexpected(std::move(selection.error()));
-  std::string over = points->add_chunks(std::move(*selection), limits);
-  if (over.empty()) {
-    auto counted = points->count_points(limits);
-    if (!counted) return tl::unexpected(std::move(counted.error()));
-    over = std::move(*counted);
-  }
-  if (!over.empty()) return Created{nullptr, std::move(over)};
+  Result<std::string> over = points->find_chunks(limits, no_wait);
+  if (over && over->empty()) over = points->count_points(limits, no_wait);
+  if (!over) return tl::unexpected(std::move(over.error()));
+  if (!over->empty()) return Created{nullptr, std::move(*over)};
   return Created{std::move(points), {}};
+}
+
+void SurfacePoints::fetch(std::shared_ptr<const StoreFile> store, const PointQuery& query,
+                          const PointLimits& limits) {
+  SurfacePoints points(std::move(store), query);
+  const Result<std::string> over = points.find_chunks(limits, nullptr);
+  if (!over || !over->empty()) return;
+  std::vector<std::byte> bytes;
+  for (const Part& part : points.parts_) {
+    bytes.clear();
+    if (!points.store_->read_chunk(part.chunk, bytes)) return;
+  }
+}
+
+/// Finds the chunks that are needed. Returns what exceeds its limit.
+Result<std::string> SurfacePoints::find_chunks(const PointLimits& limits, NoWait* no_wait) {
+  BlockRange where;
+  if (query_.box && query_.level < store_->info().levels) {
+    where = blocks_around(*query_.box, store_->info().grid, query_.level);
+  }
+  auto selection = store_->chunks_for(query_.level, quantized_isovalue_, quantized_isovalue_,
+                                      limits.chunks, no_wait, where);
+  if (!selection) return tl::unexpected(std::move(selection.error()));
+  return add_chunks(std::move(*selection), limits);
 }
 
 SurfacePoints::Inside SurfacePoints::inside_of(BlockKey block) const {
@@ -134,6 +148,7 @@ std::string SurfacePoints::add_chunks(ChunkSelection selection, const PointLimit
     has_points = has_points || inside != Inside::none;
     cells += chunk.cells;
     largest_chunk_ = std::max(largest_chunk_, chunk.cells);
+    largest_chunk_bytes_ = std::max<uint64_t>(largest_chunk_bytes_, chunk.bytes);
     parts_.push_back({chunk, inside, 0});
   }
   if (!has_points) parts_.clear();
@@ -149,7 +164,7 @@ std::string SurfacePoints::add_chunks(ChunkSelection selection, const PointLimit
 }
 
 /// Counts the points of each chunk, and finds the borders. Returns what exceeds its limit.
-Result<std::string> SurfacePoints::count_points(const PointLimits& limits) {
+Result<std::string> SurfacePoints::count_points(const PointLimits& limits, NoWait* no_wait) {
   Scratch scratch;
   if (query_.smooth_normals) {
     std::vector<Index3> blocks;
@@ -159,7 +174,7 @@ Result<std::string> SurfacePoints::count_points(const PointLimits& limits) {
   uint64_t border_bytes = 0;
   for (size_t i = 0; i < parts_.size(); ++i) {
     Part& part = parts_[i];
-    if (auto decoded = decode(part.chunk, scratch); !decoded) {
+    if (auto decoded = decode(part.chunk, scratch, no_wait); !decoded) {
       return tl::unexpected(std::move(decoded.error()));
     }
     if (part.inside == Inside::whole) {
@@ -187,11 +202,14 @@ Result<std::string> SurfacePoints::count_points(const PointLimits& limits) {
   return std::string();
 }
 
-Result<void> SurfacePoints::decode(const ChunkRef& chunk, Scratch& scratch) const {
-  scratch.bytes.clear();
-  if (auto read = store_->read_chunk(chunk, scratch.bytes); !read) return read;
-  auto decoded =
-      scratch.decoder.decode(scratch.bytes, shape_of(store_->info(), chunk), scratch.cells);
+Result<void> SurfacePoints::decode(const ChunkRef& chunk, Scratch& scratch, NoWait* no_wait) const {
+  std::span<const std::byte> bytes = fetched_;
+  if (bytes.empty()) {
+    scratch.bytes.clear();
+    if (auto read = store_->read_chunk(chunk, scratch.bytes, no_wait); !read) return read;
+    bytes = scratch.bytes;
+  }
+  auto decoded = scratch.decoder.decode(bytes, shape_of(store_->info(), chunk), scratch.cells);
   if (!decoded) {
     decoded.error().message =
         fmt::format("{}: chunk {}: {}", store_->path().filename().string(),
@@ -229,12 +247,19 @@ void SurfacePoints::skip_empty_parts() {
   while (next_ < parts_.size() && parts_[next_].points == 0) ++next_;
 }
 
-Result<PointArrays> SurfacePoints::next(Scratch& scratch) {
-  const Part& part = parts_[next_++];
-  skip_empty_parts();
-  if (auto decoded = decode(part.chunk, scratch); !decoded) {
+Result<void> SurfacePoints::fetch_next() {
+  fetched_.clear();
+  return store_->read_chunk(parts_[next_].chunk, fetched_);
+}
+
+Result<PointArrays> SurfacePoints::next(Scratch& scratch, NoWait* no_wait) {
+  const Part& part = parts_[next_];
+  if (auto decoded = decode(part.chunk, scratch, no_wait); !decoded) {
     return tl::unexpected(std::move(decoded.error()));
   }
+  fetched_.clear();
+  ++next_;
+  skip_empty_parts();
   return points_in_box(part, scratch, borders_ ? &*borders_ : nullptr, query_.values);
 }
 

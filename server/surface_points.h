@@ -49,14 +49,23 @@ class SurfacePoints {
     std::string over_limit;  ///< what exceeded its limit, in words; `points` is then null
   };
 
-  /// Errors: those of StoreFile and ChunkDecoder, not_found (no such level).
+  /// Errors: those of StoreFile and ChunkDecoder, not_found (no such level); also if `no_wait` is
+  /// given, and says that it needs the disk.
   static Result<Created> create(std::shared_ptr<const StoreFile> store, const PointQuery& query,
-                                const PointLimits& limits);
+                                const PointLimits& limits, NoWait* no_wait = nullptr);
+
+  /// Reads what create() needs, chunk by chunk, so that the system has it in memory. Ends at the
+  /// first error or limit: create() reports it.
+  static void fetch(std::shared_ptr<const StoreFile> store, const PointQuery& query,
+                    const PointLimits& limits);
 
   uint64_t count() const { return count_; }
 
   /// Cells of the largest chunk: next() returns no more points.
   uint32_t largest_chunk() const { return largest_chunk_; }
+
+  /// What fetch_next() keeps at most, in bytes.
+  uint64_t largest_chunk_bytes() const { return largest_chunk_bytes_; }
 
   /// What it keeps in memory, in bytes.
   uint64_t memory() const { return memory_; }
@@ -68,8 +77,12 @@ class SurfacePoints {
   bool is_at_end() const { return next_ == parts_.size(); }
 
   /// The points of the next chunk that has some. Requires !is_at_end(). Errors: as create(), and
-  /// io_error if the file was changed in the meantime.
-  Result<PointArrays> next(Scratch& scratch);
+  /// io_error if the file was changed in the meantime, or if `no_wait` says that the chunk needs
+  /// the disk: then call again after fetch_next().
+  Result<PointArrays> next(Scratch& scratch, NoWait* no_wait = nullptr);
+
+  /// Reads the next chunk, and keeps it for next(). Errors: those of StoreFile.
+  Result<void> fetch_next();
 
  private:
   /// How much of a block is in the box. Blocks without points are needed by their neighbours'
@@ -84,10 +97,11 @@ class SurfacePoints {
   SurfacePoints(std::shared_ptr<const StoreFile> store, const PointQuery& query);
   Inside inside_of(BlockKey block) const;
   std::string add_chunks(ChunkSelection selection, const PointLimits& limits);
-  Result<void> decode(const ChunkRef& chunk, Scratch& scratch) const;
+  Result<std::string> find_chunks(const PointLimits& limits, NoWait* no_wait);
+  Result<void> decode(const ChunkRef& chunk, Scratch& scratch, NoWait* no_wait) const;
   PointArrays points_in_box(const Part& part, Scratch& scratch, const BlockBorders* borders,
                             bool values) const;
-  Result<std::string> count_points(const PointLimits& limits);
+  Result<std::string> count_points(const PointLimits& limits, NoWait* no_wait);
   void skip_empty_parts();
 
   std::shared_ptr<const StoreFile> store_;
@@ -99,6 +113,8 @@ class SurfacePoints {
   uint64_t count_ = 0;
   uint64_t memory_ = 0;
   uint32_t largest_chunk_ = 0;
+  uint64_t largest_chunk_bytes_ = 0;
+  std::vector<std::byte> fetched_;  ///< of the chunk of next(); empty: it is not fetched
 };
 
 }  // namespace isosplat

@@ -4,7 +4,6 @@
 // named "slow…" behave as those of a slow disk: without waiting, their bytes are never there;
 // otherwise a read waits until the test opens the gate.
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -16,6 +15,8 @@
 #include <string>
 #include <thread>
 
+#include "native/builder/array_source.h"
+#include "shared/store_file/store_file.h"
 #include "tests/server/server_fixture.h"
 
 namespace {
@@ -25,6 +26,13 @@ class Gate {
   void close() {
     const std::lock_guard lock(mutex_);
     is_open_ = false;
+    allowed_ = 0;
+  }
+  /// Closes it after this many reads.
+  void close_after(int reads) {
+    const std::lock_guard lock(mutex_);
+    is_open_ = false;
+    allowed_ = reads;
   }
   void open() {
     const std::lock_guard lock(mutex_);
@@ -36,7 +44,11 @@ class Gate {
     ++waiting_;
     ++reads_;
     changed_.notify_all();
-    changed_.wait(lock, [this] { return is_open_; });
+    if (!is_open_ && allowed_ > 0) {
+      --allowed_;
+    } else {
+      changed_.wait(lock, [this] { return is_open_; });
+    }
     --waiting_;
   }
   /// How many reads came so far.
@@ -56,6 +68,7 @@ class Gate {
   bool is_open_ = true;  // guarded by mutex_
   int waiting_ = 0;      // guarded by mutex_
   int reads_ = 0;        // guarded by mutex_
+  int allowed_ = 0;      // guarded by mutex_; these pass though it is closed
 };
 
 Gate& gate() {
@@ -122,6 +135,22 @@ class SlowDisk : public ServerTest {
       if (chunk.cells > 0) return chunk;
     }
     throw std::runtime_error("no chunk");
+  }
+
+  /// Writes a store with a surface at the isovalue 60.5. Returns the path of its points.
+  std::string write_points(const std::string& name) const {
+    VolumeGrid grid;
+    grid.voxels = {70, 40, 40};
+    std::vector<uint8_t> voxels;
+    for (int32_t i = 0; i < 70 * 40 * 40; ++i) voxels.push_back(static_cast<uint8_t>(i % 70));
+    const auto path = folder.path() / (name + ".isosplat");
+    const auto built = build_store_file<uint8_t>(grid, voxels, path);
+    EXPECT_TRUE(built) << built.error().message;
+    return "/v1/volumes/" + name + "/" + (*StoreFile::open(path))->content() +
+           "/samples?isovalue=60.5";
+  }
+  static uint32_t computing_threads() {
+    return std::max(1u, std::thread::hardware_concurrency() / 2);
   }
 
   const KnownStore slow = make_store(7);
@@ -223,19 +252,45 @@ TEST_F(SlowDisk, AStopDropsWhatIsQueued) {
   EXPECT_EQ(gate().reads() - before, 2) << "those that had begun";
 }
 
+TEST_F(SlowDisk, PointsOfOtherStoresDoNotWait) {
+  const std::string target = write_points("slow-points"), other = write_points("points");
+  start_with_open_stores();
+  const Answer before = get(port(), target);
+  EXPECT_EQ(before.status, 200);
+  EXPECT_GT(before.body.size(), 30'000u);
+  EXPECT_EQ(get(port(), other).body, before.body) << "both stores are open";
+  gate().close();
+  std::vector<Client> waiting;
+  for (uint32_t i = 0; i <= computing_threads(); ++i) {
+    waiting.emplace_back(port());
+    waiting.back().send(request_for(target));
+  }
+  gate().await(2);
+  EXPECT_EQ(get(port(), other).body, before.body);
+  gate().open();
+  for (Client& client : waiting) {
+    const Answer answer = client.receive();
+    EXPECT_EQ(answer.status, 200);
+    EXPECT_EQ(answer.body, before.body);
+  }
+}
+
 TEST_F(SlowDisk, ComputationsAreRefusedWhenManyWait) {
   options.limits.waiting_computations = 0;
+  const std::string target = write_points("slow-points");
   start_with_open_stores();
-  // An isovalue with cells: without them, nothing is read, and the computation does not wait.
-  const KnownChunk& chunk = chunk_of(slow);
-  const std::string target = slow_content(
-      fmt::format("samples?isovalue={}&level={}", slow.info.mapping.value(chunk.band_begin + 0.5f),
-                  chunk.block.level));
-  gate().close();
+  EXPECT_EQ(get(port(), target).status, 200) << "its directory page is in memory";
+  const int before = gate().reads();
+  EXPECT_EQ(Client(port()).request("HEAD", target).status, 200);
+  // A thread for disks reads the chunks, and then one that computes, which waits here.
+  const int chunks = (gate().reads() - before) / 2;
+  ASSERT_GT(chunks, 0);
   std::vector<Client> computing;
-  for (uint32_t i = 0; i < std::max(1u, std::thread::hardware_concurrency() / 2); ++i) {
+  for (uint32_t i = 0; i < computing_threads(); ++i) {
+    gate().close_after(chunks);
     computing.emplace_back(port());
     computing.back().send(request_for(target));
+    gate().await(static_cast<int>(i) + 1);
     const std::string number = std::to_string(i + 1);
     ASSERT_TRUE(eventually([&] { return has_metric("isosplat_computations_waiting " + number); }));
   }
