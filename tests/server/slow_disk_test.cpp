@@ -1,106 +1,18 @@
 // Reads that wait for a disk: they delay no other connection.
 //
-// The linker replaces pread calls of this program by the functions below (--wrap), which make files
-// named "slow…" behave as those of a slow disk: without waiting, their bytes are never there;
-// otherwise a read waits until the test opens the gate.
+// Files named "slow…" are those of a slow disk (faulty_disk.h): a read waits until the test opens
+// the gate.
 
 #include <gtest/gtest.h>
-#include <sys/uio.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <condition_variable>
-#include <mutex>
 #include <string>
 #include <thread>
 
 #include "native/builder/array_source.h"
 #include "shared/store_file/store_file.h"
+#include "tests/server/faulty_disk.h"
 #include "tests/server/server_fixture.h"
-
-namespace {
-
-class Gate {
- public:
-  void close() {
-    const std::lock_guard lock(mutex_);
-    is_open_ = false;
-    allowed_ = 0;
-  }
-  /// Closes it after this many reads.
-  void close_after(int reads) {
-    const std::lock_guard lock(mutex_);
-    is_open_ = false;
-    allowed_ = reads;
-  }
-  void open() {
-    const std::lock_guard lock(mutex_);
-    is_open_ = true;
-    changed_.notify_all();
-  }
-  void pass() {
-    std::unique_lock lock(mutex_);
-    ++waiting_;
-    ++reads_;
-    changed_.notify_all();
-    if (!is_open_ && allowed_ > 0) {
-      --allowed_;
-    } else {
-      changed_.wait(lock, [this] { return is_open_; });
-    }
-    --waiting_;
-  }
-  /// How many reads came so far.
-  int reads() {
-    const std::lock_guard lock(mutex_);
-    return reads_;
-  }
-  /// Waits until as many reads wait.
-  void await(int reads) {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return waiting_ >= reads; });
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  bool is_open_ = true;  // guarded by mutex_
-  int waiting_ = 0;      // guarded by mutex_
-  int reads_ = 0;        // guarded by mutex_
-  int allowed_ = 0;      // guarded by mutex_; these pass though it is closed
-};
-
-Gate& gate() {
-  static Gate gate;
-  return gate;
-}
-
-bool is_slow(int descriptor) {
-  char target[4096];
-  const std::string link = "/proc/self/fd/" + std::to_string(descriptor);
-  const ssize_t length = ::readlink(link.c_str(), target, sizeof target);
-  return length > 0 && std::string_view(target, static_cast<size_t>(length)).find("/slow") !=
-                           std::string_view::npos;
-}
-
-}  // namespace
-
-extern "C" {
-ssize_t __real_preadv2(int descriptor, const iovec* to, int count, off_t offset, int flags);
-ssize_t __wrap_preadv2(int descriptor, const iovec* to, int count, off_t offset, int flags);
-
-ssize_t __wrap_preadv2(int descriptor, const iovec* to, int count, off_t offset, int flags) {
-  if (is_slow(descriptor)) {
-    if (flags & RWF_NOWAIT) {
-      errno = EAGAIN;
-      return -1;
-    }
-    gate().pass();
-  }
-  return __real_preadv2(descriptor, to, count, offset, flags);
-}
-}
 
 namespace isosplat::test {
 namespace {

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+
+namespace isosplat::test {
+
+/// Where reads of files named "slow…" wait, as for a slow disk. Without waiting, their bytes are
+/// never there.
+class Gate {
+ public:
+  void close() { close_after(0); }
+  /// Closes it after this many reads.
+  void close_after(int reads) {
+    const std::lock_guard lock(mutex_);
+    is_open_ = false;
+    allowed_ = reads;
+  }
+  void open() {
+    const std::lock_guard lock(mutex_);
+    is_open_ = true;
+    changed_.notify_all();
+  }
+  void pass() {
+    std::unique_lock lock(mutex_);
+    ++waiting_;
+    ++reads_;
+    changed_.notify_all();
+    if (!is_open_ && allowed_ > 0) {
+      --allowed_;
+    } else {
+      changed_.wait(lock, [this] { return is_open_; });
+    }
+    --waiting_;
+  }
+  /// How many reads came so far.
+  int reads() {
+    const std::lock_guard lock(mutex_);
+    return reads_;
+  }
+  /// Waits until as many reads wait.
+  void await(int reads) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return waiting_ >= reads; });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool is_open_ = true;  // guarded by mutex_
+  int waiting_ = 0;      // guarded by mutex_
+  int reads_ = 0;        // guarded by mutex_
+  int allowed_ = 0;      // guarded by mutex_; these pass though it is closed
+};
+
+/// The gate of this program.
+Gate& gate();
+
+inline constexpr uint64_t kNoBadBytes = UINT64_MAX;
+
+/// The first byte that cannot be read of each file with "damaged-disk" in its name: a read that
+/// reaches it fails with EIO. kNoBadBytes, as at the start: none.
+std::atomic<uint64_t>& first_bad_byte();
+
+}  // namespace isosplat::test
