@@ -47,6 +47,10 @@ class Client {
   /// Reads up to so many bytes of what comes next; fewer at the end.
   std::string read(size_t bytes);
 
+  /// Ends the connection with a reset, as the system does for a program that was killed with
+  /// answers unread.
+  void reset();
+
   /// Bytes that the kernel may hold for this client: little, to make a slow reader.
   void set_receive_buffer(int bytes);
 

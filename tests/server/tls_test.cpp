@@ -11,6 +11,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <functional>
 #include <memory>
 
 #include "tests/server/server_fixture.h"
@@ -229,6 +230,84 @@ TEST_F(Tls, ConnectionsWithoutTlsAreClosed) {
   Client silent(port());
   EXPECT_TRUE(silent.is_closed()) << "a handshake has request_time";
   EXPECT_TRUE(TlsClient(port()).get("/healthz").starts_with("HTTP/1.1 200"));
+}
+
+/// The first message of a client, for a test that sends it in parts.
+std::string client_hello() {
+  const Owned<SSL_CTX, SSL_CTX_free> context(SSL_CTX_new(TLS_client_method()));
+  const Owned<SSL, SSL_free> ssl(SSL_new(context.get()));
+  BIO* const sent = BIO_new(BIO_s_mem());
+  SSL_set_bio(ssl.get(), BIO_new(BIO_s_mem()), sent);  // takes both
+  SSL_connect(ssl.get());                              // waits for an answer that never comes
+  char* bytes = nullptr;
+  const long size = BIO_get_mem_data(sent, &bytes);
+  return {bytes, static_cast<size_t>(size)};
+}
+
+void reset(TlsClient& client) {
+  const linger at_once{1, 0};
+  ::setsockopt(client.socket, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+}
+
+TEST_F(Tls, ResetsOfTheClientReleaseEverything) {
+  const KnownStore large = make_store(3, {128, 128, 128}, 2'000'000);
+  write_file(folder.path() / "large.isosplat", large.file);
+  options.limits.bytes_in_flight = 1 << 20;    // two bodies: more that stay show
+  options.limits.connections_per_address = 3;  // so do connections
+  options.scan_interval = std::chrono::hours(1);
+  start();
+  const std::string hello = client_hello();
+  ASSERT_GT(hello.size(), 100u);
+  const std::string file = "/v1/volumes/large/" + large.content + "/file";
+  const std::string request = "GET " + file + " HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  const auto is_served = [&] {
+    return TlsClient(port()).get(content("file")).ends_with(text_of(alpha.file));
+  };
+  ASSERT_TRUE(is_served());
+  ASSERT_TRUE(TlsClient(port()).get("/v1/volumes/large").starts_with("HTTP/1.1 200"));
+  const size_t before = open_descriptors();
+  const std::vector<std::pair<const char*, std::function<void()>>> stages = {
+      {"before the handshake", [&] { Client(port()).reset(); }},
+      {"within the first message",
+       [&] {
+         Client client(port());
+         EXPECT_TRUE(client.send(hello.substr(0, hello.size() / 2)));
+         client.reset();
+       }},
+      {"within the handshake",
+       [&] {
+         Client client(port());
+         EXPECT_TRUE(client.send(hello));
+         EXPECT_EQ(client.read(5).size(), 5u) << "the server's part has begun";
+         client.reset();
+       }},
+      {"after the handshake",
+       [&] {
+         TlsClient client(port());
+         EXPECT_TRUE(client.is_open);
+         reset(client);
+       }},
+      {"within a request",
+       [&] {
+         TlsClient client(port());
+         EXPECT_GT(SSL_write(client.ssl.get(), request.data(), 20), 0);
+         reset(client);
+       }},
+      {"within a body", [&] {
+         TlsClient client(port());
+         EXPECT_GT(SSL_write(client.ssl.get(), request.data(), static_cast<int>(request.size())),
+                   0);
+         char byte = 0;
+         EXPECT_EQ(SSL_read(client.ssl.get(), &byte, 1), 1);
+         reset(client);
+       }}};
+  for (const auto& [stage, reset_there] : stages) {
+    for (int i = 0; i < 3; ++i) {
+      reset_there();
+      ASSERT_TRUE(eventually([&] { return open_descriptors() <= before; })) << stage;
+    }
+    EXPECT_TRUE(eventually(is_served)) << stage;
+  }
 }
 
 TEST_F(Tls, CookiesAreForTlsOnly) {
