@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "server/access_log.h"
 #include "server/request_parser.h"
@@ -24,27 +25,61 @@ void require(bool condition) {
   if (!condition) std::abort();
 }
 
-/// A store and its router, created once.
+constexpr std::string_view kToken = "0123456789abcdef0123456789abcdef";  // for the volume a
+constexpr std::string_view kLinkKey = "fedcba9876543210fedcba9876543210";
+constexpr std::string_view kExpires = "4102444800";  // 2100-01-01
+
+/// Two stores and their routers, created once.
 struct Site {
   Site() {
     test::write_file(folder.path() / "a.isosplat", store.file);
+    test::write_file(folder.path() / "b.isosplat", other.file);
     catalog.scan();
     auto rules = std::make_shared<AccessRules>();
-    require(rules->add_token("0123456789abcdef0123456789abcdef").has_value());
-    require(rules->set_link_key("fedcba9876543210fedcba9876543210").has_value());
+    require(rules->add_lines(std::string(kToken) + " a\n").has_value());
+    require(rules->set_link_key(kLinkKey).has_value());
     closed.set_access(rules);
     closed.set_cookies({"isosplat-1", false});
     closed.set_policy(OriginPolicy(AllowedHosts{.any = true}, CrossOrigin{.any = true}));
     open.set_policy(OriginPolicy(AllowedHosts{.any = true}, CrossOrigin{.any = true}));
+    require_credentials_work();
+  }
+
+  /// What the seeds show is accepted: else nothing would be tried of what follows.
+  void require_credentials_work() const {
+    const std::string bearer = "Bearer " + std::string(kToken);
+    const std::string cookie = "isosplat-1=" + std::string(kToken);
+    const std::string link_cookie = "isosplat-1-link-a=" + std::string(kExpires) + "." + signature;
+    const std::string link = "?exp=" + std::string(kExpires) + "&sig=" + signature;
+    const auto status = [&](const std::string& target, std::string_view authorization,
+                            std::string_view its_cookie) {
+      Request request;
+      request.method = Method::get;
+      request.target = target;
+      request.authorization = authorization;
+      request.cookie = its_cookie;
+      return closed.respond(request).status;
+    };
+    for (const auto& [volume, expected] : {std::pair("a", 200), std::pair("b", 404)}) {
+      const std::string target = std::string("/v1/volumes/") + volume;
+      require(status(target, bearer, {}) == expected);
+      require(status(target, {}, cookie) == expected);
+      require(status(target, {}, link_cookie) == expected);
+      require(status(target, {}, {}) == 401);
+    }
+    require(status("/v1/volumes/a" + link, {}, {}) == 200);
+    require(status("/v1/volumes/b" + link, {}, {}) == 401);
   }
   test::TemporaryFolder folder;
   test::KnownStore store = test::make_store(1, {70, 40, 40}, 200);
+  test::KnownStore other = test::make_store(2, {5, 5, 5}, 10);
+  std::string signature = sign_link(kLinkKey, "a", kExpires);
   Catalog catalog{{folder.path()}, [](std::string_view) {}};
   mutable StorePool stores{{.stores = 1, .directory_bytes = 1 << 20}, [](std::string_view) {}};
   RouterLimits limits{.query_bytes = 5000, .query_chunks = 50, .target_bytes = 8192};
   Router router{catalog, stores, limits};  // for this machine
   Router open{catalog, stores, limits};    // for everyone
-  Router closed{catalog, stores, limits};  // for those with a token or link, which no input has
+  Router closed{catalog, stores, limits};  // a: for those with the token or the link; b: for nobody
 };
 
 void answer(const Router& router, const Request& request) {
@@ -64,12 +99,48 @@ void answer(const Router& router, const Request& request) {
   require(body.size() == response.body_size());
 }
 
-/// Nothing of the volume may come without a token.
-void refuse(const Site& site, const Request& request) {
+/// The text with its escapes decoded, as far as they are valid.
+std::string decoded(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789abcdef0123456789ABCDEF";
+  std::string result;
+  while (!text.empty()) {
+    const size_t high = text.size() > 2 ? kDigits.find(text[1]) : std::string_view::npos;
+    const size_t low = text.size() > 2 ? kDigits.find(text[2]) : std::string_view::npos;
+    const bool is_escape =
+        text[0] == '%' && high != std::string_view::npos && low != std::string_view::npos;
+    result += is_escape ? static_cast<char>(high % 16 * 16 + low % 16) : text[0];
+    text.remove_prefix(is_escape ? 3 : 1);
+  }
+  return result;
+}
+
+/// Whether the request has the token or the signature anywhere.
+bool has_secret(const Site& site, const Request& request) {
+  for (const std::string_view secret : {kToken, std::string_view(site.signature)}) {
+    if (request.authorization.find(secret) != std::string_view::npos ||
+        request.cookie.find(secret) != std::string_view::npos ||
+        decoded(request.target).find(secret) != std::string::npos) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void require_nothing_of(const test::KnownStore& store, const Response& response) {
+  require(response.headers.find(store.content) == std::string::npos);
+  require(response.text.find(store.content) == std::string::npos);
+}
+
+/// Nothing of a volume may come without its token or link.
+void check_access(const Site& site, const Request& request) {
   const Response response = site.closed.respond(request);
-  require(!response.stream && response.headers.find("Set-Cookie") == std::string::npos);
-  require(response.headers.find(site.store.content) == std::string::npos);
-  require(response.text.find(site.store.content) == std::string::npos);
+  require_nothing_of(site.other, response);
+  if (has_secret(site, request)) {
+    answer(site.closed, request);
+  } else {
+    require(!response.stream && response.headers.find("Set-Cookie") == std::string::npos);
+    require_nothing_of(site.store, response);
+  }
   require(without_secrets(request.target).size() <= 3 * request.target.size());
 }
 
@@ -99,7 +170,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     request.method = Method::get;
     request.target = target;
     answer(site.open, request);
-    refuse(site, request);
+    check_access(site, request);
     return 0;
   }
   if (input.starts_with('#')) {
@@ -125,7 +196,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   } else {
     answer(site.open, parser.request());
     answer(site.router, parser.request());
-    refuse(site, parser.request());
+    check_access(site, parser.request());
   }
   log(parser);
   return 0;
