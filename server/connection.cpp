@@ -212,9 +212,15 @@ Awaitable<Response> Connection::State::respond(const Request& request) {
   }
   const Route* const route = response.route;
   if (route && route->computes) co_return co_await compute_response(request, *route);
-  auto repeat = [&] { response = shared.router.respond(request, nullptr, ThreadKind::disk); };
-  const bool has_run = co_await shared.disk.run(repeat);
-  if (!has_run) co_return refuse_for_now(request, route, true);
+  WorkTurn turn;
+  auto repeat = [&] {
+    response = shared.router.respond(request, nullptr, ThreadKind::disk, &turn);
+  };
+  do {
+    turn.is_unfinished = false;
+    const bool has_run = co_await shared.disk.run(repeat);
+    if (!has_run) co_return refuse_for_now(request, route, true);
+  } while (turn.is_unfinished);
   co_return response;
 }
 

@@ -90,7 +90,8 @@ std::pair<std::shared_ptr<const PageAssets>, std::shared_ptr<const AccessRules>>
   return {page_, access_};
 }
 
-Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thread) const {
+Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thread,
+                         WorkTurn* turn) const {
   Response response;
   Result<Target> target = parse_target(request.target);
   const bool is_page = target && !is_data(*target);
@@ -109,7 +110,7 @@ Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thr
   } else if (!target) {
     response = error_response(target.error());
   } else {
-    response = route(request, *target, no_wait, thread);
+    response = route(request, *target, no_wait, thread, turn);
   }
   response.set("X-Content-Type-Options", "nosniff");
   if (is_page) {
@@ -120,8 +121,8 @@ Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thr
   return response;
 }
 
-Response Router::route(const Request& request, Target& target, NoWait* no_wait,
-                       ThreadKind thread) const {
+Response Router::route(const Request& request, Target& target, NoWait* no_wait, ThreadKind thread,
+                       WorkTurn* turn) const {
   auto [page, access] = current();
   const bool is_for_page = !is_data(target);
   Grant grant;
@@ -137,6 +138,7 @@ Response Router::route(const Request& request, Target& target, NoWait* no_wait,
   RouteCall call{
       request,         target, limits_,  no_wait,           thread, catalog_.snapshot(), stores_,
       std::move(page), grant,  monitor_, access != nullptr, {}};
+  call.turn = turn;
   const Route* const route = find_route(request.method, target, call.arguments);
   if (!route) return not_found("expected a path that server/HTTP.md lists");
   std::optional<Response> error = find_volume(*route, call);

@@ -39,12 +39,14 @@ class Router {
   void set_page(std::shared_ptr<const PageAssets> page);
 
   /// If it sets no_wait->needs_disk, the result is of no use: call again without `no_wait`, on a
-  /// thread that may wait for the disk; for a route that computes, as Route::computes says.
+  /// thread that may wait for the disk; for a route that computes, as Route::computes says. The
+  /// same holds if it sets turn->is_unfinished: call again with this turn, after other work.
   Response respond(const Request& request, NoWait* no_wait = nullptr,
-                   ThreadKind thread = ThreadKind::computing) const;
+                   ThreadKind thread = ThreadKind::computing, WorkTurn* turn = nullptr) const;
 
  private:
-  Response route(const Request& request, Target& target, NoWait* no_wait, ThreadKind thread) const;
+  Response route(const Request& request, Target& target, NoWait* no_wait, ThreadKind thread,
+                 WorkTurn* turn) const;
   std::pair<std::shared_ptr<const PageAssets>, std::shared_ptr<const AccessRules>> current() const;
 
   const Catalog& catalog_;

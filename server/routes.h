@@ -14,6 +14,7 @@
 #include "server/page_assets.h"
 #include "server/store_pool.h"
 #include "server/target.h"
+#include "server/work_turn.h"
 
 namespace isosplat {
 
@@ -67,6 +68,9 @@ struct RouteCall {
 
   /// For routes with {name}: the volume, which the client may read.
   std::optional<OpenVolume> volume{};
+
+  /// For handlers with more to read than a thread for disks should do at once; null: do all of it.
+  WorkTurn* turn = nullptr;
 
   bool may_read(const CatalogEntry& entry) const {
     return grant.may_read(entry.name, entry.folder);

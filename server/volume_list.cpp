@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include "server/store_pool.h"
 #include "server/volume_json.h"
@@ -14,17 +16,77 @@ bool has_word(std::string_view text, std::string_view word) {
   return text.find(word) != std::string_view::npos;
 }
 
+/// How far a list has come: `next` is the first volume that is not in it yet.
+struct ListProgress : WorkTurn::Progress {
+  explicit ListProgress(std::shared_ptr<const CatalogSnapshot> its_catalog)
+      : catalog(std::move(its_catalog)), next(catalog->begin()) {}
+
+  const std::shared_ptr<const CatalogSnapshot> catalog;  ///< the same in all turns
+  CatalogSnapshot::const_iterator next;
+  uint64_t total = 0, bytes = 0;
+  std::string items;
+};
+
+/// The summaries of stores, as far as this turn may read them.
+class Summaries {
+ public:
+  explicit Summaries(const RouteCall& call) : call_(call) {}
+
+  /// Null if it cannot be read now.
+  std::shared_ptr<const StoreSummary> of(const CatalogEntry& entry) {
+    if (last_ && last_id_ == entry.id) return last_;
+    last_id_ = entry.id;
+    last_ = entry.summary.get();
+    if (last_) return last_;
+    if (call_.turn && read_ == kHeadersPerTurn) {
+      call_.turn->is_unfinished = true;
+      return nullptr;
+    }
+    ++read_;
+    return last_ = call_.stores.summary(entry, call_.no_wait);
+  }
+
+ private:
+  const RouteCall& call_;
+  uint32_t read_ = 0;
+  uint64_t last_id_ = 0;
+  std::shared_ptr<const StoreSummary> last_;  // one with an error that may pass is not in the entry
+};
+
 /// Whether an entry has all words in its name or its title; no value if its title is not known yet.
-std::optional<bool> matches(const RouteCall& call, const CatalogEntry& entry,
+std::optional<bool> matches(Summaries& summaries, const CatalogEntry& entry,
                             const std::vector<std::string>& words) {
   const std::string name = small_letters(entry.name);
   const auto is_in_name = [&](const std::string& word) { return has_word(name, word); };
   if (std::ranges::all_of(words, is_in_name)) return true;
-  const auto summary = call.stores.summary(entry, call.no_wait);
+  const auto summary = summaries.of(entry);
   if (!summary) return std::nullopt;
   return std::ranges::all_of(words, [&](const std::string& word) {
     return is_in_name(word) || has_word(summary->title, word);
   });
+}
+
+/// Adds the next volumes. Returns false if it cannot go on in this turn.
+bool add_volumes(const RouteCall& call, const ListQuery& query, ListProgress& list) {
+  Summaries summaries(call);
+  for (; list.next != list.catalog->end(); ++list.next) {
+    const CatalogEntry& entry = *list.next->second;
+    if (!call.may_read(entry)) continue;
+    if (!query.words.empty()) {
+      const std::optional<bool> is_match = matches(summaries, entry, query.words);
+      if (!is_match) return false;
+      if (!*is_match) continue;
+    }
+    if (list.total >= query.offset && list.total - query.offset < query.limit) {
+      const auto summary = summaries.of(entry);
+      if (!summary) return false;
+      list.items += list.items.empty() ? "\n" : ",\n";
+      list.items += summary->list_item;
+    }
+    if (entry.identity) list.bytes += entry.identity->bytes;
+    ++list.total;
+  }
+  return true;
 }
 
 }  // namespace
@@ -74,26 +136,13 @@ std::optional<std::string> list_volumes(const RouteCall& call, const ListQuery& 
     call.no_wait->needs_disk = true;
     return std::nullopt;
   }
-  uint64_t total = 0, bytes = 0;
-  std::string items;
-  for (const auto& [name, entry] : *call.catalog) {
-    if (!call.may_read(*entry)) continue;
-    if (!query.words.empty()) {
-      const std::optional<bool> is_match = matches(call, *entry, query.words);
-      if (!is_match) return std::nullopt;
-      if (!*is_match) continue;
-    }
-    if (entry->identity) bytes += entry->identity->bytes;
-    const bool is_listed = total >= query.offset && total - query.offset < query.limit;
-    ++total;
-    if (!is_listed) continue;
-    const auto summary = call.stores.summary(*entry, call.no_wait);
-    if (!summary) return std::nullopt;
-    items += items.empty() ? "\n" : ",\n";
-    items += summary->list_item;
-  }
-  return fmt::format("{{\"total\":{},\"fileBytes\":{},\"offset\":{},\"volumes\":[{}]}}\n", total,
-                     bytes, query.offset, items);
+  std::unique_ptr<WorkTurn::Progress> own;
+  std::unique_ptr<WorkTurn::Progress>& progress = call.turn ? call.turn->progress : own;
+  if (!progress) progress = std::make_unique<ListProgress>(call.catalog);
+  auto& list = static_cast<ListProgress&>(*progress);
+  if (!add_volumes(call, query, list)) return std::nullopt;
+  return fmt::format("{{\"total\":{},\"fileBytes\":{},\"offset\":{},\"volumes\":[{}]}}\n",
+                     list.total, list.bytes, query.offset, list.items);
 }
 
 }  // namespace isosplat

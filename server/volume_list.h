@@ -16,13 +16,15 @@ struct ListQuery {
   uint32_t limit = 100;            ///< the most volumes to return
 };
 inline constexpr uint32_t kMaxListLimit = 1000;
+inline constexpr uint32_t kHeadersPerTurn = 16;  ///< that one turn of a list reads
 
 /// Parses query=, offset= and limit=. Errors: invalid_argument.
 Result<ListQuery> parse_list_query(const Target& target);
 
 /// The body of /v1/volumes: of the volumes that the client may read and that have all words of the
 /// query, those from `offset` on, by name. Reads the headers that nobody has read yet, as far as
-/// they are needed; null if that must wait, or would hold up the connection's thread.
+/// they are needed, in one turn at most kHeadersPerTurn; null if there are more, or if that must
+/// wait, or would hold up the connection's thread.
 std::optional<std::string> list_volumes(const RouteCall& call, const ListQuery& query);
 
 }  // namespace isosplat

@@ -10,6 +10,8 @@
 #include <thread>
 
 #include "native/builder/array_source.h"
+#include "server/router.h"
+#include "server/volume_list.h"
 #include "shared/store_file/store_file.h"
 #include "tests/server/faulty_disk.h"
 #include "tests/server/server_fixture.h"
@@ -216,6 +218,50 @@ TEST_F(SlowDisk, ComputationsAreRefusedWhenManyWait) {
   gate().open();
   for (Client& client : computing) EXPECT_NE(client.receive().status, 503);
   EXPECT_TRUE(eventually([&] { return get(port(), target).status != 503; }));
+}
+
+TEST_F(SlowDisk, ASearchReadsFewHeadersAtATime) {
+  constexpr int kStores = 100, kDamaged = 5;
+  const std::filesystem::path many = folder.path() / "many";
+  std::filesystem::create_directories(many);
+  for (int i = 0; i < kStores + kDamaged; ++i) {
+    const char* const name = i < kStores ? "slow-" : "slow-damaged-disk-";
+    std::filesystem::create_hard_link(folder.path() / "slow.isosplat",
+                                      many / (name + std::to_string(i) + ".isosplat"));
+  }
+  const int before_open = gate().reads();
+  ASSERT_TRUE(StoreFile::open(many / "slow-0.isosplat"));
+  const int reads_of_header = gate().reads() - before_open;
+  first_bad_byte() = 0;
+  // Without a server, whose own thread reads headers as well.
+  const auto ignore = [](std::string_view) {};
+  Catalog catalog({many}, ignore);
+  StorePool stores({.stores = 1, .directory_bytes = 1 << 20}, ignore);
+  catalog.scan();
+  const Router router(catalog, stores, RouterLimits{});
+  for (const bool is_search : {true, false}) {
+    const std::string target =
+        std::string("/v1/volumes?limit=1000") + (is_search ? "&query=test%207" : "");
+    Request request;
+    request.method = Method::get;
+    request.target = target;
+    Response response;
+    WorkTurn turn;
+    int turns = 0;
+    do {
+      turn.is_unfinished = false;
+      const int before = gate().reads();
+      response = router.respond(request, nullptr, ThreadKind::disk, &turn);
+      EXPECT_LE(gate().reads() - before, static_cast<int>(kHeadersPerTurn) * reads_of_header);
+      ++turns;
+    } while (turn.is_unfinished && turns < 100);
+    // Those that failed are tried once by each request.
+    EXPECT_EQ(turns, is_search ? (kStores + kDamaged + 15) / 16 : 1);
+    const std::string total = std::to_string(kStores + (is_search ? 0 : kDamaged));
+    EXPECT_TRUE(response.text.starts_with("{\"total\":" + total + ",")) << response.text;
+    EXPECT_EQ(response.text, router.respond(request).text);
+  }
+  first_bad_byte() = kNoBadBytes;
 }
 
 TEST_F(SlowDisk, AClientThatLeavesIsNotMissed) {
