@@ -1,10 +1,11 @@
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { describe, expect, it } from "vitest";
+import { peerTables } from "../bench/documents/peer_tables.ts";
 import { documentTables, withTable } from "../bench/documents/tables.ts";
 import { exponentOf, orderOf } from "../bench/growth/exponents.ts";
 import { root } from "../bench/harness/paths.ts";
-import { newestRows } from "../bench/harness/table.ts";
+import { newestRows, readResults } from "../bench/harness/table.ts";
 
 describe("figures in documents", () => {
   it.each(documentTables().map((table) => [table.name, table] as const))(
@@ -27,6 +28,24 @@ two,engine,size,MB,4,4,4
       ["two", "size", 4],
       ["one", "time", 5],
     ]);
+  });
+
+  it("say where other programs are better than Isosplat, of the versions measured last", () => {
+    const measures = readResults("peers").filter(({ case: what }) => what.includes("Isosplat "));
+    const rows = (program: string, median: number) =>
+      measures
+        .filter(({ case: what }) => what === measures[0]?.case)
+        .map((row) => ({ ...row, case: `engine 60.5, 20 Mbit/s, 40 ms, ${program}`, median }));
+    const text = peerTables([
+      ...rows("Isosplat 0.1.0", 2),
+      ...rows("vtk.js 1.0.0", 3),
+      ...rows("vtk.js 1.1.0", 1),
+      ...rows("three.js 1.0.0", 2),
+    ]);
+    expect(text).toContain("| vtk.js 1.1.0 | **1.0** |");
+    expect(text).toContain("- first picture (2.0 s): vtk.js 1.1.0 1.0 s\n");
+    expect(text).toContain("| three.js 1.0.0 | 2.0 |");
+    expect(text).not.toContain("vtk.js 1.0.0");
   });
 
   it("cannot be written where a document has no place for them", () => {

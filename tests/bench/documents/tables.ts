@@ -4,6 +4,7 @@ import { root } from "../harness/paths.ts";
 import { readResults } from "../harness/table.ts";
 import { growthTable } from "./growth.ts";
 import { markdown, short } from "./markdown.ts";
+import { peerTables } from "./peer_tables.ts";
 import { assumptions, checks, limits, viewersPlan, volumePlan } from "./scale.ts";
 
 /** A table of a document, between <!-- NAME --> and <!-- end -->. */
@@ -311,6 +312,7 @@ export function documentTables(): DocumentTable[] {
     ...scaleTables(),
     { file: bench, name: "claims", table: claims() },
     { file: bench, name: "samplings", table: samplingTables },
+    { file: bench, name: "peers", table: peerTables() },
   ];
 }
 
