@@ -1,5 +1,3 @@
-import { html, nothing, render, svg, type TemplateResult } from "lit";
-import { classMap } from "lit/directives/class-map.js";
 import type { StoreInfo } from "../stream/index.ts";
 import type { Clip, Viewer } from "../viewer/index.ts";
 import {
@@ -12,7 +10,9 @@ import {
   shareAfterKey,
   shareOf,
 } from "./clip_faces.ts";
-import { Screen } from "./screen.ts";
+import { type Screen, screenOf } from "./screen.ts";
+import { layerElement, setAttributes, svgElement } from "./shapes.ts";
+import { clipStyles } from "./styles.ts";
 
 /** A drag in progress, in the coordinates of the pointer. */
 interface Drag {
@@ -22,6 +22,12 @@ interface Drag {
   y: number;
   /** Of the time when the face was grabbed. */
   clip: Clip;
+}
+
+interface Handle {
+  face: ClipFace;
+  element: HTMLElement;
+  value: HTMLElement;
 }
 
 const axes = ["x", "y", "z"] as const;
@@ -35,9 +41,11 @@ const valuePx = 100;
  * it along its axis, and keys move it. The element is to lie exactly on the canvas.
  */
 export class ClipHandles {
-  readonly element = document.createElement("div");
+  readonly element: HTMLElement;
   readonly #viewer: Viewer;
   readonly #change: (clip: Clip) => void;
+  readonly #edges = svgElement("svg", { class: "clip-edges", "aria-hidden": "true" });
+  readonly #handles = clipFaces.map((face) => this.#newHandle(face));
   readonly #cleanup: (() => void)[];
   #drag: Drag | null = null;
   #handle = 0;
@@ -46,7 +54,12 @@ export class ClipHandles {
   constructor(viewer: Viewer, change: (clip: Clip) => void) {
     this.#viewer = viewer;
     this.#change = change;
-    this.element.className = "overlay";
+    const { element, root } = layerElement(clipStyles);
+    this.element = element;
+    const group = document.createElement("div");
+    setAttributes(group, { role: "group", "aria-label": "Faces of the clip box" });
+    group.append(...this.#handles.map((handle) => handle.element));
+    root.append(this.#edges, group);
     const size = new ResizeObserver(() => this.request());
     size.observe(this.element);
     this.#cleanup = [
@@ -71,70 +84,67 @@ export class ClipHandles {
     });
   }
 
-  get #screen(): Screen | undefined {
-    const { clientWidth: width, clientHeight: height } = this.element;
-    const matrix = this.#viewer.viewProjection(width, height);
-    return matrix && width > 0 && height > 0 ? new Screen(matrix, width, height) : undefined;
-  }
-
   #draw(): void {
     const { info, clip } = this.#viewer;
-    const screen = this.#screen;
-    if (!info || !screen) {
-      render(nothing, this.element);
-      return;
-    }
-    render(
-      html`<svg class="clip-edges" aria-hidden="true">
-          ${clipEdges(info, screen, clip).map(
-            ({ from, to }) => svg`<line x1=${from.x} y1=${from.y} x2=${to.x} y2=${to.y} />`,
-          )}
-        </svg>
-        <div role="group" aria-label="Faces of the clip box">
-          ${clipFaces.map((face) => this.#handleOf(face, info, screen, clip))}
-        </div>`,
-      this.element,
+    const screen = screenOf(this.#viewer, this.element);
+    this.element.style.visibility = info && screen ? "" : "hidden";
+    if (!info || !screen) return;
+    const lines = clipEdges(info, screen, clip).map(({ from, to }) =>
+      svgElement("line", { x1: from.x, y1: from.y, x2: to.x, y2: to.y }),
     );
+    this.#edges.replaceChildren(...lines);
+    for (const handle of this.#handles) this.#drawHandle(handle, info, screen, clip);
+  }
+
+  #newHandle(face: ClipFace): Handle {
+    const element = document.createElement("div");
+    const value = document.createElement("span");
+    value.className = "clip-value";
+    setAttributes(value, { "aria-hidden": "true" });
+    setAttributes(element, {
+      role: "slider",
+      tabindex: 0,
+      "aria-label": `${face.end === "low" ? "Lower" : "Upper"} ${axes[face.axis]} face of the clip box`,
+      "aria-valuemin": 0,
+      "aria-valuemax": 100,
+    });
+    element.append(value);
+    element.addEventListener("pointerdown", (event) => this.#grab(event, face));
+    element.addEventListener("pointermove", (event) => this.#move(event));
+    element.addEventListener("pointerup", (event) => this.#release(event));
+    element.addEventListener("pointercancel", (event) => this.#release(event));
+    element.addEventListener("keydown", (event) => this.#key(event, face));
+    element.addEventListener("wheel", (event) => this.#wheel(event));
+    return { face, element, value };
   }
 
   /**
    * A face whose middle is outside of the picture has its handle at the picture's edge, so that the
    * handle keeps the focus and can be dragged back.
    */
-  #handleOf(face: ClipFace, info: StoreInfo, screen: Screen, clip: Clip): TemplateResult {
+  #drawHandle({ face, element, value }: Handle, info: StoreInfo, screen: Screen, clip: Clip): void {
     const at = faceOnScreen(info, screen, clip, face);
     const inside = (n: number, size: number) =>
       Math.max(edgePx, Math.min(size - edgePx, n)).toFixed(2);
-    const value = Math.round(1000 * shareOf(clip, face)) / 10;
-    const axis = axes[face.axis];
-    const place = at
-      ? `transform:translate(${inside(at.x, screen.width)}px,${inside(at.y, screen.height)}px);z-index:${at.isBehind ? 0 : 1}`
-      : "visibility:hidden";
-    const classes = {
-      "clip-handle": true,
-      behind: at?.isBehind ?? false,
-      dragged: this.#drag?.face === face,
-      "at-right": at !== undefined && at.x > screen.width - valuePx,
-    };
-    return html`<div
-      class=${classMap(classes)}
-      style=${place}
-      role="slider"
-      tabindex="0"
-      aria-label=${`${face.end === "low" ? "Lower" : "Upper"} ${axis} face of the clip box`}
-      aria-valuemin="0"
-      aria-valuemax="100"
-      aria-valuenow=${value}
-      aria-valuetext=${`${axis} ${value} %`}
-      @pointerdown=${(event: PointerEvent) => this.#grab(event, face)}
-      @pointermove=${(event: PointerEvent) => this.#move(event)}
-      @pointerup=${(event: PointerEvent) => this.#release(event)}
-      @pointercancel=${(event: PointerEvent) => this.#release(event)}
-      @keydown=${(event: KeyboardEvent) => this.#key(event, face)}
-      @wheel=${(event: WheelEvent) => this.#wheel(event)}
-    >
-      <span class="clip-value" aria-hidden="true">${axis} ${value} %</span>
-    </div>`;
+    const percent = Math.round(1000 * shareOf(clip, face)) / 10;
+    const text = `${axes[face.axis]} ${percent} %`;
+    element.style.visibility = at ? "" : "hidden";
+    if (at) {
+      element.style.transform = `translate(${inside(at.x, screen.width)}px,${inside(at.y, screen.height)}px)`;
+      element.style.zIndex = at.isBehind ? "0" : "1";
+    }
+    const classes = [
+      "clip-handle",
+      ...(at?.isBehind ? ["behind"] : []),
+      ...(this.#drag?.face === face ? ["dragged"] : []),
+      ...(at && at.x > screen.width - valuePx ? ["at-right"] : []),
+    ];
+    setAttributes(element, {
+      class: classes.join(" "),
+      "aria-valuenow": percent,
+      "aria-valuetext": text,
+    });
+    value.textContent = text;
   }
 
   #grab(event: PointerEvent, face: ClipFace): void {
@@ -149,7 +159,7 @@ export class ClipHandles {
   #move(event: PointerEvent): void {
     const drag = this.#drag;
     const { info } = this.#viewer;
-    const screen = this.#screen;
+    const screen = screenOf(this.#viewer, this.element);
     if (drag?.pointer !== event.pointerId || !info || !screen) return;
     const moved = { right: event.clientX - drag.x, down: event.clientY - drag.y };
     this.#set(drag.face, draggedShare(info, screen, drag.clip, drag.face, moved));

@@ -1,4 +1,5 @@
 import type { Triple } from "../stream/index.ts";
+import type { Viewer } from "../viewer/index.ts";
 
 /** A point of the picture: CSS pixels from the top left; `depth` > 0 grows away from the eye. */
 export interface ScreenPoint {
@@ -90,4 +91,12 @@ export class Screen {
   #row(row: number, [x, y, z]: Triple): number {
     return this.#at(row, 0) * x + this.#at(row, 1) * y + this.#at(row, 2) * z;
   }
+}
+
+/** The picture of a viewer, in an element that lies on its canvas. Undefined before the first. */
+export function screenOf(viewer: Viewer, element: HTMLElement): Screen | undefined {
+  const { clientWidth: width, clientHeight: height } = element;
+  if (width === 0 || height === 0) return undefined;
+  const matrix = viewer.viewProjection(width, height);
+  return matrix ? new Screen(matrix, width, height) : undefined;
 }

@@ -489,7 +489,7 @@ export class VolumePage {
     this.#render();
     if (!isShown || this.#clipHandles) return;
     try {
-      const { ClipHandles } = await import("./clip_handles.ts");
+      const { ClipHandles } = await import("../overlay/clip_handles.ts");
       this.#clipHandles ??= new ClipHandles(this.#viewer, this.#settings.actions.changeClip);
       this.#render();
     } catch {

@@ -1,0 +1,31 @@
+import type { Triple } from "../stream/index.ts";
+import { formatLength, scaleBar } from "./lengths.ts";
+import type { Screen } from "./screen.ts";
+
+const longestBar = 140;
+
+/** A bar of a round length, at the distance of the centre of rotation. */
+export class ScalePart {
+  readonly element = document.createElement("div");
+  readonly #bar = document.createElement("div");
+  readonly #text = document.createTextNode("");
+
+  constructor() {
+    this.element.className = "overlay-scale";
+    this.element.setAttribute("role", "img");
+    this.element.title = "At the distance of the centre of rotation";
+    this.#bar.className = "overlay-scale-bar";
+    this.element.append(this.#bar, this.#text);
+  }
+
+  draw(screen: Screen, target: Triple): void {
+    const bar = scaleBar(screen.pixelsPerUnit(target), longestBar);
+    this.element.hidden = !bar;
+    if (!bar) return;
+    const text = formatLength(bar.mm);
+    this.#bar.style.width = `${bar.pixels}px`;
+    if (this.#text.data === text) return;
+    this.#text.data = text;
+    this.element.setAttribute("aria-label", `Scale: the bar is ${text} long`);
+  }
+}
