@@ -131,6 +131,42 @@ test("a view of another origin: attributes, controls, events and faults", async 
   expect(await events.jsonValue()).toEqual(["isovalue 120.5", "camera 35", "fault not-found"]);
 });
 
+test("axes, a scale bar and the clip box above the picture; what frameworks unset", async ({
+  page,
+}) => {
+  await open(page, element("bucky", 'isovalue="100" show="axes, scale,clip" controls'));
+  await completed(page, 1);
+  const view = page.locator("isosplat-viewer");
+  await expect(view.getByRole("img", { name: /^Scale: the bar is/ })).toBeVisible();
+  const state = () =>
+    view.evaluate((e: IsosplatViewerElement) => ({
+      azimuth: Math.round(e.camera?.azimuth ?? 0),
+      elevation: Math.round(e.camera?.elevation ?? 0),
+      high: e.clip.high,
+      isovalues: e.isovalues,
+    }));
+  // From above, by pointer; then to the next end of the axes, by keys.
+  await view.getByRole("button", { name: "View from z", exact: true }).click();
+  await expect.poll(async () => (await state()).elevation).toBe(90);
+  await view.getByRole("button", { name: "View from −x", exact: true }).focus();
+  await page.keyboard.press("Enter");
+  await expect.poll(async () => (await state()).elevation).toBe(0);
+  await view.getByRole("slider", { name: "Upper y face of the clip box" }).press("PageDown");
+  expect((await state()).high).toEqual([1, 0.9, 1]);
+  await completed(page, 1);
+  await view.evaluate((e: IsosplatViewerElement) => {
+    e.isovalues = [120];
+    e.isovalues = undefined;
+    e.clip = undefined;
+    e.setAttribute("show", "box");
+  });
+  expect(await state()).toMatchObject({ high: [1, 1, 1], isovalues: [100] });
+  await expect(view.getByRole("slider", { name: "Upper y face of the clip box" })).toHaveCount(0);
+  await expect(view.getByRole("button", { name: "View from z", exact: true })).toHaveCount(0);
+  await view.evaluate((e: IsosplatViewerElement) => e.setAttribute("show", "axes,compass"));
+  await expect(view.getByRole("status")).toContainText("some of axes,scale,box,clip");
+});
+
 test("another volume begins with its own isovalue, and colours leave it", async ({ page }) => {
   await open(page, element("bucky", ""));
   await completed(page, 1);
@@ -193,7 +229,7 @@ test("the example page shows linked views, and what their attributes do", async 
   await page.getByLabel("link").press("Tab");
   await expect.poll(shown).toEqual([[100], [100]]);
   await expect(source).toContainText(
-    `<isosplat-viewer src="${server.url}v1/volumes/bucky" isovalue="100" colour="3d55c8" controls>`,
+    `<isosplat-viewer src="${server.url}v1/volumes/bucky" isovalue="100" colour="3d55c8" show="axes,scale" controls>`,
   );
   await page.getByLabel("isovalue", { exact: true }).fill("120");
   await page.getByLabel("isovalue", { exact: true }).press("Tab");

@@ -18,6 +18,7 @@ export interface IsosplatViewerProps {
   look?: Partial<Look> | undefined;
   background?: string | undefined;
   controls?: boolean | undefined;
+  show?: string | undefined;
   link?: string | undefined;
 }
 

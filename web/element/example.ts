@@ -43,7 +43,7 @@ function markup(src: string, all: ReadonlyMap<string, string>): string {
 
 /** Sets what has changed only: an attribute that is set again would undo what a visitor did since. */
 function assign(element: IsosplatViewerElement, all: ReadonlyMap<string, string>): void {
-  const names = ["isovalue", "colour", "opacity", "background", "projection", "link", "controls"];
+  const names = "isovalue colour opacity background projection show link controls".split(" ");
   for (const name of names) {
     const value = all.get(name);
     if (value === undefined) element.removeAttribute(name);

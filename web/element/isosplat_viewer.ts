@@ -13,6 +13,7 @@ import {
   type Camera,
   type Clip,
   compiledRenderer,
+  firstSurface,
   type Look,
   type Projection,
   RendererError,
@@ -33,12 +34,13 @@ import { ControlsBar } from "./controls_bar.ts";
 import type { IsosplatViewerEvents } from "./element_events.ts";
 import { sourceOf } from "./element_source.ts";
 import { type LinkedElement, type LinkedView, LinkGroups } from "./link_groups.ts";
+import { OverlayArea, readParts, shownParts } from "./overlay_area.ts";
 import { PictureArea, stillOf } from "./picture_area.ts";
 import { styles } from "./styles.ts";
 
 /** Properties that may have been set before the element was defined. */
 const ownProperties =
-  "src source isovalues surfaces camera projection clip look controls link".split(" ");
+  "src source isovalues surfaces camera projection clip look controls show link".split(" ");
 
 /** WebGL contexts of the elements of a page together. */
 const mostContexts = 4;
@@ -69,6 +71,7 @@ function sharedWorkers(): Decoder {
  * @attr {string} projection - `perspective` (the default) or `orthographic`.
  * @attr {string} background - The colour behind the surfaces, `rrggbb`. Default: white.
  * @attr {boolean} controls - Shows a slider and a field for the isovalue, and buttons.
+ * @attr {string} show - What is shown above the picture, some of `axes,scale,box,clip`: orientation axes, a scale bar, the volume's box with ticks in mm, the clip box with handles. Default: nothing.
  * @attr {string} link - The name of a group. Elements of a group have the same camera, isovalues and clipping.
  *
  * @fires {CustomEvent<StoreInfo>} opened - A volume is open. Its first surface follows.
@@ -104,6 +107,7 @@ export class IsosplatViewerElement extends HTMLElement {
     "projection",
     "background",
     "controls",
+    "show",
     "link",
   ];
 
@@ -111,6 +115,12 @@ export class IsosplatViewerElement extends HTMLElement {
   readonly #user = this.#asContextUser();
   readonly #linked: LinkedElement = { receive: (view) => this.#receive(view) };
   readonly #picture = new PictureArea(() => this.getAttribute("aria-label") ?? "Isosurface");
+  readonly #overlays = new OverlayArea(
+    (clip) => {
+      this.clip = clip;
+    },
+    () => this.#fault(new StreamError("unreachable", "what show names could not be loaded")),
+  );
   readonly #poster = document.createElement("slot");
   readonly #message = document.createElement("div");
   readonly #controls: ControlsBar;
@@ -161,6 +171,7 @@ export class IsosplatViewerElement extends HTMLElement {
     this.#root.append(
       style,
       this.#picture.element,
+      this.#overlays.element,
       this.#poster,
       document.createElement("slot"),
       this.#controls.element,
@@ -188,6 +199,7 @@ export class IsosplatViewerElement extends HTMLElement {
     if (this.link) groups.leave(this.link, this.#linked);
     this.#close();
     this.#picture.removeStill();
+    this.#overlays.clear();
     this.#hasPicture = false;
     this.#poster.hidden = false;
     contexts.release(this.#user);
@@ -200,6 +212,7 @@ export class IsosplatViewerElement extends HTMLElement {
     else if (name === "projection") this.#setProjection();
     else if (name === "background") this.look = { background: readColour(now) ?? "#ffffff" };
     else if (name === "controls") this.#controls.element.hidden = now === null;
+    else if (name === "show") this.#readShow(now);
     else if (name === "link") this.#relink(before);
     else if (name === "isovalue") this.#readIsovalues();
     else this.surfaces = surfacesAt(this.isovalues, this.#colours(), this.#opacities());
@@ -218,8 +231,8 @@ export class IsosplatViewerElement extends HTMLElement {
   get source(): Source | null {
     return this.#source;
   }
-  set source(source: Source | null) {
-    this.#setSource(source);
+  set source(source: Source | null | undefined) {
+    this.#setSource(source ?? null);
   }
 
   /** Shows the controls: the attribute. */
@@ -228,6 +241,15 @@ export class IsosplatViewerElement extends HTMLElement {
   }
   set controls(value: boolean) {
     this.toggleAttribute("controls", value);
+  }
+
+  /** What is shown above the picture: the attribute. */
+  get show(): string {
+    return this.getAttribute("show") ?? "";
+  }
+  set show(value: string | null | undefined) {
+    if (value) this.setAttribute("show", value);
+    else this.removeAttribute("show");
   }
 
   /** The name of the group: the attribute. */
@@ -239,11 +261,15 @@ export class IsosplatViewerElement extends HTMLElement {
     else this.removeAttribute("link");
   }
 
-  /** The isovalues. New ones keep the colours of the surfaces that are there. */
+  /**
+   * The isovalues. New ones keep the colours of the surfaces that are there. Null or undefined: those
+   * of the attribute, else the volume's first suggestion.
+   */
   get isovalues(): readonly number[] {
     return this.#surfaces.map(({ isovalue }) => isovalue);
   }
-  set isovalues(isovalues: readonly number[]) {
+  set isovalues(asked: readonly number[] | null | undefined) {
+    const isovalues = asked ?? this.#firstIsovalues();
     const defaults = surfacesAt(isovalues, this.#colours(), this.#opacities());
     this.surfaces = defaults.map((surface, i) => ({
       ...(this.#surfaces[i] ?? surface),
@@ -251,13 +277,15 @@ export class IsosplatViewerElement extends HTMLElement {
     }));
   }
 
-  /** The isosurfaces with their colours and opacities. */
+  /** The isosurfaces with their colours and opacities. Null or undefined: those of the attributes. */
   get surfaces(): readonly Surface[] {
     return this.#surfaces;
   }
-  set surfaces(surfaces: readonly Surface[]) {
+  set surfaces(asked: readonly Surface[] | null | undefined) {
     const before = this.isovalues;
-    this.#surfaces = [...surfaces];
+    this.#surfaces = asked
+      ? [...asked]
+      : surfacesAt(this.#firstIsovalues(), this.#colours(), this.#opacities());
     this.#viewer?.setSurfaces(this.#surfaces);
     this.#showControls();
     const { isovalues } = this;
@@ -270,7 +298,7 @@ export class IsosplatViewerElement extends HTMLElement {
   get camera(): Camera | null {
     return this.#camera;
   }
-  set camera(asked: Camera | null) {
+  set camera(asked: Camera | null | undefined) {
     if (!asked) return;
     const camera = { ...asked, projection: asked.projection ?? this.projection };
     this.#camera = camera;
@@ -289,13 +317,15 @@ export class IsosplatViewerElement extends HTMLElement {
     this.setAttribute("projection", projection);
   }
 
-  /** The part of the volume that is shown. */
+  /** The part of the volume that is shown. Null or undefined: all of it. */
   get clip(): Clip {
     return this.#clip;
   }
-  set clip(clip: Clip) {
+  set clip(asked: Clip | null | undefined) {
+    const clip = asked ?? wholeVolume;
     this.#clip = clip;
     this.#viewer?.setClip(clip);
+    this.#overlays.clipChanged();
     this.#wake();
     this.#changed("clipchange", clip, { clip });
   }
@@ -304,7 +334,7 @@ export class IsosplatViewerElement extends HTMLElement {
   get look(): Partial<Look> {
     return this.#look;
   }
-  set look(change: Partial<Look>) {
+  set look(change: Partial<Look> | null | undefined) {
     this.#look = { ...this.#look, ...change };
     this.#viewer?.setLook(this.#look);
     this.#wake();
@@ -399,6 +429,7 @@ export class IsosplatViewerElement extends HTMLElement {
       grant: (sampleBudget) => {
         this.#sampleBudget = sampleBudget;
         this.#viewer = this.#newViewer();
+        this.#overlays.attach(this.#viewer);
         void this.#open();
       },
       setSampleBudget: (samples) => {
@@ -460,10 +491,23 @@ export class IsosplatViewerElement extends HTMLElement {
     return isovalues;
   }
 
+  /** Those that an element has by its attribute, or by the volume once it is open. */
+  #firstIsovalues(): readonly number[] {
+    const isovalues = readNumbers(this.getAttribute("isovalue"));
+    if (isovalues) return isovalues;
+    return this.#info ? [firstSurface(this.#info).isovalue] : [];
+  }
+
   #readCamera(text: string | null): void {
     const camera = readCamera(text);
     if (camera) this.camera = { ...camera, projection: this.projection };
     else if (text) this.#fault(expected("camera", text, "azimuth,elevation,distance,x,y,z"));
+  }
+
+  #readShow(text: string | null): void {
+    const parts = readParts(text);
+    this.#overlays.show(parts ?? new Set());
+    if (!parts) this.#fault(expected("show", text ?? "", `some of ${shownParts.join(",")}`));
   }
 
   #setProjection(): void {
@@ -608,6 +652,7 @@ export class IsosplatViewerElement extends HTMLElement {
     const viewer = this.#viewer;
     this.#viewer = null;
     if (!viewer) return;
+    this.#overlays.attach(null);
     viewer.dispose();
     const { canvas } = viewer;
     // The browser would free the context only when it collects the canvas as garbage.

@@ -7,6 +7,7 @@ import {
   isovalueOf,
   reportedTraits,
   sameValue,
+  showOf,
   surfacesOf,
   type TraitName,
   type Traits,
@@ -128,6 +129,9 @@ export class Notebook {
       this.element.style.aspectRatio = this.element.style.blockSize ? "auto" : "";
     },
     background: (value) => this.#setAttribute("background", backgroundOf(value)),
+    show: (value) => {
+      this.element.show = showOf(value);
+    },
     link: (value) => {
       this.element.link = textOf("link", value);
     },

@@ -7,6 +7,7 @@ import {
   readProjection,
   type Surface,
 } from "../viewer/index.ts";
+import { readParts, shownParts } from "./overlay_area.ts";
 
 /** A point of a surface that was clicked. */
 export interface PickedPoint {
@@ -43,6 +44,8 @@ export interface Traits {
   /** As the attribute of the element; empty: white. */
   background: string;
   controls: boolean;
+  /** As the attribute of the element: what is shown above the picture. */
+  show: string;
   /** As the attribute of the element: widgets of a group have the same view. */
   link: string;
   /** A length of CSS. Empty: three quarters of the width. */
@@ -69,6 +72,7 @@ export const traitDefaults: Readonly<Traits> = {
   clip: null,
   background: "",
   controls: true,
+  show: "",
   link: "",
   height: "",
   state: "",
@@ -123,6 +127,12 @@ export function textOf(name: TraitName, value: unknown): string {
 export function backgroundOf(value: unknown): string {
   const text = textOf("background", value);
   if (text && !readColour(text)) throw wrong("background", text, "a colour as rrggbb");
+  return text;
+}
+
+export function showOf(value: unknown): string {
+  const text = textOf("show", value);
+  if (!readParts(text)) throw wrong("show", text, `some of ${shownParts.join(",")}`);
   return text;
 }
 

@@ -17,6 +17,14 @@ export const styles = `
     block-size: 100%;
   }
   canvas { display: block; }
+  .overlays {
+    position: absolute;
+    inset: 0;
+    pointer-events: none;
+    --overlay-surface: var(--isosplat-panel, #fffffff0);
+    --overlay-accent: var(--isosplat-accent, #0f7c8c);
+  }
+  :host([controls]) .overlays { --overlay-scale-bottom: 3.5rem; }
   canvas:focus-visible, .picture:focus-visible { outline: 2px solid var(--isosplat-accent, #0f7c8c); outline-offset: -2px; }
   .poster[hidden], .message[hidden], .controls[hidden] { display: none; }
   .poster { pointer-events: none; }

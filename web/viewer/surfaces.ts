@@ -1,3 +1,4 @@
+import type { StoreInfo } from "../stream/index.ts";
 import type { Surface } from "./types.ts";
 
 /** Bone, flesh, and further colours that are easy to distinguish from them. */
@@ -11,6 +12,13 @@ export const surfaceColours = [
   "#3d9c93",
   "#8a8f98",
 ] as const;
+
+export const firstLook = { colour: surfaceColours[0], opacity: 1 };
+
+/** The volume's first suggestion, or the middle of its range. */
+export function firstSurface({ metadata, range: [low, high] }: StoreInfo): Surface {
+  return { isovalue: metadata.suggested_isovalues?.[0] ?? (low + high) / 2, ...firstLook };
+}
 
 /** Surfaces at these isovalues, with the given colours and opacities. */
 export function surfacesAt(

@@ -17,6 +17,7 @@ import { Emitter } from "./emitter.ts";
 import { FrameScheduler, type Scene } from "./frame_scheduler.ts";
 import { type Light, turnedLight } from "./light.ts";
 import { compiledRenderer, RendererError, RendererModule } from "./renderer_module.ts";
+import { firstLook, firstSurface } from "./surfaces.ts";
 import {
   type Camera,
   type Clip,
@@ -87,8 +88,6 @@ export interface OpenOptions {
 
 /** If a renderer fails within this time (ms) after it was replaced, it is not replaced again. */
 const shortestLife = 30_000;
-
-const firstLook = { colour: "#d9ccb3", opacity: 1 };
 
 /** Interval in ms between checks whether the first shaders are compiled. */
 const shaderPolling = 8;
@@ -790,11 +789,6 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (!before || !isSameGrid(before, info)) this.reset();
     this.emit("replaced", info);
   }
-}
-
-/** The volume's first suggestion, or the middle of its range. */
-function firstSurface({ metadata, range: [low, high] }: StoreInfo): Surface {
-  return { isovalue: metadata.suggested_isovalues?.[0] ?? (low + high) / 2, ...firstLook };
 }
 
 /** The trap that an error comes from: the instance has aborted. */

@@ -49,6 +49,8 @@ class IsosplatWidget(anywidget.AnyWidget):
     #: rrggbb. Empty: white.
     background = traitlets.Unicode().tag(sync=True)
     controls = traitlets.Bool(True).tag(sync=True)
+    #: What is shown above the picture, some of "axes,scale,box,clip".
+    show = traitlets.Unicode().tag(sync=True)
     #: Widgets with the same name move together.
     link = traitlets.Unicode().tag(sync=True)
     #: As in CSS: "30rem". Empty: three quarters of the width.
