@@ -152,7 +152,15 @@ export default defineConfig({
         // One request for what all pages need, not one for each small file that two of them share.
         codeSplitting: {
           groups: [
-            { name: "viewer", test: /\/web\/(core|stream|viewer)\/|overlay\/(parts|axis_names)/ },
+            {
+              name: "viewer",
+              test: /\/web\/(core|stream|viewer)\/|overlay\/(parts|axis_names)|texts\/(part|numbers|faults|languages|overlay)\.ts/,
+            },
+            // All that index.html loads at once, with what it imports.
+            {
+              name: "page",
+              test: /\/web\/page\/(volume_page|open_target)\.ts|\/web\/texts\/language\.ts/,
+            },
           ],
         },
       },

@@ -79,7 +79,7 @@ export async function singlePage(): Promise<string> {
 .brand { pointer-events: none; }</style>
 </head>
 <body>
-<div id="page"><noscript>Isosplat needs JavaScript, WebAssembly and WebGL 2.</noscript></div>
+<div id="page"><noscript>Isosplat needs JavaScript, WebAssembly and WebGL 2. <span lang="de">Isosplat braucht JavaScript, WebAssembly und WebGL 2.</span></noscript></div>
 <!-- store -->
 <script type="module">${script}</script>
 </body>

@@ -1,4 +1,5 @@
 import { ArrayBufferTarget, Muxer } from "webm-muxer";
+import { captureTexts } from "../texts/capture.ts";
 import type { PictureSize } from "../viewer/index.ts";
 import type { FilmFile } from "./film.ts";
 
@@ -40,9 +41,7 @@ export async function webmFile(size: PictureSize, framesPerSecond: number): Prom
     const video = { codec: track, width, height, frameRate: framesPerSecond };
     return new WebmFile(config, new Muxer({ target, video }), target, framesPerSecond);
   }
-  throw new Error(
-    `this browser encodes no video of ${width} × ${height} pixels: choose a smaller size, or PNG files`,
-  );
+  throw new Error(captureTexts.noVideo(width, height));
 }
 
 class WebmFile implements FilmFile {

@@ -2,6 +2,8 @@ import { BlobParts } from "../builder/index.ts";
 import type { FaultKind } from "../stream/faults.ts";
 import { Traffic, type TransferOptions, transfer } from "../stream/transfer.ts";
 import { StreamError } from "../stream/types.ts";
+import { deviceErrorTexts } from "../texts/device_errors.ts";
+import { localized } from "../texts/numbers.ts";
 
 /** A larger file is not fetched: no volume that the browser can build needs it (bytes). */
 export const maxFetchedBytes = 2 ** 32;
@@ -39,15 +41,14 @@ interface Identity {
 /** Faults of the file, not of the way to it. */
 const final = new Set<FaultKind>(["replaced", "bad-address", "out-of-memory"]);
 
-const remedies: Partial<Record<FaultKind, string>> = {
-  "cors-refused":
-    "or the file is not there. Its operator must send “Access-Control-Allow-Origin: *” (CORS); " +
-    "or download the file, and drop it here",
-  "not-found": "check the address",
-  "access-denied": "open the whole link that you were given, or download the file and drop it here",
-  unreachable: "check the address and your connection, and open it again",
-  "server-fault": "open it again later",
-};
+/** The names of the texts that say what to do. */
+const remedies = {
+  "cors-refused": "corsRemedy",
+  "not-found": "notFoundRemedy",
+  "access-denied": "accessRemedy",
+  unreachable: "unreachableRemedy",
+  "server-fault": "serverRemedy",
+} as const satisfies Partial<Record<FaultKind, keyof typeof deviceErrorTexts>>;
 
 /**
  * Fetches a file into a Blob. A connection that breaks is continued where it broke if the host serves
@@ -76,9 +77,10 @@ export async function fetchFile(address: URL, options: FetchOptions): Promise<Fe
 
 /** The error with what to do about it. */
 export function explained(error: StreamError): StreamError {
-  const remedy = remedies[error.kind];
-  if (!remedy) return error;
-  return new StreamError(error.kind, `${error.message}: ${remedy}.`, error);
+  const { kind, message } = error;
+  if (!(kind in remedies)) return error;
+  const remedy = deviceErrorTexts[remedies[kind as keyof typeof remedies]];
+  return new StreamError(kind, `${message}: ${remedy}.`, error);
 }
 
 function pause(ms: number, signal: AbortSignal): Promise<void> {
@@ -162,19 +164,13 @@ class Fetching {
     const { href } = this.#address;
     const type = headers.get("Content-Type");
     if (type?.startsWith("text/html")) {
-      throw new StreamError(
-        "bad-address",
-        `${href}: expected a volume's file, found a web page (${type}): give the address of the file itself.`,
-      );
+      throw new StreamError("bad-address", deviceErrorTexts.webPage(href, type));
     }
     const found = identityOf(headers);
     this.hasAnswered = true;
     if (this.isPart) {
       if (found.version !== this.#identity?.version) {
-        throw new StreamError(
-          "replaced",
-          `${href}: the file was replaced while it was fetched: open it again.`,
-        );
+        throw new StreamError("replaced", deviceErrorTexts.replaced(href));
       }
       return;
     }
@@ -184,14 +180,11 @@ class Fetching {
   }
 
   #tooLarge(bytes: number): StreamError {
-    const gb = (n: number) => `${(n / 1e9).toFixed(1)} GB`;
+    const gb = (n: number) => localized(`${(n / 1e9).toFixed(1)} GB`);
     const { maxBytes = maxFetchedBytes } = this.#options;
     const name = nameAt(this.#address);
-    return new StreamError(
-      "out-of-memory",
-      `${name}: expected at most ${gb(maxBytes)}, found ${gb(bytes)}: download it, and build its ` +
-        `store with the program: isosplat build ${name}`,
-    );
+    const text = deviceErrorTexts.tooLarge(name, gb(maxBytes), gb(bytes));
+    return new StreamError("out-of-memory", text);
   }
 }
 

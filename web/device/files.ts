@@ -1,4 +1,5 @@
 /** A file that was dropped, pasted, chosen or fetched. */
+import { deviceErrorTexts } from "../texts/device_errors.ts";
 export interface InputFile {
   /** Relative, parts separated by "/": "scan/IM0001.dcm". */
   path: string;
@@ -60,9 +61,7 @@ async function withFolders(found: InputFile[], entries: FileSystemEntry[]): Prom
       found.push({ path: entry.fullPath.replace(/^\/+/, ""), file });
     }
     if (found.length > maxFiles || entries.length > 2 * maxFiles) {
-      throw new Error(
-        `expected at most ${maxFiles} files, found more: drop the folder of one volume alone`,
-      );
+      throw new Error(deviceErrorTexts.tooManyFiles(maxFiles));
     }
   }
   return found;

@@ -1,3 +1,6 @@
+import { deviceErrorTexts } from "../texts/device_errors.ts";
+import { localized } from "../texts/numbers.ts";
+
 /**
  * Stores that are kept on this device, in the origin private file system: {contentId}.isosplat, and
  * {contentId}.json with what a list says. The JSON is written last, so a store without one is
@@ -140,7 +143,7 @@ export function hold(store: KeptStore, blob: Blob): void {
 export async function keep(store: KeptStore, blob: Blob, signal?: AbortSignal): Promise<void> {
   const directory = await folder();
   if (!directory || !("createWritable" in FileSystemFileHandle.prototype)) {
-    throw new NotKeptError("This browser does not let pages keep files on this device.");
+    throw new NotKeptError(deviceErrorTexts.notAllowed);
   }
   const { quota = Number.POSITIVE_INFINITY, usage = 0 } = await navigator.storage.estimate();
   if (blob.size > quota - usage) throw full(blob.size, Math.max(0, quota - usage));
@@ -164,7 +167,7 @@ export async function keep(store: KeptStore, blob: Blob, signal?: AbortSignal): 
       const isFull = error instanceof DOMException && error.name === "QuotaExceededError";
       if (isFull) throw full(blob.size, undefined);
       const reason = error instanceof Error ? error.message : String(error);
-      throw new NotKeptError(`The browser did not keep the store on this device: ${reason}.`);
+      throw new NotKeptError(deviceErrorTexts.notKept(reason));
     }
   });
   inMemory.delete(id);
@@ -172,12 +175,9 @@ export async function keep(store: KeptStore, blob: Blob, signal?: AbortSignal): 
 }
 
 function full(bytes: number, left: number | undefined): NotKeptError {
-  const mb = (n: number) => `${(n / 1e6).toFixed(n < 1e7 ? 1 : 0)} MB`;
-  const found = left === undefined ? "less" : mb(left);
-  return new NotKeptError(
-    `Expected ${mb(bytes)} of room for this site on this device, found ${found}: ` +
-      "remove other volumes from this device, or save this one to a file.",
-  );
+  const mb = (n: number) => localized(`${(n / 1e6).toFixed(n < 1e7 ? 1 : 0)} MB`);
+  const found = left === undefined ? deviceErrorTexts.less : mb(left);
+  return new NotKeptError(deviceErrorTexts.noRoom(mb(bytes), found));
 }
 
 /** Removes a store from this device. A tab that has it open can no longer read it. */

@@ -1,3 +1,5 @@
+import { deviceErrorTexts } from "../texts/device_errors.ts";
+
 /** A file of this page, as the build lists it in files.json. */
 export interface PageFile {
   /** Relative to the page. */
@@ -9,10 +11,7 @@ export interface PageFile {
 export async function pageFiles(): Promise<PageFile[]> {
   const response = await fetch("files.json");
   if (!response.ok) {
-    throw new Error(
-      `files.json: expected the list of this page's files, found status ${response.status}: ` +
-        "load the page anew",
-    );
+    throw new Error(deviceErrorTexts.noPageFiles(response.status));
   }
   return ((await response.json()) as { files: PageFile[] }).files;
 }

@@ -1,6 +1,7 @@
 import type { BuildStoreOptions, BuiltStore, VolumeDescription } from "../builder/index.ts";
 import { CoreError } from "../core/index.ts";
 import type { ReducedVolume, VolumeCandidate } from "../import/index.ts";
+import { deviceTexts } from "../texts/device.ts";
 import { filesKey, type InputFile } from "./files.ts";
 import { bytesOf, type RawLayout } from "./raw_guess.ts";
 
@@ -116,14 +117,14 @@ export async function openVolume(
 export function layoutProblem(layout: RawLayout, fileBytes: number): string | undefined {
   const { dims, skipBytes } = layout;
   if (dims.some((n) => !Number.isInteger(n) || n < 2 || n > 2 ** 20)) {
-    return "expected whole numbers of voxels from 2 to 1048576 along each axis";
+    return deviceTexts.wrongDims;
   }
   if (!Number.isInteger(skipBytes) || skipBytes < 0) {
-    return "expected a whole number of bytes to skip, from 0";
+    return deviceTexts.wrongSkip;
   }
   const expected = skipBytes + bytesOf(layout);
   if (expected > fileBytes) {
-    return `expected ${expected} bytes, found a file of ${fileBytes}: correct the size or the type`;
+    return deviceTexts.wrongSize(expected, fileBytes);
   }
   return undefined;
 }

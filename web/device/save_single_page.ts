@@ -1,3 +1,4 @@
+import { deviceErrorTexts } from "../texts/device_errors.ts";
 import { pageFiles } from "./page_files.ts";
 
 /** Larger stores make a page that browsers are slow to read, or refuse. */
@@ -21,17 +22,13 @@ export async function singlePageBytes(storeBytes: number): Promise<number> {
  */
 export async function singlePage(store: Blob, name: string): Promise<Blob> {
   if (store.size > maxSinglePageStore) {
-    throw new Error(
-      `expected a store of at most ${maxSinglePageStore / 1e6} MB for a single page, found ` +
-        `${Math.round(store.size / 1e6)} MB: save a web site instead`,
-    );
+    const mb = (n: number) => `${Math.round(n / 1e6)} MB`;
+    throw new Error(deviceErrorTexts.tooLargeForPage(mb(maxSinglePageStore), mb(store.size)));
   }
   const response = await fetch("single.html");
   const [before, after] = response.ok ? (await response.text()).split(mark) : [];
   if (before === undefined || after === undefined) {
-    throw new Error(
-      `single.html: expected the page's part for this, found status ${response.status}: load the page anew`,
-    );
+    throw new Error(deviceErrorTexts.noPageFile("single.html", response.status));
   }
   const parts: (string | Blob)[] = [before];
   for (let at = 0; at < store.size; at += partBytes) {

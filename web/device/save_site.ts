@@ -1,5 +1,6 @@
 import { downloadZip, predictLength } from "client-zip";
 import type { StoreInfo } from "../core/index.ts";
+import { deviceErrorTexts } from "../texts/device_errors.ts";
 import { type PageFile, pageFiles } from "./page_files.ts";
 
 /** What the ZIP has beside the page's files and the store: README, catalog, thumbnail, names. */
@@ -65,10 +66,7 @@ export async function siteZip(
 async function content({ name }: PageFile): Promise<Blob | string> {
   const response = await fetch(name);
   if (!response.ok) {
-    throw new Error(
-      `${name}: expected a file of this page, found status ${response.status}: ` +
-        "the page was updated on its server; load it anew",
-    );
+    throw new Error(deviceErrorTexts.noPageFile(name, response.status));
   }
   if (name !== "index.html") return response.blob();
   const html = await response.text();

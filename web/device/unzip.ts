@@ -12,6 +12,7 @@ import {
   ZipReader,
 } from "@zip.js/zip.js/lib/zip-core-reader.js";
 import { BlobParts } from "../builder/index.ts";
+import { deviceErrorTexts } from "../texts/device_errors.ts";
 import { maxFetchedBytes } from "./fetch_file.ts";
 import { type InputFile, isZip, maxFiles } from "./files.ts";
 
@@ -19,7 +20,6 @@ import { type InputFile, isZip, maxFiles } from "./files.ts";
 const maxDirectoryBytes = 64 << 20;
 /** What archives have beside the files of the user. */
 const ignored = /(^|\/)(__MACOSX\/|\.[^/]*$)/;
-const remedy = "unpack it, and drop the folder";
 
 export interface UnzipOptions {
   signal: AbortSignal;
@@ -53,15 +53,11 @@ export async function unzipped(
         entries.push([zip, entry]);
         bytes += entry.uncompressedSize;
         if (found.length + entries.length > maxFiles) {
-          throw new ZipError(
-            `expected at most ${maxFiles} files, found more: ${remedy} of one volume`,
-          );
+          throw new ZipError(deviceErrorTexts.zipFiles(maxFiles));
         }
         if (bytes > maxBytes) {
-          const [limit, size] = [maxBytes, bytes].map((n) => `${Math.ceil(n / 1e6)} MB`);
-          throw new ZipError(
-            `expected at most ${limit} when it is unpacked, found at least ${size}: ${remedy}`,
-          );
+          const mb = (n: number) => `${Math.ceil(n / 1e6)} MB`;
+          throw new ZipError(deviceErrorTexts.zipTooLarge(mb(maxBytes), mb(bytes)));
         }
       }
     });
@@ -93,7 +89,7 @@ function entriesOf(file: File) {
       file.slice(offset, offset + size).stream(),
     async readUint8Array(offset, length) {
       if (length > maxDirectoryBytes) {
-        throw new ZipError(`its directory is too long: ${remedy} of one volume`);
+        throw new ZipError(deviceErrorTexts.zipDirectory);
       }
       return new Uint8Array(await file.slice(offset, offset + length).arrayBuffer());
     },
@@ -119,30 +115,37 @@ async function contentOf(
     write(chunk) {
       signal.throwIfAborted();
       left -= chunk.byteLength;
-      if (left < 0) throw new ZipError(`${entry.filename} is longer than it states: ${damaged}`);
+      if (left < 0) throw new ZipError(deviceErrorTexts.zipLonger(entry.filename));
       parts.add(chunk);
       got(chunk.byteLength);
     },
   });
   await entry.getData(sink, { signal });
-  if (left > 0) throw new ZipError(`${entry.filename} is shorter than it states: ${damaged}`);
+  if (left > 0) throw new ZipError(deviceErrorTexts.zipShorter(entry.filename));
   return parts.blob();
 }
 
-const damaged = "the archive is damaged; copy or download it again";
-
-const notWhole = "it is no ZIP, or incomplete: copy or download it again";
-
-const faults: Record<string, string> = {
-  [ERR_BAD_FORMAT]: notWhole,
-  [ERR_EOCDR_NOT_FOUND]: notWhole,
-  [ERR_CENTRAL_DIRECTORY_NOT_FOUND]: damaged,
-  [ERR_ENCRYPTED]: `it is encrypted: ${remedy}`,
-  [ERR_UNSUPPORTED_ENCRYPTION]: `it is encrypted: ${remedy}`,
-  [ERR_SPLIT_ZIP_FILE]: `it is one of several parts: ${remedy}`,
-  [ERR_UNSAFE_FILENAME]: `a file in it has a path outside of its folder: ${remedy} if you trust it`,
-  [ERR_UNSUPPORTED_COMPRESSION]: `it is compressed in a way that browsers do not read: ${remedy}`,
-};
+/** What is said of the errors of the library. */
+function textOf(message: string): string | undefined {
+  switch (message) {
+    case ERR_BAD_FORMAT:
+    case ERR_EOCDR_NOT_FOUND:
+      return deviceErrorTexts.zipIncomplete;
+    case ERR_CENTRAL_DIRECTORY_NOT_FOUND:
+      return deviceErrorTexts.zipDamaged;
+    case ERR_ENCRYPTED:
+    case ERR_UNSUPPORTED_ENCRYPTION:
+      return deviceErrorTexts.zipEncrypted;
+    case ERR_SPLIT_ZIP_FILE:
+      return deviceErrorTexts.zipSplit;
+    case ERR_UNSAFE_FILENAME:
+      return deviceErrorTexts.zipUnsafe;
+    case ERR_UNSUPPORTED_COMPRESSION:
+      return deviceErrorTexts.zipCompression;
+    default:
+      return undefined;
+  }
+}
 
 /** Runs `work`. Its error says which ZIP it is, and what to do. */
 async function explained<T>(
@@ -158,7 +161,7 @@ async function explained<T>(
     const text =
       fault instanceof ZipError
         ? fault.message
-        : (faults[fault.message] ?? `${damaged} (${fault.message})`);
+        : (textOf(fault.message) ?? `${deviceErrorTexts.zipDamaged} (${fault.message})`);
     throw new Error(`${path}: ${text}`, { cause: error });
   }
 }

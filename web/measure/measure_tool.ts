@@ -1,3 +1,4 @@
+import { measureTexts } from "../texts/measure.ts";
 import type { Viewer } from "../viewer/index.ts";
 import {
   isText,
@@ -116,7 +117,7 @@ export class MeasureTool {
     const kind = this.#kind;
     if (!kind) return;
     const found = this.#viewer.pick(x, y);
-    this.#miss = found ? null : "There is no surface at that place.";
+    this.#miss = found ? null : measureTexts.missed;
     if (!found) {
       this.#changed();
       return;
@@ -133,10 +134,11 @@ export class MeasureTool {
   }
 
   #add(kind: MeasurementKind, points: readonly MeasuredPoint[]): void {
-    const text = kind === "note" ? { text: `Note ${this.#measurements.length + 1}` } : {};
+    const text =
+      kind === "note" ? { text: measureTexts.newNote(this.#measurements.length + 1) } : {};
     const more = [...this.#measurements, { kind, points, ...text }];
     if (withinLimits(more).length < more.length) {
-      this.#miss = `There are ${mostMeasurements} measurements, or ${mostPointsInAll} points: remove some first.`;
+      this.#miss = measureTexts.tooMany(mostMeasurements, mostPointsInAll);
     } else this.#measurements = more;
     this.#changed();
   }

@@ -1,4 +1,5 @@
 import type { Triple } from "../stream/types.ts";
+import { sessionTexts } from "../texts/session.ts";
 import {
   isText,
   longestText,
@@ -46,42 +47,38 @@ export function writeSession({ view, contentId, measurements }: Session): string
 /** Throws a SessionError for anything that is not a session. */
 export function readSession(text: string): Session {
   if (text.length > largestSession) {
-    throw new SessionError(`a session has at most ${largestSession} bytes, found ${text.length}`);
+    throw new SessionError(sessionTexts.tooLarge(largestSession, text.length));
   }
   let json: unknown;
   try {
     json = JSON.parse(text);
   } catch {
-    throw new SessionError("expected a session file (JSON), found something else");
+    throw new SessionError(sessionTexts.noJson);
   }
   const record = recordOf(json);
   if (record?.format !== sessionFormat) {
-    throw new SessionError(`expected "format": "${sessionFormat}": this is not a session file`);
+    throw new SessionError(sessionTexts.noSession(sessionFormat));
   }
   if (record.version !== version) {
     const found = JSON.stringify(record.version);
-    throw new SessionError(
-      `expected version ${version} of the session format, found ${found}: open it with a newer page`,
-    );
+    throw new SessionError(sessionTexts.otherVersion(version, found));
   }
   const { view, content_id: contentId, measurements } = record;
   if (typeof view !== "string" || !view.startsWith("?") || view.length > longestView) {
-    throw new SessionError('expected "view": the query of an address, such as "?volume=head"');
+    throw new SessionError(sessionTexts.noView);
   }
   if (contentId !== undefined && !(typeof contentId === "string" && contentId.length <= 100)) {
-    throw new SessionError('expected "content_id" to be a text');
+    throw new SessionError(sessionTexts.noContentId);
   }
   if (!Array.isArray(measurements) || measurements.length > mostMeasurements) {
-    throw new SessionError(`expected "measurements": a list of at most ${mostMeasurements}`);
+    throw new SessionError(sessionTexts.noList(mostMeasurements));
   }
   const points = measurements.reduce((sum: number, each) => {
     const some = recordOf(each)?.points;
     return sum + (Array.isArray(some) ? some.length : 0);
   }, 0);
   if (points > mostPointsInAll) {
-    throw new SessionError(
-      `expected at most ${mostPointsInAll} points in all measurements, found ${points}`,
-    );
+    throw new SessionError(sessionTexts.tooManyPoints(mostPointsInAll, points));
   }
   return {
     view,
@@ -99,20 +96,16 @@ function measurementOf(value: unknown, number: number): Measurement {
   const record = recordOf(value);
   const kind = measurementKinds.find((known) => known === record?.kind);
   if (!record || !kind) {
-    throw new SessionError(
-      `measurement ${number}: expected "kind" to be one of ${measurementKinds.join(", ")}`,
-    );
+    throw new SessionError(sessionTexts.noKind(number, measurementKinds.join(", ")));
   }
   const { points, text } = record;
   const [least, most] = pointCounts[kind];
   if (!Array.isArray(points) || points.length < least || points.length > most) {
-    const count = least === most ? least : `${least} to ${most}`;
-    throw new SessionError(`measurement ${number}: expected ${count} "points" of a ${kind}`);
+    const count = least === most ? String(least) : sessionTexts.counts(least, most);
+    throw new SessionError(sessionTexts.noPoints(number, count, kind));
   }
   if (text === undefined ? !isText(kind, "") : typeof text !== "string" || !isText(kind, text)) {
-    throw new SessionError(
-      `measurement ${number}: expected "text" of at most ${longestText} characters, and of notes at least one`,
-    );
+    throw new SessionError(sessionTexts.noText(number, longestText));
   }
   return {
     kind,
@@ -125,7 +118,7 @@ function pointOf(value: unknown, number: number): MeasuredPoint {
   const record = recordOf(value);
   const position = tripleOf(record?.position);
   if (!record || !position) {
-    throw new SessionError(`measurement ${number}: expected "position": three finite numbers`);
+    throw new SessionError(sessionTexts.noPosition(number));
   }
   const normal = tripleOf(record.normal);
   const { value: found, level } = record;

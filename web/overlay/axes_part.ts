@@ -1,4 +1,5 @@
 import type { StoreInfo, Triple } from "../stream/index.ts";
+import type { OverlayTexts } from "../texts/overlay.ts";
 import { type AxisView, axisViews } from "../viewer/index.ts";
 import { axisNames, viewName } from "./axis_names.ts";
 import type { Screen } from "./screen.ts";
@@ -21,8 +22,11 @@ class AxisEnd {
     "dominant-baseline": "central",
   });
 
-  constructor(view: AxisView, look: (view: AxisView) => void) {
+  readonly #texts: OverlayTexts;
+
+  constructor(view: AxisView, look: (view: AxisView) => void, texts: OverlayTexts) {
     this.view = view;
+    this.#texts = texts;
     this.element.style.setProperty("--axis", colours[view.axis]);
     this.element.append(this.#title);
     if (view.side > 0) this.element.append(this.#line);
@@ -34,8 +38,9 @@ class AxisEnd {
   name(name: string): void {
     if (this.#text.textContent === name) return;
     this.#text.textContent = name;
-    this.#title.textContent = viewName(name);
-    setAttributes(this.element, { "aria-label": viewName(name) });
+    const view = viewName(name, this.#texts);
+    this.#title.textContent = view;
+    setAttributes(this.element, { "aria-label": view });
   }
 
   place(x: number, y: number): void {
@@ -51,13 +56,13 @@ export class AxesPart {
     class: "overlay-axes",
     viewBox: `${-half} ${-half} ${2 * half} ${2 * half}`,
     role: "group",
-    "aria-label": "Orientation",
   });
   readonly #ends: readonly AxisEnd[];
 
   /** look: called when the visitor chooses a view along an axis. */
-  constructor(look: (view: AxisView) => void) {
-    this.#ends = axisViews.map((view) => new AxisEnd(view, look));
+  constructor(look: (view: AxisView) => void, texts: OverlayTexts) {
+    setAttributes(this.element, { "aria-label": texts.orientation });
+    this.#ends = axisViews.map((view) => new AxisEnd(view, look, texts));
     this.element.append(...this.#ends.map((end) => end.element));
     this.#ends[0]?.element.setAttribute("tabindex", "0");
     this.element.addEventListener("keydown", (event) => this.#key(event, look));

@@ -1,4 +1,5 @@
 import type { StoreInfo } from "../stream/index.ts";
+import { type OverlayTexts, overlayTexts } from "../texts/overlay.ts";
 
 /** The formats whose coordinates are a patient's: x to the left, y to the back, z to the head. */
 const anatomicalFormats = new Set(["DICOM", "NIfTI"]);
@@ -26,17 +27,8 @@ export function axisNames(info: StoreInfo): readonly (readonly [string, string])
   ];
 }
 
-const words: Readonly<Record<string, string>> = {
-  R: "right",
-  L: "left",
-  A: "anterior",
-  P: "posterior",
-  I: "inferior",
-  S: "superior",
-};
-
 /** The name for a label that is read: "from the left", "from −x". */
-export function viewName(name: string): string {
-  const word = words[name];
-  return word ? `View from ${word}` : `View from ${name}`;
+export function viewName(name: string, texts: OverlayTexts = overlayTexts): string {
+  const sides: Readonly<Record<string, string>> = texts.sides;
+  return texts.viewFrom(sides[name] ?? name);
 }

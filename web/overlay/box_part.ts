@@ -1,4 +1,5 @@
 import type { StoreInfo } from "../stream/index.ts";
+import { localized } from "../texts/numbers.ts";
 import { boundingBox } from "./bounding_box.ts";
 import type { Screen } from "./screen.ts";
 import { svgElement } from "./shapes.ts";
@@ -25,7 +26,7 @@ export class BoxPart {
         "text-anchor": Math.abs(x) < 0.4 ? "middle" : x < 0 ? "end" : "start",
         "dominant-baseline": "middle",
       });
-      text.textContent = String(Number(length.toPrecision(6)));
+      text.textContent = localized(String(Number(length.toPrecision(6))));
       return [svgElement("line", { x1: at.x, y1: at.y, x2: at.x + 5 * x, y2: at.y + 5 * y }), text];
     });
     this.element.replaceChildren(...lines, ...marks);

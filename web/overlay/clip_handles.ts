@@ -1,4 +1,6 @@
 import type { StoreInfo } from "../stream/index.ts";
+import { localized } from "../texts/numbers.ts";
+import { type OverlayTexts, overlayTexts } from "../texts/overlay.ts";
 import type { Clip, Viewer } from "../viewer/index.ts";
 import {
   type ClipFace,
@@ -45,19 +47,20 @@ export class ClipHandles {
   readonly #viewer: Viewer;
   readonly #change: (clip: Clip) => void;
   readonly #edges = svgElement("svg", { class: "clip-edges", "aria-hidden": "true" });
-  readonly #handles = clipFaces.map((face) => this.#newHandle(face));
+  readonly #handles: readonly Handle[];
   readonly #cleanup: (() => void)[];
   #drag: Drag | null = null;
   #handle = 0;
 
   /** change: called with another clip, which the caller is to set. */
-  constructor(viewer: Viewer, change: (clip: Clip) => void) {
+  constructor(viewer: Viewer, change: (clip: Clip) => void, texts: OverlayTexts = overlayTexts) {
     this.#viewer = viewer;
     this.#change = change;
     const { element, root } = layerElement(clipStyles);
     this.element = element;
     const group = document.createElement("div");
-    setAttributes(group, { role: "group", "aria-label": "Faces of the clip box" });
+    setAttributes(group, { role: "group", "aria-label": texts.clipFaces });
+    this.#handles = clipFaces.map((face) => this.#newHandle(face, texts));
     group.append(...this.#handles.map((handle) => handle.element));
     root.append(this.#edges, group);
     const size = new ResizeObserver(() => this.request());
@@ -96,7 +99,8 @@ export class ClipHandles {
     for (const handle of this.#handles) this.#drawHandle(handle, info, screen, clip);
   }
 
-  #newHandle(face: ClipFace): Handle {
+  #newHandle(face: ClipFace, texts: OverlayTexts): Handle {
+    const axis = axes[face.axis];
     const element = document.createElement("div");
     const value = document.createElement("span");
     value.className = "clip-value";
@@ -104,7 +108,7 @@ export class ClipHandles {
     setAttributes(element, {
       role: "slider",
       tabindex: 0,
-      "aria-label": `${face.end === "low" ? "Lower" : "Upper"} ${axes[face.axis]} face of the clip box`,
+      "aria-label": face.end === "low" ? texts.lowerFace(axis) : texts.upperFace(axis),
       "aria-valuemin": 0,
       "aria-valuemax": 100,
     });
@@ -127,7 +131,7 @@ export class ClipHandles {
     const inside = (n: number, size: number) =>
       Math.max(edgePx, Math.min(size - edgePx, n)).toFixed(2);
     const percent = Math.round(1000 * shareOf(clip, face)) / 10;
-    const text = `${axes[face.axis]} ${percent} %`;
+    const text = localized(`${axes[face.axis]} ${percent} %`);
     element.style.visibility = at ? "" : "hidden";
     if (at) {
       element.style.transform = `translate(${inside(at.x, screen.width)}px,${inside(at.y, screen.height)}px)`;

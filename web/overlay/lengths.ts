@@ -1,3 +1,5 @@
+import { localized } from "../texts/numbers.ts";
+
 /** Lengths of the world, which are in millimetres. */
 
 const units = [
@@ -14,7 +16,7 @@ export function formatLength(mm: number): string {
   const size = Math.abs(mm);
   const unit = units.find((u) => u.name !== "cm" && size >= u.mm) ?? units[units.length - 1];
   if (size === 0 || !unit) return "0 mm";
-  return `${Number((mm / unit.mm).toPrecision(6))} ${unit.name}`;
+  return localized(`${Number((mm / unit.mm).toPrecision(6))} ${unit.name}`);
 }
 
 /** An area (power 2) or a volume (3), in mm² or mm³: 0.0005 → "500 µm²". */
@@ -24,7 +26,7 @@ export function formatPower(value: number, power: 2 | 3): string {
     units.find((u) => u.name !== "cm" && size >= u.mm ** power) ?? units[units.length - 1];
   const sign = power === 2 ? "²" : "³";
   if (size === 0 || !unit) return `0 mm${sign}`;
-  return `${Number((value / unit.mm ** power).toPrecision(6))} ${unit.name}${sign}`;
+  return localized(`${Number((value / unit.mm ** power).toPrecision(6))} ${unit.name}${sign}`);
 }
 
 /** The largest number of the form 1, 2, 5 · 10ⁿ that is not larger. */

@@ -1,3 +1,4 @@
+import { type OverlayTexts, overlayTexts } from "../texts/overlay.ts";
 import type { AxisView, Viewer } from "../viewer/index.ts";
 import { AxesPart } from "./axes_part.ts";
 import { BoxPart } from "./box_part.ts";
@@ -17,15 +18,16 @@ export class Overlay {
   readonly #viewer: Viewer;
   readonly #box = new BoxPart();
   readonly #axes: AxesPart;
-  readonly #scale = new ScalePart();
+  readonly #scale: ScalePart;
   #parts: ReadonlySet<OverlayPart> = new Set();
   #handle = 0;
   readonly #cleanup: (() => void)[];
 
   /** look: called when the visitor chooses a view along an axis. */
-  constructor(viewer: Viewer, look: (view: AxisView) => void) {
+  constructor(viewer: Viewer, look: (view: AxisView) => void, texts: OverlayTexts = overlayTexts) {
     this.#viewer = viewer;
-    this.#axes = new AxesPart(look);
+    this.#axes = new AxesPart(look, texts);
+    this.#scale = new ScalePart(texts);
     ({ element: this.element, root: this.#root } = layerElement(overlayStyles));
     const size = new ResizeObserver(() => this.#request());
     size.observe(this.element);

@@ -1,4 +1,5 @@
 import type { Triple } from "../stream/index.ts";
+import type { OverlayTexts } from "../texts/overlay.ts";
 import { formatLength, scaleBar } from "./lengths.ts";
 import type { Screen } from "./screen.ts";
 
@@ -10,10 +11,13 @@ export class ScalePart {
   readonly #bar = document.createElement("div");
   readonly #text = document.createTextNode("");
 
-  constructor() {
+  readonly #texts: OverlayTexts;
+
+  constructor(texts: OverlayTexts) {
+    this.#texts = texts;
     this.element.className = "overlay-scale";
     this.element.setAttribute("role", "img");
-    this.element.title = "At the distance of the centre of rotation";
+    this.element.title = texts.scaleTitle;
     this.#bar.className = "overlay-scale-bar";
     this.element.append(this.#bar, this.#text);
   }
@@ -26,6 +30,6 @@ export class ScalePart {
     this.#bar.style.width = `${bar.pixels}px`;
     if (this.#text.data === text) return;
     this.#text.data = text;
-    this.element.setAttribute("aria-label", `Scale: the bar is ${text} long`);
+    this.element.setAttribute("aria-label", this.#texts.scale(text));
   }
 }

@@ -4,6 +4,7 @@ import { captureFilm } from "../capture/film.ts";
 import { type CaptureProgress, capturePng } from "../capture/picture.ts";
 import { pngSequence } from "../capture/png_sequence.ts";
 import { canEncode, webmFile } from "../capture/webm_file.ts";
+import { captureTexts } from "../texts/capture.ts";
 import type { Viewer } from "../viewer/index.ts";
 import { captureFields, forecast } from "./capture_form.ts";
 import { type CaptureSettings, chosenSize, framesOf, problemOf } from "./capture_settings.ts";
@@ -33,7 +34,7 @@ export class CaptureDialog {
     const [from, to] = host.viewer.info?.range ?? [0, 1];
     this.#settings = {
       what: "picture",
-      sizeName: "As shown",
+      sizeName: "shown",
       own: { width: 4096, height: 4096 },
       transparent: false,
       seconds: 6,
@@ -72,7 +73,7 @@ export class CaptureDialog {
     const text = isRunning ? this.#progressText : this.#message || forecast(settings, canvas);
     render(
       html`<wa-dialog
-        label="Pictures and films"
+        label=${captureTexts.title}
         @wa-after-hide=${(event: Event) => {
           if (event.target === this.#holder.firstElementChild) this.#running?.abort();
         }}
@@ -96,14 +97,14 @@ export class CaptureDialog {
             ${
               isRunning
                 ? html`<wa-button size="s" appearance="outlined" @click=${() => this.#running?.abort()}
-                    >Cancel</wa-button
+                    >${captureTexts.cancel}</wa-button
                   >`
                 : html`<wa-button
                     type="submit"
                     variant="brand"
                     size="s"
                     ?disabled=${problem !== undefined}
-                    >Save</wa-button
+                    >${captureTexts.save}</wa-button
                   >`
             }
           </div>
@@ -116,14 +117,14 @@ export class CaptureDialog {
   #progressPart() {
     const { share } = this.#progress;
     return share === undefined
-      ? html`<progress aria-label="Saving"></progress>`
-      : html`<progress aria-label="Saving" max="1" .value=${share}></progress>`;
+      ? html`<progress aria-label=${captureTexts.saving}></progress>`
+      : html`<progress aria-label=${captureTexts.saving} max="1" .value=${share}></progress>`;
   }
 
   get #progressText(): string {
     const { share, bytesToGo } = this.#progress;
-    if (share !== undefined) return `Drawing: ${Math.round(100 * share)} %`;
-    return bytesToGo ? `Fetching: ${formatBytes(bytesToGo)} to go` : "Preparing";
+    if (share !== undefined) return captureTexts.drawing(Math.round(100 * share));
+    return bytesToGo ? captureTexts.fetching(formatBytes(bytesToGo)) : captureTexts.preparing;
   }
 
   async #run(): Promise<void> {
@@ -134,9 +135,9 @@ export class CaptureDialog {
     try {
       const { ending, content } = await this.#capture(running.signal);
       this.#host.save(ending, content);
-      this.#message = `Saved: ${formatBytes(content.size)}. ${shortcoming(this.#host.viewer)}`;
+      this.#message = `${captureTexts.saved(formatBytes(content.size))} ${shortcoming(this.#host.viewer)}`;
     } catch (error) {
-      if (running.signal.aborted) this.#message = "Cancelled";
+      if (running.signal.aborted) this.#message = captureTexts.cancelled;
       else this.#message = error instanceof Error ? error.message : String(error);
     }
     this.#running = null;
@@ -157,7 +158,7 @@ export class CaptureDialog {
       return { ending: `${size.width}x${size.height}.png`, content };
     }
     const { camera, surfaces } = viewer;
-    if (!camera) throw new Error("There is no picture yet");
+    if (!camera) throw new Error(captureTexts.noPicture);
     const frames = framesOf(settings, { camera, surfaces }, activeSurface());
     const file = format === "webm" ? await webmFile(size, framesPerSecond) : pngSequence(size);
     const content = await captureFilm(viewer, size, frames, file, { signal, progress });
@@ -169,10 +170,10 @@ export class CaptureDialog {
 function shortcoming(viewer: Viewer): string {
   switch (viewer.progress?.state) {
     case "limited":
-      return "Parts are coarser than this size could show: the limit of memory was reached.";
+      return captureTexts.limited;
     case "incomplete":
     case "offline":
-      return "Parts are coarser than this size could show: their data could not be fetched.";
+      return captureTexts.notFetched;
     default:
       return "";
   }

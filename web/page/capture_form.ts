@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { mostPixels } from "../capture/picture.ts";
 import { bitRate, canEncode } from "../capture/webm_file.ts";
+import { captureTexts } from "../texts/capture.ts";
 import type { PictureSize } from "../viewer/index.ts";
 import { type CaptureSettings, chosenSize, frameCount, sizeChoices } from "./capture_settings.ts";
 import { formatBytes } from "./format.ts";
@@ -19,56 +20,56 @@ export function captureFields(
 ): TemplateResult {
   const { what, sizeName, own, cameras, format, framesPerSecond, seconds, from, to } = settings;
   const sizes = [
-    ...sizeChoices(shown).map(({ name, size }) => ({
+    ...sizeChoices(shown).map(({ name, label, size }) => ({
       value: name,
-      label: `${name}: ${size.width} × ${size.height}`,
+      label: `${label}: ${size.width} × ${size.height}`,
     })),
-    { value: "own", label: "Other …" },
+    { value: "own", label: captureTexts.otherSize },
   ];
   const isFilm = what !== "picture";
-  return html`${select("What", what, whats, (value) => change({ what: value }))}
+  return html`${select(captureTexts.what, what, whats(), (value) => change({ what: value }))}
     ${
       what === "sweep"
         ? html`<div class="row">
-            ${number("From isovalue", from, {}, (value) => change({ from: value }))}
-            ${number("To isovalue", to, {}, (value) => change({ to: value }))}
+            ${number(captureTexts.from, from, {}, (value) => change({ from: value }))}
+            ${number(captureTexts.to, to, {}, (value) => change({ to: value }))}
           </div>`
         : nothing
     }
     ${
       what === "path"
         ? html`<div class="capture-views">
-            <span>${cameras.length === 1 ? "1 view" : `${cameras.length} views`}</span>
-            <button type="button" class="chip" @click=${addView}>Add this view</button>
+            <span>${captureTexts.views(cameras.length)}</span>
+            <button type="button" class="chip" @click=${addView}>${captureTexts.addView}</button>
             <button
               type="button"
               class="chip"
               ?disabled=${cameras.length === 0}
               @click=${() => change({ cameras: [] })}
             >
-              Remove all
+              ${captureTexts.removeAll}
             </button>
           </div>`
         : nothing
     }
-    ${select("Size in pixels", sizeName, sizes, (value) => change({ sizeName: value }))}
+    ${select(captureTexts.size, sizeName, sizes, (value) => change({ sizeName: value }))}
     ${
       sizeName === "own"
         ? html`<div class="row">
-            ${number("Width", own.width, pixels, (width) => change({ own: { ...own, width } }))}
-            ${number("Height", own.height, pixels, (height) => change({ own: { ...own, height } }))}
+            ${number(captureTexts.width, own.width, pixels, (width) => change({ own: { ...own, width } }))}
+            ${number(captureTexts.height, own.height, pixels, (height) => change({ own: { ...own, height } }))}
           </div>`
         : nothing
     }
     ${
       isFilm
         ? html`<div class="row">
-              ${number("Seconds", seconds, { min: 0.1 }, (value) => change({ seconds: value }))}
-              ${select("Frames per second", String(framesPerSecond), rates, (value) =>
+              ${number(captureTexts.seconds, seconds, { min: 0.1 }, (value) => change({ seconds: value }))}
+              ${select(captureTexts.framesPerSecond, String(framesPerSecond), rates, (value) =>
                 change({ framesPerSecond: Number(value) }),
               )}
             </div>
-            ${select("File", format, formats(), (value) => change({ format: value }))}`
+            ${select(captureTexts.file, format, formats(), (value) => change({ format: value }))}`
         : html`<label class="check">
             <input
               type="checkbox"
@@ -76,7 +77,7 @@ export function captureFields(
               @change=${(event: Event) =>
                 change({ transparent: (event.currentTarget as HTMLInputElement).checked })}
             />
-            Without background (transparent)
+            ${captureTexts.transparent}
           </label>`
     }`;
 }
@@ -84,24 +85,23 @@ export function captureFields(
 /** How large the film will be. */
 export function forecast(settings: CaptureSettings, shown: PictureSize): string {
   if (settings.what === "picture") return "";
-  const frames = `${frameCount(settings)} frames`;
+  const frames = captureTexts.frames(frameCount(settings));
   if (settings.format === "png") return frames;
   const bits = bitRate(chosenSize(settings, shown), settings.framesPerSecond) * settings.seconds;
-  return `${frames}, at most about ${formatBytes(bits / 8)}`;
+  return captureTexts.atMost(frames, formatBytes(bits / 8));
 }
 
 const pixels = { min: 1, max: mostPixels };
 const rates = ["24", "30", "60"].map((value) => ({ value, label: value }));
-const whats = [
-  { value: "picture", label: "Picture" },
-  { value: "turntable", label: "Film: once around" },
-  { value: "sweep", label: "Film: through isovalues" },
-  { value: "path", label: "Film: from view to view" },
-] as const;
+const whats = () =>
+  (["picture", "turntable", "sweep", "path"] as const).map((value) => ({
+    value,
+    label: captureTexts.whats[value],
+  }));
 
 function formats() {
-  const png = { value: "png", label: "PNG files in a ZIP" } as const;
-  return canEncode() ? ([{ value: "webm", label: "WebM video" }, png] as const) : [png];
+  const png = { value: "png", label: captureTexts.pngs } as const;
+  return canEncode() ? ([{ value: "webm", label: captureTexts.webm }, png] as const) : [png];
 }
 
 function select<Value extends string>(

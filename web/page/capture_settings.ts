@@ -1,6 +1,8 @@
 import type { FrameView } from "../capture/frame_paths.ts";
 import { cameraPath, sweep, turntable } from "../capture/frame_paths.ts";
 import { mostPixels } from "../capture/picture.ts";
+import { captureTexts } from "../texts/capture.ts";
+import { localized } from "../texts/numbers.ts";
 import type { Camera, PictureSize } from "../viewer/index.ts";
 
 export type What = "picture" | "turntable" | "sweep" | "path";
@@ -24,6 +26,7 @@ export interface CaptureSettings {
 
 export interface SizeChoice {
   name: string;
+  label: string;
   size: PictureSize;
 }
 
@@ -32,12 +35,15 @@ const mostFrames = 3600;
 /** Sizes to choose from; `shown`: that of the canvas. */
 export function sizeChoices({ width, height }: PictureSize): SizeChoice[] {
   const all = [
-    { name: "As shown", size: { width, height } },
-    { name: "2 × as shown", size: { width: 2 * width, height: 2 * height } },
-    { name: "4 × as shown", size: { width: 4 * width, height: 4 * height } },
-    { name: "Full HD", size: { width: 1920, height: 1080 } },
-    { name: "4K", size: { width: 3840, height: 2160 } },
-    { name: "8K", size: { width: 7680, height: 4320 } },
+    { name: "shown", label: captureTexts.asShown, size: { width, height } },
+    ...[2, 4].map((times) => ({
+      name: `${times}`,
+      label: captureTexts.timesShown(times),
+      size: { width: times * width, height: times * height },
+    })),
+    { name: "hd", label: "Full HD", size: { width: 1920, height: 1080 } },
+    { name: "4k", label: "4K", size: { width: 3840, height: 2160 } },
+    { name: "8k", label: "8K", size: { width: 7680, height: 4320 } },
   ];
   return all.filter(({ size }) => Math.max(size.width, size.height) <= mostPixels);
 }
@@ -59,19 +65,19 @@ export function problemOf(settings: CaptureSettings, shown: PictureSize): string
   const { width, height } = chosenSize(settings, shown);
   const isFine = (px: number) => Number.isInteger(px) && px >= 1 && px <= mostPixels;
   if (!isFine(width) || !isFine(height)) {
-    return `Width and height: whole numbers from 1 to ${mostPixels}.`;
+    return captureTexts.wrongSize(mostPixels);
   }
   if (settings.what === "picture") return undefined;
   const frames = frameCount(settings);
   if (!(frames >= 2 && frames <= mostFrames)) {
-    const most = mostFrames / settings.framesPerSecond;
-    return `Seconds: at most ${most} at ${settings.framesPerSecond} frames per second.`;
+    const most = localized(String(mostFrames / settings.framesPerSecond));
+    return captureTexts.wrongSeconds(most, settings.framesPerSecond);
   }
   if (settings.what === "sweep" && !Number.isFinite(settings.from + settings.to)) {
-    return "The isovalues from and to: numbers.";
+    return captureTexts.wrongIsovalues;
   }
   if (settings.what === "path" && settings.cameras.length < 2) {
-    return "Add at least two views: close this, move the view, and come back.";
+    return captureTexts.tooFewViews;
   }
   return undefined;
 }

@@ -1,6 +1,8 @@
 import { html, nothing, render, type TemplateResult } from "lit";
 import { repeat } from "lit/directives/repeat.js";
-import { brand, problemCard, themeButton } from "./chrome.ts";
+import { pageTexts } from "../texts/page.ts";
+import { startTexts } from "../texts/start.ts";
+import { brand, languageChoice, problemCard, themeButton } from "./chrome.ts";
 import { formatBytes, formatCount, formatDims, formatType, formatValue } from "./format.ts";
 import { icon } from "./icons.ts";
 import { Previews } from "./previews.ts";
@@ -113,14 +115,14 @@ export class Catalog {
       if (error instanceof ApiError && error.denied) {
         this.#problem = {
           ...this.#problem,
-          title: "This server needs a token",
-          text: "Open the whole address that the server printed, or the link that you were given.",
+          title: startTexts.needsToken,
+          text: startTexts.needsTokenText,
         };
       } else if (error instanceof ApiError && !error.retry) {
         this.#problem = {
           ...this.#problem,
-          title: "No list of volumes",
-          text: "This host has no list of volumes. Open a store by its address below.",
+          title: startTexts.noList,
+          text: startTexts.noListText,
         };
       }
     }
@@ -134,13 +136,13 @@ export class Catalog {
     const left = total - (list?.volumes.length ?? 0);
     render(
       html`<div class="catalog">
-        <header class="bar">${brand()}<span class="bar-space"></span>${themeButton()}</header>
+        <header class="bar">${brand()}<span class="bar-space"></span>${languageChoice()}${themeButton()}</header>
         <main class="catalog-main">
           <div class="catalog-head">
             <div>
-              <h1>Volumes</h1>
+              <h1>${startTexts.volumes}</h1>
               <p class="quiet">
-                ${this.#all ? summary(this.#all) : "Streams isosurfaces of large volumes, only as much as the view needs."}
+                ${this.#all ? summary(this.#all) : startTexts.lead}
               </p>
             </div>
             ${
@@ -149,8 +151,8 @@ export class Catalog {
                     class="catalog-filter no-label"
                     size="s"
                     type="search"
-                    placeholder="Search"
-                    label="Search the volumes by name or title"
+                    placeholder=${startTexts.search}
+                    label=${startTexts.searchLabel}
                     @input=${(event: Event) => this.#search((event.target as HTMLInputElement).value)}
                   ></wa-input>`
                 : nothing
@@ -161,8 +163,7 @@ export class Catalog {
           ${
             this.#all?.keptAt
               ? html`<p class="empty" role="status">
-                  Without a connection: this is the list of ${this.#all.keptAt.toLocaleString()}. What
-                  was fetched of a volume then can be shown; volumes on this device open as always.
+                  ${startTexts.keptList(this.#all.keptAt.toLocaleString(document.documentElement.lang))}
                 </p>`
               : nothing
           }
@@ -170,8 +171,7 @@ export class Catalog {
           ${
             this.#all?.total === 0
               ? html`<p class="empty">
-                  This server has no volumes yet. Make a store with
-                  <code>isosplat build VOLUME</code> and put it into the folder that is served.
+                  ${startTexts.noVolumes(html`<code>isosplat build VOLUME</code>`)}
                 </p>`
               : nothing
           }
@@ -180,8 +180,8 @@ export class Catalog {
               ? html`<p class="empty" role="status">
                   ${
                     total === 0
-                      ? `No volume has “${this.#shownQuery}” in its name or title.`
-                      : `${volumeCount(total)} with “${this.#shownQuery}”`
+                      ? startTexts.noMatch(this.#shownQuery)
+                      : startTexts.matches(total, this.#shownQuery)
                   }
                 </p>`
               : nothing
@@ -202,9 +202,9 @@ export class Catalog {
                     appearance="outlined"
                     ?loading=${this.#isLoading}
                     @click=${() => void this.#load({ isMore: true })}
-                    >Show more</wa-button
+                    >${startTexts.showMore}</wa-button
                   >
-                  <span class="quiet">${left} of ${total} are not shown</span>
+                  <span class="quiet">${startTexts.notShown(left, total)}</span>
                 </p>`
               : nothing
           }
@@ -219,16 +219,13 @@ export class Catalog {
 }
 
 function listProblem(error: unknown): Problem {
-  return { ...problemOf(error, "the list of volumes"), offers: ["again"] };
-}
-
-function volumeCount(total: number): string {
-  return total === 1 ? "1 volume" : `${total} volumes`;
+  return { ...problemOf(error, startTexts.theList), offers: ["again"] };
 }
 
 function summary({ total, fileBytes }: VolumeList): string {
-  const count = volumeCount(total);
-  return fileBytes > 0 ? `${count}, ${formatBytes(fileBytes)} on the server` : count;
+  return fileBytes > 0
+    ? startTexts.onServer(total, formatBytes(fileBytes))
+    : startTexts.count(total);
 }
 
 /** `served`: the picture to show unless this browser has one; `failed`: it cannot be shown. */
@@ -254,10 +251,10 @@ function card(volume: VolumeEntry, served: string | null, failed: () => void): T
       ${volume.fileBytes ? html`<span>${formatBytes(volume.fileBytes)}</span>` : nothing}
     </p>
     <p class="card-facts quiet">
-      ${voxels ? html`<span>${formatCount(voxels)} voxels</span>` : nothing}
+      ${voxels ? html`<span>${startTexts.voxels(formatCount(voxels))}</span>` : nothing}
       ${
         volume.range
-          ? html`<span>${formatValue(volume.range[0])} to ${formatValue(volume.range[1])}${volume.units ? ` ${volume.units}` : ""}</span>`
+          ? html`<span>${pageTexts.to(formatValue(volume.range[0]), formatValue(volume.range[1]))}${volume.units ? ` ${volume.units}` : ""}</span>`
           : nothing
       }
     </p>
@@ -279,7 +276,7 @@ function sparkline(volume: VolumeEntry): TemplateResult | typeof nothing {
 }
 
 function skeleton(): TemplateResult {
-  return html`<ul class="cards" aria-busy="true" aria-label="Loading the volumes">
+  return html`<ul class="cards" aria-busy="true" aria-label=${startTexts.loading}>
     ${[0, 1, 2, 3, 4, 5].map(() => html`<li class="card ghost"><div class="card-picture"></div></li>`)}
   </ul>`;
 }
@@ -292,12 +289,8 @@ function openByAddress(): TemplateResult {
     if (address) location.search = `?src=${encodeURIComponent(address)}`;
   };
   return html`<section class="by-address">
-    <h2>Open a store or a volume from elsewhere</h2>
-    <p class="quiet">
-      The address of a store (.isosplat), of a volume’s file (.nii.gz, .nrrd, …) or of OME-Zarr on any host that
-      allows other sites to read it (CORS). Of a store, parts are fetched (HTTP Range); a volume is
-      fetched whole, and becomes a store here in the browser.
-    </p>
+    <h2>${startTexts.elsewhere}</h2>
+    <p class="quiet">${startTexts.elsewhereText}</p>
     <form @submit=${open}>
       <wa-input
         class="no-label"
@@ -305,9 +298,9 @@ function openByAddress(): TemplateResult {
         type="url"
         name="src"
         placeholder="https://example.org/head.isosplat"
-        label="Address of a store or a volume"
+        label=${startTexts.address}
       ></wa-input>
-      <wa-button type="submit" size="s" appearance="filled">Open</wa-button>
+      <wa-button type="submit" size="s" appearance="filled">${startTexts.open}</wa-button>
     </form>
   </section>`;
 }

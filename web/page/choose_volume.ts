@@ -5,6 +5,7 @@ import {
   type ZarrImage,
   type ZarrScale,
 } from "../device/index.ts";
+import { deviceTexts } from "../texts/device.ts";
 import { formatBytes, formatDims } from "./format.ts";
 
 /** Of so many volumes, the largest are offered. */
@@ -16,8 +17,8 @@ export async function chooseVolume(
 ): Promise<string | undefined> {
   if (volumes.length < 2) return volumes[0]?.path;
   const text = ({ path, format, bytes }: VolumeCandidate) =>
-    `${path === "." ? "the files themselves" : path} · ${format} · ${formatBytes(bytes)}`;
-  const label = `${volumes.length} volumes: which one?`;
+    `${path === "." ? deviceTexts.theFiles : path} · ${format} · ${formatBytes(bytes)}`;
+  const label = deviceTexts.whichVolume(volumes.length);
   return (await choose(label, volumes.slice(0, mostOffered), text))?.path;
 }
 
@@ -35,17 +36,15 @@ export async function chooseScale({
   const scales = bySize.filter(isBuildable);
   const smallest = bySize.at(-1);
   if (scales.length === 0 && smallest) {
-    throw new Error(
-      `${smallest.description.name}: expected voxels whose store the browser has memory to build, ` +
-        `found ${formatBytes(smallest.voxelBytes)}: open a smaller scale`,
-    );
+    const { description, voxelBytes } = smallest;
+    throw new Error(deviceTexts.noScale(description.name, formatBytes(voxelBytes)));
   }
   if (bySize.length === 1) return scales[0];
   const left = bySize.length - scales.length;
   const text = ({ description, voxelBytes }: ZarrScale) =>
-    `${formatDims(description.voxels)} voxels · ${formatBytes(voxelBytes)} uncompressed`;
-  const tooLarge = left > 0 ? ` (${left} more too large for the browser)` : "";
-  return choose(`Which scale?${tooLarge}`, scales, text);
+    deviceTexts.scale(formatDims(description.voxels), formatBytes(voxelBytes));
+  const tooLarge = left > 0 ? ` ${deviceTexts.tooLarge(left)}` : "";
+  return choose(deviceTexts.whichScale + tooLarge, scales, text);
 }
 
 /** Asks which of several things is meant. Resolves to undefined if the visitor cancels. */

@@ -28,6 +28,7 @@ import {
 import { contentIdOf } from "../stream/file_source.ts";
 import { StreamError } from "../stream/index.ts";
 import { beginsAsStore } from "../stream/transfer.ts";
+import { deviceTexts } from "../texts/device.ts";
 import { compiledRenderer } from "../viewer/index.ts";
 import { chooseScale, chooseVolume } from "./choose_volume.ts";
 import { DeviceSection } from "./device_section.ts";
@@ -80,7 +81,7 @@ export class DeviceFiles {
   #listenToDrops(): void {
     const hint = document.createElement("div");
     hint.className = "drop-hint";
-    hint.textContent = "Drop a volume or a store: it is read here, nothing is uploaded";
+    hint.textContent = deviceTexts.dropHere;
     const hasFiles = (event: DragEvent) => event.dataTransfer?.types.includes("Files") ?? false;
     window.addEventListener("dragover", (event) => {
       if (!hasFiles(event)) return;
@@ -107,16 +108,16 @@ export class DeviceFiles {
 
   /** Opens the volume at an address: fetched now, or kept before. */
   openAddress(address: URL): Promise<void> {
-    return this.#run("Fetching", async (task) => {
+    return this.#run(deviceTexts.fetching, async (task) => {
       const kept = (await keptStores()).filter((store) => store.address === address.href);
-      task.shows(`Fetching ${nameAt(address)}`, `from ${address.host}`);
+      task.shows(deviceTexts.fetchingNamed(nameAt(address)), deviceTexts.from(address.host));
       try {
         if (isZarr(address)) await this.#openZarr(address, task);
         else await this.#openFile(address, kept, task);
       } catch (error) {
         const isOffline = error instanceof StreamError && error.kind === "unreachable";
         if (!isOffline || !kept[0] || !(await this.openKept(kept[0].contentId))) throw error;
-        task.fail(`${address.host} cannot be reached: this is what was kept.`, "From this device");
+        task.fail(deviceTexts.unreachable(address.host), deviceTexts.fromDevice);
       }
     });
   }
@@ -124,7 +125,8 @@ export class DeviceFiles {
   async #openFile(address: URL, kept: readonly KeptStore[], task: Task): Promise<void> {
     const remote = new RemoteFiles(address, {
       signal: task.signal,
-      progress: (name, received, bytes) => task.fetching(`Fetching ${name}`, received, bytes),
+      progress: (name, received, bytes) =>
+        task.fetching(deviceTexts.fetchingNamed(name), received, bytes),
     });
     const isKept = (version: string) => kept.some((store) => store.version === version);
     const { file, version } = await remote.first(isKept);
@@ -147,7 +149,7 @@ export class DeviceFiles {
   }
 
   #take(files: Promise<InputFile[]>): Promise<void> {
-    return this.#run("Reading", async (task) => {
+    return this.#run(deviceTexts.reading, async (task) => {
       const found = await files;
       const [first] = found;
       if (first && found.length === 1 && /\.json$/i.test(first.path)) {
@@ -173,7 +175,10 @@ export class DeviceFiles {
     } catch (error) {
       const text = error instanceof Error ? error.message : String(error);
       const cut = this.#shown.page === before ? hostCutOff() : undefined;
-      if (cut) task.fail(`${task.signal.aborted ? "Cancelled." : text} ${reloadFor(cut)}`);
+      if (cut)
+        task.fail(
+          `${task.signal.aborted ? deviceTexts.cancelled : text} ${deviceTexts.cutOff(cut)}`,
+        );
       else if (task.signal.aborted) {
         task.close();
         this.#shown.leaveProvisional();
@@ -195,7 +200,7 @@ export class DeviceFiles {
     }
     warmUp();
     compiledRenderer().catch(() => {}); // its first user reports the error
-    task.shows("Reading", `${files.length} file${files.length === 1 ? "" : "s"}`);
+    task.shows(deviceTexts.reading, deviceTexts.files(files.length));
     const volumes = await findVolumes(files, task.signal);
     const path = await chooseVolume(volumes);
     const volume = volumes.find((each) => each.path === path);
@@ -219,11 +224,12 @@ export class DeviceFiles {
   async #unzipped(files: readonly InputFile[], task: Task): Promise<readonly InputFile[]> {
     const zip = files.find(isZip);
     if (!zip) return files;
-    task.shows(`Unpacking ${nameOf(zip.path)}`, "");
+    task.shows(deviceTexts.unpacking(nameOf(zip.path)), "");
     const { unzipped } = await import("../device/unzip.ts");
     return unzipped(files, {
       signal: task.signal,
-      progress: (done, bytes) => task.fetching(`Unpacking ${nameOf(zip.path)}`, done, bytes),
+      progress: (done, bytes) =>
+        task.fetching(deviceTexts.unpacking(nameOf(zip.path)), done, bytes),
     });
   }
 
@@ -231,12 +237,12 @@ export class DeviceFiles {
   async #build(volume: ReadableVolume, task: Task, place: Place): Promise<void> {
     const { key, description } = volume;
     const { name } = description;
-    task.shows(`Building ${name}`, "waiting: another tab builds the same volume");
+    task.shows(deviceTexts.building(name), deviceTexts.otherTab);
     const { signal } = task;
     await navigator.locks.request(`isosplat-build-${key}`, { signal }, async () => {
       const known = (await keptStores()).find(({ filesKey }) => filesKey === key);
       if (known) return this.#openHeld(known.contentId, place);
-      task.shows(`Building ${name}`, "starting");
+      task.shows(deviceTexts.building(name), deviceTexts.starting);
       const previewing = new AbortController();
       this.#previewing = previewing;
       signal.addEventListener("abort", () => previewing.abort());
@@ -253,7 +259,7 @@ export class DeviceFiles {
               keptAt: Date.now(),
             },
             built.store,
-            `Preview: ${formatDims(voxels)} of ${formatDims(description.voxels)} voxels`,
+            deviceTexts.preview(formatDims(voxels), formatDims(description.voxels)),
             { keepsAddress: place.address !== undefined },
           ),
       );
@@ -272,11 +278,11 @@ export class DeviceFiles {
       performance.mark("isosplat:built");
       await this.#openHeld(store.contentId, place);
       try {
-        task.shows(`Keeping ${name} on this device`, "");
+        task.shows(deviceTexts.keeping(name), "");
         await keep(store, blob, signal);
       } catch (error) {
         if (!(error instanceof NotKeptError)) throw error;
-        throw new Error(`${error.message} It is open until this tab is closed.`);
+        throw new Error(`${error.message} ${deviceTexts.untilClosed}`);
       }
     });
   }
@@ -284,7 +290,7 @@ export class DeviceFiles {
   /** The address bar keeps the address of a volume that was fetched: others can open it as well. */
   async #openHeld(id: string, { address }: Place = {}): Promise<void> {
     const found = await keptBlob(id);
-    if (!found) throw new Error("the store was removed from this device: open its file again");
+    if (!found) throw new Error(deviceTexts.removed);
     this.#shown.open(found.store, found.blob, { keepsAddress: address !== undefined });
   }
 }
@@ -301,13 +307,6 @@ function hostCutOff(): string | undefined {
   return address && isForbiddenAddress(address) ? address.host : undefined;
 }
 
-function reloadFor(host: string): string {
-  return (
-    "Files of this device were read, so this tab makes no requests to other sites: " +
-    `load the page again for more of the volume on ${host}.`
-  );
-}
-
 function nothingFound(files: readonly InputFile[]): string {
   const names = files
     .slice(0, 3)
@@ -315,10 +314,7 @@ function nothingFound(files: readonly InputFile[]): string {
     .join(", ");
   const found =
     files.length === 0
-      ? "no files"
-      : `${files.length} file${files.length === 1 ? "" : "s"}: ${names}${files.length > 3 ? ", …" : ""}`;
-  return (
-    "Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, legacy VTK or raw), " +
-    `found ${found}.`
-  );
+      ? deviceTexts.noFiles
+      : `${deviceTexts.files(files.length)}: ${names}${files.length > 3 ? ", …" : ""}`;
+  return deviceTexts.nothingFound(found);
 }

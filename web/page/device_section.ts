@@ -1,6 +1,7 @@
 import { html, nothing, render } from "lit";
 import { repeat } from "lit/directives/repeat.js";
 import { type KeptStore, keptStores, onKeptChange, remove } from "../device/index.ts";
+import { deviceTexts } from "../texts/device.ts";
 import { deviceAddress } from "./device_target.ts";
 import { formatBytes, formatDims, formatType } from "./format.ts";
 import { icon } from "./icons.ts";
@@ -42,22 +43,19 @@ export class DeviceSection {
     render(
       html`<div class="device-drop">
           <p>
-            <strong>Drop a volume or a store anywhere</strong>, or
-            ${this.#chooser("choose files", false)} or ${this.#chooser("a folder", true)}.
+            <strong>${deviceTexts.drop}</strong>${deviceTexts.orChoose(
+              this.#chooser(deviceTexts.chooseFiles, false),
+              this.#chooser(deviceTexts.chooseFolder, true),
+            )}
           </p>
-          <p class="quiet">
-            NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, VTK and raw voxels, also in a ZIP, become a store, here in the browser; stores
-            (.isosplat) open at once. Nothing is uploaded.
-          </p>
+          <p class="quiet">${deviceTexts.dropText}</p>
         </div>
         ${this.#notice ? html`<p class="empty" role="alert">${this.#notice}</p>` : nothing}
         ${
           stores.length === 0
             ? nothing
-            : html`<h2>On this device <span class="quiet">${formatBytes(bytes)}</span></h2>
-                <p class="quiet">
-                  Kept by this browser for this site. It may remove them when the disk is full: save what you need.
-                </p>
+            : html`<h2>${deviceTexts.onDevice} <span class="quiet">${formatBytes(bytes)}</span></h2>
+                <p class="quiet">${deviceTexts.onDeviceText}</p>
                 <ul class="cards">
                   ${repeat(
                     stores,
@@ -104,8 +102,8 @@ function card(store: KeptStore) {
     <button
       type="button"
       class="device-remove"
-      title="Remove from this device"
-      aria-label=${`Remove ${name} from this device`}
+      title=${deviceTexts.remove}
+      aria-label=${deviceTexts.removeNamed(name)}
       @click=${() => void remove(contentId)}
     >
       ${icon("trash")}

@@ -1,5 +1,7 @@
 import { defaultParts, type OverlayPart } from "../overlay/parts.ts";
 import type { StoreInfo } from "../stream/index.ts";
+import { listed } from "../texts/numbers.ts";
+import { pageTexts } from "../texts/page.ts";
 import {
   type Clip,
   defaultLook,
@@ -100,11 +102,8 @@ export class DisplaySettings {
     const before = this.hasSuggested ? [] : this.#surfaces;
     const outside = before.filter((surface) => !isInside(surface));
     if (outside.length > 0) {
-      const values = outside.map(({ isovalue }) => formatValue(isovalue)).join(", ");
-      notes.push(
-        `The address contains isovalue ${values}, but the volume's values are ` +
-          `${formatValue(low)} to ${formatValue(high)}.`,
-      );
+      const values = listed(outside.map(({ isovalue }) => formatValue(isovalue)));
+      notes.push(pageTexts.isovaluesOutside(values, formatValue(low), formatValue(high)));
     }
     let surfaces: readonly Surface[] = before.filter(isInside);
     if (surfaces.length === 0) {

@@ -1,4 +1,6 @@
 /** Formats numbers for display. */
+import { localized } from "../texts/numbers.ts";
+import { pageTexts } from "../texts/page.ts";
 
 /** 1234567 → "1.23 M". */
 export function formatCount(count: number): string {
@@ -10,7 +12,7 @@ export function formatCount(count: number): string {
     value /= 1000;
     unit += 1;
   }
-  return `${value.toPrecision(3)} ${units[unit]}`;
+  return localized(`${value.toPrecision(3)} ${units[unit]}`);
 }
 
 /** Decimal units: 523000 → "523 KB". */
@@ -23,11 +25,16 @@ export function formatBytes(bytes: number): string {
     value /= 1000;
     unit += 1;
   }
-  return `${value.toPrecision(3)} ${units[unit]}`;
+  return localized(`${value.toPrecision(3)} ${units[unit]}`);
 }
 
 /** At most six significant digits, without trailing zeros: 60.500001 → "60.5". */
 export function formatValue(value: number): string {
+  return localized(plainValue(value));
+}
+
+/** The same with a decimal point in every language, for names of files. */
+export function plainValue(value: number): string {
   if (!Number.isFinite(value)) return "–";
   return String(Number(value.toPrecision(6)));
 }
@@ -69,20 +76,13 @@ export function formatAxes(direction: readonly number[]): string | undefined {
     [0, 3, 6].reduce((sum, row) => sum + (direction[row + a] ?? 0) * (direction[row + b] ?? 0), 0);
   const most = Math.max(...[cosine(0, 1), cosine(1, 2), cosine(2, 0)].map(Math.abs));
   const degrees = (Math.asin(Math.min(most, 1)) * 180) / Math.PI;
-  return degrees < 0.01 ? undefined : `not perpendicular: ${degrees.toFixed(1)}° off`;
+  return degrees < 0.01 ? undefined : pageTexts.notPerpendicular(localized(degrees.toFixed(1)));
 }
 
-const typeNames: Record<string, string> = {
-  u8: "8 bit",
-  i8: "8 bit signed",
-  u16: "16 bit",
-  i16: "16 bit signed",
-  u32: "32 bit",
-  i32: "32 bit signed",
-  f32: "32 bit float",
-  f64: "64 bit float",
-};
-
+/** "i16" → "16 bit signed"; another text stays as it is. */
 export function formatType(type: string | undefined): string {
-  return type === undefined ? "" : (typeNames[type] ?? type);
+  const [, letter, bits] = /^([uif])(8|16|32|64)$/.exec(type ?? "") ?? [];
+  if (letter === "u") return pageTexts.bits(Number(bits));
+  if (letter === "i") return pageTexts.signed(Number(bits));
+  return letter === "f" ? pageTexts.float(Number(bits)) : (type ?? "");
 }

@@ -1,3 +1,4 @@
+import { pageTexts } from "../texts/page.ts";
 import { onPixelRatio } from "../viewer/index.ts";
 import { fraction, type IsovalueScale } from "./isovalue_scale.ts";
 
@@ -61,10 +62,7 @@ export class Histogram {
     this.element.className = "histogram";
     this.element.id = "histogram";
     this.element.setAttribute("role", "img");
-    this.element.setAttribute(
-      "aria-label",
-      "Histogram of the volume's values, and the active cells of each isovalue",
-    );
+    this.element.setAttribute("aria-label", pageTexts.histogram);
     this.element.append(this.#bars, this.#inside);
     this.element.addEventListener("pointerdown", this.#pointer);
     this.element.addEventListener("pointermove", this.#pointer);

@@ -1,10 +1,11 @@
+import { panelTexts } from "../texts/panel.ts";
 import { formatBytes, formatCount } from "./format.ts";
 
 /** What an isovalue costs: "about 294 k cells, 400 KB at full detail". Empty if unknown. */
 export function costText(cells: number | undefined, bytes: number | undefined): string {
   const parts = [
-    ...(cells === undefined ? [] : [`about ${formatCount(cells)} active cells`]),
-    ...(bytes === undefined ? [] : [`${formatBytes(bytes)} at full detail`]),
+    ...(cells === undefined ? [] : [panelTexts.activeCells(formatCount(cells))]),
+    ...(bytes === undefined ? [] : [panelTexts.atFullDetail(formatBytes(bytes))]),
   ];
   return parts.join(", ");
 }

@@ -1,3 +1,4 @@
+import { pageTexts } from "../texts/page.ts";
 import { defaultLight, type Light, lightRanges } from "../viewer/light.ts";
 
 /**
@@ -30,8 +31,12 @@ export function readLight(parameter: string, text: string): Partial<Light> | und
 
 /** What readLight expects, for the visitor. */
 export function expectedOfLight(parameter: string): string {
-  const ranges = (lightParameters[parameter] ?? []).map((name) => lightRanges[name].join(" to "));
-  return `numbers: ${ranges.join(", ")}`;
+  const ranges = (lightParameters[parameter] ?? []).map((name) => rangeText(lightRanges[name]));
+  return pageTexts.isInRanges(ranges.join(", "));
+}
+
+function rangeText([low, high]: readonly [number, number]): string {
+  return pageTexts.to(String(low), String(high));
 }
 
 /** The value of a parameter: only as far as it differs from the defaults; undefined: not at all. */

@@ -1,5 +1,7 @@
 import { html, type TemplateResult } from "lit";
 import { styleMap } from "lit/directives/style-map.js";
+import { localized } from "../texts/numbers.ts";
+import { panelTexts } from "../texts/panel.ts";
 import {
   defaultLight,
   type Light,
@@ -15,26 +17,22 @@ const percent = (value: number) => `${Math.round(value * 100)} %`;
 /** An arrow key turns the key light by this much. */
 const keyDegrees = 5;
 
-interface Slider {
-  name: keyof Light;
-  label: string;
-  step: number;
-}
-const sliders: Slider[] = [
-  { name: "key", label: "Key light", step: 0.05 },
-  { name: "sky", label: "Light from all sides", step: 0.05 },
-  { name: "rim", label: "Light from behind", step: 0.05 },
-  { name: "highlight", label: "Highlights", step: 0.05 },
-  { name: "roughness", label: "Roughness", step: 0.05 },
-  { name: "occlusion", label: "Ambient occlusion", step: 0.05 },
-  { name: "occlusionRadius", label: "Reach of occlusion", step: 0.01 },
-  { name: "shadow", label: "Shadows", step: 0.05 },
-  { name: "shadowSoftness", label: "Softness of shadows", step: 0.01 },
-];
+/** The sliders with their steps. */
+const sliders = [
+  { name: "key", step: 0.05 },
+  { name: "sky", step: 0.05 },
+  { name: "rim", step: 0.05 },
+  { name: "highlight", step: 0.05 },
+  { name: "roughness", step: 0.05 },
+  { name: "occlusion", step: 0.05 },
+  { name: "occlusionRadius", step: 0.01 },
+  { name: "shadow", step: 0.05 },
+  { name: "shadowSoftness", step: 0.01 },
+] as const;
 
 function directionText({ azimuth, elevation }: Light): string {
-  const across = `${Math.abs(azimuth)}° from the ${azimuth < 0 ? "left" : "right"}`;
-  return `${across}, ${Math.abs(elevation)}° from ${elevation < 0 ? "below" : "above"}`;
+  const degrees = (angle: number) => localized(String(Math.abs(angle)));
+  return panelTexts.lightAt(degrees(azimuth), azimuth < 0, degrees(elevation), elevation < 0);
 }
 
 /** A ball as the key light shows it: dragging moves the light, as do the arrow keys. */
@@ -71,7 +69,7 @@ function ball(
   };
   const at = { "--light-x": `${50 + 50 * x}%`, "--light-y": `${50 - 50 * y}%` };
   return html`<div class="field">
-    <span class="field-label" id="light-label">Direction of the key light</span>
+    <span class="field-label" id="light-label">${panelTexts.lightDirection}</span>
     <div
       class="light-ball"
       role="slider"
@@ -81,7 +79,7 @@ function ball(
       aria-valuemax="180"
       aria-valuenow=${light.azimuth}
       aria-valuetext=${directionText(light)}
-      title="Drag, or use the arrow keys. On the picture: hold L and drag"
+      title=${panelTexts.lightHint}
       style=${styleMap(at)}
       @pointerdown=${pressed}
       @pointermove=${moved}
@@ -97,13 +95,13 @@ export function lightSection(state: PanelState, actions: PanelActions): Template
   const isDefault = (Object.keys(defaultLight) as (keyof Light)[]).every(
     (name) => light[name] === defaultLight[name],
   );
-  return html`<wa-details class="section" appearance="plain" summary="Light">
+  return html`<wa-details class="section" appearance="plain" summary=${panelTexts.light}>
     <div class="fields">
       ${ball(light, change, actions.turnLight)}
       ${sliders.map(
-        ({ name, label, step }) => html`<wa-slider
+        ({ name, step }) => html`<wa-slider
           size="s"
-          label=${label}
+          label=${panelTexts.lights[name]}
           .min=${lightRanges[name][0]}
           .max=${lightRanges[name][1]}
           .step=${step}
@@ -115,7 +113,7 @@ export function lightSection(state: PanelState, actions: PanelActions): Template
       )}
       <wa-slider
         size="s"
-        label="Edge shading"
+        label=${panelTexts.edgeShading}
         min="0"
         max="1"
         step="0.05"
@@ -129,7 +127,7 @@ export function lightSection(state: PanelState, actions: PanelActions): Template
         appearance="outlined"
         ?disabled=${isDefault}
         @click=${() => change(defaultLight)}
-        >Reset the light</wa-button
+        >${panelTexts.resetLight}</wa-button
       >
     </div>
   </wa-details>`;

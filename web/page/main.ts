@@ -1,4 +1,6 @@
 import "./style.css";
+import { startLanguage } from "../texts/language.ts";
+import { pageTexts } from "../texts/page.ts";
 import { compiledRenderer } from "../viewer/index.ts";
 import { openTarget } from "./open_target.ts";
 import { startTheme } from "./theme.ts";
@@ -20,6 +22,7 @@ if (target) compiledRenderer().catch(() => {});
 startTheme();
 
 try {
+  await startLanguage();
   if (!target) {
     const { start } = await import("./start.ts");
     await start(root, src);
@@ -59,11 +62,8 @@ function showLoadError(): void {
   message.setAttribute("role", "alert");
   const reload = document.createElement("button");
   reload.type = "button";
-  reload.textContent = "Reload";
+  reload.textContent = pageTexts.reload;
   reload.addEventListener("click", () => location.reload());
-  message.append(
-    "A part of this page did not load: the connection failed, or the page was updated on its server. ",
-    reload,
-  );
+  message.append(`${pageTexts.incomplete} `, reload);
   document.body.append(message);
 }

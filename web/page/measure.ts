@@ -11,6 +11,7 @@ import {
 } from "../measure/measurement_text.ts";
 import { type Session, writeSession } from "../measure/session_file.ts";
 import type { StoreInfo } from "../stream/types.ts";
+import { measureTexts } from "../texts/measure.ts";
 import type { Viewer } from "../viewer/index.ts";
 import { measureBar } from "./measure_bar.ts";
 import { type ExtentState, measureSection, resultOf } from "./measure_section.ts";
@@ -30,9 +31,6 @@ export interface MeasureHost {
   /** The query of the address of the present view. */
   view(): string;
 }
-
-const otherVersion =
-  "The measurements are of another version of this volume: its surfaces may lie elsewhere.";
 
 /** Between two reports of how far an area is (ms). */
 const progressMs = 250;
@@ -71,9 +69,7 @@ export class Measure {
     const known = read.filter((each) => each !== undefined);
     if (known.length < read.length) {
       const count = read.length - known.length;
-      host.note(
-        `${count} of ${read.length} measurements in the address were ignored: expected kind,x,y,z.`,
-      );
+      host.note(measureTexts.ignored(count, read.length));
     }
     this.#measured = kept?.contentId;
     if (known.length > 0) this.tool.set(known);
@@ -99,7 +95,7 @@ export class Measure {
     this.#extents = [];
     this.#bytes = null;
     this.#measured ??= contentId;
-    if (this.#isOfOther) this.#host.note(otherVersion);
+    if (this.#isOfOther) this.#host.note(measureTexts.otherVersion);
   }
 
   get #isOfOther(): boolean {
@@ -110,15 +106,13 @@ export class Measure {
   rested(isInAddress: boolean): void {
     if (isInAddress) forgetSession();
     else if (!keepSession(location.search, this.#session()) || this.#isInAddress) {
-      this.#host.note(
-        "The measurements do not fit into the address: links have the view only. Save a session to share them.",
-      );
+      this.#host.note(measureTexts.notInAddress);
     }
     this.#isInAddress = isInAddress;
   }
 
   section(info: StoreInfo): TemplateResult {
-    const problem = this.#isOfOther ? otherVersion : "";
+    const problem = this.#isOfOther ? measureTexts.otherVersion : "";
     return measureSection(
       this.tool,
       info,
@@ -219,9 +213,9 @@ export class Measure {
   async #copy(): Promise<void> {
     try {
       await navigator.clipboard.writeText(toCsv(this.#rows()));
-      this.#host.done("Measurements copied");
+      this.#host.done(measureTexts.copied);
     } catch {
-      this.#host.note("The browser does not allow access to the clipboard: save them instead");
+      this.#host.note(measureTexts.noClipboard);
     }
   }
 

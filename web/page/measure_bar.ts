@@ -1,22 +1,13 @@
 import { html, nothing, type TemplateResult } from "lit";
 import type { MeasureTool } from "../measure/measure_tool.ts";
-import { type MeasurementKind, pointCounts } from "../measure/measurement.ts";
-
-const hints: Readonly<Record<MeasurementKind, string>> = {
-  point: "Click on the surface.",
-  distance: "Click two points of the surface.",
-  path: "Click the points of the path, then Done.",
-  angle: "Click three points: the second is the corner.",
-  note: "Click where the note belongs.",
-};
+import { pointCounts } from "../measure/measurement.ts";
+import { measureTexts } from "../texts/measure.ts";
 
 /** Above the picture while a tool is active: what to do, what was missed, and how to end. */
 export function measureBar(tool: MeasureTool, canvas: HTMLElement): TemplateResult {
   const { kind, draft, miss } = tool;
   const canEnd = kind === "path" && draft.length >= pointCounts.path[0];
-  const keys = `Enter takes the middle of the picture, ${
-    kind === "path" ? "Shift + Enter is Done, " : ""
-  }Escape ends.`;
+  const keys = kind === "path" ? measureTexts.pathKeys : measureTexts.keys;
   /** The button may disappear. */
   const act = (action: () => void) => () => {
     action();
@@ -24,11 +15,11 @@ export function measureBar(tool: MeasureTool, canvas: HTMLElement): TemplateResu
   };
   return html`<div class="measure-bar" ?hidden=${!kind && !miss}>
     <span role="status"
-      >${miss ?? (kind ? html`${hints[kind]} <span class="measure-keys">${keys}</span>` : "")}</span
+      >${miss ?? (kind ? html`${measureTexts.hints[kind]} <span class="measure-keys">${keys}</span>` : "")}</span
     >
     ${
       canEnd
-        ? html`<button type="button" class="chip" @click=${act(() => tool.finish())}>Done</button>`
+        ? html`<button type="button" class="chip" @click=${act(() => tool.finish())}>${measureTexts.done}</button>`
         : nothing
     }
     ${
@@ -36,10 +27,10 @@ export function measureBar(tool: MeasureTool, canvas: HTMLElement): TemplateResu
         ? html`<button
             type="button"
             class="chip"
-            aria-label="End measuring"
+            aria-label=${measureTexts.endMeasuring}
             @click=${act(() => tool.choose(null))}
           >
-            End
+            ${measureTexts.end}
           </button>`
         : nothing
     }

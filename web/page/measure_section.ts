@@ -7,22 +7,15 @@ import {
   lengthOf,
   longestText,
   type Measurement,
-  type MeasurementKind,
   measurementKinds,
   voxelOf,
 } from "../measure/measurement.ts";
 import type { SurfaceExtent } from "../mesh/index.ts";
 import { formatLength, formatPower } from "../overlay/lengths.ts";
 import type { StoreInfo } from "../stream/types.ts";
+import { measureTexts } from "../texts/measure.ts";
+import { listed, localized } from "../texts/numbers.ts";
 import { formatBytes, formatValue } from "./format.ts";
-
-const labels: Readonly<Record<MeasurementKind, string>> = {
-  point: "Point",
-  distance: "Distance",
-  path: "Path",
-  angle: "Angle",
-  note: "Note",
-};
 
 /** Area and volume of an isosurface: found, or on the way. */
 export interface ExtentState {
@@ -49,15 +42,15 @@ export function resultOf({ kind, points, text }: Measurement): string {
   if (kind === "note") return text ?? "";
   if (kind === "point") {
     const [x, y, z] = points[0]?.position ?? [0, 0, 0];
-    return text ?? [x, y, z].map(formatValue).join(", ");
+    return text ?? listed([x, y, z].map(formatValue));
   }
   const angle = angleOf(points);
   const value =
     kind !== "angle"
       ? formatLength(lengthOf(points))
       : angle === undefined
-        ? "no angle"
-        : `${angle.toFixed(1)}°`;
+        ? measureTexts.noAngle
+        : localized(`${angle.toFixed(1)}°`);
   return text ? `${text}: ${value}` : value;
 }
 
@@ -65,18 +58,22 @@ export function resultOf({ kind, points, text }: Measurement): string {
 function facts({ kind, points }: Measurement, info: StoreInfo): string {
   if (kind !== "point" && kind !== "note") {
     const isCoarse = points.some(({ level }) => level !== undefined && level > 0);
-    return isCoarse ? "From coarse cells: come closer to measure exactly." : "";
+    return isCoarse ? measureTexts.coarse : "";
   }
   const [point] = points;
   if (!point) return "";
-  const voxel = voxelOf(info, point.position).map((n) => n.toFixed(2));
+  const voxel = listed(voxelOf(info, point.position).map((n) => localized(n.toFixed(2))));
   const units = info.metadata.units;
   return [
-    kind === "note" ? `at ${point.position.map(formatValue).join(", ")}` : "",
-    `voxel ${voxel.join(", ")}`,
-    point.value === undefined ? "" : `value ${formatValue(point.value)}${units ? ` ${units}` : ""}`,
-    point.normal ? `normal ${point.normal.map((n) => n.toFixed(3)).join(", ")}` : "",
-    point.level ? `from cells of level ${point.level}: come closer to measure exactly` : "",
+    kind === "note" ? measureTexts.at(listed(point.position.map(formatValue))) : "",
+    measureTexts.voxel(voxel),
+    point.value === undefined
+      ? ""
+      : measureTexts.value(`${formatValue(point.value)}${units ? ` ${units}` : ""}`),
+    point.normal
+      ? measureTexts.normal(listed(point.normal.map((n) => localized(n.toFixed(3)))))
+      : "",
+    point.level ? measureTexts.ofLevel(point.level) : "",
   ]
     .filter((text) => text !== "")
     .join(" · ");
@@ -95,7 +92,7 @@ export function measureSection(
 ): TemplateResult {
   const { kind, measurements } = tool;
   return html`<div class="fields">
-    <div class="chips" role="group" aria-label="Measure">
+    <div class="chips" role="group" aria-label=${measureTexts.measure}>
       ${measurementKinds.map(
         (each) => html`<button
           type="button"
@@ -103,7 +100,7 @@ export function measureSection(
           aria-pressed=${each === kind}
           @click=${() => tool.choose(each)}
         >
-          ${labels[each]}
+          ${measureTexts.kinds[each]}
         </button>`,
       )}
     </div>
@@ -113,13 +110,13 @@ export function measureSection(
       <button
         type="button"
         class="chip"
-        title="Of the whole isosurface, from triangles at full detail, for which these bytes are read"
+        title=${measureTexts.extentTitle}
         @click=${actions.measureSurfaces}
       >
         ${
           extents.some(({ share }) => share !== undefined)
-            ? "Stop"
-            : html`Area and volume${
+            ? measureTexts.stop
+            : html`${measureTexts.extent}${
                 bytes === undefined
                   ? nothing
                   : html` <span class="quiet">${formatBytes(bytes)}</span>`
@@ -129,22 +126,22 @@ export function measureSection(
     </div>
     ${extents.map(progressPart)}
     <div role="status">${extents.map(extentPart)}</div>
-    <div class="chips" role="group" aria-label="Copy and save">
+    <div class="chips" role="group" aria-label=${measureTexts.copyAndSave}>
       ${
         measurements.length > 0
-          ? html`<button type="button" class="chip" @click=${actions.copy}>Copy</button>
+          ? html`<button type="button" class="chip" @click=${actions.copy}>${measureTexts.copy}</button>
               <button type="button" class="chip" @click=${actions.saveCsv}>CSV</button>
               <button type="button" class="chip" @click=${actions.saveJson}>JSON</button>
-              <button type="button" class="chip" @click=${(event: Event) => actions.remove("all", sectionOf(event))}>Remove all</button>`
+              <button type="button" class="chip" @click=${(event: Event) => actions.remove("all", sectionOf(event))}>${measureTexts.removeAll}</button>`
           : nothing
       }
       <button
         type="button"
         class="chip"
-        title="View and measurements in a file: drop it on this page to open it"
+        title=${measureTexts.saveSessionTitle}
         @click=${actions.saveSession}
       >
-        Save session
+        ${measureTexts.saveSession}
       </button>
     </div>
   </div>`;
@@ -153,24 +150,24 @@ export function measureSection(
 /** Outside of what screen readers announce. */
 function progressPart({ isovalue, share }: ExtentState): TemplateResult | typeof nothing {
   if (share === undefined) return nothing;
-  const name = `Isovalue ${formatValue(isovalue)}`;
+  const name = measureTexts.isovalue(formatValue(isovalue));
   return html`<p class="measurement-facts">
     ${name}: <progress aria-label=${name} max="1" .value=${share}></progress> ${Math.round(100 * share)} %
   </p>`;
 }
 
 function extentPart({ isovalue, extent, problem }: ExtentState) {
-  const name = `Isovalue ${formatValue(isovalue)}`;
+  const name = measureTexts.isovalue(formatValue(isovalue));
   if (problem) return html`<p class="measurement-facts">${name}: ${problem}</p>`;
   if (!extent) return nothing;
   const { area, volumeAbove, gridVolume } = extent;
-  const percent = ((100 * (volumeAbove ?? 0)) / gridVolume).toPrecision(3);
+  const percent = localized(((100 * (volumeAbove ?? 0)) / gridVolume).toPrecision(3));
   return html`<p class="measurement-facts">
-    ${name}: area <b>${formatPower(area, 2)}</b>,
+    ${name}: ${measureTexts.area} <b>${formatPower(area, 2)}</b>,
     ${
       volumeAbove === undefined
-        ? "no volume: the surface has holes where voxels are missing"
-        : html`volume of greater values <b>${formatPower(volumeAbove, 3)}</b> (${percent} %)`
+        ? measureTexts.holes
+        : html`${measureTexts.volume} <b>${formatPower(volumeAbove, 3)}</b> (${percent} %)`
     }
   </p>`;
 }
@@ -185,9 +182,9 @@ function sectionOf(event: Event): Element | null {
 }
 
 function list(tool: MeasureTool, info: StoreInfo, actions: MeasureActions): TemplateResult {
-  return html`<ol class="measurements" aria-label="Measurements">
+  return html`<ol class="measurements" aria-label=${measureTexts.measurements}>
     ${repeat(tool.measurements, keyOf, (measurement, i) => {
-      const name = `${labels[measurement.kind]} ${i + 1}`;
+      const name = `${measureTexts.kinds[measurement.kind]} ${i + 1}`;
       const more = facts(measurement, info);
       return html`<li class="measurement">
         <span class="measurement-value">
@@ -196,16 +193,16 @@ function list(tool: MeasureTool, info: StoreInfo, actions: MeasureActions): Temp
         <button
           type="button"
           class="chip"
-          aria-label=${`Remove ${name}`}
+          aria-label=${measureTexts.removeNamed(name)}
           @click=${(event: Event) => actions.remove(i, sectionOf(event))}
         >
-          Remove
+          ${measureTexts.remove}
         </button>
         ${more ? html`<span class="measurement-facts quiet">${more}</span>` : nothing}
         <input
           type="text"
-          aria-label=${`Text of ${name}`}
-          placeholder="Text"
+          aria-label=${measureTexts.textOf(name)}
+          placeholder=${measureTexts.text}
           maxlength=${longestText}
           .value=${live(measurement.text ?? "")}
           @change=${(event: Event) => {

@@ -1,4 +1,5 @@
 import { registerOffline } from "../offline/registration.ts";
+import { deviceTexts } from "../texts/device.ts";
 
 /** Lets this page work without a network, as soon as the link is idle. Announces new versions. */
 export async function startOffline(): Promise<void> {
@@ -24,11 +25,11 @@ function announce(replace: () => void): void {
     return element;
   };
   const text = document.createElement("p");
-  text.textContent = "A new version of this page is ready.";
+  text.textContent = deviceTexts.newVersion;
   notice.append(
     text,
-    button("Reload", replace),
-    button("Later", () => notice.remove()),
+    button(deviceTexts.reload, replace),
+    button(deviceTexts.later, () => notice.remove()),
   );
   document.body.append(notice);
 }

@@ -6,29 +6,25 @@ import {
   SessionError,
   writeSession,
 } from "../measure/session_file.ts";
+import { sessionTexts } from "../texts/session.ts";
 import { keptSessionKey, longestQuery, readUrl, writeUrl } from "./url_state.ts";
 
 /** Opens a session file: goes to the page of its view. Throws a SessionError. */
 export async function openSession(file: File): Promise<void> {
   if (file.size > largestSession) {
-    throw new SessionError(
-      `${file.name}: expected a session file of at most ${largestSession} bytes, found ${file.size}`,
-    );
+    throw new SessionError(sessionTexts.fileTooLarge(file.name, largestSession, file.size));
   }
   const session = readSession(await file.text());
   const { measures: _, ...state } = readUrl(session.view);
   if (state.volume === undefined && state.src === undefined) {
-    throw new SessionError(`${file.name}: expected "view" to name a volume, or the address of one`);
+    throw new SessionError(sessionTexts.noVolume(file.name));
   }
   let query = writeUrl(state);
   if (!keepSession(new URL(query, location.href).search, session)) {
     query = writeUrl({ ...state, measures: session.measurements.map(writeMeasurement) });
   }
   if (query.length > longestQuery) {
-    throw new SessionError(
-      `${file.name}: expected a view and measurements that fit into an address of ${longestQuery} ` +
-        "letters, as this browser keeps no data of the page: allow it to, and open the file again",
-    );
+    throw new SessionError(sessionTexts.tooLong(file.name, longestQuery));
   }
   location.assign(location.pathname + query);
 }

@@ -4,6 +4,8 @@ import { live } from "lit/directives/live.js";
 import { activeCellsAt } from "../core/active_cells.ts";
 import type { OverlayPart } from "../overlay/parts.ts";
 import type { StoreInfo, Triple } from "../stream/types.ts";
+import { pageTexts } from "../texts/page.ts";
+import { panelTexts } from "../texts/panel.ts";
 import type { AxisView } from "../viewer/camera_views.ts";
 import { extentAlong, isWhole, wholeVolume } from "../viewer/clipping.ts";
 import {
@@ -13,6 +15,7 @@ import {
   type Projection,
   type Surface,
 } from "../viewer/types.ts";
+import { languageChoice } from "./chrome.ts";
 import {
   formatAxes,
   formatBytes,
@@ -110,15 +113,15 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
     if (value !== undefined) actions.enter(value);
     else field.value = formatValue(isovalue);
   };
-  return html`<section class="section isovalue" aria-label="Isovalue">
+  return html`<section class="section isovalue" aria-label=${panelTexts.isovalue}>
     <div class="section-head">
-      <h2>Isovalue${units ? html` <span class="quiet">${units}</span>` : nothing}</h2>
+      <h2>${panelTexts.isovalue}${units ? html` <span class="quiet">${units}</span>` : nothing}</h2>
       <wa-input
         class="isovalue-field no-label"
         size="s"
         inputmode="decimal"
         autocomplete="off"
-        label="Isovalue"
+        label=${panelTexts.isovalue}
         .value=${live(formatValue(isovalue))}
         @change=${entered}
       ></wa-input>
@@ -128,7 +131,7 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
       <wa-slider
         class="isovalue-slider no-label"
         size="s"
-        label="Isovalue"
+        label=${panelTexts.isovalue}
         .min=${scale.low}
         .max=${scale.high}
         .step=${scale.step}
@@ -140,7 +143,7 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
         <span>${formatValue(scale.low)}</span><span>${formatValue(scale.high)}</span>
       </div>
     </div>
-    <p class="isovalue-cost quiet" title="The curve has the active cells of each isovalue">
+    <p class="isovalue-cost quiet" title=${panelTexts.costTitle}>
       ${costText(activeCellsAt(info, isovalue), state.bytes)}
     </p>
     <div class="isovalue-tools">
@@ -148,14 +151,14 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
         type="button"
         class="chip"
         aria-pressed=${state.isSweeping}
-        title="Move the isovalue through its range"
+        title=${panelTexts.sweepTitle}
         @click=${actions.toggleSweep}
       >
-        ${state.isSweeping ? "Stop" : "Sweep"}
+        ${state.isSweeping ? panelTexts.stop : panelTexts.sweep}
       </button>
       <select
         class="sweep-seconds"
-        aria-label="Duration of a sweep"
+        aria-label=${panelTexts.sweepDuration}
         @change=${(event: Event) =>
           actions.setSweepSeconds(Number((event.currentTarget as HTMLSelectElement).value))}
       >
@@ -168,15 +171,15 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
         type="button"
         class="chip"
         aria-pressed=${state.isLogarithmic}
-        title="Heights of the histogram are logarithms of counts"
+        title=${panelTexts.logarithmicTitle}
         @click=${actions.toggleLogarithmic}
       >
-        Logarithmic
+        ${panelTexts.logarithmic}
       </button>
     </div>
     ${
       suggestions.length > 0
-        ? html`<div class="chips" role="group" aria-label="Suggested isovalues">
+        ? html`<div class="chips" role="group" aria-label=${panelTexts.suggested}>
             ${suggestions.slice(0, 6).map(
               (value) => html`<button
                 class="chip"
@@ -197,23 +200,23 @@ export function surfacesSection(state: PanelState, actions: PanelActions): Templ
   const { surfaces } = state;
   return html`<section class="section" aria-labelledby="surfaces-label">
     <div class="section-head">
-      <h2 id="surfaces-label">Surfaces</h2>
+      <h2 id="surfaces-label">${panelTexts.surfaces}</h2>
       <wa-button
         class="icon-button save-surface"
         appearance="plain"
         size="s"
-        title="Save the surface as triangles"
+        title=${panelTexts.saveSurfaceTitle}
         @click=${actions.saveSurface}
-        ><span class="visually-hidden">Save the surface</span>${icon("save")}</wa-button
+        ><span class="visually-hidden">${panelTexts.saveSurface}</span>${icon("save")}</wa-button
       >
       <wa-button
         class="icon-button"
         appearance="plain"
         size="s"
-        title="Add a surface"
+        title=${panelTexts.addSurface}
         ?disabled=${surfaces.length >= maxSurfaces}
         @click=${actions.addSurface}
-        ><span class="visually-hidden">Add a surface</span>${icon("plus")}</wa-button
+        ><span class="visually-hidden">${panelTexts.addSurface}</span>${icon("plus")}</wa-button
       >
     </div>
     <ul class="surfaces">
@@ -229,12 +232,12 @@ function surfaceRow(
   actions: PanelActions,
 ): TemplateResult {
   const isActive = index === state.active;
-  const name = `surface ${index + 1}`;
+  const number = index + 1;
   return html`<li class=${isActive ? "surface active" : "surface"}>
     <input
       type="color"
       class="swatch"
-      aria-label=${`Colour of ${name}`}
+      aria-label=${panelTexts.colourOf(number)}
       .value=${surface.colour}
       @input=${(event: Event) =>
         actions.changeSurface(index, { colour: (event.target as HTMLInputElement).value })}
@@ -243,7 +246,7 @@ function surfaceRow(
       class="surface-value"
       type="button"
       aria-pressed=${isActive}
-      title="Move this surface with the slider"
+      title=${panelTexts.moveWithSlider}
       @click=${() => actions.activate(index)}
     >
       ${formatValue(surface.isovalue)}
@@ -251,8 +254,8 @@ function surfaceRow(
     <wa-slider
       class="opacity no-label"
       size="xs"
-      label=${`Opacity of ${name}`}
-      title="Opacity"
+      label=${panelTexts.opacityOf(number)}
+      title=${panelTexts.opacity}
       min="0.05"
       max="1"
       step="0.05"
@@ -268,23 +271,19 @@ function surfaceRow(
       class="icon-button"
       appearance="plain"
       size="xs"
-      title="Remove"
+      title=${panelTexts.remove}
       ?disabled=${state.surfaces.length === 1}
       @click=${() => actions.removeSurface(index)}
-      ><span class="visually-hidden">Remove ${name}</span>${icon("trash")}</wa-button
+      ><span class="visually-hidden">${panelTexts.removeSurface(number)}</span>${icon("trash")}</wa-button
     >
   </li>`;
 }
 
-interface Choice {
-  value: string;
-  label: string;
-}
-
+/** choices: the label of each value. */
 function select(
   label: string,
   value: string,
-  choices: readonly Choice[],
+  choices: Readonly<Record<string, string>>,
   changed: (value: string) => void,
 ): TemplateResult {
   return html`<wa-select
@@ -293,62 +292,40 @@ function select(
     .value=${value}
     @change=${(event: Event) => changed((event.currentTarget as ValueElement).value)}
   >
-    ${choices.map((choice) => html`<wa-option value=${choice.value}>${choice.label}</wa-option>`)}
+    ${Object.entries(choices).map(([value, label]) => html`<wa-option value=${value}>${label}</wa-option>`)}
   </wa-select>`;
 }
 
-const kinds: Choice[] = [
-  { value: "automatic", label: "Automatic" },
-  { value: "quad", label: "Squares (fastest)" },
-  { value: "ellipse", label: "Ellipses" },
-  { value: "exact", label: "Exact surface" },
-];
-const shadingChoices: Choice[] = [
-  { value: "smooth", label: "Smooth" },
-  { value: "exact", label: "Each cell's gradient" },
-];
-const quantities: Choice[] = [
-  { value: "isosurface", label: "One per surface" },
-  { value: "isovalue", label: "Isovalue" },
-  { value: "gradient", label: "Gradient" },
-  { value: "depth", label: "Distance" },
-  { value: "level", label: "Level of detail" },
-  { value: "projection-error", label: "Projection error" },
-];
-const maps: Choice[] = [
-  { value: "viridis", label: "Viridis" },
-  { value: "magma", label: "Magma" },
-  { value: "cividis", label: "Cividis" },
-  { value: "turbo", label: "Turbo" },
-];
+/** The names that are the same in all languages. */
+const maps = { viridis: "Viridis", magma: "Magma", cividis: "Cividis", turbo: "Turbo" };
 const backgrounds = [
-  { colour: "#ffffff", label: "White" },
-  { colour: "#7d838c", label: "Grey" },
-  { colour: "#000000", label: "Black" },
-];
+  { colour: "#ffffff", name: "white" },
+  { colour: "#7d838c", name: "grey" },
+  { colour: "#000000", name: "black" },
+] as const;
 
 export function appearanceSection(state: PanelState, actions: PanelActions): TemplateResult {
   const { look } = state;
   const isPreset = backgrounds.some((preset) => preset.colour === look.background);
   const isCustom = !state.isThemeBackground && !isPreset;
-  return html`<wa-details class="section" appearance="plain" summary="Appearance">
+  return html`<wa-details class="section" appearance="plain" summary=${panelTexts.appearance}>
     <div class="fields">
-      ${select("Splats", look.kind, kinds, (kind) => actions.changeLook({ kind: kind as Look["kind"] }))}
-      ${select("Normals", look.shading, shadingChoices, (shading) =>
+      ${select(panelTexts.splats, look.kind, panelTexts.kinds, (kind) => actions.changeLook({ kind: kind as Look["kind"] }))}
+      ${select(panelTexts.normals, look.shading, panelTexts.shadings, (shading) =>
         actions.changeLook({ shading: shading as Look["shading"] }),
       )}
-      ${select("Colour", look.colourBy, quantities, (by) =>
+      ${select(panelTexts.colour, look.colourBy, panelTexts.quantities, (by) =>
         actions.changeLook({ colourBy: by as Look["colourBy"] }),
       )}
       ${
         look.colourBy === "isosurface"
           ? nothing
-          : select("Colour map", look.colourMap, maps, (map) =>
+          : select(panelTexts.colourMap, look.colourMap, maps, (map) =>
               actions.changeLook({ colourMap: map as Look["colourMap"] }),
             )
       }
       <div class="field">
-        <span class="field-label" id="background-label">Background</span>
+        <span class="field-label" id="background-label">${panelTexts.background}</span>
         <div class="swatches" role="group" aria-labelledby="background-label">
           <button
             type="button"
@@ -356,15 +333,15 @@ export function appearanceSection(state: PanelState, actions: PanelActions): Tem
             aria-pressed=${state.isThemeBackground}
             @click=${actions.followTheme}
           >
-            Theme
+            ${panelTexts.theme}
           </button>
           ${backgrounds.map(
             (preset) => html`<button
               type="button"
               class="swatch"
               style=${`background:${preset.colour}`}
-              title=${preset.label}
-              aria-label=${preset.label}
+              title=${panelTexts[preset.name]}
+              aria-label=${panelTexts[preset.name]}
               aria-pressed=${!state.isThemeBackground && preset.colour === look.background}
               @click=${() => actions.changeLook({ background: preset.colour })}
             ></button>`,
@@ -372,14 +349,18 @@ export function appearanceSection(state: PanelState, actions: PanelActions): Tem
           <input
             type="color"
             class=${isCustom ? "swatch chosen" : "swatch"}
-            title="Another colour"
-            aria-label="Background colour"
+            title=${panelTexts.otherColour}
+            aria-label=${panelTexts.backgroundColour}
             .value=${look.background}
             @input=${(event: Event) =>
               actions.changeLook({ background: (event.target as HTMLInputElement).value })}
           />
         </div>
       </div>
+      <label class="field">
+        <span class="field-label">${pageTexts.language}</span>
+        ${languageChoice()}
+      </label>
     </div>
   </wa-details>`;
 }
@@ -402,7 +383,7 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
   return html`<wa-details
     class="section"
     appearance="plain"
-    summary="Clipping"
+    summary=${panelTexts.clipping}
     @wa-show=${shown(true)}
     @wa-hide=${shown(false)}
   >
@@ -431,7 +412,7 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
         };
         return html`<wa-slider
           size="s"
-          label="Plane"
+          label=${panelTexts.plane}
           min="0"
           max="1"
           step="0.005"
@@ -441,14 +422,14 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
         ></wa-slider>`;
       })}
       <wa-button size="s" appearance="outlined" @click=${actions.cutAcrossView}
-        >Cut across the view</wa-button
+        >${panelTexts.cut}</wa-button
       >
       <wa-button
         size="s"
         appearance="outlined"
         ?disabled=${isWhole(clip)}
         @click=${() => actions.changeClip(wholeVolume)}
-        >Show the whole volume</wa-button
+        >${panelTexts.wholeVolume}</wa-button
       >
     </div>
   </wa-details>`;
@@ -456,26 +437,30 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
 
 export function volumeSection({ info }: PanelState): TemplateResult {
   const source = info.metadata.source ?? {};
-  const type = typeof source.type === "string" ? source.type : `${info.mapping.bits} bit`;
+  const type = typeof source.type === "string" ? source.type : pageTexts.bits(info.mapping.bits);
   const rows: [string, string][] = [
     [
-      "Voxels",
+      panelTexts.voxels,
       `${formatDims(info.voxels)} (${formatCount(info.voxels.reduce((p, n) => p * n, 1))})`,
     ],
-    ["Spacing", info.spacing.map(formatValue).join(" × ")],
-    ["Type", formatType(type)],
-    ["Values", `${formatValue(info.range[0])} to ${formatValue(info.range[1])}`],
-    ["Levels of detail", String(info.levels)],
-    ["Store", `${formatBytes(info.fileBytes)} in ${formatCount(info.chunkCount)} chunks`],
-    ["Content", `${info.contentId.slice(0, 12)}…`],
+    [panelTexts.spacing, info.spacing.map(formatValue).join(" × ")],
+    [panelTexts.type, formatType(type)],
+    [panelTexts.values, pageTexts.to(formatValue(info.range[0]), formatValue(info.range[1]))],
+    [panelTexts.levels, String(info.levels)],
+    [
+      panelTexts.store,
+      panelTexts.inChunks(formatBytes(info.fileBytes), formatCount(info.chunkCount)),
+    ],
+    [panelTexts.content, `${info.contentId.slice(0, 12)}…`],
   ];
   if (info.mapping.maxError > 0) {
-    rows.splice(4, 0, ["Stored to within", formatValue(info.mapping.maxError)]);
+    rows.splice(4, 0, [panelTexts.storedWithin, formatValue(info.mapping.maxError)]);
   }
-  if (info.missingVoxels > 0) rows.splice(4, 0, ["Missing", formatCount(info.missingVoxels)]);
+  if (info.missingVoxels > 0)
+    rows.splice(4, 0, [panelTexts.missing, formatCount(info.missingVoxels)]);
   const axes = formatAxes(info.direction);
-  if (axes) rows.splice(2, 0, ["Axes", axes]);
-  return html`<wa-details class="section" appearance="plain" summary="About this volume">
+  if (axes) rows.splice(2, 0, [panelTexts.axes, axes]);
+  return html`<wa-details class="section" appearance="plain" summary=${panelTexts.about}>
     <dl class="facts">
       ${rows.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}
     </dl>

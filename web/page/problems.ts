@@ -1,4 +1,5 @@
 import { type FaultKind, faults, type Offer, StreamError } from "../stream/index.ts";
+import { faultTexts } from "../texts/faults.ts";
 import { RendererError } from "../viewer/index.ts";
 import type { IconName } from "./icons.ts";
 import { ApiError } from "./volumes_api.ts";
@@ -15,7 +16,8 @@ export interface Problem {
 
 /** Describes a fault to the visitor. `what`: the volume's name or the store's address. */
 export function problemOfFault(kind: FaultKind, what: string, detail?: string): Problem {
-  const { title, text, offers } = faults[kind];
+  const { title, text } = faultTexts[kind];
+  const { offers } = faults[kind];
   return {
     icon: iconOf(kind),
     title,

@@ -7,6 +7,7 @@ import {
   type RawLayout,
   voxelBytes,
 } from "../device/index.ts";
+import { deviceTexts } from "../texts/device.ts";
 import { formatBytes, formatType } from "./format.ts";
 
 type Dialog = HTMLElement & { open: boolean };
@@ -26,8 +27,8 @@ export async function askRawLayout({ path, file }: InputFile): Promise<RawLayout
       layout = { ...layout, ...part };
       draw();
     };
-    const size = (axis: number, label: string) => html`<label>
-      ${label}
+    const size = (axis: 0 | 1 | 2) => html`<label>
+      ${deviceTexts.along("xyz".charAt(axis))}
       <input
         type="number"
         min="2"
@@ -44,7 +45,7 @@ export async function askRawLayout({ path, file }: InputFile): Promise<RawLayout
       const problem = layoutProblem(layout, file.size);
       render(
         html`<wa-dialog
-          label="Raw voxels"
+          label=${deviceTexts.raw}
           open
           @wa-after-hide=${(event: Event) => {
             if (event.target === holder.firstElementChild) end(undefined);
@@ -57,12 +58,12 @@ export async function askRawLayout({ path, file }: InputFile): Promise<RawLayout
               if (!problem) end(layout);
             }}
           >
-            <p>${path}, ${formatBytes(file.size)}, has no header. How many voxels does it have, and which?</p>
+            <p>${deviceTexts.rawText(path, formatBytes(file.size))}</p>
             <div class="row">
-              ${size(0, "Along x")} ${size(1, "Along y")} ${size(2, "Along z")}
+              ${size(0)} ${size(1)} ${size(2)}
             </div>
             <label>
-              Type
+              ${deviceTexts.type}
               <select
                 @change=${(event: Event) =>
                   change({ type: (event.currentTarget as HTMLSelectElement).value as VoxelType })}
@@ -76,17 +77,17 @@ export async function askRawLayout({ path, file }: InputFile): Promise<RawLayout
               </select>
             </label>
             <label>
-              Byte order
+              ${deviceTexts.byteOrder}
               <select
                 @change=${(event: Event) =>
                   change({ bigEndian: (event.currentTarget as HTMLSelectElement).value === "big" })}
               >
-                <option value="little" ?selected=${!layout.bigEndian}>little-endian (usual)</option>
-                <option value="big" ?selected=${layout.bigEndian}>big-endian</option>
+                <option value="little" ?selected=${!layout.bigEndian}>${deviceTexts.littleEndian}</option>
+                <option value="big" ?selected=${layout.bigEndian}>${deviceTexts.bigEndian}</option>
               </select>
             </label>
             <label>
-              Bytes before the voxels
+              ${deviceTexts.skip}
               <input
                 type="number"
                 min="0"
@@ -96,10 +97,10 @@ export async function askRawLayout({ path, file }: InputFile): Promise<RawLayout
               />
             </label>
             <p role="status" class=${problem ? "" : "quiet"}>
-              ${problem ?? "The size fits."}
+              ${problem ?? deviceTexts.sizeFits}
             </p>
             <wa-button type="submit" variant="brand" size="s" ?disabled=${problem !== undefined}
-              >Build the store</wa-button
+              >${deviceTexts.build}</wa-button
             >
           </form>
         </wa-dialog>`,

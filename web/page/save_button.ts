@@ -1,6 +1,7 @@
 import { html, nothing, render } from "lit";
 import { type KeptStore, keep, keptBlob } from "../device/index.ts";
 import type { StoreInfo } from "../stream/index.ts";
+import { deviceTexts } from "../texts/device.ts";
 import { iconButton } from "./chrome.ts";
 import { formatBytes } from "./format.ts";
 import { thumbnail } from "./thumbnails.ts";
@@ -25,7 +26,7 @@ export class SaveButton {
     this.#blob = blob;
     this.#info = info;
     const action = () => void this.#open();
-    render(iconButton({ icon: "save", label: "Save this volume", action }), this.element);
+    render(iconButton({ icon: "save", label: deviceTexts.saveVolume, action }), this.element);
   }
 
   async #open(): Promise<void> {
@@ -51,26 +52,24 @@ export class SaveButton {
     const bytes = this.#bytes;
     const size = (n: number | undefined) => (n === undefined ? "" : formatBytes(n));
     render(
-      html`<wa-dialog label="Save this volume" light-dismiss>
+      html`<wa-dialog label=${deviceTexts.saveVolume} light-dismiss>
         ${
           this.#isKept
             ? nothing
             : this.#option(
-                "Keep on this device",
-                "Listed on the start page; opens without a network.",
+                deviceTexts.keepTitle,
+                deviceTexts.keepText,
                 size(this.#blob.size),
                 () => this.#keep(),
+                deviceTexts.keepVerb,
               )
         }
-        ${this.#option(
-          "Store",
-          "An .isosplat file: for this page, the program isosplat, or any server.",
-          size(this.#blob.size),
-          () => this.#download(this.#blob, "isosplat"),
+        ${this.#option(deviceTexts.store, deviceTexts.storeText, size(this.#blob.size), () =>
+          this.#download(this.#blob, "isosplat"),
         )}
         ${this.#option(
-          "Single page",
-          "One HTML file with viewer and volume: opens by double click, without a server.",
+          deviceTexts.singlePage,
+          deviceTexts.singlePageText,
           size(bytes?.page),
           async () => {
             const { singlePage } = await import("../device/save_single_page.ts");
@@ -78,12 +77,12 @@ export class SaveButton {
           },
         )}
         ${this.#option(
-          "Web site",
-          "A ZIP with page, volume and README: unpack it on any web host.",
+          deviceTexts.webSite,
+          deviceTexts.webSiteText,
           size(bytes?.site),
           async () => {
             const info = this.#info();
-            if (!info) throw new Error("the volume is not open yet: try again when it is shown");
+            if (!info) throw new Error(deviceTexts.notOpenYet);
             const { siteZip } = await import("../device/save_site.ts");
             const picture = thumbnail(info.contentId);
             await this.#download(await siteZip(this.#blob, info, this.#name, picture), "zip");
@@ -95,7 +94,13 @@ export class SaveButton {
     );
   }
 
-  #option(title: string, text: string, size: string, action: () => Promise<void>) {
+  #option(
+    title: string,
+    text: string,
+    size: string,
+    action: () => Promise<void>,
+    verb = deviceTexts.saveVerb,
+  ) {
     return html`<section class="save-option">
       <strong>${title} <span class="quiet">${size}</span></strong>
       <wa-button
@@ -103,19 +108,19 @@ export class SaveButton {
         appearance="outlined"
         ?disabled=${this.#busy !== ""}
         @click=${() => void this.#run(title, action)}
-        ><span class="visually-hidden">${title}: </span>${title.startsWith("Keep") ? "Keep" : "Save"}</wa-button
+        ><span class="visually-hidden">${title}: </span>${verb}</wa-button
       >
       <p class="quiet">${text}</p>
     </section>`;
   }
 
   async #run(title: string, action: () => Promise<void>): Promise<void> {
-    this.#busy = `${title}: preparing`;
+    this.#busy = deviceTexts.preparing(title);
     this.#message = "";
     this.#render();
     try {
       await action();
-      this.#message = `${title}: done`;
+      this.#message = deviceTexts.done(title);
     } catch (error) {
       this.#message = error instanceof Error ? error.message : String(error);
     }

@@ -3,6 +3,7 @@
 import "./style.css";
 import "./components.ts";
 import { BlobSource } from "../stream/index.ts";
+import { startLanguage } from "../texts/language.ts";
 import { startTheme } from "./theme.ts";
 import { VolumePage } from "./volume_page.ts";
 
@@ -27,6 +28,7 @@ const store = new Blob(parts);
 const name = document.querySelector<HTMLMetaElement>("meta[name=isosplat-name]")?.content;
 
 startTheme();
+await startLanguage();
 const page = new VolumePage(root, {
   name: name ?? "volume",
   source: () => new BlobSource(store, name ?? "volume"),

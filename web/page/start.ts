@@ -1,4 +1,5 @@
 import { StreamError } from "../stream/index.ts";
+import { startTexts } from "../texts/start.ts";
 import { Catalog } from "./catalog.ts";
 import { DeviceFiles } from "./device_files.ts";
 import { deviceAddress } from "./device_target.ts";
@@ -23,8 +24,7 @@ export async function start(root: HTMLElement, src: string | undefined): Promise
     const files = new DeviceFiles(root);
     if (id === undefined || !(await files.openKept(id))) {
       if (id !== undefined) {
-        files.section.notice =
-          "This volume is not on this device, or not any more: open its file again.";
+        files.section.notice = startTexts.notHere;
       }
       new Catalog(root, files.section.element);
     }
@@ -33,9 +33,7 @@ export async function start(root: HTMLElement, src: string | undefined): Promise
 }
 
 function badAddress(src: string) {
-  const message =
-    `src=${src}: expected the http or https address of a store, such as ` +
-    "https://example.org/head.isosplat; correct it in the address bar";
+  const message = startTexts.badAddress(src, "https://example.org/head.isosplat");
   return {
     name: src,
     source: () => {

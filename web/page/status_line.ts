@@ -1,4 +1,5 @@
 import type { Progress } from "../stream/types.ts";
+import { pageTexts } from "../texts/page.ts";
 import type { FrameReport } from "../viewer/types.ts";
 import { formatBytes, formatCount } from "./format.ts";
 import { levelText, stateText } from "./status_text.ts";
@@ -11,11 +12,11 @@ const everyMs = 200;
  */
 export class StatusLine {
   readonly element = document.createElement("div");
-  readonly #samples = this.#add("samples", "Samples drawn in the last frame");
-  readonly #bytes = this.#add("bytes", "Payload fetched since the volume was opened");
-  readonly #level = this.#add("level", "Level of detail shown; 0 is the volume itself");
-  readonly #frames = this.#add("frames", "Frames per second while the view moves");
-  readonly #state = this.#add("state", "What is left to fetch for this view");
+  readonly #samples = this.#add("samples", pageTexts.samplesTitle);
+  readonly #bytes = this.#add("bytes", pageTexts.bytesTitle);
+  readonly #level = this.#add("level", pageTexts.levelTitle);
+  readonly #frames = this.#add("frames", pageTexts.framesTitle);
+  readonly #state = this.#add("state", pageTexts.stateTitle);
   readonly #bar = document.createElement("div");
   #progress: Progress | null = null;
   #frame: FrameReport | null = null;
@@ -25,7 +26,7 @@ export class StatusLine {
   constructor() {
     this.element.className = "status";
     this.element.setAttribute("role", "group");
-    this.element.setAttribute("aria-label", "Status");
+    this.element.setAttribute("aria-label", pageTexts.status);
     this.#state.setAttribute("role", "status");
     this.#bar.className = "progress";
     this.element.append(this.#bar);
@@ -72,12 +73,12 @@ export class StatusLine {
   #write(): void {
     const progress = this.#progress;
     const frame = this.#frame;
-    set(this.#samples, frame ? `${formatCount(frame.samplesDrawn)} samples` : "");
+    set(this.#samples, frame ? pageTexts.samples(formatCount(frame.samplesDrawn)) : "");
     set(
       this.#frames,
-      frame && frame.framesPerSecond > 0 ? `${Math.round(frame.framesPerSecond)} fps` : "",
+      frame && frame.framesPerSecond > 0 ? pageTexts.frames(Math.round(frame.framesPerSecond)) : "",
     );
-    set(this.#bytes, progress ? `${formatBytes(progress.bytesFetched)} fetched` : "");
+    set(this.#bytes, progress ? pageTexts.fetched(formatBytes(progress.bytesFetched)) : "");
     set(this.#level, progress ? levelText(progress) : "");
     set(this.#state, progress ? stateText(progress) : "");
     this.element.dataset.state = progress?.state ?? "none";

@@ -10,16 +10,11 @@ import {
   saveSurface,
 } from "../mesh/index.ts";
 import type { StoreAccess } from "../stream/index.ts";
+import { surfaceTexts } from "../texts/surface.ts";
 import type { Clip } from "../viewer/types.ts";
 import { formatBytes, formatCount, formatValue } from "./format.ts";
 
 type Dialog = HTMLElement & { open: boolean };
-
-const formatTexts: Readonly<Record<MeshFormat, string>> = {
-  stl: "STL, for printing",
-  glb: "GLB, for 3D programs and the web",
-  ply: "PLY, for MeshLab, CloudCompare and VTK",
-};
 
 /** Offers an isosurface of an open volume as a file of triangles. `save` gives it to the visitor. */
 export function openSurfaceDialog(
@@ -118,10 +113,10 @@ class SurfaceDialog {
       if (triangles > 0) this.#save(this.#format, file);
       this.#message =
         triangles > 0
-          ? `Saved: ${formatCount(triangles)} triangles, ${formatBytes(file.size)}`
-          : "There is no surface here: choose another isovalue or a larger box.";
+          ? surfaceTexts.saved(formatCount(triangles), formatBytes(file.size))
+          : surfaceTexts.nothing;
     } catch (error) {
-      this.#message = signal.aborted ? "Cancelled" : textOf(error);
+      this.#message = signal.aborted ? surfaceTexts.cancelled : textOf(error);
     }
     this.#share = undefined;
     this.#render();
@@ -137,14 +132,13 @@ class SurfaceDialog {
   get #status(): string {
     if (this.#message) return this.#message;
     const { problem, triangles, fileBytes, bytesToFetch, seconds } = this.#forecast ?? {};
-    if (problem) return problem;
+    if (problem) return surfaceTexts.tooLarge(Math.round((triangles ?? 0) / 2e6));
     if (triangles === undefined || fileBytes === undefined || seconds === undefined) return "";
-    const about = this.#level > 0 || this.#isClipped ? "At most about" : "About";
-    const time = seconds < 1.5 ? "a second" : `${Math.round(seconds)} seconds`;
-    return (
-      `${about} ${formatCount(triangles)} triangles, ${formatBytes(fileBytes)}. Reads ` +
-      `${formatBytes(bytesToFetch ?? 0)}, and computes for about ${time}.`
-    );
+    const isLess = this.#level > 0 || this.#isClipped;
+    const size = isLess ? surfaceTexts.atMost : surfaceTexts.about;
+    const time = seconds < 1.5 ? surfaceTexts.aSecond : surfaceTexts.seconds(Math.round(seconds));
+    const cost = surfaceTexts.cost(formatBytes(bytesToFetch ?? 0), time);
+    return `${size(formatCount(triangles), formatBytes(fileBytes))} ${cost}`;
   }
 
   #render(): void {
@@ -156,7 +150,7 @@ class SurfaceDialog {
     const chosen = (event: Event) => (event.currentTarget as HTMLSelectElement).value;
     render(
       html`<wa-dialog
-        label="Save the surface"
+        label=${surfaceTexts.title}
         @wa-after-hide=${(event: Event) => this.#closed(event)}
       >
         <form
@@ -166,9 +160,9 @@ class SurfaceDialog {
             if (isReady) void this.#make();
           }}
         >
-          <p>The isosurface at ${formatValue(this.#isovalue)} as triangles.</p>
+          <p>${surfaceTexts.lead(formatValue(this.#isovalue))}</p>
           <label>
-            Format
+            ${surfaceTexts.format}
             <select
               ?disabled=${isRunning}
               @change=${(event: Event) => this.#change({ format: chosen(event) as MeshFormat })}
@@ -176,13 +170,13 @@ class SurfaceDialog {
               ${meshFormats.map(
                 (format) =>
                   html`<option value=${format} ?selected=${format === this.#format}>
-                    ${formatTexts[format]}
+                    ${surfaceTexts.formats[format]}
                   </option>`,
               )}
             </select>
           </label>
           <label>
-            Detail
+            ${surfaceTexts.detail}
             <select
               ?disabled=${isRunning}
               @change=${(event: Event) => this.#change({ level: Number(chosen(event)) })}
@@ -191,7 +185,7 @@ class SurfaceDialog {
                 { length: info.levels },
                 (_, level) =>
                   html`<option value=${level} ?selected=${level === this.#level}>
-                    ${level === 0 ? "Full" : `Level ${level}`}: ${cells(level)} cells
+                    ${level === 0 ? surfaceTexts.full(cells(0)) : surfaceTexts.level(level, cells(level))}
                   </option>`,
               )}
             </select>
@@ -208,27 +202,27 @@ class SurfaceDialog {
                         isClipped: (event.currentTarget as HTMLInputElement).checked,
                       })}
                   />
-                  Only whole cells inside of the clipping box
+                  ${surfaceTexts.clipped}
                 </label>`
               : nothing
           }
           ${
             isRunning
               ? html`<progress
-                  aria-label="Saving the surface"
+                  aria-label=${surfaceTexts.saving}
                   max="1"
                   .value=${this.#share ?? 0}
                 ></progress>`
               : html`<p role="status" class=${this.#message ? "" : "quiet"}>${this.#status}</p>`
           }
           <div class="row">
-            <wa-button type="submit" variant="brand" size="s" ?disabled=${!isReady}>Save</wa-button>
+            <wa-button type="submit" variant="brand" size="s" ?disabled=${!isReady}>${surfaceTexts.save}</wa-button>
             <wa-button
               size="s"
               appearance="outlined"
               ?disabled=${!isRunning}
               @click=${() => this.#work.abort(new DOMException("cancelled", "AbortError"))}
-              >Cancel</wa-button
+              >${surfaceTexts.cancel}</wa-button
             >
           </div>
         </form>

@@ -1,5 +1,6 @@
 import { html, nothing, render } from "lit";
 import type { BuildProgress } from "../builder/types.ts";
+import { deviceTexts } from "../texts/device.ts";
 import { formatBytes } from "./format.ts";
 
 /** Work on files of this device: a card with its progress, and a button that cancels it. */
@@ -15,7 +16,7 @@ export class Task {
   constructor(title: string) {
     this.#title = title;
     this.#card.className = "task-card";
-    this.#card.setAttribute("aria-label", "Files of this device");
+    this.#card.setAttribute("aria-label", deviceTexts.title);
   }
 
   /** Aborted when the visitor cancels. */
@@ -32,8 +33,8 @@ export class Task {
 
   progress({ fraction, secondsLeft }: BuildProgress, bytes: number): void {
     this.#fraction = fraction;
-    const left = secondsLeft > 0 ? ` · ${duration(secondsLeft)} left` : "";
-    this.#text = `${formatBytes(fraction * bytes)} of ${formatBytes(bytes)}${left}`;
+    const left = secondsLeft > 0 ? ` · ${deviceTexts.left(duration(secondsLeft))}` : "";
+    this.#text = deviceTexts.of(formatBytes(fraction * bytes), formatBytes(bytes)) + left;
     this.#render();
   }
 
@@ -41,12 +42,14 @@ export class Task {
   fetching(title: string, received: number, bytes: number | undefined): void {
     this.#title = title;
     this.#fraction = bytes ? received / bytes : undefined;
-    this.#text = `${formatBytes(received)}${bytes ? ` of ${formatBytes(bytes)}` : ""}`;
+    this.#text = bytes
+      ? deviceTexts.of(formatBytes(received), formatBytes(bytes))
+      : formatBytes(received);
     this.#render();
   }
 
   /** Shows the message until the visitor closes it. */
-  fail(message: string, title = "Not opened"): void {
+  fail(message: string, title = deviceTexts.notOpened): void {
     this.isRunning = false;
     this.#title = title;
     this.#error = message;
@@ -76,7 +79,7 @@ export class Task {
           class="chip"
           @click=${() => (isFailed ? this.close() : this.#stop())}
         >
-          ${isFailed ? "Close" : "Cancel"}
+          ${isFailed ? deviceTexts.close : deviceTexts.cancel}
         </button>`,
       this.#card,
     );

@@ -1,4 +1,5 @@
 import { type OverlayPart, overlayParts } from "../overlay/parts.ts";
+import { pageTexts } from "../texts/page.ts";
 import { isWhole, maxClipPlanes, wholeVolume } from "../viewer/clipping.ts";
 import { defaultLight, type Light } from "../viewer/light.ts";
 import {
@@ -55,6 +56,7 @@ export const minOpacity = 0.05;
  *   clip=x0,x1,y0,y1,z0,z1         a box: fractions of the volume's extent
  *   measure=kind,x,y,z[,x,y,z …][|text]   once for each measurement: web/measure/measurement_text.ts
  *   show=axes,scale,box            what lies above the picture; none: nothing
+ *   lang=de                        read by web/texts/language.ts, and kept on the device, not here
  *   plane=x,y,z,offset             once for each clip plane: keeps what is before it, see ClipPlane
  */
 export interface UrlState {
@@ -122,19 +124,19 @@ export function readUrl(search: string): UrlState {
   const src = query.get("src");
   if (src) state.src = src;
 
-  const isovalues = read("isovalue", readNumbers, "numbers, such as 60.5,180");
+  const isovalues = read("isovalue", readNumbers, pageTexts.isNumbers);
   if (isovalues) state.isovalues = isovalues.slice(0, maxSurfaces);
-  const colours = read("colour", readColours, "colours such as d9ccb3");
+  const colours = read("colour", readColours, pageTexts.isColours);
   if (colours) state.colours = colours;
-  const opacities = read("opacity", readOpacities, "numbers from 0 to 1");
+  const opacities = read("opacity", readOpacities, pageTexts.isShares);
   if (opacities) state.opacities = opacities.map((o) => Math.max(o, minOpacity));
   if (opacities?.some((o) => o < minOpacity)) {
-    notes.push(`The address contains an invisible surface: it is shown at ${100 * minOpacity} %.`);
+    notes.push(pageTexts.invisible(String(100 * minOpacity)));
   }
 
   const camera = read("camera", readCamera, "azimuth,elevation,distance,x,y,z");
   if (camera) state.camera = camera;
-  const expectedProjection = projections.join(" or ");
+  const expectedProjection = pageTexts.isEither(...projections);
   const projection = read("projection", readProjection, expectedProjection);
   if (projection) state.projection = projection;
   const kinds = ["automatic", ...splatKinds] as const;
@@ -146,19 +148,19 @@ export function readUrl(search: string): UrlState {
   if (colourBy) state.colourBy = colourBy;
   const colourMap = read("map", (text) => oneOf(text, colourMaps), colourMaps.join(", "));
   if (colourMap) state.colourMap = colourMap;
-  const background = read("background", readColour, "a colour such as ffffff");
+  const background = read("background", readColour, pageTexts.isColour);
   if (background) state.background = background;
-  const shade = read("shade", readShare, "a number from 0 to 1");
+  const shade = read("shade", readShare, pageTexts.isShare);
   if (shade !== undefined) state.eyeDome = shade;
   for (const name of Object.keys(lightParameters)) {
     const light = read(name, (text) => readLight(name, text), expectedOfLight(name));
     if (light) state.light = { ...(state.light ?? defaultLight), ...light };
   }
-  const show = read("show", readShow, `none, or some of ${overlayParts.join(",")}`);
+  const show = read("show", readShow, pageTexts.isParts(overlayParts.join(",")));
   if (show) state.show = show;
   const measures = query.getAll("measure");
   if (measures.length > 0) state.measures = measures;
-  read("clip", readBox, "x0,x1,y0,y1,z0,z1 from 0 to 1");
+  read("clip", readBox, pageTexts.isBox);
   for (const text of query.getAll("plane")) {
     if (!readPlane(text)) notes.push(ignored("plane", text, "x,y,z,offset"));
   }
@@ -170,7 +172,7 @@ export function readUrl(search: string): UrlState {
 
 function ignored(name: string, text: string, expected: string): string {
   const shown = text.length > 40 ? `${text.slice(0, 40)}…` : text;
-  return `“${name}=${shown}” in the address was ignored: expected ${expected}.`;
+  return pageTexts.ignored(`${name}=${shown}`, expected);
 }
 
 /**

@@ -1,14 +1,9 @@
 import { html, type TemplateResult } from "lit";
 import { axisNames, viewName } from "../overlay/axis_names.ts";
-import type { OverlayPart } from "../overlay/parts.ts";
+import { overlayParts } from "../overlay/parts.ts";
+import { panelTexts } from "../texts/panel.ts";
 import { axisViews } from "../viewer/camera_views.ts";
 import type { PanelActions, PanelState } from "./panel.ts";
-
-const parts: readonly { part: OverlayPart; label: string }[] = [
-  { part: "axes", label: "Axes" },
-  { part: "scale", label: "Scale bar" },
-  { part: "box", label: "Box" },
-];
 
 /** Views along the axes, and what lies above the picture. */
 export function viewSection(
@@ -16,15 +11,15 @@ export function viewSection(
   actions: PanelActions,
 ): TemplateResult {
   const names = axisNames(info);
-  return html`<wa-details class="section" appearance="plain" summary="View">
+  return html`<wa-details class="section" appearance="plain" summary=${panelTexts.view}>
     <div class="fields">
-      <div class="chips" role="group" aria-label="Views along the axes">
+      <div class="chips" role="group" aria-label=${panelTexts.alongAxes}>
         ${axisViews.map((view, i) => {
           const name = names[view.axis]?.[view.side < 0 ? 0 : 1] ?? "";
           return html`<button
             type="button"
             class="chip"
-            title=${`${viewName(name)} (key ${i + 1})`}
+            title=${panelTexts.withKey(viewName(name), i + 1)}
             aria-label=${viewName(name)}
             @click=${() => actions.lookAlong(view)}
           >
@@ -34,68 +29,68 @@ export function viewSection(
         <button
           type="button"
           class="chip"
-          title="Show the whole volume, without turning (key V)"
+          title=${panelTexts.fitTitle}
           @click=${actions.fit}
         >
-          Fit
+          ${panelTexts.fit}
         </button>
         <button
           type="button"
           class="chip"
-          title="Parallel rays: sizes do not depend on the distance (key P)"
+          title=${panelTexts.orthographicTitle}
           aria-pressed=${projection === "orthographic"}
           @click=${actions.toggleProjection}
         >
-          Orthographic
+          ${panelTexts.orthographic}
         </button>
       </div>
-      <div class="chips" role="group" aria-label="Changes of the view">
+      <div class="chips" role="group" aria-label=${panelTexts.changes}>
         <button
           type="button"
           class="chip"
-          title="Take back the last change of the view (Ctrl+Z)"
+          title=${panelTexts.undoTitle}
           ?disabled=${!canUndo}
           @click=${actions.undo}
         >
-          Undo
+          ${panelTexts.undo}
         </button>
         <button
           type="button"
           class="chip"
-          title="Repeat what was taken back (Ctrl+Shift+Z)"
+          title=${panelTexts.redoTitle}
           ?disabled=${!canRedo}
           @click=${actions.redo}
         >
-          Redo
+          ${panelTexts.redo}
         </button>
       </div>
-      <div class="chips" role="group" aria-label="Picture">
+      <div class="chips" role="group" aria-label=${panelTexts.picture}>
         <button
           type="button"
           class="chip"
-          title="Save the picture as a PNG without its background"
+          title=${panelTexts.saveTransparentTitle}
           @click=${actions.saveTransparent}
         >
-          Save without background
+          ${panelTexts.saveTransparent}
         </button>
         <button
           type="button"
           class="chip"
-          title="Save a picture of any size, or a film (Shift+S)"
+          title=${panelTexts.captureTitle}
           @click=${actions.openCapture}
         >
-          Sizes and films …
+          ${panelTexts.capture}
         </button>
       </div>
-      <div class="chips" role="group" aria-label="Above the picture">
-        ${parts.map(
-          ({ part, label }) => html`<button
+      <div class="chips" role="group" aria-label=${panelTexts.above}>
+        ${overlayParts.map(
+          (part) => html`<button
             type="button"
             class="chip"
             aria-pressed=${show.has(part)}
             @click=${() => actions.toggleShown(part)}
           >
-            ${label}
+            ${panelTexts.parts[part]}
           </button>`,
         )}
       </div>

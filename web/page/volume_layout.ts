@@ -1,6 +1,8 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { guard } from "lit/directives/guard.js";
 import type { Offer, StoreInfo } from "../stream/index.ts";
+import { pageTexts } from "../texts/page.ts";
+import { panelTexts } from "../texts/panel.ts";
 import type { Legend } from "../viewer/types.ts";
 import { brand, iconButton, problemCard, themeButton } from "./chrome.ts";
 import { formatDims, formatType } from "./format.ts";
@@ -110,13 +112,13 @@ function bar({ title, panel, tools }: LayoutState, actions: LayoutActions): Temp
     <span class="bar-space"></span>${tools}
     ${iconButton({
       icon: "reset",
-      label: "Reset the view",
+      label: pageTexts.reset,
       action: actions.reset,
       isMinor: true,
     })}
-    ${iconButton({ icon: "camera", label: "Save a picture", action: actions.savePicture })}
-    ${iconButton({ icon: "link", label: "Copy a link to this view", action: actions.copyLink })}
-    ${iconButton({ icon: "help", label: "Keys and gestures", action: actions.help, isMinor: true })}
+    ${iconButton({ icon: "camera", label: pageTexts.savePicture, action: actions.savePicture })}
+    ${iconButton({ icon: "link", label: pageTexts.copyLink, action: actions.copyLink })}
+    ${iconButton({ icon: "help", label: pageTexts.keys, action: actions.help, isMinor: true })}
     ${themeButton()}
   </header>`;
 }
@@ -141,7 +143,7 @@ function bannerPart(banner: Banner, actions: LayoutActions): TemplateResult {
       ${
         detail
           ? html`<details class="banner-detail">
-              <summary>Details</summary>
+              <summary>${pageTexts.details}</summary>
               <code>${detail}</code>
             </details>`
           : nothing
@@ -150,14 +152,14 @@ function bannerPart(banner: Banner, actions: LayoutActions): TemplateResult {
     ${
       offers.includes("again")
         ? html`<wa-button size="s" appearance="outlined" @click=${actions.retry}
-            >Try again</wa-button
+            >${pageTexts.again}</wa-button
           >`
         : nothing
     }
     ${
       offers.includes("reload")
         ? html`<wa-button size="s" appearance="outlined" @click=${() => location.reload()}
-            >Load the page anew</wa-button
+            >${pageTexts.loadAnew}</wa-button
           >`
         : nothing
     }
@@ -169,7 +171,7 @@ function panelPart(
   { isSheetOpen, measure }: LayoutState,
   actions: LayoutActions,
 ): TemplateResult {
-  return html`<aside class="panel" aria-label="Controls">
+  return html`<aside class="panel" aria-label=${pageTexts.controls}>
     <button
       class="sheet-handle"
       type="button"
@@ -177,7 +179,7 @@ function panelPart(
       aria-controls="more-controls"
       @click=${actions.toggleSheet}
     >
-      <span class="visually-hidden">${isSheetOpen ? "Fewer controls" : "More controls"}</span>
+      <span class="visually-hidden">${isSheetOpen ? pageTexts.fewer : pageTexts.more}</span>
       ${icon(isSheetOpen ? "down" : "up")}
     </button>
     ${isovalueSection(state, actions)}
@@ -186,7 +188,7 @@ function panelPart(
       ${guard([state.look, state.isThemeBackground], () => appearanceSection(state, actions))}
       ${guard([state.look], () => lightSection(state, actions))}
       ${guard([state.show, state.info, state.projection, state.canUndo, state.canRedo], () => viewSection(state, actions))}
-      <wa-details class="section" appearance="plain" summary="Measure" @wa-show=${actions.loadMeasure}>
+      <wa-details class="section" appearance="plain" summary=${panelTexts.measure} @wa-show=${actions.loadMeasure}>
         ${measure?.section}
       </wa-details>
       ${guard([state.clip, state.info], () => clippingSection(state, actions))}
@@ -197,6 +199,6 @@ function panelPart(
 
 function facts(info: StoreInfo): string {
   const type = info.metadata.source?.type;
-  const typeText = formatType(typeof type === "string" ? type : `${info.mapping.bits} bit`);
+  const typeText = formatType(typeof type === "string" ? type : pageTexts.bits(info.mapping.bits));
   return `${formatDims(info.voxels)}, ${typeText}`;
 }

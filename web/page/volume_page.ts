@@ -9,6 +9,8 @@ import {
   StreamError,
   slowWait,
 } from "../stream/index.ts";
+import { listed } from "../texts/numbers.ts";
+import { pageTexts } from "../texts/page.ts";
 import {
   type AxisView,
   axisViews,
@@ -21,7 +23,7 @@ import {
 } from "../viewer/index.ts";
 import type { CaptureDialog } from "./capture_dialog.ts";
 import { DisplaySettings } from "./display_settings.ts";
-import { formatValue } from "./format.ts";
+import { formatValue, plainValue } from "./format.ts";
 import { Histogram } from "./histogram.ts";
 import type { Measure } from "./measure.ts";
 import { AddressBar, type AddressState, addressOf } from "./page_address.ts";
@@ -169,7 +171,7 @@ export class VolumePage {
     viewer.on("opened", (info) => this.#onOpened(info));
     viewer.on("replaced", (info) => {
       this.#settings.opened(info);
-      this.#toast.note("The volume was replaced on its server: this is the new version.");
+      this.#toast.note(pageTexts.replaced);
     });
     viewer.on("camera", (camera) => {
       this.#camera = camera;
@@ -264,9 +266,7 @@ export class VolumePage {
       const shown = this.#viewer.camera;
       if (!isMoved && camera && shown && writeCamera(camera) !== writeCamera(shown)) {
         this.#camera = shown;
-        notes.push(
-          "The view in the address is too far from the volume: the default view is shown.",
-        );
+        notes.push(pageTexts.viewTooFar);
       }
       if (notes.length > 0) this.#toast.note(notes.join(" "));
     } catch (error) {
@@ -307,8 +307,9 @@ export class VolumePage {
     return this.#info?.metadata.title || this.#info?.metadata.name || this.#target.name;
   }
 
-  #isovalues(): string[] {
-    return this.#settings.surfaces.map((surface) => formatValue(surface.isovalue));
+  /** For names of files. */
+  #isovalues(): string {
+    return this.#settings.surfaces.map((surface) => plainValue(surface.isovalue)).join("-");
   }
 
   /**
@@ -493,9 +494,7 @@ export class VolumePage {
       this.#clipHandles ??= new ClipHandles(this.#viewer, this.#settings.actions.changeClip);
       this.#render();
     } catch {
-      this.#toast.note(
-        "The handles of the clip box could not be loaded: the connection failed. Open the section again.",
-      );
+      this.#toast.note(pageTexts.noHandles);
     }
   }
 
@@ -524,7 +523,7 @@ export class VolumePage {
       },
       () => {
         this.#loadingMeasure = null;
-        this.#toast.note("Measuring could not be loaded: the connection failed. Try again.");
+        this.#toast.note(pageTexts.noMeasuring);
       },
     );
     return this.#loadingMeasure;
@@ -573,21 +572,19 @@ export class VolumePage {
     this.#address.write();
     try {
       await navigator.clipboard.writeText(location.href);
-      this.#toast.done("Link copied");
+      this.#toast.done(pageTexts.linkCopied);
     } catch {
-      this.#toast.note(
-        "The browser does not allow access to the clipboard: copy the address bar instead",
-      );
+      this.#toast.note(pageTexts.noClipboard);
     }
   }
 
   async #saveScreenshot(options: { transparent?: boolean } = {}): Promise<void> {
     try {
       const picture = await this.#viewer.screenshot(options);
-      saveFile(this.#fileName(`${this.#isovalues().join("-")}.png`), picture);
-      this.#toast.done("Picture saved");
+      saveFile(this.#fileName(`${this.#isovalues()}.png`), picture);
+      this.#toast.done(pageTexts.pictureSaved);
     } catch (error) {
-      this.#toast.note(error instanceof Error ? error.message : "There is no picture yet");
+      this.#toast.note(error instanceof Error ? error.message : pageTexts.noPicture);
     }
   }
 
@@ -602,7 +599,7 @@ export class VolumePage {
         saveFile(this.#fileName(`${isovalue}.${ending}`), file),
       );
     } catch {
-      this.#toast.note("Saving could not be loaded: the connection failed. Try again.");
+      this.#toast.note(pageTexts.noSaving);
     }
   }
 
@@ -614,13 +611,13 @@ export class VolumePage {
             viewer: this.#viewer,
             activeSurface: () => this.#settings.state.active,
             save: (ending, content) =>
-              saveFile(this.#fileName(`${this.#isovalues().join("-")}-${ending}`), content),
+              saveFile(this.#fileName(`${this.#isovalues()}-${ending}`), content),
           }),
       );
       await (await this.#capture).open();
     } catch {
       this.#capture = null;
-      this.#toast.note("The dialog could not be loaded: the connection failed. Try again.");
+      this.#toast.note(pageTexts.noDialog);
     }
   }
 
@@ -648,11 +645,8 @@ export class VolumePage {
     this.#renderHandle = 0;
     const info = this.#info;
     const settings = this.#settings.state;
-    const isovalues = this.#isovalues().join(", ");
-    this.#canvas.setAttribute(
-      "aria-label",
-      `Isosurface of ${this.#title()} at ${isovalues}. Arrow keys rotate it, plus and minus zoom.`,
-    );
+    const isovalues = listed(settings.surfaces.map(({ isovalue }) => formatValue(isovalue)));
+    this.#canvas.setAttribute("aria-label", pageTexts.picture(this.#title(), isovalues));
     const fault = this.#problem ? null : this.#currentFault;
     const banner: Banner | null = fault && {
       ...fault,
@@ -741,6 +735,6 @@ function viewCanvas(): HTMLCanvasElement {
   canvas.id = "view";
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "application");
-  canvas.setAttribute("aria-roledescription", "3D view");
+  canvas.setAttribute("aria-roledescription", pageTexts.view3d);
   return canvas;
 }

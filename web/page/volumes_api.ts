@@ -1,4 +1,5 @@
 import { keptHeader } from "../offline/kept_header.ts";
+import { startTexts } from "../texts/start.ts";
 import { siteCatalog } from "./site.ts";
 
 /**
@@ -103,17 +104,14 @@ async function fetchList(
     response = await fetch(address, { signal: signal ?? null });
   } catch (error) {
     if (signal?.aborted) throw error;
-    throw new ApiError("The server does not answer.", true);
+    throw new ApiError(startTexts.noAnswer, true);
   }
   if (!response.ok) {
     if (response.status === 401 || response.status === 403) {
-      throw new ApiError("The server does not admit this page.", false, true);
+      throw new ApiError(startTexts.notAdmitted, false, true);
     }
     const retry = response.status >= 500 || response.status === 429;
-    throw new ApiError(
-      `The server returned status ${response.status} for the list of volumes.`,
-      retry,
-    );
+    throw new ApiError(startTexts.listStatus(response.status), retry);
   }
   try {
     const answer = (await response.json()) as { volumes: VolumeEntry[] };
@@ -121,10 +119,7 @@ async function fetchList(
     if (Array.isArray(answer.volumes))
       return { ...answer, ...(kept && { keptAt: new Date(kept) }) };
   } catch {} // reported below
-  throw new ApiError(
-    "The server's list of volumes cannot be read: is it an Isosplat server?",
-    false,
-  );
+  throw new ApiError(startTexts.notAList, false);
 }
 
 /**

@@ -1,0 +1,91 @@
+import type { deviceTexts as English } from "./device.ts";
+import { plurals } from "./numbers.ts";
+
+const plural = plurals("de");
+
+export const device: typeof English = {
+  title: "Dateien dieses Geräts",
+  drop: "Ein Volumen oder eine Isosplat-Datei irgendwohin ziehen",
+  orChoose: (files, folder) => [" oder ", files, " oder ", folder, "."],
+  chooseFiles: "Dateien auswählen",
+  chooseFolder: "einen Ordner",
+  dropText:
+    "NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, VTK und rohe Voxel, auch in einem ZIP, werden hier im Browser zu einer Isosplat-Datei; Isosplat-Dateien (.isosplat) öffnen sich sofort. Nichts wird hochgeladen.",
+  dropHere: "Volumen oder Isosplat-Datei hier ablegen: Gelesen wird hier, nichts wird hochgeladen",
+  onDevice: "Auf diesem Gerät",
+  onDeviceText:
+    "Von diesem Browser für diese Website aufbewahrt. Er kann sie entfernen, wenn der Datenträger voll ist: Speichern Sie, was Sie brauchen.",
+  remove: "Von diesem Gerät entfernen",
+  removeNamed: (name) => `${name} von diesem Gerät entfernen`,
+
+  reading: "Wird gelesen",
+  files: (n) => plural(n, { one: `${n} Datei`, other: `${n} Dateien` }),
+  fetching: "Wird geladen",
+  fetchingNamed: (name) => `${name} wird geladen`,
+  from: (host) => `von ${host}`,
+  unpacking: (name) => `${name} wird entpackt`,
+  building: (name) => `${name} wird umgewandelt`,
+  otherTab: "wartet: Ein anderer Tab wandelt dasselbe Volumen um",
+  starting: "beginnt",
+  keeping: (name) => `${name} wird auf diesem Gerät aufbewahrt`,
+  untilClosed: "Es ist geöffnet, bis dieser Tab geschlossen wird.",
+  preview: (reduced, whole) => `Vorschau: ${reduced} von ${whole} Voxeln`,
+  of: (done, all) => `${done} von ${all}`,
+  left: (time) => `noch ${time}`,
+  cancel: "Abbrechen",
+  cancelled: "Abgebrochen.",
+  close: "Schließen",
+  notOpened: "Nicht geöffnet",
+  fromDevice: "Von diesem Gerät",
+  unreachable: (host) => `${host} ist nicht erreichbar: Dies wurde aufbewahrt.`,
+  removed: "Die Isosplat-Datei wurde von diesem Gerät entfernt: Öffnen Sie ihr Volumen noch einmal",
+  cutOff: (host) =>
+    `Es wurden Dateien dieses Geräts gelesen, darum stellt dieser Tab keine Anfragen an andere Sites: Laden Sie die Seite neu, um mehr vom Volumen auf ${host} zu sehen.`,
+  noFiles: "keine Dateien",
+  nothingFound: (found) =>
+    `Erwartet wird eine Isosplat-Datei (.isosplat) oder ein Volumen (NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, altes VTK oder roh), gefunden: ${found}.`,
+
+  theFiles: "die Dateien selbst",
+  whichVolume: (count) => `${count} Volumen: welches?`,
+  whichScale: "Welche Auflösung?",
+  tooLarge: (count) => `(${count} weitere zu groß für den Browser)`,
+  scale: (voxels, bytes) => `${voxels} Voxel · ${bytes} unkomprimiert`,
+  noScale: (name, bytes) =>
+    `${name}: Erwartet werden Voxel, die der Browser in seinem Speicher umwandeln kann, gefunden ${bytes}: Öffnen Sie eine kleinere Auflösung`,
+
+  raw: "Rohe Voxel",
+  rawText: (path, bytes) =>
+    `${path}, ${bytes}, hat keinen Kopf. Wie viele Voxel enthält die Datei, und welche?`,
+  along: (axis) => `Entlang ${axis}`,
+  type: "Typ",
+  byteOrder: "Bytereihenfolge",
+  littleEndian: "Little-Endian (üblich)",
+  bigEndian: "Big-Endian",
+  skip: "Bytes vor den Voxeln",
+  sizeFits: "Die Größe passt.",
+  build: "Umwandeln",
+  wrongDims: "Erwartet werden ganze Zahlen von 2 bis 1048576 Voxeln entlang jeder Achse",
+  wrongSkip: "Erwartet wird eine ganze Zahl von Bytes, ab 0",
+  wrongSize: (expected, found) =>
+    `Erwartet werden ${expected} Bytes, die Datei hat ${found}: Berichtigen Sie die Größe oder den Typ`,
+
+  saveVolume: "Dieses Volumen speichern",
+  keepTitle: "Auf diesem Gerät aufbewahren",
+  keepText: "Steht auf der Startseite; öffnet sich ohne Netz.",
+  keepVerb: "Aufbewahren",
+  saveVerb: "Speichern",
+  store: "Isosplat-Datei",
+  storeText: "Eine .isosplat-Datei: für diese Seite, das Programm isosplat oder jeden Server.",
+  singlePage: "Einzelne Seite",
+  singlePageText:
+    "Eine HTML-Datei mit Betrachter und Volumen: öffnet sich per Doppelklick, ohne Server.",
+  webSite: "Website",
+  webSiteText: "Ein ZIP mit Seite, Volumen und README: auf jedem Webserver zu entpacken.",
+  notOpenYet: "Das Volumen ist noch nicht geöffnet: Versuchen Sie es, wenn es zu sehen ist",
+  preparing: (title) => `${title}: wird vorbereitet`,
+  done: (title) => `${title}: fertig`,
+
+  newVersion: "Eine neue Fassung dieser Seite liegt bereit.",
+  reload: "Neu laden",
+  later: "Später",
+};

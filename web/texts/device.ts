@@ -1,0 +1,93 @@
+import { plurals } from "./numbers.ts";
+import { part } from "./part.ts";
+
+const plural = plurals("en");
+const files = (n: number) => plural(n, { one: `${n} file`, other: `${n} files` });
+
+/** Files of this device: opening, building and keeping them. */
+export const deviceTexts = part("device", {
+  title: "Files of this device",
+  drop: "Drop a volume or a store anywhere",
+  /** files, folder: the buttons that choose them. */
+  orChoose: <Chooser>(files: Chooser, folder: Chooser) => [", or ", files, " or ", folder, "."],
+  chooseFiles: "choose files",
+  chooseFolder: "a folder",
+  dropText:
+    "NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, VTK and raw voxels, also in a ZIP, become a store, here in the browser; stores (.isosplat) open at once. Nothing is uploaded.",
+  dropHere: "Drop a volume or a store: it is read here, nothing is uploaded",
+  onDevice: "On this device",
+  onDeviceText:
+    "Kept by this browser for this site. It may remove them when the disk is full: save what you need.",
+  remove: "Remove from this device",
+  removeNamed: (name: string) => `Remove ${name} from this device`,
+
+  reading: "Reading",
+  files,
+  fetching: "Fetching",
+  fetchingNamed: (name: string) => `Fetching ${name}`,
+  from: (host: string) => `from ${host}`,
+  unpacking: (name: string) => `Unpacking ${name}`,
+  building: (name: string) => `Building ${name}`,
+  otherTab: "waiting: another tab builds the same volume",
+  starting: "starting",
+  keeping: (name: string) => `Keeping ${name} on this device`,
+  untilClosed: "It is open until this tab is closed.",
+  preview: (reduced: string, whole: string) => `Preview: ${reduced} of ${whole} voxels`,
+  of: (done: string, all: string) => `${done} of ${all}`,
+  left: (time: string) => `${time} left`,
+  cancel: "Cancel",
+  cancelled: "Cancelled.",
+  close: "Close",
+  notOpened: "Not opened",
+  fromDevice: "From this device",
+  unreachable: (host: string) => `${host} cannot be reached: this is what was kept.`,
+  removed: "the store was removed from this device: open its file again",
+  cutOff: (host: string) =>
+    `Files of this device were read, so this tab makes no requests to other sites: load the page again for more of the volume on ${host}.`,
+  noFiles: "no files",
+  nothingFound: (found: string) =>
+    `Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, legacy VTK or raw), found ${found}.`,
+
+  theFiles: "the files themselves",
+  whichVolume: (count: number) => `${count} volumes: which one?`,
+  whichScale: "Which scale?",
+  tooLarge: (count: number) => `(${count} more too large for the browser)`,
+  scale: (voxels: string, bytes: string) => `${voxels} voxels · ${bytes} uncompressed`,
+  noScale: (name: string, bytes: string) =>
+    `${name}: expected voxels whose store the browser has memory to build, found ${bytes}: open a smaller scale`,
+
+  raw: "Raw voxels",
+  rawText: (path: string, bytes: string) =>
+    `${path}, ${bytes}, has no header. How many voxels does it have, and which?`,
+  along: (axis: string) => `Along ${axis}`,
+  type: "Type",
+  byteOrder: "Byte order",
+  littleEndian: "little-endian (usual)",
+  bigEndian: "big-endian",
+  skip: "Bytes before the voxels",
+  sizeFits: "The size fits.",
+  build: "Build the store",
+  wrongDims: "expected whole numbers of voxels from 2 to 1048576 along each axis",
+  wrongSkip: "expected a whole number of bytes to skip, from 0",
+  wrongSize: (expected: number, found: number) =>
+    `expected ${expected} bytes, found a file of ${found}: correct the size or the type`,
+
+  saveVolume: "Save this volume",
+  keepTitle: "Keep on this device",
+  keepText: "Listed on the start page; opens without a network.",
+  keepVerb: "Keep",
+  saveVerb: "Save",
+  store: "Store",
+  storeText: "An .isosplat file: for this page, the program isosplat, or any server.",
+  singlePage: "Single page",
+  singlePageText: "One HTML file with viewer and volume: opens by double click, without a server.",
+  webSite: "Web site",
+  webSiteText: "A ZIP with page, volume and README: unpack it on any web host.",
+  notOpenYet: "the volume is not open yet: try again when it is shown",
+  preparing: (title: string) => `${title}: preparing`,
+  done: (title: string) => `${title}: done`,
+
+  newVersion: "A new version of this page is ready.",
+  reload: "Reload",
+  later: "Later",
+});

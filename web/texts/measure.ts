@@ -1,0 +1,58 @@
+import { part } from "./part.ts";
+
+/** Measuring: the section of the panel, and what lies above the picture. */
+export const measureTexts = part("measure", {
+  kinds: { point: "Point", distance: "Distance", path: "Path", angle: "Angle", note: "Note" },
+  hints: {
+    point: "Click on the surface.",
+    distance: "Click two points of the surface.",
+    path: "Click the points of the path, then Done.",
+    angle: "Click three points: the second is the corner.",
+    note: "Click where the note belongs.",
+  },
+  keys: "Enter takes the middle of the picture, Escape ends.",
+  pathKeys: "Enter takes the middle of the picture, Shift + Enter is Done, Escape ends.",
+  done: "Done",
+  end: "End",
+  endMeasuring: "End measuring",
+  missed: "There is no surface at that place.",
+  tooMany: (measurements: number, points: number) =>
+    `There are ${measurements} measurements, or ${points} points: remove some first.`,
+  newNote: (number: number) => `Note ${number}`,
+
+  measure: "Measure",
+  measurements: "Measurements",
+  noAngle: "no angle",
+  coarse: "From coarse cells: come closer to measure exactly.",
+  at: (position: string) => `at ${position}`,
+  voxel: (voxel: string) => `voxel ${voxel}`,
+  value: (value: string) => `value ${value}`,
+  normal: (normal: string) => `normal ${normal}`,
+  ofLevel: (level: number) => `from cells of level ${level}: come closer to measure exactly`,
+  remove: "Remove",
+  removeNamed: (name: string) => `Remove ${name}`,
+  text: "Text",
+  textOf: (name: string) => `Text of ${name}`,
+  extentTitle:
+    "Of the whole isosurface, from triangles at full detail, for which these bytes are read",
+  extent: "Area and volume",
+  stop: "Stop",
+  isovalue: (isovalue: string) => `Isovalue ${isovalue}`,
+  area: "area",
+  volume: "volume of greater values",
+  holes: "no volume: the surface has holes where voxels are missing",
+
+  copyAndSave: "Copy and save",
+  copy: "Copy",
+  removeAll: "Remove all",
+  saveSession: "Save session",
+  saveSessionTitle: "View and measurements in a file: drop it on this page to open it",
+  copied: "Measurements copied",
+  noClipboard: "The browser does not allow access to the clipboard: save them instead",
+  ignored: (count: number, all: number) =>
+    `${count} of ${all} measurements in the address were ignored: expected kind,x,y,z.`,
+  otherVersion:
+    "The measurements are of another version of this volume: its surfaces may lie elsewhere.",
+  notInAddress:
+    "The measurements do not fit into the address: links have the view only. Save a session to share them.",
+});

@@ -1,0 +1,30 @@
+/** How the language of the page writes numbers. */
+
+let decimalSign = ".";
+
+export function decimalSignOf(language: string): string {
+  const parts = new Intl.NumberFormat(language).formatToParts(0.5);
+  return parts.find(({ type }) => type === "decimal")?.value ?? ".";
+}
+
+export function writeNumbersAs(language: string): void {
+  decimalSign = decimalSignOf(language);
+}
+
+/** A number that is written with a decimal point, as the page's language writes it: "60,5 mm". */
+export function localized(number: string): string {
+  return number.replace(".", decimalSign);
+}
+
+/** Numbers as a list: "0.5, 1", and where the comma is the decimal sign, "0,5; 1". */
+export function listed(numbers: readonly string[]): string {
+  return numbers.join(decimalSign === "," ? "; " : ", ");
+}
+
+type Forms = Partial<Record<Intl.LDMLPluralRule, string>> & { other: string };
+
+/** Chooses among the forms that a language has of a text, by a number. */
+export function plurals(language: string): (n: number, forms: Forms) => string {
+  const rules = new Intl.PluralRules(language);
+  return (n, forms) => forms[rules.select(n)] ?? forms.other;
+}

@@ -1,0 +1,100 @@
+import { plurals } from "./numbers.ts";
+import type { pageTexts as English } from "./page.ts";
+
+const plural = plurals("de");
+
+export const page: typeof English = {
+  home: "Isosplat: alle Volumen",
+  lightTheme: "Helle Darstellung",
+  darkTheme: "Dunkle Darstellung",
+  language: "Sprache",
+  onThisServer: "Volumen auf diesem Server",
+  again: "Erneut versuchen",
+  loadAnew: "Seite neu laden",
+  allVolumes: "Alle Volumen",
+  details: "Einzelheiten",
+  incomplete:
+    "Ein Teil dieser Seite wurde nicht geladen: Die Verbindung ist abgebrochen, oder die Seite wurde auf ihrem Server erneuert.",
+  reload: "Neu laden",
+
+  reset: "Ansicht zurücksetzen",
+  savePicture: "Bild speichern",
+  copyLink: "Link zu dieser Ansicht kopieren",
+  keys: "Tasten und Gesten",
+  controls: "Bedienfeld",
+  fewer: "Weniger Bedienelemente",
+  more: "Mehr Bedienelemente",
+  view3d: "3D-Ansicht",
+  picture: (volume, isovalues) =>
+    `Isofläche von ${volume} bei ${isovalues}. Pfeiltasten drehen sie, Plus und Minus vergrößern und verkleinern.`,
+
+  linkCopied: "Link kopiert",
+  noClipboard:
+    "Der Browser erlaubt keinen Zugriff auf die Zwischenablage: Kopieren Sie die Adresszeile",
+  pictureSaved: "Bild gespeichert",
+  noPicture: "Es gibt noch kein Bild",
+  replaced: "Das Volumen wurde auf seinem Server ersetzt: Dies ist die neue Fassung.",
+  viewTooFar:
+    "Die Ansicht in der Adresse ist zu weit vom Volumen entfernt: Gezeigt wird die Anfangsansicht.",
+  isovaluesOutside: (isovalues, low, high) =>
+    `Die Adresse enthält den Isowert ${isovalues}, aber die Werte des Volumens sind ${low} bis ${high}.`,
+  noHandles:
+    "Die Griffe des Schnittquaders konnten nicht geladen werden: Die Verbindung ist abgebrochen. Öffnen Sie den Abschnitt noch einmal.",
+  noMeasuring:
+    "Das Messen konnte nicht geladen werden: Die Verbindung ist abgebrochen. Versuchen Sie es erneut.",
+  noSaving:
+    "Das Speichern konnte nicht geladen werden: Die Verbindung ist abgebrochen. Versuchen Sie es erneut.",
+  noDialog:
+    "Der Dialog konnte nicht geladen werden: Die Verbindung ist abgebrochen. Versuchen Sie es erneut.",
+
+  ignored: (setting, expected) =>
+    `„${setting}“ in der Adresse wurde nicht beachtet: Erwartet wird ${expected}.`,
+  invisible: (percent) =>
+    `Die Adresse enthält eine unsichtbare Fläche: Sie wird mit ${percent} % gezeigt.`,
+  isNumbers: "Zahlen wie 60.5,180",
+  isColours: "Farben wie d9ccb3",
+  isColour: "eine Farbe wie ffffff",
+  isShares: "Zahlen von 0 bis 1",
+  isShare: "eine Zahl von 0 bis 1",
+  isBox: "x0,x1,y0,y1,z0,z1, je von 0 bis 1",
+  isParts: (parts) => `none oder einige von ${parts}`,
+  isEither: (one, other) => `${one} oder ${other}`,
+  isInRanges: (ranges) => `Zahlen: ${ranges}`,
+
+  status: "Zustand",
+  samplesTitle: "Im letzten Bild gezeichnete Punkte",
+  samples: (count) => `${count} Punkte`,
+  bytesTitle: "Seit dem Öffnen des Volumens geladene Daten",
+  fetched: (bytes) => `${bytes} geladen`,
+  levelTitle: "Gezeigte Detailstufe; 0 ist das Volumen selbst",
+  fullResolution: "volle Auflösung",
+  level: (level) => `Stufe ${level}`,
+  levels: (finest, coarsest) => `Stufen ${finest}–${coarsest}`,
+  framesTitle: "Bilder je Sekunde, während sich die Ansicht bewegt",
+  frames: (perSecond) => `${perSecond} Bilder/s`,
+  stateTitle: "Was für diese Ansicht noch zu laden ist",
+  toGo: (bytes) => `noch ${bytes}`,
+  complete: "vollständig",
+  noSurface: "vollständig: keine Fläche in dieser Ansicht",
+  limited: "durch den Arbeitsspeicher begrenzt",
+  opening: "wird geöffnet",
+  serverError: "Serverfehler, neuer Versuch",
+  offline: "keine Verbindung, neuer Versuch",
+  refining: "wird feiner",
+  missing: "Teile fehlen",
+  damaged: (n) =>
+    `vollständig bis auf ${plural(n, { one: `${n} beschädigten Teil`, other: `${n} beschädigte Teile` })}`,
+  preparing: (bytes, planned) => `bereitet andere Isowerte vor, ${bytes} von ${planned}`,
+
+  near: "nah",
+  far: "fern",
+  perLength: (units) => `${units ? `${units} ` : ""}je Längeneinheit`,
+  cells: "Zellen",
+  colours: (name, low, high, units) => `Farben: ${name}, ${low} bis ${high} ${units}`,
+  histogram: "Histogramm der Werte des Volumens und die aktiven Zellen jedes Isowerts",
+  to: (low, high) => `${low} bis ${high}`,
+  notPerpendicular: (degrees) => `nicht senkrecht: ${degrees}° Abweichung`,
+  bits: (bits) => `${bits} Bit`,
+  signed: (bits) => `${bits} Bit mit Vorzeichen`,
+  float: (bits) => `${bits} Bit Gleitkomma`,
+};

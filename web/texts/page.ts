@@ -1,0 +1,99 @@
+import { plurals } from "./numbers.ts";
+import { part } from "./part.ts";
+
+const plural = plurals("en");
+
+/** What is there from the beginning: around the picture, below it, and messages. */
+export const pageTexts = part("page", {
+  home: "Isosplat: all volumes",
+  lightTheme: "Light theme",
+  darkTheme: "Dark theme",
+  language: "Language",
+  onThisServer: "Volumes on this server",
+  again: "Try again",
+  loadAnew: "Load the page anew",
+  allVolumes: "All volumes",
+  details: "Details",
+  incomplete:
+    "A part of this page did not load: the connection failed, or the page was updated on its server.",
+  reload: "Reload",
+
+  reset: "Reset the view",
+  savePicture: "Save a picture",
+  copyLink: "Copy a link to this view",
+  keys: "Keys and gestures",
+  controls: "Controls",
+  fewer: "Fewer controls",
+  more: "More controls",
+  view3d: "3D view",
+  picture: (volume: string, isovalues: string) =>
+    `Isosurface of ${volume} at ${isovalues}. Arrow keys rotate it, plus and minus zoom.`,
+
+  linkCopied: "Link copied",
+  noClipboard: "The browser does not allow access to the clipboard: copy the address bar instead",
+  pictureSaved: "Picture saved",
+  noPicture: "There is no picture yet",
+  replaced: "The volume was replaced on its server: this is the new version.",
+  viewTooFar: "The view in the address is too far from the volume: the default view is shown.",
+  isovaluesOutside: (isovalues: string, low: string, high: string) =>
+    `The address contains isovalue ${isovalues}, but the volume's values are ${low} to ${high}.`,
+  noHandles:
+    "The handles of the clip box could not be loaded: the connection failed. Open the section again.",
+  noMeasuring: "Measuring could not be loaded: the connection failed. Try again.",
+  noSaving: "Saving could not be loaded: the connection failed. Try again.",
+  noDialog: "The dialog could not be loaded: the connection failed. Try again.",
+
+  ignored: (setting: string, expected: string) =>
+    `“${setting}” in the address was ignored: expected ${expected}.`,
+  invisible: (percent: string) =>
+    `The address contains an invisible surface: it is shown at ${percent} %.`,
+  isNumbers: "numbers, such as 60.5,180",
+  isColours: "colours such as d9ccb3",
+  isColour: "a colour such as ffffff",
+  isShares: "numbers from 0 to 1",
+  isShare: "a number from 0 to 1",
+  isBox: "x0,x1,y0,y1,z0,z1 from 0 to 1",
+  isParts: (parts: string) => `none, or some of ${parts}`,
+  isEither: (one: string, other: string) => `${one} or ${other}`,
+  /** ranges: "0 to 1, 0 to 2" */
+  isInRanges: (ranges: string) => `numbers: ${ranges}`,
+
+  status: "Status",
+  samplesTitle: "Samples drawn in the last frame",
+  samples: (count: string) => `${count} samples`,
+  bytesTitle: "Payload fetched since the volume was opened",
+  fetched: (bytes: string) => `${bytes} fetched`,
+  levelTitle: "Level of detail shown; 0 is the volume itself",
+  fullResolution: "full resolution",
+  level: (level: number) => `level ${level}`,
+  levels: (finest: number, coarsest: number) => `levels ${finest}–${coarsest}`,
+  framesTitle: "Frames per second while the view moves",
+  frames: (perSecond: number) => `${perSecond} fps`,
+  stateTitle: "What is left to fetch for this view",
+  toGo: (bytes: string) => `${bytes} to go`,
+  complete: "complete",
+  noSurface: "complete: no surface in this view",
+  limited: "limited by memory",
+  opening: "opening",
+  serverError: "server error, trying again",
+  offline: "offline, trying again",
+  refining: "refining",
+  missing: "parts are missing",
+  damaged: (n: number) =>
+    `complete except for ${plural(n, { one: `${n} damaged part`, other: `${n} damaged parts` })}`,
+  preparing: (bytes: string, planned: string) =>
+    `preparing other isovalues, ${bytes} of ${planned}`,
+
+  near: "near",
+  far: "far",
+  perLength: (units: string) => `${units ? `${units} ` : ""}per unit length`,
+  cells: "cells",
+  colours: (name: string, low: string, high: string, units: string) =>
+    `Colours: ${name}, ${low} to ${high} ${units}`,
+  histogram: "Histogram of the volume's values, and the active cells of each isovalue",
+  to: (low: string, high: string) => `${low} to ${high}`,
+  notPerpendicular: (degrees: string) => `not perpendicular: ${degrees}° off`,
+  bits: (bits: number) => `${bits} bit`,
+  signed: (bits: number) => `${bits} bit signed`,
+  float: (bits: number) => `${bits} bit float`,
+});

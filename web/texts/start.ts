@@ -1,0 +1,47 @@
+import { plurals } from "./numbers.ts";
+import { part } from "./part.ts";
+
+const plural = plurals("en");
+const volumes = (n: number) => plural(n, { one: `${n} volume`, other: `${n} volumes` });
+
+/** The start page. */
+export const startTexts = part("start", {
+  theList: "the list of volumes",
+  needsToken: "This server needs a token",
+  needsTokenText:
+    "Open the whole address that the server printed, or the link that you were given.",
+  noList: "No list of volumes",
+  noListText: "This host has no list of volumes. Open a store by its address below.",
+  noAnswer: "The server does not answer.",
+  notAdmitted: "The server does not admit this page.",
+  listStatus: (status: number) => `The server returned status ${status} for the list of volumes.`,
+  notAList: "The server's list of volumes cannot be read: is it an Isosplat server?",
+  volumes: "Volumes",
+  lead: "Streams isosurfaces of large volumes, only as much as the view needs.",
+  count: volumes,
+  onServer: (count: number, bytes: string) => `${volumes(count)}, ${bytes} on the server`,
+  search: "Search",
+  searchLabel: "Search the volumes by name or title",
+  keptList: (time: string) =>
+    `Without a connection: this is the list of ${time}. What was fetched of a volume then can be shown; volumes on this device open as always.`,
+  /** command: how a store is made. */
+  noVolumes: <Command>(command: Command) => [
+    "This server has no volumes yet. Make a store with ",
+    command,
+    " and put it into the folder that is served.",
+  ],
+  noMatch: (query: string) => `No volume has “${query}” in its name or title.`,
+  matches: (count: number, query: string) => `${volumes(count)} with “${query}”`,
+  showMore: "Show more",
+  notShown: (left: number, total: number) => `${left} of ${total} are not shown`,
+  voxels: (count: string) => `${count} voxels`,
+  loading: "Loading the volumes",
+  elsewhere: "Open a store or a volume from elsewhere",
+  elsewhereText:
+    "The address of a store (.isosplat), of a volume’s file (.nii.gz, .nrrd, …) or of OME-Zarr on any host that allows other sites to read it (CORS). Of a store, parts are fetched (HTTP Range); a volume is fetched whole, and becomes a store here in the browser.",
+  address: "Address of a store or a volume",
+  open: "Open",
+  notHere: "This volume is not on this device, or not any more: open its file again.",
+  badAddress: (address: string, example: string) =>
+    `src=${address}: expected the http or https address of a store, such as ${example}; correct it in the address bar`,
+});

@@ -1,0 +1,29 @@
+import type { surfaceTexts as English } from "./surface.ts";
+
+export const surface: typeof English = {
+  title: "Fläche speichern",
+  lead: (isovalue) => `Die Isofläche bei ${isovalue} als Dreiecke.`,
+  format: "Dateiformat",
+  formats: {
+    stl: "STL, zum Drucken",
+    glb: "GLB, für 3D-Programme und das Web",
+    ply: "PLY, für MeshLab, CloudCompare und VTK",
+  },
+  detail: "Auflösung",
+  full: (cells) => `Voll: ${cells} Zellen`,
+  level: (level, cells) => `Stufe ${level}: ${cells} Zellen`,
+  clipped: "Nur ganze Zellen im Schnittquader",
+  saving: "Die Fläche wird gespeichert",
+  save: "Speichern",
+  cancel: "Abbrechen",
+  cancelled: "Abgebrochen",
+  saved: (triangles, bytes) => `Gespeichert: ${triangles} Dreiecke, ${bytes}`,
+  tooLarge: (millions) =>
+    `Erwartet wird eine Fläche, die in den Arbeitsspeicher des Browsers und in 4 GB passt, gefunden etwa ${millions} Millionen Zellen: Wählen Sie eine gröbere Auflösung, schneiden Sie das Volumen zu, oder verwenden Sie isosplat extract --mesh`,
+  nothing: "Hier ist keine Fläche: Wählen Sie einen anderen Isowert oder einen größeren Quader.",
+  about: (triangles, bytes) => `Etwa ${triangles} Dreiecke, ${bytes}.`,
+  atMost: (triangles, bytes) => `Höchstens etwa ${triangles} Dreiecke, ${bytes}.`,
+  cost: (bytes, time) => `Liest ${bytes} und rechnet etwa ${time}.`,
+  aSecond: "eine Sekunde",
+  seconds: (n) => `${n} Sekunden`,
+};
