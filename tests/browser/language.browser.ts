@@ -82,3 +82,25 @@ test("the language of the address and of the choice are kept; English loads no G
   await expect(page.locator("html")).toHaveAttribute("lang", "en");
   expect(new URL(page.url()).search).toBe("");
 });
+
+test("an element is in the language of its attribute, or of what is around it", async ({
+  page,
+}) => {
+  await page.goto(`${server.url}embed.html`);
+  const first = page.locator("isosplat-viewer").first();
+  await expect(first.getByRole("button", { name: "Fit" })).toBeVisible();
+  await first.evaluate((element) => element.setAttribute("show", "axes,clip"));
+  await expect(first.getByRole("group", { name: "Orientation" })).toBeVisible();
+  await first.evaluate((element) => element.setAttribute("lang", "de"));
+  await expect(first.getByRole("button", { name: "Einpassen" })).toBeVisible();
+  await expect(first.getByRole("group", { name: "Ausrichtung" })).toBeVisible();
+  await expect(first.getByRole("slider", { name: /^Obere z-Seite/ })).toBeVisible();
+  await first.evaluate((element) => {
+    const around = document.createElement("div");
+    around.lang = "en";
+    element.before(around);
+    element.removeAttribute("lang");
+    around.append(element);
+  });
+  await expect(first.getByRole("button", { name: "Fit" })).toBeVisible();
+});

@@ -4,6 +4,7 @@ import { fileURLToPath } from "node:url";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { formatBytes, formatValue, parseValue } from "../../web/page/format.ts";
 import { translation } from "../../web/texts/de.ts";
+import { element } from "../../web/texts/element.de.ts";
 import { firstKnown } from "../../web/texts/languages.ts";
 import { decimalSignOf, listed, plurals, writeNumbersAs } from "../../web/texts/numbers.ts";
 import { trackedFiles } from "../support/source_graph.ts";
@@ -20,7 +21,7 @@ const english = Object.fromEntries(
     .flatMap((module) => Object.entries(module))
     .flatMap(([name, value]) => (name.endsWith("Texts") ? [[name.slice(0, -5), value]] : [])),
 );
-const german: Record<string, unknown> = translation;
+const german: Record<string, unknown> = { ...translation, element };
 
 type Text = string | ((...values: number[]) => unknown);
 
@@ -151,16 +152,22 @@ describe("texts for visitors are in web/texts alone", () => {
     ...["Enter", "Backspace", "Escape", "Files", "Authorization", "Range"],
     "left and right may be swapped",
     "(prefers-color-scheme: dark)",
-    // For programmers, whose language is English.
+    // For programmers, whose language is English. The element shows messages of faults as they are.
     ...["index.html has no #page", "the page has no #page", "the dialog was closed"],
     "expected whole rows of … bytes, at most …, found … bytes",
     "expected … rows, found …",
+    "nothing is drawn: the element is out of sight",
+    "no volume is open",
+    ...["what show names could not be loaded", "some of …"],
+    "the http or https address of a store",
+    ...["a colour as rrggbb", "a finite number"],
+    "There are no volumes here.", // of the element's example page
   ];
 
   const siteReadme = "A web site with one volume, from Isosplat. Unpack this archive";
 
   it("are nowhere else", () => {
-    const folders = ["capture", "device", "measure", "offline", "overlay", "page"];
+    const folders = ["capture", "device", "element", "measure", "offline", "overlay", "page"];
     const files = trackedFiles(root, ...folders.map((folder) => `web/${folder}/*.ts`));
     expect(files.length).toBeGreaterThan(80);
     const found = files.flatMap((file) =>

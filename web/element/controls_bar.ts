@@ -1,14 +1,11 @@
 import type { StoreInfo } from "../stream/index.ts";
+import { type ElementTexts, elementTexts } from "../texts/element.ts";
+import { decimalSignOf } from "../texts/numbers.ts";
 
 export interface ControlsActions {
   setIsovalue(value: number): void;
   reset(): void;
   toggleFullScreen(): void;
-}
-
-/** At most six significant digits, without trailing zeros. */
-function shown(value: number): string {
-  return String(Number(value.toPrecision(6)));
 }
 
 /** The element's own controls: a slider and a field for the isovalue, and two buttons. */
@@ -17,6 +14,10 @@ export class ControlsBar {
   readonly #slider = document.createElement("input");
   readonly #field = document.createElement("input");
   readonly #units = document.createElement("span");
+  readonly #fit: HTMLButtonElement;
+  readonly #fullScreen: HTMLButtonElement;
+  #decimalSign = ".";
+  #isovalue: number | undefined;
 
   constructor(actions: ControlsActions) {
     this.element.setAttribute("part", "controls");
@@ -30,23 +31,29 @@ export class ControlsBar {
     this.#slider.type = "range";
     this.#slider.step = "any";
     this.#slider.setAttribute("part", "slider");
-    this.#slider.setAttribute("aria-label", "Isovalue");
     this.#slider.addEventListener("input", () => set(this.#slider));
 
     this.#field.inputMode = "decimal";
     this.#field.autocomplete = "off";
     this.#field.setAttribute("part", "field");
-    this.#field.setAttribute("aria-label", "Isovalue as a number");
     this.#field.addEventListener("change", () => set(this.#field));
 
     this.#units.setAttribute("part", "units");
-    this.element.append(
-      this.#slider,
-      this.#field,
-      this.#units,
-      button("Fit", "Show the whole volume", actions.reset),
-      button("Full screen", "Show only this view", actions.toggleFullScreen),
-    );
+    this.#fit = button(actions.reset);
+    this.#fullScreen = button(actions.toggleFullScreen);
+    this.element.append(this.#slider, this.#field, this.#units, this.#fit, this.#fullScreen);
+    this.translate("en", elementTexts);
+  }
+
+  translate(language: string, texts: ElementTexts): void {
+    this.#decimalSign = decimalSignOf(language);
+    this.#slider.setAttribute("aria-label", texts.isovalue);
+    this.#field.setAttribute("aria-label", texts.isovalueAsNumber);
+    this.#fit.textContent = texts.fit;
+    this.#fit.title = texts.fitTitle;
+    this.#fullScreen.textContent = texts.fullScreen;
+    this.#fullScreen.title = texts.fullScreenTitle;
+    if (this.#isovalue !== undefined) this.show(this.#isovalue);
   }
 
   /** The range and the units of a volume. */
@@ -56,18 +63,18 @@ export class ControlsBar {
   }
 
   show(isovalue: number): void {
-    const text = shown(isovalue);
+    this.#isovalue = isovalue;
+    // At most six significant digits, without trailing zeros.
+    const text = String(Number(isovalue.toPrecision(6))).replace(".", this.#decimalSign);
     if (Number(this.#slider.value) !== isovalue) this.#slider.value = String(isovalue);
     this.#slider.setAttribute("aria-valuetext", text);
     this.#field.value = text;
   }
 }
 
-function button(text: string, label: string, action: () => void): HTMLButtonElement {
+function button(action: () => void): HTMLButtonElement {
   const element = document.createElement("button");
   element.type = "button";
-  element.textContent = text;
-  element.title = label;
   element.setAttribute("part", "button");
   element.addEventListener("click", action);
   return element;

@@ -9,6 +9,8 @@ import {
   slowWait,
   WorkerPool,
 } from "../stream/index.ts";
+import { elementTextsIn } from "../texts/element.ts";
+import type { Language } from "../texts/languages.ts";
 import {
   type Camera,
   type Clip,
@@ -32,6 +34,7 @@ import {
 import { ContextPool, type ContextUser } from "./context_pool.ts";
 import { ControlsBar } from "./controls_bar.ts";
 import type { IsosplatViewerEvents } from "./element_events.ts";
+import { languageOf } from "./element_language.ts";
 import { sourceOf } from "./element_source.ts";
 import { type LinkedElement, type LinkedView, LinkGroups } from "./link_groups.ts";
 import { OverlayArea, readParts, shownParts } from "./overlay_area.ts";
@@ -72,6 +75,7 @@ function sharedWorkers(): Decoder {
  * @attr {string} background - The colour behind the surfaces, `rrggbb`. Default: white.
  * @attr {boolean} controls - Shows a slider and a field for the isovalue, and buttons.
  * @attr {string} show - What is shown above the picture, some of `axes,scale,box,clip`: orientation axes, a scale bar, the volume's box with ticks in mm, the clip box with handles. Default: nothing.
+ * @attr {string} lang - The language of the element: `en` or `de`. Default: that of the element around it that has one, when the element is added to the page. Messages of faults are English.
  * @attr {string} link - The name of a group. Elements of a group have the same camera, isovalues and clipping.
  *
  * @fires {CustomEvent<StoreInfo>} opened - A volume is open. Its first surface follows.
@@ -109,12 +113,13 @@ export class IsosplatViewerElement extends HTMLElement {
     "controls",
     "show",
     "link",
+    "lang",
   ];
 
   readonly #root = this.attachShadow({ mode: "open" });
   readonly #user = this.#asContextUser();
   readonly #linked: LinkedElement = { receive: (view) => this.#receive(view) };
-  readonly #picture = new PictureArea(() => this.getAttribute("aria-label") ?? "Isosurface");
+  readonly #picture = new PictureArea(() => this.getAttribute("aria-label"));
   readonly #overlays = new OverlayArea(
     (clip) => {
       this.clip = clip;
@@ -128,6 +133,7 @@ export class IsosplatViewerElement extends HTMLElement {
     rootMargin: "100px",
   });
 
+  #language: Language = "en";
   #viewer: Viewer | null = null;
   #sampleBudget = 0;
   #source: Source | null = null;
@@ -187,6 +193,7 @@ export class IsosplatViewerElement extends HTMLElement {
   connectedCallback(): void {
     for (const name of ownProperties) this.#takeProperty(name);
     this.#picture.setFocusable(true);
+    void this.#translate();
     this.#sight.observe(this);
     this.#isAttached = true;
     this.#join();
@@ -214,6 +221,7 @@ export class IsosplatViewerElement extends HTMLElement {
     else if (name === "controls") this.#controls.element.hidden = now === null;
     else if (name === "show") this.#readShow(now);
     else if (name === "link") this.#relink(before);
+    else if (name === "lang") void this.#translate();
     else if (name === "isovalue") this.#readIsovalues();
     else this.surfaces = surfacesAt(this.isovalues, this.#colours(), this.#opacities());
   }
@@ -474,6 +482,17 @@ export class IsosplatViewerElement extends HTMLElement {
     const value = element[name];
     delete element[name];
     element[name] = value;
+  }
+
+  async #translate(): Promise<void> {
+    const language = languageOf(this);
+    if (language === this.#language) return;
+    this.#language = language;
+    const { element, overlay } = await elementTextsIn(language);
+    if (language !== this.#language) return; // another was set in the meantime
+    this.#controls.translate(language, element);
+    this.#picture.translate(element);
+    this.#overlays.translate(overlay);
   }
 
   #colours(): string[] | undefined {

@@ -1,7 +1,14 @@
 import type { ClipHandles } from "../overlay/clip_handles.ts";
 import type { Overlay } from "../overlay/overlay.ts";
 import { type OverlayPart, overlayParts } from "../overlay/parts.ts";
-import { CameraMotion, type Clip, cameraAlong, type Viewer } from "../viewer/index.ts";
+import type { OverlayTexts } from "../texts/overlay.ts";
+import {
+  type AxisView,
+  CameraMotion,
+  type Clip,
+  cameraAlong,
+  type Viewer,
+} from "../viewer/index.ts";
 
 /** What an element can show above its picture. */
 export const shownParts = [...overlayParts, "clip"] as const;
@@ -25,6 +32,7 @@ export class OverlayArea {
   readonly #changeClip: (clip: Clip) => void;
   readonly #failed: () => void;
   #parts: ReadonlySet<ShownPart> = new Set();
+  #texts: OverlayTexts | undefined;
   #viewer: Viewer | null = null;
   #motion: CameraMotion | null = null;
   #overlay: Overlay | null = null;
@@ -40,6 +48,12 @@ export class OverlayArea {
   show(parts: ReadonlySet<ShownPart>): void {
     this.#parts = parts;
     void this.#update();
+  }
+
+  /** undefined: the English texts. */
+  translate(texts: OverlayTexts | undefined): void {
+    this.#texts = texts;
+    this.attach(this.#viewer);
   }
 
   /** Follows another viewer, or none: then what is shown stays, as the last picture does. */
@@ -88,9 +102,10 @@ export class OverlayArea {
     if (this.#overlay) return;
     const { Overlay } = await import("../overlay/overlay.ts");
     if (this.#overlay || viewer !== this.#viewer) return;
-    this.#overlay = new Overlay(viewer, (view) => {
+    const look = (view: AxisView) => {
       if (viewer.camera) this.#motion?.to(cameraAlong(viewer.camera, view));
-    });
+    };
+    this.#overlay = new Overlay(viewer, look, this.#texts);
     // In place of one that a former viewer left.
     this.element.replaceChildren(this.#overlay.element);
     if (this.#handles) this.element.append(this.#handles.element);
@@ -100,7 +115,7 @@ export class OverlayArea {
     if (this.#handles) return;
     const { ClipHandles } = await import("../overlay/clip_handles.ts");
     if (this.#handles || viewer !== this.#viewer || !this.#parts.has("clip")) return;
-    this.#handles = new ClipHandles(viewer, this.#changeClip);
+    this.#handles = new ClipHandles(viewer, this.#changeClip, this.#texts);
     this.element.append(this.#handles.element);
     this.#handles.request();
   }

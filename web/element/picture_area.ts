@@ -1,3 +1,4 @@
+import { type ElementTexts, elementTexts } from "../texts/element.ts";
 import type { Viewer } from "../viewer/index.ts";
 
 /**
@@ -6,16 +7,33 @@ import type { Viewer } from "../viewer/index.ts";
  */
 export class PictureArea {
   readonly element = document.createElement("div");
-  readonly #label: () => string;
+  readonly #label: () => string | null;
+  #texts = elementTexts;
 
-  /** label: what the picture is called for those who cannot see it. */
-  constructor(label: () => string) {
+  /** label: what the picture is called for those who cannot see it; default: a text of the element. */
+  constructor(label: () => string | null) {
     this.element.className = "picture";
     this.#label = label;
   }
 
+  translate(texts: ElementTexts): void {
+    this.#texts = texts;
+    if (this.element.hasAttribute("tabindex")) this.setFocusable(true);
+    const canvas = this.element.querySelector("canvas");
+    if (canvas) this.#name(canvas);
+  }
+
+  #name(canvas: HTMLCanvasElement): void {
+    canvas.setAttribute("aria-roledescription", this.#texts.view3d);
+    canvas.setAttribute("aria-label", this.#label() ?? this.#texts.isosurface);
+  }
+
   setFocusable(isFocusable: boolean): void {
-    const attributes = { tabindex: "0", role: "button", "aria-label": this.#label() };
+    const attributes = {
+      tabindex: "0",
+      role: "button",
+      "aria-label": this.#label() ?? this.#texts.isosurface,
+    };
     for (const [name, value] of Object.entries(attributes)) {
       if (isFocusable) this.element.setAttribute(name, value);
       else this.element.removeAttribute(name);
@@ -28,8 +46,7 @@ export class PictureArea {
     canvas.tabIndex = 0;
     canvas.setAttribute("part", "canvas");
     canvas.setAttribute("role", "application");
-    canvas.setAttribute("aria-roledescription", "3D view");
-    canvas.setAttribute("aria-label", this.#label());
+    this.#name(canvas);
     this.element.append(canvas);
     if (hasFocus) canvas.focus({ preventScroll: true });
     this.setFocusable(false);

@@ -1,0 +1,20 @@
+import { firstKnown, type Language } from "../texts/languages.ts";
+
+/**
+ * The language of an element: that of its attribute `lang`, or of the nearest element around it that
+ * has one, in this document. English if there are no texts in it.
+ */
+export function languageOf(element: Element): Language {
+  for (let each: Element | null = element; each; each = parentOf(each)) {
+    const lang = each.getAttribute("lang");
+    if (lang) return firstKnown([lang]) ?? "en";
+  }
+  return "en";
+}
+
+/** The element around an element, or the host of the shadow tree that it is the root of. */
+function parentOf(element: Element): Element | null {
+  if (element.parentElement) return element.parentElement;
+  const root = element.getRootNode();
+  return root instanceof ShadowRoot ? root.host : null;
+}

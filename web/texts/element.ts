@@ -1,0 +1,37 @@
+import type { Language, OtherLanguage } from "./languages.ts";
+import type { OverlayTexts } from "./overlay.ts";
+
+/** The element's own texts. Elements of one page may have different languages. */
+export const elementTexts = {
+  isosurface: "Isosurface",
+  view3d: "3D view",
+  isovalue: "Isovalue",
+  isovalueAsNumber: "Isovalue as a number",
+  fit: "Fit",
+  fitTitle: "Show the whole volume",
+  fullScreen: "Full screen",
+  fullScreenTitle: "Show only this view",
+};
+export type ElementTexts = typeof elementTexts;
+
+export interface TextsOfElement {
+  element: ElementTexts;
+  /** Of what lies above the picture; undefined: English, which is loaded with it. */
+  overlay?: OverlayTexts;
+}
+
+/** What is loaded for the other languages. */
+const files: Readonly<Record<OtherLanguage, () => Promise<TextsOfElement>>> = {
+  de: () => import("./element.de.ts"),
+};
+
+/** Resolves to the English texts if the others cannot be loaded. */
+export async function elementTextsIn(language: Language): Promise<TextsOfElement> {
+  const english = { element: elementTexts };
+  if (language === "en") return english;
+  try {
+    return await files[language]();
+  } catch {
+    return english;
+  }
+}
