@@ -80,6 +80,9 @@ function offline(): Plugin {
         const files = ["single.html", "files.json"]; // from the same sources, made later
         for (const file of Object.values(bundle)) {
           if (/\.br$|^(embed\.html|isosplat-(viewer|anywidget)\.js)$/.test(file.fileName)) continue;
+          // Each visitor needs one language: it is kept when it is used (web/offline/page_cache.ts).
+          const entry = file.type === "chunk" ? (file.facadeModuleId ?? "") : "";
+          if (/\/web\/texts\/|\/webawesome\/dist\/translations\//.test(entry)) continue;
           files.push(file.fileName === "index.html" ? "" : file.fileName);
           hash.update(file.type === "chunk" ? file.code : file.source);
         }

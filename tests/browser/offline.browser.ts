@@ -64,6 +64,30 @@ test("a volume that was seen is shown again, and the list", async ({ page }) => 
   await page.goto(server.url);
   await expect(page.locator("a.card")).toHaveCount(3);
   await expect(page.getByText("Without a connection")).toBeVisible();
+  expect(await keptLanguages(page)).toEqual([]);
+});
+
+/** The kept files of languages other than English. */
+const keptLanguages = (page: Page): Promise<string[]> =>
+  page.evaluate(async () => {
+    const names = (await caches.keys()).filter((name) => name.startsWith("isosplat-page-"));
+    const lists = names.map(async (name) => (await caches.open(name)).keys());
+    const addresses = (await Promise.all(lists)).flat().map(({ url }) => url);
+    return addresses.filter((address) => /\/de-[\w-]{8}\.js$/.test(address));
+  });
+
+test.describe("a German browser", () => {
+  test.use({ locale: "de-DE" });
+
+  test("has the page in German", async ({ page }) => {
+    await page.goto(server.url);
+    await kept(page, /isosplat-page-/);
+    await expect.poll(async () => (await keptLanguages(page)).length).toBe(2);
+    await withoutNetwork(page);
+    await page.reload();
+    await expect(page.getByRole("heading", { level: 1 })).toHaveText("Volumen");
+    await expect(page.locator("html")).toHaveAttribute("lang", "de");
+  });
 });
 
 test("volumes of this device are built and opened", async ({ page }) => {

@@ -53,12 +53,24 @@ export class PageCache {
     request: Request,
     loading: Promise<Response | undefined>,
   ): Promise<Response> {
-    if (hasHash(path)) return (await caches.match(request)) ?? fetch(request);
+    if (hasHash(path)) return (await caches.match(request)) ?? this.#fetched(request);
     const network = loading.then((answer) => answer ?? fetch(request));
     const kept = await (await caches.open(this.#name)).match(this.#base + path);
     if (!kept) return network;
     const late = new Promise<Response>((resolve) => setTimeout(resolve, longestWait, kept));
     return Promise.race([network.catch(() => kept), late]);
+  }
+
+  /** A file that is not fetched with the others, such as another language: kept when it is used. */
+  async #fetched(request: Request): Promise<Response> {
+    const answer = await fetch(request);
+    if (!answer.ok) return answer;
+    try {
+      await (await caches.open(this.#name)).put(request, answer.clone());
+    } catch {
+      // The disk may be full.
+    }
+    return answer;
   }
 }
 

@@ -39,15 +39,13 @@ export async function registerOffline(updated: (replace: () => void) => void): P
 }
 
 /**
- * What this page has fetched about volumes passes the new service worker, which keeps it. The browser
- * has most of it in its cache.
+ * What this page has fetched about volumes, and its own files, of which one may be its language, pass
+ * the new service worker, which keeps them. The browser has most of it in its cache.
  */
 async function repeatRequests(): Promise<void> {
-  const base = new URL("v1/", document.baseURI).href;
-  const addresses = performance
-    .getEntriesByType("resource")
-    .map(({ name }) => name)
-    .filter((name) => name.startsWith(base));
+  const names = performance.getEntriesByType("resource").map(({ name }) => name);
+  const bases = ["v1/", "assets/"].map((path) => new URL(path, document.baseURI).href);
+  const addresses = bases.flatMap((base) => names.filter((name) => name.startsWith(base)));
   for (const address of new Set(addresses)) {
     await fetch(address, { cache: "force-cache" })
       .then((answer) => answer.arrayBuffer())
