@@ -32,6 +32,28 @@ function compressed(): Plugin {
   };
 }
 
+/** What server/page_route.cpp sends, for hosts that send no policy. */
+const policy =
+  "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; " +
+  "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; manifest-src 'self'; " +
+  "connect-src 'self' http: https: data: blob:; base-uri 'none'; form-action 'none'";
+
+/** The page states its policy itself. */
+function statedPolicy(): Plugin {
+  return {
+    name: "isosplat-stated-policy",
+    apply: "build",
+    transformIndexHtml: (html, { filename }) =>
+      filename.endsWith("index.html")
+        ? html.replace(
+            '<meta charset="utf-8" />',
+            (charset) =>
+              `${charset}\n    <meta http-equiv="Content-Security-Policy" content="${policy}" />`,
+          )
+        : html,
+  };
+}
+
 /**
  * The renderer is asked for beside the page's own script, not after it has run: one round trip less
  * until the first surface.
@@ -134,7 +156,7 @@ export default defineConfig({
   root: here("web"),
   // Relative addresses: the page works at any path of any static host.
   base: "./",
-  plugins: [preloadedRenderer(), offline(), copies(), compressed()],
+  plugins: [statedPolicy(), preloadedRenderer(), offline(), copies(), compressed()],
   build: {
     outDir: here("build/page"),
     emptyOutDir: true,

@@ -11,11 +11,13 @@ namespace isosplat {
 namespace {
 
 /// The page runs only its own scripts, WASM and workers, and fetches stores from any host (?src=…).
-/// 'unsafe-inline' is for styles only: components of the page set style attributes.
+/// 'unsafe-inline' is for styles only: components of the page set style attributes. Other pages may
+/// frame it: there is no frame-ancestors. The built page states the same (vite.config.ts), for
+/// hosts that send no such header; tests/web/page_policy.spec.ts compares them.
 constexpr std::string_view kContentSecurityPolicy =
-    "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; "
-    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
-    "connect-src * data: blob:; object-src 'none'; base-uri 'none'; form-action 'none'";
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; manifest-src 'self'; "
+    "connect-src 'self' http: https: data: blob:; base-uri 'none'; form-action 'none'";
 
 constexpr std::string_view kNoPage =
     "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Isosplat</title>"

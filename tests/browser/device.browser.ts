@@ -8,6 +8,7 @@ import { dicomSlice } from "../support/dicom_files.ts";
 import { tiffOf } from "../support/tiff_files.ts";
 import { zipOf } from "../support/zip_files.ts";
 import { drop } from "./support/drop.ts";
+import { refusals } from "./support/policy.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { complete } from "./support/view.ts";
 
@@ -316,19 +317,30 @@ test("after a file was opened, the browser refuses requests to other origins", a
     const isOwn = request.url().startsWith(server.url) || /^(data|blob):/.test(request.url());
     if (!isOwn) outside.push(request.url());
   });
+  const refused = refusals(page);
+  await page.addInitScript(() => {
+    // The workers of the build stay after it, so that they can be asked.
+    window.Worker.prototype.terminate = () => {};
+  });
   await openStartPage(page);
   await drop(page, [raw]);
   await build(page);
   await complete(page);
   expect(outside).toEqual([]);
-  const refused = await page.evaluate(async () => {
+  expect(refused).toEqual([]);
+  const upload = async (): Promise<string> => {
     const blocked = new Promise<string>((resolve) =>
-      document.addEventListener("securitypolicyviolation", (event) =>
-        resolve(event.effectiveDirective),
+      globalThis.addEventListener("securitypolicyviolation", (event) =>
+        resolve((event as SecurityPolicyViolationEvent).effectiveDirective),
       ),
     );
     await fetch("http://127.0.0.2:9/", { method: "POST", body: "voxels" }).catch(() => {});
     return blocked;
-  });
-  expect(refused).toBe("connect-src");
+  };
+  expect(await page.evaluate(upload)).toBe("connect-src");
+  expect(refused.length).toBeGreaterThan(0);
+  // Those that find the volume, read it, encode its store, and decode it.
+  const workers = page.workers();
+  expect(workers.length).toBeGreaterThanOrEqual(4);
+  for (const worker of workers) expect(await worker.evaluate(upload)).toBe("connect-src");
 });

@@ -5,6 +5,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, test } from "@playwright/test";
 import { hasNginx, type Nginx, nginx } from "../support/nginx.ts";
+import { refusals } from "./support/policy.ts";
 import { demoFolder, program } from "./support/server.ts";
 import { complete } from "./support/view.ts";
 
@@ -32,7 +33,10 @@ const answers = () =>
 test("the page lists the volumes of the site, and opens them by ranges of bytes", async ({
   page,
 }) => {
+  const refused = refusals(page);
   await page.goto(host.url);
+  // This host sends no policy: the page has its own.
+  await expect(page.locator("meta[http-equiv=Content-Security-Policy]")).toHaveCount(1);
   await expect(page.locator("a.card")).toHaveCount(3);
   const bucky = page.getByRole("link", { name: /bucky/i });
   await expect(bucky).toContainText("128 × 128 × 128");
@@ -46,6 +50,7 @@ test("the page lists the volumes of the site, and opens them by ranges of bytes"
   expect(ofStores.length).toBeGreaterThan(3);
   // 304: the browser asks whether its copy is current, since this nginx sends no Cache-Control.
   expect(ofStores.filter(([, status]) => status !== "206" && status !== "304")).toEqual([]);
+  expect(refused).toEqual([]);
 });
 
 test("a volume that the site does not have", async ({ page }) => {

@@ -63,14 +63,26 @@ TEST_F(Page, IndexIsRevalidated) {
     EXPECT_EQ(answer.header("x-content-type-options"), "nosniff");
     EXPECT_EQ(answer.header("access-control-allow-origin"), "");
     const std::string policy = answer.header("content-security-policy");
-    for (const char* part : {"script-src 'self' 'wasm-unsafe-eval'", "worker-src 'self' blob:",
-                             "style-src 'self' 'unsafe-inline'", "object-src 'none'"}) {
+    for (const char* part :
+         {"default-src 'none';", "script-src 'self' 'wasm-unsafe-eval';",
+          "worker-src 'self' blob:;", "style-src 'self' 'unsafe-inline';", "base-uri 'none'",
+          "connect-src 'self' http: https: data: blob:;", "form-action 'none'"}) {
       EXPECT_NE(policy.find(part), std::string::npos) << part;
     }
+    EXPECT_EQ(policy.find("frame-ancestors"), std::string::npos) << "other sites may embed it";
     const Answer again = get(port(), url, "If-None-Match: " + answer.header("etag") + "\r\n");
     EXPECT_EQ(again.status, 304);
     EXPECT_EQ(again.header("etag"), answer.header("etag"));
     EXPECT_EQ(again.header("vary"), "Accept-Encoding");
+  }
+}
+
+TEST_F(Page, EveryFileHasThePolicy) {
+  start();
+  const std::string policy = get(port(), "/").header("content-security-policy");
+  // Workers and pages of their own have the policy of their own response.
+  for (const char* url : {"/assets/index-Ab3_x-9Z.js", "/assets/plain.js", "/empty.txt", "/none"}) {
+    EXPECT_EQ(get(port(), url).header("content-security-policy"), policy) << url;
   }
 }
 

@@ -1,4 +1,5 @@
 import { type CompiledModule, CoreError } from "../core/index.ts";
+import { pageWorker } from "../core/page_worker.ts";
 import type { BuildWorkerMessage, BuildWorkerStart } from "./build_worker.ts";
 import type { EncodeWorkerStart } from "./encode_worker.ts";
 import type { Port } from "./encoder_port.ts";
@@ -38,6 +39,7 @@ export async function buildStore(
   options.signal?.throwIfAborted();
   const program = options.program ?? (await compileBuilder());
   options.signal?.throwIfAborted();
+  const Worker = pageWorker();
   const director = new Worker(new URL("./build_worker.ts", import.meta.url), { type: "module" });
   return buildWith(
     director,
@@ -56,6 +58,7 @@ export async function buildWith(
   options: BuildStoreOptions & { program: CompiledModule },
 ): Promise<BuiltStore> {
   const { signal, workers = defaultEncoderCount(), progress, memoryBytes, program } = options;
+  const Worker = pageWorker();
   const encoders = Array.from(
     { length: workers },
     () => new Worker(new URL("./encode_worker.ts", import.meta.url), { type: "module" }),

@@ -1,6 +1,8 @@
+import { startWorkersWithPagePolicy } from "../core/page_worker.ts";
+
 /**
- * From now on, the browser refuses every request of this page to another origin. Called before a file of
- * this device is read; the policy holds until the page is left.
+ * From now on, the browser refuses every request of this page, and of workers that it starts, to another
+ * origin. Called before a file of this device is read; the policy holds until the page is left.
  */
 export function forbidOtherOrigins(): void {
   if (isForbidden()) return;
@@ -9,6 +11,7 @@ export function forbidOtherOrigins(): void {
   policy.content = "connect-src 'self' data: blob:; form-action 'none'";
   policy.dataset.noUpload = "";
   document.head.append(policy);
+  startWorkersWithPagePolicy();
 }
 
 /** Whether the browser refuses requests of this page to an address. */

@@ -1,6 +1,6 @@
 import type { Chunk } from "../core/index.ts";
 import { CoreError } from "../core/index.ts";
-import { workerOfAnyOrigin } from "../stream/worker_of_any_origin.ts";
+import { pageWorker } from "../core/page_worker.ts";
 import type { MeshAnswer, MeshRequest } from "./mesh_worker.ts";
 import { compileMesh } from "./module.ts";
 import { SurfaceMesher } from "./surface_mesher.ts";
@@ -45,7 +45,7 @@ class WorkerMesher implements Mesher {
   readonly #worker: Worker;
 
   constructor() {
-    const Worker = workerOfAnyOrigin();
+    const Worker = pageWorker();
     // Bundlers know this form of the expression.
     this.#worker = new Worker(new URL("./mesh_worker.ts", import.meta.url), { type: "module" });
   }

@@ -1,7 +1,7 @@
 import { type CompiledModule, CoreError, type DecodedChunk } from "../core/index.ts";
+import { pageWorker } from "../core/page_worker.ts";
 import type { WorkerRequest, WorkerResponse, WorkerStart } from "./decode_worker.ts";
 import type { DecodeJob, Decoder } from "./decoder.ts";
-import { workerOfAnyOrigin } from "./worker_of_any_origin.ts";
 
 /** Jobs that a worker has at a time: it never waits for the main thread between two of them. */
 const jobsPerWorker = 2;
@@ -100,7 +100,7 @@ export class WorkerPool implements Decoder {
   }
 
   #spawn(): Member {
-    const Worker = workerOfAnyOrigin();
+    const Worker = pageWorker();
     // Bundlers know this form of the expression.
     const worker = new Worker(new URL("./decode_worker.ts", import.meta.url), { type: "module" });
     const member: Member = { worker, tasks: new Map(), isStarted: false };

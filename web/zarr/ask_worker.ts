@@ -1,3 +1,4 @@
+import { pageWorker } from "../core/page_worker.ts";
 import { StreamError } from "../stream/types.ts";
 import { ZarrError } from "./image_axes.ts";
 import type { ZarrImage, ZarrScale, ZarrVoxels } from "./types.ts";
@@ -35,6 +36,7 @@ async function ask(
   progress?: (fraction: number) => void,
 ): Promise<ZarrResponse> {
   signal.throwIfAborted();
+  const Worker = pageWorker();
   const worker = new Worker(new URL("./zarr_worker.ts", import.meta.url), { type: "module" });
   let abort = (): void => {};
   try {
