@@ -89,8 +89,8 @@ void add_build_command(CLI::App& program, int& exit_code) {
   auto call = std::make_shared<BuildCall>();
   command
       ->add_option("volume", call->volume,
-                   "NRRD, MetaImage, NIfTI, MRC, NumPy, VTK, TIFF or raw file, or a folder of "
-                   "DICOM or TIFF slices")
+                   "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, VTK, TIFF or raw file, or a "
+                   "folder of DICOM or TIFF slices")
       ->required();
   command->add_option("-o,--output", call->store,
                       "The store (default: in the volume's folder, with its name and .isosplat)");

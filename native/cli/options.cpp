@@ -42,6 +42,8 @@ void VolumeFlags::add_to(CLI::App& command) {
                   "DICOM: number of the series, as isosplat lists them, or its UID (default: the "
                   "series with the most voxels)")
       ->type_name("NUMBER|UID");
+  command.add_option("--dataset", dataset_, "HDF5: path of the dataset, if the file has several")
+      ->type_name("PATH");
   command.add_option("--dims", dims_, "Raw files: voxels along each axis")->type_name("XxYxZ");
   command.add_option("--type", type_,
                      "Raw files: u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64");
@@ -93,6 +95,7 @@ Result<ImportOptions> VolumeFlags::options() const {
   options.skip_bytes = skip_bytes_;
   if (time_step_ >= 0) options.time_step = time_step_;
   options.series = series_;
+  options.dataset = dataset_;
   options.allowed = allowed_;
   if (missing_value_ == "none") {
     options.finds_missing_values = false;
@@ -107,8 +110,9 @@ Result<ImportOptions> VolumeFlags::options() const {
 }
 
 std::string VolumeFlags::key() const {
-  std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}", dims_, type_, spacing_, endian_,
-                                 skip_bytes_, time_step_, missing_value_, series_);
+  std::string text =
+      fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}", dims_, type_, spacing_, endian_,
+                  skip_bytes_, time_step_, missing_value_, series_, dataset_);
   for (const AllowanceFlag& allowance : kAllowances) {
     if (allowed_.has(allowance.allowance)) text += fmt::format("\n{}", allowance.flag);
   }

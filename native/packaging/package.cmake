@@ -73,8 +73,8 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 # What draws where there is no GPU, for `isosplat render`.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS libgl1-mesa-dri)
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "isosurfaces of large volumes, as splats in a browser
-The program turns volumes (DICOM, NIfTI, NRRD, MetaImage, MRC, NumPy, TIFF, VTK,
-raw) into stores from which any isosurface can be read at once, serves them over
+The program turns volumes (DICOM, NIfTI, NRRD, MetaImage, MRC, NumPy, HDF5, TIFF,
+VTK, raw) into stores from which any isosurface can be read at once, serves them over
 HTTP, and draws them. The page shows them in a browser.")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libisosplat-dev)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)

@@ -13,6 +13,7 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path, const Impo
 Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_mrc(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_npy(const std::filesystem::path& path, const ImportOptions& options);
+Result<OpenVolume> open_hdf5(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
@@ -23,6 +24,8 @@ Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
 /// Whether the first bytes of a file are those of MRC; `by_name`: the file's name is one of MRC, so
 /// that the text "MAP " may be missing, as in files from before 2000.
 bool is_mrc(std::string_view beginning, bool by_name);
+/// Whether the first 4096 bytes of a file have HDF5's signature, perhaps after a user block.
+bool is_hdf5(std::string_view beginning);
 /// Whether the first bytes of a file are those of DICOM.
 bool is_dicom(const std::filesystem::path& path);
 Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptions& options);

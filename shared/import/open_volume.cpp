@@ -26,6 +26,7 @@ Opener opener_for(std::string_view beginning) {
   if (beginning.size() > 132 && beginning.substr(128, 4) == "DICM") return open_dicom_file;
   if (beginning.starts_with("NRRD000")) return open_nrrd;
   if (beginning.starts_with("\x93NUMPY")) return open_npy;
+  if (is_hdf5(beginning)) return open_hdf5;
   if (beginning.starts_with("# vtk DataFile")) return open_vtk_legacy;
   if (beginning.starts_with("II*\0"sv) || beginning.starts_with("MM\0*"sv) ||
       beginning.starts_with("II+\0"sv) || beginning.starts_with("MM\0+"sv)) {
@@ -79,8 +80,6 @@ constexpr Known kNotRead[] = {
     {".vts", "a curvilinear VTK grid"},
     {".vtp", "a VTK mesh"},
     {".vthb", "a VTK AMR hierarchy"},
-    {".h5", "HDF5"},
-    {".hdf5", "HDF5"},
     {".mnc", "MINC"},
     {".mgz", "FreeSurfer's format"},
     {".png", "a single image"},
@@ -125,10 +124,11 @@ tl::unexpected<Error> unsupported(const std::filesystem::path& path) {
   }
   return fail(
       Status::unsupported_format,
-      fmt::format("{}: expected NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF or legacy VTK, {}: "
-                  "convert the file (ParaView, 3D Slicer and ITK-SNAP write NRRD), or give "
-                  "--dims and --type if it contains raw voxels",
-                  path.string(), found));
+      fmt::format(
+          "{}: expected NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF or legacy VTK, {}: "
+          "convert the file (ParaView, 3D Slicer and ITK-SNAP write NRRD), or give "
+          "--dims and --type if it contains raw voxels",
+          path.string(), found));
 }
 
 /// Whether a folder contains TIFF slices: the TIFF files are larger in total than the DICOM files.
@@ -249,11 +249,11 @@ std::string_view format_of_file(const std::filesystem::path& path) {
   constexpr struct {
     Opener opener;
     std::string_view name;
-  } kNames[] = {{open_nrrd, "NRRD"},      {open_meta_image, "MetaImage"},
-                {open_nifti, "NIfTI"},    {open_vtk_legacy, "VTK"},
-                {open_mrc, "MRC"},        {open_npy, "NumPy"},
-                {open_tiff_file, "TIFF"}, {open_dicom_file, "DICOM"},
-                {open_raw, "raw"}};
+  } kNames[] = {{open_nrrd, "NRRD"},        {open_meta_image, "MetaImage"},
+                {open_nifti, "NIfTI"},      {open_vtk_legacy, "VTK"},
+                {open_mrc, "MRC"},          {open_npy, "NumPy"},
+                {open_hdf5, "HDF5"},        {open_tiff_file, "TIFF"},
+                {open_dicom_file, "DICOM"}, {open_raw, "raw"}};
   const auto choice = choose_opener(path, false);
   if (!choice || choice->is_compressed_wrongly) return {};
   for (const auto& [opener, name] : kNames) {

@@ -21,6 +21,7 @@ struct ImportOptions {
   std::optional<Vec3d> spacing;       ///< every format: overrides the header's spacing
   std::optional<int64_t> time_step;   ///< time step of a 4D volume, from 0
   std::string series;                 ///< DICOM: a series, by its number in messages or its UID
+  std::string dataset;                ///< HDF5: the path of a dataset
   uint64_t memory_bytes = uint64_t{1} << 30;  ///< memory limit of a reader's child process
   Allowances allowed;                         ///< every format: faults that are not errors
 
@@ -51,11 +52,11 @@ struct OpenVolume {
 };
 
 /// Opens a volume: NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI (.nii, .nii.gz), MRC (.mrc,
-/// .map, .rec, also compressed), NumPy (.npy), legacy VTK structured points (.vtk), TIFF (one file
-/// with pages, or a folder with a file per slice), DICOM (a folder with a series, or a multi-frame
-/// file), or raw voxels (with dims and type in the options, or both in the file's name, as in
-/// head_256x256x128_uint8.raw). Reads only the header, and checks it against the file's size if the
-/// file is not compressed.
+/// .map, .rec, also compressed), NumPy (.npy), HDF5, legacy VTK structured points (.vtk), TIFF (one
+/// file with pages, or a folder with a file per slice), DICOM (a folder with a series, or a
+/// multi-frame file), or raw voxels (with dims and type in the options, or both in the file's name,
+/// as in head_256x256x128_uint8.raw). Reads only the header, and checks it against the file's size
+/// if the file is not compressed.
 ///
 /// The result is the volume that the file describes; or that volume with notes about assumptions;
 /// or an error. Data that are missing, truncated or contradictory are an error unless
@@ -68,9 +69,13 @@ struct OpenVolume {
 Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options);
 
 /// The format of a file by its first bytes and its name: "NRRD", "MetaImage", "NIfTI", "MRC",
-/// "NumPy", "VTK", "TIFF", "DICOM" or "raw"; empty if no reader takes it. Reads no headers:
+/// "NumPy", "HDF5", "VTK", "TIFF", "DICOM" or "raw"; empty if no reader takes it. Reads no headers:
 /// open_volume may still refuse it.
 std::string_view format_of_file(const std::filesystem::path& path);
+
+/// The paths of the datasets of an HDF5 file that are volumes, in order. Errors: those of
+/// open_volume.
+Result<std::vector<std::string>> hdf5_datasets(const std::filesystem::path& path);
 
 /// Parses a voxel type as the command line and raw file names write it: u8, uint8, uchar, i16,
 /// int16, short, f32, float, … Nothing for an unknown name.

@@ -63,6 +63,13 @@ uint32_t isosplat_import_detect(IsosplatImport* importer, const char* path, uint
   return 0;
 }
 
+uint32_t isosplat_import_datasets(IsosplatImport* importer, const char* path, uint32_t bytes) {
+  const auto paths = hdf5_datasets(std::filesystem::path(std::string(path, bytes)));
+  if (!paths) return report(importer, paths.error());
+  put(importer, list_text(*paths));
+  return 0;
+}
+
 uint32_t isosplat_import_open(IsosplatImport* importer, const char* request, uint32_t bytes) {
   importer->source.reset();
   const auto parsed = parse_import_request({request, bytes});

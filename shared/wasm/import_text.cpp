@@ -83,6 +83,10 @@ Result<void> read_options(const Json& json, ImportOptions& options) {
     if (!json["series"].is_string()) return invalid("series", "a text");
     options.series = json["series"].get<std::string>();
   }
+  if (json.contains("dataset")) {
+    if (!json["dataset"].is_string()) return invalid("dataset", "a text");
+    options.dataset = json["dataset"].get<std::string>();
+  }
   if (json.contains("missingValue")) {
     const Json& value = json["missingValue"];
     if (value.is_number()) {
@@ -138,6 +142,10 @@ std::string imported_text(const std::filesystem::path& path, const OpenVolume& v
                {"files", Json::array()}};
   for (const auto& used : volume.source->files()) json["files"].push_back(used.generic_string());
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string list_text(const std::vector<std::string>& texts) {
+  return Json(texts).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace isosplat

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "shared/import/open_volume.h"
 
@@ -19,5 +20,8 @@ Result<ImportRequest> parse_import_request(std::string_view text);
 
 /// An open volume as JSON text: ImportedVolume in web/import/types.ts.
 std::string imported_text(const std::filesystem::path& path, const OpenVolume& volume);
+
+/// A JSON list of texts.
+std::string list_text(const std::vector<std::string>& texts);
 
 }  // namespace isosplat

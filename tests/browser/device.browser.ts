@@ -124,6 +124,15 @@ test("of several volumes, one is chosen", async ({ page }) => {
   await expect(page.locator(".volume-name")).toHaveText("marschner_lobb");
 });
 
+test("of an HDF5 file with several datasets, one is chosen", async ({ page }) => {
+  await openStartPage(page);
+  await drop(page, [resolve("tests/native/hdf5/several.h5")]);
+  await page.getByRole("button", { name: "several.h5 · /a/b/long" }).last().click();
+  await complete(page);
+  await openStartPage(page);
+  await expect(kept(page)).toContainText("5 × 6 × 7");
+});
+
 test("a store that is not kept is asked for again after a reload", async ({ page }) => {
   await openStartPage(page);
   await drop(page, [resolve(demoFolder, "bucky.isosplat")]);

@@ -1,4 +1,4 @@
-// MRC and NumPy files: their headers, and their voxels as far as they are few.
+// MRC, NumPy and HDF5 files: their headers, and their voxels as far as they are few.
 //
 // If the first byte of the input is 128 or more, the rest is a file. Otherwise the byte is the
 // number of a valid file, and the rest are edits of it.
@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -39,8 +41,21 @@ std::string npy(const std::string& dictionary, size_t voxel_bytes) {
   return file + dictionary + std::string(60 * voxel_bytes, '\7');
 }
 
+/// A file of HDF5's own library.
+std::string hdf5(const std::string& name) {
+  std::ifstream file(std::string(ISOSPLAT_SOURCE_DIR) + "/tests/native/hdf5/" + name + ".h5",
+                     std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
 std::vector<std::string> make_files() {
-  return {mrc(0, 1),
+  return {hdf5("filtered"),
+          hdf5("ilastik"),
+          hdf5("latest_fixed"),
+          hdf5("latest_pages"),
+          hdf5("nexus"),
+          hdf5("sparse"),
+          mrc(0, 1),
           mrc(1, 2),
           mrc(2, 4),
           mrc(12, 2),

@@ -60,7 +60,7 @@ export async function findVolumes(
  */
 export async function openVolume(
   files: readonly InputFile[],
-  path: string,
+  { path, dataset }: Pick<VolumeCandidate, "path" | "dataset">,
   layout: RawLayout | undefined,
   signal: AbortSignal,
   findFile?: (path: string) => Promise<InputFile | undefined>,
@@ -72,7 +72,8 @@ export async function openVolume(
     if (file) all.push(file);
     return file;
   };
-  const volume = await open(files, { path, signal, findFile: find, ...layout });
+  const chosen = { path, ...layout, ...(dataset === undefined ? {} : { dataset }) };
+  const volume = await open(files, { ...chosen, signal, findFile: find });
   const [x, y, z] = volume.description.voxels;
   const isLarge = x * y * z >= leastPreviewed;
 
@@ -94,7 +95,7 @@ export async function openVolume(
       return await volume.build({ ...options, ...(isLarge && { reduced: show }) });
     } catch (error) {
       if (error instanceof CoreError && error.status === "out_of_memory") {
-        open(all, { path, signal: cancel, ...layout })
+        open(all, { ...chosen, signal: cancel })
           .then((copy) => copy.readReduced(cancel).finally(() => copy.close()))
           .then(show, () => {});
       }
@@ -107,7 +108,7 @@ export async function openVolume(
     files: used.length,
     description: volume.description,
     voxelBytes: volume.voxelBytes,
-    key: await filesKey(used.length > 0 ? used : all, { path, layout }),
+    key: await filesKey(used.length > 0 ? used : all, { path, layout, dataset }),
     build,
     close: () => volume.close(),
   };

@@ -5,7 +5,7 @@ const maxDetected = 2000;
 /** Of a folder without a recognizable slice among them, nothing more is read. */
 const maxUnknown = 20;
 
-const headerFormats = ["NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "VTK"];
+const headerFormats = ["NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "VTK"];
 /** Names that a drop may have beside volumes, and that are never one. */
 const ignored =
   /(^|\/)(\.[^/]*|Thumbs\.db|DICOMDIR|LICENSE[^/]*|README[^/]*)$|\.(isosplat|txt|md|json|pdf|html?)$/i;
@@ -22,11 +22,12 @@ function stem(path: string): string {
 
 /**
  * The volumes among files: files with a header, folders of slices, raw files; those with more bytes
- * first. `detect`: the format of a file by its first bytes.
+ * first. `detect`: the format of a file by its first bytes. `datasets`: the volumes of an HDF5 file.
  */
 export function volumesAmong(
   files: readonly InputFile[],
   detect: (path: string) => string,
+  datasets: (path: string) => readonly string[],
 ): VolumeCandidate[] {
   const folders = new Map<string, InputFile[]>();
   for (const input of files) {
@@ -49,13 +50,11 @@ export function volumesAmong(
       const format = isSlice ? sliceFormat : detect(input.path);
       if (headerFormats.includes(format)) {
         headers.push(input);
-        found.push({
-          path: input.path,
-          format,
-          files: 1,
-          bytes: input.file.size,
-          needsDims: false,
-        });
+        const { path } = input;
+        const volume = { path, format, files: 1, bytes: input.file.size, needsDims: false };
+        const several = format === "HDF5" ? datasets(path) : [];
+        if (several.length < 2) found.push(volume);
+        else found.push(...several.map((dataset) => ({ ...volume, dataset })));
       } else if (format === "DICOM" || format === "TIFF") {
         sliceFormat ||= format;
         slices.push(input);

@@ -9,7 +9,7 @@ import {
   StoreParts,
   type VolumeDescription,
 } from "../builder/index.ts";
-import { type CompiledModule, failureOf, type WorkerFailure } from "../core/index.ts";
+import { type CompiledModule, CoreError, failureOf, type WorkerFailure } from "../core/index.ts";
 import { FileTable } from "./files.ts";
 import { volumesAmong } from "./find_volumes.ts";
 import { Importer } from "./importer.ts";
@@ -52,6 +52,18 @@ let files: readonly InputFile[] = [];
 let table: FileTable;
 let importer: Importer;
 let sliceBytes = 0;
+
+const detect = (path: string) => importer.detect(path);
+
+/** None of a damaged file: opening it says what is wrong. */
+function datasets(path: string): string[] {
+  try {
+    return importer.datasets(path);
+  } catch (error) {
+    if (error instanceof CoreError) return [];
+    throw error;
+  }
+}
 
 function reduce(volume: VolumeDescription): ReducedVolume {
   const slice = new Uint8Array(sliceBytes);
@@ -99,7 +111,7 @@ async function answer(request: ImportRequest): Promise<object> {
     importer = new Importer(await instantiateImport(request.program, table));
     return { ready: true };
   }
-  if ("find" in request) return { found: volumesAmong(files, (path) => importer.detect(path)) };
+  if ("find" in request) return { found: volumesAmong(files, detect, datasets) };
   if ("missing" in request) return { missing: [...table.missing] };
   if ("add" in request) {
     table.add(request.add);

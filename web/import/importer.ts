@@ -23,6 +23,14 @@ export class Importer {
     return this.#text();
   }
 
+  /** The paths of the datasets of an HDF5 file that are volumes. */
+  datasets(path: string): string[] {
+    this.#call(path, (at, bytes) =>
+      this.#module._isosplat_import_datasets(this.#importer, at, bytes),
+    );
+    return JSON.parse(this.#text()) as string[];
+  }
+
   open(path: string, options: ImportOptions = {}): ImportedVolume {
     const request = JSON.stringify({ path, options });
     this.#call(request, (at, bytes) =>

@@ -23,6 +23,8 @@ export interface ImportOptions {
   timeStep?: number;
   /** DICOM: a series, by its number in messages or its UID. */
   series?: string;
+  /** HDF5: the path of a dataset. */
+  dataset?: string;
   /** Faults that are not errors. */
   allow?: readonly ("gaps" | "truncated" | "surplus" | "unplaced")[];
   /** Voxels of this value are absent; "none": no value is. Default: as the importer finds. */
@@ -33,8 +35,10 @@ export interface ImportOptions {
 export interface VolumeCandidate {
   /** What openVolume takes as `path`: a file, or a folder of slices; "." is the root. */
   path: string;
-  /** "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "VTK", "TIFF", "DICOM" or "raw". */
+  /** "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "VTK", "TIFF", "DICOM" or "raw". */
   format: string;
+  /** Of an HDF5 file with several volumes, the path of one. */
+  dataset?: string;
   /** Files that belong to it, as far as names tell, and their bytes. */
   files: number;
   bytes: number;

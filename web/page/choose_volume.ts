@@ -11,15 +11,17 @@ import { formatBytes, formatDims } from "./format.ts";
 /** Of so many volumes, the largest are offered. */
 const mostOffered = 20;
 
-/** Asks which of several volumes to open. Resolves to its path; undefined: none, or cancelled. */
+/** Asks which of several volumes to open. Resolves to undefined: none, or cancelled. */
 export async function chooseVolume(
   volumes: readonly VolumeCandidate[],
-): Promise<string | undefined> {
-  if (volumes.length < 2) return volumes[0]?.path;
-  const text = ({ path, format, bytes }: VolumeCandidate) =>
-    `${path === "." ? deviceTexts.theFiles : path} · ${format} · ${formatBytes(bytes)}`;
+): Promise<VolumeCandidate | undefined> {
+  if (volumes.length < 2) return volumes[0];
+  const text = ({ path, dataset, format, bytes }: VolumeCandidate) =>
+    dataset === undefined
+      ? `${path === "." ? deviceTexts.theFiles : path} · ${format} · ${formatBytes(bytes)}`
+      : `${path} · ${dataset}`;
   const label = deviceTexts.whichVolume(volumes.length);
-  return (await choose(label, volumes.slice(0, mostOffered), text))?.path;
+  return choose(label, volumes.slice(0, mostOffered), text);
 }
 
 /**

@@ -202,15 +202,14 @@ export class DeviceFiles {
     compiledRenderer().catch(() => {}); // its first user reports the error
     task.shows(deviceTexts.reading, deviceTexts.files(files.length));
     const volumes = await findVolumes(files, task.signal);
-    const path = await chooseVolume(volumes);
-    const volume = volumes.find((each) => each.path === path);
+    const volume = await chooseVolume(volumes);
     if (volumes.length === 0) throw new Error(nothingFound(files));
     if (!volume) return;
     const raw = volume.needsDims ? files.find((each) => each.path === volume.path) : undefined;
     const layout = raw && (await askRawLayout(raw));
     if (raw && !layout) return;
     const find = origin && ((missing: string) => origin.remote.find(missing));
-    const opened = await openVolume(files, volume.path, layout, task.signal, find);
+    const opened = await openVolume(files, volume, layout, task.signal, find);
     try {
       // Without a choice, the address says which volume it is.
       const isOfAddress = origin && volumes.length === 1 && !layout;

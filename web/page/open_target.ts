@@ -4,7 +4,7 @@ import type { Target } from "./volume_page.ts";
 
 /** How the addresses of volumes end, which are not stores: see start.ts. */
 const volumeEnding =
-  /\.(nii|nrrd|nhdr|mha|mhd|hdr|vtk|dcm|dicom|raw|npy|npz|mrc|map|rec|st|zip|tiff?)(\.gz)?$|\.zarr(\/|$)|\/(zarr\.json|\.z(attrs|array|group|metadata))$/i;
+  /\.(nii|nrrd|nhdr|mha|mhd|hdr|vtk|dcm|dicom|raw|npy|npz|h5|hdf5|mrc|map|rec|st|zip|tiff?)(\.gz)?$|\.zarr(\/|$)|\/(zarr\.json|\.z(attrs|array|group|metadata))$/i;
 
 /**
  * What the page's address refers to: a volume of its server or site, or a store on any host. Undefined

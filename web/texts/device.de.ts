@@ -10,7 +10,7 @@ export const device: typeof English = {
   chooseFiles: "Dateien auswählen",
   chooseFolder: "einen Ordner",
   dropText:
-    "NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, VTK und rohe Voxel, auch in einem ZIP, werden hier im Browser zu einer Isosplat-Datei; Isosplat-Dateien (.isosplat) öffnen sich sofort. Nichts wird hochgeladen.",
+    "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, VTK und rohe Voxel, auch in einem ZIP, werden hier im Browser zu einer Isosplat-Datei; Isosplat-Dateien (.isosplat) öffnen sich sofort. Nichts wird hochgeladen.",
   dropHere: "Volumen oder Isosplat-Datei hier ablegen: Gelesen wird hier, nichts wird hochgeladen",
   onDevice: "Auf diesem Gerät",
   onDeviceText:
@@ -43,7 +43,7 @@ export const device: typeof English = {
     `Es wurden Dateien dieses Geräts gelesen, darum stellt dieser Tab keine Anfragen an andere Sites: Laden Sie die Seite neu, um mehr vom Volumen auf ${host} zu sehen.`,
   noFiles: "keine Dateien",
   nothingFound: (found) =>
-    `Erwartet wird eine Isosplat-Datei (.isosplat) oder ein Volumen (NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, altes VTK oder roh), gefunden: ${found}.`,
+    `Erwartet wird eine Isosplat-Datei (.isosplat) oder ein Volumen (NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, altes VTK oder roh), gefunden: ${found}.`,
 
   theFiles: "die Dateien selbst",
   whichVolume: (count) => `${count} Volumen: welches?`,

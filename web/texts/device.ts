@@ -13,7 +13,7 @@ export const deviceTexts = part("device", {
   chooseFiles: "choose files",
   chooseFolder: "a folder",
   dropText:
-    "NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, VTK and raw voxels, also in a ZIP, become a store, here in the browser; stores (.isosplat) open at once. Nothing is uploaded.",
+    "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, VTK and raw voxels, also in a ZIP, become a store, here in the browser; stores (.isosplat) open at once. Nothing is uploaded.",
   dropHere: "Drop a volume or a store: it is read here, nothing is uploaded",
   onDevice: "On this device",
   onDeviceText:
@@ -46,7 +46,7 @@ export const deviceTexts = part("device", {
     `Files of this device were read, so this tab makes no requests to other sites: load the page again for more of the volume on ${host}.`,
   noFiles: "no files",
   nothingFound: (found: string) =>
-    `Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, MRC, NumPy, DICOM, TIFF, legacy VTK or raw), found ${found}.`,
+    `Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, legacy VTK or raw), found ${found}.`,
 
   theFiles: "the files themselves",
   whichVolume: (count: number) => `${count} volumes: which one?`,

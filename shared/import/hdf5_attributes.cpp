@@ -1,0 +1,181 @@
+#include "shared/import/hdf5_attributes.h"
+
+#include <algorithm>
+#include <cstring>
+
+// An attribute: u8 version, u8 flags, u16 bytes of its name, of its type, of its dataspace, u8
+// character set (version 3); name, type and dataspace (in version 1 each padded to 8 bytes);
+// values.
+namespace isosplat {
+namespace {
+
+constexpr uint64_t kMaxElements = 64;
+constexpr uint64_t kMaxTextBytes = 64 * 1024;
+
+struct Attribute {
+  std::string_view name;
+  Hdf5Type type;
+  uint64_t count = 1;
+  std::span<const std::byte> values;
+};
+
+std::optional<Attribute> parse(const Hdf5File& file, const Hdf5Message& message) {
+  Hdf5Fields fields = file.fields(message.content);
+  const uint64_t version = fields.number(1), flags = fields.number(1);
+  const uint64_t name_bytes = fields.number(2), type_bytes = fields.number(2),
+                 space_bytes = fields.number(2);
+  if (version == 3) fields.skip(1);
+  // Bits 0 and 1: the type or the dataspace is elsewhere.
+  if (version < 1 || version > 3 || (version > 1 && (flags & 3) != 0)) return std::nullopt;
+  const auto part = [&](uint64_t bytes) {
+    const auto taken = fields.bytes(bytes);
+    if (version == 1) fields.skip((8 - bytes % 8) % 8);
+    return taken;
+  };
+  const auto name = part(name_bytes), type = part(type_bytes), space = part(space_bytes);
+  Attribute attribute;
+  attribute.name = {reinterpret_cast<const char*>(name.data()), name.size()};
+  attribute.name = attribute.name.substr(0, attribute.name.find('\0'));
+  const auto parsed = hdf5_type(file.fields(type));
+  const auto sizes = hdf5_sizes(file.fields(space));
+  if (fields.is_short() || !parsed || !sizes) return std::nullopt;
+  attribute.type = *parsed;
+  for (const uint64_t size : *sizes) {
+    if (size > kMaxElements) return std::nullopt;
+    attribute.count *= size;
+    if (attribute.count > kMaxElements) return std::nullopt;
+  }
+  if (parsed->bytes > fields.left()) return std::nullopt;
+  attribute.values = fields.bytes(attribute.count * parsed->bytes);
+  if (fields.is_short()) return std::nullopt;
+  return attribute;
+}
+
+std::optional<Attribute> find(const Hdf5File& file, const Hdf5Object& object,
+                              std::string_view name) {
+  for (const Hdf5Message& message : object.messages) {
+    if (message.kind != Hdf5Kind::attribute || message.is_shared) continue;
+    auto attribute = parse(file, message);
+    if (attribute && attribute->name == name) return attribute;
+  }
+  return std::nullopt;
+}
+
+/// Reads a text of a global heap: "GCOL", u8 1, 3 bytes, length: bytes of the heap; then objects:
+/// u16 index, u16, 4 bytes, length, content, padding to 8 bytes.
+std::optional<std::string> heap_text(Hdf5File& file, uint64_t address, uint64_t index,
+                                     uint64_t bytes) {
+  const auto head = file.read(address, 8 + file.length_bytes());
+  if (!head) return std::nullopt;
+  Hdf5Fields fields = file.fields(*head);
+  if (fields.text(4) != "GCOL") return std::nullopt;
+  fields.skip(4);
+  const uint64_t heap_bytes = fields.length();
+  constexpr uint64_t kMaxHeapBytes = uint64_t{16} << 20;
+  if (heap_bytes < head->size() || heap_bytes > kMaxHeapBytes) return std::nullopt;
+  const auto heap = file.read(address, heap_bytes);
+  if (!heap) return std::nullopt;
+  fields = file.fields(*heap);
+  fields.skip(head->size());
+  while (fields.left() > 8 + file.length_bytes()) {
+    const uint64_t found = fields.number(2);
+    fields.skip(6);
+    const uint64_t size = fields.length();
+    if (found == 0) break;  // free space
+    const std::string_view text = fields.text(size);
+    fields.skip(std::min<uint64_t>((8 - size % 8) % 8, fields.left()));
+    if (found == index && bytes <= text.size())
+      return std::string(text.substr(0, static_cast<size_t>(bytes)));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::vector<double>> hdf5_numbers(const Hdf5File& file, const Hdf5Object& object,
+                                                std::string_view name) {
+  const auto attribute = find(file, object, name);
+  if (!attribute || attribute->type.kind != Hdf5Type::Kind::number) return std::nullopt;
+  const auto bytes = static_cast<size_t>(attribute->type.bytes);
+  std::vector<double> numbers;
+  for (size_t i = 0; i < attribute->count; ++i) {
+    numbers.push_back(
+        hdf5_number(attribute->type.stored, attribute->values.subspan(i * bytes, bytes)));
+  }
+  return numbers;
+}
+
+std::optional<std::vector<std::string>> hdf5_texts(Hdf5File& file, const Hdf5Object& object,
+                                                   std::string_view name) {
+  const auto attribute = find(file, object, name);
+  if (!attribute) return std::nullopt;
+  Hdf5Fields values = file.fields(attribute->values);
+  std::vector<std::string> texts;
+  for (uint64_t i = 0; i < attribute->count; ++i) {
+    std::string text;
+    if (attribute->type.kind == Hdf5Type::Kind::text) {
+      text = values.text(attribute->type.bytes);
+    } else if (attribute->type.kind == Hdf5Type::Kind::variable_text) {
+      // u32 bytes, address of a global heap, u32 index in it
+      const uint64_t bytes = values.number(4), heap = values.address(), index = values.number(4);
+      if (values.is_short() || bytes > kMaxTextBytes) return std::nullopt;
+      const auto found = bytes == 0 ? "" : heap_text(file, heap, index, bytes);
+      if (!found) return std::nullopt;
+      text = *found;
+    } else {
+      return std::nullopt;
+    }
+    text.resize(std::min(text.find('\0'), text.size()));
+    while (text.ends_with(' ')) text.pop_back();
+    texts.push_back(std::move(text));
+  }
+  return texts;
+}
+
+double hdf5_number(const StoredVoxels& stored, std::span<const std::byte> bytes) {
+  std::vector<std::byte> native(bytes.begin(), bytes.end());
+  to_native_order(stored, native);
+  const auto as = [&]<class T>(T value) {
+    std::memcpy(&value, native.data(), sizeof value);
+    return static_cast<double>(value);
+  };
+  if (stored.is_half) {
+    std::vector<std::byte> wide(4);
+    widen_halves(native, wide);
+    native = wide;
+  }
+  switch (stored.type) {
+    case VoxelType::u8:
+      return as(uint8_t{});
+    case VoxelType::i8:
+      return as(int8_t{});
+    case VoxelType::u16:
+      return as(uint16_t{});
+    case VoxelType::i16:
+      return as(int16_t{});
+    case VoxelType::u32:
+      return as(uint32_t{});
+    case VoxelType::i32:
+      return as(int32_t{});
+    case VoxelType::u64:
+      return as(uint64_t{});
+    case VoxelType::i64:
+      return as(int64_t{});
+    case VoxelType::f32:
+      return as(float{});
+    case VoxelType::f64:
+      return as(double{});
+  }
+  return 0;
+}
+
+bool hdf5_has_other_attributes(const Hdf5File& file, const Hdf5Object& object) {
+  const Hdf5Message* message = object.find(Hdf5Kind::attribute_info);
+  if (!message) return false;
+  Hdf5Fields fields = file.fields(message->content);
+  fields.skip(1);
+  if ((fields.number(1) & 1) != 0) fields.skip(2);
+  return fields.address() != kHdf5Undefined && !fields.is_short();
+}
+
+}  // namespace isosplat

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "shared/import/hdf5_object.h"
+#include "shared/import/stored_voxels.h"
+
+namespace isosplat {
+
+/// A type of elements, as far as it is used.
+struct Hdf5Type {
+  enum class Kind : uint8_t { number, text, variable_text, other };
+  Kind kind = Kind::other;
+  StoredVoxels stored;  ///< of numbers
+  uint64_t bytes = 0;   ///< of an element in the file; 0 does not occur
+  std::string name;     ///< of other types, for messages
+};
+
+/// Parses a datatype message. Types that are not read are `other`, with a name. Nothing if it is
+/// cut off.
+std::optional<Hdf5Type> hdf5_type(Hdf5Fields fields);
+
+/// The sizes along the axes of a dataspace, the slowest first; none of a single element. Nothing if
+/// the message is cut off, or describes no elements.
+std::optional<std::vector<uint64_t>> hdf5_sizes(Hdf5Fields fields);
+
+/// Whether an array may become larger: its dataspace has larger limits than its sizes.
+bool hdf5_can_grow(Hdf5Fields fields);
+
+/// The message of this kind; where it is shared (a named datatype), the one that it refers to.
+/// Errors: malformed_volume, unsupported_format, those of read_hdf5_object.
+Result<Hdf5Message> hdf5_message(Hdf5File& file, const Hdf5Object& object, Hdf5Kind kind);
+
+}  // namespace isosplat

@@ -1,0 +1,207 @@
+#include "shared/import/hdf5_volumes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "shared/import/formats.h"
+#include "shared/import/hdf5_attributes.h"
+
+namespace isosplat {
+namespace {
+
+std::string text_of(const std::vector<uint64_t>& sizes) {
+  return fmt::format("({})", fmt::join(sizes, ", "));
+}
+
+/// The object as a dataset, of any type and shape; nothing if it is a group or has no elements.
+Result<std::optional<Hdf5Volume>> dataset_of(Hdf5File& file, const Hdf5Object& object,
+                                             const std::string& path) {
+  if (!object.find(Hdf5Kind::layout)) return std::nullopt;
+  const auto space = hdf5_message(file, object, Hdf5Kind::dataspace);
+  if (!space) return tl::unexpected(space.error());
+  const auto kind = hdf5_message(file, object, Hdf5Kind::datatype);
+  if (!kind) return tl::unexpected(kind.error());
+  const auto sizes = hdf5_sizes(file.fields(space->content));
+  const auto type = hdf5_type(file.fields(kind->content));
+  if (!type) return file.malformed("the type of an array is cut off");
+  if (!sizes) return std::nullopt;
+  const size_t slash = path.rfind('/');
+  return Hdf5Volume{path, slash == path.npos ? "" : path.substr(0, slash), object, *sizes, *type};
+}
+
+size_t long_axes(const Hdf5Volume& dataset) {
+  return static_cast<size_t>(std::count_if(dataset.sizes.begin(), dataset.sizes.end(),
+                                           [](uint64_t size) { return size > 1; }));
+}
+
+bool is_volume(const Hdf5Volume& dataset) {
+  return dataset.type.kind == Hdf5Type::Kind::number && long_axes(dataset) == 3 &&
+         std::find(dataset.sizes.begin(), dataset.sizes.end(), 0) == dataset.sizes.end();
+}
+
+/// All datasets, in the order of the links of groups.
+Result<std::vector<Hdf5Volume>> datasets_of(Hdf5File& file) {
+  struct Place {
+    std::string path;
+    uint64_t address;
+  };
+  std::vector<Hdf5Volume> found;
+  std::vector<Place> places{{"", file.root()}};
+  // Links may lead back to a group that they are in.
+  std::vector<uint64_t> seen{file.root()};  // ascending
+  while (!places.empty()) {
+    const Place place = std::move(places.back());
+    places.pop_back();
+    const auto object = read_hdf5_object(file, place.address);
+    if (!object) return tl::unexpected(object.error());
+    auto dataset = dataset_of(file, *object, place.path);
+    if (!dataset) return tl::unexpected(dataset.error());
+    if (*dataset) found.push_back(std::move(**dataset));
+    auto links = hdf5_links(file, *object);
+    if (!links) return tl::unexpected(links.error());
+    // The stack takes the last one first. Of several paths, the first is kept.
+    const size_t before = places.size();
+    for (const Hdf5Link& link : *links) {
+      const auto known = std::lower_bound(seen.begin(), seen.end(), link.address);
+      if (known != seen.end() && *known == link.address) continue;
+      seen.insert(known, link.address);
+      places.push_back({place.path + "/" + link.name, link.address});
+    }
+    std::reverse(places.begin() + static_cast<std::ptrdiff_t>(before), places.end());
+  }
+  return found;
+}
+
+/// Why a dataset is no volume.
+tl::unexpected<Error> no_volume(const Hdf5File& file, const Hdf5Volume& dataset) {
+  const std::string path = hdf5_printable(dataset.path);
+  if (dataset.type.kind != Hdf5Type::Kind::number) {
+    return unknown_type(file.path(), fmt::format("{} in {}", dataset.type.name, path));
+  }
+  const auto fault = [&](Status status, const char* remedy) {
+    return fail(status, fmt::format("{}: expected an array whose axes z, y and x have several "
+                                    "voxels, found the shape {} in {}: {}",
+                                    file.path().string(), text_of(dataset.sizes), path, remedy));
+  };
+  if (long_axes(dataset) < 3) return fault(Status::no_cells, "save the whole volume as one array");
+  return fault(
+      Status::unsupported_format,
+      "save one volume of it, such as numpy.save('volume.npy', h5py.File('IN')['DATASET'][0])");
+}
+
+/// The dataset that the file names as its default: attributes "default" lead from the root to a
+/// group, whose attribute "signal" names it (NeXus). Empty if there is none.
+std::string default_path(Hdf5File& file) {
+  constexpr int kMaxGroups = 10;
+  std::string path;
+  for (int i = 0; i < kMaxGroups; ++i) {
+    const auto group = hdf5_object_at(file, path);
+    if (!group || !*group) return {};
+    const auto named = [&](const char* attribute) {
+      const auto texts = hdf5_texts(file, **group, attribute);
+      return texts && texts->size() == 1 ? texts->front() : std::string();
+    };
+    if (const std::string inside = named("default"); !inside.empty()) {
+      path += "/" + inside;
+      continue;
+    }
+    const std::string signal = named("signal");
+    return signal.empty() ? "" : path + "/" + signal;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string hdf5_text(const Hdf5Volume& volume) {
+  std::string sizes;
+  for (const uint64_t size : volume.sizes) {
+    sizes += fmt::format("{}{}", sizes.empty() ? "" : " × ", size);
+  }
+  const StoredVoxels& stored = volume.type.stored;
+  return fmt::format("{} ({}, {})", hdf5_printable(volume.path),
+                     stored.is_half ? "f16" : voxel_type_name(stored.type), sizes);
+}
+
+Result<std::vector<Hdf5Volume>> hdf5_volumes(Hdf5File& file) {
+  auto datasets = datasets_of(file);
+  if (datasets) std::erase_if(*datasets, [](const Hdf5Volume& each) { return !is_volume(each); });
+  return datasets;
+}
+
+Result<std::optional<Hdf5Object>> hdf5_object_at(Hdf5File& file, std::string_view path) {
+  auto object = read_hdf5_object(file, file.root());
+  while (object && !path.empty()) {
+    const size_t end = std::min(path.find('/'), path.size());
+    const std::string_view name = path.substr(0, end);
+    path.remove_prefix(std::min(end + 1, path.size()));
+    if (name.empty()) continue;
+    const auto links = hdf5_links(file, *object);
+    if (!links) return tl::unexpected(links.error());
+    const auto link = std::find_if(links->begin(), links->end(),
+                                   [&](const Hdf5Link& each) { return each.name == name; });
+    if (link == links->end()) return std::nullopt;
+    object = read_hdf5_object(file, link->address);
+  }
+  if (!object) return tl::unexpected(object.error());
+  return std::move(*object);
+}
+
+Result<Hdf5Volume> choose_hdf5_volume(Hdf5File& file, const std::string& path) {
+  if (!path.empty()) {
+    const auto object = hdf5_object_at(file, path);
+    if (!object) return tl::unexpected(object.error());
+    if (*object) {
+      auto dataset = dataset_of(file, **object, path.starts_with('/') ? path : "/" + path);
+      if (!dataset) return tl::unexpected(dataset.error());
+      if (*dataset && !is_volume(**dataset)) return no_volume(file, **dataset);
+      if (*dataset) return std::move(**dataset);
+    }
+  }
+  auto datasets = datasets_of(file);
+  if (!datasets) return tl::unexpected(datasets.error());
+  std::vector<Hdf5Volume> volumes;
+  std::copy_if(datasets->begin(), datasets->end(), std::back_inserter(volumes), is_volume);
+  if (volumes.empty() && path.empty()) {
+    // The largest one tells most about what the file has.
+    const auto largest = std::max_element(
+        datasets->begin(), datasets->end(), [](const Hdf5Volume& a, const Hdf5Volume& b) {
+          const auto key = [](const Hdf5Volume& each) {
+            return std::pair(each.type.kind == Hdf5Type::Kind::number, long_axes(each));
+          };
+          return key(a) < key(b);
+        });
+    if (largest != datasets->end()) return no_volume(file, *largest);
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected a volume, found an HDF5 file without arrays: choose "
+                            "another file",
+                            file.path().string()));
+  }
+  std::string list;
+  constexpr size_t kMaxListed = 20;
+  for (const Hdf5Volume& volume : volumes) {
+    if (&volume == &volumes.front() + kMaxListed) {
+      list += ", …";
+      break;
+    }
+    list += (list.empty() ? "" : ", ") + hdf5_text(volume);
+  }
+  if (!path.empty()) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected a dataset {}, found {}: choose one of those with "
+                            "--dataset",
+                            file.path().string(), hdf5_printable(path),
+                            list.empty() ? "no volumes" : list));
+  }
+  if (volumes.size() == 1) return std::move(volumes.front());
+  const std::string named = default_path(file);
+  const auto found = std::find_if(volumes.begin(), volumes.end(),
+                                  [&](const Hdf5Volume& each) { return each.path == named; });
+  if (found != volumes.end()) return std::move(*found);
+  return fail(Status::invalid_argument,
+              fmt::format("{}: expected one volume, found {}: {}: choose one with --dataset",
+                          file.path().string(), volumes.size(), list));
+}
+
+}  // namespace isosplat

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "shared/import/hdf5_type.h"
+
+namespace isosplat {
+
+/// A dataset of an HDF5 file with numbers, three of whose axes have several elements.
+struct Hdf5Volume {
+  std::string path;    ///< "/entry/data"
+  std::string parent;  ///< of the group that it is in: "/entry"
+  Hdf5Object object;
+  std::vector<uint64_t> sizes;  ///< along all axes, the slowest first
+  Hdf5Type type;
+};
+
+/// All volumes of a file, in the order of the links of groups. A dataset with several paths is
+/// listed once. Errors: those of read_hdf5_object.
+Result<std::vector<Hdf5Volume>> hdf5_volumes(Hdf5File& file);
+
+/// The object at a path: names that are separated by "/". Nothing if there is none. Errors: those
+/// of read_hdf5_object.
+Result<std::optional<Hdf5Object>> hdf5_object_at(Hdf5File& file, std::string_view path);
+
+/// The dataset with this path, or without one the file's only volume; of several, the one that the
+/// file names as its default (NeXus). Errors: invalid_argument if one has to be chosen, with their
+/// list; no_cells, unsupported_type, unsupported_format.
+Result<Hdf5Volume> choose_hdf5_volume(Hdf5File& file, const std::string& path);
+
+/// "/raw (u16, 30 × 40 × 50)", for messages.
+std::string hdf5_text(const Hdf5Volume& volume);
+
+}  // namespace isosplat
