@@ -211,14 +211,18 @@ Awaitable<Response> Connection::State::respond(const Request& request) {
     co_return response;
   }
   const Route* const route = response.route;
-  if (route && route->computes) co_return co_await compute_response(request, *route);
+  if (route && route->work == RouteWork::computes) {
+    co_return co_await compute_response(request, *route);
+  }
+  const bool is_of_many = route && route->work == RouteWork::reads_headers;
+  WorkPool& pool = is_of_many ? shared.headers : shared.disk;
   WorkTurn turn;
   auto repeat = [&] {
     response = shared.router.respond(request, nullptr, ThreadKind::disk, &turn);
   };
   do {
     turn.is_unfinished = false;
-    const bool has_run = co_await shared.disk.run(repeat);
+    const bool has_run = co_await pool.run(repeat);
     if (!has_run) co_return refuse_for_now(request, route, true);
   } while (turn.is_unfinished);
   co_return response;
@@ -291,7 +295,7 @@ Awaitable<BodyStream::Step> Connection::State::next_piece(const Response& respon
                                                           std::vector<std::byte>& piece,
                                                           Error& error) {
   BodyStream& body = *response.stream;
-  if (response.route && response.route->computes) {
+  if (response.route && response.route->work == RouteWork::computes) {
     co_return co_await compute_piece(body, piece, error);
   }
   NoWait no_wait;

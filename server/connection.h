@@ -27,6 +27,7 @@ struct ConnectionShared {
   const std::atomic<bool>& stopping;
   ServerLog& log;
   WorkPool& disk;       ///< for what waits for disks
+  WorkPool& headers;    ///< the same, for the routes that read headers of many stores
   WorkPool& computing;  ///< for the routes that compute
   Metrics& metrics;
   RateLimit& rates;

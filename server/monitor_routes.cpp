@@ -1,6 +1,10 @@
 #include "server/monitor_routes.h"
 
+#include <algorithm>
+#include <cstdint>
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include "server/credentials.h"
 #include "server/metrics.h"
@@ -21,25 +25,46 @@ StoreCounts count_stores(const RouteCall& call) {
   return counts;
 }
 
+/// Which stores were tried: those before `next`.
+struct ReadyProgress : WorkTurn::Progress {
+  explicit ReadyProgress(std::shared_ptr<const CatalogSnapshot> its_catalog)
+      : catalog(std::move(its_catalog)), next(catalog->begin()) {}
+
+  const std::shared_ptr<const CatalogSnapshot> catalog;  ///< the same in all turns
+  CatalogSnapshot::const_iterator next;
+  uint32_t tried = 0;
+};
+
 /// Whether no store can be read. Reads headers that nobody has read yet, until one is valid or
-/// many are not; no value if that must wait.
+/// many are not; no value if that must wait, or needs another turn.
 std::optional<bool> are_all_broken(const RouteCall& call) {
-  constexpr size_t kTried = 64;
-  bool has_stores = false;
-  size_t tried = 0;
-  for (const bool may_read : {false, true}) {  // first those that are known
-    for (const auto& [name, entry] : *call.catalog) {
-      has_stores = true;
-      auto summary = entry->summary.get();
-      if (!summary && may_read) {
-        if (++tried > kTried) return true;
-        summary = call.stores.summary(*entry, call.no_wait);
-        if (!summary) return std::nullopt;
+  constexpr uint32_t kTried = 64;
+  if (call.catalog->empty()) return false;
+  const auto is_served = [](const auto& named) {
+    return named.second->summary.state() == StoreState::served;
+  };
+  if (std::ranges::any_of(*call.catalog, is_served)) return false;
+  std::unique_ptr<WorkTurn::Progress> own;
+  std::unique_ptr<WorkTurn::Progress>& progress = call.turn ? call.turn->progress : own;
+  if (!progress) progress = std::make_unique<ReadyProgress>(call.catalog);
+  auto& ready = static_cast<ReadyProgress&>(*progress);
+  for (uint32_t read = 0; ready.next != ready.catalog->end(); ++ready.next) {
+    const CatalogEntry& entry = *ready.next->second;
+    auto summary = entry.summary.get();
+    if (!summary) {
+      if (ready.tried == kTried) return true;
+      if (call.turn && read == kHeadersPerTurn) {
+        call.turn->is_unfinished = true;
+        return std::nullopt;
       }
-      if (summary && !summary->error) return false;
+      summary = call.stores.summary(entry, call.no_wait);
+      if (!summary) return std::nullopt;
+      ++ready.tried;
+      ++read;
     }
+    if (!summary->error) return false;
   }
-  return has_stores;
+  return true;
 }
 
 }  // namespace

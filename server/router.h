@@ -39,7 +39,7 @@ class Router {
   void set_page(std::shared_ptr<const PageAssets> page);
 
   /// If it sets no_wait->needs_disk, the result is of no use: call again without `no_wait`, on a
-  /// thread that may wait for the disk; for a route that computes, as Route::computes says. The
+  /// thread that may wait for the disk; for a route that computes, as RouteWork says. The
   /// same holds if it sets turn->is_unfinished: call again with this turn, after other work.
   Response respond(const Request& request, NoWait* no_wait = nullptr,
                    ThreadKind thread = ThreadKind::computing, WorkTurn* turn = nullptr) const;

@@ -23,10 +23,10 @@ Response no_such_path(const RouteCall&) {
 
 constexpr auto kRoutes = std::to_array<Route>({
     {Method::get, "/healthz", health_response},
-    {Method::get, "/readyz", ready_response},
+    {Method::get, "/readyz", ready_response, RouteWork::reads_headers},
     {Method::get, "/metrics", metrics_response},
     {Method::get, "/v1/openapi.json", openapi_response},
-    {Method::get, "/v1/volumes", volumes_response},
+    {Method::get, "/v1/volumes", volumes_response, RouteWork::reads_headers},
     {Method::get, "/v1/volumes/{name}", volume_response},
     {Method::get, "/v1/volumes/{name}/bootstrap", bootstrap_response},
     {Method::get, "/v1/volumes/{name}/{content}/header", header_response},
@@ -35,7 +35,7 @@ constexpr auto kRoutes = std::to_array<Route>({
     {Method::get, "/v1/volumes/{name}/{content}/chunks", chunks_response},
     {Method::get, "/v1/volumes/{name}/{content}/batch", batch_response},
     {Method::get, "/v1/volumes/{name}/{content}/isovalues", isovalues_response},
-    {Method::get, "/v1/volumes/{name}/{content}/samples", samples_response, true},
+    {Method::get, "/v1/volumes/{name}/{content}/samples", samples_response, RouteWork::computes},
     {Method::get, "/v1/volumes/{name}/{content}/file", file_response},
     {Method::get, "/v1/volumes/{name}/{content}/thumbnail.png", thumbnail_response},
     {Method::get, "/v1/…", no_such_path},

@@ -77,6 +77,21 @@ struct RouteCall {
   }
 };
 
+/// What the response of a route needs besides what is in memory, and which threads do it.
+enum class RouteWork : uint8_t {
+  reads,  ///< reads of a store: threads for disks
+
+  /// Headers of many stores, a few in each turn (RouteCall::turn): a part of the threads for disks,
+  /// so that these are never all kept by it.
+  reads_headers,
+
+  /// Much processor time. On the connection's thread, the handler only says so
+  /// (NoWait::needs_disk). It is called again on a thread that computes; if this lacks something of
+  /// a disk, on one for disks, where it only reads it, and then again on one that computes. Its
+  /// stream is called on these threads alone (BodyStream::fetch).
+  computes
+};
+
 /// A route. HTTP.md has a table of the same routes in the same order.
 struct Route {
   /// HEAD has the route of GET; its body is not sent. The router handles OPTIONS for all paths.
@@ -88,11 +103,7 @@ struct Route {
 
   Response (*handler)(const RouteCall&);
 
-  /// Its response needs much processor time: on the connection's thread, the handler only says so
-  /// (NoWait::needs_disk). It is called again on a thread that computes; if this lacks something of
-  /// a disk, on one for disks, where it only reads it, and then again on one that computes. Its
-  /// stream is called on these threads alone (BodyStream::fetch).
-  bool computes = false;
+  RouteWork work = RouteWork::reads;
 };
 
 /// All routes. The first route whose pattern matches a path handles it.

@@ -72,6 +72,11 @@ uint64_t bytes_of_one(const ServerLimits& limits) {
 }
 
 /// Half of the cores: connections and other programs keep the others.
+/// Few: requests that read many headers wait for each other then, and others do not.
+uint32_t header_threads(const ServerOptions& options) {
+  return (options.disk_threads + 3) / 4;
+}
+
 uint32_t compute_threads() {
   return std::max(1u, std::thread::hardware_concurrency() / 2);
 }
@@ -88,10 +93,11 @@ struct Server::State {
         router(catalog, stores, router_limits(options.limits)),
         admission(options.limits.connections, options.limits.connections_per_address),
         disk(options.disk_threads, metrics.reads_of_disk, metrics.reads_waiting),
+        headers(header_threads(options), metrics.reads_of_disk, metrics.reads_waiting),
         computing(compute_threads(), metrics.computations, metrics.computations_waiting),
         rates({options.limits.requests_per_second, options.limits.bytes_per_second}),
         bytes_in_flight(options.limits.bytes_in_flight, bytes_of_one(options.limits)),
-        shared{router, options.limits,  stopping,          log, disk, computing, metrics,
+        shared{router, options.limits,  stopping,          log, disk, headers, computing, metrics,
                rates,  bytes_in_flight, options.log_format},
         page(options.web_root, options.limits.page_asset_bytes, router, log) {
     router.set_monitor({&metrics, &stopping});
@@ -103,6 +109,7 @@ struct Server::State {
     if (scan_thread.joinable()) scan_thread.join();
     for (std::thread& thread : worker_threads) thread.join();
     disk.join();
+    headers.join();
     computing.join();
   }
 
@@ -134,6 +141,7 @@ struct Server::State {
   Admission admission;
   Metrics metrics;
   WorkPool disk;
+  WorkPool headers;
   WorkPool computing;
   RateLimit rates;
   ByteBudget bytes_in_flight;

@@ -16,7 +16,6 @@ struct ListQuery {
   uint32_t limit = 100;            ///< the most volumes to return
 };
 inline constexpr uint32_t kMaxListLimit = 1000;
-inline constexpr uint32_t kHeadersPerTurn = 16;  ///< that one turn of a list reads
 
 /// Parses query=, offset= and limit=. Errors: invalid_argument.
 Result<ListQuery> parse_list_query(const Target& target);

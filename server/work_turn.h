@@ -1,11 +1,12 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 namespace isosplat {
 
-/// A request's work on the threads for disks, in turns: other requests have theirs in between, so
-/// that a few requests with much to read do not keep all threads.
+/// A request's work on the threads that read headers, in turns: other requests have theirs in
+/// between, so that a few requests with many to read do not keep all threads.
 struct WorkTurn {
   struct Progress {
     virtual ~Progress() = default;
@@ -13,5 +14,7 @@ struct WorkTurn {
   std::unique_ptr<Progress> progress;  ///< of the route's handler; null before the first turn
   bool is_unfinished = false;  ///< the handler has more to do: make the request again with this
 };
+
+inline constexpr uint32_t kHeadersPerTurn = 16;  ///< that one turn reads
 
 }  // namespace isosplat

@@ -123,6 +123,7 @@ Awaitable<void> Worker::serve(Socket socket, std::string address, Admission::Ver
 void Worker::abort_all() {
   // What is queued is for connections that end now.
   shared_.disk.stop();
+  shared_.headers.stop();
   shared_.computing.stop();
   for (Connection* connection : connections_) connection->abort();
 }

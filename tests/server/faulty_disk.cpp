@@ -46,13 +46,13 @@ ssize_t __wrap_preadv2(int descriptor, const iovec* to, int count, off_t offset,
 ssize_t __wrap_preadv2(int descriptor, const iovec* to, int count, off_t offset, int flags) {
   using namespace isosplat::test;
   const std::string path = path_of(descriptor);
-  if (path.find("/slow") != std::string::npos) {
-    if (flags & RWF_NOWAIT) {
-      errno = EAGAIN;
-      return -1;
-    }
-    gate().pass();
+  const bool is_slow = path.find("/slow") != std::string::npos;
+  const bool is_cold = path.find("/cold") != std::string::npos;
+  if ((flags & RWF_NOWAIT) && (is_slow || is_cold)) {
+    errno = EAGAIN;
+    return -1;
   }
+  if (is_slow) gate().pass();
   if (path.find("damaged-disk") != std::string::npos &&
       static_cast<uint64_t>(offset) + bytes_of(to, count) > first_bad_byte()) {
     errno = EIO;

@@ -8,7 +8,7 @@
 namespace isosplat::test {
 
 /// Where reads of files named "slow…" wait, as for a slow disk. Without waiting, their bytes are
-/// never there.
+/// never there. Nor are those of files named "cold…", which are on a disk that is quick.
 class Gate {
  public:
   void close() { close_after(0); }

@@ -11,7 +11,7 @@
 
 #include "native/builder/array_source.h"
 #include "server/router.h"
-#include "server/volume_list.h"
+#include "server/work_turn.h"
 #include "shared/store_file/store_file.h"
 #include "tests/server/faulty_disk.h"
 #include "tests/server/server_fixture.h"
@@ -26,7 +26,10 @@ class SlowDisk : public ServerTest {
     options.disk_threads = 2;
     write_file(folder.path() / "slow.isosplat", slow.file);
   }
-  ~SlowDisk() override { gate().open(); }
+  ~SlowDisk() override {
+    first_bad_byte() = kNoBadBytes;
+    gate().open();
+  }
 
   std::string slow_content(const std::string& rest) const {
     return "/v1/volumes/slow/" + slow.content + "/" + rest;
@@ -262,6 +265,90 @@ TEST_F(SlowDisk, ASearchReadsFewHeadersAtATime) {
     EXPECT_EQ(response.text, router.respond(request).text);
   }
   first_bad_byte() = kNoBadBytes;
+}
+
+TEST_F(SlowDisk, ReadinessReadsFewHeadersAtATime) {
+  constexpr int kTried = 64, kDamaged = 70;
+  const std::filesystem::path many = folder.path() / "many";
+  std::filesystem::create_directories(many);
+  const auto add = [&](const std::string& name) {
+    std::filesystem::create_hard_link(folder.path() / "slow.isosplat", many / (name + ".isosplat"));
+  };
+  for (int i = 0; i < kDamaged; ++i) {
+    add((i < 20 ? "slow-a-damaged-disk-" : "slow-c-damaged-disk-") + std::to_string(i));
+  }
+  first_bad_byte() = 0;
+  const int before_open = gate().reads();
+  ASSERT_FALSE(StoreFile::open(many / "slow-a-damaged-disk-0.isosplat"));
+  const int reads_of_header = gate().reads() - before_open;
+  ASSERT_GT(reads_of_header, 0);
+  const auto ignore = [](std::string_view) {};
+  Catalog catalog({many}, ignore);
+  StorePool stores({.stores = 1, .directory_bytes = 1 << 20}, ignore);
+  const Router router(catalog, stores, RouterLimits{});
+  Request request;
+  request.method = Method::get;
+  request.target = "/readyz";
+  int reads = 0;
+  const auto respond = [&](int most_turns) {
+    catalog.scan();
+    const int first = gate().reads();
+    Response response;
+    WorkTurn turn;
+    for (int turns = 1;; ++turns) {
+      turn.is_unfinished = false;
+      const int before = gate().reads();
+      response = router.respond(request, nullptr, ThreadKind::disk, &turn);
+      EXPECT_LE(gate().reads() - before, static_cast<int>(kHeadersPerTurn) * reads_of_header);
+      if (!turn.is_unfinished || turns == 100) {
+        EXPECT_EQ(turns, most_turns);
+        break;
+      }
+    }
+    reads = gate().reads() - first;
+    return response.status;
+  };
+  EXPECT_EQ(respond(kTried / 16), 503);
+  EXPECT_EQ(reads, kTried * reads_of_header);
+  add("slow-d");
+  EXPECT_EQ(respond(kTried / 16), 503) << "is not among those that are tried";
+  add("slow-b");
+  EXPECT_EQ(respond(2), 200) << "the 21st";
+  EXPECT_EQ(respond(1), 200);
+  EXPECT_EQ(reads, 0) << "its header is known";
+  first_bad_byte() = kNoBadBytes;
+}
+
+TEST_F(SlowDisk, SearchesOfUnreadStoresDelayNoReadsOfOthers) {
+  constexpr int kSearches = 16;
+  options.disk_threads = kSearches;
+  write_file(folder.path() / "cold.isosplat", alpha.file);
+  for (int i = 0; i < 40; ++i) {
+    std::filesystem::create_hard_link(folder.path() / "slow.isosplat",
+                                      folder.path() / ("slow-" + std::to_string(i) + ".isosplat"));
+  }
+  gate().close();  // also for the thread that reads headers ahead
+  start();
+  EXPECT_EQ(get(port(), "/v1/volumes/cold").status, 200);
+  std::vector<Client> searching;
+  for (int i = 0; i < kSearches; ++i) {
+    searching.emplace_back(port());
+    searching.back().send(request_for("/v1/volumes?query=no-such-title"));
+  }
+  ASSERT_TRUE(eventually([&] { return has_metric("isosplat_disk_reads_waiting 16"); }));
+  for (const KnownChunk& chunk : alpha.chunks) {
+    if (chunk.cells == 0) continue;
+    const Answer answer =
+        get(port(), "/v1/volumes/cold/" + alpha.content + "/chunks/" + place_of(chunk));
+    EXPECT_EQ(answer.status, 200);
+    EXPECT_TRUE(answer.body == text_of(chunk.bytes)) << place_of(chunk);
+  }
+  EXPECT_EQ(get(port(), "/readyz").status, 200) << "one store is known";
+  EXPECT_TRUE(has_metric("isosplat_disk_reads_waiting 16"));
+  gate().open();
+  for (Client& client : searching) {
+    EXPECT_TRUE(client.receive().body.starts_with("{\"total\":0,"));
+  }
 }
 
 TEST_F(SlowDisk, AClientThatLeavesIsNotMissed) {
