@@ -33,6 +33,18 @@ using UnsentBytes = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSEN
 
 constexpr Clock::time_point kNever = Clock::time_point::max();
 
+/// Some bytes of a body that is produced while it is sent.
+struct Piece {
+  std::vector<std::byte> bytes;
+  BodyStream::Step step = BodyStream::Step::more;
+  Error error;  ///< if broken; without a message: the server stops
+
+  void clear() {
+    bytes.clear();
+    step = BodyStream::Step::more;
+  }
+};
+
 }  // namespace
 
 struct Connection::State {
@@ -70,17 +82,18 @@ struct Connection::State {
   // These return false if the connection must be closed.
   Awaitable<bool> shake_hands();
   Awaitable<bool> write(std::span<const std::byte> first, std::span<const std::byte> second);
-  Awaitable<bool> write_response(Response& response, bool close, bool http_1_0, bool head);
+  Awaitable<bool> write_response(Response& response, Piece& piece, bool close, bool http_1_0,
+                                 bool head);
   Awaitable<bool> wait_for_request();
   Awaitable<HeaderScan> read_header();
   Awaitable<Response> respond(const Request& request);
-  Awaitable<Response> respond_within_rates(const Request& request, ByteBudget::Share& memory);
+  Awaitable<Response> respond_within_rates(const Request& request, ByteBudget::Share& memory,
+                                           Piece& piece);
   Awaitable<Response> compute_response(const Request& request, const Route& route);
   Response refuse_for_now(const Request& request, const Route* route, bool is_stopping) const;
-  Awaitable<BodyStream::Step> compute_piece(BodyStream& body, std::vector<std::byte>& piece,
-                                            Error& error);
-  Awaitable<BodyStream::Step> next_piece(const Response& response, std::vector<std::byte>& piece,
-                                         Error& error);
+  Awaitable<void> begin_body(const Request& request, Response& response, Piece& piece);
+  Awaitable<void> next_piece(const Response& response, Piece& piece);
+  Awaitable<void> compute_piece(BodyStream& body, Piece& piece);
   Awaitable<bool> handle_request();
   Awaitable<void> linger();
   void report_fault(std::string_view message) {
@@ -129,7 +142,8 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
     co_return;
   }
   if (refusal) {
-    if (co_await state.write_response(*refusal, true, false, false)) co_await state.linger();
+    Piece none;
+    if (co_await state.write_response(*refusal, none, true, false, false)) co_await state.linger();
   } else {
     // Two statements: g++ 12 evaluates both sides of "co_await a && co_await b" in any case.
     for (bool is_open = true; is_open;) {
@@ -268,9 +282,10 @@ Response Connection::State::refuse_for_now(const Request& request, const Route* 
 }
 
 /// The same, within the limits of the client's address and of the memory of bodies. `memory`: what
-/// the response takes of it.
+/// the response takes of it. `piece`: becomes the first of its stream.
 Awaitable<Response> Connection::State::respond_within_rates(const Request& request,
-                                                            ByteBudget::Share& memory) {
+                                                            ByteBudget::Share& memory,
+                                                            Piece& piece) {
   Response response;
   if (const auto seconds = shared.rates.take_request(address, Clock::now())) {
     response = rate_response(*seconds);
@@ -278,6 +293,9 @@ Awaitable<Response> Connection::State::respond_within_rates(const Request& reque
     response = co_await respond(request);
     if (request.method == Method::head) co_return response;
     if (memory.take(shared.bytes_in_flight, response.memory(), address)) {
+      if (response.stream && response.body_size() > 0) {
+        co_await begin_body(request, response, piece);
+      }
       shared.rates.take_bytes(address, response.body_size(), Clock::now());
       co_return response;
     }
@@ -289,41 +307,54 @@ Awaitable<Response> Connection::State::respond_within_rates(const Request& reque
   co_return response;
 }
 
-/// The next bytes of a body, in `piece`, which is empty. Broken without a message: the server
-/// stops.
-Awaitable<BodyStream::Step> Connection::State::next_piece(const Response& response,
-                                                          std::vector<std::byte>& piece,
-                                                          Error& error) {
+/// Reads the first piece of a stream before anything is sent: if this fails, the response becomes
+/// an error, which the client can tell from a lost connection.
+Awaitable<void> Connection::State::begin_body(const Request& request, Response& response,
+                                              Piece& piece) {
+  co_await next_piece(response, piece);
+  if (piece.step != BodyStream::Step::broken || !piece.bytes.empty()) co_return;
+  const Route* const route = response.route;
+  if (piece.error.message.empty()) {
+    response = refuse_for_now(request, route, true);
+    co_return;
+  }
+  response = error_response(piece.error);
+  response.route = route;
+  response.set("X-Content-Type-Options", "nosniff");
+  shared.router.policy().add_fields(request, response);
+}
+
+/// The next bytes of a body; `piece` is clear.
+Awaitable<void> Connection::State::next_piece(const Response& response, Piece& piece) {
   BodyStream& body = *response.stream;
   if (response.route && response.route->work == RouteWork::computes) {
-    co_return co_await compute_piece(body, piece, error);
+    co_await compute_piece(body, piece);
+    co_return;
   }
   NoWait no_wait;
-  BodyStream::Step step = body.next(piece, error, &no_wait);
-  if (!no_wait.needs_disk || !piece.empty()) {
+  piece.step = body.next(piece.bytes, piece.error, &no_wait);
+  if (!no_wait.needs_disk || !piece.bytes.empty()) {
     ++shared.metrics.reads_in_memory;
-    co_return step;
+    co_return;
   }
-  auto repeat = [&] { step = body.next(piece, error, nullptr); };
-  const bool has_run = co_await shared.disk.run(repeat);
-  co_return has_run ? step : BodyStream::Step::broken;
+  auto repeat = [&] { piece.step = body.next(piece.bytes, piece.error, nullptr); };
+  if (!co_await shared.disk.run(repeat)) piece.step = BodyStream::Step::broken;
 }
 
 /// The same for a body that is computed.
-Awaitable<BodyStream::Step> Connection::State::compute_piece(BodyStream& body,
-                                                             std::vector<std::byte>& piece,
-                                                             Error& error) {
+Awaitable<void> Connection::State::compute_piece(BodyStream& body, Piece& piece) {
   while (true) {
     NoWait no_wait;
-    BodyStream::Step step = BodyStream::Step::broken;
-    auto compute = [&] { step = body.next(piece, error, &no_wait); };
+    auto compute = [&] { piece.step = body.next(piece.bytes, piece.error, &no_wait); };
     bool has_run = co_await shared.computing.run(compute);
-    if (!has_run || !no_wait.needs_disk || !piece.empty()) co_return step;
+    if (has_run && (!no_wait.needs_disk || !piece.bytes.empty())) co_return;
+    piece.step = BodyStream::Step::broken;  // unless it goes on
+    if (!has_run) co_return;
     Result<void> fetched;
     auto fetch = [&] { fetched = body.fetch(); };
     has_run = co_await shared.disk.run(fetch);
-    if (!fetched) error = fetched.error();
-    if (!has_run || !fetched) co_return BodyStream::Step::broken;
+    if (!fetched) piece.error = fetched.error();
+    if (!has_run || !fetched) co_return;
   }
 }
 
@@ -343,10 +374,11 @@ Awaitable<bool> Connection::State::handle_request() {
   request.is_from_this_machine = is_local;
   ByteBudget::Share memory;
   Response response;
+  Piece piece;
   if (refusal) {
     response = std::move(*refusal);
   } else {
-    response = co_await respond_within_rates(request, memory);
+    response = co_await respond_within_rates(request, memory, piece);
   }
   if (!response.fault.empty()) report_fault(response.fault);
 
@@ -355,7 +387,7 @@ Awaitable<bool> Connection::State::handle_request() {
   if (has_id || shared.log.has_access_log()) id = request_id(request.request_id);
   if (has_id) response.set("X-Request-Id", id);
   const bool close = response.close || !parser.keep_alive() || shared.stopping;
-  const bool sent = co_await write_response(response, close, parser.is_http_1_0(),
+  const bool sent = co_await write_response(response, piece, close, parser.is_http_1_0(),
                                             request.method == Method::head);
   const Clock::duration duration = Clock::now() - begin;
   shared.metrics.add_response(response.route ? index_of(*response.route) : Metrics::kNoRoute,
@@ -403,8 +435,9 @@ Awaitable<bool> Connection::State::write(std::span<const std::byte> first,
   co_return true;
 }
 
-Awaitable<bool> Connection::State::write_response(Response& response, bool close, bool http_1_0,
-                                                  bool head) {
+/// `piece`: the first of the response's stream, if it has one.
+Awaitable<bool> Connection::State::write_response(Response& response, Piece& piece, bool close,
+                                                  bool http_1_0, bool head) {
   body_bytes = 0;
   const std::string header = response_header(response, close, http_1_0);
   if (head) response.stream.reset();  // its memory is not within the budget
@@ -415,19 +448,16 @@ Awaitable<bool> Connection::State::write_response(Response& response, bool close
     co_return co_await write(unsent,
                              is_text ? std::as_bytes(std::span(response.text)) : response.bytes);
   }
-  std::vector<std::byte> piece;
-  for (auto step = BodyStream::Step::more; step == BodyStream::Step::more;) {
-    piece.clear();
-    Error error;
-    step = co_await next_piece(response, piece, error);
-    if (!co_await write(unsent, piece)) co_return false;
+  while (true) {
+    if (!co_await write(unsent, piece.bytes)) co_return false;
     unsent = {};
-    if (step == BodyStream::Step::broken) {
-      if (!error.message.empty()) report_fault(error.message);
-      co_return false;
-    }
+    if (piece.step != BodyStream::Step::more) break;
+    piece.clear();
+    co_await next_piece(response, piece);
   }
-  co_return true;
+  if (piece.step == BodyStream::Step::last) co_return true;
+  if (!piece.error.message.empty()) report_fault(piece.error.message);
+  co_return false;
 }
 
 /// Reads for up to 2 s after the last response. Closing a socket with unread bytes would reset the

@@ -55,7 +55,8 @@ class BodyStream {
   enum class Step {
     more,   ///< call next() again after these bytes are sent
     last,   ///< the body is complete
-    broken  ///< send these bytes, then close the connection: the rest cannot be produced
+    broken  ///< send these bytes, then close the connection: the rest cannot be produced. If there
+            ///< are none at the begin of the body, the response becomes an error instead
   };
 
   /// The most memory that sending it needs, in bytes.
@@ -63,7 +64,8 @@ class BodyStream {
 
   /// Appends the next bytes to `out` (empty), at least one unless broken, or unless the first one
   /// needs the disk and `no_wait` is given (null: may wait): call again without it. Sets `error` if
-  /// broken.
+  /// broken. The first call appends nothing before it has read something: the response can become
+  /// an error only until the first bytes are sent.
   virtual Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) = 0;
 
   /// For the bodies of routes that compute, after next() has said that it needs the disk: reads

@@ -40,9 +40,6 @@ class SampleStream final : public BodyStream {
   }
 
   Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) override {
-    const auto text = std::as_bytes(std::span(header_));
-    out.insert(out.end(), text.begin(), text.end());
-    header_.clear();
     const auto scratch = SurfacePoints::make_scratch();
     while (!points_->is_at_end() && out.size() < kComputedBytes) {
       const Result<PointArrays> points = points_->next(*scratch, no_wait);
@@ -53,9 +50,11 @@ class SampleStream final : public BodyStream {
       }
       if (points->positions.size() > records_left_) return changed(error);
       records_left_ -= points->positions.size();
+      append_header(out);
       records_.append(*points, out);
     }
     if (!points_->is_at_end()) return Step::more;
+    append_header(out);
     return records_left_ == 0 ? Step::last : changed(error);
   }
 
@@ -64,6 +63,12 @@ class SampleStream final : public BodyStream {
  private:
   /// Size of the pieces: larger than those of other streams, since each uses another thread.
   static constexpr size_t kComputedBytes = 512 * 1024;
+
+  void append_header(std::vector<std::byte>& out) {
+    const auto text = std::as_bytes(std::span(header_));
+    out.insert(out.end(), text.begin(), text.end());
+    header_.clear();
+  }
 
   static Step changed(Error& error) {
     error = {Status::io_error, "a store was changed while its points were computed"};

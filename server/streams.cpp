@@ -51,7 +51,7 @@ BodyStream::Step FrameStream::next(std::vector<std::byte>& out, Error& error, No
     if (Result<void> read = store_->read_chunk(chunk, out, no_wait); !read) {
       out.resize(begin);
       if (no_wait && no_wait->needs_disk) return Step::more;
-      append_frame_header(out, chunk, read.error().status);
+      if (position_ > 0) append_frame_header(out, chunk, read.error().status);
       error = std::move(read.error());
       return Step::broken;
     }
@@ -87,19 +87,21 @@ uint64_t BootstrapStream::size() const {
 }
 
 BodyStream::Step BootstrapStream::next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) {
-  if (!has_sent_header_) {
-    has_sent_header_ = true;
-    const CoarseRange& bootstrap = store_->bootstrap();
-    const std::span<const std::byte> header = store_->header();
-    const std::array<uint8_t, 16>& id = store_->info().content_id;
-    append_u32(out, static_cast<uint32_t>(header.size()));
-    append_u32(out, static_cast<uint32_t>(bootstrap.bytes));
-    append_u32(out, static_cast<uint32_t>(bootstrap.offset));
-    append_u32(out, static_cast<uint32_t>(bootstrap.offset >> 32));
-    for (const uint8_t byte : id) out.push_back(static_cast<std::byte>(byte));
-    out.insert(out.end(), header.begin(), header.end());
-  }
-  return rest_.next(out, error, no_wait);
+  if (has_begun_) return rest_.next(out, error, no_wait);
+  const CoarseRange& bootstrap = store_->bootstrap();
+  const std::span<const std::byte> header = store_->header();
+  const std::array<uint8_t, 16>& id = store_->info().content_id;
+  append_u32(out, static_cast<uint32_t>(header.size()));
+  append_u32(out, static_cast<uint32_t>(bootstrap.bytes));
+  append_u32(out, static_cast<uint32_t>(bootstrap.offset));
+  append_u32(out, static_cast<uint32_t>(bootstrap.offset >> 32));
+  for (const uint8_t byte : id) out.push_back(static_cast<std::byte>(byte));
+  out.insert(out.end(), header.begin(), header.end());
+  const size_t header_end = out.size();
+  const Step step = rest_.next(out, error, no_wait);
+  has_begun_ = step == Step::last || out.size() > header_end;
+  if (!has_begun_) out.clear();
+  return step;
 }
 
 }  // namespace isosplat

@@ -22,8 +22,8 @@ constexpr uint64_t frame_bytes(uint64_t chunk_bytes) {
 
 /// Chunks as frames, in the given order (HTTP.md shows the layout). Uses memory for one piece:
 /// kPieceBytes, or one frame if that is larger. If a chunk cannot be read, or its checksum differs,
-/// the stream ends with a frame that has the status and no chunk. The response is then shorter than
-/// its Content-Length, so no cache keeps it.
+/// the stream ends with a frame that has the status and no chunk, unless it is the first one. The
+/// response is then shorter than its Content-Length, so no cache keeps it.
 class FrameStream final : public BodyStream {
  public:
   FrameStream(std::shared_ptr<const StoreFile> store, std::vector<ChunkRef> chunks);
@@ -67,7 +67,7 @@ class BootstrapStream final : public BodyStream {
  private:
   std::shared_ptr<const StoreFile> store_;
   FileStream rest_;  ///< the byte range after the header
-  bool has_sent_header_ = false;
+  bool has_begun_ = false;
 };
 
 /// Target size of the pieces that streams produce.

@@ -111,15 +111,6 @@ TEST_P(DiskErrors, EveryRouteOfAnOpenStoreHasItsError) {
     }
     expect_others_served(client);
   }
-  // These are read while they are sent.
-  for (const std::string& path : {target("file"), "/v1/volumes/" + name + "/bootstrap"}) {
-    Client cut(port());
-    const Answer answer = cut.request("GET", path);
-    EXPECT_FALSE(answer.complete) << path;
-    EXPECT_TRUE(cut.is_closed());
-    ++faults;
-    expect_others_served();
-  }
   EXPECT_TRUE(has_metric("isosplat_faults_total " + std::to_string(faults)));
   // What is in memory is served as before, and everything once the disk is.
   EXPECT_EQ(client.request("GET", "/v1/volumes/" + name).body, whole.body);
@@ -127,6 +118,47 @@ TEST_P(DiskErrors, EveryRouteOfAnOpenStoreHasItsError) {
   first_bad_byte() = kNoBadBytes;
   EXPECT_EQ(client.request("GET", target("chunks/" + chunk)).body, text_of(first_chunk().bytes));
   EXPECT_TRUE(client.request("GET", target("file")).body == text_of(damaged.file));
+}
+
+TEST_P(DiskErrors, WhatIsReadWhileItIsSentIsAnErrorIfItsFirstReadFails) {
+  start();
+  Client client(port());
+  const std::string everything = "?isovalue=-1e9..1e9&level=0";
+  const std::string chunk = place_of(first_chunk());
+  const std::vector<std::string> paths = {target("file"), "/v1/volumes/" + name + "/bootstrap",
+                                          target("chunks" + everything),
+                                          target("batch?chunks=" + chunk)};
+  std::vector<std::string> bodies;
+  for (const std::string& path : paths) bodies.push_back(client.request("GET", path).body);
+  const std::string before = get(port(), "/metrics").body;
+  EXPECT_NE(before.find("\nisosplat_faults_total 0\n"), std::string::npos);
+  first_bad_byte() = 0;
+  int faults = 0;
+  for (const std::string& path : paths) {
+    for (const char* const fields : {"", "Range: bytes=100-200\r\n"}) {
+      const Answer answer = client.request("GET", path, fields);
+      EXPECT_EQ(answer.status, 500) << path;
+      EXPECT_TRUE(answer.complete);
+      EXPECT_NE(answer.body.find(R"("status":"io_error")"), std::string::npos) << answer.body;
+      EXPECT_EQ(answer.body.find(folder.path().string()), std::string::npos) << "shows a folder";
+      EXPECT_EQ(answer.header("cache-control"), "no-store");
+      EXPECT_EQ(answer.header("content-type"), "application/json");
+      EXPECT_EQ(answer.header("x-content-type-options"), "nosniff");
+      for (const char* const absent :
+           {"etag", "content-range", "accept-ranges", "x-isosplat-chunks"}) {
+        EXPECT_EQ(answer.header(absent), "") << path;
+      }
+      ++faults;
+      expect_others_served(client);
+    }
+    // Nothing of the body is read for its header fields.
+    EXPECT_EQ(client.request("HEAD", path).status, 200) << path;
+  }
+  EXPECT_TRUE(has_metric("isosplat_faults_total " + std::to_string(faults)));
+  first_bad_byte() = kNoBadBytes;
+  for (size_t i = 0; i < paths.size(); ++i) {
+    EXPECT_TRUE(client.request("GET", paths[i]).body == bodies[i]) << paths[i];
+  }
 }
 
 TEST_P(DiskErrors, AFileIsCutWhereItCannotBeRead) {

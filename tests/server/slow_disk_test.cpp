@@ -351,6 +351,28 @@ TEST_F(SlowDisk, SearchesOfUnreadStoresDelayNoReadsOfOthers) {
   }
 }
 
+TEST_F(SlowDisk, PointsWhoseFirstChunkCannotBeReadAreAnError) {
+  const std::string target = write_points("slow-damaged-disk-points");
+  start_with_open_stores();
+  const Answer whole = get(port(), target);
+  EXPECT_EQ(whole.status, 200);
+  const int before = gate().reads();
+  EXPECT_EQ(Client(port()).request("HEAD", target).status, 200);
+  gate().close_after(gate().reads() - before);  // those that count the points
+  Client client(port());
+  client.send(request_for(target));
+  gate().await(1);
+  first_bad_byte() = 0;
+  gate().open();
+  const Answer answer = client.receive();
+  EXPECT_EQ(answer.status, 500);
+  EXPECT_NE(answer.body.find(R"("status":"io_error")"), std::string::npos) << answer.body;
+  EXPECT_EQ(answer.header("x-isosplat-points"), "");
+  first_bad_byte() = kNoBadBytes;
+  client.send(request_for(target));
+  EXPECT_TRUE(client.receive().body == whole.body);
+}
+
 TEST_F(SlowDisk, AClientThatLeavesIsNotMissed) {
   start_with_open_stores();
   gate().close();

@@ -8,7 +8,7 @@ import {
 } from "./file_source.ts";
 import { FrameReader } from "./frames.ts";
 import { type ChunkPlaceInFile, PartError } from "./source.ts";
-import { transfer, transferWhole, withQuery } from "./transfer.ts";
+import { TransferError, transfer, transferWhole, withQuery } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
 /**
@@ -119,9 +119,16 @@ export class ServerSource extends FileSource {
     const url = `${this.#contentUrl}/batch?chunks=${chunks.map(place).join(",")}`;
     const frames = new FrameReader(chunks, arrived);
     const begin = performance.now();
-    await transfer(url, options, this.traffic, signal, (part) =>
-      this.#checked(() => frames.add(part)),
-    );
+    try {
+      await transfer(url, options, this.traffic, signal, (part) =>
+        this.#checked(() => frames.add(part)),
+      );
+    } catch (error) {
+      const [first] = chunks;
+      if (!(first && error instanceof TransferError && error.isOfStore)) throw error;
+      // Otherwise frames would have come.
+      throw new PartError(first.handle, error.message);
+    }
     frames.end();
     const bytes = chunks.reduce((sum, chunk) => sum + chunk.bytes, 0);
     const fitting = (bytes * batchTime) / Math.max(1, performance.now() - begin);

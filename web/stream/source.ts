@@ -19,7 +19,7 @@ export interface ChunkPlaceInFile {
 }
 
 /**
- * A response of many chunks ended at one that the server cannot read. The others are valid. A request
+ * A response of many chunks ended at one that the server cannot read; those before it are valid. A request
  * for the chunk's own URL returns the cause.
  */
 export class PartError extends StreamError {

@@ -47,6 +47,8 @@ export interface FileIdentity {
 /** The StreamError of a failed request, and how long the server asks to wait (Retry-After), in ms. */
 export class TransferError extends StreamError {
   retryAfter = 0;
+  /** An Isosplat server cannot read from its store what was asked for. */
+  isOfStore = false;
 }
 
 /** How much of an error's body is read (bytes). */
@@ -220,6 +222,7 @@ async function check(response: Response, url: string, options: TransferOptions):
   const kind = faultOfStatus(said?.status ?? "") ?? faultOfCode(status);
   const words = said ? `${said.status}: ${said.message}` : codeInWords(response, status);
   const error = new TransferError(kind, `${url}: the server answers ${status} (${words})`);
+  error.isOfStore = status === 500 && said !== undefined;
   const wait = Number(response.headers.get("Retry-After"));
   if (wait > 0) error.retryAfter = Math.min(wait, 60) * 1000;
   throw error;
