@@ -2,6 +2,7 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { root } from "../harness/paths.ts";
 import { readResults } from "../harness/table.ts";
+import { ewaTable } from "./ewa_table.ts";
 import { growthTable } from "./growth.ts";
 import { markdown, short } from "./markdown.ts";
 import { peerTables } from "./peer_tables.ts";
@@ -312,6 +313,7 @@ export function documentTables(): DocumentTable[] {
     ...scaleTables(),
     { file: bench, name: "claims", table: claims() },
     { file: bench, name: "samplings", table: samplingTables },
+    { file: bench, name: "ewa", table: ewaTable() },
     { file: bench, name: "peers", table: peerTables() },
   ];
 }

@@ -108,10 +108,11 @@ void save(const Image& image, const std::string& folder, const char* scene, cons
 
 /// The name of a picture of this way, or nullptr: those beside each other in the document.
 const char* picture_name(const char* way) {
-  static const std::map<std::string, const char*> names{
-      {"EWA, kernels of 0.5", "ewa"}, {"exact, smooth, still", "still"},
-      {"exact, smooth", "smooth"},    {"exact", "exact"},
-      {"squares", "squares"},         {kMean, "mean"}};
+  static const std::map<std::string, const char*> names{{"EWA, kernels of 0.5", "ewa"},
+                                                        {"exact, smooth, still", "still"},
+                                                        {"exact", "exact"},
+                                                        {"squares", "squares"},
+                                                        {kMean, "mean"}};
   const auto found = names.find(way);
   return found == names.end() ? nullptr : found->second;
 }
