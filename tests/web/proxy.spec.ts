@@ -1,17 +1,20 @@
 /** The server behind nginx, with the configuration that the packages have. */
-import { type ChildProcess, execFileSync, spawn, spawnSync } from "node:child_process";
 import { once } from "node:events";
 import { copyFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { type ClientHttp2Session, connect, type IncomingHttpHeaders } from "node:http2";
+import type { ClientHttp2Session, IncomingHttpHeaders } from "node:http2";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
 import { type RunningServer, serve } from "../browser/support/server.ts";
-import { freePort, hasNginx } from "../support/nginx.ts";
+import {
+  connectToProxy,
+  hasPackagedNginx,
+  type PackagedNginx,
+  startPackagedNginx,
+} from "../support/packaged_nginx.ts";
 
 const root = fileURLToPath(new URL("../..", import.meta.url));
-const hasOpenssl = spawnSync("openssl", ["version"]).error === undefined;
 const token = "0123456789abcdef-all-volumes";
 
 interface Answer {
@@ -20,11 +23,11 @@ interface Answer {
   body: Buffer;
 }
 
-describe.skipIf(!hasNginx || !hasOpenssl)("behind nginx, over HTTP/2", () => {
+describe.skipIf(!hasPackagedNginx)("behind nginx, over HTTP/2", () => {
   const folder = mkdtempSync(join(tmpdir(), "isosplat-proxy-"));
   const log = join(folder, "access.log");
   let server: RunningServer;
-  let proxy: ChildProcess | undefined;
+  let proxy: PackagedNginx | undefined;
   let session: ClientHttp2Session;
   let content = "";
   let secret = "";
@@ -49,60 +52,17 @@ describe.skipIf(!hasNginx || !hasOpenssl)("behind nginx, over HTTP/2", () => {
     copyFileSync(store, join(folder, "open.isosplat"));
     copyFileSync(store, join(folder, "closed.isosplat"));
     writeFileSync(join(folder, "tokens"), `anyone open\n${token} *\n`);
-    const port = await freePort();
+    mkdirSync(join(folder, "page/assets"), { recursive: true });
+    writeFileSync(join(folder, "page/index.html"), "<!doctype html><title>page</title>");
+    writeFileSync(join(folder, "page/assets/app-0123abcd.js"), "// long\n".repeat(1000));
     // biome-ignore format: options with their values
     server = await serve([folder], 0, [
       "--allow-host", "volumes.example", "--connections-per-address", "0",
       "--token-file", join(folder, "tokens"), "--access-log", log, "--log-format", "json",
+      "--web-root", join(folder, "page"),
     ]);
-    const behind = new URL(server.url).port;
-
-    // biome-ignore format: options with their values
-    execFileSync("openssl", [
-      "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
-      "-subj", "/CN=volumes.example", "-days", "2",
-      "-keyout", join(folder, "key"), "-out", join(folder, "certificate"),
-    ], { stdio: "ignore" });
-    mkdirSync(join(folder, "cache"));
-    // Only paths and ports differ from what the packages have.
-    const configuration = readFileSync(join(root, "native/packaging/nginx.conf"), "utf8")
-      .replaceAll("/var/cache/nginx/isosplat", join(folder, "cache"))
-      .replaceAll("/etc/ssl/volumes.example.pem", join(folder, "certificate"))
-      .replaceAll("/etc/ssl/volumes.example.key", join(folder, "key"))
-      .replace("127.0.0.1:8080", `127.0.0.1:${behind}`)
-      .replace("listen 443 ", `listen 127.0.0.1:${port} `);
-    const user = process.getuid?.() === 0 ? "user root;" : "";
-    writeFileSync(
-      join(folder, "nginx.conf"),
-      `daemon off; ${user} pid ${folder}/pid; error_log ${folder}/errors; events {}
-      http {
-        access_log off;
-        client_body_temp_path ${folder}/1; proxy_temp_path ${folder}/2; fastcgi_temp_path ${folder}/3;
-        uwsgi_temp_path ${folder}/4; scgi_temp_path ${folder}/5;
-        ${configuration}
-      }`,
-    );
-    writeFileSync(join(folder, "errors"), "");
-    // biome-ignore format: options with their values
-    const started = spawn("/usr/sbin/nginx", [
-      "-p", folder, "-c", join(folder, "nginx.conf"), "-e", join(folder, "errors"),
-    ], { stdio: "ignore" });
-    proxy = started;
-    for (let attempt = 0; ; ++attempt) {
-      session = connect(`https://volumes.example:${port}`, {
-        lookup: (_name, _options, found) => found(null, [{ address: "127.0.0.1", family: 4 }]),
-        ca: readFileSync(join(folder, "certificate")),
-      });
-      const isOpen = await Promise.race([
-        once(session, "connect").then(() => true),
-        once(session, "error").then(() => false),
-      ]).catch(() => false);
-      if (isOpen) break;
-      if (attempt === 200 || started.exitCode !== null) {
-        throw new Error(`nginx did not start: ${readFileSync(join(folder, "errors"), "utf8")}`);
-      }
-      await new Promise((next) => setTimeout(next, 50));
-    }
+    proxy = await startPackagedNginx(folder, new URL(server.url).port);
+    session = await connectToProxy(proxy);
     const volume = JSON.parse((await get("/v1/volumes/open")).body.toString());
     content = `/v1/volumes/open/${volume.contentId}`;
     secret = `/v1/volumes/closed/${volume.contentId}`;
@@ -110,10 +70,7 @@ describe.skipIf(!hasNginx || !hasOpenssl)("behind nginx, over HTTP/2", () => {
 
   afterAll(async () => {
     session?.destroy();
-    if (proxy?.exitCode === null) {
-      proxy.kill("SIGTERM");
-      await once(proxy, "exit");
-    }
+    await proxy?.stop();
     await server?.stop();
     rmSync(folder, { recursive: true, force: true });
   });
@@ -127,6 +84,23 @@ describe.skipIf(!hasNginx || !hasOpenssl)("behind nginx, over HTTP/2", () => {
     expect(second.body.equals(first.body)).toBe(true);
     expect(second.headers["cache-control"]).toContain("immutable");
     expect(served().filter(({ target }) => target === path).length).toBe(1);
+  });
+
+  test("the page's files are fetched once for each encoding, the page itself each time", async () => {
+    const path = "/assets/app-0123abcd.js";
+    const ask = async (encoding: string) => {
+      const { headers, body } = await get(path, { "accept-encoding": encoding });
+      return [headers["x-cache"], headers["content-encoding"], body.length];
+    };
+    const [, , whole] = await ask("identity");
+    const [miss, , packed] = await ask("gzip");
+    expect([miss, packed]).toEqual(["MISS", expect.any(Number)]);
+    expect(packed).toBeLessThan(Number(whole));
+    expect(await ask("gzip")).toEqual(["HIT", "gzip", packed]);
+    expect(await ask("identity")).toEqual(["HIT", undefined, whole]);
+    expect(served().filter(({ target }) => target === path).length).toBe(2);
+    for (let i = 0; i < 2; ++i) expect((await get("/")).headers["x-cache"]).toBeUndefined();
+    expect(served().filter(({ target }) => target === "/").length).toBe(2);
   });
 
   test("ranges of the file are the file's bytes, also from the cache", async () => {

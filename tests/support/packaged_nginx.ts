@@ -1,0 +1,154 @@
+/** nginx in front of a server, with the configuration that the packages have. */
+import { type ChildProcess, execFileSync, spawn, spawnSync } from "node:child_process";
+import { createHash, X509Certificate } from "node:crypto";
+import { once } from "node:events";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { type ClientHttp2Session, connect } from "node:http2";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { freePort, hasNginx } from "./nginx.ts";
+
+const root = fileURLToPath(new URL("../..", import.meta.url));
+
+/** Whether nginx is installed, and openssl, which makes its certificate. */
+export const hasPackagedNginx = hasNginx && spawnSync("openssl", ["version"]).error === undefined;
+
+export interface PackagedNginxOptions {
+  /** Most bytes of the cache, as nginx writes sizes. Default: as the packages have it. */
+  cacheSize?: string;
+  /** A file for a line of JSON per request: see ProxyLine. */
+  accessLog?: string;
+}
+
+/** A line of `PackagedNginxOptions.accessLog`. */
+export interface ProxyLine {
+  /** When the response had been sent, in seconds since 1970, and how long that took. */
+  end: string;
+  seconds: string;
+  target: string;
+  range: string;
+  encoding: string;
+  /** Of the body. */
+  bytes: string;
+}
+
+export interface PackagedNginx {
+  port: number;
+  /** Of volumes.example, in PEM. */
+  certificate: Buffer;
+  cacheFolder: string;
+  /** Of Chromium: accept this certificate, and find volumes.example here. */
+  chromiumArguments: string[];
+  stop(): Promise<void>;
+}
+
+/**
+ * Connects to volumes.example by HTTP/2. Rejects if that fails. `from`: the client's own address.
+ * `port`: of the proxy, or of a link to it.
+ */
+export async function connectToProxy(
+  { certificate, port }: Pick<PackagedNginx, "certificate" | "port">,
+  from?: string,
+): Promise<ClientHttp2Session> {
+  const session = connect(`https://volumes.example:${port}`, {
+    lookup: (_name, { all }, found) =>
+      all ? found(null, [{ address: "127.0.0.1", family: 4 }]) : found(null, "127.0.0.1", 4),
+    ca: certificate,
+    ...(from && { localAddress: from }),
+  });
+  await once(session, "connect");
+  return session;
+}
+
+/** Starts nginx for volumes.example, with a server behind it. `folder`: for its files. */
+export async function startPackagedNginx(
+  folder: string,
+  serverPort: number | string,
+  options: PackagedNginxOptions = {},
+): Promise<PackagedNginx> {
+  const port = await freePort();
+  const [certificate, key] = [join(folder, "certificate"), join(folder, "key")];
+  // biome-ignore format: options with their values
+  execFileSync("openssl", [
+    "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
+    "-subj", "/CN=volumes.example", "-addext", "subjectAltName=DNS:volumes.example",
+    "-days", "2", "-keyout", key, "-out", certificate,
+  ], { stdio: "ignore" });
+  const cacheFolder = join(folder, "cache");
+  mkdirSync(cacheFolder);
+  const [errors, file] = [join(folder, "errors"), join(folder, "nginx.conf")];
+  writeFileSync(errors, "");
+  writeFileSync(file, configuration(folder, port, serverPort, options));
+  const proxy = spawn("/usr/sbin/nginx", ["-p", folder, "-c", file, "-e", errors], {
+    stdio: "ignore",
+  });
+  const secured = { port, certificate: readFileSync(certificate) };
+  for (let attempt = 0; ; ++attempt) {
+    const session = await connectToProxy(secured).catch(() => undefined);
+    if (session) {
+      session.destroy();
+      break;
+    }
+    if (attempt === 200 || proxy.exitCode !== null) {
+      await stop(proxy);
+      throw new Error(`nginx did not start: ${readFileSync(errors, "utf8")}`);
+    }
+    await new Promise((next) => setTimeout(next, 50));
+  }
+  const publicKey = new X509Certificate(secured.certificate).publicKey;
+  const hash = createHash("sha256")
+    .update(publicKey.export({ type: "spki", format: "der" }))
+    .digest("base64");
+  return {
+    ...secured,
+    cacheFolder,
+    chromiumArguments: [
+      `--ignore-certificate-errors-spki-list=${hash}`,
+      "--host-resolver-rules=MAP volumes.example 127.0.0.1",
+    ],
+    stop: () => stop(proxy),
+  };
+}
+
+/** Only paths, ports and what `options` say differ from what the packages have. */
+function configuration(
+  folder: string,
+  port: number,
+  serverPort: number | string,
+  { cacheSize, accessLog }: PackagedNginxOptions,
+): string {
+  const replaced = (text: string, from: string, to: string): string => {
+    if (!text.includes(from)) throw new Error(`native/packaging/nginx.conf: expected "${from}"`);
+    return text.replaceAll(from, to);
+  };
+  let site = readFileSync(join(root, "native/packaging/nginx.conf"), "utf8");
+  for (const [from, to] of [
+    ["/var/cache/nginx/isosplat", join(folder, "cache")],
+    ["/etc/ssl/volumes.example.pem", join(folder, "certificate")],
+    ["/etc/ssl/volumes.example.key", join(folder, "key")],
+    ["127.0.0.1:8080", `127.0.0.1:${serverPort}`],
+    ["listen 443 ", `listen 127.0.0.1:${port} `],
+    ...(cacheSize ? [["max_size=10g", `max_size=${cacheSize}`] as const] : []),
+  ] as const) {
+    site = replaced(site, from, to);
+  }
+  const user = process.getuid?.() === 0 ? "user root;" : "";
+  const format = `log_format lines escape=json '{"end":"$msec","seconds":"$request_time",'
+    '"target":"$request_uri","range":"$http_range","encoding":"$http_accept_encoding",'
+    '"bytes":"$body_bytes_sent"}';`;
+  return `daemon off; ${user} worker_processes auto; pid ${folder}/pid; error_log ${folder}/errors;
+    events { worker_connections 8192; }
+    http {
+      ${format}
+      access_log ${accessLog ? `${accessLog} lines` : "off"};
+      client_body_temp_path ${folder}/1; proxy_temp_path ${folder}/2; fastcgi_temp_path ${folder}/3;
+      uwsgi_temp_path ${folder}/4; scgi_temp_path ${folder}/5;
+      ${site}
+    }`;
+}
+
+async function stop(proxy: ChildProcess): Promise<void> {
+  if (proxy.exitCode !== null) return;
+  proxy.kill("SIGTERM");
+  await once(proxy, "exit");
+}
