@@ -1,16 +1,21 @@
 import { createSocket, type Socket as UdpSocket } from "node:dgram";
 import { type AddressInfo, connect, createServer, type Socket } from "node:net";
 
-/** Hands items on in their order, each this many milliseconds after it came. */
+/**
+ * Hands items on in their order, each this many milliseconds after it came. `msEach`: how long the
+ * link is busy with an item; the next one waits.
+ */
 class Delay<Item> {
   readonly #queue: { at: number; item: Item }[] = [];
   readonly #ms: number;
   readonly #use: (item: Item) => void;
+  readonly #msEach: (item: Item) => number;
   #from = 0;
 
-  constructor(ms: number, use: (item: Item) => void) {
+  constructor(ms: number, use: (item: Item) => void, msEach: (item: Item) => number = () => 0) {
     this.#ms = ms;
     this.#use = use;
+    this.#msEach = msEach;
   }
 
   /** Items that come before this moment count as if they came then. */
@@ -19,7 +24,8 @@ class Delay<Item> {
   }
 
   push(item: Item): void {
-    this.#queue.push({ at: Math.max(performance.now(), this.#from) + this.#ms, item });
+    this.#from = Math.max(performance.now(), this.#from) + this.#msEach(item);
+    this.#queue.push({ at: this.#from + this.#ms, item });
     if (this.#queue.length === 1) this.#wait();
   }
 
@@ -40,10 +46,15 @@ class Delay<Item> {
 /**
  * A relay of TCP and UDP to the same port number of this machine, which delays each direction by
  * half of `roundTripMs`. The three-way handshake of TCP takes another round trip, as on a real link.
- * The rate is not limited, and nothing is lost.
+ * `megabitsPerSecond` limits each direction of each TCP connection. Nothing is lost.
  */
-export async function openDelayedLink(to: number, roundTripMs: number) {
+export async function openDelayedLink(
+  to: number,
+  roundTripMs: number,
+  megabitsPerSecond = Number.POSITIVE_INFINITY,
+) {
   const oneWay = roundTripMs / 2;
+  const msOf = (data: Buffer | null) => (8 * (data?.length ?? 0)) / (1000 * megabitsPerSecond);
   const sockets = new Set<Socket>();
   const tcp = createServer({ noDelay: true, allowHalfOpen: true }, (client) => {
     const server = connect({ port: to, host: "127.0.0.1", noDelay: true, allowHalfOpen: true });
@@ -52,8 +63,10 @@ export async function openDelayedLink(to: number, roundTripMs: number) {
       [client, server],
       [server, client],
     ] as const) {
-      const delay = new Delay<Buffer | null>(oneWay, (data) =>
-        data ? target.write(data) : target.end(),
+      const delay = new Delay<Buffer | null>(
+        oneWay,
+        (data) => (data ? target.write(data) : target.end()),
+        msOf,
       );
       delay.holdUntil(opened);
       sockets.add(from);

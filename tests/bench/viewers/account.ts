@@ -1,0 +1,78 @@
+/** The counts of a replay, as the viewers see it. */
+
+/** A request that has ended. */
+export interface Answer {
+  /** Undefined if the connection broke, or the client gave up before. */
+  status: number | undefined;
+  /** The proxy's X-Cache; undefined where the proxy caches nothing. */
+  cache: string | undefined;
+  bytes: number;
+  /** From when the request was due to the last byte (ms). */
+  latency: number;
+  /** From when the request was due until it was sent (ms). */
+  late: number;
+  isCancelled: boolean;
+  /** What went wrong, if there is no status. */
+  fault?: string;
+}
+
+export class Account {
+  /** Answered by the cache. */
+  hits = 0;
+  /** Fetched from the server: not in the cache, or not to be cached. */
+  misses = 0;
+  passed = 0;
+  /** Refused for their rate (429), failed otherwise, or given up by the client before an answer. */
+  refused = 0;
+  failed = 0;
+  cancelled = 0;
+  bytes = 0;
+  hitBytes = 0;
+  /** What the failed requests ended with: a status, or a fault of the connection; and how many did. */
+  readonly faults = new Map<string, number>();
+  readonly #latencies: number[] = [];
+  readonly #late: number[] = [];
+
+  get requests(): number {
+    return this.hits + this.misses + this.passed + this.refused + this.failed + this.cancelled;
+  }
+
+  add({ status, cache, bytes, latency, late, isCancelled, fault }: Answer): void {
+    this.bytes += bytes;
+    this.#late.push(late);
+    if (status === undefined) {
+      if (isCancelled) ++this.cancelled;
+      else this.#fail(fault ?? "no answer");
+      return;
+    }
+    if (status === 429) ++this.refused;
+    else if (status !== 200 && status !== 206) this.#fail(String(status));
+    else if (cache === undefined) ++this.passed;
+    else if (cache === "HIT") {
+      ++this.hits;
+      this.hitBytes += bytes;
+    } else ++this.misses;
+    if (!isCancelled) this.#latencies.push(latency);
+  }
+
+  #fail(fault: string): void {
+    ++this.failed;
+    this.faults.set(fault, (this.faults.get(fault) ?? 0) + 1);
+  }
+
+  /** Milliseconds within which this share of the answers was complete. */
+  latency(share: number): number {
+    return quantile(this.#latencies, share);
+  }
+
+  /** Milliseconds by which this share of the requests was sent late, at most. */
+  late(share: number): number {
+    return quantile(this.#late, share);
+  }
+}
+
+/** The smallest value that this share of all values does not exceed. */
+export function quantile(values: readonly number[], share: number): number {
+  const sorted = Float64Array.from(values).sort();
+  return sorted[Math.max(0, Math.ceil(share * sorted.length) - 1)] ?? Number.NaN;
+}
