@@ -1,6 +1,9 @@
 import { defineConfig } from "@playwright/test";
 import { launchOptions } from "./tests/browser/support/chromium.ts";
 
+/** Most of their time passes until a fault ends: `npm test` runs them beside other tests. */
+const faults = /(chaos|errors|faults)\.browser\.ts$/;
+
 /**
  * Tests in Debian's Chromium: tests/browser/*.browser.ts and tests/packages. Each starts the real
  * server on a free port. llvmpipe draws WebGL, with the same pixels as native EGL. Chromium may silently
@@ -8,8 +11,11 @@ import { launchOptions } from "./tests/browser/support/chromium.ts";
  */
 export default defineConfig({
   testDir: "tests",
-  testMatch: ["browser/**/*.browser.ts", "packages/**/*.browser.ts"],
-  outputDir: "build/test-results/browser",
+  projects: [
+    { name: "pages", testMatch: /\.browser\.ts$/, testIgnore: faults },
+    { name: "faults", testMatch: faults },
+  ],
+  outputDir: "build/test-results/chromium",
   workers: 1,
   fullyParallel: false,
   forbidOnly: Boolean(process.env.CI),
@@ -18,7 +24,7 @@ export default defineConfig({
   retries: process.env.CI ? 1 : 0,
   timeout: 60_000,
   expect: { timeout: 20_000 },
-  reporter: [["list"], ["json", { outputFile: "build/test-results/browser.json" }]],
+  reporter: "list",
   use: {
     browserName: "chromium",
     trace: "retain-on-failure",

@@ -24,14 +24,15 @@ else
   live='' green='' red='' dim='' bold='' plain=''
 fi
 
-child=
-# Ctrl-C and SIGTERM end the step that runs, then the script.
+child='' beside=''
+# Ctrl-C and SIGTERM end the step that runs, what `aside` has started, then the script.
 interrupted() {
   trap '' INT TERM
-  if [[ -n $child ]]; then
-    kill -TERM "$child" 2>/dev/null || true
-    wait "$child" 2>/dev/null || true
-  fi
+  local process
+  for process in $child $beside; do
+    kill -TERM "$process" 2>/dev/null || true
+    wait "$process" 2>/dev/null || true
+  done
   printf '\n%s\n' "Stopped."
   exit 130
 }
@@ -83,6 +84,17 @@ step() {
   tail -n "${STEP_TAIL:-25}" "$log" | cut -c -400 | sed 's/^/    /'
   printf '\n%sWhat to do:%s %s\n' "$bold" "$plain" "$hint"
   return "$status"
+}
+
+# aside COMMAND…: starts a function of steps beside those that follow. Their lines are whole.
+aside() {
+  live=''
+  {
+    trap 'kill -TERM "$child" 2>/dev/null; exit 130' TERM
+    child=''
+    "$@"
+  } &
+  beside=$!
 }
 
 # fingerprint FILE…: changes when one of the files (folders: any file below) changes.
