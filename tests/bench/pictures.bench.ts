@@ -1,8 +1,9 @@
-// Draws the pictures of docs/PICTURES.md again, with the present renderer: figures of the paper, and
-// sheets that compare views with other programs. Measures nothing. ISOSPLAT_BENCH_PICTURES=engine draws
-// those whose names match.
+// Draws the pictures of docs/PICTURES.md again, with the present renderer: figures of the paper, sheets
+// that compare views with other programs, and the page. Measures nothing. ISOSPLAT_BENCH_PICTURES=engine
+// draws those whose names match.
 import type { Benchmark } from "./harness/benchmark.ts";
 import { drawFigures } from "./pictures/figures.ts";
+import { drawPageStates } from "./pictures/page_states.ts";
 import { drawSheets } from "./pictures/sheets.ts";
 
 const wanted = new RegExp(process.env.ISOSPLAT_BENCH_PICTURES ?? "");
@@ -12,5 +13,6 @@ export default {
   async run(bench) {
     await drawFigures(bench, wanted);
     await drawSheets(bench, wanted);
+    await drawPageStates(bench, wanted);
   },
 } satisfies Benchmark;

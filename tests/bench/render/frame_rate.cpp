@@ -1,16 +1,19 @@
 // Time to draw each splat kind, and a triangle mesh in the same renderer: views around the volume
 // as in the paper's experiment (section 6), the kinds in turn at each view. isosplat_frame_rate
-// VOLUME ISOVALUE MESH [--size PX] [--views N] [--kind K] [--band LOW HIGH] [--still] [--stages]
-// Prints one line of JSON. --still: times a picture of the mean of a still view, with ambient
-// occlusion and shadows, instead of a frame. --band: all samples that are active in this range are
-// resident, as in chunks; without it, only those that are active for the isovalue. --stages: prints
-// a table instead, of the processor time of all threads by stage of a frame. It does not change
-// with what else runs.
+// VOLUME ISOVALUE MESH [--size PX] [--views N] [--kind K] [--band LOW HIGH] [--close-up F]
+// [--still]
+// [--stages]
+// Prints one line of JSON. --close-up: cells are F times as large in the picture. --still: times a
+// picture of the mean of a still view, with ambient occlusion and shadows, instead of a frame.
+// --band: all samples that are active in this range are resident, as in chunks; without it, only
+// those that are active for the isovalue. --stages: prints a table instead, of the processor time
+// of all threads by stage of a frame. It does not change with what else runs.
 #include <GLES3/gl3.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -25,7 +28,7 @@ namespace isosplat {
 namespace {
 
 struct Options {
-  double isovalue, low, high;
+  double isovalue, low, high, close_up = 1;
   int size = 1024, views = 36;
   std::string kind;  ///< empty: all
   bool still = false, stages = false;
@@ -46,6 +49,8 @@ Options parse_options(int argc, char** argv) {
       options.still = true;
     else if (!std::strcmp(argv[i], "--stages"))
       options.stages = true;
+    else if (!std::strcmp(argv[i], "--close-up"))
+      options.close_up = std::max(1.0, std::atof(next()));
     else if (!std::strcmp(argv[i], "--band")) {
       options.low = std::atof(next());
       options.high = std::atof(next());
@@ -186,6 +191,9 @@ int run(int argc, char** argv) {
   const uint64_t triangles = show_mesh(mesh, volume.grid, argv[3]);
   Camera camera = default_camera(volume.grid);
   camera.distance *= 0.7;
+  const double degree = std::acos(-1.0) / 180;
+  const double half = std::tan(camera.field_of_view / 2 * degree) / options.close_up;
+  camera.field_of_view = 2 * std::atan(half) / degree;
   const auto times = draw_views(splats, mesh, options, camera);
   if (!times) return 1;
   if (options.stages) {
