@@ -1,5 +1,5 @@
-// load_page.mjs URL: loads the page, the files that it names, the list of volumes and a volume from
-// a running server. Fails with what was expected.
+// load_page.mjs URL: loads the page, the files that it names, the list of volumes, a volume and one
+// of its chunks from a running server. Fails with what was expected.
 const base = new URL(process.argv[2]);
 
 async function load(path, type) {
@@ -22,4 +22,18 @@ for (const file of files) {
 }
 const { volumes } = await (await load("/v1/volumes", "application/json")).json();
 if (volumes.length !== 1) throw new Error(`expected one volume, found ${volumes.length}`);
-console.log(`${files.length} files of the page, volume ${volumes[0].name ?? volumes[0].id}`);
+const volume = await (await load(volumes[0].url, "application/json")).json();
+const address = `${volume.urls.chunks}?isovalue=${volume.range.join("..")}&level=0`;
+const frames = new DataView(
+  await (await load(address, "application/vnd.isosplat.frames")).arrayBuffer(),
+);
+// The first frame (server/HTTP.md, Frames): the chunk behind it, and where it has its own address.
+const [bytes, , level, x, y, z, band] = Array.from({ length: 7 }, (_, i) =>
+  frames.getUint32(4 * i, true),
+);
+const url = `${volume.urls.chunks}/${level}/${x}.${y}.${z}/${band}`;
+const chunk = Buffer.from(await (await load(url, "application/octet-stream")).arrayBuffer());
+if (bytes === 0 || !chunk.equals(Buffer.from(frames.buffer, 48, bytes))) {
+  throw new Error(`${url}: expected the ${bytes} bytes of its frame, found ${chunk.length}`);
+}
+console.log(`${files.length} files of the page, volume ${volume.name}, a chunk of ${bytes} bytes`);
