@@ -91,8 +91,9 @@ struct Connection::State {
                                            Piece& piece);
   Awaitable<Response> compute_response(const Request& request, const Route& route);
   Response refuse_for_now(const Request& request, const Route* route, bool is_stopping) const;
-  Awaitable<void> begin_body(const Request& request, Response& response, Piece& piece);
-  Awaitable<void> next_piece(const Response& response, Piece& piece);
+  bool read_in_memory(const Response& response, Piece& piece);
+  Awaitable<void> read_elsewhere(const Response& response, Piece& piece);
+  Response error_of(const Piece& piece, const Request& request, const Route* route) const;
   Awaitable<void> compute_piece(BodyStream& body, Piece& piece);
   Awaitable<bool> handle_request();
   Awaitable<void> linger();
@@ -294,7 +295,11 @@ Awaitable<Response> Connection::State::respond_within_rates(const Request& reque
     if (request.method == Method::head) co_return response;
     if (memory.take(shared.bytes_in_flight, response.memory(), address)) {
       if (response.stream && response.body_size() > 0) {
-        co_await begin_body(request, response, piece);
+        if (!read_in_memory(response, piece)) co_await read_elsewhere(response, piece);
+        // Nothing was sent yet: a client can tell an error from a lost connection.
+        if (piece.step == BodyStream::Step::broken && piece.bytes.empty()) {
+          response = error_of(piece, request, response.route);
+        }
       }
       shared.rates.take_bytes(address, response.body_size(), Clock::now());
       co_return response;
@@ -307,34 +312,33 @@ Awaitable<Response> Connection::State::respond_within_rates(const Request& reque
   co_return response;
 }
 
-/// Reads the first piece of a stream before anything is sent: if this fails, the response becomes
-/// an error, which the client can tell from a lost connection.
-Awaitable<void> Connection::State::begin_body(const Request& request, Response& response,
-                                              Piece& piece) {
-  co_await next_piece(response, piece);
-  if (piece.step != BodyStream::Step::broken || !piece.bytes.empty()) co_return;
-  const Route* const route = response.route;
-  if (piece.error.message.empty()) {
-    response = refuse_for_now(request, route, true);
-    co_return;
-  }
-  response = error_response(piece.error);
+/// The response if the first piece of a stream cannot be read.
+Response Connection::State::error_of(const Piece& piece, const Request& request,
+                                     const Route* route) const {
+  if (piece.error.message.empty()) return refuse_for_now(request, route, true);
+  Response response = error_response(piece.error);
   response.route = route;
   response.set("X-Content-Type-Options", "nosniff");
   shared.router.policy().add_fields(request, response);
+  return response;
 }
 
-/// The next bytes of a body; `piece` is clear.
-Awaitable<void> Connection::State::next_piece(const Response& response, Piece& piece) {
+/// The next bytes of a body, if they need neither a disk nor computing; `piece` is clear. Not a
+/// coroutine, which would need a frame for each piece. Returns false for read_elsewhere().
+bool Connection::State::read_in_memory(const Response& response, Piece& piece) {
+  if (response.route && response.route->work == RouteWork::computes) return false;
+  NoWait no_wait;
+  piece.step = response.stream->next(piece.bytes, piece.error, &no_wait);
+  if (no_wait.needs_disk && piece.bytes.empty()) return false;
+  ++shared.metrics.reads_in_memory;
+  return true;
+}
+
+/// The next bytes of a body that read_in_memory() cannot read.
+Awaitable<void> Connection::State::read_elsewhere(const Response& response, Piece& piece) {
   BodyStream& body = *response.stream;
   if (response.route && response.route->work == RouteWork::computes) {
     co_await compute_piece(body, piece);
-    co_return;
-  }
-  NoWait no_wait;
-  piece.step = body.next(piece.bytes, piece.error, &no_wait);
-  if (!no_wait.needs_disk || !piece.bytes.empty()) {
-    ++shared.metrics.reads_in_memory;
     co_return;
   }
   auto repeat = [&] { piece.step = body.next(piece.bytes, piece.error, nullptr); };
@@ -453,7 +457,7 @@ Awaitable<bool> Connection::State::write_response(Response& response, Piece& pie
     unsent = {};
     if (piece.step != BodyStream::Step::more) break;
     piece.clear();
-    co_await next_piece(response, piece);
+    if (!read_in_memory(response, piece)) co_await read_elsewhere(response, piece);
   }
   if (piece.step == BodyStream::Step::last) co_return true;
   if (!piece.error.message.empty()) report_fault(piece.error.message);
