@@ -9,9 +9,11 @@ namespace isosplat {
 
 /// Parameters of the EWA resampling filter.
 struct EwaSettings {
-  double low_pass = 1;         ///< variance of the low-pass filter, px²: 1 in the paper
-  double cutoff = 4;           ///< filters end there, in standard deviations
-  double visible_cutoff = 2;   ///< so do the discs that decide about visibility
+  double low_pass = 1;  ///< variance of the low-pass filter, px²
+  double cutoff = 4;    ///< filters end there, in standard deviations
+  /// So do the discs that decide about visibility. Smaller ones leave holes in engine close up, and
+  /// larger ones reach farther beyond outlines.
+  double visible_cutoff = 2;
   double depth_threshold = 1;  ///< world units: surfels this far behind the nearest are blended
 };
 
