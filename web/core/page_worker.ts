@@ -21,8 +21,12 @@ export function pageWorker(): typeof globalThis.Worker {
       const isForeign =
         typeof location !== "undefined" && origin !== "null" && origin !== location.origin;
       const isImported = isForeign || (inheritsPolicy && protocol !== "blob:");
-      const text = `import ${JSON.stringify(href)};`;
-      const importer = () => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+      const importer = () => {
+        const text = `import ${JSON.stringify(href)};`;
+        const address = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+        // The fragment names the program, for who looks at a page's workers.
+        return `${address}#${href.slice(href.lastIndexOf("/") + 1)}`;
+      };
       super(isImported ? importer() : program, options);
     }
   };
