@@ -77,6 +77,7 @@ async function buildLarge(
 
 export default {
   title: "stores: size, bytes for an isovalue, rate of building",
+  quick: true,
   async run(bench) {
     const tool = join(bench.root, "build/release/tests/bench/build/isosplat_build_bench");
     if (!existsSync(tool)) throw new Error(`${tool} is not built: npm run build`);

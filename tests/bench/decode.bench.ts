@@ -162,6 +162,7 @@ async function runCase(bench: Bench, program: string, store: string, the: Case):
 
 export default {
   title: "decoding on one core, natively and as WASM, to what the GPU takes",
+  quick: true,
   async run(bench) {
     const program = join(root, "build/release/tests/bench/decode/isosplat_decode_bench");
     if (!existsSync(program)) throw new Error(`${program} is not built: npm run build`);

@@ -135,6 +135,7 @@ async function runCase(bench: Bench, program: string, python: string | undefined
 export default {
   title:
     "extraction beside VTK's Flying Edges: until samples can be drawn, and until there is a mesh",
+  quick: true,
   async run(bench) {
     const program = join(root, "build/release/tests/bench/extract/isosplat_extract_bench");
     if (!existsSync(program)) throw new Error(`${program} is not built. Run: npm run build`);

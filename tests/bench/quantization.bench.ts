@@ -38,6 +38,7 @@ function volumes(bench: Bench): [string, string][] {
 
 export default {
   title: "floating-point volumes: what a greater --max-error saves",
+  quick: true,
   async run(bench) {
     for (const [name, volume] of volumes(bench)) {
       let range = 0;

@@ -1,4 +1,4 @@
-// npm run bench [-- NAME… | plot | --list | --checksums]
+// npm run bench [-- NAME… | quick | plot | --list | --checksums]
 //
 // Runs the benchmarks of this folder (NAME.bench.ts), prints a table, and adds rows to
 // results/NAME.csv. Names the inputs that are missing, and skips them. An input with another checksum
@@ -63,12 +63,20 @@ if (args[0] === "plot") {
   process.exit(0);
 }
 if (args.includes("--list")) {
-  for (const name of known) console.log(`${name.padEnd(12)} ${(await load(name)).title}`);
+  for (const name of known) {
+    const { title, quick } = await load(name);
+    console.log(`${name.padEnd(12)} ${title}${quick ? " (quick)" : ""}`);
+  }
   process.exit(0);
 }
-const unknown = args.filter((name) => !known.includes(name));
+const chosen: string[] = [];
+for (const arg of args) {
+  if (arg !== "quick") chosen.push(arg);
+  else for (const name of known) if ((await load(name)).quick) chosen.push(name);
+}
+const unknown = chosen.filter((name) => !known.includes(name));
 if (unknown.length > 0) {
-  console.error(`No benchmark ${unknown.join(", ")}. There are: ${known.join(", ")}`);
+  console.error(`No benchmark ${unknown.join(", ")}. There are: quick, ${known.join(", ")}`);
   process.exit(2);
 }
 if (!existsSync(isosplat)) {
@@ -80,5 +88,5 @@ const machine = inspectMachine();
 console.log(`Isosplat ${machine.version} (${machine.commit}) on ${machine.name}`);
 for (const warning of machine.warnings) console.log(`  warning: ${warning}`);
 let ok = true;
-for (const name of args.length > 0 ? args : known) ok = (await runOne(name)) && ok;
+for (const name of args.length > 0 ? new Set(chosen) : known) ok = (await runOne(name)) && ok;
 process.exit(ok ? 0 : 1);

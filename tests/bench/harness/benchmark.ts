@@ -10,6 +10,8 @@ import { findVolume, volumesFolder } from "./volumes.ts";
 export interface Benchmark {
   /** One line of description. */
   title: string;
+  /** Part of `npm run bench -- quick`, which takes at most ten minutes. */
+  quick?: true;
   run(bench: Bench): Promise<void>;
 }
 
