@@ -26,6 +26,7 @@ const section = (name: string) => async (page: Page) => {
   const more = page.getByRole("button", { name: "More controls" });
   if (await more.isVisible()) await more.click();
   await openSection(page, name);
+  await page.locator(`wa-details[summary="${name}"]`).evaluate((e) => e.scrollIntoView());
 };
 
 const states: State[] = [
@@ -51,7 +52,7 @@ const states: State[] = [
       if (await fewer.isVisible()) await fewer.click();
       const box = await page.getByRole("application").boundingBox();
       if (!box) throw new Error("expected a picture, found none");
-      for (const share of [0.46, 0.54]) {
+      for (const share of [0.43, 0.49]) {
         await page.mouse.click(box.x + share * box.width, box.y + 0.5 * box.height);
       }
     },
