@@ -82,6 +82,10 @@ export async function startPackagedNginx(
   const proxy = spawn("/usr/sbin/nginx", ["-p", folder, "-c", file, "-e", errors], {
     stdio: "ignore",
   });
+  // Where the process ends before stop().
+  const kill = () => void proxy.kill("SIGTERM");
+  process.once("exit", kill);
+  proxy.once("exit", () => process.off("exit", kill));
   const secured = { port, certificate: readFileSync(certificate) };
   for (let attempt = 0; ; ++attempt) {
     const session = await connectToProxy(secured).catch(() => undefined);

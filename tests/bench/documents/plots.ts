@@ -5,6 +5,7 @@ import { type Config, compile, type TopLevelSpec } from "vega-lite";
 import { root } from "../harness/paths.ts";
 import { readResults } from "../harness/table.ts";
 import { measures, Series } from "./growth.ts";
+import { figureOf, viewerRuns } from "./viewers.ts";
 
 /** A plot, and the file that it is written to. */
 interface Plot {
@@ -240,6 +241,60 @@ function growth(): Plot {
   };
 }
 
+/** What caches of all sizes answer: calculated, and by nginx. */
+function cacheSizes(): Plot {
+  const kinds = ["requests", "bytes"];
+  const points = viewerRuns().flatMap((run) => {
+    const [, percent] = /^cache of ([\d.]+) % of the stores$/.exec(run.cache) ?? [];
+    if (!percent) return [];
+    return kinds.map((kind) => ({
+      method: `of ${kind}`,
+      size: Number(percent),
+      hits: figureOf(run, `hits, of ${kind}`, "%") ?? Number.NaN,
+      isCalculated: run.isCalculated,
+    }));
+  });
+  const encoding = {
+    x: {
+      field: "size",
+      type: "quantitative",
+      title: "size of the cache, % of the stores",
+      scale: { type: "log" },
+    },
+    y: {
+      field: "hits",
+      type: "quantitative",
+      title: "hits, %",
+      scale: { domainMin: 0, domainMax: 100 },
+    },
+    color: colour(
+      null,
+      kinds.map((kind) => `of ${kind}`),
+    ),
+  } as const;
+  return {
+    file: "cache_sizes.svg",
+    spec: {
+      config,
+      title: "Hits of one cache for 10,000 viewers: lines calculated (LRU), points by nginx",
+      width: 360,
+      height: 200,
+      layer: [
+        {
+          data: { values: points.filter(({ isCalculated }) => isCalculated) },
+          mark: { type: "line", point: { size: 12 } },
+          encoding,
+        },
+        {
+          data: { values: points.filter(({ isCalculated }) => !isCalculated) },
+          mark: { type: "point", size: 90, filled: false },
+          encoding,
+        },
+      ],
+    },
+  };
+}
+
 /** Draws all plots into docs/bench. Returns the files, relative to the project. */
 export async function drawPlots(): Promise<string[]> {
   const plots = [
@@ -249,6 +304,7 @@ export async function drawPlots(): Promise<string[]> {
     firstImage(),
     storeSizes(),
     growth(),
+    cacheSizes(),
   ];
   const folder = "docs/bench";
   for (const { file, spec } of plots) {

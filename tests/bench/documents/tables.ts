@@ -7,6 +7,7 @@ import { growthTable } from "./growth.ts";
 import { markdown, short } from "./markdown.ts";
 import { peerTables } from "./peer_tables.ts";
 import { assumptions, checks, limits, viewersPlan, volumePlan } from "./scale.ts";
+import { replayTable, visitsTable } from "./viewers.ts";
 
 /** A table of a document, between <!-- NAME --> and <!-- end -->. */
 export interface DocumentTable {
@@ -287,6 +288,8 @@ function scaleTables(): DocumentTable[] {
     })),
     { file, name: "volume", table: volumePlan() },
     { file, name: "checks", table: checks() },
+    { file, name: "visits", table: visitsTable() },
+    { file, name: "replays", table: replayTable() },
     { file, name: "assumptions", table: assumptions() },
     { file, name: "viewers", table: viewersPlan() },
     { file, name: "limits", table: limits() },
