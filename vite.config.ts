@@ -99,7 +99,8 @@ function offline(): Plugin {
         add("manifest.webmanifest", readFileSync(here("web/offline/manifest.json"), "utf8"));
         add("icon.svg", readFileSync(here("web/page/mark.svg"), "utf8"));
         const hash = createHash("sha256");
-        const files = ["single.html", "files.json"]; // from the same sources, made later
+        // Not single.html, which few visitors save: its bytes are those of all others together.
+        const files = ["files.json"]; // from the same sources, made later
         for (const file of Object.values(bundle)) {
           if (/\.br$|^(embed\.html|isosplat-(viewer|anywidget)\.js)$/.test(file.fileName)) continue;
           // Each visitor needs one language: it is kept when it is used (web/offline/page_cache.ts).

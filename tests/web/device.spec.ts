@@ -1,7 +1,8 @@
-/** What raw files are taken for. */
-import { expect, test } from "vitest";
+/** What raw files are taken for; what saving needs. */
+import { expect, test, vi } from "vitest";
 import { guessRaw } from "../../web/device/raw_guess.ts";
 import { layoutProblem, nameOf } from "../../web/device/reading.ts";
+import { singlePage } from "../../web/device/save_single_page.ts";
 
 test.each([
   ["head_256x256x109_uint16.raw", 2 * 256 * 256 * 109, [256, 256, 109], "u16", 0],
@@ -42,4 +43,15 @@ test("states why a layout does not fit", () => {
 test("names volumes by their files", () => {
   expect(nameOf("scan/head.x.raw")).toBe("head.x");
   expect(nameOf(".raw")).toBe("volume");
+});
+
+test("saving a single page without a network says what is missing", async () => {
+  vi.stubGlobal("fetch", () => Promise.reject(new TypeError("Failed to fetch")));
+  try {
+    await expect(singlePage(new Blob(["store"]), "head")).rejects.toThrow(
+      "single.html: expected a file of this page, found no network",
+    );
+  } finally {
+    vi.unstubAllGlobals();
+  }
 });

@@ -7,9 +7,18 @@ export interface PageFile {
   bytes: number;
 }
 
+/** Fetches a file of this page. Rejects with an Error without a network, unless it is kept. */
+export async function fetchPageFile(name: string): Promise<Response> {
+  try {
+    return await fetch(name);
+  } catch {
+    throw new Error(deviceErrorTexts.pageFileUnreachable(name));
+  }
+}
+
 /** The files that a copy of this page needs. Rejects with an Error without a built page. */
 export async function pageFiles(): Promise<PageFile[]> {
-  const response = await fetch("files.json");
+  const response = await fetchPageFile("files.json");
   if (!response.ok) {
     throw new Error(deviceErrorTexts.noPageFiles(response.status));
   }

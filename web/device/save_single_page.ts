@@ -1,5 +1,5 @@
 import { deviceErrorTexts } from "../texts/device_errors.ts";
-import { pageFiles } from "./page_files.ts";
+import { fetchPageFile, pageFiles } from "./page_files.ts";
 
 /** Larger stores make a page that browsers are slow to read, or refuse. */
 export const maxSinglePageStore = 300_000_000;
@@ -25,7 +25,7 @@ export async function singlePage(store: Blob, name: string): Promise<Blob> {
     const mb = (n: number) => `${Math.round(n / 1e6)} MB`;
     throw new Error(deviceErrorTexts.tooLargeForPage(mb(maxSinglePageStore), mb(store.size)));
   }
-  const response = await fetch("single.html");
+  const response = await fetchPageFile("single.html");
   const [before, after] = response.ok ? (await response.text()).split(mark) : [];
   if (before === undefined || after === undefined) {
     throw new Error(deviceErrorTexts.noPageFile("single.html", response.status));

@@ -1,7 +1,7 @@
 import { downloadZip, predictLength } from "client-zip";
 import type { StoreInfo } from "../core/index.ts";
 import { deviceErrorTexts } from "../texts/device_errors.ts";
-import { type PageFile, pageFiles } from "./page_files.ts";
+import { fetchPageFile, type PageFile, pageFiles } from "./page_files.ts";
 
 /** What the ZIP has beside the page's files and the store: README, catalog, thumbnail, names. */
 const otherBytes = 40_000;
@@ -64,7 +64,7 @@ export async function siteZip(
 }
 
 async function content({ name }: PageFile): Promise<Blob | string> {
-  const response = await fetch(name);
+  const response = await fetchPageFile(name);
   if (!response.ok) {
     throw new Error(deviceErrorTexts.noPageFile(name, response.status));
   }

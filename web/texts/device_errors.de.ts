@@ -28,6 +28,8 @@ export const deviceError: typeof English = {
     `files.json: Erwartet wird die Liste der Dateien dieser Seite, gefunden Status ${status}: Laden Sie die Seite neu`,
   noPageFile: (name, status) =>
     `${name}: Erwartet wird eine Datei dieser Seite, gefunden Status ${status}: Die Seite wurde auf ihrem Server erneuert; laden Sie sie neu`,
+  pageFileUnreachable: (name) =>
+    `${name}: Erwartet wird eine Datei dieser Seite, gefunden keine Netzverbindung: Speichern Sie, sobald der Server erreichbar ist`,
   tooLargeForPage: (most, found) =>
     `Erwartet wird für eine einzelne Seite eine Isosplat-Datei von höchstens ${most}, gefunden ${found}: Speichern Sie stattdessen eine Website`,
 

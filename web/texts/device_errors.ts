@@ -27,6 +27,8 @@ export const deviceErrorTexts = part("deviceError", {
     `files.json: expected the list of this page's files, found status ${status}: load the page anew`,
   noPageFile: (name: string, status: number) =>
     `${name}: expected a file of this page, found status ${status}: the page was updated on its server; load it anew`,
+  pageFileUnreachable: (name: string) =>
+    `${name}: expected a file of this page, found no network: save it once the server can be reached`,
   tooLargeForPage: (most: string, found: string) =>
     `expected a store of at most ${most} for a single page, found ${found}: save a web site instead`,
 
