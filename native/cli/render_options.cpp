@@ -148,6 +148,9 @@ void add_scene_options(CLI::App* command, RenderCall* call) {
       ->delimiter(',')
       ->check(is_number())
       ->expected(1, kMaxClipPlanes);
+  command->add_flag("--clip-caps", call->clip_caps,
+                    "Closes the faces at which --clip-box and --clip-plane cut the part of the "
+                    "volume whose values are at least the isovalue");
   command->add_option("--level", call->level, "0 is the finest (default: by --samples)")
       ->check(is_whole_number(0, 32));
   command

@@ -33,6 +33,7 @@ struct RenderCall {
   std::optional<uint32_t> level;
   uint64_t samples = uint64_t{64} << 20;
   int turntable = 0;  // number of pictures; 0: one picture, named `output`
+  bool clip_caps = false;
   bool unprojected = false;
   bool aliased = false;
   bool force = false;

@@ -116,6 +116,7 @@ Result<RenderSettings> render_settings(const RenderCall& call) {
     }
     settings.clip_planes.push_back({{x, y, z}, offset});
   }
+  settings.clip_caps = call.clip_caps;
   settings.projected = !call.unprojected;
   settings.light = light_settings(call);
   settings.eye_dome = static_cast<float>(call.eye_dome);

@@ -131,6 +131,23 @@ void DrawList::find_contributors(const Frame& frame) {
   }
 }
 
+void DrawList::find_cut(const Frame& frame, float quantized_isovalue) {
+  occluders_.begin(frame.block());
+  visibilities_.clear();
+  for (DrawItem& item : items_) {
+    item.first_cluster = static_cast<uint32_t>(visibilities_.size());
+    for (const SampleCluster& cluster : item.chunk->clusters) {
+      const Occluders::Box box = cluster_box(frame, item, cluster);
+      const auto to_double = [](Vec3f v) { return Vec3d{double(v.x), double(v.y), double(v.z)}; };
+      const bool present = is_active(cluster.interval, quantized_isovalue) &&
+                           item.regions.contains(cluster.region_index()) &&
+                           frame.may_cut({to_double(box.centre), to_double(box.half)}) &&
+                           occluders_.is_in_image(box, item.largest_px);
+      visibilities_.push_back(present ? ClusterVisibility::visible : ClusterVisibility::absent);
+    }
+  }
+}
+
 const DrawItem* DrawList::find(ChunkHandle handle) const {
   const auto found = std::find_if(items_.begin(), items_.end(),
                                   [handle](const DrawItem& item) { return item.handle == handle; });

@@ -43,6 +43,9 @@ class DrawList {
   /// Instead: all clusters whose cells may contribute to the normals of what is in the image.
   void find_contributors(const Frame& frame);
 
+  /// Instead: all active clusters in the image that a clip plane may cut.
+  void find_cut(const Frame& frame, float quantized_isovalue);
+
   const std::vector<DrawItem>& items() const { return items_; }
   const DrawItem* find(ChunkHandle handle) const;
   /// The finest level of the chunks in the whole image; 0 if there are none.

@@ -50,6 +50,13 @@ Matrix4d clip_of_tile(Matrix4d clip, const ImageTile& tile) {
 
 }  // namespace
 
+int cuts_of(const RenderSettings& settings) {
+  const auto faces = [](double low, double high) { return (low > 0 ? 1 : 0) + (high < 1 ? 1 : 0); };
+  const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
+  return static_cast<int>(std::min<size_t>(settings.clip_planes.size(), kMaxClipPlanes)) +
+         faces(low.x, high.x) + faces(low.y, high.y) + faces(low.z, high.z);
+}
+
 Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camera& camera,
              const ImageTile& tile, float guard_px, float max_point_px, ImageOffset offset)
     : camera_(camera_frame(camera)) {
@@ -126,7 +133,9 @@ Frame::Sides Frame::sides_of(const ImageTile& tile, double near_plane) const {
           std::array<double, 4>{forward_.x, forward_.y, forward_.z, near_plane}};
 }
 
-/// The planes of the settings, and those of the clip box that cut the volume.
+/// The planes of the settings, and those of the clip box that cut the volume; with caps, then those
+/// of the volume's border. These are moved out by less than the margin of splats, so that surfaces
+/// on the border are not lost by rounding.
 void Frame::set_clip_planes(const VolumeGrid& grid, const RenderSettings& settings) {
   int planes = 0;
   const auto add = [&](Vec3d normal, double offset) {
@@ -148,6 +157,15 @@ void Frame::set_clip_planes(const VolumeGrid& grid, const RenderSettings& settin
   if (high.x < 1) add({-1, 0, 0}, eye_.x - high.x * extent.x);
   if (high.y < 1) add({0, -1, 0}, eye_.y - high.y * extent.y);
   if (high.z < 1) add({0, 0, -1}, eye_.z - high.z * extent.z);
+  if (settings.clip_caps && planes > 0) {
+    const Vec3d margin = spacing_ * (0.5 * double(EXACT_MARGIN_CELLS));
+    if (!(low.x > 0)) add({1, 0, 0}, -margin.x - eye_.x);
+    if (!(low.y > 0)) add({0, 1, 0}, -margin.y - eye_.y);
+    if (!(low.z > 0)) add({0, 0, 1}, -margin.z - eye_.z);
+    if (!(high.x < 1)) add({-1, 0, 0}, eye_.x - extent.x - margin.x);
+    if (!(high.y < 1)) add({0, -1, 0}, eye_.y - extent.y - margin.y);
+    if (!(high.z < 1)) add({0, 0, -1}, eye_.z - extent.z - margin.z);
+  }
   block_.switches[0] = planes;
 }
 
@@ -168,6 +186,16 @@ bool Frame::may_see(const Box& box, const Sides& sides) const {
     if (dot(n, box.centre) + reach(n, box.half) < p[3]) return false;
   }
   return true;
+}
+
+bool Frame::may_cut(const Box& box) const {
+  constexpr double kRounding = 1e-2;  // units; planes are in single precision
+  for (int i = 0; i < block_.switches[0]; ++i) {
+    const auto& p = block_.clip_plane[static_cast<size_t>(i)];
+    const Vec3d n{p[0], p[1], p[2]};
+    if (std::abs(dot(n, box.centre) - p[3]) <= reach(n, box.half) + kRounding) return true;
+  }
+  return false;
 }
 
 double Frame::nearest(const Box& box) const {

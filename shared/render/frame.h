@@ -23,6 +23,10 @@ struct FrameBlock {
 };
 static_assert(sizeof(FrameBlock) == 4 * (14 * 4 + 12 * 4 + 4));
 
+/// The number of clip planes, and of faces of the clip box that cut the volume. They are the first
+/// planes of the block; with caps, planes that bound the volume follow.
+int cuts_of(const RenderSettings& settings);
+
 /// The geometry of one frame. It is computed in double precision, and given to the GPU relative to
 /// the eye, so that distant origins and large volumes lose no precision near the eye.
 ///
@@ -57,6 +61,9 @@ class Frame {
   /// whole image.
   bool may_see(const Box& box) const { return may_see(box, sides_); }
   bool may_see_in_image(const Box& box) const { return may_see(box, image_sides_); }
+
+  /// Whether a clip plane may cut the box.
+  bool may_cut(const Box& box) const;
 
   /// Distance along the view of the box's nearest point.
   double nearest(const Box& box) const;

@@ -34,7 +34,8 @@ Result<void> ImageTarget::prepare(int width, int height) {
 
 uint64_t ImageTarget::bytes() const {
   uint64_t texel = 4;  // GL_R32UI, GL_RGBA8, GL_DEPTH_COMPONENT24
-  if (format_ == GL_RGBA16F) texel = 8;
+  if (format_ == GL_R8UI) texel = 1;
+  if (format_ == GL_RGBA16F || format_ == GL_RG32UI) texel = 8;
   if (format_ == GL_RGBA32UI) texel = 16;
   return uint64_t(width_) * uint64_t(height_) * texel;
 }

@@ -61,6 +61,9 @@ void Lighting::apply(const GlProgram& program, const RenderSettings& settings) {
   glUniform1i(program.uniform("u_colour_by"), settings.colour_by == ColourBy::isosurface ? 0
                                               : settings.colour_by == ColourBy::depth    ? 2
                                                                                          : 1);
+  glUniform1i(program.uniform("u_cap_colour_by"), settings.colour_by == ColourBy::isovalue ? 1
+                                                  : settings.colour_by == ColourBy::depth  ? 2
+                                                                                           : 0);
   std::array<float, 4 * kMaxIsosurfaces> colours{};
   const size_t surfaces = std::min<size_t>(settings.isosurfaces.size(), kMaxIsosurfaces);
   for (size_t i = 0; i < surfaces; ++i) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "shared/render/cap_pick.h"
 #include "shared/render/image_passes.h"
 #include "shared/render/renderer_state.h"
 #include "shared/render/shader_constants.h"
@@ -39,7 +40,8 @@ bool operator==(const RenderSettings& a, const RenderSettings& b) {
          a.displaced == b.displaced &&
          std::equal(a.clip_planes.begin(), a.clip_planes.end(), b.clip_planes.begin(),
                     b.clip_planes.end(), same_plane) &&
-         a.clip_box_low == b.clip_box_low && a.clip_box_high == b.clip_box_high;
+         a.clip_box_low == b.clip_box_low && a.clip_box_high == b.clip_box_high &&
+         a.clip_caps == b.clip_caps;
 }
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -241,7 +243,7 @@ Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {
   if (auto ok = s.ensure_layers(); !ok) return tl::unexpected(ok.error());
   const VolumeGrid grid = s.grid.value_or(VolumeGrid{{2, 2, 2}});
   const double unit = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
-  return read_surface_pixels(s.context(), static_cast<float>(unit));
+  return read_surface_pixels(s.shown_context(), static_cast<float>(unit));
 }
 
 Result<std::optional<SurfacePick>> Renderer::pick(double x, double y, int width, int height) const {
@@ -283,6 +285,7 @@ Result<std::optional<SurfacePick>> Renderer::pick(double x, double y, int width,
       add_hits(*ray, chunk->block, samples, quantized_isovalues, hits);
     }
   }
+  if (auto cap = pick_cap(*s.grid, s.settings, *ray, hits)) return cap;
   return nearest_pick(*s.grid, s.mapping, *ray, std::move(hits));
 }
 

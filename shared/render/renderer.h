@@ -73,6 +73,9 @@ struct SurfacePick {
   double to_next = 0;       ///< along the ray to the next surface behind it, world units; 0: none
   uint32_t isosurface = 0;  ///< index in RenderSettings::isosurfaces
   uint32_t level = 0;       ///< of the cell: at 0 the pick is exact
+  /// On a cap (RenderSettings::clip_caps) of the isosurface: there are values of at least the
+  /// isovalue, of which no more is known. The gradient is 0.
+  bool cap = false;
 };
 
 /// All settings of the picture except for the camera. Plain data that can be compared and copied.
@@ -91,6 +94,9 @@ struct RenderSettings {
   Displaced displaced = Displaced::clamp;
   std::vector<ClipPlane> clip_planes;  ///< at most kMaxClipPlanes; more are ignored
   Vec3d clip_box_low{0, 0, 0}, clip_box_high{1, 1, 1};  ///< fractions of the volume's extent
+  /// Closes the faces at which the clipping cuts the solid: the part of the volume whose values are
+  /// at least the isovalue. The border of the volume stays open. Not for `projected` = false.
+  bool clip_caps = false;
 
   friend bool operator==(const RenderSettings&, const RenderSettings&);
 };
@@ -256,16 +262,17 @@ class Renderer {
     Vec3f normal;     ///< in the camera's frame (right, up, towards the eye), unit length
     uint32_t isosurface = 0;
     float coverage = 1;
+    bool cap = false;  ///< a face of the clipping (RenderSettings::clip_caps)
   };
   /// Reads all pixels of the opaque layer, row by row. Slow, since it waits for the GPU.
   /// Errors: gl_error, invalid_argument (nothing drawn yet).
   Result<std::vector<SurfacePixel>> read_surface();
 
   /// The nearest surface at a place of an image of this size, x px to the right of and y px below
-  /// its upper left corner, with the present camera and settings. Intersects the ray with the cells
-  /// of the visible chunks near it, in the precision of PackedSample, and does not depend on what
-  /// was drawn. Nothing if there is no surface. Reads samples back from the GPU. Errors: gl_error,
-  /// invalid_argument (no volume).
+  /// its upper left corner, with the present camera and settings; or the cap before it. Intersects
+  /// the ray with the cells of the visible chunks near it, in the precision of PackedSample, and
+  /// does not depend on what was drawn. Nothing if there is no surface. Reads samples back from the
+  /// GPU. Errors: gl_error, invalid_argument (no volume).
   Result<std::optional<SurfacePick>> pick(double x, double y, int width, int height) const;
 
   /// Starts an occlusion query: which regions of these chunks are visible in the last picture, in

@@ -38,6 +38,7 @@ void Renderer::State::abandon_gl_objects() {
   mesh.abandon();
   programs.abandon();
   targets.abandon();
+  caps.abandon();
   whole_image.abandon();
   tile_picture.abandon();
   tiled_image = {};
@@ -67,13 +68,34 @@ Result<void> Renderer::State::warm_up(GLuint framebuffer) {
   return done;
 }
 
+/// Whether the clipping has caps: not where samples show no surface.
+bool Renderer::State::has_caps() const {
+  return settings.clip_caps && cuts_of(settings) > 0 && settings.projected && mesh.is_empty() &&
+         !settings.isosurfaces.empty();
+}
+
+/// Adds caps to a copy of the layers that were drawn last.
+Result<void> Renderer::State::draw_caps() {
+  capped = false;
+  if (!has_caps()) {
+    caps.release();
+    return {};
+  }
+  const auto layer_of = std::span(layers.by_surface).first(surface_count());
+  const Frame frame = make_frame({});
+  const SplatFrame splats{frame, chunks.buffers(), mapping, settings.kind, lit};
+  if (auto ok = caps.draw(context(), splat_passes, splats, layer_of); !ok) return ok;
+  capped = true;
+  return {};
+}
+
 /// Whether surfaces can be lit while they are drawn, without layers. This is faster, and possible
 /// where no pixel shows several surfaces.
 bool Renderer::State::can_light_directly() const {
   const auto is_translucent = [](const Isosurface& surface) {
     return surface.opacity > 0 && surface.opacity < kOpaque;
   };
-  return (settings.kind == SplatKind::quad || !mesh.is_empty()) &&
+  return (settings.kind == SplatKind::quad || !mesh.is_empty()) && !has_caps() &&
          std::none_of(settings.isosurfaces.begin(), settings.isosurfaces.end(), is_translucent);
 }
 
@@ -132,6 +154,7 @@ Result<void> Renderer::State::draw_surfaces(const ImageTile& part, ImageOffset o
                                             bool light_directly, SmoothSizes sizes) {
   tile = part;
   lit = light_directly;
+  capped = false;
   statistics = FrameStatistics{};
   programs.reset_linked_count();
   assign_layers();
@@ -211,7 +234,8 @@ Result<FrameStatistics> Renderer::State::finish_frame() {
   statistics.programs_linked = programs.linked_count();
   statistics.samples_resident = chunks.buffers().samples();
   statistics.gpu_bytes = chunks.buffers().bytes() + targets.bytes() + splat_passes.bytes() +
-                         accumulation.sums().bytes() + cross_fade.bytes() + mesh.bytes();
+                         accumulation.sums().bytes() + cross_fade.bytes() + mesh.bytes() +
+                         caps.bytes();
   drawn_tile = tile;
   dirty = false;
   return statistics;
@@ -221,8 +245,9 @@ Result<FrameStatistics> Renderer::State::draw(const ImageTile& part, GLuint fram
   if (auto ok = draw_surfaces(part, {}, can_light_directly()); !ok) {
     return tl::unexpected(ok.error());
   }
+  if (auto ok = draw_caps(); !ok) return tl::unexpected(ok.error());
   const auto shown = lit ? show_lit_picture(context(), framebuffer)
-                         : compose(context(), layers.count, framebuffer, /*still=*/nullptr);
+                         : compose(shown_context(), layers.count, framebuffer, /*still=*/nullptr);
   if (!shown) return tl::unexpected(shown.error());
   accumulation.restart();
   return finish_frame();
@@ -234,6 +259,7 @@ Result<void> Renderer::State::ensure_layers() {
 }
 
 Result<void> Renderer::State::accumulate_picture() {
+  if (auto ok = draw_caps(); !ok) return ok;
   glEnable(GL_BLEND);
   glBlendEquation(GL_FUNC_ADD);
   glBlendFunc(GL_ONE, GL_ONE);
@@ -246,7 +272,7 @@ Result<void> Renderer::State::accumulate_picture() {
   still.image_height = static_cast<float>(
       2 * (camera.orthographic ? half_height / unit_of_frame_space(shown) : half_height));
   if (tile != ImageTile{tile.image_width, tile.image_height}) still.whole = &whole_image;
-  auto composed = compose(context(), layers.count, accumulation.sums().framebuffer(), &still);
+  auto composed = compose(shown_context(), layers.count, accumulation.sums().framebuffer(), &still);
   glDisable(GL_BLEND);
   if (composed) accumulation.picture_added();
   return composed;

@@ -7,6 +7,7 @@
 
 #include "shared/render/accumulation.h"
 #include "shared/render/chunk_store.h"
+#include "shared/render/clip_caps.h"
 #include "shared/render/cross_fade.h"
 #include "shared/render/draw_context.h"
 #include "shared/render/image_target.h"
@@ -49,6 +50,8 @@ struct Renderer::State {
   Lighting lighting;
   SplatPasses splat_passes;
   LayerAssignment layers;  // of the last draw
+  ClipCaps caps;
+  bool capped = false;  // the layers that were drawn last are in `caps` as well
   Accumulation accumulation;
   CrossFade cross_fade;
   OcclusionQuery occlusion_query;
@@ -77,12 +80,17 @@ struct Renderer::State {
   Result<void> ensure_layers();
   Result<void> begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px);
 
-  DrawContext context() {
-    return {settings, limits,     programs,          targets,
-            lighting, statistics, tile.image_height, empty_vertex_array};
-  }
+  DrawContext context() { return context_of(targets); }
+  /// The same with the layers that are shown: those with caps, if there are any.
+  DrawContext shown_context() { return context_of(capped ? caps.targets() : targets); }
 
  private:
+  DrawContext context_of(SurfaceTargets& layers_) {
+    return {settings, limits,     programs,          layers_,
+            lighting, statistics, tile.image_height, empty_vertex_array};
+  }
+  bool has_caps() const;
+  Result<void> draw_caps();
   bool can_light_directly() const;
   size_t surface_count() const;
   void assign_layers();

@@ -22,6 +22,10 @@
 #define QUAD_MARGIN_PX 0.005
 #define QUAD_SETBACK 0.15
 
+// Squares whose normal has a smaller component along the view do not say on which side of them
+// values are higher: beside an outline they may face either way.
+#define QUAD_SIDE_FACING 0.2
+
 // Side of a tile of the farthest depths, in px. Splats that span more than three tiles are not
 // tested.
 #define HIDING_TILE_PX 8
@@ -67,9 +71,31 @@
 #define SMOOTH_REACH_CELLS 1.5
 #define SMOOTH_MAX_TILES 6
 
-// Bits of a surface pixel's fourth channel.
-#define COVERAGE_MAX 4095.0
+// Bits of a surface pixel's fourth channel: isosurface, side, coverage.
+#define COVERAGE_MAX 1023.0
+#define SIDE_SHIFT 10
 #define ISOSURFACE_SHIFT 12
+
+// Side of a surface pixel. RISING, FALLING: whether values rise or fall along the ray where it
+// crosses the surface. UNKNOWN: it does not cross a surface of the trilinear function. CAP: the
+// pixel shows a face of the clipping, where that cuts the solid.
+#define SIDE_UNKNOWN 0
+#define SIDE_RISING 1
+#define SIDE_FALLING 2
+#define SIDE_CAP 3
+
+// Caps. SHADE: factor of the isosurface's linear colour. DEPTH_STEP: depth by which the cap of a
+// higher isovalue is in front of that of a lower one. TILE_PX: side of a tile of states. BAND_PX:
+// expected width of a band of known states (cap_likely.glsl). ESTIMATED: bit of what a cell says of
+// places beside it. BY_CELL: bit of states that cells at the face say. CUT_MARGIN_CELLS: distance
+// from its cell up to which a place on a face belongs to it.
+#define CAP_SHADE 0.75
+#define CAP_DEPTH_STEP 2.4e-7
+#define CAP_TILE_PX 8
+#define CAP_BAND_PX 1.0
+#define CAP_ESTIMATED 16
+#define CAP_BY_CELL 16
+#define CUT_MARGIN_CELLS 0.002
 
 // Occlusion queries. PROBES: largest number of pixels tested along each axis of the image when
 // pixels of a cell are counted. MAX_TILES: largest number of tiles along each axis when all pixels

@@ -71,7 +71,8 @@ GlProgram ShaderPrograms::start_image(
 }
 
 GlProgram ShaderPrograms::start(SplatVariant variant) const {
-  static constexpr int kKind[kSplatPasses] = {KIND_QUAD, KIND_ELLIPSE, KIND_EXACT, KIND_EXACT};
+  static constexpr int kKind[kSplatPasses] = {KIND_QUAD, KIND_ELLIPSE, KIND_EXACT, KIND_EXACT,
+                                              KIND_EXACT};
   std::string defines =
       "#define KIND " + std::to_string(kKind[static_cast<size_t>(variant.pass)]) + "\n";
   if (variant.pulled) defines += "#define PULLED\n";
@@ -83,6 +84,12 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
     return GlProgram::start(defines + "#define GRADIENTS\n",
                             {"frame.glsl", "cell.glsl", "splat.glsl", "gradients.vert.glsl"},
                             {"frame.glsl", "smooth.glsl", "gradients.frag.glsl"});
+  }
+  if (variant.pass == SplatPass::cut_cells) {
+    return GlProgram::start(defines,
+                            {"frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "splat.glsl",
+                             "cut_cells.vert.glsl"},
+                            {"frame.glsl", "cell.glsl", "entry.glsl", "cut_cells.frag.glsl"});
   }
   if (variant.pass == SplatPass::quad) {
     return GlProgram::start(
@@ -144,6 +151,16 @@ GlProgram ShaderPrograms::start(ImagePass pass) const {
           "", {"frame.glsl", "gamma.glsl", "depths.glsl", "eye_dome.glsl", "darken.frag.glsl"});
     case ImagePass::fade:
       return start_image("", {"fade.frag.glsl"});
+    case ImagePass::cap_states:
+      return start_image(
+          "", {"frame.glsl", "surface_pixel.glsl", "entry.glsl", "cap_states.frag.glsl"});
+    case ImagePass::cap_tiles:
+      return start_image("", {"cap_likely.glsl", "cap_tiles.frag.glsl"});
+    case ImagePass::cap_jump:
+      return start_image("", {"cap_jump.frag.glsl"});
+    case ImagePass::caps:
+      return start_image("", {"frame.glsl", "surface_pixel.glsl", "entry.glsl", "cap_likely.glsl",
+                              "caps.frag.glsl"});
     case ImagePass::read:
       return start_image("", {"frame.glsl", "read.frag.glsl"});
     case ImagePass::mesh:
@@ -202,6 +219,10 @@ Result<const GlProgram*> ShaderPrograms::finish(Image& image) {
   glUniform1i(program.uniform("u_depths"), 1);
   glUniform1i(program.uniform("u_whole_depths"), 2);
   glUniform1i(program.uniform("u_colour_map"), 3);
+  glUniform1i(program.uniform("u_cut_cells"), 4);
+  glUniform1i(program.uniform("u_states"), 5);
+  glUniform1i(program.uniform("u_tiles"), 6);
+  glUniform1i(program.uniform("u_nearest"), 7);
   image.is_ready = true;
   ++linked_count_;
   return &program;

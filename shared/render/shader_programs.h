@@ -18,9 +18,10 @@ inline constexpr GLuint kFrameBinding = 0;
 /// What programs with frame.glsl have before their files, if the camera is orthographic.
 inline constexpr std::string_view kOrthographicDefine = "#define ORTHOGRAPHIC\n";
 
-/// Passes that draw splats: three kinds of surfaces, and the gradients of smooth normals.
-enum class SplatPass : uint8_t { quad, ellipse, exact, gradients };
-inline constexpr size_t kSplatPasses = 4;
+/// Passes that draw splats: three kinds of surfaces, the gradients of smooth normals, and the cells
+/// at cut faces.
+enum class SplatPass : uint8_t { quad, ellipse, exact, gradients, cut_cells };
+inline constexpr size_t kSplatPasses = 5;
 
 /// A program of a splat pass.
 struct SplatVariant {
@@ -45,11 +46,15 @@ enum class ImagePass : uint8_t {
   present,         ///< the mean of accumulated pictures
   darken,          ///< eye-dome lighting of a lit picture
   fade,
+  cap_states,
+  cap_tiles,
+  cap_jump,
+  caps,  ///< the layers with caps
   read,  ///< surface pixels and depths, for reading back
   mesh,
   lit_mesh,
 };
-inline constexpr size_t kImagePasses = 8;
+inline constexpr size_t kImagePasses = 12;
 
 /// All shader programs of the renderer. A program is compiled when it is first needed; those of
 /// most first pictures are started earlier, as drivers compile in the background.

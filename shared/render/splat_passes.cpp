@@ -69,6 +69,9 @@ struct SplatPasses::Pass {
   float quantized_isovalue;
   uint32_t finest_level = 0;                // of the gradients
   SmoothSizes smooth_sizes = kDrawnSmooth;  // of the gradients
+  std::span<const float> reachable;         // of the cut cells
+  int rank = 0;                             // of the cut cells
+  float margin_px = 0;                      // of the cut cells
 
   Pass(const DrawContext& context_, const SplatFrame& splats_, SplatPass pass_, int isosurface_)
       : context(context_),
@@ -98,6 +101,13 @@ void SplatPasses::use_program(const Pass& pass, SplatPass variant, bool pulled, 
     glActiveTexture(GL_TEXTURE2);
     glBindTexture(GL_TEXTURE_2D, smooth_normals_.places());
   }
+  if (variant == SplatPass::cut_cells) {
+    const auto count = static_cast<GLsizei>(pass.reachable.size());
+    glUniform1fv(program.program.uniform("u_reachable"), count, pass.reachable.data());
+    glUniform1i(program.program.uniform("u_reachable_count"), count);
+    glUniform1i(program.program.uniform("u_rank"), pass.rank);
+    glUniform1f(program.program.uniform("u_margin_px"), pass.margin_px);
+  }
   if (pass.splats.lit) context.lighting.apply(program.program, context.settings);
   if (pulled) {
     glViewport(0, 0, width, height);
@@ -123,7 +133,8 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   // Large splats are few: they are not culled, but drawn with the first subset.
   if ((pulled || large) && subset == ClusterSubset::likely_occluded) return {};
   const SplatPass variant = large ? SplatPass::exact : pass.pass;
-  const bool clipped = pass.splats.frame.clipped() && !is_gradients;
+  const bool is_surface = !is_gradients && pass.pass != SplatPass::cut_cells;
+  const bool clipped = pass.splats.frame.clipped() && is_surface;
   const auto program = context.programs.splat({variant, pulled, clipped, pass.splats.lit});
   if (!program) return tl::unexpected(program.error());
   if (*program != bound.program) {
@@ -159,7 +170,7 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   draw_list_.for_each_range(item, pulled || large ? ClusterSubset::all : subset, add_range);
   FrameStatistics& statistics = context.statistics;
   statistics.draw_calls += runs_.draw(pulled ? GL_TRIANGLES : GL_POINTS, context.limits.multi_draw);
-  if (!is_gradients) {
+  if (is_surface) {
     statistics.samples_drawn += samples;
     if (subset != ClusterSubset::likely_occluded) ++statistics.chunks_drawn;
   }
@@ -217,6 +228,17 @@ Result<void> SplatPasses::draw_isosurface(const DrawContext& context, const Spla
   }
   return draw_with_occlusion_culling(Pass(context, splats, pass_of(splats.kind), isosurface),
                                      splats.lit ? targets.picture() : targets.layer(layer));
+}
+
+Result<void> SplatPasses::draw_cut_cells(const DrawContext& context, const SplatFrame& splats,
+                                         int isosurface, std::span<const float> reachable, int rank,
+                                         float margin_px) {
+  Pass pass(context, splats, SplatPass::cut_cells, isosurface);
+  pass.reachable = reachable;
+  pass.rank = rank;
+  pass.margin_px = margin_px;
+  draw_list_.find_cut(splats.frame, pass.quantized_isovalue);
+  return draw_subset(pass, ClusterSubset::all);
 }
 
 Result<void> SplatPasses::smooth_normals(const DrawContext& context, const SplatFrame& splats,

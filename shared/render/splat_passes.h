@@ -41,6 +41,13 @@ class SplatPasses {
   Result<void> smooth_normals(const DrawContext& context, const SplatFrame& splats,
                               std::span<const int> isosurfaces, int layer, SmoothSizes sizes);
 
+  /// Draws, into the bound framebuffer, the cells of an isosurface at the clip planes, for caps
+  /// (shaders/cut_cells.frag.glsl). `reachable`: the quantized isovalues that are shown, each once,
+  /// ascending; that of the isosurface is the one of this rank, from 1. `margin_px`: px around them
+  /// that are covered as well. Errors: gl_error.
+  Result<void> draw_cut_cells(const DrawContext& context, const SplatFrame& splats, int isosurface,
+                              std::span<const float> reachable, int rank, float margin_px);
+
   /// Uses the programs of most first pictures on an inactive sample, so that the driver completes
   /// work that it defers to the first draw call. Errors: gl_error.
   Result<void> warm_up(const DrawContext& context, const SampleBuffers& buffers,

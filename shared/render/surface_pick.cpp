@@ -14,10 +14,14 @@ Vec3f to_floats(Vec3d v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
-/// Limits [begin, end] to where inside + t · along >= 0.
-void clip(PickRay& ray, double inside, double along) {
+/// Limits [begin, end] to where inside + t · along >= 0. normal: of this plane, world.
+void clip(PickRay& ray, double inside, double along, Vec3d normal) {
   if (along > 0) {
-    ray.begin = std::max(ray.begin, -inside / along);
+    const double begin = -inside / along;
+    if (begin > ray.begin) {
+      ray.begin = begin;
+      ray.cut = normal;
+    }
   } else if (along < 0) {
     ray.end = std::min(ray.end, -inside / along);
   } else if (inside < 0) {
@@ -87,7 +91,9 @@ void add_thin_hit(const PickRay& ray, const CellRay& cell, ThinBox box, uint32_t
   widen(box.low.z, box.high.z);
   const auto [enter, leave] =
       in_box(ray, cell.low + box.low * cell.size, cell.low + box.high * cell.size);
-  if (enter <= leave) hits.push_back(cell.hit(ray, 0.5 * (enter + leave), isosurface, level));
+  if (!(enter <= leave)) return;
+  hits.push_back(cell.hit(ray, 0.5 * (enter + leave), isosurface, level));
+  hits.back().crosses = false;
 }
 
 }  // namespace
@@ -107,16 +113,17 @@ std::optional<PickRay> pick_ray(const VolumeGrid& grid, const RenderSettings& se
               planes.near_plane, planes.far_plane};
   for (size_t i = 0; i < settings.clip_planes.size() && i < kMaxClipPlanes; ++i) {
     const ClipPlane& plane = settings.clip_planes[i];
-    clip(ray, dot(plane.normal, origin) - plane.offset, dot(plane.normal, direction));
+    clip(ray, dot(plane.normal, origin) - plane.offset, dot(plane.normal, direction), plane.normal);
   }
-  const auto clip_axis = [&](double o, double d, double low, double high, int32_t voxels) {
-    if (low > 0) clip(ray, o - low * (voxels - 1), d);
-    if (high < 1) clip(ray, high * (voxels - 1) - o, -d);
+  const auto clip_axis = [&](double o, double d, double low, double high, int32_t voxels,
+                             Vec3d normal) {
+    if (low > 0) clip(ray, o - low * (voxels - 1), d, normal);
+    if (high < 1) clip(ray, high * (voxels - 1) - o, -d, normal * -1.0);
   };
   const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
-  clip_axis(ray.origin.x, ray.direction.x, low.x, high.x, grid.voxels.x);
-  clip_axis(ray.origin.y, ray.direction.y, low.y, high.y, grid.voxels.y);
-  clip_axis(ray.origin.z, ray.direction.z, low.z, high.z, grid.voxels.z);
+  clip_axis(ray.origin.x, ray.direction.x, low.x, high.x, grid.voxels.x, column(dual, 0));
+  clip_axis(ray.origin.y, ray.direction.y, low.y, high.y, grid.voxels.y, column(dual, 1));
+  clip_axis(ray.origin.z, ray.direction.z, low.z, high.z, grid.voxels.z, column(dual, 2));
   if (!(ray.begin <= ray.end)) return std::nullopt;
   return ray;
 }

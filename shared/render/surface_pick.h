@@ -15,6 +15,8 @@ namespace isosplat {
 struct PickRay {
   Vec3d origin, direction;
   double begin = 0, end = 0;  ///< the part in front of the near plane, inside of the clipping
+  /// If a clip plane cuts at `begin`: its normal in the world, towards the part that is kept.
+  std::optional<Vec3d> cut = {};
 };
 
 /// The ray through a place of an image, which is `x`, `y` px to the right of and below its upper
@@ -32,6 +34,7 @@ struct PickHit {
   Vec3d gradient;       ///< of the cell's trilinear function, quantized values per voxel of level 0
   uint32_t isosurface = 0;
   uint32_t level = 0;
+  bool crosses = true;  ///< false for a box of a thin structure: the ray crosses no surface
 };
 
 /// Adds the intersections with the cells of these samples, in no order. Coarse cells have the

@@ -29,7 +29,9 @@ Renderer::SurfacePixel decode_pixel(const uint32_t* words, float world_unit) {
   pixel.depth *= world_unit;
   pixel.normal = decode_normal(words[0]);
   pixel.isosurface = words[1] >> (16 + ISOSURFACE_SHIFT);
-  pixel.coverage = static_cast<float>(words[1] >> 16 & 0xfff) / static_cast<float>(COVERAGE_MAX);
+  pixel.coverage = static_cast<float>(words[1] >> 16 & uint32_t(COVERAGE_MAX)) /
+                   static_cast<float>(COVERAGE_MAX);
+  pixel.cap = (words[1] >> (16 + SIDE_SHIFT) & 3) == SIDE_CAP;
   return pixel;
 }
 

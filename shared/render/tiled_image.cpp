@@ -51,7 +51,8 @@ Result<void> Renderer::State::begin_tiles(int width, int height) {
   if (!Lighting::has_occlusion(settings.light)) return {};
   const ImageTile reduced = reduced_image(tiled_image, kMostOfWholeImage);
   if (auto ok = draw_surfaces(reduced, {}, /*light_directly=*/false); !ok) return ok;
-  whole_image.swap(targets);
+  if (auto ok = draw_caps(); !ok) return ok;
+  whole_image.swap(shown_context().targets);
   return {};
 }
 
@@ -80,6 +81,7 @@ void Renderer::State::end_tiles() {
   dirty = true;
   if (lost) return;
   targets.release();
+  caps.release();
   whole_image.release();
   tile_picture.release();
   accumulation.release();

@@ -145,6 +145,7 @@ typedef struct IsosplatLight {
 /// The clip box of RenderSettings, in fractions of the volume's extent.
 typedef struct IsosplatClipBox {
   double low[3], high[3];
+  double caps;  ///< 0 or 1: RenderSettings::clip_caps, also of the clip planes
 } IsosplatClipBox;
 
 /// ClipPlane.
@@ -168,7 +169,7 @@ typedef struct IsosplatPick {
   double gradient, to_next;
   uint32_t isosurface, level;
   uint32_t found;
-  uint32_t reserved;
+  uint32_t cap;  ///< 0 or 1
 } IsosplatPick;
 
 /// Projection::clip_from_world, column by column.

@@ -285,6 +285,7 @@ void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatCl
   RenderSettings& settings = state().settings;
   settings.clip_box_low = as_vector(box->low);
   settings.clip_box_high = as_vector(box->high);
+  settings.clip_caps = box->caps != 0;
   settings.clip_planes.clear();
   for (const IsosplatClipPlane& plane :
        std::span(planes, std::min<uint32_t>(count, kMaxClipPlanes))) {
@@ -347,6 +348,7 @@ IsosplatStatus isosplat_renderer_pick(double x, double y, int32_t width, int32_t
   pick->isosurface = p.isosurface;
   pick->level = p.level;
   pick->found = 1;
+  pick->cap = p.cap ? 1 : 0;
   return kOk;
 }
 

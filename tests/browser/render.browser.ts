@@ -25,6 +25,7 @@ const kinds = [
   "exact, exact shading",
   "quad, lit at once",
   "exact, at rest",
+  "exact with caps, at rest",
 ];
 
 let folder = "";
@@ -140,19 +141,22 @@ test("draws what the native renderer draws, before and after a lost context", as
         { isovalue: 1500.5, colour: [0.9, 0.3, 0.2], opacity: 1 },
         { isovalue: 2500, colour: [0.85, 0.8, 0.7], opacity: 0.4 },
       );
-      const box = records(layouts.clipBoxBytes, layouts.writeClipBox, {
-        low: [0, 0, 0],
-        high: [0.8, 1, 1],
-      });
-      m._isosplat_renderer_set_clipping(box, 0, 0);
+      const clip = (caps: number) => {
+        const low: [number, number, number] = [0, 0, 0];
+        const high: [number, number, number] = [0.8, 1, 1];
+        const box = records(layouts.clipBoxBytes, layouts.writeClipBox, { low, high, caps });
+        m._isosplat_renderer_set_clipping(box, 0, 0);
+        m._free(box);
+      };
 
       const pixels = new Uint8Array(4 * 256 * 256);
       const differing = async () => {
         const shares: number[] = [];
         for (let kind = 0; kind < kindCount; ++kind) {
           const atOnce = kind === 4;
-          const atRest = kind === 5;
-          m._isosplat_renderer_set_splats([0, 1, 2, 2, 0, 2][kind], kind === 3 ? 1 : 0);
+          const atRest = kind >= 5;
+          clip(kind === 6 ? 1 : 0);
+          m._isosplat_renderer_set_splats([0, 1, 2, 2, 0, 2, 2][kind], kind === 3 ? 1 : 0);
           m._isosplat_renderer_set_isosurfaces(isosurfaces, atOnce ? 1 : 2);
           const appearance = records(layouts.appearanceBytes, layouts.writeAppearance, {
             colourLow: 0,

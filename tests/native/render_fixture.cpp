@@ -52,15 +52,17 @@ int main(int argc, char** argv) {
   const std::vector<Isosurface> both = settings.isosurfaces;
   settings.clip_box_high.x = 0.8;
   constexpr SplatKind kKinds[] = {SplatKind::quad,  SplatKind::ellipse, SplatKind::exact,
-                                  SplatKind::exact, SplatKind::quad,    SplatKind::exact};
-  for (int kind = 0; kind < 6; ++kind) {
+                                  SplatKind::exact, SplatKind::quad,    SplatKind::exact,
+                                  SplatKind::exact};
+  for (int kind = 0; kind < 7; ++kind) {
     settings.kind = kKinds[kind];
     settings.shading = kind == 3 ? Shading::exact : Shading::smooth;
     if (kind == 4) {  // squares that are lit as they are drawn
       settings.isosurfaces.resize(1);
       settings.eye_dome = 0;
     }
-    const bool is_still = kind == 5;  // with all that accumulates at rest
+    const bool is_still = kind >= 5;  // with all that accumulates at rest
+    settings.clip_caps = kind == 6;
     if (is_still) {
       settings.isosurfaces = both;
       settings.eye_dome = RenderSettings{}.eye_dome;

@@ -139,6 +139,15 @@ TEST_F(TilesGpu, EqualTheWholePictureWithTranslucentSurfacesAndNoBackground) {
   EXPECT_LT(difference(/*smooth=*/true, "translucent").share, 0.0005);
 }
 
+TEST_F(TilesGpu, EqualTheWholePictureWithCaps) {
+  settings_.kind = SplatKind::exact;
+  settings_.clip_caps = true;
+  settings_.clip_box_low = {0, 0.3, 0};
+  settings_.clip_box_high = {0.9, 1, 1};
+  settings_.light.occlusion = 1;
+  EXPECT_LT(difference(/*smooth=*/true, "caps").share, 0.005);
+}
+
 // The wall casts its shadow from the first tile far into the second, beyond the margin. There its
 // depths are those of a picture that is not moved by a part of a pixel.
 TEST_F(TilesGpu, EqualTheWholePictureWithOcclusionAndShadows) {

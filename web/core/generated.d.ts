@@ -188,6 +188,7 @@ declare module "*/layouts.js" {
   export interface ClipBox {
     low: [number, number, number];
     high: [number, number, number];
+    caps: number;
   }
   export const clipBoxBytes: number;
   export function writeClipBox(data: DataView, at: number, record: ClipBox): void;
@@ -221,6 +222,7 @@ declare module "*/layouts.js" {
     isosurface: number;
     level: number;
     found: number;
+    cap: number;
   }
   export const pickBytes: number;
   export function readPick(data: DataView, at: number): Pick;

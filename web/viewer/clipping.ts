@@ -7,8 +7,13 @@ export const maxClipPlanes: number = layouts.maxClipPlanes;
 
 export const wholeVolume: Clip = { low: [0, 0, 0], high: [1, 1, 1], planes: [] };
 
+/** Whether nothing is cut away. */
 export function isWhole({ low, high, planes }: Clip): boolean {
   return low.every((v) => v === 0) && high.every((v) => v === 1) && planes.length === 0;
+}
+
+export function isDefaultClip(clip: Clip): boolean {
+  return isWhole(clip) && !clip.caps;
 }
 
 /** The smallest and the largest value of normal · world in the volume. */

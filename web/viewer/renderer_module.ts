@@ -338,11 +338,11 @@ export class RendererModule {
     });
   }
 
-  setClip({ low, high, planes }: Clip): void {
+  setClip({ low, high, planes, caps }: Clip): void {
     const used = planes.slice(0, maxClipPlanes);
     const data = this.#view();
     const planesAt = this.#scratch + layouts.clipBoxBytes;
-    layouts.writeClipBox(data, this.#scratch, { low, high });
+    layouts.writeClipBox(data, this.#scratch, { low, high, caps: caps ? 1 : 0 });
     used.forEach((plane, i) => {
       layouts.writeClipPlane(data, planesAt + i * layouts.clipPlaneBytes, plane);
     });

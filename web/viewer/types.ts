@@ -63,8 +63,10 @@ export interface SurfacePoint {
   normal: Triple;
   /** Length of the gradient: change of the value per world unit. */
   gradient: number;
-  /** The volume's value there: the isovalue of the surface. */
+  /** The volume's value there: the isovalue of the surface. On a cap, the value is at least this. */
   isovalue: number;
+  /** The point is on a cap: Clip.caps. */
+  cap?: true;
   /** Along the view to the next surface behind it, in world units; undefined if there is none. */
   toNext?: number;
   /** The level of the cell. At 0 the point is exact. */
@@ -139,6 +141,11 @@ export interface Clip {
   high: Triple;
   /** At most `maxClipPlanes`; more are ignored. */
   planes: readonly ClipPlane[];
+  /**
+   * Closes the cut faces where they cut the solid: where values are at least the isovalue. The volume's
+   * own border stays open. Default: false.
+   */
+  caps?: boolean;
 }
 
 /** Statistics of the last frame. */

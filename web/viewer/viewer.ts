@@ -472,9 +472,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       const pick = renderer.pick(x, y, width, height);
       const surface = pick && this.#surfaces[pick.isosurface];
       if (!surface) return;
-      const { position, voxel, normal, gradient, toNext, level } = pick;
+      const { position, voxel, normal, gradient, toNext, level, cap } = pick;
       const { isovalue } = surface;
-      point = { position, voxel, normal, gradient, isovalue, level, ...(toNext > 0 && { toNext }) };
+      point = { position, voxel, normal, gradient, isovalue, level };
+      if (toNext > 0) point.toNext = toNext;
+      if (cap !== 0) point.cap = true;
     });
     return point;
   }

@@ -6,6 +6,7 @@ uniform highp usampler2DArray u_surfaces;
 uniform int u_layers;
 #endif
 uniform vec4 u_background;         // linear, alpha
+uniform int u_cap_colour_by;       // of caps, as u_colour_by: they have no gradient, level or error
 #ifndef STILL
 uniform bool u_linear;             // writes linear colours, for accumulation
 #endif
@@ -16,7 +17,10 @@ vec4 shade(ivec2 at, int layer, float depth) {
   uint isosurface = bits.w >> ISOSURFACE_SHIFT;
   float coverage = float(bits.w & uint(COVERAGE_MAX)) / COVERAGE_MAX;
   float z = distance_of(depth);
-  vec3 base = base_colour(isosurface, float(bits.z) / 65535.0, z);
+  bool is_cap = side_of(bits) == SIDE_CAP;
+  vec3 base = colour_of(is_cap ? u_cap_colour_by : u_colour_by, isosurface, float(bits.z) / 65535.0, z);
+  // Colours that stand for values stay those of the legend.
+  if (is_cap && u_cap_colour_by == 0) base *= CAP_SHADE;
   vec3 normal = decode_normal(bits.xy), to_eye = eye_from(gl_FragCoord.xy);
   float opacity = u_colour[isosurface].a, open = 1.0, key_share = 1.0;
 #ifdef STILL

@@ -48,5 +48,6 @@ void main() {
     at = value_and_gradient(f, p + t * along);
   }
   gl_FragDepth = window_depth(v_distance.x + t);
-  o_pixel = encode_surface(row_to_view(at.yzw / v_size), v_scalar, u_isosurface, 1.0);
+  int side = v_distance.w < 0.0 ? SIDE_UNKNOWN : cubic(k, between.x) > 0.0 ? SIDE_FALLING : SIDE_RISING;
+  o_pixel = encode_surface(row_to_view(at.yzw / v_size), v_scalar, u_isosurface, side, 1.0);
 }

@@ -11,14 +11,17 @@ uniform vec3 u_shading;                  // x: strength of highlights; y, z: lim
 
 // z: distance along the view. A loop that runs at most once: software renderers skip a loop that no
 // pixel of a group runs, but not a branch.
-vec3 base_colour(uint isosurface, float scalar, float z) {
+vec3 colour_of(int colour_by, uint isosurface, float scalar, float z) {
   vec3 colour = u_colour[isosurface].rgb;
-  for (int turn = u_colour_by == 0 ? 1 : 0; turn < 1; ++turn) {
-    if (u_colour_by == 2) scalar = (z - u_depth.z) / (u_depth.w - u_depth.z);
+  for (int turn = colour_by == 0 ? 1 : 0; turn < 1; ++turn) {
+    if (colour_by == 2) scalar = (z - u_depth.z) / (u_depth.w - u_depth.z);
     vec2 place = vec2((clamp(scalar, 0.0, 1.0) * 255.0 + 0.5) / 256.0, 0.5);
     colour = textureLod(u_colour_map, place, 0.0).rgb;
   }
   return colour;
+}
+vec3 base_colour(uint isosurface, float scalar, float z) {
+  return colour_of(u_colour_by, isosurface, scalar, z);
 }
 
 float highlight(float n_l, float n_v, float n_h, float v_h) {

@@ -50,7 +50,10 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   vec3 light = lit(in_view, to_eye_from(position), base);
   vec3 colour = apply_gamma(vec4(light, 1.0)).rgb;
 #else
-  v_pixel = encode_surface(in_view, scalar, u_isosurface, 1.0);
+  float facing = dot(in_view, to_eye_from(position));
+  bool is_plane = !is_inside && u_block.w > 1.0 || u_switches.y == 0;
+  int side = is_plane || abs(facing) < QUAD_SIDE_FACING ? SIDE_UNKNOWN : facing < 0.0 ? SIDE_RISING : SIDE_FALLING;
+  v_pixel = encode_surface(in_view, scalar, u_isosurface, side, 1.0);
 #endif
 
   // The values at the corners of the box whose crossings are covered, and its corner 0 from the sample.

@@ -6,7 +6,7 @@ flat in vec2 v_centre_px;
 flat in vec3 v_size;
 flat in vec4 v_a, v_b;
 flat in float v_scalar;
-flat in float v_span;
+flat in float v_span;           // negative: the ray crosses no surface of the trilinear function
 
 uniform uint u_isosurface;
 uniform vec3 u_scalar;
@@ -42,11 +42,12 @@ void main() {
   float steepness = length(gradient);
   vec3 normal = steepness > 0.0 ? gradient / steepness : vec3(0.0, 0.0, 1.0);
   gl_FragDepth = window_depth(v_centre.w + t);
-  float scalar = v_scalar + u_scalar.y * steepness * v_span;
+  float scalar = v_scalar + u_scalar.y * steepness * abs(v_span);
 #ifdef LIT
   vec3 base = base_colour(u_isosurface, scalar, v_centre.w + t);
   o_colour = apply_gamma(vec4(lit(normal, eye_from(gl_FragCoord.xy), base), 1.0));
 #else
-  o_pixel = encode_surface(normal, scalar, u_isosurface, 1.0);
+  int side = v_span < 0.0 ? SIDE_UNKNOWN : k.w > 0.0 ? SIDE_FALLING : SIDE_RISING;
+  o_pixel = encode_surface(normal, scalar, u_isosurface, side, 1.0);
 #endif
 }

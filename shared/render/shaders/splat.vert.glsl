@@ -3,7 +3,8 @@
 #if KIND == KIND_ELLIPSE
 flat out vec2 v_centre_px;
 flat out vec4 v_distance;       // x: distance of the sample along the view; yz: change of the tangent
-                                // plane's distance per px; w: curvature of the surface
+                                // plane's distance per px; w: curvature of the surface, negative where
+                                // it is not that of the trilinear function
 flat out vec3 v_place, v_place_x, v_place_y;  // position in the cell, 0 to 1: of the sample; change per px
 flat out vec3 v_along;          // change of this position per unit along the view
 #else
@@ -11,7 +12,7 @@ flat out vec4 v_centre;         // of the box around the surface; w: distance al
 #ifndef PULLED
 flat out vec2 v_centre_px;
 #endif
-flat out float v_span;
+flat out float v_span;          // negative if the surface is not that of the trilinear function
 #endif
 flat out vec3 v_size;           // of the cell, or of the box around the surface
 flat out vec4 v_a, v_b;         // the trilinear interpolant minus the quantized isovalue, in spans
@@ -59,7 +60,7 @@ bool project_sample(Trilinear f, vec3 size, float quantized_isovalue, out Projec
 
 #if KIND == KIND_ELLIPSE
 // Places the splat on the tangent plane of the projected sample, which has this normal (as row vector,
-// and in the camera's frame). bent: curvature of the surface.
+// and in the camera's frame). bent: curvature of the surface, as in v_distance.
 void place_ellipse(vec3 centre, vec3 size, vec3 displacement, vec3 normal, vec3 in_view, float bent) {
   vec3 half_box = (0.5 + ELLIPSE_MARGIN_CELLS) * u_lens.w * size;
   vec3 position = centre + displacement;
@@ -81,7 +82,7 @@ void place_ellipse(vec3 centre, vec3 size, vec3 displacement, vec3 normal, vec3 
   vec2 aside = aside_of(position, z);
   vec3 right = u_right.xyz - u_forward.xyz * aside.x, up = u_up.xyz - u_forward.xyz * aside.y;
   vec2 edge = in_view.xy + in_view.z * aside;  // the normal along right and up
-  float flatness = clamp(0.95 - bent, 0.0, 1.0);
+  float flatness = clamp(0.95 - max(bent, 0.0), 0.0, 1.0);
   vec3 along_right = right - flatness * edge.x * normal;
   vec3 along_up = up - flatness * edge.y * normal;
   vec2 box_px = vec2(dot(abs(right), half_box), dot(abs(up), half_box));
@@ -102,7 +103,7 @@ void place_ellipse(vec3 centre, vec3 size, vec3 displacement, vec3 normal, vec3 
 }
 #else
 // Places the splat on a box, for fragments that search all of it. centre, size: those of the box.
-void place_exact(vec3 centre, vec3 size, float span) {
+void place_exact(vec3 centre, vec3 size, float span, bool is_plane) {
   float z = dot(centre, u_forward.xyz);
   if (z + dot(abs(u_forward.xyz), 0.5 * size) < u_depth.z) {
     drop();
@@ -111,6 +112,7 @@ void place_exact(vec3 centre, vec3 size, float span) {
   v_span = max(span, 1e-6);
   v_a /= v_span;
   v_b /= v_span;
+  if (is_plane) v_span = -v_span;
 #ifdef PULLED
   v_centre = vec4(centre, z);
 #else
@@ -148,8 +150,8 @@ void main() {
 #else
   v_scalar = scalar_of(f, displacement / size + 0.5, 0.0);  // fragments have gradients of their own
 #endif
-  bool thin = !is_inside && u_block.w > 1.0;
-  if (thin || u_switches.y == 0) {
+  bool thin = !is_inside && u_block.w > 1.0, is_plane = thin || u_switches.y == 0;
+  if (is_plane) {
     // The trilinear function has no surface here, or projection is disabled: draws a plane through the
     // middle of a box. The box stays inside of the cell, since the occlusion query tests no more than the
     // cell.
@@ -179,8 +181,9 @@ void main() {
   v_b = f.b;
 #if KIND == KIND_ELLIPSE
   float mixed = abs(f.a.w) + abs(f.b.y) + abs(f.b.z) + abs(f.b.w);
-  place_ellipse(centre, size, displacement, normal, in_view, mixed / max(length(gradient * size), 1e-9));
+  float bent = is_plane ? -1.0 : mixed / max(length(gradient * size), 1e-9);
+  place_ellipse(centre, size, displacement, normal, in_view, bent);
 #else
-  place_exact(centre, size, span);
+  place_exact(centre, size, span, is_plane);
 #endif
 }
