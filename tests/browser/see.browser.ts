@@ -2,7 +2,7 @@
 import { expect, type Page, test } from "@playwright/test";
 import { findings } from "./support/accessibility.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
-import { complete, openSection, settled } from "./support/view.ts";
+import { compare, complete, openSection, savedPicture, settled } from "./support/view.ts";
 
 let server: RunningServer;
 test.beforeAll(async () => {
@@ -166,6 +166,29 @@ test("the clip box has handles while its section is open: mouse, keys, undo, lin
 
   await page.getByRole("button", { name: "Clipping", exact: true }).click();
   await expect(faces).toHaveCount(0);
+});
+
+test("cut faces are closed in the section Clipping; the link has it", async ({ page }) => {
+  // Slow machines draw other kinds of splats and shading.
+  const splats = "kind=exact&shading=exact";
+  await page.goto(`${server.url}?volume=bucky&isovalue=100&${splats}&clip=0,1,0.5,1,0,1`);
+  await complete(page);
+  const open = await savedPicture(page);
+  await openSection(page, "Clipping");
+  const button = page.getByRole("button", { name: "Close cut faces" });
+  await expect(button).toHaveAttribute("aria-pressed", "false");
+  await button.click();
+  await expect(button).toHaveAttribute("aria-pressed", "true");
+  await settled(page);
+  const query = new URL(page.url()).searchParams;
+  expect(query.get("clip-caps")).toBe("on");
+  expect(query.get("clip")).toBe("0,1,0.5,1,0,1");
+  const closed = await savedPicture(page);
+  expect((await compare(page, open, closed)).differing).toBeGreaterThan(0.01);
+
+  await page.reload();
+  await complete(page);
+  expect((await compare(page, await savedPicture(page), closed)).differing).toBeLessThan(0.001);
 });
 
 for (const theme of ["light", "dark"] as const) {

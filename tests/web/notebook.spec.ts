@@ -82,6 +82,8 @@ describe("values of the program", () => {
       high: [1, 1, 0.5],
       planes: [],
     });
+    const capped = { low: [0, 0, 0], high: [1, 1, 0.5], planes: [], caps: true };
+    expect(clipOf(capped)).toEqual(capped);
   });
 
   it.each([
@@ -96,6 +98,7 @@ describe("values of the program", () => {
     ["surfaces", () => surfacesOf([{ isovalue: 60, colour: "#c8553d", opacity: 2 }])],
     ["clip", () => clipOf({ low: [0, 0, 0] })],
     ["clip", () => clipOf({ low: [0, 0, 0], high: [1, 1, 1], planes: [{ normal: [1] }] })],
+    ["clip", () => clipOf({ low: [0, 0, 0], high: [1, 1, 1], caps: "on" })],
     ["background", () => backgroundOf("white")],
   ])("are refused with what was expected: %s %#", (name, read) => {
     expect(read).toThrow(new RegExp(`^${name}: expected .*, found `));

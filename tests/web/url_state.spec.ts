@@ -41,6 +41,7 @@ const everything: UrlState = {
     low: [0, 0.25, 0],
     high: [1, 1, 0.5],
     planes: [{ normal: [0.6, 0, -0.8], offset: 12.5 }],
+    caps: true,
   },
 };
 
@@ -57,6 +58,7 @@ describe("what an address cannot mean", () => {
       "colour=12",
       "clip=0,2,0,1,0,1",
       "plane=0,0,0,1",
+      "clip-caps=maybe",
       "shade=-1",
       "light=40",
       "light=0,100",

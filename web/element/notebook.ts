@@ -1,4 +1,4 @@
-import { type Camera, isWhole, wholeVolume } from "../viewer/index.ts";
+import { type Camera, isDefaultClip, wholeVolume } from "../viewer/index.ts";
 import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
 import {
   backgroundOf,
@@ -237,7 +237,7 @@ export class Notebook {
       this.#write("surfaces", surfaces);
     }
     if (camera) this.#write("camera", camera);
-    this.#write("clip", isWhole(clip) ? null : clip);
+    this.#write("clip", isDefaultClip(clip) ? null : clip);
   }
 
   #writeFault(): void {

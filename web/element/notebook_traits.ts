@@ -179,10 +179,11 @@ export function cameraOf(value: unknown, present: Camera | null): Camera | null 
 
 export function clipOf(value: unknown): Clip | null {
   if (value === null || value === undefined) return null;
-  const expected = "{ low: [x, y, z], high: [x, y, z], planes: [{ normal, offset }] }";
+  const expected = "{ low: [x, y, z], high: [x, y, z], planes: [{ normal, offset }], caps }";
   if (!isObject(value)) throw wrong("clip", value, expected);
-  const { low, high, planes = [] } = value;
-  if (!isTriple(low) || !isTriple(high) || !Array.isArray(planes)) {
+  const { low, high, planes = [], caps = false } = value;
+  const isBox = isTriple(low) && isTriple(high);
+  if (!isBox || !Array.isArray(planes) || typeof caps !== "boolean") {
     throw wrong("clip", value, expected);
   }
   return {
@@ -194,5 +195,6 @@ export function clipOf(value: unknown): Clip | null {
       }
       return { normal: plane.normal, offset: plane.offset };
     }),
+    ...(caps && { caps }),
   };
 }

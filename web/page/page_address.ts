@@ -1,5 +1,5 @@
 import { defaultParts, type OverlayPart, overlayParts } from "../overlay/parts.ts";
-import { isWhole } from "../viewer/clipping.ts";
+import { isDefaultClip } from "../viewer/clipping.ts";
 import { surfaceColours } from "../viewer/surfaces.ts";
 import { type Camera, type Clip, defaultLook, type Look, type Surface } from "../viewer/types.ts";
 import { longestQuery, type UrlState, writeUrl } from "./url_state.ts";
@@ -48,7 +48,7 @@ export function addressOf(view: AddressState): UrlState {
   if (look.eyeDome !== defaultLook.eyeDome) state.eyeDome = look.eyeDome;
   if (look.light !== defaultLook.light) state.light = look.light;
   if (!view.isThemeBackground) state.background = look.background;
-  if (!isWhole(clip)) state.clip = clip;
+  if (!isDefaultClip(clip)) state.clip = clip;
   const isDefault = overlayParts.every((part) => view.show.has(part) === defaultParts.has(part));
   if (!isDefault) state.show = view.show;
   if (view.measures.length > 0) state.measures = view.measures;

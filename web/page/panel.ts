@@ -428,9 +428,23 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
         size="s"
         appearance="outlined"
         ?disabled=${isWhole(clip)}
-        @click=${() => actions.changeClip(wholeVolume)}
+        @click=${() => actions.changeClip({ ...wholeVolume, ...(clip.caps && { caps: true }) })}
         >${panelTexts.wholeVolume}</wa-button
       >
+      <div class="chips">
+        <button
+          type="button"
+          class="chip"
+          title=${panelTexts.closesCuts}
+          aria-pressed=${clip.caps ?? false}
+          @click=${() => {
+            const { caps, ...others } = clip;
+            actions.changeClip({ ...others, ...(!caps && { caps: true }) });
+          }}
+        >
+          ${panelTexts.closeCuts}
+        </button>
+      </div>
     </div>
   </wa-details>`;
 }

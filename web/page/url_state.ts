@@ -58,6 +58,7 @@ export const minOpacity = 0.05;
  *   show=axes,scale,box            what lies above the picture; none: nothing
  *   lang=de                        read by web/texts/language.ts, and kept on the device, not here
  *   plane=x,y,z,offset             once for each clip plane: keeps what is before it, see ClipPlane
+ *   clip-caps=on                   closes the cut faces
  */
 export interface UrlState {
   volume?: string;
@@ -91,8 +92,9 @@ function readClip(query: URLSearchParams): Clip | undefined {
   const box = readBox(query.get("clip"));
   const planes = query.getAll("plane").map(readPlane);
   const known = planes.filter((plane) => plane !== undefined).slice(0, maxClipPlanes);
-  if (!box && known.length === 0) return undefined;
-  return { ...wholeVolume, ...box, planes: known };
+  const caps = query.get("clip-caps") === "on";
+  if (!box && known.length === 0 && !caps) return undefined;
+  return { ...wholeVolume, ...box, planes: known, ...(caps && { caps }) };
 }
 
 function readShare(text: string): number | undefined {
@@ -161,6 +163,8 @@ export function readUrl(search: string): UrlState {
   const measures = query.getAll("measure");
   if (measures.length > 0) state.measures = measures;
   read("clip", readBox, pageTexts.isBox);
+  const switches = ["on", "off"] as const;
+  read("clip-caps", (text) => oneOf(text, switches), pageTexts.isEither(...switches));
   for (const text of query.getAll("plane")) {
     if (!readPlane(text)) notes.push(ignored("plane", text, "x,y,z,offset"));
   }
@@ -203,10 +207,11 @@ export function writeUrl(state: UrlState): string {
     if (state.light) add(name, writeLight(name, state.light));
   }
   if (state.clip) {
-    const { low, high, planes } = state.clip;
+    const { low, high, planes, caps } = state.clip;
     const n = [low[0], high[0], low[1], high[1], low[2], high[2]];
     if (!isWhole({ low, high, planes: [] })) add("clip", n.join(","));
     for (const { normal, offset } of planes) add("plane", [...normal, offset].join(","));
+    if (caps) add("clip-caps", "on");
   }
   if (state.show) add("show", overlayParts.filter((p) => state.show?.has(p)).join(",") || "none");
   for (const line of state.measures ?? []) add("measure", line);

@@ -96,6 +96,8 @@ export const panel: typeof English = {
   plane: "Ebene",
   cut: "Quer zur Ansicht schneiden",
   wholeVolume: "Ganzes Volumen zeigen",
+  closeCuts: "Schnittflächen schließen",
+  closesCuts: "Wo durch Werte ab dem Isowert geschnitten wird",
 
   about: "Über dieses Volumen",
   voxels: "Voxel",

@@ -97,6 +97,8 @@ export const panelTexts = part("panel", {
   plane: "Plane",
   cut: "Cut across the view",
   wholeVolume: "Show the whole volume",
+  closeCuts: "Close cut faces",
+  closesCuts: "Where the clipping cuts through values of at least the isovalue",
 
   about: "About this volume",
   voxels: "Voxels",

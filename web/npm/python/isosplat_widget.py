@@ -43,8 +43,8 @@ class IsosplatWidget(anywidget.AnyWidget):
     #: {"target": [x, y, z], "distance": …, "azimuth": …, "elevation": …, "roll": …, "fieldOfView": …,
     #: "projection": "perspective" or "orthographic"}, in degrees. What is left out stays as it is.
     camera = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
-    #: {"low": [x, y, z], "high": [x, y, z], "planes": [{"normal": [x, y, z], "offset": d}, …]}; low and
-    #: high are fractions of the volume's extent.
+    #: {"low": [x, y, z], "high": [x, y, z], "planes": [{"normal": [x, y, z], "offset": d}, …],
+    #: "caps": True}; low and high are fractions of the volume's extent. caps: closes the cut faces.
     clip = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
     #: rrggbb. Empty: white.
     background = traitlets.Unicode().tag(sync=True)
