@@ -210,15 +210,6 @@ export default {
     const browser = await launch();
     try {
       const runs = Math.max(1, Math.min(bench.runs, 5));
-      const page = await Visitor.arrive(browser);
-      await page.page.goto(`${url}?volume=${cases[0]?.name}`);
-      const { at } = await page.mark("isosplat:surface");
-      await page.controls();
-      const what = "the page, nothing cached";
-      const kilobytes = async (before?: number) => (await page.programBytes(before)) / 1000;
-      bench.report(what, "until the first surface", "KB", await kilobytes(at), { atMost: 230 });
-      bench.report(what, "with all controls", "KB", await kilobytes());
-      await page.leave();
       for (const link of links) {
         for (const each of cases) {
           bench.say(`${each.name}, ${link.name}`);

@@ -46,7 +46,8 @@ function networkFigures(figures: Figures): string {
   const complete = (volume: string) => value(`${volume}, ${link}`, "until complete", "MB");
   const [engine, bunny, fractal] = ["engine 60.5", "bunny_ct_i16 1000.5", "mandelbulb1024 226.5"];
   const vtk = `${engine}, ${link}, vtk.js`;
-  const page = "the page, nothing cached";
+  const page = (measure: string) =>
+    `${figures.of("page_size", ["the page, nothing cached"], measure, "KB")} KB`;
   return markdown([
     ["network: 20 Mbit/s, 40 ms delay", "volume", "Isosplat", "for comparison"],
     ["---", "---", "---", "---"],
@@ -59,7 +60,7 @@ function networkFigures(figures: Figures): string {
     [
       "bytes of the page itself until then; with all its controls",
       "engine",
-      `${value(page, "until the first surface", "KB")}; ${value(page, "with all controls", "KB")}`,
+      `${page("until the first surface")}; ${page("with all controls")}`,
       "",
     ],
     ["a new isovalue", "engine", "the next frame", `vtk.js: ${value(vtk, "new isovalue", "s")}`],
