@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <utility>
 
 #include "server/credentials.h"
 #include "server/metrics.h"
+#include "server/summaries.h"
 
 namespace isosplat {
 namespace {
@@ -25,14 +25,10 @@ StoreCounts count_stores(const RouteCall& call) {
   return counts;
 }
 
-/// Which stores were tried: those before `next`.
-struct ReadyProgress : WorkTurn::Progress {
-  explicit ReadyProgress(std::shared_ptr<const CatalogSnapshot> its_catalog)
-      : catalog(std::move(its_catalog)), next(catalog->begin()) {}
+struct ReadyProgress : CatalogProgress {
+  using CatalogProgress::CatalogProgress;
 
-  const std::shared_ptr<const CatalogSnapshot> catalog;  ///< the same in all turns
-  CatalogSnapshot::const_iterator next;
-  uint32_t tried = 0;
+  uint32_t tried = 0;  ///< headers that were read
 };
 
 /// Whether no store can be read. Reads headers that nobody has read yet, until one is valid or
@@ -45,23 +41,15 @@ std::optional<bool> are_all_broken(const RouteCall& call) {
   };
   if (std::ranges::any_of(*call.catalog, is_served)) return false;
   std::unique_ptr<WorkTurn::Progress> own;
-  std::unique_ptr<WorkTurn::Progress>& progress = call.turn ? call.turn->progress : own;
-  if (!progress) progress = std::make_unique<ReadyProgress>(call.catalog);
-  auto& ready = static_cast<ReadyProgress&>(*progress);
-  for (uint32_t read = 0; ready.next != ready.catalog->end(); ++ready.next) {
+  auto& ready = progress_of<ReadyProgress>(call, own);
+  Summaries summaries(call);
+  const uint32_t tried_before = ready.tried;
+  for (; ready.next != ready.catalog->end(); ++ready.next) {
     const CatalogEntry& entry = *ready.next->second;
-    auto summary = entry.summary.get();
-    if (!summary) {
-      if (ready.tried == kTried) return true;
-      if (call.turn && read == kHeadersPerTurn) {
-        call.turn->is_unfinished = true;
-        return std::nullopt;
-      }
-      summary = call.stores.summary(entry, call.no_wait);
-      if (!summary) return std::nullopt;
-      ++ready.tried;
-      ++read;
-    }
+    if (ready.tried == kTried && !entry.summary.get()) return true;
+    const auto summary = summaries.of(entry);
+    if (!summary) return std::nullopt;
+    ready.tried = tried_before + summaries.read();
     if (!summary->error) return false;
   }
   return true;

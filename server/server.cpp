@@ -71,12 +71,12 @@ uint64_t bytes_of_one(const ServerLimits& limits) {
   return limits.connections_per_address == 0 ? UINT64_MAX : limits.bytes_in_flight / 4;
 }
 
-/// Half of the cores: connections and other programs keep the others.
 /// Few: requests that read many headers wait for each other then, and others do not.
 uint32_t header_threads(const ServerOptions& options) {
   return (options.disk_threads + 3) / 4;
 }
 
+/// Half of the cores: connections and other programs keep the others.
 uint32_t compute_threads() {
   return std::max(1u, std::thread::hardware_concurrency() / 2);
 }

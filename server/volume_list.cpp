@@ -4,9 +4,8 @@
 
 #include <algorithm>
 #include <memory>
-#include <utility>
 
-#include "server/store_pool.h"
+#include "server/summaries.h"
 #include "server/volume_json.h"
 
 namespace isosplat {
@@ -16,41 +15,11 @@ bool has_word(std::string_view text, std::string_view word) {
   return text.find(word) != std::string_view::npos;
 }
 
-/// How far a list has come: `next` is the first volume that is not in it yet.
-struct ListProgress : WorkTurn::Progress {
-  explicit ListProgress(std::shared_ptr<const CatalogSnapshot> its_catalog)
-      : catalog(std::move(its_catalog)), next(catalog->begin()) {}
+struct ListProgress : CatalogProgress {
+  using CatalogProgress::CatalogProgress;
 
-  const std::shared_ptr<const CatalogSnapshot> catalog;  ///< the same in all turns
-  CatalogSnapshot::const_iterator next;
   uint64_t total = 0, bytes = 0;
   std::string items;
-};
-
-/// The summaries of stores, as far as this turn may read them.
-class Summaries {
- public:
-  explicit Summaries(const RouteCall& call) : call_(call) {}
-
-  /// Null if it cannot be read now.
-  std::shared_ptr<const StoreSummary> of(const CatalogEntry& entry) {
-    if (last_ && last_id_ == entry.id) return last_;
-    last_id_ = entry.id;
-    last_ = entry.summary.get();
-    if (last_) return last_;
-    if (call_.turn && read_ == kHeadersPerTurn) {
-      call_.turn->is_unfinished = true;
-      return nullptr;
-    }
-    ++read_;
-    return last_ = call_.stores.summary(entry, call_.no_wait);
-  }
-
- private:
-  const RouteCall& call_;
-  uint32_t read_ = 0;
-  uint64_t last_id_ = 0;
-  std::shared_ptr<const StoreSummary> last_;  // one with an error that may pass is not in the entry
 };
 
 /// Whether an entry has all words in its name or its title; no value if its title is not known yet.
@@ -137,9 +106,7 @@ std::optional<std::string> list_volumes(const RouteCall& call, const ListQuery& 
     return std::nullopt;
   }
   std::unique_ptr<WorkTurn::Progress> own;
-  std::unique_ptr<WorkTurn::Progress>& progress = call.turn ? call.turn->progress : own;
-  if (!progress) progress = std::make_unique<ListProgress>(call.catalog);
-  auto& list = static_cast<ListProgress&>(*progress);
+  auto& list = progress_of<ListProgress>(call, own);
   if (!add_volumes(call, query, list)) return std::nullopt;
   return fmt::format("{{\"total\":{},\"fileBytes\":{},\"offset\":{},\"volumes\":[{}]}}\n",
                      list.total, list.bytes, query.offset, list.items);
