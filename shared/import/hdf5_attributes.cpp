@@ -135,38 +135,15 @@ std::optional<std::vector<std::string>> hdf5_texts(Hdf5File& file, const Hdf5Obj
 double hdf5_number(const StoredVoxels& stored, std::span<const std::byte> bytes) {
   std::vector<std::byte> native(bytes.begin(), bytes.end());
   to_native_order(stored, native);
-  const auto as = [&]<class T>(T value) {
-    std::memcpy(&value, native.data(), sizeof value);
-    return static_cast<double>(value);
-  };
   if (stored.is_half) {
     std::vector<std::byte> wide(4);
     widen_halves(native, wide);
     native = wide;
   }
-  switch (stored.type) {
-    case VoxelType::u8:
-      return as(uint8_t{});
-    case VoxelType::i8:
-      return as(int8_t{});
-    case VoxelType::u16:
-      return as(uint16_t{});
-    case VoxelType::i16:
-      return as(int16_t{});
-    case VoxelType::u32:
-      return as(uint32_t{});
-    case VoxelType::i32:
-      return as(int32_t{});
-    case VoxelType::u64:
-      return as(uint64_t{});
-    case VoxelType::i64:
-      return as(int64_t{});
-    case VoxelType::f32:
-      return as(float{});
-    case VoxelType::f64:
-      return as(double{});
-  }
-  return 0;
+  return with_voxel_type(stored.type, [&]<class T>(T value) {
+    std::memcpy(&value, native.data(), sizeof value);
+    return static_cast<double>(value);
+  });
 }
 
 bool hdf5_has_other_attributes(const Hdf5File& file, const Hdf5Object& object) {

@@ -37,12 +37,9 @@ Result<std::optional<std::vector<double>>> positions_at(const std::shared_ptr<Hd
                                                         const Hdf5Object& object, uint64_t size) {
   constexpr uint64_t kMaxPositions = uint64_t{1} << 20;
   if (!object.find(Hdf5Kind::layout) || size > kMaxPositions) return std::nullopt;
-  const auto space = hdf5_message(*file, object, Hdf5Kind::dataspace);
-  if (!space) return tl::unexpected(space.error());
-  const auto kind = hdf5_message(*file, object, Hdf5Kind::datatype);
-  if (!kind) return tl::unexpected(kind.error());
-  const auto sizes = hdf5_sizes(file->fields(space->content));
-  const auto type = hdf5_type(file->fields(kind->content));
+  const auto elements = hdf5_elements(*file, object);
+  if (!elements) return tl::unexpected(elements.error());
+  const auto& [sizes, type] = *elements;
   if (!sizes || !type || type->kind != Hdf5Type::Kind::number || sizes->size() != 1 ||
       sizes->front() != size) {
     return std::nullopt;

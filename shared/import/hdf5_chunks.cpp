@@ -5,10 +5,11 @@
 
 #include "shared/import/hdf5_checksums.h"
 #include "shared/import/hdf5_layout.h"
+#include "shared/import/hdf5_tree.h"
 
 // The indices of an array's chunks.
 //
-// tree   a node: "TREE", u8 1, u8 level, u16 entries, address ×2: its neighbours,
+// tree   a node (hdf5_tree.h):
 //        (key, address: a node of the level below, or a chunk) × entries, key
 //        a key: u32 bytes of the chunk, u32 mask, u64 × axes: its first element, u64 0
 // fixed  "FAHD", u8 0, u8 kind (1: with filters), u8 bytes of an entry, u8 bits of a page,
@@ -34,29 +35,21 @@ uint64_t count_of(const Hdf5Layout& layout) {
 /// `level`: that the node must have; any, if it is the root's.
 Result<void> take_tree(Hdf5File& file, const Hdf5Layout& layout, uint64_t address,
                        std::optional<uint64_t> level, Chunks& chunks) {
-  const uint64_t head_bytes = 8 + 2 * file.address_bytes();
-  const auto head = file.read(address, head_bytes);
-  if (!head) return tl::unexpected(head.error());
-  Hdf5Fields fields = file.fields(*head);
-  const bool is_node = fields.text(4) == "TREE" && fields.number(1) == 1;
-  const uint64_t found = fields.number(1), count = fields.number(2);
-  if (!is_node || found != level.value_or(found)) {
-    return file.malformed(
-        fmt::format("expected a node of an array's tree at {}, found none", address));
-  }
+  const auto node = read_hdf5_tree_node(file, address, Hdf5TreeKind::array, level);
+  if (!node) return tl::unexpected(node.error());
   const size_t axes = layout.sizes.size();
-  const auto entries =
-      file.read(address + head_bytes, count * (8 + 8 * (axes + 1) + file.address_bytes()));
+  const uint64_t entry_bytes = 8 + 8 * (axes + 1) + file.address_bytes();
+  const auto entries = file.read(node->entries, node->count * entry_bytes);
   if (!entries) return tl::unexpected(entries.error());
-  fields = file.fields(*entries);
-  for (uint64_t i = 0; i < count; ++i) {
+  Hdf5Fields fields = file.fields(*entries);
+  for (uint64_t i = 0; i < node->count; ++i) {
     Hdf5Chunk chunk;
     chunk.bytes = fields.number(4);
     chunk.mask = static_cast<uint32_t>(fields.number(4));
     bool is_inside = true;
     for (size_t axis = 0; axis < axes; ++axis) {
       const uint64_t first = fields.number(8);
-      if (found == 0 && first % layout.chunk[axis] != 0) {
+      if (node->level == 0 && first % layout.chunk[axis] != 0) {
         return file.malformed("a chunk is not at a multiple of its size");
       }
       is_inside = is_inside && first < layout.sizes[axis];
@@ -64,8 +57,8 @@ Result<void> take_tree(Hdf5File& file, const Hdf5Layout& layout, uint64_t addres
     }
     fields.skip(8);
     chunk.address = fields.address();
-    if (found > 0) {
-      auto taken = take_tree(file, layout, chunk.address, found - 1, chunks);
+    if (node->level > 0) {
+      auto taken = take_tree(file, layout, chunk.address, node->level - 1, chunks);
       if (!taken) return taken;
     } else if (is_inside) {  // an array that was shortened may keep others
       chunks.push_back(chunk);

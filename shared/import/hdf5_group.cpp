@@ -4,11 +4,12 @@
 #include <optional>
 
 #include "shared/import/hdf5_object.h"
+#include "shared/import/hdf5_tree.h"
 
 // The links of groups. A group is a symbol table, or has a message for each link.
 //
 // symbol table   address of a B-tree of version 1, address of a local heap with the names
-// a tree's node  "TREE", u8 0, u8 level, u16 entries, address ×2: its neighbours
+// a tree's node  (hdf5_tree.h)
 //                (length: a name, address: a node of the level below, or "SNOD") × entries, length
 // its leaf       "SNOD", u8 1, u8, u16 entries
 //                address of the name in the heap, address of the object header, u32 kind, 20 bytes
@@ -58,25 +59,17 @@ Result<void> take_symbols(Hdf5File& file, uint64_t address, std::span<const std:
 /// `level`: that the node must have; any, if it is the root's.
 Result<void> take_tree(Hdf5File& file, uint64_t address, std::optional<uint64_t> level,
                        std::span<const std::byte> names, Links& links) {
-  const uint64_t head_bytes = 8 + 2 * file.address_bytes();
-  const auto head = file.read(address, head_bytes);
-  if (!head) return tl::unexpected(head.error());
-  Hdf5Fields fields = file.fields(*head);
-  const bool is_node = fields.text(4) == "TREE" && fields.number(1) == 0;
-  const uint64_t found = fields.number(1), count = fields.number(2);
-  if (!is_node || found != level.value_or(found)) {
-    return file.malformed(
-        fmt::format("expected a node of a group's tree at {}, found none", address));
-  }
-  const auto entries =
-      file.read(address + head_bytes, count * (file.length_bytes() + file.address_bytes()));
+  const auto node = read_hdf5_tree_node(file, address, Hdf5TreeKind::group, level);
+  if (!node) return tl::unexpected(node.error());
+  const uint64_t entry_bytes = file.length_bytes() + file.address_bytes();
+  const auto entries = file.read(node->entries, node->count * entry_bytes);
   if (!entries) return tl::unexpected(entries.error());
-  fields = file.fields(*entries);
-  for (uint64_t i = 0; i < count; ++i) {
+  Hdf5Fields fields = file.fields(*entries);
+  for (uint64_t i = 0; i < node->count; ++i) {
     fields.length();
     const uint64_t child = fields.address();
-    auto taken = found == 0 ? take_symbols(file, child, names, links)
-                            : take_tree(file, child, found - 1, names, links);
+    auto taken = node->level == 0 ? take_symbols(file, child, names, links)
+                                  : take_tree(file, child, node->level - 1, names, links);
     if (!taken) return taken;
   }
   return {};

@@ -156,4 +156,13 @@ Result<Hdf5Message> hdf5_message(Hdf5File& file, const Hdf5Object& object, Hdf5K
   return *message;
 }
 
+Result<Hdf5Elements> hdf5_elements(Hdf5File& file, const Hdf5Object& dataset) {
+  const auto space = hdf5_message(file, dataset, Hdf5Kind::dataspace);
+  if (!space) return tl::unexpected(space.error());
+  const auto type = hdf5_message(file, dataset, Hdf5Kind::datatype);
+  if (!type) return tl::unexpected(type.error());
+  return Hdf5Elements{hdf5_sizes(file.fields(space->content)),
+                      hdf5_type(file.fields(type->content))};
+}
+
 }  // namespace isosplat

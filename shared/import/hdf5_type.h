@@ -30,6 +30,14 @@ std::optional<std::vector<uint64_t>> hdf5_sizes(Hdf5Fields fields);
 /// Whether an array may become larger: its dataspace has larger limits than its sizes.
 bool hdf5_can_grow(Hdf5Fields fields);
 
+/// The dataspace and the type of a dataset, as hdf5_sizes and hdf5_type parse them.
+struct Hdf5Elements {
+  std::optional<std::vector<uint64_t>> sizes;
+  std::optional<Hdf5Type> type;
+};
+/// Errors: those of hdf5_message.
+Result<Hdf5Elements> hdf5_elements(Hdf5File& file, const Hdf5Object& dataset);
+
 /// The message of this kind; where it is shared (a named datatype), the one that it refers to.
 /// Errors: malformed_volume, unsupported_format, those of read_hdf5_object.
 Result<Hdf5Message> hdf5_message(Hdf5File& file, const Hdf5Object& object, Hdf5Kind kind);

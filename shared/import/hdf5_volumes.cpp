@@ -18,12 +18,9 @@ std::string text_of(const std::vector<uint64_t>& sizes) {
 Result<std::optional<Hdf5Volume>> dataset_of(Hdf5File& file, const Hdf5Object& object,
                                              const std::string& path) {
   if (!object.find(Hdf5Kind::layout)) return std::nullopt;
-  const auto space = hdf5_message(file, object, Hdf5Kind::dataspace);
-  if (!space) return tl::unexpected(space.error());
-  const auto kind = hdf5_message(file, object, Hdf5Kind::datatype);
-  if (!kind) return tl::unexpected(kind.error());
-  const auto sizes = hdf5_sizes(file.fields(space->content));
-  const auto type = hdf5_type(file.fields(kind->content));
+  const auto elements = hdf5_elements(file, object);
+  if (!elements) return tl::unexpected(elements.error());
+  const auto& [sizes, type] = *elements;
   if (!type) return file.malformed("the type of an array is cut off");
   if (!sizes) return std::nullopt;
   const size_t slash = path.rfind('/');

@@ -177,29 +177,7 @@ bool parse(std::string_view word, std::span<std::byte> item) {
 }
 
 bool parse_word(VoxelType type, std::string_view word, std::span<std::byte> item) {
-  switch (type) {
-    case VoxelType::u8:
-      return parse<uint8_t>(word, item);
-    case VoxelType::i8:
-      return parse<int8_t>(word, item);
-    case VoxelType::u16:
-      return parse<uint16_t>(word, item);
-    case VoxelType::i16:
-      return parse<int16_t>(word, item);
-    case VoxelType::u32:
-      return parse<uint32_t>(word, item);
-    case VoxelType::i32:
-      return parse<int32_t>(word, item);
-    case VoxelType::u64:
-      return parse<uint64_t>(word, item);
-    case VoxelType::i64:
-      return parse<int64_t>(word, item);
-    case VoxelType::f32:
-      return parse<float>(word, item);
-    case VoxelType::f64:
-      return parse<double>(word, item);
-  }
-  return false;
+  return with_voxel_type(type, [&]<class T>(T) { return parse<T>(word, item); });
 }
 
 /// The beginning of a word, for messages.

@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
-#include "shared/import/deflate_decoder.h"
 #include "shared/import/tiff_lzw.h"
+#include "shared/import/zlib_inflater.h"
 
 namespace isosplat {
 
@@ -24,13 +24,8 @@ class TiffRows {
   bool expand(uint64_t compression, std::span<const uint8_t> in, std::span<uint8_t> out);
 
  private:
-  bool inflate(std::span<const uint8_t> in, std::span<uint8_t> out);
-
   TiffLzw lzw_;
-  std::span<const uint8_t> rest_;  ///< that deflate_ has not read
-  DeflateDecoder deflate_{[this](std::span<uint8_t> into) { return read_rest(into); }};
-
-  Result<size_t> read_rest(std::span<uint8_t> into);
+  ZlibInflater zlib_;
 };
 
 }  // namespace isosplat
