@@ -8,8 +8,8 @@
 #include <cstdlib>
 
 #include "native/headless/draw_image.h"
-#include "native/headless/egl_context.h"
 #include "shared/sampling/trilinear.h"
+#include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
 namespace isosplat {
@@ -40,20 +40,12 @@ std::optional<double> value_at(const TestVolume& volume, Vec3d voxel) {
                     .value);
 }
 
-class CapsGpu : public testing::Test {
+class CapsGpu : public RendererTest {
  protected:
-  void SetUp() override {
-    auto context = EglContext::create();
-    ASSERT_TRUE(context) << context.error().message;
-    context_ = std::move(*context);
-    renderer_ = std::move(*Renderer::create());
+  void prepare() override {
     settings_.kind = SplatKind::exact;
     settings_.isosurfaces = {{10000, {0.85f, 0.8f, 0.7f}, 1}};
     settings_.clip_caps = true;
-  }
-  void TearDown() override {
-    renderer_.reset();
-    context_.reset();
   }
 
   void show(const TestVolume& volume, bool orthographic = true) {
@@ -128,8 +120,6 @@ class CapsGpu : public testing::Test {
     return c;
   }
 
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<Renderer> renderer_;
   RenderSettings settings_;
   Camera camera_;
 };

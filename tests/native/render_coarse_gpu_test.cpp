@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "native/headless/draw_image.h"
-#include "native/headless/egl_context.h"
+#include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
 namespace isosplat {
@@ -14,22 +14,8 @@ namespace {
 
 constexpr SplatKind kKinds[] = {SplatKind::quad, SplatKind::ellipse, SplatKind::exact};
 
-class RenderCoarseGpu : public ::testing::Test {
+class RenderCoarseGpu : public RendererTest {
  protected:
-  void SetUp() override {
-    auto context = EglContext::create();
-    ASSERT_TRUE(context) << context.error().message;
-    context_ = std::move(*context);
-    auto renderer = Renderer::create();
-    ASSERT_TRUE(renderer) << renderer.error().message;
-    renderer_ = std::move(*renderer);
-  }
-
-  void TearDown() override {
-    renderer_.reset();
-    context_.reset();
-  }
-
   /// Pixels that the isosurface covers at this level.
   double covered(const TestVolume& volume, double isovalue, SplatKind kind, uint32_t level) {
     RenderSettings settings;
@@ -43,9 +29,6 @@ class RenderCoarseGpu : public ::testing::Test {
     return static_cast<double>(
         std::count_if(pixels.begin(), pixels.end(), [](const auto& p) { return p.hit; }));
   }
-
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<Renderer> renderer_;
 };
 
 /// Vessels of 3 to 4 voxels' width, along an axis and oblique.

@@ -9,30 +9,16 @@
 #include <thread>
 
 #include "native/headless/draw_image.h"
-#include "native/headless/egl_context.h"
 #include "native/headless/offscreen_target.h"
 #include "native/headless/ray_caster.h"
+#include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
 namespace isosplat {
 namespace {
 
-class RenderGpu : public ::testing::Test {
+class RenderGpu : public RendererTest {
  protected:
-  void SetUp() override {
-    auto context = EglContext::create();
-    ASSERT_TRUE(context) << context.error().message;
-    context_ = std::move(*context);
-    auto renderer = Renderer::create();
-    ASSERT_TRUE(renderer) << renderer.error().message;
-    renderer_ = std::move(*renderer);
-  }
-
-  void TearDown() override {
-    renderer_.reset();
-    context_.reset();
-  }
-
   /// Saves a picture if ISOSPLAT_TEST_PICTURES is set to a folder.
   static void keep(const Image& image, const std::string& name) {
     if (const char* folder = std::getenv("ISOSPLAT_TEST_PICTURES")) {
@@ -92,9 +78,6 @@ class RenderGpu : public ::testing::Test {
     d.normal /= std::max(1, both);
     return d;
   }
-
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<Renderer> renderer_;
 };
 
 constexpr SplatKind kKinds[] = {SplatKind::quad, SplatKind::ellipse, SplatKind::exact};

@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "native/headless/draw_image.h"
-#include "native/headless/egl_context.h"
 #include "shared/render/colour_maps.h"
 #include "shared/render/lighting.h"
+#include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
 namespace isosplat {
@@ -30,15 +30,9 @@ TestVolume ball_on_plane() {
   });
 }
 
-class OcclusionGpu : public ::testing::Test {
+class OcclusionGpu : public RendererTest {
  protected:
-  void SetUp() override {
-    auto context = EglContext::create();
-    ASSERT_TRUE(context) << context.error().message;
-    context_ = std::move(*context);
-    auto renderer = Renderer::create();
-    ASSERT_TRUE(renderer) << renderer.error().message;
-    renderer_ = std::move(*renderer);
+  void prepare() override {
     volume_ = ball_on_plane();
     show_volume(*renderer_, volume_, kIsovalue, kIsovalue);
     camera_ = default_camera(volume_.grid);
@@ -50,10 +44,6 @@ class OcclusionGpu : public ::testing::Test {
     settings_.eye_dome = 0;
     settings_.light.rim = settings_.light.highlight = 0;
     settings_.light.occlusion = settings_.light.shadow = 0;
-  }
-  void TearDown() override {
-    renderer_.reset();
-    context_.reset();
   }
 
   /// Linear light of each pixel of a still picture, rows upwards.
@@ -92,8 +82,6 @@ class OcclusionGpu : public ::testing::Test {
     return true;
   }
 
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<Renderer> renderer_;
   TestVolume volume_;
   Camera camera_;
   RenderSettings settings_;

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "native/headless/draw_image.h"
-#include "native/headless/egl_context.h"
+#include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
 namespace isosplat {
@@ -15,21 +15,13 @@ namespace {
 constexpr int kWidth = 320, kHeight = 240;
 constexpr uint32_t kLevel = 1;
 
-class OcclusionQueryGpu : public ::testing::Test {
+class OcclusionQueryGpu : public RendererTest {
  protected:
-  void SetUp() override {
-    auto context = EglContext::create();
-    ASSERT_TRUE(context) << context.error().message;
-    context_ = std::move(*context);
-    renderer_ = std::move(*Renderer::create());
+  void prepare() override {
     volume_ = sphere_volume({129, 129, 129});
     settings_.kind = SplatKind::exact;
     settings_.isosurfaces = {{5000, {1, 1, 1}, 1}};
     renderer_->set_camera(default_camera(volume_.grid, double(kWidth) / kHeight));
-  }
-  void TearDown() override {
-    renderer_.reset();
-    context_.reset();
   }
 
   /// Draws level 1, a single block, and runs an occlusion query.
@@ -67,8 +59,6 @@ class OcclusionQueryGpu : public ::testing::Test {
     return counts;
   }
 
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<Renderer> renderer_;
   TestVolume volume_;
   RenderSettings settings_;
 };

@@ -8,8 +8,8 @@
 #include <cstdlib>
 
 #include "native/headless/draw_image.h"
-#include "native/headless/egl_context.h"
 #include "native/headless/ray_caster.h"
+#include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
 namespace isosplat {
@@ -19,18 +19,10 @@ constexpr int kSize = 320;
 constexpr SplatKind kKinds[] = {SplatKind::quad, SplatKind::ellipse, SplatKind::exact};
 constexpr const char* kKindNames[] = {"quad", "ellipse", "exact"};
 
-class OrthographicGpu : public testing::Test {
+class OrthographicGpu : public RendererTest {
  protected:
-  void SetUp() override {
-    auto context = EglContext::create();
-    ASSERT_TRUE(context) << context.error().message;
-    context_ = std::move(*context);
-    renderer_ = std::move(*Renderer::create());
+  void prepare() override {
     settings_.shading = Shading::exact;  // as the reference
-  }
-  void TearDown() override {
-    renderer_.reset();
-    context_.reset();
   }
 
   Image draw(const std::string& name) {
@@ -100,8 +92,6 @@ class OrthographicGpu : public testing::Test {
     }
   }
 
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<Renderer> renderer_;
   RenderSettings settings_;
   Camera camera_;
 };

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "native/headless/egl_context.h"
 #include "native/headless/ray_caster.h"
 #include "shared/render/surface_pick.h"
+#include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
 namespace isosplat {
@@ -14,19 +14,8 @@ namespace {
 
 constexpr int kWidth = 200, kHeight = 150;
 
-class PickGpu : public testing::Test {
+class PickGpu : public RendererTest {
  protected:
-  void SetUp() override {
-    auto context = EglContext::create();
-    ASSERT_TRUE(context) << context.error().message;
-    context_ = std::move(*context);
-    renderer_ = std::move(*Renderer::create());
-  }
-  void TearDown() override {
-    renderer_.reset();
-    context_.reset();
-  }
-
   std::optional<SurfacePick> pick(double x, double y) {
     renderer_->set_settings(settings_);
     renderer_->set_camera(camera_);
@@ -59,8 +48,6 @@ class PickGpu : public testing::Test {
     EXPECT_GT(misses, 10);
   }
 
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<Renderer> renderer_;
   RenderSettings settings_;
   Camera camera_;
 };

@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "native/headless/draw_image.h"
-#include "native/headless/egl_context.h"
 #include "native/headless/ray_caster.h"
+#include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
 namespace isosplat {
@@ -64,20 +64,12 @@ std::optional<Hit> sphere_hit(const CameraFrame& frame, int x, int y, bool last 
   return Hit{t, (from + ray * t) * (1 / kRadius)};
 }
 
-class ShearGpu : public ::testing::Test {
+class ShearGpu : public RendererTest {
  protected:
-  void SetUp() override {
-    auto context = EglContext::create();
-    ASSERT_TRUE(context) << context.error().message;
-    context_ = std::move(*context);
-    use(Renderer::create());
+  void prepare() override {
     camera_.target = kCentre;
     camera_.distance = 200;  // so that cells are small enough to be squares and ellipses
     settings_.isosurfaces = {{100 * kRadius, {0.85f, 0.8f, 0.7f}, 1}};
-  }
-  void TearDown() override {
-    renderer_.reset();
-    context_.reset();
   }
 
   void use(Result<std::unique_ptr<Renderer>> renderer) {
@@ -146,8 +138,6 @@ class ShearGpu : public ::testing::Test {
     return d;
   }
 
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<Renderer> renderer_;
   Camera camera_;
   RenderSettings settings_;
 };

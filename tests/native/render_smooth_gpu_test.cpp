@@ -8,9 +8,9 @@
 #include <numeric>
 
 #include "native/headless/draw_image.h"
-#include "native/headless/egl_context.h"
 #include "native/headless/offscreen_target.h"
 #include "shared/sampling/smooth_gradients.h"
+#include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
 namespace isosplat {
@@ -45,21 +45,9 @@ void add_cells(SmoothGradients& gradients, BlockKey block, std::span<const Packe
   }
 }
 
-class RenderSmoothGpu : public ::testing::Test {
+class RenderSmoothGpu : public RendererTest {
  protected:
-  void SetUp() override {
-    auto context = EglContext::create();
-    ASSERT_TRUE(context) << context.error().message;
-    context_ = std::move(*context);
-    auto renderer = Renderer::create();
-    ASSERT_TRUE(renderer) << renderer.error().message;
-    renderer_ = std::move(*renderer);
-    settings_.kind = SplatKind::exact;
-  }
-  void TearDown() override {
-    renderer_.reset();
-    context_.reset();
-  }
+  void prepare() override { settings_.kind = SplatKind::exact; }
 
   /// The surface that is seen, with normals in the world.
   struct Pixel {
@@ -139,8 +127,6 @@ class RenderSmoothGpu : public ::testing::Test {
     return result;
   }
 
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<Renderer> renderer_;
   RenderSettings settings_;
   Camera camera_;
 };

@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "native/headless/draw_image.h"
-#include "native/headless/egl_context.h"
+#include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
 namespace isosplat {
@@ -33,13 +33,9 @@ TestVolume wall_on_plane() {
   });
 }
 
-class TilesGpu : public testing::Test {
+class TilesGpu : public RendererTest {
  protected:
-  void SetUp() override {
-    auto context = EglContext::create();
-    ASSERT_TRUE(context) << context.error().message;
-    context_ = std::move(*context);
-    renderer_ = std::move(*Renderer::create());
+  void prepare() override {
     show(balls_on_plane());
     settings_.isosurfaces = {{10000, {0.8f, 0.7f, 0.5f}, 1}};
     settings_.light.occlusion = settings_.light.shadow = 0;
@@ -48,10 +44,6 @@ class TilesGpu : public testing::Test {
     show_volume(*renderer_, volume, 9800, 10000);
     camera_ = default_camera(volume.grid, double(width_) / height_);
     camera_.elevation = 35;
-  }
-  void TearDown() override {
-    renderer_.reset();
-    context_.reset();
   }
 
   Image in_tiles(bool smooth) {
@@ -103,8 +95,6 @@ class TilesGpu : public testing::Test {
     return d;
   }
 
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<Renderer> renderer_;
   // Odd sizes, and tiles whose margins end within the picture.
   int width_ = 411, height_ = 167, tile_width_ = 103, tile_height_ = 90;
   RenderSettings settings_;
