@@ -20,6 +20,7 @@
 #include "tests/bench/ewa/contrast.h"
 #include "tests/bench/ewa/pictures.h"
 #include "tests/bench/ewa/spectrum.h"
+#include "tests/bench/need.h"
 #include "tests/bench/render/reference_normals.h"
 #include "tests/bench/render/volume.h"
 
@@ -30,17 +31,6 @@ constexpr int kTruthPerPx = 8;  // squares of a pixel of the checker along each 
 constexpr int kPlaces = 4;      // of pixels of the volume, along each axis
 constexpr double kBands[][2] = {{0.05, 0.15}, {0.15, 0.25}, {0.25, 0.35}, {0.35, 0.45}};
 constexpr const char* kBandNames[] = {"0.1", "0.2", "0.3", "0.4"};
-
-[[noreturn]] void die(const std::string& message) {
-  std::fprintf(stderr, "%s\n", message.c_str());
-  std::exit(1);
-}
-
-template <class T>
-T need(Result<T> result) {
-  if (!result) die(result.error().message);
-  return std::move(*result);
-}
 
 struct Way {
   const char* name;
@@ -102,8 +92,7 @@ Image draw(Renderer& renderer, const Subject& subject, const Way& way,
 }
 
 void save(const Image& image, const std::string& folder, const char* scene, const char* name) {
-  const auto written = write_png(folder + "/" + scene + "_" + name + ".png", image);
-  if (!written) die(written.error().message);
+  need(write_png(folder + "/" + scene + "_" + name + ".png", image));
 }
 
 /// The name of a picture of this way, or nullptr: those beside each other in the document.

@@ -19,6 +19,7 @@
 #include "shared/codec/chunk_codec.h"
 #include "shared/select/selector.h"
 #include "shared/store_file/store_file.h"
+#include "tests/bench/need.h"
 
 namespace isosplat {
 namespace {
@@ -35,20 +36,6 @@ struct Step {
 constexpr std::array<Step, 3> kSteps = {
     Step{SplatKind::quad, 255}, {SplatKind::quad, 0}, {SplatKind::exact, 0}};
 constexpr uint64_t kManyBytes = 256 * 1024;
-
-[[noreturn]] void die(const Error& error) {
-  fmt::print(stderr, "{}\n", error.message);
-  std::exit(1);
-}
-
-template <class T>
-T need(Result<T> result) {
-  if (!result) die(result.error());
-  return std::move(*result);
-}
-void need(Result<void> result) {
-  if (!result) die(result.error());
-}
 
 struct Difference {
   int covered = 0, differing = 0, stray = 0, lost = 0;

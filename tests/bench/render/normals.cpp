@@ -14,6 +14,7 @@
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
 #include "native/headless/store_scene.h"
+#include "tests/bench/need.h"
 #include "tests/bench/render/reference_normals.h"
 #include "tests/bench/render/volume.h"
 
@@ -21,17 +22,6 @@ namespace isosplat {
 namespace {
 
 constexpr int kSize = 384;
-
-[[noreturn]] void die(const std::string& message) {
-  std::fprintf(stderr, "%s\n", message.c_str());
-  std::exit(1);
-}
-
-template <class T>
-T need(Result<T> result) {
-  if (!result) die(result.error().message);
-  return std::move(*result);
-}
 
 struct Pixel {
   bool hit = false;

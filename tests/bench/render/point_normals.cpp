@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "native/extract/extract.h"
+#include "tests/bench/need.h"
 #include "tests/bench/render/reference_normals.h"
 #include "tests/bench/render/volume.h"
 
@@ -15,13 +16,6 @@ namespace {
 struct Measured {
   std::vector<double> angles, seconds;
 };
-
-template <class T>
-T need(Result<T> result) {
-  if (result) return std::move(*result);
-  std::fprintf(stderr, "%s\n", result.error().message.c_str());
-  std::exit(1);
-}
 
 int run(int argc, char** argv) {
   if (argc != 5) {

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <utility>
+
+#include "shared/base/status.h"
+
+namespace isosplat {
+
+/// Ends a benchmark's program with a message.
+[[noreturn]] inline void die(const std::string& message) {
+  std::fprintf(stderr, "%s\n", message.c_str());
+  std::exit(1);
+}
+
+/// What a benchmark cannot go on without.
+template <class T>
+T need(Result<T> result) {
+  if (!result) die(result.error().message);
+  return std::move(*result);
+}
+inline void need(Result<void> result) {
+  if (!result) die(result.error().message);
+}
+
+}  // namespace isosplat
