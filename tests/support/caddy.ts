@@ -1,11 +1,11 @@
 /** Caddy in front of a server, with the configuration that the packages have. */
-import { type ChildProcess, execFileSync, spawn, spawnSync } from "node:child_process";
-import { createHash, X509Certificate } from "node:crypto";
+import { type ChildProcess, spawn, spawnSync } from "node:child_process";
 import { once } from "node:events";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { connect as connectTls } from "node:tls";
 import { fileURLToPath } from "node:url";
+import { chromiumArgumentsFor, makeCertificate } from "./certificate.ts";
 import { freePort } from "./nginx.ts";
 
 const root = fileURLToPath(new URL("../..", import.meta.url));
@@ -27,13 +27,7 @@ export interface Caddy {
 /** Starts Caddy for volumes.example, with a server behind it. `folder`: for its files. */
 export async function startCaddy(folder: string, serverPort: number): Promise<Caddy> {
   const port = await freePort();
-  const [certificate, key] = [join(folder, "certificate"), join(folder, "key")];
-  // biome-ignore format: options with their values
-  execFileSync("openssl", [
-    "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
-    "-subj", "/CN=volumes.example", "-addext", "subjectAltName=DNS:volumes.example",
-    "-days", "2", "-keyout", key, "-out", certificate,
-  ], { stdio: "ignore" });
+  const { certificate, key } = makeCertificate(folder, "volumes.example");
   // Only ports, addresses and the certificate differ from what the packages have.
   const site = readFileSync(join(root, "native/packaging/Caddyfile"), "utf8")
     .replace("127.0.0.1:8080", `127.0.0.1:${serverPort}`)
@@ -64,17 +58,10 @@ export async function startCaddy(folder: string, serverPort: number): Promise<Ca
     }
     await new Promise((next) => setTimeout(next, 50));
   }
-  const publicKey = new X509Certificate(readFileSync(certificate)).publicKey;
-  const hash = createHash("sha256")
-    .update(publicKey.export({ type: "spki", format: "der" }))
-    .digest("base64");
   return {
     port,
     certificate: readFileSync(certificate),
-    chromiumArguments: [
-      `--ignore-certificate-errors-spki-list=${hash}`,
-      "--host-resolver-rules=MAP volumes.example 127.0.0.1",
-    ],
+    chromiumArguments: chromiumArgumentsFor(readFileSync(certificate), "volumes.example"),
     stop: () => stop(proxy),
   };
 }

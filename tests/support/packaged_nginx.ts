@@ -1,11 +1,11 @@
 /** nginx in front of a server, with the configuration that the packages have. */
-import { type ChildProcess, execFileSync, spawn, spawnSync } from "node:child_process";
-import { createHash, X509Certificate } from "node:crypto";
+import { type ChildProcess, spawn, spawnSync } from "node:child_process";
 import { once } from "node:events";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { type ClientHttp2Session, connect } from "node:http2";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
+import { type CertificateFiles, chromiumArgumentsFor, makeCertificate } from "./certificate.ts";
 import { freePort, hasNginx } from "./nginx.ts";
 
 const root = fileURLToPath(new URL("../..", import.meta.url));
@@ -67,18 +67,12 @@ export async function startPackagedNginx(
   options: PackagedNginxOptions = {},
 ): Promise<PackagedNginx> {
   const port = await freePort();
-  const [certificate, key] = [join(folder, "certificate"), join(folder, "key")];
-  // biome-ignore format: options with their values
-  execFileSync("openssl", [
-    "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
-    "-subj", "/CN=volumes.example", "-addext", "subjectAltName=DNS:volumes.example",
-    "-days", "2", "-keyout", key, "-out", certificate,
-  ], { stdio: "ignore" });
+  const files = makeCertificate(folder, "volumes.example");
   const cacheFolder = join(folder, "cache");
   mkdirSync(cacheFolder);
   const [errors, file] = [join(folder, "errors"), join(folder, "nginx.conf")];
   writeFileSync(errors, "");
-  writeFileSync(file, configuration(folder, port, serverPort, options));
+  writeFileSync(file, configuration(folder, files, port, serverPort, options));
   const proxy = spawn("/usr/sbin/nginx", ["-p", folder, "-c", file, "-e", errors], {
     stdio: "ignore",
   });
@@ -86,7 +80,7 @@ export async function startPackagedNginx(
   const kill = () => void proxy.kill("SIGTERM");
   process.once("exit", kill);
   proxy.once("exit", () => process.off("exit", kill));
-  const secured = { port, certificate: readFileSync(certificate) };
+  const secured = { port, certificate: readFileSync(files.certificate) };
   for (let attempt = 0; ; ++attempt) {
     const session = await connectToProxy(secured).catch(() => undefined);
     if (session) {
@@ -99,17 +93,10 @@ export async function startPackagedNginx(
     }
     await new Promise((next) => setTimeout(next, 50));
   }
-  const publicKey = new X509Certificate(secured.certificate).publicKey;
-  const hash = createHash("sha256")
-    .update(publicKey.export({ type: "spki", format: "der" }))
-    .digest("base64");
   return {
     ...secured,
     cacheFolder,
-    chromiumArguments: [
-      `--ignore-certificate-errors-spki-list=${hash}`,
-      "--host-resolver-rules=MAP volumes.example 127.0.0.1",
-    ],
+    chromiumArguments: chromiumArgumentsFor(secured.certificate, "volumes.example"),
     stop: () => stop(proxy),
   };
 }
@@ -117,6 +104,7 @@ export async function startPackagedNginx(
 /** Only paths, ports and what `options` say differ from what the packages have. */
 function configuration(
   folder: string,
+  { certificate, key }: CertificateFiles,
   port: number,
   serverPort: number | string,
   { cacheSize, accessLog }: PackagedNginxOptions,
@@ -128,8 +116,8 @@ function configuration(
   let site = readFileSync(join(root, "native/packaging/nginx.conf"), "utf8");
   for (const [from, to] of [
     ["/var/cache/nginx/isosplat", join(folder, "cache")],
-    ["/etc/ssl/volumes.example.pem", join(folder, "certificate")],
-    ["/etc/ssl/volumes.example.key", join(folder, "key")],
+    ["/etc/ssl/volumes.example.pem", certificate],
+    ["/etc/ssl/volumes.example.key", key],
     ["127.0.0.1:8080", `127.0.0.1:${serverPort}`],
     ["listen 443 ", `listen 127.0.0.1:${port} `],
     ...(cacheSize ? [["max_size=10g", `max_size=${cacheSize}`] as const] : []),

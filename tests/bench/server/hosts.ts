@@ -1,9 +1,9 @@
 // The servers that are compared: isosplat serve, and nginx with the same bytes as files.
-import { spawnSync } from "node:child_process";
 import { mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { type Agent, type IncomingHttpHeaders, request } from "node:http";
 import { userInfo } from "node:os";
 import { join } from "node:path";
+import { makeCertificate } from "../../support/certificate.ts";
 import { freePort } from "../../support/nginx.ts";
 import type { Bench } from "../harness/benchmark.ts";
 
@@ -12,17 +12,6 @@ export interface Host {
   url: string;
   tlsUrl: string;
   pid: number;
-}
-
-/** A certificate of localhost, for both servers. */
-function certificate(bench: Bench): { certificate: string; key: string } {
-  const files = { certificate: join(bench.folder, "cert.pem"), key: join(bench.folder, "key.pem") };
-  // biome-ignore format: options with their values
-  spawnSync("openssl", [
-    "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
-    "-keyout", files.key, "-out", files.certificate, "-days", "30", "-subj", "/CN=localhost",
-  ]);
-  return files;
 }
 
 export interface Answer {
@@ -71,7 +60,7 @@ export async function serveStores(
   { tls = false } = {},
 ): Promise<Host> {
   const port = await freePort();
-  const files = tls && certificate(bench);
+  const files = tls && makeCertificate(bench.folder, "localhost");
   const secure = files ? ["--tls-cert", files.certificate, "--tls-key", files.key] : [];
   // biome-ignore format: options with their values
   const child = bench.start(bench.isosplat, [
@@ -101,7 +90,7 @@ export async function serveFiles(bench: Bench, files: Record<string, Buffer>): P
   }
   const port = await freePort();
   const tlsPort = await freePort();
-  const keys = certificate(bench);
+  const keys = makeCertificate(bench.folder, "localhost");
   const configuration = join(folder, "nginx.conf");
   writeFileSync(
     configuration,
