@@ -56,16 +56,17 @@ class Hdf5File {
   size_t address_bytes() const { return address_bytes_; }
   size_t length_bytes() const { return length_bytes_; }
 
-  /// Reads a structure. All structures of a file together have at most some times its bytes, so
-  /// that those of a hostile file end which refer to each other. Errors: truncated, io_error,
-  /// malformed_volume.
+  /// Reads a structure, of at most 256 MiB. All reads of a file together are limited to eight times
+  /// its bytes and 1 MiB, so that structures of a hostile file that refer to each other in a circle
+  /// come to an end. Errors: truncated, io_error, malformed_volume.
   Result<std::vector<std::byte>> read(uint64_t address, uint64_t count);
 
   Hdf5Fields fields(std::span<const std::byte> bytes) const {
     return {bytes, address_bytes_, length_bytes_};
   }
 
-  /// Reads bytes of the array that are as they are. Errors: those of ByteReader::read.
+  /// Reads bytes of an array as the file has them, filters not applied. They do not count towards
+  /// the limit of read(). Errors: those of ByteReader::read.
   Result<void> read_data(uint64_t address, std::span<std::byte> out) {
     return reader_->read(base_ + address, out);
   }
@@ -86,7 +87,7 @@ class Hdf5File {
 /// The text with "?" for every byte that is not printable ASCII, for messages and notes.
 std::string hdf5_printable(std::string_view text);
 
-/// Where a file's superblock may begin: 0, 512, 1024, 2048, …; more is not searched.
+/// Where a file's superblock is looked for. HDF5 allows each further doubling as well.
 constexpr uint64_t kHdf5SuperblockPlaces[] = {0, 512, 1024, 2048};
 constexpr std::string_view kHdf5Signature = "\x89HDF\r\n\x1a\n";
 

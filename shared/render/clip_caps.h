@@ -8,9 +8,9 @@
 
 namespace isosplat {
 
-/// Closes the faces at which the clipping cuts the solid, in a copy of the layers: occlusion
-/// queries need the depths without caps, since caps are known by the surfaces behind them. The
-/// README's decision 25 describes the passes.
+/// Closes the faces at which the clipping cuts the solid, in a copy of the layers. Occlusion
+/// queries read the layers without caps: where a cap is follows from the surfaces behind it, which
+/// therefore have to stay resident. The README's decision 25 describes the passes.
 class ClipCaps {
  public:
   /// Copies the layers that the splat passes drew last, in this frame, with caps. `layer_of`: the
@@ -27,7 +27,7 @@ class ClipCaps {
   void abandon();
 
  private:
-  struct Ranks;
+  struct Ranks;  // the number of each isovalue in ascending order, and the cap of each layer
 
   Result<void> prepare(int width, int height, int layers);
   Result<void> draw_cut_cells(const DrawContext& context, SplatPasses& splat_passes,

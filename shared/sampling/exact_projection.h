@@ -11,7 +11,7 @@ namespace isosplat {
 /// The intersections of a ray with the isosurface of a cell's function: the roots t of
 /// f(p + t·d) = isovalue with begin ≤ t ≤ end, ascending. Along a ray the trilinear interpolant is
 /// a cubic in t; its roots are bracketed between its extrema and refined there, which avoids the
-/// cancellation in Cardan's formula. Does not test whether the places are in the cell.
+/// cancellation in Cardan's formula. Does not test whether the points are in the cell.
 class RayRoots {
  public:
   RayRoots(const Trilinear& f, Vec3f origin, Vec3f direction, float isovalue, double begin,
