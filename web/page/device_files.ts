@@ -29,7 +29,6 @@ import { contentIdOf } from "../stream/file_source.ts";
 import { StreamError } from "../stream/index.ts";
 import { beginsAsStore } from "../stream/transfer.ts";
 import { deviceTexts } from "../texts/device.ts";
-import { compiledRenderer } from "../viewer/index.ts";
 import { chooseScale, chooseVolume } from "./choose_volume.ts";
 import { DeviceSection } from "./device_section.ts";
 import { formatDims } from "./format.ts";
@@ -183,6 +182,8 @@ export class DeviceFiles {
         task.close();
         this.#shown.leaveProvisional();
       } else task.fail(text);
+    } finally {
+      this.#shown.unprepare();
     }
   }
 
@@ -199,7 +200,7 @@ export class DeviceFiles {
       return;
     }
     warmUp();
-    compiledRenderer().catch(() => {}); // its first user reports the error
+    this.#shown.prepare();
     task.shows(deviceTexts.reading, deviceTexts.files(files.length));
     const volumes = await findVolumes(files, task.signal);
     const volume = await chooseVolume(volumes);

@@ -2,6 +2,7 @@ import { type KeptStore, keptBlob } from "../device/index.ts";
 import { deviceAddress, deviceTarget } from "./device_target.ts";
 import { SaveButton } from "./save_button.ts";
 import { readUrl } from "./url_state.ts";
+import { prepareView, releaseView } from "./view.ts";
 import { type Target, VolumePage } from "./volume_page.ts";
 
 /**
@@ -32,6 +33,18 @@ export class ShownVolume {
 
   get page(): VolumePage | undefined {
     return this.#page;
+  }
+
+  /** A volume will be shown in a moment: loads what its page needs, unless one is shown already. */
+  prepare(): void {
+    if (this.#page) return;
+    prepareView();
+    void import("./components.ts");
+  }
+
+  /** No volume will be shown that `prepare` was called for. */
+  unprepare(): void {
+    releaseView();
   }
 
   /** Shows a store in place of what the page has shown. `keepsAddress`: else its own is a new one. */

@@ -18,7 +18,6 @@ import {
   CameraMotion,
   cameraAlong,
   RendererError,
-  Viewer,
   writeCamera,
 } from "../viewer/index.ts";
 import type { CaptureDialog } from "./capture_dialog.ts";
@@ -34,6 +33,7 @@ import { onTheme, toggleTheme } from "./theme.ts";
 import { keepThumbnailWhenIdle } from "./thumbnails.ts";
 import { Toast } from "./toast.ts";
 import { keptSessionKey, readUrl, writeUrl } from "./url_state.ts";
+import { takeView } from "./view.ts";
 import { ViewHistory } from "./view_history.ts";
 import {
   type Banner,
@@ -58,9 +58,10 @@ export interface Target {
 export class VolumePage {
   readonly #root: HTMLElement;
   #target: Target;
-  readonly #canvas = viewCanvas();
+  readonly #view = takeView(() => this.#reset());
+  readonly #canvas = this.#view.canvas;
+  readonly #viewer = this.#view.viewer;
   readonly #status = new StatusLine();
-  readonly #viewer = new Viewer(this.#canvas, { reset: () => this.#reset() });
   readonly #search = location.search;
   readonly #url = readUrl(this.#search);
   readonly #motion = new CameraMotion(this.#viewer);
@@ -727,14 +728,4 @@ function saveFile(name: string, content: Blob): void {
 
 async function showHelp(): Promise<void> {
   (await import("./help.ts")).showHelp();
-}
-
-function viewCanvas(): HTMLCanvasElement {
-  const canvas = document.createElement("canvas");
-  canvas.className = "view";
-  canvas.id = "view";
-  canvas.tabIndex = 0;
-  canvas.setAttribute("role", "application");
-  canvas.setAttribute("aria-roledescription", pageTexts.view3d);
-  return canvas;
 }

@@ -154,6 +154,16 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   /**
+   * Creates the renderer and the workers, and compiles shaders, before the first `open`, which then
+   * takes less time. Rejects with a RendererError (no WebGL 2).
+   */
+  async prepare(): Promise<void> {
+    if (!this.#options.decoder) this.#ownWorkers();
+    await this.#loadParts();
+    this.#warmUp();
+  }
+
+  /**
    * Shows another volume instead of the present one. Resolves when its header has been read; the surface
    * follows. Rejects with a StreamError, a RendererError (no WebGL 2), or the signal's reason.
    */

@@ -10,17 +10,18 @@ interface TraceEvent {
   args?: { name?: string };
 }
 
+/** The longest task of a page's main thread between two marks, in ms; undefined without such a time. */
+export type LongestTask = (from: string, to: string) => number | undefined;
+
 /**
- * Records the tasks of a page's main thread (Chromium's trace) while `work` runs. Returns the longest
- * one, in milliseconds, without the time in which pictures were drawn: the measures isosplat:drawing.
- * Tasks before the mark `from` and after the mark `to` do not count.
+ * Records the tasks of a page's main thread (Chromium's trace) while `work` runs. The first mark of a
+ * name counts. The time in which pictures were drawn, the measures isosplat:drawing, does not.
  */
-export async function longestTask(
+export async function traceTasks(
   browser: Browser,
   page: Page,
-  { from, to }: { from: string; to: string },
   work: () => Promise<void>,
-): Promise<number> {
+): Promise<LongestTask> {
   const categories = ["toplevel", "blink.user_timing", "__metadata"];
   await browser.startTracing(page, { categories });
   await work();
@@ -28,26 +29,25 @@ export async function longestTask(
     traceEvents: TraceEvent[];
   };
   const events = trace.traceEvents;
-  const mark = (name: string) => {
-    const found = events.find((event) => event.name === name && /^[IRi]$/.test(event.ph));
-    if (!found) throw new Error(`the trace has no mark ${name}`);
-    return found;
-  };
-  const [first, last] = [mark(from), mark(to)];
+  const mark = (name: string) =>
+    events.find((event) => event.name === name && /^[IRi]$/.test(event.ph));
   const drawing = spans(events.filter(({ name }) => name === "isosplat:drawing"));
-  const isMain = ({ pid, tid }: TraceEvent) => pid === first.pid && tid === first.tid;
-  let longest = 0;
-  for (const event of events) {
-    const { name, ph, ts, dur = 0 } = event;
-    if (ph !== "X" || !name.endsWith("RunTask") || !isMain(event)) continue;
-    if (ts < first.ts || ts > last.ts) continue;
-    const drawn = drawing.reduce(
-      (sum, [begin, end]) => sum + Math.max(0, Math.min(end, ts + dur) - Math.max(begin, ts)),
-      0,
-    );
-    longest = Math.max(longest, (dur - drawn) / 1000);
-  }
-  return longest;
+  return (from, to) => {
+    const [first, last] = [mark(from), mark(to)];
+    if (!first || !last || last.ts < first.ts) return undefined;
+    let longest = 0;
+    for (const { name, ph, ts, dur = 0, pid, tid } of events) {
+      if (ph !== "X" || !name.endsWith("RunTask") || pid !== first.pid || tid !== first.tid)
+        continue;
+      if (ts < first.ts || ts > last.ts) continue;
+      const drawn = drawing.reduce(
+        (sum, [begin, end]) => sum + Math.max(0, Math.min(end, ts + dur) - Math.max(begin, ts)),
+        0,
+      );
+      longest = Math.max(longest, (dur - drawn) / 1000);
+    }
+    return longest;
+  };
 }
 
 /** Begin and end of measures. */
