@@ -30,25 +30,35 @@ it("looks ahead where a slider is going", () => {
   const motion = moved([100, 100.5, 101, 101.5, 102, 102.5, 103, 103.5, 104], 20);
   expect(motion.isovalueMoves).toBe(true);
   // 25 a second, for 0.4 s.
-  expect(motion.isovaluesAhead(range)?.[0]).toBeCloseTo(114);
-  expect(motion.isovaluesAhead(range)).toBeUndefined(); // not again at once
+  expect(motion.isovaluesAhead(range, false)?.[0]).toBeCloseTo(114);
+  expect(motion.isovaluesAhead(range, false)).toBeUndefined(); // not again at once
   motion.close();
 });
 
 it("does not take two quick key presses for a movement that goes on", () => {
   const motion = moved([100, 100.5, 101], 20);
   expect(motion.isovalueMoves).toBe(true);
-  expect(motion.isovaluesAhead(range)).toBeUndefined();
+  expect(motion.isovaluesAhead(range, false)).toBeUndefined();
   motion.close();
 });
 
 it("looks nowhere when the slider goes to and fro, or too fast to be of use", () => {
   const trembling = moved([100, 101, 100, 101, 100, 101, 100, 101, 100], 20);
-  expect(trembling.isovaluesAhead(range)).toBeUndefined();
+  expect(trembling.isovaluesAhead(range, false)).toBeUndefined();
   trembling.close();
   const fast = moved([20, 40, 60, 80, 100, 120, 140, 160], 20);
-  expect(fast.isovaluesAhead(range)).toBeUndefined();
+  expect(fast.isovaluesAhead(range, false)).toBeUndefined();
   fast.close();
+});
+
+it("looks ahead of slow movements alone where fine levels are resident for every isovalue", () => {
+  const steps = (by: number) => Array.from({ length: 9 }, (_, i) => 100 + i * by);
+  const whole = moved(steps(0.5), 20); // 25 a second: the range in 10 s
+  expect(whole.isovaluesAhead(range, true)).toBeUndefined();
+  whole.close();
+  const slow = moved(steps(0.125), 20);
+  expect(slow.isovaluesAhead(range, true)?.[0]).toBeCloseTo(103.5);
+  slow.close();
 });
 
 it("is over when nothing has changed for a while", () => {

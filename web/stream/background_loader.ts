@@ -97,6 +97,11 @@ export class BackgroundLoader {
     return { bytes: this.#bytes, bytesPlanned: this.#bytesPlanned };
   }
 
+  /** All that the budget and memory allow is resident. */
+  get isPrepared(): boolean {
+    return this.#isDone && this.#budget > 0;
+  }
+
   /** The chunk's bytes have arrived: it needs no other request. */
   isArriving(handle: number): boolean {
     return this.#decoding.has(handle);

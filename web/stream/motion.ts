@@ -4,8 +4,11 @@ import type { CameraView } from "./types.ts";
 const movementGap = 180;
 /** Chunks are prefetched for the isovalue expected after this time (s). */
 const lookAhead = 0.4;
-/** A larger change within `lookAhead`, as a share of the range, is too fast for prefetching. */
-const maxLeap = 0.08;
+/**
+ * A larger change within `lookAhead`, as a share of the range, is too fast for prefetching. If finer
+ * levels are resident for every isovalue, a movement has fine cells without requests.
+ */
+const maxLeap = { coarse: 0.08, prepared: 0.02 };
 /** Shortest time between two prefetches (ms). */
 const prefetchInterval = 250;
 /** The speed of an isovalue is measured over such a time (ms). Two quick changes are not enough. */
@@ -70,9 +73,10 @@ export class Motion {
 
   /**
    * The isovalues expected after `lookAhead`, or undefined if it is too early for another prefetch
-   * or the isovalues move too fast. `range`: length of the volume's range of values.
+   * or the isovalues move too fast. `range`: length of the volume's range of values. `isPrepared`: the
+   * BackgroundLoader has loaded what it may.
    */
-  isovaluesAhead(range: number): number[] | undefined {
+  isovaluesAhead(range: number, isPrepared: boolean): number[] | undefined {
     const now = performance.now();
     const first = this.#trail[0];
     const last = this.#trail.at(-1);
@@ -84,7 +88,8 @@ export class Motion {
       return perSecond * lookAhead;
     });
     const furthest = Math.max(...leaps.map(Math.abs));
-    if (furthest === 0 || furthest > maxLeap * range) return undefined;
+    const limit = isPrepared ? maxLeap.prepared : maxLeap.coarse;
+    if (furthest === 0 || furthest > limit * range) return undefined;
     if (now - this.#lastAhead < prefetchInterval) return undefined;
     this.#lastAhead = now;
     return last.isovalues.map((isovalue, i) => isovalue + (leaps[i] ?? 0));

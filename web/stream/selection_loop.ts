@@ -126,9 +126,9 @@ export class SelectionLoop {
 
   /** The first chunks of the isovalues expected next, if they move slowly enough to be of use. */
   #selectAhead(view: SelectionView): Chunk[] {
-    const { store, motion, pages } = this.#parts;
+    const { store, motion, pages, background } = this.#parts;
     const [low, high] = store.info.range;
-    const isovalues = motion.isovaluesAhead(high - low);
+    const isovalues = motion.isovaluesAhead(high - low, background.isPrepared);
     if (!isovalues) return [];
     const loadCellPixels = this.#cellPixels.moving;
     const next = store.select({ ...view, isovalues, loadCellPixels, ahead: true });
