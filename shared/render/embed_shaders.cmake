@@ -1,10 +1,13 @@
 # cmake -DOUTPUT=… -DFOLDER=… -P embed_shaders.cmake: all shader files, and the constants that they
-# share with C++, as one C++ source.
+# share with C++, as one C++ source. Without comments and indentation, which each visitor of the page would
+# download; lines keep their numbers.
 file(GLOB files ${FOLDER}/shaders/*.glsl)
 set(text "#include \"shared/render/shader_files.h\"\n\nnamespace isosplat {\n\nstd::string_view shader_file(std::string_view name) {\n")
 foreach(file ${files} ${FOLDER}/shader_constants.h)
   get_filename_component(name ${file} NAME)
   file(READ ${file} content)
+  string(REGEX REPLACE "[ ]*//[^\n]*" "" content "${content}")
+  string(REGEX REPLACE "\n[ ]+" "\n" content "${content}")
   string(APPEND text "  if (name == \"${name}\") return R\"GLSL(${content})GLSL\";\n")
 endforeach()
 string(APPEND text "  return {};\n}\n\n}  // namespace isosplat\n")
