@@ -43,6 +43,8 @@ class ChunkStore {
   /// The chunk with this handle, or null. Valid until it is removed.
   const Chunk* find(ChunkHandle handle) const;
 
+  const std::unordered_map<ChunkHandle, Chunk>& all() const { return chunks_; }
+
   /// Chunks to draw; handles need not be resident. Returns false if the list has not changed.
   bool set_visible(std::span<const DrawnChunk> chunks);
   const std::vector<DrawnChunk>& visible() const { return visible_; }

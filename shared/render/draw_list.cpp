@@ -148,6 +148,37 @@ void DrawList::find_cut(const Frame& frame, float quantized_isovalue) {
   }
 }
 
+void DrawList::collect_cut(const ChunkStore& chunks, const Frame& frame,
+                           const std::array<double, 4>& plane) {
+  const Vec3d normal{plane[0], plane[1], plane[2]};
+  const auto is_cut = [&](const Frame::Box& box) {
+    const double reach = std::abs(normal.x) * box.half.x + std::abs(normal.y) * box.half.y +
+                         std::abs(normal.z) * box.half.z;
+    return std::abs(dot(normal, box.centre) - plane[3]) <= reach + double(SLICE_MARGIN) &&
+           frame.may_see(box);
+  };
+  items_.clear();
+  visibilities_.clear();
+  uint32_t levels = 0;
+  for (const auto& [handle, chunk] : chunks.all()) levels = std::max(levels, chunk.block.level + 1);
+  for (uint32_t level = levels; level-- > 0;) {
+    for (const auto& [handle, chunk] : chunks.all()) {
+      if (chunk.block.level != level || chunk.range.count == 0) continue;
+      const Frame::Box box = frame.box(chunk.low, chunk.high);
+      if (is_cut(box)) items_.push_back(make_item({handle}, chunk, frame, box));
+    }
+  }
+  for (DrawItem& item : items_) {
+    item.first_cluster = static_cast<uint32_t>(visibilities_.size());
+    for (const SampleCluster& cluster : item.chunk->clusters) {
+      const Occluders::Box box = cluster_box(frame, item, cluster);
+      const auto to_double = [](Vec3f v) { return Vec3d{double(v.x), double(v.y), double(v.z)}; };
+      const bool present = is_cut({to_double(box.centre), to_double(box.half)});
+      visibilities_.push_back(present ? ClusterVisibility::visible : ClusterVisibility::absent);
+    }
+  }
+}
+
 const DrawItem* DrawList::find(ChunkHandle handle) const {
   const auto found = std::find_if(items_.begin(), items_.end(),
                                   [handle](const DrawItem& item) { return item.handle == handle; });

@@ -46,6 +46,11 @@ class DrawList {
   /// Instead: all active clusters in the image that a clip plane may cut.
   void find_cut(const Frame& frame, float quantized_isovalue);
 
+  /// Instead of collect() and what follows it: all resident chunks, visible or not, that a plane of
+  /// frame space cuts in the image, the coarsest first, and their clusters that it cuts.
+  void collect_cut(const ChunkStore& chunks, const Frame& frame,
+                   const std::array<double, 4>& plane);
+
   const std::vector<DrawItem>& items() const { return items_; }
   const DrawItem* find(ChunkHandle handle) const;
   /// The finest level of the chunks in the whole image; 0 if there are none.

@@ -66,6 +66,8 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   const double focal_px = camera.orthographic ? world_px * unit_ : world_px;
   camera_ = turned(camera_, offset, world_px);
   spacing_ = grid.spacing * (1 / unit_);
+  extent_ = {(grid.voxels.x - 1) * spacing_.x, (grid.voxels.y - 1) * spacing_.y,
+             (grid.voxels.z - 1) * spacing_.z};
   const BoundingSphere sphere = bounding_sphere(grid);
   const Projection to_clip =
       projection(camera, sphere, sphere.centre, tile.image_width, tile.image_height);
@@ -112,6 +114,7 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   block_.cell = floats(spacing_, displacement_threshold(grid.cell_edges()) / unit_);
 
   set_clip_planes(grid, settings);
+  set_slices(grid, settings);
   block_.switches[1] = settings.projected ? 1 : 0;
   block_.switches[2] = settings.displaced == Displaced::drop ? 1 : 0;
   block_.switches[3] = camera.orthographic ? 1 : 0;
@@ -148,8 +151,7 @@ void Frame::set_clip_planes(const VolumeGrid& grid, const RenderSettings& settin
     add(multiply_transposed(grid.direction, plane.normal),
         (plane.offset - dot(plane.normal, camera_.eye)) / unit_);
   }
-  const Vec3d extent{(grid.voxels.x - 1) * spacing_.x, (grid.voxels.y - 1) * spacing_.y,
-                     (grid.voxels.z - 1) * spacing_.z};
+  const Vec3d extent = extent_;
   const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
   if (low.x > 0) add({1, 0, 0}, low.x * extent.x - eye_.x);
   if (low.y > 0) add({0, 1, 0}, low.y * extent.y - eye_.y);
@@ -167,6 +169,18 @@ void Frame::set_clip_planes(const VolumeGrid& grid, const RenderSettings& settin
     if (!(high.z < 1)) add({0, 0, -1}, eye_.z - extent.z - margin.z);
   }
   block_.switches[0] = planes;
+}
+
+void Frame::set_slices(const VolumeGrid& grid, const RenderSettings& settings) {
+  for (size_t i = 0; i < settings.slices.size() && i < kMaxSlices; ++i) {
+    const SlicePlane& slice = settings.slices[i];
+    const double size = length(slice.normal);
+    if (!(size > 0) || !std::isfinite(size) || !std::isfinite(slice.offset)) continue;
+    const Vec3d normal = slice.normal * (1 / size);
+    const Vec3d row = multiply_transposed(grid.direction, normal);
+    const double offset = (slice.offset / size - dot(normal, camera_.eye)) / unit_;
+    slices_.push_back({row.x, row.y, row.z, offset});
+  }
 }
 
 Frame::Box Frame::box(Vec3d low_cell, Vec3d high_cell) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "shared/render/accumulation.h"
 #include "shared/render/image_tile.h"
@@ -62,6 +63,14 @@ class Frame {
   bool may_see(const Box& box) const { return may_see(box, sides_); }
   bool may_see_in_image(const Box& box) const { return may_see(box, image_sides_); }
 
+  /// The slices of the settings as planes of frame space, dot(xyz, p) = w, with the length of the
+  /// normal 1 in the world. Those without a normal are left out.
+  const std::vector<std::array<double, 4>>& slices() const { return slices_; }
+
+  /// The faces of the volume, in frame space.
+  Vec3d volume_low() const { return eye_ * -1.0; }
+  Vec3d volume_high() const { return extent_ - eye_; }
+
   /// Whether a clip plane may cut the box.
   bool may_cut(const Box& box) const;
 
@@ -81,17 +90,19 @@ class Frame {
   using Sides = std::array<std::array<double, 4>, 5>;
 
   void set_clip_planes(const VolumeGrid& grid, const RenderSettings& settings);
+  void set_slices(const VolumeGrid& grid, const RenderSettings& settings);
   Sides sides_of(const ImageTile& tile, double near_plane) const;
   bool may_see(const Box& box, const Sides& sides) const;
 
   FrameBlock block_{};
   double unit_ = 1;
   double cell_side_ = 1;
-  Vec3d spacing_;               // in units
+  Vec3d spacing_, extent_;      // of a cell and of the volume, in units
   Vec3d eye_;                   // relative to voxel (0, 0, 0), along the axes of frame space
   Vec3d right_, up_, forward_;  // row vectors
   CameraFrame camera_;
   Matrix4d mesh_clip_;
+  std::vector<std::array<double, 4>> slices_;
   Sides sides_, image_sides_;
 };
 

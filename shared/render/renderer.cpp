@@ -10,6 +10,7 @@
 #include "shared/render/image_passes.h"
 #include "shared/render/renderer_state.h"
 #include "shared/render/shader_constants.h"
+#include "shared/render/slice_pick.h"
 #include "shared/render/surface_pick.h"
 #include "shared/sampling/sample_neighbours.h"
 
@@ -21,6 +22,7 @@ static_assert(KIND_ELLIPSE == static_cast<int>(SplatKind::ellipse));
 static_assert(KIND_EXACT == static_cast<int>(SplatKind::exact));
 static_assert(MAX_ISOSURFACES == kMaxIsosurfaces && MAX_LAYERS == kMaxIsosurfaces + 1);
 static_assert(MAX_CLIP_PLANES == kMaxClipPlanes + 6);
+static_assert(SLICE_VALUES >= kMaxIsosurfaces && SLICE_NO_DATA < 16);
 
 }  // namespace
 
@@ -29,6 +31,9 @@ bool operator==(const RenderSettings& a, const RenderSettings& b) {
     return x.isovalue == y.isovalue && x.colour == y.colour && x.opacity == y.opacity;
   };
   const auto same_plane = [](const ClipPlane& x, const ClipPlane& y) {
+    return x.normal == y.normal && x.offset == y.offset;
+  };
+  const auto same_slice = [](const SlicePlane& x, const SlicePlane& y) {
     return x.normal == y.normal && x.offset == y.offset;
   };
   return std::equal(a.isosurfaces.begin(), a.isosurfaces.end(), b.isosurfaces.begin(),
@@ -41,7 +46,8 @@ bool operator==(const RenderSettings& a, const RenderSettings& b) {
          std::equal(a.clip_planes.begin(), a.clip_planes.end(), b.clip_planes.begin(),
                     b.clip_planes.end(), same_plane) &&
          a.clip_box_low == b.clip_box_low && a.clip_box_high == b.clip_box_high &&
-         a.clip_caps == b.clip_caps;
+         a.clip_caps == b.clip_caps && a.slice_low == b.slice_low && a.slice_high == b.slice_high &&
+         std::equal(a.slices.begin(), a.slices.end(), b.slices.begin(), b.slices.end(), same_slice);
 }
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -105,7 +111,7 @@ Result<uint64_t> Renderer::reserve_chunk(ChunkHandle handle, ChunkPlace place,
   remove_chunk(handle);
   const auto range = s.chunks.reserve(*s.grid, handle, place.block, std::move(clusters));
   if (!range) return tl::unexpected(range.error());
-  if (s.chunks.is_visible(handle)) s.dirty = true;
+  if (s.chunks.is_visible(handle) || !s.settings.slices.empty()) s.dirty = true;
   return range->offset_bytes();
 }
 
@@ -127,7 +133,8 @@ Result<void> Renderer::check_gpu() const {
 
 void Renderer::remove_chunk(ChunkHandle handle) {
   State& s = *state_;
-  if (s.chunks.remove(handle) && s.chunks.is_visible(handle)) s.dirty = true;
+  const bool is_shown = s.chunks.is_visible(handle) || !s.settings.slices.empty();
+  if (s.chunks.remove(handle) && is_shown) s.dirty = true;
 }
 
 void Renderer::set_visible(std::span<const DrawnChunk> chunks) {
@@ -285,8 +292,15 @@ Result<std::optional<SurfacePick>> Renderer::pick(double x, double y, int width,
       add_hits(*ray, chunk->block, samples, quantized_isovalues, hits);
     }
   }
-  if (auto cap = pick_cap(*s.grid, s.settings, *ray, hits)) return cap;
-  return nearest_pick(*s.grid, s.mapping, *ray, std::move(hits));
+  std::optional<SurfacePick> pick = pick_cap(*s.grid, s.settings, *ray, hits);
+  double nearest = ray->end;
+  for (const PickHit& hit : hits) nearest = std::min(nearest, hit.distance);
+  if (pick) nearest = ray->begin;
+  if (!pick) pick = nearest_pick(*s.grid, s.mapping, *ray, std::move(hits));
+  if (pick) pick->value = s.settings.isosurfaces[pick->isosurface].isovalue;
+  if (auto slice = pick_slice(*s.grid, s.mapping, s.settings, s.chunks, *ray, nearest))
+    return slice;
+  return pick;
 }
 
 Result<void> Renderer::begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px) {

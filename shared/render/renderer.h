@@ -51,6 +51,7 @@ inline constexpr int kMaxIsosurfaces = 8;
 inline constexpr int kMaxImageSize = 16384;  ///< px, width and height
 inline constexpr int kTileMargin = 128;      ///< px; Renderer::draw_tile
 inline constexpr int kMaxClipPlanes = 6;
+inline constexpr int kMaxSlices = 4;
 
 struct Isosurface {
   double isovalue = 0;              ///< in the volume's values
@@ -60,6 +61,13 @@ struct Isosurface {
 
 /// Keeps the half-space dot(normal, position) ≥ offset, in world coordinates.
 struct ClipPlane {
+  Vec3d normal{0, 0, 1};
+  double offset = 0;
+};
+
+/// A plane in which the volume's values are shown: dot(normal, position) = offset, in world
+/// coordinates. The normal may have any length above 0; other planes are ignored.
+struct SlicePlane {
   Vec3d normal{0, 0, 1};
   double offset = 0;
 };
@@ -76,6 +84,9 @@ struct SurfacePick {
   /// On a cap (RenderSettings::clip_caps) of the isosurface: there are values of at least the
   /// isovalue, of which no more is known. The gradient is 0.
   bool cap = false;
+  /// In a slice (RenderSettings::slices), whose value is `value`. The gradient and to_next are 0.
+  bool slice = false;
+  double value = 0;  ///< of the volume there; on a surface, its isovalue
 };
 
 /// All settings of the picture except for the camera. Plain data that can be compared and copied.
@@ -97,6 +108,12 @@ struct RenderSettings {
   /// Closes the faces at which the clipping cuts the solid: the part of the volume whose values are
   /// at least the isovalue. The border of the volume stays open. Not for `projected` = false.
   bool clip_caps = false;
+  /// At most kMaxSlices; more are ignored. They show the values of all resident cells, whether
+  /// these are visible or not, of the finest level that is resident at each place; elsewhere lines,
+  /// between which one sees what is behind. Where colours show isovalues, slices have the same
+  /// colours; else they are grey, from black at slice_low to white at slice_high. They are not lit.
+  std::vector<SlicePlane> slices;
+  double slice_low = 0, slice_high = 1;
 
   friend bool operator==(const RenderSettings&, const RenderSettings&);
 };
@@ -263,16 +280,19 @@ class Renderer {
     uint32_t isosurface = 0;
     float coverage = 1;
     bool cap = false;  ///< a face of the clipping (RenderSettings::clip_caps)
+    /// What a slice shows there: its values, or that there are none. `isosurface` is 0 then.
+    enum class Slice : uint8_t { none, values, no_data } slice = Slice::none;
+    float scalar = 0;  ///< place in the colour map, 0 … 1; of slices, that of the value
   };
   /// Reads all pixels of the opaque layer, row by row. Slow, since it waits for the GPU.
   /// Errors: gl_error, invalid_argument (nothing drawn yet).
   Result<std::vector<SurfacePixel>> read_surface();
 
   /// The nearest surface at a place of an image of this size, x px to the right of and y px below
-  /// its upper left corner, with the present camera and settings; or the cap before it. Intersects
-  /// the ray with the cells of the visible chunks near it, in the precision of PackedSample, and
-  /// does not depend on what was drawn. Nothing if there is no surface. Reads samples back from the
-  /// GPU. Errors: gl_error, invalid_argument (no volume).
+  /// its upper left corner, with the present camera and settings; or the cap or the values of a
+  /// slice before it. Intersects the ray with the cells of the visible chunks near it, in the
+  /// precision of PackedSample, and does not depend on what was drawn. Nothing if there is no
+  /// surface. Reads samples back from the GPU. Errors: gl_error, invalid_argument (no volume).
   Result<std::optional<SurfacePick>> pick(double x, double y, int width, int height) const;
 
   /// Starts an occlusion query: which regions of these chunks are visible in the last picture, in

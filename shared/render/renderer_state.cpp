@@ -44,6 +44,7 @@ void Renderer::State::abandon_gl_objects() {
   tiled_image = {};
   lighting.abandon();
   splat_passes.abandon();
+  slices.abandon();
   accumulation.abandon();
   cross_fade.abandon();
   occlusion_query.abandon();
@@ -89,6 +90,12 @@ Result<void> Renderer::State::draw_caps() {
   return {};
 }
 
+/// Completes the layers that were drawn last.
+Result<void> Renderer::State::draw_caps_and_slices() {
+  if (auto ok = draw_caps(); !ok || settings.slices.empty()) return ok;
+  return slices.draw(shown_context(), make_frame(drawn_offset), chunks, mapping);
+}
+
 /// Whether surfaces can be lit while they are drawn, without layers. This is faster, and possible
 /// where no pixel shows several surfaces.
 bool Renderer::State::can_light_directly() const {
@@ -96,6 +103,7 @@ bool Renderer::State::can_light_directly() const {
     return surface.opacity > 0 && surface.opacity < kOpaque;
   };
   return (settings.kind == SplatKind::quad || !mesh.is_empty()) && !has_caps() &&
+         settings.slices.empty() &&
          std::none_of(settings.isosurfaces.begin(), settings.isosurfaces.end(), is_translucent);
 }
 
@@ -153,6 +161,7 @@ Frame Renderer::State::make_frame(ImageOffset offset) const {
 Result<void> Renderer::State::draw_surfaces(const ImageTile& part, ImageOffset offset,
                                             bool light_directly, SmoothSizes sizes) {
   tile = part;
+  drawn_offset = offset;
   lit = light_directly;
   capped = false;
   statistics = FrameStatistics{};
@@ -235,7 +244,7 @@ Result<FrameStatistics> Renderer::State::finish_frame() {
   statistics.samples_resident = chunks.buffers().samples();
   statistics.gpu_bytes = chunks.buffers().bytes() + targets.bytes() + splat_passes.bytes() +
                          accumulation.sums().bytes() + cross_fade.bytes() + mesh.bytes() +
-                         caps.bytes();
+                         caps.bytes() + slices.bytes();
   drawn_tile = tile;
   dirty = false;
   return statistics;
@@ -245,7 +254,7 @@ Result<FrameStatistics> Renderer::State::draw(const ImageTile& part, GLuint fram
   if (auto ok = draw_surfaces(part, {}, can_light_directly()); !ok) {
     return tl::unexpected(ok.error());
   }
-  if (auto ok = draw_caps(); !ok) return tl::unexpected(ok.error());
+  if (auto ok = draw_caps_and_slices(); !ok) return tl::unexpected(ok.error());
   const auto shown = lit ? show_lit_picture(context(), framebuffer)
                          : compose(shown_context(), layers.count, framebuffer, /*still=*/nullptr);
   if (!shown) return tl::unexpected(shown.error());
@@ -259,7 +268,7 @@ Result<void> Renderer::State::ensure_layers() {
 }
 
 Result<void> Renderer::State::accumulate_picture() {
-  if (auto ok = draw_caps(); !ok) return ok;
+  if (auto ok = draw_caps_and_slices(); !ok) return ok;
   glEnable(GL_BLEND);
   glBlendEquation(GL_FUNC_ADD);
   glBlendFunc(GL_ONE, GL_ONE);

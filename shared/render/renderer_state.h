@@ -14,6 +14,7 @@
 #include "shared/render/image_tile.h"
 #include "shared/render/occlusion_query.h"
 #include "shared/render/renderer.h"
+#include "shared/render/slices.h"
 #include "shared/render/splat_passes.h"
 #include "shared/render/triangle_mesh.h"
 
@@ -30,10 +31,11 @@ struct Renderer::State {
   float max_point_size = 1;
   GlLimits limits;
   bool lost = false;
-  bool dirty = true;     // the next draw would differ from the last one
-  ImageTile tile;        // of the frame that is being drawn
-  ImageTile drawn_tile;  // of the last finished frame; at first of no size
-  bool lit = false;      // the last draw made a lit picture and depths, but no surface pixels
+  bool dirty = true;         // the next draw would differ from the last one
+  ImageTile tile;            // of the frame that is being drawn
+  ImageTile drawn_tile;      // of the last finished frame; at first of no size
+  ImageOffset drawn_offset;  // of the surfaces that were drawn last
+  bool lit = false;          // the last draw made a lit picture and depths, but no surface pixels
 
   std::optional<VolumeGrid> grid;
   ValueMapping mapping;
@@ -52,6 +54,7 @@ struct Renderer::State {
   LayerAssignment layers;  // of the last draw
   ClipCaps caps;
   bool capped = false;  // the layers that were drawn last are in `caps` as well
+  Slices slices;
   Accumulation accumulation;
   CrossFade cross_fade;
   OcclusionQuery occlusion_query;
@@ -91,6 +94,7 @@ struct Renderer::State {
   }
   bool has_caps() const;
   Result<void> draw_caps();
+  Result<void> draw_caps_and_slices();
   bool can_light_directly() const;
   size_t surface_count() const;
   void assign_layers();

@@ -71,8 +71,8 @@ GlProgram ShaderPrograms::start_image(
 }
 
 GlProgram ShaderPrograms::start(SplatVariant variant) const {
-  static constexpr int kKind[kSplatPasses] = {KIND_QUAD, KIND_ELLIPSE, KIND_EXACT, KIND_EXACT,
-                                              KIND_EXACT};
+  static constexpr int kKind[kSplatPasses] = {KIND_QUAD,  KIND_ELLIPSE, KIND_EXACT,
+                                              KIND_EXACT, KIND_EXACT,   KIND_EXACT};
   std::string defines =
       "#define KIND " + std::to_string(kKind[static_cast<size_t>(variant.pass)]) + "\n";
   if (variant.pulled) defines += "#define PULLED\n";
@@ -90,6 +90,13 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
                             {"frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "splat.glsl",
                              "cut_cells.vert.glsl"},
                             {"frame.glsl", "cell.glsl", "entry.glsl", "cut_cells.frag.glsl"});
+  }
+  if (variant.pass == SplatPass::slice_cells) {
+    return GlProgram::start(
+        defines,
+        {"frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "splat.glsl", "slice.glsl",
+         "slice_cells.vert.glsl"},
+        {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "slice.glsl", "slice_cells.frag.glsl"});
   }
   if (variant.pass == SplatPass::quad) {
     return GlProgram::start(
@@ -161,6 +168,8 @@ GlProgram ShaderPrograms::start(ImagePass pass) const {
     case ImagePass::caps:
       return start_image("", {"frame.glsl", "surface_pixel.glsl", "entry.glsl", "cap_likely.glsl",
                               "caps.frag.glsl"});
+    case ImagePass::slice:
+      return start_image("", {"frame.glsl", "surface_pixel.glsl", "slice.glsl", "slice.frag.glsl"});
     case ImagePass::read:
       return start_image("", {"frame.glsl", "read.frag.glsl"});
     case ImagePass::mesh:

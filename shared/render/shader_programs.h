@@ -18,10 +18,10 @@ inline constexpr GLuint kFrameBinding = 0;
 /// What programs with frame.glsl have before their files, if the camera is orthographic.
 inline constexpr std::string_view kOrthographicDefine = "#define ORTHOGRAPHIC\n";
 
-/// Passes that draw splats: three kinds of surfaces, the gradients of smooth normals, and the cells
-/// at cut faces.
-enum class SplatPass : uint8_t { quad, ellipse, exact, gradients, cut_cells };
-inline constexpr size_t kSplatPasses = 5;
+/// Passes that draw splats: three kinds of surfaces, the gradients of smooth normals, the cells at
+/// cut faces, and those in slices.
+enum class SplatPass : uint8_t { quad, ellipse, exact, gradients, cut_cells, slice_cells };
+inline constexpr size_t kSplatPasses = 6;
 
 /// A program of a splat pass.
 struct SplatVariant {
@@ -49,12 +49,13 @@ enum class ImagePass : uint8_t {
   cap_states,
   cap_tiles,
   cap_jump,
-  caps,  ///< the layers with caps
-  read,  ///< surface pixels and depths, for reading back
+  caps,   ///< the layers with caps
+  slice,  ///< the pattern of a slice
+  read,   ///< surface pixels and depths, for reading back
   mesh,
   lit_mesh,
 };
-inline constexpr size_t kImagePasses = 12;
+inline constexpr size_t kImagePasses = 13;
 
 /// All shader programs of the renderer. A program is compiled when it is first needed; those of
 /// most first pictures are started earlier, as drivers compile in the background.

@@ -29,6 +29,12 @@ Renderer::SurfacePixel decode_pixel(const uint32_t* words, float world_unit) {
   pixel.depth *= world_unit;
   pixel.normal = decode_normal(words[0]);
   pixel.isosurface = words[1] >> (16 + ISOSURFACE_SHIFT);
+  pixel.scalar = static_cast<float>(words[1] & 0xffff) / 65535;
+  if (pixel.isosurface >= SLICE_VALUES) {
+    using Slice = Renderer::SurfacePixel::Slice;
+    pixel.slice = pixel.isosurface == SLICE_VALUES ? Slice::values : Slice::no_data;
+    pixel.isosurface = 0;
+  }
   pixel.coverage = static_cast<float>(words[1] >> 16 & uint32_t(COVERAGE_MAX)) /
                    static_cast<float>(COVERAGE_MAX);
   pixel.cap = (words[1] >> (16 + SIDE_SHIFT) & 3) == SIDE_CAP;

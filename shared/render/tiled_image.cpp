@@ -51,7 +51,7 @@ Result<void> Renderer::State::begin_tiles(int width, int height) {
   if (!Lighting::has_occlusion(settings.light)) return {};
   const ImageTile reduced = reduced_image(tiled_image, kMostOfWholeImage);
   if (auto ok = draw_surfaces(reduced, {}, /*light_directly=*/false); !ok) return ok;
-  if (auto ok = draw_caps(); !ok) return ok;
+  if (auto ok = draw_caps_and_slices(); !ok) return ok;
   whole_image.swap(shown_context().targets);
   return {};
 }

@@ -7,14 +7,24 @@ uniform int u_layers;
 #endif
 uniform vec4 u_background;         // linear, alpha
 uniform int u_cap_colour_by;       // of caps, as u_colour_by: they have no gradient, level or error
+uniform bool u_slice_mapped;       // slices have the colours of the map, else grey
 #ifndef STILL
 uniform bool u_linear;             // writes linear colours, for accumulation
 #endif
 layout(location = 0) out vec4 o_colour;
 
+// Slices are not lit: their colours stand for values.
+vec3 slice_colour(uint kind, float scalar) {
+  float grey = kind == uint(SLICE_VALUES) ? scalar : SLICE_GREY;
+  return kind == uint(SLICE_VALUES) && u_slice_mapped ? colour_of(1, 0u, scalar, 0.0) : to_linear(vec3(grey));
+}
+
 vec4 shade(ivec2 at, int layer, float depth) {
   uvec4 bits = texelFetch(u_surfaces, ivec3(at, layer), 0);
   uint isosurface = bits.w >> ISOSURFACE_SHIFT;
+  for (int turn = isosurface >= uint(SLICE_VALUES) ? 0 : 1; turn < 1; ++turn) {
+    return vec4(slice_colour(isosurface, float(bits.z) / 65535.0), 1.0);
+  }
   float coverage = float(bits.w & uint(COVERAGE_MAX)) / COVERAGE_MAX;
   float z = distance_of(depth);
   bool is_cap = side_of(bits) == SIDE_CAP;

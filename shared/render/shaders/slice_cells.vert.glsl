@@ -1,0 +1,22 @@
+// Splats of the cells that a slice cuts.
+flat out vec3 v_low, v_size;
+flat out vec4 v_a, v_b;
+
+void main() {
+  Cell cell = unpack_sample(fetch_sample());
+  v_size = u_cell.xyz * u_block.w;
+  v_low = u_block.xyz + cell.low * v_size;
+  Trilinear f = trilinear(cell.lower, cell.upper);
+  v_a = f.a;
+  v_b = f.b;
+  vec3 centre = v_low + 0.5 * v_size, reach = (0.5 + CUT_MARGIN_CELLS) * v_size;
+  // The plane from the centre, and the bounds of the part of the cell that it cuts: along each axis, where
+  // the others can reach the plane.
+  float away = u_slice.w - dot(u_slice.xyz, centre);
+  vec3 steps = abs(u_slice.xyz) * reach, slope = max(abs(u_slice.xyz), 1e-6);
+  float most = steps.x + steps.y + steps.z;
+  vec3 middle = sign(u_slice.xyz) * away / slope, around = (most - steps) / slope + 1e-3 * reach;
+  vec3 low = max(middle - around, -reach), high = min(middle + around, reach);
+  if (abs(away) > most) drop();
+  else place_box(centre + 0.5 * (low + high), 0.5 * (high - low), 0.02);
+}
