@@ -167,9 +167,10 @@ typedef struct IsosplatCamera {
 typedef struct IsosplatPick {
   double position[3], voxel[3], normal[3];
   double gradient, to_next;
+  double value;
   uint32_t isosurface, level;
   uint32_t found;
-  uint32_t cap;  ///< 0 or 1
+  uint32_t face;  ///< 0: an isosurface; 1: a cap; 2: a slice
 } IsosplatPick;
 
 /// Projection::clip_from_world, column by column.

@@ -294,6 +294,18 @@ void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatCl
   apply_settings();
 }
 
+void isosplat_renderer_set_slices(const IsosplatClipPlane* planes, uint32_t count, double low,
+                                  double high) {
+  RenderSettings& settings = state().settings;
+  settings.slice_low = low;
+  settings.slice_high = high;
+  settings.slices.clear();
+  for (const IsosplatClipPlane& plane : std::span(planes, std::min<uint32_t>(count, kMaxSlices))) {
+    settings.slices.push_back({as_vector(plane.normal), plane.offset});
+  }
+  apply_settings();
+}
+
 void isosplat_renderer_set_camera(const IsosplatCamera* camera) {
   if (state().renderer) state().renderer->set_camera(read_camera(*camera));
 }
@@ -347,8 +359,9 @@ IsosplatStatus isosplat_renderer_pick(double x, double y, int32_t width, int32_t
   pick->to_next = p.to_next;
   pick->isosurface = p.isosurface;
   pick->level = p.level;
+  pick->value = p.value;
   pick->found = 1;
-  pick->cap = p.cap ? 1 : 0;
+  pick->face = p.slice ? 2 : p.cap ? 1 : 0;
   return kOk;
 }
 

@@ -68,6 +68,11 @@ const uint8_t* isosplat_renderer_colour_map(uint32_t colour_map);
 void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatClipPlane* planes,
                                     uint32_t count);
 
+/// RenderSettings::slices, as the planes in which they lie, and the values that are black and white
+/// in them. At most kMaxSlices; more are ignored.
+void isosplat_renderer_set_slices(const IsosplatClipPlane* planes, uint32_t count, double low,
+                                  double high);
+
 void isosplat_renderer_set_camera(const IsosplatCamera* camera);
 
 /// The camera of the first picture of a volume. `aspect`: width / height of the image. Reads

@@ -154,12 +154,19 @@ test("axes, a scale bar and the clip box above the picture; what frameworks unse
   await view.getByRole("slider", { name: "Upper y face of the clip box" }).press("PageDown");
   expect((await state()).high).toEqual([1, 0.9, 1]);
   await completed(page, 1);
+  const sliced = await view.evaluate((e: IsosplatViewerElement) => {
+    e.slices = { along: [0.5, null, null] };
+    return { along: e.viewer?.slices.along, range: e.viewer?.legend?.range, set: e.slices.along };
+  });
+  expect(sliced).toEqual({ along: [0.5, null, null], range: [0, 247], set: [0.5, null, null] });
   await view.evaluate((e: IsosplatViewerElement) => {
     e.isovalues = [120];
     e.isovalues = undefined;
     e.clip = undefined;
+    e.slices = undefined;
     e.setAttribute("show", "box");
   });
+  expect(await view.evaluate((e: IsosplatViewerElement) => e.viewer?.legend)).toBeNull();
   expect(await state()).toMatchObject({ high: [1, 1, 1], isovalues: [100] });
   await expect(view.getByRole("slider", { name: "Upper y face of the clip box" })).toHaveCount(0);
   await expect(view.getByRole("button", { name: "View from z", exact: true })).toHaveCount(0);

@@ -3,6 +3,7 @@ declare module "*/layouts.js" {
   export const maxHeaderBytes: number;
   export const maxIsosurfaces: number;
   export const maxClipPlanes: number;
+  export const maxSlices: number;
   export const colourMapColours: number;
   export const regionWords: number;
   export const packedSampleBytes: number;
@@ -219,10 +220,11 @@ declare module "*/layouts.js" {
     normal: [number, number, number];
     gradient: number;
     toNext: number;
+    value: number;
     isosurface: number;
     level: number;
     found: number;
-    cap: number;
+    face: number;
   }
   export const pickBytes: number;
   export function readPick(data: DataView, at: number): Pick;

@@ -1,5 +1,5 @@
 import type { Source } from "../stream/index.ts";
-import type { Camera, Clip, Look, Projection, Surface } from "../viewer/index.ts";
+import type { Camera, Clip, Look, Projection, Slices, Surface } from "../viewer/index.ts";
 import type { IsosplatViewerEvents } from "./element_events.ts";
 
 /** What frameworks set: attributes, and properties where the element has them under the same name. */
@@ -15,6 +15,7 @@ export interface IsosplatViewerProps {
   camera?: Camera | null | undefined;
   projection?: Projection | undefined;
   clip?: Clip | undefined;
+  slices?: Slices | undefined;
   look?: Partial<Look> | undefined;
   background?: string | undefined;
   controls?: boolean | undefined;

@@ -17,6 +17,7 @@ import {
   compiledRenderer,
   firstSurface,
   type Look,
+  noSlices,
   type Projection,
   RendererError,
   readCamera,
@@ -25,6 +26,7 @@ import {
   readNumbers,
   readOpacities,
   readProjection,
+  type Slices,
   type Surface,
   surfacesAt,
   Viewer,
@@ -43,7 +45,7 @@ import { styles } from "./styles.ts";
 
 /** Properties that may have been set before the element was defined. */
 const ownProperties =
-  "src source isovalues surfaces camera projection clip look controls show link".split(" ");
+  "src source isovalues surfaces camera projection clip slices look controls show link".split(" ");
 
 /** WebGL contexts of the elements of a page together. */
 const mostContexts = 4;
@@ -155,6 +157,7 @@ export class IsosplatViewerElement extends HTMLElement {
   /** Empty until the attribute, a call or the volume has isovalues. */
   #surfaces: readonly Surface[] = [];
   #clip: Clip = wholeVolume;
+  #slices: Slices = noSlices;
   /** What attributes, calls, gestures or the group have set; the volume's defaults are not in it. */
   #chosen: LinkedView = {};
   #look: Partial<Look> = {};
@@ -336,6 +339,19 @@ export class IsosplatViewerElement extends HTMLElement {
     this.#overlays.clipChanged();
     this.#wake();
     this.#changed("clipchange", clip, { clip });
+  }
+
+  /**
+   * Planes that show the volume's values where cells are loaded, hatched elsewhere: `along` has the places
+   * across x, y and z, as fractions of the volume or null, `plane` an oblique one. Null or undefined: none.
+   */
+  get slices(): Slices {
+    return this.#slices;
+  }
+  set slices(asked: Slices | null | undefined) {
+    this.#slices = asked ?? noSlices;
+    this.#viewer?.setSlices(this.#slices);
+    this.#wake();
   }
 
   /** Splats, colouring, background and light. What is set is added to what was set before. */
@@ -621,6 +637,7 @@ export class IsosplatViewerElement extends HTMLElement {
     });
     viewer.setLook(this.#look);
     viewer.setClip(this.#clip);
+    viewer.setSlices(this.#slices);
     viewer.on("progress", (progress) => this.#onProgress(progress));
     viewer.on("frame", ({ samplesDrawn }) => {
       if (samplesDrawn > 0) this.#onPicture();

@@ -6,6 +6,7 @@ export * from "./light.ts";
 export { onPixelRatio } from "./pixel_ratio.ts";
 export { compiledRenderer, RendererError } from "./renderer_module.ts";
 export * from "./setting_text.ts";
+export * from "./slices.ts";
 export * from "./surfaces.ts";
 export * from "./types.ts";
 export { type OpenOptions, Viewer, type ViewerEvents, type ViewerOptions } from "./viewer.ts";

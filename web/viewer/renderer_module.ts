@@ -11,7 +11,16 @@ import {
 } from "../core/index.ts";
 import { type FaultKind, faultOfStatus } from "../stream/faults.ts";
 import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
-import type { Camera, Clip, ColourMap, Look, Projection, Splats, Surface } from "./types.ts";
+import type {
+  Camera,
+  Clip,
+  ColourMap,
+  Look,
+  Projection,
+  SlicePlane,
+  Splats,
+  Surface,
+} from "./types.ts";
 import { colourings, colourMaps, shadings, splatKinds } from "./types.ts";
 
 /** The instance that Emscripten's factory creates: the functions of shared/wasm/renderer_api.h. */
@@ -43,6 +52,7 @@ interface Exports extends CoreModule {
   _isosplat_renderer_set_appearance(appearance: number): void;
   _isosplat_renderer_set_light(light: number): void;
   _isosplat_renderer_set_clipping(box: number, planes: number, count: number): void;
+  _isosplat_renderer_set_slices(planes: number, count: number, low: number, high: number): void;
   _isosplat_renderer_set_camera(camera: number): void;
   _isosplat_renderer_default_camera(camera: number, aspect: number): void;
   _isosplat_renderer_orbit(camera: number, right: number, up: number): void;
@@ -349,6 +359,16 @@ export class RendererModule {
     this.#exports._isosplat_renderer_set_clipping(this.#scratch, planesAt, used.length);
   }
 
+  /** `range`: the values that are black and white, unless slices have the colours of isovalues. */
+  setSlices(planes: readonly SlicePlane[], [low, high]: readonly [number, number]): void {
+    const used = planes.slice(0, layouts.maxSlices);
+    const data = this.#view();
+    used.forEach((plane, i) => {
+      layouts.writeClipPlane(data, this.#scratch + i * layouts.clipPlaneBytes, plane);
+    });
+    this.#exports._isosplat_renderer_set_slices(this.#scratch, used.length, low, high);
+  }
+
   setCamera(camera: Camera): void {
     this.#writeCamera(camera);
     this.#exports._isosplat_renderer_set_camera(this.#scratch);
@@ -395,7 +415,7 @@ export class RendererModule {
     return Float64Array.from(layouts.readProjection(this.#view(), at).clipFromWorld);
   }
 
-  /** The surface at a place of an image of this size, from its upper left corner. */
+  /** The surface, cap or slice at a place of an image of this size, from its upper left corner. */
   pick(x: number, y: number, width: number, height: number): layouts.Pick | undefined {
     this.#check(this.#exports._isosplat_renderer_pick(x, y, width, height, this.#scratch));
     const pick = layouts.readPick(this.#view(), this.#scratch);

@@ -1,4 +1,11 @@
-import { type Camera, type Clip, type ClipPlane, type Projection, projections } from "./types.ts";
+import {
+  type Camera,
+  type Clip,
+  type ClipPlane,
+  type Projection,
+  projections,
+  type Slices,
+} from "./types.ts";
 
 /**
  * Settings as text: in the page's address, and in the attributes of the element. A reader returns
@@ -53,6 +60,20 @@ export function readPlane(text: string): ClipPlane | undefined {
   const [x = 0, y = 0, z = 0, offset, ...more] = readNumbers(text) ?? [];
   if (offset === undefined || more.length > 0 || Math.hypot(x, y, z) === 0) return undefined;
   return { normal: [x, y, z], offset };
+}
+
+/** The slices across the axes, "0.5,,0.25": a share of the volume's extent, or nothing, for each axis. */
+export function readSlices(text: string | null): Slices["along"] | undefined {
+  const parts = text?.split(",") ?? [];
+  const along = parts.map((part) => (part.trim() === "" ? null : Number(part)));
+  const isValid = along.length === 3 && along.every((n) => n === null || (n >= 0 && n <= 1));
+  return isValid && along.some((n) => n !== null)
+    ? (along as unknown as Slices["along"])
+    : undefined;
+}
+
+export function writeSlices(along: Slices["along"]): string | undefined {
+  return along.some((n) => n !== null) ? along.map((n) => n ?? "").join(",") : undefined;
 }
 
 /** azimuth,elevation,distance,x,y,z[,roll[,field of view]]: what readCamera reads. */

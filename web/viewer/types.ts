@@ -63,10 +63,12 @@ export interface SurfacePoint {
   normal: Triple;
   /** Length of the gradient: change of the value per world unit. */
   gradient: number;
-  /** The volume's value there: the isovalue of the surface. On a cap, the value is at least this. */
+  /** The volume's value there: on a surface its isovalue. On a cap, the value is at least this. */
   isovalue: number;
   /** The point is on a cap: Clip.caps. */
   cap?: true;
+  /** The point is in a slice. */
+  slice?: true;
   /** Along the view to the next surface behind it, in world units; undefined if there is none. */
   toNext?: number;
   /** The level of the cell. At 0 the point is exact. */
@@ -122,10 +124,12 @@ export interface Look {
 /** The meaning of colours (shared/render/splat_passes.cpp, scalar_weights). */
 export interface Legend {
   colourBy: Exclude<Colouring, "isosurface">;
-  /** CSS colours, evenly spaced from low to high. */
+  /** CSS colours, evenly spaced from low to high; of slices alone: greys. */
   colours: readonly string[];
   /** The values of the first and the last colour; null: the nearest and farthest point of the view. */
   range: readonly [number, number] | null;
+  /** There are slices, which are hatched where no values are loaded. */
+  slices?: true;
 }
 
 /** Keeps the half-space that the normal points to: normal · world ≥ offset. */
@@ -146,6 +150,20 @@ export interface Clip {
    * own border stays open. Default: false.
    */
   caps?: boolean;
+}
+
+/** A plane in the world: normal · world = offset. The normal may have any length. */
+export type SlicePlane = ClipPlane;
+
+/**
+ * Slices through the volume: planes that show its values where cells are resident, of any isovalue and
+ * level; the finest of each place. Elsewhere they are hatched.
+ */
+export interface Slices {
+  /** Across x, y and z: the place as a fraction of the volume's extent, 0 … 1; null: none. */
+  along: readonly [number | null, number | null, number | null];
+  /** An oblique one. */
+  plane?: SlicePlane;
 }
 
 /** Statistics of the last frame. */

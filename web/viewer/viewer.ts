@@ -17,6 +17,7 @@ import { Emitter } from "./emitter.ts";
 import { FrameScheduler, type Scene } from "./frame_scheduler.ts";
 import { type Light, turnedLight } from "./light.ts";
 import { compiledRenderer, RendererError, RendererModule } from "./renderer_module.ts";
+import { hasSlices, noSlices, slicePlanes } from "./slices.ts";
 import { firstLook, firstSurface } from "./surfaces.ts";
 import {
   type Camera,
@@ -28,6 +29,7 @@ import {
   type PictureInParts,
   type PictureView,
   type Projection,
+  type Slices,
   type Surface,
   type SurfacePoint,
 } from "./types.ts";
@@ -89,6 +91,9 @@ export interface OpenOptions {
 /** If a renderer fails within this time (ms) after it was replaced, it is not replaced again. */
 const shortestLife = 30_000;
 
+/** Chunks that only slices show are drawn after this time (ms), together. */
+const sliceArrivals = 300;
+
 /** Interval in ms between checks whether the first shaders are compiled. */
 const shaderPolling = 8;
 
@@ -119,6 +124,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #surfaces: Surface[] = [];
   #look: Look = { ...defaultLook };
   #clip: Clip = wholeVolume;
+  #slices: Slices = noSlices;
+  #sliceTimer = 0;
   #picture: PictureView | null = null;
   #progress: Progress | null = null;
   /** A picture in parts has begun: nothing else is drawn. */
@@ -221,6 +228,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
             renderer.addChunk(id, place, samples, clusters),
           );
           if (isTaken) this.#scheduler?.onUpload(id);
+          if (isTaken) this.#onSliceArrival();
           return isTaken || this.#contextLost;
         },
         drop: (id) => this.#guard((renderer) => renderer.removeChunk(id)),
@@ -309,6 +317,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   dispose(): void {
     if (this.#disposed) return;
     this.#disposed = true;
+    clearTimeout(this.#sliceTimer);
     this.close();
     this.#scheduler?.stop();
     this.#workers?.close();
@@ -367,12 +376,25 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#scheduler?.onCameraChange();
   }
 
-  /** The meaning of colours; null if each surface has its own colour, or no volume is open. */
+  /**
+   * The meaning of colours; null if no volume is open, or each surface has its own colour and there are no
+   * slices.
+   */
   get legend(): Legend | null {
     const { colourBy, colourMap } = this.#look;
-    if (!this.#renderer || !this.#info || colourBy === "isosurface") return null;
+    if (!this.#renderer || !this.#info) return null;
+    const slices = hasSlices(this.#slices);
+    if (colourBy === "isosurface") {
+      if (!slices) return null;
+      return {
+        colourBy: "isovalue",
+        colours: ["#000", "#fff"],
+        range: this.#colourRange(),
+        slices,
+      };
+    }
     const colours = this.#renderer.colours(colourMap, 16);
-    return { colourBy, colours, range: this.#mappedRange() };
+    return { colourBy, colours, range: this.#mappedRange(), ...(slices && { slices }) };
   }
 
   /** The range shown in the legend; null if it differs from view to view. */
@@ -398,6 +420,33 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#renderer?.setClip(clip);
     this.#session?.sceneChanged();
     this.#scheduler?.onCameraChange();
+  }
+
+  get slices(): Slices {
+    return this.#slices;
+  }
+
+  setSlices(slices: Slices): void {
+    this.#slices = slices;
+    this.#applySlices();
+    this.#session?.sceneChanged();
+    this.#scheduler?.onCameraChange();
+  }
+
+  #applySlices(): void {
+    const info = this.#info;
+    if (info) this.#renderer?.setSlices(slicePlanes(this.#slices, info), info.range);
+  }
+
+  /** Slices show chunks that the view does not: such as those that are fetched for other isovalues. */
+  #onSliceArrival(): void {
+    if (!hasSlices(this.#slices) || this.#sliceTimer !== 0) return;
+    this.#sliceTimer = window.setTimeout(() => {
+      this.#sliceTimer = 0;
+      this.#scheduler?.onVisibleChange();
+      this.#showBusy();
+    }, sliceArrivals);
+    this.#showBusy();
   }
 
   /** Null until a volume is open. */
@@ -468,7 +517,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   /**
-   * The nearest surface at a place of the canvas (CSS pixels from its upper left corner): the ray's
+   * The nearest surface, or value of a slice, at a place of the canvas (CSS pixels from its upper left corner): the ray's
    * first intersection with the trilinear function of a visible cell. Undefined where there is none,
    * or no picture. `toNext` sees what is visible only: occluded regions may be left out.
    */
@@ -480,13 +529,12 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#guard((renderer) => {
       renderer.setCamera(camera);
       const pick = renderer.pick(x, y, width, height);
-      const surface = pick && this.#surfaces[pick.isosurface];
-      if (!surface) return;
-      const { position, voxel, normal, gradient, toNext, level, cap } = pick;
-      const { isovalue } = surface;
-      point = { position, voxel, normal, gradient, isovalue, level };
+      if (!pick) return;
+      const { position, voxel, normal, gradient, toNext, value, level, face } = pick;
+      point = { position, voxel, normal, gradient, isovalue: value, level };
       if (toNext > 0) point.toNext = toNext;
-      if (cap !== 0) point.cap = true;
+      if (face === 1) point.cap = true;
+      if (face === 2) point.slice = true;
     });
     return point;
   }
@@ -627,6 +675,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     renderer.setSurfaces(this.#surfaces);
     renderer.setClip(this.#clip);
     renderer.setLook(this.#look, this.#colourRange());
+    this.#applySlices();
   }
 
   /** The range of values, or of gradients, that is passed to the renderer for colouring. */
@@ -648,7 +697,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #showBusy(): void {
-    const isDrawing = this.#session === null || this.#contextLost || this.#scheduler?.isBusy;
+    const isDrawing =
+      this.#session === null ||
+      this.#contextLost ||
+      this.#sliceTimer !== 0 ||
+      this.#scheduler?.isBusy;
     const isBusy = this.#opening !== null && isDrawing !== false;
     if (isBusy === this.#isBusy) return;
     this.#isBusy = isBusy;
