@@ -191,6 +191,62 @@ test("cut faces are closed in the section Clipping; the link has it", async ({ p
   expect((await compare(page, await savedPicture(page), closed)).differing).toBeLessThan(0.001);
 });
 
+test("slices: by buttons and keys; in the picture, the legend, picks, the link and undo", async ({
+  page,
+}) => {
+  await page.setViewportSize({ width: 900, height: 560 });
+  const splats = "kind=exact&shading=exact";
+  await page.goto(`${server.url}?volume=bucky&isovalue=100&${splats}&clip=0,1,0.5,1,0,1`);
+  // A slice changes as coarse levels arrive, which are loaded while nothing else is.
+  const prepared = async () => {
+    await complete(page);
+    await page.waitForFunction(() => performance.getEntriesByName("isosplat:prepared").length > 0);
+    await settled(page);
+  };
+  await prepared();
+  const setting = async (name: string) => {
+    await settled(page);
+    return new URL(page.url()).searchParams.get(name);
+  };
+  const without = await savedPicture(page);
+  await openSection(page, "Slices");
+  await page.getByRole("button", { name: "Slice across y" }).click();
+  await expect(page.getByRole("figure")).toContainText("no values loaded");
+  expect(await setting("slices")).toBe(`,${64 / 127},`);
+  const middle = await savedPicture(page);
+  expect((await compare(page, without, middle)).differing).toBeGreaterThan(0.02);
+
+  // A value that is not the isovalue, where the slice is before the surface.
+  await openSection(page, "Measure");
+  await page.getByRole("button", { name: "Point", exact: true }).click();
+  const { width = 0, height = 0 } = (await page.getByRole("application").boundingBox()) ?? {};
+  const position = { x: 0.4 * width, y: 0.5 * height };
+  await page.getByRole("application").click({ position });
+  await expect(page.locator(".measurement-facts.quiet")).toHaveText(/value (?!100\b)/);
+  await page.getByRole("button", { name: "Remove Point 1" }).click();
+
+  const slider = page.getByRole("slider", { name: "Slice across y" });
+  await slider.press("ArrowRight");
+  expect(await setting("slices")).toBe(`,${65 / 127},`);
+  const field = page.getByRole("textbox", { name: "Voxel along y" });
+  await field.fill("95.25");
+  await field.press("Enter");
+  expect(await setting("slices")).toBe(`,${95.25 / 127},`);
+  expect((await compare(page, middle, await savedPicture(page))).differing).toBeGreaterThan(0.02);
+
+  await page.getByRole("button", { name: "Slice across the view" }).click();
+  await expect(page.getByRole("slider", { name: "Oblique slice" })).toBeVisible();
+  expect((await setting("slice-plane"))?.split(",")).toHaveLength(4);
+  const both = await savedPicture(page);
+  await page.getByRole("application").press("Control+z");
+  expect(await setting("slice-plane")).toBeNull();
+  await page.getByRole("application").press("Control+Shift+Z");
+  expect((await setting("slice-plane"))?.split(",")).toHaveLength(4);
+  await page.reload();
+  await prepared();
+  expect((await compare(page, await savedPicture(page), both)).differing).toBeLessThan(0.001);
+});
+
 for (const theme of ["light", "dark"] as const) {
   test(`axe-core finds nothing serious in the ${theme} theme`, async ({ page }) => {
     await page.emulateMedia({ colorScheme: theme });
@@ -198,9 +254,10 @@ for (const theme of ["light", "dark"] as const) {
     await expect(page.getByRole("link", { name: /bucky/ }).first()).toBeVisible();
     expect(await findings(page)).toEqual([]);
 
-    await page.goto(`${server.url}?volume=bucky&isovalue=100&show=axes,scale,box`);
+    const slices = "slices=0.5,,&slice-plane=0,0.6,0.8,20";
+    await page.goto(`${server.url}?volume=bucky&isovalue=100&show=axes,scale,box&${slices}`);
     await complete(page);
-    for (const name of ["Appearance", "Light", "View", "Clipping", "About this volume"]) {
+    for (const name of ["Appearance", "Light", "View", "Clipping", "Slices", "About this volume"]) {
       await openSection(page, name);
     }
     expect(await findings(page)).toEqual([]);

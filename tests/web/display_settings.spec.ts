@@ -7,7 +7,13 @@ import type { Viewer } from "../../web/viewer/index.ts";
 // It reads the colour scheme of the browser.
 vi.mock("../../web/page/theme.ts", () => ({ theme: () => "light", themeBackground: {} }));
 
-const viewer = { setLook() {}, setClip() {}, setSurfaces() {}, on() {} } as unknown as Viewer;
+const viewer = {
+  setLook() {},
+  setClip() {},
+  setSlices() {},
+  setSurfaces() {},
+  on() {},
+} as unknown as Viewer;
 const info = { range: [0, 100], mapping: { scale: 1 }, metadata: {} } as unknown as StoreInfo;
 let settings: DisplaySettings;
 

@@ -24,6 +24,7 @@ const view: AddressState = {
   look: defaultLook,
   isThemeBackground: true,
   clip: { low: [0, 0, 0], high: [1, 1, 1], planes: [] },
+  slices: { along: [null, null, null] },
   show: defaultParts,
   camera: undefined,
   isDefaultCamera: true,

@@ -1,4 +1,5 @@
 import { describe, expect, it } from "vitest";
+import { readSession, writeSession } from "../../web/measure/session_file.ts";
 import { readUrl, type UrlState, writeUrl } from "../../web/page/url_state.ts";
 import { defaultLight } from "../../web/viewer/light.ts";
 
@@ -43,6 +44,7 @@ const everything: UrlState = {
     planes: [{ normal: [0.6, 0, -0.8], offset: 12.5 }],
     caps: true,
   },
+  slices: { along: [1 / 3, null, 0], plane: { normal: [0.6, -0.8, 1e-9], offset: -12.5 } },
 };
 
 describe("what an address cannot mean", () => {
@@ -59,6 +61,17 @@ describe("what an address cannot mean", () => {
       "clip=0,2,0,1,0,1",
       "plane=0,0,0,1",
       "clip-caps=maybe",
+      "slices=0.5,,2",
+      "slices=0.5,,-0.1",
+      "slices=NaN,,0.5",
+      "slices=Infinity,,",
+      "slices=0.5",
+      "slices=,,",
+      "slices=0,0,0,0",
+      "slice-plane=0,0,0,1",
+      "slice-plane=1,0,0",
+      "slice-plane=1,0,0,Infinity",
+      "slice-plane=NaN,0,1,0",
       "shade=-1",
       "light=40",
       "light=0,100",
@@ -85,6 +98,11 @@ describe("what an address cannot mean", () => {
 describe("the address of a view", () => {
   it("is read as it was written", () => {
     expect(readUrl(writeUrl(everything))).toEqual(everything);
+  });
+
+  it("is kept by a session file", () => {
+    const { view } = readSession(writeSession({ view: writeUrl(everything), measurements: [] }));
+    expect(readUrl(view)).toEqual(everything);
   });
 
   it("keeps every digit", () => {

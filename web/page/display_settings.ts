@@ -6,7 +6,9 @@ import {
   type Clip,
   defaultLook,
   type Look,
+  noSlices,
   planeFacing,
+  type Slices,
   type Surface,
   surfacesAt,
   turnedLight,
@@ -29,7 +31,7 @@ import { theme, themeBackground } from "./theme.ts";
 import type { UrlState } from "./url_state.ts";
 
 /**
- * What the viewer shows and how: surfaces, appearance, clipping. Starts with the settings of the
+ * What the viewer shows and how: surfaces, appearance, clipping, slices. Starts with the settings of the
  * address; passes every change to the viewer, then notifies the page.
  */
 export class DisplaySettings {
@@ -46,6 +48,7 @@ export class DisplaySettings {
   #look: Look;
   #isThemeBackground: boolean;
   #clip: Clip;
+  #slices: Slices;
   #show: ReadonlySet<OverlayPart>;
   #isLogarithmic = true;
   #sweepSeconds = 10;
@@ -69,9 +72,11 @@ export class DisplaySettings {
       background: url.background ?? themeBackground[theme()],
     };
     this.#clip = url.clip ?? wholeVolume;
+    this.#slices = url.slices ?? noSlices;
     this.#show = url.show ?? defaultParts;
     viewer.setLook(this.#look);
     viewer.setClip(this.#clip);
+    viewer.setSlices(this.#slices);
     viewer.on("light", (light) => {
       this.#look = { ...this.#look, light };
       changed();
@@ -158,13 +163,17 @@ export class DisplaySettings {
       look: this.#look,
       isThemeBackground: this.#isThemeBackground,
       clip: this.#clip,
+      slices: this.#slices,
       show: this.#show,
     };
   }
 
   /** Shows what was shown before: undo and redo. */
   restore(
-    view: Pick<AddressState, "surfaces" | "look" | "isThemeBackground" | "clip" | "show">,
+    view: Pick<
+      AddressState,
+      "surfaces" | "look" | "isThemeBackground" | "clip" | "slices" | "show"
+    >,
   ): void {
     this.#sweep.stop();
     this.#active = Math.max(0, Math.min(this.#active, view.surfaces.length - 1));
@@ -174,6 +183,8 @@ export class DisplaySettings {
     this.#viewer.setLook(view.look);
     this.#clip = view.clip;
     this.#viewer.setClip(view.clip);
+    this.#slices = view.slices;
+    this.#viewer.setSlices(view.slices);
     this.#setSurfaces(view.surfaces);
     this.themeChanged();
   }
@@ -258,6 +269,16 @@ export class DisplaySettings {
     cutAcrossView: () => {
       const { camera, info } = this.#viewer;
       if (camera && info) this.#setClip({ ...this.#clip, planes: [planeFacing(camera, info)] });
+    },
+    changeSlices: (slices) => {
+      this.#slices = slices;
+      this.#viewer.setSlices(slices);
+      this.#changed();
+    },
+    sliceAcrossView: () => {
+      const { camera, info } = this.#viewer;
+      if (!camera || !info) return;
+      this.actions.changeSlices({ ...this.#slices, plane: planeFacing(camera, info) });
     },
   };
 

@@ -15,7 +15,8 @@ function unitsOf({ colourBy }: Legend, values: string | undefined): string {
 export function legendPart(legend: Legend, valueUnits: string | undefined): TemplateResult {
   const [low, high] = legend.range?.map(formatValue) ?? [pageTexts.near, pageTexts.far];
   const units = unitsOf(legend, valueUnits);
-  const name = panelTexts.quantities[legend.colourBy];
+  const isOfSlices = legend.slices && legend.colourBy === "isovalue";
+  const name = isOfSlices ? panelTexts.values : panelTexts.quantities[legend.colourBy];
   return html`<figure class="legend" aria-label=${pageTexts.colours(name, `${low}`, `${high}`, units)}>
     <figcaption>${name}${units ? html` <span class="quiet">${units}</span>` : nothing}</figcaption>
     <div
@@ -23,5 +24,6 @@ export function legendPart(legend: Legend, valueUnits: string | undefined): Temp
       style=${`background:linear-gradient(to right, ${legend.colours.join(", ")})`}
     ></div>
     <div class="legend-ends"><span>${low}</span><span>${high}</span></div>
+    ${legend.slices ? html`<div class="legend-hatched">${panelTexts.noValues}</div>` : nothing}
   </figure>`;
 }

@@ -1,7 +1,15 @@
 import { defaultParts, type OverlayPart, overlayParts } from "../overlay/parts.ts";
 import { isDefaultClip } from "../viewer/clipping.ts";
+import { hasSlices } from "../viewer/slices.ts";
 import { surfaceColours } from "../viewer/surfaces.ts";
-import { type Camera, type Clip, defaultLook, type Look, type Surface } from "../viewer/types.ts";
+import {
+  type Camera,
+  type Clip,
+  defaultLook,
+  type Look,
+  type Slices,
+  type Surface,
+} from "../viewer/types.ts";
 import { longestQuery, type UrlState, writeUrl } from "./url_state.ts";
 
 /**
@@ -17,6 +25,7 @@ export interface AddressState {
   look: Look;
   isThemeBackground: boolean;
   clip: Clip;
+  slices: Slices;
   show: ReadonlySet<OverlayPart>;
   camera: Camera | undefined;
   /** The camera is what the page shows without one in the address: it depends on the window. */
@@ -49,6 +58,7 @@ export function addressOf(view: AddressState): UrlState {
   if (look.light !== defaultLook.light) state.light = look.light;
   if (!view.isThemeBackground) state.background = look.background;
   if (!isDefaultClip(clip)) state.clip = clip;
+  if (hasSlices(view.slices)) state.slices = view.slices;
   const isDefault = overlayParts.every((part) => view.show.has(part) === defaultParts.has(part));
   if (!isDefault) state.show = view.show;
   if (view.measures.length > 0) state.measures = view.measures;

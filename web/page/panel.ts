@@ -13,6 +13,7 @@ import {
   type Look,
   maxSurfaces,
   type Projection,
+  type Slices,
   type Surface,
 } from "../viewer/types.ts";
 import { languageChoice } from "./chrome.ts";
@@ -40,6 +41,7 @@ export interface PanelState {
   isThemeBackground: boolean;
   clip: Clip;
   show: ReadonlySet<OverlayPart>;
+  slices: Slices;
   projection: Projection | undefined;
   canUndo: boolean;
   canRedo: boolean;
@@ -89,6 +91,9 @@ export interface PanelActions {
   cutAcrossView(): void;
   /** Whether the faces of the clip box have handles in the picture. */
   showClipHandles(isShown: boolean): void;
+  changeSlices(slices: Slices): void;
+  /** Replaces the oblique slice by one across the view. */
+  sliceAcrossView(): void;
 }
 
 type ValueElement = HTMLElement & { value: string };

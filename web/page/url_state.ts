@@ -11,8 +11,11 @@ import {
   readOpacities,
   readPlane,
   readProjection,
+  readSlices,
   writeCamera,
+  writeSlices,
 } from "../viewer/setting_text.ts";
+import { noSlices } from "../viewer/slices.ts";
 import {
   type Camera,
   type Clip,
@@ -24,6 +27,7 @@ import {
   type Projection,
   projections,
   type Shading,
+  type Slices,
   type SplatKind,
   shadings,
   splatKinds,
@@ -59,6 +63,8 @@ export const minOpacity = 0.05;
  *   lang=de                        read by web/texts/language.ts, and kept on the device, not here
  *   plane=x,y,z,offset             once for each clip plane: keeps what is before it, see ClipPlane
  *   clip-caps=on                   closes the cut faces
+ *   slices=0.5,,0.25               slices across x and z: fractions of the volume's extent
+ *   slice-plane=x,y,z,offset       an oblique slice, see SlicePlane
  */
 export interface UrlState {
   volume?: string;
@@ -77,6 +83,7 @@ export interface UrlState {
   eyeDome?: number;
   light?: Light;
   clip?: Clip;
+  slices?: Slices;
   show?: ReadonlySet<OverlayPart>;
   /** One for each measurement, not checked: web/measure reads them. */
   measures?: readonly string[];
@@ -170,6 +177,9 @@ export function readUrl(search: string): UrlState {
   }
   const clip = readClip(query);
   if (clip) state.clip = clip;
+  const along = read("slices", readSlices, "x,y,z (0 … 1)");
+  const plane = read("slice-plane", readPlane, "x,y,z,offset");
+  if (along || plane) state.slices = { along: along ?? noSlices.along, ...(plane && { plane }) };
   if (notes.length > 0) state.notes = notes;
   return state;
 }
@@ -212,6 +222,11 @@ export function writeUrl(state: UrlState): string {
     if (!isWhole({ low, high, planes: [] })) add("clip", n.join(","));
     for (const { normal, offset } of planes) add("plane", [...normal, offset].join(","));
     if (caps) add("clip-caps", "on");
+  }
+  if (state.slices) {
+    const { along, plane } = state.slices;
+    add("slices", writeSlices(along));
+    if (plane) add("slice-plane", [...plane.normal, plane.offset].join(","));
   }
   if (state.show) add("show", overlayParts.filter((p) => state.show?.has(p)).join(",") || "none");
   for (const line of state.measures ?? []) add("measure", line);

@@ -58,6 +58,8 @@ export interface LayoutState {
   clipHandles: HTMLElement | null;
   /** The marks of measurements, which lie on the canvas, and their section; null until loaded. */
   measure: { element: HTMLElement; section: TemplateResult } | null;
+  /** The section of slices; null until loaded. */
+  slicesSection: ((state: PanelState, actions: PanelActions) => TemplateResult) | null;
   status: HTMLElement;
 }
 
@@ -69,6 +71,8 @@ export interface LayoutActions extends PanelActions {
   toggleSheet(): void;
   /** Loads the measurements at their first use. */
   loadMeasure(): void;
+  /** Loads the section of slices at its first use. */
+  loadSlices(): void;
   /** Shows keys and gestures. */
   help(): void;
 }
@@ -168,7 +172,7 @@ function bannerPart(banner: Banner, actions: LayoutActions): TemplateResult {
 
 function panelPart(
   state: PanelState,
-  { isSheetOpen, measure }: LayoutState,
+  { isSheetOpen, measure, slicesSection }: LayoutState,
   actions: LayoutActions,
 ): TemplateResult {
   return html`<aside class="panel" aria-label=${pageTexts.controls}>
@@ -192,6 +196,9 @@ function panelPart(
         ${measure?.section}
       </wa-details>
       ${guard([state.clip, state.info], () => clippingSection(state, actions))}
+      <wa-details class="section" appearance="plain" summary=${panelTexts.slices} @wa-show=${actions.loadSlices}>
+        ${guard([state.slices, state.info, slicesSection], () => slicesSection?.(state, actions))}
+      </wa-details>
       ${guard([state.info], () => volumeSection(state))}
     </div>
   </aside>`;

@@ -70,6 +70,7 @@ export class VolumePage {
   #isClipBoxShown = false;
   #measure: Measure | null = null;
   #loadingMeasure: Promise<void> | null = null;
+  #slicesSection: LayoutState["slicesSection"] = null;
   #capture: Promise<CaptureDialog> | null = null;
   #tools: HTMLElement | null = null;
   readonly #settings = new DisplaySettings(this.#viewer, this.#url, () => {
@@ -405,6 +406,7 @@ export class VolumePage {
     savePicture: () => void this.#saveScreenshot(),
     copyLink: () => void this.#copyLink(),
     loadMeasure: () => void this.#loadMeasure(),
+    loadSlices: () => void this.#loadSlices(),
     showClipHandles: (isShown) => void this.#showClipHandles(isShown),
     toggleSheet: () => this.#openSheet(!this.#isSheetOpen),
     help: showHelp,
@@ -496,6 +498,16 @@ export class VolumePage {
       this.#render();
     } catch {
       this.#toast.note(pageTexts.noHandles);
+    }
+  }
+
+  async #loadSlices(): Promise<void> {
+    if (this.#slicesSection) return;
+    try {
+      this.#slicesSection = (await import("./slices_section.ts")).slicesSection;
+      this.#render();
+    } catch {
+      this.#toast.note(pageTexts.noSection);
     }
   }
 
@@ -690,6 +702,7 @@ export class VolumePage {
         this.#measure && info
           ? { element: this.#measure.element, section: this.#measure.section(info) }
           : null,
+      slicesSection: this.#slicesSection,
       status: this.#status.element,
     };
     this.#overlay?.show(settings.show);

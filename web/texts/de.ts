@@ -9,6 +9,7 @@ import { overlay } from "./overlay.de.ts";
 import { page } from "./page.de.ts";
 import { panel } from "./panel.de.ts";
 import { session } from "./session.de.ts";
+import { slices } from "./slices.de.ts";
 import { start } from "./start.de.ts";
 import { surface } from "./surface.de.ts";
 
@@ -23,6 +24,7 @@ export const translation = {
   page,
   panel,
   session,
+  slices,
   start,
   surface,
 };

@@ -40,6 +40,8 @@ export const page: typeof English = {
     `Die Adresse enthält den Isowert ${isovalues}, aber die Werte des Volumens sind ${low} bis ${high}.`,
   noHandles:
     "Die Griffe des Schnittquaders konnten nicht geladen werden: Die Verbindung ist abgebrochen. Öffnen Sie den Abschnitt noch einmal.",
+  noSection:
+    "Der Abschnitt konnte nicht geladen werden: Die Verbindung ist abgebrochen. Öffnen Sie ihn noch einmal.",
   noMeasuring:
     "Das Messen konnte nicht geladen werden: Die Verbindung ist abgebrochen. Versuchen Sie es erneut.",
   noSaving:

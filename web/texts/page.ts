@@ -39,6 +39,7 @@ export const pageTexts = part("page", {
     `The address contains isovalue ${isovalues}, but the volume's values are ${low} to ${high}.`,
   noHandles:
     "The handles of the clip box could not be loaded: the connection failed. Open the section again.",
+  noSection: "The section could not be loaded: the connection failed. Open it again.",
   noMeasuring: "Measuring could not be loaded: the connection failed. Try again.",
   noSaving: "Saving could not be loaded: the connection failed. Try again.",
   noDialog: "The dialog could not be loaded: the connection failed. Try again.",

@@ -98,6 +98,8 @@ export const panel: typeof English = {
   wholeVolume: "Ganzes Volumen zeigen",
   closeCuts: "Schnittflächen schließen",
   closesCuts: "Wo durch Werte ab dem Isowert geschnitten wird",
+  slices: "Schichten",
+  noValues: "keine Werte",
 
   about: "Über dieses Volumen",
   voxels: "Voxel",

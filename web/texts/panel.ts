@@ -99,6 +99,8 @@ export const panelTexts = part("panel", {
   wholeVolume: "Show the whole volume",
   closeCuts: "Close cut faces",
   closesCuts: "Where the clipping cuts through values of at least the isovalue",
+  slices: "Slices",
+  noValues: "no values loaded",
 
   about: "About this volume",
   voxels: "Voxels",

@@ -10,6 +10,7 @@ export type PartName =
   | "page"
   | "panel"
   | "session"
+  | "slices"
   | "start"
   | "surface";
 

@@ -1,0 +1,121 @@
+import "./slices.css";
+import { html, nothing, type TemplateResult } from "lit";
+import { live } from "lit/directives/live.js";
+import { formatLength } from "../overlay/lengths.ts";
+import { localized } from "../texts/numbers.ts";
+import { slicesTexts } from "../texts/slices.ts";
+import { extentAlong } from "../viewer/clipping.ts";
+import type { Slices } from "../viewer/types.ts";
+import { parseValue } from "./format.ts";
+import type { PanelActions, PanelState } from "./panel.ts";
+
+type ValueElement = HTMLElement & { value: string };
+
+const axes = ["x", "y", "z"] as const;
+
+/** The section of slices: one across each axis, and an oblique one. */
+export function slicesSection(state: PanelState, actions: PanelActions): TemplateResult {
+  return html`<div class="fields slices">
+    ${axes.map((_, axis) => axisPart(axis, state, actions))} ${obliquePart(state, actions)}
+    <p class="quiet">${slicesTexts.about}</p>
+  </div>`;
+}
+
+/** A slice across an axis, which steps from voxel to voxel. */
+function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActions) {
+  const name = axes[axis] ?? "";
+  const last = (info.voxels[axis] ?? 2) - 1;
+  const share = slices.along[axis] ?? null;
+  const voxel = Number(((share ?? 0.5) * last).toFixed(3));
+  const show = (to: number | null) => {
+    const along = slices.along.map((other, i) => (i === axis ? to : other));
+    actions.changeSlices({ ...slices, along: along as unknown as Slices["along"] });
+  };
+  const showVoxel = (to: number) => show(Math.max(0, Math.min(1, to / last)));
+  const entered = (event: Event) => {
+    const field = event.currentTarget as HTMLInputElement;
+    const value = parseValue(field.value);
+    if (value !== undefined) showVoxel(value);
+    else field.value = localized(String(voxel));
+  };
+  const isShown = share !== null;
+  return html`<div class="slice" role="group" aria-label=${slicesTexts.across(name)}>
+    <button
+      type="button"
+      class="chip"
+      title=${slicesTexts.across(name)}
+      aria-label=${slicesTexts.across(name)}
+      aria-pressed=${isShown}
+      @click=${() => (isShown ? show(null) : showVoxel(Math.round(last / 2)))}
+    >
+      ${name}
+    </button>
+    ${
+      isShown
+        ? html`<wa-slider
+              class="no-label"
+              size="s"
+              label=${slicesTexts.across(name)}
+              min="0"
+              .max=${last}
+              step="1"
+              .value=${voxel}
+              .valueFormatter=${(at: number) =>
+                slicesTexts.at(localized(String(at)), formatLength(at * (info.spacing[axis] ?? 1)))}
+              @input=${(event: Event) =>
+                showVoxel(Number((event.currentTarget as ValueElement).value))}
+            ></wa-slider>
+            <input
+              type="text"
+              inputmode="decimal"
+              autocomplete="off"
+              aria-label=${slicesTexts.voxelOf(name)}
+              title=${slicesTexts.voxelOf(name)}
+              .value=${live(localized(String(voxel)))}
+              @change=${entered}
+            />
+            <span class="slice-place quiet"
+              >${formatLength(Number((voxel * (info.spacing[axis] ?? 1)).toPrecision(5)))}</span
+            >`
+        : nothing
+    }
+  </div>`;
+}
+
+function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
+  const { along, plane } = slices;
+  const across = html`<wa-button
+    size="s"
+    appearance="outlined"
+    title=${slicesTexts.acrossViewTitle}
+    @click=${actions.sliceAcrossView}
+    >${slicesTexts.acrossView}</wa-button
+  >`;
+  if (!plane) return across;
+  const { normal, offset } = plane;
+  const size = Math.hypot(...normal);
+  const [low, high] = extentAlong(normal, info);
+  const middle = (low + high) / 2;
+  const place = (share: number) =>
+    slicesTexts.fromCentre(
+      formatLength(Number(((low + share * (high - low) - middle) / size).toPrecision(4))),
+    );
+  const move = (event: Event) => {
+    const share = Number((event.currentTarget as ValueElement).value);
+    actions.changeSlices({ along, plane: { normal, offset: low + share * (high - low) } });
+  };
+  return html`<wa-slider
+      size="s"
+      label=${slicesTexts.oblique}
+      min="0"
+      max="1"
+      step="0.005"
+      .value=${(offset - low) / (high - low)}
+      .valueFormatter=${place}
+      @input=${move}
+    ></wa-slider>
+    ${across}
+    <wa-button size="s" appearance="outlined" @click=${() => actions.changeSlices({ along })}
+      >${slicesTexts.removeOblique}</wa-button
+    >`;
+}

@@ -1,0 +1,14 @@
+import type { slicesTexts as English } from "./slices.ts";
+
+export const slices: typeof English = {
+  across: (axis) => `Schicht quer zu ${axis}`,
+  voxelOf: (axis) => `Voxel entlang ${axis}`,
+  at: (voxel, length) => `Voxel ${voxel}, ${length}`,
+  oblique: "Schräge Schicht",
+  fromCentre: (length) => `${length} von der Mitte`,
+  acrossView: "Schicht quer zur Ansicht",
+  acrossViewTitle: "Eine schräge Schicht durch die Mitte des Volumens, Ihnen zugewandt",
+  removeOblique: "Schräge Schicht entfernen",
+  about:
+    "Schichten zeigen die Werte der geladenen Zellen: nahe den Isowerten der Flächen in voller Auflösung, sonst gröber. Wo sie schraffiert sind, sind keine Werte geladen, oder die Werte ändern sich dort nicht: Solche sind nicht gespeichert.",
+};
