@@ -234,6 +234,11 @@ test("slices: by buttons and keys; in the picture, the legend, picks, the link a
   expect(await setting("slices")).toBe(`,${95.25 / 127},`);
   expect((await compare(page, middle, await savedPicture(page))).differing).toBeGreaterThan(0.02);
 
+  await page.getByRole("textbox", { name: "White at" }).fill("150");
+  await page.getByRole("textbox", { name: "White at" }).press("Enter");
+  await expect(page.getByRole("figure")).toContainText("150");
+  expect(await setting("slice-range")).toBe("0,150");
+
   await page.getByRole("button", { name: "Slice across the view" }).click();
   await expect(page.getByRole("slider", { name: "Oblique slice" })).toBeVisible();
   expect((await setting("slice-plane"))?.split(",")).toHaveLength(4);

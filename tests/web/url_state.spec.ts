@@ -44,7 +44,11 @@ const everything: UrlState = {
     planes: [{ normal: [0.6, 0, -0.8], offset: 12.5 }],
     caps: true,
   },
-  slices: { along: [1 / 3, null, 0], plane: { normal: [0.6, -0.8, 1e-9], offset: -12.5 } },
+  slices: {
+    along: [1 / 3, null, 0],
+    plane: { normal: [0.6, -0.8, 1e-9], offset: -12.5 },
+    range: [-1000.5, 1 / 3],
+  },
 };
 
 describe("what an address cannot mean", () => {
@@ -72,6 +76,11 @@ describe("what an address cannot mean", () => {
       "slice-plane=1,0,0",
       "slice-plane=1,0,0,Infinity",
       "slice-plane=NaN,0,1,0",
+      "slice-range=5,5",
+      "slice-range=5",
+      "slice-range=1,NaN",
+      "slice-range=-Infinity,1",
+      "slice-range=1,2,3",
       "shade=-1",
       "light=40",
       "light=0,100",

@@ -343,7 +343,8 @@ export class IsosplatViewerElement extends HTMLElement {
 
   /**
    * Planes that show the volume's values where cells are loaded, hatched elsewhere: `along` has the places
-   * across x, y and z, as fractions of the volume or null, `plane` an oblique one. Null or undefined: none.
+   * across x, y and z, as fractions of the volume or null, `plane` an oblique one, `range` the values that are
+   * black and white. Null or undefined: none.
    */
   get slices(): Slices {
     return this.#slices;

@@ -5,8 +5,9 @@ import { formatLength } from "../overlay/lengths.ts";
 import { localized } from "../texts/numbers.ts";
 import { slicesTexts } from "../texts/slices.ts";
 import { extentAlong } from "../viewer/clipping.ts";
+import { hasSlices } from "../viewer/slices.ts";
 import type { Slices } from "../viewer/types.ts";
-import { parseValue } from "./format.ts";
+import { formatValue, parseValue } from "./format.ts";
 import type { PanelActions, PanelState } from "./panel.ts";
 
 type ValueElement = HTMLElement & { value: string };
@@ -17,6 +18,7 @@ const axes = ["x", "y", "z"] as const;
 export function slicesSection(state: PanelState, actions: PanelActions): TemplateResult {
   return html`<div class="fields slices">
     ${axes.map((_, axis) => axisPart(axis, state, actions))} ${obliquePart(state, actions)}
+    ${hasSlices(state.slices) ? rangePart(state, actions) : nothing}
     <p class="quiet">${slicesTexts.about}</p>
   </div>`;
 }
@@ -83,7 +85,7 @@ function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActi
 }
 
 function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
-  const { along, plane } = slices;
+  const { plane, ...others } = slices;
   const across = html`<wa-button
     size="s"
     appearance="outlined"
@@ -102,7 +104,7 @@ function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
     );
   const move = (event: Event) => {
     const share = Number((event.currentTarget as ValueElement).value);
-    actions.changeSlices({ along, plane: { normal, offset: low + share * (high - low) } });
+    actions.changeSlices({ ...others, plane: { normal, offset: low + share * (high - low) } });
   };
   return html`<wa-slider
       size="s"
@@ -115,7 +117,42 @@ function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
       @input=${move}
     ></wa-slider>
     ${across}
-    <wa-button size="s" appearance="outlined" @click=${() => actions.changeSlices({ along })}
+    <wa-button size="s" appearance="outlined" @click=${() => actions.changeSlices(others)}
       >${slicesTexts.removeOblique}</wa-button
     >`;
+}
+
+/** The values that are black and white. What is entered is kept in order. */
+function rangePart({ slices, info }: PanelState, actions: PanelActions) {
+  const { range, ...others } = slices;
+  const [low, high] = range ?? info.range;
+  const field = (label: string, value: number, rangeOf: (to: number) => [number, number]) => {
+    const entered = (event: Event) => {
+      const input = event.currentTarget as HTMLInputElement;
+      const [from, to] = rangeOf(parseValue(input.value) ?? value);
+      if (from < to) actions.changeSlices({ ...others, range: [from, to] });
+      else input.value = formatValue(value);
+    };
+    return html`<label
+      >${label}
+      <input
+        type="text"
+        inputmode="decimal"
+        autocomplete="off"
+        .value=${live(formatValue(value))}
+        @change=${entered}
+      />
+    </label>`;
+  };
+  return html`<div class="slice slice-range">
+    ${field(slicesTexts.black, low, (to) => [to, high])}
+    ${field(slicesTexts.white, high, (to) => [low, to])}
+    ${
+      range
+        ? html`<button type="button" class="chip" @click=${() => actions.changeSlices(others)}>
+            ${slicesTexts.wholeRange}
+          </button>`
+        : nothing
+    }
+  </div>`;
 }

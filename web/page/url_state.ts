@@ -65,6 +65,7 @@ export const minOpacity = 0.05;
  *   clip-caps=on                   closes the cut faces
  *   slices=0.5,,0.25               slices across x and z: fractions of the volume's extent
  *   slice-plane=x,y,z,offset       an oblique slice, see SlicePlane
+ *   slice-range=0,255              the values that are black and white in slices
  */
 export interface UrlState {
   volume?: string;
@@ -108,6 +109,11 @@ function readShare(text: string): number | undefined {
   const n = readNumbers(text);
   const [share = Number.NaN] = n ?? [];
   return n?.length === 1 && share >= 0 && share <= 1 ? share : undefined;
+}
+
+function readRange(text: string): [number, number] | undefined {
+  const [low = 0, high = 0, ...more] = readNumbers(text) ?? [];
+  return low < high && more.length === 0 ? [low, high] : undefined;
 }
 
 function readShow(text: string): ReadonlySet<OverlayPart> | undefined {
@@ -179,7 +185,14 @@ export function readUrl(search: string): UrlState {
   if (clip) state.clip = clip;
   const along = read("slices", readSlices, "x,y,z (0 … 1)");
   const plane = read("slice-plane", readPlane, "x,y,z,offset");
-  if (along || plane) state.slices = { along: along ?? noSlices.along, ...(plane && { plane }) };
+  const range = read("slice-range", readRange, "low,high");
+  if (along || plane || range) {
+    state.slices = {
+      along: along ?? noSlices.along,
+      ...(plane && { plane }),
+      ...(range && { range }),
+    };
+  }
   if (notes.length > 0) state.notes = notes;
   return state;
 }
@@ -224,9 +237,10 @@ export function writeUrl(state: UrlState): string {
     if (caps) add("clip-caps", "on");
   }
   if (state.slices) {
-    const { along, plane } = state.slices;
+    const { along, plane, range } = state.slices;
     add("slices", writeSlices(along));
     if (plane) add("slice-plane", [...plane.normal, plane.offset].join(","));
+    add("slice-range", range?.join(","));
   }
   if (state.show) add("show", overlayParts.filter((p) => state.show?.has(p)).join(",") || "none");
   for (const line of state.measures ?? []) add("measure", line);

@@ -9,6 +9,9 @@ export const slices: typeof English = {
   acrossView: "Schicht quer zur Ansicht",
   acrossViewTitle: "Eine schräge Schicht durch die Mitte des Volumens, Ihnen zugewandt",
   removeOblique: "Schräge Schicht entfernen",
+  black: "Schwarz bei",
+  white: "Weiß bei",
+  wholeRange: "Ganzer Bereich",
   about:
     "Schichten zeigen die Werte der geladenen Zellen: nahe den Isowerten der Flächen in voller Auflösung, sonst gröber. Wo sie schraffiert sind, sind keine Werte geladen, oder die Werte ändern sich dort nicht: Solche sind nicht gespeichert.",
 };

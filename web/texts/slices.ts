@@ -10,6 +10,9 @@ export const slicesTexts = part("slices", {
   acrossView: "Slice across the view",
   acrossViewTitle: "An oblique slice through the centre of the volume, facing you",
   removeOblique: "Remove the oblique slice",
+  black: "Black at",
+  white: "White at",
+  wholeRange: "Whole range",
   about:
     "Slices show the values of the cells that are loaded: in full detail near the isovalues of the surfaces, elsewhere coarser. Where they are hatched, no values are loaded, or values do not vary there: those are not stored.",
 });

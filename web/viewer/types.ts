@@ -164,6 +164,8 @@ export interface Slices {
   along: readonly [number | null, number | null, number | null];
   /** An oblique one. */
   plane?: SlicePlane;
+  /** The values that are black and white, where surfaces have plain colours. Default: the volume's. */
+  range?: readonly [number, number];
 }
 
 /** Statistics of the last frame. */

@@ -386,12 +386,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     const slices = hasSlices(this.#slices);
     if (colourBy === "isosurface") {
       if (!slices) return null;
-      return {
-        colourBy: "isovalue",
-        colours: ["#000", "#fff"],
-        range: this.#colourRange(),
-        slices,
-      };
+      const range = this.#slices.range ?? this.#info.range;
+      return { colourBy: "isovalue", colours: ["#000", "#fff"], range, slices };
     }
     const colours = this.#renderer.colours(colourMap, 16);
     return { colourBy, colours, range: this.#mappedRange(), ...(slices && { slices }) };
@@ -435,7 +431,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   #applySlices(): void {
     const info = this.#info;
-    if (info) this.#renderer?.setSlices(slicePlanes(this.#slices, info), info.range);
+    const range = this.#slices.range ?? info?.range;
+    if (info && range) this.#renderer?.setSlices(slicePlanes(this.#slices, info), range);
   }
 
   /** Slices show chunks that the view does not: such as those that are fetched for other isovalues. */
