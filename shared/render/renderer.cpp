@@ -200,6 +200,14 @@ bool Renderer::can_refine(int width, int height) const {
          s.mesh.is_empty() && s.accumulation.pictures() < Accumulation::kPictures;
 }
 
+bool Renderer::prepare_refine() {
+  if (state_->lost) return true;
+  state_->start_still_programs();
+  if (!is_compiled()) return false;
+  if (state_->limits.parallel_compile) state_->programs.finish_started();
+  return true;
+}
+
 Result<FrameStatistics> Renderer::refine(int width, int height, uint32_t framebuffer) {
   if (!can_refine(width, height)) {
     return fail(Status::invalid_argument, "this picture cannot be refined: draw it first");

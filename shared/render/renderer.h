@@ -229,6 +229,11 @@ class Renderer {
   /// eight pictures are accumulated, and the GPU has float targets.
   bool can_refine(int width, int height) const;
 
+  /// Starts to compile the shaders of refine(), and does not wait for the driver. Returns whether
+  /// refine() would not wait either: call it again until it does. Also true if the driver cannot
+  /// tell.
+  bool prepare_refine();
+
   /// Improves a still picture: draws it again, moved by a fraction of a pixel, and shows the mean
   /// of all pictures since draw(). The mean has smooth edges, and the ambient occlusion and shadows
   /// of RenderSettings::light, which draw() omits. Each call costs a draw. Errors: as draw();

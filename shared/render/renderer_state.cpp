@@ -287,6 +287,19 @@ Result<void> Renderer::State::accumulate_picture() {
   return composed;
 }
 
+void Renderer::State::start_still_programs() {
+  programs.prepare(ImagePass::present);
+  programs.prepare(ComposeVariant{.several_layers = layers.count > 1,
+                                  .eye_dome = settings.eye_dome > 0,
+                                  .still = Lighting::has_occlusion(settings.light)});
+  if (lit) {
+    programs.prepare(SplatVariant{.pass = SplatPass::quad, .clipped = cuts_of(settings) > 0});
+  }
+  if (has_smooth_normals()) {
+    splat_passes.start_smooth_normals(programs, limits.offered.max_point_size);
+  }
+}
+
 Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
   if (accumulation.pictures() == 0) {
     // The first picture of the mean is that of the layers as draw() has left them.

@@ -10,12 +10,20 @@ namespace {
 
 constexpr SplatPass kFirstSplatPasses[] = {SplatPass::exact, SplatPass::ellipse};
 
+/// Places of variants among those of a camera.
+size_t index_of(const SplatVariant& variant) {
+  return 8 * static_cast<size_t>(variant.pass) + (variant.pulled ? 4u : 0u) +
+         (variant.clipped ? 2u : 0u) + (variant.lit ? 1u : 0u);
+}
+
+SplatVariant splat_variant(size_t index) {
+  return {static_cast<SplatPass>(index / 8), (index & 4) != 0, (index & 2) != 0, (index & 1) != 0};
+}
+
 }  // namespace
 
 ShaderPrograms::Splat& ShaderPrograms::slot(SplatVariant variant) {
-  const auto pass = static_cast<size_t>(variant.pass);
-  return current().splats[8 * pass + (variant.pulled ? 4u : 0u) + (variant.clipped ? 2u : 0u) +
-                          (variant.lit ? 1u : 0u)];
+  return current().splats[index_of(variant)];
 }
 
 void ShaderPrograms::start_first() {
@@ -29,6 +37,18 @@ void ShaderPrograms::start_splats() {
   for (const SplatPass pass : kFirstSplatPasses) slot({pass}).program = start({pass});
 }
 
+void ShaderPrograms::prepare(SplatVariant variant) {
+  if (Splat& splat = slot(variant); !splat.program) splat.program = start(variant);
+}
+
+void ShaderPrograms::prepare(ImagePass pass) {
+  if (Image& image = slot(pass); !image.program) image.program = start(pass);
+}
+
+void ShaderPrograms::prepare(ComposeVariant variant) {
+  if (Image& image = slot(variant); !image.program) image.program = start(variant);
+}
+
 bool ShaderPrograms::is_compiled() const {
   const auto is_done = [](const auto& entry) {
     return !entry.program || entry.is_ready || entry.program.is_done();
@@ -37,6 +57,19 @@ bool ShaderPrograms::is_compiled() const {
   return std::all_of(set.images.begin(), set.images.end(), is_done) &&
          std::all_of(set.composes.begin(), set.composes.end(), is_done) &&
          std::all_of(set.splats.begin(), set.splats.end(), is_done);
+}
+
+void ShaderPrograms::finish_started() {
+  Set& set = current();
+  for (size_t i = 0; i < set.splats.size(); ++i) {
+    if (set.splats[i].program) (void)splat(splat_variant(i));
+  }
+  for (size_t i = 0; i < set.images.size(); ++i) {
+    if (set.images[i].program) (void)image(static_cast<ImagePass>(i));
+  }
+  for (Image& compose : set.composes) {
+    if (compose.program) (void)finish(compose);
+  }
 }
 
 bool ShaderPrograms::Set::is_used() const {
@@ -118,10 +151,10 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
 }
 
 Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant) {
+  prepare(variant);
   Splat& splat = slot(variant);
   if (splat.is_ready) return &splat;
   GlProgram& program = splat.program;
-  if (!program) program = start(variant);
   if (auto ok = program.finish(); !ok) return tl::unexpected(ok.error());
   glUniformBlockBinding(program.name(), glGetUniformBlockIndex(program.name(), "Frame"),
                         kFrameBinding);
@@ -196,8 +229,8 @@ GlProgram ShaderPrograms::start(ComposeVariant variant) const {
 }
 
 Result<const GlProgram*> ShaderPrograms::image(ImagePass pass) {
+  prepare(pass);
   Image& image = slot(pass);
-  if (!image.program) image.program = start(pass);
   const bool was_ready = image.is_ready;
   auto finished = finish(image);
   if (finished && !was_ready) {
@@ -207,9 +240,8 @@ Result<const GlProgram*> ShaderPrograms::image(ImagePass pass) {
 }
 
 Result<const GlProgram*> ShaderPrograms::compose(ComposeVariant variant) {
-  Image& image = slot(variant);
-  if (!image.program) image.program = start(variant);
-  return finish(image);
+  prepare(variant);
+  return finish(slot(variant));
 }
 
 Result<const GlProgram*> ShaderPrograms::finish(Image& image) {

@@ -72,9 +72,19 @@ class ShaderPrograms {
   /// Starts to compile the programs of most first pictures, and does not wait.
   void start_first();
 
+  /// Start to compile a program, and do not wait.
+  void prepare(SplatVariant variant);
+  void prepare(ImagePass pass);
+  void prepare(ComposeVariant variant);
+
   /// True if every program that was started for the present camera is compiled. Requires
   /// KHR_parallel_shader_compile.
   bool is_compiled() const;
+
+  /// Makes all programs ready that were started for the present camera, as splat(), image() and
+  /// compose() do one by one: after draw calls, browsers would wait for these as well. Errors are
+  /// those of the later calls.
+  void finish_started();
 
   /// Splat programs are compiled for sheared grids or for grids with perpendicular axes. A change
   /// deletes them, and starts the first ones again.

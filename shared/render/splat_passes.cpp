@@ -272,6 +272,15 @@ Result<void> SplatPasses::smooth_normals(const DrawContext& context, const Splat
   return drawn ? finished : drawn;
 }
 
+void SplatPasses::start_smooth_normals(ShaderPrograms& programs, float max_point_size) const {
+  programs.prepare(ImagePass::places);
+  programs.prepare(ImagePass::smooth_normals);
+  for (const DrawItem& item : draw_list_.items()) {
+    const bool pulled = item.largest_support_px > max_point_size;
+    programs.prepare(SplatVariant{.pass = SplatPass::gradients, .pulled = pulled});
+  }
+}
+
 Result<void> SplatPasses::draw_gradients(const DrawContext& context, const SplatFrame& splats,
                                          std::span<const int> isosurfaces, SmoothSizes sizes) {
   draw_list_.find_contributors(splats.frame);

@@ -41,6 +41,9 @@ class SplatPasses {
   Result<void> smooth_normals(const DrawContext& context, const SplatFrame& splats,
                               std::span<const int> isosurfaces, int layer, SmoothSizes sizes);
 
+  /// Starts to compile the programs of smooth_normals() for the chunks that were collected last.
+  void start_smooth_normals(ShaderPrograms& programs, float max_point_size) const;
+
   /// Draws, into the bound framebuffer, the cells of an isosurface at the clip planes, for caps
   /// (shaders/cut_cells.frag.glsl). `reachable`: the quantized isovalues that are shown, each once,
   /// ascending; that of the isosurface is the one of this rank, from 1. `margin_px`: px around them

@@ -375,6 +375,10 @@ IsosplatStatus isosplat_renderer_draw(int32_t width, int32_t height,
   return renderer ? report_drawn(renderer->draw(width, height), statistics) : no_renderer();
 }
 
+bool isosplat_renderer_prepare_refine() {
+  return !state().renderer || state().renderer->prepare_refine();
+}
+
 bool isosplat_renderer_can_refine(int32_t width, int32_t height) {
   return state().renderer && state().renderer->can_refine(width, height);
 }

@@ -25,7 +25,9 @@ export async function keepThumbnail(contentId: string, picture: Blob): Promise<v
   const scale = Math.max(width / bitmap.width, height / bitmap.height);
   const w = bitmap.width * scale;
   const h = bitmap.height * scale;
-  canvas.getContext("2d")?.drawImage(bitmap, (width - w) / 2, (height - h) / 2, w, h);
+  // Not on the GPU: reading it back would wait for the pictures that are drawn there.
+  const context = canvas.getContext("2d", { willReadFrequently: true });
+  context?.drawImage(bitmap, (width - w) / 2, (height - h) / 2, w, h);
   bitmap.close();
   const data = canvas.toDataURL("image/webp", 0.8);
   try {

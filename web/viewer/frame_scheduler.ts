@@ -17,7 +17,7 @@ import type { Camera, FrameReport, Look, PictureSize, Splats } from "./types.ts"
 const longestSmoothed = 1000;
 /** Edges are smoothed by a mean of such pictures if one of them takes no longer (ms). */
 const longestContinued = 600;
-/** Interval between checks whether the GPU has finished a picture (ms). */
+/** Interval between checks whether the GPU has finished a picture, or the driver a shader (ms). */
 const shortestWait = 8;
 /** New chunks fade in if a picture takes no longer than this (ms). */
 const longestFaded = 50;
@@ -67,6 +67,7 @@ export class FrameScheduler {
   readonly #rest = new RestClock();
   #restTimer = 0;
   #drawTimer = 0;
+  #shaderTimer = 0;
   #chunksToGo = 0;
   /** As of the last frame: nothing has moved or arrived since. */
   #isResting = false;
@@ -123,6 +124,7 @@ export class FrameScheduler {
       this.#loop.isRequested ||
       this.#visibility.isRunning ||
       this.#timer.isBusy ||
+      this.#shaderTimer !== 0 ||
       this.#fade.isRunning
     );
   }
@@ -197,6 +199,7 @@ export class FrameScheduler {
     this.#loop.stop();
     clearTimeout(this.#restTimer);
     clearTimeout(this.#drawTimer);
+    clearTimeout(this.#shaderTimer);
     this.#visibility.stop();
     this.#timer.stop();
   }
@@ -289,7 +292,8 @@ export class FrameScheduler {
       this.#maySmooth(splats) &&
       renderer.canRefine(width, height)
     ) {
-      this.#refine(scene, now, splats);
+      if (renderer.prepareRefine()) this.#refine(scene, now, splats);
+      else this.#awaitShaders();
     }
     if (!isMoving && !renderer.needsRedraw(width, height)) {
       this.#visibility.test(session, isResting || splats.kind === this.#splats(scene, true).kind);
@@ -344,6 +348,15 @@ export class FrameScheduler {
       );
     }
     this.#isOccluded = true;
+  }
+
+  /** Compiling may take a second. The page works meanwhile. */
+  #awaitShaders(): void {
+    clearTimeout(this.#shaderTimer);
+    this.#shaderTimer = window.setTimeout(() => {
+      this.#shaderTimer = 0;
+      this.request();
+    }, shortestWait);
   }
 
   /** Only one picture is in flight, so that a gesture does not have to wait for more. */

@@ -75,6 +75,7 @@ interface Exports extends CoreModule {
   ): number;
   _isosplat_renderer_needs_redraw(width: number, height: number): number;
   _isosplat_renderer_draw(width: number, height: number, statistics: number): number;
+  _isosplat_renderer_prepare_refine(): number;
   _isosplat_renderer_can_refine(width: number, height: number): number;
   _isosplat_renderer_refine(width: number, height: number, statistics: number): number;
   _isosplat_renderer_draw_still(width: number, height: number, statistics: number): number;
@@ -434,6 +435,11 @@ export class RendererModule {
   /** Whether refine() would smooth the edges of the picture that was drawn last, with this size. */
   canRefine(width: number, height: number): boolean {
     return this.#exports._isosplat_renderer_can_refine(width, height) !== 0;
+  }
+
+  /** Starts to compile what refine() needs. Returns whether refine() would not wait for that. */
+  prepareRefine(): boolean {
+    return this.#exports._isosplat_renderer_prepare_refine() !== 0;
   }
 
   /** Draws the picture again, shifted by a fraction of a pixel, and shows the mean of all of them. */
