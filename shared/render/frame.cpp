@@ -50,6 +50,18 @@ Matrix4d clip_of_tile(Matrix4d clip, const ImageTile& tile) {
 
 }  // namespace
 
+double unit_of_frame_space(const VolumeGrid& grid) {
+  return std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
+}
+
+std::optional<SlicePlane> unit_plane(const SlicePlane& plane) {
+  const auto& [n, offset] = plane;
+  const double size = std::hypot(n.x, n.y, n.z);
+  const SlicePlane unit{n * (1 / size), offset / size};
+  const bool is_plane = std::isfinite(dot(unit.normal, unit.normal)) && std::isfinite(unit.offset);
+  return size > 0 && is_plane ? std::optional(unit) : std::nullopt;
+}
+
 int cuts_of(const RenderSettings& settings) {
   const auto faces = [](double low, double high) { return (low > 0 ? 1 : 0) + (high < 1 ? 1 : 0); };
   const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
@@ -60,7 +72,7 @@ int cuts_of(const RenderSettings& settings) {
 Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camera& camera,
              const ImageTile& tile, float guard_px, float max_point_px, ImageOffset offset)
     : camera_(camera_frame(camera)) {
-  unit_ = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
+  unit_ = unit_of_frame_space(grid);
   // Pixels per radian at the middle of the image; orthographic: per unit.
   const double world_px = 0.5 * tile.image_height / camera_.half_height(1);
   const double focal_px = camera.orthographic ? world_px * unit_ : world_px;
@@ -173,12 +185,10 @@ void Frame::set_clip_planes(const VolumeGrid& grid, const RenderSettings& settin
 
 void Frame::set_slices(const VolumeGrid& grid, const RenderSettings& settings) {
   for (size_t i = 0; i < settings.slices.size() && i < kMaxSlices; ++i) {
-    const SlicePlane& slice = settings.slices[i];
-    const double size = length(slice.normal);
-    if (!(size > 0) || !std::isfinite(size) || !std::isfinite(slice.offset)) continue;
-    const Vec3d normal = slice.normal * (1 / size);
-    const Vec3d row = multiply_transposed(grid.direction, normal);
-    const double offset = (slice.offset / size - dot(normal, camera_.eye)) / unit_;
+    const auto slice = unit_plane(settings.slices[i]);
+    if (!slice) continue;
+    const Vec3d row = multiply_transposed(grid.direction, slice->normal);
+    const double offset = (slice->offset - dot(slice->normal, camera_.eye)) / unit_;
     slices_.push_back({row.x, row.y, row.z, offset});
   }
 }

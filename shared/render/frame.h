@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "shared/render/accumulation.h"
@@ -27,6 +28,13 @@ static_assert(sizeof(FrameBlock) == 4 * (14 * 4 + 12 * 4 + 4));
 /// The number of clip planes, and of faces of the clip box that cut the volume. They are the first
 /// planes of the block; with caps, planes that bound the volume follow.
 int cuts_of(const RenderSettings& settings);
+
+/// Length of a unit of frame space in the world: the smallest spacing.
+double unit_of_frame_space(const VolumeGrid& grid);
+
+/// The same plane with a normal of length 1; nothing if it is no plane, or too long or short for
+/// numbers.
+std::optional<SlicePlane> unit_plane(const SlicePlane& plane);
 
 /// The geometry of one frame. It is computed in double precision, and given to the GPU relative to
 /// the eye, so that distant origins and large volumes lose no precision near the eye.

@@ -10,11 +10,6 @@ namespace {
 
 const VolumeGrid kNoVolume{{2, 2, 2}};
 
-/// One unit of frame space in world units.
-double unit_of_frame_space(const VolumeGrid& grid) {
-  return std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
-}
-
 }  // namespace
 
 Renderer::State::~State() {

@@ -98,14 +98,13 @@
 #define CUT_MARGIN_CELLS 0.002
 
 // Slices. VALUES, NO_DATA: what surface pixels have in place of an isosurface; NO_DATA is the
-// pattern where no cells are resident. DEPTH, DATA_DEPTH: depths by which both are in front of what
-// lies in the same plane, such as caps. MARGIN: distance beyond a face, in units of frame space, up
-// to which a place still counts as inside. GREY: sRGB, of the pattern. PERIOD_PX: distance between
-// its lines.
+// pattern where no cells are resident. DEPTH_STEP: depth by which the pattern is in front of what
+// lies in the same plane, and by which values are in front of it. MARGIN: distance beyond a face,
+// in units of frame space, up to which a place still counts as inside. GREY: sRGB, of the pattern.
+// PERIOD_PX: distance between its lines.
 #define SLICE_VALUES 8
 #define SLICE_NO_DATA 9
-#define SLICE_DEPTH 2.4e-6
-#define SLICE_DATA_DEPTH 3.6e-6
+#define SLICE_DEPTH_STEP 1.2e-7
 #define SLICE_MARGIN 0.01
 #define SLICE_GREY 0.5
 #define SLICE_PERIOD_PX 9.0

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "shared/base/matrix3.h"
+#include "shared/render/frame.h"
+#include "shared/render/shader_constants.h"
 #include "shared/sampling/trilinear.h"
 
 namespace isosplat {
@@ -69,9 +71,13 @@ std::optional<SurfacePick> pick_slice(const VolumeGrid& grid, const ValueMapping
   const Vec3d last{grid.voxels.x - 1.0, grid.voxels.y - 1.0, grid.voxels.z - 1.0};
   std::optional<SurfacePick> pick;
   for (size_t i = 0; i < settings.slices.size() && i < kMaxSlices; ++i) {
-    const auto& [normal, offset] = settings.slices[i];
-    const double t = (offset - dot(normal, origin)) / dot(normal, direction);
-    if (!(t >= ray.begin && t <= before)) continue;
+    const auto slice = unit_plane(settings.slices[i]);
+    if (!slice) continue;
+    const auto& [normal, offset] = *slice;
+    const double per_step = dot(normal, direction), t = (offset - dot(normal, origin)) / per_step;
+    // As in the picture, slices that lie in a face are in it, and are in front of its cap.
+    const double margin = SLICE_MARGIN * unit_of_frame_space(grid) / std::abs(per_step);
+    if (!(t >= ray.begin - margin && t <= before + margin)) continue;
     const Vec3d voxel = ray.origin + ray.direction * t;
     if (!is_between({0, 0, 0}, voxel, last)) continue;
     const auto found = finest_value(chunks, voxel);
@@ -80,7 +86,7 @@ std::optional<SurfacePick> pick_slice(const VolumeGrid& grid, const ValueMapping
     pick.emplace();
     pick->voxel = voxel;
     pick->position = grid.world(voxel);
-    pick->normal = normal * ((dot(normal, direction) > 0 ? -1 : 1) / length(normal));
+    pick->normal = normal * (per_step > 0 ? -1.0 : 1.0);
     pick->level = found->level;
     pick->slice = true;
     pick->value = mapping.value(double(found->quantized));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "shared/render/shader_constants.h"
+
 namespace isosplat {
 namespace {
 
@@ -10,8 +12,16 @@ void set_vector(const GlProgram& program, const char* name, Vec3d v) {
               static_cast<float>(v.z));
 }
 
+/// Depth by which the pattern is drawn nearer: it is in front of the caps of all isosurfaces.
+float nearer_than_caps(const RenderSettings& settings) {
+  const auto caps = settings.clip_caps ? static_cast<float>(settings.isosurfaces.size()) : 0.0f;
+  return static_cast<float>(CAP_DEPTH_STEP) * caps + static_cast<float>(SLICE_DEPTH_STEP);
+}
+
 /// The uniforms of shaders/slice.glsl.
-void set_plane(const GlProgram& program, const Frame& frame, const std::array<double, 4>& plane) {
+void set_plane(const GlProgram& program, const Frame& frame, const std::array<double, 4>& plane,
+               float nearer) {
+  glUniform1f(program.uniform("u_slice_nearer"), nearer);
   glUniform4f(program.uniform("u_slice"), static_cast<float>(plane[0]),
               static_cast<float>(plane[1]), static_cast<float>(plane[2]),
               static_cast<float>(plane[3]));
@@ -55,7 +65,7 @@ Result<void> Slices::draw_pattern(const DrawContext& context, const Frame& frame
   const GlProgram& program = **linked;
   glViewport(0, 0, context.targets.width(), context.targets.height());
   glUseProgram(program.name());
-  set_plane(program, frame, plane);
+  set_plane(program, frame, plane, nearer_than_caps(context.settings));
   // Lines grow with the image: 1 px up to a height of 700 px.
   glUniform1f(program.uniform("u_line_px"),
               std::max(1.0f, static_cast<float>(context.image_height) / 700));
@@ -85,7 +95,8 @@ Result<void> Slices::draw_cells(const DrawContext& context, const Frame& frame,
     if (*program != used) {
       used = *program;
       glUseProgram(used->program.name());
-      set_plane(used->program, frame, plane);
+      set_plane(used->program, frame, plane,
+                nearer_than_caps(context.settings) + static_cast<float>(SLICE_DEPTH_STEP));
       glUniform2fv(used->program.uniform("u_slice_scalar"), 1, scalar.data());
       glUniform1i(used->drops_hidden, 0);
       if (pulled) {

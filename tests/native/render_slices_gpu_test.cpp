@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <numeric>
 
 #include "native/headless/draw_image.h"
 #include "shared/render/colour_maps.h"
@@ -459,6 +460,57 @@ TEST_F(SlicesGpu, APickFindsTheValue) {
   EXPECT_LE(differing, 2);
 }
 
+TEST_F(SlicesGpu, APickFindsASliceInAFaceOfTheClipping) {
+  TestVolume volume = sampled_volume({60, 60, 60}, {0.4, 0.4, 0.6}, waves);
+  volume.grid.origin = {-51.2, 3.7, 11.1};
+  show(volume);
+  add(0, 0, 2000);
+  std::vector<ChunkHandle> handles(next_handle_ - 1);
+  std::iota(handles.begin(), handles.end(), ChunkHandle{1});
+  renderer_->set_visible(handles);
+  settings_.isosurfaces = {{1000, {0.85f, 0.8f, 0.7f}, 1}};
+  settings_.clip_box_low = {0, 1 / 3.0, 0};
+  settings_.slices = {{{0, 3, 0}, 3 * (3.7 + 0.4 * 59 / 3.0)}};
+  for (const bool caps : {false, true}) {
+    settings_.clip_caps = caps;
+    draw("pick-in-face");
+    const auto found = pixels();
+    int values = 0;
+    for (int y = 5; y < kSize; y += 12) {
+      for (int x = 5; x < kSize; x += 12) {
+        const auto& pixel = found[size_t(y) * kSize + size_t(x)];
+        if (!pixel.hit || pixel.slice != Slice::values) continue;
+        ++values;
+        const auto pick = renderer_->pick(x + 0.5, kSize - y - 0.5, kSize, kSize).value();
+        ASSERT_TRUE(pick && pick->slice) << x << ' ' << y << ' ' << caps;
+        EXPECT_NEAR(length(pick->normal), 1, 1e-9);
+      }
+    }
+    EXPECT_GT(values, 50);
+  }
+}
+
+TEST_F(SlicesGpu, SurfacesJustBeforeThemHideThemAlsoFromWithinTheVolume) {
+  show(ball());
+  add(0, 0, 2000);
+  const ChunkHandle handle = next_handle_ - 1;
+  renderer_->set_visible({&handle, 1});
+  settings_.kind = SplatKind::exact;
+  settings_.isosurfaces = {{1400, {0.85f, 0.8f, 0.7f}, 1}};
+  camera_.azimuth = camera_.elevation = 0;  // looks along +y, from within the ball
+  camera_.distance = 10;
+  draw("within");
+  const size_t middle = size_t(kSize / 2) * kSize + kSize / 2;
+  const CameraFrame frame = camera_frame(camera_);
+  const double surface = frame.eye.y + double(pixels()[middle].depth);
+  EXPECT_NEAR(surface, 39, 0.1);
+  for (const double away : {-0.04, 0.04}) {
+    settings_.slices = {{{0, 1, 0}, surface + away}};
+    draw("near-surface");
+    EXPECT_EQ(pixels()[middle].slice, away < 0 ? Slice::values : Slice::none) << away;
+  }
+}
+
 TEST_F(SlicesGpu, NewChunksAndPlanesChangeThePicture) {
   show(ball());
   settings_.slices = {{{0, 1, 0}, 24}};
@@ -482,6 +534,12 @@ TEST_F(SlicesGpu, NewChunksAndPlanesChangeThePicture) {
     settings_.slices.assign(7, plane);
     draw("none");
     EXPECT_EQ(count(Slice::no_data), 0);
+  }
+  // Normals of any length.
+  for (const double size : {1e-200, 1e200}) {
+    settings_.slices = {{{0, size, 0}, 24 * size}};
+    draw("length");
+    EXPECT_GT(count(Slice::no_data), 100) << size;
   }
 }
 

@@ -1,7 +1,7 @@
 // The planes of slices in grids of any axes.
 import { expect, it } from "vitest";
 import type { StoreInfo } from "../../web/stream/types.ts";
-import { hasSlices, noSlices, slicePlanes } from "../../web/viewer/slices.ts";
+import { hasSlices, noSlices, slicePlanes, usableSlices } from "../../web/viewer/slices.ts";
 import type { Slices } from "../../web/viewer/types.ts";
 
 // A mirrored, sheared and turned grid: columns are the axes, and not perpendicular.
@@ -55,4 +55,27 @@ it("are as many as there are places and planes", () => {
   const plane = { normal: [0, 0.6, 0.8] as [number, number, number], offset: 3 };
   expect(slicePlanes({ along: [null, 0, 1], plane }, info)).toHaveLength(3);
   expect(slicePlanes({ along: [null, null, null], plane }, info)).toEqual([plane]);
+});
+
+it("are made usable whatever a script sets", () => {
+  const plane = { normal: [0, 0, 2], offset: 1 } as const;
+  const set = (slices: unknown) => usableSlices(slices as Slices);
+  for (const nothing of [{}, { along: [] }, { along: [Number.NaN, undefined, "x"] }]) {
+    expect(set(nothing)).toEqual(noSlices);
+  }
+  expect(set({ along: [-1, 0.5, 7] })).toEqual({ along: [0, 0.5, 1] });
+  expect(set({ plane })).toEqual({ along: [null, null, null], plane });
+  for (const other of [
+    { normal: [0, 0, 0], offset: 1 },
+    { normal: [0, Number.NaN, 1], offset: 1 },
+    { normal: [0, 1], offset: 1 },
+    { normal: [0, 0, 1] },
+    {},
+  ]) {
+    expect(hasSlices(set({ plane: other }))).toBe(false);
+  }
+  expect(set({ range: [1, 2] }).range).toEqual([1, 2]);
+  for (const range of [[2, 1], [1], [Number.NaN, 1], [0, Number.POSITIVE_INFINITY]]) {
+    expect(set({ range }).range).toBeUndefined();
+  }
 });

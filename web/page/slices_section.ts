@@ -18,7 +18,7 @@ const axes = ["x", "y", "z"] as const;
 export function slicesSection(state: PanelState, actions: PanelActions): TemplateResult {
   return html`<div class="fields slices">
     ${axes.map((_, axis) => axisPart(axis, state, actions))} ${obliquePart(state, actions)}
-    ${hasSlices(state.slices) ? rangePart(state, actions) : nothing}
+    ${hasSlices(state.slices) && state.look.colourBy !== "isovalue" ? rangePart(state, actions) : nothing}
     <p class="quiet">${slicesTexts.about}</p>
   </div>`;
 }
@@ -129,8 +129,10 @@ function rangePart({ slices, info }: PanelState, actions: PanelActions) {
   const field = (label: string, value: number, rangeOf: (to: number) => [number, number]) => {
     const entered = (event: Event) => {
       const input = event.currentTarget as HTMLInputElement;
-      const [from, to] = rangeOf(parseValue(input.value) ?? value);
-      if (from < to) actions.changeSlices({ ...others, range: [from, to] });
+      const to = parseValue(input.value);
+      const [low, high] = to === undefined ? [] : rangeOf(to);
+      if (low !== undefined && high !== undefined && low < high)
+        actions.changeSlices({ ...others, range: [low, high] });
       else input.value = formatValue(value);
     };
     return html`<label

@@ -197,7 +197,7 @@ function panelPart(
       </wa-details>
       ${guard([state.clip, state.info], () => clippingSection(state, actions))}
       <wa-details class="section" appearance="plain" summary=${panelTexts.slices} @wa-show=${actions.loadSlices}>
-        ${guard([state.slices, state.info, slicesSection], () => slicesSection?.(state, actions))}
+        ${guard([state.slices, state.info, state.look, slicesSection], () => slicesSection?.(state, actions))}
       </wa-details>
       ${guard([state.info], () => volumeSection(state))}
     </div>

@@ -100,7 +100,7 @@ export const panelTexts = part("panel", {
   closeCuts: "Close cut faces",
   closesCuts: "Where the clipping cuts through values of at least the isovalue",
   slices: "Slices",
-  noValues: "no values loaded",
+  noValues: "no values",
 
   about: "About this volume",
   voxels: "Voxels",

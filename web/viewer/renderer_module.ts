@@ -181,6 +181,7 @@ const scratchBytes = Math.max(
   layouts.pickBytes,
   layouts.isosurfaceBytes * maxIsosurfaces,
   layouts.clipBoxBytes + layouts.clipPlaneBytes * maxClipPlanes,
+  layouts.clipPlaneBytes * layouts.maxSlices,
 );
 const drawnChunkWords = layouts.drawnChunkBytes / 4;
 

@@ -3,6 +3,24 @@ import type { SlicePlane, Slices } from "./types.ts";
 
 export const noSlices: Slices = { along: [null, null, null] };
 
+/** The slices that can be drawn; the object may come from scripts without types. */
+export function usableSlices({ along, plane, range }: Partial<Slices>): Slices {
+  const share = (axis: number) => {
+    const at = along?.[axis];
+    return Number.isFinite(at) ? Math.max(0, Math.min(1, at as number)) : null;
+  };
+  const usable: Slices = { along: [share(0), share(1), share(2)] };
+  const numbers = [...(plane?.normal ?? []), plane?.offset];
+  const isPlane = numbers.length === 4 && numbers.every(Number.isFinite);
+  const size = isPlane && plane ? Math.hypot(...plane.normal) : 0;
+  if (plane && size > 0 && Number.isFinite(size)) usable.plane = plane;
+  const [low, high] = range ?? [];
+  if (low !== undefined && high !== undefined && low < high && Number.isFinite(high - low)) {
+    usable.range = [low, high];
+  }
+  return usable;
+}
+
 export function hasSlices({ along, plane }: Slices): boolean {
   return plane !== undefined || along.some((share) => share !== null);
 }

@@ -130,6 +130,8 @@ export interface Legend {
   range: readonly [number, number] | null;
   /** There are slices, which are hatched where no values are loaded. */
   slices?: true;
+  /** The values of slices that are black and white, if the colours above do not stand for values. */
+  greys?: readonly [number, number];
 }
 
 /** Keeps the half-space that the normal points to: normal · world ≥ offset. */
@@ -164,7 +166,10 @@ export interface Slices {
   along: readonly [number | null, number | null, number | null];
   /** An oblique one. */
   plane?: SlicePlane;
-  /** The values that are black and white, where surfaces have plain colours. Default: the volume's. */
+  /**
+   * The values that are black and white, unless the colour map stands for values (colouring by
+   * isovalue). Default: the volume's range.
+   */
   range?: readonly [number, number];
 }
 

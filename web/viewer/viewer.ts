@@ -17,7 +17,7 @@ import { Emitter } from "./emitter.ts";
 import { FrameScheduler, type Scene } from "./frame_scheduler.ts";
 import { type Light, turnedLight } from "./light.ts";
 import { compiledRenderer, RendererError, RendererModule } from "./renderer_module.ts";
-import { hasSlices, noSlices, slicePlanes } from "./slices.ts";
+import { hasSlices, noSlices, slicePlanes, usableSlices } from "./slices.ts";
 import { firstLook, firstSurface } from "./surfaces.ts";
 import {
   type Camera,
@@ -92,7 +92,7 @@ export interface OpenOptions {
 const shortestLife = 30_000;
 
 /** Chunks that only slices show are drawn after this time (ms), together. */
-const sliceArrivals = 300;
+const sliceArrivals = 500;
 
 /** Interval in ms between checks whether the first shaders are compiled. */
 const shaderPolling = 8;
@@ -228,10 +228,13 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
             renderer.addChunk(id, place, samples, clusters),
           );
           if (isTaken) this.#scheduler?.onUpload(id);
-          if (isTaken) this.#onSliceArrival();
+          if (isTaken) this.#onSliceChange();
           return isTaken || this.#contextLost;
         },
-        drop: (id) => this.#guard((renderer) => renderer.removeChunk(id)),
+        drop: (id) => {
+          this.#guard((renderer) => renderer.removeChunk(id));
+          this.#onSliceChange();
+        },
         visible: (ids, regions) => {
           this.#guard((renderer) => renderer.setVisible(ids, regions));
           this.#scheduler?.onVisibleChange();
@@ -302,6 +305,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   /** Closes the volume: ends its requests, and frees its memory. The canvas keeps its picture. */
   close(): void {
     this.#scheduler?.onVolumeChange();
+    clearTimeout(this.#sliceTimer);
+    this.#sliceTimer = 0;
     this.#opening?.abort(
       new DOMException("the volume was closed, or another was opened", "AbortError"),
     );
@@ -390,7 +395,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       return { colourBy: "isovalue", colours: ["#000", "#fff"], range, slices };
     }
     const colours = this.#renderer.colours(colourMap, 16);
-    return { colourBy, colours, range: this.#mappedRange(), ...(slices && { slices }) };
+    const legend: Legend = { colourBy, colours, range: this.#mappedRange() };
+    if (slices) legend.slices = slices;
+    if (slices && colourBy !== "isovalue") legend.greys = this.#slices.range ?? this.#info.range;
+    return legend;
   }
 
   /** The range shown in the legend; null if it differs from view to view. */
@@ -423,7 +431,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   setSlices(slices: Slices): void {
-    this.#slices = slices;
+    this.#slices = usableSlices(slices);
     this.#applySlices();
     this.#session?.sceneChanged();
     this.#scheduler?.onCameraChange();
@@ -435,12 +443,15 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (info && range) this.#renderer?.setSlices(slicePlanes(this.#slices, info), range);
   }
 
-  /** Slices show chunks that the view does not: such as those that are fetched for other isovalues. */
-  #onSliceArrival(): void {
+  /**
+   * A chunk has come or gone. Slices show chunks that the view does not: such as those that are fetched
+   * for other isovalues.
+   */
+  #onSliceChange(): void {
     if (!hasSlices(this.#slices) || this.#sliceTimer !== 0) return;
     this.#sliceTimer = window.setTimeout(() => {
       this.#sliceTimer = 0;
-      this.#scheduler?.onVisibleChange();
+      this.#scheduler?.request(); // a view at rest stays as fine as it is
       this.#showBusy();
     }, sliceArrivals);
     this.#showBusy();

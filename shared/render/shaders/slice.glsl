@@ -1,5 +1,6 @@
 // A slice: a plane in which the volume's values are shown.
 uniform vec4 u_slice;                            // xyz: row vector; dot(xyz, position) = w
+uniform float u_slice_nearer;                    // depth by which it is drawn nearer
 uniform vec3 u_volume_low, u_volume_high;        // the volume's faces, in frame space
 
 // The distance along the view at which the pixel's ray meets the plane.
