@@ -22,7 +22,7 @@ interface Case {
 }
 
 /** A page with nothing in its cache, and the mark bench:dropped when files are dropped on it. */
-async function arrive(browser: Browser, url: string, ready: string): Promise<Visitor> {
+async function arrive(browser: Browser, url: string, ready: () => boolean): Promise<Visitor> {
   const visitor = await Visitor.arrive(browser);
   await visitor.page.addInitScript(() => {
     window.addEventListener("drop", () => performance.mark("bench:dropped"), { capture: true });
@@ -33,7 +33,9 @@ async function arrive(browser: Browser, url: string, ready: string): Promise<Vis
   return visitor;
 }
 
-const startPage = "document.querySelector('.device-drop') !== null";
+// Functions: the page's policy forbids the evaluation of text.
+const hasStartPage = (): boolean => document.querySelector(".device-drop") !== null;
+const isPeerReady = (): boolean => performance.getEntriesByName("peer:ready").length > 0;
 
 /** Seconds from an input of another isovalue until the GPU has finished the next picture. */
 function changeIsovalue(visitor: Visitor): Promise<number> {
@@ -63,7 +65,7 @@ async function measurePage(bench: Bench, url: string, volume: Case, runs: number
     // A browser for each run: its memory is that of this page.
     const browser = await launch();
     try {
-      const visitor = await arrive(browser, url, startPage);
+      const visitor = await arrive(browser, url, hasStartPage);
       const memory = new MemoryWatch(await processOf(browser));
       await drop(visitor.page, files);
       const built = await visitor.mark("isosplat:built");
@@ -109,7 +111,7 @@ async function measurePage(bench: Bench, url: string, volume: Case, runs: number
 }
 
 async function traceVisit(browser: Browser, url: string) {
-  const visitor = await arrive(browser, url, startPage);
+  const visitor = await arrive(browser, url, hasStartPage);
   return { page: visitor.page, mark: (name: string) => visitor.mark(name) };
 }
 
@@ -120,8 +122,7 @@ async function measureNiiVue(bench: Bench, url: string, volume: Case, runs: numb
   for (let run = 0; run < runs; ++run) {
     const browser = await launch();
     try {
-      const isReady = "performance.getEntriesByName('peer:ready').length > 0";
-      const visitor = await arrive(browser, url, isReady);
+      const visitor = await arrive(browser, url, isPeerReady);
       const memory = new MemoryWatch(await processOf(browser));
       await drop(visitor.page, [volume.single]);
       const shown = await visitor.mark("peer:image");
