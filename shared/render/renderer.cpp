@@ -204,7 +204,7 @@ bool Renderer::prepare_refine() {
   if (state_->lost) return true;
   state_->start_still_programs();
   if (!is_compiled()) return false;
-  if (state_->limits.parallel_compile) state_->programs.finish_started();
+  state_->programs.finish_started();
   return true;
 }
 

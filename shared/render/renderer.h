@@ -229,8 +229,8 @@ class Renderer {
   /// eight pictures are accumulated, and the GPU has float targets.
   bool can_refine(int width, int height) const;
 
-  /// Starts to compile the shaders of refine(), and does not wait for the driver. Returns whether
-  /// refine() would not wait either: call it again until it does. Also true if the driver cannot
+  /// Starts to compile the shaders of refine(). Returns false while the driver compiles, and true
+  /// when refine() would not wait for that: call it again until then. Waits if the driver cannot
   /// tell.
   bool prepare_refine();
 

@@ -3,6 +3,7 @@
 #include <GLES3/gl3.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
@@ -581,6 +582,37 @@ TEST_F(RenderGpu, RefiningSmoothsEdges) {
   settings.isosurfaces[0].isovalue = 600;
   renderer_->set_settings(settings);
   EXPECT_FALSE(renderer_->can_refine(kSize, kSize)) << "a change is to be drawn first";
+}
+
+TEST_F(RenderGpu, RefiningWaitsForNoShaderThatWasPrepared) {
+  const TestVolume volume = sphere_volume({20, 20, 20});
+  show_volume(*renderer_, volume, 500, 500);
+  RenderSettings settings;
+  settings.isosurfaces = {{500, {1, 1, 1}, 1}};
+  for (const SplatKind kind : {SplatKind::exact, SplatKind::quad}) {
+    for (const bool clipped : {false, true}) {
+      for (const bool prepared : {true, false}) {
+        settings.kind = kind;
+        settings.clip_box_low = {clipped ? 0.3 : 0, 0, 0};
+        auto renderer = Renderer::create();
+        ASSERT_TRUE(renderer);
+        show_volume(**renderer, volume, 500, 500);
+        (*renderer)->set_settings(settings);
+        (*renderer)->set_camera(default_camera(volume.grid));
+        constexpr int kSize = 96;
+        ASSERT_TRUE(draw_image(**renderer, kSize, kSize));
+        for (int tries = 0; prepared && !(*renderer)->prepare_refine(); ++tries) {
+          ASSERT_LT(tries, 3000) << "the driver never ends compiling";
+          std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        ASSERT_TRUE((*renderer)->can_refine(kSize, kSize)) << "nothing was drawn";
+        const OffscreenTarget target(kSize, kSize);
+        const auto refined = (*renderer)->refine(kSize, kSize, target.framebuffer());
+        ASSERT_TRUE(refined);
+        EXPECT_EQ(refined->programs_linked == 0, prepared) << int(kind) << clipped;
+      }
+    }
+  }
 }
 
 TEST_F(RenderGpu, AStillPictureIsDrawnOnceAndShownAgain) {

@@ -42,6 +42,11 @@ const states: State[] = [
     act: section("Clipping"),
   },
   {
+    name: "slices",
+    view: "volume=head&isovalue=70.5&clip=0,1,0.5,1,0,1&slices=,0.5,",
+    act: section("Slices"),
+  },
+  {
     name: "measure",
     view: "volume=lobster",
     async act(page) {
