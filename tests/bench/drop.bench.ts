@@ -1,8 +1,9 @@
 // Files that are dropped on the page, which builds their stores; beside NiiVue, which draws the voxels.
 import { readFileSync, writeFileSync } from "node:fs";
-import { dirname, join } from "node:path";
+import { basename, dirname, join } from "node:path";
 import type { Browser } from "@playwright/test";
 import { drop } from "../browser/support/drop.ts";
+import { zipOf } from "../support/zip_files.ts";
 import { traceTasks } from "./drop/main_thread.ts";
 import { serveNiiVue } from "./drop/niivue.ts";
 import { MemoryWatch, processOf } from "./drop/processes.ts";
@@ -110,6 +111,32 @@ async function measurePage(bench: Bench, url: string, volume: Case, runs: number
   bench.report(name, "first picture of another isovalue", "s", figures.change);
 }
 
+/** The file in a ZIP: it is decompressed by the page's thread. */
+async function measureUnpacking(bench: Bench, url: string, volume: Case, runs: number) {
+  const { name, single } = volume;
+  const path = join(bench.folder, `${name}.zip`);
+  writeFileSync(path, zipOf([{ name: basename(single), content: readFileSync(single) }]));
+  const seconds: number[] = [];
+  const tasks: number[] = [];
+  for (let run = 0; run < runs; ++run) {
+    const browser = await launch();
+    try {
+      const { page, mark } = await traceVisit(browser, url);
+      const longest = await traceTasks(browser, page, async () => {
+        await drop(page, [path]);
+        const [dropped, unpacked] = [await mark("bench:dropped"), await mark("isosplat:unpacked")];
+        seconds.push((unpacked.at - dropped.at) / 1000);
+      });
+      tasks.push(longest("bench:dropped", "isosplat:unpacked") ?? 0);
+    } finally {
+      await browser.close();
+    }
+  }
+  bench.report(`${name}, in a ZIP`, "unpacked", "s", seconds);
+  const what = "main thread, longest task until unpacked";
+  bench.report(`${name}, in a ZIP`, what, "ms", tasks, { atMost: 8 });
+}
+
 async function traceVisit(browser: Browser, url: string) {
   const visitor = await arrive(browser, url, hasStartPage);
   return { page: visitor.page, mark: (name: string) => visitor.mark(name) };
@@ -181,6 +208,7 @@ export default {
       for (const volume of cases.filter(({ name }) => name.includes(wanted))) {
         bench.say(volume.name);
         await measurePage(bench, url, volume, runs);
+        await measureUnpacking(bench, url, volume, runs);
         if (peer) await measureNiiVue(bench, peer.url, volume, runs);
       }
     } finally {

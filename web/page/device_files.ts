@@ -226,11 +226,13 @@ export class DeviceFiles {
     if (!zip) return files;
     task.shows(deviceTexts.unpacking(nameOf(zip.path)), "");
     const { unzipped } = await import("../device/unzip.ts");
-    return unzipped(files, {
+    const found = await unzipped(files, {
       signal: task.signal,
       progress: (done, bytes) =>
         task.fetching(deviceTexts.unpacking(nameOf(zip.path)), done, bytes),
     });
+    performance.mark("isosplat:unpacked");
+    return found;
   }
 
   /** Two tabs that are given the same files build their volume once. */
