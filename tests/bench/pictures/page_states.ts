@@ -43,7 +43,7 @@ const states: State[] = [
   },
   {
     name: "slices",
-    view: "volume=head&isovalue=70.5&clip=0,1,0.5,1,0,1&slices=,0.5,",
+    view: "volume=head&isovalue=70.5&clip=0,1,0,0.5,0,1&slices=,0.5,",
     act: section("Slices"),
   },
   {
