@@ -5,16 +5,6 @@
 namespace isosplat {
 namespace {
 
-/// Whether a place is in the volume, up to rounding.
-bool is_in_volume(const VolumeGrid& grid, Vec3d voxel) {
-  constexpr double kMargin = 1e-3;
-  const auto inside = [](double at, int32_t voxels) {
-    return at >= -kMargin && at <= voxels - 1 + kMargin;
-  };
-  return inside(voxel.x, grid.voxels.x) && inside(voxel.y, grid.voxels.y) &&
-         inside(voxel.z, grid.voxels.z);
-}
-
 /// The shown isosurface with the highest isovalue that is reached before this hit.
 std::optional<uint32_t> reached_isosurface(const RenderSettings& settings, const PickHit& hit,
                                            bool falls) {

@@ -54,7 +54,25 @@ Occluders::Box cluster_box(const Frame& frame, const DrawItem& item, const Sampl
   return {{cx, cy, cz}, {hx, hy, hz}};
 }
 
+Frame::Box in_double(const Occluders::Box& box) {
+  const auto to_double = [](Vec3f v) { return Vec3d{double(v.x), double(v.y), double(v.z)}; };
+  return {to_double(box.centre), to_double(box.half)};
+}
+
 }  // namespace
+
+/// Makes the clusters visible of which `is_present` is true; it is called once for each.
+template <typename IsPresent>
+void DrawList::find_visible(IsPresent is_present) {
+  visibilities_.clear();
+  for (DrawItem& item : items_) {
+    item.first_cluster = static_cast<uint32_t>(visibilities_.size());
+    for (const SampleCluster& cluster : item.chunk->clusters) {
+      visibilities_.push_back(is_present(item, cluster) ? ClusterVisibility::visible
+                                                        : ClusterVisibility::absent);
+    }
+  }
+}
 
 uint32_t DrawList::collect(const ChunkStore& chunks, const Frame& frame, double margin_cells) {
   items_.clear();
@@ -84,23 +102,19 @@ uint32_t DrawList::collect(const ChunkStore& chunks, const Frame& frame, double 
 
 uint64_t DrawList::estimate_visibility(const Frame& frame, float quantized_isovalue) {
   occluders_.begin(frame.block());
-  visibilities_.clear();
   const auto side = static_cast<float>(frame.cell_side());
-  for (DrawItem& item : items_) {
-    item.first_cluster = static_cast<uint32_t>(visibilities_.size());
-    const float cell = item.block[3] * side;
-    for (const SampleCluster& cluster : item.chunk->clusters) {
-      const auto box = cluster_box(frame, item, cluster);
-      const bool present = is_active(cluster.interval, quantized_isovalue) &&
-                           item.regions.contains(cluster.region_index()) &&
-                           occluders_.is_in_image(box, item.largest_px);
-      visibilities_.push_back(present ? ClusterVisibility::visible : ClusterVisibility::absent);
-      if (present) {
-        const float area = float(OCCLUDER_FILL) * static_cast<float>(cluster.count) * cell * cell;
-        occluders_.add(box, area);
-      }
+  find_visible([&](const DrawItem& item, const SampleCluster& cluster) {
+    const auto box = cluster_box(frame, item, cluster);
+    const bool present = is_active(cluster.interval, quantized_isovalue) &&
+                         item.regions.contains(cluster.region_index()) &&
+                         occluders_.is_in_image(box, item.largest_px);
+    if (present) {
+      const float cell = item.block[3] * side;
+      const float area = float(OCCLUDER_FILL) * static_cast<float>(cluster.count) * cell * cell;
+      occluders_.add(box, area);
     }
-  }
+    return present;
+  });
   uint64_t occluded_samples = 0;
   for (const DrawItem& item : items_) {
     for (size_t i = 0; i < item.chunk->clusters.size(); ++i) {
@@ -119,46 +133,28 @@ uint64_t DrawList::estimate_visibility(const Frame& frame, float quantized_isova
 
 void DrawList::find_contributors(const Frame& frame) {
   occluders_.begin(frame.block());
-  visibilities_.clear();
-  for (DrawItem& item : items_) {
-    item.first_cluster = static_cast<uint32_t>(visibilities_.size());
-    for (const SampleCluster& cluster : item.chunk->clusters) {
-      const bool present =
-          item.regions.contains(cluster.region_index()) &&
-          occluders_.is_in_image(cluster_box(frame, item, cluster), item.largest_support_px);
-      visibilities_.push_back(present ? ClusterVisibility::visible : ClusterVisibility::absent);
-    }
-  }
+  find_visible([&](const DrawItem& item, const SampleCluster& cluster) {
+    return item.regions.contains(cluster.region_index()) &&
+           occluders_.is_in_image(cluster_box(frame, item, cluster), item.largest_support_px);
+  });
 }
 
 void DrawList::find_cut(const Frame& frame, float quantized_isovalue) {
   occluders_.begin(frame.block());
-  visibilities_.clear();
-  for (DrawItem& item : items_) {
-    item.first_cluster = static_cast<uint32_t>(visibilities_.size());
-    for (const SampleCluster& cluster : item.chunk->clusters) {
-      const Occluders::Box box = cluster_box(frame, item, cluster);
-      const auto to_double = [](Vec3f v) { return Vec3d{double(v.x), double(v.y), double(v.z)}; };
-      const bool present = is_active(cluster.interval, quantized_isovalue) &&
-                           item.regions.contains(cluster.region_index()) &&
-                           frame.may_cut({to_double(box.centre), to_double(box.half)}) &&
-                           occluders_.is_in_image(box, item.largest_px);
-      visibilities_.push_back(present ? ClusterVisibility::visible : ClusterVisibility::absent);
-    }
-  }
+  find_visible([&](const DrawItem& item, const SampleCluster& cluster) {
+    const auto box = cluster_box(frame, item, cluster);
+    return is_active(cluster.interval, quantized_isovalue) &&
+           item.regions.contains(cluster.region_index()) && frame.may_cut(in_double(box)) &&
+           occluders_.is_in_image(box, item.largest_px);
+  });
 }
 
 void DrawList::collect_cut(const ChunkStore& chunks, const Frame& frame,
                            const std::array<double, 4>& plane) {
-  const Vec3d normal{plane[0], plane[1], plane[2]};
   const auto is_cut = [&](const Frame::Box& box) {
-    const double reach = std::abs(normal.x) * box.half.x + std::abs(normal.y) * box.half.y +
-                         std::abs(normal.z) * box.half.z;
-    return std::abs(dot(normal, box.centre) - plane[3]) <= reach + double(SLICE_MARGIN) &&
-           frame.may_see(box);
+    return Frame::is_near(box, plane, double(SLICE_MARGIN)) && frame.may_see(box);
   };
   items_.clear();
-  visibilities_.clear();
   uint32_t levels = 0;
   for (const auto& [handle, chunk] : chunks.all()) levels = std::max(levels, chunk.block.level + 1);
   for (uint32_t level = levels; level-- > 0;) {
@@ -168,15 +164,9 @@ void DrawList::collect_cut(const ChunkStore& chunks, const Frame& frame,
       if (is_cut(box)) items_.push_back(make_item({handle}, chunk, frame, box));
     }
   }
-  for (DrawItem& item : items_) {
-    item.first_cluster = static_cast<uint32_t>(visibilities_.size());
-    for (const SampleCluster& cluster : item.chunk->clusters) {
-      const Occluders::Box box = cluster_box(frame, item, cluster);
-      const auto to_double = [](Vec3f v) { return Vec3d{double(v.x), double(v.y), double(v.z)}; };
-      const bool present = is_cut({to_double(box.centre), to_double(box.half)});
-      visibilities_.push_back(present ? ClusterVisibility::visible : ClusterVisibility::absent);
-    }
-  }
+  find_visible([&](const DrawItem& item, const SampleCluster& cluster) {
+    return is_cut(in_double(cluster_box(frame, item, cluster)));
+  });
 }
 
 const DrawItem* DrawList::find(ChunkHandle handle) const {

@@ -68,6 +68,8 @@ class DrawList {
   /// outside of the image.
   enum class ClusterVisibility : uint8_t { absent, visible, occluded };
 
+  template <typename IsPresent>
+  void find_visible(IsPresent is_present);
   static bool contains(ClusterSubset subset, ClusterVisibility visibility);
 
   // Reused between frames, to avoid allocations.

@@ -163,22 +163,21 @@ void Frame::set_clip_planes(const VolumeGrid& grid, const RenderSettings& settin
     add(multiply_transposed(grid.direction, plane.normal),
         (plane.offset - dot(plane.normal, camera_.eye)) / unit_);
   }
-  const Vec3d extent = extent_;
   const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
-  if (low.x > 0) add({1, 0, 0}, low.x * extent.x - eye_.x);
-  if (low.y > 0) add({0, 1, 0}, low.y * extent.y - eye_.y);
-  if (low.z > 0) add({0, 0, 1}, low.z * extent.z - eye_.z);
-  if (high.x < 1) add({-1, 0, 0}, eye_.x - high.x * extent.x);
-  if (high.y < 1) add({0, -1, 0}, eye_.y - high.y * extent.y);
-  if (high.z < 1) add({0, 0, -1}, eye_.z - high.z * extent.z);
+  if (low.x > 0) add({1, 0, 0}, low.x * extent_.x - eye_.x);
+  if (low.y > 0) add({0, 1, 0}, low.y * extent_.y - eye_.y);
+  if (low.z > 0) add({0, 0, 1}, low.z * extent_.z - eye_.z);
+  if (high.x < 1) add({-1, 0, 0}, eye_.x - high.x * extent_.x);
+  if (high.y < 1) add({0, -1, 0}, eye_.y - high.y * extent_.y);
+  if (high.z < 1) add({0, 0, -1}, eye_.z - high.z * extent_.z);
   if (settings.clip_caps && planes > 0) {
     const Vec3d margin = spacing_ * (0.5 * double(EXACT_MARGIN_CELLS));
     if (!(low.x > 0)) add({1, 0, 0}, -margin.x - eye_.x);
     if (!(low.y > 0)) add({0, 1, 0}, -margin.y - eye_.y);
     if (!(low.z > 0)) add({0, 0, 1}, -margin.z - eye_.z);
-    if (!(high.x < 1)) add({-1, 0, 0}, eye_.x - extent.x - margin.x);
-    if (!(high.y < 1)) add({0, -1, 0}, eye_.y - extent.y - margin.y);
-    if (!(high.z < 1)) add({0, 0, -1}, eye_.z - extent.z - margin.z);
+    if (!(high.x < 1)) add({-1, 0, 0}, eye_.x - extent_.x - margin.x);
+    if (!(high.y < 1)) add({0, -1, 0}, eye_.y - extent_.y - margin.y);
+    if (!(high.z < 1)) add({0, 0, -1}, eye_.z - extent_.z - margin.z);
   }
   block_.switches[0] = planes;
 }
@@ -212,12 +211,16 @@ bool Frame::may_see(const Box& box, const Sides& sides) const {
   return true;
 }
 
+bool Frame::is_near(const Box& box, const std::array<double, 4>& plane, double margin) {
+  const Vec3d n{plane[0], plane[1], plane[2]};
+  return std::abs(dot(n, box.centre) - plane[3]) <= reach(n, box.half) + margin;
+}
+
 bool Frame::may_cut(const Box& box) const {
   constexpr double kRounding = 1e-2;  // units; planes are in single precision
   for (int i = 0; i < block_.switches[0]; ++i) {
     const auto& p = block_.clip_plane[static_cast<size_t>(i)];
-    const Vec3d n{p[0], p[1], p[2]};
-    if (std::abs(dot(n, box.centre) - p[3]) <= reach(n, box.half) + kRounding) return true;
+    if (is_near(box, {p[0], p[1], p[2], p[3]}, kRounding)) return true;
   }
   return false;
 }

@@ -79,6 +79,10 @@ class Frame {
   Vec3d volume_low() const { return eye_ * -1.0; }
   Vec3d volume_high() const { return extent_ - eye_; }
 
+  /// Whether a plane, dot(xyz, p) = w, cuts the box or is no farther from it than `margin`, in
+  /// units of dot(xyz, p).
+  static bool is_near(const Box& box, const std::array<double, 4>& plane, double margin);
+
   /// Whether a clip plane may cut the box.
   bool may_cut(const Box& box) const;
 

@@ -30,10 +30,7 @@ bool operator==(const RenderSettings& a, const RenderSettings& b) {
   const auto same_surface = [](const Isosurface& x, const Isosurface& y) {
     return x.isovalue == y.isovalue && x.colour == y.colour && x.opacity == y.opacity;
   };
-  const auto same_plane = [](const ClipPlane& x, const ClipPlane& y) {
-    return x.normal == y.normal && x.offset == y.offset;
-  };
-  const auto same_slice = [](const SlicePlane& x, const SlicePlane& y) {
+  const auto same_plane = [](const auto& x, const auto& y) {
     return x.normal == y.normal && x.offset == y.offset;
   };
   return std::equal(a.isosurfaces.begin(), a.isosurfaces.end(), b.isosurfaces.begin(),
@@ -47,7 +44,7 @@ bool operator==(const RenderSettings& a, const RenderSettings& b) {
                     b.clip_planes.end(), same_plane) &&
          a.clip_box_low == b.clip_box_low && a.clip_box_high == b.clip_box_high &&
          a.clip_caps == b.clip_caps && a.slice_low == b.slice_low && a.slice_high == b.slice_high &&
-         std::equal(a.slices.begin(), a.slices.end(), b.slices.begin(), b.slices.end(), same_slice);
+         std::equal(a.slices.begin(), a.slices.end(), b.slices.begin(), b.slices.end(), same_plane);
 }
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -306,9 +303,8 @@ Result<std::optional<SurfacePick>> Renderer::pick(double x, double y, int width,
   if (pick) nearest = ray->begin;
   if (!pick) pick = nearest_pick(*s.grid, s.mapping, *ray, std::move(hits));
   if (pick) pick->value = s.settings.isosurfaces[pick->isosurface].isovalue;
-  if (auto slice = pick_slice(*s.grid, s.mapping, s.settings, s.chunks, *ray, nearest))
-    return slice;
-  return pick;
+  const auto slice = pick_slice(*s.grid, s.mapping, s.settings, s.chunks, *ray, nearest);
+  return slice ? slice : pick;
 }
 
 Result<void> Renderer::begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px) {

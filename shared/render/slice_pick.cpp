@@ -12,17 +12,10 @@
 namespace isosplat {
 namespace {
 
-constexpr double kMargin = 1e-3;  // voxels: places on a face belong to the cells on both sides
-
-bool is_between(Vec3d low, Vec3d p, Vec3d high) {
-  return p.x >= low.x - kMargin && p.y >= low.y - kMargin && p.z >= low.z - kMargin &&
-         p.x <= high.x + kMargin && p.y <= high.y + kMargin && p.z <= high.z + kMargin;
-}
-
 /// The quantized value of the chunk's cell at a place, in voxels of level 0.
 std::optional<float> value_in_chunk(const ChunkStore::Chunk& chunk, const SampleBuffers& buffers,
                                     Vec3d voxel) {
-  if (!is_between(chunk.low, voxel, chunk.high)) return std::nullopt;
+  if (!is_in_box(chunk.low, voxel, chunk.high)) return std::nullopt;
   const double size = std::ldexp(1.0, static_cast<int>(chunk.block.level));
   const Vec3d in_block = (voxel - chunk.low) * (1 / size);
   std::vector<PackedSample> samples;
@@ -30,13 +23,13 @@ std::optional<float> value_in_chunk(const ChunkStore::Chunk& chunk, const Sample
     const auto as_place = [](Vec3<uint8_t> p) {
       return Vec3d{double(p.x), double(p.y), double(p.z)};
     };
-    if (!is_between(as_place(cluster.low), in_block, as_place(cluster.high))) continue;
+    if (!is_in_box(as_place(cluster.low), in_block, as_place(cluster.high))) continue;
     samples.resize(cluster.count);
     buffers.read(chunk.range, cluster.first, samples);
     for (const PackedSample& packed : samples) {
       const UnpackedSample sample = unpack_sample(packed);
       const Vec3d low{double(sample.cell.x), double(sample.cell.y), double(sample.cell.z)};
-      if (!is_between(low, in_block, low + Vec3d{1, 1, 1})) continue;
+      if (!is_in_box(low, in_block, low + Vec3d{1, 1, 1})) continue;
       const Vec3d p = in_block - low;
       const auto inside = [](double at) { return static_cast<float>(std::clamp(at, 0.0, 1.0)); };
       return Trilinear(sample.corners).at({inside(p.x), inside(p.y), inside(p.z)}).value;
@@ -68,7 +61,6 @@ std::optional<SurfacePick> pick_slice(const VolumeGrid& grid, const ValueMapping
                                       const PickRay& ray, double before) {
   const Vec3d origin = grid.world(ray.origin);
   const Vec3d direction = grid.world(ray.origin + ray.direction) - origin;
-  const Vec3d last{grid.voxels.x - 1.0, grid.voxels.y - 1.0, grid.voxels.z - 1.0};
   std::optional<SurfacePick> pick;
   for (size_t i = 0; i < settings.slices.size() && i < kMaxSlices; ++i) {
     const auto slice = unit_plane(settings.slices[i]);
@@ -79,7 +71,7 @@ std::optional<SurfacePick> pick_slice(const VolumeGrid& grid, const ValueMapping
     const double margin = SLICE_MARGIN * unit_of_frame_space(grid) / std::abs(per_step);
     if (!(t >= ray.begin - margin && t <= before + margin)) continue;
     const Vec3d voxel = ray.origin + ray.direction * t;
-    if (!is_between({0, 0, 0}, voxel, last)) continue;
+    if (!is_in_volume(grid, voxel)) continue;
     const auto found = finest_value(chunks, voxel);
     if (!found) continue;
     before = t;

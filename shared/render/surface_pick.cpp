@@ -133,6 +133,17 @@ bool meets_box(const PickRay& ray, Vec3d low, Vec3d high) {
   return enter <= leave;
 }
 
+bool is_in_box(Vec3d low, Vec3d voxel, Vec3d high) {
+  constexpr double kMargin = 1e-3;
+  return voxel.x >= low.x - kMargin && voxel.y >= low.y - kMargin && voxel.z >= low.z - kMargin &&
+         voxel.x <= high.x + kMargin && voxel.y <= high.y + kMargin && voxel.z <= high.z + kMargin;
+}
+
+bool is_in_volume(const VolumeGrid& grid, Vec3d voxel) {
+  return is_in_box({0, 0, 0}, voxel,
+                   {grid.voxels.x - 1.0, grid.voxels.y - 1.0, grid.voxels.z - 1.0});
+}
+
 void add_hits(const PickRay& ray, const BlockKey& block, std::span<const PackedSample> samples,
               std::span<const float> quantized_isovalues, std::vector<PickHit>& hits) {
   const double size = std::ldexp(1.0, static_cast<int>(block.level));

@@ -27,6 +27,13 @@ std::optional<PickRay> pick_ray(const VolumeGrid& grid, const RenderSettings& se
 /// Whether the ray meets the box [low, high] (voxels of level 0) in its part.
 bool meets_box(const PickRay& ray, Vec3d low, Vec3d high);
 
+/// Whether low ≤ voxel ≤ high along each axis, up to rounding: a place on a face counts on both
+/// sides.
+bool is_in_box(Vec3d low, Vec3d voxel, Vec3d high);
+
+/// Whether a place (voxels of level 0) is in the volume, up to rounding.
+bool is_in_volume(const VolumeGrid& grid, Vec3d voxel);
+
 /// An intersection of the ray with the isosurface of a cell.
 struct PickHit {
   double distance = 0;  ///< t of the ray
