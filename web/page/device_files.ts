@@ -37,6 +37,7 @@ import { askRawLayout } from "./raw_dialog.ts";
 import { ShownVolume } from "./shown_volume.ts";
 import { Task } from "./task_card.ts";
 import { readUrl } from "./url_state.ts";
+import { releaseView } from "./view.ts";
 import type { VolumePage } from "./volume_page.ts";
 
 /** Where files were fetched. */
@@ -183,7 +184,7 @@ export class DeviceFiles {
         this.#shown.leaveProvisional();
       } else task.fail(text);
     } finally {
-      this.#shown.unprepare();
+      releaseView();
     }
   }
 

@@ -21,7 +21,7 @@ function bar(colours: readonly string[], low: unknown, high: unknown): TemplateR
 
 /** The greys of slices. */
 function greysPart([low, high]: readonly [number, number], units: string): TemplateResult {
-  return html`<div class="legend-title">
+  return html`<div>
       ${panelTexts.values}${units ? html` <span class="quiet">${units}</span>` : nothing}
     </div>
     ${bar(["#000", "#fff"], formatValue(low), formatValue(high))}`;

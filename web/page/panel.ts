@@ -7,7 +7,7 @@ import type { StoreInfo, Triple } from "../stream/types.ts";
 import { pageTexts } from "../texts/page.ts";
 import { panelTexts } from "../texts/panel.ts";
 import type { AxisView } from "../viewer/camera_views.ts";
-import { extentAlong, isWhole, wholeVolume } from "../viewer/clipping.ts";
+import { isWhole, wholeVolume } from "../viewer/clipping.ts";
 import {
   type Clip,
   type Look,
@@ -29,6 +29,7 @@ import {
 import { icon } from "./icons.ts";
 import { costText } from "./isovalue_cost.ts";
 import type { IsovalueScale } from "./isovalue_scale.ts";
+import { planeSlider } from "./plane_slider.ts";
 
 export interface PanelState {
   info: StoreInfo;
@@ -407,25 +408,12 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
           @input=${change(i)}
         ></wa-slider>`,
       )}
-      ${clip.planes.map((plane, i) => {
-        const [low, high] = extentAlong(plane.normal, info);
-        const move = (event: Event) => {
-          const share = Number((event.currentTarget as ValueElement).value);
-          const offset = low + share * (high - low);
+      ${clip.planes.map((plane, i) =>
+        planeSlider(panelTexts.plane, plane, info, percent, (offset) => {
           const planes = clip.planes.map((other, j) => (i === j ? { ...other, offset } : other));
           actions.changeClip({ ...clip, planes });
-        };
-        return html`<wa-slider
-          size="s"
-          label=${panelTexts.plane}
-          min="0"
-          max="1"
-          step="0.005"
-          .value=${(plane.offset - low) / (high - low)}
-          .valueFormatter=${percent}
-          @input=${move}
-        ></wa-slider>`;
-      })}
+        }),
+      )}
       <wa-button size="s" appearance="outlined" @click=${actions.cutAcrossView}
         >${panelTexts.cut}</wa-button
       >

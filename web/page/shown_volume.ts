@@ -2,7 +2,7 @@ import { type KeptStore, keptBlob } from "../device/index.ts";
 import { deviceAddress, deviceTarget } from "./device_target.ts";
 import { SaveButton } from "./save_button.ts";
 import { readUrl } from "./url_state.ts";
-import { prepareView, releaseView } from "./view.ts";
+import { prepareView } from "./view.ts";
 import { type Target, VolumePage } from "./volume_page.ts";
 
 /**
@@ -35,16 +35,11 @@ export class ShownVolume {
     return this.#page;
   }
 
-  /** A volume will be shown in a moment: loads what its page needs, unless one is shown already. */
+  /** A volume will be shown in a moment: loads what its page needs, unless one is shown already. See releaseView. */
   prepare(): void {
     if (this.#page) return;
     prepareView();
     void import("./components.ts");
-  }
-
-  /** No volume will be shown that `prepare` was called for. */
-  unprepare(): void {
-    releaseView();
   }
 
   /** Shows a store in place of what the page has shown. `keepsAddress`: else its own is a new one. */

@@ -9,6 +9,7 @@ import { hasSlices } from "../viewer/slices.ts";
 import type { Slices } from "../viewer/types.ts";
 import { formatValue, parseValue } from "./format.ts";
 import type { PanelActions, PanelState } from "./panel.ts";
+import { planeSlider } from "./plane_slider.ts";
 
 type ValueElement = HTMLElement & { value: string };
 
@@ -94,7 +95,7 @@ function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
     >${slicesTexts.acrossView}</wa-button
   >`;
   if (!plane) return across;
-  const { normal, offset } = plane;
+  const { normal } = plane;
   const size = Math.hypot(...normal);
   const [low, high] = extentAlong(normal, info);
   const middle = (low + high) / 2;
@@ -102,20 +103,8 @@ function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
     slicesTexts.fromCentre(
       formatLength(Number(((low + share * (high - low) - middle) / size).toPrecision(4))),
     );
-  const move = (event: Event) => {
-    const share = Number((event.currentTarget as ValueElement).value);
-    actions.changeSlices({ ...others, plane: { normal, offset: low + share * (high - low) } });
-  };
-  return html`<wa-slider
-      size="s"
-      label=${slicesTexts.oblique}
-      min="0"
-      max="1"
-      step="0.005"
-      .value=${(offset - low) / (high - low)}
-      .valueFormatter=${place}
-      @input=${move}
-    ></wa-slider>
+  const move = (to: number) => actions.changeSlices({ ...others, plane: { normal, offset: to } });
+  return html`${planeSlider(slicesTexts.oblique, plane, info, place, move)}
     ${across}
     <wa-button size="s" appearance="outlined" @click=${() => actions.changeSlices(others)}
       >${slicesTexts.removeOblique}</wa-button
@@ -127,12 +116,11 @@ function rangePart({ slices, info }: PanelState, actions: PanelActions) {
   const { range, ...others } = slices;
   const [low, high] = range ?? info.range;
   const field = (label: string, value: number, rangeOf: (to: number) => [number, number]) => {
-    const entered = (event: Event) => {
+    const enter = (event: Event) => {
       const input = event.currentTarget as HTMLInputElement;
       const to = parseValue(input.value);
-      const [low, high] = to === undefined ? [] : rangeOf(to);
-      if (low !== undefined && high !== undefined && low < high)
-        actions.changeSlices({ ...others, range: [low, high] });
+      const entered = to === undefined ? undefined : rangeOf(to);
+      if (entered && entered[0] < entered[1]) actions.changeSlices({ ...others, range: entered });
       else input.value = formatValue(value);
     };
     return html`<label
@@ -142,7 +130,7 @@ function rangePart({ slices, info }: PanelState, actions: PanelActions) {
         inputmode="decimal"
         autocomplete="off"
         .value=${live(formatValue(value))}
-        @change=${entered}
+        @change=${enter}
       />
     </label>`;
   };

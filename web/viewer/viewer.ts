@@ -227,8 +227,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
           const isTaken = this.#guard((renderer) =>
             renderer.addChunk(id, place, samples, clusters),
           );
-          if (isTaken) this.#scheduler?.onUpload(id);
-          if (isTaken) this.#onSliceChange();
+          if (isTaken) {
+            this.#scheduler?.onUpload(id);
+            this.#onSliceChange();
+          }
           return isTaken || this.#contextLost;
         },
         drop: (id) => {
@@ -322,7 +324,6 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   dispose(): void {
     if (this.#disposed) return;
     this.#disposed = true;
-    clearTimeout(this.#sliceTimer);
     this.close();
     this.#scheduler?.stop();
     this.#workers?.close();
@@ -525,9 +526,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   /**
-   * The nearest surface, or value of a slice, at a place of the canvas (CSS pixels from its upper left corner): the ray's
-   * first intersection with the trilinear function of a visible cell. Undefined where there is none,
-   * or no picture. `toNext` sees what is visible only: occluded regions may be left out.
+   * The nearest surface, or value of a slice, at a place of the canvas (CSS pixels from its upper left
+   * corner). Of a surface: the ray's first intersection with the trilinear function of a visible cell.
+   * Undefined where there is none, or no picture. `toNext` sees what is visible only: occluded regions
+   * may be left out.
    */
   pick(x: number, y: number): SurfacePoint | undefined {
     const { clientWidth: width, clientHeight: height } = this.canvas;
