@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "native/headless/draw_image.h"
 #include "shared/sampling/trilinear.h"
@@ -55,14 +54,7 @@ class CapsGpu : public RendererTest {
   }
 
   Image draw(const std::string& name, bool still = false) {
-    renderer_->set_settings(settings_);
-    renderer_->set_camera(camera_);
-    const auto image = draw_image(*renderer_, kSize, kSize, nullptr, still);
-    EXPECT_TRUE(image) << image.error().message;
-    if (const char* folder = std::getenv("ISOSPLAT_TEST_PICTURES"); folder && image) {
-      EXPECT_TRUE(write_png(std::string(folder) + "/caps-" + name + ".png", *image));
-    }
-    return image.value();
+    return draw_and_keep(settings_, camera_, kSize, "caps-" + name, still);
   }
 
   std::vector<Renderer::SurfacePixel> pixels() { return renderer_->read_surface().value(); }

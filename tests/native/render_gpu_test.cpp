@@ -5,7 +5,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <numeric>
 #include <thread>
 
@@ -20,13 +19,6 @@ namespace {
 
 class RenderGpu : public RendererTest {
  protected:
-  /// Saves a picture if ISOSPLAT_TEST_PICTURES is set to a folder.
-  static void keep(const Image& image, const std::string& name) {
-    if (const char* folder = std::getenv("ISOSPLAT_TEST_PICTURES")) {
-      ASSERT_TRUE(write_png(std::string(folder) + "/" + name + ".png", image));
-    }
-  }
-
   struct Difference {
     double holes = 0;       // pixels the reference hits and its neighbours do, but ours does not
     double silhouette = 0;  // differing pixels / the reference's

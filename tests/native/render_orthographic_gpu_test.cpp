@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "native/headless/draw_image.h"
 #include "native/headless/ray_caster.h"
@@ -26,14 +25,7 @@ class OrthographicGpu : public RendererTest {
   }
 
   Image draw(const std::string& name) {
-    renderer_->set_settings(settings_);
-    renderer_->set_camera(camera_);
-    const auto image = draw_image(*renderer_, kSize, kSize);
-    EXPECT_TRUE(image) << image.error().message;
-    if (const char* folder = std::getenv("ISOSPLAT_TEST_PICTURES"); folder && image) {
-      EXPECT_TRUE(write_png(std::string(folder) + "/orthographic-" + name + ".png", *image));
-    }
-    return image.value();
+    return draw_and_keep(settings_, camera_, kSize, "orthographic-" + name);
   }
 
   struct Difference {

@@ -86,13 +86,6 @@ class ShearGpu : public RendererTest {
     return std::move(*image);
   }
 
-  /// Saves a picture if ISOSPLAT_TEST_PICTURES is set to a folder.
-  static void keep(const Image& image, const std::string& name) {
-    if (const char* folder = std::getenv("ISOSPLAT_TEST_PICTURES")) {
-      ASSERT_TRUE(write_png(std::string(folder) + "/" + name + ".png", image));
-    }
-  }
-
   Vec3d world_normal(const Renderer::SurfacePixel& pixel) const {
     const CameraFrame frame = camera_frame(camera_);
     return frame.right * double(pixel.normal.x) + frame.up * double(pixel.normal.y) -

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <numeric>
 
@@ -68,14 +67,7 @@ class SlicesGpu : public RendererTest {
   }
 
   Image draw(const std::string& name, bool still = false) {
-    renderer_->set_settings(settings_);
-    renderer_->set_camera(camera_);
-    const auto image = draw_image(*renderer_, kSize, kSize, nullptr, still);
-    EXPECT_TRUE(image) << image.error().message;
-    if (const char* folder = std::getenv("ISOSPLAT_TEST_PICTURES"); folder && image) {
-      EXPECT_TRUE(write_png(std::string(folder) + "/slices-" + name + ".png", *image));
-    }
-    return image.value();
+    return draw_and_keep(settings_, camera_, kSize, "slices-" + name, still);
   }
 
   std::vector<Renderer::SurfacePixel> pixels() { return renderer_->read_surface().value(); }
@@ -212,6 +204,14 @@ class SlicesGpu : public RendererTest {
   std::vector<LevelOfVolume> levels_;
   std::vector<std::pair<BlockKey, std::vector<UnpackedSample>>> unpacked_;
   ChunkHandle next_handle_ = 0;
+
+  void expect_values_everywhere(const SlicePlane& plane) {
+    const Comparison c = compare(plane);
+    EXPECT_GT(c.values, 1000);
+    EXPECT_LE(c.differing, 2);
+    EXPECT_LT(c.error, 0.5);
+    EXPECT_LT(c.depth_error, 0.02);
+  }
 };
 
 TEST_F(SlicesGpu, EachPixelShowsTheValueInAnyPlane) {
@@ -223,11 +223,7 @@ TEST_F(SlicesGpu, EachPixelShowsTheValueInAnyPlane) {
     for (const SlicePlane& plane : planes) {
       settings_.slices = {plane};
       draw("planes");
-      const Comparison c = compare(plane);
-      EXPECT_GT(c.values, 1000);
-      EXPECT_LE(c.differing, 2);
-      EXPECT_LT(c.error, 0.5);
-      EXPECT_LT(c.depth_error, 0.02);
+      expect_values_everywhere(plane);
     }
   }
 }
@@ -241,11 +237,7 @@ TEST_F(SlicesGpu, EachPixelShowsTheValueInAShearedGrid) {
   const SlicePlane plane{normal, dot(normal, centre) - 8};
   settings_.slices = {plane};
   draw("sheared");
-  const Comparison c = compare(plane);
-  EXPECT_GT(c.values, 1000);
-  EXPECT_LE(c.differing, 2);
-  EXPECT_LT(c.error, 0.5);
-  EXPECT_LT(c.depth_error, 0.02);
+  expect_values_everywhere(plane);
 }
 
 TEST_F(SlicesGpu, WhereNoCellsAreThePatternShowsIt) {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <tuple>
 
 #include "native/headless/draw_image.h"
@@ -75,10 +74,8 @@ class TilesGpu : public RendererTest {
     renderer_->set_camera(camera_);
     const Image tiles = in_tiles(smooth);
     const Image whole = draw_image(*renderer_, width_, height_, nullptr, smooth).value();
-    if (const char* folder = std::getenv("ISOSPLAT_TEST_PICTURES")) {
-      EXPECT_TRUE(write_png(std::string(folder) + "/tiles-" + name + ".png", tiles));
-      EXPECT_TRUE(write_png(std::string(folder) + "/whole-" + name + ".png", whole));
-    }
+    keep(tiles, "tiles-" + name);
+    keep(whole, "whole-" + name);
     EXPECT_FALSE(whole.is_uniform());
     Difference d;
     for (size_t i = 0; i < whole.rgba.size(); i += 4) {

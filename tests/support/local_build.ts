@@ -12,6 +12,8 @@ import {
 } from "../../web/builder/index.ts";
 import { sliceReader } from "../../web/builder/voxels.ts";
 import type { CompiledModule } from "../../web/core/index.ts";
+import type { ImportOptions, InputFile } from "../../web/import/index.ts";
+import { importProgram, localImporter } from "./local_import.ts";
 
 const wasm = new URL("../../build/wasm/web/isosplat-builder.wasm", import.meta.url);
 
@@ -68,5 +70,43 @@ export async function buildLocally(
     return { store: store.subarray(0, bytes), report, fractions };
   } finally {
     builder.close();
+  }
+}
+
+/** The compiled modules that read and build, and the encoders of a build. */
+export interface LocalPrograms {
+  importer: CompiledModule;
+  builder: CompiledModule;
+  encoders: readonly Encoder[];
+}
+
+export async function localPrograms(): Promise<LocalPrograms> {
+  const builder = await builderProgram();
+  return { importer: await importProgram(), builder, encoders: [await localEncoder(builder)] };
+}
+
+/** The store of a volume among files, as the browser builds it. An error of the reader is thrown as it is. */
+export async function buildFrom(
+  { importer, builder, encoders }: LocalPrograms,
+  files: readonly InputFile[],
+  path: string,
+  options: ImportOptions = {},
+  limits: BuildLimits = {},
+): Promise<Uint8Array> {
+  const reader = await localImporter(importer, files);
+  let readError: unknown;
+  const read = (first: number, count: number, into: Uint8Array): void => {
+    try {
+      reader.readSlices(first, count, into);
+    } catch (error) {
+      readError = error;
+      throw error;
+    }
+  };
+  try {
+    const volume = reader.open(path, options);
+    return (await buildLocally(builder, encoders, volume, read, { limits })).store;
+  } catch (error) {
+    throw readError ?? error;
   }
 }

@@ -16,18 +16,16 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { brotliCompressSync, deflateSync, gzipSync } from "node:zlib";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
-import type { Encoder } from "../../web/builder/index.ts";
-import { type CompiledModule, CoreError } from "../../web/core/index.ts";
+import { CoreError } from "../../web/core/index.ts";
 import { type ImportOptions, volumesAmong } from "../../web/import/index.ts";
 import { dicomSlice } from "../support/dicom_files.ts";
-import { builderProgram, buildLocally, localEncoder } from "../support/local_build.ts";
 import {
-  fileOf,
-  filesOf,
-  importProgram,
-  localImporter,
-  sparseFile,
-} from "../support/local_import.ts";
+  buildFrom,
+  buildLocally,
+  type LocalPrograms,
+  localPrograms,
+} from "../support/local_build.ts";
+import { fileOf, filesOf, localImporter, sparseFile } from "../support/local_import.ts";
 import { type TiffForm, tiffOf } from "../support/tiff_files.ts";
 
 const root = fileURLToPath(new URL("../..", import.meta.url));
@@ -35,14 +33,10 @@ const isosplat = join(root, "build/release/native/cli/isosplat");
 const volumes = process.env.ISOSPLAT_VOLUMES ?? join(root, "../shared/volumes");
 const folder = mkdtempSync(join(tmpdir(), "isosplat-import-"));
 
-let importer: CompiledModule;
-let builder: CompiledModule;
-let encoders: Encoder[];
+let programs: LocalPrograms;
 
 beforeAll(async () => {
-  importer = await importProgram();
-  builder = await builderProgram();
-  encoders = [await localEncoder(builder)];
+  programs = await localPrograms();
 });
 
 afterAll(() => rmSync(folder, { recursive: true, force: true }));
@@ -65,23 +59,11 @@ async function buildHere(
   path: string,
   options: ImportOptions,
 ): Promise<Uint8Array | string> {
-  const reader = await localImporter(importer, filesOf(inside));
-  let readError: unknown;
   try {
-    const volume = reader.open(path, options);
-    const read = (first: number, count: number, into: Uint8Array): void => {
-      try {
-        reader.readSlices(first, count, into);
-      } catch (error) {
-        readError = error;
-        throw error;
-      }
-    };
-    return (await buildLocally(builder, encoders, volume, read)).store;
+    return await buildFrom(programs, filesOf(inside), path, options);
   } catch (error) {
-    const cause = readError ?? error;
-    if (cause instanceof CoreError) return cause.message.slice(cause.status.length + 2);
-    throw cause;
+    if (error instanceof CoreError) return error.message.slice(error.status.length + 2);
+    throw error;
   }
 }
 
@@ -263,7 +245,7 @@ describe("a store is that of the program, byte by byte", () => {
       await compare(inside, name, ["--dataset", dataset], { dataset });
     }
     const inputs = filesOf(inside);
-    const reader = await localImporter(importer, inputs);
+    const reader = await localImporter(programs.importer, inputs);
     const found = volumesAmong(
       inputs,
       (path) => reader.detect(path),
@@ -423,10 +405,10 @@ describe("faults have the program's words", () => {
       const header = nrrd("uint8", sizes, "encoding: raw\n");
       const bytes = header.length + sizes[0] * sizes[1] * sizes[2];
       const file = sparseFile("a.nrrd", Buffer.from(header), bytes);
-      const reader = await localImporter(importer, [file]);
+      const reader = await localImporter(programs.importer, [file]);
       const read = async (): Promise<unknown> => {
         const never = (): never => expect.fail("it was read");
-        return buildLocally(builder, encoders, reader.open("a.nrrd"), never);
+        return buildLocally(programs.builder, programs.encoders, reader.open("a.nrrd"), never);
       };
       await expect(read()).rejects.toThrow(/isosplat build/);
     }
@@ -446,7 +428,7 @@ describe("faults have the program's words", () => {
       for (let flips = next(5); flips > 0 && bytes.length > 0; --flips) {
         bytes[next(Math.min(200, bytes.length))] = next(256);
       }
-      const reader = await localImporter(importer, [fileOf("a.nrrd", bytes)]);
+      const reader = await localImporter(programs.importer, [fileOf("a.nrrd", bytes)]);
       try {
         const { voxels: n, type } = reader.open("a.nrrd");
         const slice = (n[0] * n[1] * Number(type.slice(1))) / 8;
@@ -463,7 +445,7 @@ describe("volumes are found among files", () => {
     const inputs = Object.entries(files).map(([path, content]) =>
       fileOf(path, Buffer.from(content as string)),
     );
-    const reader = await localImporter(importer, inputs);
+    const reader = await localImporter(programs.importer, inputs);
     return volumesAmong(
       inputs,
       (path) => reader.detect(path),

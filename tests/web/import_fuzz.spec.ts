@@ -1,12 +1,11 @@
 /** Damaged volumes through the reader and the builder in WebAssembly: a store or one error, never an abort. */
 import { gzipSync } from "node:zlib";
 import { beforeAll, expect, test } from "vitest";
-import type { Encoder } from "../../web/builder/index.ts";
-import { type CompiledModule, CoreError } from "../../web/core/index.ts";
+import { CoreError } from "../../web/core/index.ts";
 import { Chance } from "../support/chance.ts";
 import { dicomSlice } from "../support/dicom_files.ts";
-import { builderProgram, buildLocally, localEncoder } from "../support/local_build.ts";
-import { fileOf, importProgram, localImporter } from "../support/local_import.ts";
+import { buildFrom, type LocalPrograms, localPrograms } from "../support/local_build.ts";
+import { fileOf } from "../support/local_import.ts";
 import { tiffOf } from "../support/tiff_files.ts";
 
 /** Per file. `ISOSPLAT_FUZZ_EDITS=10000 npx vitest run tests/web/import_fuzz.spec.ts` */
@@ -98,14 +97,10 @@ const files: [path: string, bytes: Uint8Array][] = [
   ["a.dcm", dicomSlice(Uint16Array.from(voxels.subarray(0, 36)), 6, 0)],
 ];
 
-let importer: CompiledModule;
-let builder: CompiledModule;
-let encoders: Encoder[];
+let programs: LocalPrograms;
 
 beforeAll(async () => {
-  importer = await importProgram();
-  builder = await builderProgram();
-  encoders = [await localEncoder(builder)];
+  programs = await localPrograms();
 });
 
 /** Bytes that are changed, inserted, removed, or cut off; mostly near the beginning, where headers are. */
@@ -137,24 +132,12 @@ function damaged(bytes: Uint8Array, chance: Chance): Buffer {
 
 /** Returns whether a store was built. What is thrown is no error that users are told. */
 async function survives(path: string, bytes: Uint8Array): Promise<boolean> {
-  const reader = await localImporter(importer, [fileOf(path, bytes)]);
-  let readError: unknown;
-  const read = (first: number, count: number, into: Uint8Array): void => {
-    try {
-      reader.readSlices(first, count, into);
-    } catch (error) {
-      readError = error;
-      throw error;
-    }
-  };
   try {
-    const volume = reader.open(path, {});
-    await buildLocally(builder, encoders, volume, read, { limits: { memoryBytes } });
+    await buildFrom(programs, [fileOf(path, bytes)], path, {}, { memoryBytes });
     return true;
   } catch (error) {
-    const cause = readError ?? error;
-    if (!(cause instanceof CoreError)) throw cause;
-    expect(cause.message.length).toBeGreaterThan(20);
+    if (!(error instanceof CoreError)) throw error;
+    expect(error.message.length).toBeGreaterThan(20);
     return false;
   }
 }
