@@ -220,6 +220,14 @@ test("linked views move together, and those of other groups do not", async ({ pa
     return elements.map(({ clip }) => clip.high[2]);
   });
   expect(cut).toEqual([0.5, 0.5, 1]);
+  const sliced = await page.evaluate(() => {
+    const elements = [...document.querySelectorAll("isosplat-viewer")];
+    const heard: number[] = [];
+    elements.forEach((e, i) => void e.addEventListener("sliceschange", () => heard.push(i)));
+    if (elements[1]) elements[1].slices = { along: [null, 0.25, null] };
+    return { places: elements.map(({ slices }) => slices.along[1]), heard: heard.sort() };
+  });
+  expect(sliced).toEqual({ places: [0.25, 0.25, null], heard: [0, 1] });
 });
 
 test("the example page shows linked views, and what their attributes do", async ({ page }) => {

@@ -135,6 +135,7 @@ test("a program's changes reach the picture, and a visitor's the program", async
         { isovalue: 140, colour: "#3d55c8", opacity: 1 },
       ],
       clip: { low: [0, 0, 0], high: [1, 1, 0.75], planes: [] },
+      slices: { along: [0.5, null, null] },
       camera: { azimuth: 75 },
     });
   });
@@ -143,8 +144,9 @@ test("a program's changes reach the picture, and a visitor's the program", async
   const set = await view.evaluate((e: HTMLElementTagNameMap["isosplat-viewer"]) => ({
     azimuth: e.camera?.azimuth,
     high: e.clip.high,
+    along: e.slices.along,
   }));
-  expect(set).toEqual({ azimuth: 75, high: [1, 1, 0.75] });
+  expect(set).toEqual({ azimuth: 75, high: [1, 1, 0.75], along: [0.5, null, null] });
   // A partial camera is completed, and the isovalue follows the surfaces: that alone is sent.
   await expect
     .poll(() => page.evaluate(() => Object.keys(Object.assign({}, ...globalThis.notebook.sent))))
@@ -152,6 +154,7 @@ test("a program's changes reach the picture, and a visitor's the program", async
   const sent = await page.evaluate(() => Object.assign({}, ...globalThis.notebook.sent));
   expect(sent).not.toHaveProperty("surfaces");
   expect(sent).not.toHaveProperty("clip");
+  expect(sent).not.toHaveProperty("slices");
   expect(sent.camera).toMatchObject({ azimuth: 75, elevation: expect.any(Number) });
 
   // From a visitor.

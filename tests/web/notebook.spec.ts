@@ -8,6 +8,7 @@ import {
   clipOf,
   reportedTraits,
   sameValue,
+  slicesOf,
   surfacesOf,
   traitDefaults,
 } from "../../web/element/notebook_traits.ts";
@@ -84,6 +85,10 @@ describe("values of the program", () => {
     });
     const capped = { low: [0, 0, 0], high: [1, 1, 0.5], planes: [], caps: true };
     expect(clipOf(capped)).toEqual(capped);
+    const plane = { normal: [0, 1, 1], offset: 4 };
+    expect(slicesOf({ plane, range: null })).toEqual({ along: [null, null, null], plane });
+    const across = { along: [0, null, 1], range: [-1, 100] };
+    expect(slicesOf(across)).toEqual(across);
   });
 
   it.each([
@@ -99,6 +104,10 @@ describe("values of the program", () => {
     ["clip", () => clipOf({ low: [0, 0, 0] })],
     ["clip", () => clipOf({ low: [0, 0, 0], high: [1, 1, 1], planes: [{ normal: [1] }] })],
     ["clip", () => clipOf({ low: [0, 0, 0], high: [1, 1, 1], caps: "on" })],
+    ["slices", () => slicesOf({ along: [0.5] })],
+    ["slices", () => slicesOf({ along: [0.5, null, 2] })],
+    ["slices", () => slicesOf({ plane: { normal: [0, 0, 0], offset: 1 } })],
+    ["slices", () => slicesOf({ range: [2, 2] })],
     ["background", () => backgroundOf("white")],
   ])("are refused with what was expected: %s %#", (name, read) => {
     expect(read).toThrow(new RegExp(`^${name}: expected .*, found `));

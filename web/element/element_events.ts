@@ -1,5 +1,5 @@
 import type { Progress, StoreInfo, StreamError } from "../stream/index.ts";
-import type { Camera, Clip, RendererError } from "../viewer/index.ts";
+import type { Camera, Clip, RendererError, Slices } from "../viewer/index.ts";
 
 /** The events of the element, by name. They are CustomEvents, and do not bubble. */
 export interface IsosplatViewerEvents {
@@ -9,5 +9,6 @@ export interface IsosplatViewerEvents {
   camerachange: CustomEvent<Camera>;
   isovaluechange: CustomEvent<readonly number[]>;
   clipchange: CustomEvent<Clip>;
+  sliceschange: CustomEvent<Slices>;
   fault: CustomEvent<StreamError | RendererError>;
 }

@@ -78,7 +78,7 @@ function sharedWorkers(): Decoder {
  * @attr {boolean} controls - Shows a slider and a field for the isovalue, and buttons.
  * @attr {string} show - What is shown above the picture, some of `axes,scale,box,clip`: orientation axes, a scale bar, the volume's box with ticks in mm, the clip box with handles. Default: nothing.
  * @attr {string} lang - The language of the element: `en` or `de`. Default: that of the element around it that has one, when the element is added to the page. Messages of faults are English.
- * @attr {string} link - The name of a group. Elements of a group have the same camera, isovalues and clipping.
+ * @attr {string} link - The name of a group. Elements of a group have the same camera, isovalues, clipping and slices.
  *
  * @fires {CustomEvent<StoreInfo>} opened - A volume is open. Its first surface follows.
  * @fires {CustomEvent<Progress>} progress - The streaming progress has changed.
@@ -86,6 +86,7 @@ function sharedWorkers(): Decoder {
  * @fires {CustomEvent<Camera>} camerachange - The camera moved: by a gesture, by a call, or by the group.
  * @fires {CustomEvent<readonly number[]>} isovaluechange - The isovalues have changed: by the controls, by a call, or by the group.
  * @fires {CustomEvent<Clip>} clipchange - The clipping has changed: by a call, or by the group.
+ * @fires {CustomEvent<Slices>} sliceschange - The slices have changed: by a call, or by the group.
  * @fires {CustomEvent<StreamError | RendererError>} fault - Something failed. `detail.message` says what was expected, what was found, and the remedy; the element tries again where that can help.
  *
  * @slot - Shown above the picture, such as a caption.
@@ -350,9 +351,11 @@ export class IsosplatViewerElement extends HTMLElement {
     return this.#slices;
   }
   set slices(asked: Slices | null | undefined) {
-    this.#slices = asked ?? noSlices;
-    this.#viewer?.setSlices(this.#slices);
+    const slices = asked ?? noSlices;
+    this.#slices = slices;
+    this.#viewer?.setSlices(slices);
     this.#wake();
+    this.#changed("sliceschange", slices, { slices });
   }
 
   /** Splats, colouring, background and light. What is set is added to what was set before. */
@@ -479,12 +482,13 @@ export class IsosplatViewerElement extends HTMLElement {
     } else URL.revokeObjectURL(still.src);
   }
 
-  #receive({ camera, isovalues, clip }: LinkedView): void {
+  #receive({ camera, isovalues, clip, slices }: LinkedView): void {
     this.#receiving++;
     try {
       if (camera) this.camera = camera;
       if (isovalues) this.isovalues = isovalues;
       if (clip) this.clip = clip;
+      if (slices) this.slices = slices;
     } finally {
       this.#receiving--;
     }
@@ -582,11 +586,12 @@ export class IsosplatViewerElement extends HTMLElement {
     this.#camera = camera ?? null;
     const isovalues = this.#readIsovalues();
     if (!isovalues) this.#surfaces = [];
-    const { clip } = this.#chosen;
+    const { clip, slices } = this.#chosen;
     this.#chosen = {
       ...(camera && { camera }),
       ...(isovalues && { isovalues }),
       ...(clip && { clip }),
+      ...(slices && { slices }),
     };
     if (this.#isAttached) this.#join();
   }

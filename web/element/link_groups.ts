@@ -1,10 +1,11 @@
-import type { Camera, Clip } from "../viewer/index.ts";
+import type { Camera, Clip, Slices } from "../viewer/index.ts";
 
 /** What linked elements have in common. */
 export interface LinkedView {
   camera?: Camera;
   isovalues?: readonly number[];
   clip?: Clip;
+  slices?: Slices;
 }
 
 export interface LinkedElement {

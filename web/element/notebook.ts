@@ -1,4 +1,4 @@
-import { type Camera, isDefaultClip, wholeVolume } from "../viewer/index.ts";
+import { type Camera, hasSlices, isDefaultClip, noSlices, wholeVolume } from "../viewer/index.ts";
 import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
 import {
   backgroundOf,
@@ -8,6 +8,7 @@ import {
   reportedTraits,
   sameValue,
   showOf,
+  slicesOf,
   surfacesOf,
   type TraitName,
   type Traits,
@@ -167,6 +168,10 @@ export class Notebook {
       const clip = clipOf(value) ?? wholeVolume;
       if (!sameValue(clip, this.element.clip)) this.element.clip = clip;
     },
+    slices: (value) => {
+      const slices = slicesOf(value) ?? noSlices;
+      if (!sameValue(slices, this.element.slices)) this.element.slices = slices;
+    },
   };
 
   #setAttribute(name: string, value: string): void {
@@ -182,7 +187,7 @@ export class Notebook {
     element.addEventListener("opened", () => this.#onOpened(), { signal });
     element.addEventListener("progress", ({ detail }) => this.#onProgress(detail), { signal });
     element.addEventListener("fault", ({ detail }) => this.#onFault(detail.message), { signal });
-    for (const event of ["isovaluechange", "camerachange", "clipchange"] as const) {
+    for (const event of ["isovaluechange", "camerachange", "clipchange", "sliceschange"] as const) {
       element.addEventListener(event, () => this.#writeView(), { signal });
     }
     for (const event of ["pointerdown", "wheel", "keydown"]) {
@@ -229,7 +234,7 @@ export class Notebook {
 
   /** Before a volume is open, what is not known yet stays as the program has set it. */
   #writeView(): void {
-    const { surfaces, clip } = this.element;
+    const { surfaces, clip, slices } = this.element;
     const camera = this.#camera;
     const [first] = surfaces;
     if (first) {
@@ -238,6 +243,7 @@ export class Notebook {
     }
     if (camera) this.#write("camera", camera);
     this.#write("clip", isDefaultClip(clip) ? null : clip);
+    this.#write("slices", hasSlices(slices) ? slices : null);
   }
 
   #writeFault(): void {

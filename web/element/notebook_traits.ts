@@ -5,6 +5,7 @@ import {
   type Clip,
   readColour,
   readProjection,
+  type Slices,
   type Surface,
 } from "../viewer/index.ts";
 import { readParts, shownParts } from "./overlay_area.ts";
@@ -41,6 +42,8 @@ export interface Traits {
   camera: Camera | null;
   /** Null: nothing is cut off. */
   clip: Clip | null;
+  /** Null: none. */
+  slices: Slices | null;
   /** As the attribute of the element; empty: white. */
   background: string;
   controls: boolean;
@@ -70,6 +73,7 @@ export const traitDefaults: Readonly<Traits> = {
   surfaces: [],
   camera: null,
   clip: null,
+  slices: null,
   background: "",
   controls: true,
   show: "",
@@ -177,6 +181,12 @@ export function cameraOf(value: unknown, present: Camera | null): Camera | null 
   return { target, projection, ...numbers } as unknown as Camera;
 }
 
+/** An oblique plane as a program gives it; undefined: it is none. */
+function planeOf(value: unknown): Clip["planes"][number] | undefined {
+  if (!isObject(value) || !isTriple(value.normal) || !isNumber(value.offset)) return undefined;
+  return { normal: value.normal, offset: value.offset };
+}
+
 export function clipOf(value: unknown): Clip | null {
   if (value === null || value === undefined) return null;
   const expected = "{ low: [x, y, z], high: [x, y, z], planes: [{ normal, offset }], caps }";
@@ -190,11 +200,36 @@ export function clipOf(value: unknown): Clip | null {
     low,
     high,
     planes: planes.map((plane: unknown) => {
-      if (!isObject(plane) || !isTriple(plane.normal) || !isNumber(plane.offset)) {
-        throw wrong("clip", plane, expected);
-      }
-      return { normal: plane.normal, offset: plane.offset };
+      const read = planeOf(plane);
+      if (!read) throw wrong("clip", plane, expected);
+      return read;
     }),
     ...(caps && { caps }),
   };
+}
+
+const isShare = (value: unknown) => value === null || (isNumber(value) && value >= 0 && value <= 1);
+
+const isShares = (value: unknown): value is Slices["along"] =>
+  Array.isArray(value) && value.length === 3 && value.every(isShare);
+
+function isRange(value: unknown): value is NonNullable<Slices["range"]> {
+  const [low, high, ...more] = Array.isArray(value) ? value : [];
+  return isNumber(low) && isNumber(high) && low < high && more.length === 0;
+}
+
+export function slicesOf(value: unknown): Slices | null {
+  if (value === null || value === undefined) return null;
+  const expected =
+    "{ along: [x, y, z] as 0 to 1 or null, plane: { normal, offset }, range: [black, white] }";
+  if (!isObject(value)) throw wrong("slices", value, expected);
+  const along = value.along ?? [null, null, null];
+  // None in Python is null.
+  const range = value.range ?? undefined;
+  const plane = planeOf(value.plane);
+  const isPlane = plane?.normal.some((part) => part !== 0) ?? value.plane == null;
+  if (!isShares(along) || !isPlane || !(range === undefined || isRange(range))) {
+    throw wrong("slices", value, expected);
+  }
+  return { along, ...(plane && { plane }), ...(range && { range }) };
 }

@@ -46,6 +46,9 @@ class IsosplatWidget(anywidget.AnyWidget):
     #: {"low": [x, y, z], "high": [x, y, z], "planes": [{"normal": [x, y, z], "offset": d}, …],
     #: "caps": True}; low and high are fractions of the volume's extent. caps: closes the cut faces.
     clip = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
+    #: Planes that show values: {"along": [x, y, z], "plane": {"normal": [x, y, z], "offset": d},
+    #: "range": [black, white]}; along has fractions of the volume's extent, None for no slice.
+    slices = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
     #: rrggbb. Empty: white.
     background = traitlets.Unicode().tag(sync=True)
     controls = traitlets.Bool(True).tag(sync=True)
