@@ -41,12 +41,11 @@ const isPeerReady = (): boolean => performance.getEntriesByName("peer:ready").le
 /** Seconds from an input of another isovalue until the GPU has finished the next picture. */
 function changeIsovalue(visitor: Visitor): Promise<number> {
   return visitor.page.evaluate(async () => {
-    type Slider = HTMLElement & { value: number; min: number; max: number };
-    const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
     const gl = document.querySelector<HTMLCanvasElement>("canvas.view")?.getContext("webgl2");
     if (!slider || !gl) throw new Error("the page has no isovalue slider, or no picture");
     const begin = performance.now();
-    slider.value = slider.min + 0.5 * (slider.max - slider.min);
+    slider.valueAsNumber = Number(slider.min) + 0.5 * (Number(slider.max) - Number(slider.min));
     slider.dispatchEvent(new Event("input", { bubbles: true }));
     await new Promise((next) => requestAnimationFrame(next));
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));

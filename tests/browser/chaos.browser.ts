@@ -97,10 +97,9 @@ async function versionOf(page: Page): Promise<number> {
 
 async function slide(page: Page, share: number): Promise<void> {
   await page.evaluate((to) => {
-    type Slider = HTMLElement & { value: number; min: number; max: number };
-    const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
     if (!slider) return;
-    slider.value = slider.min + to * (slider.max - slider.min);
+    slider.valueAsNumber = Number(slider.min) + to * (Number(slider.max) - Number(slider.min));
     slider.dispatchEvent(new Event("input", { bubbles: true }));
   }, share);
 }

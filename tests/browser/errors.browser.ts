@@ -56,7 +56,7 @@ test("the server goes away and comes back", async ({ page }) => {
   await page.evaluate(() => {
     const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
     if (!slider) return;
-    slider.value = "200";
+    slider.valueAsNumber = 200;
     slider.dispatchEvent(new Event("input", { bubbles: true }));
   });
   await expect(page.locator(".banner")).toContainText("The server does not answer");

@@ -81,11 +81,9 @@ test("the picture does not depend on earlier views", async ({ page }) => {
   await page.goto(address(100.5));
   await complete(page, 60_000);
   await page.evaluate((isovalue) => {
-    const slider = document.querySelector<HTMLElement & { value: number }>(
-      "wa-slider.isovalue-slider",
-    );
+    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
     if (!slider) throw new Error("no slider");
-    slider.value = isovalue;
+    slider.valueAsNumber = isovalue;
     slider.dispatchEvent(new Event("input", { bubbles: true }));
   }, isovalue);
   await settled(page, 60_000);

@@ -70,9 +70,9 @@ test("the histogram: cost, marks of several surfaces, fine steps by wheel, sweep
   const histogram = page.locator("#histogram");
   const box = await histogram.boundingBox();
   if (!box) throw new Error("no histogram");
-  const { min, max } = await page.locator("wa-slider.isovalue-slider").evaluate((slider) => {
-    const { min, max } = slider as HTMLElement & { min: number; max: number };
-    return { min, max };
+  const { min, max } = await page.locator(".isovalue-slider").evaluate((slider) => {
+    const { min, max } = slider as HTMLInputElement;
+    return { min: Number(min), max: Number(max) };
   });
   const at = (value: number) => box.x + ((value - min) / (max - min)) * box.width;
   const middle = box.y + box.height / 2;

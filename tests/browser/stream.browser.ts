@@ -42,8 +42,6 @@ async function expectCounted(visitor: Visitor, payloadBytes: number): Promise<vo
   await expect.poll(() => visitor.data.bytes).toBeGreaterThan(payloadBytes);
 }
 
-type Slider = HTMLElement & { value: number };
-
 test("a session fetches little, in few requests, and nothing twice", async ({ browser }) => {
   const visitor = await Visitor.arrive(browser);
   const { page } = visitor;
@@ -74,9 +72,9 @@ test("a session fetches little, in few requests, and nothing twice", async ({ br
   // Within the resident bands: no requests.
   const before = visitor.urls.length;
   await page.evaluate(() => {
-    const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
     if (!slider) throw new Error("no slider");
-    slider.value = 101.5;
+    slider.valueAsNumber = 101.5;
     slider.dispatchEvent(new Event("input", { bubbles: true }));
   });
   await settled(page);
@@ -84,13 +82,11 @@ test("a session fetches little, in few requests, and nothing twice", async ({ br
 
   // Dragged over the range in 3 s: at most ten requests a second.
   const seconds = await page.evaluate(async () => {
-    const slider = document.querySelector<Slider & { min: number; max: number }>(
-      "wa-slider.isovalue-slider",
-    );
+    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
     if (!slider) throw new Error("no slider");
     const begin = performance.now();
     for (let t = 0; t < 1; t = (performance.now() - begin) / 3000) {
-      slider.value = slider.min + t * (slider.max - slider.min);
+      slider.valueAsNumber = Number(slider.min) + t * (Number(slider.max) - Number(slider.min));
       slider.dispatchEvent(new Event("input", { bubbles: true }));
       await new Promise((resolve) => requestAnimationFrame(resolve));
     }
@@ -132,9 +128,9 @@ test("offline, then online: the coarse surface stays, and is refined", async ({ 
   await visitor.mark("isosplat:complete");
   await page.context().setOffline(true);
   await page.evaluate(() => {
-    const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
     if (!slider) throw new Error("no slider");
-    slider.value = 400.5;
+    slider.valueAsNumber = 400.5;
     slider.dispatchEvent(new Event("input", { bubbles: true }));
   });
   await expect(page.locator(".status")).toHaveAttribute("data-state", "offline");

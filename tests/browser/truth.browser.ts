@@ -78,11 +78,9 @@ async function dragAndBack(page: Page, steps: number): Promise<void> {
 
 async function setIsovalue(page: Page, isovalue: number): Promise<void> {
   await page.evaluate((isovalue) => {
-    const slider = document.querySelector<HTMLElement & { value: number }>(
-      "wa-slider.isovalue-slider",
-    );
+    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
     if (!slider) throw new Error("no slider");
-    slider.value = isovalue;
+    slider.valueAsNumber = isovalue;
     slider.dispatchEvent(new Event("input", { bubbles: true }));
   }, isovalue);
 }

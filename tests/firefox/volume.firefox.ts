@@ -98,7 +98,7 @@ test("drag, wheel and keys change view and isovalue; the address restores them",
   await page.mouse.up({ button: "right" });
   expect((await camera(page)).slice(3)).not.toEqual(zoomed.slice(3));
 
-  const slider = await page.waitForSelector("wa-slider.isovalue-slider >>> [role=slider]");
+  const slider = await page.waitForSelector(".isovalue-slider");
   await slider?.press("ArrowRight");
   await slider?.press("ArrowRight");
   expect(await parameter(page, "isovalue")).toBe("101");

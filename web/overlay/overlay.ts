@@ -39,6 +39,7 @@ export class Overlay {
   }
 
   show(parts: ReadonlySet<OverlayPart>): void {
+    if (parts === this.#parts) return;
     this.#parts = parts;
     this.#request();
   }

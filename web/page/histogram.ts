@@ -50,8 +50,8 @@ export class Histogram {
   /** A second copy of the bars, clipped at the active isosurface. */
   readonly #inside = layer("histogram-inside");
   readonly #marks: HTMLElement[] = [];
-  /** The isovalues of the marks. */
-  #values: readonly number[] = [];
+  /** What the marks show. */
+  #shown: readonly HistogramMark[] = [];
   readonly #actions: HistogramActions;
   #content: HistogramContent | undefined;
   /** CSS pixels; stored to avoid layout queries. */
@@ -117,7 +117,8 @@ export class Histogram {
   }
 
   #moveMark(marks: readonly HistogramMark[], scale: IsovalueScale): void {
-    this.#values = marks.map(({ value }) => value);
+    const before = this.#shown;
+    this.#shown = marks;
     while (this.#marks.length > marks.length) this.#marks.pop()?.remove();
     marks.forEach(({ value, colour, isActive }, i) => {
       const mark = this.#marks[i] ?? this.#addMark();
@@ -125,8 +126,9 @@ export class Histogram {
       // The mark is as wide as the histogram, so a percentage of its own width moves its left edge
       // to the value.
       mark.style.transform = `translateX(${percent}%)`;
-      mark.style.setProperty("--colour", colour);
-      mark.classList.toggle("active", isActive);
+      // Whatever is set costs the page new styles, even if it is the same.
+      if (colour !== before[i]?.colour) mark.style.setProperty("--colour", colour);
+      if (isActive !== before[i]?.isActive) mark.classList.toggle("active", isActive);
       if (isActive) this.#inside.style.clipPath = `inset(0 0 0 ${percent}%)`;
     });
   }
@@ -156,7 +158,7 @@ export class Histogram {
   #markAt(x: number): number | undefined {
     const scale = this.#content?.scale;
     if (!scale) return undefined;
-    const distances = this.#values.map((value) =>
+    const distances = this.#shown.map(({ value }) =>
       Math.abs(fraction(value, scale) * this.#size.width - x),
     );
     const least = Math.min(...distances);

@@ -1,5 +1,4 @@
 import { html, nothing, type TemplateResult } from "lit";
-import { guard } from "lit/directives/guard.js";
 import { live } from "lit/directives/live.js";
 import { activeCellsAt } from "../core/active_cells.ts";
 import type { OverlayPart } from "../overlay/parts.ts";
@@ -102,8 +101,6 @@ type RangeElement = HTMLElement & { minValue: number; maxValue: number };
 
 // A slider renders again if its formatter is a different function, so these are constants.
 const percent = (value: number) => `${Math.round(value * 100)} %`;
-const withUnits = (units: string | undefined) => (value: number) =>
-  units ? `${formatValue(value)} ${units}` : formatValue(value);
 
 /** Durations of a sweep from which to choose, in seconds. */
 const sweepSeconds = [5, 10, 20, 40];
@@ -114,37 +111,38 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
   const units = info.metadata.units;
   const suggestions = info.metadata.suggested_isovalues ?? [];
   const entered = (event: Event) => {
-    const field = event.currentTarget as ValueElement;
+    const field = event.currentTarget as HTMLInputElement;
     const value = parseValue(field.value);
     if (value !== undefined) actions.enter(value);
     else field.value = formatValue(isovalue);
   };
+  const slid = (event: Event) =>
+    actions.slide((event.currentTarget as HTMLInputElement).valueAsNumber);
   return html`<section class="section isovalue" aria-label=${panelTexts.isovalue}>
     <div class="section-head">
       <h2>${panelTexts.isovalue}${units ? html` <span class="quiet">${units}</span>` : nothing}</h2>
-      <wa-input
-        class="isovalue-field no-label"
-        size="s"
+      <input
+        class="isovalue-field"
         inputmode="decimal"
         autocomplete="off"
-        label=${panelTexts.isovalue}
+        aria-label=${panelTexts.isovalue}
         .value=${live(formatValue(isovalue))}
         @change=${entered}
-      ></wa-input>
+      />
     </div>
     <div class="histogram-box">
       ${state.histogram}
-      <wa-slider
-        class="isovalue-slider no-label"
-        size="s"
-        label=${panelTexts.isovalue}
-        .min=${scale.low}
-        .max=${scale.high}
-        .step=${scale.step}
-        .value=${isovalue}
-        .valueFormatter=${guard([units], () => withUnits(units))}
-        @input=${(event: Event) => actions.slide(Number((event.currentTarget as ValueElement).value))}
-      ></wa-slider>
+      <input
+        type="range"
+        class="isovalue-slider"
+        aria-label=${panelTexts.isovalue}
+        aria-valuetext=${units ? `${formatValue(isovalue)} ${units}` : formatValue(isovalue)}
+        min=${scale.low}
+        max=${scale.high}
+        step=${scale.step}
+        .valueAsNumber=${isovalue}
+        @input=${slid}
+      />
       <div class="histogram-ends" aria-hidden="true">
         <span>${formatValue(scale.low)}</span><span>${formatValue(scale.high)}</span>
       </div>

@@ -85,7 +85,7 @@ export function volumeLayout(state: LayoutState, actions: LayoutActions): Templa
     isPanelHidden ? " panel-hidden" : ""
   }`;
   return html`<div class=${classes}>
-    ${bar(state, actions)}
+    ${guard([state.title, panel?.info, state.tools], () => bar(state, actions))}
     <main class="stage" style=${`background:${state.background}`}>
       ${state.canvas} ${state.problem ? nothing : state.overlay} ${state.problem ? nothing : state.measure?.element} ${state.problem ? nothing : state.clipHandles} ${state.banner ? bannerPart(state.banner, actions) : nothing}
       ${cover(state, actions)}

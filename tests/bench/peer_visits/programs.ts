@@ -31,10 +31,10 @@ async function prepareIsosplat(visitor: Visitor): Promise<void> {
   await visitor.page.evaluate(() => {
     Object.assign(globalThis, {
       changeIsovalue(isovalue: number) {
-        type Slider = HTMLElement & { value: number; min: number; max: number };
-        const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+        const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
         if (!slider) throw new Error("the page has no isovalue slider");
-        slider.value = slider.min + (isovalue / 255) * (slider.max - slider.min);
+        slider.valueAsNumber =
+          Number(slider.min) + (isovalue / 255) * (Number(slider.max) - Number(slider.min));
         slider.dispatchEvent(new Event("input", { bubbles: true }));
       },
     });

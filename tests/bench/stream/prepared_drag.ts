@@ -29,14 +29,13 @@ async function pixelsPerCell(page: Page, url: string, name: string, distance: nu
 /** Drags the isovalue over its whole range. Returns the coarsest level that the page has shown. */
 async function coarsestLevel(page: Page): Promise<number> {
   return page.evaluate(async (duration) => {
-    type Slider = HTMLElement & { value: number; min: number; max: number };
-    const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
     const status = document.querySelector(".status-level");
     if (!slider || !status) throw new Error("the page has no isovalue slider, or no status");
     let coarsest = 0;
     const begin = performance.now();
     for (let t = 0; t < 1; t = (performance.now() - begin) / duration) {
-      slider.value = slider.min + t * (slider.max - slider.min);
+      slider.valueAsNumber = Number(slider.min) + t * (Number(slider.max) - Number(slider.min));
       slider.dispatchEvent(new Event("input", { bubbles: true }));
       await new Promise((resolve) => requestAnimationFrame(resolve));
       // The status lags behind by 0.2 s: what it shows at first is of the view at rest.

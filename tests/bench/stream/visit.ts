@@ -51,6 +51,16 @@ async function controls(page: Page): Promise<void> {
   await page.waitForFunction(() => customElements.get("wa-slider") !== undefined);
 }
 
+async function mainThreadOf(cdp: CDPSession): Promise<{ scripts: number; layout: number }> {
+  const { metrics } = await cdp.send("Performance.getMetrics");
+  const ms = (wanted: string): number =>
+    1000 * (metrics.find(({ name }) => name === wanted)?.value ?? 0);
+  return {
+    scripts: ms("ScriptDuration"),
+    layout: ms("LayoutDuration") + ms("RecalcStyleDuration"),
+  };
+}
+
 /** A page in a new browser profile, whose cache has only what this visitor has fetched. */
 export class Visitor {
   readonly page: Page;
@@ -61,6 +71,7 @@ export class Visitor {
   /** Their URLs, in the order of the requests. */
   readonly urls: string[] = [];
   #pageUrl = "";
+  #ofProcessor: CDPSession | undefined;
 
   private constructor(context: BrowserContext, page: Page, cdp: CDPSession) {
     this.#context = context;
@@ -194,11 +205,11 @@ export class Visitor {
   async slide(places: readonly number[], framesEach = 0): Promise<void> {
     await this.page.evaluate(
       async ({ places, framesEach }) => {
-        type Slider = HTMLElement & { value: number; min: number; max: number };
-        const slider = document.querySelector<Slider>("wa-slider.isovalue-slider");
+        const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
         if (!slider) throw new Error("the page has no isovalue slider");
         for (const place of places) {
-          slider.value = slider.min + place * (slider.max - slider.min);
+          slider.valueAsNumber =
+            Number(slider.min) + place * (Number(slider.max) - Number(slider.min));
           slider.dispatchEvent(new Event("input", { bubbles: true }));
           for (let i = 0; i < framesEach; ++i) {
             await new Promise((next) => requestAnimationFrame(next));
@@ -229,13 +240,16 @@ export class Visitor {
    * styles.
    */
   async mainThread(): Promise<{ scripts: number; layout: number }> {
-    const { metrics } = await this.#cdp.send("Performance.getMetrics");
-    const ms = (wanted: string): number =>
-      1000 * (metrics.find(({ name }) => name === wanted)?.value ?? 0);
-    return {
-      scripts: ms("ScriptDuration"),
-      layout: ms("LayoutDuration") + ms("RecalcStyleDuration"),
-    };
+    return mainThreadOf(this.#cdp);
+  }
+
+  /** The same as processor time: on a machine with few cores, other threads interrupt this one. */
+  async processorTime(): Promise<{ scripts: number; layout: number }> {
+    if (!this.#ofProcessor) {
+      this.#ofProcessor = await this.#context.newCDPSession(this.page);
+      await this.#ofProcessor.send("Performance.enable", { timeDomain: "threadTicks" });
+    }
+    return mainThreadOf(this.#ofProcessor);
   }
 
   /** Time that the main thread has spent so far on a kind of work (web/stream/timeline.ts), in ms. */

@@ -23,11 +23,9 @@ export function restoreContext(): void {
 
 /** Moves the panel's isovalue slider, as a visitor does. */
 export function slideTo(isovalue: number): void {
-  const slider = document.querySelector<HTMLElement & { value: number }>(
-    "wa-slider.isovalue-slider",
-  );
+  const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
   if (!slider) throw new Error("no slider");
-  slider.value = isovalue;
+  slider.valueAsNumber = isovalue;
   slider.dispatchEvent(new Event("input", { bubbles: true }));
 }
 
