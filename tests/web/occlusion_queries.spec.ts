@@ -6,15 +6,10 @@ const ids = new Uint32Array([7]);
 const nothing: OcclusionNeeds = {
   ids,
   isLoading: false,
-  bytesLoading: 0,
   isUndecided: false,
   isTooCoarse: false,
 };
-const loading = (bytesLoading: number): OcclusionNeeds => ({
-  ...nothing,
-  isLoading: true,
-  bytesLoading,
-});
+const loading: OcclusionNeeds = { ...nothing, isLoading: true };
 
 /** Asks of the present picture, and answers; `fast` or at rest. Returns the threshold. */
 function answered(queries: OcclusionQueries, settled: boolean): number | undefined {
@@ -27,7 +22,7 @@ test("fast pictures tell what to fetch; one picture at rest tells that it is eve
   const queries = new OcclusionQueries();
   queries.need({ ...nothing, isUndecided: true });
   expect(answered(queries, false)).toBe(255);
-  queries.need(loading(300_000));
+  queries.need(loading);
   expect(queries.query(false)).toBeUndefined();
   // A picture of some of the chunks: more may be visible in it.
   queries.pictureChanged();
@@ -36,8 +31,8 @@ test("fast pictures tell what to fetch; one picture at rest tells that it is eve
   queries.need(nothing);
   expect(queries.needsRest).toBe(false);
   expect(answered(queries, false)).toBe(0);
-  // Few bytes: the next picture is that at rest, and no other is tested.
-  queries.need(loading(10_000));
+  // The next picture is that at rest: another fast one would find less than it.
+  queries.need(loading);
   queries.pictureChanged();
   expect(queries.query(false)).toBeUndefined();
   expect(queries.query(true)).toBeUndefined();
@@ -56,30 +51,13 @@ test("fast pictures tell what to fetch; one picture at rest tells that it is eve
   expect(answered(queries, false)).toBe(255);
 });
 
-test("much data is followed by another fast picture", () => {
-  const queries = new OcclusionQueries();
-  queries.need(nothing);
-  answered(queries, false);
-  queries.need(nothing);
-  expect(answered(queries, false)).toBe(0);
-  queries.need(loading(1_500_000));
-  queries.pictureChanged();
-  queries.need(loading(10_000));
-  queries.pictureChanged();
-  queries.need(nothing);
-  expect(queries.needsRest).toBe(false);
-  expect(answered(queries, false)).toBe(0);
-  queries.need(nothing);
-  expect(queries.needsRest).toBe(true);
-});
-
 test("what the last picture at rest finds is tested again at rest", () => {
   const queries = new OcclusionQueries();
   for (let step = 0; step < 2; ++step) {
     queries.need(nothing);
     answered(queries, true);
   }
-  queries.need(loading(10_000));
+  queries.need(loading);
   expect(queries.done).toBe(false);
   queries.pictureChanged();
   queries.need(nothing);

@@ -9,6 +9,7 @@ test("a view rests 0.22 s after the last motion or arrival", () => {
   expect(clock.restsAt).toBe(1220);
   expect(clock.isMoving(1219)).toBe(true);
   expect(clock.isMoving(1220)).toBe(false);
+  expect(clock.movesUntil).toBe(1220);
   clock.arrived(1500);
   expect(clock.restsAt).toBe(1720);
 });

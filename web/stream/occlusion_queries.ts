@@ -17,11 +17,6 @@ const steps: readonly { minPixels: MinPixels; atRest: boolean }[] = [
   { minPixels: 0, atRest: true },
 ];
 const lastStep = steps.length - 1;
-/**
- * So many bytes change a picture so much that more becomes visible: the step is repeated with the
- * next fast picture.
- */
-const manyBytes = 256 * 1024;
 
 /** Finds which regions of these drawn chunks may be visible. */
 export interface OcclusionQuery {
@@ -38,8 +33,6 @@ export interface OcclusionNeeds {
   ids: Uint32Array | undefined;
   /** More chunks or pages are on their way by the answers so far. Damaged ones do not count. */
   isLoading: boolean;
-  /** Bytes of these chunks. */
-  bytesLoading: number;
   /** The present picture has to be tested before it is known what to fetch. */
   isUndecided: boolean;
   /** Coarse chunks are on their way that decide more than those of the present picture. */
@@ -73,7 +66,6 @@ export class OcclusionQueries {
   /** Sets what the present selection needs. */
   need(needs: OcclusionNeeds): void {
     this.#needs = needs;
-    if (this.#step > 0 && needs.bytesLoading > manyBytes) this.#isStepAnswered = false;
     while (
       this.#step < lastStep &&
       (this.#isStepAnswered || this.#isAnswered()) &&

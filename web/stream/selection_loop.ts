@@ -112,11 +112,10 @@ export class SelectionLoop {
     const { occlusion, viewer, queue, pages, uploads, coarse, backoff } = this.#parts;
     const isOnItsWay = ({ handle }: Chunk): boolean =>
       queue.state(handle) !== "failed" && !uploads.isRejected(handle);
-    const loading = selection.load.filter(isOnItsWay);
     occlusion.need({
       ids: usesOcclusion ? selection.test : undefined,
-      isLoading: loading.length > 0 || selection.pages.some((page) => !pages.isDamaged(page)),
-      bytesLoading: loading.reduce((bytes, chunk) => bytes + chunk.bytes, 0),
+      isLoading:
+        selection.load.some(isOnItsWay) || selection.pages.some((page) => !pages.isDamaged(page)),
       isUndecided: selection.undecided > 0,
       // Coarse levels that cannot be fetched are not waited for.
       isTooCoarse: coarse.isLoading && !backoff.trouble,

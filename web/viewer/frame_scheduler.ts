@@ -298,10 +298,11 @@ export class FrameScheduler {
     if (!isMoving && !renderer.needsRedraw(width, height)) {
       this.#visibility.test(session, isResting || splats.kind === this.#splats(scene, true).kind);
     }
-    // One more frame at rest: it draws finer splats, and lets streaming refine.
+    // One more frame when the motion has ended: it tests what is visible. And one at rest: it draws
+    // finer splats, and lets streaming refine.
     clearTimeout(this.#restTimer);
     if (!isResting && !isTesting) {
-      const wait = Math.max(0, restsAt - now) + 1;
+      const wait = Math.max(0, (isMoving ? this.#rest.movesUntil : restsAt) - now) + 1;
       this.#restTimer = window.setTimeout(() => this.request(), wait);
     }
     // Smoothing begins in the frame after the end of a fade.

@@ -39,7 +39,12 @@ export class RestClock {
   }
 
   isMoving(now: number): boolean {
-    return now - this.#lastMotion < restAfter;
+    return now < this.movesUntil;
+  }
+
+  /** When `isMoving` ends if nothing moves until then. */
+  get movesUntil(): number {
+    return this.#lastMotion + restAfter;
   }
 
   /** When the view rests if nothing moves or arrives until then. */
