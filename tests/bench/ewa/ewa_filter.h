@@ -32,7 +32,7 @@ struct EwaPicture {
   size_t at(int x, int y) const { return size_t(y) * size_t(width) + size_t(x); }
 };
 
-/// Draws surfels with the EWA resampling filter (Zwicker et al. 2001, equations 6 and 10): the
+/// Draws surfels with the EWA resampling filter of Zwicker et al. 2001: the
 /// colour of a pixel is Σ w c / Σ w over the surfels of the visible surface there, with the weights
 /// of ScreenSplat.
 ///

@@ -7,7 +7,7 @@
 namespace isosplat {
 
 /// A sample of a surface with its reconstruction kernel: a Gaussian in the tangent plane (M.
-/// Zwicker, H. Pfister, J. van Baar, M. Gross, "Surface Splatting", SIGGRAPH 2001, section 3).
+/// Zwicker, H. Pfister, J. van Baar, M. Gross, "Surface Splatting", SIGGRAPH 2001).
 struct Surfel {
   Vec3d position;        ///< world
   Vec3d normal;          ///< world, unit length
@@ -66,7 +66,7 @@ class ImagePlane {
 
 /// A surfel's resampling filter in the image: the reconstruction kernel, projected by the local
 /// affine approximation and convolved with the low-pass filter. Both are Gaussians, so their
-/// variances add (Zwicker et al. 2001, equation 10):
+/// variances add (the "screen space EWA filter" of Zwicker et al. 2001):
 ///   ρ(x) = |J| G_V(x − m),   V = J Vᵣ Jᵀ + Vₕ,
 /// with the Jacobian J from the tangent plane to the image, Vᵣ = deviation² · I and Vₕ = low_pass ·
 /// I.

@@ -3,10 +3,10 @@
 // Prints a line of JSON for each combination. Lengths are in cells of the volume, whose spacing
 // counts as 1 along each axis:
 //   samples     active boxes                 dropped     share of samples without a point
-//   seconds     to make and project them     outside     share of points outside of their cell
-//   error_*     distance from points to the trilinear surface (|f − isovalue| / |∇f|)
-//   gap_*       distance from the trilinear surface to the nearest point
-//   hole        share of the surface that is farther from every point than half a cell's diagonal
+//   seconds     to make and project them (median)     outside     share of points outside of their
+//   cell error_*     distance from points to the trilinear surface (|f − isovalue| / |∇f|) gap_*
+//   distance from the trilinear surface to the nearest point hole        share of the surface that
+//   is farther from every point than half a cell's diagonal
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -121,28 +121,70 @@ Spread spread_of(std::vector<float>& values) {
           double(values.back())};
 }
 
-void print_combination(const char* sampling, const char* projection,
-                       const std::vector<ActiveCell>& cells, const std::vector<Vec3f>& surface,
-                       float isovalue, Subdivision subdivision, ProjectionMethod method,
-                       float max_interval) {
+constexpr int kRounds = 5;
+
+/// A way to sample cells and to project the samples.
+struct Combination {
+  const char* sampling;
+  const char* projection;
+  Subdivision subdivision;
+  ProjectionMethod method;
+  std::vector<double> seconds = {};  ///< of each round
+};
+
+struct SampledCells {
+  std::vector<Vec3f> points;      ///< in their cell, 0 to 1
+  std::vector<uint32_t> cell_of;  ///< of each point
+  uint64_t samples = 0;           ///< with those that were dropped
+};
+
+/// Replaces what `sampled` has, but keeps its memory: allocating it is not a part of any method.
+void sample_cells(const std::vector<ActiveCell>& cells, float isovalue, float max_interval,
+                  const Combination& how, SampledCells& sampled) {
   std::vector<SampleBox> boxes;
-  std::vector<Vec3f> points;
-  std::vector<uint32_t> cell_of;
-  uint64_t samples = 0, outside = 0;
-  const auto begin = std::chrono::steady_clock::now();
+  sampled.points.clear();
+  sampled.cell_of.clear();
+  sampled.samples = 0;
   for (uint32_t i = 0; i < cells.size(); ++i) {
     const Trilinear f(cells[i].corners);
-    subdivide(cells[i].corners, isovalue, subdivision, max_interval, boxes);
-    samples += boxes.size();
+    subdivide(cells[i].corners, isovalue, how.subdivision, max_interval, boxes);
+    sampled.samples += boxes.size();
     for (const SampleBox& box : boxes) {
-      if (const auto p = project_sample(f, box, isovalue, method)) {
-        points.push_back(*p);
-        cell_of.push_back(i);
+      if (const auto p = project_sample(f, box, isovalue, how.method)) {
+        sampled.points.push_back(*p);
+        sampled.cell_of.push_back(i);
       }
     }
   }
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+}
 
+/// Times all combinations in turn, so that other work on the machine meets all of them.
+void time_combinations(const std::vector<ActiveCell>& cells, float isovalue, float max_interval,
+                       std::vector<Combination>& combinations, SampledCells& sampled) {
+  // The first of all would pay for the memory.
+  sampled.points.reserve(8 * cells.size());
+  sampled.cell_of.reserve(8 * cells.size());
+  for (int round = 0; round <= kRounds; ++round) {
+    for (Combination& how : combinations) {
+      const auto begin = std::chrono::steady_clock::now();
+      sample_cells(cells, isovalue, max_interval, how, sampled);
+      const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+      if (round > 0) how.seconds.push_back(took.count());  // the first round warms the caches
+    }
+  }
+}
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+void print_combination(const Combination& how, const std::vector<ActiveCell>& cells,
+                       const std::vector<Vec3f>& surface, float isovalue, float max_interval,
+                       SampledCells& sampled) {
+  sample_cells(cells, isovalue, max_interval, how, sampled);
+  const auto& [points, cell_of, samples] = sampled;
+  uint64_t outside = 0;
   PointGrid grid;
   std::vector<float> errors, gaps;
   for (size_t i = 0; i < points.size(); ++i) {
@@ -166,11 +208,11 @@ void print_combination(const char* sampling, const char* projection,
     return whole > 0 ? double(part) / double(whole) : 0.0;
   };
   std::printf(
-      "{\"sampling\": \"%s\", \"projection\": \"%s\", \"samples\": %llu, \"seconds\": %.4f, "
+      "{\"sampling\": \"%s\", \"projection\": \"%s\", \"samples\": %llu, \"seconds\": %.7f, "
       "\"dropped\": %.6f, \"outside\": %.6f, \"error_mean\": %.5f, \"error_95\": %.5f, "
       "\"error_max\": %.5f, \"gap_mean\": %.5f, \"gap_95\": %.5f, \"gap_max\": %.5f, "
       "\"hole\": %.7f}\n",
-      sampling, projection, static_cast<unsigned long long>(samples), seconds.count(),
+      how.sampling, how.projection, static_cast<unsigned long long>(samples), median(how.seconds),
       share(samples - points.size(), samples), share(outside, points.size()), error.mean, error.p95,
       error.most, gap.mean, gap.p95, gap.most, share(holes, surface.size()));
 }
@@ -195,12 +237,18 @@ int run(int argc, char** argv) {
 
   const char* const samplings[] = {"centre", "isotropic", "adaptive"};
   const char* const projections[] = {"newton", "newton clamped", "two newton", "exact"};
+  std::vector<Combination> combinations;
   for (int sampling = 0; sampling < 3; ++sampling) {
     for (int projection = 0; projection < 4; ++projection) {
-      print_combination(samplings[sampling], projections[projection], cells, surface, isovalue,
-                        static_cast<Subdivision>(sampling),
-                        static_cast<ProjectionMethod>(projection), max_interval);
+      combinations.push_back({samplings[sampling], projections[projection],
+                              static_cast<Subdivision>(sampling),
+                              static_cast<ProjectionMethod>(projection)});
     }
+  }
+  SampledCells sampled;
+  time_combinations(cells, isovalue, max_interval, combinations, sampled);
+  for (const Combination& how : combinations) {
+    print_combination(how, cells, surface, isovalue, max_interval, sampled);
   }
   return 0;
 }
