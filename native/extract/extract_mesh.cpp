@@ -43,7 +43,6 @@ class MeshExtraction {
   struct Worker {
     BlockMesher mesher;
     DecodedCells cells;
-    BlockMesh mesh;
   };
 
   /// The layer's blocks are those of the chunks from `first` on.
@@ -73,7 +72,8 @@ class MeshExtraction {
                   fmt::format("{}: {}", store_.path().string(), added.error().message));
     }
     std::vector<MeshPart> parts(assembly_.complete_parts());
-    parallel_for(threads_, parts.size(), [&](unsigned, size_t i) { parts[i] = assembly_.part(i); });
+    parallel_for(threads_, parts.size(),
+                 [&](unsigned, size_t i) { parts[i] = assembly_.take_part(i); });
     assembly_.drop_complete();
     for (MeshPart& part : parts) {
       if (auto written = write(std::move(part)); !written) return written;

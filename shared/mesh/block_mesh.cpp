@@ -1,6 +1,8 @@
 #include "shared/mesh/block_mesh.h"
 
+#include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "shared/mesh/cell_surface.h"
 
@@ -10,7 +12,7 @@ namespace isosplat {
 struct BlockMesher::EdgeFrame {
   uint8_t axis, low, high;    ///< low, high: the corners at its ends
   std::array<uint8_t, 3> at;  ///< of the low corner, in the cell
-  uint32_t entry;             ///< in the table of vertices, from that of the cell's low corner
+  uint32_t entry;             ///< in its EdgePlane, from that of the cell's low corner
   /// The two axes across the edge: the corners beside its ends, and the direction to them.
   struct Across {
     uint8_t axis, low, high;
@@ -24,8 +26,11 @@ namespace {
 /// Lattice points of a block along each axis.
 constexpr uint32_t kPoints = kBlockCells + 1;
 
+/// Entries of an EdgePlane.
+constexpr uint32_t kPlaneEdges = 3 * kPoints * kPoints;
+
 /// The trilinear gradient at a point of a cell, in values per cell.
-Vec3f gradient_at(const std::array<double, 8>& v, double x, double y, double z) {
+std::array<float, 3> gradient_at(const std::array<double, 8>& v, double x, double y, double z) {
   const auto mix = [](double a, double b, double t) { return a + t * (b - a); };
   return {static_cast<float>(
               mix(mix(v[1] - v[0], v[3] - v[2], y), mix(v[5] - v[4], v[7] - v[6], y), z)),
@@ -44,9 +49,8 @@ constexpr std::array<BlockMesher::EdgeFrame, kCellEdges> kEdgeFrames = [] {
     frame.low = static_cast<uint8_t>(low);
     frame.high = static_cast<uint8_t>(high);
     for (int i = 0; i < 3; ++i) frame.at[static_cast<size_t>(i)] = low >> i & 1;
-    frame.entry =
-        3 * static_cast<uint32_t>((frame.at[2] * kPoints + frame.at[1]) * kPoints + frame.at[0]) +
-        static_cast<uint32_t>(axis);
+    frame.entry = 3 * static_cast<uint32_t>(frame.at[1] * kPoints + frame.at[0]) +
+                  static_cast<uint32_t>(axis);
     size_t next = 0;
     for (int other = 0; other < 3; ++other) {
       if (other == axis) continue;
@@ -83,10 +87,28 @@ bool is_on_border(Index3 low, int axis, Index3 cells) {
 
 }  // namespace
 
-BlockMesher::BlockMesher() : vertex_of_(size_t{3} * kPoints * kPoints * kPoints) {
+void BlockMesher::EdgePlane::clear() {
+  for (const uint32_t entry : used) vertex_of[entry] = 0;
+  used.clear();
+}
+
+BlockMesher::BlockMesher() {
+  for (EdgePlane& plane : planes_) plane.vertex_of.resize(kPlaneEdges);
   for (uint32_t signs = 0; signs < 256; ++signs) {
     simple_surfaces_[signs] = simple_cell_surface(static_cast<CornerSigns>(signs));
   }
+}
+
+/// The next cells have this z. The cells of a block ascend in z.
+void BlockMesher::move_to(int32_t z) {
+  if (z == z_) return;
+  if (z == z_ + 1) {
+    std::swap(planes_[0], planes_[1]);
+  } else {
+    planes_[0].clear();
+  }
+  planes_[1].clear();
+  z_ = z;
 }
 
 /// Makes the vertex on an edge of the cell at `low`.
@@ -104,25 +126,24 @@ uint32_t BlockMesher::make_vertex(const EdgeFrame& edge, Index3 low, float t, Bl
 }
 
 /// The vertex on an edge of the cell at `low`, whose gradient this adds to. cell_entry: of the
-/// cell's low corner in the table of vertices.
+/// cell's low corner in its EdgePlane.
 inline uint32_t BlockMesher::vertex_at(const EdgeFrame& edge, Index3 low, uint32_t cell_entry,
                                        const std::array<float, 8>& values, BlockMesh& mesh) {
   const float first = values[edge.low], last = values[edge.high];
   const float t = first / (first - last);
-  uint32_t& known = vertex_of_[cell_entry + edge.entry];
+  EdgePlane& plane = planes_[edge.at[2]];
+  uint32_t& known = plane.vertex_of[cell_entry + edge.entry];
   if (known == 0) {
     known = make_vertex(edge, low, t, mesh) + 1;
-    used_.push_back(cell_entry + edge.entry);
+    plane.used.push_back(cell_entry + edge.entry);
   }
   // gradient_at() on the edge, where it has fewer terms.
-  std::array<float, 3> gradient;
-  gradient[edge.axis] = last - first;
+  std::array<float, 3>& gradient = mesh.vertices[known - 1].gradient_xyz;
+  gradient[edge.axis] += last - first;
   for (const EdgeFrame::Across& across : edge.across) {
     const float at_low = values[across.low] - first, at_high = values[across.high] - last;
-    gradient[across.axis] = across.sign * (at_low + t * (at_high - at_low));
+    gradient[across.axis] += across.sign * (at_low + t * (at_high - at_low));
   }
-  MeshVertex& vertex = mesh.vertices[known - 1];
-  vertex.gradient = vertex.gradient + Vec3f{gradient[0], gradient[1], gradient[2]};
   return known - 1;
 }
 
@@ -145,9 +166,9 @@ void BlockMesher::add_cell(uint32_t place, const CellCorners& corners, BlockMesh
   if (!surface) surface = &cell_surface(exact_values());
   const Index3 low{static_cast<int32_t>(place & 63), static_cast<int32_t>(place >> 6 & 63),
                    static_cast<int32_t>(place >> 12 & 63)};
+  move_to(low.z);
   const uint32_t cell_entry =
-      3 * ((static_cast<uint32_t>(low.z) * kPoints + static_cast<uint32_t>(low.y)) * kPoints +
-           static_cast<uint32_t>(low.x));
+      3 * (static_cast<uint32_t>(low.y) * kPoints + static_cast<uint32_t>(low.x));
   std::array<uint32_t, kCellEdges> vertices;
   const auto find_vertices = [&](uint32_t cut) {
     for (; cut != 0; cut &= cut - 1) {
@@ -167,8 +188,8 @@ void BlockMesher::add_cell(uint32_t place, const CellCorners& corners, BlockMesh
       mean.position = mean.position + mesh.vertices[vertices[edge]].position * share;
     }
     const Vec3f at = mean.position;
-    mean.gradient = gradient_at(exact_values(), at.x - double(low.x), at.y - double(low.y),
-                                at.z - double(low.z));
+    mean.gradient_xyz = gradient_at(exact_values(), at.x - double(low.x), at.y - double(low.y),
+                                    at.z - double(low.z));
     mesh.vertices.push_back(mean);
   }
   for (const CellTriangle& triangle : surface->triangles) {
@@ -189,12 +210,20 @@ void BlockMesher::run(const DecodedCells& cells, Index3 block_cells, Index3 orig
   cells_ = block_cells;
   origin_ = origin;
   isovalue_ = quantized_isovalue;
+  z_ = 0;
+  const auto is_drawn = [&](const CellInterval& interval) {
+    return is_active(interval, quantized_isovalue);
+  };
+  const auto active =
+      static_cast<size_t>(std::count_if(cells.interval.begin(), cells.interval.end(), is_drawn));
+  // A large surface has about one vertex and two triangles in each of its cells.
+  mesh.vertices.reserve(active);
+  mesh.triangles.reserve(2 * active);
   for (size_t i = 0; i < cells.cell.size(); ++i) {
-    if (!is_active(cells.interval[i], quantized_isovalue)) continue;
+    if (!is_drawn(cells.interval[i])) continue;
     add_cell(cells.cell[i], cells.corners[i], mesh);
   }
-  for (const uint32_t entry : used_) vertex_of_[entry] = 0;
-  used_.clear();
+  for (EdgePlane& plane : planes_) plane.clear();
 }
 
 }  // namespace isosplat

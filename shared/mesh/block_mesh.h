@@ -25,10 +25,12 @@ struct LatticeEdge {
 
 struct MeshVertex {
   Vec3f position;  ///< in cells, from the block's low corner
-  /// The sum of the trilinear gradients of the block's cells at this point, in quantized values per
-  /// cell. Over all cells around a lattice edge, its components across the edge are those of
-  /// central differences.
-  Vec3f gradient;
+  /// The sum of the trilinear gradients of the block's cells at this point (x, y, z), in quantized
+  /// values per cell. Over all cells around a lattice edge, its components across the edge are
+  /// those of central differences.
+  std::array<float, 3> gradient_xyz;
+
+  Vec3f gradient() const { return {gradient_xyz[0], gradient_xyz[1], gradient_xyz[2]}; }
 };
 
 /// A vertex on a face of its block, which other blocks may have as well.
@@ -44,7 +46,7 @@ struct BlockMesh {
   std::vector<std::array<uint32_t, 3>> triangles;
 };
 
-/// Makes triangles of decoded cells. Keeps about 3 MB of scratch memory, so use one per thread.
+/// Makes triangles of decoded cells. Keeps scratch memory between calls, so use one per thread.
 class BlockMesher {
  public:
   struct EdgeFrame;
@@ -58,6 +60,16 @@ class BlockMesher {
            BlockMesh& mesh);
 
  private:
+  /// The vertices on lattice edges whose low ends have one z. A block's would take 3 MB, which is
+  /// more than the processor has near.
+  struct EdgePlane {
+    std::vector<uint32_t> vertex_of;  ///< of each edge, + 1; 0: none
+    std::vector<uint32_t> used;       ///< entries of vertex_of that are not 0
+
+    void clear();
+  };
+
+  void move_to(int32_t z);
   void add_cell(uint32_t place, const CellCorners& corners, BlockMesh& mesh);
   uint32_t make_vertex(const EdgeFrame& edge, Index3 low, float t, BlockMesh& mesh);
   uint32_t vertex_at(const EdgeFrame& edge, Index3 low, uint32_t cell_entry,
@@ -66,8 +78,8 @@ class BlockMesher {
   Index3 cells_{}, origin_{};
   float isovalue_ = 0;
   std::array<const CellTriangles*, 256> simple_surfaces_{};  ///< by signs: see simple_cell_surface
-  std::vector<uint32_t> vertex_of_;  ///< of each lattice edge of the block, + 1; 0: none
-  std::vector<uint32_t> used_;       ///< entries of vertex_of_ that are not 0
+  std::array<EdgePlane, 2> planes_;  ///< at the low and the high side of the present cells
+  int32_t z_ = 0;                    ///< of the present cells
 };
 
 }  // namespace isosplat

@@ -36,7 +36,7 @@ void MeshAssembly::number(NumberedBlock& numbered, Layer& layer) {
   numbered.border.reserve(mesh.border.size());
   uint32_t known = 0;
   for (const BorderVertex& border : mesh.border) {
-    const Vec3f gradient = mesh.vertices[border.vertex].gradient;
+    const Vec3f gradient = mesh.vertices[border.vertex].gradient();
     const auto new_number = static_cast<uint32_t>(counts_.vertices + border.vertex - known);
     const uint64_t key = border.edge.key();
     if (border.edge.axis != 2 && border.edge.low.z == numbered.block.origin.z) {
@@ -63,9 +63,9 @@ void MeshAssembly::number(NumberedBlock& numbered, Layer& layer) {
   counts_.triangles += mesh.triangles.size();
 }
 
-MeshPart MeshAssembly::part(size_t i) const {
-  const NumberedBlock& numbered = complete_.blocks[i];
-  const auto& [low, mesh] = numbered.block;
+MeshPart MeshAssembly::take_part(size_t i) {
+  NumberedBlock& numbered = complete_.blocks[i];
+  auto& [low, mesh] = numbered.block;
   MeshPart part;
   part.vertices.positions.reserve(mesh.vertices.size());
   part.vertices.normals.reserve(mesh.vertices.size());
@@ -74,7 +74,7 @@ MeshPart MeshAssembly::part(size_t i) const {
   auto border = numbered.border.begin();
   for (uint32_t v = 0; v < mesh.vertices.size(); ++v) {
     const MeshVertex& vertex = mesh.vertices[v];
-    Vec3f g = vertex.gradient;
+    Vec3f g = vertex.gradient();
     if (border != numbered.border.end() && border->vertex == v) {
       const SharedVertex& shared = complete_.shared[border->shared];
       const bool is_new = (border++)->is_new;
@@ -96,7 +96,7 @@ MeshPart MeshAssembly::part(size_t i) const {
                                      static_cast<float>(gradient.y * factor),
                                      static_cast<float>(gradient.z * factor)});
   }
-  part.triangles = mesh.triangles;
+  part.triangles = std::move(mesh.triangles);
   for (auto& triangle : part.triangles) {
     for (uint32_t& vertex : triangle) vertex = numbers[vertex];
     if (is_mirrored_) std::swap(triangle[1], triangle[2]);

@@ -31,8 +31,9 @@ class MeshAssembly {
   /// How many parts the completed layer has: one for each of its blocks.
   size_t complete_parts() const { return complete_.blocks.size(); }
 
-  /// A part of the completed layer, in world space. May be called on several threads.
-  MeshPart part(size_t i) const;
+  /// Hands over a part of the completed layer, in world space: once. Several threads may take
+  /// different parts.
+  MeshPart take_part(size_t i);
 
   /// Frees the completed layer. Call it before the next layer is meshed.
   void drop_complete() { complete_ = {}; }

@@ -213,7 +213,7 @@ IsosplatStatus isosplat_mesh_encode_part(void) {
   s.part.tail.clear();
   if (isosplat_mesh_parts_left() == 0) return 0;
   MeshToFile& file = *s.file;
-  const MeshPart part = file.assembly.part(file.encoded_parts++);
+  const MeshPart part = file.assembly.take_part(file.encoded_parts++);
   if (auto encoded = file.encoder->append(part, s.part); !encoded) return report(encoded);
   return report(complete_last_layers(file));
 }

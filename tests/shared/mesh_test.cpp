@@ -238,12 +238,13 @@ Mesh mesh_of(const Scene& scene, int32_t block, float isovalue) {
             global[v] = known->second;
             if (!is_new) {
               EXPECT_LT(length(at - result.vertices[global[v]]), 1e-5);
-              result.gradients[global[v]] = result.gradients[global[v]] + mesh.vertices[v].gradient;
+              result.gradients[global[v]] =
+                  result.gradients[global[v]] + mesh.vertices[v].gradient();
               continue;
             }
           }
           result.vertices.push_back(at);
-          result.gradients.push_back(mesh.vertices[v].gradient);
+          result.gradients.push_back(mesh.vertices[v].gradient());
         }
         EXPECT_EQ(next, mesh.border.size());
         for (const Triangle& t : mesh.triangles) {
