@@ -85,9 +85,9 @@ describe("exponents of growth", () => {
     expect(orderOf(0.85, 0.82)).toBe("O(surface)");
   });
 
-  it("that are near to no order have two names, or none", () => {
+  it("that are near to no order lie between two, or beyond all", () => {
     expect(orderOf(0.35, 2 / 3)).toBe("between O(screen) and O(surface)");
-    expect(orderOf(1.3, 2 / 3)).toBe("none: 1.30");
-    expect(orderOf(-0.4, 2 / 3)).toBe("none: -0.40");
+    expect(orderOf(1.3, 2 / 3)).toBe("more than O(voxels)");
+    expect(orderOf(-0.4, 2 / 3)).toBe("less than O(screen)");
   });
 });

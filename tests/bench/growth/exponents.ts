@@ -38,7 +38,6 @@ export function orderOf(exponent: number, surface: number): string {
   if (!nearest || !next) return "";
   if (distance(nearest) <= tolerance) return nearest[0];
   const [low, high] = nearest[1] < next[1] ? [nearest, next] : [next, nearest];
-  return low[1] < exponent && exponent < high[1]
-    ? `between ${low[0]} and ${high[0]}`
-    : `none: ${exponent.toFixed(2)}`;
+  if (low[1] < exponent && exponent < high[1]) return `between ${low[0]} and ${high[0]}`;
+  return exponent < low[1] ? `less than ${low[0]}` : `more than ${high[0]}`;
 }
