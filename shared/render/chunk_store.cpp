@@ -19,15 +19,12 @@ Result<void> ChunkStore::check_block(const VolumeGrid& grid, const BlockKey& blo
   return {};
 }
 
-Result<SampleRange> ChunkStore::reserve(const VolumeGrid& grid, ChunkHandle handle,
-                                        const BlockKey& block,
-                                        std::vector<SampleCluster> clusters) {
+SampleRange ChunkStore::reserve(const VolumeGrid& grid, ChunkHandle handle, const BlockKey& block,
+                                std::vector<SampleCluster> clusters) {
   Chunk chunk{{}, block, {kMissingVoxel, 0}, {}, {}, std::move(clusters)};
   const uint32_t count =
       chunk.clusters.empty() ? 0 : chunk.clusters.back().first + chunk.clusters.back().count;
-  const auto range = buffers_.reserve(count);
-  if (!range) return tl::unexpected(range.error());
-  chunk.range = *range;
+  chunk.range = buffers_.reserve(count);
   for (const SampleCluster& cluster : chunk.clusters) {
     chunk.interval.min = std::min(chunk.interval.min, cluster.interval.min);
     chunk.interval.max = std::max(chunk.interval.max, cluster.interval.max);
@@ -37,8 +34,7 @@ Result<SampleRange> ChunkStore::reserve(const VolumeGrid& grid, ChunkHandle hand
   const double cell = std::ldexp(1.0, static_cast<int>(block.level));
   chunk.low = Vec3d{double(at.x), double(at.y), double(at.z)} * (cell * kBlockCells);
   chunk.high = chunk.low + Vec3d{double(cells.x), double(cells.y), double(cells.z)} * cell;
-  chunks_.emplace(handle, std::move(chunk));
-  return range;
+  return chunks_.emplace(handle, std::move(chunk)).first->second.range;
 }
 
 bool ChunkStore::remove(ChunkHandle handle) {
@@ -53,6 +49,16 @@ void ChunkStore::clear() {
   for (const auto& [handle, chunk] : chunks_) buffers_.remove(chunk.range);
   chunks_.clear();
   visible_.clear();
+}
+
+void ChunkStore::drop_unconfirmed() {
+  std::erase_if(chunks_, [this](const auto& entry) {
+    const SampleRange& range = entry.second.range;
+    if (buffers_.is_confirmed(range)) return false;
+    buffers_.remove(range);
+    return true;
+  });
+  buffers_.drop_unconfirmed();
 }
 
 const ChunkStore::Chunk* ChunkStore::find(ChunkHandle handle) const {

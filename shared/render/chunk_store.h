@@ -31,14 +31,15 @@ class ChunkStore {
   static Result<void> check_block(const VolumeGrid& grid, const BlockKey& block);
 
   /// Adds a chunk whose block check_block() accepts, and whose clusters are valid. The handle must
-  /// not be in use. The caller uploads the samples: see SampleBuffers::reserve. Errors:
-  /// out_of_memory.
-  Result<SampleRange> reserve(const VolumeGrid& grid, ChunkHandle handle, const BlockKey& block,
-                              std::vector<SampleCluster> clusters);
+  /// not be in use. The caller uploads the samples: see SampleBuffers::reserve.
+  SampleRange reserve(const VolumeGrid& grid, ChunkHandle handle, const BlockKey& block,
+                      std::vector<SampleCluster> clusters);
   /// Removes a chunk. Returns false if there is none with this handle.
   bool remove(ChunkHandle handle);
   /// Removes all chunks, and keeps the buffers.
   void clear();
+  /// The GPU had no memory for buffers that are not confirmed: removes them and their chunks.
+  void drop_unconfirmed();
 
   /// The chunk with this handle, or null. Valid until it is removed.
   const Chunk* find(ChunkHandle handle) const;

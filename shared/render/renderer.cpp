@@ -106,25 +106,35 @@ Result<uint64_t> Renderer::reserve_chunk(ChunkHandle handle, ChunkPlace place,
     return fail(Status::invalid_argument, "a chunk's clusters are not in the order of its regions");
   }
   remove_chunk(handle);
-  const auto range = s.chunks.reserve(*s.grid, handle, place.block, std::move(clusters));
-  if (!range) return tl::unexpected(range.error());
+  const SampleRange range = s.chunks.reserve(*s.grid, handle, place.block, std::move(clusters));
   if (s.chunks.is_visible(handle) || !s.settings.slices.empty()) s.dirty = true;
-  return range->offset_bytes();
+  return range.offset_bytes();
 }
 
-Result<void> Renderer::check_gpu() const {
-  if (state_->lost) return {};
-  const GLenum first = glGetError();
-  GLenum next = first;
+Result<void> Renderer::check_gpu() {
+  State& s = *state_;
+  if (s.lost) return {};
   constexpr GLenum kContextLost = 0x9242;  // WebGL repeats it as long as it holds
-  while (next != GL_NO_ERROR && next != kContextLost) next = glGetError();
-  if (first == GL_NO_ERROR || first == kContextLost) return {};
-  if (first == GL_OUT_OF_MEMORY) {
-    return fail(Status::out_of_memory, "the GPU has no room for " +
-                                           std::to_string(state_->chunks.buffers().samples()) +
+  bool is_full = false;
+  GLenum other = GL_NO_ERROR;
+  for (GLenum error = glGetError(); error != GL_NO_ERROR; error = glGetError()) {
+    if (error == kContextLost) return {};
+    // Without the memory of a buffer, other calls fail as well.
+    if (error == GL_OUT_OF_MEMORY)
+      is_full = true;
+    else if (other == GL_NO_ERROR)
+      other = error;
+  }
+  if (is_full) {
+    const uint64_t samples = s.chunks.buffers().samples();
+    s.chunks.drop_unconfirmed();
+    s.dirty = true;
+    return fail(Status::out_of_memory, "the GPU has no room for " + std::to_string(samples) +
                                            " samples: remove chunks, or lower the sample budget");
   }
-  return fail(Status::gl_error, "OpenGL reports error " + std::to_string(first) +
+  s.chunks.buffers().confirm();
+  if (other == GL_NO_ERROR) return {};
+  return fail(Status::gl_error, "OpenGL reports error " + std::to_string(other) +
                                     ": a bug in the renderer or the driver");
 }
 

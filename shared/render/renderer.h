@@ -186,7 +186,7 @@ class Renderer {
   /// Uploads samples; the caller may free them afterwards. A chunk with the same handle is
   /// replaced. New chunks are not visible until set_visible names them. Empty spans are allowed.
   /// Errors: invalid_argument (no volume, or a block outside of it), gl_error (the context is
-  /// lost), out_of_memory. Some drivers report errors later: see check_gpu().
+  /// lost). Whether the GPU had memory for them, check_gpu() tells.
   Result<void> add_chunk(ChunkHandle handle, ChunkPlace place,
                          std::span<const PackedSample> samples);
 
@@ -198,8 +198,9 @@ class Renderer {
                                  std::vector<SampleCluster> clusters);
 
   /// Reports GPU errors since the last call. Waits for pending GPU commands, so call it when the
-  /// GPU is idle. Errors: out_of_memory, gl_error.
-  Result<void> check_gpu() const;
+  /// GPU is idle. Errors: out_of_memory, which removes chunks for which there was none, all added
+  /// since the last call; gl_error.
+  Result<void> check_gpu();
 
   /// Removes a chunk. Unknown handles are ignored.
   void remove_chunk(ChunkHandle handle);

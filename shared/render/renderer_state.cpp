@@ -48,18 +48,17 @@ void Renderer::State::abandon_gl_objects() {
 
 Result<void> Renderer::State::warm_up(GLuint framebuffer) {
   const PackedSample inactive{};
-  const auto range = chunks.buffers().add(std::span(&inactive, 1));
-  if (!range) return tl::unexpected(range.error());
+  const SampleRange range = chunks.buffers().add(std::span(&inactive, 1));
   layers.count = 1;
   lit = false;
   auto done = targets.prepare(1, 1, layers.count);
   if (done) {
     glEnable(GL_DEPTH_TEST);
     glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
-    done = splat_passes.warm_up(context(), chunks.buffers(), *range);
+    done = splat_passes.warm_up(context(), chunks.buffers(), range);
   }
   if (done) done = compose(context(), layers.count, framebuffer, /*still=*/nullptr);
-  chunks.buffers().remove(*range);
+  chunks.buffers().remove(range);
   dirty = true;
   return done;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstring>
 #include <iterator>
-#include <string>
 
 #ifdef __EMSCRIPTEN__
 // WebGL 2 reads buffers by copying, not by mapping; Emscripten's headers do not declare it.
@@ -11,33 +10,17 @@ extern "C" void glGetBufferSubData(GLenum target, GLintptr offset, GLsizeiptr si
 #endif
 
 namespace isosplat {
-namespace {
 
-/// GL_CONTEXT_LOST (WebGL: CONTEXT_LOST_WEBGL) is not in the header of OpenGL ES 3.0.
-constexpr GLenum kContextLost = 0x9242;
-
-/// Whether GL_OUT_OF_MEMORY is among the GL errors since the last call. Clears all errors.
-bool is_out_of_memory() {
-  bool is_full = false;
-  for (GLenum error = glGetError(); error != GL_NO_ERROR; error = glGetError()) {
-    is_full = is_full || error == GL_OUT_OF_MEMORY;
-    if (error == kContextLost) break;
-  }
-  return is_full;
-}
-
-}  // namespace
-
-Result<SampleRange> SampleBuffers::add(std::span<const PackedSample> samples) {
-  const auto range = reserve(static_cast<uint32_t>(samples.size()));
-  if (range && range->count > 0) {
-    glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(range->offset_bytes()),
+SampleRange SampleBuffers::add(std::span<const PackedSample> samples) {
+  const SampleRange range = reserve(static_cast<uint32_t>(samples.size()));
+  if (range.count > 0) {
+    glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(range.offset_bytes()),
                     static_cast<GLsizeiptr>(samples.size_bytes()), samples.data());
   }
   return range;
 }
 
-Result<SampleRange> SampleBuffers::reserve(uint32_t count) {
+SampleRange SampleBuffers::reserve(uint32_t count) {
   if (count == 0) return SampleRange{};
   uint32_t index = 0;
   std::map<uint32_t, uint32_t>::iterator run;
@@ -58,12 +41,6 @@ Result<SampleRange> SampleBuffers::reserve(uint32_t count) {
     glEnableVertexAttribArray(0);
     glVertexAttribIPointer(0, 4, GL_UNSIGNED_INT, sizeof(PackedSample), nullptr);
     glBindVertexArray(0);
-    if (is_out_of_memory()) {
-      glDeleteVertexArrays(1, &made.vertex_array);
-      glDeleteBuffers(1, &made.buffer);
-      return fail(Status::out_of_memory, "the GPU has no room beside " + std::to_string(samples_) +
-                                             " samples: remove chunks, or lower the sample budget");
-    }
     made.free[0] = made.capacity;
     buffers_.push_back(std::move(made));
     run = buffers_.back().free.begin();
@@ -97,6 +74,14 @@ void SampleBuffers::remove(const SampleRange& range) {
   samples_ -= range.count;
 }
 
+void SampleBuffers::drop_unconfirmed() {
+  while (buffers_.size() > confirmed_) {
+    glDeleteVertexArrays(1, &buffers_.back().vertex_array);
+    glDeleteBuffers(1, &buffers_.back().buffer);
+    buffers_.pop_back();
+  }
+}
+
 void SampleBuffers::read(const SampleRange& range, uint32_t first,
                          std::span<PackedSample> samples) const {
   if (samples.empty() || range.buffer >= buffers_.size()) return;
@@ -122,15 +107,14 @@ uint64_t SampleBuffers::bytes() const {
 }
 
 void SampleBuffers::release() {
-  for (Buffer& buffer : buffers_) {
-    glDeleteVertexArrays(1, &buffer.vertex_array);
-    glDeleteBuffers(1, &buffer.buffer);
-  }
+  confirmed_ = 0;
+  drop_unconfirmed();
   abandon();
 }
 
 void SampleBuffers::abandon() {
   buffers_.clear();
+  confirmed_ = 0;
   samples_ = 0;
 }
 

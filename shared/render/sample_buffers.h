@@ -33,14 +33,22 @@ class SampleBuffers {
   SampleBuffers(const SampleBuffers&) = delete;
   SampleBuffers& operator=(const SampleBuffers&) = delete;
 
-  /// Uploads samples. If this needs a new buffer, waits for the GPU to allocate it. Errors:
-  /// out_of_memory; the samples are not stored then.
-  Result<SampleRange> add(std::span<const PackedSample> samples);
+  /// Uploads samples. May make a new buffer, for which the GPU may have no memory: see confirm().
+  SampleRange add(std::span<const PackedSample> samples);
 
   /// Like add, but leaves the upload to the caller: the range's buffer is bound to GL_ARRAY_BUFFER,
   /// and the samples belong at range.offset_bytes(). Binds nothing if count is 0.
-  Result<SampleRange> reserve(uint32_t count);
+  SampleRange reserve(uint32_t count);
   void remove(const SampleRange& range);
+
+  /// The GPU had memory for all buffers so far. Asking it (glGetError) waits for all that it has to
+  /// draw, so the caller does, when the GPU is idle.
+  void confirm() { confirmed_ = buffers_.size(); }
+  bool is_confirmed(const SampleRange& range) const {
+    return range.count == 0 || range.buffer < confirmed_;
+  }
+  /// Deletes all other buffers, whose ranges the caller has removed.
+  void drop_unconfirmed();
 
   /// Copies samples of a range back, from its sample `first` on. Waits for the GPU.
   void read(const SampleRange& range, uint32_t first, std::span<PackedSample> samples) const;
@@ -64,6 +72,7 @@ class SampleBuffers {
     std::map<uint32_t, uint32_t> free;  // free ranges: first → count
   };
   std::vector<Buffer> buffers_;
+  size_t confirmed_ = 0;  ///< of the buffers, from the first on
   uint64_t samples_ = 0;
 };
 

@@ -211,7 +211,7 @@ IsosplatStatus isosplat_renderer_reserve_chunk(uint32_t handle, const IsosplatBl
 }
 
 IsosplatStatus isosplat_renderer_check_gpu() {
-  const Renderer* renderer = current();
+  Renderer* renderer = current();
   return renderer ? status_of(renderer->check_gpu()) : no_renderer();
 }
 

@@ -1,10 +1,15 @@
-// Failures of the driver: a picture that fails halfway does not affect the next one.
+// Failures of the driver: a picture that fails halfway does not affect the next one, and chunks for
+// which the GPU has no memory do not affect the others.
 #include <EGL/egl.h>
 #include <GLES3/gl3.h>
 #include <gtest/gtest.h>
 
+#include <utility>
+#include <vector>
+
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
+#include "shared/render/sample_buffers.h"
 #include "tests/native/test_volume.h"
 
 namespace {
@@ -12,17 +17,43 @@ namespace {
 /// How many more programs link before one fails; negative: all link.
 int links_left = -1;
 
+/// The GPU has no memory for more buffers.
+bool is_full = false;
+/// What glGetError returns next, before errors of the driver.
+GLenum next_error = GL_NO_ERROR;
+
+template <class Function>
+Function driver_function(const char* name) {
+  return reinterpret_cast<Function>(eglGetProcAddress(name));
+}
+
 }  // namespace
 
 // Replaces the driver's function in this test program, to report that a program does not link.
 extern "C" void glGetProgramiv(GLuint program, GLenum name, GLint* value) {
-  using Function = void (*)(GLuint, GLenum, GLint*);
-  static const auto driver = reinterpret_cast<Function>(eglGetProcAddress("glGetProgramiv"));
+  static const auto driver = driver_function<void (*)(GLuint, GLenum, GLint*)>("glGetProgramiv");
   driver(program, name, value);
   if (name == GL_LINK_STATUS && links_left >= 0 && links_left-- == 0) {
     *value = GL_FALSE;
     links_left = 0;
   }
+}
+
+// Likewise, to report that there is no memory for a buffer.
+extern "C" void glBufferData(GLenum target, GLsizeiptr size, const void* data, GLenum usage) {
+  using Function = void (*)(GLenum, GLsizeiptr, const void*, GLenum);
+  static const auto driver = driver_function<Function>("glBufferData");
+  if (is_full) {
+    next_error = GL_OUT_OF_MEMORY;
+  } else {
+    driver(target, size, data, usage);
+  }
+}
+
+extern "C" GLenum glGetError() {
+  static const auto driver = driver_function<GLenum (*)()>("glGetError");
+  const GLenum error = std::exchange(next_error, GL_NO_ERROR);
+  return error != GL_NO_ERROR ? error : driver();
 }
 
 namespace isosplat {
@@ -67,6 +98,49 @@ TEST(RenderFailureGpu, AFailedProgramLinkLeavesNoState) {
     }
     EXPECT_GE(failures, 3);
   }
+}
+
+TEST(RenderFailureGpu, AFullGpuLosesOnlyTheChunksThatItHasNoMemoryFor) {
+  auto context = EglContext::create();
+  ASSERT_TRUE(context) << context.error().message;
+  const TestVolume volume = sphere_volume({65, 65, 65});
+  auto created = Renderer::create();
+  ASSERT_TRUE(created);
+  Renderer& renderer = **created;
+  renderer.set_camera(default_camera(volume.grid, 4.0 / 3));
+  show_volume(renderer, volume, 3000, 5000, 0);
+  RenderSettings settings;
+  settings.isosurfaces = {{4000, {1, 1, 1}, 1}};
+  renderer.set_settings(settings);
+  FrameStatistics before;
+  const auto wanted = draw_image(renderer, 160, 120, &before, /*smooth=*/false);
+  ASSERT_TRUE(wanted) << wanted.error().message;
+
+  // Inactive samples that fill what is left of the first buffer, and need another.
+  const std::vector<PackedSample> many(SampleBuffers::kBufferSamples / 2);
+  const ChunkPlace place{{0, {0, 0, 0}}};
+  constexpr ChunkHandle kFits = 1000, kLost = 1001;
+  is_full = true;
+  EXPECT_TRUE(renderer.add_chunk(kFits, place, many));
+  EXPECT_TRUE(renderer.add_chunk(kLost, place, many));
+  is_full = false;
+  const auto checked = renderer.check_gpu();
+  ASSERT_FALSE(checked);
+  EXPECT_EQ(checked.error().status, Status::out_of_memory);
+
+  FrameStatistics after;
+  const auto again = draw_image(renderer, 160, 120, &after, /*smooth=*/false);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->rgba, wanted->rgba);
+  EXPECT_EQ(after.samples_resident, before.samples_resident + many.size());
+  EXPECT_EQ(after.gpu_bytes, before.gpu_bytes);
+
+  // With memory again, the chunk gets a buffer that works.
+  EXPECT_TRUE(renderer.add_chunk(kLost, place, many));
+  EXPECT_TRUE(renderer.check_gpu());
+  ASSERT_TRUE(draw_image(renderer, 160, 120, &after, /*smooth=*/false));
+  EXPECT_EQ(after.samples_resident, before.samples_resident + 2 * many.size());
+  EXPECT_GT(after.gpu_bytes, before.gpu_bytes);
 }
 
 }  // namespace
