@@ -62,6 +62,8 @@ Result<Image> draw_image(Renderer& renderer, int width, int height, FrameStatist
   if (width < 1 || height < 1 || width > kMaxImageSize || height > kMaxImageSize) {
     return tl::unexpected(renderer.draw(width, height).error());
   }
+  // Buffers without memory must not be drawn.
+  if (const auto checked = renderer.check_gpu(); !checked) return tl::unexpected(checked.error());
   Image image = image_of_size(width, height);
   auto drawn = std::max(width, height) > 2 * kTile ? draw_in_tiles(renderer, smooth, image)
                                                    : draw_whole(renderer, smooth, image);

@@ -114,18 +114,9 @@ Result<uint64_t> Renderer::reserve_chunk(ChunkHandle handle, ChunkPlace place,
 Result<void> Renderer::check_gpu() {
   State& s = *state_;
   if (s.lost) return {};
-  constexpr GLenum kContextLost = 0x9242;  // WebGL repeats it as long as it holds
-  bool is_full = false;
-  GLenum other = GL_NO_ERROR;
-  for (GLenum error = glGetError(); error != GL_NO_ERROR; error = glGetError()) {
-    if (error == kContextLost) return {};
-    // Without the memory of a buffer, other calls fail as well.
-    if (error == GL_OUT_OF_MEMORY)
-      is_full = true;
-    else if (other == GL_NO_ERROR)
-      other = error;
-  }
-  if (is_full) {
+  const GlErrors::Found errors = s.gl_errors.take();
+  // Without the memory of a buffer, other calls fail as well.
+  if (errors.out_of_memory) {
     const uint64_t samples = s.chunks.buffers().samples();
     s.chunks.drop_unconfirmed();
     s.dirty = true;
@@ -133,8 +124,8 @@ Result<void> Renderer::check_gpu() {
                                            " samples: remove chunks, or lower the sample budget");
   }
   s.chunks.buffers().confirm();
-  if (other == GL_NO_ERROR) return {};
-  return fail(Status::gl_error, "OpenGL reports error " + std::to_string(other) +
+  if (errors.other == GL_NO_ERROR) return {};
+  return fail(Status::gl_error, "OpenGL reports error " + std::to_string(errors.other) +
                                     ": a bug in the renderer or the driver");
 }
 
@@ -180,6 +171,7 @@ Result<void> Renderer::set_mesh(std::span<const MeshVertex> vertices,
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
   s.dirty = true;
+  s.gl_errors.collect();  // the upload asks for its own errors
   return s.mesh.upload(vertices, triangles);
 }
 

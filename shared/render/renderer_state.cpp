@@ -29,6 +29,7 @@ void Renderer::State::create_gl_objects() {
 }
 
 void Renderer::State::abandon_gl_objects() {
+  gl_errors = {};
   chunks.abandon();
   mesh.abandon();
   programs.abandon();
@@ -229,7 +230,7 @@ Result<void> Renderer::State::draw_mesh(const Frame& frame) {
 
 Result<FrameStatistics> Renderer::State::finish_frame() {
 #ifndef NDEBUG
-  if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
+  if (const GLenum error = gl_errors.collect().other; error != GL_NO_ERROR) {
     return fail(Status::gl_error, "OpenGL reports error " + std::to_string(error) +
                                       " after a frame: a bug in the renderer or the driver");
   }

@@ -10,6 +10,7 @@
 #include "shared/render/clip_caps.h"
 #include "shared/render/cross_fade.h"
 #include "shared/render/draw_context.h"
+#include "shared/render/gl_errors.h"
 #include "shared/render/image_target.h"
 #include "shared/render/image_tile.h"
 #include "shared/render/occlusion_query.h"
@@ -42,6 +43,7 @@ struct Renderer::State {
   RenderSettings settings;
   Camera camera;
 
+  GlErrors gl_errors;
   ChunkStore chunks;
   TriangleMesh mesh;
   ShaderPrograms programs;

@@ -124,6 +124,7 @@ TEST(RenderFailureGpu, AFullGpuLosesOnlyTheChunksThatItHasNoMemoryFor) {
   EXPECT_TRUE(renderer.add_chunk(kFits, place, many));
   EXPECT_TRUE(renderer.add_chunk(kLost, place, many));
   is_full = false;
+  ASSERT_TRUE(renderer.draw(160, 120));
   const auto checked = renderer.check_gpu();
   ASSERT_FALSE(checked);
   EXPECT_EQ(checked.error().status, Status::out_of_memory);
