@@ -54,14 +54,14 @@ class BlockMesher {
   BlockMesher();
 
   /// Replaces the content of `mesh`. origin: the block's low corner in cells of the level. cells:
-  /// the cells of the block's chunk for this isovalue; inactive ones are skipped. Vertices are
-  /// numbered by the order of cells.
+  /// the cells of the block's chunk for this isovalue, in raster order as DecodedCells has them;
+  /// inactive ones are skipped. Vertices are numbered by the order of cells.
   void run(const DecodedCells& cells, Index3 block_cells, Index3 origin, float quantized_isovalue,
            BlockMesh& mesh);
 
  private:
-  /// The vertices on lattice edges whose low ends have one z. A block's would take 3 MB, which is
-  /// more than the processor has near.
+  /// The vertices on lattice edges whose low ends have one z. A table for all edges of a block
+  /// takes 3 MB, more than an L2 cache has.
   struct EdgePlane {
     std::vector<uint32_t> vertex_of;  ///< of each edge, + 1; 0: none
     std::vector<uint32_t> used;       ///< entries of vertex_of that are not 0

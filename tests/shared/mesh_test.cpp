@@ -296,6 +296,21 @@ TEST(BlockMesh, NoiseHasAClosedManifoldSurfaceAcrossBlocks) {
   }
 }
 
+TEST(BlockMesh, PlatesWithEmptySlicesBetweenThemDoNotShareVertices) {
+  const auto plates = [](int first, int last) {
+    const Scene scene{{8, 8, 12}, [=](int x, int y, int z) -> double {
+                        const bool inside = x > 0 && y > 0 && x < 7 && y < 7;
+                        return inside && (z == first || z == last) ? 1000 : 0;
+                      }};
+    return mesh_of(scene, 64, 400);
+  };
+  const Mesh one = plates(2, 2), two = plates(2, 8);
+  EXPECT_EQ(two.vertices.size(), 2 * one.vertices.size());
+  EXPECT_TRUE(open_edges(two.triangles).empty());
+  EXPECT_EQ(euler_number(two.triangles), 4);
+  EXPECT_NEAR(volume_inside(two), 2 * volume_inside(one), 1e-3);
+}
+
 TEST(BlockMesh, ASphereHasItsVolumeAndNormals) {
   const double centre = 19.7, radius = 15.3;
   const auto value = [&](double x, double y, double z) {
