@@ -228,6 +228,19 @@ test("linked views move together, and those of other groups do not", async ({ pa
     return { places: elements.map(({ slices }) => slices.along[1]), heard: heard.sort() };
   });
   expect(sliced).toEqual({ places: [0.25, 0.25, null], heard: [0, 1] });
+  // The same again is no change; another volume has other values, and keeps the planes.
+  const kept = await page.evaluate(() => {
+    const [, , third] = document.querySelectorAll("isosplat-viewer");
+    if (!third) return undefined;
+    const along = [null, 0.5, null] as const;
+    third.slices = { along, range: [10, 20] };
+    let heard = 0;
+    third.addEventListener("sliceschange", () => heard++);
+    third.slices = { along: [...along], range: [10, 20] };
+    third.src = third.src.replace("bucky", "mandelbulb");
+    return { heard, slices: third.slices };
+  });
+  expect(kept).toEqual({ heard: 0, slices: { along: [null, 0.5, null] } });
 });
 
 test("the example page shows linked views, and what their attributes do", async ({ page }) => {

@@ -7,11 +7,11 @@ import {
   cameraOf,
   clipOf,
   reportedTraits,
-  sameValue,
   slicesOf,
   surfacesOf,
   traitDefaults,
 } from "../../web/element/notebook_traits.ts";
+import { sameValue } from "../../web/element/same_value.ts";
 import type { Camera } from "../../web/viewer/index.ts";
 
 describe("the Python class", () => {

@@ -41,6 +41,7 @@ import { sourceOf } from "./element_source.ts";
 import { type LinkedElement, type LinkedView, LinkGroups } from "./link_groups.ts";
 import { OverlayArea, readParts, shownParts } from "./overlay_area.ts";
 import { PictureArea, stillOf } from "./picture_area.ts";
+import { sameValue } from "./same_value.ts";
 import { styles } from "./styles.ts";
 
 /** Properties that may have been set before the element was defined. */
@@ -352,6 +353,7 @@ export class IsosplatViewerElement extends HTMLElement {
   }
   set slices(asked: Slices | null | undefined) {
     const slices = asked ?? noSlices;
+    if (sameValue(slices, this.#slices)) return;
     this.#slices = slices;
     this.#viewer?.setSlices(slices);
     this.#wake();
@@ -586,7 +588,11 @@ export class IsosplatViewerElement extends HTMLElement {
     this.#camera = camera ?? null;
     const isovalues = this.#readIsovalues();
     if (!isovalues) this.#surfaces = [];
-    const { clip, slices } = this.#chosen;
+    // Isovalues and the range of slices are values of the volume before.
+    const { range, ...planes } = this.#slices;
+    if (range) this.#slices = planes;
+    const { clip } = this.#chosen;
+    const slices = this.#chosen.slices && this.#slices;
     this.#chosen = {
       ...(camera && { camera }),
       ...(isovalues && { isovalues }),

@@ -6,7 +6,6 @@ import {
   clipOf,
   isovalueOf,
   reportedTraits,
-  sameValue,
   showOf,
   slicesOf,
   surfacesOf,
@@ -15,6 +14,7 @@ import {
   textOf,
   traitDefaults,
 } from "./notebook_traits.ts";
+import { sameValue } from "./same_value.ts";
 
 /** The part of an AFM model that is used. */
 export interface NotebookModel {
@@ -243,7 +243,7 @@ export class Notebook {
     }
     if (camera) this.#write("camera", camera);
     this.#write("clip", isDefaultClip(clip) ? null : clip);
-    this.#write("slices", hasSlices(slices) ? slices : null);
+    this.#write("slices", hasSlices(slices) || slices.range ? slices : null);
   }
 
   #writeFault(): void {
