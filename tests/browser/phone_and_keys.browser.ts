@@ -345,6 +345,38 @@ test.describe("a desk", () => {
     await expect(page).toHaveURL(/isovalue=247/);
   });
 
+  test("page keys and undo work while the slider has the focus", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    const slider = page.locator(".isovalue-slider");
+    await slider.press("ArrowRight");
+    await expect(page).toHaveURL(/isovalue=100.5/);
+    await expect(slider).toBeFocused();
+    await page.keyboard.press("Control+z");
+    await expect(page).toHaveURL(/isovalue=100(&|$)/);
+    await page.keyboard.press("]");
+    await expect(page).toHaveURL(/isovalue=102.5/);
+    // What is typed stays, although a sweep was moving the isovalue.
+    await page.getByRole("button", { name: "Sweep" }).click();
+    const field = page.locator(".isovalue-field");
+    await field.fill("77");
+    await page.waitForTimeout(300);
+    await expect(field).toHaveValue("77");
+    await field.press("Enter");
+    await expect(page).toHaveURL(/isovalue=77(&|$)/);
+  });
+
+  test("the button of the theme says what it does, on the page of a volume too", async ({
+    page,
+  }) => {
+    await page.emulateMedia({ colorScheme: "light" });
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await page.getByRole("button", { name: "Dark theme" }).click();
+    await expect(page.locator("html")).toHaveClass(/wa-dark/);
+    await page.getByRole("button", { name: "Light theme" }).click();
+    await expect(page.locator("html")).toHaveClass(/wa-light/);
+  });
+
   test("copies a link to the view", async ({ page, context }) => {
     await context.grantPermissions(["clipboard-read", "clipboard-write"]);
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);

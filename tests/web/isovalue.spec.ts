@@ -2,6 +2,7 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { activeCellsAt } from "../../web/core/active_cells.ts";
 import { costText } from "../../web/page/isovalue_cost.ts";
+import { isovalueScale, roundToScale, sliderEnds } from "../../web/page/isovalue_scale.ts";
 import { backAndForth, IsovalueSweep } from "../../web/page/isovalue_sweep.ts";
 import type { StoreInfo } from "../../web/stream/index.ts";
 
@@ -22,6 +23,24 @@ describe("the cost of an isovalue", () => {
     expect(costText(294_000, 400_000)).toBe("about 294 k active cells, 400 KB at full detail");
     expect(costText(294_000, undefined)).toBe("about 294 k active cells");
     expect(costText(undefined, undefined)).toBe("");
+  });
+});
+
+describe("the slider", () => {
+  it.each([
+    [[0, 255], 1, [0, 255]],
+    [[1, 4095], 1, [0, 4096]],
+    [[-0.51, 0.777], 0.0001, [-0.51, 0.777]],
+    [[-1024, 3071], 1, [-1024, 3072]],
+  ] as const)("of the range %j begins and ends at multiples of its step", (range, step, ends) => {
+    const scale = isovalueScale(range, step);
+    expect(sliderEnds(scale)).toEqual(ends);
+    // So each step of the browser, which counts from the low end, is an isovalue of the scale.
+    const [low] = sliderEnds(scale);
+    for (let i = 1; i < 40; ++i) {
+      const at = Number((low + i * scale.step).toPrecision(10));
+      expect(roundToScale(at, scale)).toBe(at);
+    }
   });
 });
 

@@ -36,6 +36,12 @@ export function roundToScale(value: number, scale: IsovalueScale): number {
   return Math.min(scale.high, Math.max(scale.low, Number(onGrid.toPrecision(10))));
 }
 
+/** The ends of a slider: multiples of the step, since browsers count its steps from the low end. */
+export function sliderEnds({ low, high, step }: IsovalueScale): [number, number] {
+  const multiple = (count: number) => Number((count * step).toPrecision(10));
+  return [multiple(Math.floor(low / step)), multiple(Math.ceil(high / step))];
+}
+
 /** Position of a value between low (0) and high (1). */
 export function fraction(value: number, scale: IsovalueScale): number {
   return (value - scale.low) / (scale.high - scale.low);

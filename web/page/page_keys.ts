@@ -48,6 +48,7 @@ function focusOf(event: KeyboardEvent, canvas: HTMLElement): "text" | "control" 
   if (!(origin instanceof HTMLElement) || origin === document.body || origin === canvas)
     return "none";
   const isField = origin.matches("input, textarea, select, [role=combobox], [role=listbox]");
-  if ((isField && !origin.matches("[type=color]")) || origin.isContentEditable) return "text";
+  const takesText = isField && !origin.matches("[type=color], [type=range]");
+  if (takesText || origin.isContentEditable) return "text";
   return "control";
 }

@@ -27,7 +27,7 @@ import {
 } from "./format.ts";
 import { icon } from "./icons.ts";
 import { costText } from "./isovalue_cost.ts";
-import type { IsovalueScale } from "./isovalue_scale.ts";
+import { type IsovalueScale, sliderEnds } from "./isovalue_scale.ts";
 import { planeSlider } from "./plane_slider.ts";
 
 export interface PanelState {
@@ -99,7 +99,7 @@ export interface PanelActions {
 type ValueElement = HTMLElement & { value: string };
 type RangeElement = HTMLElement & { minValue: number; maxValue: number };
 
-// A slider renders again if its formatter is a different function, so these are constants.
+// A slider renders again if its formatter is a different function, so this is a constant.
 const percent = (value: number) => `${Math.round(value * 100)} %`;
 
 /** Durations of a sweep from which to choose, in seconds. */
@@ -107,6 +107,7 @@ const sweepSeconds = [5, 10, 20, 40];
 
 export function isovalueSection(state: PanelState, actions: PanelActions): TemplateResult {
   const { scale, info } = state;
+  const [least, most] = sliderEnds(scale);
   const isovalue = state.surfaces[state.active]?.isovalue ?? scale.low;
   const units = info.metadata.units;
   const suggestions = info.metadata.suggested_isovalues ?? [];
@@ -114,7 +115,8 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
     const field = event.currentTarget as HTMLInputElement;
     const value = parseValue(field.value);
     if (value !== undefined) actions.enter(value);
-    else field.value = formatValue(isovalue);
+    // The next render shows the new isovalue, if it is another.
+    field.value = formatValue(isovalue);
   };
   const slid = (event: Event) =>
     actions.slide((event.currentTarget as HTMLInputElement).valueAsNumber);
@@ -126,7 +128,8 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
         inputmode="decimal"
         autocomplete="off"
         aria-label=${panelTexts.isovalue}
-        .value=${live(formatValue(isovalue))}
+        .value=${formatValue(isovalue)}
+        @input=${() => state.isSweeping && actions.toggleSweep()}
         @change=${entered}
       />
     </div>
@@ -137,10 +140,10 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
         class="isovalue-slider"
         aria-label=${panelTexts.isovalue}
         aria-valuetext=${units ? `${formatValue(isovalue)} ${units}` : formatValue(isovalue)}
-        min=${scale.low}
-        max=${scale.high}
+        min=${least}
+        max=${most}
         step=${scale.step}
-        .valueAsNumber=${isovalue}
+        .valueAsNumber=${live(isovalue)}
         @input=${slid}
       />
       <div class="histogram-ends" aria-hidden="true">

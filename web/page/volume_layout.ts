@@ -19,6 +19,7 @@ import {
   volumeSection,
 } from "./panel.ts";
 import type { Problem } from "./problems.ts";
+import { theme } from "./theme.ts";
 import type { ToastMessage } from "./toast.ts";
 import { viewSection } from "./view_section.ts";
 
@@ -85,7 +86,7 @@ export function volumeLayout(state: LayoutState, actions: LayoutActions): Templa
     isPanelHidden ? " panel-hidden" : ""
   }`;
   return html`<div class=${classes}>
-    ${guard([state.title, panel?.info, state.tools], () => bar(state, actions))}
+    ${guard([state.title, panel?.info, state.tools, theme()], () => bar(state, actions))}
     <main class="stage" style=${`background:${state.background}`}>
       ${state.canvas} ${state.problem ? nothing : state.overlay} ${state.problem ? nothing : state.measure?.element} ${state.problem ? nothing : state.clipHandles} ${state.banner ? bannerPart(state.banner, actions) : nothing}
       ${cover(state, actions)}
