@@ -2,11 +2,13 @@
 // isosplat_sampling_study VOLUME ISOVALUE
 // Prints a line of JSON for each combination. Lengths are in cells of the volume, whose spacing
 // counts as 1 along each axis:
-//   samples     active boxes                 dropped     share of samples without a point
-//   seconds     to make and project them (median)     outside     share of points outside of their
-//   cell error_*     distance from points to the trilinear surface (|f − isovalue| / |∇f|) gap_*
-//   distance from the trilinear surface to the nearest point hole        share of the surface that
-//   is farther from every point than half a cell's diagonal
+//   samples    active boxes
+//   seconds    to make and project them, median
+//   dropped    share of samples without a point
+//   outside    share of points outside of their cell
+//   error_*    distance from points to the trilinear surface (|f − isovalue| / |∇f|)
+//   gap_*      distance from the trilinear surface to the nearest point
+//   hole       share of the surface farther from every point than half a cell's diagonal
 #include <algorithm>
 #include <chrono>
 #include <cmath>

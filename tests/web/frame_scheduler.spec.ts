@@ -1,0 +1,104 @@
+/** When the frames of a view are drawn and tested: with a clock of the test's own, and no GPU. */
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { FrameScheduler, type FrameSchedulerHost } from "../../web/viewer/frame_scheduler.ts";
+import type { RendererModule } from "../../web/viewer/renderer_module.ts";
+import { defaultLook } from "../../web/viewer/types.ts";
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  vi.stubGlobal("window", globalThis);
+  vi.stubGlobal("matchMedia", () => ({ matches: true }));
+  vi.stubGlobal("requestAnimationFrame", (frame: (now: number) => void) =>
+    Number(setTimeout(() => frame(performance.now()), 16)),
+  );
+  vi.stubGlobal("cancelAnimationFrame", (handle: number) => clearTimeout(handle));
+});
+afterEach(() => {
+  vi.unstubAllGlobals();
+  vi.useRealTimers();
+});
+
+/** A GPU that has finished everything as soon as it is asked. */
+const gl = {
+  fenceSync: () => ({}),
+  getSyncParameter: () => 1,
+  SIGNALED: 1,
+  UNSIGNALED: 0,
+  deleteSync: () => {},
+  flush: () => {},
+  isContextLost: () => false,
+};
+
+/** A view for which data are on their way, and when its occlusion queries began (ms). */
+function streaming() {
+  const tested: number[] = [];
+  let isDrawn = false;
+  const drawn = { kind: "quad", shading: "exact", programsLinked: 0 };
+  const renderer = {
+    setCamera: () => {},
+    setSplats: () => {},
+    viewProjection: () => new Float32Array(16),
+    needsRedraw: () => !isDrawn,
+    canRefine: () => false,
+    draw: () => {
+      isDrawn = true;
+      return drawn;
+    },
+    checkGpu: () => {},
+    beginOcclusionQuery: () => void tested.push(performance.now()),
+    takeOcclusionQuery: () => new Uint32Array(),
+  } as unknown as RendererModule;
+  const session = {
+    isClosed: false,
+    needsRestingPicture: false,
+    update: () => {},
+    occlusionQuery: () => ({ ids: new Uint32Array([7]), minPixels: 255, view: 1, picture: 1 }),
+    answerOcclusion: () => {},
+  };
+  const canvas = { width: 400, height: 300, getContext: () => gl };
+  const scheduler = new FrameScheduler(canvas as unknown as HTMLCanvasElement, renderer, {
+    scene: () => ({
+      session,
+      camera: { distance: 1 },
+      isovalues: [60],
+      kind: defaultLook.kind,
+      shading: defaultLook.shading,
+      pictureSize: null,
+    }),
+    guard: (action: (renderer: RendererModule) => void) => {
+      action(renderer);
+      return true;
+    },
+    checkGpu: () => {},
+    isContextLost: () => false,
+    fitCanvas: () => false,
+    drawn: () => {},
+    busyChanged: () => {},
+  } as unknown as FrameSchedulerHost);
+  const progress = { chunksToGo: 0, bytesToGo: 0, bytesFetched: 0, state: "refining" };
+  scheduler.onProgress(progress as Parameters<FrameScheduler["onProgress"]>[0]);
+  return {
+    scheduler,
+    tested,
+    /** The camera moves, and with it what is drawn. Returns when. */
+    move: () => {
+      isDrawn = false;
+      tested.length = 0;
+      scheduler.onVisibleChange();
+      scheduler.onCameraChange();
+      return performance.now();
+    },
+  };
+}
+
+test("what is visible is tested as soon as motion has ended, although more data are expected", () => {
+  const { scheduler, tested, move } = streaming();
+  vi.advanceTimersByTime(100);
+  const moved = move();
+  vi.advanceTimersByTime(200);
+  expect(tested).toEqual([]);
+  vi.advanceTimersByTime(100);
+  expect(tested.length).toBeGreaterThan(0);
+  expect((tested[0] ?? 0) - moved).toBeLessThan(270);
+  scheduler.stop();
+});
