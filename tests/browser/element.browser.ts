@@ -237,10 +237,16 @@ test("linked views move together, and those of other groups do not", async ({ pa
     let heard = 0;
     third.addEventListener("sliceschange", () => heard++);
     third.slices = { along: [...along], range: [10, 20] };
+    const drawn = () => third.viewer?.slices.range;
+    const before = drawn();
     third.src = third.src.replace("bucky", "mandelbulb");
-    return { heard, slices: third.slices };
+    return { heard, slices: third.slices, drawn: [before, drawn() ?? "none"] };
   });
-  expect(kept).toEqual({ heard: 0, slices: { along: [null, 0.5, null] } });
+  expect(kept).toEqual({
+    heard: 0,
+    slices: { along: [null, 0.5, null] },
+    drawn: [[10, 20], "none"],
+  });
 });
 
 test("the example page shows linked views, and what their attributes do", async ({ page }) => {

@@ -590,7 +590,10 @@ export class IsosplatViewerElement extends HTMLElement {
     if (!isovalues) this.#surfaces = [];
     // Isovalues and the range of slices are values of the volume before.
     const { range, ...planes } = this.#slices;
-    if (range) this.#slices = planes;
+    if (range) {
+      this.#slices = planes;
+      this.#viewer?.setSlices(planes);
+    }
     const { clip } = this.#chosen;
     const slices = this.#chosen.slices && this.#slices;
     this.#chosen = {
