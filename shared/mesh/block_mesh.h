@@ -26,8 +26,9 @@ struct LatticeEdge {
 struct MeshVertex {
   Vec3f position;  ///< in cells, from the block's low corner
   /// The sum of the trilinear gradients of the block's cells at this point (x, y, z), in quantized
-  /// values per cell. Over all cells around a lattice edge, its components across the edge are
-  /// those of central differences.
+  /// values per cell. Only its direction counts: over the four cells around a lattice edge, it is
+  /// four times a gradient whose components across the edge are central differences. A vertex
+  /// inside of a cell has the gradient of this cell.
   std::array<float, 3> gradient_xyz;
 
   Vec3f gradient() const { return {gradient_xyz[0], gradient_xyz[1], gradient_xyz[2]}; }

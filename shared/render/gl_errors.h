@@ -5,7 +5,8 @@
 namespace isosplat {
 
 /// The errors of a GL context since the last take(). Whoever asks the context (glGetError) does it
-/// here, so that no error is lost to others. Waits for all that the GPU has to draw.
+/// here, or calls collect() before, so that no error is lost to others. Asking waits for all that
+/// the GPU has to draw.
 class GlErrors {
  public:
   struct Found {

@@ -41,8 +41,8 @@ class SampleBuffers {
   SampleRange reserve(uint32_t count);
   void remove(const SampleRange& range);
 
-  /// The GPU had memory for all buffers so far. Asking it (glGetError) waits for all that it has to
-  /// draw, so the caller does, when the GPU is idle.
+  /// To be called when GL has reported no lack of memory since the last buffer was made
+  /// (Renderer::check_gpu): all buffers so far have theirs.
   void confirm() { confirmed_ = buffers_.size(); }
   bool is_confirmed(const SampleRange& range) const {
     return range.count == 0 || range.buffer < confirmed_;

@@ -4,7 +4,10 @@ import type { StoreInfo } from "../stream/index.ts";
 export interface IsovalueScale {
   low: number;
   high: number;
-  /** The step, a round number: ½ for 8-bit volumes, about 1/2000 of the range otherwise. */
+  /**
+   * The step: ½ for whole numbers with a range of up to 1000, otherwise a round number from 1/5000 to
+   * 1/2000 of the range.
+   */
   step: number;
 }
 
@@ -48,8 +51,7 @@ export function fraction(value: number, scale: IsovalueScale): number {
 }
 
 /**
- * The first isovalue of a volume: its first suggestion, or else a value above the most frequent
- * ones.
+ * The first isovalue of a volume: its first suggestion, or else the value at 30 % of its range.
  */
 export function firstIsovalue({ range, mapping, metadata }: StoreInfo): number {
   const scale = isovalueScale(range, mapping.scale);

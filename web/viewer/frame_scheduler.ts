@@ -11,7 +11,7 @@ import { SplatChoice } from "./splat_choice.ts";
 import type { Camera, FrameReport, Look, PictureSize, Splats } from "./types.ts";
 
 /**
- * A still view gets smooth normals, ambient occlusion and shadows if its exact picture took no longer
+ * A still view gets smooth edges, ambient occlusion and shadows if its picture at rest took no longer
  * than this (ms). Such a picture takes about 1.5 times as long.
  */
 const longestSmoothed = 1000;

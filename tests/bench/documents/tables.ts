@@ -59,10 +59,10 @@ function networkFigures(figures: Figures): string {
     ["network: 20 Mbit/s, 40 ms delay", "volume", "Isosplat", "for comparison"],
     ["---", "---", "---", "---"],
     [
-      "first image, nothing cached",
+      "first image, nothing cached; data until then",
       "engine",
-      `${value(`${engine}, ${link}`, "first surface, nothing cached", "s")}, ${surface(engine)}`,
-      `vtk.js: ${value(vtk, "first image, nothing cached", "s")}, ${value(vtk, "volume over the wire", "MB")}`,
+      `${value(`${engine}, ${link}`, "first surface, nothing cached", "s")}; ${surface(engine)}`,
+      `vtk.js: ${value(vtk, "first image, nothing cached", "s")}; ${value(vtk, "volume over the wire", "MB")}`,
     ],
     [
       "bytes of the page itself until then; with all its controls",
@@ -147,20 +147,20 @@ function serverFigures(figures: Figures): string {
   return markdown([
     ["server, on the same two cores as its clients", "Isosplat", "for comparison: nginx"],
     ["---", "---", "---"],
-    ["requests for a chunk of 4 KB; with TLS", chunk(4021), "1"],
-    ["requests for a chunk of 20 KB; with TLS", chunk(20378), "1"],
+    ["rate of requests for a chunk of 4 KB, ÷ nginx's; with TLS", chunk(4021), "1"],
+    ["rate of requests for a chunk of 20 KB, ÷ nginx's; with TLS", chunk(20378), "1"],
     [
       "all chunks of bunny CT's isovalue 1000.5, one connection",
       `${figures.of("server", [`${surface}, isosplat`], "rate", "GB/s")} GB/s`,
       `${figures.of("server", [`${surface}, nginx`], "rate", "GB/s")} GB/s, one file`,
     ],
     [
-      "5,000 idle connections: memory; 99th percentile of busy ones, relative to without",
+      "beside 5,000 idle connections: memory; latency of 100 busy ones (99th percentile), ÷ that without",
       `${megabytes} MB; ${late}`,
       "",
     ],
     [
-      "rate of others beside 2,000 slow readers and 500 slow headers, relative to without",
+      "beside 2,000 clients that read slowly and 500 that send headers slowly: rate of others, ÷ that without",
       figures.of("server", [slow], "honest clients' rate, ratio", "×"),
       "",
     ],

@@ -30,7 +30,7 @@ class IsosplatWidget(anywidget.AnyWidget):
     """A view of a volume. Traits are those of the element <isosplat-viewer>.
 
     src: the address of a volume of a server, or of a store on any host that answers Range requests.
-    module: the address of isosplat-anywidget.js; default: that of the server in `src`.
+    module: the address of isosplat-anywidget.js. Only a volume of a server needs none: it has its own.
     """
 
     _esm = traitlets.Unicode().tag(sync=True)
@@ -44,10 +44,12 @@ class IsosplatWidget(anywidget.AnyWidget):
     #: "projection": "perspective" or "orthographic"}, in degrees. What is left out stays as it is.
     camera = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
     #: {"low": [x, y, z], "high": [x, y, z], "planes": [{"normal": [x, y, z], "offset": d}, …],
-    #: "caps": True}; low and high are fractions of the volume's extent. caps: closes the cut faces.
+    #: "caps": True}; low and high are fractions of the volume's extent. Planes keep what has
+    #: normal · position >= offset, in world coordinates. caps: closes the cut faces.
     clip = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
     #: Planes that show values: {"along": [x, y, z], "plane": {"normal": [x, y, z], "offset": d},
-    #: "range": [black, white]}; along has fractions of the volume's extent, None for no slice.
+    #: "range": [black, white]}; along has fractions of the volume's extent, None for no slice. The
+    #: plane has normal · position = offset, in world coordinates.
     slices = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
     #: rrggbb. Empty: white.
     background = traitlets.Unicode().tag(sync=True)
