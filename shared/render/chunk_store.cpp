@@ -24,7 +24,8 @@ SampleRange ChunkStore::reserve(const VolumeGrid& grid, ChunkHandle handle, cons
   Chunk chunk{{}, block, {kMissingVoxel, 0}, {}, {}, std::move(clusters)};
   const uint32_t count =
       chunk.clusters.empty() ? 0 : chunk.clusters.back().first + chunk.clusters.back().count;
-  chunk.range = buffers_.reserve(count);
+  const SampleRange range = buffers_.reserve(count);
+  chunk.range = range;
   for (const SampleCluster& cluster : chunk.clusters) {
     chunk.interval.min = std::min(chunk.interval.min, cluster.interval.min);
     chunk.interval.max = std::max(chunk.interval.max, cluster.interval.max);
@@ -34,7 +35,8 @@ SampleRange ChunkStore::reserve(const VolumeGrid& grid, ChunkHandle handle, cons
   const double cell = std::ldexp(1.0, static_cast<int>(block.level));
   chunk.low = Vec3d{double(at.x), double(at.y), double(at.z)} * (cell * kBlockCells);
   chunk.high = chunk.low + Vec3d{double(cells.x), double(cells.y), double(cells.z)} * cell;
-  return chunks_.emplace(handle, std::move(chunk)).first->second.range;
+  chunks_.emplace(handle, std::move(chunk));
+  return range;
 }
 
 bool ChunkStore::remove(ChunkHandle handle) {

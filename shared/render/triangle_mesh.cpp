@@ -6,8 +6,6 @@ Result<void> TriangleMesh::upload(std::span<const MeshVertex> vertices,
                                   std::span<const uint32_t> triangles) {
   release();
   if (triangles.empty()) return {};
-  while (glGetError() != GL_NO_ERROR) {
-  }
   glGenVertexArrays(1, &vertex_array_);
   glGenBuffers(2, buffers_);
   glBindVertexArray(vertex_array_);

@@ -18,7 +18,8 @@ class TriangleMesh {
   TriangleMesh(const TriangleMesh&) = delete;
   TriangleMesh& operator=(const TriangleMesh&) = delete;
 
-  /// Replaces the mesh; without triangles, only deletes it. Errors: out_of_memory.
+  /// Replaces the mesh; without triangles, only deletes it. The caller has collected earlier errors
+  /// of GL (gl_errors.h). Errors: out_of_memory.
   Result<void> upload(std::span<const MeshVertex> vertices, std::span<const uint32_t> triangles);
 
   /// Draws it with the current program (attribute 0: position, 1: normal).

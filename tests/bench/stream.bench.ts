@@ -1,5 +1,6 @@
 import { existsSync } from "node:fs";
 import type { Browser } from "@playwright/test";
+import { dragOverRange } from "../browser/support/in_page.ts";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
 import { dragPrepared, type PreparedDrag } from "./stream/prepared_drag.ts";
 import { buildStore, serve } from "./stream/serving.ts";
@@ -92,16 +93,7 @@ async function drag(bench: Bench, browser: Browser, url: string, name: string): 
     await visitor.mark("isosplat:complete");
     const before = visitor.data.requests;
     const urlsBefore = visitor.urls.length;
-    await visitor.page.evaluate(async () => {
-      const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
-      if (!slider) throw new Error("the page has no isovalue slider");
-      const begin = performance.now();
-      for (let t = 0; t < 1; t = (performance.now() - begin) / 5000) {
-        slider.valueAsNumber = Number(slider.min) + t * (Number(slider.max) - Number(slider.min));
-        slider.dispatchEvent(new Event("input", { bubbles: true }));
-        await new Promise((resolve) => requestAnimationFrame(resolve));
-      }
-    });
+    await visitor.page.evaluate(dragOverRange, 5);
     bench.report(
       `${name}, dragged over the range in 5 s`,
       "requests",

@@ -4,6 +4,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, test } from "@playwright/test";
 import { nginx } from "../support/nginx.ts";
+import { slideTo } from "./support/in_page.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 
 import { complete } from "./support/view.ts";
@@ -53,12 +54,7 @@ test("the server goes away and comes back", async ({ page }) => {
   await page.goto(`${own.url}?volume=mandelbulb&isovalue=60`);
   await complete(page);
   await own.stop();
-  await page.evaluate(() => {
-    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
-    if (!slider) return;
-    slider.valueAsNumber = 200;
-    slider.dispatchEvent(new Event("input", { bubbles: true }));
-  });
+  await page.evaluate(slideTo, 200);
   await expect(page.locator(".banner")).toContainText("The server does not answer");
   await expect(page.locator(".status-samples")).toHaveText(/samples/);
   const again = await serve([demoFolder], port);

@@ -8,6 +8,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import { chunksOf } from "./support/chunks.ts";
+import { slideTo } from "./support/in_page.ts";
 import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
 import { compare, complete, savedPicture, settled } from "./support/view.ts";
 
@@ -80,12 +81,7 @@ test("the picture does not depend on earlier views", async ({ page }) => {
   test.setTimeout(180_000);
   await page.goto(address(100.5));
   await complete(page, 60_000);
-  await page.evaluate((isovalue) => {
-    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
-    if (!slider) throw new Error("no slider");
-    slider.valueAsNumber = isovalue;
-    slider.dispatchEvent(new Event("input", { bubbles: true }));
-  }, isovalue);
+  await page.evaluate(slideTo, isovalue);
   await settled(page, 60_000);
   await complete(page);
   await expectEverything(page, await savedPicture(page));

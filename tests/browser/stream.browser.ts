@@ -6,6 +6,7 @@ import { fileURLToPath } from "node:url";
 import { expect, test } from "@playwright/test";
 import { Visitor } from "../bench/stream/visit.ts";
 import { chunksOf } from "./support/chunks.ts";
+import { dragOverRange, slideTo } from "./support/in_page.ts";
 import { settled } from "./support/view.ts";
 
 const built = (path: string): string =>
@@ -71,27 +72,12 @@ test("a session fetches little, in few requests, and nothing twice", async ({ br
 
   // Within the resident bands: no requests.
   const before = visitor.urls.length;
-  await page.evaluate(() => {
-    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
-    if (!slider) throw new Error("no slider");
-    slider.valueAsNumber = 101.5;
-    slider.dispatchEvent(new Event("input", { bubbles: true }));
-  });
+  await page.evaluate(slideTo, 101.5);
   await settled(page);
   expect(visitor.urls.slice(before)).toEqual([]);
 
   // Dragged over the range in 3 s: at most ten requests a second.
-  const seconds = await page.evaluate(async () => {
-    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
-    if (!slider) throw new Error("no slider");
-    const begin = performance.now();
-    for (let t = 0; t < 1; t = (performance.now() - begin) / 3000) {
-      slider.valueAsNumber = Number(slider.min) + t * (Number(slider.max) - Number(slider.min));
-      slider.dispatchEvent(new Event("input", { bubbles: true }));
-      await new Promise((resolve) => requestAnimationFrame(resolve));
-    }
-    return (performance.now() - begin) / 1000;
-  });
+  const seconds = await page.evaluate(dragOverRange, 3);
   expect(visitor.urls.length - before).toBeLessThanOrEqual(10 * Math.ceil(seconds));
 
   const fetched = chunksOf(visitor.urls);
@@ -127,12 +113,7 @@ test("offline, then online: the coarse surface stays, and is refined", async ({ 
   await page.goto(`${url}?volume=fixture&isovalue=100.5`);
   await visitor.mark("isosplat:complete");
   await page.context().setOffline(true);
-  await page.evaluate(() => {
-    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
-    if (!slider) throw new Error("no slider");
-    slider.valueAsNumber = 400.5;
-    slider.dispatchEvent(new Event("input", { bubbles: true }));
-  });
+  await page.evaluate(slideTo, 400.5);
   await expect(page.locator(".status")).toHaveAttribute("data-state", "offline");
   await page.context().setOffline(false);
   await visitor.mark("isosplat:complete", 2);

@@ -9,6 +9,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import { volumesFolder } from "../bench/harness/volumes.ts";
+import { slideTo } from "./support/in_page.ts";
 import { program, type RunningServer, serve } from "./support/server.ts";
 import {
   completeAndSettled,
@@ -76,15 +77,6 @@ async function dragAndBack(page: Page, steps: number): Promise<void> {
   await page.mouse.up();
 }
 
-async function setIsovalue(page: Page, isovalue: number): Promise<void> {
-  await page.evaluate((isovalue) => {
-    const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
-    if (!slider) throw new Error("no slider");
-    slider.valueAsNumber = isovalue;
-    slider.dispatchEvent(new Event("input", { bubbles: true }));
-  }, isovalue);
-}
-
 for (const each of cases) {
   for (const [view, camera] of Object.entries(each.views)) {
     const what = `${each.name} ${each.isovalue}, ${view}`;
@@ -108,12 +100,12 @@ test("a complete picture is correct after other views", async ({ page }) => {
   await expectTruth(page, each, camera);
 
   // Another isovalue, left before it is complete.
-  await setIsovalue(page, 60.5);
-  await setIsovalue(page, each.isovalue);
+  await page.evaluate(slideTo, 60.5);
+  await page.evaluate(slideTo, each.isovalue);
   await expectTruth(page, each, camera);
 
-  await setIsovalue(page, 40.5);
+  await page.evaluate(slideTo, 40.5);
   await completeAndSettled(page);
-  await setIsovalue(page, each.isovalue);
+  await page.evaluate(slideTo, each.isovalue);
   await expectTruth(page, each, camera);
 });

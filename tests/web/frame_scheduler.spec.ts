@@ -1,22 +1,12 @@
 /** When the frames of a view are drawn and tested: with a clock of the test's own, and no GPU. */
-import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { beforeEach, expect, test, vi } from "vitest";
 import { FrameScheduler, type FrameSchedulerHost } from "../../web/viewer/frame_scheduler.ts";
 import type { RendererModule } from "../../web/viewer/renderer_module.ts";
 import { defaultLook } from "../../web/viewer/types.ts";
+import { fakeClock } from "./fake_clock.ts";
 
-beforeEach(() => {
-  vi.useFakeTimers();
-  vi.stubGlobal("window", globalThis);
-  vi.stubGlobal("matchMedia", () => ({ matches: true }));
-  vi.stubGlobal("requestAnimationFrame", (frame: (now: number) => void) =>
-    Number(setTimeout(() => frame(performance.now()), 16)),
-  );
-  vi.stubGlobal("cancelAnimationFrame", (handle: number) => clearTimeout(handle));
-});
-afterEach(() => {
-  vi.unstubAllGlobals();
-  vi.useRealTimers();
-});
+fakeClock();
+beforeEach(() => void vi.stubGlobal("matchMedia", () => ({ matches: true })));
 
 /** A GPU that has finished everything as soon as it is asked. */
 const gl = {

@@ -1,10 +1,11 @@
 // What the page says of isovalues, and how it moves them by itself.
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { describe, expect, it, vi } from "vitest";
 import { activeCellsAt } from "../../web/core/active_cells.ts";
 import { costText } from "../../web/page/isovalue_cost.ts";
 import { isovalueScale, roundToScale, sliderEnds } from "../../web/page/isovalue_scale.ts";
 import { backAndForth, IsovalueSweep } from "../../web/page/isovalue_sweep.ts";
 import type { StoreInfo } from "../../web/stream/index.ts";
+import { fakeClock } from "./fake_clock.ts";
 
 describe("the cost of an isovalue", () => {
   const info = {
@@ -45,18 +46,7 @@ describe("the slider", () => {
 });
 
 describe("a sweep", () => {
-  beforeEach(() => {
-    vi.useFakeTimers();
-    // Node has no animation frames.
-    vi.stubGlobal("requestAnimationFrame", (frame: (now: number) => void) =>
-      Number(setTimeout(() => frame(performance.now()), 16)),
-    );
-    vi.stubGlobal("cancelAnimationFrame", (handle: number) => clearTimeout(handle));
-  });
-  afterEach(() => {
-    vi.useRealTimers();
-    vi.unstubAllGlobals();
-  });
+  fakeClock();
 
   it("goes back and forth", () => {
     expect([0, 0.25, 1, 1.25, 2, 2.5, -0.25].map(backAndForth)).toEqual([

@@ -1,17 +1,11 @@
 /** An occlusion query that fails at any point ends, and the session continues without answers. */
-import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { expect, test, vi } from "vitest";
 import type { StreamSession } from "../../web/stream/index.ts";
 import { OcclusionTester } from "../../web/viewer/occlusion_tester.ts";
 import type { RendererModule } from "../../web/viewer/renderer_module.ts";
+import { fakeClock } from "./fake_clock.ts";
 
-beforeEach(() => {
-  vi.useFakeTimers();
-  vi.stubGlobal("window", globalThis);
-});
-afterEach(() => {
-  vi.unstubAllGlobals();
-  vi.useRealTimers();
-});
+fakeClock();
 
 const failing = (): never => {
   throw new TypeError("the driver gives nothing back");

@@ -1,4 +1,4 @@
-import { type Camera, hasSlices, isDefaultClip, noSlices, wholeVolume } from "../viewer/index.ts";
+import { type Camera, isDefaultClip, isDefaultSlices, wholeVolume } from "../viewer/index.ts";
 import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
 import {
   backgroundOf,
@@ -169,8 +169,7 @@ export class Notebook {
       if (!sameValue(clip, this.element.clip)) this.element.clip = clip;
     },
     slices: (value) => {
-      const slices = slicesOf(value) ?? noSlices;
-      if (!sameValue(slices, this.element.slices)) this.element.slices = slices;
+      this.element.slices = slicesOf(value);
     },
   };
 
@@ -243,7 +242,7 @@ export class Notebook {
     }
     if (camera) this.#write("camera", camera);
     this.#write("clip", isDefaultClip(clip) ? null : clip);
-    this.#write("slices", hasSlices(slices) || slices.range ? slices : null);
+    this.#write("slices", isDefaultSlices(slices) ? null : slices);
   }
 
   #writeFault(): void {

@@ -1,6 +1,6 @@
 import { defaultParts, type OverlayPart, overlayParts } from "../overlay/parts.ts";
 import { isDefaultClip } from "../viewer/clipping.ts";
-import { hasSlices } from "../viewer/slices.ts";
+import { isDefaultSlices } from "../viewer/slices.ts";
 import { surfaceColours } from "../viewer/surfaces.ts";
 import {
   type Camera,
@@ -58,7 +58,7 @@ export function addressOf(view: AddressState): UrlState {
   if (look.light !== defaultLook.light) state.light = look.light;
   if (!view.isThemeBackground) state.background = look.background;
   if (!isDefaultClip(clip)) state.clip = clip;
-  if (hasSlices(view.slices) || view.slices.range) state.slices = view.slices;
+  if (!isDefaultSlices(view.slices)) state.slices = view.slices;
   const isDefault = overlayParts.every((part) => view.show.has(part) === defaultParts.has(part));
   if (!isDefault) state.show = view.show;
   if (view.measures.length > 0) state.measures = view.measures;

@@ -25,6 +25,11 @@ export function hasSlices({ along, plane }: Slices): boolean {
   return plane !== undefined || along.some((share) => share !== null);
 }
 
+/** Whether nothing was chosen: neither planes, nor the range of their values. */
+export function isDefaultSlices(slices: Slices): boolean {
+  return !hasSlices(slices) && !slices.range;
+}
+
 /** The planes of all slices. */
 export function slicePlanes({ along, plane }: Slices, info: StoreInfo): SlicePlane[] {
   const planes = along.map((share, axis) => share !== null && planeAcross(axis, share, info));

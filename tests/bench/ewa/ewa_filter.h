@@ -32,9 +32,8 @@ struct EwaPicture {
   size_t at(int x, int y) const { return size_t(y) * size_t(width) + size_t(x); }
 };
 
-/// Draws surfels with the EWA resampling filter of Zwicker et al. 2001: the
-/// colour of a pixel is Σ w c / Σ w over the surfels of the visible surface there, with the weights
-/// of ScreenSplat.
+/// Draws surfels with the EWA resampling filter of Zwicker et al. 2001: the colour of a pixel is
+/// Σ w c / Σ w over the surfels of the visible surface there, with the weights of ScreenSplat.
 ///
 /// Two passes take the place of the paper's A-buffer. The first finds the nearest depth in each
 /// pixel, from discs in the tangent planes, whose radius is that of the reconstruction kernels

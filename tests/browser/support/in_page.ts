@@ -29,6 +29,21 @@ export function slideTo(isovalue: number): void {
   slider.dispatchEvent(new Event("input", { bubbles: true }));
 }
 
+/** Drags the slider over its whole range, one isovalue a frame. Returns the seconds that it took. */
+export async function dragOverRange(seconds: number): Promise<number> {
+  const slider = document.querySelector<HTMLInputElement>(".isovalue-slider");
+  if (!slider) throw new Error("no slider");
+  const [low, high] = [Number(slider.min), Number(slider.max)];
+  const begin = performance.now();
+  const past = () => (performance.now() - begin) / 1000;
+  for (let t = 0; t < 1; t = past() / seconds) {
+    slider.valueAsNumber = low + t * (high - low);
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+    await new Promise((resolve) => requestAnimationFrame(resolve));
+  }
+  return past();
+}
+
 /** The GL renderer: the tests' pictures are comparable only on llvmpipe. */
 export function rendererName(): string {
   const gl = document.createElement("canvas").getContext("webgl2");
