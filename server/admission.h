@@ -22,6 +22,10 @@ class Admission {
   Admission(uint32_t max, uint32_t max_per_address)
       : max_(max), max_per_address_(max_per_address) {}
 
+  /// The address of a trusted proxy, whose connections are those of many clients: only the limit of
+  /// all connections applies.
+  static constexpr const char* kOfProxy = "";
+
   /// Counts a new connection. If the server is full, calls `make_room`, which returns whether
   /// another connection will end soon; this one is then admitted. After each verdict except
   /// `ignored`, call leave() once with the address and this verdict when the connection ends.
@@ -33,21 +37,34 @@ class Admission {
     const std::lock_guard lock(mutex_);
     Verdict verdict = Verdict::admitted;
     // First, so that an address at its limit does not close the connections of others.
-    const auto found = by_address_.find(address);
-    if (max_per_address_ != 0 && found != by_address_.end() && found->second >= max_per_address_) {
+    if (is_full(address)) {
       verdict = Verdict::too_many_from_one;
     } else if (open_ >= max_ && (open_ >= max_ + kMaxAbove || !make_room())) {
       verdict = Verdict::too_many;
     }
     if (verdict == Verdict::admitted) {
       ++open_;
-      if (max_per_address_ != 0) ++by_address_[address];
+      count(address);
     } else if (refusals_ >= kMaxRefusals) {
       verdict = Verdict::ignored;
     } else {
       ++refusals_;
     }
     return verdict;
+  }
+
+  /// Counts an admitted connection of kOfProxy as one of the client that the proxy has named.
+  /// Returns the new verdict: `admitted` or `too_many_from_one`. Call leave() with the new address
+  /// and verdict then.
+  Verdict name(const std::string& address) {
+    const std::lock_guard lock(mutex_);
+    if (!is_full(address)) {
+      count(address);
+      return Verdict::admitted;
+    }
+    --open_;
+    ++refusals_;
+    return Verdict::too_many_from_one;
   }
 
   void leave(const std::string& address, Verdict verdict) {
@@ -62,6 +79,15 @@ class Admission {
   }
 
  private:
+  // The caller must hold mutex_.
+  bool is_full(const std::string& address) const {
+    const auto found = by_address_.find(address);
+    return found != by_address_.end() && found->second >= max_per_address_;
+  }
+  void count(const std::string& address) {
+    if (max_per_address_ != 0 && address != kOfProxy) ++by_address_[address];
+  }
+
   const uint32_t max_;
   const uint32_t max_per_address_;
   std::mutex mutex_;

@@ -12,6 +12,8 @@
 #include <tuple>
 #include <utility>
 
+#include "server/ip_address.h"
+#include "server/proxy_header.h"
 #include "server/refusals.h"
 #include "server/request_parser.h"
 #include "server/response_header.h"
@@ -49,7 +51,7 @@ struct Piece {
 
 struct Connection::State {
   Socket socket;
-  std::string address;
+  std::string address;  ///< of the client of the present request
   std::shared_ptr<TlsContext> tls_context;
   const ConnectionShared& shared;
   WaitingConnections& waiting;
@@ -58,8 +60,9 @@ struct Connection::State {
   std::optional<WaitingConnections::Place> place{};  ///< in `waiting`
   std::optional<asio::ssl::stream<Socket&>> tls{};   ///< over `socket`; absent without TLS
   Clock::time_point deadline = kNever;               ///< of what it waits for from the client
+  IpAddress peer{};  ///< the other end, or the client that a header of the PROXY protocol names
   bool is_idle = false;
-  bool is_local = false;    ///< the other end is on this machine
+  bool is_local = false;    ///< the peer is on this machine
   uint64_t body_bytes = 0;  ///< of the last response, as far as they were sent
 
   void end_waiting() {
@@ -91,6 +94,7 @@ struct Connection::State {
                                            Piece& piece);
   Awaitable<Response> compute_response(const Request& request, const Route& route);
   Response refuse_for_now(const Request& request, const Route* route, bool is_stopping) const;
+  void identify_client(const RequestParser& parser, Request& request);
   bool read_in_memory(const Response& response, Piece& piece);
   Awaitable<void> read_elsewhere(const Response& response, Piece& piece);
   Response error_of(const Piece& piece, const Request& request, const Route* route) const;
@@ -111,7 +115,9 @@ Connection::Connection(Socket socket, std::string address, std::shared_ptr<TlsCo
                        // A header of the largest size, and one more read.
                        beast::flat_buffer(shared.limits.header_bytes + 8192)}) {
   error_code error;
-  state_->is_local = state_->socket.remote_endpoint(error).address().is_loopback() && !error;
+  const tcp::endpoint peer = state_->socket.remote_endpoint(error);
+  state_->peer = IpAddress::of(*peer.data()).value_or(IpAddress{});
+  state_->is_local = state_->peer.is_loopback() && !error;
   state_->socket.non_blocking(true, error);
 }
 
@@ -136,6 +142,7 @@ void Connection::close_if_late(std::chrono::steady_clock::time_point now) {
 Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
   State& state = *state_;
   error_code ignored;
+  state.address = state.peer.client_key();
   state.socket.set_option(tcp::no_delay(true), ignored);
   state.socket.set_option(UnsentBytes(2 * kPieceBytes), ignored);
   if (state.tls_context && !co_await state.shake_hands()) {
@@ -156,12 +163,41 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
   state.close();
 }
 
+bool Connection::has_proxy_header() const {
+  return state_->shared.proxies.send_proxy_header(state_->peer);
+}
+
+Awaitable<std::optional<std::string>> Connection::read_proxy_header() {
+  State& state = *state_;
+  state.place = state.waiting.add(this);
+  state.expires_after(state.shared.limits.request_time);
+  ProxyHeader header;
+  while (header.state == ProxyHeader::State::partial) {
+    if (co_await state.read_some()) break;
+    header = parse_proxy_header(
+        {static_cast<const char*>(state.buffer.data().data()), state.buffer.size()});
+  }
+  state.end_waiting();
+  if (header.state != ProxyHeader::State::complete) {
+    state.close();
+    co_return std::nullopt;
+  }
+  state.buffer.consume(header.bytes);
+  if (header.source) state.peer = *header.source;
+  // A client that the proxy does not know may be anywhere.
+  state.is_local = state.peer.is_loopback() && (header.source || header.is_local);
+  co_return state.peer.client_key();
+}
+
 /// The handshake of TLS, within request_time.
 Awaitable<bool> Connection::State::shake_hands() {
   tls.emplace(socket, *tls_context);
   place = waiting.add(owner);
   expires_after(shared.limits.request_time);
-  const auto [error] = co_await tls->async_handshake(asio::ssl::stream_base::server, kAwait);
+  // What was read behind a header of the PROXY protocol is the begin of the handshake.
+  const auto [error, used] =
+      co_await tls->async_handshake(asio::ssl::stream_base::server, buffer.data(), kAwait);
+  buffer.consume(used);
   end_waiting();
   co_return !error;
 }
@@ -375,7 +411,7 @@ Awaitable<bool> Connection::State::handle_request() {
     buffer.consume(header.bytes);
   }
   Request request = parser.request();
-  request.is_from_this_machine = is_local;
+  identify_client(parser, request);
   ByteBudget::Share memory;
   Response response;
   Piece piece;
@@ -400,6 +436,23 @@ Awaitable<bool> Connection::State::handle_request() {
   if (!sent) co_return false;
   if (close) co_await linger();
   co_return !close;
+}
+
+/// Sets `address` and what the request says about its origin: of the client that a trusted proxy
+/// names, or else of the peer.
+void Connection::State::identify_client(const RequestParser& parser, Request& request) {
+  request.is_from_this_machine = is_local;
+  request.has_tls = tls.has_value();
+  IpAddress client = peer;
+  if (shared.proxies.trusts(peer)) {
+    const bool is_rfc_7239 = shared.proxies.field() == ClientField::forwarded;
+    const TrustedProxies::Client found =
+        shared.proxies.client_of(peer, parser.list(is_rfc_7239 ? "Forwarded" : "X-Forwarded-For"),
+                                 parser.list("X-Forwarded-Proto"));
+    client = found.address;
+    request.has_tls = request.has_tls || found.has_tls;
+  }
+  address = client.client_key();
 }
 
 /// Writes both spans, in slices of kPieceBytes. The client must receive each within write_time.

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "server/access_log.h"
@@ -15,6 +16,7 @@
 #include "server/server.h"
 #include "server/server_log.h"
 #include "server/tls.h"
+#include "server/trusted_proxies.h"
 #include "server/waiting_connections.h"
 #include "server/work_pool.h"
 
@@ -33,6 +35,7 @@ struct ConnectionShared {
   RateLimit& rates;
   ByteBudget& bytes_in_flight;
   LogFormat log_format;
+  const TrustedProxies& proxies;
 };
 
 /// A client's connection: reads requests and sends the responses in the same order, until either
@@ -44,6 +47,15 @@ class Connection {
   Connection(Socket socket, std::string address, std::shared_ptr<TlsContext> tls,
              const ConnectionShared& shared, WaitingConnections& waiting);
   ~Connection();
+
+  /// Whether the connection is one of a proxy that sends a header of the PROXY protocol: call
+  /// read_proxy_header() before run().
+  bool has_proxy_header() const;
+
+  /// Reads the header. The connection is then one of the client that it names. Returns its address
+  /// (IpAddress::client_key), or that of the proxy if it names none; no value if the connection
+  /// must be closed.
+  Awaitable<std::optional<std::string>> read_proxy_header();
 
   /// Serves the connection until it ends. If `refusal` is not null, sends only this response and
   /// reads no request.

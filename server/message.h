@@ -35,6 +35,8 @@ struct Request {
   /// The other end of the connection is on this machine: the client, or a proxy.
   bool is_from_this_machine = false;
   bool is_forwarded = false;  ///< a proxy says so
+  /// The connection has TLS, or that of the client does, as a trusted proxy says.
+  bool has_tls = false;
 };
 
 /// The threads that produce responses, and what they may do besides what is in memory.

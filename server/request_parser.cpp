@@ -151,6 +151,16 @@ Request RequestParser::request() const {
   return request;
 }
 
+std::string RequestParser::list(std::string_view name) const {
+  std::string joined;
+  const auto fields = state_->parser.get().equal_range({name.data(), name.size()});
+  for (auto field = fields.first; field != fields.second; ++field) {
+    if (field != fields.first) joined += ", ";
+    joined += std::string_view(field->value().data(), field->value().size());
+  }
+  return joined;
+}
+
 std::string_view RequestParser::method_text() const {
   return state_->parser.get().method_string();
 }

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "server/message.h"
@@ -46,6 +47,9 @@ class RequestParser {
   // Call after parse(). Fields that were not parsed are empty. The views refer to this object.
   Request request() const;
   std::string_view method_text() const;
+
+  /// The values of all fields of this name, in their order, joined by ", ".
+  std::string list(std::string_view name) const;
   bool keep_alive() const;
   bool is_http_1_0() const;
 

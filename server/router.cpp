@@ -127,12 +127,12 @@ Response Router::route(const Request& request, Target& target, NoWait* no_wait, 
   const bool is_for_page = !is_data(target);
   Grant grant;
   const auto now = static_cast<uint64_t>(std::time(nullptr));
+  const CookieOptions cookies{cookie_name_, request.has_tls};
   if (access) {
     if (is_for_page) {
-      if (auto exchange = exchange_token(target, access, cookies_, now))
-        return std::move(*exchange);
+      if (auto exchange = exchange_token(target, access, cookies, now)) return std::move(*exchange);
     }
-    grant = AccessRules::grant(access, credentials_of(request, target, cookies_.name), now);
+    grant = AccessRules::grant(access, credentials_of(request, target, cookies.name), now);
   }
   remove_link(target);
   RouteCall call{
@@ -145,7 +145,7 @@ Response Router::route(const Request& request, Target& target, NoWait* no_wait, 
   Response response = error ? std::move(*error) : route->handler(call);
   response.route = route;
   if (error) return response;
-  if (access && is_for_page) set_link_cookie(target, access, cookies_, now, response);
+  if (access && is_for_page) set_link_cookie(target, access, cookies, now, response);
   return response;
 }
 

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <mutex>
+#include <string>
 #include <utility>
 
 #include "server/access_rules.h"
@@ -26,8 +27,8 @@ class Router {
   void set_policy(OriginPolicy policy) { policy_ = std::move(policy); }
   const OriginPolicy& policy() const { return policy_; }
 
-  /// Sets the name of the cookies, and whether they are for TLS. Not thread-safe, as above.
-  void set_cookies(CookieOptions cookies) { cookies_ = std::move(cookies); }
+  /// Sets the name of the cookies. Not thread-safe, as above.
+  void set_cookie_name(std::string name) { cookie_name_ = std::move(name); }
 
   /// Sets what the routes for operators report. Not thread-safe, as above.
   void set_monitor(Monitor monitor) { monitor_ = monitor; }
@@ -53,7 +54,7 @@ class Router {
   StorePool& stores_;
   const RouterLimits limits_;
   OriginPolicy policy_;
-  CookieOptions cookies_;
+  std::string cookie_name_;
   Monitor monitor_;
   mutable std::mutex mutex_;
   std::shared_ptr<const PageAssets> page_;     // guarded by mutex_

@@ -21,8 +21,8 @@
 #include "server/admission.h"
 #include "server/asio.h"
 #include "server/catalog.h"
-#include "server/client_address.h"
 #include "server/connection.h"
+#include "server/ip_address.h"
 #include "server/listen.h"
 #include "server/log_file.h"
 #include "server/metrics.h"
@@ -32,6 +32,7 @@
 #include "server/service_manager.h"
 #include "server/store_pool.h"
 #include "server/tls.h"
+#include "server/trusted_proxies.h"
 #include "server/work_pool.h"
 #include "server/worker.h"
 
@@ -84,9 +85,10 @@ uint32_t compute_threads() {
 }  // namespace
 
 struct Server::State {
-  State(ServerOptions given, std::shared_ptr<LogFile> its_access_file)
+  State(ServerOptions given, std::shared_ptr<LogFile> its_access_file, TrustedProxies its_proxies)
       : options(std::move(given)),
         access_file(std::move(its_access_file)),
+        proxies(std::move(its_proxies)),
         log(options.log, options.access_log),
         catalog(options.stores, [this](std::string_view line) { log.line(line); }),
         stores(pool_limits(options.limits), [this](std::string_view line) { log.line(line); }),
@@ -97,8 +99,9 @@ struct Server::State {
         computing(compute_threads(), metrics.computations, metrics.computations_waiting),
         rates({options.limits.requests_per_second, options.limits.bytes_per_second}),
         bytes_in_flight(options.limits.bytes_in_flight, bytes_of_one(options.limits)),
-        shared{router, options.limits,  stopping,          log, disk, headers, computing, metrics,
-               rates,  bytes_in_flight, options.log_format},
+        shared{router, options.limits,  stopping,           log,
+               disk,   headers,         computing,          metrics,
+               rates,  bytes_in_flight, options.log_format, proxies},
         page(options.web_root, options.limits.page_asset_bytes, router, log) {
     router.set_monitor({&metrics, &stopping});
   }
@@ -133,6 +136,7 @@ struct Server::State {
 
   const ServerOptions options;
   const std::shared_ptr<LogFile> access_file;  // null: none
+  const TrustedProxies proxies;
   ServerLog log;
   std::atomic<bool> stopping{false};
   Catalog catalog;
@@ -232,7 +236,9 @@ Awaitable<void> Server::State::accept_on(Acceptor& acceptor) {
       co_await pause.async_wait(kAwait);
       continue;
     }
-    std::string address = address_key(peer.address());
+    const IpAddress peer_address = IpAddress::of(*peer.data()).value_or(IpAddress{});
+    const bool is_of_proxy = proxies.trusts(peer_address);
+    std::string address = is_of_proxy ? Admission::kOfProxy : peer_address.client_key();
     const Admission::Verdict verdict =
         admission.enter(address, [this] { return close_longest_waiting(); });
     if (verdict == Admission::Verdict::ignored) continue;
@@ -383,6 +389,10 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
                 "server: expected a scan interval above 0, at most 1024 threads, and 1 to 1024 "
                 "threads for disks");
   }
+  auto proxies = TrustedProxies::parse(options.trusted_proxies, options.client_field);
+  if (!proxies) {
+    return fail(proxies.error().status, "trusted proxies: " + proxies.error().message);
+  }
   std::shared_ptr<LogFile> access_file;
   if (!options.access_log_file.empty()) {
     auto opened = LogFile::open(options.access_log_file);
@@ -394,7 +404,8 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
       if (also) also(line);
     };
   }
-  auto state = std::make_unique<State>(std::move(options), std::move(access_file));
+  auto state =
+      std::make_unique<State>(std::move(options), std::move(access_file), std::move(*proxies));
   if (Result<void> loaded = state->page.load(); !loaded) return tl::unexpected(loaded.error());
   if (Result<void> loaded = state->load_access(); !loaded) return tl::unexpected(loaded.error());
   if (Result<void> loaded = state->load_tls_files(); !loaded) {
@@ -406,7 +417,7 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
   if (!acceptors) return tl::unexpected(acceptors.error());
   state->acceptors = std::move(*acceptors);
   state->bound_port = state->acceptors.front().local_endpoint().port();
-  state->router.set_cookies({fmt::format("isosplat-{}", state->bound_port), state->tls != nullptr});
+  state->router.set_cookie_name(fmt::format("isosplat-{}", state->bound_port));
   if (Result<void> chosen = state->choose_policy(); !chosen) return tl::unexpected(chosen.error());
   state->catalog.scan();
   state->run();

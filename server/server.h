@@ -13,6 +13,7 @@
 
 #include "server/access_log.h"
 #include "server/origin_policy.h"
+#include "server/trusted_proxies.h"
 #include "shared/base/status.h"
 
 namespace isosplat {
@@ -24,8 +25,8 @@ struct ServerLimits {
   size_t target_bytes = 8 * 1024;   ///< the request's target: 414
   /// Open connections: those that have waited longest for a request are closed; if none waits: 503.
   uint32_t connections = 1024;
-  /// Open connections from one address (IPv6: one /64 network): 429. 0: no limit, for a server
-  /// behind a proxy.
+  /// Open connections from one address (IPv6: one /64 network): 429. 0: no limit. Those of a
+  /// trusted proxy are not limited.
   uint32_t connections_per_address = 256;
   uint64_t query_bytes = uint64_t{64} << 20;  ///< of chunks in one response: 413
   uint32_t query_chunks = 65536;              ///< in one response: 413
@@ -71,6 +72,10 @@ struct ServerOptions {
   /// "*": any. On other interfaces, IP addresses and the name of this machine are allowed as well.
   std::vector<std::string> allowed_hosts;
   bool is_public = false;  ///< any host, and pages of any origin
+  /// Addresses of proxies, as AddressRange::parse() takes them. What they say about their client's
+  /// address, in `client_field`, counts for limits, rates and logs; what others say does not.
+  std::vector<std::string> trusted_proxies;
+  ClientField client_field = ClientField::x_forwarded_for;
 
   // TLS, with both of these PEM files: the certificate with its chain, and its private key.
   std::filesystem::path tls_certificate;

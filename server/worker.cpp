@@ -63,6 +63,12 @@ struct Worker::Membership {
     ++(verdict == Admission::Verdict::admitted ? metrics.connections : metrics.connections_refused);
     ++metrics.connections_open;
   }
+  /// For a connection of a proxy: it is one of this client from now on.
+  void name(std::string client) {
+    verdict = worker.admission_.name(client);
+    address = std::move(client);
+    if (verdict != Admission::Verdict::admitted) ++worker.shared_.metrics.connections_refused;
+  }
   Membership(const Membership&) = delete;
   Membership& operator=(const Membership&) = delete;
   ~Membership() {
@@ -115,9 +121,14 @@ void Worker::abort() {
 
 Awaitable<void> Worker::serve(Socket socket, std::string address, Admission::Verdict verdict,
                               std::shared_ptr<TlsContext> tls) {
-  const Membership membership(*this, std::move(socket), std::move(address), verdict,
-                              std::move(tls));
-  co_await membership.connection->run(refusal_of(verdict, shared_.router.policy()));
+  Membership membership(*this, std::move(socket), std::move(address), verdict, std::move(tls));
+  Connection& connection = *membership.connection;
+  if (verdict == Admission::Verdict::admitted && connection.has_proxy_header()) {
+    std::optional<std::string> client = co_await connection.read_proxy_header();
+    if (!client) co_return;
+    membership.name(std::move(*client));
+  }
+  co_await connection.run(refusal_of(membership.verdict, shared_.router.policy()));
 }
 
 void Worker::abort_all() {

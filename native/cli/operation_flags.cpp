@@ -38,7 +38,7 @@ void OperationFlags::add_to(CLI::App& command) {
       ->capture_default_str();
   command
       .add_option("--connections-per-address", connections_per_address_,
-                  "Open connections from one address (0: no limit, behind a proxy)")
+                  "Open connections from one address (0: no limit)")
       ->check(is_whole_number(0, 1'000'000))
       ->capture_default_str();
   command

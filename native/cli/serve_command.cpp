@@ -6,6 +6,7 @@
 #include "native/cli/config_file.h"
 #include "native/cli/operation_flags.h"
 #include "native/cli/options.h"
+#include "native/cli/proxy_flags.h"
 #include "native/cli/server_flags.h"
 #include "native/cli/serving.h"
 #include "native/cli/terminal.h"
@@ -18,6 +19,7 @@ struct ServeCall {
   std::vector<std::string> stores;
   ServerFlags server_flags;
   OperationFlags operation_flags;
+  ProxyFlags proxy_flags;
 };
 
 int run(const ServeCall& call) {
@@ -25,6 +27,9 @@ int run(const ServeCall& call) {
   if (!parsed) return report(parsed.error());
   ServerOptions options = std::move(*parsed);
   if (Result<void> applied = call.operation_flags.apply(options); !applied) {
+    return report(applied.error());
+  }
+  if (Result<void> applied = call.proxy_flags.apply(options); !applied) {
     return report(applied.error());
   }
   options.sockets = take_passed_sockets();
@@ -51,6 +56,7 @@ void add_serve_command(CLI::App& program, int& exit_code) {
       ->required();
   call->server_flags.add_to(*command);
   call->operation_flags.add_to(*command);
+  call->proxy_flags.add_to(*command);
   command->footer(examples(
       "  isosplat serve engine.isosplat head.isosplat\n"
       "  isosplat serve stores/ --port 8081\n"

@@ -39,7 +39,7 @@ struct Site {
     require(rules->add_lines(std::string(kToken) + " a\n").has_value());
     require(rules->set_link_key(kLinkKey).has_value());
     closed.set_access(rules);
-    closed.set_cookies({"isosplat-1", false});
+    closed.set_cookie_name("isosplat-1");
     closed.set_policy(OriginPolicy(AllowedHosts{.any = true}, CrossOrigin{.any = true}));
     open.set_policy(OriginPolicy(AllowedHosts{.any = true}, CrossOrigin{.any = true}));
     require_credentials_work();

@@ -55,6 +55,7 @@ struct TlsClient {
     std::string_view protocols = {};       ///< ALPN: each after its length
     SSL_SESSION* session = nullptr;
     const char* ciphers = nullptr;
+    std::string_view before = {};  ///< the handshake
   };
 
   explicit TlsClient(uint16_t port) : TlsClient(port, Options{}) {}
@@ -78,6 +79,7 @@ struct TlsClient {
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     if (::connect(socket, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) return;
+    ::send(socket, options.before.data(), options.before.size(), MSG_NOSIGNAL);
     SSL_set_fd(ssl.get(), socket);
     is_open = SSL_connect(ssl.get()) == 1;
   }
@@ -147,6 +149,19 @@ TEST_F(Tls, ServesTheSameBytes) {
     EXPECT_EQ(response.substr(response.find("\r\n\r\n") + 4), text_of(alpha.file));
     EXPECT_TRUE(client.was_closed_by_notice) << "else a client cannot tell a cut from an end";
   }
+}
+
+TEST_F(Tls, AHeaderOfTheProxyProtocolPrecedesTheHandshake) {
+  options.trusted_proxies = {"127.0.0.1"};
+  options.client_field = ClientField::proxy_protocol;
+  std::string logged;
+  options.access_log = [&](std::string_view line) { logged = line; };
+  start();
+  TlsClient client(port(), {.before = "PROXY TCP4 192.0.2.7 10.0.0.1 56324 443\r\n"});
+  ASSERT_TRUE(client.is_open);
+  EXPECT_TRUE(client.get("/healthz").starts_with("HTTP/1.1 200"));
+  server.reset();
+  EXPECT_TRUE(logged.starts_with("192.0.2.7 GET /healthz")) << logged;
 }
 
 TEST_F(Tls, OldVersionsAndCiphersAreRefused) {

@@ -45,7 +45,7 @@ describe.skipIf(!hasCaddy)("behind Caddy", () => {
     writeFileSync(join(folder, "tokens"), `anyone open\n${token} *\n`);
     // biome-ignore format: options with their values
     server = await serve([folder], 0, [
-      "--allow-host", "volumes.example", "--connections-per-address", "0",
+      "--allow-host", "volumes.example", "--trusted-proxy", "127.0.0.1",
       "--token-file", join(folder, "tokens"), "--access-log", log, "--log-format", "json",
     ]);
     caddy = await startCaddy(folder, Number(new URL(server.url).port));

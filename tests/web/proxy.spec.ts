@@ -57,7 +57,7 @@ describe.skipIf(!hasPackagedNginx)("behind nginx, over HTTP/2", () => {
     writeFileSync(join(folder, "page/assets/app-0123abcd.js"), "// long\n".repeat(1000));
     // biome-ignore format: options with their values
     server = await serve([folder], 0, [
-      "--allow-host", "volumes.example", "--connections-per-address", "0",
+      "--allow-host", "volumes.example", "--trusted-proxy", "127.0.0.1",
       "--token-file", join(folder, "tokens"), "--access-log", log, "--log-format", "json",
       "--web-root", join(folder, "page"),
     ]);

@@ -189,7 +189,7 @@ describe.skipIf(!hasPackagedNginx)("a recorded visit", () => {
   beforeAll(async () => {
     // biome-ignore format: options with their values
     server = await serve([join(root, "build/release/tests/shared/fixture.isosplat")], 0, [
-      "--allow-host", "volumes.example", "--connections-per-address", "0",
+      "--allow-host", "volumes.example", "--trusted-proxy", "127.0.0.1",
     ]);
     for (const name of ["first", "second"]) {
       mkdirSync(join(folder, name));
