@@ -42,6 +42,10 @@ void VolumeFlags::add_to(CLI::App& command) {
                   "DICOM: number of the series, as isosplat lists them, or its UID (default: the "
                   "series with the most voxels)")
       ->type_name("NUMBER|UID");
+  command
+      .add_option("--segment", segment_,
+                  "DICOM segmentations: number or label of the segment, if the file has several")
+      ->type_name("NUMBER|LABEL");
   command.add_option("--dataset", dataset_, "HDF5: path of the dataset, if the file has several")
       ->type_name("PATH");
   command.add_option("--dims", dims_, "Raw files: voxels along each axis")->type_name("XxYxZ");
@@ -95,6 +99,7 @@ Result<ImportOptions> VolumeFlags::options() const {
   options.skip_bytes = skip_bytes_;
   if (time_step_ >= 0) options.time_step = time_step_;
   options.series = series_;
+  options.segment = segment_;
   options.dataset = dataset_;
   options.allowed = allowed_;
   if (missing_value_ == "none") {
@@ -111,8 +116,8 @@ Result<ImportOptions> VolumeFlags::options() const {
 
 std::string VolumeFlags::key() const {
   std::string text =
-      fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}", dims_, type_, spacing_, endian_,
-                  skip_bytes_, time_step_, missing_value_, series_, dataset_);
+      fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}", dims_, type_, spacing_, endian_,
+                  skip_bytes_, time_step_, missing_value_, series_, segment_, dataset_);
   for (const AllowanceFlag& allowance : kAllowances) {
     if (allowed_.has(allowance.allowance)) text += fmt::format("\n{}", allowance.flag);
   }

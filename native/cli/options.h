@@ -26,7 +26,7 @@ class VolumeFlags {
   std::string key() const;
 
  private:
-  std::string dims_, type_, spacing_, endian_, missing_value_, series_, dataset_;
+  std::string dims_, type_, spacing_, endian_, missing_value_, series_, segment_, dataset_;
   Allowances allowed_;
   uint64_t skip_bytes_ = 0;
   int64_t time_step_ = -1;

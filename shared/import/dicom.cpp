@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "shared/import/array_source.h"
 #include "shared/import/dicom_order.h"
+#include "shared/import/dicom_segments.h"
 #include "shared/import/dicom_source.h"
 #include "shared/import/dicom_stacks.h"
 #include "shared/import/dicom_values.h"
@@ -36,12 +38,45 @@ std::string names_of(const std::vector<std::string>& files) {
   return text;
 }
 
+/// Checks that all parts of a concatenation are there. Errors: malformed_volume, unless gaps are
+/// allowed.
+Result<void> check_parts(const Collection& collection, const std::vector<uint32_t>& frames,
+                         const std::filesystem::path& path, const ImportOptions& options,
+                         std::vector<std::string>& notes) {
+  struct Parts {
+    std::set<int> numbers;
+    int total = 0;
+  };
+  std::map<std::string_view, Parts> images;
+  for (const uint32_t index : frames) {
+    const Concatenation& part = collection.images[collection.frames[index].image].concatenation;
+    if (part.uid.empty()) continue;
+    Parts& parts = images[part.uid];
+    parts.numbers.insert(part.number);
+    parts.total = std::max({parts.total, part.total, part.number});
+  }
+  for (const auto& [uid, parts] : images) {
+    const auto there = static_cast<int>(parts.numbers.size());
+    if (there >= parts.total) continue;
+    const std::string what = fmt::format("{} of {} parts of the image (Concatenation) are missing",
+                                         parts.total - there, parts.total);
+    if (!options.allowed.has(Allowance::gaps)) {
+      return fail(Status::malformed_volume,
+                  fmt::format("{}: {}: give the folder with all of them, or read those that are "
+                              "there with {}",
+                              path.string(), what, flag_of(Allowance::gaps)));
+    }
+    notes.push_back(what);
+  }
+  return {};
+}
+
 /// Checks the chosen frames' files: returns an error, or adds notes.
 Result<void> check_images(const Collection& collection, const std::vector<uint32_t>& frames,
                           const std::filesystem::path& path, const ImportOptions& options,
                           std::vector<std::string>& notes) {
   std::vector<std::string> cut_off, surplus;
-  std::string assumption;
+  std::vector<std::string> assumptions;
   uint32_t last = ~uint32_t{0};
   for (const uint32_t index : frames) {
     const uint32_t image_index = collection.frames[index].image;
@@ -53,7 +88,10 @@ Result<void> check_images(const Collection& collection, const std::vector<uint32
     }
     if (image.cut_off) cut_off.push_back(image.file);
     if (image.has_surplus) surplus.push_back(image.file);
-    if (!image.assumption.empty()) assumption = image.assumption;
+    for (const std::string& note : image.notes) {
+      const auto found = std::find(assumptions.begin(), assumptions.end(), note);
+      if (found == assumptions.end()) assumptions.push_back(note);
+    }
   }
   struct Case {
     const std::vector<std::string>& files;
@@ -77,8 +115,8 @@ Result<void> check_images(const Collection& collection, const std::vector<uint32
     }
     notes.push_back(fmt::format("{}: {}", text, c.done));
   }
-  if (!assumption.empty()) notes.push_back(std::move(assumption));
-  return {};
+  notes.insert(notes.end(), assumptions.begin(), assumptions.end());
+  return check_parts(collection, frames, path, options, notes);
 }
 
 /// Adds a note if the positions of the frames refer to different origins.
@@ -123,7 +161,9 @@ std::optional<FillValue> padding_of(const Collection& collection,
 /// Makes a volume from frames.
 Result<OpenVolume> open_frames(Collection collection, const std::filesystem::path& path,
                                const ImportOptions& options, std::vector<std::string> notes) {
-  const auto stack = choose_stack(collection, path, options, notes);
+  auto chosen = choose_stack(collection, path, options, notes);
+  if (!chosen) return tl::unexpected(chosen.error());
+  const auto stack = choose_segment(collection, std::move(*chosen), path, options, notes);
   if (!stack) return tl::unexpected(stack.error());
   if (auto r = check_images(collection, stack->frames, path, options, notes); !r) {
     return tl::unexpected(r.error());
@@ -137,10 +177,10 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
     if (plane.weight > 0) used.push_back(plane.second);
   }
   note_frames_of_reference(collection, used, notes);
-  const Values values = find_values(collection, used);
+  const Values values = find_values(collection, used, stack->label);
   if (!values.has_one_rescaling) {
     notes.push_back(
-        fmt::format("the slices have different rescale slopes or intercepts (slopes from "
+        fmt::format("the slices have different slopes or intercepts of their values (slopes from "
                     "{:.6g} to {:.6g}): each slice's values are computed with its own",
                     values.min_slope, values.greatest_slope));
   }
@@ -172,7 +212,7 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
 
 /// The files of a folder without frames, by reason.
 struct IgnoredFiles {
-  std::vector<std::string> not_dicom, no_pixels, colour, unreadable;
+  std::vector<std::string> not_dicom, no_pixels, colour, tiles, unreadable;
 
   /// Handles a file that ends before its pixels. Errors: truncated, unless gaps are allowed.
   Result<void> add_broken(const std::string& file, const ImportOptions& options) {
@@ -196,6 +236,7 @@ struct IgnoredFiles {
     add(not_dicom, "is not DICOM", "are not DICOM");
     add(no_pixels, "has no pixels", "have no pixels");
     add(colour, "is a colour picture", "are colour pictures");
+    add(tiles, "is a whole-slide image", "are whole-slide images");
     add(unreadable, "cannot be read", "cannot be read");
   }
 };
@@ -222,6 +263,13 @@ bool is_truncated_image(const Collection& collection, const Pixelless& file) {
                      [&](const Image& image) { return image.sop_class == file.sop_class; });
 }
 
+tl::unexpected<Error> whole_slide(const std::filesystem::path& path, const std::string& tiles) {
+  return fail(Status::unsupported_format,
+              fmt::format("{}: expected slices of a volume, found {}: tiles are not slices; save "
+                          "the focal planes, each as a whole, as TIFF slices",
+                          path.string(), tiles));
+}
+
 Result<FileContent> add_file(const std::filesystem::path& path, Collection& collection) {
   const auto elements = read_elements(path);
   if (!elements) return tl::unexpected(elements.error());
@@ -241,12 +289,16 @@ Result<OpenVolume> open_dicom_file(const std::filesystem::path& path,
   const auto content = add_file(path, collection);
   if (!content) return tl::unexpected(content.error());
   if (*content == FileContent::colour) return not_scalar(path, 3);
+  if (*content == FileContent::tiles) return whole_slide(path, collection.slides.front());
   if (*content == FileContent::no_pixels) {
     return fail(
         Status::unsupported_format,
         fmt::format("{}: expected a DICOM image, found one without pixels (a report, a plan, "
                     "an index, …): give the folder of the series",
                     path.string()));
+  }
+  if (const Image& image = collection.images.front(); !image.obstacle.empty()) {
+    return fail(image.refusal, fmt::format("{}: {}", path.string(), image.obstacle));
   }
   if (collection.frames.size() < 2) {
     return fail(Status::no_cells,
@@ -281,6 +333,8 @@ Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
       ignored.unreadable.push_back(name);
     } else if (*content == FileContent::colour) {
       ignored.colour.push_back(name);
+    } else if (*content == FileContent::tiles) {
+      ignored.tiles.push_back(name);
     }
   }
   for (const Pixelless& file : collection.without_pixels) {
@@ -292,6 +346,9 @@ Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
   }
   std::vector<std::string> notes;
   ignored.describe(notes);
+  if (collection.frames.empty() && !collection.slides.empty()) {
+    return whole_slide(path, collection.slides.front());
+  }
   if (collection.frames.empty()) {
     std::string found = "neither";
     for (const std::string& note : notes) found += "; " + note;

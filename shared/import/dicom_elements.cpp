@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <map>
 
 namespace isosplat::dicom {
 namespace {
@@ -280,12 +281,17 @@ class ElementReader {
     if (header->tag >> 16 == 0xfffe) return malformed("an item where an element should be");
 
     const KnownTag* known = out ? find_known_tag(header->tag) : nullptr;
+    if (out && depth == 0 && header->tag >> 16 & 1) {
+      const auto found = find_private(*header);
+      if (!found) return tl::unexpected(found.error());
+      known = *found;
+    }
     const bool is_sequence =
         header->length == kUndefinedLength ||
         (known && kind_of(*header, known->kind) == Kind::sequence && header->length > 0);
     if (is_sequence) {
       Element element;
-      element.tag = header->tag;
+      element.tag = known ? known->tag : header->tag;
       // A sequence with unknown VR is in the implicit form (PS3.5, 6.2.2).
       const Syntax inside =
           header->is_vr("UN") ? Syntax{.is_explicit = false, .big_endian = false} : syntax;
@@ -304,13 +310,31 @@ class ElementReader {
     if (header->length > kMaxValueBytes) return malformed(name_of(header->tag) + " is too long");
     std::vector<std::byte> bytes(header->length);
     if (auto r = read_bytes(bytes); !r) return r;
-    return keep(*out, make_element(syntax, *header, kind_of(*header, known->kind), bytes));
+    return keep(*out, make_element(syntax, known->tag, kind_of(*header, known->kind), bytes));
   }
 
-  static Element make_element(Syntax syntax, const ElementHeader& header, Kind kind,
-                              std::span<const std::byte> bytes) {
+  /// How a private element is stored. Remembers the creator of a block, which precedes the block's
+  /// elements: (gggg,00bb) reserves (gggg,bb00) to (gggg,bbff).
+  Result<const KnownTag*> find_private(const ElementHeader& header) {
+    const Tag group = header.tag & 0xffff0000, element = header.tag & 0xffff;
+    const auto room = has(header.length);
+    if (!room) return tl::unexpected(room.error());
+    if (element >= 0x10 && element <= 0xff && header.length <= kMaxCreator && *room) {
+      std::vector<std::byte> bytes(header.length);
+      if (auto r = look(bytes); !r) return tl::unexpected(r.error());
+      std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+      text.erase(text.find_last_not_of(std::string_view(" \0", 2)) + 1);
+      creators_[group | element << 8] = std::move(text);
+      return nullptr;
+    }
+    const auto creator = creators_.find(header.tag & 0xffffff00);
+    if (creator == creators_.end() || header.length > kMaxValueBytes) return nullptr;
+    return find_private_tag(creator->second, header.tag);
+  }
+
+  static Element make_element(Syntax syntax, Tag tag, Kind kind, std::span<const std::byte> bytes) {
     Element element;
-    element.tag = header.tag;
+    element.tag = tag;
     const bool swap = syntax.big_endian;
     switch (kind) {
       case Kind::text:
@@ -411,6 +435,7 @@ class ElementReader {
 
   static constexpr size_t kWindow = 8 * 1024;
   static constexpr uint64_t kMaxPeeked = 16;
+  static constexpr uint32_t kMaxCreator = 64;
 
   ByteReader& file_;
   const std::filesystem::path& path_;
@@ -418,7 +443,8 @@ class ElementReader {
   std::optional<uint64_t> end_;
   PixelPlace* pixels_ = nullptr;
   size_t kept_ = 0;
-  std::vector<std::byte> window_;  ///< buffered bytes of the input
+  std::map<Tag, std::string> creators_;  ///< of private blocks, by their first tag
+  std::vector<std::byte> window_;        ///< buffered bytes of the input
   uint64_t window_start_ = 0;
 };
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@ namespace isosplat::dicom {
 enum class Key : uint8_t {
   temporal_position,
   frame_type,
+  quantity,
   echo,
   b_value,
   gradient,
@@ -44,9 +46,12 @@ inline constexpr size_t kKeys = static_cast<size_t>(Key::instance) + 1;
 struct Frame {
   uint32_t image = 0;   ///< index in Collection::images
   uint32_t index = 0;   ///< index of the frame in its image
+  uint32_t tile = 0;    ///< index of the slice in the frame, which is a mosaic
   uint32_t series = 0;  ///< index in Collection::series
   uint32_t stack = 0;   ///< index of the stack's name in Collection::texts
+  int segment = 0;      ///< number of its segment; 0: none
   bool is_placed = false;
+  bool is_oriented = false;
   bool is_localizer = false;
   bool is_inverse = false;              ///< MONOCHROME1: low values are displayed bright
   Vec3d position{0, 0, 0};              ///< of the centre of the first pixel, mm, LPS
@@ -54,6 +59,7 @@ struct Frame {
   Vec3d column{0, 1, 0};                ///< direction along a column
   double spacing_x = 0, spacing_y = 0;  ///< distance between pixels, mm; 0: unknown
   double slope = 1, intercept = 0;      ///< value = intercept + slope · stored
+  double location = std::numeric_limits<double>::quiet_NaN();  ///< Slice Location; NaN: absent
   std::array<double, kKeys> keys{};
 };
 
@@ -72,6 +78,7 @@ struct Collection {
   std::vector<Frame> frames;
   std::vector<Series> series;
   std::vector<Pixelless> without_pixels;
+  std::vector<std::string> slides;  ///< "9 tiles of a whole-slide image of …", for each such file
   std::vector<std::string> texts{""};
   std::map<std::string, uint32_t> series_ids, text_ids;
 };
@@ -81,6 +88,7 @@ enum class FileContent : uint8_t {
   frames,     ///< its frames were added to the collection
   no_pixels,  ///< a report, a plan, an index, …
   colour,     ///< a colour picture, not scalar values
+  tiles,      ///< tiles of a whole-slide image: Collection::slides describes them
 };
 
 /// Adds a file's frames. Errors: malformed_volume if elements are missing or contradict each other,

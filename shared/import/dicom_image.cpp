@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "shared/import/dicom_fragments.h"
+#include "shared/import/dicom_groups.h"
 
 namespace isosplat::dicom {
 namespace {
@@ -26,15 +27,42 @@ constexpr std::string_view kCompressedSyntaxes[] = {
 constexpr std::string_view kFilmModalities[] = {"XA", "RF", "US", "XC", "ES", "GM",  "OP",
                                                 "DX", "CR", "MG", "IO", "PX", "IVUS"};
 
+constexpr std::string_view kSegmentationClass = "1.2.840.10008.5.1.4.1.1.66.4";
+constexpr std::string_view kLabelMapClass = "1.2.840.10008.5.1.4.1.1.66.7";
+
 template <size_t N>
 bool contains(const std::string_view (&names)[N], std::string_view name) {
   return std::find(std::begin(names), std::end(names), name) != std::end(names);
 }
 
+/// What a file's pixels are; kind `none` if it is no segmentation.
+Segmentation read_segmentation(const Item& data) {
+  using Kind = Segmentation::Kind;
+  Segmentation out;
+  const std::string_view uid = sop_class(data), type = data.text(kSegmentationType);
+  if (uid != kSegmentationClass && uid != kLabelMapClass && type.empty()) return out;
+  out.kind = type == "LABELMAP" || uid == kLabelMapClass ? Kind::labels
+             : type == "FRACTIONAL"                      ? Kind::fractional
+                                                         : Kind::binary;
+  if (const Element* segments = data.find(kSegments)) {
+    for (const Item& item : segments->items) {
+      if (const auto number = item.number(kSegmentNumber)) {
+        out.segments.push_back({static_cast<int>(std::clamp(*number, 0.0, 65535.0)),
+                                std::string(item.text(kSegmentLabel))});
+      }
+    }
+  }
+  out.max_fraction =
+      static_cast<int>(std::clamp(data.number(kMaximumFraction).value_or(255), 0.0, 65535.0));
+  out.fraction_type = data.text(kFractionType);
+  if (out.kind == Kind::labels) out.background = data.number(kPixelPadding).value_or(0);
+  return out;
+}
+
 class ImageReader {
  public:
   ImageReader(const Elements& elements, const std::filesystem::path& path)
-      : elements_(elements), data_(elements.data), path_(path) {}
+      : elements_(elements), data_(elements.data), groups_(elements.data), path_(path) {}
 
   Result<Image> read() {
     if (auto r = read_pixels(); !r) return tl::unexpected(r.error());
@@ -76,7 +104,12 @@ class ImageReader {
     image_.sop_class = sop_class(data_);
     image_.instance_uid = data_.text(kSopInstance);
     image_.frame_of_reference = data_.text(kFrameOfReference);
-    image_.stated_slice_spacing = std::abs(data_.number(kSpacingBetweenSlices).value_or(0));
+    image_.stated_slice_spacing =
+        std::abs(groups_.number(0, kPixelMeasuresSequence, kSpacingBetweenSlices).value_or(0));
+    image_.slice_thickness = groups_.number(0, kPixelMeasuresSequence, kSliceThickness).value_or(0);
+    image_.segmentation = read_segmentation(data_);
+    image_.concatenation = {std::string(data_.text(kConcatenation)),
+                            part_number(kConcatenationNumber), part_number(kConcatenationTotal)};
     image_.is_encapsulated = image_.pixels.bytes == PixelPlace::kUndefined;
     const auto rows = whole_number(kRows, "rows", 1, 65535);
     if (!rows) return tl::unexpected(rows.error());
@@ -84,13 +117,16 @@ class ImageReader {
     if (!columns) return tl::unexpected(columns.error());
     const auto frames = whole_number(kNumberOfFrames, "frames", 0, kMaxFrames, 1);
     if (!frames) return tl::unexpected(frames.error());
-    image_.rows = *rows;
-    image_.columns = *columns;
+    image_.rows = image_.stored_rows = *rows;
+    image_.columns = image_.stored_columns = *columns;
     image_.frames = std::max(*frames, 1);
     image_.is_float = image_.pixels.tag != kPixels;
     if (image_.is_float) {
       image_.allocated = image_.stored = image_.pixels.tag == kFloatPixels ? 32 : 64;
       image_.high_bit = image_.stored - 1;
+      const bool is_double = image_.stored == 64;
+      image_.padding = data_.number(is_double ? kDoublePadding : kFloatPadding);
+      image_.padding_limit = data_.number(is_double ? kDoublePaddingLimit : kFloatPaddingLimit);
       return {};
     }
     const auto allocated = whole_number(kBitsAllocated, "bits allocated", 1, 64);
@@ -103,9 +139,16 @@ class ImageReader {
     image_.stored = *stored;
     image_.high_bit = *high;
     image_.is_signed = data_.number(kPixelRepresentation).value_or(0) == 1;
-    image_.padding = padding_at(kPixelPadding);
-    image_.padding_limit = padding_at(kPixelPaddingLimit);
+    // The padding of a segmentation is its background, which is a value like any other.
+    if (image_.segmentation.kind == Segmentation::Kind::none) {
+      image_.padding = padding_at(kPixelPadding);
+      image_.padding_limit = padding_at(kPixelPaddingLimit);
+    }
     return {};
+  }
+
+  int part_number(Tag tag) const {
+    return static_cast<int>(std::clamp(data_.number(tag).value_or(0), 0.0, 65535.0));
   }
 
   /// Checks whether the file has all its pixels.
@@ -118,11 +161,14 @@ class ImageReader {
                          image_.transfer_syntax));
       return {};
     }
-    if (image_.allocated != 8 && image_.allocated != 16 && image_.allocated != 32 &&
+    const bool is_bit = image_.allocated == 1 && is_native;
+    if (!is_bit && image_.allocated != 8 && image_.allocated != 16 && image_.allocated != 32 &&
         !(image_.is_float && image_.allocated == 64)) {
-      refuse(Status::unsupported_type,
-             fmt::format("expected pixels of 8, 16 or 32 bits, found {}: export it with 16",
-                         image_.allocated));
+      refuse(
+          Status::unsupported_type,
+          fmt::format("expected pixels of 8, 16 or 32 bits, or uncompressed ones of 1 bit, found "
+                      "{} bits: export it with 16",
+                      image_.allocated));
       return {};
     }
     auto file = image_.deflated ? open_deflated(path_, image_.deflated_start, Deflate::raw)
@@ -138,12 +184,15 @@ class ImageReader {
     if (image_.is_encapsulated != !is_native) {
       return malformed("its transfer syntax and the form of its pixels do not agree");
     }
-    // Padding is shorter than a row. A longer surplus means that rows, columns or the number of
-    // frames are wrong, so that the pixels would be read at wrong positions.
-    const uint64_t row_bytes =
-        static_cast<uint64_t>(image_.columns) * static_cast<uint64_t>(image_.allocated / 8);
-    const uint64_t needed =
-        row_bytes * static_cast<uint64_t>(image_.rows) * static_cast<uint64_t>(image_.frames);
+    // Padding is shorter than a row, or one byte. A longer surplus means that rows, columns or the
+    // number of frames are wrong, so that the pixels would be read at wrong positions.
+    const auto bytes_of = [&](uint64_t pixels) {
+      return (pixels * static_cast<uint64_t>(image_.allocated) + 7) / 8;
+    };
+    const auto columns = static_cast<uint64_t>(image_.stored_columns);
+    const uint64_t row_bytes = std::max<uint64_t>(bytes_of(columns), is_bit ? 2 : 1);
+    const uint64_t needed = bytes_of(columns * static_cast<uint64_t>(image_.stored_rows) *
+                                     static_cast<uint64_t>(image_.frames));
     // The size of a deflated data set is known only after inflating it; inflates no more than
     // needed.
     const auto after = (*file)->count_after(image_.pixels.offset, needed + row_bytes);
@@ -158,20 +207,16 @@ class ImageReader {
   /// Refuses images that can be read but are not volumes.
   void find_obstacles() {
     const std::string_view type = data_.text(kImageType), modality = data_.text(kModality);
-    if (type.find("MOSAIC") != type.npos) {
-      refuse(Status::unsupported_format,
-             "expected a slice per frame, found a Siemens mosaic of all slices: convert it with "
-             "dcm2niix, or export it as enhanced DICOM");
-    }
-    const Element* groups = data_.find(kPerFrameGroups);
-    const bool has_groups = groups && !groups->items.empty();
-    if (image_.frames == 1 || has_groups || data_.find(kGridFrameOffsets)) return;
+    const bool has_positions = !groups_.items(0, kPlanePositionSequence).empty() ||
+                               !groups_.items(0, kPlanePositionVolumeSequence).empty();
+    if (image_.frames == 1 || has_positions || data_.find(kGridFrameOffsets)) return;
     if (modality == "NM" && type.find("RECON") == type.npos) {
       refuse(Status::unsupported_format,
              "expected reconstructed slices, found projections, views or a dynamic study: give a "
              "reconstruction");
     }
-    const bool has_spacing = data_.find(kSpacingBetweenSlices) || data_.find(kSliceVector);
+    const bool has_spacing = data_.find(kSpacingBetweenSlices) || data_.find(kSliceVector) ||
+                             data_.find(kSliceLocationVector);
     if (!has_spacing && (contains(kFilmModalities, modality) || data_.find(kFrameTime) ||
                          data_.find(kFrameTimeVector))) {
       refuse(Status::unsupported_format,
@@ -181,6 +226,7 @@ class ImageReader {
 
   const Elements& elements_;
   const Item& data_;
+  FrameGroups groups_;
   const std::filesystem::path& path_;
   Image image_;
 };
@@ -203,6 +249,11 @@ void refuse_image(Image& image, Status status, std::string why) {
   if (!image.obstacle.empty()) return;
   image.refusal = status;
   image.obstacle = std::move(why);
+}
+
+void add_note(Image& image, std::string note) {
+  const auto found = std::find(image.notes.begin(), image.notes.end(), note);
+  if (found == image.notes.end()) image.notes.push_back(std::move(note));
 }
 
 Result<Image> read_image(const Elements& elements, const std::filesystem::path& path) {

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
+#include <tuple>
 
 #include "shared/import/dicom_steps.h"
 
@@ -19,6 +21,9 @@ double position_tolerance(double spacing) {
 
 /// Limit of interpolated slices (for missing ones) per existing slice.
 constexpr double kMaxFilled = 16;
+
+/// Limit of a segmentation's slices.
+constexpr double kMaxSegmentSlices = 65536;
 
 /// A smaller gantry tilt is treated as rounding.
 constexpr double kMinTiltDegrees = 0.1;
@@ -48,20 +53,53 @@ class StackOrderer {
     if (!first.is_placed) return without_positions(std::move(*frames));
 
     const Vec3d normal = cross(first.row, first.column);
-    std::vector<PositionedFrame> positioned;
-    for (const uint32_t frame : *frames) {
-      positioned.push_back({frame, dot(frame_of(frame).position, normal)});
-    }
-    std::stable_sort(
-        positioned.begin(), positioned.end(),
-        [](const PositionedFrame& a, const PositionedFrame& b) { return a.along < b.along; });
-    const auto step = choose_step(positioned);
+    const auto step = choose_step(in_order(*frames, normal), false);
     if (!step) return tl::unexpected(step.error());
-    positioned.clear();
-    for (const uint32_t frame : *step) {
-      positioned.push_back({frame, dot(frame_of(frame).position, normal)});
+    return stack_up(in_order(*step, normal));
+  }
+
+  /// Orders the frames of a segment. Files omit frames that have nothing of the segment, so slices
+  /// without a frame are background.
+  Result<Arrangement> arrange_segment(const Stack& stack) {
+    const auto lattice = without_copies(stack.lattice);
+    if (!lattice) return tl::unexpected(lattice.error());
+    std::vector<uint32_t> frames;
+    std::set_intersection(stack.frames.begin(), stack.frames.end(), lattice->begin(),
+                          lattice->end(), std::back_inserter(frames));
+    const Frame& first = frame_of(lattice->front());
+    if (!first.is_placed) return without_positions(std::move(frames));
+    const Vec3d normal = cross(first.row, first.column);
+    const std::vector<PositionedFrame> places = distinct(in_order(*lattice, normal));
+    if (places.size() < 2) {
+      return fail(Status::no_cells,
+                  fmt::format("{}: expected a segmentation with frames at several positions, found "
+                              "one position: a single slice has no isosurface",
+                              path_.string()));
     }
-    return stack_up(positioned);
+    const auto step = choose_step(in_order(frames, normal), true);
+    if (!step) return tl::unexpected(step.error());
+
+    Arrangement out;
+    set_plane(frame_of(places[0].frame), out.geometry);
+    if (auto r = check_shift(places, out.geometry); !r) return tl::unexpected(r.error());
+    const auto count = lattice_steps(places);
+    if (!count) return tl::unexpected(count.error());
+    const double begin = places.front().along, extent = places.back().along - begin;
+    const Plane background{places[0].frame, places[0].frame, 0, true};
+    out.planes.assign(static_cast<size_t>(*count) + 1, background);
+    for (const PositionedFrame& slice : in_order(*step, normal)) {
+      const double at = std::round((slice.along - begin) / extent * *count);
+      out.planes[static_cast<size_t>(at)] = {slice.frame, slice.frame, 0, false};
+    }
+    const auto empty = std::count_if(out.planes.begin(), out.planes.end(),
+                                     [](const Plane& plane) { return plane.is_background; });
+    if (empty > 0) {
+      notes_.push_back(
+          fmt::format("{} of {} slices have no frame in the file: they are outside the segment",
+                      empty, out.planes.size()));
+    }
+    set_third_axis(places, extent, *count, out.geometry);
+    return out;
   }
 
  private:
@@ -72,9 +110,71 @@ class StackOrderer {
     return fail(Status::malformed_volume, fmt::format("{}: {}", path_.string(), text));
   }
 
+  /// Frames with their positions along the normal, in order.
+  std::vector<PositionedFrame> in_order(const std::vector<uint32_t>& frames, Vec3d normal) const {
+    std::vector<PositionedFrame> positioned;
+    for (const uint32_t frame : frames) {
+      positioned.push_back({frame, dot(frame_of(frame).position, normal)});
+    }
+    std::stable_sort(
+        positioned.begin(), positioned.end(),
+        [](const PositionedFrame& a, const PositionedFrame& b) { return a.along < b.along; });
+    return positioned;
+  }
+
+  /// Whether two positions in a stack are different. Distances may be much smaller than their mean
+  /// if many slices are missing.
+  static double same_position(const std::vector<PositionedFrame>& positioned) {
+    const double extent = positioned.back().along - positioned.front().along;
+    const double mean = extent / static_cast<double>(std::max<size_t>(positioned.size() - 1, 1));
+    return std::min(0.05 * mean, 0.01);
+  }
+
+  /// One frame for each position.
+  static std::vector<PositionedFrame> distinct(const std::vector<PositionedFrame>& positioned) {
+    const double tolerance = same_position(positioned);
+    std::vector<PositionedFrame> places;
+    for (const PositionedFrame& slice : positioned) {
+      if (places.empty() || slice.along - places.back().along > tolerance) places.push_back(slice);
+    }
+    return places;
+  }
+
+  /// The number of equal steps from the first place of a segmentation to the last, so that every
+  /// place is at a step: by the stated distance of slices, or else by the smallest distance.
+  Result<double> lattice_steps(const std::vector<PositionedFrame>& places) {
+    const double begin = places.front().along, extent = places.back().along - begin;
+    double smallest = extent;
+    for (size_t i = 1; i < places.size(); ++i) {
+      smallest = std::min(smallest, places[i].along - places[i - 1].along);
+    }
+    const double stated = image_of(places.front().frame).stated_slice_spacing;
+    for (const double spacing : {stated, smallest}) {
+      const double count = spacing > 0 ? std::round(extent / spacing) : 0;
+      if (count < 1 || count >= kMaxSegmentSlices) continue;
+      const double step = extent / count;
+      const bool fits = std::all_of(places.begin(), places.end(), [&](const PositionedFrame& p) {
+        const double at = (p.along - begin) / step;
+        return std::abs(at - std::round(at)) * step <= position_tolerance(step);
+      });
+      if (!fits || std::abs(step - spacing) > 0.02 * spacing + 0.01) continue;
+      if (!(stated > 0) && count >= static_cast<double>(places.size())) {
+        notes_.push_back(fmt::format(
+            "the file has no distance between slices (Spacing Between Slices): the smallest "
+            "distance between its frames, {:.4g} mm, is assumed",
+            step));
+      }
+      return count;
+    }
+    return malformed(fmt::format(
+        "expected the frames of a segmentation at even steps, found distances of {:.4g} mm and "
+        "others that are no multiples of it: export it again on evenly spaced slices",
+        smallest));
+  }
+
   /// Removes duplicate files.
   Result<std::vector<uint32_t>> without_copies(const std::vector<uint32_t>& frames) {
-    std::map<std::pair<std::string_view, uint32_t>, uint32_t> frame_by_uid;
+    std::map<std::tuple<std::string_view, uint32_t, uint32_t>, uint32_t> frame_by_uid;
     std::vector<uint32_t> kept;
     for (const uint32_t frame : frames) {
       const std::string_view uid = image_of(frame).instance_uid;
@@ -82,7 +182,8 @@ class StackOrderer {
         kept.push_back(frame);
         continue;
       }
-      const auto [found, is_new] = frame_by_uid.try_emplace({uid, frame_of(frame).index}, frame);
+      const auto [found, is_new] =
+          frame_by_uid.try_emplace({uid, frame_of(frame).index, frame_of(frame).tile}, frame);
       if (is_new) {
         kept.push_back(frame);
       } else if (!is_copy(frame_of(frame), frame_of(found->second))) {
@@ -106,12 +207,11 @@ class StackOrderer {
            std::equal(a.keys.begin(), a.keys.end(), b.keys.begin(), same);
   }
 
-  /// The frames of the selected time step, one per position.
-  Result<std::vector<uint32_t>> choose_step(const std::vector<PositionedFrame>& positioned) {
-    const double extent = positioned.back().along - positioned.front().along;
-    // Distances may be much smaller than their mean if many slices are missing.
-    const double mean = extent / static_cast<double>(positioned.size() - 1);
-    const double tolerance = std::min(0.05 * mean, 0.01);
+  /// The frames of the selected time step, one per position. `may_lack`: positions without a frame
+  /// of the step are no error.
+  Result<std::vector<uint32_t>> choose_step(const std::vector<PositionedFrame>& positioned,
+                                            bool may_lack) {
+    const double tolerance = same_position(positioned);
     Positions positions;
     double last = 0;
     size_t max_frames = 1;
@@ -123,7 +223,7 @@ class StackOrderer {
       positions.back().push_back(slice.frame);
       max_frames = std::max(max_frames, positions.back().size());
     }
-    if (positions.size() < 2) {
+    if (positions.size() < 2 && !may_lack) {
       return fail(Status::no_cells,
                   fmt::format("{}: expected slices at different positions, found all {} at the "
                               "same position: a single slice has no isosurface",
@@ -150,7 +250,7 @@ class StackOrderer {
     std::vector<uint32_t>& frames = steps.frames[*step];
     notes_.push_back(fmt::format("this is volume {} of 0 to {}, distinguished by {}", *step,
                                  count - 1, steps.distinguished_by));
-    if (frames.size() < positions.size()) {
+    if (frames.size() < positions.size() && !may_lack) {
       const std::string what =
           fmt::format("{} of {} slices are missing from volume {}",
                       positions.size() - frames.size(), positions.size(), *step);
@@ -241,7 +341,7 @@ class StackOrderer {
     }
     if (worst <= position_tolerance(extent / count)) {
       for (const PositionedFrame& slice : positioned)
-        out.planes.push_back({slice.frame, slice.frame, 0});
+        out.planes.push_back({slice.frame, slice.frame, 0, false});
     } else {
       const std::string what = fmt::format(
           "slices are missing or unevenly spaced (the distances between them are {:.4g} to "
@@ -280,11 +380,11 @@ class StackOrderer {
       const double weight = (along - a.along) / (b.along - a.along);
       const double near = position_tolerance(spacing) / (b.along - a.along);
       if (weight <= near) {
-        out.planes.push_back({a.frame, a.frame, 0});
+        out.planes.push_back({a.frame, a.frame, 0, false});
       } else if (weight >= 1 - near) {
-        out.planes.push_back({b.frame, b.frame, 0});
+        out.planes.push_back({b.frame, b.frame, 0, false});
       } else {
-        out.planes.push_back({a.frame, b.frame, weight});
+        out.planes.push_back({a.frame, b.frame, weight, false});
       }
     }
   }
@@ -337,40 +437,69 @@ class StackOrderer {
     }
   }
 
-  /// Orders slices without positions.
+  /// Orders slices without positions: by their slice locations if all have different ones, else by
+  /// their instance numbers.
   Result<Arrangement> without_positions(std::vector<uint32_t> frames) {
+    const auto location = [&](uint32_t frame) { return frame_of(frame).location; };
+    const auto number = [&](uint32_t frame) {
+      return frame_of(frame).keys[static_cast<size_t>(Key::instance)];
+    };
+    const bool has_locations = all_differ(frames, location);
+    const char* const by = has_locations ? "slice locations" : "instance numbers";
     const std::string what =
         fmt::format("{} slices have no position (Image Position)", frames.size());
     if (!options_.allowed.has(Allowance::unplaced)) {
       return malformed(
-          fmt::format("{}: export them again, or stack them in the order of their "
-                      "instance numbers with {}",
-                      what, flag_of(Allowance::unplaced)));
+          fmt::format("{}: export them again, or stack them in the order of their {} with {}", what,
+                      by, flag_of(Allowance::unplaced)));
     }
-    const auto number = [&](uint32_t frame) {
-      return frame_of(frame).keys[static_cast<size_t>(Key::instance)];
-    };
-    std::set<double> numbers;
-    for (const uint32_t frame : frames) numbers.insert(number(frame));
-    const bool has_nan = std::any_of(frames.begin(), frames.end(),
-                                     [&](uint32_t frame) { return std::isnan(number(frame)); });
-    if (has_nan || numbers.size() != frames.size()) {
+    if (!has_locations && !all_differ(frames, number)) {
       return malformed(
           what + ", and their instance numbers are missing or duplicated: their order is unknown");
     }
-    std::sort(frames.begin(), frames.end(),
-              [&](uint32_t a, uint32_t b) { return number(a) < number(b); });
+    std::sort(frames.begin(), frames.end(), [&](uint32_t a, uint32_t b) {
+      return has_locations ? location(a) < location(b) : number(a) < number(b);
+    });
     if (auto r = chosen_step(1, ""); !r) return tl::unexpected(r.error());
     Arrangement out;
     set_plane(frame_of(frames[0]), out.geometry);
-    const double stated = image_of(frames[0]).stated_slice_spacing;
-    out.geometry.spacing.z = stated > 0 ? stated : 1;
+    const Image& image = image_of(frames[0]);
+    const auto steps = static_cast<double>(frames.size() - 1);
+    double distance = image.stated_slice_spacing;
+    std::string source = "Spacing Between Slices";
+    if (has_locations) {
+      const double begin = location(frames.front()), extent = location(frames.back()) - begin;
+      distance = extent / steps;
+      source = "their slice locations";
+      for (size_t i = 0; i < frames.size(); ++i) {
+        const double off = location(frames[i]) - begin - distance * static_cast<double>(i);
+        if (std::abs(off) > position_tolerance(distance)) {
+          return malformed(what + ", and their slice locations are unevenly spaced");
+        }
+      }
+    } else if (!(distance > 0)) {
+      distance = image.slice_thickness > 0 ? image.slice_thickness : 1;
+      source = image.slice_thickness > 0 ? "the slice thickness"
+                                         : "assumed, since no file states a distance";
+    }
+    out.geometry.spacing.z = distance;
     notes_.push_back(
-        fmt::format("{}: they are stacked in the order of their instance numbers, at a distance of "
-                    "{:.4g} mm; --spacing sets another distance",
-                    what, out.geometry.spacing.z));
-    for (const uint32_t frame : frames) out.planes.push_back({frame, frame, 0});
+        fmt::format("{}: they are stacked along row × column in the order of their {}, at a "
+                    "distance of {:.4g} mm ({}); --spacing sets another distance",
+                    what, by, distance, source));
+    for (const uint32_t frame : frames) out.planes.push_back({frame, frame, 0, false});
     return out;
+  }
+
+  /// Whether all frames have a number, and no two the same.
+  template <class NumberOf>
+  static bool all_differ(const std::vector<uint32_t>& frames, const NumberOf& number_of) {
+    std::set<double> numbers;
+    for (const uint32_t frame : frames) {
+      if (std::isnan(number_of(frame))) return false;
+      numbers.insert(number_of(frame));
+    }
+    return numbers.size() == frames.size();
   }
 
   const Collection& collection_;
@@ -384,7 +513,8 @@ class StackOrderer {
 Result<Arrangement> arrange(const Collection& collection, const Stack& stack,
                             const std::filesystem::path& path, const ImportOptions& options,
                             std::vector<std::string>& notes) {
-  return StackOrderer(collection, path, options, notes).arrange(stack);
+  StackOrderer orderer(collection, path, options, notes);
+  return stack.lattice.empty() ? orderer.arrange(stack) : orderer.arrange_segment(stack);
 }
 
 }  // namespace isosplat::dicom

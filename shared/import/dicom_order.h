@@ -7,10 +7,12 @@
 // selects one of them.
 namespace isosplat::dicom {
 
-/// A slice of the volume: (1 − weight) · first + weight · second.
+/// A slice of the volume: (1 − weight) · first + weight · second; or the background of the
+/// segmentation that `first` belongs to.
 struct Plane {
   uint32_t first = 0, second = 0;  ///< indices in Collection::frames
   double weight = 0;               ///< 0 unless the slice is interpolated; < 1
+  bool is_background = false;      ///< the segmentation has no frame here, so no segment
 };
 
 struct Arrangement {

@@ -25,10 +25,8 @@ class NativeReader {
   explicit NativeReader(bool fill_missing) : fill_missing_(fill_missing) {}
 
   /// Number of pixels that were read: all, unless a truncated file lacks some and fill_missing is
-  /// set.
+  /// set. Pixels of 1 bit are unpacked to bytes.
   Result<size_t> read(const Image& image, uint32_t index, std::span<std::byte> out) {
-    const size_t pixel = static_cast<size_t>(image.allocated) / 8;
-    auto whole = out.size();
     if (opened_ != &image) {
       auto file = image.deflated ? open_deflated(image.file, image.deflated_start, Deflate::raw)
                                  : open_plain(image.file);
@@ -36,14 +34,12 @@ class NativeReader {
       file_ = std::move(*file);
       opened_ = &image;
     }
-    const uint64_t start = image.pixels.offset + index * uint64_t{out.size()};
-    if (fill_missing_ && image.cut_off) {
-      const uint64_t end = image.pixels.offset + image.pixels.bytes;
-      const uint64_t there = start < end ? std::min<uint64_t>(out.size(), end - start) : 0;
-      whole = static_cast<size_t>(there) / pixel * pixel;
-    }
+    if (image.allocated == 1) return read_bits(image, index * uint64_t{out.size()}, out);
+    const size_t pixel = static_cast<size_t>(image.allocated) / 8;
+    const uint64_t start = index * uint64_t{out.size()};
+    const auto whole = static_cast<size_t>(there(image, start, out.size())) / pixel * pixel;
     if (whole > 0) {
-      auto r = file_->read(start, out.first(whole));
+      auto r = file_->read(image.pixels.offset + start, out.first(whole));
       if (!r) return tl::unexpected(r.error());
     }
     swap_bytes(image, out.first(whole));
@@ -51,6 +47,37 @@ class NativeReader {
   }
 
  private:
+  /// How many of `count` bytes, from byte `start` of the pixels on, the file has.
+  uint64_t there(const Image& image, uint64_t start, uint64_t count) const {
+    if (!fill_missing_ || !image.cut_off) return count;
+    return start < image.pixels.bytes ? std::min(count, image.pixels.bytes - start) : 0;
+  }
+
+  /// Unpacks pixels from bit `first` on (PS3.5, 8.1.1). The lowest bit of a byte is the first
+  /// pixel; frames and rows follow each other without gaps.
+  Result<size_t> read_bits(const Image& image, uint64_t first, std::span<std::byte> out) {
+    const uint64_t begin = first / 16 * 2;  // words, which big-endian files swap
+    const uint64_t end =
+        std::max(begin, std::min((first + out.size() + 15) / 16 * 2, image.pixels.bytes));
+    const uint64_t bytes = there(image, begin, end - begin);
+    packed_.resize(static_cast<size_t>(bytes));
+    if (bytes > 0) {
+      auto r = file_->read(image.pixels.offset + begin, packed_);
+      if (!r) return tl::unexpected(r.error());
+    }
+    if (is_big_endian(image) && image.pixels.in_words) {
+      for (size_t i = 0; i + 2 <= packed_.size(); i += 2) std::swap(packed_[i], packed_[i + 1]);
+    }
+    const uint64_t skipped = first - 8 * begin;
+    const auto pixels = static_cast<size_t>(
+        std::min<uint64_t>(out.size(), 8 * bytes - std::min(8 * bytes, skipped)));
+    for (size_t i = 0; i < pixels; ++i) {
+      const uint64_t bit = skipped + i;
+      out[i] = packed_[static_cast<size_t>(bit / 8)] >> (bit % 8) & std::byte{1};
+    }
+    return pixels;
+  }
+
   static void swap_bytes(const Image& image, std::span<std::byte> out) {
     if (!is_big_endian(image)) return;
     const size_t pixel = static_cast<size_t>(image.allocated) / 8;
@@ -64,6 +91,7 @@ class NativeReader {
   bool fill_missing_;
   const Image* opened_ = nullptr;
   std::unique_ptr<ByteReader> file_;
+  std::vector<std::byte> packed_;
 };
 
 /// The stored bits of a pixel. The bits above and below belong to overlays, or are unused.
@@ -100,8 +128,9 @@ void convert(const FramePixels& frame, std::span<const std::byte> stored,
       value = static_cast<To>(intercept + slope * static_cast<double>(word));
     } else {
       const int64_t number = bits.number(word);
-      value = is_plain ? static_cast<To>(number)
-                       : static_cast<To>(intercept + slope * static_cast<double>(number));
+      value = frame.label ? static_cast<To>(number == *frame.label)
+              : is_plain  ? static_cast<To>(number)
+                          : static_cast<To>(intercept + slope * static_cast<double>(number));
     }
     std::memcpy(out.data() + i * sizeof(To), &value, sizeof(To));
   }
@@ -118,16 +147,40 @@ void convert(const FramePixels& frame, std::span<const std::byte> stored, VoxelT
   const Image& image = *frame.image;
   if (image.is_float && image.allocated == 32) return convert_from<float>(frame, stored, to, out);
   if (image.is_float) return convert_from<double>(frame, stored, to, out);
-  if (image.allocated == 8) return convert_from<uint8_t>(frame, stored, to, out);
+  if (image.allocated <= 8) return convert_from<uint8_t>(frame, stored, to, out);
   if (image.allocated == 16) return convert_from<uint16_t>(frame, stored, to, out);
   return convert_from<uint32_t>(frame, stored, to, out);
+}
+
+size_t stored_pixel_bytes(const Image& image) {
+  return static_cast<size_t>(std::max(image.allocated / 8, 1));
+}
+
+/// Converts a slice of a stored frame: the whole frame, or one tile of it. Of `stored`, the first
+/// `pixels` pixels are there; the others become absent.
+void convert_slice(const FramePixels& frame, std::span<const std::byte> stored, size_t pixels,
+                   VoxelType to, std::span<std::byte> out) {
+  const Image& image = *frame.image;
+  const size_t pixel = stored_pixel_bytes(image), voxel = voxel_bytes(to);
+  const auto columns = static_cast<size_t>(image.columns), rows = static_cast<size_t>(image.rows);
+  const auto stride = static_cast<size_t>(image.stored_columns);
+  const auto across = static_cast<uint32_t>(image.slices_across());
+  const bool is_whole = image.columns == image.stored_columns && image.rows == image.stored_rows;
+  const size_t run = is_whole ? columns * rows : columns;  // pixels that follow each other
+  const size_t first = frame.tile / across * rows * stride + frame.tile % across * columns;
+  for (size_t at = 0, from = first; at < columns * rows; at += run, from += stride) {
+    const size_t here = std::min(run, pixels - std::min(pixels, from));
+    convert(frame, stored.subspan(from * pixel, here * pixel), to,
+            out.subspan(at * voxel, here * voxel));
+    if (here < run) make_absent(to, out.subspan((at + here) * voxel, (run - here) * voxel));
+  }
 }
 
 }  // namespace
 
 uint64_t stored_frame_bytes(const Image& image) {
-  return static_cast<uint64_t>(image.columns) * static_cast<uint64_t>(image.rows) *
-         static_cast<uint64_t>(image.allocated / 8);
+  return static_cast<uint64_t>(image.stored_columns) * static_cast<uint64_t>(image.stored_rows) *
+         stored_pixel_bytes(image);
 }
 
 std::pair<double, double> stored_range(const Image& image) {
@@ -137,49 +190,57 @@ std::pair<double, double> stored_range(const Image& image) {
 
 Result<void> read_frames(std::span<const FramePixels> frames, VoxelType to, bool fill_missing,
                          uint64_t memory_bytes, std::span<std::byte> out) {
-  // Frames of a file are read in file order.
+  // Frames of a file are read in file order, and those of a mosaic once.
   std::vector<size_t> order(frames.size());
   std::iota(order.begin(), order.end(), size_t{0});
-  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
     const auto place = [](const FramePixels& f) {
       return std::tuple(std::string_view(f.image->file), f.index);
     };
     return place(frames[a]) < place(frames[b]);
   });
-  const size_t frame_bytes = out.size() / frames.size();
-  const auto target = [&](size_t i) { return out.subspan(i * frame_bytes, frame_bytes); };
+  const size_t slice_bytes = out.size() / frames.size();
+  const auto target = [&](size_t i) { return out.subspan(i * slice_bytes, slice_bytes); };
   NativeReader native(fill_missing);
   std::vector<EncodedFrame> encoded;
-  std::vector<size_t> encoded_at;
+  std::vector<std::pair<size_t, size_t>> slices_of_encoded;  // slice, and its number in `encoded`
   uint64_t encoded_bytes = 0;
   std::vector<std::byte> stored;
+  const FramePixels* last = nullptr;
+  size_t pixels = 0;
   for (const size_t i : order) {
     const Image& image = *frames[i].image;
+    const bool is_same = last && last->image == frames[i].image && last->index == frames[i].index;
+    last = &frames[i];
     if (image.is_encapsulated) {
-      encoded.push_back({&image, frames[i].index});
-      encoded_at.push_back(i);
-      encoded_bytes += stored_frame_bytes(image);
+      if (!is_same) {
+        encoded.push_back({&image, frames[i].index});
+        encoded_bytes += stored_frame_bytes(image);
+      }
+      slices_of_encoded.emplace_back(i, encoded.size() - 1);
       continue;
     }
-    stored.resize(static_cast<size_t>(stored_frame_bytes(image)));
-    const auto pixels = native.read(image, frames[i].index, stored);
-    if (!pixels) return tl::unexpected(pixels.error());
-    convert(frames[i], stored, to, target(i));
-    const size_t there = *pixels * voxel_bytes(to);
-    if (there < frame_bytes) make_absent(to, target(i).subspan(there));
+    if (!is_same) {
+      stored.resize(static_cast<size_t>(stored_frame_bytes(image)));
+      const auto read = native.read(image, frames[i].index, stored);
+      if (!read) return tl::unexpected(read.error());
+      pixels = *read;
+    }
+    convert_slice(frames[i], stored, pixels, to, target(i));
   }
   if (encoded.empty()) return {};
   stored.resize(static_cast<size_t>(encoded_bytes));
   std::vector<bool> is_absent;
   if (auto r = decompress(encoded, fill_missing, memory_bytes, stored, is_absent); !r) return r;
-  size_t at = 0;
-  for (size_t k = 0; k < encoded_at.size(); ++k) {
-    const size_t i = encoded_at[k];
-    const auto bytes = static_cast<size_t>(stored_frame_bytes(*frames[i].image));
-    const auto pixels = std::span(stored).subspan(at, bytes);
-    at += bytes;
-    convert(frames[i], pixels, to, target(i));
-    if (is_absent[k]) make_absent(to, target(i));
+  size_t begin = 0, current = 0;
+  for (const auto& [i, number] : slices_of_encoded) {
+    for (; current < number; ++current) {
+      begin += static_cast<size_t>(stored_frame_bytes(*encoded[current].image));
+    }
+    const Image& image = *frames[i].image;
+    const auto frame_bytes = static_cast<size_t>(stored_frame_bytes(image));
+    const size_t there = is_absent[number] ? 0 : frame_bytes / stored_pixel_bytes(image);
+    convert_slice(frames[i], std::span(stored).subspan(begin, frame_bytes), there, to, target(i));
   }
   return {};
 }

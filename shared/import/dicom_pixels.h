@@ -11,7 +11,9 @@ namespace isosplat::dicom {
 struct FramePixels {
   const Image* image = nullptr;
   uint32_t index = 0;
+  uint32_t tile = 0;                ///< of a mosaic: the slice in the frame
   double slope = 1, intercept = 0;  ///< value = intercept + slope · stored
+  std::optional<int> label;         ///< value = 1 where the stored pixel is this number, else 0
 };
 
 /// Reads the values of frames, one after another, as voxels of type `to` into `out`. `to` must be
@@ -23,7 +25,7 @@ struct FramePixels {
 Result<void> read_frames(std::span<const FramePixels> frames, VoxelType to, bool fill_missing,
                          uint64_t memory_bytes, std::span<std::byte> out);
 
-/// Size of a frame's stored pixels in bytes.
+/// Size of a frame's stored pixels in bytes. Pixels of 1 bit count as bytes: they are unpacked.
 uint64_t stored_frame_bytes(const Image& image);
 
 /// The smallest and largest stored number that an image's pixels can have.

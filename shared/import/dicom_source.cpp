@@ -32,7 +32,17 @@ void blend(VoxelType type, std::span<std::byte> out, std::span<const std::byte> 
 struct SlicePixels {
   FramePixels first, second;
   double weight = 0;
+  std::optional<double> background;  ///< the value of all voxels, instead of frames
 };
+
+void fill(VoxelType type, std::span<std::byte> out, double value) {
+  with_voxel_type(type, [&]<class T>(T) {
+    const T voxel = static_cast<T>(value);
+    for (size_t at = 0; at + sizeof(T) <= out.size(); at += sizeof(T)) {
+      std::memcpy(out.data() + at, &voxel, sizeof(T));
+    }
+  });
+}
 
 class DicomSource : public VolumeSource {
  public:
@@ -60,9 +70,17 @@ class DicomSource : public VolumeSource {
     const auto batch = static_cast<size_t>(std::clamp<size_t>((size_t{16} << 20) / bytes, 1, 64));
     const auto slices =
         std::span(slices_).subspan(static_cast<size_t>(first), static_cast<size_t>(count));
-    for (size_t i = 0; i < slices.size(); i += batch) {
-      const size_t some = std::min(batch, slices.size() - i);
+    for (size_t i = 0, some = 0; i < slices.size(); i += some) {
+      // Slices of background end a batch, and are none.
+      const auto is_background = [&](size_t k) { return slices[k].background.has_value(); };
+      for (some = 1; some < batch && i + some < slices.size(); ++some) {
+        if (is_background(i) || is_background(i + some)) break;
+      }
       const auto to = out.subspan(i * bytes, some * bytes);
+      if (is_background(i)) {
+        fill(header_.type, to, *slices[i].background);
+        continue;
+      }
       if (auto r = read_batch(slices.subspan(i, some), to); !r) return r;
       for (size_t k = 0; reverse_ && k < some; ++k) reverse_rows(to.subspan(k * bytes, bytes), row);
     }
@@ -124,13 +142,19 @@ std::unique_ptr<VolumeSource> make_dicom_source(VolumeHeader header, const Colle
   const auto pixels_of = [&](uint32_t index) {
     const Frame& frame = collection.frames[index];
     const bool is_stored = values.slope != 1 || values.intercept != 0;
-    return FramePixels{&images[new_index[frame.image]], frame.index, is_stored ? 1 : frame.slope,
-                       is_stored ? 0 : frame.intercept};
+    return FramePixels{
+        &images[new_index[frame.image]], frame.index, frame.tile, is_stored ? 1 : frame.slope,
+        is_stored ? 0 : frame.intercept, values.label};
   };
   std::vector<SlicePixels> slices;
   for (const Plane& plane : planes) {
     const uint32_t second = plane.weight > 0 ? plane.second : plane.first;  // else it is not read
-    slices.push_back({pixels_of(plane.first), pixels_of(second), plane.weight});
+    slices.push_back({pixels_of(plane.first), pixels_of(second), plane.weight, {}});
+    if (plane.is_background) {
+      const Segmentation& segmentation = slices.back().first.image->segmentation;
+      slices.back().background =
+          values.label ? *values.label == segmentation.background : segmentation.background;
+    }
   }
   return std::make_unique<DicomSource>(std::move(header), std::move(images), std::move(slices),
                                        reverse_rows, options.allowed.has(Allowance::truncated),

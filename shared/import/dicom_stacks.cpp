@@ -33,10 +33,10 @@ bool belong_to_one_stack(const Collection& collection, const Frame& a, const Fra
   const Image& image_a = collection.images[a.image];
   const Image& image_b = collection.images[b.image];
   return a.series == b.series && a.stack == b.stack && a.is_placed == b.is_placed &&
-         a.is_inverse == b.is_inverse && image_a.columns == image_b.columns &&
-         image_a.rows == image_b.rows && same_direction(a.row, b.row) &&
-         same_direction(a.column, b.column) && same_spacing(a.spacing_x, b.spacing_x) &&
-         same_spacing(a.spacing_y, b.spacing_y);
+         image_a.segmentation.kind == image_b.segmentation.kind && a.is_inverse == b.is_inverse &&
+         image_a.columns == image_b.columns && image_a.rows == image_b.rows &&
+         same_direction(a.row, b.row) && same_direction(a.column, b.column) &&
+         same_spacing(a.spacing_x, b.spacing_x) && same_spacing(a.spacing_y, b.spacing_y);
 }
 
 uint64_t voxels_of(const Collection& collection, const Stack& stack) {
@@ -79,7 +79,11 @@ std::string list_of(const Collection& collection, const std::vector<Stack>& stac
   return text;
 }
 
-/// All stacks, sorted: those with positions and the most voxels first.
+bool is_segmentation(const Collection& collection, const Frame& frame) {
+  return collection.images[frame.image].segmentation.kind != Segmentation::Kind::none;
+}
+
+/// All stacks, sorted: those with positions and the most voxels first, segmentations last.
 Result<std::vector<Stack>> find_stacks(const Collection& collection,
                                        const std::filesystem::path& path, bool with_localizers) {
   std::vector<Stack> stacks;
@@ -105,7 +109,8 @@ Result<std::vector<Stack>> find_stacks(const Collection& collection,
   }
   const auto rank = [&](const Stack& stack) {
     const Frame& frame = collection.frames[stack.frames[0]];
-    return std::tuple(!frame.is_placed, -static_cast<int64_t>(voxels_of(collection, stack)),
+    return std::tuple(is_segmentation(collection, frame), !frame.is_placed,
+                      -static_cast<int64_t>(voxels_of(collection, stack)),
                       collection.series[frame.series].uid);
   };
   std::stable_sort(stacks.begin(), stacks.end(),

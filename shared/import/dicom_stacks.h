@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "shared/import/dicom_frames.h"
 #include "shared/import/open_volume.h"
 
@@ -9,6 +11,11 @@ namespace isosplat::dicom {
 
 struct Stack {
   std::vector<uint32_t> frames;  ///< indices in Collection::frames
+  /// Of a segmentation: all frames of its file. The volume has a slice at each of their positions;
+  /// where `frames` has none, the segment is empty. No frames: this is no segmentation.
+  std::vector<uint32_t> lattice = {};
+  /// Of a label map: the label whose voxels become 1, and all others 0.
+  std::optional<int> label = std::nullopt;
 };
 
 /// Returns the frames of the stack that the options select; by default that of the series with the

@@ -20,6 +20,7 @@ struct Named {
 constexpr Named kGroups[] = {
     {Key::temporal_position, "temporal position"},
     {Key::frame_type, "image type"},
+    {Key::quantity, "quantity"},
     {Key::echo, "echo"},
     {Key::b_value, "diffusion b-value"},
     {Key::gradient, "diffusion gradient"},
@@ -82,7 +83,7 @@ class StepFinder {
   double value(uint32_t frame, Key key) const {
     const double number = collection_.frames[frame].keys[static_cast<size_t>(key)];
     if (std::isnan(number)) return -std::numeric_limits<double>::infinity();
-    const bool is_text = key == Key::frame_type || key == Key::gradient;
+    const bool is_text = key == Key::frame_type || key == Key::quantity || key == Key::gradient;
     return is_text ? text_ranks_[static_cast<size_t>(number)] : number;
   }
 

@@ -28,8 +28,10 @@ VoxelType type_for(double low, double high) {
 
 }  // namespace
 
-Values find_values(const Collection& collection, std::span<const uint32_t> frames) {
+Values find_values(const Collection& collection, std::span<const uint32_t> frames,
+                   std::optional<int> label) {
   Values values;
+  values.label = label;
   const Frame& first = collection.frames[frames[0]];
   double low = 0, high = 0, min_pixel = 0, greatest_pixel = 0;
   bool is_whole = true, is_wide = false, is_float = false, lacks_some = false;
@@ -54,7 +56,9 @@ Values find_values(const Collection& collection, std::span<const uint32_t> frame
       high = std::max(high, frame.intercept + frame.slope * stored);
     }
   }
-  if (is_whole) {
+  if (label) {
+    values.type = VoxelType::u8;
+  } else if (is_whole) {
     values.type = type_for(low, high);
   } else if (values.has_one_rescaling && !is_float && first.slope != 0) {
     values.type = type_for(min_pixel, greatest_pixel);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "shared/grid/voxel_type.h"
@@ -15,11 +16,14 @@ struct Values {
   double min_slope = 1, greatest_slope = 1;
   // for the volume header; if not 1 and 0, voxels are the stored pixels
   double slope = 1, intercept = 0;
+  std::optional<int> label;
 };
 
 /// Values stay integers if slope and intercept are integers, or if they are equal for all frames:
 /// then they become the volume's slope and intercept. Other values become floating-point numbers,
 /// of 64 bits if pixels have more than 16 bits; so do integers if some are absent.
-Values find_values(const Collection& collection, std::span<const uint32_t> frames);
+/// With a label, voxels are 0 and 1.
+Values find_values(const Collection& collection, std::span<const uint32_t> frames,
+                   std::optional<int> label = std::nullopt);
 
 }  // namespace isosplat::dicom

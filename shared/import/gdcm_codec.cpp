@@ -17,8 +17,8 @@ namespace {
 gdcm::Image describe(const Image& image) {
   gdcm::Image out;
   out.SetNumberOfDimensions(2);
-  out.SetDimension(0, static_cast<unsigned>(image.columns));
-  out.SetDimension(1, static_cast<unsigned>(image.rows));
+  out.SetDimension(0, static_cast<unsigned>(image.stored_columns));
+  out.SetDimension(1, static_cast<unsigned>(image.stored_rows));
   // GDCM aborts if the stored bits do not start with the lowest bit. Therefore it gets all bits
   // below the high bit as stored bits; the caller shifts the pixels.
   out.SetPixelFormat(gdcm::PixelFormat(1, static_cast<unsigned short>(image.allocated),
@@ -52,8 +52,8 @@ Result<void> decompress_frame(ByteReader& file, const EncodedFrame& frame,
   if (picture.GetBufferLength() != out.size() ||
       !picture.GetBuffer(reinterpret_cast<char*>(out.data())) ||
       picture.GetPixelFormat().GetBitsAllocated() != image.allocated ||
-      picture.GetDimension(0) != static_cast<unsigned>(image.columns) ||
-      picture.GetDimension(1) != static_cast<unsigned>(image.rows)) {
+      picture.GetDimension(0) != static_cast<unsigned>(image.stored_columns) ||
+      picture.GetDimension(1) != static_cast<unsigned>(image.stored_rows)) {
     return decompression_error(frame);
   }
   return {};

@@ -21,6 +21,7 @@ struct ImportOptions {
   std::optional<Vec3d> spacing;       ///< every format: overrides the header's spacing
   std::optional<int64_t> time_step;   ///< time step of a 4D volume, from 0
   std::string series;                 ///< DICOM: a series, by its number in messages or its UID
+  std::string segment;                ///< DICOM segmentations: a segment, by its number or label
   std::string dataset;                ///< HDF5: the path of a dataset
   uint64_t memory_bytes = uint64_t{1} << 30;  ///< memory limit of a reader's child process
   Allowances allowed;                         ///< every format: faults that are not errors

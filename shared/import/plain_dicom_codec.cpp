@@ -46,7 +46,7 @@ bool expand_lossless_jpeg(std::span<const uint8_t> in, const Image& image,
   const size_t pixel = static_cast<size_t>(image.allocated) / 8;
   if (pixel > 2) return false;
   std::vector<uint16_t> samples(out.size() / pixel);
-  const int bits = decode_lossless_jpeg(in, static_cast<size_t>(image.columns), samples);
+  const int bits = decode_lossless_jpeg(in, static_cast<size_t>(image.stored_columns), samples);
   if (bits == 0 || bits > image.allocated) return false;
   for (size_t i = 0; i < samples.size(); ++i) std::memcpy(&out[i * pixel], &samples[i], pixel);
   return true;

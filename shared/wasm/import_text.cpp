@@ -83,6 +83,10 @@ Result<void> read_options(const Json& json, ImportOptions& options) {
     if (!json["series"].is_string()) return invalid("series", "a text");
     options.series = json["series"].get<std::string>();
   }
+  if (json.contains("segment")) {
+    if (!json["segment"].is_string()) return invalid("segment", "a text");
+    options.segment = json["segment"].get<std::string>();
+  }
   if (json.contains("dataset")) {
     if (!json["dataset"].is_string()) return invalid("dataset", "a text");
     options.dataset = json["dataset"].get<std::string>();

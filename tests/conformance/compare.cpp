@@ -39,7 +39,7 @@ std::string difference(const VolumeGrid& grid, const std::vector<double>& values
   const double volume = dot(s[0], cross(s[1], s[2]));
   const Vec3d rows[] = {cross(s[1], s[2]) * (1 / volume), cross(s[2], s[0]) * (1 / volume),
                         cross(s[0], s[1]) * (1 / volume)};
-  std::vector<bool> seen(values.size());
+  std::vector<bool> seen(truth.values.size());
   size_t n = 0;
   for (int z = 0; z < grid.voxels.z; ++z) {
     for (int y = 0; y < grid.voxels.y; ++y) {

@@ -141,11 +141,18 @@ TEST_P(Conformance, TheRightVolumeOrAnError) {
   }
 }
 
-const Format kFormats[] = {{"Nrrd", make_nrrd},   {"MetaImage", make_meta_image},
-                           {"Nifti", make_nifti}, {"Mrc", make_mrc},
-                           {"Npy", make_npy},     {"Vtk", make_vtk},
-                           {"Tiff", make_tiff},   {"Raw", make_raw},
-                           {"Dicom", make_dicom}};
+const Format kFormats[] = {{"Nrrd", make_nrrd},
+                           {"MetaImage", make_meta_image},
+                           {"Nifti", make_nifti},
+                           {"Mrc", make_mrc},
+                           {"Npy", make_npy},
+                           {"Vtk", make_vtk},
+                           {"Tiff", make_tiff},
+                           {"Raw", make_raw},
+                           {"Dicom", make_dicom},
+                           {"DicomMapping", make_dicom_mapping},
+                           {"DicomMosaic", make_dicom_mosaic},
+                           {"DicomSegments", make_dicom_segments}};
 
 INSTANTIATE_TEST_SUITE_P(Formats, Conformance, testing::ValuesIn(kFormats),
                          [](const auto& format) { return std::string(format.param.name); });

@@ -87,6 +87,9 @@ Sample make_vtk(Random& random);
 Sample make_tiff(Random& random);
 Sample make_raw(Random& random);
 Sample make_dicom(Random& random);
+Sample make_dicom_mapping(Random& random);
+Sample make_dicom_mosaic(Random& random);
+Sample make_dicom_segments(Random& random);
 
 // Helpers of generators ---------------------------------------------------------------------------
 

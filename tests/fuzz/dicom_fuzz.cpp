@@ -11,8 +11,9 @@
 #include "shared/import/dicom_codec.h"
 #include "shared/import/dicom_order.h"
 #include "shared/import/dicom_pixels.h"
+#include "shared/import/dicom_segments.h"
 #include "tests/fuzz/edits.h"
-#include "tests/native/dicom_files.h"
+#include "tests/native/dicom_siemens.h"
 
 namespace isosplat {
 namespace {
@@ -37,13 +38,29 @@ std::vector<std::string> make_files() {
   test::DicomItem encapsulated = series.enhanced({0, 1, 2});
   encapsulated[0x7fe00010] =
       test::dicom_fragments({"first", "second", "third", "fourth"}, {0, 14, 28});
+  test::DicomItem segments = series.enhanced({2, 0, 1, 2});
+  segments[0x00280100] = segments[0x00280101] = test::dicom_u16(1);
+  segments[0x00280102] = test::dicom_u16(0);
+  segments[0x00620001] = test::dicom_text("CS", "BINARY");
+  segments[0x7fe00010] = test::dicom_bits(std::vector<uint8_t>(48, 1));
+  for (int i = 0; i < 4; ++i) {
+    segments[0x52009230].items[static_cast<size_t>(i)][0x0062000a] =
+        test::dicom_sequence({{{0x0062000b, test::dicom_u16(i < 2 ? 1 : 2)}}});
+  }
+  test::DicomItem mosaic = series.slice(0);
+  mosaic[0x00080008] = test::dicom_text("CS", "ORIGINAL\\PRIMARY\\M\\MOSAIC");
+  test::add_csa(mosaic, test::csa_of_mosaic(3, {0, 0, 1}, true));
+  mosaic[0x00280010] = test::dicom_u16(6);
+  mosaic[0x00280011] = test::dicom_u16(8);
+  mosaic[0x7fe00010] = test::dicom_numbers("OW", std::vector<uint16_t>(48, 7));
   std::vector<std::string> files;
   for (test::DicomSyntax syntax : {test::DicomSyntax{}, test::implicit_little(),
                                    test::explicit_big(), test::deflated_little()}) {
     for (const bool undefined : {false, true}) {
       syntax.undefined_lengths = undefined;
       const test::DicomWriter writer(syntax);
-      for (const auto& data : {series.enhanced({2, 0, 1}), nuclear, dose, series.slice(1)}) {
+      for (const auto& data :
+           {series.enhanced({2, 0, 1}), nuclear, dose, series.slice(1), segments, mosaic}) {
         files.push_back(writer.file(data));
       }
     }
@@ -71,7 +88,11 @@ void import(const std::filesystem::path& path) {
   ImportOptions options;
   for (const AllowanceFlag& allowance : kAllowances) options.allowed.add(allowance.allowance);
   std::vector<std::string> notes;
-  const auto stack = dicom::choose_stack(collection, path, options, notes);
+  auto chosen = dicom::choose_stack(collection, path, options, notes);
+  if (!chosen) return;
+  options.segment =
+      collection.images[0].segmentation.kind == dicom::Segmentation::Kind::none ? "" : "1";
+  const auto stack = dicom::choose_segment(collection, std::move(*chosen), path, options, notes);
   if (!stack) return;
   const auto arranged = dicom::arrange(collection, *stack, path, options, notes);
   if (!arranged) return;
@@ -90,7 +111,9 @@ void import(const std::filesystem::path& path) {
       static_cast<void>(dicom::decompress_plainly({&encoded, 1}, true, out, absent));
       continue;
     }
-    const dicom::FramePixels one{&image, frame.index, frame.slope, frame.intercept};
+    if (dicom::stored_frame_bytes(image) > 1 << 22) return;
+    const dicom::FramePixels one{&image,      frame.index,     frame.tile,
+                                 frame.slope, frame.intercept, stack->label};
     out.resize(static_cast<size_t>(8 * pixels));
     static_cast<void>(dicom::read_frames({&one, 1}, VoxelType::f64, true, 1 << 30, out));
   }

@@ -158,6 +158,15 @@ inline DicomValue dicom_fragments(const std::vector<std::string>& fragments,
   return {"fragments", all + std::string("\xfe\xff\xdd\xe0\0\0\0\0", 8), 1, {}};
 }
 
+/// Pixels of 1 bit: the lowest bit of a byte is the first pixel, without gaps between frames.
+inline DicomValue dicom_bits(const std::vector<uint8_t>& pixels) {
+  std::string bytes((pixels.size() + 15) / 16 * 2, '\0');
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    if (pixels[i]) bytes[i / 8] = static_cast<char>(bytes[i / 8] | 1 << (i % 8));
+  }
+  return {"OB", bytes, 1, {}};
+}
+
 /// Three balls away from the centre, each decreasing towards its edge: 0 outside, up to 3000
 /// inside. No rotation, reflection or shift maps the field to itself.
 inline double three_balls(Vec3d p) {

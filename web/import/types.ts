@@ -23,6 +23,8 @@ export interface ImportOptions {
   timeStep?: number;
   /** DICOM: a series, by its number in messages or its UID. */
   series?: string;
+  /** DICOM segmentations: a segment, by its number or label. */
+  segment?: string;
   /** HDF5: the path of a dataset. */
   dataset?: string;
   /** Faults that are not errors. */
