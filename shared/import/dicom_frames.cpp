@@ -109,8 +109,9 @@ class FileReader {
     for (size_t i = 0; i < frames; ++i) {
       if (auto r = read_frame(i, made[i]); !r) return tl::unexpected(r.error());
     }
-    const auto placed = is_mosaic(data_) ? place_tiles(groups_, path_, image_, made)
-                                         : place_together(groups_, path_, image_, made);
+    const bool is_tiled = is_mosaic(data_) && (frames == 1 || !made.front().is_placed);
+    const auto placed = is_tiled ? place_tiles(groups_, path_, image_, made)
+                                 : place_together(groups_, path_, image_, made);
     if (!placed) return tl::unexpected(placed.error());
     for (size_t i = 0; i < made.size(); ++i) set_instance(made[i], i);
     to_.images.push_back(std::move(image_));

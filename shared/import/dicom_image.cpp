@@ -252,8 +252,10 @@ void refuse_image(Image& image, Status status, std::string why) {
 }
 
 void add_note(Image& image, std::string note) {
+  constexpr size_t kMaxNotes = 32;  // one for each kind of assumption, and names that differ
   const auto found = std::find(image.notes.begin(), image.notes.end(), note);
-  if (found == image.notes.end()) image.notes.push_back(std::move(note));
+  if (found == image.notes.end() && image.notes.size() < kMaxNotes)
+    image.notes.push_back(std::move(note));
 }
 
 Result<Image> read_image(const Elements& elements, const std::filesystem::path& path) {

@@ -80,7 +80,7 @@ Result<Image> read_image(const Elements& elements, const std::filesystem::path& 
 /// Sets the obstacle of an image, unless it already has one.
 void refuse_image(Image& image, Status status, std::string why);
 
-/// Adds a note, unless the image has it.
+/// Adds a note, unless the image has it, or has 32.
 void add_note(Image& image, std::string note);
 
 /// The SOP class of a data set (PS3.4, B.5); empty if absent.

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
+#include <map>
 
 #include "shared/import/header_text.h"
 
@@ -54,11 +54,11 @@ class SegmentChooser {
     return collection_.images[frame_of(frame).image].segmentation;
   }
 
-  Candidate* find(uint32_t image, int number) {
-    for (Candidate& candidate : candidates_) {
-      if (candidate.image == image && candidate.number == number) return &candidate;
-    }
-    return nullptr;
+  /// The candidate for a segment of a file; a new one if there is none.
+  Candidate& candidate_of(uint32_t image, int number, const std::string& label) {
+    const auto [found, is_new] = indices_.try_emplace({image, number}, candidates_.size());
+    if (is_new) candidates_.push_back({image, number, label, 0});
+    return candidates_[found->second];
   }
 
   /// Segments that the files describe, and those that only frames refer to.
@@ -69,17 +69,10 @@ class SegmentChooser {
       if (frame.image != last) {
         last = frame.image;
         for (const auto& [number, label] : segmentation_of(index).segments) {
-          const uint32_t image = is_label_map ? 0 : frame.image;
-          if (!find(image, number)) candidates_.push_back({image, number, label, 0});
+          candidate_of(is_label_map ? 0 : frame.image, number, label);
         }
       }
-      if (is_label_map) continue;
-      Candidate* candidate = find(frame.image, frame.segment);
-      if (!candidate) {
-        candidates_.push_back({frame.image, frame.segment, {}, 0});
-        candidate = &candidates_.back();
-      }
-      ++candidate->frames;
+      if (!is_label_map) ++candidate_of(frame.image, frame.segment, {}).frames;
     }
   }
 
@@ -196,6 +189,7 @@ class SegmentChooser {
   const std::string& wanted_;
   std::vector<std::string>& notes_;
   std::vector<Candidate> candidates_;
+  std::map<std::pair<uint32_t, int>, size_t> indices_;  ///< of candidates, by file and number
 };
 
 }  // namespace

@@ -1,15 +1,16 @@
-/** Writes DICOM slices with run lengths (RLE), from PS3.5 and PS3.10. */
+/** Writes DICOM slices with run lengths (RLE), and segmentations, from PS3.5 and PS3.10. */
 import { packed } from "./tiff_files.ts";
 
 function element(tag: number, vr: string, value: Uint8Array | string): Buffer {
   const pad = vr === "UI" || vr === "OB" ? "\0" : " ";
   const bytes = Buffer.from(value as string);
   const even = bytes.length % 2 === 0 ? bytes : Buffer.concat([bytes, Buffer.from(pad)]);
-  const head = Buffer.alloc(vr === "OB" ? 12 : 8);
+  const isLong = vr === "OB" || vr === "SQ";
+  const head = Buffer.alloc(isLong ? 12 : 8);
   head.writeUInt16LE(tag >>> 16, 0);
   head.writeUInt16LE(tag & 0xffff, 2);
   head.write(vr, 4, "latin1");
-  if (vr === "OB") head.writeUInt32LE(even.length, 8);
+  if (isLong) head.writeUInt32LE(even.length, 8);
   else head.writeUInt16LE(even.length, 6);
   return Buffer.concat([head, even]);
 }
@@ -34,6 +35,88 @@ function runLengths(pixels: Uint16Array): Uint8Array {
   return Buffer.concat([head, even(high), even(low)]);
 }
 
+/** An element with one item, or several, each of the elements that are given. */
+function sequence(tag: number, ...items: Uint8Array[][]): Buffer {
+  return element(
+    tag,
+    "SQ",
+    Buffer.concat(items.map((parts) => item(0xfffee000, Buffer.concat(parts)))),
+  );
+}
+
+const number = (value: number): Buffer => Buffer.from(Uint16Array.of(value).buffer);
+
+/** The beginning of a file. */
+function fileStart(syntax: string): Buffer {
+  const meta = element(0x00020010, "UI", syntax);
+  const group = Buffer.alloc(4);
+  group.writeUInt32LE(meta.length);
+  return Buffer.concat([
+    Buffer.alloc(128),
+    Buffer.from("DICM"),
+    element(0x00020000, "UL", group),
+    meta,
+  ]);
+}
+
+/** A frame of a segmentation: its pixels are 0 and 1. */
+export interface SegmentFrame {
+  segment: number;
+  z: number;
+  pixels: readonly number[];
+}
+
+/** A BINARY segmentation with slices 1 mm apart, and segments "part 1", "part 2", … */
+export function dicomSegmentation(
+  frames: readonly SegmentFrame[],
+  columns: number,
+  rows: number,
+): Uint8Array {
+  const bits = frames.flatMap(({ pixels }) => pixels);
+  const packedBits = Buffer.alloc(Math.ceil(bits.length / 8));
+  for (const [i, bit] of bits.entries()) {
+    packedBits[i >> 3] = (packedBits[i >> 3] as number) | (bit << (i & 7));
+  }
+  const segments = [...new Set(frames.map(({ segment }) => segment))];
+  return Buffer.concat([
+    fileStart("1.2.840.10008.1.2.1"),
+    element(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.66.4"),
+    element(0x00080060, "CS", "SEG"),
+    element(0x00280002, "US", number(1)),
+    element(0x00280004, "CS", "MONOCHROME2"),
+    element(0x00280008, "IS", String(frames.length)),
+    element(0x00280010, "US", number(rows)),
+    element(0x00280011, "US", number(columns)),
+    element(0x00280100, "US", number(1)),
+    element(0x00280101, "US", number(1)),
+    element(0x00280102, "US", number(0)),
+    element(0x00280103, "US", number(0)),
+    element(0x00620001, "CS", "BINARY"),
+    sequence(
+      0x00620002,
+      ...segments.map((segment) => [
+        element(0x00620004, "US", number(segment)),
+        element(0x00620005, "LO", `part ${segment}`),
+      ]),
+    ),
+    sequence(0x52009229, [
+      sequence(0x00209116, [element(0x00200037, "DS", "1\\0\\0\\0\\1\\0")]),
+      sequence(0x00289110, [
+        element(0x00180088, "DS", "1"),
+        element(0x00280030, "DS", "0.5\\0.75"),
+      ]),
+    ]),
+    sequence(
+      0x52009230,
+      ...frames.map(({ segment, z }) => [
+        sequence(0x00209113, [element(0x00200032, "DS", `0\\0\\${z}`)]),
+        sequence(0x0062000a, [element(0x0062000b, "US", number(segment))]),
+      ]),
+    ),
+    element(0x7fe00010, "OB", packedBits),
+  ]);
+}
+
 /** A CT slice at `z` mm. `syntax`: its transfer syntax; the pixels are run lengths in any case. */
 export function dicomSlice(
   pixels: Uint16Array,
@@ -41,16 +124,9 @@ export function dicomSlice(
   z: number,
   syntax = "1.2.840.10008.1.2.5",
 ): Uint8Array {
-  const number = (value: number) => Buffer.from(Uint16Array.of(value).buffer);
-  const meta = element(0x00020010, "UI", syntax);
-  const group = Buffer.alloc(4);
-  group.writeUInt32LE(meta.length);
   const pixelData = Buffer.from("e07f10004f420000ffffffff", "hex");
   return Buffer.concat([
-    Buffer.alloc(128),
-    Buffer.from("DICM"),
-    element(0x00020000, "UL", group),
-    meta,
+    fileStart(syntax),
     element(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.2"),
     element(0x00080018, "UI", `1.2.3.4.${z}`),
     element(0x00080060, "CS", "CT"),

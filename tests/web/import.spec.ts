@@ -18,7 +18,7 @@ import { brotliCompressSync, deflateSync, gzipSync } from "node:zlib";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
 import { CoreError } from "../../web/core/index.ts";
 import { type ImportOptions, volumesAmong } from "../../web/import/index.ts";
-import { dicomSlice } from "../support/dicom_files.ts";
+import { dicomSegmentation, dicomSlice } from "../support/dicom_files.ts";
 import {
   buildFrom,
   buildLocally,
@@ -313,6 +313,20 @@ describe("a store is that of the program, byte by byte", () => {
     expect(await buildHere(inside, "ct", {})).toMatch(
       /transfer syntax 1\.2\.840\.10008\.1\.2\.4\.90: .*isosplat build/,
     );
+  });
+
+  test("one segment of a DICOM segmentation, or the list of all", async () => {
+    const frames = [1, 2].flatMap((segment) =>
+      [0, 1, 2, 5, 6].map((z) => ({
+        segment,
+        z,
+        pixels: Array.from({ length: 11 * 9 }, (_, i) => Number((i + z) % (segment + 2) === 0)),
+      })),
+    );
+    const inside = newFolder({ "a.dcm": dicomSegmentation(frames, 11, 9) });
+    await compare(inside, "a.dcm", ["--segment", "part 2"], { segment: "part 2" });
+    await compare(inside, "a.dcm");
+    expect(await buildHere(inside, "a.dcm", {})).toMatch(/--segment 1 or "part 1", 5 frames/);
   });
 
   test.skipIf(!existsSync(join(volumes, "cthead_tif")))("a folder of TIFF slices", async () => {
