@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <isosplat/version.h>
 #include <sys/stat.h>
 #define XXH_INLINE_ALL
 #include <xxhash.h>

@@ -10,7 +10,8 @@ if(DOXYGEN_FOUND)
   set(DOXYGEN_GENERATE_LATEX NO)
   set(DOXYGEN_WARN_AS_ERROR FAIL_ON_WARNINGS)
   set(DOXYGEN_QUIET YES)
-  doxygen_add_docs(docs ${PROJECT_SOURCE_DIR}/shared/include/isosplat)
+  doxygen_add_docs(docs ${PROJECT_SOURCE_DIR}/shared/include/isosplat
+                   ${PROJECT_BINARY_DIR}/include/isosplat)
 else()
   add_custom_target(docs COMMAND ${CMAKE_COMMAND} -E echo "docs needs Doxygen: apt-get install doxygen"
                          COMMAND ${CMAKE_COMMAND} -E false)

@@ -9,6 +9,12 @@ if(TARGET isosplat_library)
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/shared/include/isosplat
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT library)
+  install(FILES ${PROJECT_BINARY_DIR}/include/isosplat/version.h
+          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/isosplat COMPONENT library)
+  install(FILES shared/library/README.md
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libisosplat-dev COMPONENT library)
+  install(DIRECTORY docs/examples/points/
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libisosplat-dev/examples COMPONENT library)
   install(EXPORT isosplat NAMESPACE isosplat:: FILE isosplat-targets.cmake
           DESTINATION ${package} COMPONENT library)
   configure_package_config_file(
