@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <cstring>
+#include <span>
 
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
@@ -34,15 +38,27 @@ Result<BuildReport> build_with_progress(const OpenVolume& volume,
 }
 
 std::string store_stem(const std::filesystem::path& volume) {
+  // In the order in which they end a name: "x.ome.tiff.gz". Of other suffixes a name may consist,
+  // as those of DICOM files do.
+  constexpr std::array kCompressed{".gz", ".bz2", ".zst", ".xz"};
+  constexpr std::array kFormats{".nii",  ".nrrd",   ".nhdr", ".mha", ".mhd",  ".hdr", ".img",
+                                ".vtk",  ".tif",    ".tiff", ".lsm", ".stk",  ".dcm", ".raw",
+                                ".npy",  ".npz",    ".mrc",  ".map", ".ccp4", ".rec", ".st",
+                                ".h5",   ".hdf5",   ".he5",  ".nc",  ".ims",  ".mat", ".emd",
+                                ".cmap", ".vtkhdf", ".zarr", ".zip"};
+  constexpr std::array kInner{".ome"};
   const auto name = volume.has_filename() ? volume : volume.parent_path();
-  std::string stem = name.filename().string();
-  for (const std::string_view suffix :
-       {".gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd", ".vtk", ".tif", ".tiff", ".dcm", ".raw"}) {
-    if (stem.size() > suffix.size() && stem.ends_with(suffix)) {
-      stem.resize(stem.size() - suffix.size());
-    }
-  }
-  return stem;
+  std::filesystem::path stem = name.filename();
+  const auto strip = [&](std::span<const char* const> suffixes) {
+    std::string suffix = stem.extension().string();
+    std::ranges::transform(suffix, suffix.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (std::ranges::find(suffixes, suffix) != suffixes.end()) stem = stem.stem();
+  };
+  strip(kCompressed);
+  strip(kFormats);
+  strip(kInner);
+  return stem.string();
 }
 
 bool is_store(const std::filesystem::path& path) {

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <isosplat/version.h>
 
 #include <algorithm>
 #include <array>
@@ -10,9 +11,8 @@
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
 #include "native/cli/write_mesh.h"
-#include "native/extract/encoded_file.h"
 #include "native/extract/extract.h"
-#include "shared/mesh_files/ply_encoder.h"
+#include "native/extract/mesh_file.h"
 
 namespace isosplat::cli {
 namespace {
@@ -67,8 +67,8 @@ int run(const ExtractCall& call) {
       !checked) {
     return report(checked.error());
   }
-  // Points are always in a PLY file.
-  const auto format = mesh_format(call.mesh ? path : "points.ply");
+  const auto format =
+      mesh_format(path, call.mesh ? SurfaceContent::triangles : SurfaceContent::points);
   if (!format) return report(format.error());
   const auto replaceable =
       check_replaceable(path, (*format)->beginning, (*format)->name, call.force);
@@ -97,17 +97,17 @@ int run(const ExtractCall& call) {
     if (mesh->counts.triangles == 0) explain_no_surface(**store, call);
     return kSuccess;
   }
-  auto file = EncodedFile::create(path, std::make_unique<PlyEncoder>((*store)->info().grid, comment,
-                                                                     PlyEncoder::Content::points));
+  const auto file = (*format)->create(
+      path, {(*store)->info().grid, call.isovalue, comment, SurfaceContent::points});
   if (!file) return report(file.error());
   const auto points = extract_points(**store, call.isovalue, call.projection, options,
                                      [&](const PointArrays& batch) {
-                                       return file->append({batch, {}});
+                                       return (*file)->append({batch, {}});
                                      });
   if (!points) return report(points.error());
-  if (auto published = file->publish(); !published) return report(published.error());
+  if (auto published = (*file)->publish(); !published) return report(published.error());
   fmt::print("{}: {} points with normals, {}\n", path.string(), with_commas(*points),
-             format_bytes(file->bytes()));
+             format_bytes((*file)->bytes()));
   if (*points == 0) explain_no_surface(**store, call);
   return kSuccess;
 }
@@ -122,8 +122,12 @@ void add_extract_command(CLI::App& program, int& exit_code) {
   command->add_option("-i,--isovalue", call->isovalue, "The isovalue, in the volume's values")
       ->check(is_number())
       ->required();
-  command->add_option("-o,--output", call->output,
-                      "The file (default: STORE_ISOVALUE.ply in the current folder)");
+  command->add_option(
+      "-o,--output", call->output,
+      "The file (default: STORE_ISOVALUE.ply in the current folder); its extension\n"
+      "says the format. Points: " +
+          mesh_extensions(SurfaceContent::points) +
+          "; triangles: " + mesh_extensions(SurfaceContent::triangles));
   command
       ->add_option("--level", call->level, "0 is the finest; each further level halves each axis")
       ->check(is_whole_number(0, 32))
@@ -137,8 +141,7 @@ void add_extract_command(CLI::App& program, int& exit_code) {
   CLI::Option* mesh = command->add_flag(
       "--mesh", call->mesh,
       "Write triangles instead of points: a closed surface (except at the volume's\n"
-      "border and at missing voxels), in the format that the extension of --output says:\n" +
-          mesh_extensions());
+      "border and at missing voxels)");
   command
       ->add_option("--components", call->changes.components,
                    "Keep only this number of components, those of the largest areas")
@@ -188,12 +191,17 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "triangle, and 3MF has none. Positions are in world space; GLB and 3MF assume millimetres,\n"
       "and GLB converts to metres with y up. In PLY files they are double precision if single\n"
       "precision would be wrong by more than 1/2000 of a voxel.\n"
+      "NumPy loads .npy and .npz: an .npy file has one array of points with the fields position,\n"
+      "normal and value; an .npz file has the arrays positions, normals, isovalue, and with "
+      "--mesh\n"
+      "triangles.\n"
       "With --box, the surface ends at faces of cells, and is open there, as it is at the "
       "volume's\n"
       "border; normals there are those of the cells inside. Boxes side by side share no cell:\n"
       "together their parts are the whole surface.\n\n" +
       examples("  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
                "  isosplat extract head.isosplat -i -300 --exact --level 1\n"
+               "  isosplat extract engine.isosplat --isovalue 60.5 -o engine.npz\n"
                "  isosplat extract engine.isosplat --isovalue 60.5 --mesh -o engine.stl\n"
                "  isosplat extract engine.isosplat -i 60.5 --mesh --largest --simplify 0.1 -o "
                "part.3mf\n"

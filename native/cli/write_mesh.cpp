@@ -41,9 +41,9 @@ Result<void> write_changed(const StoreFile& store, double isovalue, const Extrac
 Result<WrittenMesh> write_mesh(const StoreFile& store, double isovalue,
                                const ExtractOptions& options, const MeshChanges& changes,
                                const std::filesystem::path& path, const std::string& comment) {
-  const auto format = mesh_format(path);
+  const auto format = mesh_format(path, SurfaceContent::triangles);
   if (!format) return tl::unexpected(format.error());
-  const auto file = (*format)->create(path, store.info().grid, comment);
+  const auto file = (*format)->create(path, {store.info().grid, isovalue, comment});
   if (!file) return tl::unexpected(file.error());
   WrittenMesh written;
   if (changes.any()) {

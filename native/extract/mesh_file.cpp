@@ -7,58 +7,87 @@
 #include <cctype>
 
 #include "native/extract/encoded_file.h"
+#include "native/extract/npy_encoder.h"
+#include "native/extract/npz_file.h"
 #include "native/extract/obj_file.h"
 #include "native/extract/three_mf_file.h"
+#include "shared/mesh_files/ply_encoder.h"
 
 namespace isosplat {
 namespace {
 
-template <MeshFormatId format>
-Result<std::unique_ptr<MeshFile>> create_encoded(const std::filesystem::path& path,
-                                                 const VolumeGrid& grid, std::string_view comment) {
-  auto file = EncodedFile::create(path, make_mesh_encoder(format, grid, comment));
+Result<std::unique_ptr<MeshFile>> encoded(const std::filesystem::path& path,
+                                          std::unique_ptr<MeshEncoder> encoder) {
+  auto file = EncodedFile::create(path, std::move(encoder));
   if (!file) return tl::unexpected(file.error());
   return std::make_unique<EncodedFile>(std::move(*file));
 }
 
+template <MeshFormatId format>
+Result<std::unique_ptr<MeshFile>> create_encoded(const std::filesystem::path& path,
+                                                 const SurfaceDescription& surface) {
+  return encoded(path, make_mesh_encoder(format, surface.grid, surface.comment));
+}
+
+Result<std::unique_ptr<MeshFile>> create_ply(const std::filesystem::path& path,
+                                             const SurfaceDescription& surface) {
+  const auto content = surface.content == SurfaceContent::points ? PlyEncoder::Content::points
+                                                                 : PlyEncoder::Content::triangles;
+  return encoded(path, std::make_unique<PlyEncoder>(surface.grid, surface.comment, content));
+}
+
+Result<std::unique_ptr<MeshFile>> create_npy(const std::filesystem::path& path,
+                                             const SurfaceDescription& surface) {
+  return encoded(path, std::make_unique<NpyEncoder>(surface.grid, surface.isovalue));
+}
+
 template <class File>
-Result<std::unique_ptr<MeshFile>> create(const std::filesystem::path& path, const VolumeGrid& grid,
-                                         std::string_view comment) {
-  auto file = File::create(path, grid, comment);
+Result<std::unique_ptr<MeshFile>> create(const std::filesystem::path& path,
+                                         const SurfaceDescription& surface) {
+  auto file = File::create(path, surface);
   if (!file) return tl::unexpected(file.error());
   return std::make_unique<File>(std::move(*file));
 }
 
+// extension, beginning, name, whether it has points, whether it has triangles, creation
 constexpr std::array kFormats{
-    MeshFormat{".ply", "ply\n", "a PLY file", create_encoded<MeshFormatId::ply>},
-    MeshFormat{".stl", "isosurface", "an STL file of this program",
+    MeshFormat{".ply", "ply\n", "a PLY file", true, true, create_ply},
+    MeshFormat{".stl", "isosurface", "an STL file of this program", false, true,
                create_encoded<MeshFormatId::stl>},
-    MeshFormat{".obj", "# isosurface", "an OBJ file of this program", create<ObjFile>},
-    MeshFormat{".glb", "glTF", "a GLB file", create_encoded<MeshFormatId::glb>},
-    MeshFormat{".3mf", "PK", "a 3MF file", create<ThreeMfFile>},
+    MeshFormat{".obj", "# isosurface", "an OBJ file of this program", false, true, create<ObjFile>},
+    MeshFormat{".glb", "glTF", "a GLB file", false, true, create_encoded<MeshFormatId::glb>},
+    MeshFormat{".3mf", "PK", "a 3MF file", false, true, create<ThreeMfFile>},
+    MeshFormat{".npy", "\x93NUMPY", "a NumPy file", true, false, create_npy},
+    MeshFormat{".npz", "PK", "an NPZ file", true, true, create<NpzFile>},
 };
 
 }  // namespace
 
-std::string mesh_extensions() {
+std::string mesh_extensions(SurfaceContent content) {
   std::string all;
   for (const MeshFormat& format : kFormats) {
-    all += fmt::format("{}{}", all.empty() ? "" : ", ", format.extension);
+    if (format.has(content)) {
+      all += fmt::format("{}{}", all.empty() ? "" : ", ", format.extension);
+    }
   }
   return all;
 }
 
-Result<const MeshFormat*> mesh_format(const std::filesystem::path& path) {
+Result<const MeshFormat*> mesh_format(const std::filesystem::path& path, SurfaceContent content) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(),
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   const auto found = std::ranges::find(kFormats, extension, &MeshFormat::extension);
-  if (found != kFormats.end()) return &*found;
-  return fail(
-      Status::invalid_argument,
-      fmt::format("{}: expected the extension of a mesh file ({}), found \"{}\": choose one "
-                  "of them",
-                  path.string(), mesh_extensions(), path.extension().string()));
+  if (found != kFormats.end() && found->has(content)) return &*found;
+  const bool is_points = content == SurfaceContent::points;
+  std::string remedy = "choose one of them";
+  if (found != kFormats.end()) {
+    remedy += is_points ? ", or write triangles with --mesh" : ", or write points without --mesh";
+  }
+  return fail(Status::invalid_argument,
+              fmt::format("{}: expected the extension of a file of {} ({}), found \"{}\": {}",
+                          path.string(), is_points ? "points" : "triangles",
+                          mesh_extensions(content), path.extension().string(), remedy));
 }
 
 }  // namespace isosplat

@@ -29,23 +29,39 @@ class MeshFile {
   MeshFile& operator=(MeshFile&&) = default;
 };
 
-/// A format of meshes.
+/// What a file has of a surface.
+enum class SurfaceContent { points, triangles };
+
+/// A surface whose parts a file gets.
+struct SurfaceDescription {
+  const VolumeGrid& grid;
+  double isovalue;
+  std::string_view comment;  ///< one line for the file's header
+  SurfaceContent content = SurfaceContent::triangles;
+};
+
+/// A format of meshes, of points, or of both.
 struct MeshFormat {
   std::string_view extension;  ///< lower case, with the dot
   std::string_view
       beginning;          ///< the first bytes of all files of this format that the program writes
   std::string_view name;  ///< for messages: "a PLY file"
+  bool has_points, has_triangles;
 
-  /// Creates a file. `grid`: of the volume. `comment`: one line for the file's header. Errors:
-  /// those of OutputFile.
+  /// Creates a file. Errors: those of OutputFile.
   Result<std::unique_ptr<MeshFile>> (*create)(const std::filesystem::path& path,
-                                              const VolumeGrid& grid, std::string_view comment);
+                                              const SurfaceDescription& surface);
+
+  bool has(SurfaceContent content) const {
+    return content == SurfaceContent::points ? has_points : has_triangles;
+  }
 };
 
-/// The format that a path's extension says, in upper or lower case. Errors: invalid_argument.
-Result<const MeshFormat*> mesh_format(const std::filesystem::path& path);
+/// The format that a path's extension says, in upper or lower case. Errors: invalid_argument if no
+/// format has it, or if that format cannot hold the content.
+Result<const MeshFormat*> mesh_format(const std::filesystem::path& path, SurfaceContent content);
 
-/// The extensions of all formats: ".ply, .stl, …".
-std::string mesh_extensions();
+/// The extensions of all formats of this content: ".ply, .stl, …".
+std::string mesh_extensions(SurfaceContent content);
 
 }  // namespace isosplat

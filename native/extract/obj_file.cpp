@@ -6,12 +6,12 @@
 
 namespace isosplat {
 
-Result<ObjFile> ObjFile::create(const std::filesystem::path& path, const VolumeGrid&,
-                                std::string_view comment) {
+Result<ObjFile> ObjFile::create(const std::filesystem::path& path,
+                                const SurfaceDescription& surface) {
   auto file = OutputFile::create(path);
   if (!file) return tl::unexpected(file.error());
   ObjFile obj(std::move(*file));
-  std::string line = fmt::format("# {}", comment);
+  std::string line = fmt::format("# {}", surface.comment);
   for (char& c : line) {
     if (static_cast<unsigned char>(c) < ' ') c = ' ';
   }

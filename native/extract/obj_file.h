@@ -14,9 +14,9 @@ namespace isosplat {
 /// publish().
 class ObjFile : public MeshFile {
  public:
-  /// `comment`: one line. Errors: those of OutputFile.
-  static Result<ObjFile> create(const std::filesystem::path& path, const VolumeGrid&,
-                                std::string_view comment);
+  /// Errors: those of OutputFile.
+  static Result<ObjFile> create(const std::filesystem::path& path,
+                                const SurfaceDescription& surface);
 
   /// Errors: io_error.
   Result<void> append(const MeshPart& part) override;

@@ -1,11 +1,11 @@
 #include "native/extract/three_mf_file.h"
 
-#include <archive.h>
-#include <archive_entry.h>
 #include <fmt/format.h>
 
+#include <functional>
 #include <iterator>
-#include <memory>
+
+#include "native/files/zip_writer.h"
 
 namespace isosplat {
 namespace {
@@ -46,61 +46,6 @@ std::string escape_xml(std::string_view text) {
   return escaped;
 }
 
-/// A ZIP archive that is written to an OutputFile from `end` on.
-class ZipWriter {
- public:
-  ZipWriter(OutputFile& file, uint64_t& end) : file_(file), end_(end) {
-    archive_write_set_format_zip(archive_.get());
-    // The default pads the archive's end to a multiple of its blocks.
-    archive_write_set_bytes_in_last_block(archive_.get(), 1);
-  }
-
-  Result<void> open() {
-    return check(archive_write_open(archive_.get(), this, nullptr, &ZipWriter::write, nullptr));
-  }
-
-  Result<void> begin_entry(const char* name, uint64_t size) {
-    const std::unique_ptr<archive_entry, decltype(&archive_entry_free)> entry(archive_entry_new(),
-                                                                              archive_entry_free);
-    archive_entry_set_pathname(entry.get(), name);
-    archive_entry_set_size(entry.get(), static_cast<int64_t>(size));
-    archive_entry_set_filetype(entry.get(), AE_IFREG);
-    archive_entry_set_perm(entry.get(), 0644);
-    return check(archive_write_header(archive_.get(), entry.get()));
-  }
-
-  Result<void> append(std::span<const std::byte> bytes) {
-    return check(archive_write_data(archive_.get(), bytes.data(), bytes.size()));
-  }
-  Result<void> append(std::string_view text) { return append(std::as_bytes(std::span(text))); }
-
-  Result<void> close() { return check(archive_write_close(archive_.get())); }
-
- private:
-  static la_ssize_t write(archive*, void* client, const void* data, size_t size) {
-    auto& self = *static_cast<ZipWriter*>(client);
-    self.written_ = self.file_.write(self.end_, {static_cast<const std::byte*>(data), size});
-    if (!self.written_) return -1;
-    self.end_ += size;
-    return static_cast<la_ssize_t>(size);
-  }
-
-  Result<void> check(la_ssize_t returned) {
-    if (returned >= 0) return {};
-    if (!written_) return written_;
-    const char* reason = archive_error_string(archive_.get());
-    return fail(Status::io_error,
-                fmt::format("{}: cannot write the ZIP archive: {}", file_.temporary_path().string(),
-                            reason ? reason : "unknown error"));
-  }
-
-  OutputFile& file_;
-  uint64_t& end_;
-  Result<void> written_;
-  std::unique_ptr<archive, decltype(&archive_write_free)> archive_{archive_write_new(),
-                                                                   archive_write_free};
-};
-
 Result<void> write_text(ZipWriter& zip, const char* name, std::string_view text) {
   if (auto begun = zip.begin_entry(name, kXmlBegin.size() + text.size()); !begun) return begun;
   if (auto written = zip.append(kXmlBegin); !written) return written;
@@ -109,15 +54,16 @@ Result<void> write_text(ZipWriter& zip, const char* name, std::string_view text)
 
 }  // namespace
 
-Result<ThreeMfFile> ThreeMfFile::create(const std::filesystem::path& path, const VolumeGrid&,
-                                        std::string_view comment) {
+Result<ThreeMfFile> ThreeMfFile::create(const std::filesystem::path& path,
+                                        const SurfaceDescription& surface) {
   auto file = OutputFile::create(path);
   if (!file) return tl::unexpected(file.error());
   auto vertices = SpooledBytes::create(path.parent_path());
   if (!vertices) return tl::unexpected(vertices.error());
   auto triangles = SpooledBytes::create(path.parent_path());
   if (!triangles) return tl::unexpected(triangles.error());
-  return ThreeMfFile(std::move(*file), std::move(*vertices), std::move(*triangles), comment);
+  return ThreeMfFile(std::move(*file), std::move(*vertices), std::move(*triangles),
+                     surface.comment);
 }
 
 Result<void> ThreeMfFile::append(const MeshPart& part) {
@@ -156,10 +102,9 @@ Result<void> ThreeMfFile::publish() {
                                    ? "</triangles></mesh></object></resources>\n<build><item "
                                      "objectid=\"1\"/></build></model>\n"
                                    : "</resources>\n<build/></model>\n";
-  ZipWriter zip(file_, end_);
+  ZipWriter zip(file_, ZipWriter::Compression::deflate);
   const auto copy = [&](std::span<const std::byte> piece) { return zip.append(piece); };
   const auto steps = {
-      std::function([&] { return zip.open(); }),
       std::function([&] { return write_text(zip, "[Content_Types].xml", kContentTypes); }),
       std::function([&] { return write_text(zip, "_rels/.rels", kRelationships); }),
       std::function([&] {
@@ -177,6 +122,7 @@ Result<void> ThreeMfFile::publish() {
   for (const std::function<Result<void>()>& step : steps) {
     if (auto done = step(); !done) return done;
   }
+  end_ = zip.bytes();
   return {};
 }
 

@@ -15,9 +15,9 @@ namespace isosplat {
 /// in temporary files until publish() compresses it.
 class ThreeMfFile : public MeshFile {
  public:
-  /// `comment`: the model's description. Errors: those of OutputFile.
-  static Result<ThreeMfFile> create(const std::filesystem::path& path, const VolumeGrid& grid,
-                                    std::string_view comment);
+  /// The surface's comment becomes the model's description. Errors: those of OutputFile.
+  static Result<ThreeMfFile> create(const std::filesystem::path& path,
+                                    const SurfaceDescription& surface);
 
   /// Errors: io_error, invalid_argument (more than 2³¹ vertices or triangles, the most that the
   /// format allows).

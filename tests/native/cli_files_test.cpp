@@ -98,10 +98,10 @@ TEST(CliFiles, ExtractAndRenderNeverWriteOverTheirStore) {
   }
   EXPECT_EQ(read_file(store), whole);
   // Nor do they replace other files without --force.
-  write_file(folder / "notes.txt", "years of work");
-  expect_refused({"extract", store, "-i", "100.5", "-o", folder / "notes.txt"}, "--force");
-  expect_refused({"render", store, "-i", "100.5", "-o", folder / "notes.txt"}, "--force");
-  EXPECT_EQ(read_file(folder / "notes.txt"), "years of work");
+  write_file(folder / "notes.ply", "years of work");
+  expect_refused({"extract", store, "-i", "100.5", "-o", folder / "notes.ply"}, "--force");
+  expect_refused({"render", store, "-i", "100.5", "-o", folder / "notes.ply"}, "--force");
+  EXPECT_EQ(read_file(folder / "notes.ply"), "years of work");
   const std::vector<std::string> extract{"extract", store, "-i",
                                          "100.5",   "-o",  folder / "points.ply"};
   EXPECT_EQ(run(extract).exit_code, 0);
@@ -151,15 +151,18 @@ TEST(CliFiles, DemoVolumesReplaceOnlyThemselves) {
 TEST(CliFiles, OutputsAreFilesOnly) {
   const TempFolder folder;
   ASSERT_EQ(run({"build", write_ball(folder, 20)}).exit_code, 0);
-  const std::string store = folder / "ball.isosplat", pipe = folder / "pipe";
+  const std::string store = folder / "ball.isosplat", pipe = folder / "pipe.ply";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  std::filesystem::create_symlink("circle", folder / "circle");
+  std::filesystem::create_directory(folder / "folder.ply");
+  std::filesystem::create_symlink("/dev/null", folder / "null.ply");
+  std::filesystem::create_symlink("circle.ply", folder / "circle.ply");
   const auto before = folder.files();
-  for (const std::string& output : {std::string("/dev/null"), pipe, folder.path().string()}) {
+  for (const std::string& output :
+       {(folder / "null.ply").string(), pipe, (folder / "folder.ply").string()}) {
     expect_refused({"extract", store, "-i", "100.5", "-o", output}, "expected the name of a file");
     expect_refused({"build", folder / "ball.nrrd", "-o", output}, "expected the name of a file");
   }
-  EXPECT_EQ(run({"extract", store, "-i", "100.5", "-o", folder / "circle"}).exit_code, 1);
+  EXPECT_EQ(run({"extract", store, "-i", "100.5", "-o", folder / "circle.ply"}).exit_code, 1);
   struct stat found {};
   ASSERT_EQ(lstat("/dev/null", &found), 0);
   EXPECT_TRUE(S_ISCHR(found.st_mode));

@@ -196,6 +196,61 @@ TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
                                                       "ball.nrrd", "ball.ply", "none.ply"}));
 }
 
+TEST(Cli, WritesArraysThatNumPyLoads) {
+  const TempFolder folder;
+  ASSERT_EQ(run({"build", write_ball(folder, 40), "-q"}).exit_code, 0);
+  const std::string store = folder / "ball.isosplat";
+  for (const char* name : {"p.npy", "p.npz"}) {
+    const Ended written = run({"extract", store, "-i", "100.5", "-o", folder / name});
+    EXPECT_EQ(written.exit_code, 0) << written.err;
+  }
+  EXPECT_EQ(run({"extract", store, "-i", "100.5", "--mesh", "-o", folder / "m.npz"}).exit_code, 0);
+  // What was a PLY file under any name, without a word.
+  EXPECT_EQ(run({"extract", store, "-i", "100.5", "-o", folder / "p.csv"}).exit_code, 2);
+  if (std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") != 0) {
+    GTEST_SKIP() << "NumPy is missing: python3-numpy";
+  }
+  const std::string script = folder / "load.py";
+  write_file(script, R"(import numpy, sys
+folder = sys.argv[1]
+points = numpy.load(folder + "/p.npy")
+arrays = numpy.load(folder + "/p.npz")
+assert len(points) > 1000 and points.dtype.names == ("position", "normal", "value")
+assert (arrays["positions"] == points["position"]).all()
+assert (arrays["normals"] == points["normal"]).all()
+assert (points["value"] == 100.5).all() and arrays["isovalue"] == 100.5
+radius = numpy.linalg.norm(points["position"] / [1, 1, 2] - 19.5, axis=1)
+assert abs(radius - 99.5 * 40 / 300).max() < 0.35
+mesh = numpy.load(folder + "/m.npz")
+corners = mesh["positions"][mesh["triangles"]]
+assert len(corners) > 1000 and mesh["normals"].shape == mesh["positions"].shape
+edges = numpy.sort(mesh["triangles"][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+assert (numpy.unique(edges, axis=0, return_counts=True)[1] == 2).all(), "the mesh is closed"
+)");
+  EXPECT_EQ(
+      std::system(
+          ("/usr/bin/python3 " + script + " " + script.substr(0, script.rfind(char(47)))).c_str()),
+      0);
+}
+
+TEST(Cli, NamesStoresAfterTheirVolumes) {
+  const TempFolder folder;
+  const std::string voxels = ball(8);
+  const std::string npy_header = "{'descr': '|u1', 'fortran_order': False, 'shape': (8, 8, 8), }";
+  std::string npy = std::string("\x93NUMPY\x01\x00\x76\x00", 10) + npy_header;
+  npy.resize(127, ' ');
+  write_file(folder / "a.npy", npy + "\n" + voxels);
+  write_file(folder / "B.NRRD",
+             "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 8\nencoding: raw\n\n" + voxels);
+  for (const char* name : {"a.npy", "B.NRRD"}) {
+    const Ended built = run({"build", folder / name, "-q"});
+    EXPECT_EQ(built.exit_code, 0) << built.err;
+  }
+  for (const char* name : {"a.isosplat", "B.isosplat"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
+  }
+}
+
 TEST(Cli, WritesMeshes) {
   const TempFolder folder;
   ASSERT_EQ(run({"build", write_ball(folder, 40), "-q"}).exit_code, 0);
@@ -205,7 +260,7 @@ TEST(Cli, WritesMeshes) {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run(arguments);
   };
-  for (const char* name : {"b.ply", "b.STL", "b.obj", "b.glb", "b.3mf"}) {
+  for (const char* name : {"b.ply", "b.STL", "b.obj", "b.glb", "b.3mf", "b.npz"}) {
     const Ended written = extract({"--mesh", "-o", folder / name});
     EXPECT_EQ(written.exit_code, 0) << written.err;
     EXPECT_NE(written.out.find(" triangles, "), std::string::npos) << written.out;

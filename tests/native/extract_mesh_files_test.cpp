@@ -37,10 +37,11 @@ class MeshFiles : public testing::Test {
 
   /// The content of a file of these parts.
   template <class Parts>
-  std::string write(const char* name, const Parts& parts, const VolumeGrid& grid = {{2, 2, 2}}) {
-    const auto format = mesh_format(path(name));
+  std::string write(const char* name, const Parts& parts, const VolumeGrid& grid = {{2, 2, 2}},
+                    SurfaceContent content = SurfaceContent::triangles) {
+    const auto format = mesh_format(path(name), content);
     EXPECT_TRUE(format);
-    auto file = (*format)->create(path(name), grid, "isosurface 1 of <a> & b\xFC");
+    auto file = (*format)->create(path(name), {grid, 1.5, "isosurface 1 of <a> & b\xFC", content});
     EXPECT_TRUE(file);
     for (const MeshPart& part : parts) {
       const auto appended = (*file)->append(part);
@@ -49,10 +50,10 @@ class MeshFiles : public testing::Test {
     EXPECT_FALSE(std::filesystem::exists(path(name)));
     const auto published = (*file)->publish();
     EXPECT_TRUE(published) << published.error().message;
-    std::string content = content_of(path(name));
-    EXPECT_EQ(content.size(), (*file)->bytes());
-    EXPECT_TRUE(content.starts_with((*format)->beginning));
-    return content;
+    std::string bytes = content_of(path(name));
+    EXPECT_EQ(bytes.size(), (*file)->bytes());
+    EXPECT_TRUE(bytes.starts_with((*format)->beginning));
+    return bytes;
   }
 
   TemporaryFolder folder_;
@@ -159,19 +160,88 @@ TEST_F(MeshFiles, ThreeMfWithoutTrianglesHasNoObject) {
   EXPECT_EQ(files["3D/3dmodel.model"].find("<object"), std::string::npos);
 }
 
+/// The dictionary of an array file's header; removes the header from `bytes`.
+std::string take_npy_header(std::string& bytes) {
+  EXPECT_TRUE(bytes.starts_with(std::string_view("\x93NUMPY\x01\x00", 8)));
+  const size_t end = 10 + value_at<uint16_t>(bytes, 8);
+  EXPECT_EQ(end % 64, 0u);
+  EXPECT_EQ(bytes.at(end - 1), '\n');
+  const std::string header = bytes.substr(10, bytes.find_last_not_of(" \n", end - 1) - 9);
+  bytes.erase(0, end);
+  return header;
+}
+
+TEST_F(MeshFiles, NpyIsOneArrayOfPoints) {
+  const auto parts = tetrahedron({0.125, 0, 0});
+  std::string bytes = write("a.npy", parts, {{2, 2, 2}}, SurfaceContent::points);
+  EXPECT_EQ(take_npy_header(bytes),
+            "{'descr': [('position', '<f4', (3,)), ('normal', '<f4', (3,)), ('value', '<f8')], "
+            "'fortran_order': False, 'shape': (4,), }");
+  ASSERT_EQ(bytes.size(), 4u * 32);
+  EXPECT_EQ(value_at<Vec3f>(bytes, 32), (Vec3f{1.125f, 0, 0}));
+  EXPECT_EQ(value_at<Vec3f>(bytes, 32 + 12), (Vec3f{1, 0, 0}));
+  EXPECT_EQ(value_at<double>(bytes, 32 + 24), 1.5);
+  EXPECT_EQ(value_at<Vec3f>(bytes, 96), (Vec3f{0.125f, 0, 3}));
+}
+
+TEST_F(MeshFiles, NpzHasAnArrayForEachProperty) {
+  const auto parts = tetrahedron({0.125, 0, 0});
+  auto files = unzip(write("a.npz", parts));
+  ASSERT_EQ(files.size(), 4u);
+  const auto header = [&](const char* name) { return take_npy_header(files[name]); };
+  EXPECT_EQ(header("positions.npy"), "{'descr': '<f4', 'fortran_order': False, 'shape': (4, 3), }");
+  EXPECT_EQ(header("normals.npy"), "{'descr': '<f4', 'fortran_order': False, 'shape': (4, 3), }");
+  EXPECT_EQ(header("triangles.npy"), "{'descr': '<u4', 'fortran_order': False, 'shape': (4, 3), }");
+  EXPECT_EQ(header("isovalue.npy"), "{'descr': '<f8', 'fortran_order': False, 'shape': (), }");
+  EXPECT_EQ(value_at<Vec3f>(files["positions.npy"], 36), (Vec3f{0.125f, 0, 3}));
+  EXPECT_EQ(files["positions.npy"].size(), 48u);
+  EXPECT_EQ(value_at<Vec3f>(files["normals.npy"], 36), (Vec3f{0, 0, 1}));
+  EXPECT_EQ(value_at<uint32_t>(files["triangles.npy"], 44), 3u);
+  EXPECT_EQ(value_at<double>(files["isovalue.npy"], 0), 1.5);
+  EXPECT_EQ(
+      unzip(write("b.npz", parts, {{2, 2, 2}}, SurfaceContent::points)).count("triangles.npy"), 0u);
+}
+
+TEST_F(MeshFiles, ArraysHaveDoublesWhereSinglePrecisionIsTooCoarse) {
+  const VolumeGrid far{{2, 2, 2}, {0.25, 0.25, 0.25}, {500000, 5200000, 120}};
+  const auto parts = tetrahedron({500000.0625, 5200000, 120});
+  std::string points = write("a.npy", parts, far, SurfaceContent::points);
+  EXPECT_NE(take_npy_header(points).find("'position', '<f8'"), std::string::npos);
+  EXPECT_EQ(value_at<double>(points, 44), 500001.0625);
+  auto files = unzip(write("a.npz", parts, far));
+  EXPECT_NE(take_npy_header(files["positions.npy"]).find("'<f8'"), std::string::npos);
+  EXPECT_EQ(value_at<double>(files["positions.npy"], 24), 500001.0625);
+}
+
 TEST_F(MeshFiles, AreChosenByTheirExtension) {
-  EXPECT_EQ((*mesh_format("a.STL"))->extension, ".stl");
-  EXPECT_EQ((*mesh_format("folder.ply/a.3mf"))->extension, ".3mf");
-  const auto unknown = mesh_format("a.vtk");
-  ASSERT_FALSE(unknown);
-  EXPECT_EQ(unknown.error().message,
-            "a.vtk: expected the extension of a mesh file (.ply, .stl, .obj, .glb, .3mf), found "
-            "\".vtk\": choose one of them");
+  constexpr auto kTriangles = SurfaceContent::triangles;
+  EXPECT_EQ((*mesh_format("a.STL", kTriangles))->extension, ".stl");
+  EXPECT_EQ((*mesh_format("folder.ply/a.3mf", kTriangles))->extension, ".3mf");
+  EXPECT_EQ((*mesh_format("a.NPY", SurfaceContent::points))->extension, ".npy");
+  const auto message = [](const char* path, SurfaceContent content) {
+    const auto refused = mesh_format(path, content);
+    return refused ? "accepted" : refused.error().message;
+  };
+  EXPECT_EQ(message("a.vtk", kTriangles),
+            "a.vtk: expected the extension of a file of triangles (.ply, .stl, .obj, .glb, .3mf, "
+            ".npz), found \".vtk\": choose one of them");
+  EXPECT_EQ(message("a.npy", kTriangles),
+            "a.npy: expected the extension of a file of triangles (.ply, .stl, .obj, .glb, .3mf, "
+            ".npz), found \".npy\": choose one of them, or write points without --mesh");
+  EXPECT_EQ(message("a.stl", SurfaceContent::points),
+            "a.stl: expected the extension of a file of points (.ply, .npy, .npz), found "
+            "\".stl\": choose one of them, or write triangles with --mesh");
+  EXPECT_EQ(message("a", SurfaceContent::points),
+            "a: expected the extension of a file of points (.ply, .npy, .npz), found \"\": choose "
+            "one of them");
 }
 
 TEST_F(MeshFiles, NeedAFolderThatExists) {
-  for (const char* name : {"none/a.ply", "none/a.stl", "none/a.obj", "none/a.glb", "none/a.3mf"}) {
-    const auto file = (*mesh_format(name))->create(path(name), {{2, 2, 2}}, "");
+  for (const char* name :
+       {"none/a.ply", "none/a.stl", "none/a.obj", "none/a.glb", "none/a.3mf", "none/a.npz"}) {
+    const VolumeGrid grid{{2, 2, 2}};
+    const auto file =
+        (*mesh_format(name, SurfaceContent::triangles))->create(path(name), {grid, 1, ""});
     ASSERT_FALSE(file) << name;
     EXPECT_EQ(file.error().status, Status::io_error);
   }

@@ -281,7 +281,7 @@ TEST_F(ExtractMesh, StlFilesHaveEachTrianglesCorners) {
 TEST_F(ExtractMesh, ObjFilesCountFromOne) {
   open({.voxels = kVoxels});
   const auto path = folder_.path() / "ball.obj";
-  auto file = ObjFile::create(path, grid_, "a ball");
+  auto file = ObjFile::create(path, {grid_, 1, "a ball"});
   ASSERT_TRUE(file);
   const auto counts = extract_mesh(*store_, kIsovalue, {},
                                    [&](const MeshPart& part) { return file->append(part); });
