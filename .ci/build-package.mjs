@@ -63,6 +63,11 @@ cpSync(join(root, "web/npm/python"), join(folder, "python"), {
   filter: (file) => !file.includes("__pycache__"),
 });
 const { version } = readJson(join(root, "package.json"));
+const pyproject = join(folder, "python/pyproject.toml");
+writeFileSync(
+  pyproject,
+  readFileSync(pyproject, "utf8").replace(/^version = .*$/m, `version = "${version}"`),
+);
 const { name, ...manifest } = readJson(join(root, "web/npm/package.json"));
 writeFileSync(
   join(folder, "package.json"),

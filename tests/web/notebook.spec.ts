@@ -29,8 +29,18 @@ view = Widget("https://host.example/ct/v1/volumes/head", isovalue=60.5)
 def attempt(action):
     try:
         return action()
-    except (ValueError, traitlets.TraitError) as error:
+    except (ValueError, TypeError, traitlets.TraitError) as error:
         return type(error).__name__ + ": " + str(error)
+def numbers():
+    try:
+        import numpy
+    except ImportError:
+        return None
+    view.isovalue = numpy.float32(60.5)
+    view.surfaces = [{"isovalue": numpy.uint8(7)}]
+    view.camera = {"target": numpy.array([1.0, 2.0, 3.0]), "distance": numpy.int64(10)}
+    view.clip = {"low": (0, numpy.float64(0.5), 0)}
+    return json.loads(json.dumps([view.isovalue, view.surfaces, view.camera, view.clip]))
 print(json.dumps({
     "defaults": {name: trait.default() for name, trait in Widget.class_traits(sync=True).items()},
     "readOnly": sorted(name for name, trait in Widget.class_traits().items() if trait.read_only),
@@ -39,6 +49,9 @@ print(json.dumps({
     "noModule": attempt(lambda: Widget("head.isosplat")._esm),
     "text": attempt(lambda: view.set_trait("isovalue", "sixty")),
     "set": attempt(lambda: setattr(view, "picked", {})),
+    "unknown": attempt(lambda: Widget(view.src, isovalues=[1])),
+    "private": attempt(lambda: Widget(view.src, _css="")),
+    "numbers": numbers(),
 }))
 `;
   // Debian's, which has Debian's packages.
@@ -58,6 +71,16 @@ print(json.dumps({
     expect(found.noModule).toMatch(/^ValueError: src: expected .*found 'head.isosplat'.*module=/);
     expect(found.text).toMatch(/^TraitError/);
     expect(found.set).toMatch(/^TraitError/);
+    expect(found.unknown).toMatch(/^TypeError: expected traits of .*isovalue.*, found isovalues$/);
+    expect(found.private).toMatch(/^TypeError: .*found _css$/);
+    // What programs have are NumPy's numbers and arrays.
+    const numbers = [
+      60.5,
+      [{ isovalue: 7 }],
+      { target: [1, 2, 3], distance: 10 },
+      { low: [0, 0.5, 0] },
+    ];
+    if (found.numbers) expect(found.numbers).toEqual(numbers);
   });
 });
 

@@ -26,6 +26,15 @@ def _module_beside(src):
     return server + "/isosplat-anywidget.js"
 
 
+def _plain(value):
+    """The value with NumPy's arrays and numbers as lists and numbers of Python, which JSON has."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return _plain(value.tolist()) if hasattr(value, "tolist") else value
+
+
 class IsosplatWidget(anywidget.AnyWidget):
     """A view of a volume. Traits are those of the element <isosplat-viewer>.
 
@@ -37,7 +46,7 @@ class IsosplatWidget(anywidget.AnyWidget):
 
     src = traitlets.Unicode().tag(sync=True)
     #: Of the first surface. None: the volume's first suggestion.
-    isovalue = traitlets.Float(None, allow_none=True).tag(sync=True)
+    isovalue = traitlets.CFloat(None, allow_none=True).tag(sync=True)
     #: All surfaces: [{"isovalue": 60.5, "colour": "#d9ccb3", "opacity": 1}, …]
     surfaces = traitlets.List(traitlets.Dict()).tag(sync=True)
     #: {"target": [x, y, z], "distance": …, "azimuth": …, "elevation": …, "roll": …, "fieldOfView": …,
@@ -72,4 +81,12 @@ class IsosplatWidget(anywidget.AnyWidget):
     picked = traitlets.Dict(default_value=None, allow_none=True, read_only=True).tag(sync=True)
 
     def __init__(self, src="", *, module=None, **traits):
+        unknown = [name for name in traits if not self.has_trait(name) or name.startswith("_")]
+        if unknown:
+            known = ", ".join(sorted(name for name in IsosplatWidget.class_own_traits() if name[0] != "_"))
+            raise TypeError(f"expected traits of IsosplatWidget ({known}), found {', '.join(unknown)}")
         super().__init__(src=src, _esm=module or _module_beside(src), **traits)
+
+    @traitlets.validate("surfaces", "camera", "clip", "slices")
+    def _validate_json(self, proposal):
+        return _plain(proposal["value"])
