@@ -1,19 +1,25 @@
-# Completion of isosplat for bash. Subcommands and options come from --help, so they are those of
-# the installed program.
+# Completion of isosplat for bash. Subcommands, options and their values come from --help, so they
+# are those of the installed program.
 _isosplat() {
-  local word=${COMP_WORDS[COMP_CWORD]} command='' i
+  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command='' help i
   COMPREPLY=()
   for ((i = 1; i < COMP_CWORD; i++)); do
     if [[ ${COMP_WORDS[i]} != -* ]]; then command=${COMP_WORDS[i]} && break; fi
   done
+  help=$("${COMP_WORDS[0]}" ${command:+"$command"} --help 2>/dev/null)
   if [[ $word == -* ]]; then
-    mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" ${command:+"$command"} --help 2>/dev/null |
-      grep -oE '(^|[ ,])--?[a-z][a-z-]*' | tr -d ' ,' | sort -u)" -- "$word")
+    mapfile -t COMPREPLY < <(compgen -W "$(grep -oE '(^|[ ,])--?[a-z][a-z-]*' <<<"$help" |
+      tr -d ' ,' | sort -u)" -- "$word")
   elif [[ -z $command ]]; then
-    mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" --help 2>/dev/null |
-      sed -n '/^[Ss]ubcommands:/,/^[^ ]/s/^  \([a-z-]*\) .*/\1/p')" -- "$word")
+    mapfile -t COMPREPLY < <(compgen -W "$(sed -n '/^[Ss]ubcommands:/,/^[^ ]/s/^  \([a-z-]*\) .*/\1/p' \
+      <<<"$help")" -- "$word")
   else
-    compopt -o default
+    # "  --kind TEXT:{quad,ellipse,exact} …": the values that an option accepts.
+    if [[ $before == -* ]]; then
+      mapfile -t COMPREPLY < <(compgen -W "$(sed -nE "s/^ +([^ ]*,)?${before}(,[^ ]*)? [A-Z]+:\{([^}]*)\}.*/\3/p" \
+        <<<"$help" | tr , ' ')" -- "$word")
+    fi
+    if ((!${#COMPREPLY[@]})); then compopt -o default; fi
   fi
 }
 complete -F _isosplat isosplat

@@ -39,5 +39,7 @@ completes 'isosplat ser' 'isosplat serve '
 completes 'isosplat serve --por' 'isosplat serve --port '
 completes 'isosplat extract --isov' 'isosplat extract --isovalue '
 completes 'isosplat build hea' 'isosplat build head.nii.gz '
+completes 'isosplat render --kind ell' 'isosplat render --kind ellipse '
+completes 'isosplat render -o hea' 'isosplat render -o head.nii.gz '
 rm -r $work
 exit $failed
