@@ -48,7 +48,12 @@ AllowedHosts allowed_hosts(const ServerOptions& options, bool is_local) {
   return hosts;
 }
 
-Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& options) {
+bool is_address(std::string_view keys) {
+  return keys.starts_with("https://") || keys.starts_with("http://");
+}
+
+Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& options,
+                                                       std::string_view fetched_keys) {
   auto rules = std::make_shared<AccessRules>();
   for (const std::string& token : options.tokens) {
     if (Result<void> added = rules->add_token(token); !added) return tl::unexpected(added.error());
@@ -68,7 +73,32 @@ Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& opti
     read = from_file(options.link_key_file,
                      [&](std::string_view text) { return rules->set_link_key(text); });
   }
+  if (read) {
+    read = from_file(options.revoked_links_file,
+                     [&](std::string_view text) { return rules->add_revoked_links(text); });
+  }
+  if (read && !options.jwt_keys.empty()) {
+    const auto set = [&](std::string_view text) -> Result<void> {
+      auto verifier = JwtVerifier::create(text, options.jwt);
+      if (!verifier) return tl::unexpected(verifier.error());
+      rules->set_jwt_verifier(std::move(*verifier));
+      return {};
+    };
+    if (!is_address(options.jwt_keys)) {
+      read = from_file(options.jwt_keys, set);
+    } else if (!fetched_keys.empty()) {
+      read = set(fetched_keys);
+    } else {
+      rules->close();  // until the keys are there
+    }
+  }
   if (!read) return tl::unexpected(read.error());
+  const bool has_identities = !options.jwt_keys.empty() || !options.proxy_fields.user.empty();
+  if (has_identities && !rules->has_identity_rules()) {
+    return fail(Status::invalid_argument,
+                "identities: expected lines \"user:NAME PATTERN…\" or \"group:NAME PATTERN…\" in "
+                "the token file, found none: nobody would be admitted");
+  }
   return rules;
 }
 

@@ -12,9 +12,15 @@ namespace isosplat {
 /// The hosts that requests may name. `is_local`: the server listens on the loopback interface only.
 AllowedHosts allowed_hosts(const ServerOptions& options, bool is_local);
 
-/// Who may read which volumes, as the options and their files say now. Errors: io_error (a file
-/// cannot be read), invalid_argument (its contents); messages have no secrets.
-Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& options);
+/// Who may read which volumes, as the options and their files say now. `fetched_keys`: the content
+/// of options.jwt_keys if that is an address, or empty if it could not be fetched yet: then no JWT
+/// is valid. Errors: io_error (a file cannot be read), invalid_argument (its contents); messages
+/// have no secrets.
+Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& options,
+                                                       std::string_view fetched_keys);
+
+/// Whether ServerOptions::jwt_keys is an address, and not a file.
+bool is_address(std::string_view keys);
 
 /// Which pages may read the data, and by which hosts. `is_local`: the server listens on the
 /// loopback interface only. Errors (invalid_argument): it does not, and the options do not say it.

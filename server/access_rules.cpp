@@ -19,7 +19,7 @@
 namespace isosplat {
 namespace {
 
-constexpr std::string_view kAnyone = "anyone";
+constexpr std::string_view kAnyone = "anyone", kUser = "user:", kGroup = "group:";
 
 std::string hexadecimal(std::span<const unsigned char> bytes) {
   std::string text;
@@ -92,10 +92,15 @@ Result<void> AccessRules::add_lines(std::string_view text) {
     const std::vector<std::string_view> words = words_of(line);
     if (words.empty() || words.front().starts_with('#')) continue;
     const bool is_for_anyone = words.front() == kAnyone;
-    if (!is_for_anyone && !is_token(words.front())) {
+    const bool is_group = words.front().starts_with(kGroup);
+    const std::string_view who = is_group ? words.front().substr(kGroup.size())
+                                 : words.front().starts_with(kUser)
+                                     ? words.front().substr(kUser.size())
+                                     : std::string_view();
+    if (!is_for_anyone && who.empty() && !is_token(words.front())) {
       return fail(Status::invalid_argument,
-                  fmt::format("line {}: expected \"anyone\" or a token of at least {} letters, "
-                              "digits and -._~+/=",
+                  fmt::format("line {}: expected \"anyone\", user:NAME, group:NAME, or a token of "
+                              "at least {} letters, digits and -._~+/=",
                               number, kMinTokenLength));
     }
     if (words.size() < 2) {
@@ -122,6 +127,10 @@ Result<void> AccessRules::add_lines(std::string_view text) {
     if (is_for_anyone) {
       std::ranges::move(patterns.names, std::back_inserter(anyone_.names));
       std::ranges::move(patterns.folders, std::back_inserter(anyone_.folders));
+      continue;
+    }
+    if (!who.empty()) {
+      identity_rules_.push_back({is_group, std::string(who), std::move(patterns)});
       continue;
     }
     const auto digest = sha256(words.front());
@@ -155,11 +164,58 @@ Result<void> AccessRules::set_link_key(std::string_view key) {
   return {};
 }
 
+Result<void> AccessRules::add_revoked_links(std::string_view text) {
+  for (size_t number = 1; !text.empty(); ++number) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    const std::vector<std::string_view> words = words_of(line);
+    if (words.empty() || words.front().starts_with('#')) continue;
+    const std::string_view id = words.front().substr(0, kLinkIdLength);
+    const bool is_id = id.size() == kLinkIdLength && std::ranges::all_of(id, [](char c) {
+                         return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
+                       });
+    if (!is_id) {
+      return fail(Status::invalid_argument,
+                  fmt::format("line {}: expected the signature of a link (its sig=…), or its first "
+                              "{} digits",
+                              number, kLinkIdLength));
+    }
+    revoked_links_.emplace(id);
+  }
+  return {};
+}
+
+void AccessRules::admit_identity(const Identity& identity, Grant& grant) const {
+  if (identity.user.empty()) return;
+  grant.has_identity_ = true;
+  const auto matches_name = [](const std::string& pattern, const std::string& name) {
+    return ::fnmatch(pattern.c_str(), name.c_str(), FNM_NOESCAPE) == 0;
+  };
+  for (const IdentityRule& rule : identity_rules_) {
+    const bool is_meant = rule.is_group
+                              ? std::ranges::any_of(identity.groups,
+                                                    [&](const std::string& group) {
+                                                      return matches_name(rule.pattern, group);
+                                                    })
+                              : matches_name(rule.pattern, identity.user);
+    if (is_meant) grant.patterns_.push_back(&rule.patterns);
+  }
+}
+
 Grant AccessRules::grant(std::shared_ptr<const AccessRules> rules, const Credentials& credentials,
                          uint64_t now) {
   Grant grant;
   if (!rules || rules->is_open()) return grant;
+  rules->admit_identity(credentials.identity, grant);
+  // Checking a signature takes about as long as a request.
+  constexpr size_t kMaxJwts = 2;
+  size_t jwts = 0;
   for (const std::string_view token : credentials.tokens) {
+    if (rules->jwt_verifier_ && JwtVerifier::is_jwt(token) && jwts++ < kMaxJwts) {
+      if (const Result<Identity> identity = rules->jwt_verifier_->verify(token, now)) {
+        rules->admit_identity(*identity, grant);
+      }
+    }
     const auto digest = sha256(token);
     if (!digest) continue;
     for (const Rule& rule : rules->rules_) {
@@ -173,11 +229,12 @@ Grant AccessRules::grant(std::shared_ptr<const AccessRules> rules, const Credent
     if (rules->link_key_.empty() || !expires || *expires <= now) continue;
     const std::string expected = sign_link(rules->link_key_, link.volume, link.expires);
     if (!expected.empty() && expected.size() == link.signature.size() &&
-        CRYPTO_memcmp(expected.data(), link.signature.data(), expected.size()) == 0) {
+        CRYPTO_memcmp(expected.data(), link.signature.data(), expected.size()) == 0 &&
+        !rules->revoked_links_.contains(link.signature.substr(0, kLinkIdLength))) {
       grant.linked_.emplace_back(link.volume);
     }
   }
-  grant.is_known_ = !grant.patterns_.empty() || !grant.linked_.empty();
+  grant.is_known_ = !grant.patterns_.empty() || !grant.linked_.empty() || grant.has_identity_;
   grant.rules_ = std::move(rules);
   return grant;
 }

@@ -4,11 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "server/jwt.h"
 #include "shared/base/status.h"
 
 namespace isosplat {
@@ -23,6 +26,7 @@ struct Credentials {
   };
   std::vector<std::string_view> tokens;
   std::vector<Link> links;
+  Identity identity{};  ///< as a trusted proxy says; without a user: nobody
 };
 
 class Grant;
@@ -31,7 +35,8 @@ class Grant;
 /// volume. Thread-safe once it is filled.
 class AccessRules {
  public:
-  /// Adds the rules of a token file. Each line has a token, or the word "anyone", and one or more
+  /// Adds the rules of a token file. Each line has a token, the word "anyone", or "user:" or
+  /// "group:" and a name of an Identity ("*" and "?": any characters), and one or more
   /// patterns, separated by blanks. A pattern without "/" is compared with the names of volumes, in
   /// which "*" and "?" stand for any characters except "~"; "*" alone admits to all, and one that
   /// ends with "~*" to all below the folder. One with "/" is a folder on the disk, and admits the
@@ -46,8 +51,26 @@ class AccessRules {
   /// Sets the key of signed links. Errors (invalid_argument): fewer than kMinKeyLength bytes.
   Result<void> set_link_key(std::string_view key);
 
+  /// Sets what checks tokens that are JWTs.
+  void set_jwt_verifier(std::shared_ptr<const JwtVerifier> verifier) {
+    jwt_verifier_ = std::move(verifier);
+  }
+
+  /// Adds links that are no longer valid: each line has a signature, or its first
+  /// kLinkIdLength digits. Empty lines, and what follows "#" or a blank, are ignored. Errors
+  /// (invalid_argument) name the line.
+  Result<void> add_revoked_links(std::string_view text);
+
+  /// From now on, only those are admitted who have a right.
+  void close() { has_lines_ = true; }
+
+  /// Whether there is a rule for users or groups.
+  bool has_identity_rules() const { return !identity_rules_.empty(); }
+
   /// Whether everyone may read everything.
-  bool is_open() const { return rules_.empty() && link_key_.empty() && !has_lines_; }
+  bool is_open() const {
+    return rules_.empty() && link_key_.empty() && !has_lines_ && !jwt_verifier_;
+  }
 
   /// What a client with these credentials may read at `now` (seconds since 1970). Tokens and
   /// signatures are compared in constant time. `rules`: null is the same as open.
@@ -56,6 +79,7 @@ class AccessRules {
 
   static constexpr size_t kMinTokenLength = 16;
   static constexpr size_t kMinKeyLength = 32;
+  static constexpr size_t kLinkIdLength = 16;
 
  private:
   friend class Grant;
@@ -72,7 +96,17 @@ class AccessRules {
     Patterns patterns;
   };
 
+  struct IdentityRule {
+    bool is_group;
+    std::string pattern;
+    Patterns patterns;
+  };
+  void admit_identity(const Identity& identity, Grant& grant) const;
+
   std::vector<Rule> rules_;
+  std::vector<IdentityRule> identity_rules_;
+  std::shared_ptr<const JwtVerifier> jwt_verifier_;     ///< null: no JWT is valid
+  std::set<std::string, std::less<>> revoked_links_{};  ///< first digits of signatures
   Patterns anyone_;
   std::string link_key_;
   bool has_lines_ = false;  ///< a token file was given: even an empty one closes the server
@@ -105,6 +139,7 @@ class Grant {
   std::vector<const AccessRules::Patterns*> patterns_;
   std::vector<std::string> linked_;  ///< names of volumes
   bool is_known_ = true;
+  bool has_identity_ = false;
 };
 
 /// The signature of a link: HMAC-SHA-256 of the volume's name and the time, as 64 hexadecimal

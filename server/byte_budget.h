@@ -42,6 +42,8 @@ class ByteBudget {
     std::string address_;
   };
 
+  uint64_t limit() const { return limit_; }
+
   uint64_t used() const {
     const std::lock_guard lock(mutex_);
     return used_;

@@ -51,7 +51,8 @@ struct Piece {
 
 struct Connection::State {
   Socket socket;
-  std::string address;  ///< of the client of the present request
+  std::string address;   ///< of the client of the present request
+  std::string groups{};  ///< of the same, as a trusted proxy says
   std::shared_ptr<TlsContext> tls_context;
   const ConnectionShared& shared;
   WaitingConnections& waiting;
@@ -111,7 +112,13 @@ struct Connection::State {
 
 Connection::Connection(Socket socket, std::string address, std::shared_ptr<TlsContext> tls,
                        const ConnectionShared& shared, WaitingConnections& waiting)
-    : state_(new State{std::move(socket), std::move(address), std::move(tls), shared, waiting, this,
+    : state_(new State{std::move(socket),
+                       std::move(address),
+                       {},
+                       std::move(tls),
+                       shared,
+                       waiting,
+                       this,
                        // A header of the largest size, and one more read.
                        beast::flat_buffer(shared.limits.header_bytes + 8192)}) {
   error_code error;
@@ -146,6 +153,7 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
   state.socket.set_option(tcp::no_delay(true), ignored);
   state.socket.set_option(UnsentBytes(2 * kPieceBytes), ignored);
   if (state.tls_context && !co_await state.shake_hands()) {
+    ++state.shared.metrics.tls_failures;
     state.close();
     co_return;
   }
@@ -443,14 +451,19 @@ Awaitable<bool> Connection::State::handle_request() {
 void Connection::State::identify_client(const RequestParser& parser, Request& request) {
   request.is_from_this_machine = is_local;
   request.has_tls = tls.has_value();
+  request.is_to_redirect = shared.has_tls && !tls;
   IpAddress client = peer;
   if (shared.proxies.trusts(peer)) {
-    const bool is_rfc_7239 = shared.proxies.field() == ClientField::forwarded;
+    const ProxyFields& fields = shared.proxies.fields();
+    const bool is_rfc_7239 = fields.client == ClientField::forwarded;
     const TrustedProxies::Client found =
         shared.proxies.client_of(peer, parser.list(is_rfc_7239 ? "Forwarded" : "X-Forwarded-For"),
                                  parser.list("X-Forwarded-Proto"));
     client = found.address;
     request.has_tls = request.has_tls || found.has_tls;
+    if (!fields.user.empty()) request.user = parser.single(fields.user);
+    groups = fields.groups.empty() ? std::string() : parser.list(fields.groups);
+    request.groups = groups;
   }
   address = client.client_key();
 }

@@ -36,6 +36,7 @@ struct ConnectionShared {
   ByteBudget& bytes_in_flight;
   LogFormat log_format;
   const TrustedProxies& proxies;
+  bool has_tls;  ///< the server: connections without TLS are only redirected
 };
 
 /// A client's connection: reads requests and sends the responses in the same order, until either

@@ -97,6 +97,13 @@ Credentials credentials_of(const Request& request, const Target& target, std::st
   const Credentials::Link link = link_of(target);
   if (!link.signature.empty()) credentials.links.push_back(link);
   add_cookies(request.cookie, cookie, credentials);
+  credentials.identity.user = request.user;
+  for (std::string_view groups = request.groups; !groups.empty();) {
+    std::string_view group = take(groups, ',');
+    group.remove_prefix(std::min(group.find_first_not_of(" \t"), group.size()));
+    group = group.substr(0, group.find_last_not_of(" \t") + 1);
+    if (!group.empty()) credentials.identity.groups.emplace_back(group);
+  }
   return credentials;
 }
 

@@ -37,6 +37,11 @@ struct Request {
   bool is_forwarded = false;  ///< a proxy says so
   /// The connection has TLS, or that of the client does, as a trusted proxy says.
   bool has_tls = false;
+  /// The server has TLS, but this connection came to the port that only redirects to it.
+  bool is_to_redirect = false;
+  // Who the client is, as a trusted proxy says; empty: nobody.
+  std::string_view user;
+  std::string_view groups;  ///< separated by commas
 };
 
 /// The threads that produce responses, and what they may do besides what is in memory.

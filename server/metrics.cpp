@@ -7,6 +7,8 @@
 #include <span>
 #include <string_view>
 
+#include "server/byte_budget.h"
+#include "server/process_metrics.h"
 #include "server/routes.h"
 
 namespace isosplat {
@@ -32,7 +34,9 @@ std::string_view label_of(size_t route) {
 
 }  // namespace
 
-Metrics::Metrics() : per_route_(routes().size() + 1) {}
+Metrics::Metrics() : per_route_(routes().size() + 1) {
+  reload_time = std::chrono::system_clock::to_time_t(start_);
+}
 
 void Metrics::add_response(size_t route, int status, uint64_t bytes,
                            std::chrono::nanoseconds time) {
@@ -46,7 +50,13 @@ void Metrics::add_response(size_t route, int status, uint64_t bytes,
   counters.bytes.fetch_add(bytes, kRelaxed);
 }
 
-std::string Metrics::text(const StoreCounts& stores) const {
+void Metrics::add_reload(bool is_successful) {
+  ++(is_successful ? reloads : reloads_failed);
+  was_reload_successful = is_successful;
+  reload_time = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+}
+
+std::string Metrics::text(const StoreCounts& stores, const ByteBudget* bytes_in_flight) const {
   std::string text;
   const auto out = std::back_inserter(text);
   // Routes without a request so far are left out.
@@ -91,6 +101,27 @@ std::string Metrics::text(const StoreCounts& stores) const {
   add_value(text, "isosplat_connections_refused_total", "counter", "Connections above a limit.",
             connections_refused);
   add_value(text, "isosplat_connections_open", "gauge", "Open connections.", connections_open);
+  if (bytes_in_flight) {
+    add_value(text, "isosplat_bytes_in_flight", "gauge", "Memory of bodies that are being sent.",
+              bytes_in_flight->used());
+    add_value(text, "isosplat_bytes_in_flight_limit", "gauge", "The most of it.",
+              bytes_in_flight->limit());
+  }
+  add_value(text, "isosplat_tls_failures_total", "counter",
+            "TLS handshakes that failed, or were not complete in time.", tls_failures);
+  if (certificate_end != 0) {
+    add_value(text, "isosplat_tls_certificate_end_seconds", "gauge",
+              "When the certificate ends, in seconds since 1970.",
+              static_cast<uint64_t>(std::max<int64_t>(certificate_end, 0)));
+  }
+  constexpr std::string_view kReloads = "isosplat_reloads_total";
+  declare(text, kReloads, "counter", "Reloads of tokens, keys and certificates.");
+  fmt::format_to(out, "{0}{{result=\"success\"}} {1}\n{0}{{result=\"failure\"}} {2}\n", kReloads,
+                 reloads.load(), reloads_failed.load());
+  add_value(text, "isosplat_last_reload_successful", "gauge",
+            "1 if the last reload, or else the start, read all of them.", was_reload_successful);
+  add_value(text, "isosplat_last_reload_seconds", "gauge", "When that was, in seconds since 1970.",
+            static_cast<uint64_t>(reload_time.load()));
   constexpr std::string_view kReads = "isosplat_reads_total";
   declare(text, kReads, "counter",
           "Requests, and pieces of bodies, whose bytes were in memory or were read from a disk.");
@@ -121,6 +152,7 @@ std::string Metrics::text(const StoreCounts& stores) const {
   const auto start = std::chrono::floor<std::chrono::seconds>(start_).time_since_epoch();
   add_value(text, "process_start_time_seconds", "gauge", "Start, in seconds since 1970.",
             static_cast<uint64_t>(start.count()));
+  add_process_metrics(text);
   return text;
 }
 

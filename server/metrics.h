@@ -10,6 +10,8 @@
 
 namespace isosplat {
 
+class ByteBudget;
+
 /// The numbers of stores at one moment.
 struct StoreCounts {
   uint64_t served = 0;
@@ -41,10 +43,19 @@ class Metrics {
   std::atomic<uint64_t> computations{0};          ///< given to the threads that compute, so far
   std::atomic<uint64_t> computations_waiting{0};  ///< queued for them, or computing, now
   std::atomic<uint64_t> faults{0};                ///< errors of the server, so far
+  std::atomic<uint64_t> tls_failures{0};          ///< handshakes that failed, so far
+  std::atomic<uint64_t> reloads{0};               ///< that succeeded, so far
+  std::atomic<uint64_t> reloads_failed{0};        ///< so far
+  std::atomic<bool> was_reload_successful{true};  ///< the last one; at first: the start
+  std::atomic<int64_t> reload_time{0};            ///< of the last one, in seconds since 1970
+  std::atomic<int64_t> certificate_end{0};        ///< in seconds since 1970; 0: no TLS
   std::atomic<uint64_t> access_log_lost{0};       ///< lines that were not written, so far
 
   /// All of it in the text format 0.0.4 of Prometheus.
-  std::string text(const StoreCounts& stores) const;
+  std::string text(const StoreCounts& stores, const ByteBudget* bytes_in_flight) const;
+
+  /// Counts a reload, or the start.
+  void add_reload(bool is_successful);
 
  private:
   /// Upper limits of the histogram's buckets, in microseconds; the last bucket has none.

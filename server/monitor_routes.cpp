@@ -89,8 +89,9 @@ Response metrics_response(const RouteCall& call) {
   Response response;
   response.set("Content-Type", "text/plain; version=0.0.4; charset=utf-8");
   response.set("Cache-Control", "no-store");
-  response.text =
-      call.monitor.metrics ? call.monitor.metrics->text(count_stores(call)) : std::string();
+  response.text = call.monitor.metrics
+                      ? call.monitor.metrics->text(count_stores(call), call.monitor.bytes_in_flight)
+                      : std::string();
   return response;
 }
 

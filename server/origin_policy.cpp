@@ -81,6 +81,11 @@ std::string host_of(std::string_view authority) {
   return lower(host);
 }
 
+std::string_view authority_of(const Request& request) {
+  const std::string_view in_target = authority_of_url(request.target).text;
+  return in_target.empty() ? request.host : in_target;
+}
+
 Result<CrossOrigin> parse_cross_origin(std::string_view text) {
   CrossOrigin result;
   if (text == "*") {
@@ -118,9 +123,7 @@ OriginPolicy::OriginPolicy(AllowedHosts hosts, CrossOrigin cross_origin)
 
 bool OriginPolicy::allows_host(const Request& request) const {
   if (hosts_.any) return true;
-  // The host of an absolute target counts, not the field (RFC 9112, 3.2.2).
-  const std::string_view in_target = authority_of_url(request.target).text;
-  const std::string_view authority = in_target.empty() ? request.host : in_target;
+  const std::string_view authority = authority_of(request);
   if (authority.empty() && !request.has_host) return true;
   const std::string host = host_of(authority);
   return std::ranges::find(hosts_.names, host) != hosts_.names.end() ||

@@ -34,6 +34,10 @@ struct AllowedHosts {
 /// malformed.
 std::string host_of(std::string_view authority);
 
+/// The host, and perhaps port, that a request is for: that of an absolute target counts, not the
+/// field (RFC 9112, 3.2.2).
+std::string_view authority_of(const Request& request);
+
 /// Decides which hosts a request may name, and which pages may read data. Immutable.
 class OriginPolicy {
  public:

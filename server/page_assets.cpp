@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
 #include <fstream>
@@ -12,6 +10,8 @@
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
+
+#include "server/gzip.h"
 
 namespace isosplat {
 namespace {
@@ -65,24 +65,6 @@ bool has_hashed_name(std::string_view path) {
            c == '-';
   };
   return file[dot - kHashLength - 1] == '-' && std::ranges::all_of(hash, is_hash_character);
-}
-
-std::string gzipped(const std::string& bytes) {
-  z_stream stream{};
-  constexpr int kGzipFormat = 16;
-  if (deflateInit2(&stream, 9, Z_DEFLATED, MAX_WBITS + kGzipFormat, 9, Z_DEFAULT_STRATEGY) !=
-      Z_OK) {
-    return {};
-  }
-  std::string out(deflateBound(&stream, bytes.size()), '\0');
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-  stream.avail_in = static_cast<uInt>(bytes.size());
-  stream.next_out = reinterpret_cast<Bytef*>(out.data());
-  stream.avail_out = static_cast<uInt>(out.size());
-  const int result = deflate(&stream, Z_FINISH);
-  out.resize(result == Z_STREAM_END ? stream.total_out : 0);
-  deflateEnd(&stream);
-  return out;
 }
 
 Result<std::string> read_file(const fs::path& path, uint64_t max_bytes) {
@@ -170,7 +152,7 @@ Result<std::shared_ptr<PageAssets>> PageAssets::load(const fs::path& root, uint6
     }
     if (type.compresses && !files.contains(path + ".gz")) {
       const std::string& plain = asset.variants.front().bytes;
-      std::string small = gzipped(plain);
+      std::string small = gzipped(plain, 9);
       if (!small.empty() && small.size() < plain.size()) {
         asset.variants.push_back(variant(Encoding::gzip, std::move(small)));
       }

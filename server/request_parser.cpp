@@ -6,6 +6,7 @@
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/error.hpp>
 #include <boost/beast/http/parser.hpp>
+#include <iterator>
 #include <limits>
 #include <string>
 
@@ -149,6 +150,12 @@ Request RequestParser::request() const {
     request.is_forwarded = request.is_forwarded || message.find(name) != message.end();
   }
   return request;
+}
+
+std::string_view RequestParser::single(std::string_view name) const {
+  const auto [first, last] = state_->parser.get().equal_range({name.data(), name.size()});
+  if (first == last || std::next(first) != last) return {};
+  return {first->value().data(), first->value().size()};
 }
 
 std::string RequestParser::list(std::string_view name) const {

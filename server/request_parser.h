@@ -48,6 +48,9 @@ class RequestParser {
   Request request() const;
   std::string_view method_text() const;
 
+  /// The value of the field of this name; empty if there is none, or several.
+  std::string_view single(std::string_view name) const;
+
   /// The values of all fields of this name, in their order, joined by ", ".
   std::string list(std::string_view name) const;
   bool keep_alive() const;

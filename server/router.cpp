@@ -97,6 +97,8 @@ Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thr
   const bool is_page = target && !is_data(*target);
   if (std::optional<Response> refusal = policy_.refuse(request, !is_page)) {
     response = std::move(*refusal);
+  } else if (request.is_to_redirect) {
+    response = https_.redirect(request);
   } else if (request.target.size() > limits_.target_bytes) {
     response = error_response(
         414, "target_too_long",
@@ -113,6 +115,7 @@ Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thr
     response = route(request, *target, no_wait, thread, turn);
   }
   response.set("X-Content-Type-Options", "nosniff");
+  https_.add_fields(request, response);
   if (is_page) {
     policy_.add_page_fields(request, response);
   } else {
@@ -135,9 +138,9 @@ Response Router::route(const Request& request, Target& target, NoWait* no_wait, 
     grant = AccessRules::grant(access, credentials_of(request, target, cookies.name), now);
   }
   remove_link(target);
-  RouteCall call{
-      request,         target, limits_,  no_wait,           thread, catalog_.snapshot(), stores_,
-      std::move(page), grant,  monitor_, access != nullptr, {}};
+  RouteCall call{request, target,          limits_, no_wait,  thread,      catalog_.snapshot(),
+                 stores_, std::move(page), grant,   monitor_, compressor_, access != nullptr,
+                 {}};
   call.turn = turn;
   const Route* const route = find_route(request.method, target, call.arguments);
   if (!route) return not_found("expected a path that server/HTTP.md lists");

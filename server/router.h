@@ -8,6 +8,8 @@
 #include "server/access_rules.h"
 #include "server/catalog.h"
 #include "server/credentials.h"
+#include "server/gzip.h"
+#include "server/https.h"
 #include "server/message.h"
 #include "server/origin_policy.h"
 #include "server/page_assets.h"
@@ -29,6 +31,9 @@ class Router {
 
   /// Sets the name of the cookies. Not thread-safe, as above.
   void set_cookie_name(std::string name) { cookie_name_ = std::move(name); }
+
+  /// Sets what clients without TLS are told. Not thread-safe, as above.
+  void set_https(HttpsPolicy https) { https_ = https; }
 
   /// Sets what the routes for operators report. Not thread-safe, as above.
   void set_monitor(Monitor monitor) { monitor_ = monitor; }
@@ -55,7 +60,9 @@ class Router {
   const RouterLimits limits_;
   OriginPolicy policy_;
   std::string cookie_name_;
+  HttpsPolicy https_;
   Monitor monitor_;
+  mutable TextCompressor compressor_;
   mutable std::mutex mutex_;
   std::shared_ptr<const PageAssets> page_;     // guarded by mutex_
   std::shared_ptr<const AccessRules> access_;  // guarded by mutex_

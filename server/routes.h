@@ -31,12 +31,15 @@ struct RouterLimits {
   ChunkBudget chunk_budget() const { return {query_bytes, query_chunks, query_directory_bytes}; }
 };
 
+class ByteBudget;
 class Metrics;
+class TextCompressor;
 
 /// What the routes for operators report. The pointers outlive the router.
 struct Monitor {
   const Metrics* metrics = nullptr;  ///< null: none are counted
   const std::atomic<bool>* stopping = nullptr;
+  const ByteBudget* bytes_in_flight = nullptr;  ///< null as above
   bool is_stopping() const { return stopping && *stopping; }
 };
 
@@ -58,6 +61,7 @@ struct RouteCall {
   std::shared_ptr<const PageAssets> page;  ///< null: none
   const Grant& grant;                      ///< what the client may read
   const Monitor& monitor;
+  TextCompressor& compressor;
 
   /// The response depends on who asks: only the client's own cache may keep it. Without a volume:
   /// whether there are tokens or links.

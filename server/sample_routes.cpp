@@ -9,6 +9,7 @@
 
 #include "server/conditions.h"
 #include "server/content_routes.h"
+#include "server/json_response.h"
 #include "server/point_records.h"
 #include "server/streams.h"
 #include "server/surface_points.h"
@@ -205,13 +206,10 @@ Response isovalues_response(const RouteCall& call) {
                     budget.chunks, budget.directory_bytes, selection->count,
                     selection->directory_bytes));
   }
-  Response response = begin_response(call.request, etag_of(store, kIsovaluesVersion),
-                                     CachePolicy::immutable, call.is_private);
-  if (is_complete(response)) return response;
-  response.set("Content-Type", "application/json");
-  response.text =
-      isovalues_json(store.info(), *level, isovalue_needs(*isovalues, mapping, selection->chunks));
-  return response;
+  return json_response(
+      call,
+      isovalues_json(store.info(), *level, isovalue_needs(*isovalues, mapping, selection->chunks)),
+      etag_of(store, kIsovaluesVersion), CachePolicy::immutable);
 }
 
 Response samples_response(const RouteCall& call) {

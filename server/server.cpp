@@ -3,15 +3,19 @@
 #include <fmt/format.h>
 
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
+#include <boost/asio/posix/basic_stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <condition_variable>
 #include <csignal>
+#include <ctime>
 #include <mutex>
 #include <system_error>
 #include <thread>
@@ -22,6 +26,8 @@
 #include "server/asio.h"
 #include "server/catalog.h"
 #include "server/connection.h"
+#include "server/hand_over.h"
+#include "server/http_get.h"
 #include "server/ip_address.h"
 #include "server/listen.h"
 #include "server/log_file.h"
@@ -72,6 +78,12 @@ uint64_t bytes_of_one(const ServerLimits& limits) {
   return limits.connections_per_address == 0 ? UINT64_MAX : limits.bytes_in_flight / 4;
 }
 
+/// A text for a line of systemd's protocol.
+std::string one_line(std::string text) {
+  std::ranges::replace(text, '\n', ' ');
+  return text;
+}
+
 /// Few: requests that read many headers wait for each other then, and others do not.
 uint32_t header_threads(const ServerOptions& options) {
   return (options.disk_threads + 3) / 4;
@@ -99,16 +111,27 @@ struct Server::State {
         computing(compute_threads(), metrics.computations, metrics.computations_waiting),
         rates({options.limits.requests_per_second, options.limits.bytes_per_second}),
         bytes_in_flight(options.limits.bytes_in_flight, bytes_of_one(options.limits)),
-        shared{router, options.limits,  stopping,           log,
-               disk,   headers,         computing,          metrics,
-               rates,  bytes_in_flight, options.log_format, proxies},
+        shared{router,
+               options.limits,
+               stopping,
+               log,
+               disk,
+               headers,
+               computing,
+               metrics,
+               rates,
+               bytes_in_flight,
+               options.log_format,
+               proxies,
+               !options.tls_certificate.empty()},
         page(options.web_root, options.limits.page_asset_bytes, router, log) {
-    router.set_monitor({&metrics, &stopping});
+    router.set_monitor({&metrics, &stopping, &bytes_in_flight});
   }
 
   ~State() {
-    stop();
+    stop(options.limits.stop_time);
     if (control_thread.joinable()) control_thread.join();
+    if (key_thread.joinable()) key_thread.join();
     if (scan_thread.joinable()) scan_thread.join();
     for (std::thread& thread : worker_threads) thread.join();
     disk.join();
@@ -126,12 +149,16 @@ struct Server::State {
            !options.tls_certificate.empty() || access_file;
   }
   void run();
-  Awaitable<void> accept_on(Acceptor& acceptor);
+  bool fetch_keys();
+  void follow_keys();
+  Awaitable<void> accept_on(Acceptor& acceptor, bool has_tls);
   bool close_longest_waiting();
   void wait_for_signal();
   void follow_files();
   bool read_headers(const CatalogSnapshot& snapshot, std::string& done);
-  void stop();
+  void hand_over();
+  Awaitable<void> await_successor(Successor successor);
+  void stop(std::chrono::milliseconds time);
   void close_connections();
 
   const ServerOptions options;
@@ -163,13 +190,20 @@ struct Server::State {
   // Accepting and signals have their own thread, so that they do not wait while workers read files.
   asio::io_context control{1};
   std::vector<Acceptor> acceptors;
+  std::vector<Acceptor> plain_acceptors;  // only redirect to https
   std::optional<asio::signal_set> signals;
+  bool has_successor = false;   // that is starting; of the control thread, as the next one
+  bool is_handed_over = false;  // and responses in progress are completed
   std::thread control_thread;
   std::thread scan_thread;
+  std::thread key_thread;  // of follow_keys()
 
   std::mutex done_mutex;
   std::condition_variable done_changed;
-  size_t workers_running = 0;  // guarded by done_mutex
+  size_t workers_running = 0;    // guarded by done_mutex
+  bool are_keys_wanted = false;  // guarded by done_mutex
+  std::mutex access_mutex;
+  std::string fetched_keys;  // guarded by access_mutex
 };
 
 /// Decides who may read the data. Call when the addresses are known.
@@ -188,7 +222,8 @@ Result<void> Server::State::choose_policy() {
 }
 
 Result<void> Server::State::load_access() {
-  auto rules = read_access(options);
+  const std::lock_guard lock(access_mutex);
+  auto rules = read_access(options, fetched_keys);
   if (!rules) return tl::unexpected(rules.error());
   has_access_rules = !(*rules)->is_open();
   router.set_access(std::move(*rules));
@@ -200,6 +235,17 @@ Result<void> Server::State::load_tls_files() {
   if (options.tls_certificate.empty() && options.tls_key.empty()) return {};
   auto loaded = load_tls(options.tls_certificate, options.tls_key);
   if (!loaded) return tl::unexpected(loaded.error());
+  const int64_t end = certificate_end(**loaded);
+  metrics.certificate_end = end;
+  constexpr int64_t kDay = 24 * 3600, kWarned = 14 * kDay;
+  const int64_t left = end - std::time(nullptr);
+  if (left < kWarned) {
+    log.line(left < 0
+                 ? fmt::format("warning: {}: the certificate has ended: clients will refuse it",
+                               options.tls_certificate.string())
+                 : fmt::format("warning: {}: the certificate ends in {} days: renew it",
+                               options.tls_certificate.string(), left / kDay));
+  }
   const std::lock_guard lock(tls_mutex);
   tls = std::move(*loaded);
   return {};
@@ -208,6 +254,51 @@ Result<void> Server::State::load_tls_files() {
 std::shared_ptr<TlsContext> Server::State::tls_context() {
   const std::lock_guard lock(tls_mutex);
   return tls;
+}
+
+/// Fetches the keys of the identity provider, and uses them. False if that failed: those from
+/// before stay.
+bool Server::State::fetch_keys() {
+  const auto answer = http_get(options.jwt_keys, {.timeout = std::chrono::seconds(5)});
+  std::string problem;
+  if (!answer) {
+    problem = answer.error().message;
+  } else if (answer->status != 200) {
+    problem = fmt::format("{}: status {}", options.jwt_keys, answer->status);
+  } else {
+    const std::lock_guard lock(access_mutex);
+    if (answer->body == fetched_keys) return true;
+    const auto verifier = JwtVerifier::create(answer->body, options.jwt);
+    if (verifier) {
+      fetched_keys = answer->body;
+    } else {
+      problem = fmt::format("{}: {}", options.jwt_keys, verifier.error().message);
+    }
+  }
+  if (problem.empty()) {
+    const Result<void> loaded = load_access();
+    if (loaded) {
+      log.line(fmt::format("{}: keys of the identity provider: read", options.jwt_keys));
+      return true;
+    }
+    problem = loaded.error().message;
+  }
+  log.line(fmt::format("keys of the identity provider: those from before stay: {}", problem));
+  return false;
+}
+
+/// Fetches the keys regularly, until the server stops: an identity provider publishes a new key
+/// some time before it signs with it.
+void Server::State::follow_keys() {
+  bool is_fetched = true;  // Server::start() has tried
+  while (!stopping) {
+    std::unique_lock lock(done_mutex);
+    done_changed.wait_for(lock, is_fetched ? std::chrono::minutes(5) : std::chrono::seconds(30),
+                          [this] { return stopping || are_keys_wanted; });
+    are_keys_wanted = false;
+    lock.unlock();
+    if (!stopping) is_fetched = fetch_keys();
+  }
 }
 
 Result<void> Server::State::reload() {
@@ -219,10 +310,16 @@ Result<void> Server::State::reload() {
   log.line(loaded ? "tokens, keys, certificates and logs: opened again"
                   : "tokens, keys, certificates and logs: the old ones stay: " +
                         loaded.error().message);
+  metrics.add_reload(loaded.has_value());
+  {
+    const std::lock_guard lock(done_mutex);
+    are_keys_wanted = true;
+  }
+  done_changed.notify_all();
   return loaded;
 }
 
-Awaitable<void> Server::State::accept_on(Acceptor& acceptor) {
+Awaitable<void> Server::State::accept_on(Acceptor& acceptor, bool has_tls) {
   Timer pause(control.get_executor());
   while (!stopping) {
     Worker& worker = *workers[next_worker++ % workers.size()];
@@ -242,7 +339,7 @@ Awaitable<void> Server::State::accept_on(Acceptor& acceptor) {
     const Admission::Verdict verdict =
         admission.enter(address, [this] { return close_longest_waiting(); });
     if (verdict == Admission::Verdict::ignored) continue;
-    worker.adopt(std::move(socket), std::move(address), verdict, tls_context());
+    worker.adopt(std::move(socket), std::move(address), verdict, has_tls ? tls_context() : nullptr);
   }
 }
 
@@ -261,14 +358,21 @@ void Server::State::wait_for_signal() {
     if (error) return;
     if (signal == SIGHUP) {
       notify_reloading();
-      (void)reload();  // logs what went wrong
-      notify_service_manager("READY=1");
+      const Result<void> reloaded = reload();
+      notify_service_manager(reloaded ? "READY=1\nSTATUS=Reloaded."
+                                      : "READY=1\nSTATUS=Reload failed: " +
+                                            one_line(reloaded.error().message));
+    } else if (signal == SIGUSR2) {
+      hand_over();
+    } else if (is_handed_over) {
+      is_handed_over = false;
+      for (const auto& worker : workers) worker->stop(options.limits.stop_time);
     } else if (stopping) {
       close_connections();
     } else {
       log.line("stopping: responses in progress are completed first");
       notify_service_manager("STOPPING=1");
-      stop();
+      stop(options.limits.stop_time);
     }
     wait_for_signal();
   });
@@ -334,11 +438,14 @@ void Server::State::run() {
     });
   }
   for (Acceptor& acceptor : acceptors) {
-    asio::co_spawn(control, accept_on(acceptor), asio::detached);
+    asio::co_spawn(control, accept_on(acceptor, true), asio::detached);
+  }
+  for (Acceptor& acceptor : plain_acceptors) {
+    asio::co_spawn(control, accept_on(acceptor, false), asio::detached);
   }
   if (options.handle_signals) {
     signals.emplace(control);
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR2}) {
       // Without files to read again, SIGHUP ends the program: its terminal was closed. systemd
       // sends it to reload.
       if (signal == SIGHUP && !has_files() && !has_service_manager()) continue;
@@ -352,9 +459,51 @@ void Server::State::run() {
   }
   control_thread = std::thread([this] { control.run(); });
   scan_thread = std::thread([this] { follow_files(); });
+  if (is_address(options.jwt_keys)) key_thread = std::thread([this] { follow_keys(); });
 }
 
-void Server::State::stop() {
+/// Starts a new process with the listening sockets, and stops when that is ready.
+void Server::State::hand_over() {
+  if (stopping || has_successor) {
+    log.line("hand-over: this process is already stopping or handing over");
+    return;
+  }
+  ListeningSockets sockets;
+  for (Acceptor& acceptor : acceptors) sockets.serving.push_back(acceptor.native_handle());
+  for (Acceptor& acceptor : plain_acceptors) {
+    sockets.redirecting.push_back(acceptor.native_handle());
+  }
+  const Result<Successor> successor = start_successor(sockets);
+  if (!successor) {
+    log.line("hand-over: this process goes on: " + successor.error().message);
+    return;
+  }
+  has_successor = true;
+  asio::co_spawn(control, await_successor(*successor), asio::detached);
+}
+
+Awaitable<void> Server::State::await_successor(Successor successor) {
+  asio::posix::basic_stream_descriptor<Executor> ready(control.get_executor(), successor.ready);
+  char byte = 0;
+  const auto [error, bytes] = co_await ready.async_read_some(asio::buffer(&byte, 1), kAwait);
+  has_successor = false;
+  if (error || stopping) {
+    if (error) {
+      log.line("hand-over: this process goes on: the new one did not start");
+    } else {
+      ::kill(successor.process, SIGTERM);  // as this one was told
+    }
+    ::waitpid(successor.process, nullptr, 0);
+    co_return;
+  }
+  log.line(fmt::format("handed over to process {}: responses in progress are completed here",
+                       successor.process));
+  notify_service_manager(fmt::format("MAINPID={}", successor.process));
+  is_handed_over = true;
+  stop(options.limits.hand_over_time);
+}
+
+void Server::State::stop(std::chrono::milliseconds time) {
   {
     const std::lock_guard lock(done_mutex);
     if (stopping.exchange(true)) return;
@@ -363,16 +512,20 @@ void Server::State::stop() {
   catalog.wake();
   asio::post(control, [this] {
     error_code ignored;
-    for (Acceptor& acceptor : acceptors) acceptor.close(ignored);
+    for (auto* each : {&acceptors, &plain_acceptors}) {
+      for (Acceptor& acceptor : *each) acceptor.close(ignored);
+    }
   });
-  for (const auto& worker : workers) worker->stop();
+  for (const auto& worker : workers) worker->stop(time);
 }
 
 void Server::State::close_connections() {
   for (const auto& worker : workers) worker->abort();
 }
 
-Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
+namespace {
+
+Result<void> check_numbers_and_paths(const ServerOptions& options) {
   for (const std::filesystem::path& source : options.stores) {
     std::error_code error;
     if (!std::filesystem::exists(source, error)) {
@@ -389,7 +542,38 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
                 "server: expected a scan interval above 0, at most 1024 threads, and 1 to 1024 "
                 "threads for disks");
   }
-  auto proxies = TrustedProxies::parse(options.trusted_proxies, options.client_field);
+  const bool has_tls = !options.tls_certificate.empty() || !options.tls_key.empty();
+  if (options.http_port && !has_tls) {
+    return fail(Status::invalid_argument,
+                "redirection to https: expected a certificate: this server has no TLS");
+  }
+  if (options.hsts_seconds > 0 && !has_tls && options.trusted_proxies.empty()) {
+    return fail(Status::invalid_argument,
+                "Strict-Transport-Security: expected a certificate, or a trusted proxy with TLS");
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> Server::check(const ServerOptions& options) {
+  Result<void> valid = check_numbers_and_paths(options);
+  if (!valid) return valid;
+  const auto proxies = TrustedProxies::parse(options.trusted_proxies, options.proxy_fields);
+  if (!proxies) return tl::unexpected(proxies.error());
+  const auto rules = read_access(options, {});
+  if (!rules) return tl::unexpected(rules.error());
+  if (options.tls_certificate.empty() && options.tls_key.empty()) return {};
+  const auto tls = load_tls(options.tls_certificate, options.tls_key);
+  if (!tls) return tl::unexpected(tls.error());
+  return {};
+}
+
+Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
+  if (Result<void> valid = check_numbers_and_paths(options); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  auto proxies = TrustedProxies::parse(options.trusted_proxies, options.proxy_fields);
   if (!proxies) {
     return fail(proxies.error().status, "trusted proxies: " + proxies.error().message);
   }
@@ -408,6 +592,7 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
       std::make_unique<State>(std::move(options), std::move(access_file), std::move(*proxies));
   if (Result<void> loaded = state->page.load(); !loaded) return tl::unexpected(loaded.error());
   if (Result<void> loaded = state->load_access(); !loaded) return tl::unexpected(loaded.error());
+  if (is_address(state->options.jwt_keys)) state->are_keys_wanted = !state->fetch_keys();
   if (Result<void> loaded = state->load_tls_files(); !loaded) {
     return tl::unexpected(loaded.error());
   }
@@ -417,7 +602,23 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
   if (!acceptors) return tl::unexpected(acceptors.error());
   state->acceptors = std::move(*acceptors);
   state->bound_port = state->acceptors.front().local_endpoint().port();
-  state->router.set_cookie_name(fmt::format("isosplat-{}", state->bound_port));
+  const ServerOptions& chosen_options = state->options;
+  if (!chosen_options.http_port) {
+    // Its predecessor had the port, its configuration has changed.
+    for (const int socket : chosen_options.redirecting_sockets) ::close(socket);
+  } else {
+    auto plain = chosen_options.redirecting_sockets.empty()
+                     ? listen(state->control, chosen_options.host, *chosen_options.http_port)
+                     : take_over(state->control, chosen_options.redirecting_sockets);
+    if (!plain) return tl::unexpected(plain.error());
+    state->plain_acceptors = std::move(*plain);
+  }
+  state->router.set_https({chosen_options.hsts_seconds, chosen_options.https_port != 0
+                                                            ? chosen_options.https_port
+                                                            : state->bound_port});
+  state->router.set_cookie_name(chosen_options.cookie_name.empty()
+                                    ? fmt::format("isosplat-{}", state->bound_port)
+                                    : chosen_options.cookie_name);
   if (Result<void> chosen = state->choose_policy(); !chosen) return tl::unexpected(chosen.error());
   state->catalog.scan();
   state->run();
@@ -427,6 +628,12 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
 Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 Server::~Server() = default;
+
+uint16_t Server::http_port() const {
+  if (state_->plain_acceptors.empty()) return 0;
+  error_code error;
+  return state_->plain_acceptors.front().local_endpoint(error).port();
+}
 
 uint16_t Server::port() const {
   return state_->bound_port;
@@ -459,7 +666,7 @@ Result<void> Server::reload() {
 }
 
 void Server::stop() {
-  state_->stop();
+  state_->stop(state_->options.limits.stop_time);
 }
 
 void Server::wait() {

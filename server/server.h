@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "server/access_log.h"
+#include "server/jwt.h"
 #include "server/origin_policy.h"
 #include "server/trusted_proxies.h"
 #include "shared/base/status.h"
@@ -50,6 +51,8 @@ struct ServerLimits {
   std::chrono::milliseconds request_time{10'000};  ///< from a request's first byte to its last
   std::chrono::milliseconds write_time{30'000};  ///< for a client to take the next 64 KiB or frame
   std::chrono::milliseconds stop_time{10'000};   ///< for responses in progress, after stop()
+  /// The same, after the server has handed its sockets over to a new process.
+  std::chrono::milliseconds hand_over_time{3'600'000};
 };
 
 inline constexpr uint32_t kMaxServerThreads = 1024;
@@ -59,6 +62,7 @@ struct ServerOptions {
   uint16_t port = 8080;            ///< 0: any free port
   /// Listening sockets of TCP, to use in place of `host` and `port`; the server closes them.
   std::vector<int> sockets;
+  std::vector<int> redirecting_sockets;  ///< the same in place of `http_port`
   /// Store files, and folders whose *.isosplat files are served, with those of their subfolders.
   /// The server follows their changes; where the system does not report them, it looks every
   /// scan_interval. A store is opened when it is first asked for. One that cannot be opened is
@@ -73,25 +77,38 @@ struct ServerOptions {
   std::vector<std::string> allowed_hosts;
   bool is_public = false;  ///< any host, and pages of any origin
   /// Addresses of proxies, as AddressRange::parse() takes them. What they say about their client's
-  /// address, in `client_field`, counts for limits, rates and logs; what others say does not.
+  /// address and identity, in `proxy_fields`, counts for limits, rates and logs; what others say
+  /// does not.
   std::vector<std::string> trusted_proxies;
-  ClientField client_field = ClientField::x_forwarded_for;
+  ProxyFields proxy_fields;
 
   // TLS, with both of these PEM files: the certificate with its chain, and its private key.
   std::filesystem::path tls_certificate;
   std::filesystem::path tls_key;
+  /// With TLS: listens on this port of `host` as well, and redirects its requests to https.
+  std::optional<uint16_t> http_port;
+  uint16_t https_port = 0;    ///< in these redirections; 0: the port that the server listens on
+  uint64_t hsts_seconds = 0;  ///< HttpsPolicy::hsts_seconds
 
   // Access (AccessRules). With any of these, a volume is read only by those who are admitted.
-  std::vector<std::string> tokens;      ///< each admits to all volumes
-  std::filesystem::path token_file;     ///< AccessRules::add_lines; empty: none
-  std::string link_key;                 ///< of signed links; empty: no links
-  std::filesystem::path link_key_file;  ///< the same in a file; empty: none
-  std::filesystem::path web_root;       ///< the built page; empty: only the data is served
-  uint32_t threads = 0;                 ///< at most kMaxServerThreads; 0: one per core
-  uint32_t disk_threads = 16;           ///< that wait for disks, 1 to kMaxServerThreads
+  std::vector<std::string> tokens;           ///< each admits to all volumes
+  std::filesystem::path token_file;          ///< AccessRules::add_lines; empty: none
+  std::string link_key;                      ///< of signed links; empty: no links
+  std::filesystem::path link_key_file;       ///< the same in a file; empty: none
+  std::filesystem::path revoked_links_file;  ///< AccessRules::add_revoked_links; empty: none
+  /// The keys of tokens of an identity provider: a file, or an address (https://…), which is asked
+  /// at the start, every five minutes and on reload(); empty: none.
+  std::string jwt_keys;
+  JwtOptions jwt;
+  /// Of the cookies; empty: "isosplat-" and the port. Servers behind one balancer share it.
+  std::string cookie_name;
+  std::filesystem::path web_root;  ///< the built page; empty: only the data is served
+  uint32_t threads = 0;            ///< at most kMaxServerThreads; 0: one per core
+  uint32_t disk_threads = 16;      ///< that wait for disks, 1 to kMaxServerThreads
   std::chrono::milliseconds scan_interval{1'000};
   /// SIGTERM and SIGINT call stop(); a second one closes connections. If there are files to read
-  /// again, SIGHUP calls reload(). systemd is told when the server stops or reloads.
+  /// again, SIGHUP calls reload(). SIGUSR2 hands the sockets over to a new process
+  /// (hand_over.h), and then stops. systemd is told when the server stops, reloads or hands over.
   bool handle_signals = false;
   ServerLimits limits;
   /// Called with one line (no line break) about stores, the page and faults. From any thread, one
@@ -113,6 +130,10 @@ class Server {
   /// use, missing store, folder or page), invalid_argument.
   static Result<std::unique_ptr<Server>> start(ServerOptions options);
 
+  /// Checks what start() and reload() would read: stores, tokens, keys, certificates. Listens on no
+  /// port, and fetches nothing. Errors: as of start().
+  static Result<void> check(const ServerOptions& options);
+
   /// Calls stop(), and waits.
   ~Server();
   Server(const Server&) = delete;
@@ -120,6 +141,9 @@ class Server {
 
   /// The port that the server listens on, also if options.port was 0.
   uint16_t port() const;
+
+  /// The port that redirects to https; 0: none.
+  uint16_t http_port() const;
 
   /// The URL of the page, such as "http://localhost:8080/".
   std::string url() const;

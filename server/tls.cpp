@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 #include <openssl/ssl.h>
+#include <openssl/x509.h>
 
+#include <ctime>
 #include <string_view>
 #include <utility>
 
@@ -31,6 +33,13 @@ int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* chosen_by
 }
 
 }  // namespace
+
+int64_t certificate_end(TlsContext& context) {
+  const X509* const certificate = SSL_CTX_get0_certificate(context.native_handle());
+  std::tm end{};
+  if (!certificate || ASN1_TIME_to_tm(X509_get0_notAfter(certificate), &end) != 1) return 0;
+  return ::timegm(&end);
+}
 
 Result<std::shared_ptr<TlsContext>> load_tls(const std::filesystem::path& certificate,
                                              const std::filesystem::path& key) {

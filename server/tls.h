@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/asio/ssl/context.hpp>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 
@@ -16,5 +17,8 @@ using TlsContext = boost::asio::ssl::context;
 /// Errors: io_error (a file cannot be read, or the key is not the certificate's).
 Result<std::shared_ptr<TlsContext>> load_tls(const std::filesystem::path& certificate,
                                              const std::filesystem::path& key);
+
+/// When the server's certificate ends, in seconds since 1970; 0 if it has none.
+int64_t certificate_end(TlsContext& context);
 
 }  // namespace isosplat

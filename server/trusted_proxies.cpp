@@ -1,5 +1,7 @@
 #include "server/trusted_proxies.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -87,9 +89,24 @@ ForwardedItem parse_forwarded(std::string_view item) {
 }  // namespace
 
 Result<TrustedProxies> TrustedProxies::parse(const std::vector<std::string>& ranges,
-                                             ClientField field) {
+                                             ProxyFields fields) {
   TrustedProxies proxies;
-  proxies.field_ = field;
+  for (const std::string& name : {fields.user, fields.groups}) {
+    if (name.empty()) continue;
+    const bool is_name = std::ranges::all_of(name, [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-';
+    });
+    if (!is_name) {
+      return fail(
+          Status::invalid_argument,
+          fmt::format("expected the name of a field such as X-Forwarded-User, found '{}'", name));
+    }
+    if (ranges.empty()) {
+      return fail(Status::invalid_argument,
+                  fmt::format("{}: expected the address of the proxy that sets it", name));
+    }
+  }
+  proxies.fields_ = std::move(fields);
   for (const std::string& text : ranges) {
     Result<AddressRange> range = AddressRange::parse(text);
     if (!range) return tl::unexpected(range.error());
@@ -106,8 +123,8 @@ bool TrustedProxies::trusts(const IpAddress& address) const {
 TrustedProxies::Client TrustedProxies::client_of(const IpAddress& peer, std::string_view addresses,
                                                  std::string_view scheme) const {
   Client client{.address = peer, .has_tls = false};
-  if (field_ == ClientField::proxy_protocol) return client;
-  const bool has_scheme = field_ == ClientField::x_forwarded_for;
+  if (fields_.client == ClientField::proxy_protocol) return client;
+  const bool has_scheme = fields_.client == ClientField::x_forwarded_for;
   if (has_scheme && trusts(peer)) {
     client.has_tls = equals_ignoring_case(take_last(scheme, ','), "https");
   }

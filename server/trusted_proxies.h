@@ -18,21 +18,31 @@ enum class ClientField : uint8_t {
   proxy_protocol    ///< a header of the PROXY protocol before the first byte (parse_proxy_header)
 };
 
+/// What proxies say in the fields of requests.
+struct ProxyFields {
+  ClientField client = ClientField::x_forwarded_for;
+  // Names of the fields with the client's user name, and its groups, separated by commas, which a
+  // proxy that checks who the client is sets on each request; empty: none.
+  std::string user;
+  std::string groups;
+};
+
 /// The proxies whose word counts.
 class TrustedProxies {
  public:
   TrustedProxies() = default;
 
-  /// Errors (invalid_argument): a range is malformed.
-  static Result<TrustedProxies> parse(const std::vector<std::string>& ranges, ClientField field);
+  /// Errors (invalid_argument): a range is malformed, fields of the client's identity are given
+  /// without a range, or they are not names of fields.
+  static Result<TrustedProxies> parse(const std::vector<std::string>& ranges, ProxyFields fields);
 
-  ClientField field() const { return field_; }
+  const ProxyFields& fields() const { return fields_; }
 
   bool trusts(const IpAddress& address) const;
 
   /// Whether connections from this peer begin with a header of the PROXY protocol.
   bool send_proxy_header(const IpAddress& peer) const {
-    return field_ == ClientField::proxy_protocol && trusts(peer);
+    return fields_.client == ClientField::proxy_protocol && trusts(peer);
   }
 
   /// A request's origin, as far as it is known.
@@ -51,7 +61,7 @@ class TrustedProxies {
 
  private:
   std::vector<AddressRange> ranges_;
-  ClientField field_ = ClientField::x_forwarded_for;
+  ProxyFields fields_;
 };
 
 }  // namespace isosplat

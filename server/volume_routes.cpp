@@ -8,25 +8,13 @@
 
 #include "server/conditions.h"
 #include "server/credentials.h"
+#include "server/json_response.h"
 #include "server/openapi_document.h"
 #include "server/streams.h"
 #include "server/volume_json.h"
 #include "server/volume_list.h"
 
 namespace isosplat {
-namespace {
-
-Response revalidated_json(const RouteCall& call, std::string text) {
-  Response response =
-      begin_response(call.request, etag_for(text), CachePolicy::revalidated, call.is_private);
-  if (is_complete(response)) return response;
-  response.set("Content-Type", "application/json");
-  response.text = std::move(text);
-  return response;
-}
-
-}  // namespace
-
 Response health_response(const RouteCall& call) {
   // Those that nobody has read yet count as served: this answer waits for no disk.
   size_t served = 0, broken = 0;
@@ -43,7 +31,7 @@ Response health_response(const RouteCall& call) {
 }
 
 Response openapi_response(const RouteCall& call) {
-  return revalidated_json(call, std::string(openapi_document()));
+  return json_response(call, std::string(openapi_document()));
 }
 
 Response volumes_response(const RouteCall& call) {
@@ -52,11 +40,11 @@ Response volumes_response(const RouteCall& call) {
   if (!query) return error_response(query.error());
   std::optional<std::string> list = list_volumes(call, *query);
   if (!list) return {};  // the connection asks again where it may wait
-  return revalidated_json(call, std::move(*list));
+  return json_response(call, std::move(*list));
 }
 
 Response volume_response(const RouteCall& call) {
-  return revalidated_json(call, volume_json(call.volume->name, *call.volume->store));
+  return json_response(call, volume_json(call.volume->name, *call.volume->store));
 }
 
 Response bootstrap_response(const RouteCall& call) {

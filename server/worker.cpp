@@ -104,10 +104,10 @@ void Worker::close_longest_waiting() {
   });
 }
 
-void Worker::stop() {
-  asio::post(context_, [this] {
+void Worker::stop(std::chrono::milliseconds time) {
+  asio::post(context_, [this, time] {
     for (Connection* connection : connections_) connection->stop();
-    deadline_.expires_after(shared_.limits.stop_time);
+    deadline_.expires_after(time);
     deadline_.async_wait([this](const error_code& error) {
       if (!error) abort_all();
     });

@@ -33,9 +33,9 @@ class Worker {
   /// Closes this connection. Thread-safe. May find that none waits any more.
   void close_longest_waiting();
 
-  /// Closes the connections that wait for a request, and all others after ServerLimits::stop_time.
+  /// Closes the connections that wait for a request, and all others after this time.
   /// Thread-safe. Set `shared.stopping` before.
-  void stop();
+  void stop(std::chrono::milliseconds time);
 
   /// Closes all connections at once. Thread-safe. Call after stop().
   void abort();

@@ -15,6 +15,7 @@ inline constexpr int kUsage = 2;  ///< wrong arguments
 void add_build_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);
 void add_extract_command(CLI::App& program, int& exit_code);
+void add_health_command(CLI::App& program, int& exit_code);
 void add_info_command(CLI::App& program, int& exit_code);
 void add_publish_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);

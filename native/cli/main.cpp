@@ -61,6 +61,7 @@ int main(int argc, char** argv) {
   isosplat::cli::add_build_command(program, exit_code);
   isosplat::cli::add_info_command(program, exit_code);
   isosplat::cli::add_serve_command(program, exit_code);
+  isosplat::cli::add_health_command(program, exit_code);
   isosplat::cli::add_view_command(program, exit_code);
   isosplat::cli::add_publish_command(program, exit_code);
   isosplat::cli::add_sign_link_command(program, exit_code);

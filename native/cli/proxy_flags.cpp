@@ -1,5 +1,8 @@
 #include "native/cli/proxy_flags.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <map>
 
 namespace isosplat::cli {
@@ -26,14 +29,33 @@ void ProxyFlags::add_to(CLI::App& command) {
                   "Where it states it: x-forwarded-for, forwarded or proxy-protocol")
       ->check(CLI::IsMember(client_fields()))
       ->capture_default_str();
+  command
+      .add_option("--user-header", user_header_,
+                  "Field in which the trusted proxy states the name of the user that it knows")
+      ->type_name("NAME");
+  command.add_option("--groups-header", groups_header_, "The same for the user's groups")
+      ->type_name("NAME");
+  command
+      .add_option("--cookie-name", cookie_name_,
+                  "Name of the cookies (default: isosplat-PORT); servers behind one balancer share "
+                  "it")
+      ->type_name("NAME");
 }
 
 Result<void> ProxyFlags::apply(ServerOptions& options) const {
-  const Result<TrustedProxies> parsed =
-      TrustedProxies::parse(trusted_proxies_, client_fields().at(proxy_header_));
+  options.proxy_fields = {client_fields().at(proxy_header_), user_header_, groups_header_};
+  const auto parsed = TrustedProxies::parse(trusted_proxies_, options.proxy_fields);
   if (!parsed) return fail(parsed.error().status, "--trusted-proxy: " + parsed.error().message);
   options.trusted_proxies = trusted_proxies_;
-  options.client_field = parsed->field();
+  const bool is_name = std::ranges::all_of(cookie_name_, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-';
+  });
+  if (!is_name) {
+    return fail(
+        Status::invalid_argument,
+        fmt::format("--cookie-name: expected letters, digits and -, found '{}'", cookie_name_));
+  }
+  options.cookie_name = cookie_name_;
   return {};
 }
 

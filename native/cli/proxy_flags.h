@@ -18,7 +18,7 @@ class ProxyFlags {
 
  private:
   std::vector<std::string> trusted_proxies_;
-  std::string proxy_header_ = "x-forwarded-for";
+  std::string proxy_header_ = "x-forwarded-for", user_header_, groups_header_, cookie_name_;
 };
 
 }  // namespace isosplat::cli

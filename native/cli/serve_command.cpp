@@ -4,12 +4,14 @@
 
 #include "native/cli/command.h"
 #include "native/cli/config_file.h"
+#include "native/cli/identity_flags.h"
 #include "native/cli/operation_flags.h"
 #include "native/cli/options.h"
 #include "native/cli/proxy_flags.h"
 #include "native/cli/server_flags.h"
 #include "native/cli/serving.h"
 #include "native/cli/terminal.h"
+#include "server/hand_over.h"
 #include "server/service_manager.h"
 
 namespace isosplat::cli {
@@ -20,6 +22,8 @@ struct ServeCall {
   ServerFlags server_flags;
   OperationFlags operation_flags;
   ProxyFlags proxy_flags;
+  IdentityFlags identity_flags;
+  bool is_check = false;
 };
 
 int run(const ServeCall& call) {
@@ -32,7 +36,12 @@ int run(const ServeCall& call) {
   if (Result<void> applied = call.proxy_flags.apply(options); !applied) {
     return report(applied.error());
   }
+  call.identity_flags.apply(options);
   options.sockets = take_passed_sockets();
+  if (auto handed = take_handed_sockets()) {
+    options.sockets = std::move(handed->serving);
+    options.redirecting_sockets = std::move(handed->redirecting);
+  }
   options.stores.assign(call.stores.begin(), call.stores.end());
   for (const std::filesystem::path& store : options.stores) {
     std::error_code error;
@@ -42,6 +51,10 @@ int run(const ServeCall& call) {
                                                    "store with isosplat build",
                                                    store.string())});
     }
+  }
+  if (call.is_check) {
+    if (Result<void> valid = Server::check(options); !valid) return report(valid.error());
+    return kSuccess;
   }
   return serve_until_stopped(std::move(options), "");
 }
@@ -57,6 +70,11 @@ void add_serve_command(CLI::App& program, int& exit_code) {
   call->server_flags.add_to(*command);
   call->operation_flags.add_to(*command);
   call->proxy_flags.add_to(*command);
+  call->identity_flags.add_to(*command);
+  command
+      ->add_flag("--check", call->is_check,
+                 "Check options, tokens, keys and certificates, and serve nothing")
+      ->configurable(false);
   command->footer(examples(
       "  isosplat serve engine.isosplat head.isosplat\n"
       "  isosplat serve stores/ --port 8081\n"
@@ -70,7 +88,8 @@ void add_serve_command(CLI::App& program, int& exit_code) {
       "the volumes.\n"
       "A line of the token file is TOKEN PATTERN…: a pattern is the name of a volume, in\n"
       "which * stands for any characters, or a folder with a slash (stores/ct/); the word\n"
-      "anyone in place of a token admits everyone. ISOSPLAT_TOKEN admits to all volumes,\n"
+      "anyone in place of a token admits everyone, user:NAME and group:NAME whom an\n"
+      "identity provider or a proxy names. ISOSPLAT_TOKEN admits to all volumes,\n"
       "ISOSPLAT_LINK_KEY is the key of links. SIGHUP reads tokens, keys and certificates\n"
       "again, and opens the access log anew.\n"
       "A file for --config has lines such as: stores = [\"/srv/ct\", \"/srv/mr\"]\n"

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "native/cli/durations.h"
 #include "native/cli/numbers.h"
 #include "native/cli/serving.h"
 
@@ -31,10 +32,25 @@ void ServerFlags::add_to(CLI::App& command) {
   CLI::Option* key = command.add_option("--tls-key", tls_key_, "Its private key (PEM)");
   certificate->needs(key);
   key->needs(certificate);
+  command
+      .add_option("--http-port", http_port_,
+                  "With TLS: also listen on this port, and redirect its requests to https")
+      ->needs(certificate)
+      ->check(is_whole_number(0, 65535));
+  command
+      .add_option("--https-port", https_port_,
+                  "The port in these redirections (default: that of --port)")
+      ->check(is_whole_number(1, 65535));
+  command
+      .add_option("--hsts", hsts_,
+                  "Tell browsers to use only https for this host, for so long: 1h, 365d")
+      ->type_name("TIME");
   command.add_option("--token-file", token_file_,
                      "Who may read: lines of a token (or anyone) and names or folders of volumes");
   command.add_option("--link-key-file", link_key_file_,
                      "Key of the links that sign-link makes (at least 32 bytes)");
+  command.add_option("--revoked-links", revoked_links_,
+                     "Links that are no longer valid: lines with the first 16 digits of their sig");
   command.add_option("--web-root", web_root_,
                      "Folder with the page (default: the page built with this program)");
 }
@@ -47,8 +63,19 @@ Result<ServerOptions> ServerFlags::options() const {
   options.is_public = is_public_;
   options.tls_certificate = tls_certificate_;
   options.tls_key = tls_key_;
+  options.http_port = http_port_;
+  options.https_port = https_port_;
+  if (!hsts_.empty()) {
+    const auto seconds = parse_duration(hsts_);
+    if (!seconds) {
+      return fail(Status::invalid_argument,
+                  fmt::format("--hsts: expected a time such as 1h or 365d, found '{}'", hsts_));
+    }
+    options.hsts_seconds = static_cast<uint64_t>(*seconds);
+  }
   options.token_file = token_file_;
   options.link_key_file = link_key_file_;
+  options.revoked_links_file = revoked_links_;
   // Other users see the arguments of a program, but not its environment.
   if (const char* token = std::getenv("ISOSPLAT_TOKEN"); token && *token) {
     options.tokens.emplace_back(token);

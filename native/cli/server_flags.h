@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,9 +20,10 @@ class ServerFlags {
 
  private:
   std::string host_ = "127.0.0.1", web_root_, cross_origin_, token_file_, link_key_file_,
-              tls_certificate_, tls_key_;
+              tls_certificate_, tls_key_, revoked_links_, hsts_;
   std::vector<std::string> allowed_hosts_;
-  uint16_t port_ = 8080;
+  uint16_t port_ = 8080, https_port_ = 0;
+  std::optional<uint16_t> http_port_;
   bool is_public_ = false;
 };
 

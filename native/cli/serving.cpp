@@ -4,6 +4,7 @@
 
 #include "native/cli/command.h"
 #include "native/cli/terminal.h"
+#include "server/hand_over.h"
 #include "server/service_manager.h"
 
 namespace isosplat::cli {
@@ -43,6 +44,7 @@ int serve_until_stopped(ServerOptions options, const std::string& query) {
   fmt::print("Isosplat is ready: {}   (Ctrl-C stops it)\n", url);
   std::fflush(stdout);
   notify_service_manager("READY=1");
+  notify_predecessor();
   (*server)->wait();
   return kSuccess;
 }

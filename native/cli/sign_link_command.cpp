@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "native/cli/command.h"
-#include "native/cli/numbers.h"
+#include "native/cli/durations.h"
 #include "native/cli/options.h"
 #include "native/cli/terminal.h"
 #include "server/access_rules.h"
@@ -21,32 +21,6 @@ namespace {
 struct SignCall {
   std::string volume, folder, key_file, expires = "7d", url = "http://localhost:8080/";
 };
-
-/// "30m", "12h", "7d", "90s" as seconds.
-std::optional<int64_t> parse_duration(std::string_view text) {
-  if (text.empty()) return std::nullopt;
-  int64_t unit = 0;
-  switch (text.back()) {
-    case 's':
-      unit = 1;
-      break;
-    case 'm':
-      unit = 60;
-      break;
-    case 'h':
-      unit = 3600;
-      break;
-    case 'd':
-      unit = 86400;
-      break;
-    default:
-      return std::nullopt;
-  }
-  const auto count = parse_whole_number(text.substr(0, text.size() - 1));
-  constexpr int64_t kMaxDays = 3650;
-  if (!count || *count < 1 || *count > kMaxDays * 86400 / unit) return std::nullopt;
-  return *count * unit;
-}
 
 Result<std::string> read_key(const std::string& file) {
   std::string key;
@@ -150,8 +124,9 @@ void add_sign_link_command(CLI::App& program, int& exit_code) {
       "  isosplat sign-link ct~head --link-key-file key.txt\n"
       "  isosplat sign-link stores/ct/head.isosplat --folder stores --link-key-file key.txt\n"
       "openssl rand -hex 32 > key.txt makes a key; isosplat serve --link-key-file key.txt "
-      "takes it.\nWhoever has the link may read the volume until then. Another key ends "
-      "all links."));
+      "takes it.\nWhoever has the link may read the volume until then. A line with the first 16 "
+      "digits of\nits sig, in the file that serve has as --revoked-links, ends one link; another "
+      "key ends all."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

@@ -43,7 +43,8 @@ install(FILES ${documents}/changelog.gz
 # Nothing enables the unit: that is the administrator's decision.
 install(FILES native/packaging/isosplat.service native/packaging/isosplat.socket
         DESTINATION lib/systemd/system COMPONENT program)
-install(FILES native/packaging/nginx.conf native/packaging/Caddyfile native/packaging/Containerfile
+install(FILES native/packaging/nginx.conf native/packaging/nginx-cluster.conf native/packaging/Caddyfile native/packaging/Containerfile
+              native/packaging/grafana-dashboard.json
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/isosplat/examples COMPONENT program)
 
 set(CPACK_GENERATOR DEB TGZ)

@@ -125,11 +125,148 @@ TEST(CliServe, UsesTheSocketOfSystemdAndTellsItItsState) {
   // systemd reloads by SIGHUP, also where there is nothing to read again.
   ::kill(child, SIGHUP);
   EXPECT_TRUE(notifications.next().starts_with("RELOADING=1\nMONOTONIC_USEC="));
-  EXPECT_EQ(notifications.next(), "READY=1");
+  EXPECT_EQ(notifications.next(), "READY=1\nSTATUS=Reloaded.");
   EXPECT_TRUE(get(listener.port, "/readyz").starts_with("HTTP/1.1 200 "));
   ::kill(child, SIGTERM);
   EXPECT_EQ(notifications.next(), "STOPPING=1");
   EXPECT_EQ(wait_for(child, out, err).exit_code, 0);
+}
+
+TEST(CliServe, TellsSystemdThatAReloadFailed) {
+  const TempFolder folder;
+  const std::string store = store_in(folder), tokens = folder / "tokens";
+  write_file(tokens, "token-0123456789abcdef *\n");
+  const Listener listener;
+  Notifications notifications;
+  const std::string out = folder / "out", err = folder / "err";
+  const Call call{.arguments = {"serve", store, "--token-file", tokens}};
+  const pid_t child = start_with_socket(call, listener.socket, out, err, notifications.path);
+  EXPECT_EQ(notifications.next(), "READY=1") << read_file(err);
+  // What ExecReload= asks first.
+  std::vector<std::string> check = call.arguments;
+  check.push_back("--check");
+  EXPECT_EQ(run(check).exit_code, 0);
+  write_file(tokens, "short *\n");
+  const Ended checked = run(check);
+  EXPECT_EQ(checked.exit_code, 2);
+  EXPECT_NE(checked.err.find(tokens + ": line 1: expected"), std::string::npos) << checked.err;
+  ::kill(child, SIGHUP);
+  EXPECT_TRUE(notifications.next().starts_with("RELOADING=1\n"));
+  const std::string status = notifications.next();
+  EXPECT_TRUE(status.starts_with("READY=1\nSTATUS=Reload failed: " + tokens + ": line 1"))
+      << status;
+  EXPECT_TRUE(get(listener.port, "/v1/volumes").starts_with("HTTP/1.1 401 "))
+      << "the old ones stay";
+  ::kill(child, SIGTERM);
+  EXPECT_EQ(wait_for(child, out, err).exit_code, 0);
+}
+
+/// The number behind a text in a file, which a program writes.
+int number_behind(const std::string& file, const std::string& text) {
+  for (int i = 0; i < 12'000; ++i) {
+    const std::string written = read_file(file);
+    const size_t at = written.rfind(text);
+    if (at != std::string::npos &&
+        written.find_first_not_of("0123456789", at + text.size()) != std::string::npos) {
+      return std::stoi(written.substr(at + text.size()));
+    }
+    usleep(10'000);
+  }
+  ADD_FAILURE() << file << ": expected '" << text << "': " << read_file(file);
+  return 0;
+}
+
+/// A connection that has begun to read a store file, slowly.
+struct SlowReader {
+  explicit SlowReader(uint16_t port, const std::string& path) {
+    socket = ::socket(AF_INET, SOCK_STREAM, 0);
+    const int small = 4096;
+    ::setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(port);
+    EXPECT_EQ(::connect(socket, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    const std::string request = "GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n";
+    EXPECT_GT(::send(socket, request.data(), request.size(), MSG_NOSIGNAL), 0);
+    char first[16];
+    text.append(first, static_cast<size_t>(::recv(socket, first, sizeof first, MSG_WAITALL)));
+  }
+  ~SlowReader() { ::close(socket); }
+  /// Up to the end of the connection.
+  std::string rest() {
+    std::vector<char> buffer(1 << 16);
+    for (ssize_t count; (count = ::recv(socket, buffer.data(), buffer.size(), 0)) > 0;) {
+      text.append(buffer.data(), static_cast<size_t>(count));
+    }
+    return text;
+  }
+  int socket = -1;
+  std::string text;
+};
+
+TEST(CliServe, ANewProcessTakesOverWhileTransfersGoOn) {
+  const TempFolder folder;
+  // Random bytes at the end of the volume: more than sockets hold.
+  const int side = 160;
+  std::string voxels(static_cast<size_t>(side) * side * side, '\0');
+  uint32_t state = 1;
+  for (char& voxel : voxels)
+    voxel = static_cast<char>((state = state * 1664525 + 1013904223) >> 24);
+  write_file(folder / "noise.nrrd",
+             fmt::format("NRRD0004\ntype: uint8\ndimension: 3\nsizes: {0} {0} {0}\n"
+                         "spacings: 1 1 1\nencoding: raw\n\n",
+                         side) +
+                 voxels);
+  ASSERT_EQ(run({"build", folder / "noise.nrrd", "--no-thumbnail"}).exit_code, 0);
+  const std::string store = folder / "noise.isosplat", file = read_file(store);
+  ASSERT_GT(file.size(), 3'000'000u);
+  const std::string out = folder / "out", err = folder / "err", config = folder / "server.toml";
+  write_file(config, "stores = [\"" + store + "\"]\nport = 0\n");
+  const pid_t old = start({.arguments = {"serve", "--config", config}}, out, err);
+  const auto port = static_cast<uint16_t>(number_behind(out, "http://localhost:"));
+  const std::string list = get(port, "/v1/volumes/noise");
+  const size_t at = list.find("\"contentId\":\"") + 13;
+  const std::string path = "/v1/volumes/noise/" + list.substr(at, 32) + "/file";
+  SlowReader reader(port, path);
+
+  // A configuration that is wrong: the old process goes on.
+  write_file(config, "prot = 1\n");
+  ::kill(old, SIGUSR2);
+  while (read_file(err).find("this process goes on") == std::string::npos) usleep(10'000);
+  EXPECT_TRUE(get(port, "/readyz").starts_with("HTTP/1.1 200 "));
+
+  write_file(config, "stores = [\"" + store + "\"]\nport = 1\n");  // it gets the sockets
+  ::kill(old, SIGUSR2);
+  const pid_t successor = number_behind(err, "handed over to process ");
+  ASSERT_GT(successor, 1);
+  EXPECT_NE(successor, old);
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_TRUE(get(port, "/readyz").starts_with("HTTP/1.1 200 ")) << i;
+  }
+  const std::string response = reader.rest();
+  EXPECT_TRUE(response.ends_with(file)) << response.size();
+  EXPECT_EQ(wait_for(old, out, err).exit_code, 0);
+  EXPECT_TRUE(get(port, "/readyz").starts_with("HTTP/1.1 200 "));
+  ::kill(successor, SIGTERM);
+  while (!get(port, "/readyz").empty()) usleep(10'000);
+}
+
+TEST(CliServe, HealthIsThatOfTheServer) {
+  const TempFolder folder;
+  const std::string out = folder / "out", err = folder / "err";
+  write_file(folder / "broken.isosplat", "not a store");
+  const pid_t child = start({.arguments = {"serve", folder.path(), "--port", "0"}}, out, err);
+  const std::string port = std::to_string(number_behind(out, "http://localhost:"));
+  const Ended unwell = run({"health", "--port", port});
+  EXPECT_EQ(unwell.exit_code, 1);
+  EXPECT_NE(unwell.err.find("found 503"), std::string::npos) << unwell.err;
+  store_in(folder);
+  while (run({"health", "--port", port}).exit_code != 0) usleep(10'000);
+  ::kill(child, SIGTERM);
+  EXPECT_EQ(wait_for(child, out, err).exit_code, 0);
+  EXPECT_EQ(run({"health", "--port", port}).exit_code, 1);
+  EXPECT_EQ(run({"health", "--port", "0"}).exit_code, 2);
 }
 
 TEST(CliServe, RefusesASocketThatIsNoneOfTcp) {
@@ -182,6 +319,13 @@ TEST(CliServe, RefusesLimitsThatAreNone) {
                                                   {"--rate-bytes", "many"},
                                                   {"--bytes-in-flight", "x"},
                                                   {"--log-format", "xml"},
+                                                  {"--trusted-proxy", "10.0.0.1/8"},
+                                                  {"--proxy-header", "x-real-ip"},
+                                                  {"--user-header", "X-User"},
+                                                  {"--cookie-name", "a=b"},
+                                                  {"--hsts", "1h"},
+                                                  {"--http-port", "0"},
+                                                  {"--jwt-keys", "keys.json"},
                                                   {"--disk-threads", "0"}}) {
     std::vector<std::string> arguments = {"serve", folder.path(), "--port", "0"};
     arguments.insert(arguments.end(), options.begin(), options.end());

@@ -131,6 +131,45 @@ TEST_F(Monitoring, HistogramsAreCumulative) {
   EXPECT_GE(found.at(name + R"(_sum{route="/healthz"})"), 0);
 }
 
+TEST_F(Monitoring, TellsOfTheProcessAndItsReloads) {
+  options.token_file = folder.path() / "tokens";
+  write_file(options.token_file, std::string_view("anyone *\n"));
+  start();
+  Client client(port());
+  auto found = samples(client);
+  for (const auto& [name, least] : std::initializer_list<std::pair<const char*, double>>{
+           {"process_resident_memory_bytes", 1 << 20},
+           {"process_virtual_memory_bytes", 1 << 20},
+           {"process_open_fds", 5},
+           {"process_max_fds", 64},
+           {"process_cpu_seconds_total", 0.001},
+           {"isosplat_bytes_in_flight_limit", 1 << 20},
+           {"isosplat_last_reload_seconds", 1.7e9}}) {
+    EXPECT_GE(found[name], least) << name;
+  }
+  EXPECT_LE(found["process_open_fds"], static_cast<double>(open_descriptors()));
+  EXPECT_EQ(
+      std::ranges::count_if(found,
+                            [](const auto& each) {
+                              return each.first.starts_with("isosplat_build_info{version=\"") &&
+                                     each.second == 1;
+                            }),
+      1);
+  EXPECT_EQ(found["isosplat_last_reload_successful"], 1);
+  EXPECT_FALSE(found.contains("isosplat_tls_certificate_end_seconds")) << "without TLS";
+  write_file(options.token_file, std::string_view("short *\n"));
+  EXPECT_FALSE(server->reload());
+  found = samples(client);
+  EXPECT_EQ(found["isosplat_last_reload_successful"], 0);
+  EXPECT_EQ(found[R"(isosplat_reloads_total{result="failure"})"], 1);
+  EXPECT_EQ(found[R"(isosplat_reloads_total{result="success"})"], 0);
+  write_file(options.token_file, std::string_view("anyone *\n"));
+  EXPECT_TRUE(server->reload());
+  found = samples(client);
+  EXPECT_EQ(found["isosplat_last_reload_successful"], 1);
+  EXPECT_EQ(found[R"(isosplat_reloads_total{result="success"})"], 1);
+}
+
 TEST_F(Monitoring, CountsFaults) {
   start();
   // A chunk whose bytes are changed in place.

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "tests/server/server_fixture.h"
@@ -138,7 +140,10 @@ TEST_F(Origins, ListedOriginsMayRead) {
   EXPECT_EQ(preflight.header("access-control-allow-origin"), "https://a.example");
   EXPECT_EQ(preflight.header("vary"), "Origin");
   // A cache that holds a response without the field must not give it to the other page.
-  EXPECT_EQ(get(port(), kList).header("vary"), "Origin");
+  const std::multimap<std::string, std::string> fields = get(port(), kList).headers;
+  EXPECT_TRUE(std::any_of(fields.begin(), fields.end(), [](const auto& field) {
+    return field.first == "vary" && field.second == "Origin";
+  }));
 }
 
 TEST_F(Origins, EveryPageMayReadPublicVolumes) {
@@ -148,7 +153,7 @@ TEST_F(Origins, EveryPageMayReadPublicVolumes) {
           {kList, "Host: localhost\r\nSec-Fetch-Site: cross-site\r\n", 200, "", "*"},
           {kList, "Host: localhost\r\nOrigin: null\r\n", 200, "", "*"}});
   EXPECT_EQ(get(port(), kList).header("cross-origin-resource-policy"), "cross-origin");
-  EXPECT_EQ(get(port(), kList).header("vary"), "");
+  EXPECT_EQ(get(port(), kList).header("vary"), "Accept-Encoding") << "but not by the page";
 }
 
 TEST_F(Origins, OnOtherAddressesTheOperatorMustChoose) {

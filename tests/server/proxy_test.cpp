@@ -60,7 +60,8 @@ TEST(IpAddresses, RangesContainWhatTheirPrefixSays) {
 
 std::string client_of(ClientField field, std::string_view peer, std::string_view addresses,
                       std::string_view scheme = {}) {
-  const auto proxies = TrustedProxies::parse({"10.0.0.0/8", "fd00::/8"}, field);
+  const auto proxies = TrustedProxies::parse({"10.0.0.0/8", "fd00::/8"},
+                                             {.client = field, .user = "", .groups = ""});
   const TrustedProxies::Client client = proxies->client_of(address(peer), addresses, scheme);
   return client.address.text() + (client.has_tls ? " tls" : "");
 }
@@ -191,6 +192,8 @@ class BehindProxy : public ServerTest {
     };
   }
 
+  ~BehindProxy() override { server.reset(); }  // it logs until then
+
   /// The address in the log of the latest response.
   std::string last_logged(size_t responses) {
     EXPECT_TRUE(eventually([&] {
@@ -278,7 +281,7 @@ class BehindBalancer : public BehindProxy {
  protected:
   BehindBalancer() {
     options.trusted_proxies = {"127.0.0.1"};
-    options.client_field = ClientField::proxy_protocol;
+    options.proxy_fields.client = ClientField::proxy_protocol;
   }
   static std::string header_of(const std::string& client) {
     return "PROXY TCP4 " + client + " 10.0.0.1 56324 443\r\n";

@@ -153,7 +153,7 @@ TEST_F(Tls, ServesTheSameBytes) {
 
 TEST_F(Tls, AHeaderOfTheProxyProtocolPrecedesTheHandshake) {
   options.trusted_proxies = {"127.0.0.1"};
-  options.client_field = ClientField::proxy_protocol;
+  options.proxy_fields.client = ClientField::proxy_protocol;
   std::string logged;
   options.access_log = [&](std::string_view line) { logged = line; };
   start();
@@ -323,6 +323,102 @@ TEST_F(Tls, ResetsOfTheClientReleaseEverything) {
     }
     EXPECT_TRUE(eventually(is_served)) << stage;
   }
+}
+
+TEST_F(Tls, PlainRequestsAreRedirected) {
+  options.http_port = 0;
+  options.hsts_seconds = 86'400;
+  options.allowed_hosts = {"volumes.example"};
+  options.tokens = {"token-0123456789abcdef"};
+  start();
+  const uint16_t plain = server->http_port();
+  ASSERT_NE(plain, 0);
+  const auto location = [&](const std::string& request) {
+    Client client(plain);
+    client.send(request + "\r\n\r\n");
+    const Answer answer = client.receive(request.starts_with("HEAD"));
+    EXPECT_EQ(answer.status, 308) << request;
+    EXPECT_EQ(answer.header("strict-transport-security"), "") << "not over plain HTTP";
+    EXPECT_EQ(answer.header("set-cookie"), "");
+    return answer.header("location");
+  };
+  const std::string port_text = ":" + std::to_string(port());
+  EXPECT_EQ(location("GET /?volume=alpha&x=%22 HTTP/1.1\r\nHost: Volumes.Example:80"),
+            "https://volumes.example" + port_text + "/?volume=alpha&x=%22");
+  EXPECT_EQ(location("HEAD /v1/volumes HTTP/1.1\r\nHost: localhost"),
+            "https://localhost" + port_text + "/v1/volumes");
+  EXPECT_EQ(location("POST / HTTP/1.1\r\nHost: 127.0.0.1"), "https://127.0.0.1" + port_text + "/");
+  EXPECT_EQ(location("GET http://localhost?a=b HTTP/1.1\r\nHost: evil.example"),
+            "https://localhost" + port_text + "/?a=b");
+  EXPECT_EQ(location("GET //evil.example/ HTTP/1.1\r\nHost: localhost"),
+            "https://localhost" + port_text + "//evil.example/");
+  EXPECT_EQ(location("GET /<\"\xc3\xbc HTTP/1.1\r\nHost: localhost"),
+            "https://localhost" + port_text + "/%3C%22%C3%BC");
+  // Never to a host that the server does not know, and no data, whoever asks.
+  Client client(plain);
+  client.send("GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n");
+  EXPECT_EQ(client.receive().status, 403);
+  client.send(
+      "GET /v1/volumes HTTP/1.1\r\nHost: localhost\r\n"
+      "Authorization: Bearer token-0123456789abcdef\r\n\r\n");
+  EXPECT_EQ(client.receive().status, 308);
+  client.send("GET / HTTP/1.0\r\n\r\n");
+  EXPECT_EQ(client.receive().status, 400);
+  EXPECT_NE(
+      TlsClient(port()).get("/healthz").find("\r\nStrict-Transport-Security: max-age=86400\r\n"),
+      std::string::npos);
+}
+
+TEST_F(Tls, RedirectionsNameOneHostWhateverIsAllowed) {
+  options.http_port = 0;
+  options.https_port = 443;
+  options.is_public = true;
+  start();
+  for (const auto& [host, expected] :
+       std::initializer_list<std::pair<const char*, int>>{{"a.example", 308},
+                                                          {"[::1]:80", 308},
+                                                          {"a.example/x", 400},
+                                                          {"a@b", 400},
+                                                          {"a\\b", 400},
+                                                          {"", 400},
+                                                          {"a?b", 400},
+                                                          {"a#b", 400}}) {
+    Client client(server->http_port());
+    client.send(std::string("GET / HTTP/1.1\r\nHost: ") + host + "\r\n\r\n");
+    const Answer answer = client.receive();
+    EXPECT_EQ(answer.status, expected) << host;
+    if (expected == 308) {
+      EXPECT_FALSE(answer.header("location").ends_with("443/")) << host;
+    }
+  }
+}
+
+TEST_F(Tls, RedirectionNeedsTls) {
+  options.tls_certificate.clear();
+  options.tls_key.clear();
+  options.http_port = 0;
+  EXPECT_EQ(Server::start(options).error().status, Status::invalid_argument);
+  options.http_port.reset();
+  options.hsts_seconds = 1;
+  EXPECT_EQ(Server::start(options).error().status, Status::invalid_argument);
+}
+
+TEST_F(Tls, MetricsTellHandshakesAndCertificates) {
+  start();
+  Client(port()).send("GET / HTTP/1.1\r\n\r\n");
+  EXPECT_TRUE(eventually([&] {
+    return TlsClient(port()).get("/metrics").find("\nisosplat_tls_failures_total 1\n") !=
+           std::string::npos;
+  }));
+  const std::string text = TlsClient(port()).get("/metrics");
+  const size_t at = text.find("\nisosplat_tls_certificate_end_seconds ");
+  ASSERT_NE(at, std::string::npos);
+  // The certificates of these tests are valid for a day.
+  const double days =
+      (std::stod(text.substr(text.find(' ', at))) - static_cast<double>(std::time(nullptr))) /
+      86400;
+  EXPECT_NEAR(days, 1, 0.2);
+  EXPECT_TRUE(log_mentions("the certificate ends in "));
 }
 
 TEST_F(Tls, CookiesAreForTlsOnly) {

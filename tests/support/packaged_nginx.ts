@@ -14,6 +14,8 @@ const root = fileURLToPath(new URL("../..", import.meta.url));
 export const hasPackagedNginx = hasNginx && spawnSync("openssl", ["version"]).error === undefined;
 
 export interface PackagedNginxOptions {
+  /** The configuration for several servers, which are on these ports. Default: that for one. */
+  cluster?: readonly [string, string, string];
   /** Most bytes of the cache, as nginx writes sizes. Default: as the packages have it. */
   cacheSize?: string;
   /** A file for a line of JSON per request: see ProxyLine. */
@@ -107,18 +109,21 @@ function configuration(
   { certificate, key }: CertificateFiles,
   port: number,
   serverPort: number | string,
-  { cacheSize, accessLog }: PackagedNginxOptions,
+  { cacheSize, accessLog, cluster }: PackagedNginxOptions,
 ): string {
+  const name = cluster ? "nginx-cluster.conf" : "nginx.conf";
   const replaced = (text: string, from: string, to: string): string => {
-    if (!text.includes(from)) throw new Error(`native/packaging/nginx.conf: expected "${from}"`);
+    if (!text.includes(from)) throw new Error(`native/packaging/${name}: expected "${from}"`);
     return text.replaceAll(from, to);
   };
-  let site = readFileSync(join(root, "native/packaging/nginx.conf"), "utf8");
+  let site = readFileSync(join(root, "native/packaging", name), "utf8");
   for (const [from, to] of [
-    ["/var/cache/nginx/isosplat", join(folder, "cache")],
+    ...(cluster?.map((at, i) => [`10.0.0.1${i + 1}:8080 `, `127.0.0.1:${at} `] as const) ?? [
+      ["/var/cache/nginx/isosplat", join(folder, "cache")],
+      ["127.0.0.1:8080", `127.0.0.1:${serverPort}`],
+    ]),
     ["/etc/ssl/volumes.example.pem", certificate],
     ["/etc/ssl/volumes.example.key", key],
-    ["127.0.0.1:8080", `127.0.0.1:${serverPort}`],
     ["listen 443 ", `listen 127.0.0.1:${port} `],
     ...(cacheSize ? [["max_size=10g", `max_size=${cacheSize}`] as const] : []),
   ] as const) {

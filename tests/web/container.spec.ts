@@ -9,6 +9,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { afterEach, describe, expect, test } from "vitest";
+import { makeCertificate } from "../support/certificate.ts";
 import { freePort } from "../support/nginx.ts";
 
 const root = fileURLToPath(new URL("../..", import.meta.url));
@@ -33,26 +34,40 @@ describe("the container file", () => {
   });
 
   /** The exit status of the health check of a server with this file. */
-  async function health(file: (path: string) => void): Promise<number | null> {
+  async function health(
+    file: (path: string) => void,
+    more: (folder: string) => string[] = () => [],
+  ): Promise<number | null> {
     const folder = mkdtempSync(join(tmpdir(), "isosplat-container-"));
     folders.push(folder);
     file(join(folder, "store.isosplat"));
     const port = String(await freePort());
     const here = (part: string) =>
       part.replaceAll("/var/lib/isosplat", folder).replaceAll("8080", port);
-    const [program, ...options] = [...command("ENTRYPOINT"), ...command("CMD")].map(here);
-    expect(program).toBe("isosplat");
-    server = spawn(join(root, "build/release/native/cli/isosplat"), options, {
+    const [name, ...options] = [...command("ENTRYPOINT"), ...command("CMD")].map(here);
+    expect(name).toBe("isosplat");
+    const program = join(root, "build/release/native/cli/isosplat");
+    server = spawn(program, [...options, ...more(folder)], {
       stdio: ["ignore", "pipe", "ignore"],
     });
     if (server.stdout) await once(server.stdout, "data");
-    const [shell = "", ...check] = command("HEALTHCHECK").map(here);
-    return spawnSync(shell, check).status;
+    const [checker, ...check] = command("HEALTHCHECK").map(here);
+    expect(checker).toBe("isosplat");
+    return spawnSync(program, check).status;
   }
 
   test("serves, and is healthy", async () => {
     const store = join(root, "tests/golden/v1.0/u8.isosplat");
     expect(await health((path) => copyFileSync(store, path))).toBe(0);
+  });
+
+  test("is healthy with TLS, whose certificate is for another name", async () => {
+    const store = join(root, "tests/golden/v1.0/u8.isosplat");
+    const withTls = (folder: string) => {
+      const { certificate, key } = makeCertificate(folder, "volumes.example");
+      return ["--tls-cert", certificate, "--tls-key", key];
+    };
+    expect(await health((path) => copyFileSync(store, path), withTls)).toBe(0);
   });
 
   test("is not healthy without a store that can be read", async () => {

@@ -1,0 +1,52 @@
+#include <fmt/format.h>
+
+#include "native/cli/command.h"
+#include "native/cli/numbers.h"
+#include "native/cli/options.h"
+#include "native/cli/terminal.h"
+#include "server/http_get.h"
+
+namespace isosplat::cli {
+namespace {
+
+struct HealthCall {
+  uint16_t port = 8080;
+};
+
+int run(const HealthCall& call) {
+  // Without TLS first, and then with it: a port speaks only one of them. The certificate is not
+  // checked, since it is for the server's public name.
+  const HttpGetOptions options{
+      .timeout = std::chrono::seconds(2), .max_bytes = 64 * 1024, .verifies_certificate = false};
+  const auto ask = [&](const char* scheme) {
+    return http_get(fmt::format("{}://localhost:{}/readyz", scheme, call.port), options);
+  };
+  Result<HttpAnswer> answer = ask("http");
+  if (!answer) {
+    const Result<HttpAnswer> with_tls = ask("https");
+    if (with_tls) answer = with_tls;
+  }
+  if (!answer) return report(answer.error());
+  if (answer->status == 200) return kSuccess;
+  return report({Status::io_error, fmt::format("port {}: expected status 200 of /readyz, found {}: "
+                                               "{}",
+                                               call.port, answer->status, answer->body)});
+}
+
+}  // namespace
+
+void add_health_command(CLI::App& program, int& exit_code) {
+  CLI::App* command = program.add_subcommand(
+      "health", "Ask a server on this machine whether it is ready, with or without TLS");
+  auto call = std::make_shared<HealthCall>();
+  command->add_option("--port", call->port, "Its port")
+      ->check(is_whole_number(1, 65535))
+      ->capture_default_str();
+  command->footer(
+      examples("  isosplat health --port 8443\n"
+               "Its exit code is 0 if /readyz is 200, else 1: for the health check of a "
+               "container."));
+  command->callback([call, &exit_code] { exit_code = run(*call); });
+}
+
+}  // namespace isosplat::cli
