@@ -43,6 +43,9 @@ void VolumeFlags::add_to(CLI::App& command) {
                   "series with the most voxels)")
       ->type_name("NUMBER|UID");
   command
+      .add_option("--channel", channel_, "Number of the channel, from 0, if the file has several")
+      ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));
+  command
       .add_option("--segment", segment_,
                   "DICOM segmentations: number or label of the segment, if the file has several")
       ->type_name("NUMBER|LABEL");
@@ -98,6 +101,7 @@ Result<ImportOptions> VolumeFlags::options() const {
   if (!endian_.empty()) options.big_endian = endian_ == "big";
   options.skip_bytes = skip_bytes_;
   if (time_step_ >= 0) options.time_step = time_step_;
+  if (channel_ >= 0) options.channel = channel_;
   options.series = series_;
   options.segment = segment_;
   options.dataset = dataset_;
@@ -116,8 +120,8 @@ Result<ImportOptions> VolumeFlags::options() const {
 
 std::string VolumeFlags::key() const {
   std::string text =
-      fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}", dims_, type_, spacing_, endian_,
-                  skip_bytes_, time_step_, missing_value_, series_, segment_, dataset_);
+      fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}", dims_, type_, spacing_, endian_,
+                  skip_bytes_, time_step_, missing_value_, series_, segment_, channel_, dataset_);
   for (const AllowanceFlag& allowance : kAllowances) {
     if (allowed_.has(allowance.allowance)) text += fmt::format("\n{}", allowance.flag);
   }

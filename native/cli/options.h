@@ -29,7 +29,7 @@ class VolumeFlags {
   std::string dims_, type_, spacing_, endian_, missing_value_, series_, segment_, dataset_;
   Allowances allowed_;
   uint64_t skip_bytes_ = 0;
-  int64_t time_step_ = -1;
+  int64_t time_step_ = -1, channel_ = -1;
 };
 
 /// The options that control how a store is built.

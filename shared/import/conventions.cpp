@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "shared/import/header_text.h"
 
@@ -67,6 +68,19 @@ void to_lps(Frame frame, HeaderGeometry& geometry) {
 void scale_lengths(double factor, HeaderGeometry& geometry) {
   geometry.spacing = geometry.spacing * factor;
   geometry.origin = geometry.origin * factor;
+}
+
+std::optional<std::array<Vec3d, 3>> cell_axes(const std::array<double, 3>& angles) {
+  std::array<double, 3> cosines{};
+  for (size_t i = 0; i < 3; ++i) {
+    if (!(angles[i] > 0 && angles[i] < 180)) return std::nullopt;
+    // Exactly 0 for right angles.
+    cosines[i] = angles[i] == 90 ? 0 : std::cos(angles[i] * std::numbers::pi / 180);
+  }
+  const auto [a, b, c] = cosines;
+  const double sine = std::sqrt(1 - c * c), y = (a - b * c) / sine, square = 1 - b * b - y * y;
+  if (!(square > 1e-6)) return std::nullopt;
+  return std::array{Vec3d{1, 0, 0}, Vec3d{c, sine, 0}, Vec3d{b, y, std::sqrt(square)}};
 }
 
 std::optional<double> millimetres_in(std::string_view unit) {

@@ -35,6 +35,11 @@ void to_lps(Frame frame, HeaderGeometry& geometry);
 /// Multiplies all lengths by a factor.
 void scale_lengths(double factor, HeaderGeometry& geometry);
 
+/// The axes of a unit cell, of length 1: x lies along the first, z is perpendicular to the first
+/// two. `angles`: between y and z, x and z, x and y, in degrees. Nothing if no cell has these
+/// angles.
+std::optional<std::array<Vec3d, 3>> cell_axes(const std::array<double, 3>& angles);
+
 /// Millimetres per unit of length: "mm", "um", "µm", "micron", "metre", "inch", … Nothing for any
 /// other text.
 std::optional<double> millimetres_in(std::string_view unit);

@@ -14,6 +14,9 @@ Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOpt
 Result<OpenVolume> open_mrc(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_npy(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_hdf5(const std::filesystem::path& path, const ImportOptions& options);
+/// The error of netCDF's own format, which is not that of HDF5: how to convert it.
+Result<OpenVolume> refuse_netcdf_classic(const std::filesystem::path& path,
+                                         const ImportOptions& options);
 Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,

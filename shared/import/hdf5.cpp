@@ -1,14 +1,11 @@
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "shared/import/array_source.h"
 #include "shared/import/formats.h"
 #include "shared/import/hdf5_array.h"
-#include "shared/import/hdf5_attributes.h"
 #include "shared/import/hdf5_axes.h"
+#include "shared/import/hdf5_missing.h"
 #include "shared/import/hdf5_volumes.h"
-#include "shared/import/header_text.h"
 
 // Reads volumes of HDF5 files. Without HDF5's library, so that it is the same natively and in a
 // browser, and so that hostile files are read by checked code
@@ -16,20 +13,11 @@
 namespace isosplat {
 namespace {
 
-/// Slope, intercept and fill value of netCDF's conventions (CF).
-void take_values(const Hdf5File& file, const Hdf5Volume& volume, StoredVoxels& stored,
-                 std::optional<FillValue>& fill) {
-  const auto number = [&](const char* name) -> std::optional<double> {
-    const auto numbers = hdf5_numbers(file, volume.object, name);
-    if (!numbers || numbers->size() != 1 || !std::isfinite(numbers->front())) return std::nullopt;
-    return numbers->front();
-  };
-  if (const auto slope = number("scale_factor"); slope && *slope != 0) stored.slope = *slope;
-  if (const auto intercept = number("add_offset")) stored.intercept = *intercept;
-  if (const auto value = number("_FillValue")) {
-    const double real = stored.intercept + stored.slope * *value;
-    if (std::isfinite(real)) fill = FillValue{real, real};
-  }
+/// Whether a part has all elements of its array.
+bool is_whole(const Hdf5Part& part, const Hdf5Layout& layout) {
+  uint64_t all = 1;
+  for (const uint64_t size : layout.sizes) all *= size;
+  return part.sizes[0] * part.sizes[1] * part.sizes[2] == all;
 }
 
 }  // namespace
@@ -42,6 +30,14 @@ bool is_hdf5(std::string_view beginning) {
     }
   }
   return false;
+}
+
+Result<OpenVolume> refuse_netcdf_classic(const std::filesystem::path& path,
+                                         const ImportOptions& /*options*/) {
+  return fail(Status::unsupported_format,
+              fmt::format("{}: expected netCDF-4, found netCDF's classic format: convert it with "
+                          "netCDF's own program: nccopy -k nc4 FILE volume.nc",
+                          path.string()));
 }
 
 Result<std::vector<std::string>> hdf5_datasets(const std::filesystem::path& path) {
@@ -67,10 +63,13 @@ Result<OpenVolume> open_hdf5(const std::filesystem::path& path, const ImportOpti
                     "each slice: convert it to NIfTI with mnc2nii",
                     path.string()));
   }
-  const auto volume = choose_hdf5_volume(*file, options.dataset);
+  ImportOptions rest = options;
+  const auto volume = choose_hdf5_volume(*file, rest);
   if (!volume) return tl::unexpected(volume.error());
-  if (const auto step = choose_step(path, 1, options); !step) return tl::unexpected(step.error());
-  auto axes = hdf5_axes(file, *volume, options);
+  auto description = describe_hdf5(file, *volume);
+  if (!description) return tl::unexpected(description.error());
+  const bool is_unsigned = description->is_unsigned;
+  auto axes = hdf5_axes(*file, *volume, std::move(*description), rest);
   if (!axes) return tl::unexpected(axes.error());
   auto layout = read_hdf5_layout(*file, volume->object, volume->sizes, volume->type.bytes);
   if (!layout) return tl::unexpected(layout.error());
@@ -78,15 +77,14 @@ Result<OpenVolume> open_hdf5(const std::filesystem::path& path, const ImportOpti
     return file->malformed(fmt::format("expected an array with elements in {}, found none written",
                                        hdf5_printable(volume->path)));
   }
-  const auto size = [&](size_t axis) { return static_cast<int64_t>(axes->sizes[axis]); };
+  const auto size = [&](size_t axis) { return static_cast<int64_t>(axes->part.sizes[axis]); };
   ArrayVolume array =
       make_array("HDF5", path, {size(2), size(1), size(0)}, axes->geometry, options);
   array.geometry = axes->geometry;  // options.spacing is along x, y and z
   array.stored = volume->type.stored;
-  std::optional<FillValue> fill;
-  take_values(*file, *volume, array.stored, fill);
+  const Hdf5Missing missing = hdf5_values(*file, *volume, is_unsigned, array.stored);
   std::unique_ptr<ByteReader> reader;
-  if (layout->index == Hdf5Layout::Index::none) {
+  if (layout->index == Hdf5Layout::Index::none && is_whole(axes->part, *layout)) {
     // An address beyond the end: open_array says that the file is incomplete.
     array.offset = file->base() + std::min(layout->address, file->bytes());
     array.ends_with_file = false;
@@ -94,12 +92,14 @@ Result<OpenVolume> open_hdf5(const std::filesystem::path& path, const ImportOpti
     if (!plain) return tl::unexpected(plain.error());
     reader = std::move(*plain);
   } else {
-    auto chunked = open_hdf5_array(file, std::move(*layout));
-    if (!chunked) return tl::unexpected(chunked.error());
-    reader = std::move(*chunked);
+    auto part = open_hdf5_array(file, std::move(*layout), std::move(axes->part));
+    if (!part) return tl::unexpected(part.error());
+    reader = std::move(*part);
   }
   auto result = open_array(std::move(array), std::move(reader), std::move(axes->notes));
-  if (result) result->fill_value = fill;
+  if (result && !options.missing_value && options.finds_missing_values) {
+    remove_missing(missing, *result);
+  }
   return result;
 }
 

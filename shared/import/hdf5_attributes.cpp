@@ -9,7 +9,7 @@
 namespace isosplat {
 namespace {
 
-constexpr uint64_t kMaxElements = 64;
+constexpr uint64_t kMaxElements = 1024;
 constexpr uint64_t kMaxTextBytes = 64 * 1024;
 
 struct Attribute {
@@ -61,10 +61,10 @@ std::optional<Attribute> find(const Hdf5File& file, const Hdf5Object& object,
   return std::nullopt;
 }
 
-/// Reads a text of a global heap: "GCOL", u8 1, 3 bytes, length: bytes of the heap; then objects:
-/// u16 index, u16, 4 bytes, length, content, padding to 8 bytes.
-std::optional<std::string> heap_text(Hdf5File& file, uint64_t address, uint64_t index,
-                                     uint64_t bytes) {
+/// Reads an object of a global heap, of at least these bytes: "GCOL", u8 1, 3 bytes, length: bytes
+/// of the heap; then objects: u16 index, u16, 4 bytes, length, content, padding to 8 bytes.
+std::optional<std::vector<std::byte>> heap_object(Hdf5File& file, uint64_t address, uint64_t index,
+                                                  uint64_t bytes) {
   const auto head = file.read(address, 8 + file.length_bytes());
   if (!head) return std::nullopt;
   Hdf5Fields fields = file.fields(*head);
@@ -82,12 +82,23 @@ std::optional<std::string> heap_text(Hdf5File& file, uint64_t address, uint64_t 
     fields.skip(6);
     const uint64_t size = fields.length();
     if (found == 0) break;  // free space
-    const std::string_view text = fields.text(size);
+    const auto content = fields.bytes(size);
     fields.skip(std::min<uint64_t>((8 - size % 8) % 8, fields.left()));
-    if (found == index && bytes <= text.size())
-      return std::string(text.substr(0, static_cast<size_t>(bytes)));
+    if (found == index && bytes <= content.size()) {
+      return std::vector(content.begin(), content.begin() + static_cast<std::ptrdiff_t>(bytes));
+    }
   }
   return std::nullopt;
+}
+
+/// What an element of variable size refers to: u32 count, address of a global heap, u32 index in
+/// it.
+std::optional<std::vector<std::byte>> variable_element(Hdf5File& file, Hdf5Fields& values,
+                                                       uint64_t each_bytes) {
+  const uint64_t count = values.number(4), heap = values.address(), index = values.number(4);
+  if (values.is_short() || count > kMaxTextBytes) return std::nullopt;
+  if (count == 0) return std::vector<std::byte>();
+  return heap_object(file, heap, index, count * each_bytes);
 }
 
 }  // namespace
@@ -116,12 +127,9 @@ std::optional<std::vector<std::string>> hdf5_texts(Hdf5File& file, const Hdf5Obj
     if (attribute->type.kind == Hdf5Type::Kind::text) {
       text = values.text(attribute->type.bytes);
     } else if (attribute->type.kind == Hdf5Type::Kind::variable_text) {
-      // u32 bytes, address of a global heap, u32 index in it
-      const uint64_t bytes = values.number(4), heap = values.address(), index = values.number(4);
-      if (values.is_short() || bytes > kMaxTextBytes) return std::nullopt;
-      const auto found = bytes == 0 ? "" : heap_text(file, heap, index, bytes);
+      const auto found = variable_element(file, values, 1);
       if (!found) return std::nullopt;
-      text = *found;
+      text.assign(reinterpret_cast<const char*>(found->data()), found->size());
     } else {
       return std::nullopt;
     }
@@ -130,6 +138,39 @@ std::optional<std::vector<std::string>> hdf5_texts(Hdf5File& file, const Hdf5Obj
     texts.push_back(std::move(text));
   }
   return texts;
+}
+
+std::string hdf5_text(Hdf5File& file, const Hdf5Object& object, std::string_view name) {
+  std::string joined;
+  for (const std::string& text :
+       hdf5_texts(file, object, name).value_or(std::vector<std::string>())) {
+    joined += text;
+  }
+  return joined;
+}
+
+std::optional<std::vector<std::vector<uint64_t>>> hdf5_references(Hdf5File& file,
+                                                                  const Hdf5Object& object,
+                                                                  std::string_view name) {
+  const auto attribute = find(file, object, name);
+  if (!attribute || attribute->type.kind != Hdf5Type::Kind::reference_list) return std::nullopt;
+  Hdf5Fields values = file.fields(attribute->values);
+  std::vector<std::vector<uint64_t>> lists;
+  for (uint64_t i = 0; i < attribute->count; ++i) {
+    const auto content = variable_element(file, values, file.address_bytes());
+    if (!content) return std::nullopt;
+    Hdf5Fields addresses = file.fields(*content);
+    lists.emplace_back();
+    while (addresses.left() > 0) lists.back().push_back(addresses.address());
+  }
+  return lists;
+}
+
+std::optional<VoxelType> hdf5_number_type(const Hdf5File& file, const Hdf5Object& object,
+                                          std::string_view name) {
+  const auto attribute = find(file, object, name);
+  if (!attribute || attribute->type.kind != Hdf5Type::Kind::number) return std::nullopt;
+  return attribute->type.stored.type;
 }
 
 double hdf5_number(const StoredVoxels& stored, std::span<const std::byte> bytes) {
@@ -144,15 +185,6 @@ double hdf5_number(const StoredVoxels& stored, std::span<const std::byte> bytes)
     std::memcpy(&value, native.data(), sizeof value);
     return static_cast<double>(value);
   });
-}
-
-bool hdf5_has_other_attributes(const Hdf5File& file, const Hdf5Object& object) {
-  const Hdf5Message* message = object.find(Hdf5Kind::attribute_info);
-  if (!message) return false;
-  Hdf5Fields fields = file.fields(message->content);
-  fields.skip(1);
-  if ((fields.number(1) & 1) != 0) fields.skip(2);
-  return fields.address() != kHdf5Undefined && !fields.is_short();
 }
 
 }  // namespace isosplat

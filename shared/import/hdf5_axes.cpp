@@ -4,237 +4,197 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "shared/import/conventions.h"
-#include "shared/import/hdf5_array.h"
-#include "shared/import/hdf5_attributes.h"
-#include "shared/import/header_text.h"
+#include "shared/import/formats.h"
 
 namespace isosplat {
 namespace {
 
-using Names = std::vector<std::string>;
-
-/// The keys of vigra's text {"axes": [{"key": "z", …}, …]}; none if it has another number of axes.
-Names tagged_axes(std::string_view text, size_t axes) {
-  constexpr std::string_view kKey = "\"key\"";
-  Names names;
-  for (size_t at = text.find(kKey); at != text.npos; at = text.find(kKey, at + 1)) {
-    const size_t colon = text.find_first_not_of(" \n\t", at + kKey.size());
-    if (colon == text.npos || text[colon] != ':') return {};
-    const size_t begin = text.find_first_not_of(" \n\t", colon + 1);
-    if (begin == text.npos || text[begin] != '"') return {};
-    const size_t end = text.find('"', begin + 1);
-    if (end == text.npos) return {};
-    names.emplace_back(text.substr(begin + 1, end - begin - 1));
-  }
-  return names.size() == axes ? names : Names{};
-}
-
-/// The positions along an axis: a dataset with one axis of this size.
-Result<std::optional<std::vector<double>>> positions_at(const std::shared_ptr<Hdf5File>& file,
-                                                        const Hdf5Object& object, uint64_t size) {
-  constexpr uint64_t kMaxPositions = uint64_t{1} << 20;
-  if (!object.find(Hdf5Kind::layout) || size > kMaxPositions) return std::nullopt;
-  const auto elements = hdf5_elements(*file, object);
-  if (!elements) return tl::unexpected(elements.error());
-  const auto& [sizes, type] = *elements;
-  if (!sizes || !type || type->kind != Hdf5Type::Kind::number || sizes->size() != 1 ||
-      sizes->front() != size) {
-    return std::nullopt;
-  }
-  auto layout = read_hdf5_layout(*file, object, *sizes, type->bytes);
-  if (!layout) return tl::unexpected(layout.error());
-  const auto bytes = static_cast<size_t>(type->bytes);
-  std::vector<std::byte> raw;
-  if (layout->index == Hdf5Layout::Index::none) {
-    auto read = file->read(layout->address, size * bytes);
-    if (!read) return tl::unexpected(read.error());
-    raw = std::move(*read);
-  } else {
-    auto array = open_hdf5_array(file, std::move(*layout));
-    if (!array) return tl::unexpected(array.error());
-    raw.resize(static_cast<size_t>(size) * bytes);
-    if (auto read = (*array)->read(0, raw); !read) return tl::unexpected(read.error());
-  }
-  std::vector<double> positions;
-  for (size_t i = 0; i < size; ++i) {
-    positions.push_back(hdf5_number(type->stored, std::span(raw).subspan(i * bytes, bytes)));
-  }
-  return positions;
-}
-
-struct Step {
-  double origin = 0, spacing = 1;
-};
-
-/// First position and distance of evenly spaced positions; nothing if they are not.
-std::optional<Step> step_of(const std::vector<double>& positions) {
-  const double first = positions.front();
-  const double step = (positions.back() - first) / static_cast<double>(positions.size() - 1);
-  if (!std::isfinite(first) || !std::isfinite(step) || step == 0) return std::nullopt;
-  for (size_t i = 0; i < positions.size(); ++i) {
-    const double expected = first + static_cast<double>(i) * step;
-    // Positions are often 32-bit floats.
-    if (!(std::abs(positions[i] - expected) <= 0.01 * std::abs(step))) return std::nullopt;
-  }
-  return Step{first, step};
-}
-
 class Reader {
  public:
-  Reader(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
+  Reader(const Hdf5File& file, const Hdf5Volume& volume, Hdf5Description description,
          const ImportOptions& options)
-      : file_(file), volume_(volume), options_(options) {}
+      : file_(file), volume_(volume), description_(std::move(description)), options_(options) {}
 
   Result<Hdf5Axes> read() {
-    size_t to = 0;
-    for (size_t i = 0; i < volume_.sizes.size(); ++i) {
-      if (volume_.sizes[i] < 2) continue;
-      picked_[to] = i;
-      axes_.sizes[to++] = volume_.sizes[i];
-    }
-    if (hdf5_has_other_attributes(*file_, volume_.object)) {
-      axes_.notes.push_back(
-          fmt::format("{} has attributes that are not read: a spacing among them "
-                      "has to be given with --spacing",
+    notes_ = std::move(description_.notes);
+    if (volume_.object.has_other_attributes) {
+      notes_.push_back(
+          fmt::format("{} has attributes that are not read: a spacing among them has to "
+                      "be given with --spacing",
                       hdf5_printable(volume_.path)));
     }
-    if (auto named = name_axes(); !named) return tl::unexpected(named.error());
-    if (auto placed = place(); !placed) return tl::unexpected(placed.error());
-    std::array<Vec3d, 3> steps;
-    Vec3d origin{0, 0, 0};
-    for (size_t i = 0; i < 3; ++i) {
-      // The array's fastest axis is the first one of a geometry.
-      Vec3d& step = steps[2 - i];
-      step = {0, 0, 0};
-      (labels_[i] == 'x' ? step.x : labels_[i] == 'y' ? step.y : step.z) = steps_[i].spacing;
-      (labels_[i] == 'x' ? origin.x : labels_[i] == 'y' ? origin.y : origin.z) = steps_[i].origin;
-    }
-    axes_.geometry = geometry_of_steps(steps, origin);
-    return std::move(axes_);
+    if (auto picked = pick(); !picked) return tl::unexpected(picked.error());
+    name_axes();
+    Hdf5Axes result;
+    result.part = std::move(part_);
+    result.geometry = place();
+    result.notes = std::move(notes_);
+    return result;
   }
 
  private:
-  Result<void> name_axes() {
-    const size_t count = volume_.sizes.size();
-    if (const auto tags = hdf5_texts(*file_, volume_.object, "axistags");
-        tags && tags->size() == 1) {
-      names_ = tagged_axes(tags->front(), count);
-    }
-    const auto parent = hdf5_object_at(*file_, volume_.parent);
-    if (!parent) return tl::unexpected(parent.error());
-    if (*parent) {
-      group_ = **parent;
-      const auto signal = hdf5_texts(*file_, group_, "signal");
-      const auto axes = hdf5_texts(*file_, group_, "axes");
-      // A group has positions for its signal alone.
-      if (signal && signal->size() == 1 && volume_.path == volume_.parent + "/" + signal->front() &&
-          axes && axes->size() == count) {
-        positions_ = *axes;
+  Hdf5Axis& axis(size_t i) { return description_.axes[part_.axes[i]]; }
+
+  /// Chooses the three axes of the volume, and the element along each other one.
+  Result<void> pick() {
+    auto& axes = description_.axes;
+    part_.at.assign(axes.size(), 0);
+    bool has_time = false, has_channel = false;
+    std::vector<size_t> picked;
+    for (size_t i = 0; i < axes.size(); ++i) {
+      if (axes[i].size < 2) continue;
+      if (axes[i].letter == 't' || axes[i].letter == 'c') {
+        bool& has = axes[i].letter == 't' ? has_time : has_channel;
+        if (has) return too_many();
+        has = true;
+        const auto chosen =
+            axes[i].letter == 't'
+                ? choose_step(file_.path(), static_cast<int64_t>(axes[i].size), options_)
+                : choose_channel(axes[i]);
+        if (!chosen) return tl::unexpected(chosen.error());
+        part_.at[i] = *chosen;
+      } else {
+        picked.push_back(i);
       }
     }
-    if (names_.empty()) names_ = positions_;
-    std::string letters;
-    for (const size_t i : picked_) {
-      const std::string name = names_.empty() ? "" : lower_case(names_[i]);
-      if (name == "c" || name == "t" || name == "channel" || name == "time") {
-        return fail(
-            Status::unsupported_format,
-            fmt::format("{}: expected the axes z, y and x, found the axis {} with {} samples "
-                        "in {}: save one of them as a volume of its own",
-                        file_->path().string(), name, volume_.sizes[i],
-                        hdf5_printable(volume_.path)));
+    if (picked.size() != 3) return too_many();
+    if (!has_time) {
+      if (const auto step = choose_step(file_.path(), 1, options_); !step) {
+        return tl::unexpected(step.error());
       }
-      letters += name.size() == 1 ? name : "?";
     }
-    std::string sorted = letters;
+    if (!has_channel) {
+      if (const auto channel = choose_channel({}); !channel) return tl::unexpected(channel.error());
+    }
+    for (size_t i = 0; i < 3; ++i) {
+      part_.axes[i] = picked[i];
+      part_.sizes[i] = axes[picked[i]].size;
+    }
+    return {};
+  }
+
+  Result<uint64_t> choose_channel(const Hdf5Axis& channels) const {
+    const auto count = static_cast<int64_t>(std::max<uint64_t>(channels.size, 1));
+    if (count > 1 && !options_.channel) {
+      return fail(
+          Status::invalid_argument,
+          fmt::format("{}: expected one number per voxel, found {} channels{} in {}: choose "
+                      "one with --channel 0 to --channel {}",
+                      file_.path().string(), count,
+                      channels.name.empty() ? "" : " (" + hdf5_printable(channels.name) + ")",
+                      hdf5_printable(volume_.path), count - 1));
+    }
+    const int64_t channel = options_.channel.value_or(0);
+    if (channel < 0 || channel >= count) {
+      return fail(Status::invalid_argument,
+                  fmt::format("{}: expected a --channel from 0 to {}, found {}: choose another",
+                              file_.path().string(), count - 1, channel));
+    }
+    return static_cast<uint64_t>(channel);
+  }
+
+  tl::unexpected<Error> too_many() const {
+    std::string list;
+    for (const Hdf5Axis& axis : description_.axes) {
+      if (axis.size < 2) continue;
+      if (!list.empty()) list += ", ";
+      list += axis.name.empty() ? fmt::format("{}", axis.size)
+                                : fmt::format("{} ({})", hdf5_printable(axis.name), axis.size);
+    }
+    return fail(
+        Status::unsupported_format,
+        fmt::format("{}: expected an array with the axes z, y and x, found axes of {} in {}: "
+                    "{}",
+                    file_.path().string(), list, hdf5_printable(volume_.path),
+                    hdf5_advice(volume_.sizes, volume_.path)));
+  }
+
+  /// Gives each axis a letter of its own.
+  void name_axes() {
+    std::string known, names;
+    bool has_names = false;
+    for (size_t i = 0; i < 3; ++i) {
+      if (axis(i).letter != 0) known += axis(i).letter;
+      has_names = has_names || !axis(i).name.empty();
+      names += fmt::format("{}'{}'",
+                           i == 0   ? ""
+                           : i == 1 ? ", "
+                                    : " and ",
+                           hdf5_printable(axis(i).name));
+    }
+    std::string sorted = known;
     std::sort(sorted.begin(), sorted.end());
-    if (sorted == "xyz") {
-      labels_ = letters;
-    } else {
-      axes_.notes.push_back(
-          "the HDF5 file does not name the array's axes: they are read as z, y and x, the last one "
-          "as x");
+    const bool is_twice = std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end();
+    if (sorted.size() == 3 && !is_twice) return;
+    if (is_twice) known.clear();
+    std::string free;
+    for (const char letter : {'z', 'y', 'x'}) {
+      if (known.find(letter) == known.npos) free += letter;
     }
-    return {};
+    size_t next = 0;
+    std::string read_as;
+    for (size_t i = 0; i < 3; ++i) {
+      if (is_twice || axis(i).letter == 0) axis(i).letter = free[next++];
+      read_as += fmt::format("{}{}", i == 0 ? "" : i == 1 ? ", " : " and ", axis(i).letter);
+    }
+    notes_.push_back(has_names ? fmt::format("the axes of {} are named {}: they are read as {}",
+                                             hdf5_printable(volume_.path), names, read_as)
+                               : "the HDF5 file does not name the array's axes: they are read as "
+                                 "z, y and x, the last one "
+                                 "as x");
   }
 
-  Result<void> place() {
-    if (options_.spacing) {
-      for (size_t i = 0; i < 3; ++i) {
+  HeaderGeometry place() {
+    std::array<Vec3d, 3> steps;
+    Vec3d origin = description_.origin;
+    std::string missing;
+    for (size_t i = 0; i < 3; ++i) {
+      Hdf5Axis& each = axis(i);
+      if (each.is_downwards && each.step && each.letter == 'z') {
+        each.step = -*each.step;
+        each.first = -each.first;
+        notes_.push_back(fmt::format("the positions along {} are depths: z is their negative",
+                                     hdf5_printable(each.name)));
+      }
+      if (!each.step) missing += each.letter;
+      double step = each.step.value_or(1);
+      const size_t letter = static_cast<size_t>(each.letter - 'x');
+      if (options_.spacing) {
         const Vec3d& given = *options_.spacing;
-        steps_[i].spacing = labels_[i] == 'x' ? given.x : labels_[i] == 'y' ? given.y : given.z;
+        step = std::copysign(letter == 0 ? given.x : letter == 1 ? given.y : given.z, step);
       }
-      return {};
+      // The array's fastest axis is the first one of a geometry.
+      steps[2 - i] = description_.directions[letter] * step;
+      origin = origin + description_.directions[letter] * each.first;
     }
-    const auto sizes = hdf5_numbers(*file_, volume_.object, "element_size_um");
-    if (sizes && (sizes->size() == 3 || sizes->size() == volume_.sizes.size())) {
-      for (size_t i = 0; i < 3; ++i) {
-        const double size = (*sizes)[sizes->size() == 3 ? i : picked_[i]];
-        steps_[i].spacing = size * *millimetres_in("um");
-      }
-      return {};
+    if (missing.size() == 3 && !options_.spacing) {
+      notes_.push_back(
+          "no voxel spacing was found in the HDF5 file: 1,1,1 is assumed; --spacing sets another");
+    } else if (!missing.empty() && !options_.spacing) {
+      std::sort(missing.begin(), missing.end());
+      notes_.push_back(
+          fmt::format("no voxel spacing along {} was found in the HDF5 file: 1 is assumed; "
+                      "--spacing sets another",
+                      fmt::join(missing, " and ")));
     }
-    bool has_any = false;
-    for (size_t i = 0; i < 3 && !positions_.empty(); ++i) {
-      const std::string& name = positions_[picked_[i]];
-      const auto object = hdf5_object_at(*file_, volume_.parent + "/" + name);
-      if (!object) return tl::unexpected(object.error());
-      if (name.empty() || name == "." || !*object) continue;
-      const auto positions = positions_at(file_, **object, axes_.sizes[i]);
-      if (!positions) return tl::unexpected(positions.error());
-      if (!*positions) continue;
-      const auto step = step_of(**positions);
-      if (!step) {
-        return fail(Status::unsupported_format,
-                    fmt::format("{}: expected evenly spaced positions along the axis {}, found "
-                                "others: resample the volume, or give --spacing",
-                                file_->path().string(), hdf5_printable(name)));
-      }
-      has_any = true;
-      const double unit = unit_of(**object, name);
-      steps_[i] = {step->origin * unit, step->spacing * unit};
-    }
-    if (!has_any) {
-      axes_.notes.push_back(
-          "the HDF5 file has no voxel spacing: 1,1,1 is assumed; --spacing sets another");
-    }
-    return {};
+    return geometry_of_steps(steps, origin);
   }
 
-  /// In mm.
-  double unit_of(const Hdf5Object& axis, const std::string& name) {
-    const auto texts = hdf5_texts(*file_, axis, "units");
-    const std::string unit = texts && texts->size() == 1 ? texts->front() : "";
-    const auto known = millimetres_in(unit);
-    if (!known) {
-      axes_.notes.push_back(
-          unit.empty() ? fmt::format("the axis {} has no unit: mm is assumed", hdf5_printable(name))
-                       : fmt::format("the unit '{}' of the axis {} is not known: mm is assumed",
-                                     hdf5_printable(unit), hdf5_printable(name)));
-    }
-    return known.value_or(1);
-  }
-
-  const std::shared_ptr<Hdf5File>& file_;
+  const Hdf5File& file_;
   const Hdf5Volume& volume_;
+  Hdf5Description description_;
   const ImportOptions& options_;
-  Hdf5Axes axes_;
-  std::array<size_t, 3> picked_{};  ///< of all axes, those with several voxels
-  Names names_;                     ///< of all axes; empty: unknown
-  Names positions_;                 ///< of all axes, the datasets with their positions; or empty
-  Hdf5Object group_;                ///< that the volume is in
-  std::string labels_ = "zyx";      ///< of those picked
-  std::array<Step, 3> steps_{};     ///< of those picked, in mm
+  Hdf5Part part_;
+  std::vector<std::string> notes_;
 };
 
 }  // namespace
 
-Result<Hdf5Axes> hdf5_axes(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
-                           const ImportOptions& options) {
-  return Reader(file, volume, options).read();
+Result<Hdf5Axes> hdf5_axes(const Hdf5File& file, const Hdf5Volume& volume,
+                           Hdf5Description description, const ImportOptions& options) {
+  return Reader(file, volume, std::move(description), options).read();
 }
 
 }  // namespace isosplat

@@ -1,28 +1,27 @@
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
-#include "shared/import/hdf5_volumes.h"
+#include "shared/import/hdf5_array.h"
+#include "shared/import/hdf5_description.h"
 #include "shared/import/open_volume.h"
 #include "shared/import/orientation.h"
 
 namespace isosplat {
 
-/// The three axes of a volume with several voxels, the slowest first, and where they lie.
+/// The part of an array that is a volume, and where it lies.
 struct Hdf5Axes {
-  std::array<uint64_t, 3> sizes{};
-  HeaderGeometry geometry;  ///< of the array: its fastest axis first; mm
+  Hdf5Part part;
+  HeaderGeometry geometry;  ///< of the part: its fastest axis first; mm
   std::vector<std::string> notes;
 };
 
-/// The axes by the attributes of the volume: `axistags` (ilastik), or `axes` of its group (NeXus);
-/// without names they are z, y and x. The spacing: options.spacing; `element_size_um` (Fiji,
-/// ilastik); or the positions along the axes and their units (NeXus). Errors: unsupported_format if
-/// an axis is one of channels or times, or if positions are not evenly spaced; those of reading the
-/// positions.
-Result<Hdf5Axes> hdf5_axes(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
-                           const ImportOptions& options);
+/// The axes x, y and z of a described array. Axes without a letter are z, y and x in this order,
+/// with a note; of an axis of times or channels, the options choose an element. options.spacing
+/// replaces the file's. Errors: unsupported_format if other axes than three have several elements;
+/// invalid_argument if a time step or a channel has to be chosen, or does not exist.
+Result<Hdf5Axes> hdf5_axes(const Hdf5File& file, const Hdf5Volume& volume,
+                           Hdf5Description description, const ImportOptions& options);
 
 }  // namespace isosplat

@@ -2,34 +2,78 @@
 #include <algorithm>
 #include <optional>
 
-#include "shared/import/hdf5_checksums.h"
+#include "shared/import/hdf5_index.h"
 #include "shared/import/hdf5_layout.h"
+#include "shared/import/hdf5_records.h"
 #include "shared/import/hdf5_tree.h"
 
 // The indices of an array's chunks.
 //
-// tree   a node (hdf5_tree.h):
-//        (key, address: a node of the level below, or a chunk) × entries, key
-//        a key: u32 bytes of the chunk, u32 mask, u64 × axes: its first element, u64 0
-// fixed  "FAHD", u8 0, u8 kind (1: with filters), u8 bytes of an entry, u8 bits of a page,
-//        length: entries, address: its data, u32 checksum
-//        data: "FADB", u8 0, u8 kind, address of the header,
-//              without pages: the entries, u32 checksum
-//              with pages: a bit for each page, u32 checksum; pages: entries, u32 checksum
-//        an entry: address; with filters also bytes of the chunk, u32 mask
+// tree     a node (hdf5_tree.h):
+//          (key, address: a node of the level below, or a chunk) × entries, key
+//          a key: u32 bytes of the chunk, u32 mask, u64 × axes: its first element, u64 0
+// records  a B-tree of version 2 (hdf5_records.h):
+//          address; with filters bytes of the chunk, u32 mask; u64 × axes: the chunk's place, in
+//          chunks
+// arrays   hdf5_index.h: an entry's number counts the chunks that the array may have. In an array
+// that
+//          can grow along one axis, that axis is the slowest one.
 namespace isosplat {
 namespace {
 
 using Chunks = std::vector<Hdf5Chunk>;
 
-/// How many chunks the array has.
-uint64_t count_of(const Hdf5Layout& layout) {
+/// How many chunks an array of these sizes has.
+uint64_t count_of(const Hdf5Layout& layout, const std::vector<uint64_t>& sizes) {
   uint64_t count = 1;
-  for (size_t axis = 0; axis < layout.sizes.size(); ++axis) {
-    if (__builtin_mul_overflow(count, layout.chunks_along(axis), &count)) return kHdf5Undefined;
+  for (size_t axis = 0; axis < sizes.size(); ++axis) {
+    const uint64_t along =
+        sizes[axis] / layout.chunk[axis] + (sizes[axis] % layout.chunk[axis] > 0);
+    if (__builtin_mul_overflow(count, along, &count)) return kHdf5Undefined;
   }
   return count;
 }
+
+/// Adds a chunk at this place, in chunks. An array that was shortened may keep others.
+void take_chunk(const Hdf5Layout& layout, std::span<const uint64_t> place, Hdf5Chunk chunk,
+                Chunks& chunks) {
+  for (size_t axis = 0; axis < place.size(); ++axis) {
+    if (place[axis] >= layout.chunks_along(axis)) return;
+    chunk.number = chunk.number * layout.chunks_along(axis) + place[axis];
+  }
+  chunks.push_back(chunk);
+}
+
+/// Finds the place of a chunk by its number in an array of chunks.
+class Places {
+ public:
+  explicit Places(const Hdf5Layout& layout) : place_(layout.sizes.size()) {
+    for (size_t axis = 0; axis < place_.size(); ++axis) order_.push_back(axis);
+    const auto growing = std::find(layout.limits.begin(), layout.limits.end(), kHdf5Undefined);
+    if (layout.index == Hdf5Layout::Index::growing && growing != layout.limits.end()) {
+      const auto first = order_.begin();
+      std::rotate(first, first + (growing - layout.limits.begin()),
+                  first + (growing - layout.limits.begin()) + 1);
+    }
+    for (const size_t axis : order_) {
+      const uint64_t limit = layout.limits[axis], chunk = layout.chunk[axis];
+      along_.push_back(limit / chunk + (limit % chunk > 0));
+    }
+  }
+
+  std::span<const uint64_t> place_of(uint64_t index) {
+    for (size_t i = order_.size(); i-- > 0;) {
+      place_[order_[i]] = i == 0 ? index : index % along_[i];
+      index /= along_[i];
+    }
+    return place_;
+  }
+
+ private:
+  std::vector<size_t> order_;    ///< the axes, the slowest first
+  std::vector<uint64_t> along_;  ///< how many chunks they can have, in this order
+  std::vector<uint64_t> place_;
+};
 
 /// `level`: that the node must have; any, if it is the root's.
 Result<void> take_tree(Hdf5File& file, const Hdf5Layout& layout, uint64_t address,
@@ -45,89 +89,49 @@ Result<void> take_tree(Hdf5File& file, const Hdf5Layout& layout, uint64_t addres
     Hdf5Chunk chunk;
     chunk.bytes = fields.number(4);
     chunk.mask = static_cast<uint32_t>(fields.number(4));
-    bool is_inside = true;
+    std::vector<uint64_t> place(axes);
     for (size_t axis = 0; axis < axes; ++axis) {
       const uint64_t first = fields.number(8);
       if (node->level == 0 && first % layout.chunk[axis] != 0) {
         return file.malformed("a chunk is not at a multiple of its size");
       }
-      is_inside = is_inside && first < layout.sizes[axis];
-      chunk.number = chunk.number * layout.chunks_along(axis) + first / layout.chunk[axis];
+      place[axis] = first / layout.chunk[axis];
     }
     fields.skip(8);
     chunk.address = fields.address();
     if (node->level > 0) {
       auto taken = take_tree(file, layout, chunk.address, node->level - 1, chunks);
       if (!taken) return taken;
-    } else if (is_inside) {  // an array that was shortened may keep others
-      chunks.push_back(chunk);
+    } else {
+      take_chunk(layout, place, chunk, chunks);
     }
   }
   return {};
 }
 
-Result<void> take_fixed(Hdf5File& file, const Hdf5Layout& layout, Chunks& chunks) {
-  const auto checked = [&](std::span<const std::byte> bytes) {
-    Hdf5Fields end = file.fields(bytes.last(4));
-    return end.number(4) == hdf5_lookup3(bytes.first(bytes.size() - 4));
-  };
-  const auto damaged = [&] { return file.malformed("the index of an array's chunks is damaged"); };
-  const auto head = file.read(layout.address, 12 + file.length_bytes() + file.address_bytes());
-  if (!head) return tl::unexpected(head.error());
-  Hdf5Fields fields = file.fields(*head);
-  if (fields.text(4) != "FAHD" || !checked(*head)) return damaged();
-  fields.skip(1);
-  const bool has_filters = fields.number(1) == 1;
-  const uint64_t entry_bytes = fields.number(1), page_bits = fields.number(1);
-  const uint64_t count = fields.length(), data = fields.address();
-  const uint64_t least = file.address_bytes() + (has_filters ? 5 : 0);
-  if (count != count_of(layout) || page_bits > 30 || entry_bytes < least ||
-      entry_bytes > least + 7 || (!has_filters && entry_bytes != least) ||
-      has_filters == layout.filters.empty()) {
-    return damaged();
-  }
-  if (data == kHdf5Undefined) return {};
-  const auto take = [&](std::span<const std::byte> entries, uint64_t first) {
-    Hdf5Fields each = file.fields(entries);
-    for (uint64_t number = first; each.left() >= entry_bytes; ++number) {
-      Hdf5Chunk chunk{number, each.address(), layout.chunk_bytes(), 0};
-      if (has_filters) {
-        chunk.bytes = each.number(entry_bytes - file.address_bytes() - 4);
-        chunk.mask = static_cast<uint32_t>(each.number(4));
-      }
-      if (chunk.address != kHdf5Undefined) chunks.push_back(chunk);
+Result<void> take_records(Hdf5File& file, const Hdf5Layout& layout, Chunks& chunks) {
+  const bool has_filters = !layout.filters.empty();
+  const size_t axes = layout.sizes.size();
+  const uint64_t least = file.address_bytes() + 8 * axes + (has_filters ? 5 : 0);
+  std::vector<uint64_t> place(axes);
+  const auto take = [&](std::span<const std::byte> record) -> Result<void> {
+    Hdf5Fields fields = file.fields(record);
+    Hdf5Chunk chunk;
+    chunk.address = fields.address();
+    chunk.bytes = layout.chunk_bytes();
+    if (has_filters) {
+      const uint64_t size_bytes = record.size() - least + 1;
+      if (size_bytes > 8) return file.malformed("the index of an array's chunks is damaged");
+      chunk.bytes = fields.number(size_bytes);
+      chunk.mask = static_cast<uint32_t>(fields.number(4));
     }
-  };
-  const uint64_t prefix = 6 + file.address_bytes(), per_page = uint64_t{1} << page_bits;
-  if (count > file.bytes() / entry_bytes) return damaged();
-  const uint64_t pages = count > per_page ? (count + per_page - 1) / per_page : 0;
-  const uint64_t first_bytes = prefix + (pages > 0 ? (pages + 7) / 8 : count * entry_bytes) + 4;
-  const auto first = file.read(data, first_bytes);
-  if (!first) return tl::unexpected(first.error());
-  fields = file.fields(*first);
-  if (fields.text(4) != "FADB" || !checked(*first)) return damaged();
-  const auto inner =
-      std::span(*first).first(first->size() - 4).subspan(static_cast<size_t>(prefix));
-  if (pages == 0) {
-    take(inner, 0);
+    for (uint64_t& along : place) along = fields.number(8);
+    take_chunk(layout, place, chunk, chunks);
     return {};
-  }
-  uint64_t begin = data + first_bytes;
-  for (uint64_t page = 0; page < pages; ++page) {
-    const uint64_t entries = std::min(per_page, count - page * per_page);
-    const uint64_t bytes = entries * entry_bytes + 4;
-    // The highest bit is the first page's. Pages that were not written have no checksum.
-    const bool exists =
-        (inner[static_cast<size_t>(page / 8)] & std::byte(0x80 >> page % 8)) != std::byte{0};
-    if (exists) {
-      const auto content = file.read(begin, bytes);
-      if (!content) return tl::unexpected(content.error());
-      if (!checked(*content)) return damaged();
-      take(std::span(*content).first(content->size() - 4), page * per_page);
-    }
-    begin += bytes;
-  }
-  return {};
+  };
+  return visit_hdf5_records(file, layout.address,
+                            has_filters ? Hdf5RecordKind::packed_chunk : Hdf5RecordKind::chunk,
+                            least, take);
 }
 
 }  // namespace
@@ -137,29 +141,42 @@ Result<Chunks> read_hdf5_chunks(Hdf5File& file, const Hdf5Layout& layout) {
   Chunks chunks;
   if (layout.address == kHdf5Undefined) return chunks;
   const uint64_t bytes = layout.chunk_bytes();
+  const uint64_t count = count_of(layout, layout.limits);
+  Places places(layout);
+  const auto take = [&](const Hdf5ChunkEntry& entry) -> Result<void> {
+    take_chunk(layout, places.place_of(entry.index), {0, entry.address, entry.bytes, entry.mask},
+               chunks);
+    return {};
+  };
   Result<void> taken;
   if (layout.index == Index::tree) {
     taken = take_tree(file, layout, layout.address, std::nullopt, chunks);
   } else if (layout.index == Index::fixed) {
-    taken = take_fixed(file, layout, chunks);
+    taken = visit_hdf5_fixed_array(file, layout, count, take);
+  } else if (layout.index == Index::growing) {
+    taken = visit_hdf5_growing_array(file, layout, take);
+  } else if (layout.index == Index::records) {
+    taken = take_records(file, layout, chunks);
   } else if (layout.index == Index::single) {
-    if (count_of(layout) != 1) return file.malformed("an array with one chunk is larger than it");
+    if (count_of(layout, layout.sizes) != 1) {
+      return file.malformed("an array with one chunk is larger than it");
+    }
     chunks.push_back({0, layout.address, layout.single_bytes, layout.single_mask});
   } else {
-    const uint64_t count = count_of(layout);
     if (!layout.filters.empty() || count > file.bytes() / bytes) {
       return file.malformed("the chunks of an array are not in the file");
     }
-    for (uint64_t i = 0; i < count; ++i)
-      chunks.push_back({i, layout.address + i * bytes, bytes, 0});
-  }
-  if (!taken) return tl::unexpected(taken.error());
-  // Every index has them in order.
-  for (size_t i = 1; i < chunks.size(); ++i) {
-    if (chunks[i].number <= chunks[i - 1].number) {
-      return file.malformed("the chunks of an array are not in order");
+    for (uint64_t i = 0; i < count && taken; ++i) {
+      taken = take({i, layout.address + i * bytes, bytes, 0});
     }
   }
+  if (!taken) return tl::unexpected(taken.error());
+  const auto by_number = [](const Hdf5Chunk& a, const Hdf5Chunk& b) { return a.number < b.number; };
+  std::sort(chunks.begin(), chunks.end(), by_number);
+  const auto twice = std::adjacent_find(
+      chunks.begin(), chunks.end(),
+      [](const Hdf5Chunk& a, const Hdf5Chunk& b) { return a.number == b.number; });
+  if (twice != chunks.end()) return file.malformed("the index of an array has a chunk twice");
   return chunks;
 }
 

@@ -45,8 +45,8 @@ uint64_t Hdf5Fields::number(uint64_t count) {
   return value;
 }
 
-uint64_t Hdf5Fields::address() {
-  const auto taken = bytes(address_bytes_);
+uint64_t Hdf5Fields::defined(uint64_t count) {
+  const auto taken = bytes(count);
   uint64_t value = 0;
   bool is_defined = taken.empty();
   for (size_t i = 0; i < taken.size(); ++i) {

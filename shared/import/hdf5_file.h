@@ -30,13 +30,17 @@ class Hdf5Fields {
   /// A whole number, little-endian, of 1 to 8 bytes.
   uint64_t number(uint64_t count);
   /// An address, or kHdf5Undefined.
-  uint64_t address();
+  uint64_t address() { return defined(address_bytes_); }
   uint64_t length() { return number(length_bytes_); }
+  /// A length, or kHdf5Undefined if all its bits are set.
+  uint64_t unlimited_length() { return defined(length_bytes_); }
 
   size_t left() const { return rest_.size(); }
   bool is_short() const { return is_short_; }
 
  private:
+  uint64_t defined(uint64_t count);
+
   std::span<const std::byte> rest_;
   size_t address_bytes_, length_bytes_;
   bool is_short_ = false;

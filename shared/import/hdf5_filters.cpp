@@ -1,6 +1,9 @@
 #include "shared/import/hdf5_filters.h"
 
+#include <algorithm>
+
 #include "shared/import/hdf5_checksums.h"
+#include "shared/import/lzf.h"
 
 namespace isosplat {
 namespace {
@@ -19,6 +22,35 @@ std::vector<std::byte> unshuffled(std::span<const std::byte> bytes, size_t eleme
 }
 
 constexpr size_t kChecksumBytes = 4;
+
+/// The filter LZ4: u64 bytes of all, u32 bytes of a block, then blocks: u32 bytes, content, which
+/// is compressed if it is shorter than the block. Numbers are big-endian. False if they are
+/// damaged.
+bool decompress_lz4_blocks(std::span<const std::byte> in, std::span<std::byte> out) {
+  const auto number = [&](size_t bytes) {
+    uint64_t value = 0;
+    const size_t count = std::min(bytes, in.size());
+    for (size_t i = 0; i < count; ++i) value = value << 8 | static_cast<uint64_t>(in[i]);
+    in = in.subspan(count);
+    return value;
+  };
+  const uint64_t all = number(8), block = number(4);
+  if (all != out.size() || block == 0) return false;
+  while (!out.empty()) {
+    const auto into = out.first(static_cast<size_t>(std::min<uint64_t>(block, out.size())));
+    const uint64_t bytes = number(4);
+    if (bytes > in.size()) return false;
+    const auto from = in.first(static_cast<size_t>(bytes));
+    if (from.size() == into.size()) {
+      std::copy(from.begin(), from.end(), into.begin());
+    } else if (!decompress_lz4(from, into)) {
+      return false;
+    }
+    in = in.subspan(from.size());
+    out = out.subspan(into.size());
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -47,12 +79,23 @@ Result<std::vector<std::byte>> Hdf5Decoder::decode(const Hdf5File& file, const H
       const auto damaged = [&] {
         return file.malformed("the compressed data of a chunk are damaged");
       };
-      if (bytes / kMostDeflateExpansion > stored.size()) return damaged();
+      const Hdf5Filter filter = layout.filters[i];
+      const uint64_t most =
+          filter == Hdf5Filter::deflate ? kMostDeflateExpansion : uint64_t{kMostCopyExpansion};
+      if (bytes / most > stored.size()) return damaged();
       std::vector<std::byte> out(static_cast<size_t>(bytes));
-      const std::span<const uint8_t> in(reinterpret_cast<const uint8_t*>(stored.data()),
-                                        stored.size());
-      const std::span<uint8_t> into(reinterpret_cast<uint8_t*>(out.data()), out.size());
-      if (zlib_.inflate(in, into) != ZlibInflater::Outcome::exact) return damaged();
+      bool is_right = false;
+      if (filter == Hdf5Filter::lzf) {
+        is_right = decompress_lzf(stored, out);
+      } else if (filter == Hdf5Filter::lz4) {
+        is_right = decompress_lz4_blocks(stored, out);
+      } else {
+        const std::span<const uint8_t> in(reinterpret_cast<const uint8_t*>(stored.data()),
+                                          stored.size());
+        const std::span<uint8_t> into(reinterpret_cast<uint8_t*>(out.data()), out.size());
+        is_right = zlib_.inflate(in, into) == ZlibInflater::Outcome::exact;
+      }
+      if (!is_right) return damaged();
       stored = std::move(out);
     }
   }

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <optional>
 
+#include "shared/import/hdf5_heap.h"
 #include "shared/import/hdf5_object.h"
+#include "shared/import/hdf5_records.h"
 #include "shared/import/hdf5_tree.h"
 
-// The links of groups. A group is a symbol table, or has a message for each link.
+// The links of groups. A group is a symbol table, or has a message for each link; many such
+// messages are in a heap, whose tree lists them by name (a record: u32 hash of the name, id in the
+// heap).
 //
 // symbol table   address of a B-tree of version 1, address of a local heap with the names
 // a tree's node  (hdf5_tree.h)
@@ -97,8 +101,8 @@ Result<void> take_symbol_table(Hdf5File& file, const Hdf5Message& message, Links
 
 /// u8 1, u8 flags, u8 kind, u64 order, u8 character set: these three by flags; bytes of the name,
 /// the name, of a hard link an address.
-Result<void> take_link(const Hdf5File& file, const Hdf5Message& message, Links& links) {
-  Hdf5Fields fields = file.fields(message.content);
+Result<void> take_link(const Hdf5File& file, std::span<const std::byte> message, Links& links) {
+  Hdf5Fields fields = file.fields(message);
   const uint64_t version = fields.number(1), flags = fields.number(1);
   const uint64_t kind = (flags & 8) != 0 ? fields.number(1) : 0;
   if ((flags & 4) != 0) fields.skip(8);
@@ -113,6 +117,24 @@ Result<void> take_link(const Hdf5File& file, const Hdf5Message& message, Links& 
   return {};
 }
 
+/// u8 0, u8 flags, u64 by flags, addresses of the heap and of the tree.
+Result<void> take_heap(Hdf5File& file, const Hdf5Message& message, Links& links) {
+  Hdf5Fields fields = file.fields(message.content);
+  fields.skip(1);
+  if ((fields.number(1) & 1) != 0) fields.skip(8);
+  const uint64_t address = fields.address(), names = fields.address();
+  if (fields.is_short() || address == kHdf5Undefined || names == kHdf5Undefined) return {};
+  const auto heap = Hdf5Heap::open(file, address);
+  if (!heap) return tl::unexpected(heap.error());
+  const auto take = [&](std::span<const std::byte> record) -> Result<void> {
+    const auto link = heap->object(file, record.subspan(4));
+    if (!link) return tl::unexpected(link.error());
+    if (!*link) return file.unsupported("a link with a name of more than a block");
+    return take_link(file, **link, links);
+  };
+  return visit_hdf5_records(file, names, Hdf5RecordKind::link_name, 4 + heap->id_bytes(), take);
+}
+
 }  // namespace
 
 Result<Links> hdf5_links(Hdf5File& file, const Hdf5Object& group) {
@@ -120,15 +142,8 @@ Result<Links> hdf5_links(Hdf5File& file, const Hdf5Object& group) {
   for (const Hdf5Message& message : group.messages) {
     Result<void> taken;
     if (message.kind == Hdf5Kind::symbol_table) taken = take_symbol_table(file, message, links);
-    if (message.kind == Hdf5Kind::link) taken = take_link(file, message, links);
-    if (message.kind == Hdf5Kind::link_info) {
-      Hdf5Fields fields = file.fields(message.content);
-      fields.skip(1);
-      if ((fields.number(1) & 1) != 0) fields.skip(8);
-      if (fields.address() != kHdf5Undefined && !fields.is_short()) {
-        return file.unsupported("a group whose links are in a fractal heap");
-      }
-    }
+    if (message.kind == Hdf5Kind::link) taken = take_link(file, message.content, links);
+    if (message.kind == Hdf5Kind::link_info) taken = take_heap(file, message, links);
     if (!taken) return tl::unexpected(taken.error());
   }
   return links;

@@ -21,12 +21,8 @@ std::string name_of_filter(uint64_t id) {
       return "compression with N-bit";
     case 6:
       return "compression with scale and offset";
-    case 32000:
-      return "compression with LZF";
     case 32001:
       return "compression with Blosc";
-    case 32004:
-      return "compression with LZ4";
     case 32008:
       return "compression with bit shuffling";
     case 32015:
@@ -56,8 +52,17 @@ Result<void> take_filters(const Hdf5File& file, const Hdf5Message& message, Hdf5
     fields.skip(name_bytes);
     fields.skip(4 * (numbers + (version == 1 ? numbers % 2 : 0)));
     if (fields.is_short()) return file.malformed("the filters of an array are cut off");
-    if (id < 1 || id > 3) return file.unsupported(name_of_filter(id));
     const auto filter = static_cast<Hdf5Filter>(id);
+    switch (filter) {
+      case Hdf5Filter::deflate:
+      case Hdf5Filter::shuffle:
+      case Hdf5Filter::fletcher32:
+      case Hdf5Filter::lzf:
+      case Hdf5Filter::lz4:
+        break;
+      default:
+        return file.unsupported(name_of_filter(id));
+    }
     if (std::find(layout.filters.begin(), layout.filters.end(), filter) != layout.filters.end()) {
       return file.unsupported("the same filter twice");
     }
@@ -125,8 +130,14 @@ Result<void> take_chunks(const Hdf5File& file, uint64_t version, Hdf5Fields& fie
   } else if (index == 3) {
     layout.index = Hdf5Layout::Index::fixed;
     fields.skip(1);
+  } else if (index == 4) {
+    layout.index = Hdf5Layout::Index::growing;
+    fields.skip(5);
+  } else if (index == 5) {
+    layout.index = Hdf5Layout::Index::records;
+    fields.skip(6);
   } else {
-    return file.unsupported("an array that can grow, in the format of HDF5 1.10");
+    return file.unsupported(fmt::format("an index of chunks of kind {}", index));
   }
   layout.address = fields.address();
   return {};
@@ -179,14 +190,11 @@ Result<Hdf5Layout> read_hdf5_layout(const Hdf5File& file, const Hdf5Object& obje
   if (found != bytes && layout.address != kHdf5Undefined) {
     return file.malformed(fmt::format("expected {} bytes of elements, found {}", bytes, found));
   }
-  using Index = Hdf5Layout::Index;
-  if (layout.index == Index::implicit || layout.index == Index::fixed) {
-    // Their chunks are counted by the sizes that the array may have.
-    const Hdf5Message* space = object.find(Hdf5Kind::dataspace);
-    if (!space || hdf5_can_grow(file.fields(space->content))) {
-      return file.unsupported("an array that can grow, in the format of HDF5 1.10");
-    }
+  if (const Hdf5Message* space = object.find(Hdf5Kind::dataspace); space && !space->is_shared) {
+    layout.limits = hdf5_limits(file.fields(space->content));
   }
+  if (layout.limits.size() != layout.sizes.size()) layout.limits = layout.sizes;
+  using Index = Hdf5Layout::Index;
   if (layout.index != Index::none) {
     const Hdf5Message* filters = object.find(Hdf5Kind::filters);
     if (filters) {

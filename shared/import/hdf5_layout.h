@@ -9,7 +9,13 @@
 namespace isosplat {
 
 /// A step that the bytes of a chunk go through when they are written.
-enum class Hdf5Filter : uint16_t { deflate = 1, shuffle = 2, fletcher32 = 3 };
+enum class Hdf5Filter : uint16_t {
+  deflate = 1,
+  shuffle = 2,
+  fletcher32 = 3,
+  lzf = 32000,
+  lz4 = 32004,
+};
 
 /// Where the elements of an array are, in row-major order.
 struct Hdf5Layout {
@@ -19,10 +25,13 @@ struct Hdf5Layout {
     single,    ///< one chunk
     implicit,  ///< chunks without filters, one after another
     fixed,     ///< an array of addresses
+    growing,   ///< an array of addresses that can grow along one axis
+    records,   ///< a B-tree of version 2
   };
   Index index = Index::none;
   uint64_t address = kHdf5Undefined;  ///< of the elements or of the index; undefined: none written
   std::vector<uint64_t> sizes;        ///< along the axes, the slowest first
+  std::vector<uint64_t> limits;       ///< that the sizes can grow to; kHdf5Undefined: any
   uint64_t element_bytes = 0;
 
   // Of chunks:

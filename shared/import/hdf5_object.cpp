@@ -5,6 +5,8 @@
 #include <algorithm>
 
 #include "shared/import/hdf5_checksums.h"
+#include "shared/import/hdf5_heap.h"
+#include "shared/import/hdf5_records.h"
 
 // Object headers. A header has blocks: the first one, and those that continuation messages name.
 //
@@ -13,6 +15,11 @@
 // version 2  "OHDR", u8 2, u8 flags, times and limits by flags, bytes of the first block
 //            a message: u8 kind, u16 bytes, u8 flags, u16 order by flags, content
 //            u32 checksum (lookup3) after the messages; further blocks begin with "OCHK"
+//
+// Many attributes are in a heap, whose tree lists them by name:
+//
+// attribute info  u8 0, u8 flags, u16 by flags, addresses of the heap and of the tree
+// a record        id in the heap, u8 flags, u32 order, u32 hash of the name
 namespace isosplat {
 namespace {
 
@@ -50,6 +57,31 @@ Result<void> take_messages(const Hdf5File& file, std::span<const std::byte> byte
         {kind, (flags & kSharedFlag) != 0, begin, {content.begin(), content.end()}});
   }
   return {};
+}
+
+/// Adds the attributes that are in a heap as if they were in the header.
+Result<void> take_attributes(Hdf5File& file, const Hdf5Message& info, Hdf5Object& object) {
+  Hdf5Fields fields = file.fields(info.content);
+  fields.skip(1);
+  if ((fields.number(1) & 1) != 0) fields.skip(2);
+  const uint64_t address = fields.address(), names = fields.address();
+  if (fields.is_short() || address == kHdf5Undefined || names == kHdf5Undefined) return {};
+  const auto heap = Hdf5Heap::open(file, address);
+  if (!heap) return tl::unexpected(heap.error());
+  const auto take = [&](std::span<const std::byte> record) -> Result<void> {
+    auto content = heap->object(file, record.first(static_cast<size_t>(heap->id_bytes())));
+    if (!content) return tl::unexpected(content.error());
+    Hdf5Fields rest = file.fields(record.subspan(static_cast<size_t>(heap->id_bytes())));
+    const bool is_shared = (rest.number(1) & kSharedFlag) != 0;
+    if (!*content || is_shared) {
+      object.has_other_attributes = true;
+      return {};
+    }
+    object.messages.push_back({Hdf5Kind::attribute, false, 0, std::move(**content)});
+    return {};
+  };
+  return visit_hdf5_records(file, names, Hdf5RecordKind::attribute_name, heap->id_bytes() + 9,
+                            take);
 }
 
 }  // namespace
@@ -116,6 +148,12 @@ Result<Hdf5Object> read_hdf5_object(Hdf5File& file, uint64_t address) {
     auto taken =
         take_messages(file, messages, block.address + skipped, is_new, has_order, object, blocks);
     if (!taken) return tl::unexpected(taken.error());
+  }
+  if (const Hdf5Message* found = object.find(Hdf5Kind::attribute_info)) {
+    const Hdf5Message info = *found;
+    if (auto taken = take_attributes(file, info, object); !taken) {
+      return tl::unexpected(taken.error());
+    }
   }
   return object;
 }

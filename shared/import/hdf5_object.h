@@ -36,6 +36,7 @@ struct Hdf5Message {
 /// The object header of a group or a dataset.
 struct Hdf5Object {
   std::vector<Hdf5Message> messages;
+  bool has_other_attributes = false;  ///< that are not among the messages: they are not read
 
   /// The first message of a kind; null if there is none.
   const Hdf5Message* find(Hdf5Kind kind) const;

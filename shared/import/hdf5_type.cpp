@@ -103,6 +103,13 @@ std::optional<Hdf5Type> type_of(Hdf5Fields fields, int depth) {
   } else {
     if (kind == Class::text) type.kind = Hdf5Type::Kind::text;
     if (kind == Class::variable && (flags & 15) == 1) type.kind = Hdf5Type::Kind::variable_text;
+    if (kind == Class::variable && (flags & 15) == 0) {
+      // Of what follows: references to objects.
+      const uint64_t base = fields.number(1) & 15, base_flags = fields.number(3);
+      const bool is_object =
+          base == static_cast<uint64_t>(Class::reference) && (base_flags & 15) == 0;
+      if (is_object) type.kind = Hdf5Type::Kind::reference_list;
+    }
     const auto index = static_cast<size_t>(kind);
     type.name = index < std::size(kClassNames) ? kClassNames[index] : "an unknown type";
   }
@@ -128,15 +135,15 @@ std::optional<std::vector<uint64_t>> hdf5_sizes(Hdf5Fields fields) {
   return sizes;
 }
 
-bool hdf5_can_grow(Hdf5Fields fields) {
-  Hdf5Fields limits = fields;
-  const uint64_t version = limits.number(1), axes = limits.number(1), flags = limits.number(1);
-  limits.skip(version == 1 ? 5 : 1);
-  if ((flags & 1) == 0) return false;
-  std::vector<uint64_t> sizes;
-  for (uint64_t i = 0; i < axes; ++i) sizes.push_back(limits.length());
-  return std::any_of(sizes.begin(), sizes.end(),
-                     [&](uint64_t size) { return limits.length() != size; });
+std::vector<uint64_t> hdf5_limits(Hdf5Fields fields) {
+  const uint64_t version = fields.number(1), axes = fields.number(1), flags = fields.number(1);
+  fields.skip(version == 1 ? 5 : 1);
+  std::vector<uint64_t> sizes, limits;
+  for (uint64_t i = 0; i < axes; ++i) sizes.push_back(fields.length());
+  if ((flags & 1) == 0) return sizes;
+  // A length of which all bits are set is no limit.
+  for (uint64_t i = 0; i < axes; ++i) limits.push_back(fields.unlimited_length());
+  return limits;
 }
 
 Result<Hdf5Message> hdf5_message(Hdf5File& file, const Hdf5Object& object, Hdf5Kind kind) {

@@ -12,7 +12,7 @@ namespace isosplat {
 
 /// A type of elements, as far as it is used.
 struct Hdf5Type {
-  enum class Kind : uint8_t { number, text, variable_text, other };
+  enum class Kind : uint8_t { number, text, variable_text, reference_list, other };
   Kind kind = Kind::other;
   StoredVoxels stored;  ///< of numbers
   uint64_t bytes = 0;   ///< of an element in the file; 0 does not occur
@@ -27,8 +27,8 @@ std::optional<Hdf5Type> hdf5_type(Hdf5Fields fields);
 /// the message is cut off, or describes no elements.
 std::optional<std::vector<uint64_t>> hdf5_sizes(Hdf5Fields fields);
 
-/// Whether an array may become larger: its dataspace has larger limits than its sizes.
-bool hdf5_can_grow(Hdf5Fields fields);
+/// The sizes that an array can grow to, kHdf5Undefined: any; of a dataspace that hdf5_sizes parses.
+std::vector<uint64_t> hdf5_limits(Hdf5Fields fields);
 
 /// The dataspace and the type of a dataset, as hdf5_sizes and hdf5_type parse them.
 struct Hdf5Elements {

@@ -6,6 +6,8 @@
 
 #include "shared/import/formats.h"
 #include "shared/import/hdf5_attributes.h"
+#include "shared/import/hdf5_pyramid.h"
+#include "shared/import/npy_header.h"
 
 namespace isosplat {
 namespace {
@@ -33,7 +35,7 @@ size_t long_axes(const Hdf5Volume& dataset) {
 }
 
 bool is_volume(const Hdf5Volume& dataset) {
-  return dataset.type.kind == Hdf5Type::Kind::number && long_axes(dataset) == 3 &&
+  return dataset.type.kind == Hdf5Type::Kind::number && long_axes(dataset) >= 3 &&
          std::find(dataset.sizes.begin(), dataset.sizes.end(), 0) == dataset.sizes.end();
 }
 
@@ -76,15 +78,94 @@ tl::unexpected<Error> no_volume(const Hdf5File& file, const Hdf5Volume& dataset)
   if (dataset.type.kind != Hdf5Type::Kind::number) {
     return unknown_type(file.path(), fmt::format("{} in {}", dataset.type.name, path));
   }
-  const auto fault = [&](Status status, const char* remedy) {
-    return fail(status, fmt::format("{}: expected an array whose axes z, y and x have several "
-                                    "voxels, found the shape {} in {}: {}",
-                                    file.path().string(), text_of(dataset.sizes), path, remedy));
+  return fail(
+      Status::no_cells,
+      fmt::format("{}: expected an array whose axes z, y and x have several voxels, found the "
+                  "shape {} in {}: save the whole volume as one array",
+                  file.path().string(), text_of(dataset.sizes), path));
+}
+
+/// Leaves out what is a coarser copy of another volume, or has more axes than another.
+void keep_finest(std::vector<Hdf5Volume>& volumes) {
+  std::erase_if(volumes, [](const Hdf5Volume& each) { return !is_volume(each); });
+  const auto finest = [&](const Hdf5Volume& each) {
+    const auto place = hdf5_place(each.path);
+    return !place || place->level == 0;
   };
-  if (long_axes(dataset) < 3) return fault(Status::no_cells, "save the whole volume as one array");
-  return fault(
-      Status::unsupported_format,
-      "save one volume of it, such as numpy.save('volume.npy', h5py.File('IN')['DATASET'][0])");
+  if (std::any_of(volumes.begin(), volumes.end(), finest)) {
+    std::erase_if(volumes, [&](const Hdf5Volume& each) { return !finest(each); });
+  }
+  // Chimera's maps: copies of one map are in one group.
+  const auto is_copy = [&](const Hdf5Volume& each) {
+    return each.parent.starts_with("/Chimera/") &&
+           std::any_of(volumes.begin(), volumes.end(), [&](const Hdf5Volume& other) {
+             const bool is_before = &other < &each;
+             return other.parent == each.parent && &other != &each &&
+                    (other.sizes > each.sizes || (other.sizes == each.sizes && is_before));
+           });
+  };
+  std::vector<bool> copies;
+  for (const Hdf5Volume& each : volumes) copies.push_back(is_copy(each));
+  std::vector<Hdf5Volume> kept;
+  for (size_t i = 0; i < volumes.size(); ++i) {
+    if (!copies[i]) kept.push_back(std::move(volumes[i]));
+  }
+  volumes = std::move(kept);
+  const auto has_three = [](const Hdf5Volume& each) { return long_axes(each) == 3; };
+  if (std::any_of(volumes.begin(), volumes.end(), has_three)) {
+    std::erase_if(volumes, [&](const Hdf5Volume& each) { return !has_three(each); });
+  }
+}
+
+/// The places of an image pyramid's volumes, ascending, without repetitions.
+std::vector<uint64_t> places(const std::vector<Hdf5Volume>& volumes, uint64_t Hdf5Place::*member) {
+  std::vector<uint64_t> numbers;
+  for (const Hdf5Volume& each : volumes) {
+    if (const auto place = hdf5_place(each.path)) numbers.push_back((*place).*member);
+  }
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  return numbers;
+}
+
+/// The volume of an image pyramid that the options choose.
+Result<Hdf5Volume> choose_of_pyramid(Hdf5File& file, std::vector<Hdf5Volume> volumes,
+                                     ImportOptions& options) {
+  const bool is_imaris = hdf5_place(volumes.front().path)->is_imaris;
+  const char* what = is_imaris ? "channel" : "setup";
+  const auto channels = places(volumes, &Hdf5Place::channel),
+             times = places(volumes, &Hdf5Place::time);
+  if (channels.size() > 1 && !options.channel) {
+    std::string list;
+    for (const uint64_t channel : channels) {
+      list += fmt::format("{}{}{}", list.empty() ? "" : ", ", channel,
+                          hdf5_channel_name(file, channel, is_imaris));
+    }
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected one {}, found {}: {}: choose one with --channel",
+                            file.path().string(), what, channels.size(), list));
+  }
+  const auto channel = options.channel.value_or(static_cast<int64_t>(channels.front()));
+  if (channel < 0 || std::find(channels.begin(), channels.end(), static_cast<uint64_t>(channel)) ==
+                         channels.end()) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected a --channel of {}, found {}: choose another",
+                            file.path().string(), fmt::join(channels, ", "), channel));
+  }
+  const auto step = choose_step(file.path(), static_cast<int64_t>(times.size()), options);
+  if (!step) return tl::unexpected(step.error());
+  const uint64_t time = times[static_cast<size_t>(*step)];
+  const auto found = std::find_if(volumes.begin(), volumes.end(), [&](const Hdf5Volume& each) {
+    const auto place = hdf5_place(each.path);
+    return place->time == time && place->channel == static_cast<uint64_t>(channel);
+  });
+  if (found == volumes.end()) {
+    return file.malformed(
+        fmt::format("{} {} does not exist at time step {}", what, channel, *step));
+  }
+  options.channel.reset();
+  options.time_step.reset();
+  return std::move(*found);
 }
 
 /// The dataset that the file names as its default: attributes "default" lead from the root to a
@@ -112,18 +193,22 @@ std::string default_path(Hdf5File& file) {
 }  // namespace
 
 std::string hdf5_text(const Hdf5Volume& volume) {
-  std::string sizes;
-  for (const uint64_t size : volume.sizes) {
-    sizes += fmt::format("{}{}", sizes.empty() ? "" : " × ", size);
-  }
   const StoredVoxels& stored = volume.type.stored;
   return fmt::format("{} ({}, {})", hdf5_printable(volume.path),
-                     stored.is_half ? "f16" : voxel_type_name(stored.type), sizes);
+                     stored.is_half ? "f16" : voxel_type_name(stored.type),
+                     fmt::join(volume.sizes, " × "));
+}
+
+std::string hdf5_advice(const std::vector<uint64_t>& sizes, std::string_view path) {
+  return fmt::format(
+      "save one volume of it with Python: numpy.save('volume.npy', "
+      "h5py.File('FILE')['{}'][{}])",
+      hdf5_printable(path), numpy_index({sizes.begin(), sizes.end()}));
 }
 
 Result<std::vector<Hdf5Volume>> hdf5_volumes(Hdf5File& file) {
   auto datasets = datasets_of(file);
-  if (datasets) std::erase_if(*datasets, [](const Hdf5Volume& each) { return !is_volume(each); });
+  if (datasets) keep_finest(*datasets);
   return datasets;
 }
 
@@ -145,7 +230,8 @@ Result<std::optional<Hdf5Object>> hdf5_object_at(Hdf5File& file, std::string_vie
   return std::move(*object);
 }
 
-Result<Hdf5Volume> choose_hdf5_volume(Hdf5File& file, const std::string& path) {
+Result<Hdf5Volume> choose_hdf5_volume(Hdf5File& file, ImportOptions& options) {
+  const std::string& path = options.dataset;
   if (!path.empty()) {
     const auto object = hdf5_object_at(file, path);
     if (!object) return tl::unexpected(object.error());
@@ -158,8 +244,8 @@ Result<Hdf5Volume> choose_hdf5_volume(Hdf5File& file, const std::string& path) {
   }
   auto datasets = datasets_of(file);
   if (!datasets) return tl::unexpected(datasets.error());
-  std::vector<Hdf5Volume> volumes;
-  std::copy_if(datasets->begin(), datasets->end(), std::back_inserter(volumes), is_volume);
+  std::vector<Hdf5Volume> volumes = *datasets;
+  keep_finest(volumes);
   if (volumes.empty() && path.empty()) {
     // The largest one tells most about what the file has.
     const auto largest = std::max_element(
@@ -174,6 +260,10 @@ Result<Hdf5Volume> choose_hdf5_volume(Hdf5File& file, const std::string& path) {
                 fmt::format("{}: expected a volume, found an HDF5 file without arrays: choose "
                             "another file",
                             file.path().string()));
+  }
+  const auto is_placed = [](const Hdf5Volume& each) { return hdf5_place(each.path).has_value(); };
+  if (path.empty() && std::all_of(volumes.begin(), volumes.end(), is_placed)) {
+    return choose_of_pyramid(file, std::move(volumes), options);
   }
   std::string list;
   constexpr size_t kMaxListed = 20;

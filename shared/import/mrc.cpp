@@ -6,6 +6,7 @@
 #include "shared/import/formats.h"
 #include "shared/import/header_text.h"
 #include "shared/import/mrc_header.h"
+#include "shared/import/mrc_nibbles.h"
 
 // Reads MRC: maps of electron microscopy (.mrc, .rec, .st) and of crystallography (.map, .ccp4).
 namespace isosplat {
@@ -13,6 +14,13 @@ namespace {
 
 constexpr int32_t kMrc2014 = 20140;
 constexpr int32_t kImodBytesAreSigned = 1;
+constexpr int32_t kImodHalfBytes = 16;
+constexpr int32_t kModeOfHalfBytes = 101;
+
+/// Whether each byte has two voxels: mode 101, or mode 0 with IMOD's flag; then NX counts bytes.
+bool has_half_bytes(const MrcHeader& h) {
+  return h.mode == kModeOfHalfBytes || (h.mode == 0 && (h.imod_flags & kImodHalfBytes) != 0);
+}
 
 /// The type of voxels of mode 0: signed since MRC2014; unsigned in files of IMOD without its flag,
 /// and in files of which the header has values above 127.
@@ -26,7 +34,8 @@ VoxelType byte_type(const MrcHeader& h, std::vector<std::string>& notes) {
         h.greatest));
     return VoxelType::u8;
   }
-  if (h.version < kMrc2014 && !has_range) {
+  // The range of a header may be that of other voxels: only a negative one speaks for signed bytes.
+  if (h.version < kMrc2014 && !(has_range && h.least < 0)) {
     notes.push_back(
         "the header does not say whether its bytes are signed: they are read as signed ones, as "
         "MRC2014 defines them");
@@ -38,6 +47,7 @@ Result<StoredVoxels> stored_voxels_of(const std::filesystem::path& path, const M
                                       std::vector<std::string>& notes) {
   StoredVoxels stored;
   stored.big_endian = h.big_endian;
+  if (has_half_bytes(h)) return stored;
   switch (h.mode) {
     case 0:
       stored.type = byte_type(h, notes);
@@ -85,6 +95,22 @@ Result<int64_t> volumes_of(const std::filesystem::path& path, const MrcHeader& h
   return 1;
 }
 
+/// Notes about what the header says and is not used.
+void note_unused(const std::filesystem::path& path, const MrcHeader& h,
+                 std::vector<std::string>& notes) {
+  if (h.has_skew) {
+    notes.push_back(
+        "the header turns or moves the map by a matrix (LSKFLG, SKWMAT, SKWTRN), which is not "
+        "applied: positions are those of the map");
+  }
+  if (lower_case(path.extension().string()) == ".mrcs") {
+    notes.push_back(
+        "the file's name (.mrcs) says that the sections are separate images: they are read as "
+        "slices "
+        "of a volume");
+  }
+}
+
 void note_byte_order(const MrcHeader& h, std::vector<std::string>& notes) {
   if (h.is_stamp_right) return;
   notes.push_back(fmt::format(
@@ -106,6 +132,7 @@ Result<OpenVolume> open_mrc(const std::filesystem::path& path, const ImportOptio
   }
   std::vector<std::string> notes;
   note_byte_order(*header, notes);
+  note_unused(path, *header, notes);
   const auto stored = stored_voxels_of(path, *header, notes);
   if (!stored) return tl::unexpected(stored.error());
   const auto volumes = volumes_of(path, *header, notes);
@@ -120,12 +147,19 @@ Result<OpenVolume> open_mrc(const std::filesystem::path& path, const ImportOptio
   const auto geometry = mrc_geometry(path, *header, notes);
   if (!geometry) return tl::unexpected(geometry.error());
   const auto [columns, rows, sections] = header->size;
+  uint64_t offset = kMrcBytes + static_cast<uint64_t>(header->extended_bytes);
+  const bool is_packed = has_half_bytes(*header) && columns > 0;
+  const int64_t along_x = is_packed && header->mode == 0 ? int64_t{columns} * 2 : columns;
+  if (is_packed) {
+    *bytes = read_nibbles(std::move(*bytes), offset, static_cast<uint64_t>(along_x));
+    offset = 0;
+  }
   ArrayVolume array =
-      make_array("MRC", path, {columns, rows, sections / *volumes}, *geometry, options);
+      make_array("MRC", path, {along_x, rows, sections / *volumes}, *geometry, options);
   array.stored = *stored;
   array.steps = static_cast<uint64_t>(*volumes);
   array.step = *step;
-  array.offset = kMrcBytes + static_cast<uint64_t>(header->extended_bytes);
+  array.offset = offset;
   array.plain = !deflated;
   return open_array(std::move(array), std::move(*bytes), std::move(notes));
 }

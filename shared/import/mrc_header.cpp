@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <numbers>
 #include <string_view>
 
 #include "shared/import/conventions.h"
@@ -24,6 +23,9 @@
 // CELLB (angles)          52   3 × f32      ORIGIN               196  3 × f32
 // MAPC, MAPR, MAPS        64   3 × i32      "MAP "               208  4 bytes
 // DMIN, DMAX, DMEAN       76   3 × f32      MACHST               212  4 bytes
+//
+// CCP4 has LSKFLG (96, i32), SKWMAT (100, 9 × f32) and SKWTRN (136, 3 × f32) in fields that MRC2014
+// leaves to others: map = SKWMAT · (atoms - SKWTRN).
 namespace isosplat {
 namespace {
 
@@ -61,6 +63,10 @@ class Numbers {
   bool swap_;
 };
 
+Vec3d to_vector(const std::array<double, 3>& numbers) {
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
 bool is_mode(int32_t mode) {
   return (mode >= 0 && mode <= 4) || mode == 6 || mode == 12 || mode == 16 || mode == 101;
 }
@@ -72,26 +78,21 @@ bool makes_sense(const Numbers& n) {
          std::all_of(axes.begin(), axes.end(), [](int32_t axis) { return axis >= 0 && axis <= 3; });
 }
 
+/// Whether the fields of CCP4 that MRC2014 leaves to others have a rotation that moves anything.
+bool has_skew(const Numbers& n) {
+  if (n.whole(96) != 1) return false;
+  const Vec3d a = to_vector(n.reals(100)), b = to_vector(n.reals(112)), c = to_vector(n.reals(124));
+  const bool is_rotation = std::abs(dot(a, cross(b, c)) - 1) < 0.01 &&
+                           std::abs(length(a) - 1) < 0.01 && std::abs(length(b) - 1) < 0.01;
+  const bool is_identity = std::abs(a.x - 1) < 1e-5 && std::abs(b.y - 1) < 1e-5;
+  return is_rotation && !(is_identity && n.reals(136) == std::array{0.0, 0.0, 0.0});
+}
+
 /// Byte order by the machine stamp: nothing if it has neither of the two that are defined.
 std::optional<bool> stamped_big_endian(std::span<const std::byte> bytes) {
   if (bytes[212] == std::byte{0x44}) return false;
   if (bytes[212] == std::byte{0x11}) return true;
   return std::nullopt;
-}
-
-/// The axes of the unit cell, of length 1: x lies along the first, z is perpendicular to the first
-/// two. Nothing if no cell has these angles.
-std::optional<std::array<Vec3d, 3>> cell_axes(const std::array<double, 3>& angles) {
-  std::array<double, 3> cosines{};
-  for (size_t i = 0; i < 3; ++i) {
-    if (!(angles[i] > 0 && angles[i] < 180)) return std::nullopt;
-    // Exactly 0 for right angles.
-    cosines[i] = angles[i] == 90 ? 0 : std::cos(angles[i] * std::numbers::pi / 180);
-  }
-  const auto [a, b, c] = cosines;
-  const double sine = std::sqrt(1 - c * c), y = (a - b * c) / sine, square = 1 - b * b - y * y;
-  if (!(square > 1e-6)) return std::nullopt;
-  return std::array{Vec3d{1, 0, 0}, Vec3d{c, sine, 0}, Vec3d{b, y, std::sqrt(square)}};
 }
 
 /// The axes of the cell by file axis, from 0. Errors: malformed_volume.
@@ -122,7 +123,7 @@ Vec3d first_voxel(const MrcHeader& h, const std::array<Vec3d, 3>& steps, bool ha
   Vec3d by_start{0, 0, 0};
   for (size_t i = 0; i < 3; ++i) by_start = by_start + steps[i] * static_cast<double>(h.start[i]);
   const double sign = h.is_imod && (h.imod_flags & kOriginHasItsSign) == 0 ? -1 : 1;
-  const Vec3d by_origin = Vec3d{h.origin[0], h.origin[1], h.origin[2]} * sign;
+  const Vec3d by_origin = to_vector(h.origin) * sign;
   if (by_origin == Vec3d{0, 0, 0} || !has_cell) return by_start;
   const double step = std::min({length(steps[0]), length(steps[1]), length(steps[2])});
   if (by_start != Vec3d{0, 0, 0} && length(by_start - by_origin) > 0.01 * step) {
@@ -175,6 +176,7 @@ std::optional<MrcHeader> parse_mrc(std::span<const std::byte> bytes, bool by_nam
   h.is_imod = n.whole(152) == kImodStamp;
   h.imod_flags = h.is_imod ? n.whole(156) : 0;
   h.origin = n.reals(196);
+  h.has_skew = !h.is_imod && has_skew(n);
   return h;
 }
 

@@ -30,6 +30,7 @@ struct MrcHeader {
   std::array<double, 3> angles{};  ///< alpha (between y and z), beta (x, z), gamma (x, y), degrees
   std::array<int32_t, 3> axis_of{};  ///< by file axis: 1, 2 or 3 for x, y or z of the cell
   double least = 0, greatest = 0;    ///< DMIN, DMAX
+  bool has_skew = false;             ///< LSKFLG: a matrix turns or moves the map (CCP4)
   int32_t space_group = 0;           ///< 0: images; 1: a volume; 401 and more: several volumes
   int32_t extended_bytes = 0;        ///< NSYMBT: bytes between this header and the voxels
   int32_t version = 0;               ///< NVERSION: 20140 and more since MRC2014

@@ -81,23 +81,26 @@ std::string text_of(const std::vector<int64_t>& shape) {
   return fmt::format("({})", fmt::join(shape, ", "));
 }
 
-/// The sizes of the three axes z, y and x. Axes before them must have one sample.
+/// The sizes of the three axes z, y and x. Other axes must have one sample.
 Result<std::array<int64_t, 3>> sizes_of(const std::filesystem::path& path,
                                         const std::vector<int64_t>& shape) {
-  if (shape.size() < 3) {
-    return fail(Status::no_cells,
-                fmt::format("{}: expected an array with three axes, found the shape {}: save the "
-                            "whole volume as one array",
-                            path.string(), text_of(shape)));
-  }
-  const auto first = shape.end() - 3;
-  if (!std::all_of(shape.begin(), first, [](int64_t size) { return size == 1; })) {
+  std::vector<int64_t> sizes;
+  std::copy_if(shape.begin(), shape.end(), std::back_inserter(sizes),
+               [](int64_t size) { return size != 1; });
+  if (sizes.size() > 3) {
     return fail(Status::unsupported_format,
                 fmt::format("{}: expected an array with the axes z, y and x, found the shape {}: "
-                            "save one volume of it, such as numpy.save('volume.npy', array[0])",
+                            "save one volume of it with Python: numpy.save('volume.npy', "
+                            "numpy.load('FILE')[{}])",
+                            path.string(), text_of(shape), numpy_index(shape)));
+  }
+  if (sizes.size() < 3) {
+    return fail(Status::no_cells,
+                fmt::format("{}: expected an array with three axes of several samples, found the "
+                            "shape {}: save the whole volume as one array",
                             path.string(), text_of(shape)));
   }
-  return std::array{first[0], first[1], first[2]};
+  return std::array{sizes[0], sizes[1], sizes[2]};
 }
 
 }  // namespace

@@ -100,6 +100,24 @@ std::optional<std::vector<int64_t>> tuple_of_sizes(Literal& literal) {
 
 }  // namespace
 
+std::string numpy_index(const std::vector<int64_t>& shape) {
+  constexpr int64_t kMostChannels = 4;
+  auto surplus =
+      std::count_if(shape.begin(), shape.end(), [](int64_t size) { return size > 1; }) - 3;
+  // The last axis is one of channels where it is the only short one.
+  const auto shortest = std::min_element(shape.begin(), shape.end());
+  const bool has_channels = surplus == 1 && !shape.empty() && shape.back() > 1 &&
+                            shape.back() <= kMostChannels && *shortest == shape.back() &&
+                            std::count(shape.begin(), shape.end(), shape.back()) == 1;
+  if (has_channels) return "..., 0";
+  std::string index;
+  for (size_t i = 0; i < shape.size() && surplus > 0; ++i) {
+    index += index.empty() ? "0" : ", 0";
+    if (shape[i] > 1) --surplus;
+  }
+  return index.empty() ? "..." : index;
+}
+
 tl::unexpected<Error> malformed_npy(const std::filesystem::path& path, const std::string& what) {
   return fail(Status::malformed_volume,
               fmt::format("{}: {}: the file is damaged, or not from NumPy; save the array again",

@@ -27,6 +27,10 @@ Opener opener_for(std::string_view beginning) {
   if (beginning.starts_with("NRRD000")) return open_nrrd;
   if (beginning.starts_with("\x93NUMPY")) return open_npy;
   if (is_hdf5(beginning)) return open_hdf5;
+  if (beginning.starts_with("CDF\1") || beginning.starts_with("CDF\2") ||
+      beginning.starts_with("CDF\5")) {
+    return refuse_netcdf_classic;
+  }
   if (beginning.starts_with("# vtk DataFile")) return open_vtk_legacy;
   if (beginning.starts_with("II*\0"sv) || beginning.starts_with("MM\0*"sv) ||
       beginning.starts_with("II+\0"sv) || beginning.starts_with("MM\0+"sv)) {
@@ -249,11 +253,12 @@ std::string_view format_of_file(const std::filesystem::path& path) {
   constexpr struct {
     Opener opener;
     std::string_view name;
-  } kNames[] = {{open_nrrd, "NRRD"},        {open_meta_image, "MetaImage"},
-                {open_nifti, "NIfTI"},      {open_vtk_legacy, "VTK"},
-                {open_mrc, "MRC"},          {open_npy, "NumPy"},
-                {open_hdf5, "HDF5"},        {open_tiff_file, "TIFF"},
-                {open_dicom_file, "DICOM"}, {open_raw, "raw"}};
+  } kNames[] = {{open_nrrd, "NRRD"},      {open_meta_image, "MetaImage"},
+                {open_nifti, "NIfTI"},    {open_vtk_legacy, "VTK"},
+                {open_mrc, "MRC"},        {open_npy, "NumPy"},
+                {open_hdf5, "HDF5"},      {refuse_netcdf_classic, "netCDF"},
+                {open_tiff_file, "TIFF"}, {open_dicom_file, "DICOM"},
+                {open_raw, "raw"}};
   const auto choice = choose_opener(path, false);
   if (!choice || choice->is_compressed_wrongly) return {};
   for (const auto& [opener, name] : kNames) {

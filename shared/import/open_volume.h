@@ -21,6 +21,7 @@ struct ImportOptions {
   std::optional<Vec3d> spacing;       ///< every format: overrides the header's spacing
   std::optional<int64_t> time_step;   ///< time step of a 4D volume, from 0
   std::string series;                 ///< DICOM: a series, by its number in messages or its UID
+  std::optional<int64_t> channel;     ///< channel of a volume with several, from 0
   std::string segment;                ///< DICOM segmentations: a segment, by its number or label
   std::string dataset;                ///< HDF5: the path of a dataset
   uint64_t memory_bytes = uint64_t{1} << 30;  ///< memory limit of a reader's child process
@@ -70,8 +71,8 @@ struct OpenVolume {
 Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options);
 
 /// The format of a file by its first bytes and its name: "NRRD", "MetaImage", "NIfTI", "MRC",
-/// "NumPy", "HDF5", "VTK", "TIFF", "DICOM" or "raw"; empty if no reader takes it. Reads no headers:
-/// open_volume may still refuse it.
+/// "NumPy", "HDF5", "netCDF" (its classic format), "VTK", "TIFF", "DICOM" or "raw"; empty if no
+/// reader takes it. Reads no headers: open_volume may still refuse it.
 std::string_view format_of_file(const std::filesystem::path& path);
 
 /// The paths of the datasets of an HDF5 file that are volumes, in order. Errors: those of

@@ -79,6 +79,12 @@ Result<void> read_options(const Json& json, ImportOptions& options) {
     if (!is_whole(json["timeStep"])) return invalid("timeStep", "a whole number");
     options.time_step = json["timeStep"].get<int64_t>();
   }
+  if (json.contains("channel")) {
+    if (!is_whole(json["channel"]) || json["channel"].get<double>() < 0) {
+      return invalid("channel", "a whole number from 0");
+    }
+    options.channel = json["channel"].get<int64_t>();
+  }
   if (json.contains("series")) {
     if (!json["series"].is_string()) return invalid("series", "a text");
     options.series = json["series"].get<std::string>();

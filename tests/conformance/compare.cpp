@@ -67,7 +67,7 @@ std::string difference(const VolumeGrid& grid, const std::vector<double>& values
         seen[at] = true;
         const double expected = truth.values[at];
         if (std::abs(values[n] - expected) <= 1e-6 * std::max(scale, std::abs(expected))) continue;
-        if (may_be_incomplete && std::isnan(values[n])) continue;
+        if (std::isnan(values[n]) && (may_be_incomplete || std::isnan(expected))) continue;
         return "voxel " + std::to_string(n) + " has the value " + std::to_string(values[n]) +
                ", expected " + std::to_string(expected);
       }

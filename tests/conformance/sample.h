@@ -45,7 +45,7 @@ inline size_t bytes_of(Number type) {
 /// The volume that a file describes: the expected result.
 struct Truth {
   std::array<int, 3> sizes{};    ///< voxels along the axes, in file order
-  std::vector<double> values;    ///< x fastest
+  std::vector<double> values;    ///< x fastest; NaN: absent
   std::array<Vec3d, 3> steps{};  ///< step vector from voxel to voxel, LPS, mm
   Vec3d origin{0, 0, 0};         ///< centre of voxel (0, 0, 0), LPS, mm
 };
@@ -83,6 +83,7 @@ Sample make_meta_image(Random& random);
 Sample make_nifti(Random& random);
 Sample make_mrc(Random& random);
 Sample make_npy(Random& random);
+Sample make_hdf5(Random& random);
 Sample make_vtk(Random& random);
 Sample make_tiff(Random& random);
 Sample make_raw(Random& random);

@@ -144,6 +144,74 @@ TEST(ImportMrc, SignOfBytes) {
   file.set(21, 0.0f).set(28, int32_t{0});
   EXPECT_EQ(type_of(file), VoxelType::i8);
   expect_note(open(folder / "v.mrc"), "does not say whether its bytes are signed");
+  file.set(20, 0.0f).set(21, 100.0f);  // the range may be that of other voxels
+  EXPECT_EQ(type_of(file), VoxelType::i8);
+  expect_note(open(folder / "v.mrc"), "does not say whether its bytes are signed");
+  file.set(20, -100.0f);
+  EXPECT_EQ(type_of(file), VoxelType::i8);
+  EXPECT_TRUE(open(folder / "v.mrc").notes.empty());
+}
+
+TEST(ImportMrc, ReadsHalfBytes) {
+  const TempFolder folder;
+  const auto values_of = [](Index3 n) {
+    std::vector<double> values;
+    for (int i = 0; i < n.x * n.y * n.z; ++i) values.push_back(i * 7 % 16);
+    return values;
+  };
+  /// Rows of bytes with two voxels, the first one in the low bits.
+  const auto packed = [](const std::vector<double>& values, size_t columns) {
+    std::string bytes;
+    for (size_t row = 0; row < values.size(); row += columns) {
+      for (size_t i = 0; i < columns; i += 2) {
+        const int low = static_cast<int>(values[row + i]);
+        const int high = i + 1 < columns ? static_cast<int>(values[row + i + 1]) : 9;
+        bytes += static_cast<char>(low | high << 4);
+      }
+    }
+    return bytes;
+  };
+  MrcFile file;
+  file.voxels = packed(values_of(kSize), 5);
+  file.set(4, int32_t{101});
+  write_file(folder / "v.mrc", file.bytes());
+  auto volume = open(folder / "v.mrc");
+  EXPECT_EQ(volume.source->header().type, VoxelType::u8);
+  EXPECT_EQ(read_all(*volume.source), values_of(kSize));
+  write_file(folder / "v.mrc.gz", deflated(file.bytes()));
+  EXPECT_EQ(read_all(*open(folder / "v.mrc.gz").source), values_of(kSize));
+  write_file(folder / "v.mrc", file.bytes() + "x");
+  expect_error(folder / "v.mrc", "2 more");
+  write_file(folder / "v.mrc", file.bytes().substr(0, 1024 + 30));
+  expect_error(folder / "v.mrc", "the file is incomplete");
+
+  // IMOD's flag: NX counts bytes.
+  const Index3 wide{10, 4, 3};
+  MrcFile flagged;
+  flagged.voxels = packed(values_of(wide), 10);
+  flagged.set(4, int32_t{0}).set(39, int32_t{1146047817}).set(40, int32_t{16});
+  write_file(folder / "v.mrc", flagged.bytes());
+  volume = open(folder / "v.mrc");
+  EXPECT_EQ(volume.source->header().grid.voxels, wide);
+  EXPECT_NEAR(volume.source->header().grid.spacing.x, 2e-7, 1e-12);
+  EXPECT_EQ(read_all(*volume.source), values_of(wide));
+}
+
+TEST(ImportMrc, WhatIsNotAppliedIsNoted) {
+  const TempFolder folder;
+  MrcFile turned;  // CCP4: by 90° about z
+  turned.set(25, int32_t{1}).set(27, -1.0f).set(29, 1.0f).set(34, 1.0f).set(28, int32_t{0});
+  write_file(folder / "v.map", turned.bytes());
+  expect_note(open(folder / "v.map"), "(LSKFLG, SKWMAT, SKWTRN), which is not applied");
+  MrcFile identity;
+  identity.set(25, int32_t{1}).set(26, 1.0f).set(30, 1.0f).set(34, 1.0f).set(28, int32_t{0});
+  write_file(folder / "v.map", identity.bytes());
+  EXPECT_TRUE(open(folder / "v.map").notes.empty());
+  identity.set(35, 10.0f);
+  write_file(folder / "v.map", identity.bytes());
+  expect_note(open(folder / "v.map"), "which is not applied");
+  write_file(folder / "v.mrcs", MrcFile().bytes());
+  expect_note(open(folder / "v.mrcs"), "the sections are separate images");
 }
 
 TEST(ImportMrc, ReadsFilesFromBefore2000ByTheirName) {
@@ -234,7 +302,7 @@ TEST(ImportMrc, Errors) {
   };
   expect(MrcFile().set(4, int32_t{4}), "found 2 (colours or vectors)");
   expect(MrcFile().set(4, int32_t{16}), "found 3 (colours or vectors)");
-  expect(MrcFile().set(4, int32_t{101}), "MRC mode 101");
+  expect(MrcFile().set(4, int32_t{5}), "no known signature");
   expect(MrcFile().set(4, int32_t{77}), "no known signature");
   expect(MrcFile().set(18, int32_t{1}), "found 1, 1 and 3");
   expect(MrcFile().set(24, int32_t{-4}), "(NSYMBT) of 0 bytes or more, found -4");

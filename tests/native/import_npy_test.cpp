@@ -108,10 +108,11 @@ TEST(ImportNpy, TheSameArrayInBothOrdersIsTheSameVolume) {
   }
 }
 
-TEST(ImportNpy, LeavesOutFirstAxesOfOneSample) {
+TEST(ImportNpy, LeavesOutAxesOfOneSample) {
   const TempFolder folder;
   const std::string voxels = bytes_of(pattern_voxels<int16_t>(kSize));
-  for (const char* shape : {"(1, 1, 3, 4, 5)", "(1L, 3L, 4L, 5L)", "(3,4,5)"}) {
+  for (const char* shape :
+       {"(1, 1, 3, 4, 5)", "(1L, 3L, 4L, 5L)", "(3,4,5)", "(3, 4, 5, 1)", "(3, 1, 4, 1, 5)"}) {
     write_file(folder / "v.npy", npy(dictionary("<i2", shape), voxels));
     EXPECT_EQ(read_all(*open(folder / "v.npy").source), pattern_voxels<double>(kSize)) << shape;
   }
@@ -168,10 +169,18 @@ TEST(ImportNpy, Errors) {
          "array of records");
   expect(npy(dictionary("<i2", "()"), voxels), "found the shape ()");
   expect(npy(dictionary("<i2", "(60,)"), voxels), "found the shape (60)");
-  expect(npy(dictionary("<i2", "(2, 3, 4, 5)"), voxels), "numpy.save('volume.npy', array[0])");
-  expect(npy(dictionary("<i2", "(3, 4, 5, 1)"), voxels), "found the shape (3, 4, 5, 1)");
+  // The advice leads to an array with three axes.
+  const auto expect_advice = [&](const std::string& shape, const std::string& index) {
+    expect(npy(dictionary("<i2", shape), voxels),
+           "numpy.save('volume.npy', numpy.load('FILE')[" + index + "])");
+  };
+  expect_advice("(2, 3, 4, 5)", "0");
+  expect_advice("(2, 3, 6, 7, 8)", "0, 0");
+  expect_advice("(1, 2, 1, 3, 6, 7, 8)", "0, 0, 0, 0");
+  expect_advice("(6, 7, 8, 3)", "..., 0");
+  expect_advice("(2, 6, 7, 8, 2)", "0, 0");
   expect(npy(dictionary("<i2", "(3, 0, 5)"), voxels), "at least 2 voxels");
-  expect(npy(dictionary("<i2", "(1, 12, 5)"), voxels), "single slice");
+  expect(npy(dictionary("<i2", "(1, 12, 5)"), voxels), "found the shape (1, 12, 5)");
   expect(npy(dictionary("<i2", "(4000000000, 4000000000, 4000000000)"), voxels), "at most");
   expect(npy(dictionary("<i2"), voxels.substr(1)), "expected 120 bytes of voxels");
   expect(npy(dictionary("<i2"), voxels + "x"), "1 more");

@@ -5,7 +5,7 @@ const maxDetected = 2000;
 /** Of a folder without a recognizable slice among them, nothing more is read. */
 const maxUnknown = 20;
 
-const headerFormats = ["NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "VTK"];
+const headerFormats = ["NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "netCDF", "VTK"];
 /** Names that a drop may have beside volumes, and that are never one. */
 const ignored =
   /(^|\/)(\.[^/]*|Thumbs\.db|DICOMDIR|LICENSE[^/]*|README[^/]*)$|\.(isosplat|txt|md|json|pdf|html?)$/i;

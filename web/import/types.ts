@@ -25,6 +25,8 @@ export interface ImportOptions {
   series?: string;
   /** DICOM segmentations: a segment, by its number or label. */
   segment?: string;
+  /** A channel of a volume with several, from 0. */
+  channel?: number;
   /** HDF5: the path of a dataset. */
   dataset?: string;
   /** Faults that are not errors. */

@@ -7,6 +7,7 @@ bytes; tests/native/import_hdf5_test.cpp says what each of them must be read as.
 """
 
 import os
+import struct
 
 import h5py
 import numpy
@@ -116,9 +117,65 @@ with create("continued") as file:
         data.attrs[f"note {i}"] = "x" * 300
     data.attrs["element_size_um"] = [1000.0, 2000.0, 3000.0]
 
-# Files that are refused.
+# Other compression.
 with create("lzf") as file:
     file.create_dataset("volume", data=voxels(), chunks=(4, 4, 4), compression="lzf")
+
+
+def lz4(content):
+    """The filter LZ4: two blocks, the first one with a copy that overlaps itself, the second as it is."""
+    half = len(content) // 2
+    out = struct.pack(">QI", len(content), half)
+    first, second = content[:half], content[half:]
+    # All but the last 16 bytes as they are, then a copy of one byte, if these are equal.
+    end = len(first.rstrip(first[-1:])) + 1
+    if len(first) - end >= 10:
+        literals, copy = first[:end], len(first) - end - 6
+        block = bytes([15 << 4 | min(copy - 4, 15)]) + bytes([len(literals) - 15])
+        block += literals + struct.pack("<H", 1)
+        if copy - 4 >= 15:
+            block += bytes([copy - 4 - 15])
+        block += bytes([6 << 4]) + first[-6:]
+    else:
+        block = first
+    return out + struct.pack(">I", len(block)) + block + struct.pack(">I", len(second)) + second
+
+
+with create("lz4") as file:
+    kept = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    kept.set_chunk((4, 6, 5))
+    kept.set_filter(32004, h5py.h5z.FLAG_OPTIONAL, (0,))
+    data = h5py.h5d.create(file.id, b"volume", h5py.h5t.STD_U8LE,
+                           h5py.h5s.create_simple(SIZES), kept)
+    chunks = numpy.zeros((8, 6, 5), "u1")
+    chunks[:7] = voxels() // 100
+    for i in range(2):
+        data.write_direct_chunk((4 * i, 0, 0), lz4(chunks[4 * i:4 * i + 4].tobytes()))
+
+# Arrays that can grow, in the format of HDF5 1.10.
+with create("growing", libver="latest") as file:
+    file.create_dataset("volume", data=voxels(), chunks=(4, 4, 4), maxshape=(None, 6, 5))
+with create("growing_rows", libver="latest") as file:
+    file.create_dataset("volume", data=voxels(), chunks=(1, 1, 2), maxshape=(8, None, 9),
+                        compression="lzf")
+with create("growing_all", libver="latest") as file:
+    file.create_dataset("volume", data=voxels(), chunks=(1, 2, 2), maxshape=(None, None, 9),
+                        compression="gzip", shuffle=True)
+with create("growing_plain", libver="latest") as file:
+    file.create_dataset("volume", data=voxels(), chunks=(1, 1, 5), maxshape=(None, None, None))
+with create("limited", libver="latest") as file:
+    file.create_dataset("volume", data=voxels(), chunks=(4, 4, 4), maxshape=(14, 12, 5))
+
+# More links and attributes than their headers hold.
+with create("heaps", libver="latest") as file:
+    for i in range(40):
+        file.create_dataset(f"number {i}", data=numpy.uint8(i))
+    data = file.create_dataset("volume", data=voxels())
+    for i in range(20):
+        data.attrs[f"remark {i}"] = "a remark that takes some room " * (i % 7)
+    data.attrs["element_size_um"] = [3.0, 2.0, 0.5]
+
+# Files that are refused.
 with create("complex") as file:
     file.create_dataset("volume", data=voxels().astype("c8"))
 with create("flat") as file:
@@ -129,15 +186,13 @@ with create("unwritten") as file:
     file.create_dataset("volume", SIZES, "<i2")
 with create("empty") as file:
     file.create_group("group")
-with create("growing", libver="latest") as file:
-    file.create_dataset("volume", data=voxels(), chunks=(4, 4, 4), maxshape=(None, 6, 5))
-with create("limited", libver="latest") as file:
-    file.create_dataset("volume", data=voxels(), chunks=(4, 4, 4), maxshape=(14, 12, 5))
 with create("minc") as file:
     file.create_dataset("minc-2.0/image/0/image", data=voxels())
-with create("dense", libver="latest") as file:
-    for i in range(10):
-        file.create_dataset(f"volume {i}", data=numpy.uint8(i))
+with create("szip") as file:
+    kept = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    kept.set_chunk((4, 6, 5))
+    kept.set_filter(4, h5py.h5z.FLAG_OPTIONAL, (4, 16))
+    h5py.h5d.create(file.id, b"volume", h5py.h5t.STD_U8LE, h5py.h5s.create_simple(SIZES), kept)
 layout = h5py.VirtualLayout(SIZES, "<i2")
 layout[...] = h5py.VirtualSource("contiguous.h5", "volume", SIZES)
 with create("virtual", libver="latest") as file:
