@@ -61,7 +61,15 @@ std::vector<std::string> make_files() {
           mrc(12, 2),
           npy("{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4, 5), }", 4),
           npy("{'descr': '>f2', 'fortran_order': True, 'shape': (1, 3, 4, 5), }\n", 2),
-          npy("{\"shape\": (3L, 4L, 5L), 'fortran_order': False, 'descr': '|u1'}", 1)};
+          npy("{\"shape\": (3L, 4L, 5L), 'fortran_order': False, 'descr': '|u1'}", 1),
+          mrc(101, 1),
+          hdf5("growing"),
+          hdf5("growing_all"),
+          hdf5("heaps"),
+          hdf5("lz4"),
+          hdf5("lzf"),
+          hdf5("conventions/bdv"),
+          hdf5("conventions/scales")};
 }
 
 void import(const std::filesystem::path& path) {

@@ -238,6 +238,21 @@ describe("a store is that of the program, byte by byte", () => {
     await compare(inside, name);
   });
 
+  // Files of the conventions of programs; BigDataViewer's has an XML file beside it.
+  const conventions = join(hdf5, "conventions");
+  const chosen: Record<string, [string[], object]> = {
+    "imaris.ims": [["--channel", "1", "--time-step", "1"], { channel: 1, timeStep: 1 }],
+    "bdv.h5": [["--channel", "1", "--time-step", "1"], { channel: 1, timeStep: 1 }],
+    "time.nc": [["--time-step", "1"], { timeStep: 1 }],
+  };
+  const conventionFiles = readdirSync(conventions).filter((name) => !name.endsWith(".xml"));
+  test.each(conventionFiles)("HDF5 by convention: %s", async (name) => {
+    const files: Record<string, Buffer> = { [name]: readFileSync(join(conventions, name)) };
+    if (name === "bdv.h5") files["bdv.xml"] = readFileSync(join(conventions, "bdv.xml"));
+    const [flags, options] = chosen[name] ?? [[], {}];
+    await compare(newFolder(files), name, flags, options);
+  });
+
   test("a dataset of an HDF5 file with several, which are found", async () => {
     const name = "several.h5";
     const inside = newFolder({ [name]: readFileSync(join(hdf5, name)) });

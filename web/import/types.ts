@@ -39,7 +39,7 @@ export interface ImportOptions {
 export interface VolumeCandidate {
   /** What openVolume takes as `path`: a file, or a folder of slices; "." is the root. */
   path: string;
-  /** "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "VTK", "TIFF", "DICOM" or "raw". */
+  /** "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "netCDF", "VTK", "TIFF", "DICOM" or "raw". */
   format: string;
   /** Of an HDF5 file with several volumes, the path of one. */
   dataset?: string;
