@@ -57,25 +57,29 @@ std::string rfc3339_time(std::chrono::system_clock::time_point time) {
 
 std::string access_line(const AccessEntry& entry, LogFormat format) {
   const std::string method = printable(entry.method);
+  const std::string client = printable(entry.client);
   const std::string target = printable(without_secrets(entry.target));
   const double milliseconds = std::chrono::duration<double, std::milli>(entry.duration).count();
   switch (format) {
     case LogFormat::common:
-      return fmt::format("{} - - [{}] \"{} {} HTTP/1.{}\" {} {} {}", entry.address,
-                         common_time(entry.time), method.empty() ? "-" : method,
-                         target.empty() ? "-" : target, entry.is_http_1_0 ? 0 : 1, entry.status,
-                         entry.bytes, entry.id);
+      return fmt::format("{} - {} [{}] \"{} {} HTTP/1.{}\" {} {} {}", entry.address,
+                         client.empty() ? "-" : client, common_time(entry.time),
+                         method.empty() ? "-" : method, target.empty() ? "-" : target,
+                         entry.is_http_1_0 ? 0 : 1, entry.status, entry.bytes, entry.id);
     case LogFormat::json:
       return fmt::format(
-          "{{\"time\":\"{}\",\"id\":\"{}\",\"address\":{},\"method\":{},\"target\":{},\"route\":{},"
+          "{{\"time\":\"{}\",\"id\":\"{}\",\"address\":{},\"client\":{},\"method\":{},\"target\":{}"
+          ",\"route\":{},"
           "\"status\":{},\"bytes\":{},\"ms\":{:.3f}}}",
-          rfc3339_time(entry.time), entry.id, json_string(entry.address), json_string(method),
-          json_string(target), json_string(entry.route), entry.status, entry.bytes, milliseconds);
+          rfc3339_time(entry.time), entry.id, json_string(entry.address), json_string(client),
+          json_string(method), json_string(target), json_string(entry.route), entry.status,
+          entry.bytes, milliseconds);
     case LogFormat::plain:
       break;
   }
-  return fmt::format("{} {} {} {} {} {:.0f}ms", entry.address, method, target, entry.status,
-                     entry.bytes, milliseconds);
+  return fmt::format("{} {} {} {} {} {:.0f}ms{}{}", entry.address, method.empty() ? "-" : method,
+                     target.empty() ? "-" : target, entry.status, entry.bytes, milliseconds,
+                     client.empty() ? "" : " ", client);
 }
 
 bool is_request_id(std::string_view given) {

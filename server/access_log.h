@@ -19,11 +19,12 @@ struct AccessEntry {
   std::chrono::system_clock::time_point time;  ///< when the request was complete
   std::string_view id;                         ///< request_id()
   std::string_view address;                    ///< IPv6: the /64 network
+  std::string_view client;                     ///< Grant::client(): who it is; empty: not known
   std::string_view method;
   std::string_view target;
   std::string_view route;  ///< its pattern; empty if the request had none
   bool is_http_1_0 = false;
-  int status = 0;
+  int status = 0;      ///< 0: the connection was closed without a response
   uint64_t bytes = 0;  ///< of the body, as far as it was sent
   std::chrono::nanoseconds duration{0};
 };

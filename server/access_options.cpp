@@ -1,6 +1,7 @@
 #include "server/access_options.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -56,7 +57,8 @@ Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& opti
                                                        std::string_view fetched_keys) {
   auto rules = std::make_shared<AccessRules>();
   for (const std::string& token : options.tokens) {
-    if (Result<void> added = rules->add_token(token); !added) return tl::unexpected(added.error());
+    if (Result<void> added = rules->add_token(token, "ISOSPLAT_TOKEN"); !added)
+      return tl::unexpected(added.error());
   }
   const auto from_file = [](const std::filesystem::path& path, const auto& add) -> Result<void> {
     if (path.empty()) return {};
@@ -114,6 +116,20 @@ Result<OriginPolicy> origin_policy(const ServerOptions& options, bool is_local) 
   CrossOrigin cross_origin = options.cross_origin.value_or(CrossOrigin{});
   if (options.is_public) cross_origin.any = true;
   return OriginPolicy(allowed_hosts(options, is_local), std::move(cross_origin));
+}
+
+std::vector<std::string> secret_file_warnings(const ServerOptions& options) {
+  std::vector<std::string> warnings;
+  for (const std::filesystem::path& path :
+       {options.token_file, options.link_key_file, options.tls_key}) {
+    struct stat status {};
+    if (path.empty() || ::stat(path.c_str(), &status) != 0) continue;
+    const bool can_read = status.st_mode & S_IROTH, can_write = status.st_mode & S_IWOTH;
+    if (!can_read && !can_write) continue;
+    warnings.push_back(fmt::format("warning: {}: all users of this machine can {} it: chmod o= {}",
+                                   path.string(), can_write ? "change" : "read", path.string()));
+  }
+  return warnings;
 }
 
 std::string exposure_warning(const ServerOptions& options, uint16_t port, bool has_access_rules,

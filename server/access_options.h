@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "server/access_rules.h"
 #include "server/origin_policy.h"
@@ -25,6 +27,9 @@ bool is_address(std::string_view keys);
 /// Which pages may read the data, and by which hosts. `is_local`: the server listens on the
 /// loopback interface only. Errors (invalid_argument): it does not, and the options do not say it.
 Result<OriginPolicy> origin_policy(const ServerOptions& options, bool is_local);
+
+/// A warning for each file of tokens or keys that other users of this machine can read or change.
+std::vector<std::string> secret_file_warnings(const ServerOptions& options);
 
 /// The warning about a server that other machines reach, without access control or without TLS.
 std::string exposure_warning(const ServerOptions& options, uint16_t port, bool has_access_rules,

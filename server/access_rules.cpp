@@ -8,6 +8,8 @@
 #include <openssl/rand.h>
 
 #include <algorithm>
+#include <atomic>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <system_error>
@@ -57,31 +59,112 @@ std::vector<std::string_view> words_of(std::string_view line) {
 }
 
 /// Whether `folder` is `outer` or below it.
-bool is_within(const std::filesystem::path& folder, const std::filesystem::path& outer) {
-  const auto [end, ignored] =
-      std::mismatch(outer.begin(), outer.end(), folder.begin(), folder.end());
-  return end == outer.end();
+bool is_within(std::string_view folder, std::string_view outer) {
+  return folder.starts_with(outer) &&
+         (folder.size() == outer.size() || outer == "/" || folder[outer.size()] == '/');
 }
 
-/// Whether a pattern of a rule admits the volume of this name.
-bool matches(std::string pattern, std::string name) {
-  if (pattern == "*") return true;
-  int flags = FNM_NOESCAPE | FNM_PATHNAME;
-  // "ct~*": what is behind the first folder or store that "*" matches is admitted as well.
-  if (pattern.ends_with("~*")) flags |= FNM_LEADING_DIR;
-  std::ranges::replace(pattern, kFolderSeparator, '/');
-  std::ranges::replace(name, kFolderSeparator, '/');
-  return ::fnmatch(pattern.c_str(), name.c_str(), flags) == 0;
+std::vector<std::string> segments_of(std::string_view text) {
+  std::vector<std::string> segments;
+  while (true) {
+    segments.emplace_back(text.substr(0, text.find(kFolderSeparator)));
+    if (segments.back().size() == text.size()) return segments;
+    text.remove_prefix(segments.back().size() + 1);
+  }
+}
+
+/// The name of a token: 1 to 64 letters, digits, "-", "_" and ".".
+bool is_token_name(std::string_view text) {
+  return !text.empty() && text.size() <= 64 && std::ranges::all_of(text, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+           c == '_' || c == '.';
+  });
 }
 
 }  // namespace
 
-bool AccessRules::Patterns::admit(const std::string& name,
-                                  const std::filesystem::path& folder) const {
+/// A volume that patterns are compared with.
+class AccessRules::Subject {
+ public:
+  Subject(std::string_view name, const VolumeIdentity& identity)
+      : name_(name), identity_(identity) {}
+
+  bool matches(const NamePattern& pattern) {
+    if (pattern.is_all) return true;
+    if (pattern.segments.empty()) return pattern.text == name_;
+    if (segments_.empty()) segments_ = segments_of(name_);
+    const auto& unaltered = identity_.unaltered;
+    const bool is_altered = unaltered.size() == segments_.size();
+    const size_t compared = pattern.segments.size() - (pattern.goes_below ? 1 : 0);
+    if (pattern.goes_below ? segments_.size() <= compared : segments_.size() != compared) {
+      return false;
+    }
+    for (size_t i = 0; i < compared; ++i) {
+      const std::string& expected = pattern.segments[i];
+      // What could be a segment of a name is one: it was given to the volume that has it.
+      const bool is_equal =
+          is_volume_name(expected)
+              ? expected == segments_[i]
+              : ::fnmatch(expected.c_str(), (is_altered ? unaltered : segments_)[i].c_str(),
+                          FNM_NOESCAPE) == 0;
+      if (!is_equal) return false;
+    }
+    return true;
+  }
+
+  bool is_within(std::string_view folder) const {
+    return isosplat::is_within(identity_.folder, folder);
+  }
+
+  bool is_store(std::string_view path) const {
+    const std::string_view folder = identity_.folder, file = identity_.file;
+    return path.size() == folder.size() + 1 + file.size() && path.starts_with(folder) &&
+           path.ends_with(file) && path[folder.size()] == '/';
+  }
+
+ private:
+  const std::string_view name_;
+  const VolumeIdentity& identity_;
+  std::vector<std::string> segments_;  ///< of the name, once they are needed
+};
+
+bool AccessRules::Patterns::admit(Subject& subject) const {
   return std::ranges::any_of(names,
-                             [&](const std::string& pattern) { return matches(pattern, name); }) ||
+                             [&](const NamePattern& name) { return subject.matches(name); }) ||
          std::ranges::any_of(
-             folders, [&](const std::filesystem::path& outer) { return is_within(folder, outer); });
+             folders, [&](const std::string& folder) { return subject.is_within(folder); }) ||
+         std::ranges::any_of(stores,
+                             [&](const std::string& store) { return subject.is_store(store); });
+}
+
+/// Errors (invalid_argument): a path that cannot be resolved.
+Result<void> AccessRules::Patterns::add(std::string_view pattern) {
+  if (pattern.find('/') == std::string_view::npos) {
+    NamePattern name{std::string(pattern), {}, pattern == "*", pattern.ends_with("~*")};
+    if (!is_volume_name(pattern)) name.segments = segments_of(pattern);
+    names.push_back(std::move(name));
+    return {};
+  }
+  // A store is the file of this name, also if that is a link.
+  const std::filesystem::path given(pattern);
+  std::error_code error;
+  const bool is_store =
+      pattern.ends_with(kStoreExtension) && !std::filesystem::is_directory(given, error);
+  const auto absolute = std::filesystem::absolute(is_store ? given.parent_path() : given, error);
+  std::string path = std::filesystem::weakly_canonical(absolute, error).string();
+  if (error) return fail(Status::invalid_argument, fmt::format("{}: {}", pattern, error.message()));
+  while (path.size() > 1 && path.ends_with('/')) path.pop_back();
+  if (is_store) {
+    stores.push_back((path == "/" ? path : path + '/') + given.filename().string());
+  } else {
+    folders.push_back(std::move(path));
+  }
+  return {};
+}
+
+AccessRules::AccessRules() {
+  static std::atomic<uint64_t> last{0};
+  id_ = ++last;
 }
 
 Result<void> AccessRules::add_lines(std::string_view text) {
@@ -109,38 +192,39 @@ Result<void> AccessRules::add_lines(std::string_view text) {
                               "folders behind the token",
                               number));
     }
-    Patterns patterns;
-    for (const std::string_view word : std::span(words).subspan(1)) {
-      if (word.find('/') == std::string_view::npos) {
-        patterns.names.emplace_back(word);
-        continue;
-      }
-      std::error_code error;
-      auto folder = std::filesystem::weakly_canonical(word, error);
-      if (error) {
+    constexpr std::string_view kName = "name=";
+    std::span<const std::string_view> rest = std::span(words).subspan(1);
+    std::string name = fmt::format("line-{}", number);
+    if (rest.front().starts_with(kName)) {
+      name = rest.front().substr(kName.size());
+      rest = rest.subspan(1);
+      if (is_for_anyone || !who.empty() || !is_token_name(name) || rest.empty()) {
         return fail(Status::invalid_argument,
-                    fmt::format("line {}: folder {}: {}", number, word, error.message()));
+                    fmt::format("line {}: expected name= behind a token, with 1 to 64 letters, "
+                                "digits and -_. and then names of volumes or folders",
+                                number));
       }
-      // "a/b/" has an empty last element.
-      patterns.folders.push_back(folder.has_filename() ? folder : folder.parent_path());
     }
-    if (is_for_anyone) {
-      std::ranges::move(patterns.names, std::back_inserter(anyone_.names));
-      std::ranges::move(patterns.folders, std::back_inserter(anyone_.folders));
-      continue;
+    Patterns patterns;
+    for (const std::string_view word : rest) {
+      const Result<void> added = (is_for_anyone ? anyone_ : patterns).add(word);
+      if (added) continue;
+      return fail(Status::invalid_argument,
+                  fmt::format("line {}: folder {}", number, added.error().message));
     }
     if (!who.empty()) {
       identity_rules_.push_back({is_group, std::string(who), std::move(patterns)});
       continue;
     }
+    if (is_for_anyone) continue;
     const auto digest = sha256(words.front());
     if (!digest) return fail(Status::io_error, "tokens: SHA-256 is not available");
-    rules_.push_back({*digest, std::move(patterns)});
+    rules_.push_back({*digest, std::move(name), std::move(patterns)});
   }
   return {};
 }
 
-Result<void> AccessRules::add_token(std::string_view token) {
+Result<void> AccessRules::add_token(std::string_view token, std::string name) {
   if (!is_token(token)) {
     return fail(
         Status::invalid_argument,
@@ -148,7 +232,9 @@ Result<void> AccessRules::add_token(std::string_view token) {
   }
   const auto digest = sha256(token);
   if (!digest) return fail(Status::io_error, "tokens: SHA-256 is not available");
-  rules_.push_back({*digest, {.names = {"*"}, .folders = {}}});
+  Patterns all;
+  if (Result<void> added = all.add("*"); !added) return added;
+  rules_.push_back({*digest, std::move(name), std::move(all)});
   return {};
 }
 
@@ -200,6 +286,7 @@ void AccessRules::admit_identity(const Identity& identity, Grant& grant) const {
                               : matches_name(rule.pattern, identity.user);
     if (is_meant) grant.patterns_.push_back(&rule.patterns);
   }
+  if (grant.client_.empty()) grant.client_ = "user:" + identity.user;
 }
 
 Grant AccessRules::grant(std::shared_ptr<const AccessRules> rules, const Credentials& credentials,
@@ -221,6 +308,7 @@ Grant AccessRules::grant(std::shared_ptr<const AccessRules> rules, const Credent
     for (const Rule& rule : rules->rules_) {
       if (CRYPTO_memcmp(rule.token.data(), digest->data(), digest->size()) == 0) {
         grant.patterns_.push_back(&rule.patterns);
+        if (grant.client_.empty()) grant.client_ = rule.name;
       }
     }
   }
@@ -239,25 +327,42 @@ Grant AccessRules::grant(std::shared_ptr<const AccessRules> rules, const Credent
   return grant;
 }
 
-bool Grant::is_public(const std::string& name, const std::filesystem::path& folder) const {
-  return !rules_ || rules_->anyone_.admit(name, folder);
+bool Grant::is_public(std::string_view name, const VolumeIdentity& identity) const {
+  if (!rules_) return true;
+  AccessRules::Subject subject(name, identity);
+  return rules_->anyone_.admit(subject);
 }
 
-bool Grant::may_read(const std::string& name, const std::filesystem::path& folder) const {
-  return is_public(name, folder) || std::ranges::find(linked_, name) != linked_.end() ||
+bool Grant::may_read(std::string_view name, const VolumeIdentity& identity) const {
+  if (!rules_) return true;
+  AccessRules::Subject subject(name, identity);
+  return rules_->anyone_.admit(subject) || std::ranges::find(linked_, name) != linked_.end() ||
          std::ranges::any_of(patterns_, [&](const AccessRules::Patterns* patterns) {
-           return patterns->admit(name, folder);
+           return patterns->admit(subject);
          });
+}
+
+std::string Grant::key() const {
+  if (!rules_) return {};
+  std::string key = fmt::format("{}", rules_->id_);
+  for (const auto* patterns : patterns_) key += fmt::format(" {}", fmt::ptr(patterns));
+  for (const std::string& name : linked_) (key += '\n') += name;
+  return key;
+}
+
+std::string Grant::client() const {
+  if (!client_.empty()) return client_;
+  return linked_.empty() ? "" : "link";
 }
 
 bool Grant::admits_to_all() const {
   return std::ranges::any_of(patterns_, [](const AccessRules::Patterns* patterns) {
-    return std::ranges::find(patterns->names, "*") != patterns->names.end();
+    return std::ranges::any_of(patterns->names, &AccessRules::NamePattern::is_all);
   });
 }
 
 bool Grant::has_public_volumes() const {
-  return !rules_ || !rules_->anyone_.names.empty() || !rules_->anyone_.folders.empty();
+  return !rules_ || !rules_->anyone_.empty();
 }
 
 std::string sign_link(std::string_view key, std::string_view volume, std::string_view expires) {

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <set>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "server/jwt.h"
+#include "server/volume_names.h"
 #include "shared/base/status.h"
 
 namespace isosplat {
@@ -35,18 +35,23 @@ class Grant;
 /// volume. Thread-safe once it is filled.
 class AccessRules {
  public:
+  AccessRules();
+
   /// Adds the rules of a token file. Each line has a token, the word "anyone", or "user:" or
   /// "group:" and a name of an Identity ("*" and "?": any characters), and one or more
-  /// patterns, separated by blanks. A pattern without "/" is compared with the names of volumes, in
-  /// which "*" and "?" stand for any characters except "~"; "*" alone admits to all, and one that
-  /// ends with "~*" to all below the folder. One with "/" is a folder on the disk, and admits the
-  /// stores in it and below it. Empty lines and lines that begin with "#" are ignored. Errors
-  /// (invalid_argument) name the line, not the token.
+  /// patterns, separated by blanks; behind a token there may be "name=" and its name, which is
+  /// logged ("line-" and the number of the line if there is none). A pattern without "/" is
+  /// compared with volumes segment by segment: one of characters of names with the name, any other
+  /// one, such as one with "*" and "?", with the path of the store before it was altered for the
+  /// name. "*" alone admits to all, and one that ends with "~*" to all below the folder. One with
+  /// "/" is a folder or a store on the disk, and admits the stores in it and below it, or this one.
+  /// Empty lines and lines that begin with "#" are ignored. Errors (invalid_argument) name the
+  /// line, not the token.
   Result<void> add_lines(std::string_view text);
 
-  /// Adds a token for all volumes. Errors (invalid_argument): fewer than kMinTokenLength
-  /// characters, or others than letters, digits and "-._~+/=".
-  Result<void> add_token(std::string_view token);
+  /// Adds a token for all volumes. `name`: is logged. Errors (invalid_argument): fewer than
+  /// kMinTokenLength characters, or others than letters, digits and "-._~+/=".
+  Result<void> add_token(std::string_view token, std::string name);
 
   /// Sets the key of signed links. Errors (invalid_argument): fewer than kMinKeyLength bytes.
   Result<void> set_link_key(std::string_view key);
@@ -84,15 +89,28 @@ class AccessRules {
  private:
   friend class Grant;
 
-  /// Patterns of names and of folders.
+  /// A pattern of names.
+  struct NamePattern {
+    std::string text;
+    std::vector<std::string> segments;  ///< empty: compared with the whole name
+    bool is_all = false;
+    bool goes_below = false;  ///< its last segment, "*", stands for one or more
+  };
+  class Subject;
+
+  /// Patterns of names, and paths on the disk.
   struct Patterns {
-    std::vector<std::string> names;
-    std::vector<std::filesystem::path> folders;  ///< absolute
-    bool admit(const std::string& name, const std::filesystem::path& folder) const;
+    std::vector<NamePattern> names;
+    std::vector<std::string> folders;  ///< absolute, without "/" at the end
+    std::vector<std::string> stores;   ///< absolute
+    bool empty() const { return names.empty() && folders.empty() && stores.empty(); }
+    bool admit(Subject& subject) const;
+    Result<void> add(std::string_view pattern);
   };
   using Digest = std::array<unsigned char, 32>;
   struct Rule {
-    Digest token;  ///< SHA-256: all have one length, which comparing does not tell
+    Digest token;  ///< SHA-256. All digests have the same length: comparing does not leak it
+    std::string name;
     Patterns patterns;
   };
 
@@ -109,17 +127,25 @@ class AccessRules {
   std::set<std::string, std::less<>> revoked_links_{};  ///< first digits of signatures
   Patterns anyone_;
   std::string link_key_;
+  uint64_t id_ = 0;         ///< of these rules; no others of this process have it
   bool has_lines_ = false;  ///< a token file was given: even an empty one closes the server
 };
 
 /// What one client may read.
 class Grant {
  public:
-  /// Whether a volume may be read: its name, and the absolute folder of its store.
-  bool may_read(const std::string& name, const std::filesystem::path& folder) const;
+  /// Whether a volume may be read. The time does not depend on whether there is such a volume.
+  bool may_read(std::string_view name, const VolumeIdentity& identity) const;
 
   /// Whether everyone may read it, so that shared caches may keep it.
-  bool is_public(const std::string& name, const std::filesystem::path& folder) const;
+  bool is_public(std::string_view name, const VolumeIdentity& identity) const;
+
+  /// The name of the token that was valid, "user:" and the name of an identity, "link" for a link;
+  /// empty for none.
+  std::string client() const;
+
+  /// A text that two grants share if and only if they admit to the same volumes by the same rules.
+  std::string key() const;
 
   /// Whether a token or link was valid, or none is needed for anything.
   bool is_known() const { return is_known_; }
@@ -137,6 +163,7 @@ class Grant {
   friend class AccessRules;
   std::shared_ptr<const AccessRules> rules_;  ///< null: open
   std::vector<const AccessRules::Patterns*> patterns_;
+  std::string client_;
   std::vector<std::string> linked_;  ///< names of volumes
   bool is_known_ = true;
   bool has_identity_ = false;

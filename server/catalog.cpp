@@ -53,6 +53,12 @@ bool is_passing(const std::error_code& error) {
   return code == EMFILE || code == ENFILE || code == EIO || code == ENOMEM || code == EINTR;
 }
 
+/// The content of an entry, or the last one that is known of its path.
+std::string content_of(const CatalogEntry& entry) {
+  const auto summary = entry.summary.get();
+  return summary && !summary->content.empty() ? summary->content : entry.content_before;
+}
+
 bool exists(const std::string& path) {
   struct stat status {};
   return ::lstat(path.c_str(), &status) == 0;
@@ -65,15 +71,19 @@ bool is_real_folder(const std::string& path) {
 
 }  // namespace
 
-Catalog::Catalog(std::vector<fs::path> sources, Log log)
-    : sources_(std::move(sources)),
+Catalog::Catalog(const std::vector<fs::path>& sources, Log log, OutsideLinks links)
+    : sources_(named_sources(sources)),
       log_(std::move(log)),
-      snapshot_(std::make_shared<CatalogSnapshot>()) {
-  for (fs::path& source : sources_) {
-    if (!source.has_filename()) source = source.parent_path();  // "stores/"
-  }
-  std::ranges::stable_sort(sources_, std::greater(),
-                           [](const fs::path& source) { return source.native().size(); });
+      links_(links),
+      snapshot_(std::make_shared<CatalogSnapshot>()) {}
+
+Catalog::Folder Catalog::Folder::below(const std::string& name) const {
+  Folder folder = *this;
+  folder.segments.push_back(name_segment(name));
+  folder.unaltered.push_back(name);
+  folder.canonical += '/' + name;
+  ++folder.depth;
+  return folder;
 }
 
 std::shared_ptr<const CatalogSnapshot> Catalog::snapshot() const {
@@ -114,8 +124,7 @@ void Catalog::scan_now() {
   const std::map<std::string, Folder> before = std::move(folders_);
   folders_.clear();
   Found found;
-  // A source within another one comes first: its stores have the names that it gives them.
-  for (const fs::path& source : sources_) list_source(source, found);
+  for (const NamedSource& source : sources_) list_source(source, found);
   for (const auto& [path, folder] : before) {
     if (!folders_.contains(path)) watch_.remove(path);
   }
@@ -133,20 +142,41 @@ void Catalog::scan_now() {
   scan_time_ = last_scan_ - begin;
 }
 
-void Catalog::list_source(const fs::path& source, Found& found) {
-  const std::string path = source.string();
-  if (const auto identity = folder_identity(source)) {
-    source_folders_.emplace(path, *identity);
-    list_folder(path, {"", real_path(source)}, 0, found);
+void Catalog::list_source(const NamedSource& source, Found& found) {
+  const std::string path = source.path.string();
+  Folder folder;
+  if (!source.label.empty()) {
+    folder.segments = {source.label};
+    folder.unaltered = {source.unaltered};
+  }
+  if (!source.is_folder) {
+    // Only links to its folder are resolved: the file itself may be a link.
+    const fs::path absolute = fs::absolute(source.path);
+    folder.canonical = folder.root = real_path(absolute.parent_path()).string();
+    const auto [listed, is_new] = folders_.try_emplace("file " + path, std::move(folder));
+    found.emplace(path, &listed->second);
+    unwatched_files_.insert(path);
     return;
   }
-  const auto [folder, is_new] =
-      folders_.try_emplace("file " + path, Folder{"", real_path(source).parent_path()});
-  found.emplace(path, &folder->second);
-  unwatched_files_.insert(path);
+  const auto identity = folder_identity(source.path);
+  if (!identity) {
+    is_all_watched_ = false;
+    return report_folder(path, "expected a folder of stores, found none");
+  }
+  source_folders_.emplace(path, *identity);
+  folder.canonical = folder.root = real_path(source.path).string();
+  list_folder(path, std::move(folder), found);
 }
 
-void Catalog::list_folder(const std::string& path, Folder its, int depth, Found& found) {
+/// Logs what is wrong with a folder, if it is news; empty: nothing.
+void Catalog::report_folder(const std::string& path, const std::string& message) {
+  std::string& last = folder_errors_[path];
+  if (message != last && !message.empty()) log_(fmt::format("folder {}: {}", path, message));
+  last = message;
+  if (last.empty()) folder_errors_.erase(path);
+}
+
+void Catalog::list_folder(const std::string& path, Folder its, Found& found) {
   const auto [folder, is_new] = folders_.try_emplace(path, std::move(its));
   if (!is_new) return;  // of two sources
   // Before its files are listed: what appears in between is reported.
@@ -165,20 +195,14 @@ void Catalog::list_folder(const std::string& path, Folder its, int depth, Found&
       }
       found.emplace(file->path().string(), &folder->second);
       if (is_link) unwatched_files_.insert(file->path().string());
-    } else if (!is_link && file->is_directory(ignored) && depth < kMaxDepth) {
-      list_folder(file->path().string(),
-                  {folder->second.prefix + folder_url_name(name) + kFolderSeparator,
-                   folder->second.canonical / name},
-                  depth + 1, found);
+    } else if (!is_link && file->is_directory(ignored) && folder->second.depth < kMaxDepth) {
+      list_folder(file->path().string(), folder->second.below(name), found);
     }
   }
   if (error && is_passing(error)) keep_stores(path, folder->second, found);
   std::string message = error ? std::strerror(error.value()) : std::string();
   if (is_full_) message = fmt::format("more than {} stores: the others are not served", kMaxStores);
-  std::string& last = folder_errors_[path];
-  if (message != last && !message.empty()) log_(fmt::format("folder {}: {}", path, message));
-  last = std::move(message);
-  if (last.empty()) folder_errors_.erase(path);
+  report_folder(path, message);
 }
 
 /// Keeps the stores below a folder that cannot be listed at the moment; the next scan lists it.
@@ -191,13 +215,41 @@ void Catalog::keep_stores(const std::string& path, const Folder& folder, Found& 
   }
 }
 
+/// The file that a link leads to, if it is below the folder of the source; else logs it once.
+std::optional<FileIdentity> Catalog::look_at_link(const std::string& path, const Folder& folder) {
+  std::error_code error;
+  const fs::path target = fs::canonical(path, error);
+  // What the target leads to now is compared with what is opened later.
+  struct stat status {};
+  const bool is_file = !error && ::lstat(target.c_str(), &status) == 0 && S_ISREG(status.st_mode);
+  if (is_file && target.native().starts_with(folder.root + '/')) {
+    refused_.erase(path);
+    if (const Result<FileIdentity> known = file_identity(target)) return *known;
+    return std::nullopt;
+  }
+  if (refused_.insert(path).second) {
+    log_(fmt::format("{}: not served: it is a link out of the folder", path));
+  }
+  return std::nullopt;
+}
+
 /// Makes an entry for a file that is new or was replaced.
 void Catalog::look_at(const std::string& path, const Folder& folder) {
+  const auto old = stores_.find(path);
   std::optional<FileIdentity> identity;
   if (const Result<FileIdentity> known = file_identity(path)) identity = *known;
+  struct stat status {};
+  const bool is_link = ::lstat(path.c_str(), &status) == 0 && S_ISLNK(status.st_mode);
+  const bool must_be_inside = is_link && links_ == OutsideLinks::refused;
+  if (must_be_inside) {
+    identity = look_at_link(path, folder);
+    if (!identity) {
+      if (old != stores_.end()) forget(old);
+      return;
+    }
+  }
   std::optional<FileIdentity> thumbnail;
   if (const Result<FileIdentity> known = file_identity(thumbnail_path(path))) thumbnail = *known;
-  const auto old = stores_.find(path);
   if (old != stores_.end() && old->second->identity == identity &&
       old->second->thumbnail == thumbnail) {
     return;
@@ -205,18 +257,38 @@ void Catalog::look_at(const std::string& path, const Folder& folder) {
   if (old == stores_.end() && stores_.size() >= kMaxStores) return;
   auto entry = std::make_shared<CatalogEntry>();
   entry->id = ++last_id_;
-  entry->name = names_.of(path, folder.prefix + url_name(path));
-  entry->path = path;
+  const std::string stem = stem_of_store(path);
+  for (const std::string& segment : folder.segments) entry->name += segment + kFolderSeparator;
+  entry->name += name_segment(stem);
+  entry->unaltered = folder.unaltered;
+  entry->unaltered.push_back(stem);
+  std::vector<std::string> segments = folder.segments;
+  segments.push_back(name_segment(stem));
+  if (segments == entry->unaltered) entry->unaltered = {};
   entry->folder = folder.canonical;
+  entry->file = fs::path(path).filename().string();
+  entry->path = path;
   entry->identity = identity;
   entry->thumbnail = thumbnail;
+  entry->must_be_identity = must_be_inside;
   entry->is_one_of_many = is_first_scan_ && stores_.size() >= kManyStores;
+  if (old != stores_.end()) {
+    entry->content_before = content_of(*old->second);
+  } else if (const auto gone = gone_.find(path); gone != gone_.end()) {
+    entry->content_before = gone->second;
+    gone_.erase(gone);
+  }
   stores_.insert_or_assign(path, std::move(entry));
   has_changed_ = true;
 }
 
 void Catalog::forget(std::map<std::string, std::shared_ptr<const CatalogEntry>>::iterator store) {
   log_(fmt::format("volume {} was removed: {}", store->second->name, store->first));
+  // Another store that comes under this name is worth a line.
+  if (gone_.size() >= kMaxStores) gone_.clear();
+  if (std::string content = content_of(*store->second); !content.empty()) {
+    gone_.insert_or_assign(store->first, std::move(content));
+  }
   stores_.erase(store);
   has_changed_ = true;
 }
@@ -237,8 +309,8 @@ void Catalog::apply(const FolderChange& change) {
   const bool is_store = is_store_name(change.name);
   if (!is_store) {
     if (change.kind != FolderChange::Kind::folder) return;
-    const bool has_source = std::ranges::any_of(sources_, [&](const fs::path& source) {
-      return (source.string() + '/').starts_with(path + '/');
+    const bool has_source = std::ranges::any_of(sources_, [&](const NamedSource& source) {
+      return (source.path.string() + '/').starts_with(path + '/');
     });
     if (has_source) return scan_now();
     return renew_folder(path, folder->second, change.name);
@@ -271,12 +343,8 @@ void Catalog::renew_folder(const std::string& path, const Folder& parent, const 
   folders_.erase(path);
   folders_.erase(folders_.lower_bound(below), folders_.lower_bound(end));
   Found found;
-  const auto depth = std::ranges::count(parent.prefix, kFolderSeparator) + 1;
-  if (is_real_folder(path) && depth <= kMaxDepth) {
-    list_folder(path,
-                {parent.prefix + folder_url_name(name) + kFolderSeparator,
-                 fs::path(parent.canonical) / name},
-                static_cast<int>(depth), found);
+  if (is_real_folder(path) && parent.depth < kMaxDepth) {
+    list_folder(path, parent.below(name), found);
   }
   for (auto store = stores_.lower_bound(below); store != stores_.lower_bound(end);) {
     const auto next = std::next(store);
@@ -321,9 +389,10 @@ void Catalog::look_at_unwatched() {
 
 /// Whether a source that is a folder came, went, or is another one than before.
 bool Catalog::are_sources_replaced() const {
-  return std::ranges::any_of(sources_, [this](const fs::path& source) {
-    const auto known = source_folders_.find(source.string());
-    const auto identity = folder_identity(source);
+  return std::ranges::any_of(sources_, [this](const NamedSource& source) {
+    if (!source.is_folder) return false;
+    const auto known = source_folders_.find(source.path.string());
+    const auto identity = folder_identity(source.path);
     return identity.has_value() != (known != source_folders_.end()) ||
            (identity && !(*identity == known->second));
   });
@@ -331,12 +400,13 @@ bool Catalog::are_sources_replaced() const {
 
 bool Catalog::publish_snapshot() {
   if (!std::exchange(has_changed_, false)) return false;
-  // A path that comes back has its name again; the memory of such names is bounded.
-  if (names_.size() > 2 * stores_.size() + 1000) {
-    names_.keep_only([this](const std::string& path) { return stores_.contains(path); });
-  }
   auto after = std::make_shared<CatalogSnapshot>();
-  for (const auto& [path, entry] : stores_) after->emplace(entry->name, entry);
+  for (const auto& [path, entry] : stores_) {
+    const auto [item, is_new] = after->emplace(entry->name, entry);
+    if (is_new || !refused_.insert(path).second) continue;
+    log_(fmt::format("{}: not served: {} has the same name, {}: rename it", path,
+                     item->second->path.string(), entry->name));
+  }
   const std::lock_guard lock(snapshot_mutex_);
   snapshot_ = std::move(after);
   return true;

@@ -108,6 +108,13 @@ struct Connection::State {
   }
   void write_access_log(const RequestParser& parser, const Request& request,
                         const Response& response, std::string_view id, Clock::duration duration);
+
+  /// Counts and logs a connection whose request was not read. `status`: 0 without a response.
+  void record_refusal(int status) {
+    shared.metrics.add_response(Metrics::kNoRoute, status, body_bytes, {});
+    if (!shared.log.has_access_log()) return;
+    shared.log.access(refusal_line(shared.log_format, address, status, body_bytes));
+  }
 };
 
 Connection::Connection(Socket socket, std::string address, std::shared_ptr<TlsContext> tls,
@@ -154,12 +161,15 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
   state.socket.set_option(UnsentBytes(2 * kPieceBytes), ignored);
   if (state.tls_context && !co_await state.shake_hands()) {
     ++state.shared.metrics.tls_failures;
+    if (refusal) state.record_refusal(0);
     state.close();
     co_return;
   }
   if (refusal) {
     Piece none;
-    if (co_await state.write_response(*refusal, none, true, false, false)) co_await state.linger();
+    const bool sent = co_await state.write_response(*refusal, none, true, false, false);
+    state.record_refusal(refusal->status);
+    if (sent) co_await state.linger();
   } else {
     // Two statements: g++ 12 evaluates both sides of "co_await a && co_await b" in any case.
     for (bool is_open = true; is_open;) {
@@ -560,6 +570,7 @@ void Connection::State::write_access_log(const RequestParser& parser, const Requ
       .time = std::chrono::system_clock::now() - duration,
       .id = id,
       .address = address,
+      .client = response.client,
       .method = parser.method_text(),
       .target = request.target,
       .route = response.route ? response.route->pattern : std::string_view(),

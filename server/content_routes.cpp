@@ -106,16 +106,9 @@ Response chunk_response(const RouteCall& call) {
 }
 
 Response chunks_response(const RouteCall& call) {
-  constexpr std::string_view kExpected =
-      "chunks: expected isovalue=a..b (or one value), level=L and optionally "
-      "blocks=x.y.z,x.y.z,…, each once, and no other parameter";
-  Parameters parameters(call.target);
-  const auto isovalue = parameters.get("isovalue");
-  const auto level_text = parameters.get("level");
-  const auto block_list = parameters.get("blocks");
-  if (!isovalue || !level_text || !parameters.are_valid()) return invalid_argument(kExpected);
-  const auto range = parse_value_range(*isovalue);
-  const auto level = parse_index(*level_text);
+  const auto block_list = call.target.parameter("blocks");
+  const auto range = parse_value_range(*call.target.parameter("isovalue"));
+  const auto level = parse_index(*call.target.parameter("level"));
   if (!range) return invalid_argument("isovalue: expected a..b with a ≤ b, or one decimal number");
   if (!level) return invalid_argument("level: expected a number");
 
@@ -141,13 +134,8 @@ Response chunks_response(const RouteCall& call) {
 }
 
 Response batch_response(const RouteCall& call) {
-  Parameters parameters(call.target);
-  const auto list = parameters.get("chunks");
-  if (!list || !parameters.are_valid()) {
-    return invalid_argument(
-        "batch: expected chunks=level/x.y.z/band,… once, and no other parameter");
-  }
-  const Result<std::vector<ChunkAddress>> addresses = parse_chunks(*list);
+  const Result<std::vector<ChunkAddress>> addresses =
+      parse_chunks(*call.target.parameter("chunks"));
   if (!addresses) return invalid_argument("chunks: " + addresses.error().message);
   Result<ChunkSelection> selection =
       call.volume->store->chunks_at(*addresses, call.limits.chunk_budget(), call.no_wait);

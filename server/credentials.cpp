@@ -107,21 +107,37 @@ Credentials credentials_of(const Request& request, const Target& target, std::st
   return credentials;
 }
 
-void remove_link(Target& target) {
-  if (!is_below_volumes(target)) return;
+std::optional<Response> take_link(Target& target, const std::shared_ptr<const AccessRules>& rules,
+                                  uint64_t now) {
+  if (!rules || !is_below_volumes(target) || !target.parameter(kSignatureParameter)) {
+    return std::nullopt;
+  }
+  const Credentials::Link link = link_of(target);
+  if (!AccessRules::grant(rules, {.tokens = {}, .links = {link}}, now).is_known()) {
+    return unauthorized_response();
+  }
   std::erase_if(target.query, [](const auto& parameter) {
     return parameter.first == kSignatureParameter || parameter.first == kExpiresParameter;
   });
+  return std::nullopt;
 }
 
 std::optional<Response> exchange_token(const Target& target,
                                        const std::shared_ptr<const AccessRules>& rules,
                                        const CookieOptions& options, uint64_t now) {
-  const std::string_view token = parameter(target, kTokenParameter);
-  if (token.empty() || !rules || rules->is_open()) return std::nullopt;
-  if (!AccessRules::grant(rules, {.tokens = {token}, .links = {}}, now).has_token()) {
-    return unauthorized_response();
+  if (!rules || rules->is_open()) return std::nullopt;
+  bool has_token = false;
+  std::string_view token;  // the first valid one
+  for (const auto& [name, value] : target.query) {
+    if (name != kTokenParameter || value.empty()) continue;
+    has_token = true;
+    if (token.empty() &&
+        AccessRules::grant(rules, {.tokens = {value}, .links = {}}, now).has_token()) {
+      token = value;
+    }
   }
+  if (!has_token) return std::nullopt;
+  if (token.empty()) return unauthorized_response();
   // A reference without a path keeps the path of the request, "./" its folder.
   std::string location = "?";
   for (const auto& [key, value] : target.query) {

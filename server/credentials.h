@@ -22,17 +22,20 @@ inline constexpr std::string_view kTokenParameter = "token";
 Credentials credentials_of(const Request& request, const Target& target, std::string_view cookie);
 inline constexpr size_t kMaxCredentials = 16;
 
-/// Removes a signed link from the query of a data request, whose parameters are checked strictly.
-void remove_link(Target& target);
+/// Takes a signed link out of the query of a data request, whose other parameters the route checks.
+/// 401 if it is not valid, also where none is needed: each wrong link would be another URL of the
+/// same resource. Without rules there are no links: the query stays as it is.
+std::optional<Response> take_link(Target& target, const std::shared_ptr<const AccessRules>& rules,
+                                  uint64_t now);
 
 struct CookieOptions {
   std::string name;
   bool is_secure = false;  ///< the connection has TLS: the cookies are for such connections only
 };
 
-/// For a page request with a token in its query, unless the rules are open: a redirection to the
-/// same page without the token, which sets the cookie, so that neither history nor bookmarks hold
-/// the token. 401 if the token is not valid. `now`: seconds since 1970.
+/// For a page request with tokens in its query, unless the rules are open: a redirection to the
+/// same page without them, which sets the cookie to the first valid one, so that neither history
+/// nor bookmarks hold a token. 401 if none is valid. `now`: seconds since 1970.
 std::optional<Response> exchange_token(const Target& target,
                                        const std::shared_ptr<const AccessRules>& rules,
                                        const CookieOptions& options, uint64_t now);

@@ -25,8 +25,8 @@ constexpr std::chrono::milliseconds kCollected{20};
 /// In one call of wait(); the next call returns the others.
 constexpr size_t kMaxChanges = 65536;
 
-constexpr uint32_t kEvents =
-    IN_CREATE | IN_CLOSE_WRITE | IN_MOVED_FROM | IN_MOVED_TO | IN_DELETE | IN_ATTRIB | IN_ONLYDIR;
+constexpr uint32_t kEvents = IN_CREATE | IN_CLOSE_WRITE | IN_MOVED_FROM | IN_MOVED_TO | IN_DELETE |
+                             IN_ATTRIB | IN_MODIFY | IN_ONLYDIR;
 
 // File systems whose changes may be made elsewhere, without this system's knowledge. Magic numbers
 // that linux/magic.h lacks: statfs(2).
@@ -142,7 +142,7 @@ void FolderWatch::read_events(Changes& changes) {
       if (event.mask & IN_ISDIR) {
         if (event.mask & IN_ATTRIB) continue;
         change.kind = FolderChange::Kind::folder;
-      } else if (event.mask & IN_CREATE) {
+      } else if (event.mask & (IN_CREATE | IN_MODIFY)) {
         change.kind = FolderChange::Kind::begun;
       }
       changes.list.push_back(std::move(change));

@@ -11,7 +11,7 @@ namespace isosplat {
 struct FolderChange {
   enum class Kind {
     file,    ///< a file appeared, was closed after it was written, was replaced or removed
-    begun,   ///< a file was created, and may not be complete
+    begun,   ///< a file was created, written to or truncated, and may not be complete
     folder,  ///< a folder appeared, or was renamed or removed
   };
   Kind kind = Kind::file;

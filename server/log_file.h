@@ -1,11 +1,10 @@
 #pragma once
 
-#include <condition_variable>
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <mutex>
-#include <string>
 #include <string_view>
 #include <thread>
 
@@ -13,15 +12,20 @@
 
 namespace isosplat {
 
-/// A log file that a thread of its own writes: those who log never wait for its disk. If the disk
-/// is slower than the log for long, or full, lines are dropped and counted. Thread-safe.
+/// A log that a thread of its own writes: to a file, a pipe, or the program's standard output or
+/// error. Those who log never wait for it, and nothing that happens to it ends the program: lines
+/// that it does not take (a full disk, a pipe without a reader, a reader that is slow for long) are
+/// dropped and counted. Thread-safe.
 class LogFile {
  public:
   /// Opens the file, to append to it; others than its owner and group cannot read it. "-": the
   /// standard output. Errors: io_error.
   static Result<std::unique_ptr<LogFile>> open(const std::filesystem::path& path);
 
-  /// Writes what is left.
+  static std::unique_ptr<LogFile> standard_output();
+  static std::unique_ptr<LogFile> standard_error();
+
+  /// Writes what is left, for at most kClosingTime.
   ~LogFile();
   LogFile(const LogFile&) = delete;
   LogFile& operator=(const LogFile&) = delete;
@@ -33,23 +37,19 @@ class LogFile {
   /// io_error.
   Result<void> reopen();
 
-  /// Lines that were dropped, or that could not be written, so far.
-  uint64_t lost() const;
+  /// Lines that were dropped so far.
+  uint64_t dropped() const;
 
   /// Lines wait in memory up to this size.
   static constexpr size_t kMaxBytes = 1 << 20;
+  static constexpr std::chrono::milliseconds kClosingTime{1000};
 
  private:
+  struct State;
   LogFile(std::filesystem::path path, int descriptor);
-  void write_until_closed();
 
-  const std::filesystem::path path_;
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::string waiting_;              // guarded by mutex_
-  uint64_t lost_ = 0;                // guarded by mutex_
-  std::shared_ptr<const int> file_;  // guarded by mutex_; closes the descriptor at last
-  bool is_closing_ = false;          // guarded by mutex_
+  const std::filesystem::path path_;  ///< empty: it was not opened by this class
+  std::shared_ptr<State> state_;      ///< with the thread, which a file may hold up for ever
   std::thread writer_;
 };
 

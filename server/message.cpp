@@ -2,39 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "server/printable_text.h"
+
 namespace isosplat {
-namespace {
-
-/// Length of the UTF-8 sequence at the begin of `text` (not empty); 0 if it is invalid.
-size_t utf8_length(std::string_view text) {
-  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
-  const auto continues = [&](size_t from, size_t to) {
-    if (text.size() < to) return false;
-    for (size_t i = from; i < to; ++i) {
-      if ((byte(i) & 0xc0) != 0x80) return false;
-    }
-    return true;
-  };
-  const unsigned char first = byte(0);
-  if (first < 0x80) return 1;
-  if (first >= 0xc2 && first <= 0xdf) return continues(1, 2) ? 2 : 0;
-  if (first >= 0xe0 && first <= 0xef) {
-    if (!continues(1, 3)) return 0;
-    if (first == 0xe0 && byte(1) < 0xa0) return 0;
-    if (first == 0xed && byte(1) > 0x9f) return 0;
-    return 3;
-  }
-  if (first >= 0xf0 && first <= 0xf4) {
-    if (!continues(1, 4)) return 0;
-    if (first == 0xf0 && byte(1) < 0x90) return 0;
-    if (first == 0xf4 && byte(1) > 0x8f) return 0;
-    return 4;
-  }
-  return 0;
-}
-
-}  // namespace
-
 std::string_view reason_phrase(int status) {
   switch (status) {
     case 200:

@@ -92,6 +92,7 @@ struct Response {
   std::span<const std::byte> bytes;
   std::shared_ptr<const void> owner;  ///< of the memory of `bytes`
   std::unique_ptr<BodyStream> stream;
+  std::string client;  ///< name of the token that admitted the client, or "link"; for the log
   bool close = false;  ///< close the connection after this response
   std::string fault;   ///< an error of the server (not of the client), for the log
 

@@ -147,8 +147,10 @@ std::string Metrics::text(const StoreCounts& stores, const ByteBudget* bytes_in_
             "How often a store was opened for a request.", stores.opened);
   add_value(text, "isosplat_faults_total", "counter",
             "Errors of the server or its disks, not of clients.", faults);
-  add_value(text, "isosplat_access_log_lost_total", "counter",
-            "Lines of the access log that its disk did not take.", access_log_lost);
+  constexpr std::string_view kDropped = "isosplat_log_lines_dropped_total";
+  declare(text, kDropped, "counter", "Lines of the logs that were not written.");
+  fmt::format_to(out, "{0}{{log=\"server\"}} {1}\n{0}{{log=\"access\"}} {2}\n", kDropped,
+                 log_dropped.load(), access_log_dropped.load());
   const auto start = std::chrono::floor<std::chrono::seconds>(start_).time_since_epoch();
   add_value(text, "process_start_time_seconds", "gauge", "Start, in seconds since 1970.",
             static_cast<uint64_t>(start.count()));

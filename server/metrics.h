@@ -49,7 +49,8 @@ class Metrics {
   std::atomic<bool> was_reload_successful{true};  ///< the last one; at first: the start
   std::atomic<int64_t> reload_time{0};            ///< of the last one, in seconds since 1970
   std::atomic<int64_t> certificate_end{0};        ///< in seconds since 1970; 0: no TLS
-  std::atomic<uint64_t> access_log_lost{0};       ///< lines that were not written, so far
+  std::atomic<uint64_t> log_dropped{0};         ///< lines of the log that were not written, so far
+  std::atomic<uint64_t> access_log_dropped{0};  ///< the same of the access log
 
   /// All of it in the text format 0.0.4 of Prometheus.
   std::string text(const StoreCounts& stores, const ByteBudget* bytes_in_flight) const;

@@ -1,6 +1,5 @@
 #include "server/monitor_routes.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -14,12 +13,9 @@ namespace {
 
 StoreCounts count_stores(const RouteCall& call) {
   StoreCounts counts;
-  for (const auto& [name, entry] : *call.catalog) {
-    const StoreState state = entry->summary.state();
-    ++(state == StoreState::served   ? counts.served
-       : state == StoreState::broken ? counts.broken
-                                     : counts.unread);
-  }
+  counts.served = call.counts.served;
+  counts.broken = call.counts.broken;
+  counts.unread = call.counts.unread;
   counts.open = call.stores.size();
   counts.opened = call.stores.opened();
   return counts;
@@ -28,28 +24,20 @@ StoreCounts count_stores(const RouteCall& call) {
 struct ReadyProgress : CatalogProgress {
   using CatalogProgress::CatalogProgress;
 
-  uint32_t tried = 0;  ///< headers that were read
+  uint32_t tried = 0;
 };
 
-/// Whether no store can be read. Reads headers that nobody has read yet, until one is valid or
+/// Whether no store can be read. If none has been read so far, reads headers, until one is valid or
 /// many are not; no value if that must wait, or needs another turn.
 std::optional<bool> are_all_broken(const RouteCall& call) {
   constexpr uint32_t kTried = 64;
-  if (call.catalog->empty()) return false;
-  const auto is_served = [](const auto& named) {
-    return named.second->summary.state() == StoreState::served;
-  };
-  if (std::ranges::any_of(*call.catalog, is_served)) return false;
+  if (call.catalog->empty() || call.counts.served > 0) return false;
   std::unique_ptr<WorkTurn::Progress> own;
   auto& ready = progress_of<ReadyProgress>(call, own);
   Summaries summaries(call);
-  const uint32_t tried_before = ready.tried;
-  for (; ready.next != ready.catalog->end(); ++ready.next) {
-    const CatalogEntry& entry = *ready.next->second;
-    if (ready.tried == kTried && !entry.summary.get()) return true;
-    const auto summary = summaries.of(entry);
+  for (; ready.next != ready.catalog->end() && ready.tried < kTried; ++ready.next, ++ready.tried) {
+    const auto summary = summaries.of(*ready.next->second);
     if (!summary) return std::nullopt;
-    ready.tried = tried_before + summaries.read();
     if (!summary->error) return false;
   }
   return true;

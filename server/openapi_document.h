@@ -1,10 +1,16 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 namespace isosplat {
 
-/// The description of the routes for programs: openapi.json.
-std::string_view openapi_document();
+/// The description of the routes for programs (OpenAPI 3.1): paths and parameters of the table of
+/// routes, and what openapi_parts.json says of their responses. Made at the first call.
+const std::string& openapi_document();
+
+/// The text of openapi_parts.json: the document with `operations` (summary and responses, by
+/// Route::operation) in place of `paths`.
+std::string_view openapi_parts();
 
 }  // namespace isosplat

@@ -47,6 +47,9 @@ class OriginPolicy {
   /// localhost, 127.0.0.1 and [::1] are always allowed.
   OriginPolicy(AllowedHosts hosts, CrossOrigin cross_origin);
 
+  /// The same hosts, and no pages of other origins.
+  OriginPolicy for_own_pages() const { return {hosts_, CrossOrigin{}}; }
+
   /// 403 for a request that names a host that is not allowed, and, if `is_data`, for one that a
   /// page of another origin made that may not read data. Requests without Host (HTTP/1.0) and
   /// without Origin and Sec-Fetch-Site are not from a page in a browser.

@@ -27,14 +27,12 @@ constexpr std::string_view kNoPage =
 void preload_volume(Response& response, const RouteCall& call) {
   for (const auto& [key, value] : call.target.query) {
     if (key != "volume") continue;
-    const auto found = call.catalog->find(value);
-    if (found == call.catalog->end() || !call.may_read(*found->second)) {
-      return;
-    }
+    const CatalogEntry* const entry = call.readable(value);
+    if (!entry) return;
     // Names of the catalog need no escaping.
     response.set("Link", fmt::format("<v1/volumes/{}/bootstrap>; rel=preload; as=fetch; "
                                      "crossorigin=anonymous",
-                                     found->first));
+                                     entry->name));
     return;
   }
 }
@@ -73,7 +71,12 @@ Response page_response(const RouteCall& call) {
   const std::string path = call.target.path();
   const Asset* asset = call.page ? call.page->find(path) : nullptr;
   Response response;
-  if (asset) {
+  if (asset && asset->immutable && !call.target.query.empty()) {
+    // Caches would keep a copy for each query.
+    response =
+        error_response(400, status_name(Status::invalid_argument),
+                       "expected no parameter: a file with a hash in its name never changes");
+  } else if (asset) {
     response = asset_response(call, *asset);
   } else if (path == "/") {
     response.set("Content-Type", "text/html; charset=utf-8");

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <string>
 
 namespace isosplat {
@@ -20,6 +21,17 @@ Response busy_response(std::string_view message) {
   response.set("Retry-After", "1");
   response.set("X-Content-Type-Options", "nosniff");
   return response;
+}
+
+std::string refusal_line(LogFormat format, std::string_view address, int status, uint64_t bytes) {
+  const std::string id = request_id({});
+  AccessEntry entry;
+  entry.time = std::chrono::system_clock::now();
+  entry.id = id;
+  entry.address = address;
+  entry.status = status;
+  entry.bytes = bytes;
+  return access_line(entry, format);
 }
 
 }  // namespace isosplat

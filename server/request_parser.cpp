@@ -173,7 +173,8 @@ std::string_view RequestParser::method_text() const {
 }
 
 bool RequestParser::keep_alive() const {
-  return state_->parser.get().keep_alive();
+  // Not that of the message, which takes the first of several Connection fields for all of them.
+  return state_->parser.is_header_done() && state_->parser.keep_alive();
 }
 
 bool RequestParser::is_http_1_0() const {

@@ -26,10 +26,9 @@ Response options_response(bool is_data) {
   return response;
 }
 
-/// Whether a target belongs to the data interface; all other targets belong to the page.
-bool is_data(const Target& target) {
-  const std::string& first = target.segments[0];
-  return first == "v1" || first == "healthz" || first == "readyz" || first == "metrics";
+/// Whether a target is for the operator of the server, and for no page of another origin.
+bool is_for_operators(const Result<Target>& target) {
+  return target && target->segments[0] == "metrics";
 }
 
 Response not_found(std::string_view message) {
@@ -41,12 +40,12 @@ Response not_found(std::string_view message) {
 /// client may not read is answered exactly as one that does not exist.
 std::optional<Response> find_volume(const Route& route, RouteCall& call) {
   if (call.arguments.empty()) return std::nullopt;
-  const auto found = call.catalog->find(call.arguments[0]);
-  if (found == call.catalog->end() || !call.may_read(*found->second)) {
+  const CatalogEntry* const found = call.readable(call.arguments[0]);
+  if (!found) {
     if (!call.grant.is_known()) return unauthorized_response();
     return not_found("no volume has this name: /v1/volumes lists all volumes");
   }
-  const CatalogEntry& entry = *found->second;
+  const CatalogEntry& entry = *found;
   auto store = call.stores.open(entry, call.no_wait);
   if (!store) {
     if (store.error().status == Status::out_of_memory) return busy_response(store.error().message);
@@ -64,7 +63,7 @@ std::optional<Response> find_volume(const Route& route, RouteCall& call) {
                     (*store)->content(), entry.name));
   }
   call.volume.emplace(OpenVolume{entry.name, std::move(*store)});
-  call.is_private = !call.grant.is_public(entry.name, entry.folder);
+  call.is_private = !call.grant.is_public(entry.name, entry);
   return std::nullopt;
 }
 
@@ -84,10 +83,36 @@ void Router::set_access(std::shared_ptr<const AccessRules> access) {
   access_ = std::move(access);
 }
 
-std::pair<std::shared_ptr<const PageAssets>, std::shared_ptr<const AccessRules>> Router::current()
-    const {
+Router::Current Router::current() const {
   const std::lock_guard lock(mutex_);
-  return {page_, access_};
+  return {page_, access_, counts_};
+}
+
+void Router::count_volumes() {
+  const auto access = current().access;
+  const auto catalog = catalog_.snapshot();
+  const uint64_t news = stores_.news();
+  if (access == counted_access_ && catalog == counted_catalog_ && news == counted_news_) return;
+  VolumeCounts counts;
+  const auto is_broken = [](const CatalogEntry& entry) {
+    return entry.summary.state() == StoreState::broken;
+  };
+  const auto open_to_all = views_.make(catalog, AccessRules::grant(access, {}, 0));
+  counts.open_to_all = open_to_all->entries.size();
+  for (const CatalogEntry* entry : open_to_all->entries) {
+    if (is_broken(*entry)) ++counts.open_to_all_broken;
+  }
+  for (const auto& [name, entry] : *catalog) {
+    const StoreState state = entry->summary.state();
+    ++(state == StoreState::served   ? counts.served
+       : state == StoreState::broken ? counts.broken
+                                     : counts.unread);
+  }
+  counted_access_ = access;
+  counted_catalog_ = catalog;
+  counted_news_ = news;
+  const std::lock_guard lock(mutex_);
+  counts_ = counts;
 }
 
 Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thread,
@@ -95,7 +120,8 @@ Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thr
   Response response;
   Result<Target> target = parse_target(request.target);
   const bool is_page = target && !is_data(*target);
-  if (std::optional<Response> refusal = policy_.refuse(request, !is_page)) {
+  const OriginPolicy& policy = is_for_operators(target) ? operator_policy_ : policy_;
+  if (std::optional<Response> refusal = policy.refuse(request, !is_page)) {
     response = std::move(*refusal);
   } else if (request.is_to_redirect) {
     response = https_.redirect(request);
@@ -117,16 +143,16 @@ Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thr
   response.set("X-Content-Type-Options", "nosniff");
   https_.add_fields(request, response);
   if (is_page) {
-    policy_.add_page_fields(request, response);
+    policy.add_page_fields(request, response);
   } else {
-    policy_.add_fields(request, response);
+    policy.add_fields(request, response);
   }
   return response;
 }
 
 Response Router::route(const Request& request, Target& target, NoWait* no_wait, ThreadKind thread,
                        WorkTurn* turn) const {
-  auto [page, access] = current();
+  auto [page, access, counts] = current();
   const bool is_for_page = !is_data(target);
   Grant grant;
   const auto now = static_cast<uint64_t>(std::time(nullptr));
@@ -136,17 +162,28 @@ Response Router::route(const Request& request, Target& target, NoWait* no_wait, 
       if (auto exchange = exchange_token(target, access, cookies, now)) return std::move(*exchange);
     }
     grant = AccessRules::grant(access, credentials_of(request, target, cookies.name), now);
+    if (auto refusal = take_link(target, access, now)) return std::move(*refusal);
   }
-  remove_link(target);
-  RouteCall call{request, target,          limits_, no_wait,  thread,      catalog_.snapshot(),
-                 stores_, std::move(page), grant,   monitor_, compressor_, access != nullptr,
+  RouteCall call{request,     target,
+                 limits_,     no_wait,
+                 thread,      catalog_.snapshot(),
+                 stores_,     std::move(page),
+                 grant,       monitor_,
+                 compressor_, views_,
+                 counts,      access != nullptr,
                  {}};
   call.turn = turn;
   const Route* const route = find_route(request.method, target, call.arguments);
   if (!route) return not_found("expected a path that server/HTTP.md lists");
   std::optional<Response> error = find_volume(*route, call);
+  // Behind access: a volume that the client may not read is answered as one that does not exist.
+  if (!error && !route->operation.empty()) {
+    const Result<void> checked = check_query(target, route->parameters, route->operation);
+    if (!checked) error = error_response(checked.error());
+  }
   Response response = error ? std::move(*error) : route->handler(call);
   response.route = route;
+  response.client = grant.client();
   if (error) return response;
   if (access && is_for_page) set_link_cookie(target, access, cookies, now, response);
   return response;

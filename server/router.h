@@ -26,7 +26,10 @@ class Router {
   Router(const Catalog& catalog, StorePool& stores, RouterLimits limits);
 
   /// Sets the hosts and pages that are allowed. Not thread-safe: call before respond().
-  void set_policy(OriginPolicy policy) { policy_ = std::move(policy); }
+  void set_policy(OriginPolicy policy) {
+    operator_policy_ = policy.for_own_pages();
+    policy_ = std::move(policy);
+  }
   const OriginPolicy& policy() const { return policy_; }
 
   /// Sets the name of the cookies. Not thread-safe, as above.
@@ -44,6 +47,11 @@ class Router {
   /// Sets the page for the following requests; null: no page.
   void set_page(std::shared_ptr<const PageAssets> page);
 
+  /// Counts the volumes for /healthz, /readyz and /metrics, and makes the list of those that anyone
+  /// may read, if that may have changed: so that these requests need no time for each store. Call
+  /// it regularly, from one thread at a time.
+  void count_volumes();
+
   /// If it sets no_wait->needs_disk, the result is of no use: call again without `no_wait`, on a
   /// thread that may wait for the disk; for a route that computes, as RouteWork says. The
   /// same holds if it sets turn->is_unfinished: call again with this turn, after other work.
@@ -53,19 +61,34 @@ class Router {
  private:
   Response route(const Request& request, Target& target, NoWait* no_wait, ThreadKind thread,
                  WorkTurn* turn) const;
-  std::pair<std::shared_ptr<const PageAssets>, std::shared_ptr<const AccessRules>> current() const;
+
+  struct Current {
+    std::shared_ptr<const PageAssets> page;
+    std::shared_ptr<const AccessRules> access;
+    VolumeCounts counts;
+  };
+  Current current() const;
 
   const Catalog& catalog_;
   StorePool& stores_;
   const RouterLimits limits_;
   OriginPolicy policy_;
   std::string cookie_name_;
+  OriginPolicy operator_policy_;  ///< for /metrics
   HttpsPolicy https_;
   Monitor monitor_;
   mutable TextCompressor compressor_;
+  mutable VolumeViews views_;
+
+  // What count_volumes() has counted.
+  std::shared_ptr<const AccessRules> counted_access_;
+  std::shared_ptr<const CatalogSnapshot> counted_catalog_;
+  uint64_t counted_news_ = 0;
+
   mutable std::mutex mutex_;
   std::shared_ptr<const PageAssets> page_;     // guarded by mutex_
   std::shared_ptr<const AccessRules> access_;  // guarded by mutex_
+  VolumeCounts counts_;                        // guarded by mutex_
 };
 
 }  // namespace isosplat

@@ -12,8 +12,10 @@
 #include "server/catalog.h"
 #include "server/message.h"
 #include "server/page_assets.h"
+#include "server/query_parameters.h"
 #include "server/store_pool.h"
 #include "server/target.h"
+#include "server/volume_view.h"
 #include "server/work_turn.h"
 
 namespace isosplat {
@@ -43,6 +45,13 @@ struct Monitor {
   bool is_stopping() const { return stopping && *stopping; }
 };
 
+/// How many volumes there were when somebody looked last, about a second ago at most.
+struct VolumeCounts {
+  uint64_t open_to_all = 0;                     ///< that anyone may read
+  uint64_t open_to_all_broken = 0;              ///< those of them that cannot be served
+  uint64_t served = 0, broken = 0, unread = 0;  ///< of all, by StoreState
+};
+
 /// A volume that a request names, with its store, which stays the same until the response is sent.
 struct OpenVolume {
   std::string_view name;
@@ -62,6 +71,8 @@ struct RouteCall {
   const Grant& grant;                      ///< what the client may read
   const Monitor& monitor;
   TextCompressor& compressor;
+  VolumeViews& views;
+  VolumeCounts counts;
 
   /// The response depends on who asks: only the client's own cache may keep it. Without a volume:
   /// whether there are tokens or links.
@@ -76,9 +87,9 @@ struct RouteCall {
   /// For handlers with more to read than a thread for disks should do at once; null: do all of it.
   WorkTurn* turn = nullptr;
 
-  bool may_read(const CatalogEntry& entry) const {
-    return grant.may_read(entry.name, entry.folder);
-  }
+  /// The volume of this name if the client may read it, else null. One that it may not read takes
+  /// the same time as one that does not exist.
+  const CatalogEntry* readable(std::string_view name) const;
 };
 
 /// What the response of a route needs besides what is in memory, and which threads do it.
@@ -96,7 +107,7 @@ enum class RouteWork : uint8_t {
   computes
 };
 
-/// A route. HTTP.md has a table of the same routes in the same order.
+/// A route. HTTP.md has a table of the same routes in the same order, with their parameters.
 struct Route {
   /// HEAD has the route of GET; its body is not sent. The router handles OPTIONS for all paths.
   Method method;
@@ -106,6 +117,13 @@ struct Route {
   std::string_view pattern;
 
   Response (*handler)(const RouteCall&);
+
+  /// Its operation in openapi_parts.json, which begins error messages as well; empty: not a part of
+  /// the document, and any query is admitted.
+  std::string_view operation{};
+
+  /// All parameters that its query may have. The router checks them before the handler runs.
+  std::span<const QueryParameter> parameters{};
 
   RouteWork work = RouteWork::reads;
 };

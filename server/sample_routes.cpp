@@ -132,24 +132,16 @@ struct SampleRequest {
 };
 
 Result<SampleRequest> parse_request(const Target& target, const VolumeGrid& grid) {
-  Parameters parameters(target);
-  const auto isovalue = parameters.get("isovalue");
-  const auto level = parameters.get("level");
-  const auto box = parameters.get("box");
-  const auto fields = parameters.get("fields");
-  const auto shading = parameters.get("shading");
-  const auto format = parameters.get("format");
+  const auto level = target.parameter("level");
+  const auto box = target.parameter("box");
+  const auto fields = target.parameter("fields");
+  const auto shading = target.parameter("shading");
+  const auto format = target.parameter("format");
   const auto invalid = [](std::string message) {
     return fail(Status::invalid_argument, std::move(message));
   };
-  if (!isovalue || !parameters.are_valid()) {
-    return invalid(
-        "samples: expected isovalue=v and optionally level=L, box=x0,y0,z0,x1,y1,z1, "
-        "fields=positions,normals,values, shading=smooth or exact, format=npy or raw, each once, "
-        "and no other parameter");
-  }
   SampleRequest request;
-  const auto value = parse_value(*isovalue);
+  const auto value = parse_value(*target.parameter("isovalue"));
   if (!value) return invalid("isovalue: expected a decimal number");
   request.query.isovalue = *value;
   const auto level_number = parse_index(level.value_or("0"));
@@ -179,16 +171,11 @@ Result<SampleRequest> parse_request(const Target& target, const VolumeGrid& grid
 }  // namespace
 
 Response isovalues_response(const RouteCall& call) {
-  Parameters parameters(call.target);
-  const auto text = parameters.get("isovalue");
-  const auto steps = parameters.get("steps");
-  const auto level = parse_index(parameters.get("level").value_or("0"));
-  if (!text || !level || !parameters.are_valid()) {
-    return invalid_argument(
-        "isovalues: expected isovalue=v,v,… or isovalue=a..b, and optionally steps=n and level=L, "
-        "each once, and no other parameter");
-  }
-  const auto isovalues = parse_isovalues(*text, steps, call.limits.query_isovalues);
+  const Target& target = call.target;
+  const auto level = parse_index(target.parameter("level").value_or("0"));
+  if (!level) return invalid_argument("level: expected a number");
+  const auto isovalues = parse_isovalues(*target.parameter("isovalue"), target.parameter("steps"),
+                                         call.limits.query_isovalues);
   if (!isovalues) return error_response(isovalues.error());
   const StoreFile& store = *call.volume->store;
   const ValueMapping& mapping = store.info().mapping;

@@ -33,6 +33,7 @@
 #include "server/log_file.h"
 #include "server/metrics.h"
 #include "server/page_loader.h"
+#include "server/refusals.h"
 #include "server/router.h"
 #include "server/server_log.h"
 #include "server/service_manager.h"
@@ -101,8 +102,11 @@ struct Server::State {
       : options(std::move(given)),
         access_file(std::move(its_access_file)),
         proxies(std::move(its_proxies)),
-        log(options.log, options.access_log),
-        catalog(options.stores, [this](std::string_view line) { log.line(line); }),
+        log({options.log, options.log_file}, {options.access_log, access_file}),
+        catalog(
+            options.stores, [this](std::string_view line) { log.line(line); },
+            options.follow_outside_links ? Catalog::OutsideLinks::followed
+                                         : Catalog::OutsideLinks::refused),
         stores(pool_limits(options.limits), [this](std::string_view line) { log.line(line); }),
         router(catalog, stores, router_limits(options.limits)),
         admission(options.limits.connections, options.limits.connections_per_address),
@@ -225,6 +229,7 @@ Result<void> Server::State::load_access() {
   const std::lock_guard lock(access_mutex);
   auto rules = read_access(options, fetched_keys);
   if (!rules) return tl::unexpected(rules.error());
+  for (const std::string& warning : secret_file_warnings(options)) log.line(warning);
   has_access_rules = !(*rules)->is_open();
   router.set_access(std::move(*rules));
   return {};
@@ -301,22 +306,31 @@ void Server::State::follow_keys() {
   }
 }
 
+/// Reads each of them again. Those that are wrong stay as they were, whatever becomes of the
+/// others.
 Result<void> Server::State::reload() {
-  Result<void> loaded = load_access();
-  if (Result<void> loaded_tls = load_tls_files(); loaded) loaded = std::move(loaded_tls);
-  if (access_file) {
-    if (Result<void> opened = access_file->reopen(); loaded) loaded = std::move(opened);
+  std::vector<std::pair<std::string_view, Result<void>>> parts;
+  parts.emplace_back("tokens and keys", load_access());
+  if (!options.tls_certificate.empty()) parts.emplace_back("certificate", load_tls_files());
+  if (access_file) parts.emplace_back("access log", access_file->reopen());
+  Result<void> first;
+  for (const auto& [name, loaded] : parts) {
+    if (loaded) continue;
+    log.line(
+        fmt::format("{}: not read again, the old ones stay: {}", name, loaded.error().message));
+    if (first) first = loaded;
   }
-  log.line(loaded ? "tokens, keys, certificates and logs: opened again"
-                  : "tokens, keys, certificates and logs: the old ones stay: " +
-                        loaded.error().message);
-  metrics.add_reload(loaded.has_value());
+  for (const auto& [name, loaded] : parts) {
+    if (!first && loaded) log.line(fmt::format("{}: opened again", name));
+  }
+  if (first) log.line("tokens, keys, certificates and logs: opened again");
+  metrics.add_reload(first.has_value());
   {
     const std::lock_guard lock(done_mutex);
     are_keys_wanted = true;
   }
   done_changed.notify_all();
-  return loaded;
+  return first;
 }
 
 Awaitable<void> Server::State::accept_on(Acceptor& acceptor, bool has_tls) {
@@ -338,7 +352,13 @@ Awaitable<void> Server::State::accept_on(Acceptor& acceptor, bool has_tls) {
     std::string address = is_of_proxy ? Admission::kOfProxy : peer_address.client_key();
     const Admission::Verdict verdict =
         admission.enter(address, [this] { return close_longest_waiting(); });
-    if (verdict == Admission::Verdict::ignored) continue;
+    if (verdict == Admission::Verdict::ignored) {
+      ++metrics.connections_refused;
+      if (log.has_access_log()) {
+        log.access(refusal_line(options.log_format, peer_address.client_key(), 0, 0));
+      }
+      continue;
+    }
     worker.adopt(std::move(socket), std::move(address), verdict, has_tls ? tls_context() : nullptr);
   }
 }
@@ -397,8 +417,10 @@ void Server::State::follow_files() {
     if (Clock::now() < next && !has_changed) continue;
     stores.trim(*snapshot);
     if (Clock::now() < next) continue;
+    router.count_volumes();
     page.load_if_changed();
-    if (access_file) metrics.access_log_lost = access_file->lost();
+    metrics.log_dropped = log.dropped();
+    metrics.access_log_dropped = log.access_dropped();
     next = Clock::now() + options.scan_interval;
   }
 }
@@ -582,11 +604,6 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
     auto opened = LogFile::open(options.access_log_file);
     if (!opened) return tl::unexpected(opened.error());
     access_file = std::move(*opened);
-    options.access_log = [access_file,
-                          also = std::move(options.access_log)](std::string_view line) {
-      access_file->add(line);
-      if (also) also(line);
-    };
   }
   auto state =
       std::make_unique<State>(std::move(options), std::move(access_file), std::move(*proxies));
@@ -621,6 +638,7 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
                                     : chosen_options.cookie_name);
   if (Result<void> chosen = state->choose_policy(); !chosen) return tl::unexpected(chosen.error());
   state->catalog.scan();
+  state->router.count_volumes();
   state->run();
   return std::unique_ptr<Server>(new Server(std::move(state)));
 }
@@ -652,8 +670,9 @@ bool Server::has_stores() const {
 }
 
 std::vector<Server::Volume> Server::volumes() const {
+  const std::shared_ptr<const CatalogSnapshot> snapshot = state_->catalog.snapshot();
   std::vector<Volume> volumes;
-  for (const auto& [name, entry] : *state_->catalog.snapshot()) {
+  for (const auto& [name, entry] : *snapshot) {
     const auto summary = state_->stores.summary(*entry);
     volumes.push_back(
         {name, entry->path, summary->content, summary->error ? summary->error->message : ""});

@@ -13,6 +13,7 @@
 
 #include "server/access_log.h"
 #include "server/jwt.h"
+#include "server/log_file.h"
 #include "server/origin_policy.h"
 #include "server/trusted_proxies.h"
 #include "shared/base/status.h"
@@ -68,6 +69,9 @@ struct ServerOptions {
   /// scan_interval. A store is opened when it is first asked for. One that cannot be opened is
   /// listed with its error.
   std::vector<std::filesystem::path> stores;
+  /// Whether links to stores outside of the folders above are followed. Otherwise such a link is
+  /// not served.
+  bool follow_outside_links = true;
   /// Pages of other origins that may read the data. Absent: none, which requires a `host` on the
   /// loopback interface. On other interfaces the choice must be made, here or by `is_public`.
   std::optional<CrossOrigin> cross_origin;
@@ -114,6 +118,8 @@ struct ServerOptions {
   /// Called with one line (no line break) about stores, the page and faults. From any thread, one
   /// call at a time.
   std::function<void(std::string_view line)> log;
+  /// Where these lines are written; null: nowhere.
+  std::shared_ptr<LogFile> log_file;
   /// Where the access log is appended, one line per response; "-": the standard output; empty:
   /// none. Opened again on SIGHUP.
   std::filesystem::path access_log_file;

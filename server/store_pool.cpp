@@ -40,6 +40,10 @@ bool is_passing(const Error& error) {
 Result<std::shared_ptr<const StoreFile>> StorePool::open_file(const CatalogEntry& entry) {
   for (bool is_first = true;; is_first = false) {
     auto opened = StoreFile::open(entry.path, limits_.directory_bytes);
+    if (opened && entry.must_be_identity && !((*opened)->identity() == *entry.identity)) {
+      return fail(Status::io_error,
+                  entry.path.string() + ": was replaced while it was opened: try again");
+    }
     if (opened) return std::shared_ptr<const StoreFile>(std::move(*opened));
     if (opened.error().status != Status::io_error || has_descriptors()) {
       return tl::unexpected(std::move(opened.error()));
@@ -62,8 +66,14 @@ std::shared_ptr<const StoreSummary> StorePool::remember(
   const bool is_passing_error = summary->error && is_passing(*summary->error);
   const bool is_news = is_passing_error ? entry.summary.set_passing(summary->error->message)
                                         : entry.summary.set(summary);
+  if (is_news) ++news_;
   if (is_news && summary->error) {
     log_(fmt::format("volume {} is not served: {}", entry.name, store.error().message));
+  } else if (is_news && !entry.content_before.empty() && entry.content_before != summary->content) {
+    log_(
+        fmt::format("volume {}: {} has another content now: {} in place of {}: tokens and links "
+                    "for this name admit to it",
+                    entry.name, entry.path.string(), summary->content, entry.content_before));
   } else if (is_news && !entry.is_one_of_many) {
     log_(fmt::format("volume {}: {}, content {}", entry.name, entry.path.string(),
                      summary->content));

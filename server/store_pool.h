@@ -45,6 +45,9 @@ class StorePool {
   size_t size() const;                         ///< stores that are open now
   uint64_t opened() const { return opened_; }  ///< how often a store was opened for a request
 
+  /// A number that changes when something new is known of a store.
+  uint64_t news() const { return news_; }
+
  private:
   struct Open {
     uint64_t id = 0;  ///< of the entry
@@ -63,6 +66,7 @@ class StorePool {
   const Limits limits_;
   const Log log_;
   std::atomic<uint64_t> opened_{0};
+  std::atomic<uint64_t> news_{0};
   mutable std::mutex mutex_;
   std::list<Open> by_use_;                            // guarded by mutex_; the last used first
   std::unordered_map<uint64_t, Position> positions_;  // guarded by mutex_; by id

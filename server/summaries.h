@@ -35,9 +35,6 @@ class Summaries {
   /// Null if it cannot be read now: it must wait, or needs another turn, which `turn` then says.
   std::shared_ptr<const StoreSummary> of(const CatalogEntry& entry);
 
-  /// How many headers were read.
-  uint32_t read() const { return read_; }
-
  private:
   const RouteCall& call_;
   uint32_t read_ = 0;

@@ -9,15 +9,6 @@
 namespace isosplat {
 namespace {
 
-/// A client's text for an error message, in quotes, shortened to kMaxLength bytes.
-std::string quoted(std::string_view text) {
-  constexpr size_t kMaxLength = 40;
-  std::string result = "\"";
-  result += text.substr(0, kMaxLength);
-  result += text.size() > kMaxLength ? "…\"" : "\"";
-  return result;
-}
-
 int hex_digit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
   if (c >= 'a' && c <= 'f') return c - 'a' + 10;
@@ -29,7 +20,15 @@ int hex_digit(char c) {
 /// since encodeURIComponent escapes the slashes of "0/1.2.3/4".
 enum class EscapedSlash { refused, allowed };
 
-Result<std::string> decode(std::string_view raw, EscapedSlash slash) {
+/// Whether letters and digits may be escaped, which no client needs. Each choice of escapes would
+/// be another URL of the same resource, of which caches keep another copy.
+enum class EscapedLetters { refused, allowed };
+
+bool is_letter_or_digit(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+}
+
+Result<std::string> decode(std::string_view raw, EscapedSlash slash, EscapedLetters letters) {
   std::string text;
   text.reserve(raw.size());
   for (size_t i = 0; i < raw.size(); ++i) {
@@ -49,6 +48,10 @@ Result<std::string> decode(std::string_view raw, EscapedSlash slash) {
       return fail(Status::invalid_argument,
                   "target: expected no escaped control character, \"/\" or \"\\\": no name "
                   "contains one");
+    }
+    if (letters == EscapedLetters::refused && is_letter_or_digit(c)) {
+      return fail(Status::invalid_argument,
+                  fmt::format("target: expected \"{}\" as it is, found it escaped", c));
     }
     text += c;
     i += 2;
@@ -81,6 +84,25 @@ Result<std::vector<Item>> parse_list(std::string_view text, const char* what, Pa
 
 }  // namespace
 
+std::string quoted(std::string_view text) {
+  constexpr size_t kMaxLength = 40;
+  std::string result = "\"";
+  result += text.substr(0, kMaxLength);
+  result += text.size() > kMaxLength ? "…\"" : "\"";
+  return result;
+}
+
+bool is_data(const Target& target) {
+  const std::string& first = target.segments[0];
+  return first == "v1" || first == "healthz" || first == "readyz" || first == "metrics";
+}
+
+std::optional<std::string_view> Target::parameter(std::string_view name) const {
+  const auto found = std::ranges::find(query, name, [](const auto& item) { return item.first; });
+  if (found == query.end()) return std::nullopt;
+  return found->second;
+}
+
 std::string Target::path() const {
   std::string result;
   for (const std::string& segment : segments) result += '/' + segment;
@@ -88,6 +110,10 @@ std::string Target::path() const {
 }
 
 Result<Target> parse_target(std::string_view raw) {
+  const auto no_empty_parameter = [] {
+    return fail(Status::invalid_argument,
+                "target: expected no \"?\" or \"&\" without a parameter behind it");
+  };
   for (const char c : raw) {
     if (!is_target_character(c)) {
       return fail(Status::invalid_argument,
@@ -114,7 +140,8 @@ Result<Target> parse_target(std::string_view raw) {
   std::string_view query = raw.substr(std::min(mark + 1, raw.size()));
   while (true) {
     const size_t slash = path.find('/');
-    Result<std::string> segment = decode(path.substr(0, slash), EscapedSlash::refused);
+    Result<std::string> segment =
+        decode(path.substr(0, slash), EscapedSlash::refused, EscapedLetters::refused);
     if (!segment) return tl::unexpected(segment.error());
     if (*segment == "." || *segment == "..") {
       return fail(Status::invalid_argument,
@@ -126,17 +153,21 @@ Result<Target> parse_target(std::string_view raw) {
   }
 
   // The page's program parses the page's query and reports errors. The server only looks for the
-  // volume's name in it.
-  const bool is_for_page = target.segments.front() != "v1";
+  // volume's name, and for tokens and links, in it.
+  const bool is_for_page = !is_data(target);
+  const auto letters = is_for_page ? EscapedLetters::allowed : EscapedLetters::refused;
+  if (!is_for_page && mark + 1 == raw.size()) return no_empty_parameter();
   while (!query.empty()) {
     const size_t end = std::min(query.find('&'), query.size());
     const std::string_view item = query.substr(0, end);
+    const bool is_last = end == query.size();
     query.remove_prefix(std::min(end + 1, query.size()));
+    if (!is_for_page && (item.empty() || (query.empty() && !is_last))) return no_empty_parameter();
     if (item.empty()) continue;
     const size_t equals = std::min(item.find('='), item.size());
-    Result<std::string> key = decode(item.substr(0, equals), EscapedSlash::allowed);
+    Result<std::string> key = decode(item.substr(0, equals), EscapedSlash::allowed, letters);
     Result<std::string> value =
-        decode(item.substr(std::min(equals + 1, item.size())), EscapedSlash::allowed);
+        decode(item.substr(std::min(equals + 1, item.size())), EscapedSlash::allowed, letters);
     if (is_for_page && (!key || !value)) continue;
     if (!key) return tl::unexpected(key.error());
     if (!value) return tl::unexpected(value.error());

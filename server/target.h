@@ -23,40 +23,26 @@ struct Target {
 
   /// The decoded path: the segments, each after a "/".
   std::string path() const;
+
+  /// The value of the first parameter of this name in the query.
+  std::optional<std::string_view> parameter(std::string_view name) const;
 };
 
 /// Parses origin form ("/path?query") and absolute form ("http://host/path?query").
 ///
 /// Errors (invalid_argument): a character that is not allowed in a target, a fragment, "%" without
 /// two hexadecimal digits, an escaped "/", "\" or control character, and the segments "." and "..",
-/// escaped or not, which clients must resolve. "+" is not decoded. Outside of /v1, items of the
-/// query that cannot be decoded are omitted: they belong to the page.
+/// escaped or not, which clients must resolve. "+" is not decoded. So that each resource has one
+/// URL, and caches keep one copy of it, paths and the queries of data have no escaped letter or
+/// digit, and the queries of data no empty item. The query of the page belongs to its program:
+/// items that cannot be decoded are omitted.
 Result<Target> parse_target(std::string_view raw);
 
-/// The parameters of a query. Each may occur once, and there may be no others.
-class Parameters {
- public:
-  explicit Parameters(const Target& target) : target_(target) {}
+/// Whether a target belongs to the data interface; all other targets belong to the page.
+bool is_data(const Target& target);
 
-  std::optional<std::string_view> get(std::string_view key) {
-    std::optional<std::string_view> value;
-    for (const auto& [name, text] : target_.query) {
-      if (name != key) continue;
-      repeated_ = repeated_ || value.has_value();
-      value = text;
-      ++known_;
-    }
-    return value;
-  }
-
-  /// Whether no parameter is unknown or repeated. Call after get() of all keys.
-  bool are_valid() const { return !repeated_ && known_ == target_.query.size(); }
-
- private:
-  const Target& target_;
-  size_t known_ = 0;
-  bool repeated_ = false;
-};
+/// A client's text for an error message: in quotes, shortened to 40 bytes.
+std::string quoted(std::string_view text);
 
 /// A decimal number of at most `max`, without sign, leading zero or other characters. Each number
 /// has one spelling, so that each resource has one URL.

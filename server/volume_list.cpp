@@ -15,9 +15,10 @@ bool has_word(std::string_view text, std::string_view word) {
   return text.find(word) != std::string_view::npos;
 }
 
-struct ListProgress : CatalogProgress {
-  using CatalogProgress::CatalogProgress;
-
+/// How far a list is. Entries before `next` are done.
+struct ListProgress : WorkTurn::Progress {
+  std::shared_ptr<const VolumeView> view;
+  size_t next = 0;
   uint64_t total = 0, bytes = 0;
   std::string items;
 };
@@ -35,23 +36,46 @@ std::optional<bool> matches(Summaries& summaries, const CatalogEntry& entry,
   });
 }
 
-/// Adds the next volumes. Returns false if it cannot go on in this turn.
-bool add_volumes(const RouteCall& call, const ListQuery& query, ListProgress& list) {
+/// Adds an entry's item. Returns false if it cannot be read in this turn.
+bool add_item(Summaries& summaries, const CatalogEntry& entry, ListProgress& list) {
+  const auto summary = summaries.of(entry);
+  if (!summary) return false;
+  list.items += list.items.empty() ? "\n" : ",\n";
+  list.items += summary->list_item;
+  return true;
+}
+
+/// Adds the volumes of a list without words: no others are looked at. Returns false if it cannot go
+/// on in this turn.
+bool add_part(const RouteCall& call, const ListQuery& query, ListProgress& list) {
   Summaries summaries(call);
-  for (; list.next != list.catalog->end(); ++list.next) {
-    const CatalogEntry& entry = *list.next->second;
-    if (!call.may_read(entry)) continue;
-    if (!query.words.empty()) {
-      const std::optional<bool> is_match = matches(summaries, entry, query.words);
-      if (!is_match) return false;
-      if (!*is_match) continue;
+  const auto& entries = list.view->entries;
+  list.total = entries.size();
+  list.bytes = list.view->bytes;
+  list.next = std::max<size_t>(list.next, query.offset);
+  const size_t end = std::min<size_t>(entries.size(), size_t{query.offset} + query.limit);
+  for (; list.next < end; ++list.next) {
+    if (!add_item(summaries, *entries[list.next], list)) return false;
+  }
+  return true;
+}
+
+/// Adds the next volumes that have the words. Returns false if it cannot go on in this turn.
+bool add_matches(const RouteCall& call, const ListQuery& query, ListProgress& list) {
+  constexpr size_t kSearchedPerTurn = 5000;
+  Summaries summaries(call);
+  const auto& entries = list.view->entries;
+  for (size_t searched = 0; list.next < entries.size(); ++list.next, ++searched) {
+    if (call.turn && searched == kSearchedPerTurn) {
+      call.turn->is_unfinished = true;
+      return false;
     }
-    if (list.total >= query.offset && list.total - query.offset < query.limit) {
-      const auto summary = summaries.of(entry);
-      if (!summary) return false;
-      list.items += list.items.empty() ? "\n" : ",\n";
-      list.items += summary->list_item;
-    }
+    const CatalogEntry& entry = *entries[list.next];
+    const std::optional<bool> is_match = matches(summaries, entry, query.words);
+    if (!is_match) return false;
+    if (!*is_match) continue;
+    const bool is_within = list.total >= query.offset && list.total - query.offset < query.limit;
+    if (is_within && !add_item(summaries, entry, list)) return false;
     if (entry.identity) list.bytes += entry.identity->bytes;
     ++list.total;
   }
@@ -61,15 +85,9 @@ bool add_volumes(const RouteCall& call, const ListQuery& query, ListProgress& li
 }  // namespace
 
 Result<ListQuery> parse_list_query(const Target& target) {
-  Parameters parameters(target);
-  const auto text = parameters.get("query");
-  const auto offset = parameters.get("offset");
-  const auto limit = parameters.get("limit");
-  if (!parameters.are_valid()) {
-    return fail(Status::invalid_argument,
-                "volumes: expected query=, offset= and limit=, each at most once, and no other "
-                "parameter");
-  }
+  const auto text = target.parameter("query");
+  const auto offset = target.parameter("offset");
+  const auto limit = target.parameter("limit");
   ListQuery query;
   if (offset) {
     const auto number = parse_index(*offset);
@@ -99,15 +117,24 @@ Result<ListQuery> parse_list_query(const Target& target) {
 }
 
 std::optional<std::string> list_volumes(const RouteCall& call, const ListQuery& query) {
-  // A long list takes milliseconds: other requests of this thread do not wait for it.
-  constexpr size_t kShortList = 1000;
-  if (call.no_wait && call.catalog->size() > kShortList) {
-    call.no_wait->needs_disk = true;
-    return std::nullopt;
-  }
+  // Going through many volumes takes milliseconds: other requests of this thread do not wait for
+  // it.
+  constexpr size_t kFew = 1000;
+  const bool are_many = call.catalog->size() > kFew;
   std::unique_ptr<WorkTurn::Progress> own;
-  auto& list = progress_of<ListProgress>(call, own);
-  if (!add_volumes(call, query, list)) return std::nullopt;
+  std::unique_ptr<WorkTurn::Progress>& progress = call.turn ? call.turn->progress : own;
+  if (!progress) {
+    auto begun = std::make_unique<ListProgress>();
+    begun->view = call.views.find(call.catalog, call.grant);
+    if (call.no_wait && are_many && (!begun->view || !query.words.empty())) {
+      call.no_wait->needs_disk = true;
+      return std::nullopt;
+    }
+    if (!begun->view) begun->view = call.views.make(call.catalog, call.grant);
+    progress = std::move(begun);
+  }
+  auto& list = static_cast<ListProgress&>(*progress);
+  if (!(query.words.empty() ? add_part : add_matches)(call, query, list)) return std::nullopt;
   return fmt::format("{{\"total\":{},\"fileBytes\":{},\"offset\":{},\"volumes\":[{}]}}\n",
                      list.total, list.bytes, query.offset, list.items);
 }

@@ -8,7 +8,7 @@ namespace isosplat {
 
 Response health_response(const RouteCall& call);
 
-/// openapi.json.
+/// The description of the routes for programs.
 Response openapi_response(const RouteCall& call);
 
 Response volumes_response(const RouteCall& call);

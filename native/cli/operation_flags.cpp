@@ -65,6 +65,8 @@ void OperationFlags::add_to(CLI::App& command) {
   command.add_option("--log-format", log_format_, "Of the access log: plain, common or json")
       ->check(CLI::IsMember(log_formats()))
       ->capture_default_str();
+  command.add_flag("--no-outside-links", no_outside_links_,
+                   "Do not serve links to stores outside of the folders that are served");
   command.add_flag("-v,--verbose", verbose_, "Print each request");
 }
 
@@ -81,10 +83,11 @@ Result<void> OperationFlags::apply(ServerOptions& options) const {
   options.limits.bytes_per_second = static_cast<double>(*rate_bytes);
   options.limits.bytes_in_flight = *in_flight;
   options.limits.open_stores = open_stores_;
+  options.follow_outside_links = !no_outside_links_;
   options.access_log_file = access_log_;
   if (!access_log_.empty()) options.log_format = log_formats().at(log_format_);
   if (verbose_) {
-    options.access_log = [](std::string_view line) { fmt::print(stderr, "{}\n", line); };
+    options.access_log = [file = options.log_file](std::string_view line) { file->add(line); };
   }
   return {};
 }

@@ -23,7 +23,7 @@ class OperationFlags {
            connections_ = ServerLimits{}.connections,
            connections_per_address_ = ServerLimits{}.connections_per_address,
            open_stores_ = ServerLimits{}.open_stores;
-  bool verbose_ = false;
+  bool verbose_ = false, no_outside_links_ = false;
 };
 
 }  // namespace isosplat::cli

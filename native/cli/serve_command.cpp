@@ -86,15 +86,16 @@ void add_serve_command(CLI::App& program, int& exit_code) {
       "    --tls-cert a.example.pem --tls-key a.example.key\n"
       "Without --host, only this machine reaches the server, and only its own page reads\n"
       "the volumes.\n"
-      "A line of the token file is TOKEN PATTERN…: a pattern is the name of a volume, in\n"
-      "which * stands for any characters, or a folder with a slash (stores/ct/); the word\n"
-      "anyone in place of a token admits everyone, user:NAME and group:NAME whom an\n"
-      "identity provider or a proxy names. ISOSPLAT_TOKEN admits to all volumes,\n"
-      "ISOSPLAT_LINK_KEY is the key of links. SIGHUP reads tokens, keys and certificates\n"
-      "again, and opens the access log anew.\n"
+      "A line of the token file is TOKEN [name=NAME] PATTERN…: NAME is for the access log; a\n"
+      "pattern is the name of a volume, in which * stands for any characters, or the path of a\n"
+      "folder or store with a slash (stores/ct/); the word anyone in place of a token admits\n"
+      "everyone, user:NAME and group:NAME whom an identity provider or a proxy names.\n"
+      "ISOSPLAT_TOKEN admits to all volumes, ISOSPLAT_LINK_KEY is the key of links.\n"
+      "SIGHUP reads tokens, keys and certificates again, and opens the access log anew.\n"
       "A file for --config has lines such as: stores = [\"/srv/ct\", \"/srv/mr\"]\n"
-      "A folder is served with its subfolders: ct/head.isosplat is the volume ct~head. New,\n"
-      "replaced and removed stores are noticed at once."));
+      "A folder is served with its subfolders: ct/head.isosplat is the volume ct~head. If several\n"
+      "folders are served, their names are in front: stores~ct~head. New, replaced and removed\n"
+      "stores are noticed at once."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

@@ -46,7 +46,7 @@ void ServerFlags::add_to(CLI::App& command) {
                   "Tell browsers to use only https for this host, for so long: 1h, 365d")
       ->type_name("TIME");
   command.add_option("--token-file", token_file_,
-                     "Who may read: lines of a token (or anyone) and names or folders of volumes");
+                     "Who may read: lines of a token (or anyone) and names or paths of volumes");
   command.add_option("--link-key-file", link_key_file_,
                      "Key of the links that sign-link makes (at least 32 bytes)");
   command.add_option("--revoked-links", revoked_links_,
@@ -57,6 +57,7 @@ void ServerFlags::add_to(CLI::App& command) {
 
 Result<ServerOptions> ServerFlags::options() const {
   ServerOptions options;
+  options.log_file = LogFile::standard_error();
   options.host = host_;
   options.port = port_;
   options.web_root = find_page(web_root_);

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <csignal>
+#include <memory>
+
 #include "native/cli/command.h"
 #include "native/cli/terminal.h"
 #include "server/hand_over.h"
@@ -25,24 +28,26 @@ std::filesystem::path find_page(const std::string& given) {
 }
 
 int serve_until_stopped(ServerOptions options, const std::string& query) {
+  const std::shared_ptr<LogFile> log = options.log_file;
   if (options.web_root.empty()) {
-    note("the page has not been built: only the data is served. npm run build builds the page");
+    log->add(
+        "note: the page has not been built: only the data is served. npm run build builds the "
+        "page");
   }
   options.handle_signals = true;
-  if (!options.log) {
-    options.log = [](std::string_view line) { fmt::print(stderr, "{}\n", line); };
-  }
+  // What reads the standard output may end, or be slow: the server goes on.
+  std::signal(SIGPIPE, SIG_IGN);
+  const auto output = LogFile::standard_output();
   auto server = Server::start(std::move(options));
   if (!server) return report(server.error());
   if (!(*server)->has_stores()) {
-    note(
-        "there is no store yet: a store that isosplat build writes there is served within a "
+    log->add(
+        "note: there is no store yet: a store that isosplat build writes there is served within a "
         "second");
   }
   std::string url = (*server)->url();
   if (!query.empty()) url += "?" + query;
-  fmt::print("Isosplat is ready: {}   (Ctrl-C stops it)\n", url);
-  std::fflush(stdout);
+  output->add(fmt::format("Isosplat is ready: {}   (Ctrl-C stops it)", url));
   notify_service_manager("READY=1");
   notify_predecessor();
   (*server)->wait();

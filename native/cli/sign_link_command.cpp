@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "native/cli/command.h"
 #include "native/cli/durations.h"
@@ -19,7 +21,8 @@ namespace isosplat::cli {
 namespace {
 
 struct SignCall {
-  std::string volume, folder, key_file, expires = "7d", url = "http://localhost:8080/";
+  std::string volume, key_file, expires = "7d", url = "http://localhost:8080/";
+  std::vector<std::string> folders;
 };
 
 Result<std::string> read_key(const std::string& file) {
@@ -44,38 +47,37 @@ Result<std::string> read_key(const std::string& file) {
   return key;
 }
 
-/// The name on the server of a store of the folder that is served: as the server finds it.
-Result<std::string> name_in_folder(const SignCall& call) {
+/// The name on the server of a store of the folders that are served: as the server finds it.
+Result<std::string> name_in_folders(const SignCall& call) {
   namespace fs = std::filesystem;
   std::error_code error;
   // Only the folder's links are resolved: the name is that of the link that is served.
   const fs::path store = fs::weakly_canonical(fs::absolute(call.volume).parent_path(), error) /
                          fs::path(call.volume).filename();
-  Catalog catalog({fs::canonical(call.folder, error)}, [](std::string_view) {});
+  Catalog catalog({call.folders.begin(), call.folders.end()}, [](std::string_view) {});
   catalog.scan();
-  for (const auto& [name, entry] : *catalog.snapshot()) {
-    if (entry->path == store) return name;
+  const std::shared_ptr<const CatalogSnapshot> snapshot = catalog.snapshot();
+  for (const auto& [name, entry] : *snapshot) {
+    if (fs::path(entry->folder) / entry->file == store) return name;
   }
   return fail(Status::invalid_argument,
               fmt::format("{}: expected a store that is served from {}, which --folder names: a "
                           "file *{} in it or below it",
-                          call.volume, call.folder, kStoreExtension));
+                          call.volume, fmt::join(call.folders, " and "), kStoreExtension));
 }
 
 /// The name on the server of the volume that was given by its name or its store.
 Result<std::string> name_of(const SignCall& call) {
-  if (!call.folder.empty()) return name_in_folder(call);
+  if (!call.folders.empty()) return name_in_folders(call);
   const bool is_store =
       call.volume.find('/') != std::string::npos || call.volume.ends_with(kStoreExtension);
-  if (is_store) return url_name(call.volume);
-  std::string name;  // it may have folders: "ct~head"
-  for (std::string_view rest = call.volume;;) {
-    const std::string_view segment = rest.substr(0, rest.find(kFolderSeparator));
-    name += url_name(segment);
-    if (segment.size() == rest.size()) return name;
-    name += kFolderSeparator;
-    rest.remove_prefix(segment.size() + 1);
-  }
+  if (!is_store && is_volume_name(call.volume)) return call.volume;
+  // Another store may have the name that this one would have alone.
+  return fail(
+      Status::invalid_argument,
+      fmt::format("{}: expected the name of a volume as the server lists it, or a store and "
+                  "--folder with each folder or store that is served",
+                  call.volume));
 }
 
 int run(const SignCall& call) {
@@ -110,9 +112,11 @@ void add_sign_link_command(CLI::App& program, int& exit_code) {
   command->add_option("volume", call->volume, "The volume's name on the server, or its store")
       ->required();
   command
-      ->add_option("--folder", call->folder,
-                   "The folder that is served, if the store is in a subfolder of it")
-      ->check(CLI::ExistingDirectory);
+      ->add_option("--folder", call->folders,
+                   "What is served, as serve was given it, if the volume is given by its store; "
+                   "may be repeated")
+      ->check(CLI::ExistingPath)
+      ->allow_extra_args(false);
   command->add_option("--link-key-file", call->key_file,
                       "The key of the server (default: ISOSPLAT_LINK_KEY)");
   command->add_option("--expires", call->expires, "How long it admits: 30m, 12h, 7d")

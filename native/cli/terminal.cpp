@@ -9,11 +9,19 @@
 #include <cstdio>
 
 #include "native/cli/command.h"
+#include "server/printable_text.h"
 
 namespace isosplat::cli {
 namespace {
 
 bool quiet = false;
+
+/// Prints a line on the standard error, if that takes it: a full disk there is no error of the
+/// command.
+void print_line(const char* prefix, std::string_view text) {
+  const std::string line = prefix + printable_text(text) + '\n';
+  std::fwrite(line.data(), 1, line.size(), stderr);
+}
 
 }  // namespace
 
@@ -22,17 +30,13 @@ void set_quiet() {
 }
 
 int report(const Error& error) {
-  std::string line =
-      error.message.empty() ? std::string(status_cause(error.status)) : error.message;
-  for (char& c : line) {
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  }
-  fmt::print(stderr, "isosplat: {}\n", line);
+  print_line("isosplat: ",
+             error.message.empty() ? status_cause(error.status) : std::string_view(error.message));
   return error.status == Status::invalid_argument ? kUsage : kFailure;
 }
 
 void note(std::string_view text) {
-  if (!quiet) fmt::print(stderr, "note: {}\n", text);
+  if (!quiet) print_line("note: ", text);
 }
 
 std::string no_isosurface(const StoreInfo& info, double isovalue) {

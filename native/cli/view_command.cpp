@@ -107,7 +107,7 @@ Result<std::filesystem::path> find_or_build_store(const ViewCall& call) {
                           "\n" + call.build_flags.key() + "\n" ISOSPLAT_VERSION;
   const XXH128_hash_t hash = XXH3_128bits(key.data(), key.size());
   const auto store =
-      *folder / fmt::format("{}-{:016x}.isosplat", url_name(store_stem(call.volume) + ".isosplat"),
+      *folder / fmt::format("{}-{:016x}.isosplat", name_segment(store_stem(call.volume)),
                             hash.low64 ^ hash.high64);
   if (!call.rebuild && StoreFile::open(store)) {
     note(fmt::format("{} exists already: --rebuild builds it again", store.string()));
@@ -130,8 +130,8 @@ int run(const ViewCall& call) {
     if (!token) return report(token.error());
     options->tokens = {std::move(*token)};
   }
-  const std::string query =
-      fmt::format("token={}&volume={}", options->tokens.front(), url_name(*store));
+  const std::string query = fmt::format("token={}&volume={}", options->tokens.front(),
+                                        name_segment(stem_of_store(*store)));
   return serve_until_stopped(std::move(*options), query);
 }
 

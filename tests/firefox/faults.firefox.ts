@@ -3,9 +3,11 @@
 import {
   copyFileSync,
   mkdtempSync,
+  readdirSync,
   readFileSync,
   renameSync,
   rmSync,
+  symlinkSync,
   writeFileSync,
 } from "node:fs";
 import { tmpdir } from "node:os";
@@ -28,7 +30,10 @@ beforeAll(async () => {
   folder = mkdtempSync(join(tmpdir(), "isosplat-firefox-"));
   const bucky = readFileSync(join(demoFolder, "bucky.isosplat"));
   writeFileSync(join(folder, "damaged.isosplat"), damagedChunks(bucky, 24));
-  server = await serve([demoFolder, folder]);
+  for (const store of readdirSync(demoFolder).filter((name) => name.endsWith(".isosplat"))) {
+    symlinkSync(join(demoFolder, store), join(folder, store));
+  }
+  server = await serve([folder]);
   firefox = await startFirefox();
 });
 afterAll(async () => {

@@ -293,6 +293,92 @@ TEST(CliServe, TakesOptionsFromAFileAndTheCommandLineFirst) {
   EXPECT_EQ(access(log.c_str(), F_OK), 0) << "the access log of the file was not opened";
 }
 
+/// A server whose standard output and error are the descriptors of the test, on a free port.
+class Piped {
+ public:
+  /// `output`: closed here once the server has it.
+  Piped(const std::string& store, int output) {
+    child_ = ::fork();
+    if (child_ == 0) {
+      ::dup2(listener_.socket, 3);
+      ::setenv("LISTEN_FDS", "1", 1);
+      ::setenv("LISTEN_PID", std::to_string(::getpid()).c_str(), 1);
+      ::dup2(output, 1);
+      ::dup2(output, 2);
+      std::string program = ISOSPLAT_PROGRAM, command = "serve", path = store, verbose = "-v";
+      char* arguments[] = {program.data(), command.data(), path.data(), verbose.data(), nullptr};
+      ::execv(program.c_str(), arguments);
+      ::_exit(127);
+    }
+    ::close(output);
+  }
+
+  /// Responses to requests whose lines in the log are 4 KB each.
+  void request(int count) const {
+    for (int i = 0; i < count; ++i) {
+      EXPECT_TRUE(get(listener_.port, "/?" + std::string(4000, 'x')).starts_with("HTTP/1.1 200 "));
+    }
+  }
+
+  uint64_t dropped() const {
+    const std::string text = get(listener_.port, "/metrics");
+    const std::string name = "\nisosplat_log_lines_dropped_total{log=\"server\"} ";
+    const size_t at = text.find(name);
+    return at == text.npos ? 0 : std::stoull(text.substr(at + name.size()));
+  }
+
+  void await_dropped() const {
+    for (int i = 0; i < 3000 && dropped() == 0; ++i) usleep(10'000);
+    EXPECT_GT(dropped(), 0u);
+  }
+
+  /// One SIGTERM ends it.
+  void stop() const {
+    ::kill(child_, SIGTERM);
+    int status = 0;
+    ::waitpid(child_, &status, 0);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+  }
+
+ private:
+  const Listener listener_;
+  pid_t child_ = -1;
+};
+
+TEST(CliServe, LivesWithAStandardErrorThatIsFull) {
+  const TempFolder folder;
+  const Piped server(store_in(folder), ::open("/dev/full", O_WRONLY | O_CLOEXEC));
+  server.request(3);
+  server.await_dropped();
+  server.stop();
+}
+
+TEST(CliServe, LivesWithAPipeWithoutAReader) {
+  const TempFolder folder;
+  int ends[2];
+  ASSERT_EQ(::pipe2(ends, O_CLOEXEC), 0);
+  const Piped server(store_in(folder), ends[1]);
+  server.request(1);
+  ::close(ends[0]);
+  server.request(3);
+  server.await_dropped();
+  server.stop();
+}
+
+TEST(CliServe, LivesWithAPipeThatBlocks) {
+  const TempFolder folder;
+  const std::string store = store_in(folder);
+  for (const int flags : {0, O_NONBLOCK}) {  // O_NONBLOCK: EAGAIN
+    int ends[2];
+    ASSERT_EQ(::pipe2(ends, O_CLOEXEC | flags), 0);
+    const Piped server(store, ends[1]);
+    server.request(400);
+    server.await_dropped();
+    server.stop();
+    ::close(ends[0]);
+  }
+}
+
 TEST(CliServe, NamesWhatIsWrongInTheFile) {
   const TempFolder folder;
   const std::string config = folder / "server.toml";

@@ -476,10 +476,17 @@ TEST(Cli, SignLinkPrintsAnAddress) {
   const TempFolder folder;
   const std::string key = folder / "key";
   write_file(key, std::string(64, 'k') + "\n");
-  const Ended link = run({"sign-link", "stores/head 1.isosplat", "--link-key-file", key,
-                          "--expires", "2h", "--url", "https://a.example/volumes"});
+  const Ended link = run({"sign-link", "head-1", "--link-key-file", key, "--expires", "2h", "--url",
+                          "https://a.example/volumes"});
   EXPECT_EQ(link.exit_code, 0) << link.err;
   EXPECT_TRUE(link.out.starts_with("https://a.example/volumes/?volume=head-1&exp=")) << link.out;
+  // Another store could have the name that these would have alone.
+  for (const char* const other :
+       {"stores/head-1.isosplat", "head 1", "head-1.isosplat", "a/b", ""}) {
+    const Ended refused = run({"sign-link", other, "--link-key-file", key});
+    EXPECT_EQ(refused.exit_code, 2) << other;
+    EXPECT_EQ(refused.out, "") << other;
+  }
   const std::string signature = link.out.substr(link.out.find("&sig=") + 5);
   EXPECT_EQ(signature.size(), 65u) << link.out;
   // A store of a subfolder: by its name, or by its path and the folder that is served.
@@ -488,8 +495,9 @@ TEST(Cli, SignLinkPrintsAnAddress) {
     std::filesystem::create_directories(folder.path() / "stores" / name);
     write_file(stores + "/" + name + "/head 1.isosplat", "");
   }
+  write_file(stores + "/ct/head-1.isosplat", "");
   for (const std::vector<std::string>& volume : std::vector<std::vector<std::string>>{
-           {"ct~head-1"}, {stores + "/ct/head 1.isosplat", "--folder", stores + "/"}}) {
+           {"ct~head-1"}, {stores + "/ct/head-1.isosplat", "--folder", stores + "/"}}) {
     std::vector<std::string> arguments = {"sign-link", "--link-key-file", key};
     arguments.insert(arguments.end(), volume.begin(), volume.end());
     const Ended below = run(arguments);
@@ -501,10 +509,16 @@ TEST(Cli, SignLinkPrintsAnAddress) {
   for (const char* const name : {"Müller", "Möller"}) {
     const Ended other = run({"sign-link", stores + "/" + name + "/head 1.isosplat", "--folder",
                              stores, "--link-key-file", key});
-    EXPECT_NE(other.out.find("?volume=M-ller-"), std::string::npos) << other.out << other.err;
+    EXPECT_NE(other.out.find("?volume=M-ller--"), std::string::npos) << other.out << other.err;
     names.insert(other.out.substr(0, other.out.find("&exp=")));
   }
   EXPECT_EQ(names.size(), 2u);
+  // Of two folders that are served, each is named.
+  const std::string mr = folder / "mr";
+  std::filesystem::create_directories(mr);
+  const Ended both = run({"sign-link", stores + "/ct/head-1.isosplat", "--folder", stores,
+                          "--folder", mr, "--link-key-file", key});
+  EXPECT_NE(both.out.find("/?volume=stores~ct~head-1&exp="), std::string::npos) << both.err;
   for (const std::string& missing :
        {stores + "/../other/head.isosplat", stores + "/ct/foot.isosplat"}) {
     const Ended refused = run({"sign-link", missing, "--folder", stores, "--link-key-file", key});

@@ -2,13 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
 #include <sstream>
 
-#include "server/log_file.h"
+#include "server/access_rules.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {
@@ -41,8 +42,13 @@ TEST(AccessLines, HaveTheFormsOfTheDocument) {
             "192.0.2.7 - - [22/Nov/2026:22:10:12 +0000] \"GET /v1/volumes HTTP/1.1\" 200 12 abc");
   EXPECT_EQ(access_line(entry(), LogFormat::json),
             "{\"time\":\"2026-11-22T22:10:12.345Z\",\"id\":\"abc\",\"address\":\"192.0.2.7\","
-            "\"method\":\"GET\",\"target\":\"/v1/volumes\",\"route\":\"/v1/volumes\","
-            "\"status\":200,\"bytes\":12,\"ms\":1.500}");
+            "\"client\":\"\",\"method\":\"GET\",\"target\":\"/v1/volumes\","
+            "\"route\":\"/v1/volumes\",\"status\":200,\"bytes\":12,\"ms\":1.500}");
+  AccessEntry named = entry();
+  named.client = "ward-3";
+  EXPECT_EQ(access_line(named, LogFormat::plain), "192.0.2.7 GET /v1/volumes 200 12 2ms ward-3");
+  EXPECT_TRUE(access_line(named, LogFormat::common).starts_with("192.0.2.7 - ward-3 ["));
+  EXPECT_EQ(nlohmann::json::parse(access_line(named, LogFormat::json))["client"], "ward-3");
 }
 
 TEST(AccessLines, HaveNoBytesOfClientsThatMeanSomething) {
@@ -79,6 +85,7 @@ TEST(RequestIds, AreTakenOverIfTheyAreHarmless) {
 
 class AccessLog : public ServerTest {
  protected:
+  static constexpr size_t npos = std::string::npos;
   const std::filesystem::path path = folder.path() / "access.log";
 };
 
@@ -143,16 +150,59 @@ TEST_F(AccessLog, AFileThatCannotBeOpenedIsAnError) {
   EXPECT_EQ(started.error().status, Status::io_error);
 }
 
-TEST_F(AccessLog, AFullDiskLosesLinesAndStopsNobody) {
-  options.access_log_file = "/dev/full";
+TEST_F(AccessLog, HasTheNameOfTheTokenAndNotTheToken) {
+  const std::string named = "0123456789abcdef-named", other = "0123456789abcdef-other";
+  write_file(folder.path() / "tokens",
+             named + " name=ward-3 alpha\n# comment\n" + other + " *\nanyone open\n");
+  options.token_file = folder.path() / "tokens";
+  options.tokens = {"0123456789abcdef-first"};
+  options.link_key = std::string(32, 'k');
+  options.access_log_file = path;
+  options.log_format = LogFormat::json;
   start();
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(get(port(), "/healthz").status, 200);
+  const auto bearer = [](const std::string& token) {
+    return "Authorization: Bearer " + token + "\r\n";
+  };
+  get(port(), "/v1/volumes", bearer(named));
+  get(port(), "/v1/volumes", bearer(other));
+  get(port(), "/v1/volumes", bearer(options.tokens[0]));
+  get(port(),
+      "/v1/volumes/alpha?exp=4000000000&sig=" + sign_link(options.link_key, "alpha", "4000000000"));
+  get(port(), "/v1/volumes", bearer("0123456789abcdef-wrong"));
+  get(port(), "/v1/volumes");
+  server.reset();
+  std::vector<std::string> clients;
+  for (const std::string& line : lines_of(path)) {
+    EXPECT_EQ(line.find("0123456789abcdef"), line.npos) << line;
+    clients.push_back(nlohmann::json::parse(line)["client"]);
+  }
+  EXPECT_EQ(clients,
+            (std::vector<std::string>{"ward-3", "line-3", "ISOSPLAT_TOKEN", "link", "", ""}));
+}
+
+TEST_F(AccessLog, HasConnectionsThatWereRefused) {
+  options.access_log_file = path;
+  options.log_format = LogFormat::common;
+  options.limits.connections_per_address = 2;
+  start();
+  std::vector<Client> open;
+  for (int i = 0; i < 2; ++i) {
+    open.emplace_back(port());
+    EXPECT_EQ(open.back().request("GET", "/healthz").status, 200);
+  }
+  Client refused(port());
+  EXPECT_EQ(refused.receive().status, 429);
   EXPECT_TRUE(eventually([&] {
-    const std::string text = get(port(), "/metrics").body;
-    const std::string name = "\nisosplat_access_log_lost_total ";
-    const size_t at = text.find(name);
-    return at != std::string::npos && std::stoi(text.substr(at + name.size())) >= 3;
+    return open[0]
+               .request("GET", "/metrics")
+               .body.find("isosplat_http_requests_total{route=\"none\",status=\"429\"} 1\n") !=
+           npos;
   }));
+  server.reset();
+  const auto lines = lines_of(path);
+  EXPECT_EQ(std::ranges::count_if(
+                lines, [](const auto& line) { return line.find("\"- - HTTP/1.1\" 429 ") != npos; }),
+            1);
 }
 
 }  // namespace

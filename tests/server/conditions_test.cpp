@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "server/message.h"
-#include "server/volume_names.h"
 
 namespace isosplat {
 namespace {
@@ -41,19 +40,6 @@ TEST(Conditions, AcceptEncoding) {
   EXPECT_FALSE(accepts_encoding("identity", Encoding::gzip));
   EXPECT_FALSE(accepts_encoding("gzipped", Encoding::gzip));
   EXPECT_FALSE(accepts_encoding("*;q=0", Encoding::brotli));
-}
-
-TEST(UrlName, IsSafe) {
-  EXPECT_EQ(url_name("/x/engine.isosplat"), "engine");
-  EXPECT_EQ(url_name("My Scan (2).isosplat"), "My-Scan-2");
-  EXPECT_EQ(url_name("a.b_c-d.isosplat"), "a.b_c-d");
-  EXPECT_EQ(url_name("...isosplat"), "volume");
-  EXPECT_EQ(url_name("..isosplat"), "volume");
-  EXPECT_EQ(url_name(".isosplat"), "volume");
-  EXPECT_EQ(url_name("été.isosplat"), "t");
-  EXPECT_EQ(url_name("日本.isosplat"), "volume");
-  EXPECT_EQ(url_name("engine"), "engine");
-  EXPECT_LE(url_name(std::string(4000, 'a')).size(), 128u);
 }
 
 TEST(Json, StringsAreEscaped) {

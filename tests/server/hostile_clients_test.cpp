@@ -185,6 +185,19 @@ TEST_F(HostileClients, KeepAliveAndClose) {
   EXPECT_TRUE(closing.is_closed());
 }
 
+TEST_F(HostileClients, AnyOfSeveralConnectionFieldsCloses) {
+  start();
+  for (const char* fields : {"Connection: keep-alive\r\nConnection: close\r\n",
+                             "Connection: close\r\nConnection: keep-alive\r\n",
+                             "Connection: x\r\nAccept: */*\r\nConnection: y, Close\r\n"}) {
+    Client client(port());
+    const Answer answer = client.request("GET", "/healthz", fields);
+    EXPECT_EQ(answer.status, 200) << fields;
+    EXPECT_EQ(answer.header("connection"), "close") << fields;
+    EXPECT_TRUE(client.is_closed()) << fields;
+  }
+}
+
 TEST_F(HostileClients, HalfARequestIsDisconnected) {
   options.limits.request_time = milliseconds(200);
   start();

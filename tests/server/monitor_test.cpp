@@ -198,6 +198,26 @@ TEST_F(Monitoring, MetricsAreNotForProxiedClients) {
   EXPECT_EQ(get(port(), "/metrics", "Origin: https://evil.example\r\n").status, 403);
 }
 
+TEST_F(Monitoring, MetricsAreForNoPageOfAnotherOrigin) {
+  const std::string other = "Origin: https://a.example\r\nSec-Fetch-Site: cross-site\r\n";
+  for (const bool is_public : {true, false}) {
+    server.reset();
+    options.is_public = is_public;
+    if (!is_public)
+      options.cross_origin = CrossOrigin{.any = false, .origins = {"https://a.example"}};
+    start();
+    EXPECT_EQ(get(port(), "/healthz", other).status, 200);
+    EXPECT_NE(get(port(), "/healthz", other).header("access-control-allow-origin"), "");
+    EXPECT_EQ(get(port(), "/metrics", other).status, 403);
+    for (const std::string& headers : {std::string(), other}) {
+      const Answer answer = get(port(), "/metrics", headers);
+      EXPECT_EQ(answer.header("access-control-allow-origin"), "");
+      EXPECT_EQ(answer.header("cross-origin-resource-policy"), "same-origin");
+    }
+    EXPECT_EQ(get(port(), "/metrics").status, 200);
+  }
+}
+
 TEST_F(Monitoring, MetricsAreForTokensOfAllVolumes) {
   const std::string all = "0123456789abcdef-all", one = "0123456789abcdef-one";
   write_file(folder.path() / "tokens", all + " *\n" + one + " alpha\n");

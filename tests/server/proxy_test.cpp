@@ -191,7 +191,6 @@ class BehindProxy : public ServerTest {
       logged.emplace_back(line.substr(0, line.find(' ')));
     };
   }
-
   ~BehindProxy() override { server.reset(); }  // it logs until then
 
   /// The address in the log of the latest response.

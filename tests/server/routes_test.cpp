@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
+#include <regex>
 #include <sstream>
 
 namespace isosplat {
@@ -12,6 +14,7 @@ namespace {
 
 struct DocumentedRoute {
   std::string method, pattern;
+  std::vector<std::string> parameters;
 };
 
 std::string text_of_cell(const std::string& cell) {
@@ -19,7 +22,18 @@ std::string text_of_cell(const std::string& cell) {
   return begin == cell.npos ? "" : cell.substr(begin, cell.find_last_not_of(" `") - begin + 1);
 }
 
-/// The lines of HTTP.md's first table, without queries.
+/// The names in a query such as "?isovalue=a..b[&level=L]".
+std::vector<std::string> names_of(const std::string& query) {
+  const std::regex name("[?&](\\w+)=");
+  std::vector<std::string> names;
+  for (auto match = std::sregex_iterator(query.begin(), query.end(), name);
+       match != std::sregex_iterator(); ++match) {
+    names.push_back((*match)[1]);
+  }
+  return names;
+}
+
+/// The lines of HTTP.md's first table.
 std::vector<DocumentedRoute> documented_routes() {
   std::ifstream document(ISOSPLAT_SOURCE_DIR "/server/HTTP.md");
   std::vector<DocumentedRoute> routes;
@@ -35,10 +49,12 @@ std::vector<DocumentedRoute> documented_routes() {
       break;
     } else if (is_in_table && !method.starts_with('-')) {
       url = text_of_cell(url);
-      url = url.substr(0, url.find('?'));
+      const size_t end = std::min(url.find_first_of("[?"), url.size());
+      const std::vector<std::string> parameters = names_of(url.substr(end));
+      url.resize(end);
       constexpr std::string_view kAsAbove = "…";
       if (url.starts_with(kAsAbove)) url.replace(0, kAsAbove.size(), "/v1/volumes/{name}");
-      routes.push_back({method, url});
+      routes.push_back({method, url, parameters});
     }
   }
   return routes;
@@ -50,6 +66,11 @@ TEST(Routes, AreThoseOfTheDocumentInItsOrder) {
   for (size_t i = 0; i < documented.size(); ++i) {
     EXPECT_EQ(documented[i].pattern, routes()[i].pattern);
     EXPECT_EQ(documented[i].method, "GET");
+    std::vector<std::string> parameters;
+    for (const QueryParameter& parameter : routes()[i].parameters) {
+      parameters.emplace_back(parameter.name);
+    }
+    EXPECT_EQ(documented[i].parameters, parameters) << documented[i].pattern;
     EXPECT_EQ(routes()[i].method, Method::get);
   }
 }

@@ -113,7 +113,8 @@ class Samples : public ServerTest {
   }
 
   std::string samples(const std::string& query) const {
-    return "/v1/volumes/volume/" + store_->content() + "/samples?isovalue=60.5&" + query;
+    return "/v1/volumes/volume/" + store_->content() + "/samples?isovalue=60.5" +
+           (query.empty() ? "" : "&" + query);
   }
 
   std::shared_ptr<StoreFile> store_;

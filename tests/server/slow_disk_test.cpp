@@ -285,13 +285,14 @@ TEST_F(SlowDisk, ReadinessReadsFewHeadersAtATime) {
   const auto ignore = [](std::string_view) {};
   Catalog catalog({many}, ignore);
   StorePool stores({.stores = 1, .directory_bytes = 1 << 20}, ignore);
-  const Router router(catalog, stores, RouterLimits{});
+  Router router(catalog, stores, RouterLimits{});
   Request request;
   request.method = Method::get;
   request.target = "/readyz";
   int reads = 0;
   const auto respond = [&](int most_turns) {
     catalog.scan();
+    router.count_volumes();
     const int first = gate().reads();
     Response response;
     WorkTurn turn;

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
+#include "server/volume_names.h"
 #include "shared/store_file/store_file.h"
 #include "tests/server/server_fixture.h"
 
@@ -151,13 +153,17 @@ TEST_F(Stores, NamesAreUniqueAndSafe) {
   write_file(folder.path() / "My  Scan.isosplat", make_store(6).file);
   options.stores = {folder.path() / "alpha.isosplat", folder.path(), second.path()};
   start();
-  std::vector<std::string> names;
+  std::set<std::string> names;
   for (const Server::Volume& item : server->volumes()) {
-    names.push_back(item.name);
+    EXPECT_TRUE(names.insert(item.name).second);
     EXPECT_EQ(item.error, "");
     EXPECT_EQ(get(port(), "/v1/volumes/" + item.name).status, 200);
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"My-Scan", "My-Scan-2", "alpha", "alpha-2"}));
+  const std::string first = name_segment(folder.path().filename().string()) + "~";
+  EXPECT_EQ(names,
+            (std::set<std::string>{first + "alpha", first + name_segment("My Scan"),
+                                   first + name_segment("My  Scan"),
+                                   name_segment(second.path().filename().string()) + "~alpha"}));
 }
 
 TEST_F(Stores, AReaderKeepsAReplacedStore) {

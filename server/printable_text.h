@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace isosplat {
+
+/// Length of the UTF-8 sequence at the begin of `text` (not empty); 0 if it is invalid.
+size_t utf8_length(std::string_view text);
+
+/// Text for one line of a log or a terminal: what would end the line, control the terminal or turn
+/// the direction of the text (control characters, bytes that are not UTF-8, U+2028 to U+202E,
+/// U+2066 to U+2069) becomes \xNN for each of its bytes, and so does the backslash.
+std::string printable_text(std::string_view text);
+
+}  // namespace isosplat
