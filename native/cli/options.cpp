@@ -40,8 +40,11 @@ void VolumeFlags::add_to(CLI::App& command) {
   command
       .add_option("--series", series_,
                   "DICOM: number of the series, as isosplat lists them, or its UID (default: the "
-                  "series with the most voxels)")
-      ->type_name("NUMBER|UID");
+                  "series with the most voxels); TIFF: number or name of one of several images")
+      ->type_name("NUMBER|UID|NAME");
+  command
+      .add_option("--channel", channel_, "Number of the channel, from 0, if the file has several")
+      ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));
   command
       .add_option("--channel", channel_, "Number of the channel, from 0, if the file has several")
       ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));

@@ -7,7 +7,7 @@ namespace isosplat {
 
 /// A fault of a volume file that is an error unless the user allows it by name. If it is allowed
 /// and occurs, the volume has a note about it.
-enum class Allowance : uint8_t { gaps, truncated, surplus, unplaced };
+enum class Allowance : uint8_t { gaps, truncated, surplus, unplaced, frames };
 
 struct AllowanceFlag {
   Allowance allowance;
@@ -26,6 +26,8 @@ inline constexpr AllowanceFlag kAllowances[] = {
      "Read a file that has more voxels than its header says; ignore the extra voxels"},
     {Allowance::unplaced, "--allow-unplaced",
      "Stack DICOM slices without positions in the order of their instance numbers"},
+    {Allowance::frames, "--allow-frames",
+     "Read the times or channels of a TIFF file as slices if it has one slice of each"},
 };
 
 /// "--allow-gaps", …

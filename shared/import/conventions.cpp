@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -16,6 +17,39 @@ void negate_row(size_t row, HeaderGeometry& geometry) {
   for (size_t axis = 0; axis < 3; ++axis) {
     geometry.direction[3 * row + axis] = 0 - geometry.direction[3 * row + axis];
   }
+}
+
+/// Whether a unit is "µm" with the first letter in another encoding: as an XML entity, as the
+/// escape
+/// \\u00b5, in Latin-1, encoded twice, or replaced by a question mark. No other letter outside of
+/// ASCII precedes "m" in a unit of length.
+bool is_micro_metre(std::string_view lower) {
+  if (!lower.ends_with('m')) return false;
+  lower.remove_suffix(1);
+  for (const char* written :
+       {"&#181;", "&#xb5;", "&#956;", "&#x3bc;", "&micro;", "&mu;", "\\u00b5", "\\u03bc", "?"}) {
+    if (lower == written) return true;
+  }
+  return !lower.empty() &&
+         std::all_of(lower.begin(), lower.end(), [](char c) { return (c & 0x80) != 0; });
+}
+
+/// Whether the letter before "m" cannot be recognized any more.
+bool is_lost_letter(std::string_view unit) {
+  return unit == "?m" || unit == "\ufffdm";
+}
+
+/// Millimetres per unit of length. A note says that the unit is unknown or hardly readable.
+double millimetres_or_note(std::string_view unit, std::vector<std::string>& notes) {
+  const auto factor = millimetres_in(unit);
+  if (!factor) {
+    notes.push_back(
+        fmt::format("lengths are in the unknown unit '{}': they are read as millimetres", unit));
+  } else if (is_lost_letter(trimmed(unit))) {
+    notes.push_back(fmt::format(
+        "a letter of the unit of length is lost ('{}'): it is read as micrometres", unit));
+  }
+  return factor.value_or(1);
 }
 
 }  // namespace
@@ -101,11 +135,10 @@ std::optional<double> millimetres_in(std::string_view unit) {
                                     {"metre", 1000},
                                     {"meters", 1000},
                                     {"metres", 1000},
+                                    {"dm", 100},
                                     {"um", 1e-3},
-                                    {"\u00b5m", 1e-3},
-                                    {"\u03bcm", 1e-3},
-                                    {"\\u00b5m", 1e-3},
-                                    {"\xb5m", 1e-3},
+                                    {"\u00b5", 1e-3},
+                                    {"\u03bc", 1e-3},
                                     {"micron", 1e-3},
                                     {"microns", 1e-3},
                                     {"micrometer", 1e-3},
@@ -115,41 +148,48 @@ std::optional<double> millimetres_in(std::string_view unit) {
                                     {"nm", 1e-6},
                                     {"nanometer", 1e-6},
                                     {"nanometre", 1e-6},
+                                    {"nanometers", 1e-6},
+                                    {"nanometres", 1e-6},
+                                    {"pm", 1e-9},
+                                    {"picometer", 1e-9},
+                                    {"picometre", 1e-9},
+                                    {"\u00e5", 1e-7},
+                                    {"\u00c5", 1e-7},
+                                    {"\u212b", 1e-7},
+                                    {"\xc5", 1e-7},
+                                    {"angstrom", 1e-7},
+                                    {"angstroms", 1e-7},
+                                    {"\u00e5ngstr\u00f6m", 1e-7},
+                                    {"\u00c5ngstr\u00f6m", 1e-7},
                                     {"in", 25.4},
                                     {"inch", 25.4},
                                     {"inches", 25.4},
                                     {"km", 1e6},
-                                    {"ft", 304.8}};
+                                    {"thou", 0.0254},
+                                    {"ft", 304.8},
+                                    {"yd", 914.4}};
   const std::string lower = lower_case(trimmed(unit));
   for (const Unit& known : kUnits) {
     if (known.name == lower) return known.millimetres;
   }
+  if (is_micro_metre(lower)) return 1e-3;
   return std::nullopt;
 }
 
 void to_millimetres(std::string_view unit, HeaderGeometry& geometry,
                     std::vector<std::string>& notes) {
-  if (unit.empty()) return;
-  if (const auto factor = millimetres_in(unit)) {
-    scale_lengths(*factor, geometry);
-  } else {
-    notes.push_back(
-        fmt::format("lengths are in the unknown unit '{}': they are read as millimetres", unit));
-  }
+  if (!unit.empty()) scale_lengths(millimetres_or_note(unit, notes), geometry);
 }
 
 void spacing_to_millimetres(const std::array<std::string, 3>& units, HeaderGeometry& geometry,
                             std::vector<std::string>& notes) {
   double* const spacing[] = {&geometry.spacing.x, &geometry.spacing.y, &geometry.spacing.z};
+  std::vector<std::string> repeated;
   for (size_t axis = 0; axis < 3; ++axis) {
     const std::string& unit = units[axis];
     if (unit.empty() || lower_case(unit).starts_with("pixel")) continue;
-    if (const auto factor = millimetres_in(unit)) {
-      *spacing[axis] *= *factor;
-    } else if (axis == 0 || unit != units[axis - 1]) {
-      notes.push_back(
-          fmt::format("lengths are in the unknown unit '{}': they are read as millimetres", unit));
-    }
+    const bool is_new = axis == 0 || unit != units[axis - 1];
+    *spacing[axis] *= millimetres_or_note(unit, is_new ? notes : repeated);
   }
 }
 

@@ -21,6 +21,8 @@ Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path, const Impo
 Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
                                     const ImportOptions& options);
+/// The volumes of a TIFF file, or of the OME-TIFF in a folder. Empty if it needs no choice.
+Result<std::vector<VolumeChoice>> tiff_volumes(const std::filesystem::path& path);
 Result<OpenVolume> open_dicom_file(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
                                      const ImportOptions& options);

@@ -294,6 +294,24 @@ std::string volume_name(const std::filesystem::path& path) {
   return stem.empty() ? "volume" : stem;
 }
 
+Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& path) {
+  std::vector<VolumeChoice> volumes;
+  if (input_kind(path) == InputKind::file && format_of_file(path) == "HDF5") {
+    auto datasets = hdf5_datasets(path);
+    if (!datasets) return tl::unexpected(datasets.error());
+    if (datasets->size() < 2) return volumes;
+    for (std::string& each : *datasets) {
+      VolumeChoice choice;
+      choice.label = each;
+      choice.dataset = std::move(each);
+      volumes.push_back(std::move(choice));
+    }
+  }
+  const bool is_folder = input_kind(path) == InputKind::folder;
+  if (is_folder ? is_tiff_folder(path) : format_of_file(path) == "TIFF") return tiff_volumes(path);
+  return volumes;
+}
+
 Result<uint64_t> choose_time_step(const std::filesystem::path& path,
                                   const std::vector<int64_t>& sizes, const ImportOptions& options) {
   size_t axes = sizes.size();

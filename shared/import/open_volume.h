@@ -20,10 +20,12 @@ struct ImportOptions {
   uint64_t skip_bytes = 0;            ///< raw files only: bytes before the first voxel
   std::optional<Vec3d> spacing;       ///< every format: overrides the header's spacing
   std::optional<int64_t> time_step;   ///< time step of a 4D volume, from 0
-  std::string series;                 ///< DICOM: a series, by its number in messages or its UID
-  std::optional<int64_t> channel;     ///< channel of a volume with several, from 0
-  std::string segment;                ///< DICOM segmentations: a segment, by its number or label
-  std::string dataset;                ///< HDF5: the path of a dataset
+  /// DICOM: a series, by its number in messages or its UID. TIFF: an image, by its number in
+  /// messages or its name.
+  std::string series;
+  std::optional<int64_t> channel;  ///< channel of a volume with several, from 0
+  std::string segment;             ///< DICOM segmentations: a segment, by its number or label
+  std::string dataset;             ///< HDF5: the path of a dataset
   uint64_t memory_bytes = uint64_t{1} << 30;  ///< memory limit of a reader's child process
   Allowances allowed;                         ///< every format: faults that are not errors
 
@@ -78,6 +80,18 @@ std::string_view format_of_file(const std::filesystem::path& path);
 /// The paths of the datasets of an HDF5 file that are volumes, in order. Errors: those of
 /// open_volume.
 Result<std::vector<std::string>> hdf5_datasets(const std::filesystem::path& path);
+
+/// One of several volumes in a file: the options that choose it, and a text that tells it from the
+/// others.
+struct VolumeChoice {
+  std::string label;
+  std::string dataset, series;
+  std::optional<int64_t> channel, time_step;
+};
+
+/// The volumes of a file that has several (HDF5: its datasets), in order. Empty if open_volume
+/// needs no choice for this file. Errors: those of open_volume.
+Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& path);
 
 /// Parses a voxel type as the command line and raw file names write it: u8, uint8, uchar, i16,
 /// int16, short, f32, float, … Nothing for an unknown name.

@@ -3,54 +3,38 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shared/import/array_source.h"
-#include "shared/import/conventions.h"
 #include "shared/import/formats.h"
-#include "shared/import/header_text.h"
+#include "shared/import/input_files.h"
 #include "shared/import/slice_files.h"
 #include "shared/import/slice_order.h"
-#include "shared/import/tiff_pages.h"
+#include "shared/import/tiff_geometry.h"
+#include "shared/import/tiff_slices.h"
 #include "shared/import/tiff_source.h"
 
-// Reads TIFF stacks: a file with a page per slice, or a folder with a file per slice. This file
-// decides which pages are slices; tiff_file.h decodes them.
+// Opens TIFF stacks: a file with a page per slice, or a folder with a file per slice. tiff_series.h
+// says which pages are slices; tiff_file.h decodes them.
 namespace isosplat {
 namespace {
 
-/// A pixel's size in the unit of the page's resolution (ImageJ uses this unit too).
-double pixel_size(std::optional<double> pixels_per_unit) {
-  return pixels_per_unit.value_or(0) > 0 ? 1 / *pixels_per_unit : 1;
-}
-
-HeaderGeometry geometry_of(const TiffPage& first, const TiffDescription& description,
-                           const ImportOptions& options, std::vector<std::string>& notes) {
-  HeaderGeometry geometry;
-  if (options.spacing) {
-    geometry.spacing = *options.spacing;
-  } else if (description.voxel || description.between_slices) {
-    geometry.spacing =
-        description.voxel ? *description.voxel
-                          : Vec3d{pixel_size(first.pixels_per_unit_x),
-                                  pixel_size(first.pixels_per_unit_y), *description.between_slices};
-    spacing_to_millimetres(description.units, geometry, notes);
-  } else {
-    notes.push_back(
-        "the TIFF file has no distance between slices: spacing 1,1,1 is assumed; --spacing sets "
-        "another");
-  }
-  return geometry;
-}
-
 Result<void> check_page(const std::filesystem::path& path, const TiffPage& page,
                         std::vector<std::string>& notes) {
-  if (page.palette) {
+  if (page.palette() && !is_imagej(page.description)) {
     return fail(
         Status::unsupported_type,
         fmt::format(
             "{}: expected grey values, found a colour palette: convert the stack to greyscale",
             path.string()));
   }
-  if (page.samples != 1) return not_scalar(path, page.samples);
+  if (page.palette()) {
+    notes.push_back("the file has a colour table: the values are those that it gives colours to");
+  }
+  if (page.samples > 1 && page.photometric > 2) {
+    return fail(Status::unsupported_type,
+                fmt::format("{}: expected one number per voxel, found {} that are no colours of "
+                            "red, green and blue (photometric interpretation {}): save one channel "
+                            "as a separate volume",
+                            path.string(), page.samples, page.photometric));
+  }
   if (!page.unknown.empty()) return unknown_type(path, page.unknown);
   if (page.orientation < 1 || page.orientation > 4) {
     return fail(Status::unsupported_format,
@@ -59,7 +43,9 @@ Result<void> check_page(const std::filesystem::path& path, const TiffPage& page,
                             path.string(), page.orientation));
   }
   if (auto fine = check_decodable(path, page); !fine) return fine;
-  if (page.white_is_zero) {
+  if (page.white_is_zero() && is_shaped(page.description)) {
+    notes.push_back("the file stores 0 as white: its values are those of tifffile's array");
+  } else if (page.white_is_zero()) {
     notes.push_back(is_unsigned(page.type) ? "the file stores 0 as white: its values are inverted"
                                            : "the file stores 0 as white, which has no meaning for "
                                              "signed voxels: its values are not inverted");
@@ -67,19 +53,35 @@ Result<void> check_page(const std::filesystem::path& path, const TiffPage& page,
   return {};
 }
 
+/// A volume of slices. `left_out`: strips and tiles that were not written.
 Result<OpenVolume> make_stack(const std::filesystem::path& path, const TiffPage& page,
-                              const HeaderGeometry& geometry, const TiffDescription& description,
-                              std::vector<TiffSlice> slices, std::vector<std::string> notes) {
+                              const TiffSeries& series, const ImportOptions& options,
+                              std::vector<TiffSlice> slices, const TiffPages& pages,
+                              std::vector<std::string> notes) {
+  const HeaderGeometry geometry = tiff_geometry(page, series, options, notes);
   auto orientation =
       orient({page.width, page.height, static_cast<int64_t>(slices.size())}, geometry);
   if (!orientation) {
     return fail(orientation.error().status, path.string() + ": " + orientation.error().message);
   }
   for (std::string& note : orientation->notes) notes.push_back(std::move(note));
-  notes.insert(notes.end(), description.notes.begin(), description.notes.end());
-  VolumeHeader header{orientation->grid, page.type,         "TIFF",
-                      volume_name(path), description.slope, description.intercept};
-  return OpenVolume{make_tiff_source(std::move(header), page, std::move(slices)), std::move(notes)};
+  notes.insert(notes.end(), series.notes.begin(), series.notes.end());
+  if (pages.left_out_parts > 0) {
+    notes.push_back(fmt::format(
+        "{} parts of pages were not written (a sparse file): their voxels {}", pages.left_out_parts,
+        pages.no_data ? "have the file's fill value" : "have the value 0"));
+  }
+  VolumeHeader header{orientation->grid, page.type,    "TIFF",
+                      volume_name(path), series.slope, series.intercept};
+  OpenVolume volume;
+  volume.source = make_tiff_source(std::move(header), page, std::move(slices),
+                                   !is_shaped(page.description), pages.no_data.value_or(0));
+  volume.notes = std::move(notes);
+  if (pages.no_data) {
+    const double value = series.intercept + series.slope * *pages.no_data;
+    volume.fill_value = FillValue{value, value};
+  }
+  return volume;
 }
 
 /// A file, the list of its pages, and the first of them.
@@ -109,92 +111,12 @@ Result<OpenFile> open_pages(const std::filesystem::path& path, Allowances allowe
                                 pages->left_out));
   }
   OpenFile file;
-  file.tiff = open_tiff(path);
+  file.tiff = open_tiff(path, pages->entries[0].kind.depth > 1);
   auto first = file.tiff ? file.tiff->go_to(pages->offsets[0]) : std::nullopt;
   if (!first) return damaged_tiff(path.string());
   file.first = std::move(*first);
   file.pages = std::move(*pages);
   return file;
-}
-
-/// ImageJ writes stacks of more than 4 GB as one page, followed by the other pages' voxels without
-/// directories.
-Result<OpenVolume> open_bare_stack(const std::filesystem::path& path, const OpenFile& file,
-                                   const TiffDescription& description, uint64_t step,
-                                   const HeaderGeometry& geometry, const ImportOptions& options,
-                                   std::vector<std::string> notes) {
-  const TiffPage& page = file.first;
-  if (!page.uncompressed_at || page.white_is_zero || page.orientation != 1) {
-    return fail(Status::truncated,
-                fmt::format("{}: expected {} pages, found one: the file is incomplete, or its "
-                            "description is wrong",
-                            path.string(), *description.images));
-  }
-  ArrayVolume array =
-      make_array("TIFF", path, {page.width, page.height, static_cast<int64_t>(description.slices)},
-                 geometry, options);
-  array.stored.type = page.type;
-  array.stored.big_endian = file.pages.big_endian;
-  array.stored.slope = description.slope;
-  array.stored.intercept = description.intercept;
-  notes.insert(notes.end(), description.notes.begin(), description.notes.end());
-  array.offset = *page.uncompressed_at;
-  array.steps = description.frames;
-  array.step = step;
-  array.step_axis = description.frames_before_slices ? 2 : 3;
-  array.ends_with_file = false;
-  auto bytes = open_plain(path);
-  if (!bytes) return tl::unexpected(bytes.error());
-  return open_array(std::move(array), std::move(*bytes), std::move(notes));
-}
-
-/// Compares the number of pages with the description's. Adds a note if a difference is allowed.
-Result<void> check_page_count(const std::filesystem::path& path, uint64_t found, uint64_t expected,
-                              Allowances allowed, std::vector<std::string>& notes) {
-  if (found == expected) return {};
-  const bool fewer = found < expected;
-  const Allowance needed = fewer ? Allowance::truncated : Allowance::surplus;
-  const auto text = fmt::format("{}: expected {} pages according to its description, found {}",
-                                path.string(), expected, found);
-  if (!allowed.has(needed)) {
-    return fail(
-        fewer ? Status::truncated : Status::malformed_volume,
-        fmt::format(
-            "{}: the file is incomplete, or its description is wrong; read it anyway with {}", text,
-            flag_of(needed)));
-  }
-  notes.push_back(text + (fewer ? ": the voxels of the missing pages have no value"
-                                : ": the surplus is ignored"));
-  return {};
-}
-
-/// The pages of the slices of one time step. Incomplete pages, if allowed, are missing slices.
-std::vector<TiffSlice> slices_of_step(const std::filesystem::path& path, const OpenFile& file,
-                                      const TiffDescription& description, uint64_t step,
-                                      Allowances allowed, std::vector<std::string>& notes) {
-  std::vector<TiffSlice> slices(static_cast<size_t>(description.slices));
-  size_t missing = 0;
-  for (size_t z = 0; z < slices.size(); ++z) {
-    const uint64_t page = description.frames_before_slices ? z * description.frames + step
-                                                           : step * description.slices + z;
-    if (page >= file.pages.offsets.size()) continue;
-    const uint64_t directory = file.pages.offsets[static_cast<size_t>(page)];
-    if (allowed.has(Allowance::truncated) &&
-        (!file.tiff->go_to(directory) || !file.tiff->is_whole())) {
-      ++missing;
-      continue;
-    }
-    slices[z] = {path, directory};
-  }
-  if (missing > 0) {
-    notes.push_back(fmt::format("{} pages are incomplete: their voxels have no value", missing));
-  }
-  return slices;
-}
-
-std::optional<FillValue> fill_of(std::optional<double> no_data) {
-  if (!no_data) return std::nullopt;
-  return FillValue{*no_data, *no_data};
 }
 
 }  // namespace
@@ -205,48 +127,59 @@ Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const Impor
   if (!file) return tl::unexpected(file.error());
   // Values of the first page's directory, including sizes, may be stored after its voxels.
   if (!file->tiff->is_whole()) return damaged_tiff(path.string());
-  const TiffPage& page = file->first;
+  const auto series = tiff_series(path, file->pages, file->first);
+  if (!series) return tl::unexpected(series.error());
+  const auto volume = choose_tiff_volume(path, *series, options, notes);
+  if (!volume) return tl::unexpected(volume.error());
+  const TiffSeries& chosen = volume->series;
+  auto slices = tiff_slices(path, file->pages, *series, *volume, options.allowed, notes);
+  if (!slices) return tl::unexpected(slices.error());
+
+  // The slices have the size and type of the first one that is there.
+  const auto there = std::find_if(slices->begin(), slices->end(),
+                                  [](const TiffSlice& slice) { return !slice.path.empty(); });
+  TiffPage page = file->first;
+  if (there != slices->end() && (there->path != path || there->page != file->pages.offsets[0])) {
+    const auto other = open_tiff(there->path, chosen.follow || chosen.depth_is_z);
+    auto found = other ? other->go_to(there->page) : std::nullopt;
+    if (!found) return damaged_tiff(there->path.string());
+    found->description = page.description;
+    page = std::move(*found);
+  }
   if (auto fine = check_page(path, page, notes); !fine) return tl::unexpected(fine.error());
-  auto parsed = parse_tiff_description(path, page.description);
-  if (!parsed) return tl::unexpected(parsed.error());
-  TiffDescription& description = *parsed;
-  if (description.width.value_or(page.width) != page.width ||
-      description.height.value_or(page.height) != page.height) {
+  if (chosen.width.value_or(page.width) != page.width ||
+      chosen.height.value_or(page.height) != page.height) {
     return fail(Status::malformed_volume,
                 fmt::format("{}: expected pages of {} × {} voxels according to its description, "
                             "found {} × {}: save it again",
-                            path.string(), description.width.value_or(page.width),
-                            description.height.value_or(page.height), page.width, page.height));
+                            path.string(), chosen.width.value_or(page.width),
+                            chosen.height.value_or(page.height), page.width, page.height));
   }
-  const uint64_t found = file->pages.offsets.size();
-  if (!description.images) {
-    description.slices = found;
-    description.channels = description.frames = 1;
-    description.images = found;
+  if (page.depth > 1 && !chosen.depth_is_z) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected pages with one slice each, found {} in a page beside a "
+                            "description of another order: write it again with one slice per page",
+                            path.string(), page.depth));
   }
-  if (description.channels > 1) {
-    return not_scalar(path, static_cast<int>(std::min<uint64_t>(description.channels, 1000)));
+  return make_stack(path, page, chosen, options, std::move(*slices), file->pages, std::move(notes));
+}
+
+Result<std::vector<VolumeChoice>> tiff_volumes(const std::filesystem::path& given) {
+  std::filesystem::path path = given;
+  if (input_kind(given) == InputKind::folder) {
+    const auto files = files_of_folder(given, {".tif", ".tiff"});
+    if (files.empty()) return std::vector<VolumeChoice>{};
+    path = files[0];
   }
-  const auto step = choose_step(path, static_cast<int64_t>(description.frames), options);
-  if (!step) return tl::unexpected(step.error());
-  if (description.slices < 2 && description.frames > 1) {
-    return fail(Status::no_cells,
-                fmt::format("{}: expected slices, found one slice at {} times: if the times are "
-                            "slices, change this in ImageJ (Image > Properties)",
-                            path.string(), description.frames));
-  }
-  const HeaderGeometry geometry = geometry_of(page, description, options, notes);
-  if (found == 1 && *description.images > 1 && description.is_imagej && !file->pages.ends_early) {
-    return open_bare_stack(path, *file, description, *step, geometry, options, std::move(notes));
-  }
-  if (auto fine = check_page_count(path, found, *description.images, options.allowed, notes);
-      !fine) {
-    return tl::unexpected(fine.error());
-  }
-  auto slices = slices_of_step(path, *file, description, *step, options.allowed, notes);
-  auto volume = make_stack(path, page, geometry, description, std::move(slices), std::move(notes));
-  if (volume) volume->fill_value = fill_of(file->pages.no_data);
-  return volume;
+  std::vector<std::string> notes;
+  Allowances all;
+  all.add(Allowance::truncated);
+  const auto file = open_pages(path, all, notes);
+  if (!file) return tl::unexpected(file.error());
+  const auto series = tiff_series(path, file->pages, file->first);
+  if (!series) return tl::unexpected(series.error());
+  if (path != given && !is_ome(file->first.description)) return std::vector<VolumeChoice>{};
+  return tiff_choices(*series);
 }
 
 Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
@@ -257,6 +190,31 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
                 fmt::format("{}: expected TIFF slices, found none", path.string()));
   }
   if (files.size() == 1) return open_tiff_file(files[0], options);
+  std::vector<std::string> notes;
+  // The description of an OME-TIFF says which file has which slice.
+  if (auto file = open_pages(files[0], options.allowed, notes);
+      file && is_ome(file->first.description)) {
+    const auto series = tiff_series(files[0], file->pages, file->first);
+    if (!series) return tl::unexpected(series.error());
+    const bool is_one_page = std::all_of(series->begin(), series->end(),
+                                         [](const auto& each) { return each.pages == 1; });
+    if (!is_one_page) {
+      auto volume = open_tiff_file(files[0], options);
+      if (!volume) return volume;
+      const auto used = volume->source->files();
+      const auto others = std::count_if(files.begin(), files.end(), [&](const auto& each) {
+        return std::find(used.begin(), used.end(), each) == used.end();
+      });
+      if (others > 0) {
+        volume->notes.push_back(fmt::format(
+            "{} TIFF files of the folder do not belong to the volume that {} describes: they are "
+            "not read",
+            others, files[0].filename().string()));
+      }
+      return volume;
+    }
+  }
+  notes.clear();
   if (options.time_step.value_or(0) != 0) {
     return fail(Status::invalid_argument,
                 fmt::format("{}: a folder of TIFF slices has no time steps: remove --time-step",
@@ -264,12 +222,12 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
   }
   auto order = order_slices(path, std::move(files), options.allowed);
   if (!order) return tl::unexpected(order.error());
-  std::vector<std::string> notes = std::move(order->notes);
+  notes = std::move(order->notes);
   std::vector<TiffSlice> slices;
-  std::optional<double> no_data;
+  TiffPages first_pages;
   const std::filesystem::path* first = nullptr;
   for (const std::filesystem::path& file : order->slices) {
-    slices.push_back({file, 0});
+    slices.push_back({file, 0, {}});
     if (file.empty()) continue;
     auto pages = find_tiff_pages(file);
     if (!pages) return tl::unexpected(pages.error());
@@ -280,19 +238,40 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
                               file.string(), pages->offsets.size()));
     }
     slices.back().page = pages->offsets[0];
-    if (!first) first = &file, no_data = pages->no_data;
+    if (!first) {
+      first = &file;
+      first_pages = std::move(*pages);
+    } else {
+      first_pages.left_out_parts += pages->left_out_parts;
+    }
   }
-  const auto tiff = open_tiff(*first);
-  const auto found = tiff ? tiff->go_to(slices[0].page) : std::nullopt;
+  const auto tiff = open_tiff(*first, false);
+  const auto found = tiff ? tiff->go_to(first_pages.offsets[0]) : std::nullopt;
   if (!found) return damaged_tiff(first->string());
   const TiffPage& page = *found;
+  auto series = tiff_series(*first, first_pages, page);
+  if (!series) return tl::unexpected(series.error());
+  TiffSeries& one = series->front();
+  if (one.pages > 1 || page.depth > 1) {
+    return fail(Status::malformed_volume,
+                fmt::format("{}: expected one slice in each file of a folder, found {}: give the "
+                            "file itself",
+                            first->string(), std::max<uint64_t>(one.pages, page.depth)));
+  }
+  if (page.samples > 1 && !options.channel) {
+    return fail(Status::unsupported_type,
+                fmt::format("{}: expected one number per voxel, found {} channels: choose one with "
+                            "--channel 0 to --channel {}",
+                            path.string(), page.samples, page.samples - 1));
+  }
+  if (options.channel.value_or(0) < 0 || options.channel.value_or(0) >= page.samples) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected a --channel from 0 to {}, found {}: choose another",
+                            path.string(), page.samples - 1, *options.channel));
+  }
+  for (TiffSlice& slice : slices) slice.part.sample = static_cast<int>(options.channel.value_or(0));
   if (auto fine = check_page(*first, page, notes); !fine) return tl::unexpected(fine.error());
-  auto description = parse_tiff_description(*first, page.description);
-  if (!description) return tl::unexpected(description.error());
-  const HeaderGeometry geometry = geometry_of(page, *description, options, notes);
-  auto volume = make_stack(path, page, geometry, *description, std::move(slices), std::move(notes));
-  if (volume) volume->fill_value = fill_of(no_data);
-  return volume;
+  return make_stack(path, page, one, options, std::move(slices), first_pages, std::move(notes));
 }
 
 }  // namespace isosplat

@@ -103,6 +103,16 @@ std::optional<uint64_t> TiffDirectoryReader::number(const TiffEntry& entry, uint
   }
 }
 
+std::vector<uint64_t> TiffDirectoryReader::numbers(const TiffEntry& entry, uint64_t max_count) {
+  if (entry.count > max_count || !number(entry)) return {};
+  const size_t each = bytes_of_type(entry.type), count = static_cast<size_t>(entry.count);
+  std::vector<std::byte> raw(count * each);
+  if (!file_->read(entry.at, raw)) return {};
+  std::vector<uint64_t> values(count);
+  for (size_t i = 0; i < count; ++i) values[i] = word_in(raw.data() + i * each, each);
+  return values;
+}
+
 std::optional<double> TiffDirectoryReader::real(const TiffEntry& entry) {
   if (entry.count == 0) return std::nullopt;
   if (entry.type == kRational) {

@@ -49,6 +49,10 @@ class TiffDirectoryReader {
   /// A value of type BYTE, SHORT, LONG, IFD, or one of their 8-byte forms.
   std::optional<uint64_t> number(const TiffEntry& entry, uint64_t index = 0);
 
+  /// All values of the types of `number`, or none if the entry has another type or more than
+  /// `max_count` values.
+  std::vector<uint64_t> numbers(const TiffEntry& entry, uint64_t max_count = uint64_t{1} << 24);
+
   /// The first value of type RATIONAL, FLOAT or DOUBLE, or of one of the above.
   std::optional<double> real(const TiffEntry& entry);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 #include "shared/import/absent_voxels.h"
 #include "shared/import/array_source.h"
@@ -12,8 +13,19 @@ namespace isosplat {
 namespace {
 
 /// Inverts unsigned voxels that are stored with 0 as white.
-void invert(std::span<std::byte> bytes) {
-  for (std::byte& b : bytes) b = ~b;
+void invert(const TiffPage& page, std::span<std::byte> bytes) {
+  with_voxel_type(page.type, [&]<class T>(T) {
+    if constexpr (std::is_unsigned_v<T>) {
+      const unsigned unused = 8 * sizeof(T) - page.stored.bits;
+      const T greatest = static_cast<T>(static_cast<T>(~T{}) >> unused);
+      for (size_t i = 0; i < bytes.size(); i += sizeof(T)) {
+        T voxel;
+        std::memcpy(&voxel, bytes.data() + i, sizeof(T));
+        voxel = static_cast<T>(greatest - voxel);
+        std::memcpy(bytes.data() + i, &voxel, sizeof(T));
+      }
+    }
+  });
 }
 
 void reverse_columns(std::span<std::byte> row, size_t voxel) {
@@ -37,8 +49,16 @@ void apply_orientation(uint16_t orientation, size_t row_bytes, size_t voxel,
 
 class TiffSource : public VolumeSource {
  public:
-  TiffSource(VolumeHeader header, TiffPage page, std::vector<TiffSlice> slices)
-      : header_(std::move(header)), page_(std::move(page)), slices_(std::move(slices)) {
+  TiffSource(VolumeHeader header, TiffPage page, std::vector<TiffSlice> slices, bool inverts,
+             double left_out)
+      : header_(std::move(header)),
+        page_(std::move(page)),
+        slices_(std::move(slices)),
+        inverts_(inverts && page_.white_is_zero()),
+        left_out_(left_out) {
+    has_planes_ =
+        page_.depth > 1 || std::any_of(slices_.begin(), slices_.end(),
+                                       [](const TiffSlice& slice) { return slice.part.plane > 0; });
     const bool lacks_some = std::any_of(slices_.begin(), slices_.end(),
                                         [](const TiffSlice& slice) { return slice.path.empty(); });
     if (lacks_some) header_.type = type_with_absent(header_.type);
@@ -67,7 +87,7 @@ class TiffSource : public VolumeSource {
         stored = stored_;
       }
       if (auto read = read_slice(from, stored); !read) return read;
-      if (page_.white_is_zero && is_unsigned(page_.type)) invert(stored);
+      if (inverts_) invert(page_, stored);
       apply_orientation(page_.orientation, static_cast<size_t>(page_.width) * voxel, voxel, stored);
       if (header_.type != page_.type) convert_voxels(page_.type, stored, header_.type, to);
     }
@@ -89,8 +109,9 @@ class TiffSource : public VolumeSource {
  private:
   Result<void> read_slice(const TiffSlice& slice, std::span<std::byte> out) {
     if (!open_ || open_path_ != slice.path) {
-      open_ = open_tiff(slice.path);
+      open_ = open_tiff(slice.path, has_planes_);
       open_path_ = slice.path;
+      if (open_) open_->set_left_out_value(left_out_);
     }
     const std::string where = fmt::format("{}, page at byte {}", slice.path.string(), slice.page);
     const auto page = open_ ? open_->go_to(slice.page) : std::nullopt;
@@ -103,13 +124,16 @@ class TiffSource : public VolumeSource {
                               where, page_.width, page_.height, page->width, page->height));
     }
     if (auto fine = check_decodable(slice.path, *page); !fine) return fine;
-    if (!open_->read(out)) return damaged_tiff(where);
+    if (!open_->read(out, slice.part)) return damaged_tiff(where);
     return {};
   }
 
   VolumeHeader header_;
   TiffPage page_;
   std::vector<TiffSlice> slices_;
+  bool inverts_;
+  double left_out_;
+  bool has_planes_ = false;
   std::unique_ptr<TiffFile> open_;
   std::filesystem::path open_path_;
   std::vector<std::byte> stored_;  ///< a slice as stored, if other slices are absent
@@ -119,10 +143,17 @@ class TiffSource : public VolumeSource {
 
 Result<void> check_decodable(const std::filesystem::path& path, const TiffPage& page) {
   if (page.undecodable.empty()) return {};
+#ifndef __EMSCRIPTEN__
+  return fail(Status::unsupported_format,
+              fmt::format("{}: expected pages with one slice each, found several slices of a page "
+                          "compressed with {}: write them uncompressed, or with Deflate",
+                          path.string(), page.undecodable));
+#else
   return fail(Status::unsupported_format,
               fmt::format("{}: the browser does not decode TIFF with {}: build the store with the "
                           "program (isosplat build {}), and open that",
                           path.string(), page.undecodable, path.string()));
+#endif
 }
 
 tl::unexpected<Error> damaged_tiff(const std::string& where) {
@@ -138,8 +169,10 @@ bool is_unsigned(VoxelType type) {
 }
 
 std::unique_ptr<VolumeSource> make_tiff_source(VolumeHeader header, TiffPage page,
-                                               std::vector<TiffSlice> slices) {
-  return std::make_unique<TiffSource>(std::move(header), std::move(page), std::move(slices));
+                                               std::vector<TiffSlice> slices, bool inverts,
+                                               double left_out) {
+  return std::make_unique<TiffSource>(std::move(header), std::move(page), std::move(slices),
+                                      inverts, left_out);
 }
 
 }  // namespace isosplat

@@ -25,11 +25,14 @@ tl::unexpected<Error> damaged_tiff(const std::string& where);
 struct TiffSlice {
   std::filesystem::path path;
   uint64_t page = 0;  ///< offset of the page's directory
+  TiffPart part = {};
 };
 
 /// A volume whose slices are the given pages, all of the kind `page`; `header` has the type of
-/// `page`.
+/// `page`. `inverts`: unsigned voxels, if 0 is stored as white. Strips and tiles that were not
+/// written have the value `left_out`.
 std::unique_ptr<VolumeSource> make_tiff_source(VolumeHeader header, TiffPage page,
-                                               std::vector<TiffSlice> slices);
+                                               std::vector<TiffSlice> slices, bool inverts,
+                                               double left_out);
 
 }  // namespace isosplat

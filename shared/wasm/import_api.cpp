@@ -63,10 +63,10 @@ uint32_t isosplat_import_detect(IsosplatImport* importer, const char* path, uint
   return 0;
 }
 
-uint32_t isosplat_import_datasets(IsosplatImport* importer, const char* path, uint32_t bytes) {
-  const auto paths = hdf5_datasets(std::filesystem::path(std::string(path, bytes)));
-  if (!paths) return report(importer, paths.error());
-  put(importer, list_text(*paths));
+uint32_t isosplat_import_choices(IsosplatImport* importer, const char* path, uint32_t bytes) {
+  const auto volumes = volumes_in_file(std::filesystem::path(std::string(path, bytes)));
+  if (!volumes) return report(importer, volumes.error());
+  put(importer, choices_text(*volumes));
   return 0;
 }
 

@@ -29,9 +29,9 @@ uint32_t isosplat_import_result_bytes(const IsosplatImport* importer);
 /// if no reader takes it.
 uint32_t isosplat_import_detect(IsosplatImport* importer, const char* path, uint32_t bytes);
 
-/// The volumes of an HDF5 file. Result: the paths of its datasets, a JSON list of texts. Errors:
-/// those of hdf5_datasets.
-uint32_t isosplat_import_datasets(IsosplatImport* importer, const char* path, uint32_t bytes);
+/// The volumes of a file that has several. Result: a JSON list of VolumeChoice in
+/// web/import/types.ts, empty if no choice is needed. Errors: those of volumes_in_file.
+uint32_t isosplat_import_choices(IsosplatImport* importer, const char* path, uint32_t bytes);
 
 /// Opens a volume. `request`: JSON text, {"path", "options": ImportOptions in web/import/types.ts}.
 /// Result: JSON text, ImportedVolume in web/import/types.ts. Errors: invalid_argument, and those of

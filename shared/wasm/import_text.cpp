@@ -35,7 +35,7 @@ Result<void> read_allowances(const Json& list, Allowances& allowed) {
       allowed.add(known.allowance);
       is_known = true;
     }
-    if (!is_known) return invalid("allow", "gaps, truncated, surplus or unplaced");
+    if (!is_known) return invalid("allow", "gaps, truncated, surplus, unplaced or frames");
   }
   return {};
 }
@@ -154,8 +154,17 @@ std::string imported_text(const std::filesystem::path& path, const OpenVolume& v
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-std::string list_text(const std::vector<std::string>& texts) {
-  return Json(texts).dump(-1, ' ', false, Json::error_handler_t::replace);
+std::string choices_text(const std::vector<VolumeChoice>& volumes) {
+  Json list = Json::array();
+  for (const VolumeChoice& each : volumes) {
+    Json options = Json::object();
+    if (!each.dataset.empty()) options["dataset"] = each.dataset;
+    if (!each.series.empty()) options["series"] = each.series;
+    if (each.channel) options["channel"] = *each.channel;
+    if (each.time_step) options["timeStep"] = *each.time_step;
+    list.push_back({{"label", each.label}, {"options", std::move(options)}});
+  }
+  return list.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace isosplat

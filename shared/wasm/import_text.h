@@ -21,7 +21,7 @@ Result<ImportRequest> parse_import_request(std::string_view text);
 /// An open volume as JSON text: ImportedVolume in web/import/types.ts.
 std::string imported_text(const std::filesystem::path& path, const OpenVolume& volume);
 
-/// A JSON list of texts.
-std::string list_text(const std::vector<std::string>& texts);
+/// The volumes of a file as a JSON list: VolumeChoice in web/import/types.ts.
+std::string choices_text(const std::vector<VolumeChoice>& volumes);
 
 }  // namespace isosplat

@@ -86,6 +86,17 @@ void check_sample(const Sample& sample, Random& random) {
   ASSERT_EQ(outcome.difference, "");
   EXPECT_FALSE(sample.must_be_noted && outcome.notes.empty()) << "no note reports the assumption";
 
+  for (const std::string& part : sample.false_notes) {
+    for (const std::string& note : outcome.notes) {
+      EXPECT_EQ(note.find(part), std::string::npos) << "denies what is in the file: " << note;
+    }
+  }
+  if (sample.needs_choice) {
+    ImportOptions options;
+    options.spacing = sample.options.spacing;
+    EXPECT_TRUE(open_sample(sample, sample.files, options).error) << "read without a choice";
+  }
+
   for (const auto& damage : sample.damages) {
     SCOPED_TRACE("contradiction " + std::to_string(&damage - sample.damages.data()));
     Files files = sample.files;
@@ -149,6 +160,7 @@ const Format kFormats[] = {{"Nrrd", make_nrrd},
                            {"Hdf5", make_hdf5},
                            {"Vtk", make_vtk},
                            {"Tiff", make_tiff},
+                           {"TiffSeries", make_tiff_series},
                            {"Raw", make_raw},
                            {"Dicom", make_dicom},
                            {"DicomMapping", make_dicom_mapping},

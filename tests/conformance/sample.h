@@ -58,6 +58,9 @@ struct Sample {
   Truth truth;
   std::string text;            ///< description for messages
   bool must_be_noted = false;  ///< the header leaves something undefined: a note is required
+  bool needs_choice = false;   ///< without the options of choice it is an error
+  /// Parts of notes that would deny what is in the file.
+  std::vector<std::string> false_notes;
   bool may_be_longer = false;  ///< bytes after the last voxel are allowed
   /// Files whose beginning or end has no meaning, so that missing bytes cannot be detected.
   std::set<std::string> open_ended;
@@ -86,6 +89,7 @@ Sample make_npy(Random& random);
 Sample make_hdf5(Random& random);
 Sample make_vtk(Random& random);
 Sample make_tiff(Random& random);
+Sample make_tiff_series(Random& random);
 Sample make_raw(Random& random);
 Sample make_dicom(Random& random);
 Sample make_dicom_mapping(Random& random);

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "shared/import/tiff_file.h"
-#include "shared/import/tiff_pages.h"
+#include "shared/import/tiff_series.h"
 #include "tests/fuzz/edits.h"
 
 namespace isosplat {
@@ -87,7 +87,7 @@ void import(const std::filesystem::path& path) {
   for (const uint64_t directory : pages->offsets) {
     const auto page = file ? file->go_to(directory) : std::nullopt;
     if (!page) continue;
-    static_cast<void>(parse_tiff_description(path, page->description));
+    static_cast<void>(tiff_series(path, *pages, *page));
     static_cast<void>(file->is_whole());
     const auto pixels = static_cast<uint64_t>(page->width) * static_cast<uint64_t>(page->height);
     if (pixels > 1 << 20 || page->samples != 1 || !page->unknown.empty()) continue;

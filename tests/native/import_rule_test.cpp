@@ -291,7 +291,7 @@ TEST(RuleTiff, HyperstacksAreNotTallStacks) {
   EXPECT_EQ(read_all(*volume.source), pattern_voxels<double>(kSize));
   options.description = "ImageJ=1.53t\nimages=6\nchannels=2\nslices=3\n";
   write_tiff(folder / "c.tif", voxels() + voxels(), options);
-  expect_error(folder / "c.tif", "found 2 (colours or vectors)");
+  expect_error(folder / "c.tif", "found 2 channels: choose one with --channel 0 to --channel 1");
   options.description = "ImageJ=1.53t\nimages=9\nslices=9\n";
   write_tiff(folder / "s.tif", voxels() + voxels(), options);
   expect_error(folder / "s.tif", "expected 9 pages");

@@ -88,7 +88,7 @@ TEST(TiffDescriptions, OmeAttributesMayHaveSingleQuotes) {
   EXPECT_DOUBLE_EQ(open(folder / "v.tif").source->header().grid.spacing.z, 30);
 }
 
-TEST(TiffDescriptions, OmePagesInAnotherOrderAreRefused) {
+TEST(TiffDescriptions, OmePagesMayHaveAnyOrder) {
   const TempFolder folder;
   const auto pages = [](std::array<int, 3> slices) {
     std::string text;
@@ -102,7 +102,96 @@ TEST(TiffDescriptions, OmePagesInAnotherOrderAreRefused) {
   write_stack(folder / "v.tif", ome("", "<TiffData/>"));
   EXPECT_EQ(error_of(folder / "v.tif"), "");
   write_stack(folder / "v.tif", ome("", pages({2, 1, 0})), 0, {2, 1, 0});
-  expect_error(folder / "v.tif", "found page 0 in the place of page 2");
+  EXPECT_EQ(read_all(*open(folder / "v.tif").source), pattern_voxels<double>(kSize));
+  write_stack(folder / "v.tif", ome("", pages({0, 1, 1})));
+  expect_error(folder / "v.tif", "found two");
+}
+
+TEST(TiffDescriptions, OmeTagsMayHaveAPrefixAndUnitsAnyEncoding) {
+  const TempFolder folder;
+  for (const char* unit : {"&#181;m", "&#xB5;m", "&micro;m", "\u00b5m", "\u03bcm", "\xb5m",
+                           "\u00c2\u00b5m", "um", "?m", "\ufffdm"}) {
+    SCOPED_TRACE(unit);
+    write_stack(folder / "v.tif", ome(fmt::format("PhysicalSizeZUnit=\"{}\"", unit)));
+    EXPECT_DOUBLE_EQ(open(folder / "v.tif").source->header().grid.spacing.z, 3e-3);
+  }
+  std::string text = ome("PhysicalSizeZUnit=\"cm\"");
+  for (const char* name : {"OME", "Image", "Pixels"}) {
+    for (const std::string before : {"<", "</"}) {
+      const size_t at = text.find(before + name);
+      if (at != text.npos) text.insert(at + before.size(), "ome:");
+    }
+  }
+  write_stack(folder / "v.tif", text);
+  EXPECT_DOUBLE_EQ(open(folder / "v.tif").source->header().grid.spacing.z, 30);
+}
+
+// Descriptions that state the size of pixels, and no distance between slices.
+TEST(TiffDescriptions, SizesOfPixelsAreKeptWithoutADistanceOfSlices) {
+  const TempFolder folder;
+  std::string text = ome("");
+  text.erase(text.find("PhysicalSizeZ=\"3\""), 17);
+  write_stack(folder / "v.tif", text);
+  const auto volume = open(folder / "v.tif");
+  const Vec3d spacing = volume.source->header().grid.spacing;
+  EXPECT_DOUBLE_EQ(spacing.x, 1e-3);
+  EXPECT_DOUBLE_EQ(spacing.y, 2e-3);
+  EXPECT_DOUBLE_EQ(spacing.z, 1e-3);
+  expect_note(volume, "no distance between slices: 1 um is assumed");
+  write_stack(folder / "v.tif", "ImageJ=1.53t\nimages=3\nslices=3\nunit=um\n");
+  const auto imagej = open(folder / "v.tif");
+  EXPECT_DOUBLE_EQ(imagej.source->header().grid.spacing.z, 1e-3);
+  expect_note(imagej, "ImageJ leaves out if it is 1");
+}
+
+TEST(TiffDescriptions, SeveralVolumesAreAChoice) {
+  const TempFolder folder;
+  const auto expect_choices = [&](const std::string& description, const std::string& error,
+                                  std::vector<std::string> labels) {
+    SCOPED_TRACE(description);
+    write_stack(folder / "v.tif", description);
+    if (!error.empty()) expect_error(folder / "v.tif", error);
+    const auto choices = volumes_in_file(folder / "v.tif");
+    ASSERT_TRUE(choices);
+    std::vector<std::string> found;
+    for (const VolumeChoice& choice : *choices) found.push_back(choice.label);
+    EXPECT_EQ(found, labels);
+  };
+  expect_choices("{\"shape\": [3, 4, 5]}", "", {});
+  expect_choices("{\"shape\": [1, 3, 4, 5]}", "", {});
+  expect_choices("{\"shape\": [3, 5, 4]}", "expected an array like its description says", {});
+  expect_choices("{\"shape\": [2, 3, 4, 5]}", "--time-step 0 to --time-step 1, or",
+                 {"volume 0", "volume 1"});
+  expect_choices("{\"shape\": [3, 2, 4, 5], \"axes\": \"ZCYX\"}",
+                 "found 2 channels: choose one with --channel 0 to --channel 1",
+                 {"channel 0", "channel 1"});
+  expect_choices("{\"shape\": [2, 2, 3, 4, 5]}", "save one volume as a separate file", {});
+  expect_choices("ImageJ=1.53t\nimages=3\nframes=3\n", "--allow-frames", {});
+  expect_choices("ImageJ=1.53t\nimages=3\nchannels=3\n", "--allow-frames", {});
+  std::string text = ome("");
+  const std::string image =
+      text.substr(text.find("<Image"), text.find("</OME>") - text.find("<Image"));
+  text.insert(text.find("<Image"), image);
+  expect_choices(text, "expected one volume, found 2 images: choose one of --series 1 (3 slices)",
+                 {"image 1", "image 2"});
+  text = ome("");
+  text.replace(text.find("SizeC=\"1\""), 9, "SizeC=\"2\"");
+  text.insert(text.find("</Pixels>"), "<Channel Name=\"DAPI\"/><Channel Name=\"GFP\"/>");
+  expect_choices(text, "found 2 channels (DAPI, GFP)", {"DAPI", "GFP"});
+}
+
+TEST(TiffDescriptions, TimesAndChannelsMayBeSlices) {
+  const TempFolder folder;
+  ImportOptions options;
+  options.allowed.add(Allowance::frames);
+  for (const char* text :
+       {"ImageJ=1.53t\nimages=3\nframes=3\n", "ImageJ=1.53t\nimages=3\nchannels=3\n",
+        "{\"shape\": [3, 4, 5], \"axes\": \"TYX\"}"}) {
+    write_stack(folder / "v.tif", text);
+    const auto volume = open(folder / "v.tif", options);
+    EXPECT_EQ(read_all(*volume.source), pattern_voxels<double>(kSize));
+    expect_note(volume, "are read as slices");
+  }
 }
 
 TEST(TiffDescriptions, OmeSizesFitThePages) {

@@ -264,9 +264,9 @@ describe("a store is that of the program, byte by byte", () => {
     const found = volumesAmong(
       inputs,
       (path) => reader.detect(path),
-      (path) => reader.datasets(path),
+      (path) => reader.choices(path),
     );
-    expect(found.map(({ format, dataset }) => [format, dataset])).toEqual([
+    expect(found.map(({ format, choice }) => [format, choice?.options.dataset])).toEqual([
       ["HDF5", "/a/b/half"],
       ["HDF5", "/a/b/long"],
       ["HDF5", "/again"],
@@ -478,7 +478,7 @@ describe("volumes are found among files", () => {
     return volumesAmong(
       inputs,
       (path) => reader.detect(path),
-      (path) => reader.datasets(path),
+      (path) => reader.choices(path),
     );
   };
   const header = nrrd("uint8", [2, 2, 2], "encoding: raw\ndata file: a.raw\n");

@@ -60,7 +60,7 @@ export async function findVolumes(
  */
 export async function openVolume(
   files: readonly InputFile[],
-  { path, dataset }: Pick<VolumeCandidate, "path" | "dataset">,
+  { path, choice }: Pick<VolumeCandidate, "path" | "choice">,
   layout: RawLayout | undefined,
   signal: AbortSignal,
   findFile?: (path: string) => Promise<InputFile | undefined>,
@@ -72,7 +72,7 @@ export async function openVolume(
     if (file) all.push(file);
     return file;
   };
-  const chosen = { path, ...layout, ...(dataset === undefined ? {} : { dataset }) };
+  const chosen = { path, ...layout, ...choice?.options };
   const volume = await open(files, { ...chosen, signal, findFile: find });
   const [x, y, z] = volume.description.voxels;
   const isLarge = x * y * z >= leastPreviewed;
@@ -108,7 +108,7 @@ export async function openVolume(
     files: used.length,
     description: volume.description,
     voxelBytes: volume.voxelBytes,
-    key: await filesKey(used.length > 0 ? used : all, { path, layout, dataset }),
+    key: await filesKey(used.length > 0 ? used : all, { path, layout, ...choice?.options }),
     build,
     close: () => volume.close(),
   };

@@ -1,4 +1,4 @@
-import type { InputFile, VolumeCandidate } from "./types.ts";
+import type { InputFile, VolumeCandidate, VolumeChoice } from "./types.ts";
 
 /** Files whose first bytes are read, at most. */
 const maxDetected = 2000;
@@ -22,12 +22,13 @@ function stem(path: string): string {
 
 /**
  * The volumes among files: files with a header, folders of slices, raw files; those with more bytes
- * first. `detect`: the format of a file by its first bytes. `datasets`: the volumes of an HDF5 file.
+ * first. `detect`: the format of a file by its first bytes. `choices`: the volumes of a file that has
+ * several.
  */
 export function volumesAmong(
   files: readonly InputFile[],
   detect: (path: string) => string,
-  datasets: (path: string) => readonly string[],
+  choices: (path: string) => readonly VolumeChoice[],
 ): VolumeCandidate[] {
   const folders = new Map<string, InputFile[]>();
   for (const input of files) {
@@ -52,9 +53,7 @@ export function volumesAmong(
         headers.push(input);
         const { path } = input;
         const volume = { path, format, files: 1, bytes: input.file.size, needsDims: false };
-        const several = format === "HDF5" ? datasets(path) : [];
-        if (several.length < 2) found.push(volume);
-        else found.push(...several.map((dataset) => ({ ...volume, dataset })));
+        found.push(...eachOf(volume, choices(path)));
       } else if (format === "DICOM" || format === "TIFF") {
         sliceFormat ||= format;
         slices.push(input);
@@ -63,13 +62,14 @@ export function volumesAmong(
     }
     if (slices.length > 0) {
       const [first] = slices as [InputFile];
-      found.push({
+      const volume = {
         path: slices.length === 1 ? first.path : folder,
         format: sliceFormat,
         files: slices.length,
         bytes: slices.reduce((sum, { file }) => sum + file.size, 0),
         needsDims: false,
-      });
+      };
+      found.push(...eachOf(volume, choices(volume.path)));
     }
     for (const input of raws) {
       const header = headers.find(({ path }) => stem(path) === stem(input.path));
@@ -85,6 +85,11 @@ export function volumesAmong(
     }
   }
   return found.sort((a, b) => Number(a.needsDims) - Number(b.needsDims) || b.bytes - a.bytes);
+}
+
+/** A file's volume, or each of its volumes. */
+function eachOf(volume: VolumeCandidate, several: readonly VolumeChoice[]): VolumeCandidate[] {
+  return several.length < 2 ? [volume] : several.map((choice) => ({ ...volume, choice }));
 }
 
 /** Whether some header has its voxels in other files: raw files beside it may be those. */

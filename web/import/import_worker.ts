@@ -15,7 +15,13 @@ import { volumesAmong } from "./find_volumes.ts";
 import { Importer } from "./importer.ts";
 import { instantiateImport } from "./module.ts";
 import { type ReducedVolume, reducedVolume } from "./reduced_volume.ts";
-import type { ImportedVolume, ImportOptions, InputFile, VolumeCandidate } from "./types.ts";
+import type {
+  ImportedVolume,
+  ImportOptions,
+  InputFile,
+  VolumeCandidate,
+  VolumeChoice,
+} from "./types.ts";
 
 export type ImportRequest =
   | { program: CompiledModule; files: readonly InputFile[] }
@@ -56,9 +62,9 @@ let sliceBytes = 0;
 const detect = (path: string) => importer.detect(path);
 
 /** None of a damaged file: opening it says what is wrong. */
-function datasets(path: string): string[] {
+function choices(path: string): VolumeChoice[] {
   try {
-    return importer.datasets(path);
+    return importer.choices(path);
   } catch (error) {
     if (error instanceof CoreError) return [];
     throw error;
@@ -111,7 +117,7 @@ async function answer(request: ImportRequest): Promise<object> {
     importer = new Importer(await instantiateImport(request.program, table));
     return { ready: true };
   }
-  if ("find" in request) return { found: volumesAmong(files, detect, datasets) };
+  if ("find" in request) return { found: volumesAmong(files, detect, choices) };
   if ("missing" in request) return { missing: [...table.missing] };
   if ("add" in request) {
     table.add(request.add);

@@ -1,6 +1,6 @@
 import { CoreError, textAt } from "../core/index.ts";
 import type { ImportModule } from "./module.ts";
-import type { ImportedVolume, ImportOptions } from "./types.ts";
+import type { ImportedVolume, ImportOptions, VolumeChoice } from "./types.ts";
 
 /** The most bytes that are read at a time: they are in the importer's memory besides. */
 const readBytes = 16 << 20;
@@ -23,12 +23,12 @@ export class Importer {
     return this.#text();
   }
 
-  /** The paths of the datasets of an HDF5 file that are volumes. */
-  datasets(path: string): string[] {
+  /** The volumes of a file that has several; empty if no choice is needed. */
+  choices(path: string): VolumeChoice[] {
     this.#call(path, (at, bytes) =>
-      this.#module._isosplat_import_datasets(this.#importer, at, bytes),
+      this.#module._isosplat_import_choices(this.#importer, at, bytes),
     );
-    return JSON.parse(this.#text()) as string[];
+    return JSON.parse(this.#text()) as VolumeChoice[];
   }
 
   open(path: string, options: ImportOptions = {}): ImportedVolume {

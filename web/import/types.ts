@@ -21,7 +21,7 @@ export interface ImportOptions {
   spacing?: readonly [number, number, number];
   /** A time step of a 4D volume, from 0. */
   timeStep?: number;
-  /** DICOM: a series, by its number in messages or its UID. */
+  /** DICOM: a series, by its number in messages or its UID. TIFF: an image, by its number or name. */
   series?: string;
   /** DICOM segmentations: a segment, by its number or label. */
   segment?: string;
@@ -30,9 +30,16 @@ export interface ImportOptions {
   /** HDF5: the path of a dataset. */
   dataset?: string;
   /** Faults that are not errors. */
-  allow?: readonly ("gaps" | "truncated" | "surplus" | "unplaced")[];
+  allow?: readonly ("gaps" | "truncated" | "surplus" | "unplaced" | "frames")[];
   /** Voxels of this value are absent; "none": no value is. Default: as the importer finds. */
   missingValue?: number | "none";
+}
+
+/** One of several volumes in a file. */
+export interface VolumeChoice {
+  /** Tells it from the others: "/image", "series 2, channel 0 (DAPI)". */
+  label: string;
+  options: Pick<ImportOptions, "dataset" | "series" | "channel" | "timeStep">;
 }
 
 /** A volume among files, by their names and first bytes. */
@@ -41,8 +48,8 @@ export interface VolumeCandidate {
   path: string;
   /** "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "netCDF", "VTK", "TIFF", "DICOM" or "raw". */
   format: string;
-  /** Of an HDF5 file with several volumes, the path of one. */
-  dataset?: string;
+  /** Of a file with several volumes, one of them. */
+  choice?: VolumeChoice;
   /** Files that belong to it, as far as names tell, and their bytes. */
   files: number;
   bytes: number;

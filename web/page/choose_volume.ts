@@ -16,10 +16,10 @@ export async function chooseVolume(
   volumes: readonly VolumeCandidate[],
 ): Promise<VolumeCandidate | undefined> {
   if (volumes.length < 2) return volumes[0];
-  const text = ({ path, dataset, format, bytes }: VolumeCandidate) =>
-    dataset === undefined
-      ? `${path === "." ? deviceTexts.theFiles : path} · ${format} · ${formatBytes(bytes)}`
-      : `${path} · ${dataset}`;
+  const text = ({ path, choice, format, bytes }: VolumeCandidate) => {
+    const name = path === "." ? deviceTexts.theFiles : path;
+    return `${name} · ${choice ? choice.label : `${format} · ${formatBytes(bytes)}`}`;
+  };
   const label = deviceTexts.whichVolume(volumes.length);
   return choose(label, volumes.slice(0, mostOffered), text);
 }
