@@ -46,9 +46,6 @@ void VolumeFlags::add_to(CLI::App& command) {
       .add_option("--channel", channel_, "Number of the channel, from 0, if the file has several")
       ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));
   command
-      .add_option("--channel", channel_, "Number of the channel, from 0, if the file has several")
-      ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));
-  command
       .add_option("--segment", segment_,
                   "DICOM segmentations: number or label of the segment, if the file has several")
       ->type_name("NUMBER|LABEL");

@@ -266,7 +266,9 @@ class PlainTiffFile : public TiffFile {
     const auto needed = layout_.bytes_of(part);
     if (!place || !needed) return std::nullopt;
     const auto listed = reader_.number(*layout_.offsets, place->index);
-    const auto size = layout_.sizes ? reader_.number(*layout_.sizes, place->index) : std::nullopt;
+    constexpr uint64_t kNone = std::numeric_limits<uint64_t>::max();
+    const uint64_t size =
+        layout_.sizes ? reader_.number(*layout_.sizes, place->index).value_or(kNone) : kNone;
     if (listed == 0 && size == 0) return Range{0, 0, true};
     if (!listed || *listed == 0 || *listed > reader_.file_bytes()) return std::nullopt;
     const uint64_t at = *listed + place->shift;
@@ -276,7 +278,7 @@ class PlainTiffFile : public TiffFile {
       // libtiff does not use the sizes of uncompressed strips either: they are often wrong.
       return *needed <= rest ? std::optional(Range{at, *needed}) : std::nullopt;
     }
-    uint64_t bytes = size.value_or(0);
+    uint64_t bytes = size == kNone ? 0 : size;
     if (bytes == 0 && layout_.parts() == 1) bytes = rest;
     if (bytes > rest) return std::nullopt;
     const uint64_t expansion = TiffRows::max_expansion(layout_.compression);

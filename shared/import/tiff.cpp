@@ -28,13 +28,6 @@ Result<void> check_page(const std::filesystem::path& path, const TiffPage& page,
   if (page.palette()) {
     notes.push_back("the file has a colour table: the values are those that it gives colours to");
   }
-  if (page.samples > 1 && page.photometric > 2) {
-    return fail(Status::unsupported_type,
-                fmt::format("{}: expected one number per voxel, found {} that are no colours of "
-                            "red, green and blue (photometric interpretation {}): save one channel "
-                            "as a separate volume",
-                            path.string(), page.samples, page.photometric));
-  }
   if (!page.unknown.empty()) return unknown_type(path, page.unknown);
   if (page.orientation < 1 || page.orientation > 4) {
     return fail(Status::unsupported_format,
@@ -51,6 +44,16 @@ Result<void> check_page(const std::filesystem::path& path, const TiffPage& page,
                                              "signed voxels: its values are not inverted");
   }
   return {};
+}
+
+/// Refuses pixels of several samples that are neither channels nor red, green and blue.
+Result<void> check_samples(const std::filesystem::path& path, const TiffPage& page) {
+  if (page.samples < 2 || page.photometric <= 2) return {};
+  return fail(Status::unsupported_type,
+              fmt::format("{}: expected one number per voxel, found {} that are no colours of red, "
+                          "green and blue (photometric interpretation {}): save one channel as a "
+                          "separate volume",
+                          path.string(), page.samples, page.photometric));
 }
 
 /// A volume of slices. `left_out`: strips and tiles that were not written.
@@ -127,6 +130,7 @@ Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const Impor
   if (!file) return tl::unexpected(file.error());
   // Values of the first page's directory, including sizes, may be stored after its voxels.
   if (!file->tiff->is_whole()) return damaged_tiff(path.string());
+  if (auto fine = check_samples(path, file->first); !fine) return tl::unexpected(fine.error());
   const auto series = tiff_series(path, file->pages, file->first);
   if (!series) return tl::unexpected(series.error());
   const auto volume = choose_tiff_volume(path, *series, options, notes);
@@ -249,6 +253,7 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
   const auto found = tiff ? tiff->go_to(first_pages.offsets[0]) : std::nullopt;
   if (!found) return damaged_tiff(first->string());
   const TiffPage& page = *found;
+  if (auto fine = check_samples(*first, page); !fine) return tl::unexpected(fine.error());
   auto series = tiff_series(*first, first_pages, page);
   if (!series) return tl::unexpected(series.error());
   TiffSeries& one = series->front();

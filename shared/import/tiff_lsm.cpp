@@ -42,8 +42,8 @@ bool read_lengths(const Fields& fields, size_t offset, TiffSeries& series) {
   for (size_t axis = 0; axis < 3; ++axis) {
     const double metres = fields.at<double>(offset + 8 * axis);
     series.lengths[axis] = plausible(metres) ? std::optional(metres) : std::nullopt;
-    series.units[axis] = "m";
   }
+  series.units.fill(std::string(1, 'm'));
   return series.lengths[0].has_value();
 }
 

@@ -55,6 +55,20 @@ void read_gdal_scale(std::string_view xml, TiffSeries& series) {
   }
 }
 
+/// The series by the kind of the file.
+TiffSeriesList described_series(const std::filesystem::path& path, const TiffPages& pages,
+                                const TiffPage& first) {
+  const std::string& text = first.description;
+  if (pages.lsm) return lsm_series(path, pages, first);
+  if (pages.uic2 || pages.uic3 || pages.uic4) return metamorph_series(path, pages, first);
+  if (is_ome(text)) return ome_series(path, text);
+  if (is_imagej(text)) return imagej_series(path, pages, first);
+  if (is_shaped(text)) return shaped_series(path, pages, first);
+  auto all = undescribed_series(pages);
+  if (!pages.gdal_metadata.empty()) read_gdal_scale(pages.gdal_metadata, all[0]);
+  return all;
+}
+
 }  // namespace
 
 uint64_t plane_number(const TiffSeries& series, uint64_t z, uint64_t channel, uint64_t time) {
@@ -70,14 +84,24 @@ uint64_t plane_number(const TiffSeries& series, uint64_t z, uint64_t channel, ui
 
 Result<std::vector<TiffSeries>> tiff_series(const std::filesystem::path& path,
                                             const TiffPages& pages, const TiffPage& first) {
-  const std::string& text = first.description;
-  if (pages.lsm) return lsm_series(path, pages, first);
-  if (pages.uic2 || pages.uic3 || pages.uic4) return metamorph_series(path, pages, first);
-  if (is_ome(text)) return ome_series(path, text);
-  if (is_imagej(text)) return imagej_series(path, pages, first);
-  if (is_shaped(text)) return shaped_series(path, pages, first);
-  auto all = undescribed_series(pages);
-  if (!pages.gdal_metadata.empty()) read_gdal_scale(pages.gdal_metadata, all[0]);
+  auto all = described_series(path, pages, first);
+  if (!all) return all;
+  // Descriptions do not mention that pixels have several samples, as those of colours.
+  for (TiffSeries& series : *all) {
+    const auto page = static_cast<size_t>(series.first_page);
+    const uint64_t samples = series.ome.empty() && page < pages.entries.size()
+                                 ? pages.entries[page].kind.samples
+                                 : static_cast<uint64_t>(first.samples);
+    if (samples < 2 || series.in_samples) continue;
+    if (series.size(TiffAxis::channel) > 1) {
+      return fail(Status::unsupported_format,
+                  fmt::format("{}: expected channels of one number per pixel, found {} channels of "
+                              "{}: save one channel as a separate file",
+                              path.string(), series.size(TiffAxis::channel), samples));
+    }
+    series.in_samples = TiffAxis::channel;
+    series.size(TiffAxis::channel) = samples;
+  }
   return all;
 }
 
