@@ -19,7 +19,7 @@ enum class JwtAlgorithm : uint8_t { rs256, es256 };
 /// A public key for signatures of one algorithm.
 struct JsonWebKey {
   struct Free {
-    void operator()(EVP_PKEY* key) const { EVP_PKEY_free(key); }
+    void operator()(EVP_PKEY* freed) const { EVP_PKEY_free(freed); }
   };
   std::string id;  ///< "kid"; may be empty
   JwtAlgorithm algorithm = JwtAlgorithm::rs256;
