@@ -2,8 +2,10 @@
 
 #include <netinet/tcp.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
@@ -18,6 +20,7 @@
 #include "server/request_parser.h"
 #include "server/response_header.h"
 #include "server/streams.h"
+#include "server/tcp_progress.h"
 
 namespace isosplat {
 namespace {
@@ -55,30 +58,44 @@ struct Connection::State {
   std::string groups{};  ///< of the same, as a trusted proxy says
   std::shared_ptr<TlsContext> tls_context;
   const ConnectionShared& shared;
-  WaitingConnections& waiting;
-  Connection* owner;
+  OpenConnection& place;
   beast::flat_buffer buffer;
-  std::optional<WaitingConnections::Place> place{};  ///< in `waiting`
-  std::optional<asio::ssl::stream<Socket&>> tls{};   ///< over `socket`; absent without TLS
-  Clock::time_point deadline = kNever;               ///< of what it waits for from the client
+  std::optional<asio::ssl::stream<Socket&>> tls{};  ///< over `socket`; absent without TLS
+  Clock::time_point deadline = kNever;              ///< of what it waits for from the client
+  Clock::time_point end = kNever;                   ///< of the connection, if it is refused
   IpAddress peer{};  ///< the other end, or the client that a header of the PROXY protocol names
   bool is_idle = false;
+  bool is_writing = false;  ///< the client must take a piece of the response until `deadline`
   bool is_local = false;    ///< the peer is on this machine
   uint64_t body_bytes = 0;  ///< of the last response, as far as they were sent
 
-  void end_waiting() {
-    if (place) waiting.remove(*place);
-    place.reset();
+  /// What the client has acknowledged: at the last measurement of its rate, and when it was late.
+  uint64_t measured_bytes = 0;
+  Clock::time_point measured_at = kNever;  ///< kNever: not yet
+  std::optional<uint64_t> late_bytes{};
+
+  void set_state(OpenConnection::State state) {
+    measured_at = kNever;
+    place.set_state(state, Clock::now());
   }
 
-  void expires_after(Clock::duration time) { deadline = Clock::now() + time; }
+  void expires_after(Clock::duration time) {
+    deadline = std::min(Clock::now() + time, end);
+    late_bytes.reset();
+  }
 
-  /// What waits for the client then fails.
+  /// What waits for the client then fails. Bytes that it has not taken are dropped, if there are
+  /// any: the system would keep them as long as it takes a few now and then.
   void close() {
     deadline = kNever;
+    if (!socket.is_open()) return;
+    if (unacknowledged_bytes(socket.native_handle()) > 0) reset_on_close(socket.native_handle());
     error_code ignored;
     socket.close(ignored);
   }
+
+  void measure_rate(Clock::time_point now);
+  bool still_takes_bytes();
 
   /// Reads some bytes into `buffer`; nothing is read if the connection ends.
   Awaitable<error_code> read_some();
@@ -102,6 +119,7 @@ struct Connection::State {
   Awaitable<void> compute_piece(BodyStream& body, Piece& piece);
   Awaitable<bool> handle_request();
   Awaitable<void> linger();
+  Awaitable<void> drain();
   void report_fault(std::string_view message) {
     ++shared.metrics.faults;
     shared.log.fault(message);
@@ -117,15 +135,14 @@ struct Connection::State {
   }
 };
 
-Connection::Connection(Socket socket, std::string address, std::shared_ptr<TlsContext> tls,
-                       const ConnectionShared& shared, WaitingConnections& waiting)
+Connection::Connection(Socket socket, std::shared_ptr<TlsContext> tls,
+                       const ConnectionShared& shared, OpenConnection& place)
     : state_(new State{std::move(socket),
-                       std::move(address),
+                       {},
                        {},
                        std::move(tls),
                        shared,
-                       waiting,
-                       this,
+                       place,
                        // A header of the largest size, and one more read.
                        beast::flat_buffer(shared.limits.header_bytes + 8192)}) {
   error_code error;
@@ -135,22 +152,57 @@ Connection::Connection(Socket socket, std::string address, std::shared_ptr<TlsCo
   state_->socket.non_blocking(true, error);
 }
 
-Connection::~Connection() {
-  state_->end_waiting();
-}
+Connection::~Connection() = default;
 
 void Connection::stop() {
-  if (state_->is_idle) abort();
+  error_code ignored;
+  if (state_->is_idle) state_->socket.cancel(ignored);
 }
 
 void Connection::abort() {
-  // Before its coroutine runs again: the next one that waits is then the longest.
-  state_->end_waiting();
   state_->close();
 }
 
-void Connection::close_if_late(std::chrono::steady_clock::time_point now) {
-  if (now > state_->deadline) state_->close();
+void Connection::close_for_another(OpenConnection::State chosen) {
+  if (state_->place.state() == chosen) {
+    state_->close();
+  } else {
+    state_->place.keep();
+  }
+}
+
+void Connection::watch(std::chrono::steady_clock::time_point now) {
+  State& state = *state_;
+  if (!state.socket.is_open()) return;
+  if (state.place.state() == OpenConnection::State::sending) state.measure_rate(now);
+  if (now <= state.deadline) return;
+  if (!state.is_writing && now <= state.end && state.still_takes_bytes()) {
+    state.deadline = std::min(now + state.shared.limits.write_time, state.end);
+  } else {
+    state.close();
+  }
+}
+
+/// Twice within `patience`, while the client takes a response.
+void Connection::State::measure_rate(Clock::time_point now) {
+  if (measured_at != kNever && now - measured_at < shared.limits.patience / 2) return;
+  const uint64_t bytes = acknowledged_bytes(socket.native_handle());
+  if (measured_at != kNever) {
+    const double seconds = std::chrono::duration<double>(now - measured_at).count();
+    place.set_rate(static_cast<uint64_t>(static_cast<double>(bytes - measured_bytes) / seconds));
+  }
+  measured_bytes = bytes;
+  measured_at = now;
+}
+
+/// Whether the client, which is late with something else, still takes a response that was sent, and
+/// has taken a piece of it since the last call.
+bool Connection::State::still_takes_bytes() {
+  if (unacknowledged_bytes(socket.native_handle()) == 0) return false;
+  const uint64_t bytes = acknowledged_bytes(socket.native_handle());
+  const bool goes_on = !late_bytes || bytes - *late_bytes >= kPieceBytes;
+  late_bytes = bytes;
+  return goes_on;
 }
 
 Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
@@ -159,6 +211,8 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
   state.address = state.peer.client_key();
   state.socket.set_option(tcp::no_delay(true), ignored);
   state.socket.set_option(UnsentBytes(2 * kPieceBytes), ignored);
+  if (refusal) state.end = Clock::now() + state.shared.limits.refusal_time;
+  state.set_state(OpenConnection::State::waiting);
   if (state.tls_context && !co_await state.shake_hands()) {
     ++state.shared.metrics.tls_failures;
     if (refusal) state.record_refusal(0);
@@ -173,11 +227,11 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
   } else {
     // Two statements: g++ 12 evaluates both sides of "co_await a && co_await b" in any case.
     for (bool is_open = true; is_open;) {
-      state.place = state.waiting.add(this);
       is_open = co_await state.wait_for_request();
       if (is_open) is_open = co_await state.handle_request();
     }
   }
+  co_await state.drain();
   state.close();
 }
 
@@ -187,7 +241,7 @@ bool Connection::has_proxy_header() const {
 
 Awaitable<std::optional<std::string>> Connection::read_proxy_header() {
   State& state = *state_;
-  state.place = state.waiting.add(this);
+  state.set_state(OpenConnection::State::waiting);
   state.expires_after(state.shared.limits.request_time);
   ProxyHeader header;
   while (header.state == ProxyHeader::State::partial) {
@@ -195,7 +249,6 @@ Awaitable<std::optional<std::string>> Connection::read_proxy_header() {
     header = parse_proxy_header(
         {static_cast<const char*>(state.buffer.data().data()), state.buffer.size()});
   }
-  state.end_waiting();
   if (header.state != ProxyHeader::State::complete) {
     state.close();
     co_return std::nullopt;
@@ -209,14 +262,17 @@ Awaitable<std::optional<std::string>> Connection::read_proxy_header() {
 
 /// The handshake of TLS, within request_time.
 Awaitable<bool> Connection::State::shake_hands() {
-  tls.emplace(socket, *tls_context);
-  place = waiting.add(owner);
   expires_after(shared.limits.request_time);
+  if (buffer.size() == 0) {
+    // A client that sends nothing costs no state of TLS.
+    const auto [none] = co_await socket.async_wait(Socket::wait_read, kAwait);
+    if (none) co_return false;
+  }
+  tls.emplace(socket, *tls_context);
   // What was read behind a header of the PROXY protocol is the begin of the handshake.
   const auto [error, used] =
       co_await tls->async_handshake(asio::ssl::stream_base::server, buffer.data(), kAwait);
   buffer.consume(used);
-  end_waiting();
   co_return !error;
 }
 
@@ -235,7 +291,12 @@ Awaitable<error_code> Connection::State::read_some() {
 
 /// Waits for the first byte of a request, up to idle_time.
 Awaitable<bool> Connection::State::wait_for_request() {
-  if (buffer.size() > 0) co_return true;
+  set_state(OpenConnection::State::waiting);
+  if (buffer.size() > 0) {
+    // Other connections of this thread have their turn before the next of many requests.
+    co_await asio::post(kAwait);
+    co_return true;
+  }
   if (shared.stopping) co_return false;
   buffer.shrink_to_fit();
   expires_after(shared.limits.idle_time);
@@ -418,7 +479,7 @@ Awaitable<void> Connection::State::compute_piece(BodyStream& body, Piece& piece)
 
 Awaitable<bool> Connection::State::handle_request() {
   HeaderScan header = co_await read_header();
-  end_waiting();
+  set_state(OpenConnection::State::serving);
   deadline = kNever;  // no longer the client's time
   if (header.state == HeaderScan::State::partial) co_return false;
   const Clock::time_point begin = Clock::now();
@@ -474,6 +535,7 @@ void Connection::State::identify_client(const RequestParser& parser, Request& re
     if (!fields.user.empty()) request.user = parser.single(fields.user);
     groups = fields.groups.empty() ? std::string() : parser.list(fields.groups);
     request.groups = groups;
+    place.set_client(client.client_key());
   }
   address = client.client_key();
 }
@@ -500,13 +562,18 @@ Awaitable<bool> Connection::State::write(std::span<const std::byte> first,
     }
     first = {};
     if (asio::buffer_size(buffers) > 0) {
+      if (place.state() == OpenConnection::State::serving) {
+        set_state(OpenConnection::State::sending);
+      }
       expires_after(shared.limits.write_time);
+      is_writing = true;
       std::tuple<error_code, size_t> result;
       if (tls) {
         result = co_await asio::async_write(*tls, buffers, kAwait);
       } else {
         result = co_await asio::async_write(socket, buffers, kAwait);
       }
+      is_writing = false;
       deadline = kNever;
       if (std::get<error_code>(result)) co_return false;
     }
@@ -533,7 +600,10 @@ Awaitable<bool> Connection::State::write_response(Response& response, Piece& pie
     unsent = {};
     if (piece.step != BodyStream::Step::more) break;
     piece.clear();
-    if (!read_in_memory(response, piece)) co_await read_elsewhere(response, piece);
+    if (!read_in_memory(response, piece)) {
+      set_state(OpenConnection::State::serving);
+      co_await read_elsewhere(response, piece);
+    }
   }
   if (piece.step == BodyStream::Step::last) co_return true;
   if (!piece.error.message.empty()) report_fault(piece.error.message);
@@ -545,6 +615,7 @@ Awaitable<bool> Connection::State::write_response(Response& response, Piece& pie
 Awaitable<void> Connection::State::linger() {
   constexpr auto kMaxTime = std::chrono::seconds(2);
   constexpr size_t kMaxBytes = 256 * 1024;
+  set_state(OpenConnection::State::sending);
   expires_after(std::min<Clock::duration>(kMaxTime, shared.limits.write_time));
   if (tls) {
     // Sends close_notify, and waits for the client's.
@@ -560,6 +631,23 @@ Awaitable<void> Connection::State::linger() {
     if (error) co_return;
     total += bytes;
   }
+}
+
+/// Waits until the client has taken what was sent, as long as it does. The system would hold it
+/// without any limit.
+Awaitable<void> Connection::State::drain() {
+  const auto has_taken_all = [this] {
+    return !socket.is_open() || unacknowledged_bytes(socket.native_handle()) == 0;
+  };
+  if (has_taken_all()) co_return;
+  set_state(OpenConnection::State::sending);
+  expires_after(shared.limits.write_time);
+  late_bytes = acknowledged_bytes(socket.native_handle());
+  Timer pause(socket.get_executor());
+  do {
+    pause.expires_after(std::chrono::milliseconds(50));
+    co_await pause.async_wait(kAwait);
+  } while (!has_taken_all());
 }
 
 void Connection::State::write_access_log(const RequestParser& parser, const Request& request,

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "server/access_log.h"
+#include "server/admission.h"
 #include "server/asio.h"
 #include "server/byte_budget.h"
 #include "server/message.h"
@@ -17,7 +18,6 @@
 #include "server/server_log.h"
 #include "server/tls.h"
 #include "server/trusted_proxies.h"
-#include "server/waiting_connections.h"
 #include "server/work_pool.h"
 
 namespace isosplat {
@@ -43,10 +43,10 @@ struct ConnectionShared {
 /// side closes it. All functions except the constructor run on the socket's thread.
 class Connection {
  public:
-  /// `tls`: null for a connection without TLS. `waiting` lists this connection while it waits; it
-  /// must outlive the connection.
-  Connection(Socket socket, std::string address, std::shared_ptr<TlsContext> tls,
-             const ConnectionShared& shared, WaitingConnections& waiting);
+  /// `tls`: null for a connection without TLS. `place` is told how the connection gets on; it must
+  /// outlive it.
+  Connection(Socket socket, std::shared_ptr<TlsContext> tls, const ConnectionShared& shared,
+             OpenConnection& place);
   ~Connection();
 
   /// Whether the connection is one of a proxy that sends a header of the PROXY protocol: call
@@ -62,15 +62,19 @@ class Connection {
   /// reads no request.
   Awaitable<void> run(std::unique_ptr<Response> refusal);
 
-  /// Closes the connection if it waits for a request. For a server that stops.
+  /// Ends the connection if it waits for a request. For a server that stops.
   void stop();
 
-  /// Closes the connection at once.
+  /// Closes the connection at once, with a reset if the client has not taken everything.
   void abort();
 
-  /// Closes the connection if the client has not done in time what it waits for (the times of
-  /// ServerLimits). Call it regularly: setting a timer for each wait would cost more.
-  void close_if_late(std::chrono::steady_clock::time_point now);
+  /// Closes the connection at once, unless its state has changed since it was chosen.
+  void close_for_another(OpenConnection::State chosen);
+
+  /// Measures how fast the client takes a response, and closes the connection if it has not done in
+  /// time what it must (the times of ServerLimits). Call it regularly: setting a timer for each
+  /// wait would cost more.
+  void watch(std::chrono::steady_clock::time_point now);
 
  private:
   struct State;

@@ -61,10 +61,40 @@ uint64_t raise_open_file_limit() {
   return limit.rlim_cur;
 }
 
+/// How many descriptors of the process stores and connections may use. The others are for its
+/// threads that read headers, its logs, what it listens on, and refused connections.
+uint64_t spare_descriptors() {
+  constexpr uint64_t kOthers = 2 * uint64_t{Admission::kMostRefusals};
+  return raise_open_file_limit() - std::min(raise_open_file_limit() / 2, kOthers);
+}
+
 StorePool::Limits pool_limits(const ServerLimits& limits) {
   const uint64_t most = std::max<uint64_t>(raise_open_file_limit() / 4, 1);
   return {static_cast<size_t>(std::min<uint64_t>(limits.open_stores, most)), limits.directory_bytes,
           limits.all_directory_bytes};
+}
+
+Admission::Limits admission_limits(const ServerLimits& limits) {
+  const uint64_t most = spare_descriptors() - pool_limits(limits).stores;
+  return {.connections = static_cast<uint32_t>(std::min<uint64_t>(limits.connections, most)),
+          .per_address = limits.connections_per_address,
+          .least_rate = limits.least_rate,
+          .patience = limits.patience};
+}
+
+/// What the log says at the start if the system allows fewer open files than the limits need; else
+/// nothing.
+std::string descriptor_warning(const ServerLimits& limits) {
+  const uint64_t stores = limits.open_stores, connections = limits.connections;
+  const uint64_t spare = spare_descriptors();
+  if (stores + connections <= spare) return {};
+  return fmt::format(
+      "the system allows {} open files, fewer than {} connections and {} open stores need ({}): "
+      "the "
+      "limits are now {} and {}. Raise it (ulimit -n, LimitNOFILE= of systemd), or lower them",
+      raise_open_file_limit(), connections, stores,
+      stores + connections + raise_open_file_limit() - spare, admission_limits(limits).connections,
+      pool_limits(limits).stores);
 }
 
 RouterLimits router_limits(const ServerLimits& limits) {
@@ -109,7 +139,7 @@ struct Server::State {
                                          : Catalog::OutsideLinks::refused),
         stores(pool_limits(options.limits), [this](std::string_view line) { log.line(line); }),
         router(catalog, stores, router_limits(options.limits)),
-        admission(options.limits.connections, options.limits.connections_per_address),
+        admission(admission_limits(options.limits)),
         disk(options.disk_threads, metrics.reads_of_disk, metrics.reads_waiting),
         headers(header_threads(options), metrics.reads_of_disk, metrics.reads_waiting),
         computing(compute_threads(), metrics.computations, metrics.computations_waiting),
@@ -156,7 +186,6 @@ struct Server::State {
   bool fetch_keys();
   void follow_keys();
   Awaitable<void> accept_on(Acceptor& acceptor, bool has_tls);
-  bool close_longest_waiting();
   void wait_for_signal();
   void follow_files();
   bool read_headers(const CatalogSnapshot& snapshot, std::string& done);
@@ -343,34 +372,24 @@ Awaitable<void> Server::State::accept_on(Acceptor& acceptor, bool has_tls) {
     if (stopping || error == asio::error::operation_aborted) co_return;
     if (error) {
       // Most likely out of file descriptors: connections that end will free some.
-      pause.expires_after(std::chrono::milliseconds(50));
+      admission.make_room(std::chrono::steady_clock::now());
+      pause.expires_after(std::chrono::milliseconds(10));
       co_await pause.async_wait(kAwait);
       continue;
     }
     const IpAddress peer_address = IpAddress::of(*peer.data()).value_or(IpAddress{});
     const bool is_of_proxy = proxies.trusts(peer_address);
-    std::string address = is_of_proxy ? Admission::kOfProxy : peer_address.client_key();
-    const Admission::Verdict verdict =
-        admission.enter(address, [this] { return close_longest_waiting(); });
-    if (verdict == Admission::Verdict::ignored) {
+    auto place = admission.enter(is_of_proxy ? Admission::kOfProxy : peer_address.client_key(),
+                                 std::chrono::steady_clock::now());
+    if (!place) {
       ++metrics.connections_refused;
       if (log.has_access_log()) {
         log.access(refusal_line(options.log_format, peer_address.client_key(), 0, 0));
       }
       continue;
     }
-    worker.adopt(std::move(socket), std::move(address), verdict, has_tls ? tls_context() : nullptr);
+    worker.adopt(std::move(socket), std::move(place), has_tls ? tls_context() : nullptr);
   }
-}
-
-/// Closes the connection that has waited longest for a request; false if none waits. A client that
-/// needs it again opens another one (RFC 9112, 9.5).
-bool Server::State::close_longest_waiting() {
-  const auto longest = std::ranges::min_element(
-      workers, {}, [](const auto& worker) { return worker->longest_waiting_since(); });
-  if ((*longest)->longest_waiting_since() == WaitingConnections::kNone) return false;
-  (*longest)->close_longest_waiting();
-  return true;
 }
 
 void Server::State::wait_for_signal() {
@@ -445,7 +464,7 @@ void Server::State::run() {
   uint32_t threads = options.threads;
   if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
   for (uint32_t i = 0; i < threads; ++i) {
-    workers.push_back(std::make_unique<Worker>(shared, admission));
+    workers.push_back(std::make_unique<Worker>(shared));
   }
   workers_running = threads;
   for (const auto& worker : workers) {
@@ -637,6 +656,9 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
                                     ? fmt::format("isosplat-{}", state->bound_port)
                                     : chosen_options.cookie_name);
   if (Result<void> chosen = state->choose_policy(); !chosen) return tl::unexpected(chosen.error());
+  if (const std::string warning = descriptor_warning(state->options.limits); !warning.empty()) {
+    state->log.line(warning);
+  }
   state->catalog.scan();
   state->router.count_volumes();
   state->run();

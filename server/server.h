@@ -25,11 +25,16 @@ namespace isosplat {
 struct ServerLimits {
   size_t header_bytes = 16 * 1024;  ///< request line and header fields together: 431
   size_t target_bytes = 8 * 1024;   ///< the request's target: 414
-  /// Open connections: those that have waited longest for a request are closed; if none waits: 503.
+  /// Open connections: above it, those that make little progress are closed (Admission); if all do
+  /// well: 503. Fewer, if the system allows fewer open files.
   uint32_t connections = 1024;
   /// Open connections from one address (IPv6: one /64 network): 429. 0: no limit. Those of a
   /// trusted proxy are not limited.
   uint32_t connections_per_address = 256;
+  /// Bytes per second: clients that have taken a response more slowly for `patience` are closed for
+  /// new connections if the server is full.
+  uint64_t least_rate = 16 * 1024;
+  std::chrono::milliseconds patience{2'000};
   uint64_t query_bytes = uint64_t{64} << 20;  ///< of chunks in one response: 413
   uint32_t query_chunks = 65536;              ///< in one response: 413
   /// Of the directory pages that a query needs: 413.
@@ -50,8 +55,9 @@ struct ServerLimits {
   double bytes_per_second = 0;
   std::chrono::milliseconds idle_time{30'000};     ///< without a request on an open connection
   std::chrono::milliseconds request_time{10'000};  ///< from a request's first byte to its last
-  std::chrono::milliseconds write_time{30'000};  ///< for a client to take the next 64 KiB or frame
-  std::chrono::milliseconds stop_time{10'000};   ///< for responses in progress, after stop()
+  std::chrono::milliseconds write_time{30'000};   ///< for a client to take the next 64 KiB or frame
+  std::chrono::milliseconds refusal_time{2'000};  ///< to refuse a connection, with TLS or without
+  std::chrono::milliseconds stop_time{10'000};    ///< for responses in progress, after stop()
   /// The same, after the server has handed its sockets over to a new process.
   std::chrono::milliseconds hand_over_time{3'600'000};
 };

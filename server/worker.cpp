@@ -18,13 +18,13 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 
 /// The only response of a refused connection; null if it was admitted.
-std::unique_ptr<Response> refusal_of(Admission::Verdict verdict, const OriginPolicy& policy) {
+std::unique_ptr<Response> refusal_of(OpenConnection::Verdict verdict, const OriginPolicy& policy) {
   std::unique_ptr<Response> refusal;
-  if (verdict == Admission::Verdict::too_many) {
+  if (verdict == OpenConnection::Verdict::too_many) {
     refusal = std::make_unique<Response>(
         error_response(503, "too_many_connections",
                        "the server has reached its limit of connections: try again in a second"));
-  } else if (verdict == Admission::Verdict::too_many_from_one) {
+  } else if (verdict == OpenConnection::Verdict::too_many_from_one) {
     refusal = std::make_unique<Response>(error_response(
         429, "too_many_connections",
         "this address has reached its limit of connections: close some, or try again in a second"));
@@ -41,72 +41,74 @@ std::unique_ptr<Response> refusal_of(Admission::Verdict verdict, const OriginPol
 std::chrono::milliseconds interval_for(const ServerLimits& limits) {
   using std::chrono::milliseconds;
   const milliseconds shortest =
-      std::min({limits.idle_time, limits.request_time, limits.write_time, milliseconds(2000)});
+      std::min({limits.idle_time, limits.request_time, limits.write_time, limits.refusal_time,
+                limits.patience, milliseconds(2000)});
   return std::max(shortest / 8, milliseconds(5));
 }
 
 }  // namespace
 
-/// Registers a connection with its worker and with admission, and removes it when its coroutine
-/// ends, also by an exception.
+/// Registers a connection with its worker, and removes it when its coroutine ends, also by an
+/// exception; then its place is free.
 struct Worker::Membership {
-  Membership(Worker& its_worker, Socket socket, std::string its_address,
-             Admission::Verdict its_verdict, std::shared_ptr<TlsContext> tls)
+  Membership(Worker& its_worker, Socket socket, std::unique_ptr<OpenConnection> its_place,
+             std::shared_ptr<TlsContext> tls)
       : worker(its_worker),
-        address(std::move(its_address)),
-        verdict(its_verdict),
-        connection(std::make_unique<Connection>(std::move(socket), address, std::move(tls),
-                                                its_worker.shared_, its_worker.waiting_)) {
-    worker.connections_.insert(connection.get());
+        place(std::move(its_place)),
+        connection(std::make_unique<Connection>(std::move(socket), std::move(tls),
+                                                its_worker.shared_, *place)) {
+    place->set_close([&its_worker, id = place->id()](OpenConnection::State chosen) {
+      asio::post(its_worker.context_,
+                 [&its_worker, id, chosen] { its_worker.close_for_another(id, chosen); });
+    });
+    worker.connections_.emplace(place->id(), connection.get());
     if (worker.connections_.size() == 1) worker.watch_deadlines();
     Metrics& metrics = worker.shared_.metrics;
-    ++(verdict == Admission::Verdict::admitted ? metrics.connections : metrics.connections_refused);
+    ++(is_admitted() ? metrics.connections : metrics.connections_refused);
     ++metrics.connections_open;
   }
   /// For a connection of a proxy: it is one of this client from now on.
-  void name(std::string client) {
-    verdict = worker.admission_.name(client);
-    address = std::move(client);
-    if (verdict != Admission::Verdict::admitted) ++worker.shared_.metrics.connections_refused;
+  void name(const std::string& client) {
+    place->name(client);
+    if (!is_admitted()) ++worker.shared_.metrics.connections_refused;
   }
   Membership(const Membership&) = delete;
   Membership& operator=(const Membership&) = delete;
   ~Membership() {
     --worker.shared_.metrics.connections_open;
-    worker.connections_.erase(connection.get());
-    worker.admission_.leave(address, verdict);
+    worker.connections_.erase(place->id());
     if (worker.shared_.stopping) worker.finish_if_done();
   }
+  bool is_admitted() const { return place->verdict() == OpenConnection::Verdict::admitted; }
+
   Worker& worker;
-  std::string address;
-  Admission::Verdict verdict;
-  std::unique_ptr<Connection> connection;
+  std::unique_ptr<OpenConnection> place;
+  std::unique_ptr<Connection> connection;  ///< destroyed first
 };
 
-Worker::Worker(const ConnectionShared& shared, Admission& admission)
+Worker::Worker(const ConnectionShared& shared)
     : shared_(shared),
-      admission_(admission),
       guard_(context_.get_executor()),
       watch_interval_(interval_for(shared.limits)) {}
 
-void Worker::adopt(Socket socket, std::string address, Admission::Verdict verdict,
+void Worker::adopt(Socket socket, std::unique_ptr<OpenConnection> place,
                    std::shared_ptr<TlsContext> tls) {
-  asio::post(context_, [this, socket = std::move(socket), address = std::move(address), verdict,
+  asio::post(context_, [this, socket = std::move(socket), place = std::move(place),
                         tls = std::move(tls)]() mutable {
-    asio::co_spawn(context_, serve(std::move(socket), std::move(address), verdict, std::move(tls)),
+    asio::co_spawn(context_, serve(std::move(socket), std::move(place), std::move(tls)),
                    asio::detached);
   });
 }
 
-void Worker::close_longest_waiting() {
-  asio::post(context_, [this] {
-    if (Connection* const connection = waiting_.longest()) connection->abort();
-  });
+/// Admission has chosen a connection. Unless it has ended meanwhile.
+void Worker::close_for_another(uint64_t connection, OpenConnection::State chosen) {
+  const auto found = connections_.find(connection);
+  if (found != connections_.end()) found->second->close_for_another(chosen);
 }
 
 void Worker::stop(std::chrono::milliseconds time) {
   asio::post(context_, [this, time] {
-    for (Connection* connection : connections_) connection->stop();
+    for (const auto& [id, connection] : connections_) connection->stop();
     deadline_.expires_after(time);
     deadline_.async_wait([this](const error_code& error) {
       if (!error) abort_all();
@@ -119,16 +121,16 @@ void Worker::abort() {
   asio::post(context_, [this] { abort_all(); });
 }
 
-Awaitable<void> Worker::serve(Socket socket, std::string address, Admission::Verdict verdict,
+Awaitable<void> Worker::serve(Socket socket, std::unique_ptr<OpenConnection> place,
                               std::shared_ptr<TlsContext> tls) {
-  Membership membership(*this, std::move(socket), std::move(address), verdict, std::move(tls));
+  Membership membership(*this, std::move(socket), std::move(place), std::move(tls));
   Connection& connection = *membership.connection;
-  if (verdict == Admission::Verdict::admitted && connection.has_proxy_header()) {
-    std::optional<std::string> client = co_await connection.read_proxy_header();
+  if (membership.is_admitted() && connection.has_proxy_header()) {
+    const std::optional<std::string> client = co_await connection.read_proxy_header();
     if (!client) co_return;
-    membership.name(std::move(*client));
+    membership.name(*client);
   }
-  co_await connection.run(refusal_of(membership.verdict, shared_.router.policy()));
+  co_await connection.run(refusal_of(membership.place->verdict(), shared_.router.policy()));
 }
 
 void Worker::abort_all() {
@@ -136,7 +138,7 @@ void Worker::abort_all() {
   shared_.disk.stop();
   shared_.headers.stop();
   shared_.computing.stop();
-  for (Connection* connection : connections_) connection->abort();
+  for (const auto& [id, connection] : connections_) connection->abort();
 }
 
 void Worker::watch_deadlines() {
@@ -144,7 +146,7 @@ void Worker::watch_deadlines() {
   watch_.async_wait([this](const error_code& error) {
     if (error || connections_.empty()) return;
     const auto now = std::chrono::steady_clock::now();
-    for (Connection* connection : connections_) connection->close_if_late(now);
+    for (const auto& [id, connection] : connections_) connection->watch(now);
     watch_deadlines();
   });
 }

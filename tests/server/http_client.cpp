@@ -30,9 +30,14 @@ std::string Answer::header(const std::string& name) const {
   return std::next(first) == last ? first->second : "(repeated)";
 }
 
-Client::Client(uint16_t port) {
+Client::Client(uint16_t port, const char* from) {
   socket_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
+  if (from) {
+    address.sin_family = AF_INET;
+    ::inet_pton(AF_INET, from, &address.sin_addr);
+    ::bind(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address);
+  }
   address.sin_family = AF_INET;
   address.sin_port = htons(port);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -53,6 +58,10 @@ void Client::reset() {
   const linger at_once{1, 0};
   ::setsockopt(socket_, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
   ::close(std::exchange(socket_, -1));
+}
+
+void Client::end_sending() {
+  ::shutdown(socket_, SHUT_WR);
 }
 
 void Client::set_receive_buffer(int bytes) {

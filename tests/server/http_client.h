@@ -23,7 +23,8 @@ struct Answer {
 /// A client that sends bytes as they are given, so that tests can send what no client would.
 class Client {
  public:
-  explicit Client(uint16_t port);
+  /// `from`: its own address, such as "127.0.0.2"; null: as the system chooses.
+  explicit Client(uint16_t port, const char* from = nullptr);
   ~Client();
   Client(Client&& other) noexcept;
   Client(const Client&) = delete;
@@ -50,6 +51,9 @@ class Client {
   /// Ends the connection with a reset, as the system does for a program that was killed with
   /// answers unread.
   void reset();
+
+  /// Sends nothing more, but goes on to read.
+  void end_sending();
 
   /// Bytes that the kernel may hold for this client: little, to make a slow reader.
   void set_receive_buffer(int bytes);

@@ -1,0 +1,44 @@
+#include "server/tcp_progress.h"
+
+#include <linux/sockios.h>
+#include <linux/tcp.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+
+namespace isosplat {
+namespace {
+
+tcp_info information_of(int socket) {
+  tcp_info information{};
+  socklen_t bytes = sizeof information;
+  if (::getsockopt(socket, IPPROTO_TCP, TCP_INFO, &information, &bytes) != 0) return {};
+  return information;
+}
+
+}  // namespace
+
+uint64_t acknowledged_bytes(int socket) {
+  return information_of(socket).tcpi_bytes_acked;
+}
+
+uint64_t unacknowledged_bytes(int socket) {
+  int bytes = 0;
+  if (::ioctl(socket, SIOCOUTQ, &bytes) != 0 || bytes <= 0) return 0;
+  // After a reset, the system still counts what it has dropped.
+  constexpr uint8_t kClosed = 7;  // TCP_CLOSE of the kernel's tcp_states.h
+  return information_of(socket).tcpi_state == kClosed ? 0 : static_cast<uint64_t>(bytes);
+}
+
+bool has_departed(int socket) {
+  pollfd state{socket, POLLRDHUP, 0};
+  return ::poll(&state, 1, 0) > 0 && (state.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
+}
+
+void reset_on_close(int socket) {
+  const linger at_once{1, 0};
+  ::setsockopt(socket, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+}
+
+}  // namespace isosplat
