@@ -32,8 +32,9 @@ class DiskErrors : public ServerTest, public ::testing::WithParamInterface<const
     return *std::ranges::find_if(damaged.chunks, [](const auto& each) { return each.cells > 0; });
   }
   uint64_t offset_of(const KnownChunk& chunk) const {
-    const auto found = std::ranges::search(damaged.file, chunk.bytes);
-    return static_cast<uint64_t>(found.begin() - damaged.file.begin());
+    const auto found = std::search(damaged.file.begin(), damaged.file.end(), chunk.bytes.begin(),
+                                   chunk.bytes.end());
+    return static_cast<uint64_t>(found - damaged.file.begin());
   }
   /// The other store is served, on a connection that must have stayed open.
   void expect_others_served(Client& client) {

@@ -176,7 +176,8 @@ TEST_F(Monitoring, CountsFaults) {
   const KnownChunk& chunk = *std::ranges::max_element(
       alpha.chunks, {}, [](const KnownChunk& each) { return each.bytes.size(); });
   std::vector<std::byte> damaged = alpha.file;
-  *std::ranges::search(damaged, chunk.bytes).begin() ^= std::byte{1};
+  *std::search(damaged.begin(), damaged.end(), chunk.bytes.begin(), chunk.bytes.end()) ^=
+      std::byte{1};
   write_file(folder.path() / "damaged.isosplat", damaged);
   EXPECT_TRUE(eventually([&] { return log_mentions("damaged.isosplat, content"); }));
   Client client(port());
