@@ -11,7 +11,7 @@ import {
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { afterAll, beforeAll, describe, expect, test } from "vitest";
+import { afterAll, beforeAll, describe, expect, test, vi } from "vitest";
 import { type Core, CoreError } from "../../web/core/index.ts";
 import {
   type FaultKind,
@@ -24,6 +24,7 @@ import {
   StreamSession,
   slowRetry,
 } from "../../web/stream/index.ts";
+import { maxWholeBytes } from "../../web/stream/whole_file.ts";
 import { type RunningServer, serve } from "../browser/support/server.ts";
 import { FaultProxy } from "../support/fault_proxy.ts";
 import { type Nginx, nginx } from "../support/nginx.ts";
@@ -162,11 +163,24 @@ describe("a store that cannot be opened is told by what is wrong with it", () =>
     expect(await openingFault(new FileSource(`${host.url}nothing.isosplat`))).toBe("not-found");
   });
 
-  test("a host without Range", async () => {
+  test("a host without Range: small stores are fetched whole", async () => {
     const name = put(whole);
     const plain = await nginx({ folders: [folder], range: false });
     try {
-      expect(await openingFault(new FileSource(`${plain.url}${name}.isosplat`))).toBe("no-range");
+      const warn = vi.spyOn(console, "warn").mockImplementation(() => {});
+      const source = new FileSource(`${plain.url}${name}.isosplat`);
+      await newHarness().open(source, core);
+      expect(warn).toHaveBeenCalledOnce();
+      warn.mockRestore();
+      // Parts are taken from memory.
+      const { requests } = source;
+      const parts: Uint8Array[] = [];
+      const { signal } = new AbortController();
+      await source.range(100, 5000, signal, (part) => parts.push(part));
+      expect(Buffer.concat(parts).equals(whole.subarray(100, 5100))).toBe(true);
+      expect(source.requests).toBe(requests);
+      const large = put(Buffer.concat([whole, Buffer.alloc(maxWholeBytes)]));
+      expect(await openingFault(new FileSource(`${plain.url}${large}.isosplat`))).toBe("no-range");
     } finally {
       await plain.stop();
     }

@@ -9,6 +9,7 @@ import {
   transfer,
 } from "./transfer.ts";
 import { StreamError } from "./types.ts";
+import { fetchWhole } from "./whole_file.ts";
 
 /**
  * Two chunks with at most this many bytes between them are fetched by one request. A link of 20 Mbit/s
@@ -60,7 +61,10 @@ export interface SourceOptions extends Admittance {
   longestSilence?: number;
 }
 
-/** A store as one file on any host that answers HTTP Range requests. */
+/**
+ * A store as one file on any host that answers HTTP Range requests. From others, small stores are
+ * fetched whole, with a warning.
+ */
 export class FileSource implements Source {
   readonly name: string;
   protected readonly traffic = new Traffic();
@@ -70,6 +74,8 @@ export class FileSource implements Source {
   #etag: string | undefined;
   #fileBytes: number | undefined;
   #etagIdentifies = true;
+  /** The file, if its host does not serve parts of it. */
+  #whole: Promise<Uint8Array> | undefined;
 
   constructor(url: string, options: SourceOptions = {}) {
     this.name = url;
@@ -107,6 +113,7 @@ export class FileSource implements Source {
     this.#etag = undefined;
     this.#fileBytes = undefined;
     this.#fresh = false;
+    this.#whole = undefined;
   }
 
   async contentId(signal: AbortSignal): Promise<string> {
@@ -212,15 +219,46 @@ export class FileSource implements Source {
     }
   }
 
-  #ask(
+  async #ask(
     range: readonly [first: number, last: number],
     signal: AbortSignal,
     arrived: (part: Uint8Array) => void,
     fresh = this.fresh,
   ): Promise<void> {
+    if (this.#whole && !fresh) return this.#askWhole(range, signal, arrived);
     const identify = (answer: FileIdentity): void => this.#identify(answer);
     const options = { range, fresh, identify };
-    return transfer(this.fileUrl(), options, this.traffic, signal, arrived);
+    try {
+      await transfer(this.fileUrl(), options, this.traffic, signal, arrived);
+    } catch (error) {
+      if (!(error instanceof StreamError) || error.kind !== "no-range") throw error;
+      if (!this.#whole) {
+        console.warn(
+          `${this.name}: this host does not serve parts of files (HTTP Range): the store is fetched whole`,
+        );
+      }
+      if (fresh) this.#whole = undefined;
+      await this.#askWhole(range, signal, arrived, fresh);
+    }
+  }
+
+  async #askWhole(
+    [first, last]: readonly [first: number, last: number],
+    signal: AbortSignal,
+    arrived: (part: Uint8Array) => void,
+    fresh = false,
+  ): Promise<void> {
+    if (!this.#whole) {
+      const identify = (answer: FileIdentity): void => this.#identify(answer);
+      const whole = fetchWhole(this.fileUrl(), { fresh, identify }, this.traffic);
+      this.#whole = whole;
+      whole.catch(() => {
+        if (this.#whole === whole) this.#whole = undefined;
+      });
+    }
+    const bytes = await this.#whole;
+    signal.throwIfAborted();
+    if (first < bytes.length) arrived(bytes.subarray(first, last + 1));
   }
 
   async pages(

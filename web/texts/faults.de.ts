@@ -31,7 +31,7 @@ export const fault: typeof English = {
   },
   "no-range": {
     title: "Dieser Host liefert keine Teile von Dateien",
-    text: "Isosplat liest Isosplat-Dateien in Teilen, mit HTTP-Range-Anfragen, und dieser Host antwortet mit der ganzen Datei. Legen Sie die Datei auf einen Host, der Range unterstützt (nginx, S3 und die meisten Objektspeicher), oder liefern Sie sie mit „isosplat serve“ aus.",
+    text: "Isosplat liest Isosplat-Dateien in Teilen, mit HTTP-Range-Anfragen, und dieser Host antwortet mit der ganzen Datei, was nur für Dateien bis 16 MB genügt. Legen Sie die Datei auf einen Host, der Range unterstützt (nginx, S3 und die meisten Objektspeicher), oder liefern Sie sie mit „isosplat serve“ aus.",
   },
   "not-a-store": {
     title: "Das ist keine Isosplat-Datei",

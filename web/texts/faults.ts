@@ -36,7 +36,7 @@ export const faultTexts = /* @__PURE__ */ part("fault", {
   },
   "no-range": {
     title: "This host does not serve parts of files",
-    text: "Isosplat reads stores in pieces, by HTTP Range requests, and this host answers with the whole file. Put the store on a host that supports Range (nginx, S3 and most object stores do), or serve it with “isosplat serve”.",
+    text: "Isosplat reads stores in pieces, by HTTP Range requests, and this host answers with the whole file, which is done with stores of up to 16 MB only. Put the store on a host that supports Range (nginx, S3 and most object stores do), or serve it with “isosplat serve”.",
   },
   "not-a-store": {
     title: "This is not a store",

@@ -65,14 +65,6 @@ export const lastingFaults: readonly LastingFault[] = [
   },
   answersWith(503, "server-fault"),
   isChanged("not a store", "not-a-store", () => Buffer.from("no store at all. ".repeat(9000))),
-  {
-    name: "no Range",
-    where: "nginx",
-    begin: ({ proxy }) => {
-      proxy.fault = () => ({ kind: "whole" });
-    },
-    kind: "no-range",
-  },
   isChanged("cut short", "cut-short", (bytes) => bytes.subarray(0, 0.6 * bytes.length)),
   answersWith(403, "access-denied"),
   isChanged("a damaged header", "damaged-header", (bytes) => {
