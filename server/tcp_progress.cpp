@@ -3,7 +3,6 @@
 #include <linux/sockios.h>
 #include <linux/tcp.h>
 #include <netinet/in.h>
-#include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
@@ -29,11 +28,6 @@ uint64_t unacknowledged_bytes(int socket) {
   // After a reset, the system still counts what it has dropped.
   constexpr uint8_t kClosed = 7;  // TCP_CLOSE of the kernel's tcp_states.h
   return information_of(socket).tcpi_state == kClosed ? 0 : static_cast<uint64_t>(bytes);
-}
-
-bool has_departed(int socket) {
-  pollfd state{socket, POLLRDHUP, 0};
-  return ::poll(&state, 1, 0) > 0 && (state.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
 }
 
 void reset_on_close(int socket) {

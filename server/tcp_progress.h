@@ -13,10 +13,6 @@ uint64_t acknowledged_bytes(int socket);
 /// Bytes that were written to the connection and are not acknowledged yet; 0 once it is reset.
 uint64_t unacknowledged_bytes(int socket);
 
-/// Whether the other end has closed its side or reset the connection, also if it has sent bytes
-/// before that nobody has read yet.
-bool has_departed(int socket);
-
 /// Closing the descriptor then resets the connection. Otherwise the system goes on to send what the
 /// other end has not acknowledged, for as long as this end takes a little of it now and then.
 void reset_on_close(int socket);
