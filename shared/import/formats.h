@@ -26,6 +26,11 @@ Result<std::vector<VolumeChoice>> tiff_volumes(const std::filesystem::path& path
 Result<OpenVolume> open_dicom_file(const std::filesystem::path& path, const ImportOptions& options);
 Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
                                      const ImportOptions& options);
+/// A folder with a picture per slice: PNG, JPEG or JPEG 2000.
+Result<OpenVolume> open_image_folder(const std::filesystem::path& path,
+                                     const ImportOptions& options);
+/// The bytes of a folder's pictures of one format; 0 if it has fewer than two.
+uint64_t image_bytes_of_folder(const std::filesystem::path& folder);
 /// Whether the first bytes of a file are those of MRC; `by_name`: the file's name is one of MRC, so
 /// that the text "MAP " may be missing, as in files from before 2000.
 bool is_mrc(std::string_view beginning, bool by_name);

@@ -10,9 +10,13 @@
 #include "shared/import/file_stamps.h"
 #include "shared/import/formats.h"
 #include "shared/import/header_text.h"
+#include "shared/import/image_file.h"
 #include "shared/import/input_files.h"
+#include "shared/import/known_files.h"
 #include "shared/import/missing_values.h"
+#include "shared/import/packing.h"
 #include "shared/import/slice_files.h"
+#include "shared/import/unpacked_volume.h"
 
 namespace isosplat {
 namespace {
@@ -71,35 +75,6 @@ bool has_mrc_name(std::string_view lower_name) {
   return false;
 }
 
-struct Known {
-  std::string_view suffix;
-  std::string_view what;
-};
-
-/// Other file types that users may try, and what they are.
-constexpr Known kNotRead[] = {
-    {".vti", "VTK's XML format"},
-    {".vtu", "an unstructured VTK grid"},
-    {".vtr", "a rectilinear VTK grid"},
-    {".vts", "a curvilinear VTK grid"},
-    {".vtp", "a VTK mesh"},
-    {".vthb", "a VTK AMR hierarchy"},
-    {".mnc", "MINC"},
-    {".mgz", "FreeSurfer's format"},
-    {".png", "a single image"},
-    {".jpg", "a single image"},
-    {".jpeg", "a single image"},
-    {".zip", "an archive"},
-    {".tar", "an archive"},
-    {".img", "the voxels of a pair without a valid NIfTI .hdr"},
-    {".hdr",
-     "an ANALYZE header, which does not distinguish left from right, or an ENVI or other header"},
-    {".npz", "an archive of NumPy arrays"},
-    {".stl", "a mesh"},
-    {".ply", "a mesh or point cloud"},
-    {".obj", "a mesh"},
-};
-
 /// Whether a file with voxels has the header of a pair beside it.
 bool has_nifti_header(const std::filesystem::path& voxels) {
   std::filesystem::path header = voxels;
@@ -113,39 +88,34 @@ bool has_nifti_header(const std::filesystem::path& voxels) {
   return false;
 }
 
-tl::unexpected<Error> unsupported(const std::filesystem::path& path) {
-  const std::string extension = lower_case(path.extension().string());
-  if (extension == ".isosplat") {
-    return fail(
-        Status::unsupported_format,
-        fmt::format(
-            "{}: expected a volume, found a store: open it with isosplat view, info or serve",
-            path.string()));
-  }
-  std::string found = "found no known signature in the file";
-  for (const Known& known : kNotRead) {
-    if (known.suffix == extension) found = fmt::format("found {} ({})", extension, known.what);
-  }
-  return fail(
-      Status::unsupported_format,
-      fmt::format(
-          "{}: expected NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF or legacy VTK, {}: "
-          "convert the file (ParaView, 3D Slicer and ITK-SNAP write NRRD), or give "
-          "--dims and --type if it contains raw voxels",
-          path.string(), found));
+constexpr const char* kFormats =
+    "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF or legacy VTK";
+
+/// The error for a file that no reader takes. `beginning`: its first bytes, decompressed.
+tl::unexpected<Error> unsupported(const std::filesystem::path& path, std::string_view beginning) {
+  KnownFile known{"no known signature in the file",
+                  "save the volume as NRRD or NIfTI (3D Slicer and ITK-SNAP write both), or give "
+                  "--dims and --type if the file contains raw voxels"};
+  if (auto found = known_file(path, beginning)) known = std::move(*found);
+  return fail(Status::unsupported_format,
+              fmt::format("{}: expected {}, found {}: {}", path.string(), kFormats, known.what,
+                          known.remedy));
 }
 
-/// Whether a folder contains TIFF slices: the TIFF files are larger in total than the DICOM files.
-/// A DICOM scan may have a few screenshots beside it.
-bool is_tiff_folder(const std::filesystem::path& path) {
-  const auto tiffs = files_of_folder(path, {".tif", ".tiff"});
-  if (tiffs.empty()) return false;
+/// The reader of a folder: that of the format whose files are the largest in total. A DICOM scan
+/// may have a few screenshots beside it.
+Opener folder_opener(const std::filesystem::path& path) {
   uint64_t tiff_bytes = 0, dicom_bytes = 0;
-  for (const auto& file : tiffs) tiff_bytes += size_of_file(file).value_or(0);
+  for (const auto& file : files_of_folder(path, {".tif", ".tiff"})) {
+    tiff_bytes += size_of_file(file).value_or(0);
+  }
+  const uint64_t image_bytes = image_bytes_of_folder(path);
+  if (tiff_bytes == 0 && image_bytes == 0) return open_dicom_folder;
   for (const auto& file : files_of_folder(path, {})) {
     if (is_dicom(file)) dicom_bytes += size_of_file(file).value_or(0);
   }
-  return tiff_bytes > dicom_bytes;
+  if (dicom_bytes >= std::max(tiff_bytes, image_bytes)) return open_dicom_folder;
+  return tiff_bytes >= image_bytes ? open_tiff_folder : open_image_folder;
 }
 
 /// The names of a folder's subfolders, in order; hidden ones are left out.
@@ -160,43 +130,48 @@ std::vector<std::string> subfolders_of(const std::filesystem::path& folder) {
 }
 
 Result<OpenVolume> open_folder(const std::filesystem::path& path, const ImportOptions& options) {
-  if (is_tiff_folder(path)) return open_tiff_folder(path, options);
-  if (files_of_folder(path, {}).empty()) {
-    return fail(
-        Status::unsupported_format,
-        fmt::format("{}: expected a folder with DICOM or TIFF slices, found an empty folder",
-                    path.string()));
+  if (const auto known = known_folder(path)) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected a folder with slices, found {}: {}", path.string(),
+                            known->what, known->remedy));
   }
-  return open_dicom_folder(path, options);
+  return folder_opener(path)(path, options);
 }
-
-}  // namespace
-
-namespace {
 
 /// The reader of a file.
 struct Choice {
-  Opener opener = nullptr;  ///< null: none
-  bool has_header = false;  ///< and so takes no options for raw files
-  bool is_compressed_wrongly = false;
+  Opener opener = nullptr;          ///< null: none
+  bool has_header = false;          ///< and so takes no options for raw files
+  Packing packing = Packing::none;  ///< what must be removed before the reader can read the file
+  std::string beginning = {};       ///< the first bytes, decompressed if they are gzip data
 };
 
 /// Chooses the reader. `is_raw`: the options say what raw voxels it has. Errors: io_error.
 Result<Choice> choose_opener(const std::filesystem::path& path, bool is_raw) {
-  const auto beginning = read_beginning(path, 4096);
+  auto beginning = read_beginning(path, 4096);
   if (!beginning) return tl::unexpected(beginning.error());
+  const Packing packing = packing_of(*beginning);
+  if (packing != Packing::none && packing != Packing::gzip) {
+    return Choice{nullptr, false, packing, std::move(*beginning)};
+  }
   Opener opener = opener_for(*beginning);
   const std::string name = lower_case(path.filename().string());
-  if (is_gzip(path)) {
+  if (packing == Packing::gzip) {
     // The content decides, not the file's name.
-    const auto inside = expanded_beginning(path);
+    auto inside = expanded_beginning(path);
     opener = inside ? opener_for(*inside) : nullptr;
     if (!opener && inside && !is_raw && has_mrc_name(name) && is_mrc(*inside, true)) {
       opener = open_mrc;
     }
-    if (opener && opener != open_nifti && opener != open_mrc) return Choice{opener, true, true};
+    if (opener && opener != open_nifti && opener != open_mrc) {
+      return Choice{opener, true, packing, std::move(*inside)};
+    }
+    if (inside) beginning = std::move(*inside);
   }
-  if (!opener && (name.ends_with(".nii.gz") || name.ends_with(".nii"))) opener = open_nifti;
+  if (!opener && (name.ends_with(".nii.gz") || name.ends_with(".nii")) &&
+      !known_file(path, *beginning)) {
+    opener = open_nifti;
+  }
   if (!opener && has_nifti_header(path)) opener = open_nifti;
   if (!opener && !is_raw && has_mrc_name(name) && is_mrc(*beginning, true)) opener = open_mrc;
   const bool has_header = opener != nullptr;
@@ -204,8 +179,32 @@ Result<Choice> choose_opener(const std::filesystem::path& path, bool is_raw) {
                   name.ends_with(".raw.gz"))) {
     opener = open_raw;
   }
-  if (!opener && is_dicom(path)) opener = open_dicom_file;  // without the prefix "DICM"
-  return Choice{opener, has_header};
+  // Without the prefix "DICM".
+  if (!opener && packing == Packing::none && is_dicom(path)) opener = open_dicom_file;
+  return Choice{opener, has_header, Packing::none, std::move(*beginning)};
+}
+
+Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOptions& options);
+
+/// Opens a file that is compressed as a whole, once.
+Result<OpenVolume> open_packed(const std::filesystem::path& path, Packing packing,
+                               const ImportOptions& options) {
+  const auto check = [&](const std::filesystem::path& unpacked) -> Result<void> {
+    auto choice = choose_opener(unpacked, options.dims || options.type);
+    if (!choice) return tl::unexpected(choice.error());
+    if (choice->packing != Packing::none) {
+      return fail(
+          Status::unsupported_format,
+          fmt::format("{}: expected a file that is compressed once, found {} in {}: unpack "
+                      "it with {} -d",
+                      path.string(), name_of(choice->packing), name_of(packing), name_of(packing)));
+    }
+    if (!choice->opener) return unsupported(unpacked, choice->beginning);
+    return {};
+  };
+  return open_unpacked(path, packing, {check, [&](const std::filesystem::path& unpacked) {
+                                         return open_format(unpacked, options);
+                                       }});
 }
 
 /// Opens a volume with the reader of its format.
@@ -230,12 +229,7 @@ Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOp
   const auto choice = choose_opener(path, options.dims || options.type);
   if (!choice) return tl::unexpected(choice.error());
   if (const auto size = size_of_file(path); !size) return tl::unexpected(size.error());
-  if (choice->is_compressed_wrongly) {
-    return fail(Status::unsupported_format,
-                fmt::format("{}: expected a volume, found a gzip-compressed file of a format "
-                            "that Isosplat reads only uncompressed: decompress it with gunzip",
-                            path.string()));
-  }
+  if (choice->packing != Packing::none) return open_packed(path, choice->packing, options);
   if (choice->has_header && raw_options) {
     return fail(Status::invalid_argument,
                 fmt::format("{}: --dims, --type, --endian and --skip-bytes are for raw files, this "
@@ -243,7 +237,7 @@ Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOp
                             path.string()));
   }
   const Opener opener = choice->opener;
-  if (!opener) return unsupported(path);
+  if (!opener) return unsupported(path, choice->beginning);
   return opener(path, options);
 }
 
@@ -260,11 +254,18 @@ std::string_view format_of_file(const std::filesystem::path& path) {
                 {open_tiff_file, "TIFF"}, {open_dicom_file, "DICOM"},
                 {open_raw, "raw"}};
   const auto choice = choose_opener(path, false);
-  if (!choice || choice->is_compressed_wrongly) return {};
+  if (!choice) return {};
+  // A file that must be unpacked first may be anything: its opening says what it is.
+  if (choice->packing != Packing::none && !choice->opener) return "compressed";
   for (const auto& [opener, name] : kNames) {
     if (choice->opener == opener) return name;
   }
-  return {};
+  return image_format_of(choice->beginning);
+}
+
+std::string_view packing_of_file(const std::filesystem::path& path) {
+  const auto choice = choose_opener(path, false);
+  return choice ? name_of(choice->packing) : std::string_view{};
 }
 
 Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options) {
@@ -289,7 +290,7 @@ Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOp
 std::string volume_name(const std::filesystem::path& path) {
   std::filesystem::path file = path.filename();
   if (file.empty()) file = path.parent_path().filename();  // "folder/"
-  if (lower_case(file.extension().string()) == ".gz") file = file.stem();
+  file = unpacked_name(file);
   const std::string stem = file.stem().string();
   return stem.empty() ? "volume" : stem;
 }
@@ -308,7 +309,9 @@ Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& p
     }
   }
   const bool is_folder = input_kind(path) == InputKind::folder;
-  if (is_folder ? is_tiff_folder(path) : format_of_file(path) == "TIFF") return tiff_volumes(path);
+  if (is_folder ? folder_opener(path) == open_tiff_folder : format_of_file(path) == "TIFF") {
+    return tiff_volumes(path);
+  }
   return volumes;
 }
 

@@ -33,13 +33,13 @@ struct ImportOptions {
   /// and intercept.
   std::optional<double> missing_value;
   /// If missing_value is not set: whether voxels become absent that have a header's fill value, or
-  /// a single value far outside the range of all others.
+  /// a value that programs use for "no value", far outside the range of all others.
   bool finds_missing_values = true;
 };
 
 /// Values from `low` to `high` (usually equal) that stand for "no value" according to a file's
 /// header. If the header is not reliable (in DICOM, padding is often the value of air), they become
-/// absent only if they lie apart from all other values.
+/// absent only if they lie apart from all other values, and those are not labels.
 struct FillValue {
   double low = 0, high = 0;
   bool is_certain = true;
@@ -57,10 +57,10 @@ struct OpenVolume {
 
 /// Opens a volume: NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI (.nii, .nii.gz), MRC (.mrc,
 /// .map, .rec, also compressed), NumPy (.npy), HDF5, legacy VTK structured points (.vtk), TIFF (one
-/// file with pages, or a folder with a file per slice), DICOM (a folder with a series, or a
-/// multi-frame file), or raw voxels (with dims and type in the options, or both in the file's name,
-/// as in head_256x256x128_uint8.raw). Reads only the header, and checks it against the file's size
-/// if the file is not compressed.
+/// file with pages, or a folder with a file per slice), a folder of PNG, JPEG or JPEG 2000, DICOM
+/// (a folder with a series, or a multi-frame file), or raw voxels (with dims and type in the
+/// options, or both in the file's name, as in head_256x256x128_uint8.raw). Reads only the header,
+/// and checks it against the file's size if the file is not compressed.
 ///
 /// The result is the volume that the file describes; or that volume with notes about assumptions;
 /// or an error. Data that are missing, truncated or contradictory are an error unless
@@ -73,9 +73,13 @@ struct OpenVolume {
 Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options);
 
 /// The format of a file by its first bytes and its name: "NRRD", "MetaImage", "NIfTI", "MRC",
-/// "NumPy", "HDF5", "netCDF" (its classic format), "VTK", "TIFF", "DICOM" or "raw"; empty if no
-/// reader takes it. Reads no headers: open_volume may still refuse it.
+/// "NumPy", "HDF5", "netCDF" (its classic format), "VTK", "TIFF", "DICOM", "raw" or "compressed";
+/// empty if no reader takes it. Reads no headers: open_volume may still refuse it.
 std::string_view format_of_file(const std::filesystem::path& path);
+
+/// How a file is compressed as a whole, if open_volume unpacks it before its reader reads it:
+/// "gzip", "bzip2", "xz" or "zstd"; else empty. In WebAssembly the caller unpacks it.
+std::string_view packing_of_file(const std::filesystem::path& path);
 
 /// The paths of the datasets of an HDF5 file that are volumes, in order. Errors: those of
 /// open_volume.

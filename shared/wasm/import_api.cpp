@@ -63,6 +63,11 @@ uint32_t isosplat_import_detect(IsosplatImport* importer, const char* path, uint
   return 0;
 }
 
+uint32_t isosplat_import_packing(IsosplatImport* importer, const char* path, uint32_t bytes) {
+  put(importer, packing_of_file(std::filesystem::path(std::string(path, bytes))));
+  return 0;
+}
+
 uint32_t isosplat_import_choices(IsosplatImport* importer, const char* path, uint32_t bytes) {
   const auto volumes = volumes_in_file(std::filesystem::path(std::string(path, bytes)));
   if (!volumes) return report(importer, volumes.error());

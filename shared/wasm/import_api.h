@@ -29,6 +29,9 @@ uint32_t isosplat_import_result_bytes(const IsosplatImport* importer);
 /// if no reader takes it.
 uint32_t isosplat_import_detect(IsosplatImport* importer, const char* path, uint32_t bytes);
 
+/// How a file is compressed, if JavaScript must unpack it before it is opened. Result: packing_of_file.
+uint32_t isosplat_import_packing(IsosplatImport* importer, const char* path, uint32_t bytes);
+
 /// The volumes of a file that has several. Result: a JSON list of VolumeChoice in
 /// web/import/types.ts, empty if no choice is needed. Errors: those of volumes_in_file.
 uint32_t isosplat_import_choices(IsosplatImport* importer, const char* path, uint32_t bytes);

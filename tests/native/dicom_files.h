@@ -8,7 +8,7 @@
 #include <map>
 
 #include "shared/grid/grid.h"
-#include "tests/native/volume_files.h"
+#include "tests/native/import_checks.h"
 
 // Writes DICOM files element by element, from PS3.5 and PS3.10. Series of slices sample a field
 // that is known at every position, so tests can check each voxel.
@@ -325,30 +325,16 @@ inline void expect_field(OpenVolume& volume, const BallSeries& series, double to
   EXPECT_GT(greatest, 1000) << "the volume does not contain the balls";
 }
 
-inline OpenVolume open(const std::filesystem::path& path, const ImportOptions& options = {}) {
-  auto volume = open_volume(path, options);
-  EXPECT_TRUE(volume) << volume.error().message;
-  return volume ? std::move(*volume) : OpenVolume{};
-}
-
 inline ImportOptions allowing(Allowance allowance) {
   ImportOptions options;
   options.allowed.add(allowance);
   return options;
 }
 
-/// Expects that one of the notes contains `text`.
-inline void expect_note(const OpenVolume& volume, const std::string& text) {
-  for (const std::string& note : volume.notes) {
-    if (note.find(text) != std::string::npos) return;
-  }
-  ADD_FAILURE() << "no note contains \"" << text
-                << "\": " << ::testing::PrintToString(volume.notes);
-}
-
 /// Expects that opening fails with a message that contains all of `texts`.
-inline void expect_error(const std::filesystem::path& path, const std::vector<std::string>& texts,
-                         const ImportOptions& options = {}) {
+inline void expect_open_error(const std::filesystem::path& path,
+                              const std::vector<std::string>& texts,
+                              const ImportOptions& options = {}) {
   const auto volume = open_volume(path, options);
   ASSERT_FALSE(volume) << "expected an error that contains \"" << texts[0] << "\"";
   for (const std::string& text : texts) {

@@ -28,7 +28,7 @@ class DicomFrames : public ::testing::Test {
     return open_volume(path, options);
   }
 
-  void expect_error(const DicomItem& data, const std::vector<std::string>& texts) {
+  void expect_open_error(const DicomItem& data, const std::vector<std::string>& texts) {
     const auto volume = open_data(data);
     ASSERT_FALSE(volume) << "expected an error that contains \"" << texts[0] << "\"";
     for (const std::string& text : texts) {
@@ -117,7 +117,7 @@ TEST_F(DicomFrames, StacksOfDifferentOrientationAreChosen) {
   const auto more = all_pixels(coronal, frames_of(coronal));
   pixels.insert(pixels.end(), more.begin(), more.end());
   data[0x7fe00010] = dicom_numbers("OW", pixels);
-  expect_error(data, {"found 2 kinds", "stack 1", "stack 2", "coronal"});
+  expect_open_error(data, {"found 2 kinds", "stack 1", "stack 2", "coronal"});
   for (const char* which : {"1", "2"}) {
     ImportOptions options;
     options.series = which;
@@ -148,7 +148,7 @@ TEST_F(DicomFrames, TimesInAFileAreDistinguished) {
   data[0x52009230] = dicom_sequence(frames);
   data[0x00280008] = dicom_text("IS", "24");
   data[0x7fe00010] = dicom_numbers("OW", pixels);
-  expect_error(data, {"found 2 at the same position", "temporal position"});
+  expect_open_error(data, {"found 2 at the same position", "temporal position"});
   for (int t = 0; t < 2; ++t) {
     ImportOptions options;
     options.time_step = t;
@@ -208,11 +208,11 @@ TEST_F(DicomFrames, DoseGridsHaveTheirScalingAndBothKindsOfOffsets) {
   expect_field(*volume, series, 0.01);
 
   absolute[0] += 1;
-  expect_error(dose(series, absolute, 1), {"frame offsets"});
+  expect_open_error(dose(series, absolute, 1), {"frame offsets"});
   absolute.pop_back();
-  expect_error(dose(series, absolute, 1), {"12 frames and 11 offsets"});
+  expect_open_error(dose(series, absolute, 1), {"12 frames and 11 offsets"});
   relative[5] += 0.9;
-  expect_error(dose(series, relative, 1), {"unevenly spaced"});
+  expect_open_error(dose(series, relative, 1), {"unevenly spaced"});
 }
 
 TEST_F(DicomFrames, ANegativeSpacingGoesAgainstTheNormal) {
@@ -252,11 +252,11 @@ TEST_F(DicomFrames, FilmsAndProjectionsAreRefused) {
   DicomItem film = data;
   film[0x00080060] = dicom_text("CS", "XA");
   film[0x00181063] = dicom_text("DS", "33");
-  expect_error(film, {"frames of a film"});
+  expect_open_error(film, {"frames of a film"});
   DicomItem projections = data;
   projections[0x00080060] = dicom_text("CS", "NM");
   projections[0x00080008] = dicom_text("CS", "ORIGINAL\\PRIMARY\\TOMO\\EMISSION");
-  expect_error(projections, {"projections"});
+  expect_open_error(projections, {"projections"});
 }
 
 TEST_F(DicomFrames, FramesWithoutPositionsAreStackedWithANote) {
@@ -274,21 +274,21 @@ TEST_F(DicomFrames, ContradictionsAreErrors) {
   const DicomItem data = series.enhanced(frames_of(series));
   DicomItem changed = data;
   changed[0x52009230].items.pop_back();
-  expect_error(changed, {"12 frames and 11 items"});
+  expect_open_error(changed, {"12 frames and 11 items"});
   changed = data;
   changed[0x52009230].items[3].erase(0x00209113);
-  expect_error(changed, {"others have none"});
+  expect_open_error(changed, {"others have none"});
   changed = data;
   changed[0x00280008] = dicom_text("IS", "13");
-  expect_error(changed, {"13 frames and 12 items"});
+  expect_open_error(changed, {"13 frames and 12 items"});
   changed = data;
   changed[0x52009230].items[3][0x00209113] =
       dicom_sequence({{{0x00200032, dicom_text("DS", "1\\x\\3")}}});
-  expect_error(changed, {"position"});
+  expect_open_error(changed, {"position"});
   changed = data;
   changed[0x52009230].items[3][0x00209113] =
       dicom_sequence({{{0x00200032, series.position_value(4)}}});
-  expect_error(changed, {"at the same position", "frame 4 of", "frame 5 of"});
+  expect_open_error(changed, {"at the same position", "frame 4 of", "frame 5 of"});
 }
 
 TEST_F(DicomFrames, TruncatedFilesAreErrorsOrHaveAbsentVoxels) {

@@ -11,9 +11,9 @@ using test::BallSeries;
 using test::dicom_text;
 using test::DicomItem;
 using test::DicomWriter;
-using test::expect_error;
 using test::expect_field;
 using test::expect_note;
+using test::expect_open_error;
 using test::open;
 using test::TempFolder;
 using test::write_file;
@@ -38,7 +38,7 @@ TEST(DicomMissing, SlicesThatEndBeforeTheirPixelsAreErrors) {
     series.write(folder);
     std::filesystem::remove(folder / series.file_name(last));
     write_file(folder / "IM12", cut);  // a name without meaning
-    expect_error(folder.path(), {"IM12", "ends before its pixels", "--allow-gaps"});
+    expect_open_error(folder.path(), {"IM12", "ends before its pixels", "--allow-gaps"});
     auto volume = open(folder.path(), allowing(Allowance::gaps));
     expect_note(volume, "1 file is ignored, which cannot be read (IM12)");
     EXPECT_EQ(volume.source->header().grid.voxels.z, last);
@@ -61,7 +61,7 @@ TEST(DicomMissing, ACutDeflatedSliceIsFoundWhenTheFolderIsOpened) {
   const std::string name = series.file_name(6);
   const std::string whole = test::read_file(folder / name);
   write_file(folder / name, whole.substr(0, whole.size() - whole.size() / 4));
-  expect_error(folder.path(), {name, "end before their last pixel", "--allow-truncated"});
+  expect_open_error(folder.path(), {name, "end before their last pixel", "--allow-truncated"});
 
   auto volume = open(folder.path(), allowing(Allowance::truncated));
   ASSERT_TRUE(volume.source);

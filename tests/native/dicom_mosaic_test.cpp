@@ -8,9 +8,9 @@ using test::BallSeries;
 using test::dicom_text;
 using test::DicomItem;
 using test::DicomWriter;
-using test::expect_error;
 using test::expect_field;
 using test::expect_note;
+using test::expect_open_error;
 using test::open;
 using test::TempFolder;
 using test::write_file;
@@ -91,7 +91,7 @@ TEST_F(DicomMosaic, TimesAreMosaicsOfOneFolder) {
     data[0x00200013] = dicom_text("IS", std::to_string(t + 1));
     write(data);
   }
-  expect_error(folder_.path(), {"found 3 at the same position", "acquisition number"});
+  expect_open_error(folder_.path(), {"found 3 at the same position", "acquisition number"});
   ImportOptions options;
   for (int t = 0; t < 3; ++t) {
     options.time_step = t;
@@ -126,16 +126,16 @@ TEST_F(DicomMosaic, ContradictionsAndMissingHeadersAreErrors) {
   const MosaicFile file;
   DicomItem data = file.data();
   data.erase(0x00291010);
-  expect_error(write(data), {"mosaic", "does not state the number of its slices"});
+  expect_open_error(write(data), {"mosaic", "does not state the number of its slices"});
   data = file.data();
   test::add_csa(data, test::csa_of_mosaic(26, {0, 0, 1}, true));
-  expect_error(write(data), {"mosaic of 26 slices in 6 rows and columns"});
+  expect_open_error(write(data), {"mosaic of 26 slices in 6 rows and columns"});
   data = file.data();
   test::add_csa(data, test::csa_of_mosaic(11, {0, 1, 0}, true));
-  expect_error(write(data), {"normal"});
+  expect_open_error(write(data), {"normal"});
   data = file.data();
   data.erase(0x00280030);
-  expect_error(write(data), {"pixel spacing"});
+  expect_open_error(write(data), {"pixel spacing"});
   data = file.data();
   const std::string csa = test::csa_of_mosaic(11, {0, 0, 1}, true);
   for (size_t cut = 0; cut < csa.size(); cut += 7) {  // a damaged header is no crash
@@ -149,7 +149,7 @@ TEST_F(DicomMosaic, ATruncatedMosaicLacksItsLastVoxels) {
   const std::string bytes = DicomWriter({}).file(file.data());
   const auto path = folder_ / "cut.dcm";
   write_file(path, bytes.substr(0, bytes.size() - 3000));
-  expect_error(path, {"--allow-truncated"});
+  expect_open_error(path, {"--allow-truncated"});
   auto volume = open(path, test::allowing(Allowance::truncated));
   ASSERT_TRUE(volume.source);
   const auto values = test::read_all(*volume.source);

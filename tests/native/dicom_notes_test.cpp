@@ -52,10 +52,10 @@ class DicomNotes : public ::testing::Test {
     for (const std::string& note : notes) test::expect_note(volume, note);
   }
 
-  void expect_error(const DicomItem& data, const std::vector<std::string>& texts) {
+  void expect_open_error(const DicomItem& data, const std::vector<std::string>& texts) {
     const auto path = folder_ / fmt::format("{}.dcm", ++files_);
     test::write_file(path, DicomWriter({}).file(data));
-    test::expect_error(path, texts);
+    test::expect_open_error(path, texts);
   }
 
   BallSeries series_;
@@ -141,7 +141,7 @@ TEST_F(DicomNotes, SlicesWithoutPositionsAreOrderedByTheirLocations) {
     data[0x00201041] = dicom_text("DS", fmt::format("{}", 2.0 * z - 7));
     series_.write_slice(folder_, z, data);
   }
-  test::expect_error(folder_.path(), {"no position", "slice locations with --allow-unplaced"});
+  test::expect_open_error(folder_.path(), {"no position", "slice locations with --allow-unplaced"});
   const auto volume = test::open(folder_.path(), test::allowing(Allowance::unplaced));
   test::expect_note(volume, "in the order of their slice locations, at a distance of 2 mm");
   test::expect_note(volume, kNoOrientation);
@@ -174,16 +174,16 @@ TEST_F(DicomNotes, TilesOfAWholeSlideImageAreNoSlices) {
       data[0x00280004] = dicom_text("CS", photometric);
       data[0x00480006] = dicom_numbers("UL", std::vector<uint32_t>{60});
       data[0x00480007] = dicom_numbers("UL", std::vector<uint32_t>{34});
-      expect_error(data, {"12 tiles of 20 × 17 pixels", "whole-slide image of 60 × 34"});
+      expect_open_error(data, {"12 tiles of 20 × 17 pixels", "whole-slide image of 60 × 34"});
       data[0x00480302] = dicom_numbers("UL", std::vector<uint32_t>{3});
       data[0x00480303] = dicom_numbers("UL", std::vector<uint32_t>{2});
-      expect_error(data, {"in 2 focal planes", "of 3 optical paths"});
+      expect_open_error(data, {"in 2 focal planes", "of 3 optical paths"});
       // A segmentation of such an image is tiled as well.
       data[0x00080016] = dicom_text("UI", "1.2.840.10008.5.1.4.1.1.66.4");
-      expect_error(data, {"tiles"});
+      expect_open_error(data, {"tiles"});
     }
   }
-  test::expect_error(folder_.path(), {"tiles of 20 × 17 pixels"});
+  test::expect_open_error(folder_.path(), {"tiles of 20 × 17 pixels"});
   series_.write(folder_);
   const auto volume = test::open(folder_.path());
   test::expect_note(volume, "which are whole-slide images");
@@ -196,7 +196,7 @@ TEST_F(DicomNotes, EnhancedFramesWithoutPositionsAreAFilm) {
   std::vector<DicomItem> groups(static_cast<size_t>(series_.size.z));
   for (DicomItem& group : groups) group[0x00209111] = dicom_sequence({DicomItem{}});
   data[0x52009230] = dicom_sequence(groups);
-  expect_error(data, {"frames of a film"});
+  expect_open_error(data, {"frames of a film"});
 }
 
 TEST_F(DicomNotes, PartsOfAConcatenationAreOneVolume) {
@@ -210,8 +210,8 @@ TEST_F(DicomNotes, PartsOfAConcatenationAreOneVolume) {
   };
   const auto first = folder_ / "a.dcm", second = folder_ / "b.dcm";
   test::write_file(first, DicomWriter({}).file(part(1, {0, 1, 2, 3, 4, 5})));
-  test::expect_error(first, {"1 of 2 parts of the image (Concatenation) are missing"});
-  test::expect_error(folder_.path(), {"1 of 2 parts"});
+  test::expect_open_error(first, {"1 of 2 parts of the image (Concatenation) are missing"});
+  test::expect_open_error(folder_.path(), {"1 of 2 parts"});
   const auto allowed = test::open(first, test::allowing(Allowance::gaps));
   test::expect_note(allowed, "are missing");
   test::write_file(second, DicomWriter({}).file(part(2, {6, 7, 8, 9, 10, 11})));

@@ -156,7 +156,7 @@ TEST_F(DicomSegments, OneOfSeveralIsChosenByNumberOrLabel) {
     for (const bool omits : {false, true}) {
       file.omits_empty = omits;
       const auto path = write(file.data());
-      test::expect_error(
+      test::expect_open_error(
           path, {"found 2 in a segmentation", "--segment 1 or \"low\"", "--segment 2 or \"high\""});
       for (const auto& [choice, number] : {std::pair{"1", 1}, {"low", 1}, {"2", 2}, {"High", 2}}) {
         auto volume = test::open(path, choosing(choice));
@@ -165,8 +165,8 @@ TEST_F(DicomSegments, OneOfSeveralIsChosenByNumberOrLabel) {
         expect_note(volume, number == 1 ? "segment 1 (\"low\") of 2" : "segment 2 (\"high\") of 2");
         if (type == Type::fractional) expect_note(volume, "200 stands for 1");
       }
-      test::expect_error(path, {"none that is \"bone\"", "--segment 1"}, choosing("bone"));
-      test::expect_error(path, {"none that is \"3\""}, choosing("3"));
+      test::expect_open_error(path, {"none that is \"bone\"", "--segment 1"}, choosing("bone"));
+      test::expect_open_error(path, {"none that is \"3\""}, choosing("3"));
     }
   }
 }
@@ -224,7 +224,7 @@ TEST_F(DicomSegments, OmittedFramesAreOutsideTheSegment) {
       plane[0x00200032] = dicom_text("DS", test::dicom_decimals({p.x, p.y, p.z}));
     }
   }
-  test::expect_error(write(data), {"at even steps"}, choosing("1"));
+  test::expect_open_error(write(data), {"at even steps"}, choosing("1"));
 }
 
 TEST_F(DicomSegments, TheOnlySegmentNeedsNoChoice) {
@@ -249,8 +249,8 @@ TEST_F(DicomSegments, TheOnlySegmentNeedsNoChoice) {
   EXPECT_TRUE(volume.notes.empty()) << ::testing::PrintToString(volume.notes);
   // A segment that is described, but has no frame.
   data[0x00620002].items.push_back(SegmentFile::segment(5, "nothing"));
-  test::expect_error(write(data), {"--segment 5 or \"nothing\", 0 frames"});
-  test::expect_error(write(data), {"has no frames: it is empty"}, choosing("nothing"));
+  test::expect_open_error(write(data), {"--segment 5 or \"nothing\", 0 frames"});
+  test::expect_open_error(write(data), {"has no frames: it is empty"}, choosing("nothing"));
 }
 
 TEST_F(DicomSegments, ALabelMapKeepsItsBackground) {
@@ -266,7 +266,7 @@ TEST_F(DicomSegments, ALabelMapKeepsItsBackground) {
     auto high = test::open(path, choosing("high"));
     expect_segment(high, file, 2, true);
     expect_note(high, "voxels of segment 2 (\"high\") are 1, all others 0");
-    test::expect_error(path, {"none that is \"bone\""}, choosing("bone"));
+    test::expect_open_error(path, {"none that is \"bone\""}, choosing("bone"));
   }
   file.slices = {0, 1, 2, 3, 4, 7, 8, 9, 10, 11};
   auto volume = test::open(write(file.data()));
@@ -289,7 +289,7 @@ TEST_F(DicomSegments, AnImageBesideItsSegmentationIsRead) {
   options.series = "2";
   volume = test::open(folder_.path(), options);
   expect_segment(volume, file, 2);
-  test::expect_error(folder_.path(), {"--segment", "found an image"}, choosing("2"));
+  test::expect_open_error(folder_.path(), {"--segment", "found an image"}, choosing("2"));
 }
 
 TEST_F(DicomSegments, TruncatedBitsAreAnErrorOrAbsent) {
@@ -297,7 +297,7 @@ TEST_F(DicomSegments, TruncatedBitsAreAnErrorOrAbsent) {
   const std::string bytes = DicomWriter({}).file(file.data());
   const auto path = folder_ / "cut.dcm";
   test::write_file(path, bytes.substr(0, bytes.size() - 31));
-  test::expect_error(path, {"--allow-truncated"}, choosing("2"));
+  test::expect_open_error(path, {"--allow-truncated"}, choosing("2"));
   ImportOptions options = test::allowing(Allowance::truncated);
   options.segment = "2";
   auto volume = test::open(path, options);

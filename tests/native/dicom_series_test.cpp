@@ -17,9 +17,9 @@ using test::BallSeries;
 using test::dicom_text;
 using test::DicomItem;
 using test::DicomWriter;
-using test::expect_error;
 using test::expect_field;
 using test::expect_note;
+using test::expect_open_error;
 using test::open;
 using test::TempFolder;
 using test::write_file;
@@ -144,7 +144,7 @@ TEST(DicomSeries, AMissingSliceIsAnErrorOrIsInterpolated) {
   for (int z = 0; z < series.size.z; ++z) {
     if (z != 4 && z != 7) series.write_slice(folder, z, series.slice(z));
   }
-  expect_error(folder.path(), {"missing or unevenly spaced", "2 to 4 mm", "--allow-gaps"});
+  expect_open_error(folder.path(), {"missing or unevenly spaced", "2 to 4 mm", "--allow-gaps"});
   auto volume = open(folder.path(), allowing(Allowance::gaps));
   expect_note(volume, "2 of 12 slices are interpolated");
   EXPECT_EQ(volume.source->header().grid.voxels, series.size);
@@ -182,7 +182,7 @@ TEST(DicomSeries, UnevenSpacingIsAnError) {
     data[0x00200032] = dicom_text("DS", fmt::format("{}\\{}\\{}", p.x, p.y, 2 * z + 0.02 * z * z));
     series.write_slice(folder, z, data);
   }
-  expect_error(folder.path(), {"unevenly spaced", "--allow-gaps"});
+  expect_open_error(folder.path(), {"unevenly spaced", "--allow-gaps"});
 }
 
 TEST(DicomSeries, TwoOrientationsInASeriesNeedAChoice) {
@@ -193,7 +193,7 @@ TEST(DicomSeries, TwoOrientationsInASeriesNeedAChoice) {
   tilted.first_instance = 11;
   axial.write(folder);
   tilted.write(folder);
-  expect_error(folder.path(), {"found 2 kinds", "--series 1: ", "--series 2: ", "axial"});
+  expect_open_error(folder.path(), {"found 2 kinds", "--series 1: ", "--series 2: ", "axial"});
   int found_axial = 0;
   for (const char* number : {"1", "2"}) {
     auto volume = open(folder.path(), with_series(number));
@@ -202,8 +202,8 @@ TEST(DicomSeries, TwoOrientationsInASeriesNeedAChoice) {
     expect_field(volume, is_axial ? axial : tilted);
   }
   EXPECT_EQ(found_axial, 1);
-  expect_error(folder.path(), {"--series"}, with_series("3"));
-  expect_error(folder.path(), {"--series"}, with_series("1.2.3.4"));
+  expect_open_error(folder.path(), {"--series"}, with_series("3"));
+  expect_open_error(folder.path(), {"--series"}, with_series("1.2.3.4"));
 }
 
 TEST(DicomSeries, TwoPixelSpacingsSizesOrPhotometricInterpretationsNeedAChoice) {
@@ -221,7 +221,7 @@ TEST(DicomSeries, TwoPixelSpacingsSizesOrPhotometricInterpretationsNeedAChoice) 
       if (what == 2) data[0x00280004] = dicom_text("CS", "MONOCHROME1");
       second.write_slice(folder, z, data);
     }
-    expect_error(folder.path(), {"found 2 kinds", "--series 2: "});
+    expect_open_error(folder.path(), {"found 2 kinds", "--series 2: "});
   }
 }
 
@@ -290,7 +290,7 @@ TEST(DicomSeries, DamagedFilesAreErrorsOrIgnored) {
     series.write(folder);
     const std::string whole = test::read_file(folder / series.file_name(5));
     write_file(folder / series.file_name(5), is_empty ? "" : whole.substr(0, 300));
-    expect_error(folder.path(), {series.file_name(5), "--allow-gaps"});
+    expect_open_error(folder.path(), {series.file_name(5), "--allow-gaps"});
     auto volume = open(folder.path(), allowing(Allowance::gaps));
     expect_note(volume, "1 file is ignored, which cannot be read");
     expect_note(volume, "1 of 12 slices are interpolated");
@@ -303,8 +303,8 @@ TEST(DicomSeries, ATruncatedSliceIsAnErrorOrHasAbsentVoxels) {
   series.write(folder);
   const std::string whole = test::read_file(folder / series.file_name(6));
   write_file(folder / series.file_name(6), whole.substr(0, whole.size() - 101));
-  expect_error(folder.path(),
-               {series.file_name(6), "end before their last pixel", "--allow-truncated"});
+  expect_open_error(folder.path(),
+                    {series.file_name(6), "end before their last pixel", "--allow-truncated"});
   auto volume = open(folder.path(), allowing(Allowance::truncated));
   expect_note(volume, "end before their last pixel");
   const auto values = test::read_all(*volume.source);
@@ -328,7 +328,7 @@ TEST(DicomSeries, PixelsForAnotherFrameAreAnErrorOrIgnored) {
   pixels.insert(pixels.end(), pixels.begin(), pixels.end());
   data[0x7fe00010] = test::dicom_numbers("OW", pixels);
   series.write_slice(folder, 3, data);
-  expect_error(folder.path(), {"more pixels than their header says", "--allow-surplus"});
+  expect_open_error(folder.path(), {"more pixels than their header says", "--allow-surplus"});
   auto volume = open(folder.path(), allowing(Allowance::surplus));
   expect_field(volume, series);
 }
@@ -365,7 +365,7 @@ TEST(DicomSeries, PixelsForAnotherRowAreAnErrorAndLessIsPadding) {
   auto padded = open(folder.path());
   expect_field(padded, series);
   write_surplus(series.size.x);
-  expect_error(folder.path(), {"more pixels than their header says", "--allow-surplus"});
+  expect_open_error(folder.path(), {"more pixels than their header says", "--allow-surplus"});
 }
 
 TEST(DicomSeries, TimePointsAreDistinguishedByAttributes) {
@@ -399,13 +399,13 @@ TEST(DicomSeries, TimePointsAreDistinguishedByAttributes) {
         steps[t].write_slice(folder, z, data);
       }
     }
-    expect_error(folder.path(), {"found 3 at the same position", c.name, "--time-step 2"});
+    expect_open_error(folder.path(), {"found 3 at the same position", c.name, "--time-step 2"});
     for (int t = 0; t < 3; ++t) {
       auto volume = open(folder.path(), with_step(t));
       expect_field(volume, steps[t]);
       expect_note(volume, c.name);
     }
-    expect_error(folder.path(), {"--time-step"}, with_step(3));
+    expect_open_error(folder.path(), {"--time-step"}, with_step(3));
   }
 }
 
@@ -458,7 +458,7 @@ TEST(DicomSeries, SlicesAtTheSamePositionWithoutAnAttributeAreAnError) {
   again.add = 100;
   series.write(folder);
   again.write_slice(folder, 4, again.slice(4));  // one slice of another volume
-  expect_error(folder.path(), {"at the same position", "a separate folder"});
+  expect_open_error(folder.path(), {"at the same position", "a separate folder"});
 }
 
 TEST(DicomSeries, ATimePointWithAMissingSliceIsAnError) {
@@ -475,8 +475,8 @@ TEST(DicomSeries, ATimePointWithAMissingSliceIsAnError) {
   }
   auto whole = open(folder.path(), with_step(0));
   expect_field(whole, steps[0]);
-  expect_error(folder.path(), {"1 of 12 slices are missing from volume 1", "--allow-gaps"},
-               with_step(1));
+  expect_open_error(folder.path(), {"1 of 12 slices are missing from volume 1", "--allow-gaps"},
+                    with_step(1));
 }
 
 TEST(DicomSeries, ATimePointOfOneSliceIsAnErrorWithAllAllowances) {
@@ -494,8 +494,8 @@ TEST(DicomSeries, ATimePointOfOneSliceIsAnErrorWithAllAllowances) {
   open(folder.path(), with_step(0));
   ImportOptions options = with_step(1);
   options.allowed.add(Allowance::gaps);
-  expect_error(folder.path(), {"1 of 2 slices are missing from volume 1", "no isosurface"},
-               options);
+  expect_open_error(folder.path(), {"1 of 2 slices are missing from volume 1", "no isosurface"},
+                    options);
 }
 
 TEST(DicomSeries, OfTwoGapsTheSmallerIsTheSliceDistance) {
@@ -523,7 +523,7 @@ TEST(DicomSeries, DuplicateFilesAreIgnored) {
   DicomItem other = series.slice(3);
   other[0x00200032] = series.position_value(4);
   write_file(folder / "copy.dcm", DicomWriter({}).file(other));
-  expect_error(folder.path(), {"SOP Instance UID"});
+  expect_open_error(folder.path(), {"SOP Instance UID"});
 }
 
 TEST(DicomSeries, AGantryTiltShearsTheVolumeAndIsNoted) {
@@ -566,7 +566,7 @@ TEST(DicomSeries, IrregularlyShiftedSlicesAreAnError) {
         dicom_text("DS", fmt::format("{}\\{}\\{}", p.x + (z == 5 ? 3 : 0), p.y, p.z));
     series.write_slice(folder, z, data);
   }
-  expect_error(folder.path(), {"off that line"});
+  expect_open_error(folder.path(), {"off that line"});
 }
 
 TEST(DicomSeries, Monochrome1KeepsItsValuesAndIsNoted) {
@@ -591,7 +591,7 @@ TEST(DicomSeries, SlicesWithoutPositionsAreStackedOnlyIfAllowed) {
     data[0x00180088] = dicom_text("DS", "2");
     series.write_slice(folder, z, data);
   }
-  expect_error(folder.path(), {"have no position", "--allow-unplaced"});
+  expect_open_error(folder.path(), {"have no position", "--allow-unplaced"});
   auto volume = open(folder.path(), allowing(Allowance::unplaced));
   expect_note(volume, "in the order of their instance numbers, at a distance of 2 mm");
   const auto values = test::read_all(*volume.source);
@@ -622,7 +622,7 @@ TEST(DicomSeries, LookupTablesAreRefused) {
     data[0x00283000] = test::dicom_sequence({{{0x00283002, test::dicom_u16(1)}}});
     series.write_slice(folder, z, data);
   }
-  expect_error(folder.path(), {"lookup table"});
+  expect_open_error(folder.path(), {"lookup table"});
 }
 
 /// Writes slices with a sparse private element of `hole` bytes each.

@@ -29,11 +29,13 @@ inline void expect_error(const std::filesystem::path& path, const std::string& p
   EXPECT_NE(error.find(part), std::string::npos) << error;
 }
 
+/// Expects that one of the notes contains `part`.
 inline void expect_note(const OpenVolume& volume, const std::string& part) {
   for (const std::string& note : volume.notes) {
     if (note.find(part) != std::string::npos) return;
   }
-  ADD_FAILURE() << "no note has '" << part << "'";
+  ADD_FAILURE() << "no note contains \"" << part
+                << "\": " << ::testing::PrintToString(volume.notes);
 }
 
 }  // namespace isosplat::test

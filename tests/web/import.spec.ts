@@ -499,7 +499,7 @@ describe("volumes are found among files", () => {
   });
 });
 
-test("the module takes at most 275 KB on the network", () => {
+test("the module takes at most 285 KB on the network", () => {
   const wasm = readFileSync(join(root, "build/wasm/web/isosplat-import.wasm"));
-  expect(brotliCompressSync(wasm).byteLength).toBeLessThan(275_000);
+  expect(brotliCompressSync(wasm).byteLength).toBeLessThan(285_000);
 });

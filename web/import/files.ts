@@ -44,6 +44,14 @@ export class FileTable implements ImportFiles {
     }
   }
 
+  /** Other bytes for a file that is there: what it is when it is unpacked. */
+  replace(path: string, content: Blob): void {
+    const file = this.#byPath.get(normal(path));
+    if (file === undefined) return;
+    this.#files[file] = content;
+    this.#blocks.clear();
+  }
+
   /** Enters a name, and the folders that it is in. */
   #enter(path: string, kind: "f" | "d"): void {
     const cut = path.lastIndexOf("/");

@@ -5,7 +5,19 @@ const maxDetected = 2000;
 /** Of a folder without a recognizable slice among them, nothing more is read. */
 const maxUnknown = 20;
 
-const headerFormats = ["NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "netCDF", "VTK"];
+const headerFormats = [
+  "NRRD",
+  "MetaImage",
+  "NIfTI",
+  "MRC",
+  "NumPy",
+  "HDF5",
+  "netCDF",
+  "VTK",
+  "compressed",
+];
+/** A folder of these is a volume; one alone is a picture. */
+const imageFormats = ["PNG", "JPEG", "JPEG 2000"];
 /** Names that a drop may have beside volumes, and that are never one. */
 const ignored =
   /(^|\/)(\.[^/]*|Thumbs\.db|DICOMDIR|LICENSE[^/]*|README[^/]*)$|\.(isosplat|txt|md|json|pdf|html?)$/i;
@@ -17,7 +29,7 @@ function folderOf(path: string): string {
 
 /** The name without what data files have after that of their header. */
 function stem(path: string): string {
-  return path.replace(/\.gz$/i, "").replace(/\.[^./]*$/, "");
+  return path.replace(/\.(gz|bz2|xz|zst)$/i, "").replace(/\.[^./]*$/, "");
 }
 
 /**
@@ -54,13 +66,13 @@ export function volumesAmong(
         const { path } = input;
         const volume = { path, format, files: 1, bytes: input.file.size, needsDims: false };
         found.push(...eachOf(volume, choices(path)));
-      } else if (format === "DICOM" || format === "TIFF") {
+      } else if (format === "DICOM" || format === "TIFF" || imageFormats.includes(format)) {
         sliceFormat ||= format;
         slices.push(input);
       } else if (format === "raw") raws.push(input);
       else if (format === "") unknown++;
     }
-    if (slices.length > 0) {
+    if (slices.length > (imageFormats.includes(sliceFormat) ? 1 : 0)) {
       const [first] = slices as [InputFile];
       const volume = {
         path: slices.length === 1 ? first.path : folder,

@@ -19,6 +19,7 @@ import type {
   ImportedVolume,
   ImportOptions,
   InputFile,
+  Packing,
   VolumeCandidate,
   VolumeChoice,
 } from "./types.ts";
@@ -28,6 +29,9 @@ export type ImportRequest =
   | { find: true }
   | { missing: true }
   | { add: readonly InputFile[] }
+  | { packing: string }
+  | { detect: string }
+  | { replace: string; content: Blob }
   | { open: string; options: ImportOptions }
   | { read: number; count: number }
   | { reduce: VolumeDescription }
@@ -45,6 +49,8 @@ export type ImportResponse =
   | { found: VolumeCandidate[] }
   | { opened: ImportedVolume }
   | { missing: string[] }
+  | { packing: Packing | undefined }
+  | { detected: string }
   | { slices: Uint8Array }
   | { reduced: ReducedVolume }
   | WorkerFailure;
@@ -121,6 +127,12 @@ async function answer(request: ImportRequest): Promise<object> {
   if ("missing" in request) return { missing: [...table.missing] };
   if ("add" in request) {
     table.add(request.add);
+    return { ready: true };
+  }
+  if ("packing" in request) return { packing: importer.packing(request.packing) };
+  if ("detect" in request) return { detected: detect(request.detect) };
+  if ("replace" in request) {
+    table.replace(request.replace, request.content);
     return { ready: true };
   }
   if ("open" in request) {

@@ -1,6 +1,6 @@
 import { CoreError, textAt } from "../core/index.ts";
 import type { ImportModule } from "./module.ts";
-import type { ImportedVolume, ImportOptions, VolumeChoice } from "./types.ts";
+import type { ImportedVolume, ImportOptions, Packing, VolumeChoice } from "./types.ts";
 
 /** The most bytes that are read at a time: they are in the importer's memory besides. */
 const readBytes = 16 << 20;
@@ -21,6 +21,14 @@ export class Importer {
       this.#module._isosplat_import_detect(this.#importer, at, bytes),
     );
     return this.#text();
+  }
+
+  /** How a file is compressed, if it must be unpacked before it is opened. */
+  packing(path: string): Packing | undefined {
+    this.#call(path, (at, bytes) =>
+      this.#module._isosplat_import_packing(this.#importer, at, bytes),
+    );
+    return (this.#text() || undefined) as Packing | undefined;
   }
 
   /** The volumes of a file that has several; empty if no choice is needed. */

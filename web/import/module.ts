@@ -26,6 +26,7 @@ export interface ImportModule {
   _isosplat_import_result(importer: number): number;
   _isosplat_import_result_bytes(importer: number): number;
   _isosplat_import_detect(importer: number, path: number, bytes: number): number;
+  _isosplat_import_packing(importer: number, path: number, bytes: number): number;
   _isosplat_import_choices(importer: number, path: number, bytes: number): number;
   _isosplat_import_open(importer: number, request: number, bytes: number): number;
   _isosplat_import_read_slices(importer: number, first: number, count: number): number;

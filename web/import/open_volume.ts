@@ -10,7 +10,13 @@ import { pageWorker } from "../core/page_worker.ts";
 import type { ImportRequest, ImportResponse } from "./import_worker.ts";
 import { compileImport } from "./module.ts";
 import type { ReducedVolume } from "./reduced_volume.ts";
-import type { ImportedVolume, ImportOptions, InputFile, VolumeCandidate } from "./types.ts";
+import type {
+  ImportedVolume,
+  ImportOptions,
+  InputFile,
+  Packing,
+  VolumeCandidate,
+} from "./types.ts";
 
 export interface OpenOptions extends ImportOptions {
   /** The file or folder to open. Default: the first that findVolumes finds. */
@@ -203,12 +209,36 @@ export async function openVolume(
   try {
     const open = path ?? (await firstVolume(worker, files, signal));
     const request = { open, options: importOptions };
+    await unpackIn(worker, request, files, signal);
     const opened = await openIn(worker, request, findFile, signal);
     return new OpenedVolume(worker, opened, programs?.builder);
   } catch (error) {
     worker.end();
     throw error;
   }
+}
+
+/** Unpacks a file that is compressed as a whole: what the worker opens is what is in it. */
+async function unpackIn(
+  worker: ImportWorker,
+  { open, options }: { open: string; options: ImportOptions },
+  files: readonly InputFile[],
+  signal: AbortSignal | undefined,
+): Promise<void> {
+  const { packing } = await worker.ask<{ packing: Packing | undefined }>({ packing: open }, signal);
+  const input = files.find(({ path }) => path === open);
+  if (packing === undefined || !input) return;
+  const replace = (content: Blob) => worker.ask({ replace: open, content }, signal);
+  /** Whether it is worth while to unpack a file with this beginning. */
+  const accepts = async (beginning: Blob) => {
+    if (options.dims || options.type) return true;
+    await replace(beginning);
+    const { detected } = await worker.ask<{ detected: string }>({ detect: open }, signal);
+    return detected !== "" && detected !== "compressed";
+  };
+  const { unpackFile } = await import("./unpack_file.ts");
+  const content = await unpackFile(input, packing, accepts, signal);
+  if (content) await replace(content);
 }
 
 /** Opens a volume; files that it lacks are looked for, until no more are found. */

@@ -35,6 +35,9 @@ export interface ImportOptions {
   missingValue?: number | "none";
 }
 
+/** How a file is compressed as a whole. */
+export type Packing = "gzip" | "bzip2" | "xz" | "zstd";
+
 /** One of several volumes in a file. */
 export interface VolumeChoice {
   /** Tells it from the others: "/image", "series 2, channel 0 (DAPI)". */
@@ -46,7 +49,10 @@ export interface VolumeChoice {
 export interface VolumeCandidate {
   /** What openVolume takes as `path`: a file, or a folder of slices; "." is the root. */
   path: string;
-  /** "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "netCDF", "VTK", "TIFF", "DICOM" or "raw". */
+  /**
+   * "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "netCDF", "VTK", "TIFF", "PNG", "JPEG",
+   * "JPEG 2000", "DICOM", "raw" or "compressed": what is in such a file is known when it is opened.
+   */
   format: string;
   /** Of a file with several volumes, one of them. */
   choice?: VolumeChoice;

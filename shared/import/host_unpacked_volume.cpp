@@ -1,0 +1,17 @@
+#include <fmt/format.h>
+
+#include "shared/import/unpacked_volume.h"
+
+// In WebAssembly, JavaScript unpacks files before it opens them (web/import/unpack.ts).
+namespace isosplat {
+
+Result<OpenVolume> open_unpacked(const std::filesystem::path& path, Packing packing,
+                                 const UnpackedOpener&) {
+  return fail(
+      Status::unsupported_format,
+      fmt::format("{}: expected an unpacked file, found data that {} has compressed: unpack "
+                  "it with {} -d",
+                  path.string(), name_of(packing), name_of(packing)));
+}
+
+}  // namespace isosplat
