@@ -3,9 +3,10 @@
  *
  *     npm run build:package
  *
- * Needs the WebAssembly modules (npm run build -- wasm). One output file for each source file: a
- * bundle would have to keep `new URL(…, import.meta.url)` as it is, by which browsers, Node and
- * bundlers find the modules and the worker.
+ * Needs the WebAssembly modules (npm run build -- wasm). One output file for each source file, since
+ * `new URL(…, import.meta.url)`, by which browsers, Node and bundlers find the folder `assets`, is to
+ * stay as it is. `assets` has what is fetched at run time: the WebAssembly, and the workers. Each worker
+ * is one file that imports nothing, which all bundlers can place, and which can be copied.
  */
 import { execFileSync } from "node:child_process";
 import {
@@ -20,22 +21,25 @@ import {
 } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
+import { build } from "vite";
 
 const root = fileURLToPath(new URL("..", import.meta.url));
 const output = join(root, "build/npm");
 const folder = join(output, "package");
 const wasm = join(root, "build/wasm/web");
-const wasmFiles = [
-  "isosplat-core.js",
-  "isosplat-core.wasm",
-  "isosplat-mesh.js",
-  "isosplat-mesh.wasm",
-  "isosplat-renderer.js",
-  "isosplat-renderer.wasm",
-  "layouts.js",
-];
+const modules = ["isosplat-core", "isosplat-mesh", "isosplat-renderer"];
+const scripts = [...modules.map((name) => `${name}.js`), "layouts.js"];
+const workers = ["stream/decode_worker", "mesh/mesh_worker"];
+/** Files beside the folders, for tools that do not read `exports`: what each is. */
+const entries = {
+  index: "element/all",
+  anywidget: "element/anywidget",
+  react: "element/react",
+  svelte: "element/svelte",
+  vue: "element/vue",
+};
 
-for (const file of wasmFiles) {
+for (const file of [...modules.map((name) => `${name}.wasm`), ...scripts]) {
   if (!existsSync(join(wasm, file))) {
     throw new Error(`expected ${join(wasm, file)}, found none: run npm run build -- wasm`);
   }
@@ -50,9 +54,19 @@ const emitted = readdirSync(folder, { recursive: true, encoding: "utf8" }).filte
 );
 // Before the check below, which expects that what is referred to exists.
 mkdirSync(join(folder, "wasm"));
-for (const file of wasmFiles) copyFileSync(join(wasm, file), join(folder, "wasm", file));
+mkdirSync(join(folder, "assets"));
+for (const file of scripts) copyFileSync(join(wasm, file), join(folder, "wasm", file));
+for (const name of modules) {
+  copyFileSync(join(wasm, `${name}.wasm`), join(folder, "assets", `${name}.wasm`));
+}
+for (const worker of workers) await buildWorker(worker);
 writeFileSync(join(folder, "wasm/layouts.d.ts"), layoutsDeclarations());
 for (const file of emitted) fitReferences(join(folder, file));
+for (const [name, module] of Object.entries(entries)) {
+  const isDefault = readFileSync(join(folder, `${module}.js`), "utf8").includes("export default");
+  const text = `export * from "./${module}.js";\n${isDefault ? `export { default } from "./${module}.js";\n` : ""}`;
+  for (const ending of ["js", "d.ts"]) writeFileSync(join(folder, `${name}.${ending}`), text);
+}
 
 copyFileSync(join(root, "LICENSE"), join(folder, "LICENSE"));
 for (const file of ["README.md", "THIRD_PARTY_LICENSES.md"]) {
@@ -80,14 +94,54 @@ execFileSync("npm", ["pack", "--silent", "--pack-destination", output], {
 });
 console.log(join(output, `${name}-${version}.tgz`));
 
+/** Writes assets/NAME.js: the worker with all that it imports. */
+async function buildWorker(worker) {
+  const [, name] = worker.split("/");
+  await build({
+    configFile: false,
+    logLevel: "warn",
+    publicDir: false,
+    build: {
+      outDir: join(folder, "assets"),
+      emptyOutDir: false,
+      target: "es2022",
+      lib: {
+        entry: join(root, "web", `${worker}.ts`),
+        formats: ["es"],
+        fileName: () => `${name}.js`,
+      },
+      // Names as in the sources: Turbopack refuses a function in a block with the name of its parameter.
+      rolldownOptions: {
+        output: { codeSplitting: false, minify: { compress: true, mangle: false } },
+      },
+    },
+  });
+  const text = readFileSync(join(folder, "assets", `${name}.js`), "utf8");
+  const [found] = text.match(/\bimport\b[^;]*|\bnew URL\b[^;]*/) ?? [];
+  if (found) throw new Error(`${name}.js: expected a file that names no other, found ${found}`);
+  for (const ending of ["js", "d.ts"]) rmSync(join(folder, `${worker}.${ending}`));
+}
+
 /**
  * Sources name each other with .ts, and the modules where CMake puts them. TypeScript rewrites
- * neither in declarations and in `new URL`.
+ * neither in declarations and in `new URL`. Declarations name the buffers of arrays as TypeScript 5.7
+ * and later do, in a form that earlier versions understand.
  */
 function fitReferences(file) {
-  const text = readFileSync(file, "utf8")
+  if (!existsSync(file)) return; // a worker
+  let text = readFileSync(file, "utf8")
+    .replaceAll(
+      /"[^"\n]*\/(\w+_worker)\.ts", import\.meta\.url/g,
+      '"../assets/$1.js", import.meta.url',
+    )
+    .replaceAll(/"\.\.\/\.\.\/build\/wasm\/web\/([^"\n]+\.wasm)"/g, '"../assets/$1"')
     .replaceAll("../../build/wasm/web/", "../wasm/")
     .replaceAll(/"(\.\.?\/[^"\n]+)\.ts"/g, '"$1.js"');
+  if (file.endsWith(".d.ts")) {
+    text = text
+      .replaceAll(/\b(\w+Array)<ArrayBufferLike>/g, "$1")
+      .replaceAll(/\b(\w+Array)<ArrayBuffer>/g, 'ReturnType<$1["slice"]>');
+  }
   for (const [, reference = ""] of text.matchAll(/"(\.\.?\/[^"\n]+\.(?:js|wasm))"/g)) {
     if (!existsSync(join(dirname(file), reference))) {
       throw new Error(`${file}: expected ${reference} in the package, found none`);

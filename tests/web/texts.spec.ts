@@ -158,7 +158,8 @@ describe("texts for visitors are in web/texts alone", () => {
     "expected … rows, found …",
     "nothing is drawn: the element is out of sight",
     "no volume is open",
-    ...["what show names could not be loaded", "some of …"],
+    ...['what show="…" names could not be loaded: …', "some of …"],
+    "the renderer has not arrived for … s; still waiting for it",
     "the http or https address of a store",
     ...["a colour as rrggbb", "a finite number"],
     "There are no volumes here.", // of the element's example page

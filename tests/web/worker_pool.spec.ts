@@ -30,7 +30,7 @@ class StubWorker {
   }
 
   postMessage(message: WorkerStart | WorkerRequest): void {
-    if ("renderer" in message) this.isStarted = true;
+    if ("program" in message) this.isStarted = true;
     else this.requests.push(message);
   }
 
@@ -82,11 +82,15 @@ function decode(pool: WorkerPool, n: number, signal = never) {
 }
 
 /** Waits until the workers have received the module. */
-const begun = () => Promise.resolve().then(() => Promise.resolve());
+const begun = () =>
+  vi.waitFor(() => expect(StubWorker.living.every((w) => w.isStarted)).toBe(true));
+
+/** The stubs do not look at their module. */
+const renderer = Promise.resolve({});
 
 describe("a worker that dies", () => {
   it("rejects what it had, and another takes its place and what waits", async () => {
-    const pool = new WorkerPool({ workers: 1 });
+    const pool = new WorkerPool({ workers: 1, renderer });
     await begun();
     const jobs = [0, 1, 2, 3].map((n) => decode(pool, n));
     const [first] = StubWorker.all;
@@ -114,7 +118,7 @@ describe("a worker that dies", () => {
   });
 
   it("leaves what others have alone", async () => {
-    const pool = new WorkerPool({ workers: 2 });
+    const pool = new WorkerPool({ workers: 2, renderer });
     await begun();
     const jobs = [0, 1, 2, 3].map((n) => decode(pool, n));
     StubWorker.all[0]?.crash();
@@ -129,7 +133,7 @@ describe("a worker that dies", () => {
   });
 
   it("is replaced a few times, not for ever: then for the next job only", async () => {
-    const pool = new WorkerPool({ workers: 1 });
+    const pool = new WorkerPool({ workers: 1, renderer });
     for (let deaths = 0; StubWorker.living.length > 0; ++deaths) {
       if (deaths > 100) throw new Error("workers are started for ever");
       await begun();
@@ -156,7 +160,7 @@ describe("a worker that dies", () => {
   });
 
   it("fails what waits when it was the last", async () => {
-    const pool = new WorkerPool({ workers: 1 });
+    const pool = new WorkerPool({ workers: 1, renderer });
     for (let death = 0; death < 3; ++death) StubWorker.living[0]?.crash();
     await begun();
     const jobs = Array.from({ length: 6 }, (_, n) => decode(pool, n)); // two begun, four wait
@@ -167,7 +171,7 @@ describe("a worker that dies", () => {
   });
 
   it("is not replaced once the pool is closed, and no answer follows", async () => {
-    const pool = new WorkerPool({ workers: 1 });
+    const pool = new WorkerPool({ workers: 1, renderer });
     await begun();
     const jobs = [0, 1, 2].map((n) => decode(pool, n));
     const [worker] = StubWorker.all;
@@ -181,7 +185,7 @@ describe("a worker that dies", () => {
 });
 
 it("a job that is taken back while it waits is never given to a worker", async () => {
-  const pool = new WorkerPool({ workers: 1 });
+  const pool = new WorkerPool({ workers: 1, renderer });
   await begun();
   const jobs = [0, 1].map((n) => decode(pool, n));
   const ending = new AbortController();
@@ -194,4 +198,65 @@ it("a job that is taken back while it waits is never given to a worker", async (
   await Promise.all(jobs.map((job) => job.done));
   expect(StubWorker.all[0]?.requests).toEqual([]);
   pool.close();
+});
+
+describe("a worker that does not start", () => {
+  it("fails what waits, if its constructor throws", async () => {
+    vi.stubGlobal(
+      "Worker",
+      class {
+        constructor() {
+          throw new Error("insecure");
+        }
+      },
+    );
+    const pool = new WorkerPool({ workers: 1, renderer });
+    const job = decode(pool, 0);
+    await job.done;
+    expect(job.state.error).toMatchObject({ status: "worker_lost" });
+    expect((job.state.error as CoreError).message).toContain("insecure");
+    pool.close();
+  });
+
+  it("fails what waits, if its program is missing, and names it", async () => {
+    const pool = new WorkerPool({ workers: 1, renderer });
+    const jobs: ReturnType<typeof decode>[] = [];
+    while (StubWorker.living.length > 0) {
+      jobs.push(decode(pool, 0));
+      StubWorker.living[0]?.crash("");
+    }
+    await Promise.all(jobs.map((job) => job.done));
+    expect(StubWorker.all.length).toBe(4);
+    const message = (jobs[3]?.state.error as CoreError | undefined)?.message;
+    expect(message).toMatch(/expected \S+decode_worker\.ts/);
+    pool.close();
+  });
+
+  it("fails what waits after 4 s without an answer, and works once there is one", async () => {
+    vi.useFakeTimers();
+    try {
+      const pool = new WorkerPool({ workers: 1, renderer });
+      await vi.advanceTimersByTimeAsync(0);
+      const jobs = [0, 1, 2].map((n) => decode(pool, n)); // two begun, one waits
+      await vi.advanceTimersByTimeAsync(3900);
+      expect(jobs.map(({ state }) => state.error)).toEqual([undefined, undefined, undefined]);
+      await vi.advanceTimersByTimeAsync(200);
+      for (const { state } of jobs) {
+        expect(state.error).toMatchObject({ status: "worker_lost" });
+        expect((state.error as CoreError).message).toContain("no worker has answered for 4 s");
+      }
+      const next = decode(pool, 0);
+      await next.done;
+      expect(next.state.error).toMatchObject({ status: "worker_lost" });
+      StubWorker.living[0]?.answer();
+      const good = decode(pool, 1);
+      StubWorker.living[0]?.answer(); // the job that had been given up
+      StubWorker.living[0]?.answer();
+      await good.done;
+      expect(good.state.decoded).toEqual(good.expected());
+      pool.close();
+    } finally {
+      vi.useRealTimers();
+    }
+  });
 });

@@ -1,5 +1,5 @@
 import { type CompiledModule, CoreError } from "../core/index.ts";
-import { pageWorker } from "../core/page_worker.ts";
+import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import type { BuildWorkerMessage, BuildWorkerStart } from "./build_worker.ts";
 import type { EncodeWorkerStart } from "./encode_worker.ts";
 import type { Port } from "./encoder_port.ts";
@@ -39,8 +39,10 @@ export async function buildStore(
   options.signal?.throwIfAborted();
   const program = options.program ?? (await compileBuilder());
   options.signal?.throwIfAborted();
-  const Worker = pageWorker();
-  const director = new Worker(new URL("./build_worker.ts", import.meta.url), { type: "module" });
+  const director = startWorker(
+    "build_worker.js",
+    () => new Worker(new URL("./build_worker.ts", import.meta.url), { type: "module" }),
+  );
   return buildWith(
     director,
     (ports, limits) => ({ program, ports, volume, voxels, limits }) satisfies BuildWorkerStart,
@@ -58,10 +60,11 @@ export async function buildWith(
   options: BuildStoreOptions & { program: CompiledModule },
 ): Promise<BuiltStore> {
   const { signal, workers = defaultEncoderCount(), progress, memoryBytes, program } = options;
-  const Worker = pageWorker();
-  const encoders = Array.from(
-    { length: workers },
-    () => new Worker(new URL("./encode_worker.ts", import.meta.url), { type: "module" }),
+  const encoders = Array.from({ length: workers }, () =>
+    startWorker(
+      "encode_worker.js",
+      () => new Worker(new URL("./encode_worker.ts", import.meta.url), { type: "module" }),
+    ),
   );
   const all = [director, ...encoders];
   let abort = (): void => {};
@@ -73,8 +76,7 @@ export async function buildWith(
       for (const worker of all) {
         worker.onerror = (event) => {
           event.preventDefault();
-          const message = event.message || "a worker of the build could not be started";
-          reject(new CoreError("worker_lost", message));
+          reject(new CoreError("worker_lost", messageOfLoss(worker, event)));
         };
       }
       director.onmessage = ({ data }: MessageEvent<BuildWorkerMessage>) => {

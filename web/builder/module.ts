@@ -1,5 +1,5 @@
+import { compiledOnce } from "../core/compile_asset.ts";
 import { type CompiledModule, instantiate, type ModuleFactory } from "../core/instantiate.ts";
-import { compiledOnce } from "./compiled_once.ts";
 
 /** What a build asks of its environment, during its calls. Exceptions become the error of the call. */
 export interface BuilderHost {
@@ -32,6 +32,7 @@ export interface BuilderModule {
 }
 
 const fetched = compiledOnce(
+  "isosplat-builder.wasm",
   () => new URL("../../build/wasm/web/isosplat-builder.wasm", import.meta.url),
 );
 

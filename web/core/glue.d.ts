@@ -1,11 +1,6 @@
 /** The module that Emscripten writes beside isosplat-core.wasm. */
 declare module "*/isosplat-core.js" {
-  import type { CoreModule } from "./module.ts";
-
-  const createModule: (options: {
-    wasmBinary?: Uint8Array;
-    locateFile?: (file: string) => string;
-  }) => Promise<CoreModule>;
+  const createModule: (options: object) => Promise<unknown>;
   export default createModule;
 }
 

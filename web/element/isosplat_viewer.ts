@@ -48,11 +48,25 @@ import { styles } from "./styles.ts";
 const ownProperties =
   "src source isovalues surfaces camera projection clip slices look controls show link".split(" ");
 
+/** How long the renderer may take to arrive before the element says so. */
+const startLimitMs = 4000;
+
+/** Servers that render pages have no elements: there this module can be imported, and does nothing. */
+const BaseElement: typeof HTMLElement = globalThis.HTMLElement ?? class {};
+
 /** WebGL contexts of the elements of a page together. */
 const mostContexts = 4;
 
 const contexts = new ContextPool(mostContexts);
 const groups = new LinkGroups();
+
+/** The style sheet that all elements share. */
+let sheet: CSSStyleSheet | null = null;
+function newSheet(): CSSStyleSheet {
+  const made = new CSSStyleSheet();
+  made.replaceSync(styles);
+  return made;
+}
 
 /** The workers that all elements share. They live as long as the page. */
 let workers: WorkerPool | null = null;
@@ -105,7 +119,7 @@ function sharedWorkers(): Decoder {
  * @cssprop --isosplat-panel - The background of controls and messages.
  * @cssprop --isosplat-accent - The colour of the slider and of the focus.
  */
-export class IsosplatViewerElement extends HTMLElement {
+export class IsosplatViewerElement extends BaseElement {
   static readonly observedAttributes = [
     "src",
     "isovalue",
@@ -128,7 +142,10 @@ export class IsosplatViewerElement extends HTMLElement {
     (clip) => {
       this.clip = clip;
     },
-    () => this.#fault(new StreamError("unreachable", "what show names could not be loaded")),
+    (error) => {
+      const text = `what show="${this.show}" names could not be loaded: ${String(error)}`;
+      this.#fault(new StreamError("unreachable", text, error));
+    },
   );
   readonly #poster = document.createElement("slot");
   readonly #message = document.createElement("div");
@@ -166,8 +183,9 @@ export class IsosplatViewerElement extends HTMLElement {
 
   constructor() {
     super();
-    const style = document.createElement("style");
-    style.textContent = styles;
+    // A style element would need style-src 'unsafe-inline'.
+    sheet ??= newSheet();
+    this.#root.adoptedStyleSheets = [sheet];
     this.#poster.name = "poster";
     this.#poster.className = "poster";
     this.#message.className = "message";
@@ -180,7 +198,6 @@ export class IsosplatViewerElement extends HTMLElement {
       toggleFullScreen: () => void this.#toggleFullScreen(),
     });
     this.#root.append(
-      style,
       this.#picture.element,
       this.#overlays.element,
       this.#poster,
@@ -458,8 +475,12 @@ export class IsosplatViewerElement extends HTMLElement {
       },
       grant: (sampleBudget) => {
         this.#sampleBudget = sampleBudget;
-        this.#viewer = this.#newViewer();
-        this.#overlays.attach(this.#viewer);
+        try {
+          this.#viewer = this.#newViewer();
+          this.#overlays.attach(this.#viewer);
+        } catch (error) {
+          this.#fault(faultOf(error));
+        }
         void this.#open();
       },
       setSampleBudget: (samples) => {
@@ -679,6 +700,7 @@ export class IsosplatViewerElement extends HTMLElement {
     this.#wasComplete = false;
     this.#isOpen = false;
     source.forget();
+    this.#reportLateRenderer(opening.signal);
     try {
       await viewer.open(source, {
         ...(this.#surfaces.length > 0 && { surfaces: this.#surfaces }),
@@ -688,11 +710,22 @@ export class IsosplatViewerElement extends HTMLElement {
       });
     } catch (error) {
       if (opening.signal.aborted) return;
-      if (!(error instanceof StreamError || error instanceof RendererError)) return;
-      this.#fault(error);
-      if (faults[error.kind].retry === "never") return;
+      const fault = faultOf(error);
+      this.#fault(fault);
+      if (faults[fault.kind].retry === "never") return;
       this.#reopenTimer = window.setTimeout(() => void this.#open(), slowWait(this.#failures++));
     }
+  }
+
+  /** A request that is never answered causes no error. */
+  #reportLateRenderer(signal: AbortSignal): void {
+    const timer = setTimeout(() => {
+      if (signal.aborted) return;
+      const text = `the renderer has not arrived for ${startLimitMs / 1000} s; still waiting for it`;
+      this.#fault(new RendererError(text, "unreachable"));
+    }, startLimitMs);
+    const end = () => clearTimeout(timer);
+    compiledRenderer().then(end, end);
   }
 
   /** Ends everything that runs, and frees the context. */
@@ -774,6 +807,12 @@ export class IsosplatViewerElement extends HTMLElement {
   }
 }
 
+function faultOf(error: unknown): StreamError | RendererError {
+  if (error instanceof StreamError || error instanceof RendererError) return error;
+  const message = error instanceof Error ? error.message : String(error);
+  return new RendererError(message, "internal", error);
+}
+
 function expected(name: string, found: string, what: string): StreamError {
   return new StreamError("bad-address", `${name}="${found}": expected ${what}`);
 }
@@ -784,6 +823,6 @@ declare global {
   }
 }
 
-if (!customElements.get("isosplat-viewer")) {
+if (typeof customElements !== "undefined" && !customElements.get("isosplat-viewer")) {
   customElements.define("isosplat-viewer", IsosplatViewerElement);
 }

@@ -30,7 +30,7 @@ export function readParts(text: string | null): ReadonlySet<ShownPart> | undefin
 export class OverlayArea {
   readonly element = document.createElement("div");
   readonly #changeClip: (clip: Clip) => void;
-  readonly #failed: () => void;
+  readonly #failed: (error: unknown) => void;
   #parts: ReadonlySet<ShownPart> = new Set();
   #texts: OverlayTexts | undefined;
   #viewer: Viewer | null = null;
@@ -39,7 +39,7 @@ export class OverlayArea {
   #handles: ClipHandles | null = null;
 
   /** changeClip: a face of the clip box was dragged. failed: the code could not be loaded. */
-  constructor(changeClip: (clip: Clip) => void, failed: () => void) {
+  constructor(changeClip: (clip: Clip) => void, failed: (error: unknown) => void) {
     this.element.className = "overlays";
     this.#changeClip = changeClip;
     this.#failed = failed;
@@ -86,8 +86,8 @@ export class OverlayArea {
     try {
       if (overlayParts.some(has)) await this.#loadOverlay(viewer);
       if (this.#parts.has("clip")) await this.#loadHandles(viewer);
-    } catch {
-      this.#failed();
+    } catch (error) {
+      this.#failed(error);
       return;
     }
     if (viewer !== this.#viewer) return;

@@ -1,4 +1,4 @@
-import { compiledOnce } from "../builder/compiled_once.ts";
+import { compiledOnce } from "../core/compile_asset.ts";
 import { type CompiledModule, instantiate, type ModuleFactory } from "../core/instantiate.ts";
 
 /** The files that the module reads: shared/wasm/import_host.h. */
@@ -33,6 +33,7 @@ export interface ImportModule {
 }
 
 const fetched = compiledOnce(
+  "isosplat-import.wasm",
   () => new URL("../../build/wasm/web/isosplat-import.wasm", import.meta.url),
 );
 

@@ -6,7 +6,7 @@ import {
   type VolumeDescription,
 } from "../builder/index.ts";
 import { type CompiledModule, CoreError } from "../core/index.ts";
-import { pageWorker } from "../core/page_worker.ts";
+import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import type { ImportRequest, ImportResponse } from "./import_worker.ts";
 import { compileImport } from "./module.ts";
 import type { ReducedVolume } from "./reduced_volume.ts";
@@ -39,14 +39,11 @@ export type BuildOptions = BuildStoreOptions &
 
 /** A worker with the importer. Each request is answered before the next one is sent. */
 class ImportWorker {
-  readonly worker: Worker;
+  readonly worker = startWorker(
+    "import_worker.js",
+    () => new Worker(new URL("./import_worker.ts", import.meta.url), { type: "module" }),
+  );
   #lost = false;
-
-  constructor() {
-    const Worker = pageWorker();
-    // Bundlers know this form of the expression.
-    this.worker = new Worker(new URL("./import_worker.ts", import.meta.url), { type: "module" });
-  }
 
   /** Rejects with a CoreError, or with the signal's reason. A worker that was lost is ended. */
   ask<Response extends ImportResponse>(
@@ -71,7 +68,7 @@ class ImportWorker {
       };
       this.worker.onerror = (event) => {
         event.preventDefault();
-        settle(() => fail("worker_lost", event.message || "the importer could not be started"));
+        settle(() => fail("worker_lost", messageOfLoss(this.worker, event)));
       };
       this.worker.onmessage = ({ data }: MessageEvent<ImportResponse>) =>
         settle(() => {

@@ -1,5 +1,5 @@
 import { CoreError } from "../core/index.ts";
-import { pageWorker } from "../core/page_worker.ts";
+import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import type { InputFile, Packing } from "./types.ts";
 import type { UnpackRequest, UnpackResponse } from "./unpack_worker.ts";
 
@@ -17,8 +17,10 @@ export async function unpackFile(
   signal?: AbortSignal,
 ): Promise<Blob | undefined> {
   signal?.throwIfAborted();
-  const Worker = pageWorker();
-  const worker = new Worker(new URL("./unpack_worker.ts", import.meta.url), { type: "module" });
+  const worker = startWorker(
+    "unpack_worker.js",
+    () => new Worker(new URL("./unpack_worker.ts", import.meta.url), { type: "module" }),
+  );
   let abort = (): void => {};
   try {
     return await new Promise<Blob | undefined>((resolve, reject) => {
@@ -28,7 +30,7 @@ export async function unpackFile(
         reject(new CoreError(status, `${path}: ${message}`));
       worker.onerror = (event) => {
         event.preventDefault();
-        fail("worker_lost", event.message || "the decoder could not be started");
+        fail("worker_lost", messageOfLoss(worker, event));
       };
       let isAccepted: Promise<boolean> = Promise.resolve(true);
       worker.onmessage = ({ data }: MessageEvent<UnpackResponse>) => {

@@ -1,8 +1,8 @@
 import type { Chunk } from "../core/index.ts";
 import { CoreError } from "../core/index.ts";
-import { pageWorker } from "../core/page_worker.ts";
+import { messageOfLoss, startWorker } from "../core/page_worker.ts";
+import { compileMesh } from "./compile_mesh.ts";
 import type { MeshAnswer, MeshRequest } from "./mesh_worker.ts";
-import { compileMesh } from "./module.ts";
 import { SurfaceMesher } from "./surface_mesher.ts";
 import type { MeshJob, MeshResult } from "./types.ts";
 
@@ -42,13 +42,10 @@ function inline(mesher: SurfaceMesher): Mesher {
 }
 
 class WorkerMesher implements Mesher {
-  readonly #worker: Worker;
-
-  constructor() {
-    const Worker = pageWorker();
-    // Bundlers know this form of the expression.
-    this.#worker = new Worker(new URL("./mesh_worker.ts", import.meta.url), { type: "module" });
-  }
+  readonly #worker = startWorker(
+    "mesh_worker.js",
+    () => new Worker(new URL("./mesh_worker.ts", import.meta.url), { type: "module" }),
+  );
 
   async add(chunk: Chunk, bytes: Uint8Array): Promise<boolean> {
     const answer = await this.ask({ chunk, bytes });
@@ -73,8 +70,7 @@ class WorkerMesher implements Mesher {
       };
       this.#worker.onerror = (event) => {
         event.preventDefault();
-        const message = event.message || "the worker for meshes could not be started";
-        reject(new CoreError("worker_lost", message));
+        reject(new CoreError("worker_lost", messageOfLoss(this.#worker, event)));
       };
       this.#worker.postMessage(request);
     });

@@ -1,4 +1,3 @@
-import { fileBytes } from "../core/file_bytes.ts";
 import { type CompiledModule, instantiate, type ModuleFactory } from "../core/instantiate.ts";
 
 /** The exports of isosplat-mesh.wasm: shared/wasm/mesh_api.h. */
@@ -25,28 +24,6 @@ export interface MeshModule {
   _isosplat_mesh_encode_part(): number;
   _isosplat_mesh_finish(): number;
   _isosplat_mesh_summary(): number;
-}
-
-let compiled: Promise<CompiledModule> | null = null;
-
-/** Compiles the module once; a failure is tried again by the next call. */
-export function compileMesh(): Promise<CompiledModule> {
-  const url = new URL("../../build/wasm/web/isosplat-mesh.wasm", import.meta.url);
-  compiled ??= bytesAt(url)
-    .then((bytes) => WebAssembly.compile(bytes as BufferSource))
-    .catch((error) => {
-      compiled = null;
-      throw error;
-    });
-  return compiled;
-}
-
-async function bytesAt(url: URL): Promise<Uint8Array | ArrayBuffer> {
-  const file = await fileBytes(url);
-  if (file) return file;
-  const response = await fetch(url);
-  if (!response.ok) throw new Error(`the module for meshes: status ${response.status}`);
-  return response.arrayBuffer();
 }
 
 export async function instantiateMesh(program: CompiledModule): Promise<MeshModule> {

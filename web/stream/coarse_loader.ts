@@ -89,7 +89,7 @@ export class CoarseLoader {
       await Promise.all(this.#decoding);
     } catch (error) {
       if (signal.aborted) return;
-      this.#events.failed(error instanceof StreamError ? error : badDirectory(error));
+      this.#events.failed(errorOf(error));
     }
     // What is still missing has failed. From now on it is requested like any other chunk.
     this.#isLoading = false;
@@ -103,13 +103,17 @@ export class CoarseLoader {
 
   async #decode({ chunk, bytes }: CoarseChunk, signal: AbortSignal): Promise<void> {
     if (this.#events.isResident(chunk.handle)) return;
-    try {
-      this.#events.decoded(chunk, await this.#decoder.decode(chunk, bytes, signal));
-    } catch (error) {
+    const decoded = await this.#decoder.decode(chunk, bytes, signal).catch((error: unknown) => {
       // The chunk is requested again, and its fault reported, when the selection needs it.
-      if (error instanceof CoreError && error.status === "checksum_mismatch") {
-        this.#source.bypassCaches();
-      }
-    }
+      if (!(error instanceof CoreError)) throw error;
+      if (error.status === "checksum_mismatch") this.#source.bypassCaches();
+    });
+    if (decoded) this.#events.decoded(chunk, decoded);
   }
+}
+
+function errorOf(error: unknown): StreamError {
+  if (error instanceof StreamError) return error;
+  if (error instanceof CoreError) return badDirectory(error);
+  return new StreamError("internal", `the coarse levels: ${String(error)}`, error);
 }

@@ -1,17 +1,15 @@
 /** A worker that decodes chunks with its own WebAssembly instance. */
-import {
-  type Core,
-  CoreError,
-  type DecodedChunk,
-  failureOf,
-  loadCore,
-  type WorkerFailure,
-} from "../core/index.ts";
+// Not from the core's index: the program of a worker names no WebAssembly file.
+import { CoreError } from "../core/calls.ts";
+import type { Core } from "../core/core.ts";
+import { type CoreProgram, instantiateCore } from "../core/instantiate_core.ts";
+import type { DecodedChunk } from "../core/types.ts";
+import { failureOf, type WorkerFailure } from "../core/worker_failure.ts";
 import type { DecodeJob } from "./decoder.ts";
 
-/** The first message: the module to use. See WorkerPoolOptions. */
+/** The first message: the module to use. See WorkerPoolOptions. It is answered with `isReady`. */
 export interface WorkerStart {
-  renderer: WebAssembly.Module | undefined;
+  program: CoreProgram;
 }
 
 export interface WorkerRequest {
@@ -21,6 +19,7 @@ export interface WorkerRequest {
 }
 
 export type WorkerResponse =
+  | { isReady: true }
   | { id: number; decoded: DecodedChunk }
   | ({ id: number } & WorkerFailure);
 
@@ -29,19 +28,20 @@ const worker = globalThis as unknown as {
   postMessage(response: WorkerResponse, transfer: Transferable[]): void;
 };
 
-let start: WorkerStart | undefined;
+let program: CoreProgram | undefined;
 let core: Promise<Core> | undefined;
 
 /** Makes an instance. The previous one, if any, has aborted and cannot be used again. */
-function instantiateCore(): void {
-  core = loadCore(start?.renderer ? { renderer: start.renderer } : {});
-  core.catch(() => {}); // each request reports the error
+function replaceCore(): void {
+  if (program) core = instantiateCore(program);
+  core?.catch(() => {}); // each request reports the error
 }
 
 worker.onmessage = async ({ data }) => {
-  if ("renderer" in data) {
-    start = data;
-    instantiateCore();
+  if ("program" in data) {
+    program = data.program;
+    replaceCore();
+    worker.postMessage({ isReady: true }, []);
     return;
   }
   const { id, job, bytes } = data;
@@ -51,7 +51,7 @@ worker.onmessage = async ({ data }) => {
     const buffers = [decoded.samples.buffer, decoded.clusters.buffer] as ArrayBuffer[];
     worker.postMessage({ id, decoded }, buffers);
   } catch (error) {
-    if (!(error instanceof CoreError)) instantiateCore();
+    if (!(error instanceof CoreError)) replaceCore();
     worker.postMessage({ id, ...failureOf(error) }, []);
   }
 };

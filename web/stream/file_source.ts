@@ -292,7 +292,7 @@ export class FileSource implements Source {
     signal: AbortSignal,
     arrived: (place: C, bytes: Uint8Array) => void,
   ): Promise<void> {
-    await together(signal, ranges(places), (range, ending) => {
+    await together(signal, this.concurrency, ranges(places), (range, ending) => {
       const cutter = new Cutter(range, arrived);
       return this.range(range.offset, range.bytes, ending, (part, offset) =>
         cutter.add(part, offset),
@@ -302,11 +302,12 @@ export class FileSource implements Source {
 }
 
 /**
- * Runs a function for all items concurrently. If it fails for one item, the others are aborted. Settles
- * when all have ended; rejects with the first failure.
+ * Runs a function for all items, for at most `concurrency` of them at a time, in their order. If it fails
+ * for one item, the others are aborted. Settles when all have ended; rejects with the first failure.
  */
 export async function together<T>(
   signal: AbortSignal,
+  concurrency: number,
   items: readonly T[],
   work: (item: T, signal: AbortSignal) => Promise<void>,
 ): Promise<void> {
@@ -315,16 +316,18 @@ export async function together<T>(
   signal.addEventListener("abort", aborted, { once: true });
   if (signal.aborted) aborted();
   const failures: unknown[] = [];
-  await Promise.all(
-    items.map(async (item) => {
+  let next = 0;
+  const runOneByOne = async (): Promise<void> => {
+    for (let at = next++; at < items.length && !ending.signal.aborted; at = next++) {
       try {
-        await work(item, ending.signal);
+        await work(items[at] as T, ending.signal);
       } catch (error) {
         failures.push(error);
         ending.abort(new DOMException("another request of the group has failed", "AbortError"));
       }
-    }),
-  );
+    }
+  };
+  await Promise.all(Array.from({ length: Math.min(concurrency, items.length) }, runOneByOne));
   signal.removeEventListener("abort", aborted);
   signal.throwIfAborted();
   if (failures.length > 0) throw failures[0];

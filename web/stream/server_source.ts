@@ -109,7 +109,7 @@ export class ServerSource extends FileSource {
   ): Promise<void> {
     const options = { fresh: this.fresh };
     if (this.#multiplexed || chunks.length === 1) {
-      await together(signal, chunks, async (chunk, ending) => {
+      await together(signal, this.concurrency, chunks, async (chunk, ending) => {
         const url = `${this.#contentUrl}/chunks/${place(chunk)}`;
         const bytes = await transferWhole(url, options, this.traffic, ending);
         if (!ending.aborted) arrived(chunk, bytes);

@@ -1,5 +1,6 @@
-import { type CompiledModule, CoreError, type DecodedChunk } from "../core/index.ts";
-import { pageWorker } from "../core/page_worker.ts";
+import { type CompiledModule, CoreError, compiledCore, type DecodedChunk } from "../core/index.ts";
+import type { CoreProgram } from "../core/instantiate_core.ts";
+import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import type { WorkerRequest, WorkerResponse, WorkerStart } from "./decode_worker.ts";
 import type { DecodeJob, Decoder } from "./decoder.ts";
 
@@ -11,6 +12,12 @@ const jobsPerWorker = 2;
  * loop.
  */
 const maxRespawns = 3;
+/**
+ * How long a worker may take to start: steps of half a second. A page that is suspended, or busy itself,
+ * counts fewer of them.
+ */
+const startSteps = 8;
+const startStepMs = 500;
 
 interface Task {
   id: number;
@@ -25,6 +32,8 @@ interface Member {
   tasks: Map<number, Task>;
   /** The first message has been sent. */
   isStarted: boolean;
+  /** It has answered. */
+  isReady: boolean;
 }
 
 export interface WorkerPoolOptions {
@@ -49,17 +58,20 @@ export class WorkerPool implements Decoder {
   #nextId = 0;
   #respawns = 0;
   #closed = false;
-  readonly #renderer: Promise<WebAssembly.Module> | undefined;
+  /** Why no worker has answered in time, until one does. */
+  #silence: string | undefined;
+  readonly #renderer: Promise<CompiledModule> | undefined;
 
   constructor({ workers = defaultWorkerCount(), renderer }: WorkerPoolOptions = {}) {
     this.#renderer = renderer;
-    for (let i = 0; i < workers; ++i) this.#members.push(this.#spawn());
+    for (let i = 0; i < workers; ++i) this.#spawn();
   }
 
   decode(job: DecodeJob, bytes: Uint8Array, signal: AbortSignal): Promise<DecodedChunk> {
     if (signal.aborted) return Promise.reject(signal.reason);
+    if (this.#silence) return Promise.reject(new CoreError("worker_lost", this.#silence));
     // All workers have died. The caller has waited before it tries again.
-    if (this.#members.length === 0 && !this.#closed) this.#members.push(this.#spawn());
+    if (this.#members.length === 0 && !this.#closed) this.#spawn();
     return new Promise((resolve, reject) => {
       const { level, blockCells, bandBegin, bandEnd, cells, checksum } = job;
       // A task that a worker has begun is finished; one that waits is removed.
@@ -99,20 +111,35 @@ export class WorkerPool implements Decoder {
     this.#waiting.length = 0;
   }
 
-  #spawn(): Member {
-    const Worker = pageWorker();
-    // Bundlers know this form of the expression.
-    const worker = new Worker(new URL("./decode_worker.ts", import.meta.url), { type: "module" });
-    const member: Member = { worker, tasks: new Map(), isStarted: false };
-    const start = (renderer: WebAssembly.Module | undefined): void => {
-      const message: WorkerStart = { renderer };
-      worker.postMessage(message);
-      member.isStarted = true;
-      this.#assignTasks();
-    };
-    // If the renderer cannot be compiled, the worker loads isosplat-core.
-    Promise.resolve(this.#renderer).then(start, () => start(undefined));
+  #spawn(): void {
+    let worker: Worker;
+    try {
+      worker = startWorker(
+        "decode_worker.js",
+        () => new Worker(new URL("./decode_worker.ts", import.meta.url), { type: "module" }),
+      );
+    } catch (error) {
+      // After the task that asks for the worker is in the list.
+      queueMicrotask(() => this.#lost(`a worker could not be started: ${String(error)}`));
+      return;
+    }
+    const member: Member = { worker, tasks: new Map(), isStarted: false, isReady: false };
+    this.#members.push(member);
+    this.#program().then(
+      (program) => {
+        const message: WorkerStart = { program };
+        worker.postMessage(message);
+        member.isStarted = true;
+        this.#awaitReady(member, startSteps);
+        this.#assignTasks();
+      },
+      (error: unknown) =>
+        this.#replace(member, error instanceof Error ? error.message : String(error)),
+    );
     worker.onmessage = ({ data }: MessageEvent<WorkerResponse>) => {
+      member.isReady = true;
+      this.#silence = undefined;
+      if ("isReady" in data) return;
       const task = member.tasks.get(data.id);
       member.tasks.delete(data.id);
       this.#assignTasks();
@@ -125,9 +152,38 @@ export class WorkerPool implements Decoder {
     };
     worker.onerror = (event) => {
       event.preventDefault();
-      this.#replace(member, event.message || "the decoding worker could not be started");
+      this.#replace(member, messageOfLoss(worker, event));
     };
-    return member;
+  }
+
+  /** The code that workers run. Without the renderer's, isosplat-core is fetched. */
+  async #program(): Promise<CoreProgram> {
+    try {
+      if (this.#renderer) return { renderer: await this.#renderer };
+    } catch {} // who has asked for the renderer reports that
+    return { core: await compiledCore() };
+  }
+
+  /** A program that loads but is not the worker's, or that never loads, causes no event. */
+  #awaitReady(member: Member, steps: number): void {
+    setTimeout(() => {
+      if (member.isReady || !this.#members.includes(member)) return;
+      if (steps > 1) this.#awaitReady(member, steps - 1);
+      else if (!this.#members.some(({ isReady }) => isReady)) this.#giveUp();
+    }, startStepMs);
+  }
+
+  /** The workers stay: a slow one may still answer. */
+  #giveUp(): void {
+    const seconds = (startSteps * startStepMs) / 1000;
+    this.#silence =
+      `no worker has answered for ${seconds} s: their program has not been loaded, or is another one; ` +
+      "load the page again";
+    for (const { tasks } of this.#members) {
+      for (const task of tasks.values()) this.#waiting.push(task);
+      tasks.clear();
+    }
+    this.#rejectWaiting(this.#silence);
   }
 
   #replace(member: Member, message: string): void {
@@ -137,13 +193,18 @@ export class WorkerPool implements Decoder {
     if (at < 0) return;
     this.#members.splice(at, 1);
     for (const task of member.tasks.values()) task.reject(new CoreError("worker_lost", message));
-    if (++this.#respawns <= maxRespawns) this.#members.push(this.#spawn());
-    if (this.#members.length === 0) {
-      for (const task of this.#waiting.splice(0)) {
-        task.reject(new CoreError("worker_lost", message));
-      }
-    }
+    this.#lost(message);
+  }
+
+  #lost(message: string): void {
+    if (this.#closed) return;
+    if (++this.#respawns <= maxRespawns) this.#spawn();
+    if (this.#members.length === 0) this.#rejectWaiting(message);
     this.#assignTasks();
+  }
+
+  #rejectWaiting(message: string): void {
+    for (const task of this.#waiting.splice(0)) task.reject(new CoreError("worker_lost", message));
   }
 
   #assignTasks(): void {

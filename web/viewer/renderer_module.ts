@@ -1,5 +1,5 @@
 import * as layouts from "../../build/wasm/web/layouts.js";
-import { compileResponse } from "../core/compile_response.ts";
+import { AssetError, compiledOnce } from "../core/compile_asset.ts";
 import {
   type CoreModule,
   instantiate,
@@ -144,30 +144,14 @@ export function hasWebGl2(): boolean {
   }
 }
 
-const wasmUrl = new URL("../../build/wasm/web/isosplat-renderer.wasm", import.meta.url).href;
-
-let compiled: Promise<WebAssembly.Module> | null = null;
-
-/** The compiled code of the module. Fetches and compiles it once; an early call saves time later. */
-export function compiledRenderer(): Promise<WebAssembly.Module> {
-  compiled ??= compile();
-  // After a failure the next call tries again.
-  compiled.catch(() => {
-    compiled = null;
-  });
-  return compiled;
-}
-
-async function compile(): Promise<WebAssembly.Module> {
-  const response = await fetch(wasmUrl).catch((cause) => {
-    throw new RendererError(`${wasmUrl}: the renderer cannot be fetched`, "unreachable", cause);
-  });
-  if (!response.ok) {
-    const text = `expected the renderer at ${wasmUrl}, found status ${response.status}`;
-    throw new RendererError(text, "server-fault");
-  }
-  return compileResponse(response);
-}
+/**
+ * The compiled code of the module. Fetches and compiles it once; an early call saves time later. Rejects
+ * with an AssetError; after a failure the next call tries again.
+ */
+export const compiledRenderer = compiledOnce<WebAssembly.Module>(
+  "isosplat-renderer.wasm",
+  () => new URL("../../build/wasm/web/isosplat-renderer.wasm", import.meta.url),
+);
 
 const { maxClipPlanes, maxIsosurfaces } = layouts;
 
@@ -214,9 +198,13 @@ export class RendererModule {
   static async create(canvas: HTMLCanvasElement): Promise<RendererModule> {
     const [{ default: factory }, wasm] = await Promise.all([
       import("../../build/wasm/web/isosplat-renderer.js").catch((cause: unknown) => {
-        throw new RendererError("the renderer's program cannot be fetched", "unreachable", cause);
+        const text = `the renderer's program cannot be fetched: ${String(cause)}`;
+        throw new RendererError(text, "unreachable", cause);
       }),
-      compiledRenderer(),
+      compiledRenderer().catch((cause: unknown) => {
+        if (!(cause instanceof AssetError)) throw cause;
+        throw new RendererError(cause.message, cause.kind, cause);
+      }),
     ]);
     const exports = await instantiate<Exports>(factory as ModuleFactory, wasm);
     const renderer = new RendererModule(exports);

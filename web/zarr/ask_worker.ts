@@ -1,4 +1,4 @@
-import { pageWorker } from "../core/page_worker.ts";
+import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import { StreamError } from "../stream/types.ts";
 import { ZarrError } from "./image_axes.ts";
 import type { ZarrImage, ZarrScale, ZarrVoxels } from "./types.ts";
@@ -36,8 +36,10 @@ async function ask(
   progress?: (fraction: number) => void,
 ): Promise<ZarrResponse> {
   signal.throwIfAborted();
-  const Worker = pageWorker();
-  const worker = new Worker(new URL("./zarr_worker.ts", import.meta.url), { type: "module" });
+  const worker = startWorker(
+    "zarr_worker.js",
+    () => new Worker(new URL("./zarr_worker.ts", import.meta.url), { type: "module" }),
+  );
   let abort = (): void => {};
   try {
     return await new Promise<ZarrResponse>((resolve, reject) => {
@@ -45,7 +47,7 @@ async function ask(
       signal.addEventListener("abort", abort, { once: true });
       worker.onerror = (event) => {
         event.preventDefault();
-        reject(new ZarrError(event.message || "the reader of Zarr could not be started"));
+        reject(new ZarrError(messageOfLoss(worker, event)));
       };
       worker.onmessage = ({ data }: MessageEvent<ZarrResponse>) => {
         if ("progress" in data) progress?.(data.progress);

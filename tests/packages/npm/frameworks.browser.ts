@@ -4,7 +4,26 @@ import { expect, test } from "@playwright/test";
 import { build } from "vite";
 import { type Nginx, nginx } from "../../support/nginx.ts";
 import type { Consumer } from "./consumer.ts";
-import { frameworkProject, frameworks } from "./frameworks.ts";
+import { frameworkProject, frameworks, pageOf } from "./frameworks.ts";
+
+/** A component that is removed and added again; StrictMode mounts it twice each time. */
+const strict = `
+import "isosplat/react";
+import { StrictMode, useState } from "react";
+import { createRoot } from "react-dom/client";
+
+function View() {
+  const [isShown, setShown] = useState(true);
+  return (
+    <>
+      {isShown && <isosplat-viewer src="head.isosplat" isovalues={[60.5]} />}
+      <button onClick={() => setShown(!isShown)}>Toggle</button>
+    </>
+  );
+}
+
+createRoot(document.getElementById("app")!).render(<StrictMode><View /></StrictMode>);
+`;
 
 let project: Consumer;
 let server: Nginx;
@@ -13,6 +32,8 @@ const names = Object.keys(frameworks);
 test.beforeAll(async () => {
   test.setTimeout(180_000);
   project = frameworkProject();
+  project.write("strict.html", pageOf("strict.tsx"));
+  project.write("strict.tsx", strict);
   const output = join(project.folder, "dist");
   await build({
     root: project.folder,
@@ -20,7 +41,9 @@ test.beforeAll(async () => {
     logLevel: "warn",
     build: {
       outDir: output,
-      rolldownOptions: { input: names.map((name) => join(project.folder, `${name}.html`)) },
+      rolldownOptions: {
+        input: [...names, "strict"].map((name) => join(project.folder, `${name}.html`)),
+      },
     },
   });
   // The store lies beside the pages.
@@ -56,3 +79,22 @@ for (const name of names) {
     expect(found).toEqual([]);
   });
 }
+
+test("react: an element that StrictMode mounts twice draws, and again after it was removed", async ({
+  page,
+}) => {
+  const found: string[] = [];
+  page.on("pageerror", (error) => found.push(error.message));
+  await page.goto(`${server.url}strict.html`);
+  const view = page.locator("isosplat-viewer");
+  const isComplete = () =>
+    view.evaluate((e: HTMLElementTagNameMap["isosplat-viewer"]) => e.progress?.complete ?? false);
+  for (let round = 0; round < 2; ++round) {
+    await expect.poll(isComplete).toBe(true);
+    await expect(view).toHaveCount(1);
+    await page.getByRole("button", { name: "Toggle" }).click();
+    await expect(view).toHaveCount(0);
+    await page.getByRole("button", { name: "Toggle" }).click();
+  }
+  expect(found).toEqual([]);
+});

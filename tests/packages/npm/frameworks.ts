@@ -26,8 +26,11 @@ export function frameworkProject(): Consumer {
     symlinkSync(join(root, "node_modules", name), link);
   }
   for (const [name, script] of Object.entries(frameworks)) {
-    const page = `<!doctype html><div id="app"></div><script type="module" src="./${script}"></script>`;
-    project.write(`${name}.html`, page);
+    project.write(`${name}.html`, pageOf(script));
   }
   return project;
+}
+
+export function pageOf(script: string): string {
+  return `<!doctype html><div id="app"></div><script type="module" src="./${script}"></script>`;
 }

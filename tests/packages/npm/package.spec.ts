@@ -1,11 +1,12 @@
 // The npm package in Node, and its types: installed from the tarball into an empty folder.
 import { execFile, execFileSync } from "node:child_process";
-import { existsSync, readFileSync } from "node:fs";
+import { existsSync, readdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { promisify } from "node:util";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { hasNginx, nginx } from "../../support/nginx.ts";
 import { countActive, offset } from "../../web/fixture.ts";
+import { table } from "../bundlers/fixtures.ts";
 import { type Consumer, consumer, examples, root, tarball, version } from "./consumer.ts";
 
 let project: Consumer;
@@ -18,7 +19,9 @@ afterAll(() => project.remove());
 /** What a program of the project prints. */
 async function run(file: string): Promise<string> {
   const options = { cwd: project.folder, encoding: "utf8" } as const;
-  return (await promisify(execFile)(process.execPath, [file], options)).stdout.trim();
+  const { stdout, stderr } = await promisify(execFile)(process.execPath, [file], options);
+  expect(stderr.replaceAll(/^ *\d+ %\r?|\r/gm, "").trim(), "warnings").toBe("");
+  return stdout.trim();
 }
 
 const points = (): number => countActive(60.5 - offset);
@@ -37,9 +40,62 @@ test("the tarball holds what its manifest promises, and no sources", () => {
   const targets = Object.values<string | object>(manifest.exports).flatMap((target) =>
     typeof target === "string" ? [target] : Object.values<string>(target as never),
   );
-  for (const file of [...targets, ...manifest.sideEffects]) {
-    expect(existsSync(join(installed, file)), file).toBe(true);
+  for (const file of [...targets, ...manifest.sideEffects, manifest.main, manifest.types]) {
+    if (!file.includes("*")) expect(existsSync(join(installed, file)), file).toBe(true);
   }
+  // Tools that do not read `exports` find these by their paths.
+  for (const name of Object.keys(manifest.exports).filter((path) => /^\.\/\w+$/.test(path))) {
+    const places = [`${name}.js`, `${name}/index.js`].map((file) => join(installed, file));
+    expect(places.some(existsSync), name).toBe(true);
+  }
+});
+
+test("workers and WebAssembly are files that name no other, so that they can be copied", () => {
+  const assets = join(project.folder, "node_modules/isosplat/assets");
+  expect(readdirSync(assets).sort()).toEqual([
+    "decode_worker.js",
+    "isosplat-core.wasm",
+    "isosplat-mesh.wasm",
+    "isosplat-renderer.wasm",
+    "mesh_worker.js",
+  ]);
+  for (const file of readdirSync(assets).filter((name) => name.endsWith(".js"))) {
+    expect(readFileSync(join(assets, file), "utf8")).not.toMatch(/\bimport\b|\bexport\b|new URL/);
+  }
+});
+
+test("bundlers find the workers: by the global constructor and a literal address", () => {
+  const installed = join(project.folder, "node_modules/isosplat");
+  for (const [file, worker] of [
+    ["stream/worker_pool.js", "decode_worker"],
+    ["mesh/mesher.js", "mesh_worker"],
+  ]) {
+    const text = readFileSync(join(installed, file ?? ""), "utf8");
+    expect(text).toContain(
+      `new Worker(new URL("../assets/${worker}.js", import.meta.url), { type: "module" })`,
+    );
+    expect(text).not.toMatch(/(const|let|var|class|import .*) Worker\b/);
+  }
+});
+
+test("without a DOM, importing any entry point does nothing", async () => {
+  const { exports } = JSON.parse(
+    readFileSync(join(project.folder, "node_modules/isosplat/package.json"), "utf8"),
+  );
+  const names = Object.keys(exports)
+    .filter((path) => !/[*]|json/.test(path))
+    .map((path) => `isosplat${path.slice(1)}`);
+  expect(names.length).toBeGreaterThan(9);
+  const imports = names.map((name) => `await import("${name}");`).join("\n");
+  const print = "console.log(typeof customElements, typeof document);";
+  project.write("without_dom.mjs", `${imports}\n${print}\n`);
+  expect(await run("without_dom.mjs")).toBe("undefined undefined");
+});
+
+test("the README has the table of the bundlers that are tried", () => {
+  const readme = readFileSync(join(project.folder, "node_modules/isosplat/README.md"), "utf8");
+  const [, found] = readme.match(/<!-- tools -->\n([\s\S]*?)\n<!-- tools end -->/) ?? [];
+  expect(found).toBe(table()); // tests/packages/bundlers/check --table
 });
 
 test("the README has the examples", () => {
