@@ -15,7 +15,8 @@ enum class Packing : uint8_t { none, gzip, bzip2, xz, zstd };
 
 Packing packing_of(std::string_view beginning);
 
-/// "gzip", "bzip2", "xz", "zstd": also the name of the program that decompresses with the option -d.
+/// "gzip", "bzip2", "xz", "zstd": also the name of the program that decompresses with the option
+/// -d.
 std::string_view name_of(Packing packing);
 
 /// A file's name without the suffix of compressed files: "head.nii.bz2" → "head.nii".

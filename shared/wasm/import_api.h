@@ -29,7 +29,8 @@ uint32_t isosplat_import_result_bytes(const IsosplatImport* importer);
 /// if no reader takes it.
 uint32_t isosplat_import_detect(IsosplatImport* importer, const char* path, uint32_t bytes);
 
-/// How a file is compressed, if JavaScript must unpack it before it is opened. Result: packing_of_file.
+/// How a file is compressed, if JavaScript must unpack it before it is opened. Result:
+/// packing_of_file.
 uint32_t isosplat_import_packing(IsosplatImport* importer, const char* path, uint32_t bytes);
 
 /// The volumes of a file that has several. Result: a JSON list of VolumeChoice in

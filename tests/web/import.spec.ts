@@ -31,6 +31,7 @@ import { type TiffForm, tiffOf } from "../support/tiff_files.ts";
 const root = fileURLToPath(new URL("../..", import.meta.url));
 const isosplat = join(root, "build/release/native/cli/isosplat");
 const volumes = process.env.ISOSPLAT_VOLUMES ?? join(root, "../shared/volumes");
+const cases = join(root, "../shared/cases/import");
 const folder = mkdtempSync(join(tmpdir(), "isosplat-import-"));
 
 let programs: LocalPrograms;
@@ -359,6 +360,16 @@ describe("a store is that of the program, byte by byte", () => {
     copyFileSync(join(volumes, name), join(inside, name));
     const raw = name.replace(/nhdr$/, "raw.gz");
     if (raw !== name) copyFileSync(join(volumes, raw), join(inside, raw));
+    await compare(inside, name);
+  });
+
+  // Compressed files are unpacked by a worker of the page: tests/browser.
+  const described = existsSync(cases)
+    ? readdirSync(cases).filter((name) => !/\.(md|bz2)$/.test(name))
+    : [];
+  test.each(described)("%s, a file that describes itself", async (name) => {
+    const inside = newFolder({ "none.txt": "" });
+    cpSync(join(cases, name), join(inside, name), { recursive: true });
     await compare(inside, name);
   });
 

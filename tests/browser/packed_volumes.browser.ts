@@ -1,0 +1,37 @@
+// Volumes that another program has compressed as a whole, opened in the page: each is unpacked by a worker.
+import { readFileSync } from "node:fs";
+import { fileURLToPath } from "node:url";
+import { expect, type Page, test } from "@playwright/test";
+import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+import { complete } from "./support/view.ts";
+
+const contentOf = (suffix: string): Buffer =>
+  readFileSync(fileURLToPath(new URL(`packed/ball.nrrd.${suffix}`, import.meta.url)));
+
+let server: RunningServer;
+test.beforeAll(async () => {
+  server = await serve([demoFolder]);
+});
+test.afterAll(() => server.stop());
+
+async function choose(page: Page, suffix: string, buffer: Buffer): Promise<void> {
+  await page.goto(server.url);
+  const file = { name: `ball.nrrd.${suffix}`, mimeType: "application/octet-stream", buffer };
+  await page.locator(".device-drop input").first().setInputFiles(file);
+}
+
+for (const suffix of ["gz", "bz2", "xz", "zst"]) {
+  test(`a volume in ${suffix}`, async ({ page }) => {
+    await choose(page, suffix, contentOf(suffix));
+    await complete(page);
+    await expect(page.locator(".volume-name")).toHaveText("ball");
+  });
+}
+
+for (const suffix of ["bz2", "xz", "zst"]) {
+  test(`a volume in ${suffix} that was cut off is one error`, async ({ page }) => {
+    const whole = contentOf(suffix);
+    await choose(page, suffix, whole.subarray(0, whole.length - 200));
+    await expect(page.locator(".task-card [role=alert]")).toContainText("copy or download");
+  });
+}
