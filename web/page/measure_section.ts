@@ -1,5 +1,4 @@
 import { html, nothing, type TemplateResult } from "lit";
-import { live } from "lit/directives/live.js";
 import { repeat } from "lit/directives/repeat.js";
 import type { MeasureTool } from "../measure/measure_tool.ts";
 import {
@@ -204,9 +203,11 @@ function list(tool: MeasureTool, info: StoreInfo, actions: MeasureActions): Temp
           aria-label=${measureTexts.textOf(name)}
           placeholder=${measureTexts.text}
           maxlength=${longestText}
-          .value=${live(measurement.text ?? "")}
+          .value=${measurement.text ?? ""}
           @change=${(event: Event) => {
-            tool.rename(i, (event.currentTarget as HTMLInputElement).value.trim());
+            const field = event.currentTarget as HTMLInputElement;
+            field.value = field.value.trim();
+            tool.rename(i, field.value);
           }}
         />
       </li>`;
