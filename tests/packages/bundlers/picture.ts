@@ -1,15 +1,25 @@
 /** The picture of the element in a page, and whether it is the expected one. */
-import type { Browser } from "@playwright/test";
+import { type Browser, chromium } from "@playwright/test";
+import { launchOptions } from "../../browser/support/chromium.ts";
 import { decodePng, type Pixels } from "../../browser/support/pixels.ts";
 
 /** How long a page may take until its picture is complete. Development servers compile meanwhile. */
 const limitMs = 120_000;
 
 /**
- * The element's picture once it is complete, 400 × 300 pixels. Rejects with what the page has reported
- * if it is not, or if anything else went wrong in the page.
+ * The element's picture once it is complete, 400 × 300 pixels, in a browser of its own. Rejects with what
+ * the page has reported if it is not, or if anything else went wrong in the page.
  */
-export async function pictureOf(browser: Browser, url: string): Promise<Pixels> {
+export async function pictureOf(url: string): Promise<Pixels> {
+  const browser = await chromium.launch(launchOptions);
+  try {
+    return await pictureIn(browser, url);
+  } finally {
+    await browser.close();
+  }
+}
+
+async function pictureIn(browser: Browser, url: string): Promise<Pixels> {
   const page = await browser.newPage({ viewport: { width: 600, height: 500 } });
   const found: string[] = [];
   page.on("pageerror", (error) => found.push(error.message));
@@ -29,26 +39,28 @@ export async function pictureOf(browser: Browser, url: string): Promise<Pixels> 
       true,
     ),
   );
-  try {
-    await page.goto(url);
-    await page
-      .waitForFunction(
-        () => document.querySelector("isosplat-viewer")?.progress?.complete,
-        undefined,
-        { timeout: limitMs },
-      )
-      .catch((error: Error) => found.push(error.message));
-    if (found.length > 0) throw new Error(`${url}\n${found.join("\n")}`);
-    const base64 = await page.evaluate(async () => {
-      const view = document.querySelector("isosplat-viewer");
-      if (!view) throw new Error("the element has been removed");
-      const bytes = new Uint8Array(await (await view.screenshot()).arrayBuffer());
-      return btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
+  await page.goto(url);
+  const end = performance.now() + limitMs;
+  let picture = "";
+  while (!picture && found.length === 0) {
+    if (performance.now() > end) found.push(`no complete picture after ${limitMs / 1000} s`);
+    await page.waitForTimeout(100);
+    picture = await page.evaluate(completePicture).catch((error: Error) => {
+      // Development servers load a page again when they have found what it imports.
+      if (!error.message.includes("context was destroyed")) found.push(error.message);
+      return "";
     });
-    return await decodePng(page, Buffer.from(base64, "base64"));
-  } finally {
-    await page.close();
   }
+  if (found.length > 0) throw new Error(`${url}\n${found.join("\n")}`);
+  return decodePng(page, Buffer.from(picture, "base64"));
+}
+
+/** In the page: the element's picture in Base64; empty while it is not complete. */
+async function completePicture(): Promise<string> {
+  const view = document.querySelector("isosplat-viewer");
+  if (!view?.progress?.complete) return "";
+  const bytes = new Uint8Array(await (await view.screenshot()).arrayBuffer());
+  return btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
 }
 
 /** The share of pixels that are not as the picture's corner. */
