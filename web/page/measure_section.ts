@@ -206,8 +206,8 @@ function list(tool: MeasureTool, info: StoreInfo, actions: MeasureActions): Temp
           .value=${measurement.text ?? ""}
           @change=${(event: Event) => {
             const field = event.currentTarget as HTMLInputElement;
-            field.value = field.value.trim();
-            tool.rename(i, field.value);
+            tool.rename(i, field.value.trim());
+            field.value = tool.measurements[i]?.text ?? "";
           }}
         />
       </li>`;
