@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "shared/import/header_text.h"
+#include "shared/import/image_file.h"
 #include "shared/import/input_files.h"
 #include "shared/import/packing.h"
 
@@ -18,10 +19,8 @@ using namespace std::string_view_literals;
 
 /// In remedies: {0} is the file, {1} its name without suffix, each as words of a command line.
 constexpr const char* kBioFormats =
-    "convert one channel with the command line tools of Bio-Formats: bfconvert -series 0 -channel "
-    "0 "
-    "-timepoint 0 {0} {1}.ome.tif (or open it in Fiji and save it as TIFF)";
-constexpr const char* kFolderOfSlices = "give the folder with all slices of the volume";
+    "convert one channel with the command line tools of Bio-Formats: bfconvert -series 0 "
+    "-channel 0 -timepoint 0 {0} {1}.ome.tif (or open it in Fiji and save it as TIFF)";
 constexpr const char* kMesh = "give the volume from which it was computed";
 constexpr const char* kUnpack = "unpack it with {2} {0}, and give the volume in it";
 constexpr const char* kFromFiji = "open it in Fiji, and save it with File > Save As > Nrrd";
@@ -39,16 +38,10 @@ struct Signature {
 };
 
 constexpr Signature kSignatures[] = {
-    {0, "ISOSPLAT"sv, "a store", "open it with isosplat view, info or serve"},
+    {0, "\x89ISOS\r\n\x1a"sv, "a store", "open it with isosplat view, info or serve"},
     {0, "version https://git-lfs.github.com/spec/"sv,
      "a pointer of Git LFS, which stands for the file",
      "get the file with git lfs pull --include {0}"},
-    {0, "CDF\1"sv, "netCDF's classic format",
-     "convert it to netCDF-4 with nccopy -k nc4 {0} {1}.nc4"},
-    {0, "CDF\2"sv, "netCDF's classic format",
-     "convert it to netCDF-4 with nccopy -k nc4 {0} {1}.nc4"},
-    {0, "CDF\5"sv, "netCDF's classic format",
-     "convert it to netCDF-4 with nccopy -k nc4 {0} {1}.nc4"},
     {0, "MATLAB 5.0 MAT-file"sv, "a MATLAB file of version 5 to 7",
      "save its first array for NumPy with python3 -c \"import sys, numpy, scipy.io; "
      "m = scipy.io.loadmat(sys.argv[1]); "
@@ -60,10 +53,6 @@ constexpr Signature kSignatures[] = {
      "a Microsoft compound file (Olympus OIB, Zeiss ZVI, or a document)", kBioFormats},
     {96, "\xa0\xc0"sv, "DeltaVision", kBioFormats},
     {96, "\xc0\xa0"sv, "DeltaVision", kBioFormats},
-    {0, "\x89PNG\r\n\x1a\n"sv, "a single image (PNG)", kFolderOfSlices},
-    {0, "\xff\xd8\xff"sv, "a single image (JPEG)", kFolderOfSlices},
-    {0, "\0\0\0\x0cjP  \r\n\x87\n"sv, "a single image (JPEG 2000)", kFolderOfSlices},
-    {0, "\xff\x4f\xff\x51"sv, "a single image (JPEG 2000)", kFolderOfSlices},
     {0, "GIF8"sv, "a GIF image", "convert its pictures to PNG files in a folder, and give that"},
     {0, "%PDF"sv, "a PDF document", kNoVolume},
     {0, "%!PS"sv, "a PostScript document", kNoVolume},
@@ -234,6 +223,10 @@ std::optional<KnownFile> known_file(const std::filesystem::path& path, std::stri
                                  shell_word(folder.empty() ? "." : folder))};
   }
   if (is_lif(beginning)) return made("Leica LIF", kBioFormats, path);
+  if (const auto format = image_format_of(beginning); !format.empty()) {
+    return KnownFile{fmt::format("a single image ({})", format),
+                     "give the folder with all slices of the volume"};
+  }
   if (auto zip = known_zip(path, beginning)) return zip;
   const std::string suffix = lower_case(unpacked_name(path).extension().string());
   for (const Suffix& known : kSuffixes) {

@@ -42,6 +42,10 @@ TEST(ImportErrors, FilesThatAreNotVolumes) {
   expect_error(folder / "text.nrrd", Status::unsupported_format, "expected NRRD");
   write_file(folder / "grid.vti", "<?xml version='1.0'?>\n<VTKFile type=\"ImageData\">\n");
   expect_error(folder / "grid.vti", Status::unsupported_format, "VTK's XML format");
+  write_file(folder / "store.dat", std::string("\x89ISOS\r\n\x1a", 8) + std::string(600, '\1'));
+  expect_error(folder / "store.dat", Status::unsupported_format, "found a store: open it with");
+  write_file(folder / "one.png", "\x89PNG\r\n\x1a\n" + std::string(600, '\1'));
+  expect_error(folder / "one.png", Status::unsupported_format, "found a single image (PNG)");
   std::filesystem::create_directory(folder / "nothing");
   expect_error(folder / "nothing", Status::unsupported_format, "found an empty folder");
   std::filesystem::create_directory(folder / "letters");
