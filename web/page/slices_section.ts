@@ -1,6 +1,5 @@
 import "./slices.css";
 import { html, nothing, type TemplateResult } from "lit";
-import { live } from "lit/directives/live.js";
 import { formatLength } from "../overlay/lengths.ts";
 import { localized } from "../texts/numbers.ts";
 import { slicesTexts } from "../texts/slices.ts";
@@ -29,6 +28,7 @@ function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActi
   const name = axes[axis] ?? "";
   const last = (info.voxels[axis] ?? 2) - 1;
   const share = slices.along[axis] ?? null;
+  const voxelText = (at: number) => localized(String(Number(at.toFixed(3))));
   const voxel = Number(((share ?? 0.5) * last).toFixed(3));
   const show = (to: number | null) => {
     const along = slices.along.map((other, i) => (i === axis ? to : other));
@@ -38,8 +38,9 @@ function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActi
   const entered = (event: Event) => {
     const field = event.currentTarget as HTMLInputElement;
     const value = parseValue(field.value);
-    if (value !== undefined) showVoxel(value);
-    else field.value = localized(String(voxel));
+    const to = value === undefined ? voxel : Math.max(0, Math.min(last, value));
+    field.value = voxelText(to);
+    if (value !== undefined) showVoxel(to);
   };
   const isShown = share !== null;
   return html`<div class="slice" role="group" aria-label=${slicesTexts.across(name)}>
@@ -74,7 +75,7 @@ function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActi
               autocomplete="off"
               aria-label=${slicesTexts.voxelOf(name)}
               title=${slicesTexts.voxelOf(name)}
-              .value=${live(localized(String(voxel)))}
+              .value=${voxelText(voxel)}
               @change=${entered}
             />
             <span class="slice-place quiet"
@@ -120,8 +121,9 @@ function rangePart({ slices, info }: PanelState, actions: PanelActions) {
       const input = event.currentTarget as HTMLInputElement;
       const to = parseValue(input.value);
       const entered = to === undefined ? undefined : rangeOf(to);
-      if (entered && entered[0] < entered[1]) actions.changeSlices({ ...others, range: entered });
-      else input.value = formatValue(value);
+      const isInOrder = to !== undefined && entered !== undefined && entered[0] < entered[1];
+      input.value = formatValue(isInOrder ? to : value);
+      if (isInOrder) actions.changeSlices({ ...others, range: entered });
     };
     return html`<label
       >${label}
@@ -129,7 +131,7 @@ function rangePart({ slices, info }: PanelState, actions: PanelActions) {
         type="text"
         inputmode="decimal"
         autocomplete="off"
-        .value=${live(formatValue(value))}
+        .value=${formatValue(value)}
         @change=${enter}
       />
     </label>`;
