@@ -76,6 +76,7 @@ export class FileSource implements Source {
   #etagIdentifies = true;
   /** The file, if its host does not serve parts of it. */
   #whole: Promise<Uint8Array> | undefined;
+  #hasWarned = false;
 
   constructor(url: string, options: SourceOptions = {}) {
     this.name = url;
@@ -143,7 +144,7 @@ export class FileSource implements Source {
   }
 
   /** Checks that an answer belongs to the file that was opened. */
-  #identify({ etag, bytes }: FileIdentity): void {
+  readonly #identify = ({ etag, bytes }: FileIdentity): void => {
     const isOther =
       (bytes !== undefined && this.#fileBytes !== undefined && bytes !== this.#fileBytes) ||
       (this.#etagIdentifies &&
@@ -159,7 +160,7 @@ export class FileSource implements Source {
     }
     this.#etag ??= etag;
     this.#fileBytes ??= bytes;
-  }
+  };
 
   get fresh(): boolean {
     return this.#fresh;
@@ -226,17 +227,11 @@ export class FileSource implements Source {
     fresh = this.fresh,
   ): Promise<void> {
     if (this.#whole && !fresh) return this.#askWhole(range, signal, arrived);
-    const identify = (answer: FileIdentity): void => this.#identify(answer);
-    const options = { range, fresh, identify };
+    const options = { range, fresh, identify: this.#identify };
     try {
       await transfer(this.fileUrl(), options, this.traffic, signal, arrived);
     } catch (error) {
       if (!(error instanceof StreamError) || error.kind !== "no-range") throw error;
-      if (!this.#whole) {
-        console.warn(
-          `${this.name}: this host does not serve parts of files (HTTP Range): the store is fetched whole`,
-        );
-      }
       if (fresh) this.#whole = undefined;
       await this.#askWhole(range, signal, arrived, fresh);
     }
@@ -249,16 +244,27 @@ export class FileSource implements Source {
     fresh = false,
   ): Promise<void> {
     if (!this.#whole) {
-      const identify = (answer: FileIdentity): void => this.#identify(answer);
-      const whole = fetchWhole(this.fileUrl(), { fresh, identify }, this.traffic);
+      const options = { fresh, identify: this.#identify };
+      const whole = fetchWhole(this.fileUrl(), options, this.traffic);
       this.#whole = whole;
-      whole.catch(() => {
-        if (this.#whole === whole) this.#whole = undefined;
-      });
+      whole.then(
+        () => this.#warnOfWhole(),
+        () => {
+          if (this.#whole === whole) this.#whole = undefined;
+        },
+      );
     }
     const bytes = await this.#whole;
     signal.throwIfAborted();
     if (first < bytes.length) arrived(bytes.subarray(first, last + 1));
+  }
+
+  #warnOfWhole(): void {
+    if (this.#hasWarned) return;
+    this.#hasWarned = true;
+    console.warn(
+      `${this.name}: this host does not serve parts of files (HTTP Range): the store was fetched whole`,
+    );
   }
 
   async pages(
