@@ -65,7 +65,8 @@ uint64_t raise_open_file_limit() {
 /// threads that read headers, its logs, what it listens on, and refused connections.
 uint64_t spare_descriptors() {
   constexpr uint64_t kOthers = 2 * uint64_t{Admission::kMostRefusals};
-  return raise_open_file_limit() - std::min(raise_open_file_limit() / 2, kOthers);
+  const uint64_t all = raise_open_file_limit();
+  return all - std::min(all / 2, kOthers);
 }
 
 StorePool::Limits pool_limits(const ServerLimits& limits) {
@@ -90,8 +91,7 @@ std::string descriptor_warning(const ServerLimits& limits) {
   if (stores + connections <= spare) return {};
   return fmt::format(
       "the system allows {} open files, fewer than {} connections and {} open stores need ({}): "
-      "the "
-      "limits are now {} and {}. Raise it (ulimit -n, LimitNOFILE= of systemd), or lower them",
+      "the limits are now {} and {}. Raise it (ulimit -n, LimitNOFILE= of systemd), or lower them",
       raise_open_file_limit(), connections, stores,
       stores + connections + raise_open_file_limit() - spare, admission_limits(limits).connections,
       pool_limits(limits).stores);

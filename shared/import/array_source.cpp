@@ -8,6 +8,7 @@
 
 #include "shared/import/absent_voxels.h"
 #include "shared/import/formats.h"
+#include "shared/import/slice_range.h"
 
 namespace isosplat {
 namespace {
@@ -43,10 +44,7 @@ class ArraySource : public VolumeSource {
     const auto nx = static_cast<size_t>(volume_.voxels.x);
     const auto ny = static_cast<size_t>(volume_.voxels.y);
     const size_t slice = nx * ny * voxel_bytes(header_.type);
-    if (first < 0 || count < 1 || int64_t{first} + count > volume_.voxels.z ||
-        out.size() != slice * static_cast<size_t>(count)) {
-      return fail(Status::invalid_argument, "expected a range of slices inside the volume");
-    }
+    if (auto inside = check_slices(header_, first, count, out.size()); !inside) return inside;
     const bool at_once = (volume_.steps == 1 || volume_.step_axis == 3) &&
                          volume_.missing.empty() && !volume_.stored.is_half;
     if (at_once) {

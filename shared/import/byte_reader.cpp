@@ -77,4 +77,10 @@ Result<uint64_t> size_of_file(const std::filesystem::path& path) {
   return state->bytes;
 }
 
+uint64_t total_bytes(const std::vector<std::filesystem::path>& files) {
+  uint64_t bytes = 0;
+  for (const auto& file : files) bytes += size_of_file(file).value_or(0);
+  return bytes;
+}
+
 }  // namespace isosplat

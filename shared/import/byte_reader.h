@@ -60,4 +60,7 @@ bool is_gzip(const std::filesystem::path& path);
 /// empty file.
 Result<uint64_t> size_of_file(const std::filesystem::path& path);
 
+/// The sizes of all files; those that cannot be read count as 0.
+uint64_t total_bytes(const std::vector<std::filesystem::path>& files);
+
 }  // namespace isosplat

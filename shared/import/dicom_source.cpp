@@ -6,6 +6,7 @@
 
 #include "shared/import/array_source.h"
 #include "shared/import/dicom_pixels.h"
+#include "shared/import/slice_range.h"
 
 namespace isosplat::dicom {
 namespace {
@@ -62,10 +63,7 @@ class DicomSource : public VolumeSource {
     const Index3 n = header_.grid.voxels;
     const size_t row = static_cast<size_t>(n.x) * voxel_bytes(header_.type);
     const size_t bytes = row * static_cast<size_t>(n.y);
-    if (first < 0 || count < 1 || int64_t{first} + count > n.z ||
-        out.size() != bytes * static_cast<size_t>(count)) {
-      return fail(Status::invalid_argument, "expected a range of slices inside the volume");
-    }
+    if (auto inside = check_slices(header_, first, count, out.size()); !inside) return inside;
     // One child process decodes a batch of compressed slices; a batch has a few MB.
     const auto batch = static_cast<size_t>(std::clamp<size_t>((size_t{16} << 20) / bytes, 1, 64));
     const auto slices =

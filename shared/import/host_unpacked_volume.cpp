@@ -2,7 +2,7 @@
 
 #include "shared/import/unpacked_volume.h"
 
-// In WebAssembly, JavaScript unpacks files before it opens them (web/import/unpack.ts).
+// In WebAssembly, JavaScript unpacks files before it opens them (web/import/unpack_file.ts).
 namespace isosplat {
 
 Result<OpenVolume> open_unpacked(const std::filesystem::path& path, Packing packing,

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "shared/import/absent_voxels.h"
+#include "shared/import/byte_reader.h"
 #include "shared/import/formats.h"
 #include "shared/import/image_file.h"
 #include "shared/import/input_files.h"
@@ -12,6 +13,7 @@
 #include "shared/import/orientation.h"
 #include "shared/import/slice_files.h"
 #include "shared/import/slice_order.h"
+#include "shared/import/slice_range.h"
 
 namespace isosplat {
 namespace {
@@ -34,10 +36,7 @@ class ImageSource : public VolumeSource {
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
     const size_t pixels = static_cast<size_t>(info_.width) * static_cast<size_t>(info_.height);
     const size_t slice = pixels * voxel_bytes(header_.type);
-    if (first < 0 || count < 1 || int64_t{first} + count > header_.grid.voxels.z ||
-        out.size() != slice * static_cast<size_t>(count)) {
-      return fail(Status::invalid_argument, "expected a range of slices inside the volume");
-    }
+    if (auto inside = check_slices(header_, first, count, out.size()); !inside) return inside;
     for (int32_t i = 0; i < count; ++i) {
       const auto to = out.subspan(static_cast<size_t>(i) * slice, slice);
       const auto& path = slices_[static_cast<size_t>(first + i)];
@@ -84,20 +83,12 @@ class ImageSource : public VolumeSource {
 constexpr std::string_view kExtensions[][3] = {
     {".png", ".png", ".png"}, {".jpg", ".jpeg", ".jpe"}, {".jp2", ".j2k", ".jpx"}};
 
-uint64_t bytes_of(const std::vector<std::filesystem::path>& files) {
-  uint64_t bytes = 0;
-  for (const auto& file : files) {
-    if (const auto state = input_state(file)) bytes += state->bytes;
-  }
-  return bytes;
-}
-
 /// The pictures of the format of which a folder has most.
 std::vector<std::filesystem::path> images_of(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> most;
   for (const auto& extensions : kExtensions) {
     auto files = files_of_folder(folder, {std::begin(extensions), std::end(extensions)});
-    if (bytes_of(files) > bytes_of(most)) most = std::move(files);
+    if (total_bytes(files) > total_bytes(most)) most = std::move(files);
   }
   return most;
 }
@@ -128,7 +119,7 @@ Result<void> check_grey(const std::filesystem::path& folder, const std::filesyst
 
 uint64_t image_bytes_of_folder(const std::filesystem::path& folder) {
   const auto images = images_of(folder);
-  return images.size() > 1 ? bytes_of(images) : 0;
+  return images.size() > 1 ? total_bytes(images) : 0;
 }
 
 Result<OpenVolume> open_image_folder(const std::filesystem::path& path,

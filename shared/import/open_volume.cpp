@@ -105,15 +105,12 @@ tl::unexpected<Error> unsupported(const std::filesystem::path& path, std::string
 /// The reader of a folder: that of the format whose files are the largest in total. A DICOM scan
 /// may have a few screenshots beside it.
 Opener folder_opener(const std::filesystem::path& path) {
-  uint64_t tiff_bytes = 0, dicom_bytes = 0;
-  for (const auto& file : files_of_folder(path, {".tif", ".tiff"})) {
-    tiff_bytes += size_of_file(file).value_or(0);
-  }
+  const uint64_t tiff_bytes = total_bytes(files_of_folder(path, {".tif", ".tiff"}));
   const uint64_t image_bytes = image_bytes_of_folder(path);
   if (tiff_bytes == 0 && image_bytes == 0) return open_dicom_folder;
-  for (const auto& file : files_of_folder(path, {})) {
-    if (is_dicom(file)) dicom_bytes += size_of_file(file).value_or(0);
-  }
+  auto dicoms = files_of_folder(path, {});
+  std::erase_if(dicoms, [](const auto& file) { return !is_dicom(file); });
+  const uint64_t dicom_bytes = total_bytes(dicoms);
   if (dicom_bytes >= std::max(tiff_bytes, image_bytes)) return open_dicom_folder;
   return tiff_bytes >= image_bytes ? open_tiff_folder : open_image_folder;
 }

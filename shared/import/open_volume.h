@@ -59,8 +59,9 @@ struct OpenVolume {
 /// .map, .rec, also compressed), NumPy (.npy), HDF5, legacy VTK structured points (.vtk), TIFF (one
 /// file with pages, or a folder with a file per slice), a folder of PNG, JPEG or JPEG 2000, DICOM
 /// (a folder with a series, or a multi-frame file), or raw voxels (with dims and type in the
-/// options, or both in the file's name, as in head_256x256x128_uint8.raw). Reads only the header,
-/// and checks it against the file's size if the file is not compressed.
+/// options, or both in the file's name, as in head_256x256x128_uint8.raw). A file of any of these
+/// may be compressed as a whole by gzip, bzip2, xz or Zstandard. Reads only the header, and checks
+/// it against the file's size if the file is not compressed.
 ///
 /// The result is the volume that the file describes; or that volume with notes about assumptions;
 /// or an error. Data that are missing, truncated or contradictory are an error unless

@@ -8,6 +8,7 @@
 
 #include "shared/import/absent_voxels.h"
 #include "shared/import/array_source.h"
+#include "shared/import/slice_range.h"
 
 namespace isosplat {
 namespace {
@@ -69,10 +70,7 @@ class TiffSource : public VolumeSource {
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
     const size_t pixels = static_cast<size_t>(page_.width) * static_cast<size_t>(page_.height);
     const size_t slice = pixels * voxel_bytes(header_.type);
-    if (first < 0 || count < 1 || int64_t{first} + count > header_.grid.voxels.z ||
-        out.size() != slice * static_cast<size_t>(count)) {
-      return fail(Status::invalid_argument, "expected a range of slices inside the volume");
-    }
+    if (auto inside = check_slices(header_, first, count, out.size()); !inside) return inside;
     const size_t voxel = voxel_bytes(page_.type);
     for (int32_t i = 0; i < count; ++i) {
       auto to = out.subspan(static_cast<size_t>(i) * slice, slice);

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "shared/base/status.h"
+#include "shared/grid/volume_header.h"
+
+namespace isosplat {
+
+/// Checks the arguments of VolumeSource::read_slices: `bytes` is the size of `out`. Errors:
+/// invalid_argument.
+inline Result<void> check_slices(const VolumeHeader& header, int32_t first, int32_t count,
+                                 size_t bytes) {
+  const Index3 n = header.grid.voxels;
+  const size_t slice =
+      static_cast<size_t>(n.x) * static_cast<size_t>(n.y) * voxel_bytes(header.type);
+  if (first >= 0 && count >= 1 && int64_t{first} + count <= n.z &&
+      bytes == slice * static_cast<size_t>(count)) {
+    return {};
+  }
+  return fail(Status::invalid_argument, "expected a range of slices inside the volume");
+}
+
+}  // namespace isosplat
