@@ -1,8 +1,16 @@
 // The page's messages when something is missing or invalid, and the actions that they offer.
-import { copyFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import {
+  copyFileSync,
+  mkdtempSync,
+  readFileSync,
+  rmSync,
+  truncateSync,
+  writeFileSync,
+} from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, test } from "@playwright/test";
+import { maxWholeBytes } from "../../web/stream/whole_file.ts";
 import { nginx } from "../support/nginx.ts";
 import { slideTo } from "./support/in_page.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
@@ -81,15 +89,26 @@ test("a store on a static host that answers Range, without any server", async ({
   }
 });
 
-test("a static host without Range", async ({ page }) => {
-  const host = await nginx({ folders: [demoFolder], range: false });
+test("a static host without Range: a small store is fetched whole, a large one is not", async ({
+  page,
+}) => {
+  const folder = mkdtempSync(join(tmpdir(), "isosplat-no-range-"));
+  const large = join(folder, "large.isosplat");
+  copyFileSync(join(demoFolder, store), large);
+  truncateSync(large, maxWholeBytes + 1);
+  const host = await nginx({ folders: [demoFolder, folder], range: false });
+  const open = (name: string) =>
+    page.goto(`${server.url}?src=${encodeURIComponent(host.url + name)}`);
   try {
-    await page.goto(`${server.url}?src=${encodeURIComponent(host.url + store)}`);
+    await open(store);
+    await complete(page);
+    await open("large.isosplat");
     const message = page.getByRole("alert");
     await expect(message).toContainText("does not serve parts of files");
     await expect(message).toContainText("Range");
   } finally {
     await host.stop();
+    rmSync(folder, { recursive: true, force: true });
   }
 });
 

@@ -11,7 +11,7 @@ import {
   writeFileSync,
 } from "node:fs";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { join, resolve } from "node:path";
 import type { Page } from "puppeteer-core";
 import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest";
 import { damagedChunks } from "../browser/support/damage.ts";
@@ -31,7 +31,7 @@ beforeAll(async () => {
   const bucky = readFileSync(join(demoFolder, "bucky.isosplat"));
   writeFileSync(join(folder, "damaged.isosplat"), damagedChunks(bucky, 24));
   for (const store of readdirSync(demoFolder).filter((name) => name.endsWith(".isosplat"))) {
-    symlinkSync(join(demoFolder, store), join(folder, store));
+    symlinkSync(resolve(demoFolder, store), join(folder, store));
   }
   server = await serve([folder]);
   firefox = await startFirefox();

@@ -77,7 +77,12 @@ export class CoarseLoader {
     try {
       this.#finestLevel = await this.#tail.load(sampleBudget, signal, async (chunks) => {
         const decodeAll = (some: CoarseChunk[]): Promise<void>[] =>
-          some.map((chunk) => this.#decode(chunk, signal));
+          some.map((chunk) => {
+            const decoding = this.#decode(chunk, signal);
+            // Awaited below, unless loading has failed before.
+            decoding.catch(() => {});
+            return decoding;
+          });
         const first = decodeAll(chunks.filter(isFirst));
         const others = decodeAll(chunks.filter((chunk) => !isFirst(chunk)));
         this.#decoding.push(...first, ...others);
