@@ -76,7 +76,7 @@ cpSync(join(root, "web/npm/python"), join(folder, "python"), {
   recursive: true,
   filter: (file) => !file.includes("__pycache__"),
 });
-const { version } = readJson(join(root, "package.json"));
+const { version, repository, homepage, bugs } = readJson(join(root, "package.json"));
 const pyproject = join(folder, "python/pyproject.toml");
 writeFileSync(
   pyproject,
@@ -85,7 +85,7 @@ writeFileSync(
 const { name, ...manifest } = readJson(join(root, "web/npm/package.json"));
 writeFileSync(
   join(folder, "package.json"),
-  `${JSON.stringify({ name, version, ...manifest }, null, 2)}\n`,
+  `${JSON.stringify({ name, version, repository, homepage, bugs, ...manifest }, null, 2)}\n`,
 );
 
 execFileSync("npm", ["pack", "--silent", "--pack-destination", output], {

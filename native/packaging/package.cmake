@@ -29,7 +29,7 @@ add_custom_target(documents
 
 install(DIRECTORY ${page}/ DESTINATION ${CMAKE_INSTALL_DATADIR}/isosplat/page COMPONENT program)
 install(DIRECTORY ${documents}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT program)
-install(FILES ${documents}/changelog.gz native/packaging/copyright
+install(FILES ${documents}/changelog.gz ${documents}/CHANGELOG.md.gz native/packaging/copyright
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/isosplat COMPONENT program)
 install(FILES native/packaging/isosplat.bash RENAME isosplat
         DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
@@ -38,7 +38,7 @@ install(FILES native/packaging/isosplat.zsh RENAME _isosplat
 install(FILES native/packaging/copyright
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libisosplat-dev COMPONENT library)
 # Debian wants it; `cmake --install` of the library works without the target `documents`.
-install(FILES ${documents}/changelog.gz
+install(FILES ${documents}/changelog.gz ${documents}/CHANGELOG.md.gz
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libisosplat-dev COMPONENT library OPTIONAL)
 # Nothing enables the unit: that is the administrator's decision.
 install(FILES native/packaging/isosplat.service native/packaging/isosplat.socket
@@ -51,6 +51,7 @@ set(CPACK_GENERATOR DEB TGZ)
 set(CPACK_PACKAGE_NAME isosplat)
 set(CPACK_PACKAGE_VERSION ${ISOSPLAT_VERSION})
 set(CPACK_PACKAGE_VENDOR Isosplat)
+# .ci/make-packages names who makes them.
 set(CPACK_PACKAGE_CONTACT "Isosplat <isosplat@localhost>")
 set(CPACK_PACKAGE_FILE_NAME isosplat-${ISOSPLAT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
 set(CPACK_PACKAGE_CHECKSUM SHA256)
@@ -74,9 +75,9 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 # What draws where there is no GPU, for `isosplat render`.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS libgl1-mesa-dri)
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "isosurfaces of large volumes, as splats in a browser
-The program turns volumes (DICOM, NIfTI, NRRD, MetaImage, MRC, NumPy, HDF5, TIFF,
-VTK, raw) into stores from which any isosurface can be read at once, serves them over
-HTTP, and draws them. The page shows them in a browser.")
+The program turns volumes (DICOM, NIfTI, NRRD, MetaImage, MRC, NumPy, HDF5,
+TIFF, VTK, raw) into stores from which any isosurface can be read at once,
+serves them over HTTP, and draws them. The page shows them in a browser.")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libisosplat-dev)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 # The public headers include tl/expected.hpp.
