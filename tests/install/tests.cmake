@@ -12,4 +12,4 @@ add_test(NAME install_recipes COMMAND ${CMAKE_COMMAND}
   -DSOURCE=${PROJECT_SOURCE_DIR} -DWORK=${PROJECT_BINARY_DIR}/tests/install/recipes
   -DCOMPILER=${CMAKE_CXX_COMPILER} -DLAUNCHER=${ISOSPLAT_CCACHE_PROGRAM}
   -DGENERATOR=${CMAKE_GENERATOR} -P ${PROJECT_SOURCE_DIR}/tests/install/recipes.cmake)
-set_tests_properties(install_recipes PROPERTIES LABELS install TIMEOUT 900)
+set_tests_properties(install_recipes PROPERTIES LABELS "install;release" TIMEOUT 900)
