@@ -159,7 +159,8 @@ void write_ome(Random& random, Sample& sample, Writer& writer) {
       std::swap(planes[i], planes[static_cast<size_t>(random.between(0, static_cast<int>(i)))]);
     }
   }
-  const int files = is_listed ? random.one_of({1, 1, 2, 3}) : 1;
+  const int files =
+      is_listed ? std::min(random.one_of({1, 1, 2, 3}), static_cast<int>(planes.size())) : 1;
   const bool has_z = random.chance(70), has_companion = files > 1 && random.chance(30);
   std::string text = fmt::format(
       "<{0}Image ID=\"Image:0\"><{0}Pixels ID=\"Pixels:0\" DimensionOrder=\"XY{1}\" SizeX=\"{2}\" "
