@@ -57,7 +57,7 @@ Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& opti
                                                        std::string_view fetched_keys) {
   auto rules = std::make_shared<AccessRules>();
   for (const std::string& token : options.tokens) {
-    if (Result<void> added = rules->add_token(token, "ISOSPLAT_TOKEN"); !added)
+    if (Result<void> added = rules->add_token(token, std::string(kServerToken)); !added)
       return tl::unexpected(added.error());
   }
   const auto from_file = [](const std::filesystem::path& path, const auto& add) -> Result<void> {

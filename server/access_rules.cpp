@@ -355,6 +355,10 @@ std::string Grant::client() const {
   return linked_.empty() ? "" : "link";
 }
 
+std::string Grant::quota_client() const {
+  return client_ == kServerToken ? std::string() : client_;
+}
+
 bool Grant::admits_to_all() const {
   return std::ranges::any_of(patterns_, [](const AccessRules::Patterns* patterns) {
     return std::ranges::any_of(patterns->names, &AccessRules::NamePattern::is_all);

@@ -131,6 +131,9 @@ class AccessRules {
   bool has_lines_ = false;  ///< a token file was given: even an empty one closes the server
 };
 
+/// The name of the token that is not one of the file.
+inline constexpr std::string_view kServerToken = "ISOSPLAT_TOKEN";
+
 /// What one client may read.
 class Grant {
  public:
@@ -143,6 +146,11 @@ class Grant {
   /// The name of the token that was valid, "user:" and the name of an identity, "link" for a link;
   /// empty for none.
   std::string client() const;
+
+  /// Whom rates and shares count for: the same name if it is that of a token of the file or of an
+  /// identity. Empty for others, which count for their addresses: many may have the server's own
+  /// token (kServerToken), or a link.
+  std::string quota_client() const;
 
   /// A text that two grants share if and only if they admit to the same volumes by the same rules.
   std::string key() const;

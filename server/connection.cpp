@@ -9,12 +9,14 @@
 #include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
+#include <new>
 #include <optional>
 #include <span>
 #include <tuple>
 #include <utility>
 
 #include "server/ip_address.h"
+#include "server/memory_limit.h"
 #include "server/proxy_header.h"
 #include "server/refusals.h"
 #include "server/request_parser.h"
@@ -36,13 +38,18 @@ using Clock = std::chrono::steady_clock;
 /// default megabytes. What is on its way to a fast client does not count.
 using UnsentBytes = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 
+// What the process must be able to allocate (has_memory_for), besides what the body takes.
+constexpr uint64_t kRequestBytes = 1 << 20;     // for any request
+constexpr uint64_t kComputingBytes = 16 << 20;  // for a turn that computes
+
 constexpr Clock::time_point kNever = Clock::time_point::max();
 
 /// Some bytes of a body that is produced while it is sent.
 struct Piece {
   std::vector<std::byte> bytes;
   BodyStream::Step step = BodyStream::Step::more;
-  Error error;  ///< if broken; without a message: the server stops
+  Error error;  ///< if broken; without a message: as `outcome` says
+  WorkPool::Outcome outcome = WorkPool::Outcome::done;
 
   void clear() {
     bytes.clear();
@@ -60,14 +67,17 @@ struct Connection::State {
   const ConnectionShared& shared;
   OpenConnection& place;
   beast::flat_buffer buffer;
+  std::string client{};  ///< whom the present request counts for: its token, or its address
   std::optional<asio::ssl::stream<Socket&>> tls{};  ///< over `socket`; absent without TLS
   Clock::time_point deadline = kNever;              ///< of what it waits for from the client
   Clock::time_point end = kNever;                   ///< of the connection, if it is refused
   IpAddress peer{};  ///< the other end, or the client that a header of the PROXY protocol names
   bool is_idle = false;
-  bool is_writing = false;  ///< the client must take a piece of the response until `deadline`
-  bool is_local = false;    ///< the peer is on this machine
-  uint64_t body_bytes = 0;  ///< of the last response, as far as they were sent
+  bool is_writing = false;       ///< the client must take a piece of the response until `deadline`
+  bool is_local = false;         ///< the peer is on this machine
+  WorkPool* pool = nullptr;      ///< in which `job` is
+  WorkPool::Job* job = nullptr;  ///< what it waits for; null: nothing
+  uint64_t body_bytes = 0;       ///< of the last response, as far as they were sent
 
   /// What the client has acknowledged: at the last measurement of its rate, and when it was late.
   uint64_t measured_bytes = 0;
@@ -108,13 +118,25 @@ struct Connection::State {
   Awaitable<bool> wait_for_request();
   Awaitable<HeaderScan> read_header();
   Awaitable<Response> respond(const Request& request);
+  Awaitable<Response> respond_elsewhere(const Request& request, Response response);
   Awaitable<Response> respond_within_rates(const Request& request, ByteBudget::Share& memory,
                                            Piece& piece);
   Awaitable<Response> compute_response(const Request& request, const Route& route);
-  Response refuse_for_now(const Request& request, const Route* route, bool is_stopping) const;
+  template <class Task>
+  Awaitable<WorkPool::Outcome> run_in(WorkPool& its_pool, WorkPool::Kind kind, Task& task);
+  bool has_left(const WorkPool& its_pool);
+  std::optional<Response> admit_client(const std::string& name);
+  Response refuse_for_now(const Request& request, const Route* route,
+                          WorkPool::Outcome outcome) const;
   void identify_client(const RequestParser& parser, Request& request);
   bool read_in_memory(const Response& response, Piece& piece);
   Awaitable<void> read_elsewhere(const Response& response, Piece& piece);
+  /// Those of responses that the router has not made.
+  Response refuse_for_memory(const Request& request, const Route* route, Piece& piece) const;
+  void add_fields(const Request& request, Response& response) const {
+    response.set("X-Content-Type-Options", "nosniff");
+    shared.router.policy().add_fields(request, response);
+  }
   Response error_of(const Piece& piece, const Request& request, const Route* route) const;
   Awaitable<void> compute_piece(BodyStream& body, Piece& piece);
   Awaitable<bool> handle_request();
@@ -163,16 +185,19 @@ void Connection::abort() {
   state_->close();
 }
 
-void Connection::close_for_another(OpenConnection::State chosen) {
-  if (state_->place.state() == chosen) {
+bool Connection::close_for_another(OpenConnection::State chosen) {
+  const bool is_as_chosen = state_->place.state() == chosen;
+  if (is_as_chosen) {
     state_->close();
   } else {
     state_->place.keep();
   }
+  return is_as_chosen;
 }
 
 void Connection::watch(std::chrono::steady_clock::time_point now) {
   State& state = *state_;
+  if (state.job && state.has_left(*state.pool)) state.pool->withdraw(*state.job);
   if (!state.socket.is_open()) return;
   if (state.place.state() == OpenConnection::State::sending) state.measure_rate(now);
   if (now <= state.deadline) return;
@@ -226,9 +251,15 @@ Awaitable<void> Connection::run(std::unique_ptr<Response> refusal) {
     if (sent) co_await state.linger();
   } else {
     // Two statements: g++ 12 evaluates both sides of "co_await a && co_await b" in any case.
-    for (bool is_open = true; is_open;) {
-      is_open = co_await state.wait_for_request();
-      if (is_open) is_open = co_await state.handle_request();
+    try {
+      for (bool is_open = true; is_open;) {
+        is_open = co_await state.wait_for_request();
+        if (is_open) is_open = co_await state.handle_request();
+      }
+    } catch (const std::bad_alloc&) {
+      ++state.shared.metrics.out_of_memory;
+      state.close();
+      co_return;
     }
   }
   co_await state.drain();
@@ -335,106 +366,182 @@ Awaitable<HeaderScan> Connection::State::read_header() {
 
 Awaitable<Response> Connection::State::respond(const Request& request) {
   NoWait no_wait;
-  Response response = shared.router.respond(request, &no_wait, ThreadKind::connection);
+  bool is_admitted = false;
+  const auto admit = [&](const std::string& name) {
+    is_admitted = true;
+    return admit_client(name);
+  };
+  Response response =
+      shared.router.respond(request, &no_wait, ThreadKind::connection, nullptr, admit);
+  if (!is_admitted) {
+    if (auto refusal = admit_client({})) {
+      response = std::move(*refusal);
+      add_fields(request, response);
+    }
+  }
   if (!no_wait.needs_disk) {
     ++shared.metrics.reads_in_memory;
     co_return response;
   }
+  co_return co_await respond_elsewhere(request, std::move(response));
+}
+
+/// From now on the request counts for the client of this name, or for its address if that is empty.
+/// Returns the response if it has used up its rate.
+std::optional<Response> Connection::State::admit_client(const std::string& name) {
+  client = name.empty() ? address : "client " + name;
+  place.set_client(client);
+  const auto seconds = shared.rates.take_request(client, Clock::now());
+  if (!seconds) return std::nullopt;
+  return rate_response(*seconds);
+}
+
+/// Runs the task in the pool, as one of the client. It is withdrawn if the client leaves.
+template <class Task>
+Awaitable<WorkPool::Outcome> Connection::State::run_in(WorkPool& its_pool, WorkPool::Kind kind,
+                                                       Task& task) {
+  WorkPool::Outcome outcome = WorkPool::Outcome::withdrawn;
+  if (!has_left(its_pool)) {
+    WorkPool::Job its_job(client, kind, task);
+    pool = &its_pool;
+    job = &its_job;
+    std::exception_ptr thrown;
+    try {
+      outcome = co_await its_pool.run(its_job);
+    } catch (...) {
+      thrown = std::current_exception();
+    }
+    job = nullptr;
+    if (thrown) std::rethrow_exception(thrown);
+  }
+  if (outcome == WorkPool::Outcome::withdrawn) ++shared.metrics.work_cancelled;
+  if (outcome == WorkPool::Outcome::refused) ++shared.metrics.computations_refused;
+  co_return outcome;
+}
+
+/// Whether nobody waits for what the pool does. Points are costly: a client that ends its side is
+/// taken for one that has left, although it could still read.
+bool Connection::State::has_left(const WorkPool& its_pool) {
+  if (!socket.is_open()) return true;
+  const TcpEnd end_of_client = tcp_end(socket.native_handle());
+  return end_of_client == TcpEnd::reset ||
+         (end_of_client == TcpEnd::ended && &its_pool == &shared.computing);
+}
+
+/// `response`: what was made without the disk.
+Awaitable<Response> Connection::State::respond_elsewhere(const Request& request,
+                                                         Response response) {
   const Route* const route = response.route;
   if (route && route->work == RouteWork::computes) {
     co_return co_await compute_response(request, *route);
   }
   const bool is_of_many = route && route->work == RouteWork::reads_headers;
-  WorkPool& pool = is_of_many ? shared.headers : shared.disk;
+  WorkPool& its_pool = is_of_many ? shared.headers : shared.disk;
   WorkTurn turn;
   auto repeat = [&] {
     response = shared.router.respond(request, nullptr, ThreadKind::disk, &turn);
   };
   do {
     turn.is_unfinished = false;
-    const bool has_run = co_await pool.run(repeat);
-    if (!has_run) co_return refuse_for_now(request, route, true);
+    const auto outcome = co_await run_in(its_pool, WorkPool::Kind::first, repeat);
+    if (outcome != WorkPool::Outcome::done) co_return refuse_for_now(request, route, outcome);
   } while (turn.is_unfinished);
   co_return response;
 }
 
 Awaitable<Response> Connection::State::compute_response(const Request& request,
                                                         const Route& route) {
-  const uint32_t most = shared.limits.waiting_computations;
-  if (!shared.computing.has_room(most)) co_return refuse_for_now(request, &route, false);
   Response response;
+  WorkTurn turn;
   NoWait no_wait;
+  bool may_wait = false;
   auto compute = [&] {
-    response = shared.router.respond(request, &no_wait, ThreadKind::computing);
+    // Waits where the system keeps nothing in memory of what was read.
+    response =
+        shared.router.respond(request, may_wait ? nullptr : &no_wait, ThreadKind::computing, &turn);
   };
-  bool has_run = co_await shared.computing.run(compute);
-  if (has_run && no_wait.needs_disk) {
-    auto fetch = [&] { shared.router.respond(request, nullptr, ThreadKind::disk); };
-    has_run = co_await shared.disk.run(fetch);
-    if (has_run) {
-      if (!shared.computing.has_room(most)) co_return refuse_for_now(request, &route, false);
-      // Waits where the system keeps nothing in memory of what was read.
-      auto repeat = [&] {
-        response = shared.router.respond(request, nullptr, ThreadKind::computing);
-      };
-      has_run = co_await shared.computing.run(repeat);
+  auto fetch = [&] { shared.router.respond(request, nullptr, ThreadKind::disk, &turn); };
+  auto kind = WorkPool::Kind::first;
+  while (true) {
+    if (!has_memory_for(kComputingBytes)) throw std::bad_alloc();
+    turn.is_unfinished = false;
+    auto outcome = co_await run_in(shared.computing, kind, compute);
+    kind = WorkPool::Kind::continued;
+    if (outcome == WorkPool::Outcome::done && !may_wait && no_wait.needs_disk) {
+      may_wait = true;
+      do {
+        turn.is_unfinished = false;
+        outcome = co_await run_in(shared.disk, kind, fetch);
+      } while (outcome == WorkPool::Outcome::done && turn.is_unfinished);
+      turn.is_unfinished = true;
     }
+    if (outcome != WorkPool::Outcome::done) co_return refuse_for_now(request, &route, outcome);
+    if (!turn.is_unfinished) co_return response;
   }
-  if (!has_run) co_return refuse_for_now(request, &route, true);
-  co_return response;
 }
 
-/// The response if the server stops, or computes too much.
+/// The response if the server stops, or computes too much. One of the status 0 is not sent: the
+/// client has left.
 Response Connection::State::refuse_for_now(const Request& request, const Route* route,
-                                           bool is_stopping) const {
+                                           WorkPool::Outcome outcome) const {
+  const bool is_stopping = outcome == WorkPool::Outcome::stopped;
   Response response =
       busy_response(is_stopping ? "the server is stopping"
-                                : "the server is computing as much as it can for others: try again "
-                                  "in a second");
+                                : "the server is computing as much as it can, for this client or "
+                                  "for others: try again in a second");
   response.route = route;
-  response.close = is_stopping;
-  shared.router.policy().add_fields(request, response);
+  response.close = outcome != WorkPool::Outcome::refused;
+  if (outcome == WorkPool::Outcome::withdrawn) response.status = 0;
+  add_fields(request, response);
   return response;
 }
 
-/// The same, within the limits of the client's address and of the memory of bodies. `memory`: what
+/// The response if the process cannot have more memory. `piece`: what there was of another one.
+Response Connection::State::refuse_for_memory(const Request& request, const Route* route,
+                                              Piece& piece) const {
+  ++shared.metrics.out_of_memory;
+  piece = {};
+  Response response = busy_response("the server has no memory left: try again in a second");
+  response.route = route;
+  add_fields(request, response);
+  return response;
+}
+
+/// The response, within the limits of the client and of the memory of bodies. `memory`: what
 /// the response takes of it. `piece`: becomes the first of its stream.
 Awaitable<Response> Connection::State::respond_within_rates(const Request& request,
                                                             ByteBudget::Share& memory,
                                                             Piece& piece) {
-  Response response;
-  if (const auto seconds = shared.rates.take_request(address, Clock::now())) {
-    response = rate_response(*seconds);
-  } else {
-    response = co_await respond(request);
-    if (request.method == Method::head) co_return response;
-    if (memory.take(shared.bytes_in_flight, response.memory(), address)) {
-      if (response.stream && response.body_size() > 0) {
-        if (!read_in_memory(response, piece)) co_await read_elsewhere(response, piece);
-        // Nothing was sent yet: a client can tell an error from a lost connection.
-        if (piece.step == BodyStream::Step::broken && piece.bytes.empty()) {
-          response = error_of(piece, request, response.route);
-        }
-      }
-      shared.rates.take_bytes(address, response.body_size(), Clock::now());
-      co_return response;
-    }
-    response = busy_response(
-        "the server is sending as much as it has memory for, to all or to this "
-        "address: try again in a second");
+  Response response = co_await respond(request);
+  if (request.method == Method::head || response.status == 0) co_return response;
+  if (response.stream && !has_memory_for(response.memory())) {
+    co_return refuse_for_memory(request, response.route, piece);
   }
-  shared.router.policy().add_fields(request, response);
+  if (memory.take(shared.bytes_in_flight, response.memory(), client)) {
+    if (response.stream && response.body_size() > 0) {
+      if (!read_in_memory(response, piece)) co_await read_elsewhere(response, piece);
+      // Nothing was sent yet: a client can tell an error from a lost connection.
+      if (piece.step == BodyStream::Step::broken && piece.bytes.empty()) {
+        response = error_of(piece, request, response.route);
+      }
+    }
+    shared.rates.take_bytes(client, response.body_size(), Clock::now());
+    co_return response;
+  }
+  response = busy_response(
+      "the server is sending as much as it has memory for, to all or to this client: try again in "
+      "a second");
+  add_fields(request, response);
   co_return response;
 }
 
 /// The response if the first piece of a stream cannot be read.
 Response Connection::State::error_of(const Piece& piece, const Request& request,
                                      const Route* route) const {
-  if (piece.error.message.empty()) return refuse_for_now(request, route, true);
+  if (piece.error.message.empty()) return refuse_for_now(request, route, piece.outcome);
   Response response = error_response(piece.error);
   response.route = route;
-  response.set("X-Content-Type-Options", "nosniff");
-  shared.router.policy().add_fields(request, response);
+  add_fields(request, response);
   return response;
 }
 
@@ -457,23 +564,26 @@ Awaitable<void> Connection::State::read_elsewhere(const Response& response, Piec
     co_return;
   }
   auto repeat = [&] { piece.step = body.next(piece.bytes, piece.error, nullptr); };
-  if (!co_await shared.disk.run(repeat)) piece.step = BodyStream::Step::broken;
+  piece.outcome = co_await run_in(shared.disk, WorkPool::Kind::continued, repeat);
+  if (piece.outcome != WorkPool::Outcome::done) piece.step = BodyStream::Step::broken;
 }
 
 /// The same for a body that is computed.
 Awaitable<void> Connection::State::compute_piece(BodyStream& body, Piece& piece) {
+  constexpr auto kKind = WorkPool::Kind::continued;
   while (true) {
     NoWait no_wait;
     auto compute = [&] { piece.step = body.next(piece.bytes, piece.error, &no_wait); };
-    bool has_run = co_await shared.computing.run(compute);
+    piece.outcome = co_await run_in(shared.computing, kKind, compute);
+    const bool has_run = piece.outcome == WorkPool::Outcome::done;
     if (has_run && (!no_wait.needs_disk || !piece.bytes.empty())) co_return;
     piece.step = BodyStream::Step::broken;  // unless it goes on
     if (!has_run) co_return;
     Result<void> fetched;
     auto fetch = [&] { fetched = body.fetch(); };
-    has_run = co_await shared.disk.run(fetch);
+    piece.outcome = co_await run_in(shared.disk, kKind, fetch);
     if (!fetched) piece.error = fetched.error();
-    if (!has_run || !fetched) co_return;
+    if (piece.outcome != WorkPool::Outcome::done || !fetched) co_return;
   }
 }
 
@@ -497,7 +607,13 @@ Awaitable<bool> Connection::State::handle_request() {
   if (refusal) {
     response = std::move(*refusal);
   } else {
-    response = co_await respond_within_rates(request, memory, piece);
+    bool has_memory = has_memory_for(kRequestBytes);
+    try {
+      if (has_memory) response = co_await respond_within_rates(request, memory, piece);
+    } catch (const std::bad_alloc&) {
+      has_memory = false;
+    }
+    if (!has_memory) response = refuse_for_memory(request, response.route, piece);
   }
   if (!response.fault.empty()) report_fault(response.fault);
 
@@ -506,8 +622,12 @@ Awaitable<bool> Connection::State::handle_request() {
   if (has_id || shared.log.has_access_log()) id = request_id(request.request_id);
   if (has_id) response.set("X-Request-Id", id);
   const bool close = response.close || !parser.keep_alive() || shared.stopping;
-  const bool sent = co_await write_response(response, piece, close, parser.is_http_1_0(),
-                                            request.method == Method::head);
+  bool sent = false;
+  body_bytes = 0;
+  if (response.status != 0) {
+    sent = co_await write_response(response, piece, close, parser.is_http_1_0(),
+                                   request.method == Method::head);
+  }
   const Clock::duration duration = Clock::now() - begin;
   shared.metrics.add_response(response.route ? index_of(*response.route) : Metrics::kNoRoute,
                               response.status, body_bytes, duration);
@@ -523,21 +643,21 @@ void Connection::State::identify_client(const RequestParser& parser, Request& re
   request.is_from_this_machine = is_local;
   request.has_tls = tls.has_value();
   request.is_to_redirect = shared.has_tls && !tls;
-  IpAddress client = peer;
+  IpAddress client_address = peer;
   if (shared.proxies.trusts(peer)) {
     const ProxyFields& fields = shared.proxies.fields();
     const bool is_rfc_7239 = fields.client == ClientField::forwarded;
     const TrustedProxies::Client found =
         shared.proxies.client_of(peer, parser.list(is_rfc_7239 ? "Forwarded" : "X-Forwarded-For"),
                                  parser.list("X-Forwarded-Proto"));
-    client = found.address;
+    client_address = found.address;
     request.has_tls = request.has_tls || found.has_tls;
     if (!fields.user.empty()) request.user = parser.single(fields.user);
     groups = fields.groups.empty() ? std::string() : parser.list(fields.groups);
     request.groups = groups;
-    place.set_client(client.client_key());
   }
-  address = client.client_key();
+  address = client_address.client_key();
+  client = address;
 }
 
 /// Writes both spans, in slices of kPieceBytes. The client must receive each within write_time.

@@ -68,8 +68,9 @@ class Connection {
   /// Closes the connection at once, with a reset if the client has not taken everything.
   void abort();
 
-  /// Closes the connection at once, unless its state has changed since it was chosen.
-  void close_for_another(OpenConnection::State chosen);
+  /// Closes the connection at once, unless its state has changed since it was chosen. Returns
+  /// whether it did.
+  bool close_for_another(OpenConnection::State chosen);
 
   /// Measures how fast the client takes a response, and closes the connection if it has not done in
   /// time what it must (the times of ServerLimits). Call it regularly: setting a timer for each

@@ -14,6 +14,7 @@ std::string gzipped(std::string_view bytes, int level) {
                    Z_DEFAULT_STRATEGY) != Z_OK) {
     return {};
   }
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, deflateEnd);
   std::string out(deflateBound(&stream, bytes.size()), '\0');
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
   stream.avail_in = static_cast<uInt>(bytes.size());
@@ -21,7 +22,6 @@ std::string gzipped(std::string_view bytes, int level) {
   stream.avail_out = static_cast<uInt>(out.size());
   const int result = deflate(&stream, Z_FINISH);
   out.resize(result == Z_STREAM_END ? stream.total_out : 0);
-  deflateEnd(&stream);
   return out;
 }
 

@@ -104,7 +104,12 @@ void LogFile::State::write_until_closed() {
     const std::string lines = std::exchange(waiting, {});
     const std::shared_ptr<const int> descriptor = file;
     lock.unlock();
-    const uint64_t unwritten = write(*descriptor, lines);
+    uint64_t unwritten = 0;
+    try {
+      unwritten = write(*descriptor, lines);
+    } catch (const std::bad_alloc&) {
+      unwritten = static_cast<uint64_t>(std::ranges::count(lines, '\n'));
+    }
     lock.lock();
     dropped += unwritten;
   }
@@ -152,7 +157,14 @@ void LogFile::add(std::string_view line) {
     return;
   }
   const bool was_empty = state_->waiting.empty();
-  (state_->waiting += line) += '\n';
+  const size_t before = state_->waiting.size();
+  try {
+    (state_->waiting += line) += '\n';
+  } catch (const std::bad_alloc&) {
+    state_->waiting.resize(before);
+    ++state_->dropped;
+    return;
+  }
   if (was_empty) state_->changed.notify_all();
 }
 

@@ -100,6 +100,9 @@ std::string Metrics::text(const StoreCounts& stores, const ByteBudget* bytes_in_
             connections);
   add_value(text, "isosplat_connections_refused_total", "counter", "Connections above a limit.",
             connections_refused);
+  add_value(text, "isosplat_connections_closed_total", "counter",
+            "Connections that made little progress and were closed for others.",
+            connections_closed);
   add_value(text, "isosplat_connections_open", "gauge", "Open connections.", connections_open);
   if (bytes_in_flight) {
     add_value(text, "isosplat_bytes_in_flight", "gauge", "Memory of bodies that are being sent.",
@@ -130,11 +133,16 @@ std::string Metrics::text(const StoreCounts& stores, const ByteBudget* bytes_in_
   add_value(text, "isosplat_disk_reads_waiting", "gauge",
             "Requests that wait for a disk, or for a thread that may.", reads_waiting);
   add_value(text, "isosplat_computations_total", "counter",
-            "Requests, and pieces of bodies, that were given to the threads that compute.",
+            "Turns of requests, and pieces of bodies, that the threads that compute have begun.",
             computations);
   add_value(text, "isosplat_computations_waiting", "gauge",
             "Requests that are computed, or wait for a thread that computes.",
             computations_waiting);
+  add_value(text, "isosplat_computations_refused_total", "counter",
+            "Requests that were refused because too many waited.", computations_refused);
+  add_value(text, "isosplat_work_cancelled_total", "counter",
+            "Requests whose client left while a disk was read or points were computed for it.",
+            work_cancelled);
   constexpr std::string_view kStores = "isosplat_stores";
   declare(text, kStores, "gauge",
           "Stores that are served, those that cannot be, and those that were not looked at yet.");
@@ -145,6 +153,8 @@ std::string Metrics::text(const StoreCounts& stores, const ByteBudget* bytes_in_
   add_value(text, "isosplat_stores_open", "gauge", "Stores that are open.", stores.open);
   add_value(text, "isosplat_stores_opened_total", "counter",
             "How often a store was opened for a request.", stores.opened);
+  add_value(text, "isosplat_out_of_memory_total", "counter",
+            "Requests and connections that failed for lack of memory.", out_of_memory);
   add_value(text, "isosplat_faults_total", "counter",
             "Errors of the server or its disks, not of clients.", faults);
   constexpr std::string_view kDropped = "isosplat_log_lines_dropped_total";

@@ -38,10 +38,14 @@ class Metrics {
   std::atomic<uint64_t> connections_refused{0};   ///< above a limit, so far
   std::atomic<uint64_t> connections_open{0};      ///< now, with those that are being refused
   std::atomic<uint64_t> reads_in_memory{0};       ///< requests and pieces that needed no disk
-  std::atomic<uint64_t> reads_of_disk{0};         ///< those that were given to the disk's threads
+  std::atomic<uint64_t> reads_of_disk{0};         ///< those that the disk's threads have begun
   std::atomic<uint64_t> reads_waiting{0};         ///< queued for the disk, or reading, now
-  std::atomic<uint64_t> computations{0};          ///< given to the threads that compute, so far
+  std::atomic<uint64_t> computations{0};          ///< begun by the threads that compute, so far
   std::atomic<uint64_t> computations_waiting{0};  ///< queued for them, or computing, now
+  std::atomic<uint64_t> computations_refused{0};  ///< requests, since too many waited, so far
+  std::atomic<uint64_t> work_cancelled{0};  ///< requests whose client left before the end, so far
+  std::atomic<uint64_t> connections_closed{0};    ///< to make room for others, so far
+  std::atomic<uint64_t> out_of_memory{0};         ///< what failed for lack of memory, so far
   std::atomic<uint64_t> faults{0};                ///< errors of the server, so far
   std::atomic<uint64_t> tls_failures{0};          ///< handshakes that failed, so far
   std::atomic<uint64_t> reloads{0};               ///< that succeeded, so far

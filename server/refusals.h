@@ -11,7 +11,7 @@ namespace isosplat {
 
 // Responses to requests above a limit. The caller adds the fields of its OriginPolicy.
 
-/// 429: the address has used up its rate; it may ask again after `seconds`.
+/// 429: the client has used up its rate; it may ask again after `seconds`.
 Response rate_response(uint32_t seconds);
 
 /// 503: something that other requests use at the moment is used up, as the message says.

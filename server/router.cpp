@@ -115,8 +115,8 @@ void Router::count_volumes() {
   counts_ = counts;
 }
 
-Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thread,
-                         WorkTurn* turn) const {
+Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thread, WorkTurn* turn,
+                         const AdmitClient& admit) const {
   Response response;
   Result<Target> target = parse_target(request.target);
   const bool is_page = target && !is_data(*target);
@@ -138,7 +138,7 @@ Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thr
   } else if (!target) {
     response = error_response(target.error());
   } else {
-    response = route(request, *target, no_wait, thread, turn);
+    response = route(request, *target, no_wait, thread, turn, admit);
   }
   response.set("X-Content-Type-Options", "nosniff");
   https_.add_fields(request, response);
@@ -151,7 +151,7 @@ Response Router::respond(const Request& request, NoWait* no_wait, ThreadKind thr
 }
 
 Response Router::route(const Request& request, Target& target, NoWait* no_wait, ThreadKind thread,
-                       WorkTurn* turn) const {
+                       WorkTurn* turn, const AdmitClient& admit) const {
   auto [page, access, counts] = current();
   const bool is_for_page = !is_data(target);
   Grant grant;
@@ -163,6 +163,12 @@ Response Router::route(const Request& request, Target& target, NoWait* no_wait, 
     }
     grant = AccessRules::grant(access, credentials_of(request, target, cookies.name), now);
     if (auto refusal = take_link(target, access, now)) return std::move(*refusal);
+  }
+  if (admit) {
+    if (auto refusal = admit(grant.quota_client())) {
+      refusal->client = grant.client();
+      return std::move(*refusal);
+    }
   }
   RouteCall call{request,     target,
                  limits_,     no_wait,

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -17,6 +19,10 @@
 #include "server/store_pool.h"
 
 namespace isosplat {
+
+/// Asked once it is known who asks (Grant::quota_client), before anything is done for it. Returns
+/// the response of a client that must wait.
+using AdmitClient = std::function<std::optional<Response>(const std::string& client)>;
 
 /// Makes the responses to requests; HTTP.md lists the routes. Independent of sockets. Thread-safe.
 /// Reads stores, so a call without a NoWait may wait for the disk.
@@ -55,12 +61,14 @@ class Router {
   /// If it sets no_wait->needs_disk, the result is of no use: call again without `no_wait`, on a
   /// thread that may wait for the disk; for a route that computes, as RouteWork says. The
   /// same holds if it sets turn->is_unfinished: call again with this turn, after other work.
+  /// `admit` is called once, unless the response does not depend on who asks.
   Response respond(const Request& request, NoWait* no_wait = nullptr,
-                   ThreadKind thread = ThreadKind::computing, WorkTurn* turn = nullptr) const;
+                   ThreadKind thread = ThreadKind::computing, WorkTurn* turn = nullptr,
+                   const AdmitClient& admit = {}) const;
 
  private:
   Response route(const Request& request, Target& target, NoWait* no_wait, ThreadKind thread,
-                 WorkTurn* turn) const;
+                 WorkTurn* turn, const AdmitClient& admit) const;
 
   struct Current {
     std::shared_ptr<const PageAssets> page;

@@ -168,6 +168,17 @@ Result<SampleRequest> parse_request(const Target& target, const VolumeGrid& grid
   return request;
 }
 
+/// Points that are being counted, in several turns.
+struct SampleProgress final : WorkTurn::Progress {
+  explicit SampleProgress(std::unique_ptr<SurfacePoints> its_points)
+      : points(std::move(its_points)) {}
+  std::unique_ptr<SurfacePoints> points;
+};
+
+Response points_too_large(const std::string& over_limit) {
+  return error_response(413, "too_large", over_limit + ": request a box, or a coarser level");
+}
+
 }  // namespace
 
 Response isovalues_response(const RouteCall& call) {
@@ -215,25 +226,38 @@ Response samples_response(const RouteCall& call) {
     call.no_wait->needs_disk = true;
     return response;
   }
-  const PointLimits limits{call.limits.chunk_budget(), call.limits.query_cells,
-                           call.limits.query_border_bytes};
+  std::unique_ptr<WorkTurn::Progress> own;
+  std::unique_ptr<WorkTurn::Progress>& progress = call.turn ? call.turn->progress : own;
+  if (!progress) {
+    const PointLimits limits{call.limits.chunk_budget(), call.limits.query_cells,
+                             call.limits.query_border_bytes};
+    auto found = SurfacePoints::find(store, request->query, limits, call.no_wait);
+    if (!found) return error_response(found.error());
+    if (!found->points) return points_too_large(found->over_limit);
+    progress = std::make_unique<SampleProgress>(std::move(found->points));
+  }
+  std::unique_ptr<SurfacePoints>& points = static_cast<SampleProgress&>(*progress).points;
   if (call.thread == ThreadKind::disk) {
-    SurfacePoints::fetch(store, request->query, limits);
+    const bool is_unfinished = points->fetch_some(call.turn ? kBytesPerTurn : UINT64_MAX);
+    if (call.turn) call.turn->is_unfinished = is_unfinished;
     return response;
   }
-  auto created = SurfacePoints::create(store, request->query, limits, call.no_wait);
-  if (!created) return error_response(created.error());
-  if (!created->points) {
-    return error_response(413, "too_large",
-                          created->over_limit + ": request a box, or a coarser level");
+  if (!points->is_counted()) {
+    const auto over = points->count_some(call.turn ? kCellsPerTurn : UINT64_MAX, call.no_wait);
+    if (!over) return error_response(over.error());
+    if (!over->empty()) return points_too_large(*over);
+    if (!points->is_counted()) {
+      call.turn->is_unfinished = true;
+      return response;
+    }
   }
-  const uint64_t count = created->points->count();
+  const uint64_t count = points->count();
   response.set("Content-Type", "application/octet-stream");
   response.set("X-Isosplat-Dtype", request->records.dtype());
   response.set("X-Isosplat-Points", std::to_string(count));
   std::string header = request->npy ? request->records.npy_header(count) : std::string();
-  response.stream = std::make_unique<SampleStream>(std::move(created->points),
-                                                   std::move(request->records), std::move(header));
+  response.stream = std::make_unique<SampleStream>(std::move(points), std::move(request->records),
+                                                   std::move(header));
   return response;
 }
 

@@ -17,6 +17,7 @@
 #include <csignal>
 #include <ctime>
 #include <mutex>
+#include <new>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -31,6 +32,7 @@
 #include "server/ip_address.h"
 #include "server/listen.h"
 #include "server/log_file.h"
+#include "server/memory_limit.h"
 #include "server/metrics.h"
 #include "server/page_loader.h"
 #include "server/refusals.h"
@@ -49,6 +51,9 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
+
+/// Memory that the process must be able to allocate for another connection.
+constexpr uint64_t kConnectionBytes = 256 << 10;
 
 /// Raises the soft limit of open files to the hard limit: each store and each connection uses one.
 /// Returns the limit.
@@ -140,9 +145,13 @@ struct Server::State {
         stores(pool_limits(options.limits), [this](std::string_view line) { log.line(line); }),
         router(catalog, stores, router_limits(options.limits)),
         admission(admission_limits(options.limits)),
-        disk(options.disk_threads, metrics.reads_of_disk, metrics.reads_waiting),
-        headers(header_threads(options), metrics.reads_of_disk, metrics.reads_waiting),
-        computing(compute_threads(), metrics.computations, metrics.computations_waiting),
+        disk({.threads = options.disk_threads}, {metrics.reads_of_disk, metrics.reads_waiting}),
+        headers({.threads = header_threads(options)},
+                {metrics.reads_of_disk, metrics.reads_waiting}),
+        computing({.threads = compute_threads(),
+                   .waiting = options.limits.waiting_computations,
+                   .waiting_of_one = options.limits.waiting_computations_of_one},
+                  {metrics.computations, metrics.computations_waiting}),
         rates({options.limits.requests_per_second, options.limits.bytes_per_second}),
         bytes_in_flight(options.limits.bytes_in_flight, bytes_of_one(options.limits)),
         shared{router,
@@ -186,8 +195,12 @@ struct Server::State {
   bool fetch_keys();
   void follow_keys();
   Awaitable<void> accept_on(Acceptor& acceptor, bool has_tls);
+  void admit(Worker& worker, Socket socket, const tcp::endpoint& peer, bool has_tls);
+  void run_control();
   void wait_for_signal();
+  void handle_signal(int signal);
   void follow_files();
+  void follow_files_to_end();
   bool read_headers(const CatalogSnapshot& snapshot, std::string& done);
   void hand_over();
   Awaitable<void> await_successor(Successor successor);
@@ -331,7 +344,12 @@ void Server::State::follow_keys() {
                           [this] { return stopping || are_keys_wanted; });
     are_keys_wanted = false;
     lock.unlock();
-    if (!stopping) is_fetched = fetch_keys();
+    try {
+      if (!stopping) is_fetched = fetch_keys();
+    } catch (const std::bad_alloc&) {
+      ++metrics.out_of_memory;
+      is_fetched = false;
+    }
   }
 }
 
@@ -370,51 +388,83 @@ Awaitable<void> Server::State::accept_on(Acceptor& acceptor, bool has_tls) {
     tcp::endpoint peer;
     const auto [error] = co_await acceptor.async_accept(socket, peer, kAwait);
     if (stopping || error == asio::error::operation_aborted) co_return;
-    if (error) {
-      // Most likely out of file descriptors: connections that end will free some.
-      admission.make_room(std::chrono::steady_clock::now());
-      pause.expires_after(std::chrono::milliseconds(10));
-      co_await pause.async_wait(kAwait);
-      continue;
+    bool is_served = false;
+    try {
+      is_served = !error && has_memory_for(kConnectionBytes);
+      if (is_served) admit(worker, std::move(socket), peer, has_tls);
+      // Most likely out of file descriptors or memory: connections that end will free some.
+      if (!is_served) admission.make_room(std::chrono::steady_clock::now());
+    } catch (const std::bad_alloc&) {
+      is_served = false;
     }
-    const IpAddress peer_address = IpAddress::of(*peer.data()).value_or(IpAddress{});
-    const bool is_of_proxy = proxies.trusts(peer_address);
-    auto place = admission.enter(is_of_proxy ? Admission::kOfProxy : peer_address.client_key(),
-                                 std::chrono::steady_clock::now());
-    if (!place) {
-      ++metrics.connections_refused;
-      if (log.has_access_log()) {
-        log.access(refusal_line(options.log_format, peer_address.client_key(), 0, 0));
-      }
-      continue;
+    if (is_served) continue;
+    if (!error) ++metrics.out_of_memory;
+    error_code ignored;
+    socket.close(ignored);
+    pause.expires_after(std::chrono::milliseconds(10));
+    co_await pause.async_wait(kAwait);
+  }
+}
+
+/// Gives a connection to a worker, or refuses it.
+void Server::State::admit(Worker& worker, Socket socket, const tcp::endpoint& peer, bool has_tls) {
+  const IpAddress peer_address = IpAddress::of(*peer.data()).value_or(IpAddress{});
+  const bool is_of_proxy = proxies.trusts(peer_address);
+  auto place = admission.enter(is_of_proxy ? Admission::kOfProxy : peer_address.client_key(),
+                               std::chrono::steady_clock::now());
+  if (!place) {
+    ++metrics.connections_refused;
+    if (log.has_access_log()) {
+      log.access(refusal_line(options.log_format, peer_address.client_key(), 0, 0));
     }
-    worker.adopt(std::move(socket), std::move(place), has_tls ? tls_context() : nullptr);
+    return;
+  }
+  worker.adopt(std::move(socket), std::move(place), has_tls ? tls_context() : nullptr);
+}
+
+/// Runs the event loop of accepting and signals to its end.
+void Server::State::run_control() {
+  while (true) {
+    try {
+      control.run();
+      return;
+    } catch (const std::bad_alloc&) {
+      ++metrics.out_of_memory;
+    }
   }
 }
 
 void Server::State::wait_for_signal() {
   signals->async_wait([this](const error_code& error, int signal) {
     if (error) return;
-    if (signal == SIGHUP) {
-      notify_reloading();
-      const Result<void> reloaded = reload();
-      notify_service_manager(reloaded ? "READY=1\nSTATUS=Reloaded."
-                                      : "READY=1\nSTATUS=Reload failed: " +
-                                            one_line(reloaded.error().message));
-    } else if (signal == SIGUSR2) {
-      hand_over();
-    } else if (is_handed_over) {
-      is_handed_over = false;
-      for (const auto& worker : workers) worker->stop(options.limits.stop_time);
-    } else if (stopping) {
-      close_connections();
-    } else {
-      log.line("stopping: responses in progress are completed first");
-      notify_service_manager("STOPPING=1");
-      stop(options.limits.stop_time);
+    try {
+      handle_signal(signal);
+    } catch (const std::bad_alloc&) {
+      ++metrics.out_of_memory;
     }
     wait_for_signal();
   });
+}
+
+void Server::State::handle_signal(int signal) {
+  if (signal == SIGHUP) {
+    notify_reloading();
+    const Result<void> reloaded = reload();
+    notify_service_manager(reloaded ? "READY=1\nSTATUS=Reloaded."
+                                    : "READY=1\nSTATUS=Reload failed: " +
+                                          one_line(reloaded.error().message));
+  } else if (signal == SIGUSR2) {
+    hand_over();
+  } else if (is_handed_over) {
+    is_handed_over = false;
+    for (const auto& worker : workers) worker->stop(options.limits.stop_time);
+  } else if (stopping) {
+    close_connections();
+  } else {
+    log.line("stopping: responses in progress are completed first");
+    notify_service_manager("STOPPING=1");
+    stop(options.limits.stop_time);
+  }
 }
 
 /// Follows what happens to stores and page, until the server stops.
@@ -441,6 +491,18 @@ void Server::State::follow_files() {
     metrics.log_dropped = log.dropped();
     metrics.access_log_dropped = log.access_dropped();
     next = Clock::now() + options.scan_interval;
+  }
+}
+
+/// The same, and again after what it lacked memory for.
+void Server::State::follow_files_to_end() {
+  while (!stopping) {
+    try {
+      follow_files();
+    } catch (const std::bad_alloc&) {
+      ++metrics.out_of_memory;
+      std::this_thread::sleep_for(options.scan_interval);
+    }
   }
 }
 
@@ -498,8 +560,8 @@ void Server::State::run() {
     }
     wait_for_signal();
   }
-  control_thread = std::thread([this] { control.run(); });
-  scan_thread = std::thread([this] { follow_files(); });
+  control_thread = std::thread([this] { run_control(); });
+  scan_thread = std::thread([this] { follow_files_to_end(); });
   if (is_address(options.jwt_keys)) key_thread = std::thread([this] { follow_keys(); });
 }
 
@@ -624,6 +686,7 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
     if (!opened) return tl::unexpected(opened.error());
     access_file = std::move(*opened);
   }
+  prepare_for_memory_limit();
   auto state =
       std::make_unique<State>(std::move(options), std::move(access_file), std::move(*proxies));
   if (Result<void> loaded = state->page.load(); !loaded) return tl::unexpected(loaded.error());

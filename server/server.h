@@ -47,9 +47,12 @@ struct ServerLimits {
   /// Memory of the bodies that are being sent: 503 above it. One address gets a quarter of it at
   /// most, unless connections_per_address is 0.
   uint64_t bytes_in_flight = uint64_t{256} << 20;
-  /// Requests that wait for a thread that computes, for each such thread: 503 above it.
-  uint32_t waiting_computations = 16;
-  // Of each address (IPv6: one /64 network), per second, on average: 429. 0: no limit. See
+  /// Requests that wait for a thread that computes, for each such thread: 503 above it. Those of
+  /// the client that has most give way to clients with fewer.
+  uint32_t waiting_computations = 64;
+  uint32_t waiting_computations_of_one = 16;  ///< the same, of one client
+  // Of each client, which is a token or an identity or else an address (IPv6: one /64 network), per
+  // second, on average: 429. 0: no limit. See
   // RateLimit.
   double requests_per_second = 0;
   double bytes_per_second = 0;

@@ -71,44 +71,42 @@ std::shared_ptr<SurfacePoints::Scratch> SurfacePoints::make_scratch() {
   return std::make_shared<Scratch>();
 }
 
-SurfacePoints::SurfacePoints(std::shared_ptr<const StoreFile> store, const PointQuery& query)
+SurfacePoints::SurfacePoints(std::shared_ptr<const StoreFile> store, const PointQuery& query,
+                             const PointLimits& limits)
     : store_(std::move(store)),
       query_(query),
+      limits_(limits),
       quantized_isovalue_(store_->info().mapping.quantized_isovalue(query.isovalue)) {}
 
-Result<SurfacePoints::Created> SurfacePoints::create(std::shared_ptr<const StoreFile> store,
-                                                     const PointQuery& query,
-                                                     const PointLimits& limits, NoWait* no_wait) {
-  std::unique_ptr<SurfacePoints> points(new SurfacePoints(std::move(store), query));
-  Result<std::string> over = points->find_chunks(limits, no_wait);
-  if (over && over->empty()) over = points->count_points(limits, no_wait);
+Result<SurfacePoints::Found> SurfacePoints::find(std::shared_ptr<const StoreFile> store,
+                                                 const PointQuery& query, const PointLimits& limits,
+                                                 NoWait* no_wait) {
+  std::unique_ptr<SurfacePoints> points(new SurfacePoints(std::move(store), query, limits));
+  Result<std::string> over = points->find_chunks(no_wait);
   if (!over) return tl::unexpected(std::move(over.error()));
-  if (!over->empty()) return Created{nullptr, std::move(*over)};
-  return Created{std::move(points), {}};
+  if (!over->empty()) return Found{nullptr, std::move(*over)};
+  return Found{std::move(points), {}};
 }
 
-void SurfacePoints::fetch(std::shared_ptr<const StoreFile> store, const PointQuery& query,
-                          const PointLimits& limits) {
-  SurfacePoints points(std::move(store), query);
-  const Result<std::string> over = points.find_chunks(limits, nullptr);
-  if (!over || !over->empty()) return;
-  std::vector<std::byte> bytes;
-  for (const Part& part : points.parts_) {
-    bytes.clear();
-    if (!points.store_->read_chunk(part.chunk, bytes)) return;
+bool SurfacePoints::fetch_some(uint64_t bytes) {
+  std::vector<std::byte> chunk;
+  for (uint64_t read = 0; ahead_ < parts_.size() && read < bytes; read += chunk.size()) {
+    chunk.clear();
+    if (!store_->read_chunk(parts_[ahead_++].chunk, chunk)) return false;
   }
+  return ahead_ < parts_.size();
 }
 
-/// Finds the chunks that are needed. Returns what exceeds its limit.
-Result<std::string> SurfacePoints::find_chunks(const PointLimits& limits, NoWait* no_wait) {
+/// Returns what exceeds its limit.
+Result<std::string> SurfacePoints::find_chunks(NoWait* no_wait) {
   BlockRange where;
   if (query_.box && query_.level < store_->info().levels) {
     where = blocks_around(*query_.box, store_->info().grid, query_.level);
   }
   auto selection = store_->chunks_for(query_.level, quantized_isovalue_, quantized_isovalue_,
-                                      limits.chunks, no_wait, where);
+                                      limits_.chunks, no_wait, where);
   if (!selection) return tl::unexpected(std::move(selection.error()));
-  return add_chunks(std::move(*selection), limits);
+  return add_chunks(std::move(*selection));
 }
 
 SurfacePoints::Inside SurfacePoints::inside_of(BlockKey block) const {
@@ -131,13 +129,13 @@ SurfacePoints::Inside SurfacePoints::inside_of(BlockKey block) const {
 }
 
 /// Adds the chunks that are needed, in raster order. Returns what exceeds its limit.
-std::string SurfacePoints::add_chunks(ChunkSelection selection, const PointLimits& limits) {
+std::string SurfacePoints::add_chunks(ChunkSelection selection) {
   if (selection.over_budget) {
     return fmt::format(
         "expected at most {} bytes of chunks, {} chunks and {} bytes of directory pages, found at "
         "least {}, {} and {}",
-        limits.chunks.bytes, limits.chunks.chunks, limits.chunks.directory_bytes, selection.bytes,
-        selection.count, selection.directory_bytes);
+        limits_.chunks.bytes, limits_.chunks.chunks, limits_.chunks.directory_bytes,
+        selection.bytes, selection.count, selection.directory_bytes);
   }
   uint64_t cells = 0;
   bool has_points = false;
@@ -152,54 +150,60 @@ std::string SurfacePoints::add_chunks(ChunkSelection selection, const PointLimit
     parts_.push_back({chunk, inside, 0});
   }
   if (!has_points) parts_.clear();
-  if (has_points && cells > limits.cells) {
-    return fmt::format("expected chunks with at most {} cells, found {}", limits.cells, cells);
+  if (has_points && cells > limits_.cells) {
+    return fmt::format("expected chunks with at most {} cells, found {}", limits_.cells, cells);
   }
   std::ranges::sort(parts_, {}, [](const Part& part) {
     const Index3 at = part.chunk.block.index;
     return std::tuple(at.z, at.y, at.x);
   });
   memory_ = parts_.capacity() * sizeof(Part);
-  return {};
-}
-
-/// Counts the points of each chunk, and finds the borders. Returns what exceeds its limit.
-Result<std::string> SurfacePoints::count_points(const PointLimits& limits, NoWait* no_wait) {
-  Scratch scratch;
   if (query_.smooth_normals) {
     std::vector<Index3> blocks;
     for (const Part& part : parts_) blocks.push_back(part.chunk.block.index);
     borders_.emplace(std::move(blocks));
   }
-  uint64_t border_bytes = 0;
-  for (size_t i = 0; i < parts_.size(); ++i) {
-    Part& part = parts_[i];
-    if (auto decoded = decode(part.chunk, scratch, no_wait); !decoded) {
-      return tl::unexpected(std::move(decoded.error()));
-    }
-    if (part.inside == Inside::whole) {
-      // One point for each active cell.
-      part.points = static_cast<uint32_t>(std::ranges::count_if(
-          scratch.cells.interval,
-          [&](const CellInterval& interval) { return is_active(interval, quantized_isovalue_); }));
-    } else if (part.inside == Inside::partly) {
-      part.points =
-          static_cast<uint32_t>(points_in_box(part, scratch, nullptr, false).positions.size());
-    }
-    count_ += part.points;
-    if (!borders_) continue;
-    borders_->set(i, scratch.gradients.border_of(scratch.cells));
-    border_bytes += borders_->memory(i);
-    if (border_bytes > limits.border_bytes) {
-      return fmt::format(
-          "expected at most {} bytes of gradients at the borders of blocks, found more (none are "
-          "needed with shading=exact)",
-          limits.border_bytes);
-    }
+  return {};
+}
+
+Result<std::string> SurfacePoints::count_some(uint64_t cells, NoWait* no_wait) {
+  const auto scratch = make_scratch();
+  for (uint64_t decoded = 0; !is_counted() && decoded < cells;) {
+    decoded += parts_[counted_].chunk.cells;
+    Result<std::string> over = count_part(counted_, *scratch, no_wait);
+    if (!over || !over->empty()) return over;
+    ++counted_;
   }
-  memory_ += border_bytes;
+  if (!is_counted()) return std::string();
+  memory_ += border_bytes_;
   skip_empty_parts();
   return std::string();
+}
+
+/// Counts the points of a chunk, and finds its borders. Returns what exceeds its limit.
+Result<std::string> SurfacePoints::count_part(size_t number, Scratch& scratch, NoWait* no_wait) {
+  Part& part = parts_[number];
+  if (auto decoded = decode(part.chunk, scratch, no_wait); !decoded) {
+    return tl::unexpected(std::move(decoded.error()));
+  }
+  if (part.inside == Inside::whole) {
+    // One point for each active cell.
+    part.points = static_cast<uint32_t>(std::ranges::count_if(
+        scratch.cells.interval,
+        [&](const CellInterval& interval) { return is_active(interval, quantized_isovalue_); }));
+  } else if (part.inside == Inside::partly) {
+    part.points =
+        static_cast<uint32_t>(points_in_box(part, scratch, nullptr, false).positions.size());
+  }
+  count_ += part.points;
+  if (!borders_) return std::string();
+  borders_->set(number, scratch.gradients.border_of(scratch.cells));
+  border_bytes_ += borders_->memory(number);
+  if (border_bytes_ <= limits_.border_bytes) return std::string();
+  return fmt::format(
+      "expected at most {} bytes of gradients at the borders of blocks, found more (none are "
+      "needed with shading=exact)",
+      limits_.border_bytes);
 }
 
 Result<void> SurfacePoints::decode(const ChunkRef& chunk, Scratch& scratch, NoWait* no_wait) const {

@@ -39,27 +39,34 @@ struct PointLimits {
 };
 
 /// The points of an isosurface, in a box, chunk by chunk, on the calling thread: those of
-/// `isosplat extract`, in raster order of blocks. Chunks are decoded twice: create() counts the
+/// `isosplat extract`, in raster order of blocks. Chunks are decoded twice: count_some() counts the
 /// points, and for smooth normals finds the sums of gradients at the borders of blocks, which stay
 /// in memory (16 bytes per lattice point that the surface touches there); next() computes points.
 class SurfacePoints {
  public:
-  struct Created {
+  struct Found {
     std::unique_ptr<SurfacePoints> points;
     std::string over_limit;  ///< what exceeded its limit, in words; `points` is then null
   };
 
-  /// Errors: those of StoreFile and ChunkDecoder, not_found (no such level); also if `no_wait` is
-  /// given, and says that it needs the disk.
-  static Result<Created> create(std::shared_ptr<const StoreFile> store, const PointQuery& query,
-                                const PointLimits& limits, NoWait* no_wait = nullptr);
+  /// Finds the chunks that are needed. Call count_some() until is_counted(), then next(). Errors:
+  /// those of StoreFile, not_found (no such level); also if `no_wait` is given, and says that it
+  /// needs the disk.
+  static Result<Found> find(std::shared_ptr<const StoreFile> store, const PointQuery& query,
+                            const PointLimits& limits, NoWait* no_wait = nullptr);
 
-  /// Reads what create() needs, chunk by chunk, so that the system has it in memory. Ends at the
-  /// first error or limit: create() reports it.
-  static void fetch(std::shared_ptr<const StoreFile> store, const PointQuery& query,
-                    const PointLimits& limits);
+  /// Counts the points of the next chunks, of `cells` cells and perhaps one chunk more. Returns
+  /// what exceeds its limit, or nothing. Requires !is_counted(). Errors: those of StoreFile and
+  /// ChunkDecoder; as find() with `no_wait`, after which it can be called again.
+  Result<std::string> count_some(uint64_t cells, NoWait* no_wait = nullptr);
+  bool is_counted() const { return counted_ == parts_.size(); }
 
-  uint64_t count() const { return count_; }
+  /// Reads the next chunks that count_some() needs, of `bytes` bytes and perhaps one chunk more, so
+  /// that the system has them in memory. False after the last one, or if one cannot be read, which
+  /// count_some() reports.
+  bool fetch_some(uint64_t bytes);
+
+  uint64_t count() const { return count_; }  ///< once all are counted
 
   /// Cells of the largest chunk: next() returns no more points.
   uint32_t largest_chunk() const { return largest_chunk_; }
@@ -76,7 +83,8 @@ class SurfacePoints {
 
   bool is_at_end() const { return next_ == parts_.size(); }
 
-  /// The points of the next chunk that has some. Requires !is_at_end(). Errors: as create(), and
+  /// The points of the next chunk that has some. Requires is_counted() and
+  /// !is_at_end(). Errors: as count_some(), and
   /// io_error if the file was changed in the meantime, or if `no_wait` says that the chunk needs
   /// the disk: then call again after fetch_next().
   Result<PointArrays> next(Scratch& scratch, NoWait* no_wait = nullptr);
@@ -94,21 +102,26 @@ class SurfacePoints {
     uint32_t points = 0;
   };
 
-  SurfacePoints(std::shared_ptr<const StoreFile> store, const PointQuery& query);
+  SurfacePoints(std::shared_ptr<const StoreFile> store, const PointQuery& query,
+                const PointLimits& limits);
   Inside inside_of(BlockKey block) const;
-  std::string add_chunks(ChunkSelection selection, const PointLimits& limits);
-  Result<std::string> find_chunks(const PointLimits& limits, NoWait* no_wait);
+  std::string add_chunks(ChunkSelection selection);
+  Result<std::string> find_chunks(NoWait* no_wait);
   Result<void> decode(const ChunkRef& chunk, Scratch& scratch, NoWait* no_wait) const;
   PointArrays points_in_box(const Part& part, Scratch& scratch, const BlockBorders* borders,
                             bool values) const;
-  Result<std::string> count_points(const PointLimits& limits, NoWait* no_wait);
+  Result<std::string> count_part(size_t number, Scratch& scratch, NoWait* no_wait);
   void skip_empty_parts();
 
   std::shared_ptr<const StoreFile> store_;
   PointQuery query_;
+  PointLimits limits_;
   float quantized_isovalue_;
   std::vector<Part> parts_;  ///< in raster order of blocks
   std::optional<BlockBorders> borders_;
+  uint64_t border_bytes_ = 0;
+  size_t ahead_ = 0;    ///< parts that fetch_some() has read
+  size_t counted_ = 0;  ///< parts
   size_t next_ = 0;
   uint64_t count_ = 0;
   uint64_t memory_ = 0;

@@ -9,6 +9,10 @@
 namespace isosplat {
 namespace {
 
+// Of the kernel's tcp_states.h.
+constexpr uint8_t kClosed = 7;     // TCP_CLOSE: after a reset
+constexpr uint8_t kCloseWait = 8;  // TCP_CLOSE_WAIT: the other end has ended its side
+
 tcp_info information_of(int socket) {
   tcp_info information{};
   socklen_t bytes = sizeof information;
@@ -26,8 +30,12 @@ uint64_t unacknowledged_bytes(int socket) {
   int bytes = 0;
   if (::ioctl(socket, SIOCOUTQ, &bytes) != 0 || bytes <= 0) return 0;
   // After a reset, the system still counts what it has dropped.
-  constexpr uint8_t kClosed = 7;  // TCP_CLOSE of the kernel's tcp_states.h
   return information_of(socket).tcpi_state == kClosed ? 0 : static_cast<uint64_t>(bytes);
+}
+
+TcpEnd tcp_end(int socket) {
+  const uint8_t state = information_of(socket).tcpi_state;
+  return state == kClosed ? TcpEnd::reset : state == kCloseWait ? TcpEnd::ended : TcpEnd::open;
 }
 
 void reset_on_close(int socket) {

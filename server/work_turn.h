@@ -5,8 +5,8 @@
 
 namespace isosplat {
 
-/// The work of a request that reads the headers of many stores, in turns: other requests have
-/// theirs in between, so that a few requests with many to read do not keep all threads for that.
+/// The work of a request with much to read or to compute, in turns: other requests have theirs in
+/// between, so that a few requests do not keep all threads, and it ends when the client is gone.
 struct WorkTurn {
   struct Progress {
     virtual ~Progress() = default;
@@ -15,6 +15,8 @@ struct WorkTurn {
   bool is_unfinished = false;          ///< the handler has more to do: call it again with this turn
 };
 
-inline constexpr uint32_t kHeadersPerTurn = 16;  ///< store headers that one turn reads at most
+inline constexpr uint32_t kHeadersPerTurn = 16;     ///< store headers that one turn reads at most
+inline constexpr uint64_t kCellsPerTurn = 1 << 20;  ///< that a turn decodes, and one chunk more
+inline constexpr uint64_t kBytesPerTurn = 4 << 20;  ///< of chunks that one reads, and one more
 
 }  // namespace isosplat

@@ -6,7 +6,9 @@
 #include <boost/asio/post.hpp>
 #include <chrono>
 #include <memory>
+#include <new>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include "server/message.h"
@@ -61,8 +63,13 @@ struct Worker::Membership {
       asio::post(its_worker.context_,
                  [&its_worker, id, chosen] { its_worker.close_for_another(id, chosen); });
     });
-    worker.connections_.emplace(place->id(), connection.get());
-    if (worker.connections_.size() == 1) worker.watch_deadlines();
+    const auto added = worker.connections_.emplace(place->id(), connection.get()).first;
+    try {
+      if (worker.connections_.size() == 1) worker.watch_deadlines();
+    } catch (...) {
+      worker.connections_.erase(added);
+      throw;
+    }
     Metrics& metrics = worker.shared_.metrics;
     ++(is_admitted() ? metrics.connections : metrics.connections_refused);
     ++metrics.connections_open;
@@ -100,10 +107,27 @@ void Worker::adopt(Socket socket, std::unique_ptr<OpenConnection> place,
   });
 }
 
+void Worker::run() {
+  bool is_watch_lost = false;
+  while (true) {
+    try {
+      if (std::exchange(is_watch_lost, false)) watch_deadlines();
+      context_.run();
+      return;
+    } catch (const std::bad_alloc&) {
+      // Of a handler, whose connection was closed by that. It may have been the watch.
+      ++shared_.metrics.out_of_memory;
+      is_watch_lost = true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+}
+
 /// Admission has chosen a connection. Unless it has ended meanwhile.
 void Worker::close_for_another(uint64_t connection, OpenConnection::State chosen) {
   const auto found = connections_.find(connection);
-  if (found != connections_.end()) found->second->close_for_another(chosen);
+  if (found == connections_.end()) return;
+  if (found->second->close_for_another(chosen)) ++shared_.metrics.connections_closed;
 }
 
 void Worker::stop(std::chrono::milliseconds time) {
@@ -142,6 +166,7 @@ void Worker::abort_all() {
 }
 
 void Worker::watch_deadlines() {
+  if (connections_.empty()) return;
   watch_.expires_after(watch_interval_);
   watch_.async_wait([this](const error_code& error) {
     if (error || connections_.empty()) return;

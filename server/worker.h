@@ -33,8 +33,8 @@ class Worker {
   void abort();
 
   /// Runs the event loop on the calling thread. Returns after stop(), when the last connection has
-  /// ended.
-  void run() { context_.run(); }
+  /// ended. What lacks memory ends its connection only.
+  void run();
 
  private:
   struct Membership;

@@ -43,10 +43,12 @@ void OperationFlags::add_to(CLI::App& command) {
       ->capture_default_str();
   command
       .add_option("--rate-requests", rate_requests_,
-                  "Requests per second from one address (0: no limit)")
+                  "Requests per second of one token or address (0: no limit)")
       ->check(is_number(0, 1e9))
       ->capture_default_str();
-  command.add_option("--rate-bytes", rate_bytes_, "Bytes per second to one address (0: no limit)")
+  command
+      .add_option("--rate-bytes", rate_bytes_,
+                  "Bytes per second to one token or address (0: no limit)")
       ->type_name("SIZE")
       ->capture_default_str();
   command

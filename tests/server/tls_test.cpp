@@ -264,6 +264,29 @@ void reset(TlsClient& client) {
   ::setsockopt(client.socket, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
 }
 
+TEST_F(Tls, StalledHandshakesMakeRoom) {
+  options.limits.connections = 8;
+  options.limits.connections_per_address = 0;
+  options.limits.request_time = std::chrono::hours(1);
+  options.limits.patience = std::chrono::hours(1);
+  start();
+  const std::string hello = client_hello();
+  std::vector<Client> stalled;
+  for (int round = 0; round < 4; ++round) {
+    for (int i = 0; i < 20; ++i) {
+      // One sends nothing, the next the half of its first message, and the next all of it.
+      stalled.emplace_back(port(), "127.0.0.3");
+      stalled.back().send(hello.substr(0, hello.size() * static_cast<size_t>(i % 3) / 2));
+    }
+    EXPECT_TRUE(eventually([&] {
+      TlsClient other(port());
+      return other.is_open && other.get("/healthz").starts_with("HTTP/1.1 200");
+    })) << round;
+  }
+  TlsClient last(port());
+  EXPECT_EQ(last.get("/metrics").find("isosplat_connections_closed_total 0"), std::string::npos);
+}
+
 TEST_F(Tls, ResetsOfTheClientReleaseEverything) {
   const KnownStore large = make_store(3, {128, 128, 128}, 2'000'000);
   write_file(folder.path() / "large.isosplat", large.file);
