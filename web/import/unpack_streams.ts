@@ -5,6 +5,7 @@ import bzip2 from "unbzip2-stream/lib/bzip2.js";
 import xxhash from "xxhash-wasm";
 import xz from "xz-decompress";
 import type { Packing } from "./types.ts";
+import { xzStreams } from "./xz_streams.ts";
 import { zstdFrames } from "./zstd_frames.ts";
 
 /** Decompressed bytes are handed over in parts of this size. */
@@ -58,43 +59,11 @@ async function unpackZstd(file: Blob, take: TakePart): Promise<void> {
   }
 }
 
+/** Stream by stream: the decoder ends with the first one. */
 async function unpackXz(file: Blob, take: TakePart): Promise<void> {
-  const streamBytes = await xzStreamBytes(file);
-  if (streamBytes !== file.size) throw new Error("the file has several xz streams");
-  await readAll(new xz.XzReadableStream(file.stream()), take);
-}
-
-/**
- * The bytes of the xz stream that ends with a file: its footer has the size of its index, and that has
- * the sizes of its blocks (The .xz File Format 1.1, 2.1.2 and 4). The decoder ends with the first stream:
- * where it is not the only one, the rest would be lost.
- */
-async function xzStreamBytes(file: Blob): Promise<number> {
-  const bytesAt = async (begin: number, end: number) =>
-    new Uint8Array(await file.slice(begin, end).arrayBuffer());
-  const footerAt = file.size - 12;
-  const footer = await bytesAt(Math.max(0, footerAt), file.size);
-  if (footer.byteLength < 12 || footer[10] !== 0x59 || footer[11] !== 0x5a) {
-    throw new Error("the last xz stream has no end");
+  for (const { begin, end } of await xzStreams(file)) {
+    await readAll(new xz.XzReadableStream(file.slice(begin, end).stream()), take);
   }
-  const indexBytes = 4 * (new DataView(footer.buffer).getUint32(4, true) + 1);
-  if (indexBytes > Math.min(footerAt, 64 << 20)) throw new Error("the index of xz is damaged");
-  const index = await bytesAt(footerAt - indexBytes, footerAt);
-  let at = 1;
-  const next = (): number => {
-    for (let value = 0, scale = 1; ; scale *= 128) {
-      const byte = index[at++];
-      if (byte === undefined || scale > 2 ** 49) throw new Error("the index of xz is damaged");
-      value += (byte & 127) * scale;
-      if (byte < 128) return value;
-    }
-  };
-  let blocks = 0;
-  for (let left = next(); left > 0; left--) {
-    blocks += 4 * Math.ceil(next() / 4);
-    next(); // what the block becomes
-  }
-  return 12 + blocks + indexBytes + 12;
 }
 
 /**
