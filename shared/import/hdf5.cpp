@@ -6,6 +6,7 @@
 #include "shared/import/hdf5_axes.h"
 #include "shared/import/hdf5_missing.h"
 #include "shared/import/hdf5_volumes.h"
+#include "shared/import/known_files.h"
 
 // Reads volumes of HDF5 files. Without HDF5's library, so that it is the same natively and in a
 // browser, and so that hostile files are read by checked code
@@ -34,10 +35,11 @@ bool is_hdf5(std::string_view beginning) {
 
 Result<OpenVolume> refuse_netcdf_classic(const std::filesystem::path& path,
                                          const ImportOptions& /*options*/) {
-  return fail(Status::unsupported_format,
-              fmt::format("{}: expected netCDF-4, found netCDF's classic format: convert it with "
-                          "netCDF's own program: nccopy -k nc4 FILE volume.nc",
-                          path.string()));
+  return fail(
+      Status::unsupported_format,
+      fmt::format("{}: expected netCDF-4, found netCDF's classic format: convert it with "
+                  "netCDF's own program: nccopy -k nc4 {} {}",
+                  path.string(), shell_word(path), shell_word(path.stem().string() + "_4.nc")));
 }
 
 Result<std::vector<std::string>> hdf5_datasets(const std::filesystem::path& path) {

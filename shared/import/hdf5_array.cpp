@@ -285,6 +285,7 @@ Result<std::optional<std::vector<double>>> hdf5_small_array(const std::shared_pt
   }
   auto layout = read_hdf5_layout(*file, object, sizes, type->bytes);
   if (!layout) return tl::unexpected(layout.error());
+  if (layout->address == kHdf5Undefined) return std::nullopt;
   const size_t axes = sizes.size();
   const auto bytes = static_cast<size_t>(type->bytes);
   std::vector<std::byte> raw(static_cast<size_t>(count) * bytes);

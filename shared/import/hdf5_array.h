@@ -28,7 +28,7 @@ Result<std::unique_ptr<ByteReader>> open_hdf5_array(std::shared_ptr<Hdf5File> fi
                                                     Hdf5Layout layout, Hdf5Part part);
 
 /// All numbers of a small dataset, in row-major order: at most 2^20. Nothing if it is no such
-/// dataset. `sizes` becomes its sizes. Errors: those of reading it.
+/// dataset, or none of it was written. `sizes` becomes its sizes. Errors: those of reading it.
 Result<std::optional<std::vector<double>>> hdf5_small_array(const std::shared_ptr<Hdf5File>& file,
                                                             const Hdf5Object& object,
                                                             std::vector<uint64_t>& sizes);

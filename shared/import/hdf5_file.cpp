@@ -6,6 +6,7 @@
 #include <array>
 
 #include "shared/import/hdf5_checksums.h"
+#include "shared/import/known_files.h"
 
 // The superblock, versions 0 to 3.
 //
@@ -150,10 +151,12 @@ tl::unexpected<Error> Hdf5File::malformed(const std::string& what) const {
 tl::unexpected<Error> Hdf5File::unsupported(const std::string& found) const {
   return fail(
       Status::unsupported_format,
-      fmt::format("{}: expected an array that Isosplat reads, found {}: save it with h5py as "
-                  "an array of NumPy, which Isosplat reads: python3 -c \"import h5py, numpy; "
-                  "numpy.save('volume.npy', h5py.File('FILE')['DATASET'][...])\"",
-                  path_.string(), found));
+      fmt::format("{}: expected an array that Isosplat reads, found {}: save the largest array of "
+                  "the file for NumPy with python3 -c \"import sys, h5py, numpy; a = []; "
+                  "h5py.File(sys.argv[1]).visititems(lambda _, o: a.append(o) if hasattr(o, "
+                  "'shape') else None); numpy.save('volume.npy', max(a, key=lambda o: o.size)"
+                  "[...])\" {}",
+                  path_.string(), found, shell_word(path_)));
 }
 
 std::string hdf5_printable(std::string_view text) {

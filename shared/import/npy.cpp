@@ -6,6 +6,7 @@
 #include "shared/import/array_source.h"
 #include "shared/import/conventions.h"
 #include "shared/import/formats.h"
+#include "shared/import/known_files.h"
 #include "shared/import/npy_header.h"
 
 // Reads NumPy's files of one array (.npy), versions 1 to 3 (numpy.lib.format).
@@ -90,9 +91,9 @@ Result<std::array<int64_t, 3>> sizes_of(const std::filesystem::path& path,
   if (sizes.size() > 3) {
     return fail(Status::unsupported_format,
                 fmt::format("{}: expected an array with the axes z, y and x, found the shape {}: "
-                            "save one volume of it with Python: numpy.save('volume.npy', "
-                            "numpy.load('FILE')[{}])",
-                            path.string(), text_of(shape), numpy_index(shape)));
+                            "save one volume of it with python3 -c \"import sys, numpy; "
+                            "numpy.save('volume.npy', numpy.load(sys.argv[1])[{}])\" {}",
+                            path.string(), text_of(shape), numpy_index(shape), shell_word(path)));
   }
   if (sizes.size() < 3) {
     return fail(Status::no_cells,

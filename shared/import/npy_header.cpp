@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 
 #include "shared/import/formats.h"
@@ -102,20 +103,22 @@ std::optional<std::vector<int64_t>> tuple_of_sizes(Literal& literal) {
 
 std::string numpy_index(const std::vector<int64_t>& shape) {
   constexpr int64_t kMostChannels = 4;
-  auto surplus =
-      std::count_if(shape.begin(), shape.end(), [](int64_t size) { return size > 1; }) - 3;
-  // The last axis is one of channels where it is the only short one.
-  const auto shortest = std::min_element(shape.begin(), shape.end());
-  const bool has_channels = surplus == 1 && !shape.empty() && shape.back() > 1 &&
-                            shape.back() <= kMostChannels && *shortest == shape.back() &&
-                            std::count(shape.begin(), shape.end(), shape.back()) == 1;
-  if (has_channels) return "..., 0";
+  std::vector<int64_t> long_axes;
+  std::copy_if(shape.begin(), shape.end(), std::back_inserter(long_axes),
+               [](int64_t size) { return size > 1; });
+  if (long_axes.size() <= 3) return "...";
+  // The last axis is one of channels where it is shorter than the three before it.
+  const bool has_channels =
+      shape.back() > 1 && shape.back() <= kMostChannels &&
+      shape.back() < *std::min_element(long_axes.end() - 4, long_axes.end() - 1);
+  auto surplus = long_axes.size() - 3 - (has_channels ? 1 : 0);
   std::string index;
-  for (size_t i = 0; i < shape.size() && surplus > 0; ++i) {
+  for (size_t i = 0; surplus > 0; ++i) {
     index += index.empty() ? "0" : ", 0";
     if (shape[i] > 1) --surplus;
   }
-  return index.empty() ? "..." : index;
+  if (has_channels) index += index.empty() ? "..., 0" : ", ..., 0";
+  return index;
 }
 
 tl::unexpected<Error> malformed_npy(const std::filesystem::path& path, const std::string& what) {

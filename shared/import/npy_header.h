@@ -23,7 +23,8 @@ struct NpyHeader {
 Result<NpyHeader> parse_npy_dictionary(const std::filesystem::path& path, std::string_view text);
 
 /// The index that takes one volume of an array with more than three axes of several elements, in
-/// Python: "0, 0" of the shape (2, 3, 6, 7, 8), "..., 0" of (6, 7, 8, 3).
+/// Python: "0, 0" of the shape (2, 3, 6, 7, 8), "..., 0" of (6, 7, 8, 3), "0, ..., 0" of
+/// (5, 6, 7, 8, 3).
 std::string numpy_index(const std::vector<int64_t>& shape);
 
 /// The error of a header that is not one of NumPy.

@@ -190,6 +190,12 @@ TEST(ImportHdf5Conventions, TheFinestImageOfAPyramidIsChosen) {
   EXPECT_NEAR(half.world({0, 0, 0}).x, 0.25e-3, 1e-9);
 }
 
+TEST(ImportHdf5Conventions, PositionsThatWereNotWrittenAreNone) {
+  auto volume = open(file_of("unwritten_axes.nc"));
+  EXPECT_EQ(expect_voxels(volume, {1, {0, 0, 0}, {1, 1, 1}}), std::multiset<double>{});
+  expect_note(volume, "no voxel spacing was found in the HDF5 file");
+}
+
 TEST(ImportHdf5Conventions, WithoutItsXmlFileBigDataViewersSpacingIsNoted) {
   const TempFolder folder;
   std::ifstream file(file_of("bdv.h5"), std::ios::binary);
@@ -211,11 +217,13 @@ TEST(ImportHdf5Conventions, Errors) {
   expect_error(file_of("time.nc"), "found 2 time steps: choose one with --time-step 0");
   expect_error(file_of("time.nc"), "--time-step from 0 to 1, found 2", chosen({}, 2));
   const TempFolder folder;
-  write_file(folder / "v.nc", std::string("CDF\1\0\0\0\0", 8) + std::string(2000, 'x'));
-  expect_error(folder / "v.nc",
+  const auto classic = folder / "a b.nc";
+  write_file(classic, std::string("CDF\1\0\0\0\0", 8) + std::string(2000, 'x'));
+  expect_error(classic,
                "found netCDF's classic format: convert it with netCDF's own program: "
-               "nccopy -k nc4 FILE volume.nc");
-  EXPECT_EQ(format_of_file(folder / "v.nc"), "netCDF");
+               "nccopy -k nc4 '" +
+                   classic.string() + "' 'a b_4.nc'");
+  EXPECT_EQ(format_of_file(classic), "netCDF");
   expect_error(file_of("xyz.nc"), "a --channel from 0 to 0, found 1", chosen(1, {}));
 }
 

@@ -171,13 +171,14 @@ TEST(ImportNpy, Errors) {
   // The advice leads to an array with three axes.
   const auto expect_advice = [&](const std::string& shape, const std::string& index) {
     expect(npy(dictionary("<i2", shape), voxels),
-           "numpy.save('volume.npy', numpy.load('FILE')[" + index + "])");
+           "numpy.save('volume.npy', numpy.load(sys.argv[1])[" + index + "])\" " +
+               (folder / "v.npy").string());
   };
   expect_advice("(2, 3, 4, 5)", "0");
   expect_advice("(2, 3, 6, 7, 8)", "0, 0");
   expect_advice("(1, 2, 1, 3, 6, 7, 8)", "0, 0, 0, 0");
   expect_advice("(6, 7, 8, 3)", "..., 0");
-  expect_advice("(2, 6, 7, 8, 2)", "0, 0");
+  expect_advice("(2, 6, 7, 8, 2)", "0, ..., 0");
   expect(npy(dictionary("<i2", "(3, 0, 5)"), voxels), "at least 2 voxels");
   expect(npy(dictionary("<i2", "(1, 12, 5)"), voxels), "found the shape (1, 12, 5)");
   expect(npy(dictionary("<i2", "(4000000000, 4000000000, 4000000000)"), voxels), "at most");
